@@ -1,0 +1,17 @@
+//! Ortelius: a research renderer on raw Vulkan. Three papers rebuilt, each beside its modern
+//! variants and a slow exact reference; everything measured.
+//!
+//! Modules stand in floor order: a module may use those above it in this list's floors, never those below.
+
+// floor 0: plain data, no GPU
+pub mod math;
+pub mod picture;
+pub mod stats;
+// floor 1: worlds that do not know each other
+pub mod reference;
+pub mod scene;
+pub mod vk;
+// floor 3: the papers; none names another
+pub mod paper;
+// floor 4: a scene becomes passes
+pub mod renderer;

@@ -1,0 +1,3 @@
+//! Plain arithmetic that every floor shares: the numbering of levels and tiles, projections, geodesy.
+
+pub mod pyramid;

@@ -1,0 +1,3 @@
+//! The papers, one folder each; none names another.
+
+pub mod virtual_texture;

@@ -1,0 +1,1 @@
+//! Paper 1: super-large textures; the visible tiles are found wholly on the GPU.

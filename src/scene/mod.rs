@@ -1,0 +1,3 @@
+//! What is to be seen: scene files, cameras and paths, meshes, and where a texture's tiles come from.
+
+pub mod source;

@@ -1,0 +1,61 @@
+//! Where a texture's tiles come from: a file, or a pure function.
+
+use crate::math::pyramid::{Pyramid, TileId};
+use thiserror::Error;
+
+/// How a tile's texels are stored, in memory, on disk and in video memory. Colours are sRGB.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TileFormat {
+    /// Four bytes a texel.
+    Rgba8,
+    /// 8 bytes for each 4 x 4 texels, no alpha.
+    Bc1,
+}
+
+impl TileFormat {
+    /// Bytes of one stored tile: its own level with the border, then the next coarser level with half of it.
+    pub fn tile_bytes(self, pyramid: &Pyramid) -> usize {
+        match self {
+            TileFormat::Rgba8 => pyramid.tile_bytes_rgba8(),
+            TileFormat::Bc1 => pyramid.tile_bytes_rgba8() / 8,
+        }
+    }
+}
+
+/// A tile, or a resident level, that could not be had. Rendering goes on without it.
+#[derive(Debug, Error)]
+pub enum TileError {
+    #[error("{path}: {tile:?} at byte {offset}: {source}")]
+    Read { path: String, tile: TileId, offset: u64, source: std::io::Error },
+    #[error(
+        "{path}: {tile:?} at byte {offset}: checksum differs, the file is damaged; `ortelius verify` lists all damage"
+    )]
+    Checksum { path: String, tile: TileId, offset: u64 },
+    /// For sources that fail on purpose (tests, measurements of recovery).
+    #[error("{tile:?}: {reason}")]
+    Refused { tile: TileId, reason: String },
+}
+
+/// A texture of many levels, read tile by tile. Calls come from several threads at once.
+pub trait TileSource: Send + Sync {
+    /// One line for reports: kind, size, file name.
+    fn describe(&self) -> String;
+
+    fn pyramid(&self) -> Pyramid;
+
+    fn format(&self) -> TileFormat;
+
+    /// Writes one stored tile into `bytes`, which is exactly [`TileFormat::tile_bytes`] long.
+    /// Borders hold the neighbours' texels: columns wrap at the antimeridian; a row beyond a pole is the
+    /// mirrored row half a turn away. The second picture is the same region of the next coarser level.
+    ///
+    /// # Errors
+    /// [`TileError`]; `bytes` is then unspecified.
+    fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError>;
+
+    /// One whole level of `G1` (`level >= first_resident_level()`), RGBA8, rows tightly packed from the north.
+    ///
+    /// # Errors
+    /// A message naming the file and the level.
+    fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError>;
+}
