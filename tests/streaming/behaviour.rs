@@ -74,6 +74,15 @@ fn a_copy_longer_than_the_budget_is_the_only_one_of_its_frame() {
 }
 
 #[test]
+fn a_budget_however_short_lets_one_tile_through() {
+    let config = StreamingConfig { upload_budget: Duration::from_nanos(1), ..timed(8, 8) };
+    let mut bench = Bench::new(TestSource::default(), config);
+    // An upload that is over in no time is still longer than a nanosecond.
+    let reports = bench.settle(&block(2, 2), 10_000);
+    assert!(reports.iter().all(|report| report.uploads <= 1));
+}
+
+#[test]
 fn loads_beyond_the_budget_wait_for_later_grants() {
     // Each load takes a million times the grant of a frame, so each thread (8 at most) loads one tile and stops.
     let config = StreamingConfig { load_budget: Duration::from_nanos(5), ..timed(32, 32) };
@@ -154,6 +163,38 @@ fn a_load_nobody_waits_for_loses_its_place_to_a_visible_tile() {
     let stale: usize = reports.iter().map(|report| report.stale_loads).sum();
     assert!((1..=2).contains(&stale), "{stale} stale loads");
     assert_eq!(reports.iter().map(|report| report.loads).sum::<usize>(), 1);
+}
+
+/// 16 loads under way against a shut gate; the first has begun, and at most 8 (one a thread) have.
+fn stuck() -> Bench {
+    let mut bench = Bench::new(TestSource::default(), timed(16, 16));
+    bench.source.set_gate(true);
+    let report = bench.frame(&block(2, 8));
+    assert_eq!((report.loads_under_way, report.queued_loads), (16, 0));
+    while bench.source.reads().is_empty() {
+        std::thread::yield_now();
+    }
+    bench
+}
+
+#[test]
+fn loads_cancelled_by_a_reset_before_they_began_are_not_read() {
+    let mut bench = stuck();
+    bench.streaming.reset();
+    bench.source.set_gate(false);
+    bench.settle(&[B], 10_000);
+    assert!(bench.source.reads().len() <= 8 + 1, "{:?}", bench.source.reads());
+}
+
+#[test]
+fn the_load_that_gives_up_its_place_is_the_latest_and_is_not_read() {
+    let mut bench = stuck();
+    bench.frame(&[B]);
+    assert_eq!(bench.streaming.state(tile(0, 1, 7)), (-2, -2));
+    assert_eq!(bench.streaming.state(tile(0, 1, 6)), (-2, -1));
+    bench.source.set_gate(false);
+    bench.settle(&[B], 10_000);
+    assert!(!bench.source.reads().contains(&tile(0, 1, 7)), "{:?}", bench.source.reads());
 }
 
 #[test]

@@ -93,13 +93,13 @@ impl Streaming {
         self.loader.grant(if self.config.deterministic { unlimited } else { self.config.load_budget });
     }
 
-    /// A place in `J2` for a load. Where all are pinned, the oldest load under way that nobody waits for any
-    /// more loses its own.
+    /// A place in `J2` for a load. Where all are pinned, a load under way that nobody waits for any more loses
+    /// its own: the latest, because it is the least likely to have begun.
     fn host_claim(&mut self) -> Option<Claim> {
         if let Some(claim) = self.j2.slots.claimable(u64::MAX) {
             return Some(claim);
         }
-        let idle = self.under_way.iter().position(|load| !self.wanted_set.contains(&load.tile))?;
+        let idle = self.under_way.iter().rposition(|load| !self.wanted_set.contains(&load.tile))?;
         let load = self.under_way.remove(idle);
         load.cancelled.store(true, Ordering::Relaxed);
         self.j2.release(load.slot);

@@ -216,6 +216,52 @@ fn load_tiles(source: &dyn TileSource, pace: &Pace, requests: &Receiver<Request>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::pyramid::Pyramid;
+    use crate::scene::source::TileFormat;
+
+    /// The larger a tile's column, the sooner it is read: requests in order of column come back in another.
+    struct LateFirst;
+
+    impl TileSource for LateFirst {
+        fn describe(&self) -> String {
+            "late first".to_owned()
+        }
+        fn pyramid(&self) -> Pyramid {
+            unreachable!("the loader knows no sizes")
+        }
+        fn format(&self) -> TileFormat {
+            TileFormat::Rgba8
+        }
+        fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
+            std::thread::sleep(Duration::from_millis(10 * u64::from(4 - tile.column)));
+            bytes[0] = tile.column as u8;
+            Ok(())
+        }
+        fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
+            unreachable!("level {level}")
+        }
+    }
+
+    #[test]
+    fn results_of_a_frame_stand_in_the_order_of_the_requests() {
+        let source: Arc<dyn TileSource> = Arc::new(LateFirst);
+        let mut loader = Loader::new(&source, 4, 4).unwrap();
+        for column in 0..4 {
+            loader.send(Request {
+                tile: TileId { level: 0, row: 0, column },
+                slot: column,
+                generation: 1,
+                sequence: u64::from(column),
+                bytes: vec![0],
+                cancelled: Arc::default(),
+            });
+        }
+        assert!(!loader.has_room());
+        loader.grant(Duration::MAX);
+        let order: Vec<u8> = loader.receive_all().iter().map(|loaded| loaded.request.bytes[0]).collect();
+        assert_eq!(order, [0, 1, 2, 3]);
+        assert_eq!(loader.under_way(), 0);
+    }
 
     #[test]
     fn idle_time_is_not_saved_up() {
