@@ -2,7 +2,7 @@
 
 use super::device::{Dead, Device};
 use super::shader::{DescriptorKind, Shader, VertexFormat};
-use super::{Check, Format, Gpu, Result};
+use super::{Check, Error, Format, Gpu, Result};
 use ash::vk;
 use std::sync::Arc;
 
@@ -176,6 +176,26 @@ fn assert_names_exist(name: &str, stages: &Stages<'_>, specialization: &[(&str, 
 }
 
 impl Gpu {
+    /// Whether a geometry shader may emit so many points, components and run so many invocations.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] names the limit that is exceeded, and both numbers.
+    pub fn require_geometry(&self, name: &str, points: u32, components: u32, invocations: u32) -> Result<()> {
+        let limits = &self.device.physical.limits;
+        let checks = [
+            ("maxGeometryOutputVertices", points, limits.max_geometry_output_vertices),
+            ("maxGeometryTotalOutputComponents", components, limits.max_geometry_total_output_components),
+            ("maxGeometryShaderInvocations", invocations, limits.max_geometry_shader_invocations),
+        ];
+        match checks.iter().find(|(_, wanted, most)| wanted > most) {
+            None => Ok(()),
+            Some((limit, wanted, most)) => Err(Error::Limit {
+                object: name.to_string(),
+                what: format!("needs {limit} = {wanted}, the device has {most}; choose smaller blocks"),
+            }),
+        }
+    }
+
     /// # Errors
     /// The driver's compiler fails.
     pub fn compute_pipeline(
