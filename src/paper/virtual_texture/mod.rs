@@ -20,8 +20,11 @@ pub mod pipeline;
 pub mod reference;
 pub mod resident;
 pub mod ruler;
+pub mod streaming;
 pub mod surface;
 pub mod texturing;
+
+pub use streaming::Keying;
 
 use crate::math::pyramid::Pyramid;
 use crate::vk::{Error, Feature, Format, Gpu, Need, Result};
@@ -34,15 +37,6 @@ pub enum U1Format {
     Rgba32,
     /// One word: q, i, j side by side.
     Packed,
-}
-
-/// In whose grid `U2` keeps a tile (section 2.3, "ours").
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Keying {
-    /// (i, j) in level 0's grid, as printed: a tile of level q appears up to 4^q times.
-    Paper,
-    /// (i >> q, j >> q): each tile once.
-    Native,
 }
 
 /// How a pixel mixes its two levels (section 4).
