@@ -8,8 +8,8 @@ use super::{Config, U1Format, dedup::blocks, pyramid_constants};
 use crate::math::pyramid::Pyramid;
 use crate::vk::shader::virtual_texture::{blocks_vert, compact_geom};
 use crate::vk::{
-    Buffer, BufferUse, Cmd, Gpu, GraphicsInfo, GraphicsPipeline, Image, Resource, Result, StreamCount, StreamQuery,
-    TransformFeedback, View,
+    Buffer, BufferUse, Cmd, Gpu, GraphicsInfo, GraphicsPipeline, Image, Resource, Result, StreamCount,
+    StreamQuery, TransformFeedback, View,
 };
 
 /// Bytes of a triple in `U3`.
@@ -96,7 +96,11 @@ impl Compact {
         let count = list.query.read(0)?;
         let overflowed = count.needed > count.written;
         if overflowed {
-            tracing::info!("U3 holds {} triples, the frame has {}: compacted again", list.capacity, count.needed);
+            tracing::info!(
+                "U3 holds {} triples, the frame has {}: compacted again",
+                list.capacity,
+                count.needed
+            );
             *list = self.list(gpu, count.needed.next_power_of_two())?;
             let mut frame = gpu.frame()?;
             frame.pass("compact again", |cmd| self.run(cmd, u2, list))?;

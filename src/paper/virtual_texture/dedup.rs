@@ -9,7 +9,8 @@ use crate::math::pyramid::Pyramid;
 use crate::vk::shader::Blocks;
 use crate::vk::shader::virtual_texture::{blocks_vert, dedup_frag, dedup_geom};
 use crate::vk::{
-    Clear, Cmd, ColorTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo, Resource, Result, View,
+    Clear, Cmd, ColorTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo, Resource, Result,
+    View,
 };
 
 pub struct Dedup {
@@ -28,10 +29,8 @@ impl Dedup {
     /// # Errors
     /// The device's geometry shader cannot emit a block's points; out of memory.
     pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage1: &Footprint) -> Result<Dedup> {
-        let constants = [
-            ("MEMO", u32::from(config.memo)),
-            ("NATIVE_KEYING", u32::from(config.keying == Keying::Native)),
-        ];
+        let constants =
+            [("MEMO", u32::from(config.memo)), ("NATIVE_KEYING", u32::from(config.keying == Keying::Native))];
         let shader = &dedup_geom::SHADERS[config.block_log2 as usize];
         // 8 components a point: glslang's whole gl_PerVertex block (7) and the mask. p = 4 runs twice 128 points.
         let points = (1 << (2 * config.block_log2)).min(128);

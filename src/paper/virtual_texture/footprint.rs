@@ -9,8 +9,8 @@ use crate::math::pyramid::Pyramid;
 use crate::vk::shader::virtual_texture::{footprint_dump_frag, footprint_frag, mesh_vert};
 use crate::vk::shader::{Shader, View};
 use crate::vk::{
-    Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo,
-    Result,
+    Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    ImageInfo, Result,
 };
 
 /// q of a pixel that the mesh does not cover.
@@ -37,7 +37,10 @@ fn pipeline(
         vertex: &mesh_vert::SHADER,
         geometry: None,
         fragment: Some(fragment),
-        specialization: &with(pyramid_constants(pyramid, format), [("MAX_ANISOTROPY", config.max_anisotropy)]),
+        specialization: &with(
+            pyramid_constants(pyramid, format),
+            [("MAX_ANISOTROPY", config.max_anisotropy)],
+        ),
         points: false,
         depth: Some(Depth::Write),
         colors,
@@ -54,7 +57,14 @@ impl Footprint {
             u1: gpu.image("U1", ImageInfo::target(size, format.image_format()))?,
             depth: gpu.image("depth", ImageInfo::target(size, Format::Depth32Float))?,
             format,
-            pipeline: pipeline(gpu, &footprint_frag::SHADER, pyramid, config, format, &[format.image_format()])?,
+            pipeline: pipeline(
+                gpu,
+                &footprint_frag::SHADER,
+                pyramid,
+                config,
+                format,
+                &[format.image_format()],
+            )?,
         })
     }
 
@@ -66,7 +76,13 @@ impl Footprint {
         let u1 = ColorTarget { image: &self.u1, clear: Clear::Uint([BACKGROUND; 4]) };
         let depth = DepthTarget { image: &self.depth, clear: true };
         cmd.render(self.u1.info().size, &[u1], Some(depth), |render| {
-            render.draw_mesh(&self.pipeline, &[], bytemuck::bytes_of(view), &surface.vertices, &surface.indices)
+            render.draw_mesh(
+                &self.pipeline,
+                &[],
+                bytemuck::bytes_of(view),
+                &surface.vertices,
+                &surface.indices,
+            )
         })
     }
 }
@@ -106,7 +122,13 @@ impl FootprintDump {
         ];
         let depth = DepthTarget { image: &stage.depth, clear: true };
         cmd.render(stage.u1.info().size, &targets, Some(depth), |render| {
-            render.draw_mesh(&self.pipeline, &[], bytemuck::bytes_of(view), &surface.vertices, &surface.indices)
+            render.draw_mesh(
+                &self.pipeline,
+                &[],
+                bytemuck::bytes_of(view),
+                &surface.vertices,
+                &surface.indices,
+            )
         })
     }
 }

@@ -102,7 +102,8 @@ impl U1Format {
     pub fn fits(self, pyramid: &Pyramid) -> bool {
         let bits = pyramid.width_log2() + pyramid.height_log2() - 2 * pyramid.tile_log2();
         // The largest stored q is L-L'+1; its successor must not be reached, or all ones could be a triple.
-        self != U1Format::Packed || (bits < 32 && pyramid.first_resident_level() < (1 << (32 - bits).min(31)) - 1)
+        self != U1Format::Packed
+            || (bits < 32 && pyramid.first_resident_level() < (1 << (32 - bits).min(31)) - 1)
     }
 
     /// The format to use: as configured, or the first that the device renders to.

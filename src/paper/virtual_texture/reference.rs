@@ -89,7 +89,8 @@ pub fn possible_triples(
         t: at.t + sign * tolerance.coordinate[1],
         ..*at
     };
-    let (low, high) = (triple(&moved(-1.0), pyramid, max_anisotropy), triple(&moved(1.0), pyramid, max_anisotropy));
+    let (low, high) =
+        (triple(&moved(-1.0), pyramid, max_anisotropy), triple(&moved(1.0), pyramid, max_anisotropy));
     let [w, h] = pyramid.level_size(0).map(f64::from);
     // |r| changes by at most |(w ds, h dt)|; both sides' lengths are bracketed, and with them e. e falls as dmin
     // grows no further than nA allows, so its extremes lie at the brackets' ends.

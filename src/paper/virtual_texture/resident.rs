@@ -46,7 +46,11 @@ impl Resident {
     ///
     /// # Errors
     /// The device has not so many layers; out of memory; `G1` cannot be read.
-    pub fn new(gpu: &Gpu, source: &dyn TileSource, slots: u32) -> std::result::Result<Resident, ResidentError> {
+    pub fn new(
+        gpu: &Gpu,
+        source: &dyn TileSource,
+        slots: u32,
+    ) -> std::result::Result<Resident, ResidentError> {
         let pyramid = source.pyramid();
         let format = source.format();
         let [side, _] = pyramid.stored_sides();
@@ -115,7 +119,13 @@ impl Resident {
                 let offset = n as u64 * bytes;
                 [
                     TexelCopy { offset, mip: 0, layer: slot, at: [0; 2], size: [side; 2] },
-                    TexelCopy { offset: offset + own_level, mip: 1, layer: slot, at: [0; 2], size: [half; 2] },
+                    TexelCopy {
+                        offset: offset + own_level,
+                        mip: 1,
+                        layer: slot,
+                        at: [0; 2],
+                        size: [half; 2],
+                    },
                 ]
             })
             .collect();
@@ -192,20 +202,27 @@ fn resident_levels(gpu: &Gpu, source: &dyn TileSource) -> std::result::Result<Im
     let first = pyramid.first_resident_level();
     let levels = pyramid.resident_levels();
     let g1 = gpu.image("G1", ImageInfo::texture(pyramid.level_size(first), Format::Rgba8Srgb, levels))?;
-    let texels: Vec<Vec<u8>> =
-        (0..levels).map(|level| source.read_resident_level(first + level)).collect::<std::result::Result<_, _>>()?;
+    let texels: Vec<Vec<u8>> = (0..levels)
+        .map(|level| source.read_resident_level(first + level))
+        .collect::<std::result::Result<_, _>>()?;
     fill_levels(gpu, &g1, &texels)?;
     Ok(g1)
 }
 
 /// Fills the mip levels of an RGBA8 image, finest first. Waits for the copy.
 pub(super) fn fill_levels(gpu: &Gpu, image: &Image, levels: &[Vec<u8>]) -> Result<()> {
-    let mut staging = gpu.buffer("level staging", levels.iter().map(|l| l.len() as u64).sum(), BufferUse::Upload)?;
+    let mut staging =
+        gpu.buffer("level staging", levels.iter().map(|l| l.len() as u64).sum(), BufferUse::Upload)?;
     let mut copies = Vec::new();
     let mut offset = 0;
     for (mip, level) in levels.iter().enumerate() {
         let size = image.mip_size(mip as u32);
-        assert_eq!(level.len() as u64, image.info().format.bytes(size), "{}: bytes of mip {mip}", image.name());
+        assert_eq!(
+            level.len() as u64,
+            image.info().format.bytes(size),
+            "{}: bytes of mip {mip}",
+            image.name()
+        );
         staging.mapped_mut()[offset..offset + level.len()].copy_from_slice(level);
         copies.push(TexelCopy { offset: offset as u64, mip: mip as u32, layer: 0, at: [0; 2], size });
         offset += level.len();

@@ -7,8 +7,8 @@ use crate::math::pyramid::Pyramid;
 use crate::vk::shader::View as ViewConstants;
 use crate::vk::shader::virtual_texture::{mesh_vert, ruler_frag};
 use crate::vk::{
-    Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo,
-    Resource, Result, View,
+    Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    ImageInfo, Resource, Result, View,
 };
 
 pub struct RulerCheck {

@@ -4,8 +4,8 @@
 //! same depth, only adds where in the tile the pixel lies and how the two levels mix.
 
 use super::{
-    Config, Interpolation, footprint::Footprint, pyramid_constants, resident::Resident, resident::fill_levels,
-    surface::Surface, with,
+    Config, Interpolation, footprint::Footprint, pyramid_constants, resident::Resident,
+    resident::fill_levels, surface::Surface, with,
 };
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::scene::source::{TileError, TileFormat, TileSource};
@@ -124,7 +124,8 @@ impl Plain {
         Ok(Plain {
             pipeline,
             texture,
-            sampler: gpu.sampler("plain sampler", SamplerInfo { filter: Filter::Linear, wraps_in_s: true })?,
+            sampler: gpu
+                .sampler("plain sampler", SamplerInfo { filter: Filter::Linear, wraps_in_s: true })?,
             depth: gpu.image("plain depth", ImageInfo::target(target.info().size, Format::Depth32Float))?,
         })
     }
@@ -135,7 +136,13 @@ impl Plain {
 
     /// # Errors
     /// Out of memory.
-    pub fn draw(&self, cmd: &mut Cmd<'_>, surface: &Surface, view: &ViewConstants, target: &Image) -> Result<()> {
+    pub fn draw(
+        &self,
+        cmd: &mut Cmd<'_>,
+        surface: &Surface,
+        view: &ViewConstants,
+        target: &Image,
+    ) -> Result<()> {
         let color = ColorTarget { image: target, clear: SKY };
         let depth = DepthTarget { image: &self.depth, clear: true };
         let resources = [(plain_frag::PLAIN, Resource::Sampled(&self.texture, &self.sampler))];
@@ -152,7 +159,8 @@ fn whole_level(source: &dyn TileSource, level: u32) -> std::result::Result<Vec<u
     if level >= pyramid.first_resident_level() {
         return source.read_resident_level(level);
     }
-    let refused = |tile| TileError::Refused { tile, reason: "a BC1 pyramid has no RGBA8 level to compare with".into() };
+    let refused =
+        |tile| TileError::Refused { tile, reason: "a BC1 pyramid has no RGBA8 level to compare with".into() };
     let [columns, rows] = pyramid.tile_grid(level);
     let (size, border, stored) =
         (pyramid.tile_size() as usize, pyramid.border_texels() as usize, pyramid.stored_sides()[0] as usize);
