@@ -1,5 +1,8 @@
 //! Where a texture's tiles come from: a file, or a pure function.
 
+pub mod border;
+pub mod ruler;
+
 use crate::math::pyramid::{Pyramid, TileId};
 use thiserror::Error;
 
