@@ -1,6 +1,7 @@
 //! Where a texture's tiles come from: a file, or a pure function.
 
 pub mod border;
+pub mod earth;
 pub mod ruler;
 
 use crate::math::pyramid::{Pyramid, TileId};
