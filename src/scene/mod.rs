@@ -4,3 +4,4 @@ pub mod camera;
 pub mod mesh;
 pub mod path;
 pub mod source;
+pub mod tiles;
