@@ -41,7 +41,9 @@ impl RenderError {
     /// The program's exit code where it is not the common 1.
     pub fn exit_code(&self) -> Option<u8> {
         match self {
-            RenderError::Vulkan(error) | RenderError::Resident(ResidentError::Vulkan(error)) => Some(error.exit_code()),
+            RenderError::Vulkan(error) | RenderError::Resident(ResidentError::Vulkan(error)) => {
+                Some(error.exit_code())
+            }
             // G1 lies in the same file as the tiles: what cannot be read there is damage.
             RenderError::Resident(ResidentError::Source(_)) => Some(3),
             _ => None,

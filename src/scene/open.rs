@@ -19,7 +19,9 @@ pub enum TextureError {
     File(#[from] TileFileError),
     #[error("texture.source: a synthetic texture needs width_log2 and height_log2")]
     Size,
-    #[error("{path}: the file has {found}, the scene states {stated}; correct the scene, or leave the key out")]
+    #[error(
+        "{path}: the file has {found}, the scene states {stated}; correct the scene, or leave the key out"
+    )]
     Differs { path: String, found: String, stated: String },
 }
 
