@@ -2,10 +2,11 @@
 
 use anyhow::{Context, bail};
 use ortelius::math::camera::Pose;
-use ortelius::picture;
+use ortelius::picture::write::{Planes, Srgb8Picture, write_exr, write_png, write_whole};
 use ortelius::renderer::report::Report;
 use ortelius::renderer::{FrameRecord, Renderer, Target};
 use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 pub struct Outputs {
@@ -73,13 +74,13 @@ impl Outputs {
         let bytes = renderer.picture_bytes()?;
         let [width, height] = renderer.settings.size;
         match renderer.settings.target {
-            Target::Srgb8 => picture::write_png(&path, width, height, &bytes)?,
+            Target::Srgb8 => write_png(&path, &Srgb8Picture { width, height, rgba: bytes })?,
             Target::Linear32 => {
                 let floats: Vec<f32> = bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
                 let channel = |c: usize| floats.iter().skip(c).step_by(4).copied().collect();
-                let channels: Vec<(&str, Vec<f32>)> =
-                    ["R", "G", "B"].into_iter().enumerate().map(|(c, name)| (name, channel(c))).collect();
-                picture::write_exr(&path, width, height, &channels)?;
+                let channels =
+                    ["R", "G", "B"].into_iter().enumerate().map(|(c, name)| (name.to_string(), channel(c)));
+                write_exr(&path, &Planes { width, height, channels: channels.collect() })?;
             }
         }
         Ok(())
@@ -113,7 +114,8 @@ impl Outputs {
             ("j", dump.triples.iter().map(native(2)).collect()),
         ];
         let [width, height] = renderer.settings.size;
-        Ok(picture::write_exr(path, width, height, &channels)?)
+        let channels = channels.into_iter().map(|(name, samples)| (name.to_string(), samples)).collect();
+        Ok(write_exr(path, &Planes { width, height, channels })?)
     }
 
     /// # Errors
@@ -121,7 +123,7 @@ impl Outputs {
     pub fn write_report(&self, report: &Report) -> anyhow::Result<()> {
         let Some(path) = &self.report else { return Ok(()) };
         let text = serde_json::to_string_pretty(report).context("the report as JSON")? + "\n";
-        Ok(picture::write_whole(path, text.as_bytes())?)
+        Ok(write_whole(path, |file| file.write_all(text.as_bytes()))?)
     }
 }
 
@@ -137,5 +139,5 @@ pub fn write_visible(path: &Path, records: &[FrameRecord], only_last: bool) -> a
             writeln!(text, "{},{},{},{}", record.index, tile.level, tile.row, tile.column)?;
         }
     }
-    Ok(picture::write_whole(path, text.as_bytes())?)
+    Ok(write_whole(path, |file| file.write_all(text.as_bytes()))?)
 }

@@ -4,6 +4,7 @@
 //! `[paths.NAME]` and `[variant]`. Everything in a [`Scene`] has been checked: a value of this type can be
 //! drawn, as far as that can be known without its texture file and without a device.
 
+pub mod bake;
 pub mod camera;
 mod check;
 mod error;
