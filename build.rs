@@ -18,6 +18,8 @@ use std::path::{Path, PathBuf};
 fn main() {
     println!("cargo:rerun-if-changed=glsl");
     println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-changed=.git/logs/HEAD");
+    println!("cargo:rustc-env=ORTELIUS_COMMIT={}", commit());
     let mut generated = Generated::default();
     let mut failures = Vec::new();
     for path in shader_files(Path::new("glsl")) {
@@ -33,6 +35,15 @@ fn main() {
     if let Err(error) = std::fs::write(&out, generated.text()) {
         eprintln!("{}: {error}", out.display());
         std::process::exit(1);
+    }
+}
+
+/// The commit that is built, for the manifests of reports; "unknown" in a tree without history.
+fn commit() -> String {
+    let git = std::process::Command::new("git").args(["rev-parse", "HEAD"]).output();
+    match git {
+        Ok(output) if output.status.success() => String::from_utf8_lossy(&output.stdout).trim().to_string(),
+        _ => "unknown".to_string(),
     }
 }
 

@@ -45,6 +45,7 @@ vec2 squared_sides(Footprint f) {
 
 // nA: how many samples along the longer side.
 float sample_count(vec2 sides) {
+    if (MAX_ANISOTROPY == 1) return 1.0;  // folds at specialization: no square root, no division
     float most = float(MAX_ANISOTROPY);
     return sides.y > 0.0 ? min(ceil(sqrt(sides.x / sides.y)), most) : most;
 }

@@ -47,7 +47,7 @@ void main() {
     float count = usable && sides.x > 0.0 ? sample_count(sides) : 1.0;
     vec2 major = usable ? (dot(f.r1, f.r1) > dot(f.r2, f.r2) ? f.r1 : f.r2) : vec2(0.0);
     // e may differ from stage 1's by an ulp of log2; q is stage 1's, so only f can feel it, and f is clamped.
-    float e = usable && sides.x > 0.0 ? 0.5 * log2(sides.x) - log2(count) : float(qij.x);
+    float e = usable && sides.x > 0.0 ? 0.5 * log2(sides.x / (count * count)) : float(qij.x);
 
     uint q = min(qij.x + view.level_bias, FIRST_RESIDENT_LEVEL);
     Resident tile = find_resident(q, qij.yz);

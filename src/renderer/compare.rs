@@ -3,6 +3,7 @@
 use super::{RenderError, Renderer};
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::{surface, texturing::Plain};
+use crate::stats::{Summary, median};
 use crate::vk::PassTime;
 
 /// Runs of each, after the warm-up.
@@ -10,38 +11,18 @@ const RUNS: usize = 30;
 /// First uses compile on software drivers.
 const WARM_UP: usize = 3;
 
-/// Nanoseconds of GPU time over the runs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spread {
-    pub median_ns: f64,
-    pub p5_ns: f64,
-    pub p95_ns: f64,
-    pub runs: usize,
-}
-
 /// Both frames' times, interleaved so that drift hits both alike.
 #[derive(Clone, Debug)]
 pub struct PlainComparison {
-    pub settled: Spread,
+    /// Nanoseconds of GPU time.
+    pub settled: Summary,
     /// Median of each pass of the settled frame.
     pub settled_passes: Vec<(String, f64)>,
-    pub plain: Spread,
-    pub empty_pass: Spread,
+    pub plain: Summary,
+    pub empty_pass: Summary,
     /// Width and height of the plain texture.
     pub plain_size: [u32; 2],
     pub ratio: f64,
-}
-
-impl Spread {
-    fn of(times_ns: &[f64]) -> Spread {
-        use crate::stats::{median, percentile};
-        Spread {
-            median_ns: median(times_ns),
-            p5_ns: percentile(times_ns, 5.0),
-            p95_ns: percentile(times_ns, 95.0),
-            runs: times_ns.len(),
-        }
-    }
 }
 
 fn total(passes: &[PassTime]) -> Option<f64> {
@@ -87,17 +68,21 @@ impl Renderer {
                 times.extend(pass.ns.map(|ns| ns as f64));
             }
         }
-        let (settled, plain_spread) = (Spread::of(&settled), Spread::of(&plain_ns));
+        let summary = |times: &[f64]| Summary::of(times).expect("every run was timed");
+        let (settled, plain_ns) = (summary(&settled), summary(&plain_ns));
         // The plain frame overwrote the picture: draw it again.
         self.frame(pose)?;
         self.drain()?;
         Ok(Some(PlainComparison {
             settled,
-            settled_passes: passes.iter().map(|(l, t)| (l.clone(), crate::stats::median(t))).collect(),
-            plain: plain_spread,
-            empty_pass: Spread::of(&empty),
+            settled_passes: passes
+                .into_iter()
+                .filter_map(|(label, times)| Some((label, median(&times)?)))
+                .collect(),
+            plain: plain_ns,
+            empty_pass: summary(&empty),
             plain_size: plain.size(),
-            ratio: settled.median_ns / plain_spread.median_ns,
+            ratio: settled.median / plain_ns.median,
         }))
     }
 }

@@ -3,8 +3,9 @@
 
 mod compare;
 mod dump;
+pub mod report;
 
-pub use compare::{PlainComparison, Spread};
+pub use compare::PlainComparison;
 pub use dump::{FootprintPicture, read_words};
 
 use crate::math::{camera::Pose, pyramid::TileId};

@@ -26,7 +26,7 @@ pub use error::Error;
 pub use features::{Feature, Need};
 pub use frame::{FRAMES_IN_FLIGHT, Frame, PassTime, Ticket};
 pub use image::{Filter, Format, Image, ImageInfo, Sampler, SamplerInfo, View};
-pub use instance::{Instance, PhysicalDevice, Survey};
+pub use instance::{Instance, PhysicalDevice, Survey, driver_folders};
 pub use message::{Message, Severity};
 pub use pipeline::{ComputePipeline, Depth, GraphicsInfo, GraphicsPipeline};
 pub use query::{StreamCount, StreamQuery};

@@ -140,6 +140,11 @@ impl Pipeline {
         })
     }
 
+    /// Labels of the frame's passes, in order.
+    pub fn passes(&self) -> [&'static str; 6] {
+        ["upload", "footprint", "dedup", "compact", "read-back", "texturing"]
+    }
+
     /// Remembers the frame that was recorded for place `flight`.
     pub fn submitted(&mut self, flight: usize, ticket: Ticket) {
         self.flights[flight].ticket = Some(ticket);
