@@ -2,19 +2,19 @@
 
 use serde::Serialize;
 
-/// The value that `percent` (0.0 ..= 100.0) of the samples lie at or below, linear between the two nearest
-/// (type 7 of Hyndman and Fan, "Sample quantiles in statistical packages", 1996: the default of R and
-/// NumPy). NaN for no samples.
+/// The value at a share `p` (0.0 ..= 1.0) of the sorted samples, linear between the two nearest (type 7 of
+/// Hyndman and Fan, "Sample quantiles in statistical packages", 1996: the default of R and NumPy).
+/// `None` without samples.
 ///
 /// # Panics
-/// Where a sample is NaN or `percent` is outside 0 ..= 100: nothing that was measured is either.
-pub fn percentile(samples: &[f64], percent: f64) -> f64 {
-    at_percent(&sorted(samples), percent)
+/// Where a sample is NaN or `p` is outside 0 ..= 1: nothing that was measured is either.
+pub fn percentile(samples: &[f64], p: f64) -> Option<f64> {
+    at_share(&sorted(samples), p)
 }
 
-/// The middle sample, or the mean of the two middle ones: [`percentile`] 50. NaN for none.
-pub fn median(samples: &[f64]) -> f64 {
-    percentile(samples, 50.0)
+/// The middle of the samples, or the mean of both middles: [`percentile`] 0.5.
+pub fn median(samples: &[f64]) -> Option<f64> {
+    percentile(samples, 0.5)
 }
 
 fn sorted(samples: &[f64]) -> Vec<f64> {
@@ -26,13 +26,14 @@ fn sorted(samples: &[f64]) -> Vec<f64> {
     sorted
 }
 
-fn at_percent(sorted: &[f64], percent: f64) -> f64 {
-    assert!((0.0..=100.0).contains(&percent), "{percent} %");
-    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
-    let at = percent / 100.0 * last as f64;
-    let (below, above) = (sorted[at.floor() as usize], sorted[at.ceil() as usize]);
-    // below + 0 * (above - below) would be NaN between infinities.
-    if below == above { below } else { below + (above - below) * at.fract() }
+fn at_share(sorted: &[f64], p: f64) -> Option<f64> {
+    assert!((0.0..=1.0).contains(&p), "a share of {p}");
+    let last = sorted.len().checked_sub(1)?;
+    let position = p * last as f64;
+    let below = position.floor() as usize;
+    let (low, high) = (sorted[below], sorted[(below + 1).min(last)]);
+    // low + 0 * (high - low) would be NaN between infinities.
+    Some(if low == high { low } else { low + (position - below as f64) * (high - low) })
 }
 
 /// A measurement taken `count` times, in the samples' unit.
@@ -53,10 +54,15 @@ impl Summary {
     /// Where a sample is NaN.
     pub fn of(samples: &[f64]) -> Option<Summary> {
         let sorted = sorted(samples);
-        let at = |percent| at_percent(&sorted, percent);
-        let [min, p5, median, p95, max] = [0.0, 5.0, 50.0, 95.0, 100.0].map(at);
-        let count = sorted.len();
-        (count > 0).then_some(Summary { count, min, p5, median, p95, max })
+        let at = |p| at_share(&sorted, p);
+        Some(Summary {
+            count: sorted.len(),
+            min: at(0.0)?,
+            p5: at(0.05)?,
+            median: at(0.5)?,
+            p95: at(0.95)?,
+            max: at(1.0)?,
+        })
     }
 
     /// p95 - p5: nine tenths of the samples lie this close together.
@@ -76,24 +82,19 @@ mod tests {
 
     #[test]
     fn the_median_is_the_middle_or_the_mean_of_both_middles() {
-        assert_eq!(median(&[9.0, 1.0, 4.0]), 4.0);
-        assert_eq!(median(&[9.0, 1.0, 4.0, 5.0]), 4.5);
-        assert_eq!(median(&[7.0]), 7.0);
-        assert!(median(&[]).is_nan());
+        assert_eq!(median(&[3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(&[4.0, 1.0, 3.0, 2.0]), Some(2.5));
+        assert_eq!(median(&[7.0]), Some(7.0));
+        assert_eq!(median(&[]), None);
     }
 
     #[test]
     fn percentiles_lie_between_the_nearest_samples() {
         let samples: Vec<f64> = (0..=20).rev().map(f64::from).collect();
-        assert_eq!((percentile(&samples, 5.0), percentile(&samples, 95.0)), (1.0, 19.0));
-        assert_eq!((percentile(&samples, 0.0), percentile(&samples, 100.0)), (0.0, 20.0));
-        assert_eq!(percentile(&[10.0, 20.0], 25.0), 12.5);
-    }
-
-    #[test]
-    #[should_panic(expected = "101 %")]
-    fn more_than_all_samples_are_refused() {
-        percentile(&[1.0], 101.0);
+        assert_eq!(percentile(&samples, 0.05), Some(1.0));
+        assert_eq!(percentile(&samples, 0.95), Some(19.0));
+        assert_eq!(percentile(&[10.0, 20.0], 0.25), Some(12.5));
+        assert_eq!((percentile(&samples, 0.0), percentile(&samples, 1.0)), (Some(0.0), Some(20.0)));
     }
 
     #[test]
@@ -115,12 +116,12 @@ mod tests {
 
     #[test]
     fn equal_infinities_have_a_percentile() {
-        assert_eq!(median(&[f64::INFINITY; 2]), f64::INFINITY);
+        assert_eq!(median(&[f64::INFINITY; 2]), Some(f64::INFINITY));
     }
 
     #[test]
     #[should_panic(expected = "sample 1 of 2 is NaN")]
     fn a_sample_that_is_no_number_is_refused() {
-        median(&[1.0, f64::NAN]);
+        let _ = median(&[1.0, f64::NAN]);
     }
 }
