@@ -1,1 +1,2 @@
+//! The command line (its commands land with the next commits).
 fn main() {}

@@ -6,7 +6,7 @@ use clap::Args;
 use ortelius::math::camera::Pose;
 use ortelius::paper::virtual_texture::NEEDS;
 use ortelius::renderer::{Renderer, Settings, Target};
-use ortelius::scene::Scene;
+use ortelius::scene::{Scene, mesh};
 use ortelius::vk::{Gpu, GpuOptions};
 use std::path::PathBuf;
 
@@ -138,7 +138,7 @@ fn open(args: &RenderArgs, scene: &Scene, target: Target) -> anyhow::Result<Rend
     settings.size = args.size.unwrap_or(settings.size);
     settings.streaming.deterministic = args.deterministic;
     let source = scene.open_texture().with_context(|| format!("scene {}", args.scene))?;
-    Ok(Renderer::new(gpu, source, &scene.gpu_mesh()?, settings)?)
+    Ok(Renderer::new(gpu, source, &mesh::gpu_mesh(&scene.source_mesh()?)?, settings)?)
 }
 
 fn run_frames(args: &RenderArgs, renderer: &mut Renderer, poses: &[Pose], outputs: &Outputs) -> anyhow::Result<()> {

@@ -14,8 +14,8 @@ use crate::paper::virtual_texture::resident::ResidentError;
 use crate::paper::virtual_texture::streaming::{
     FrameReport, Streaming, StreamingConfig, StreamingError, distinct_tiles,
 };
-use crate::paper::virtual_texture::{Config, surface};
-use crate::scene::{mesh::Mesh, source::TileSource};
+use crate::paper::virtual_texture::{Config, Interpolation, Keying, U1Format, surface};
+use crate::scene::{self, Scene, TriplesFormat, mesh::Mesh, source::TileSource};
 use crate::vk::{self, FRAMES_IN_FLIGHT, Format, Gpu, Image, ImageInfo, PassTime};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -35,6 +35,20 @@ pub enum RenderError {
         STALL.as_secs()
     )]
     Stalled { pending: usize },
+}
+
+impl RenderError {
+    /// The program's exit code where it is not the common 1.
+    pub fn exit_code(&self) -> Option<u8> {
+        match self {
+            RenderError::Vulkan(error) | RenderError::Resident(ResidentError::Vulkan(error)) => {
+                Some(error.exit_code())
+            }
+            // G1 lies in the same file as the tiles: what cannot be read there is damage.
+            RenderError::Resident(ResidentError::Source(_)) => Some(3),
+            _ => None,
+        }
+    }
 }
 
 /// Nothing loaded and nothing copied for so long: something is broken, and waiting will not mend it. A source may
@@ -58,6 +72,49 @@ pub struct Settings {
     pub config: Config,
     pub streaming: StreamingConfig,
     pub target: Target,
+}
+
+impl Settings {
+    /// What a scene asks for.
+    pub fn of_scene(scene: &Scene, target: Target) -> Settings {
+        let (variant, cache) = (&scene.variant, &scene.cache);
+        let milliseconds = |ms: f64| Duration::from_secs_f64(ms / 1e3);
+        Settings {
+            size: [scene.view.width, scene.view.height],
+            config: Config {
+                u1: match variant.u1 {
+                    TriplesFormat::Auto => None,
+                    TriplesFormat::Rgb32 => Some(U1Format::Rgb32),
+                    TriplesFormat::Rgba32 => Some(U1Format::Rgba32),
+                    TriplesFormat::Packed => Some(U1Format::Packed),
+                },
+                block_log2: variant.block_log2,
+                memo: variant.memo,
+                keying: match variant.keying {
+                    scene::Keying::Paper => Keying::Paper,
+                    scene::Keying::Native => Keying::Native,
+                },
+                compact_block_log2: variant.compact_block_log2,
+                max_anisotropy: variant.max_anisotropy,
+                interpolation: match variant.interpolation {
+                    scene::Interpolation::Corrected => Interpolation::Corrected,
+                    scene::Interpolation::Literal => Interpolation::Literal,
+                },
+                list_capacity: variant.list_capacity,
+            },
+            streaming: StreamingConfig {
+                gpu_tiles: cache.gpu_tiles,
+                host_tiles: cache.host_tiles,
+                upload_budget: milliseconds(cache.upload_budget_ms),
+                load_budget: milliseconds(cache.load_budget_ms),
+                upload_tiles_per_frame: cache.upload_tiles_per_frame,
+                load_tiles_per_frame: cache.load_tiles_per_frame,
+                deterministic: false,
+                level_bias: variant.level_bias,
+            },
+            target,
+        }
+    }
 }
 
 /// One frame, as the report tells it.
