@@ -88,7 +88,8 @@ pub struct Streaming {
 }
 
 impl Streaming {
-    /// Empty caches for `source`, and the threads of A3 (one less than the machine has cores, at least one).
+    /// Empty caches for `source`, and the threads of A3: as many as the machine has cores where the frames wait for
+    /// them, else one less; 1 to 8.
     ///
     /// # Errors
     /// [`StreamingError`]: settings with which nothing could be shown, too many tiles, or no thread.
@@ -96,13 +97,15 @@ impl Streaming {
         let pyramid = source.pyramid();
         config.check(&pyramid)?;
         let tile_bytes = source.format().tile_bytes(&pyramid);
-        let threads = std::thread::available_parallelism().map_or(1, |cores| (cores.get() - 1).clamp(1, 8));
-        let capacity = match config.deterministic {
-            // Each has a place in J2, and none is left over from the frame before.
-            true => config.load_tiles_per_frame.min(config.host_tiles),
-            false => MOST_UNDER_WAY,
+        let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
+        let (threads, capacity) = match config.deterministic {
+            // The frame waits for its loads, so its core is theirs. Each load has a place in J2, and none is left
+            // over from the frame before.
+            true => (cores, config.load_tiles_per_frame.min(config.host_tiles)),
+            false => (cores - 1, MOST_UNDER_WAY),
         };
-        let loader = Loader::new(&source, threads, capacity as usize).map_err(StreamingError::Thread)?;
+        let loader =
+            Loader::new(&source, threads.clamp(1, 8), capacity as usize).map_err(StreamingError::Thread)?;
         Ok(Self {
             pyramid,
             tile_bytes,
