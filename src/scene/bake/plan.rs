@@ -74,16 +74,17 @@ impl Plan {
         let rgba = pyramid.tile_bytes_rgba8() as u64;
         let record = self.layout.record_bytes() as u64;
         let first_resident = self.layout.resident_bytes(pyramid.first_resident_level()) as u64;
-        let band = u64::from(self.band_rows) * 4 << pyramid.width_log2();
-        // Journal entries while they are read, the list of what is done, the index in both forms.
-        let lists = self.layout.entry_count() * 48;
+        let band = (u64::from(self.band_rows) * 4) << pyramid.width_log2();
+        // Journal entries of 24 bytes (twice while they are sorted, once checked, and a third more for the scratch
+        // file's), what is done, the index in both forms.
+        let lists = self.layout.entry_count() * 144;
         let always = if matches!(settings.source, SourceName::Earth(_)) { EARTH_BYTES } else { 0 };
         let (reading, checking_bands) = match source {
             Source::Synthetic(_) => (0, 0),
             Source::Picture { rows, .. } => {
                 let enlarging = Enlarged::memory_bytes(self.source_size, pyramid.level_size(0));
-                // A band and a row of its tiles' pieces; while checking, two bands a thread.
-                (2 * band + rows.memory_bytes() + enlarging, threads * 2 * band)
+                // A band and its tiles' pieces; while checking likewise.
+                (2 * band + rows.memory_bytes() + enlarging, 2 * band)
             }
         };
         // Four tiles read, one written, for each thread.

@@ -173,7 +173,7 @@ impl Work<'_> {
     ) -> Result<(), BakeError> {
         let pyramid = self.layout.pyramid();
         let payload = payload_bytes(&pyramid);
-        let band_bytes = self.plan.band_rows as usize * 4 << pyramid.width_log2();
+        let band_bytes = (self.plan.band_rows as usize * 4) << pyramid.width_log2();
         let size = |job| match job {
             Job::Band(_) => band_bytes,
             Job::Coarser(_) => payload,
@@ -182,27 +182,30 @@ impl Work<'_> {
             Job::Complete => 0,
         };
         self.progress.begin("checking", entries.iter().map(|&(job, _)| size(job) as u64).sum());
-        let found: Vec<(Job, NonZeroU64)> = entries
-            .par_iter()
-            .map(|&(job, claimed)| -> Result<Option<(Job, NonZeroU64)>, BakeError> {
-                let found = match (job, scratch) {
-                    (Job::Band(band), Some(scratch)) => {
-                        let rows = self.plan.band_rows;
-                        scratch.band_hash(band as u32 * rows, rows)?
-                    }
-                    (Job::Coarser(index), Some(scratch)) => scratch.payload_hash(self.layout.tile(index))?,
-                    (Job::Resident(level), _) => {
-                        let offset = self.layout.resident_offset(level as u32);
-                        self.record_hash(offset, size(job))?
-                    }
-                    (Job::Tile(index), _) => self.record_hash(self.layout.record_offset(index), size(job))?,
-                    _ => 0,
-                };
-                self.progress.advance(size(job) as u64);
-                Ok(NonZeroU64::new(found).filter(|found| found.get() == claimed).map(|found| (job, found)))
-            })
-            .filter_map(Result::transpose)
-            .collect::<Result<_, _>>()?;
+        let check = |&(job, claimed): &(Job, u64)| -> Result<Option<(Job, NonZeroU64)>, BakeError> {
+            let found = match (job, scratch) {
+                (Job::Band(band), Some(scratch)) => {
+                    let rows = self.plan.band_rows;
+                    scratch.band_hash(band as u32 * rows, rows)?
+                }
+                (Job::Coarser(index), Some(scratch)) => scratch.payload_hash(self.layout.tile(index))?,
+                (Job::Resident(level), _) => {
+                    self.record_hash(self.layout.resident_offset(level as u32), size(job))?
+                }
+                (Job::Tile(index), _) => self.record_hash(self.layout.record_offset(index), size(job))?,
+                _ => 0,
+            };
+            self.progress.advance(size(job) as u64);
+            Ok(NonZeroU64::new(found).filter(|found| found.get() == claimed).map(|found| (job, found)))
+        };
+        // Bands are large: one at a time, not one for each thread.
+        let (bands, others): (Vec<_>, Vec<_>) =
+            entries.iter().copied().partition(|(job, _)| matches!(job, Job::Band(_)));
+        let mut found =
+            bands.iter().map(check).filter_map(Result::transpose).collect::<Result<Vec<_>, _>>()?;
+        found.par_extend(
+            others.par_iter().map(check).filter_map(Result::transpose).collect::<Result<Vec<_>, _>>()?,
+        );
         for (job, hash) in found {
             match job {
                 Job::Band(band) => done.bands[band as usize] = Some(hash),
