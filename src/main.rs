@@ -29,7 +29,8 @@ fn main() -> ExitCode {
     let Err(error) = result else {
         return ExitCode::SUCCESS;
     };
-    eprintln!("error: {error:#}");
+    // Not the chain: each error says its cause itself.
+    eprintln!("error: {error}");
     let code = if let Some(error) = error.downcast_ref::<BakeError>() {
         error.exit_code()
     } else if let Some(error) = error.downcast_ref::<TileFileError>() {

@@ -2,7 +2,7 @@
 //! together.
 
 use super::error::BakeError;
-use super::work::read_back;
+use super::resume::read_back;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::picture::srgb;
 use crate::scene::source::border::true_texel;
