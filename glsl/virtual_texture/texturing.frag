@@ -28,12 +28,32 @@ vec4 sample_tile(Resident tile, vec2 texels, vec2 major, float count, float f) {
     return sum / count;
 }
 
+// One level of G1. Beyond a pole's row of texel centres comes the same row half a turn away, as the tiles' borders
+// have it; the sampler, which clamps there, would show a star around the pole.
+vec4 sample_level(vec2 st, float level) {
+    vec4 here = textureLod(g1, st, level);
+    float rows = max(exp2(float(HEIGHT_LOG2) - float(FIRST_RESIDENT_LEVEL) - level), 1.0);
+    float row = st.y * rows - 0.5;
+    float beyond = max(-row, row - (rows - 1.0));
+    if (beyond <= 0.0) return here;
+    return mix(here, textureLod(g1, st + vec2(0.5, 0.0), level), min(beyond, 0.5));
+}
+
+vec4 sample_g1(vec2 st, float lod) {
+    float last = float(max(WIDTH_LOG2, HEIGHT_LOG2) - FIRST_RESIDENT_LEVEL);
+    lod = min(lod, last);
+    // Half a row of the coarser of the two levels: nearer to a pole than that, each level mirrors by itself.
+    float half_row = 0.5 * exp2(ceil(lod) + float(FIRST_RESIDENT_LEVEL) - float(HEIGHT_LOG2));
+    if (min(st.y, 1.0 - st.y) >= half_row) return textureLod(g1, st, lod);
+    return mix(sample_level(st, floor(lod)), sample_level(st, ceil(lod)), fract(lod));
+}
+
 vec4 sample_resident_levels(Coordinate at, vec2 major, float count, float lod) {
     vec2 size = vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2);
     vec2 st = (vec2(at.texel) + at.fraction) / size;
-    if (MAX_ANISOTROPY == 1) return textureLod(g1, st, lod);
+    if (MAX_ANISOTROPY == 1) return sample_g1(st, lod);
     vec4 sum = vec4(0.0);
-    for (float n = 0.5; n < count; n++) sum += textureLod(g1, st + (n / count - 0.5) * major / size, lod);
+    for (float n = 0.5; n < count; n++) sum += sample_g1(st + (n / count - 0.5) * major / size, lod);
     return sum / count;
 }
 

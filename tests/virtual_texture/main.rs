@@ -4,6 +4,7 @@
 mod lists;
 mod streaming;
 mod texels;
+mod truth;
 
 use ortelius::math::camera::Pose;
 use ortelius::paper::virtual_texture::NEEDS;

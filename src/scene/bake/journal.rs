@@ -6,7 +6,7 @@
 
 use super::error::BakeError;
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{BufReader, Read};
+use std::io::{self, BufReader, Read};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -81,6 +81,8 @@ impl Journal {
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(BakeError::Busy { path: path.to_path_buf() }),
+            // A file system without locks: then nothing keeps two bakes apart but their user.
+            Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {}
             Err(TryLockError::Error(error)) => return Err(failed(error)),
         }
         let key = xxh3_128(identity.as_bytes());
@@ -128,21 +130,21 @@ impl Journal {
     }
 
     /// Writes through to the disk.
-    pub fn sync(&self) -> std::io::Result<()> {
+    pub fn sync(&self) -> io::Result<()> {
         let end = self.end.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         end.0.sync_all()
     }
 }
 
 /// The valid entries from the file's position on, up to the first that is torn or damaged.
-fn read_entries(file: &File, seed: u64) -> std::io::Result<Vec<(Job, u64)>> {
+fn read_entries(file: &File, seed: u64) -> io::Result<Vec<(Job, u64)>> {
     let mut reader = BufReader::new(file);
     let mut entries = Vec::new();
     let mut entry = [0; ENTRY_BYTES];
     loop {
         match reader.read_exact(&mut entry) {
             Ok(()) => {}
-            Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => return Ok(entries),
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(entries),
             Err(error) => return Err(error),
         }
         let [job, hash, check] = [0, 8, 16].map(|at| {

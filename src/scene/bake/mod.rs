@@ -18,6 +18,7 @@ mod input;
 mod journal;
 mod plan;
 mod resample;
+mod resume;
 mod scratch;
 mod source;
 mod work;

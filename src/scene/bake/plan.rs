@@ -11,10 +11,10 @@ use std::fmt;
 
 /// A band of level 0 is at most this large, and at least one row.
 const BAND_BYTES: u64 = 32 << 20;
-/// The program itself, its threads' stacks and what the allocator keeps: measured 9-14 MiB.
+/// The program itself, its threads' stacks and what the allocator keeps: measured 4-12 MiB.
 const PROGRAM_BYTES: u64 = 32 << 20;
-/// Decoding the Earth's base picture, and keeping it: 44 MB decoded, 34 kept, 75 in measuring its strength.
-const EARTH_BYTES: u64 = 224 << 20;
+/// Decoding the Earth's base picture (44 MB), keeping it (34 MB), measuring its strength: measured 105 MiB.
+const EARTH_BYTES: u64 = 144 << 20;
 
 /// Sizes of a bake.
 #[derive(Clone, Debug)]
@@ -75,15 +75,16 @@ impl Plan {
         let record = self.layout.record_bytes() as u64;
         let first_resident = self.layout.resident_bytes(pyramid.first_resident_level()) as u64;
         let band = (u64::from(self.band_rows) * 4) << pyramid.width_log2();
-        // Journal entries while they are read, the list of what is done, the index in both forms.
-        let lists = self.layout.entry_count() * 48;
-        let (reading, always) = match source {
-            Source::Synthetic(_) if matches!(settings.source, SourceName::Earth(_)) => (0, EARTH_BYTES),
+        // Journal entries of 24 bytes (twice while they are sorted, once checked, and a third more for the scratch
+        // file's), what is done, the index in both forms.
+        let lists = self.layout.entry_count() * 144;
+        let always = if matches!(settings.source, SourceName::Earth(_)) { EARTH_BYTES } else { 0 };
+        let (reading, checking_bands) = match source {
             Source::Synthetic(_) => (0, 0),
             Source::Picture { rows, .. } => {
-                let target = pyramid.level_size(0);
-                let enlarging = Enlarged::memory_bytes(self.source_size, target);
-                (band + rows.memory_bytes() + enlarging, 0)
+                let enlarging = Enlarged::memory_bytes(self.source_size, pyramid.level_size(0));
+                // A band and its tiles' pieces; while checking likewise.
+                (2 * band + rows.memory_bytes() + enlarging, 2 * band)
             }
         };
         // Four tiles read, one written, for each thread.
@@ -92,7 +93,7 @@ impl Plan {
         let resident = 3 * first_resident + threads * 2 * payload;
         // The tile, its record, a neighbour's rows; a synthetic tile in linear light is 12 bytes a texel.
         let storing = first_resident + threads * (4 * rgba + record + payload);
-        let checking = band + threads * (record + payload);
+        let checking = checking_bands.max(threads * record.max(payload));
         let phases = [reading, coarser, resident, storing, checking];
         let largest = phases.into_iter().fold(0, u64::max);
         // An eighth for what the allocator wastes between pieces of different sizes.

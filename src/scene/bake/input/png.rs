@@ -101,6 +101,10 @@ impl Rows for Png {
             }
             Err(error) => return Err(damaged(&self.path, &error)),
         }
+        if self.next == self.reader.info().height as usize {
+            // The end chunk proves that the file is whole.
+            self.reader.finish().map_err(|error| damaged(&self.path, &error))?;
+        }
         Ok(())
     }
 
