@@ -16,7 +16,33 @@ struct Comparer {
 
 const REFERENCE: &str = "src/paper/virtual_texture/reference.rs";
 
+const PICTURE: &str = "src/picture/error.rs";
+
 const COMPARERS: &[Comparer] = &[
+    Comparer {
+        judges: "pictures",
+        function: (PICTURE, "compare"),
+        rejects: &[
+            (PICTURE, "a_shift_by_one_pixel_is_rejected"),
+            (PICTURE, "what_is_not_finite_is_an_infinite_error_even_against_itself"),
+            (PICTURE, "pictures_of_different_shape_are_not_compared"),
+        ],
+    },
+    Comparer {
+        judges: "a picture's worst pixel",
+        function: (PICTURE, "worst"),
+        rejects: &[(PICTURE, "one_wrong_channel_of_one_pixel_is_found_at_its_place")],
+    },
+    Comparer {
+        judges: "how many pixels are outliers",
+        function: (PICTURE, "count_above"),
+        rejects: &[(PICTURE, "one_wrong_channel_of_one_pixel_is_found_at_its_place")],
+    },
+    Comparer {
+        judges: "a whole picture in one number",
+        function: (PICTURE, "nmse"),
+        rejects: &[(PICTURE, "nmse_is_the_squared_error_over_the_squared_truth")],
+    },
     Comparer {
         judges: "lists of visible tiles, whatever variant made them",
         function: (REFERENCE, "visible_tiles"),
