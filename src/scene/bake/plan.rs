@@ -77,13 +77,13 @@ impl Plan {
         let band = u64::from(self.band_rows) * 4 << pyramid.width_log2();
         // Journal entries while they are read, the list of what is done, the index in both forms.
         let lists = self.layout.entry_count() * 48;
-        let (reading, always) = match source {
-            Source::Synthetic(_) if matches!(settings.source, SourceName::Earth(_)) => (0, EARTH_BYTES),
+        let always = if matches!(settings.source, SourceName::Earth(_)) { EARTH_BYTES } else { 0 };
+        let (reading, checking_bands) = match source {
             Source::Synthetic(_) => (0, 0),
             Source::Picture { rows, .. } => {
-                let target = pyramid.level_size(0);
-                let enlarging = Enlarged::memory_bytes(self.source_size, target);
-                (band + rows.memory_bytes() + enlarging, 0)
+                let enlarging = Enlarged::memory_bytes(self.source_size, pyramid.level_size(0));
+                // A band and a row of its tiles' pieces; while checking, two bands a thread.
+                (2 * band + rows.memory_bytes() + enlarging, threads * 2 * band)
             }
         };
         // Four tiles read, one written, for each thread.
@@ -92,7 +92,7 @@ impl Plan {
         let resident = 3 * first_resident + threads * 2 * payload;
         // The tile, its record, a neighbour's rows; a synthetic tile in linear light is 12 bytes a texel.
         let storing = first_resident + threads * (4 * rgba + record + payload);
-        let checking = band + threads * (record + payload);
+        let checking = checking_bands.max(threads * record.max(payload));
         let phases = [reading, coarser, resident, storing, checking];
         let largest = phases.into_iter().fold(0, u64::max);
         // An eighth for what the allocator wastes between pieces of different sizes.

@@ -2,6 +2,7 @@
 //! together.
 
 use super::error::BakeError;
+use super::work::read_back;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::picture::srgb;
 use crate::scene::source::border::true_texel;
@@ -10,7 +11,7 @@ use std::fs::{File, OpenOptions};
 use std::io;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
-use xxhash_rust::xxh3::Xxh3;
+use xxhash_rust::xxh3::xxh3_64;
 
 /// Bytes of one tile without border.
 pub(super) fn payload_bytes(pyramid: &Pyramid) -> usize {
@@ -45,7 +46,6 @@ impl Scratch {
         let failed = |source| BakeError::write(path.to_path_buf(), 0, total_bytes, source);
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
         let file = file.map_err(failed)?;
-        file.set_len(total_bytes).map_err(failed)?;
         Ok(Self { path: path.to_path_buf(), file, pyramid, total_bytes, first_resident: Vec::new() })
     }
 
@@ -83,16 +83,26 @@ impl Scratch {
 
     /// The hash of a band as [`Self::write_band`] was given it.
     pub fn band_hash(&self, top: u32, rows: u32) -> Result<u64, BakeError> {
-        let width = self.pyramid.level_size(0)[0] as usize;
-        let mut row = vec![0; width * 4];
-        let mut hasher = Xxh3::new();
-        let mut tile_rows = Vec::new();
-        for y in top..top + rows {
-            self.region(0, [0, i64::from(y)], [width, 1], &mut tile_rows, &mut row)
-                .map_err(|(_, error)| error)?;
-            hasher.update(&row);
+        let side = self.pyramid.tile_size() as usize;
+        let row_bytes = self.pyramid.level_size(0)[0] as usize * 4;
+        let mut rgba = vec![0; rows as usize * row_bytes];
+        let mut piece = vec![0; rows as usize * side * 4];
+        for column in 0..(row_bytes / (side * 4)) {
+            let tile = TileId { level: 0, row: top / side as u32, column: column as u32 };
+            let offset = self.offset(tile) + u64::from(top % side as u32) * side as u64 * 4;
+            read_back(&self.file, &self.path, &mut piece, offset)?;
+            for (line, row) in piece.chunks_exact(side * 4).zip(rgba.chunks_exact_mut(row_bytes)) {
+                row[column * side * 4..][..side * 4].copy_from_slice(line);
+            }
         }
-        Ok(hasher.digest())
+        Ok(xxh3_64(&rgba))
+    }
+
+    /// The hash of a tile as [`Self::write_payload`] was given it.
+    pub fn payload_hash(&self, tile: TileId) -> Result<u64, BakeError> {
+        let mut payload = vec![0; payload_bytes(&self.pyramid)];
+        read_back(&self.file, &self.path, &mut payload, self.offset(tile))?;
+        Ok(xxh3_64(&payload))
     }
 
     pub fn read_payload(&self, tile: TileId, payload: &mut [u8]) -> Result<(), BakeError> {

@@ -74,7 +74,6 @@ pub(super) fn run(
     let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&files.partial);
     let write_error = |source| BakeError::write(files.partial.clone(), 0, layout.total_bytes(), source);
     let partial = opened.map_err(write_error)?;
-    partial.set_len(layout.total_bytes()).map_err(write_error)?;
     let work = Work { layout, plan, files, journal, partial, progress };
     let finished = work.do_all(settings, source, &entries);
     if let Err(BakeError::Source(_)) = finished {
@@ -103,6 +102,17 @@ fn remove(path: &Path) -> Result<(), BakeError> {
             Err(BakeError::Write { path: path.to_path_buf(), offset: 0, source: error })
         }
         _ => Ok(()),
+    }
+}
+
+/// Reads what a job wrote. What lies beyond the end of the file was never written: zeros, which no hash fits.
+pub(super) fn read_back(file: &File, path: &Path, bytes: &mut [u8], offset: u64) -> Result<(), BakeError> {
+    match file.read_exact_at(bytes, offset) {
+        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
+            bytes.fill(0);
+            Ok(())
+        }
+        other => other.map_err(|source| BakeError::ReadBack { path: path.to_path_buf(), offset, source }),
     }
 }
 
@@ -180,11 +190,7 @@ impl Work<'_> {
                         let rows = self.plan.band_rows;
                         scratch.band_hash(band as u32 * rows, rows)?
                     }
-                    (Job::Coarser(index), Some(scratch)) => {
-                        let mut bytes = vec![0; payload];
-                        scratch.read_payload(self.layout.tile(index), &mut bytes)?;
-                        xxh3_64(&bytes)
-                    }
+                    (Job::Coarser(index), Some(scratch)) => scratch.payload_hash(self.layout.tile(index))?,
                     (Job::Resident(level), _) => {
                         let offset = self.layout.resident_offset(level as u32);
                         self.record_hash(offset, size(job))?
@@ -213,11 +219,7 @@ impl Work<'_> {
 
     fn record_hash(&self, offset: u64, length: usize) -> Result<u64, BakeError> {
         let mut bytes = vec![0; length];
-        self.partial.read_exact_at(&mut bytes, offset).map_err(|source| BakeError::ReadBack {
-            path: self.files.partial.clone(),
-            offset,
-            source,
-        })?;
+        read_back(&self.partial, &self.files.partial, &mut bytes, offset)?;
         Ok(xxh3_64(&bytes))
     }
 
