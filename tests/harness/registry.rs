@@ -69,6 +69,16 @@ const COMPARERS: &[Comparer] = &[
         ],
     },
     Comparer {
+        judges: "a whole .tiles file",
+        function: ("src/scene/tiles/verify.rs", "verify"),
+        rejects: &[("tests/tiles.rs", "a_flip_of_any_byte_is_found_and_put_down_to_its_record")],
+    },
+    Comparer {
+        judges: "tiles read from a file",
+        function: ("tests/tiles.rs", "differing"),
+        rejects: &[("tests/tiles.rs", "synthetic_tiles_come_back_from_the_file_as_they_are")],
+    },
+    Comparer {
         judges: "every call of Vulkan",
         function: ("src/vk/device.rs", "messages"),
         rejects: &[("tests/device.rs", "a_missing_barrier_is_reported")],
@@ -106,8 +116,18 @@ const NO_COMPARERS: &[(Place, &str)] = &[
 
 /// Parts of names that say that a function compares. What is public in the library, or stands in a test,
 /// and has one of them must be in one of the two lists.
-const TELLING: [&str; 8] =
-    ["compare", "verdict", "nmse", "worst", "outlier", "differ", "mismatch", "violation"];
+const TELLING: [&str; 10] = [
+    "compare",
+    "count_above",
+    "differ",
+    "mismatch",
+    "nmse",
+    "outlier",
+    "verdict",
+    "verify",
+    "violation",
+    "worst",
+];
 
 fn text(file: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
