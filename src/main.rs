@@ -10,6 +10,7 @@ use ortelius::scene::TextureError;
 use ortelius::scene::bake::BakeError;
 use ortelius::scene::tiles::TileFileError;
 use ortelius::vk;
+use std::io::IsTerminal;
 use std::process::ExitCode;
 
 /// Super-large textures, progressive meshes and texture mapping: three papers rebuilt on Vulkan and measured.
@@ -51,7 +52,14 @@ fn main() -> ExitCode {
         (false, _) => tracing::Level::TRACE,
     };
     // stdout is for data.
-    tracing_subscriber::fmt().with_max_level(level).with_writer(std::io::stderr).without_time().with_target(false).init();
+    let colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    tracing_subscriber::fmt()
+        .with_max_level(level)
+        .with_writer(std::io::stderr)
+        .with_ansi(colours)
+        .without_time()
+        .with_target(false)
+        .init();
     let done = match &line.command {
         Command::Demo(args) => demo::run(args),
         Command::Render(args) => render::run(args),
@@ -62,10 +70,18 @@ fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("ortelius: {error:#}");
+            eprintln!("ortelius: {}", one_line(&error));
             ExitCode::from(exit_code(&error))
         }
     }
+}
+
+/// An error with its causes; many of ours name their cause themselves, and no word is to be said twice.
+fn one_line(error: &anyhow::Error) -> String {
+    error.chain().skip(1).fold(error.to_string(), |line, cause| match cause.to_string() {
+        cause if line.contains(&cause) => line,
+        cause => format!("{line}: {cause}"),
+    })
 }
 
 /// The first cause that has a code of its own decides.
@@ -80,5 +96,11 @@ fn code_of(cause: &(dyn std::error::Error + 'static)) -> Option<u8> {
     let tiles = || cause.downcast_ref::<TileFileError>().map(TileFileError::exit_code);
     let bake = || cause.downcast_ref::<BakeError>().map(BakeError::exit_code);
     let damaged = || cause.is::<Damaged>().then_some(3);
-    vulkan.or_else(render).or_else(texture).or_else(tiles).or_else(bake).or_else(damaged).or(cause.is::<Usage>().then_some(2))
+    vulkan
+        .or_else(render)
+        .or_else(texture)
+        .or_else(tiles)
+        .or_else(bake)
+        .or_else(damaged)
+        .or(cause.is::<Usage>().then_some(2))
 }

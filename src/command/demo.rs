@@ -23,7 +23,14 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<()> {
     // The one folder that is ours to make: the demo says so in its help.
     std::fs::create_dir_all("out").context("out: the demo's folder cannot be made")?;
     let mut line = vec!["render", "earth", "--settle", "--compare-plain"];
-    line.extend(["-o", "out/earth.png", "--report", "out/earth.json", "--dump-visible", "out/earth-tiles.csv"]);
+    line.extend([
+        "-o",
+        "out/earth.png",
+        "--report",
+        "out/earth.json",
+        "--dump-visible",
+        "out/earth-tiles.csv",
+    ]);
     if let Some(device) = &args.device {
         line.extend(["--device", device]);
     }

@@ -151,7 +151,9 @@ fn run_child(device: Option<&str>) -> String {
                 // A signal leaves no exit code: the driver crashed.
                 return match status.code() {
                     Some(_) => format!("failed: {last}"),
-                    None => format!("the driver crashed ({status}); update it, or choose another --device. {last}"),
+                    None => format!(
+                        "the driver crashed ({status}); update it, or choose another --device. {last}"
+                    ),
                 };
             }
             Ok(None) if start.elapsed() > PATIENCE => {
@@ -175,7 +177,10 @@ fn print(diagnosis: &Diagnosis) {
         println!("drivers    {}: {found}", folder.searched);
     }
     for (index, device) in diagnosis.devices.iter().enumerate() {
-        println!("device {index}   {} ({}), {}, Vulkan {}", device.name, device.kind, device.driver, device.vulkan);
+        println!(
+            "device {index}   {} ({}), {}, Vulkan {}",
+            device.name, device.kind, device.driver, device.vulkan
+        );
         for (feature, has) in &device.features {
             println!("           {} {feature}", if *has { "yes" } else { "NO " });
         }

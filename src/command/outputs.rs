@@ -43,7 +43,12 @@ impl Outputs {
             }
         }
         let own = |path: Option<&Path>| path.map(Path::to_path_buf);
-        Ok(Outputs { picture: own(picture), report: own(report), visible: own(visible), footprint: own(footprint) })
+        Ok(Outputs {
+            picture: own(picture),
+            report: own(report),
+            visible: own(visible),
+            footprint: own(footprint),
+        })
     }
 
     pub fn any(&self) -> bool {

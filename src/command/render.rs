@@ -141,7 +141,12 @@ fn open(args: &RenderArgs, scene: &Scene, target: Target) -> anyhow::Result<Rend
     Ok(Renderer::new(gpu, source, &mesh::gpu_mesh(&scene.source_mesh()?)?, settings)?)
 }
 
-fn run_frames(args: &RenderArgs, renderer: &mut Renderer, poses: &[Pose], outputs: &Outputs) -> anyhow::Result<()> {
+fn run_frames(
+    args: &RenderArgs,
+    renderer: &mut Renderer,
+    poses: &[Pose],
+    outputs: &Outputs,
+) -> anyhow::Result<()> {
     // Without --frames a single camera only has to settle; a path is run through first.
     if args.frames.is_some() || poses.len() > 1 {
         for (frame, pose) in poses.iter().enumerate() {

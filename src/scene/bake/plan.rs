@@ -74,7 +74,7 @@ impl Plan {
         let rgba = pyramid.tile_bytes_rgba8() as u64;
         let record = self.layout.record_bytes() as u64;
         let first_resident = self.layout.resident_bytes(pyramid.first_resident_level()) as u64;
-        let band = u64::from(self.band_rows) * 4 << pyramid.width_log2();
+        let band = (u64::from(self.band_rows) * 4) << pyramid.width_log2();
         // Journal entries while they are read, the list of what is done, the index in both forms.
         let lists = self.layout.entry_count() * 48;
         let always = if matches!(settings.source, SourceName::Earth(_)) { EARTH_BYTES } else { 0 };

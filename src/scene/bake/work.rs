@@ -173,7 +173,7 @@ impl Work<'_> {
     ) -> Result<(), BakeError> {
         let pyramid = self.layout.pyramid();
         let payload = payload_bytes(&pyramid);
-        let band_bytes = self.plan.band_rows as usize * 4 << pyramid.width_log2();
+        let band_bytes = (self.plan.band_rows as usize * 4) << pyramid.width_log2();
         let size = |job| match job {
             Job::Band(_) => band_bytes,
             Job::Coarser(_) => payload,
