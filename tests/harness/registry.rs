@@ -16,7 +16,33 @@ struct Comparer {
 
 const REFERENCE: &str = "src/paper/virtual_texture/reference.rs";
 
+const PICTURE: &str = "src/picture/error.rs";
+
 const COMPARERS: &[Comparer] = &[
+    Comparer {
+        judges: "pictures",
+        function: (PICTURE, "compare"),
+        rejects: &[
+            (PICTURE, "a_shift_by_one_pixel_is_rejected"),
+            (PICTURE, "what_is_not_finite_is_an_infinite_error_even_against_itself"),
+            (PICTURE, "pictures_of_different_shape_are_not_compared"),
+        ],
+    },
+    Comparer {
+        judges: "a picture's worst pixel",
+        function: (PICTURE, "worst"),
+        rejects: &[(PICTURE, "one_wrong_channel_of_one_pixel_is_found_at_its_place")],
+    },
+    Comparer {
+        judges: "how many pixels are outliers",
+        function: (PICTURE, "count_above"),
+        rejects: &[(PICTURE, "one_wrong_channel_of_one_pixel_is_found_at_its_place")],
+    },
+    Comparer {
+        judges: "a whole picture in one number",
+        function: (PICTURE, "nmse"),
+        rejects: &[(PICTURE, "nmse_is_the_squared_error_over_the_squared_truth")],
+    },
     Comparer {
         judges: "lists of visible tiles, whatever variant made them",
         function: (REFERENCE, "visible_tiles"),
@@ -41,6 +67,16 @@ const COMPARERS: &[Comparer] = &[
             ("tests/harness/ruler.rs", "a_wrong_coarser_picture_is_seen"),
             ("tests/harness/ruler.rs", "a_tile_of_another_place_is_seen"),
         ],
+    },
+    Comparer {
+        judges: "a whole .tiles file",
+        function: ("src/scene/tiles/verify.rs", "verify"),
+        rejects: &[("tests/tiles.rs", "a_flip_of_any_byte_is_found_and_put_down_to_its_record")],
+    },
+    Comparer {
+        judges: "tiles read from a file",
+        function: ("tests/tiles.rs", "differing"),
+        rejects: &[("tests/tiles.rs", "synthetic_tiles_come_back_from_the_file_as_they_are")],
     },
     Comparer {
         judges: "every call of Vulkan",
@@ -80,8 +116,18 @@ const NO_COMPARERS: &[(Place, &str)] = &[
 
 /// Parts of names that say that a function compares. What is public in the library, or stands in a test,
 /// and has one of them must be in one of the two lists.
-const TELLING: [&str; 8] =
-    ["compare", "verdict", "nmse", "worst", "outlier", "differ", "mismatch", "violation"];
+const TELLING: [&str; 10] = [
+    "compare",
+    "count_above",
+    "differ",
+    "mismatch",
+    "nmse",
+    "outlier",
+    "verdict",
+    "verify",
+    "violation",
+    "worst",
+];
 
 fn text(file: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
