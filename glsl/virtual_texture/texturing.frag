@@ -9,7 +9,7 @@
 layout(constant_id = 9) const uint LITERAL_INTERPOLATION = 0;  // 1: C1 f + C2 (1 - f), as printed
 
 layout(binding = 2) uniform sampler2DArray j1;  // mip 0: the tile's level, mip 1: its next coarser
-layout(binding = 3) uniform sampler2D g1;       // levels L-L'+1 .. L
+layout(binding = 3) uniform sampler2D g1;       // levels L-L'+1 .. L, twice as high
 
 layout(location = 0) flat in uvec2 triangle_origin;
 layout(location = 1) in vec2 from_origin;
@@ -28,32 +28,13 @@ vec4 sample_tile(Resident tile, vec2 texels, vec2 major, float count, float f) {
     return sum / count;
 }
 
-// One level of G1. Beyond a pole's row of texel centres comes the same row half a turn away, as the tiles' borders
-// have it; the sampler, which clamps there, would show a star around the pole.
-vec4 sample_level(vec2 st, float level) {
-    vec4 here = textureLod(g1, st, level);
-    float rows = max(exp2(float(HEIGHT_LOG2) - float(FIRST_RESIDENT_LEVEL) - level), 1.0);
-    float row = st.y * rows - 0.5;
-    float beyond = max(-row, row - (rows - 1.0));
-    if (beyond <= 0.0) return here;
-    return mix(here, textureLod(g1, st + vec2(0.5, 0.0), level), min(beyond, 0.5));
-}
-
-vec4 sample_g1(vec2 st, float lod) {
-    float last = float(max(WIDTH_LOG2, HEIGHT_LOG2) - FIRST_RESIDENT_LEVEL);
-    lod = min(lod, last);
-    // Half a row of the coarser of the two levels: nearer to a pole than that, each level mirrors by itself.
-    float half_row = 0.5 * exp2(ceil(lod) + float(FIRST_RESIDENT_LEVEL) - float(HEIGHT_LOG2));
-    if (min(st.y, 1.0 - st.y) >= half_row) return textureLod(g1, st, lod);
-    return mix(sample_level(st, floor(lod)), sample_level(st, ceil(lod)), fract(lod));
-}
-
-vec4 sample_resident_levels(Coordinate at, vec2 major, float count, float lod) {
-    vec2 size = vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2);
+vec4 sample_g1(Coordinate at, vec2 major, float count, float lod) {
+    // G1's image goes on over the poles: below the texture it holds it once more, mirrored and half a turn away.
+    vec2 size = vec2(1u << WIDTH_LOG2, 2u << HEIGHT_LOG2);
     vec2 st = (vec2(at.texel) + at.fraction) / size;
-    if (MAX_ANISOTROPY == 1) return sample_g1(st, lod);
+    if (MAX_ANISOTROPY == 1) return textureLod(g1, st, lod);
     vec4 sum = vec4(0.0);
-    for (float n = 0.5; n < count; n++) sum += sample_g1(st + (n / count - 0.5) * major / size, lod);
+    for (float n = 0.5; n < count; n++) sum += textureLod(g1, st + (n / count - 0.5) * major / size, lod);
     return sum / count;
 }
 
@@ -74,7 +55,7 @@ void main() {
     if (tile.level == FIRST_RESIDENT_LEVEL) {
         // Inside G1 the unclamped e counts; where G1 stands in for a missing tile, its finest level.
         float lod = max(e + float(view.level_bias) - float(FIRST_RESIDENT_LEVEL), 0.0);
-        colour = sample_resident_levels(at, major, count, lod);
+        colour = sample_g1(at, major, count, lod);
         return;
     }
     // Magnification (e < 0) and a coarser stand-in (q' > q) both show one level alone.

@@ -77,7 +77,7 @@ impl Resident {
             Ok(())
         })?;
         frame.submit()?.wait()?;
-        let linear = |wraps_in_s| SamplerInfo { filter: Filter::Linear, wraps_in_s };
+        let linear = |wraps| SamplerInfo { filter: Filter::Linear, wraps_in_s: wraps, wraps_in_t: wraps };
         Ok(Resident {
             j1,
             g1: resident_levels(gpu, source)?,
@@ -196,17 +196,37 @@ impl Uploads {
     }
 }
 
-/// `G1`: levels L-L'+1 .. L as the mip levels of one image.
+/// `G1`: levels L-L'+1 .. L as the mip levels of one image, twice as high as the texture: below each level stands
+/// the level once more, mirrored and half a turn away. So a sampler that repeats goes on over the poles as the
+/// tiles' borders do, and wraps at the antimeridian.
 fn resident_levels(gpu: &Gpu, source: &dyn TileSource) -> std::result::Result<Image, ResidentError> {
     let pyramid = source.pyramid();
     let first = pyramid.first_resident_level();
     let levels = pyramid.resident_levels();
-    let g1 = gpu.image("G1", ImageInfo::texture(pyramid.level_size(first), Format::Rgba8Srgb, levels))?;
+    let [width, height] = pyramid.level_size(first);
+    let g1 = gpu.image("G1", ImageInfo::texture([width, 2 * height], Format::Rgba8Srgb, levels))?;
     let texels: Vec<Vec<u8>> = (0..levels)
-        .map(|level| source.read_resident_level(first + level))
-        .collect::<std::result::Result<_, _>>()?;
+        .map(|level| {
+            let mut texels = source.read_resident_level(first + level)?;
+            let [width, _] = pyramid.level_size(first + level).map(|side| side as usize);
+            // A level of one row, of a texture that is more than twice as wide as high, may find no room below.
+            if g1.mip_size(level)[1] as usize * width * 4 > texels.len() {
+                texels.extend(over_the_pole(&texels, width));
+            }
+            Ok(texels)
+        })
+        .collect::<std::result::Result<_, TileError>>()?;
     fill_levels(gpu, &g1, &texels)?;
     Ok(g1)
+}
+
+/// A level's rows from the last to the first, each turned by half its width.
+fn over_the_pole(texels: &[u8], width: usize) -> Vec<u8> {
+    let turned = |row: &[u8]| {
+        let (west, east) = row.split_at(width / 2 * 4);
+        [east, west].concat()
+    };
+    texels.chunks_exact(width * 4).rev().flat_map(turned).collect()
 }
 
 /// Fills the mip levels of an RGBA8 image, finest first. Waits for the copy.
