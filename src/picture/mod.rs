@@ -1,6 +1,7 @@
 //! Pictures in linear light, how far one is from another, and their files.
 
 pub mod error;
+pub mod srgb;
 pub mod write;
 
 /// Pixels in linear light, rows from the top, alpha not premultiplied.

@@ -4,17 +4,21 @@
 //! `[paths.NAME]` and `[variant]`. Everything in a [`Scene`] has been checked: a value of this type can be
 //! drawn, as far as that can be known without its texture file and without a device.
 
+pub mod bake;
 pub mod camera;
 mod check;
 mod error;
 mod file;
 pub mod mesh;
+mod open;
 mod overrides;
 pub mod path;
 mod settings;
 pub mod source;
+pub mod tiles;
 
 pub use error::SceneError;
+pub use open::TextureError;
 pub use settings::{
     Cache, Interpolation, Keying, MeshSpec, Texture, TextureSource, TriplesFormat, Variant, View,
 };

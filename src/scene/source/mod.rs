@@ -1,5 +1,9 @@
 //! Where a texture's tiles come from: a file, or a pure function.
 
+pub mod border;
+pub mod earth;
+pub mod ruler;
+
 use crate::math::pyramid::{Pyramid, TileId};
 use thiserror::Error;
 

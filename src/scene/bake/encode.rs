@@ -1,0 +1,86 @@
+//! RGBA8 pictures as BC1.
+
+use texpresso::{Algorithm, COLOUR_WEIGHTS_UNIFORM, Format, Params};
+
+/// Block by block on the calling thread: a tile is a job already, and nested parallel loops would let one
+/// thread hold many tiles. Cluster fit: every pair of end points along the principal axis; no randomness.
+const PARAMS: Params = Params {
+    algorithm: Algorithm::ClusterFit,
+    weights: COLOUR_WEIGHTS_UNIFORM,
+    weigh_colour_by_alpha: false,
+};
+
+/// Encodes a square of `side x side` texels (a multiple of 4) into `blocks`, rows of blocks from the north.
+/// Alpha is ignored: every texel is opaque.
+pub fn bc1(rgba: &[u8], side: usize, blocks: &mut [u8]) {
+    assert!(side.is_multiple_of(4), "side {side}");
+    assert_eq!(rgba.len(), side * side * 4);
+    assert_eq!(blocks.len() * 8, rgba.len());
+    let texels = rgba.as_chunks::<4>().0;
+    for (index, block) in blocks.as_chunks_mut::<8>().0.iter_mut().enumerate() {
+        let (left, top) = (index % (side / 4) * 4, index / (side / 4) * 4);
+        let square = std::array::from_fn(|texel| {
+            let [r, g, b, _] = texels[(top + texel / 4) * side + left + texel % 4];
+            [r, g, b, 255]
+        });
+        Format::Bc1.compress_block_masked(square, 0xFFFF, PARAMS, block);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// BC1 by its definition (Direct3D 11 functional specification, 19.5.10): two 5:6:5 colours and 2 bits a
+    /// texel.
+    fn decode(blocks: &[u8], side: usize) -> Vec<u8> {
+        let mut rgba = vec![0; side * side * 4];
+        for (index, block) in blocks.chunks_exact(8).enumerate() {
+            let ends = [0, 2].map(|at| u16::from_le_bytes([block[at], block[at + 1]]));
+            let colours = ends.map(|end| {
+                [(end >> 11, 31), (end >> 5 & 63, 63), (end & 31, 31)]
+                    .map(|(value, most)| f64::from(value) / f64::from(most) * 255.0)
+            });
+            let indices = u32::from_le_bytes([block[4], block[5], block[6], block[7]]);
+            for texel in 0..16 {
+                let weight = if ends[0] > ends[1] {
+                    [0.0, 1.0, 1.0 / 3.0, 2.0 / 3.0][(indices >> (2 * texel) & 3) as usize]
+                } else {
+                    [0.0, 1.0, 0.5, f64::NAN][(indices >> (2 * texel) & 3) as usize]
+                };
+                assert!(!weight.is_nan(), "a transparent texel in block {index}");
+                let (x, y) = (index % (side / 4) * 4 + texel % 4, index / (side / 4) * 4 + texel / 4);
+                for channel in 0..3 {
+                    let value = colours[0][channel] * (1.0 - weight) + colours[1][channel] * weight;
+                    rgba[(y * side + x) * 4 + channel] = value.round() as u8;
+                }
+                rgba[(y * side + x) * 4 + 3] = 255;
+            }
+        }
+        rgba
+    }
+
+    #[test]
+    fn a_picture_of_two_colours_to_a_block_comes_back_as_near_as_565_allows_and_in_its_place() {
+        let side = 20;
+        let rgba: Vec<u8> = (0..side * side)
+            .flat_map(|index: usize| {
+                let (x, y) = (index % side, index / side);
+                // Alpha is to be ignored.
+                let shade = if (x + y) % 2 == 0 { 40 } else { 8 * (x / 4 * 5 + y / 4) as u8 + 8 };
+                [shade, shade / 2 + 20, 255 - shade, 0]
+            })
+            .collect();
+        let mut blocks = vec![0; side * side / 2];
+        bc1(&rgba, side, &mut blocks);
+        let worst = |other: &[u8]| {
+            let texels = std::iter::zip(rgba.chunks_exact(4), other.chunks_exact(4));
+            texels.flat_map(|(a, b)| [0, 1, 2].map(|at| a[at].abs_diff(b[at]))).max().unwrap()
+        };
+        // Half a step of 5 bits is 4.1.
+        assert!(worst(&decode(&blocks, side)) <= 5, "{}", worst(&decode(&blocks, side)));
+        // The neighbour: blocks in another order are not accepted.
+        blocks.rotate_left(8);
+        assert!(worst(&decode(&blocks, side)) > 5);
+    }
+}

@@ -1,0 +1,87 @@
+//! What can go wrong in a bake; each is one line that names the file.
+
+use crate::math::pyramid::PyramidError;
+use crate::scene::source::TileError;
+use crate::scene::source::earth::EarthError;
+use crate::scene::tiles::{LayoutError, TileFileError};
+use std::io;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// A source picture that cannot be baked.
+#[derive(Debug, Error)]
+pub enum SourceError {
+    #[error("{path}: cannot be opened: {source}")]
+    Open { path: PathBuf, source: io::Error },
+    #[error("{path}: neither PNG, JPEG nor TIFF")]
+    Kind { path: PathBuf },
+    #[error("{path}: {reason}")]
+    Unsupported { path: PathBuf, reason: String },
+    #[error("{path}: damaged or truncated: {reason}")]
+    Damaged { path: PathBuf, reason: String },
+    #[error("{path}: changed while it was read; run the command again")]
+    Changed { path: PathBuf },
+    #[error("{0}: synthetic sources are earth:M and ruler:M, for 2^M x 2^(M-1) texels, M in 5 ..= 20")]
+    Synthetic(String),
+}
+
+/// A bake that did not finish.
+#[derive(Debug, Error)]
+pub enum BakeError {
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    #[error("{source_name}: {error}")]
+    Pyramid { source_name: String, error: PyramidError },
+    #[error("a tile side of {0} is not a power of two in 16 ..= 1024")]
+    TileSide(u32),
+    #[error("{source_name}: {error}")]
+    Layout { source_name: String, error: LayoutError },
+    #[error(transparent)]
+    Earth(#[from] EarthError),
+    #[error("the ruler's texels are hashes: bc1 would destroy them; use --format rgba8")]
+    RulerFormat,
+    #[error("{path}: exists already; --force replaces it")]
+    Exists { path: PathBuf },
+    #[error("{path}: {reason}")]
+    Output { path: PathBuf, reason: String },
+    #[error(
+        "{path}: unfinished work of another source, of other settings or of another version; \
+         repeat that command to finish it, or add --force to start afresh"
+    )]
+    OtherBake { path: PathBuf },
+    #[error("{path}: another bake is writing it")]
+    Busy { path: PathBuf },
+    #[error(
+        "{path}: no room for more at byte {offset} of {needed}: {source}; \
+         make room and run the same command again: it resumes"
+    )]
+    Full { path: PathBuf, offset: u64, needed: u64, source: io::Error },
+    #[error("{path}: cannot be written at byte {offset}: {source}")]
+    Write { path: PathBuf, offset: u64, source: io::Error },
+    #[error("{path}: cannot be read back at byte {offset}: {source}")]
+    ReadBack { path: PathBuf, offset: u64, source: io::Error },
+    #[error(transparent)]
+    Tile(#[from] TileError),
+    #[error("the finished file does not open: {0}")]
+    Unreadable(#[from] TileFileError),
+}
+
+impl BakeError {
+    /// 3 where data are corrupt, else 1.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Source(SourceError::Damaged { .. }) | Self::Tile(TileError::Checksum { .. }) => 3,
+            Self::Unreadable(error) => error.exit_code(),
+            _ => 1,
+        }
+    }
+
+    /// A failed write, told apart from a full disk, a quota or a file size limit.
+    pub(super) fn write(path: PathBuf, offset: u64, needed: u64, source: io::Error) -> Self {
+        use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+        match source.kind() {
+            StorageFull | QuotaExceeded | FileTooLarge => Self::Full { path, offset, needed, source },
+            _ => Self::Write { path, offset, source },
+        }
+    }
+}

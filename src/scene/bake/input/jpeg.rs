@@ -1,0 +1,116 @@
+//! JPEG: it has no random access, so the whole picture is decoded into memory, up to a limit.
+//! Scalar code (the crate is built without SIMD), so that every machine bakes the same bytes.
+
+use super::{Rows, Samples, check_size};
+use crate::scene::bake::error::SourceError;
+use std::fs;
+use std::path::{Path, PathBuf};
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+/// 2^27 texels decode to 384 MiB, and a progressive file's coefficients to twice that.
+const MOST_TEXELS: u64 = 1 << 27;
+const MOST_FILE_BYTES: u64 = 1 << 30;
+
+pub struct Jpeg {
+    path: PathBuf,
+    size: [u32; 2],
+    file_bytes: u64,
+    /// Decoded with the first row.
+    picture: Option<Vec<u8>>,
+    next: usize,
+}
+
+impl Jpeg {
+    pub fn open(path: &Path) -> Result<Self, SourceError> {
+        let file_bytes = fs::metadata(path)
+            .map_err(|source| SourceError::Open { path: path.to_path_buf(), source })?
+            .len();
+        let unsupported = |reason: String| Err(SourceError::Unsupported { path: path.to_path_buf(), reason });
+        if file_bytes > MOST_FILE_BYTES {
+            return unsupported(format!(
+                "a JPEG of {file_bytes} bytes decodes only as a whole; convert it to TIFF"
+            ));
+        }
+        let file = read(path)?;
+        let mut decoder = decoder(&file);
+        decoder.decode_headers().map_err(|error| damaged(path, error.to_string()))?;
+        let Some(info) = decoder.info() else {
+            return Err(damaged(path, "it has no frame header".into()));
+        };
+        let size = [u32::from(info.width), u32::from(info.height)];
+        check_size(path, size)?;
+        if u64::from(size[0]) * u64::from(size[1]) > MOST_TEXELS {
+            return unsupported(format!(
+                "a JPEG decodes only as a whole, and {} x {} texels are more than 2^27; convert it to TIFF",
+                size[0], size[1]
+            ));
+        }
+        Ok(Self { path: path.to_path_buf(), size, file_bytes, picture: None, next: 0 })
+    }
+
+    fn decode(&self) -> Result<Vec<u8>, SourceError> {
+        let file = read(&self.path)?;
+        // The decoder fills what is missing with grey. Every whole file ends with the marker EOI, at most
+        // followed by padding.
+        let content = file.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
+        if !file[..content].ends_with(&[0xFF, 0xD9]) {
+            return Err(damaged(&self.path, "the file ends early (no end marker)".into()));
+        }
+        let picture = decoder(&file).decode().map_err(|error| damaged(&self.path, error.to_string()))?;
+        let expected = self.size[0] as usize * self.size[1] as usize * 3;
+        if picture.len() != expected {
+            let reason = format!("{} bytes instead of {expected} after decoding", picture.len());
+            return Err(damaged(&self.path, reason));
+        }
+        Ok(picture)
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, SourceError> {
+    fs::read(path).map_err(|source| SourceError::Open { path: path.to_path_buf(), source })
+}
+
+fn decoder(file: &[u8]) -> JpegDecoder<ZCursor<&[u8]>> {
+    let options = DecoderOptions::new_safe()
+        .set_strict_mode(true)
+        .set_max_width(1 << 16)
+        .set_max_height(1 << 16)
+        .jpeg_set_out_colorspace(ColorSpace::RGB);
+    JpegDecoder::new_with_options(ZCursor::new(file), options)
+}
+
+fn damaged(path: &Path, reason: String) -> SourceError {
+    SourceError::Damaged { path: path.to_path_buf(), reason }
+}
+
+impl Rows for Jpeg {
+    fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        // RGB, and 16-bit coefficients of up to 4 components.
+        let texels = u64::from(self.size[0]) * u64::from(self.size[1]);
+        self.file_bytes + texels * (3 + 8)
+    }
+
+    fn next_row(&mut self, rgba: &mut [u8]) -> Result<(), SourceError> {
+        let picture = match self.picture.take() {
+            Some(picture) => picture,
+            None => self.decode()?,
+        };
+        let row_bytes = self.size[0] as usize * 3;
+        Samples::Rgb.to_rgba(&picture[self.next * row_bytes..][..row_bytes], rgba);
+        self.picture = Some(picture);
+        self.next += 1;
+        Ok(())
+    }
+
+    fn skip(&mut self, rows: u32) -> Result<(), SourceError> {
+        self.next += rows as usize;
+        Ok(())
+    }
+}

@@ -1,0 +1,104 @@
+//! Source pictures, read from the north in bands of rows.
+//!
+//! 8-bit grey, RGB, with or without alpha; the colours are taken as sRGB (profiles and gamma chunks are not
+//! applied), alpha as it is.
+
+mod jpeg;
+mod png;
+mod tiff;
+
+use super::error::SourceError;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// No side of a source is longer: a pyramid has at most 2^20 texels a side.
+pub const MOST_SIDE: u32 = 1 << 20;
+
+/// A picture that gives its rows one after the other.
+pub trait Rows {
+    /// Width and height in texels.
+    fn size(&self) -> [u32; 2];
+
+    /// The most memory in bytes that reading takes at a time, the caller's rows not included.
+    fn memory_bytes(&self) -> u64;
+
+    /// The next row, as RGBA8, width x 4 bytes.
+    ///
+    /// # Errors
+    /// [`SourceError::Damaged`] where the file ends early or does not decode.
+    fn next_row(&mut self, rgba: &mut [u8]) -> Result<(), SourceError>;
+
+    /// Goes on by rows that nobody needs.
+    ///
+    /// # Errors
+    /// As [`Self::next_row`].
+    fn skip(&mut self, rows: u32) -> Result<(), SourceError>;
+}
+
+/// Opens a picture by its first bytes (not its name) and checks all that its header says.
+///
+/// # Errors
+/// [`SourceError`] names the path and what is not supported.
+pub fn open(path: &Path) -> Result<Box<dyn Rows>, SourceError> {
+    let open_error = |source| SourceError::Open { path: path.to_path_buf(), source };
+    let mut file = File::open(path).map_err(open_error)?;
+    if !file.metadata().map_err(open_error)?.is_file() {
+        return Err(open_error(std::io::Error::other("it is not a regular file")));
+    }
+    let mut start = Vec::new();
+    file.by_ref().take(8).read_to_end(&mut start).map_err(open_error)?;
+    if start == b"\x89PNG\r\n\x1a\n" {
+        return Ok(Box::new(png::Png::open(path)?));
+    }
+    if start.starts_with(&[0xFF, 0xD8, 0xFF]) {
+        return Ok(Box::new(jpeg::Jpeg::open(path)?));
+    }
+    // II or MM, 42: TIFF; 43: BigTIFF.
+    if [b"II\x2a\0", b"II\x2b\0", b"MM\0\x2a", b"MM\0\x2b"].iter().any(|magic| start.starts_with(*magic)) {
+        return Ok(Box::new(tiff::Tiff::open(path)?));
+    }
+    Err(SourceError::Kind { path: path.to_path_buf() })
+}
+
+/// How the samples of one texel lie in a decoded row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Samples {
+    Grey,
+    GreyAlpha,
+    Rgb,
+    Rgba,
+}
+
+impl Samples {
+    fn count(self) -> usize {
+        match self {
+            Self::Grey => 1,
+            Self::GreyAlpha => 2,
+            Self::Rgb => 3,
+            Self::Rgba => 4,
+        }
+    }
+
+    fn to_rgba(self, samples: &[u8], rgba: &mut [u8]) {
+        assert_eq!(samples.len() * 4, rgba.len() * self.count(), "{self:?}");
+        let texels = rgba.as_chunks_mut::<4>().0.iter_mut();
+        for (texel, samples) in texels.zip(samples.chunks_exact(self.count())) {
+            *texel = match *samples {
+                [grey] => [grey, grey, grey, 255],
+                [grey, alpha] => [grey, grey, grey, alpha],
+                [r, g, b] => [r, g, b, 255],
+                [r, g, b, alpha] => [r, g, b, alpha],
+                _ => unreachable!("{self:?}"),
+            };
+        }
+    }
+}
+
+fn check_size(path: &Path, [width, height]: [u32; 2]) -> Result<(), SourceError> {
+    if (1..=MOST_SIDE).contains(&width) && (1..=MOST_SIDE).contains(&height) {
+        return Ok(());
+    }
+    let reason = format!("{width} x {height} texels are outside 1 ..= {MOST_SIDE} a side");
+    Err(SourceError::Unsupported { path: path.to_path_buf(), reason })
+}

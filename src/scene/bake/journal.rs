@@ -1,0 +1,237 @@
+//! The journal of a bake: which jobs are done, so that a killed bake goes on where it was.
+//!
+//! Append-only, 24 bytes an entry: job, xxh3 of what the job wrote, xxh3 of these two. An entry follows its
+//! data; a torn last entry is cut off. What an entry claims is read back and compared before it is believed,
+//! so neither a kill nor a power failure can leave a job half done.
+
+use super::error::BakeError;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, BufReader, Read};
+use std::os::unix::fs::FileExt;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use xxhash_rust::xxh3::{xxh3_64_with_seed, xxh3_128};
+
+const MAGIC: [u8; 16] = *b"ortelius journal";
+const HEADER_BYTES: u64 = 32;
+const ENTRY_BYTES: usize = 24;
+
+/// One piece of work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Job {
+    /// A band of rows of level 0, into the scratch file.
+    Band(u64),
+    /// A tile of a coarser level, by its index, into the scratch file.
+    Coarser(u64),
+    /// A resident level's record, into the output.
+    Resident(u64),
+    /// A tile's record, by its index, into the output.
+    Tile(u64),
+    /// All records, index and header are in the output, on the disk.
+    Complete,
+}
+
+impl Job {
+    fn to_bits(self) -> u64 {
+        let (kind, number) = match self {
+            Self::Band(number) => (1, number),
+            Self::Coarser(number) => (2, number),
+            Self::Resident(number) => (3, number),
+            Self::Tile(number) => (4, number),
+            Self::Complete => (5, 0),
+        };
+        kind << 56 | number
+    }
+
+    fn from_bits(bits: u64) -> Option<Self> {
+        let number = bits & ((1 << 56) - 1);
+        Some(match bits >> 56 {
+            1 => Self::Band(number),
+            2 => Self::Coarser(number),
+            3 => Self::Resident(number),
+            4 => Self::Tile(number),
+            5 => Self::Complete,
+            _ => return None,
+        })
+    }
+}
+
+/// An open journal, locked against other processes until it is dropped.
+pub(super) struct Journal {
+    path: PathBuf,
+    seed: u64,
+    end: Mutex<(File, u64)>,
+}
+
+impl Journal {
+    /// Opens or begins the journal of the bake that `identity` describes in full, and gives the entries that
+    /// are there. With `force` the journal of another bake is emptied.
+    ///
+    /// # Errors
+    /// [`BakeError::OtherBake`], [`BakeError::Busy`], or what the system says.
+    pub fn open(
+        path: &Path,
+        identity: &str,
+        force: bool,
+        needed: u64,
+    ) -> Result<(Self, Vec<(Job, u64)>), BakeError> {
+        let failed = |source| BakeError::write(path.to_path_buf(), 0, needed, source);
+        let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
+        let file = file.map_err(failed)?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Err(BakeError::Busy { path: path.to_path_buf() }),
+            // A file system without locks: then nothing keeps two bakes apart but their user.
+            Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {}
+            Err(TryLockError::Error(error)) => return Err(failed(error)),
+        }
+        let key = xxh3_128(identity.as_bytes());
+        let mut header = [0; HEADER_BYTES as usize];
+        header[..16].copy_from_slice(&MAGIC);
+        header[16..].copy_from_slice(&key.to_le_bytes());
+        // Any 64 of the 128 bits do: it only keeps other journals' entries out.
+        let seed = key as u64;
+
+        let mut found = Vec::new();
+        (&file).take(HEADER_BYTES).read_to_end(&mut found).map_err(failed)?;
+        let mut entries = Vec::new();
+        if found == header {
+            entries = read_entries(&file, seed).map_err(failed)?;
+        } else if found.len() == HEADER_BYTES as usize && !force {
+            return Err(BakeError::OtherBake { path: path.to_path_buf() });
+        }
+        let end = HEADER_BYTES + (entries.len() * ENTRY_BYTES) as u64;
+        if entries.is_empty() {
+            // Killed before the header was whole, or forced: begin.
+            file.set_len(0).map_err(failed)?;
+            file.write_all_at(&header, 0).map_err(failed)?;
+        }
+        file.set_len(end).map_err(failed)?;
+        Ok((Self { path: path.to_path_buf(), seed, end: Mutex::new((file, end)) }, entries))
+    }
+
+    /// Notes that a job is done. Called from several threads.
+    ///
+    /// # Errors
+    /// [`BakeError::Full`] or [`BakeError::Write`].
+    pub fn append(&self, job: Job, hash: u64, needed: u64) -> Result<(), BakeError> {
+        let mut entry = [0; ENTRY_BYTES];
+        entry[..8].copy_from_slice(&job.to_bits().to_le_bytes());
+        entry[8..16].copy_from_slice(&hash.to_le_bytes());
+        let check = xxh3_64_with_seed(&entry[..16], self.seed);
+        entry[16..].copy_from_slice(&check.to_le_bytes());
+        // A thread that panicked has its message shown; the journal's end is whole entries all the same.
+        let mut end = self.end.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let (file, at) = &mut *end;
+        file.write_all_at(&entry, *at)
+            .map_err(|source| BakeError::write(self.path.clone(), *at, needed, source))?;
+        *at += ENTRY_BYTES as u64;
+        Ok(())
+    }
+
+    /// Writes through to the disk.
+    pub fn sync(&self) -> io::Result<()> {
+        let end = self.end.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        end.0.sync_all()
+    }
+}
+
+/// The valid entries from the file's position on, up to the first that is torn or damaged.
+fn read_entries(file: &File, seed: u64) -> io::Result<Vec<(Job, u64)>> {
+    let mut reader = BufReader::new(file);
+    let mut entries = Vec::new();
+    let mut entry = [0; ENTRY_BYTES];
+    loop {
+        match reader.read_exact(&mut entry) {
+            Ok(()) => {}
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(entries),
+            Err(error) => return Err(error),
+        }
+        let [job, hash, check] = [0, 8, 16].map(|at| {
+            let mut bytes = [0; 8];
+            bytes.copy_from_slice(&entry[at..at + 8]);
+            u64::from_le_bytes(bytes)
+        });
+        match Job::from_bits(job) {
+            Some(job) if check == xxh3_64_with_seed(&entry[..16], seed) => entries.push((job, hash)),
+            _ => return Ok(entries),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    const ENTRIES: [(Job, u64); 5] = [
+        (Job::Band(0), 7),
+        (Job::Coarser(9), 8),
+        (Job::Resident(10), 9),
+        (Job::Tile(1 << 26), 1),
+        (Job::Complete, 0),
+    ];
+
+    fn filled(path: &Path) {
+        let (journal, found) = Journal::open(path, "this bake", false, 0).unwrap();
+        assert!(found.is_empty());
+        for (job, hash) in ENTRIES {
+            journal.append(job, hash, 0).unwrap();
+        }
+        journal.sync().unwrap();
+    }
+
+    #[test]
+    fn entries_come_back_also_from_a_journal_cut_anywhere() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal");
+        filled(&path);
+        let whole = fs::read(&path).unwrap();
+        for length in 0..=whole.len() {
+            fs::write(&path, &whole[..length]).unwrap();
+            let (journal, found) = Journal::open(&path, "this bake", false, 0).unwrap();
+            let entries = length.saturating_sub(32) / 24;
+            assert_eq!(found, ENTRIES[..entries], "cut to {length}");
+            // What is appended now follows the last whole entry.
+            journal.append(Job::Tile(3), 4, 0).unwrap();
+            drop(journal);
+            let (_journal, found) = Journal::open(&path, "this bake", false, 0).unwrap();
+            assert_eq!(found.len(), entries + 1);
+            assert_eq!(found[entries], (Job::Tile(3), 4));
+        }
+    }
+
+    #[test]
+    fn a_flipped_byte_ends_the_list_before_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal");
+        filled(&path);
+        let whole = fs::read(&path).unwrap();
+        for at in 32..whole.len() {
+            let mut flipped = whole.clone();
+            flipped[at] ^= 0x10;
+            fs::write(&path, &flipped).unwrap();
+            let (_journal, found) = Journal::open(&path, "this bake", false, 0).unwrap();
+            assert_eq!(found, ENTRIES[..(at - 32) / 24], "byte {at}");
+        }
+    }
+
+    #[test]
+    fn another_bakes_journal_is_refused_unless_forced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal");
+        filled(&path);
+        let refused = Journal::open(&path, "that bake", false, 0);
+        assert!(matches!(refused, Err(BakeError::OtherBake { .. })));
+        let (_journal, found) = Journal::open(&path, "that bake", true, 0).unwrap();
+        assert!(found.is_empty());
+    }
+
+    #[test]
+    fn a_journal_in_use_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal");
+        let _journal = Journal::open(&path, "this bake", false, 0).unwrap();
+        assert!(matches!(Journal::open(&path, "this bake", false, 0), Err(BakeError::Busy { .. })));
+    }
+}

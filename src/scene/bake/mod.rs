@@ -1,0 +1,124 @@
+//! Baking: a picture, or a synthetic source, becomes a `.tiles` file.
+//!
+//! 1. *bands*: level 0 (the picture, enlarged to powers of two; [`resample`]) goes into a scratch file by
+//!    bands of rows;
+//! 2. *levels*: each coarser texel is the mean, in linear light, of the four stored 8-bit texels of the level
+//!    below, so that anyone can check it from the finished file; the resident levels likewise;
+//! 3. *tiles*: each stored tile (border, second picture) is put together from the scratch file, encoded, and
+//!    written at its fixed place in OUT.partial;
+//! 4. index and header, fsync, rename, fsync of the folder; scratch and journal go away.
+//!
+//! Synthetic sources have 3 and 4 only. Every finished job stands in a [`journal`]; after a kill the same
+//! command goes on with the jobs that are missing. What is written depends on source and settings alone, so
+//! the finished file is the same to the byte however often it was killed, on any number of threads.
+
+mod encode;
+mod error;
+mod input;
+mod journal;
+mod plan;
+mod resample;
+mod resume;
+mod scratch;
+mod source;
+mod work;
+
+pub use error::{BakeError, SourceError};
+pub use plan::Plan;
+pub use source::SourceName;
+
+use crate::scene::source::TileFormat;
+use source::Source;
+use std::path::{Path, PathBuf};
+
+/// What to bake, into what.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    pub source: SourceName,
+    pub output: PathBuf,
+    /// Texels, a power of two in 16 ..= 1024.
+    pub tile_side: u32,
+    /// Texels, even; a multiple of 4 for BC1.
+    pub border_texels: u32,
+    pub format: TileFormat,
+    /// The paper's L'; `None`: the fewest possible.
+    pub resident_levels: Option<u32>,
+    /// Replaces an existing output, and drops unfinished work of another bake. Unfinished work of the same
+    /// source and settings is continued all the same: the result cannot differ.
+    pub force: bool,
+}
+
+/// Told how a bake goes on, from several threads.
+pub trait Progress: Sync {
+    /// A phase begins: its name, and how many bytes it will work through.
+    fn begin(&self, phase: &'static str, total_bytes: u64);
+    /// So many bytes more are done.
+    fn advance(&self, bytes: u64);
+}
+
+/// No progress shown.
+impl Progress for () {
+    fn begin(&self, _phase: &'static str, _total_bytes: u64) {}
+    fn advance(&self, _bytes: u64) {}
+}
+
+/// Opens the source and says what a bake of it takes. Writes nothing.
+///
+/// # Errors
+/// [`BakeError`]: the source is not usable, or the settings do not fit it.
+pub fn plan(settings: &Settings) -> Result<Plan, BakeError> {
+    Plan::new(settings, &Source::open(&settings.source)?)
+}
+
+/// Bakes, or goes on with a bake that was stopped.
+///
+/// # Errors
+/// [`BakeError`]. A damaged source leaves nothing behind; a full disk, or a kill, leaves OUT.partial,
+/// OUT.scratch and OUT.journal, with which the same call resumes.
+pub fn bake(settings: &Settings, progress: &dyn Progress) -> Result<Plan, BakeError> {
+    let source = Source::open(&settings.source)?;
+    let plan = Plan::new(settings, &source)?;
+    let files = Files::of(&settings.output)?;
+    work::run(settings, &plan, source, &files, progress)?;
+    Ok(plan)
+}
+
+/// The output and what lies beside it until it is done.
+struct Files {
+    output: PathBuf,
+    partial: PathBuf,
+    scratch: PathBuf,
+    journal: PathBuf,
+    folder: PathBuf,
+}
+
+impl Files {
+    fn of(output: &Path) -> Result<Self, BakeError> {
+        let refused = |reason: &str| BakeError::Output { path: output.to_path_buf(), reason: reason.into() };
+        let Some(name) = output.file_name() else {
+            return Err(refused("it names no file"));
+        };
+        if output.is_dir() {
+            return Err(refused("it is a folder"));
+        }
+        let folder = match output.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+            _ => PathBuf::from("."),
+        };
+        if !folder.is_dir() {
+            return Err(refused("its folder does not exist; make it first"));
+        }
+        let beside = |suffix: &str| {
+            let mut name = name.to_os_string();
+            name.push(suffix);
+            folder.join(name)
+        };
+        Ok(Self {
+            output: output.to_path_buf(),
+            partial: beside(".partial"),
+            scratch: beside(".scratch"),
+            journal: beside(".journal"),
+            folder,
+        })
+    }
+}

@@ -1,0 +1,108 @@
+//! Going on after a kill: what the journal claims, and what of it is true.
+
+use super::error::BakeError;
+use super::journal::Job;
+use super::scratch::{Scratch, payload_bytes};
+use super::work::Work;
+use crate::scene::tiles::Layout;
+use rayon::prelude::*;
+use std::fs::File;
+use std::io;
+use std::num::NonZeroU64;
+use std::os::unix::fs::FileExt;
+use std::path::Path;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// What the journal and the files agree on, by job number: the hash of what was written.
+/// (A hash of 0 counts as missing: that job is then done again.)
+pub(super) struct Done {
+    pub bands: Vec<Option<NonZeroU64>>,
+    pub coarser: Vec<Option<NonZeroU64>>,
+    /// Records, in the order of the output's index.
+    pub records: Vec<Option<NonZeroU64>>,
+}
+
+impl Done {
+    pub fn nothing(layout: &Layout, bands: usize) -> Self {
+        Self {
+            bands: vec![None; bands],
+            coarser: vec![None; layout.pyramid().tile_count() as usize],
+            records: vec![None; layout.entry_count() as usize],
+        }
+    }
+}
+
+impl Work<'_> {
+    /// Reads back what the journal claims and keeps what is as claimed.
+    pub fn take_over(
+        &self,
+        entries: &[(Job, u64)],
+        scratch: Option<&Scratch>,
+        done: &mut Done,
+    ) -> Result<(), BakeError> {
+        let pyramid = self.layout.pyramid();
+        let payload = payload_bytes(&pyramid);
+        let band_bytes = (self.plan.band_rows as usize * 4) << pyramid.width_log2();
+        let size = |job| match job {
+            Job::Band(_) => band_bytes,
+            Job::Coarser(_) => payload,
+            Job::Resident(level) => self.layout.resident_record_bytes(level as u32),
+            Job::Tile(_) => self.layout.record_bytes(),
+            Job::Complete => 0,
+        };
+        self.progress.begin("checking", entries.iter().map(|&(job, _)| size(job) as u64).sum());
+        let check = |&(job, claimed): &(Job, u64)| -> Result<Option<(Job, NonZeroU64)>, BakeError> {
+            let found = match (job, scratch) {
+                (Job::Band(band), Some(scratch)) => {
+                    let rows = self.plan.band_rows;
+                    scratch.band_hash(band as u32 * rows, rows)?
+                }
+                (Job::Coarser(index), Some(scratch)) => scratch.payload_hash(self.layout.tile(index))?,
+                (Job::Resident(level), _) => {
+                    self.record_hash(self.layout.resident_offset(level as u32), size(job))?
+                }
+                (Job::Tile(index), _) => self.record_hash(self.layout.record_offset(index), size(job))?,
+                _ => 0,
+            };
+            self.progress.advance(size(job) as u64);
+            Ok(NonZeroU64::new(found).filter(|found| found.get() == claimed).map(|found| (job, found)))
+        };
+        // Bands are large: one at a time, not one for each thread.
+        let (bands, others): (Vec<_>, Vec<_>) =
+            entries.iter().copied().partition(|(job, _)| matches!(job, Job::Band(_)));
+        let mut found =
+            bands.iter().map(check).filter_map(Result::transpose).collect::<Result<Vec<_>, _>>()?;
+        found.par_extend(
+            others.par_iter().map(check).filter_map(Result::transpose).collect::<Result<Vec<_>, _>>()?,
+        );
+        for (job, hash) in found {
+            match job {
+                Job::Band(band) => done.bands[band as usize] = Some(hash),
+                Job::Coarser(index) => done.coarser[index as usize] = Some(hash),
+                Job::Resident(level) => {
+                    done.records[self.layout.resident_entry(level as u32) as usize] = Some(hash);
+                }
+                Job::Tile(index) => done.records[index as usize] = Some(hash),
+                Job::Complete => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn record_hash(&self, offset: u64, length: usize) -> Result<u64, BakeError> {
+        let mut bytes = vec![0; length];
+        read_back(&self.partial, &self.files.partial, &mut bytes, offset)?;
+        Ok(xxh3_64(&bytes))
+    }
+}
+
+/// Reads what a job wrote. What lies beyond the end of the file was never written: zeros, which no hash fits.
+pub(super) fn read_back(file: &File, path: &Path, bytes: &mut [u8], offset: u64) -> Result<(), BakeError> {
+    match file.read_exact_at(bytes, offset) {
+        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
+            bytes.fill(0);
+            Ok(())
+        }
+        other => other.map_err(|source| BakeError::ReadBack { path: path.to_path_buf(), offset, source }),
+    }
+}

@@ -1,0 +1,346 @@
+//! The jobs of a bake, in their order; each is done unless the journal says so and what it wrote is still there.
+
+use super::encode::bc1;
+use super::error::{BakeError, SourceError};
+use super::journal::{Job, Journal};
+use super::plan::Plan;
+use super::resample::Enlarged;
+use super::resume::Done;
+use super::scratch::{Scratch, mean_square, payload_bytes};
+use super::source::{Source, synthetic};
+use super::{Files, Progress, Settings};
+use crate::math::pyramid::TileId;
+use crate::picture::srgb;
+use crate::scene::source::{TileFormat, TileSource};
+use crate::scene::tiles::{Layout, TileFile, index_page};
+use rayon::prelude::*;
+use std::fs::{self, File, OpenOptions};
+use std::io;
+use std::num::NonZeroU64;
+use std::os::unix::fs::FileExt;
+use std::path::Path;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// A bake at work.
+pub(super) struct Work<'a> {
+    pub layout: Layout,
+    pub plan: &'a Plan,
+    pub files: &'a Files,
+    journal: Journal,
+    pub partial: File,
+    pub progress: &'a dyn Progress,
+}
+
+/// All of it, from an opened source to the finished file.
+pub(super) fn run(
+    settings: &Settings,
+    plan: &Plan,
+    source: Source,
+    files: &Files,
+    progress: &dyn Progress,
+) -> Result<(), BakeError> {
+    let layout = plan.layout;
+    if files.output.exists() && !settings.force && !files.journal.exists() {
+        return Err(BakeError::Exists { path: files.output.clone() });
+    }
+    let identity = identity_text(plan, &source);
+    let (journal, entries) = Journal::open(&files.journal, &identity, settings.force, layout.total_bytes())?;
+    if files.output.exists() {
+        let renamed = entries.contains(&(Job::Complete, 0)) && !files.partial.exists();
+        if renamed && TileFile::open(&files.output).is_ok_and(|file| *file.layout() == layout) {
+            // Killed between the rename and the tidying up.
+            return tidy(files);
+        }
+        if !settings.force {
+            if entries.is_empty() {
+                remove(&files.journal)?;
+            }
+            return Err(BakeError::Exists { path: files.output.clone() });
+        }
+    }
+    if entries.is_empty() {
+        // Nothing is to be taken over from files that no journal vouches for.
+        remove(&files.partial)?;
+        remove(&files.scratch)?;
+    }
+    let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&files.partial);
+    let write_error = |source| BakeError::write(files.partial.clone(), 0, layout.total_bytes(), source);
+    let partial = opened.map_err(write_error)?;
+    let work = Work { layout, plan, files, journal, partial, progress };
+    let finished = work.do_all(settings, source, &entries);
+    if let Err(BakeError::Source(_)) = finished {
+        // A damaged source must change before a bake of it can succeed: nothing of this is of use then.
+        for file in [&files.partial, &files.scratch, &files.journal] {
+            remove(file)?;
+        }
+    }
+    finished
+}
+
+/// Everything that the bytes depend on.
+fn identity_text(plan: &Plan, source: &Source) -> String {
+    format!(
+        "ortelius {}, {:?}, bands of {}, from {}",
+        env!("CARGO_PKG_VERSION"),
+        plan.layout,
+        plan.band_rows,
+        source.identity_text()
+    )
+}
+
+fn remove(path: &Path) -> Result<(), BakeError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(BakeError::Write { path: path.to_path_buf(), offset: 0, source: error })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The journal goes last: without it the others would be taken for leftovers.
+fn tidy(files: &Files) -> Result<(), BakeError> {
+    remove(&files.scratch)?;
+    remove(&files.journal)
+}
+
+impl Work<'_> {
+    fn do_all(&self, settings: &Settings, source: Source, entries: &[(Job, u64)]) -> Result<(), BakeError> {
+        let mut done = Done::nothing(&self.layout, self.band_count());
+        let scratch = match &source {
+            Source::Synthetic(_) => None,
+            Source::Picture { .. } => Some(Scratch::open(&self.files.scratch, self.layout.pyramid())?),
+        };
+        if !entries.is_empty() {
+            self.take_over(entries, scratch.as_ref(), &mut done)?;
+        }
+        match (source, scratch) {
+            (Source::Picture { rows, path, identity }, Some(mut scratch)) => {
+                if done.records.contains(&None) {
+                    let level_0 = Enlarged::new(rows, self.layout.pyramid().level_size(0));
+                    self.write_bands(level_0, &scratch, &done)?;
+                    if !identity.still_holds(&path) {
+                        return Err(SourceError::Changed { path }.into());
+                    }
+                    self.write_coarser(&scratch, &done)?;
+                    self.write_resident_means(&mut scratch, &mut done)?;
+                    self.write_tiles(&scratch, &mut done)?;
+                }
+            }
+            (Source::Synthetic(_), _) => {
+                let source = synthetic(&settings.source, self.layout.pyramid())?;
+                self.write_resident(source.as_ref(), &mut done)?;
+                self.write_tiles(source.as_ref(), &mut done)?;
+            }
+            (Source::Picture { path, .. }, None) => unreachable!("{} without scratch", path.display()),
+        }
+        self.finish(&done)
+    }
+
+    fn band_count(&self) -> usize {
+        let rows = self.layout.pyramid().level_size(0)[1];
+        rows.div_ceil(self.plan.band_rows) as usize
+    }
+
+    fn write_bands(&self, mut level_0: Enlarged, scratch: &Scratch, done: &Done) -> Result<(), BakeError> {
+        let row_bytes = 4usize << self.layout.pyramid().width_log2();
+        let rows = self.plan.band_rows as usize;
+        let missing = done.bands.iter().filter(|band| band.is_none()).count();
+        self.progress.begin("bands", (missing * rows * row_bytes) as u64);
+        let mut rgba = vec![0; rows * row_bytes];
+        for (band, _) in done.bands.iter().enumerate().filter(|(_, band)| band.is_none()) {
+            let top = (band * rows) as u32;
+            level_0.read(top, &mut rgba)?;
+            scratch.write_band(top, &rgba)?;
+            self.note(Job::Band(band as u64), xxh3_64(&rgba))?;
+            self.progress.advance(rgba.len() as u64);
+        }
+        Ok(())
+    }
+
+    fn note(&self, job: Job, hash: u64) -> Result<(), BakeError> {
+        self.journal.append(job, hash, self.layout.total_bytes())
+    }
+
+    /// Levels 1 .. of the scratch file, a level after the other.
+    fn write_coarser(&self, scratch: &Scratch, done: &Done) -> Result<(), BakeError> {
+        let pyramid = self.layout.pyramid();
+        let payload = payload_bytes(&pyramid);
+        let level_0_tiles: u64 = pyramid.tile_grid(0).map(u64::from).iter().product();
+        let missing = done.coarser[level_0_tiles as usize..].iter().filter(|tile| tile.is_none()).count();
+        self.progress.begin("levels", (missing * payload) as u64);
+        let mut start = level_0_tiles;
+        for level in 1..pyramid.first_resident_level() {
+            let count: u64 = pyramid.tile_grid(level).map(u64::from).iter().product();
+            (start..start + count)
+                .into_par_iter()
+                .filter(|&index| done.coarser[index as usize].is_none())
+                .try_for_each_init(
+                    || (vec![0; payload], vec![0; payload]),
+                    |(finer, bytes), index| {
+                        let tile = self.layout.tile(index);
+                        scratch.mean_payload(tile, finer, bytes)?;
+                        scratch.write_payload(tile, bytes)?;
+                        self.note(Job::Coarser(index), xxh3_64(bytes))?;
+                        self.progress.advance(payload as u64);
+                        Ok::<(), BakeError>(())
+                    },
+                )?;
+            start += count;
+        }
+        Ok(())
+    }
+
+    /// The resident levels by means of four; the finest stays in the scratch for the coarsest tiles.
+    fn write_resident_means(&self, scratch: &mut Scratch, done: &mut Done) -> Result<(), BakeError> {
+        let pyramid = self.layout.pyramid();
+        let side = pyramid.tile_size() as usize;
+        let first = pyramid.first_resident_level();
+        let mut level = vec![0; self.layout.resident_bytes(first)];
+        let wide = pyramid.level_size(first)[0] as usize;
+        let [columns, _] = pyramid.tile_grid(first - 1);
+        // A row of tiles becomes a run of whole rows: the pieces are disjoint.
+        level.par_chunks_mut(wide * side / 2 * 4).enumerate().try_for_each_init(
+            || vec![0; payload_bytes(&pyramid)],
+            |payload, (row, out)| {
+                (0..columns).try_for_each(|column| {
+                    scratch.read_payload(TileId { level: first - 1, row: row as u32, column }, payload)?;
+                    mean_square(payload, side, out, wide, [column as usize * side / 2, 0]);
+                    Ok::<(), BakeError>(())
+                })
+            },
+        )?;
+        scratch.first_resident = level.clone();
+        for number in first..=pyramid.coarsest_level() {
+            if number > first {
+                level = mean_level(&level, pyramid.level_size(number - 1), pyramid.level_size(number));
+            }
+            self.write_resident_level(number, &level, done)?;
+        }
+        Ok(())
+    }
+
+    fn write_resident(&self, source: &dyn TileSource, done: &mut Done) -> Result<(), BakeError> {
+        let pyramid = self.layout.pyramid();
+        for level in pyramid.first_resident_level()..=pyramid.coarsest_level() {
+            self.write_resident_level(level, &source.read_resident_level(level)?, done)?;
+        }
+        Ok(())
+    }
+
+    fn write_resident_level(&self, level: u32, bytes: &[u8], done: &mut Done) -> Result<(), BakeError> {
+        let entry = self.layout.resident_entry(level) as usize;
+        if done.records[entry].is_none() {
+            let mut record = bytes.to_vec();
+            record.resize(self.layout.resident_record_bytes(level), 0);
+            let hash = xxh3_64(&record);
+            self.write(&record, self.layout.resident_offset(level))?;
+            self.note(Job::Resident(u64::from(level)), hash)?;
+            done.records[entry] = NonZeroU64::new(hash);
+        }
+        Ok(())
+    }
+
+    fn write_tiles(&self, source: &dyn TileSource, done: &mut Done) -> Result<(), BakeError> {
+        let pyramid = self.layout.pyramid();
+        let tiles = pyramid.tile_count() as usize;
+        let record_bytes = self.layout.record_bytes();
+        let missing = done.records[..tiles].iter().filter(|tile| tile.is_none()).count();
+        self.progress.begin("tiles", (missing * record_bytes) as u64);
+        done.records[..tiles].par_iter_mut().enumerate().filter(|(_, hash)| hash.is_none()).try_for_each_init(
+            || (vec![0; pyramid.tile_bytes_rgba8()], vec![0; record_bytes]),
+            |(rgba, record), (index, hash)| {
+                source.read_tile(self.layout.tile(index as u64), rgba)?;
+                self.encode(rgba, &mut record[..self.layout.tile_bytes()]);
+                *hash = NonZeroU64::new(xxh3_64(record));
+                self.write(record, self.layout.record_offset(index as u64))?;
+                self.note(Job::Tile(index as u64), hash.map_or(0, NonZeroU64::get))?;
+                self.progress.advance(record_bytes as u64);
+                Ok(())
+            },
+        )
+    }
+
+    fn encode(&self, rgba: &[u8], bytes: &mut [u8]) {
+        match self.layout.format() {
+            TileFormat::Rgba8 => bytes.copy_from_slice(rgba),
+            TileFormat::Bc1 => {
+                let [fine, coarse] = self.layout.pyramid().stored_sides().map(|side| side as usize);
+                let (fine_rgba, coarse_rgba) = rgba.split_at(fine * fine * 4);
+                let (fine_blocks, coarse_blocks) = bytes.split_at_mut(fine * fine / 2);
+                bc1(fine_rgba, fine, fine_blocks);
+                bc1(coarse_rgba, coarse, coarse_blocks);
+            }
+        }
+    }
+
+    fn write(&self, bytes: &[u8], offset: u64) -> Result<(), BakeError> {
+        self.partial.write_all_at(bytes, offset).map_err(|source| {
+            BakeError::write(self.files.partial.clone(), offset, self.layout.total_bytes(), source)
+        })
+    }
+
+    /// Index and header, then the name: before that the file is not there, after it it is whole.
+    fn finish(&self, done: &Done) -> Result<(), BakeError> {
+        let entries: Vec<u64> = done.records.iter().map(|hash| hash.map_or(0, NonZeroU64::get)).collect();
+        self.write(&index_page(&self.layout, &entries), self.layout.index_offset())?;
+        self.write(&self.layout.header_page(), 0)?;
+        let failed =
+            |source| BakeError::write(self.files.partial.clone(), 0, self.layout.total_bytes(), source);
+        self.partial.sync_all().map_err(failed)?;
+        self.note(Job::Complete, 0)?;
+        self.journal.sync().map_err(failed)?;
+        TileFile::open(&self.files.partial)?;
+        fs::rename(&self.files.partial, &self.files.output).map_err(failed)?;
+        File::open(&self.files.folder).and_then(|folder| folder.sync_all()).map_err(failed)?;
+        tidy(self.files)
+    }
+}
+
+/// A resident level from the next finer one; where that is one texel high or wide, its only texel counts twice.
+fn mean_level(finer: &[u8], [finer_width, finer_height]: [u32; 2], [width, height]: [u32; 2]) -> Vec<u8> {
+    let finer = finer.as_chunks::<4>().0;
+    let texel =
+        |x: u32, y: u32| finer[(y.min(finer_height - 1) * finer_width + x.min(finer_width - 1)) as usize];
+    (0..width * height)
+        .flat_map(|index| {
+            let (x, y) = (index % width * 2, index / width * 2);
+            let four = [texel(x, y), texel(x + 1, y), texel(x, y + 1), texel(x + 1, y + 1)];
+            srgb::table().mean_of_four_rgba(four)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::bake::{SourceName, bake};
+
+    /// The only moment that a killed process in tests/bake hardly meets: after the rename, before the tidying up.
+    #[test]
+    fn a_bake_killed_after_the_rename_only_tidies_up() {
+        let folder = tempfile::tempdir().unwrap();
+        let settings = Settings {
+            source: SourceName::Ruler(6),
+            output: folder.path().join("a.tiles"),
+            tile_side: 32,
+            border_texels: 4,
+            format: TileFormat::Rgba8,
+            resident_levels: None,
+            force: false,
+        };
+        let plan = bake(&settings, &()).unwrap();
+        let baked = fs::read(&settings.output).unwrap();
+        let files = Files::of(&settings.output).unwrap();
+        let identity = identity_text(&plan, &Source::open(&settings.source).unwrap());
+        let (journal, _) = Journal::open(&files.journal, &identity, false, 0).unwrap();
+        journal.append(Job::Complete, 0, 0).unwrap();
+        drop(journal);
+        fs::write(&files.scratch, "left").unwrap();
+        bake(&settings, &()).unwrap();
+        assert_eq!(fs::read(&settings.output).unwrap(), baked);
+        assert!(!files.journal.exists() && !files.scratch.exists() && !files.partial.exists());
+        // With nothing left over the same command is a second bake, and the output is in its way.
+        assert!(matches!(bake(&settings, &()), Err(BakeError::Exists { .. })));
+        assert!(!files.journal.exists());
+    }
+}

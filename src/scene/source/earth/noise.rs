@@ -1,0 +1,99 @@
+//! Smooth noise on the unit sphere: the same value for the same place, whatever the map does there, so
+//! there is neither a seam at the antimeridian nor a pinch at the poles.
+//!
+//! A lattice in 3D, two texels of the equator apart; a 32-bit hash at each of its points, blended by
+//! smoothstep on the three axes. Positions come from `libm` in f64, one row or column at a time, and are
+//! quantised to 1/1024 of the lattice (1/512 texel); from there on all is integer.
+
+use super::base::level_size;
+
+/// Fraction bits of a position in units of the lattice.
+const FRACTION_LOG2: u32 = 10;
+const FRACTION_ONE: i32 = 1 << FRACTION_LOG2;
+/// Fraction bits of a column's cosine and sine.
+const UNIT_LOG2: u32 = 30;
+
+/// Cosine and sine of the longitude at the centre of a column, in units of 2^-30.
+#[derive(Clone, Copy)]
+pub struct Column {
+    cosine: i64,
+    sine: i64,
+}
+
+/// Distance from the axis, and height, of a row's texel centres, in 1/1024 of the lattice.
+#[derive(Clone, Copy)]
+pub struct Row {
+    radius: i64,
+    height: i32,
+}
+
+/// The columns with these true indices in a level `2^width_log2` texels wide.
+pub fn columns(width_log2: u32, indices: impl Iterator<Item = u32>) -> Vec<Column> {
+    let radians_per_column = std::f64::consts::TAU / f64::from(1u32 << width_log2);
+    let unit = f64::from(1u32 << UNIT_LOG2);
+    indices
+        .map(|index| {
+            let (sine, cosine) = libm::sincos((f64::from(index) + 0.5) * radians_per_column);
+            Column { cosine: libm::round(cosine * unit) as i64, sine: libm::round(sine * unit) as i64 }
+        })
+        .collect()
+}
+
+/// The row with this true index in a level `2^width_log2` texels wide.
+pub fn row(width_log2: u32, index: u32) -> Row {
+    let [width, height] = level_size(width_log2).map(f64::from);
+    let from_pole = (f64::from(index) + 0.5) * (std::f64::consts::PI / height);
+    let (sine, cosine) = libm::sincos(from_pole);
+    // A texel of the equator is TAU/width, so a sphere of radius width/(2 TAU) has two to a unit.
+    let radius = width / (2.0 * std::f64::consts::TAU) * f64::from(FRACTION_ONE);
+    Row { radius: libm::round(sine * radius) as i64, height: libm::round(cosine * radius) as i32 }
+}
+
+/// Steps between lattice points in the hash's input: odd, with no short integer relation modulo 2^32.
+const STEP: [u32; 3] = [0x9E37_79B1, 0x85EB_CA6B, 0xC2B2_AE3D];
+
+/// -32768 ..= 32767, for one lattice point.
+#[inline(always)]
+fn lattice(mut bits: u32) -> i32 {
+    bits ^= bits >> 16;
+    bits = bits.wrapping_mul(0x7feb_352d);
+    bits ^= bits >> 15;
+    bits = bits.wrapping_mul(0x846c_a68b);
+    (bits as i32) >> 16
+}
+
+/// 3t^2 - 2t^3 of a fraction in 1/1024, in 1/1024: at most 2^30 before the shift.
+#[inline(always)]
+fn smoothstep(t: i32) -> i32 {
+    t.wrapping_mul(t).wrapping_mul(3 * FRACTION_ONE - 2 * t) >> (2 * FRACTION_LOG2)
+}
+
+/// Differences have 17 bits, weights 10: within i32.
+#[inline(always)]
+fn blend(from: i32, to: i32, weight: i32) -> i32 {
+    from.wrapping_add(to.wrapping_sub(from).wrapping_mul(weight) >> FRACTION_LOG2)
+}
+
+/// The noise at a texel's centre, within -32768 ..= 32767.
+///
+/// Written out, in wrapping arithmetic of values whose ranges stand above: this is where a tile's time goes.
+#[inline(always)]
+pub fn noise(width_log2: u32, row: Row, column: Column) -> i32 {
+    let [step_x, step_y, step_z] = STEP;
+    let at_x = (row.radius.wrapping_mul(column.cosine) >> UNIT_LOG2) as i32;
+    let at_y = (row.radius.wrapping_mul(column.sine) >> UNIT_LOG2) as i32;
+    let at_z = row.height;
+    let near = ((at_x >> FRACTION_LOG2) as u32)
+        .wrapping_mul(step_x)
+        .wrapping_add(((at_y >> FRACTION_LOG2) as u32).wrapping_mul(step_y))
+        .wrapping_add(((at_z >> FRACTION_LOG2) as u32).wrapping_mul(step_z))
+        // Each level has a lattice of its own.
+        .wrapping_add(width_log2.wrapping_mul(0x27D4_EB2F));
+    let far = near.wrapping_add(step_z);
+    let x = smoothstep(at_x & (FRACTION_ONE - 1));
+    let y = smoothstep(at_y & (FRACTION_ONE - 1));
+    let z = smoothstep(at_z & (FRACTION_ONE - 1));
+    let edge = |corner: u32| blend(lattice(corner), lattice(corner.wrapping_add(step_x)), x);
+    let face = |corner: u32| blend(edge(corner), edge(corner.wrapping_add(step_y)), y);
+    blend(face(near), face(far), z)
+}

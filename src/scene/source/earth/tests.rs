@@ -1,0 +1,229 @@
+use super::*;
+use rayon::prelude::*;
+use std::time::Instant;
+use xxhash_rust::xxh3::xxh3_64;
+
+fn earth(width_log2: u32, tile_log2: u32, border_texels: u32) -> Earth {
+    let pyramid = Pyramid::new(width_log2, width_log2 - 1, tile_log2, border_texels, None).unwrap();
+    Earth::new(pyramid).unwrap()
+}
+
+fn tile(earth: &Earth, level: u32, row: u32, column: u32) -> Vec<u8> {
+    let mut bytes = vec![0; earth.pyramid().tile_bytes_rgba8()];
+    earth.read_tile(TileId { level, row, column }, &mut bytes).unwrap();
+    bytes
+}
+
+/// A texel of any level, by way of the tile that holds it in its payload.
+fn texel(earth: &Earth, level: u32, [x, y]: [u32; 2]) -> [u8; 4] {
+    let pyramid = earth.pyramid();
+    let tile = tile(earth, level, y >> pyramid.tile_log2(), x >> pyramid.tile_log2());
+    let inside = [x, y].map(|at| (at % pyramid.tile_size() + pyramid.border_texels()) as usize);
+    let at = (inside[1] * pyramid.stored_sides()[0] as usize + inside[0]) * 4;
+    tile[at..at + 4].try_into().unwrap()
+}
+
+/// Checks every border texel, and the second picture, of one tile against the payloads of a pyramid that is
+/// cut otherwise. Returns how many differ.
+fn differing_texels(earth: &Earth, other: &Earth, id: TileId, step: usize) -> usize {
+    let pyramid = earth.pyramid();
+    let bytes = tile(earth, id.level, id.row, id.column);
+    let [fine, coarse] = pyramid.stored_sides().map(|side| side as usize);
+    let mut differing = 0;
+    for (picture, side, bytes) in
+        [(0, fine, &bytes[..fine * fine * 4]), (1, coarse, &bytes[fine * fine * 4..])]
+    {
+        let border = i64::from(pyramid.border_texels() >> picture);
+        let size = pyramid.level_size(id.level + picture);
+        let origin =
+            [id.column, id.row].map(|index| (i64::from(index) << pyramid.tile_log2() >> picture) - border);
+        // All of the frame, and every `step`th texel of the inside.
+        let places = (0..side * side).filter(|index| {
+            let (x, y) = (index % side, index / side);
+            let frame = border as usize;
+            let outside = |at: usize| at < frame || at >= side - frame;
+            (outside(x) || outside(y) || index % step == 0) && index % 7 == 0
+        });
+        for index in places {
+            let place =
+                true_texel(size, origin[0] + (index % side) as i64, origin[1] + (index / side) as i64);
+            let stored = &bytes[index * 4..index * 4 + 4];
+            differing += usize::from(stored != texel(other, id.level + picture, place));
+        }
+    }
+    differing
+}
+
+#[test]
+fn a_texel_is_the_same_from_every_tile_border_and_level_that_shows_it() {
+    // Levels of 2^14 .. 2^12 texels: two synthetic and the finest real one.
+    let (large, small) = (earth(14, 9, 4), earth(14, 4, 2));
+    let id = |level, row, column| TileId { level, row, column };
+    for id in [
+        id(0, 0, 0),   // over the pole and the antimeridian at once
+        id(0, 15, 31), // the same in the south-east
+        id(0, 7, 19),  // inside
+        id(1, 7, 0),   // south-west; its second picture is real imagery
+        id(2, 0, 7),   // real imagery
+    ] {
+        assert_eq!(differing_texels(&large, &small, id, 1009), 0, "{id:?}");
+    }
+}
+
+#[test]
+fn the_comparison_of_borders_rejects_another_places_texels() {
+    let (large, small) = (earth(14, 9, 4), earth(15, 4, 2));
+    let id = TileId { level: 0, row: 7, column: 19 };
+    assert!(differing_texels(&large, &small, id, 1009) > 100);
+}
+
+#[test]
+fn a_tile_does_not_depend_on_the_thread_or_on_what_came_before() {
+    let earth = earth(16, 6, 2);
+    let ids: Vec<TileId> =
+        (0..96).map(|index| TileId { level: index % 5, row: index % 32, column: index * 7 % 64 }).collect();
+    let read = |id: &TileId| tile(&earth, id.level, id.row, id.column);
+    let one_after_the_other: Vec<_> = ids.iter().map(read).collect();
+    let mut backwards: Vec<_> = ids.iter().rev().map(read).collect();
+    backwards.reverse();
+    assert_eq!(one_after_the_other, backwards);
+    for threads in [1, 2, 5] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let at_once: Vec<_> = pool.install(|| ids.par_iter().map(read).collect());
+        assert_eq!(one_after_the_other, at_once, "{threads} threads");
+    }
+}
+
+/// The largest difference, in codes, between a level's stored texels and the means of the four stored finer
+/// ones, over one tile's payload moved by `shift` texels.
+fn worst_mean(earth: &Earth, level: u32, row: u32, column: u32, shift: usize) -> u8 {
+    let pyramid = earth.pyramid();
+    let [fine, coarse] = pyramid.stored_sides().map(|side| side as usize);
+    let bytes = tile(earth, level, row, column);
+    let (finer, coarser) = bytes.split_at(fine * fine * 4);
+    let (border, half) = (pyramid.border_texels() as usize, pyramid.border_texels() as usize / 2);
+    let payload = pyramid.tile_size() as usize / 2;
+    let mut worst = 0;
+    for y in 0..payload {
+        for x in 0..payload - shift {
+            for channel in 0..3 {
+                let four = [0, 1, 2, 3].map(|corner| {
+                    let (x, y) = (border + 2 * x + corner % 2, border + 2 * y + corner / 2);
+                    finer[(y * fine + x) * 4 + channel]
+                });
+                let parent = coarser[((half + y) * coarse + half + x + shift) * 4 + channel];
+                worst = worst.max(srgb::table().mean_of_four(four).abs_diff(parent));
+            }
+        }
+    }
+    worst
+}
+
+#[test]
+fn the_mean_of_four_is_the_coarser_texel_exactly_if_real_and_within_one_code_if_synthetic() {
+    let earth = earth(18, 9, 4);
+    assert_eq!(earth.finest_real_level(), 6);
+    for (level, row, column) in [(0, 77, 140), (0, 0, 0), (0, 130, 280), (3, 10, 40), (5, 3, 9), (5, 7, 2)] {
+        let worst = worst_mean(&earth, level, row, column, 0);
+        assert!(worst <= 1, "level {level}, row {row}, column {column}: {worst}");
+    }
+    for (level, row, column) in [(6, 0, 0), (6, 1, 5), (7, 1, 3), (8, 0, 1)] {
+        assert_eq!(worst_mean(&earth, level, row, column, 0), 0, "level {level}");
+    }
+    // The same comparison must object to the texel next to the parent.
+    for (level, row, column) in [(0, 77, 280), (3, 10, 40), (6, 1, 5)] {
+        assert!(worst_mean(&earth, level, row, column, 1) > 1, "the neighbour passes, too: level {level}");
+    }
+}
+
+/// Root mean square of the Haar coefficients, in linear light, of the green channel of a level over a square
+/// of the Earth that is 1/32 of its width, 11.25 degrees.
+fn band_rms(base: &Base, width_log2: u32, x_32nds: i64, y_32nds: i64) -> f64 {
+    let side = 1usize << (width_log2 - 5);
+    let [left, top] = [x_32nds, y_32nds].map(|at| at * side as i64);
+    let (region, _) = refine::region(base, width_log2, (left, top, side, side));
+    let mut energy = 0.0;
+    for y in (0..side).step_by(2) {
+        let rows = [0, 1].map(|row| region.row(left, top + (y + row) as i64));
+        for x in (0..side).step_by(2) {
+            let [nw, ne, sw, se] =
+                [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(row, side)| f64::from(rows[row][x + side][1]));
+            energy += (ne + se - nw - sw).powi(2) + (sw + se - nw - ne).powi(2);
+            energy += (nw + se - ne - sw).powi(2);
+        }
+    }
+    f64::sqrt(energy / (side as f64 / 2.0).powi(2) / 3.0) / 4.0
+}
+
+#[test]
+fn synthetic_octaves_on_land_are_about_as_strong_as_the_finest_real_one() {
+    // Real land itself varies by .93-1.04 from octave to octave; these are .86-1.06. Without the noise they
+    // would be .43, .27, .15 (Sahara).
+    let base = base::base().unwrap();
+    // Sahara, Andes, India, Australia: squares from the north-west corner.
+    for (x, y) in [(17, 6), (10, 9), (22, 6), (28, 10)] {
+        let real = band_rms(base, 12, x, y);
+        let ratios = [13, 14, 15].map(|width_log2| band_rms(base, width_log2, x, y) / real);
+        println!("square {x}, {y}: {real:.0}, then times {ratios:.2?}");
+        assert!(ratios.iter().all(|ratio| (0.8..1.2).contains(ratio)), "{x} {y}: {ratios:?}");
+    }
+}
+
+#[test]
+fn tiles_of_every_kind_are_pinned() {
+    let earth = earth(18, 9, 4);
+    let hash = |level, row, column| xxh3_64(&tile(&earth, level, row, column));
+    let found =
+        [hash(0, 77, 140), hash(0, 0, 511), hash(0, 255, 0), hash(3, 10, 40), hash(6, 1, 5), hash(8, 0, 0)];
+    let pinned = [
+        0x94df_cbd2_637b_b668,
+        0xaa97_7db4_4813_bd69,
+        0x7040_185e_2e54_a45c,
+        0x0551_d48d_c2a9_5f13,
+        0xc337_1d88_2ae6_850d,
+        0xf207_4b2f_aee2_a551,
+    ];
+    assert_eq!(found, pinned, "{found:#x?}");
+}
+
+#[test]
+fn a_small_earth_is_imagery_only_and_a_map_of_another_shape_is_refused() {
+    let small = earth(9, 6, 4);
+    assert_eq!(small.finest_real_level(), 0);
+    assert_eq!(small.read_resident_level(9).unwrap().len(), 4);
+    let square = Pyramid::new(9, 9, 6, 4, None).unwrap();
+    assert_eq!(Earth::new(square).err(), Some(EarthError::Shape(9, 9)));
+}
+
+#[test]
+fn a_resident_level_in_the_synthetic_part_equals_the_tiles() {
+    let pyramid = Pyramid::new(14, 13, 9, 4, Some(14)).unwrap();
+    let (resident, tiled) = (Earth::new(pyramid).unwrap(), earth(14, 9, 4));
+    let level = resident.read_resident_level(1).unwrap();
+    for (x, y) in [(0, 0), (8191, 4095), (511, 512), (4000, 1111), (512, 511)] {
+        let at = (y as usize * 8192 + x as usize) * 4;
+        assert_eq!(level[at..at + 4], texel(&tiled, 1, [x, y]), "{x} {y}");
+    }
+}
+
+/// Prints what the module's documentation states; asserts no time.
+#[test]
+fn the_time_of_a_tile_is_printed() {
+    // Tibet and Alaska, 2^12: imagery; the others 1, 6 and 8 octaves finer.
+    for (place, [longitude, latitude]) in [("Tibet", [87.0, 31.0]), ("Alaska", [-150.0, 65.0])] {
+        for width_log2 in [12, 13, 18, 20] {
+            let earth = earth(width_log2, 9, 4);
+            let tiles = f64::from(1u32 << (width_log2 - 9));
+            let column = ((longitude + 180.0) / 360.0 * tiles) as u32;
+            let row = ((90.0 - latitude) / 360.0 * tiles) as u32;
+            let mut bytes = vec![0; earth.pyramid().tile_bytes_rgba8()];
+            let mut nanoseconds = [0; 9].map(|_: u8| {
+                let start = Instant::now();
+                earth.read_tile(TileId { level: 0, row, column }, &mut bytes).unwrap();
+                start.elapsed().as_nanos()
+            });
+            nanoseconds.sort_unstable();
+            println!("{place}, 2^{width_log2}: {} us a tile, median of 9", nanoseconds[4] / 1000);
+        }
+    }
+}

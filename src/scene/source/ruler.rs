@@ -1,0 +1,158 @@
+//! The ruler: every texel is a hash of its own level and place, so that a fetch proves which texel it got.
+
+use super::border::true_texel;
+use super::{TileError, TileFormat, TileSource};
+use crate::math::pyramid::{Pyramid, TileId};
+
+/// A bijection of 32 bits in which each input bit turns each output bit with a chance of one half:
+/// multiply-xorshift with the constants of C. Wellons' "lowbias32" (public domain, 2018).
+const fn mix(mut bits: u32) -> u32 {
+    bits ^= bits >> 16;
+    bits = bits.wrapping_mul(0x7feb_352d);
+    bits ^= bits >> 15;
+    bits = bits.wrapping_mul(0x846c_a68b);
+    bits ^ (bits >> 16)
+}
+
+/// The texel of column `x`, row `y` of level `level`: RGBA8, red in the low byte.
+///
+/// `mix(mix(mix(level + 0x9E3779B9) ^ x) ^ y)`, all in u32: the same three lines in GLSL. For one level and
+/// column, all rows differ (each step is a bijection).
+pub const fn ruler_hash(level: u32, x: u32, y: u32) -> u32 {
+    mix(mix(mix(level.wrapping_add(0x9E37_79B9)) ^ x) ^ y)
+}
+
+/// A pyramid of any size whose texels are [`ruler_hash`]; the levels are not averages of each other.
+/// To be fetched as UNORM without filtering.
+#[derive(Clone, Debug)]
+pub struct Ruler {
+    pyramid: Pyramid,
+}
+
+impl Ruler {
+    pub fn new(pyramid: Pyramid) -> Self {
+        Self { pyramid }
+    }
+
+    /// Writes `side x side` texels from `(left, top)` on, which may lie outside the level.
+    fn write_square(&self, level: u32, [left, top]: [i64; 2], side: usize, bytes: &mut [u8]) {
+        let size = self.pyramid.level_size(level);
+        for (row, line) in bytes.chunks_exact_mut(side * 4).enumerate() {
+            for (column, texel) in line.chunks_exact_mut(4).enumerate() {
+                let [x, y] = true_texel(size, left + column as i64, top + row as i64);
+                texel.copy_from_slice(&ruler_hash(level, x, y).to_le_bytes());
+            }
+        }
+    }
+}
+
+impl TileSource for Ruler {
+    fn describe(&self) -> String {
+        format!("ruler, 2^{} x 2^{}", self.pyramid.width_log2(), self.pyramid.height_log2())
+    }
+
+    fn pyramid(&self) -> Pyramid {
+        self.pyramid
+    }
+
+    fn format(&self) -> TileFormat {
+        TileFormat::Rgba8
+    }
+
+    fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
+        assert_eq!(bytes.len(), self.pyramid.tile_bytes_rgba8(), "{tile:?} of {:?}", self.pyramid);
+        assert!(self.pyramid.contains(tile), "{tile:?} of {:?}", self.pyramid);
+        let [fine_side, coarse_side] = self.pyramid.stored_sides().map(|side| side as usize);
+        let (fine, coarse) = bytes.split_at_mut(fine_side * fine_side * 4);
+        for (step, side, bytes) in [(0, fine_side, fine), (1, coarse_side, coarse)] {
+            let origin = [tile.column, tile.row].map(|index| {
+                (i64::from(index) * i64::from(self.pyramid.tile_size())
+                    - i64::from(self.pyramid.border_texels()))
+                    >> step
+            });
+            self.write_square(tile.level + step, origin, side, bytes);
+        }
+        Ok(())
+    }
+
+    fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
+        assert!(level >= self.pyramid.first_resident_level(), "level {level} of {:?}", self.pyramid);
+        let [width, height] = self.pyramid.level_size(level).map(|side| side as usize);
+        let mut bytes = vec![0; width * height * 4];
+        for (index, texel) in bytes.chunks_exact_mut(4).enumerate() {
+            let hash = ruler_hash(level, (index % width) as u32, (index / width) as u32);
+            texel.copy_from_slice(&hash.to_le_bytes());
+        }
+        Ok(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn one_flipped_bit_of_level_x_or_y_turns_each_bit_of_the_hash_half_of_the_time() {
+        // 4096 pairs: the standard deviation of a fair count is 32, so 40..60 % is beyond 12 of them.
+        let widths = [5, 20, 20];
+        for (argument, bits) in widths.into_iter().enumerate() {
+            for input_bit in 0..bits {
+                let mut turned = [0u32; 32];
+                for sample in 0..4096u32 {
+                    let mut at = [mix(sample) % 21, mix(sample ^ 0x5555) >> 12, mix(sample ^ 0xAAAA) >> 12];
+                    let before = ruler_hash(at[0], at[1], at[2]);
+                    at[argument] ^= 1 << input_bit;
+                    let difference = before ^ ruler_hash(at[0], at[1], at[2]);
+                    for (output_bit, count) in turned.iter_mut().enumerate() {
+                        *count += difference >> output_bit & 1;
+                    }
+                }
+                for (output_bit, count) in turned.into_iter().enumerate() {
+                    assert!(
+                        (1638..=2458).contains(&count),
+                        "argument {argument}, bit {input_bit} -> {output_bit}: {count} of 4096"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn neighbours_levels_and_swapped_places_differ() {
+        // 3 x 128 x 128 hashes of 32 bits: 0.28 equal pairs expected of a random function, seen: none.
+        let mut seen = HashSet::new();
+        for level in 0..3 {
+            for y in 0..128 {
+                for x in 0..128 {
+                    assert!(seen.insert(ruler_hash(level, x, y)), "{level} {x} {y}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_hash_is_pinned_for_shaders_to_compare_with() {
+        assert_eq!(ruler_hash(0, 0, 0), 0x944f_b554);
+        assert_eq!(ruler_hash(17, 1_048_575, 524_287), 0x36ba_b5e6);
+    }
+
+    #[test]
+    fn a_tile_holds_both_levels_with_their_true_neighbours() {
+        let pyramid = Pyramid::new(7, 6, 4, 2, None).unwrap();
+        let ruler = Ruler::new(pyramid);
+        let mut bytes = vec![0; pyramid.tile_bytes_rgba8()];
+        // The north-west tile: its corner lies over the pole and across the antimeridian at once.
+        ruler.read_tile(TileId { level: 1, row: 0, column: 0 }, &mut bytes).unwrap();
+        let texel = |index: usize| u32::from_le_bytes(bytes[index * 4..index * 4 + 4].try_into().unwrap());
+        // Level 1 is 64 x 32: (-2, -2) is row 1, half a turn from column 62.
+        assert_eq!(texel(0), ruler_hash(1, 30, 1));
+        assert_eq!(texel(2 * 20 + 2), ruler_hash(1, 0, 0));
+        assert_eq!(texel(2 * 20 + 1), ruler_hash(1, 63, 0));
+        assert_eq!(texel(20 * 20 - 1), ruler_hash(1, 17, 17));
+        // Level 2 is 32 x 16, one texel of border.
+        assert_eq!(texel(20 * 20), ruler_hash(2, 15, 0));
+        assert_eq!(texel(20 * 20 + 11), ruler_hash(2, 0, 0));
+        assert_eq!(texel(20 * 20 + 99), ruler_hash(2, 8, 8));
+    }
+}

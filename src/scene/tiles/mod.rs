@@ -1,0 +1,46 @@
+//! `.tiles`: all tiles and resident levels of a pyramid in one file, every byte under a checksum.
+//!
+//! Byte layout: docs/formats.md. Fixed-size records at computed places, so a tile is one read; read with
+//! `pread`, never mapped: a truncated map kills the process with SIGBUS, a read gives an error.
+
+mod layout;
+mod reader;
+mod verify;
+
+pub use layout::{HEADER_BYTES, Layout, LayoutError, PAGE_BYTES, index_page};
+pub use reader::TileFile;
+pub use verify::{BadRecord, Record, Report, verify};
+
+use std::io;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// A file that cannot be used as `.tiles`. One bad record alone is no such error: see
+/// [`crate::scene::source::TileError`].
+#[derive(Debug, Error)]
+pub enum TileFileError {
+    #[error("{path}: cannot be opened: {source}")]
+    Open { path: PathBuf, source: io::Error },
+    #[error("{path}: cannot be read at byte {offset}: {source}")]
+    Read { path: PathBuf, offset: u64, source: io::Error },
+    #[error("{path}: not a .tiles file, or its first bytes are damaged")]
+    NotTiles { path: PathBuf },
+    #[error("{path}: .tiles version {found}; this program reads version {expected}: bake the file again")]
+    Version { path: PathBuf, found: u32, expected: u32 },
+    #[error("{path}: the header is damaged ({reason}); bake the file again")]
+    Header { path: PathBuf, reason: String },
+    #[error("{path}: {found} bytes long instead of {expected}: truncated or damaged; bake the file again")]
+    Length { path: PathBuf, expected: u64, found: u64 },
+    #[error("{path}: the index of checksums is damaged; bake the file again")]
+    Index { path: PathBuf },
+}
+
+impl TileFileError {
+    /// 3 where the data are corrupt, else 1.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Open { .. } | Self::Read { .. } | Self::Version { .. } => 1,
+            Self::NotTiles { .. } | Self::Header { .. } | Self::Length { .. } | Self::Index { .. } => 3,
+        }
+    }
+}

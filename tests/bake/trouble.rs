@@ -1,0 +1,249 @@
+//! Kills, full disks, bad input, little memory.
+
+use super::pictures::{dotted, write_png, write_tall_tiff, write_tiff_strips, write_tiff_tiles};
+use super::*;
+use ortelius::scene::tiles::TileFile;
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
+
+/// Numbers that look random and are the same in every run (Marsaglia's xorshift, 64 bits).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, limit: u64) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0 % limit
+    }
+}
+
+/// Starts a bake and kills it (SIGKILL) after a time. Whether it was still running.
+fn kill_after(mut child: Child, time: Duration) -> bool {
+    std::thread::sleep(time);
+    let was_running = child.try_wait().unwrap().is_none();
+    // An error means that it has just ended by itself.
+    let _ = child.kill();
+    child.wait().unwrap();
+    was_running
+}
+
+#[test]
+fn a_bake_killed_at_20_random_moments_resumes_to_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = folder.path().join("a.png");
+    write_png(&source, &dotted(1500, 1000));
+    let settings = ["--tile", "64"];
+    let start = Instant::now();
+    let expected = baked(&source, &folder.path().join("undisturbed.tiles"), &settings);
+    let whole = start.elapsed();
+    let mut random = Random(0x0123_4567_89AB_CDEF);
+    let (mut kills, mut with_work_done, mut bakes) = (0, 0, 0);
+    // A killed bake is begun again, and killed again, until one is quicker than its killer; then the next.
+    while kills < 20 {
+        let output = folder.path().join(format!("killed{bakes}.tiles"));
+        while !output.exists() && kills < 20 {
+            let mut command = bake_command(&source, &output, &settings);
+            let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+            let moment = Duration::from_micros(random.below(whole.as_micros() as u64));
+            kills += usize::from(kill_after(child, moment));
+            let journal = fs::metadata(beside(&output, ".journal"));
+            with_work_done += usize::from(journal.is_ok_and(|journal| journal.len() > 32));
+        }
+        let finished = if output.exists() && leftovers(&output).is_empty() {
+            fs::read(&output).unwrap()
+        } else {
+            baked(&source, &output, &settings)
+        };
+        let verified = ortelius().arg("verify").arg(&output).output().unwrap();
+        assert!(verified.status.success(), "{}", String::from_utf8_lossy(&verified.stdout));
+        assert!(finished == expected, "bake {bakes}");
+        bakes += 1;
+    }
+    println!("{kills} kills, {with_work_done} with work done, of {bakes} bakes of {whole:?} undisturbed");
+    assert!(with_work_done >= 5, "only {with_work_done} of {kills} kills came after the first job");
+}
+
+#[test]
+fn a_full_disk_is_one_line_and_the_same_command_resumes_when_there_is_room() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = folder.path().join("a.png");
+    write_png(&source, &dotted(1500, 1000));
+    let settings = ["--tile", "64"];
+    let expected = baked(&source, &folder.path().join("undisturbed.tiles"), &settings);
+    // A limit on the size of a file, the nearest to a full disk that needs no root: SIGXFSZ ignored, write(2)
+    // fails with EFBIG where it would with ENOSPC. Units of 512 bytes: the scratch file (11 MB) just does
+    // not, or only the output (16 MB) does not, or nearly nothing does.
+    for units in [1, 20_000, 26_000] {
+        let output = folder.path().join(format!("full{units}.tiles"));
+        let limited = Command::new("sh")
+            .arg("-c")
+            .arg(format!("ulimit -f {units}; trap '' XFSZ; exec \"$@\""))
+            .arg("sh")
+            .arg(env!("CARGO_BIN_EXE_ortelius"))
+            .arg("bake")
+            .arg(&source)
+            .arg("-o")
+            .arg(&output)
+            .args(settings)
+            .output()
+            .unwrap();
+        let (code, line) = failure(&limited);
+        assert_eq!(code, 1, "{line}");
+        assert!(line.contains("no room") && line.contains("it resumes"), "{line}");
+        assert!(line.contains(&format!("full{units}.tiles.")), "{line}");
+        assert!(!output.exists());
+        assert!(baked(&source, &output, &settings) == expected, "limit {units}");
+    }
+}
+
+#[test]
+fn a_truncated_source_is_one_line_with_its_path_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let picture = dotted(300, 170);
+    write_png(&path("whole.png"), &picture);
+    write_tiff_tiles(&path("whole.tif"), &picture, true, 64);
+    write_tiff_strips(&path("strips.tif"), &picture, tiff::encoder::Compression::Lzw, 16);
+    fs::write(path("whole.jpg"), &include_bytes!("../../scenes/bmng.jpg")[..]).unwrap();
+    for (name, settings) in [
+        ("whole.png", ["--tile", "32"]),
+        ("whole.tif", ["--tile", "32"]),
+        ("strips.tif", ["--tile", "32"]),
+        ("whole.jpg", ["--tile", "512"]),
+    ] {
+        let whole = fs::read(path(name)).unwrap();
+        for length in [whole.len() / 3, whole.len() / 2, whole.len() - 3] {
+            let cut = path(&format!("cut-{length}-{name}"));
+            fs::write(&cut, &whole[..length]).unwrap();
+            let output = path("out.tiles");
+            let (code, line) = failure(&bake(&cut, &output, &settings));
+            assert_eq!(code, 3, "{name} cut to {length}: {line}");
+            assert!(line.contains(&cut.display().to_string()), "{line}");
+            assert!(!output.exists() && leftovers(&output).is_empty(), "{name} cut to {length}");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_baked_is_refused_in_one_line_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    write_png(&path("good.png"), &dotted(64, 64));
+    fs::write(path("text.png"), "no picture").unwrap();
+    fs::write(path("empty.png"), "").unwrap();
+    let deep = std::io::BufWriter::new(fs::File::create(path("deep.png")).unwrap());
+    let mut encoder = png::Encoder::new(deep, 64, 64);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    encoder.write_header().unwrap().write_image_data(&[7; 64 * 64 * 6]).unwrap();
+    let deep = fs::File::create(path("deep.tif")).unwrap();
+    tiff::encoder::TiffEncoder::new(deep)
+        .unwrap()
+        .write_image::<tiff::encoder::colortype::Gray16>(64, 64, &[300; 64 * 64])
+        .unwrap();
+    let out = path("out.tiles");
+    let tile = ["--tile", "32"];
+    for (source, output, settings, expected) in [
+        ("missing.png", &out, &tile[..], "No such file"),
+        ("", &out, &tile, "not a regular file"),
+        ("text.png", &out, &tile, "neither PNG, JPEG nor TIFF"),
+        ("empty.png", &out, &tile, "neither PNG, JPEG nor TIFF"),
+        ("deep.png", &out, &tile, "16 bits"),
+        ("deep.tif", &out, &tile, "Gray(16)"),
+        ("good.png", &path("no/folder/out.tiles"), &tile, "folder does not exist"),
+        ("good.png", &path(""), &tile, "it is a folder"),
+        ("good.png", &out, &["--tile", "48"], "not a power of two"),
+        ("good.png", &out, &["--tile", "128"], "a tile of 2^7"),
+        ("good.png", &out, &["--tile", "32", "--border", "3"], "a border of 3"),
+        ("good.png", &out, &["--tile", "32", "--border", "2", "--format", "bc1"], "multiple of 4"),
+        ("good.png", &out, &["--tile", "32", "--resident-levels", "2"], "resident levels"),
+    ] {
+        let (code, line) = failure(&bake(&path(source), output, settings));
+        assert!(code == 1 && line.contains(expected), "{source}: {code}: {line}");
+        assert!(!output.is_file() && leftovers(output).is_empty(), "{source}: {line}");
+    }
+    assert!(!path("no").exists());
+    for wrong in ["earth:25", "ruler:"] {
+        assert_eq!(failure(&bake(Path::new(wrong), &out, &tile)).0, 1);
+    }
+    let ruler = bake(Path::new("ruler:6"), &out, &["--tile", "32", "--format", "bc1"]);
+    assert!(failure(&ruler).1.contains("hashes"));
+}
+
+#[test]
+fn an_output_is_replaced_only_by_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let (source, output) = (folder.path().join("a.png"), folder.path().join("a.tiles"));
+    write_png(&source, &dotted(64, 64));
+    fs::write(&output, "precious").unwrap();
+    let (code, line) = failure(&bake(&source, &output, &["--tile", "32"]));
+    assert!(code == 1 && line.contains("--force"), "{line}");
+    assert_eq!(fs::read(&output).unwrap(), b"precious");
+    assert_eq!(leftovers(&output), Vec::<String>::new());
+    let forced = baked(&source, &output, &["--tile", "32", "--force"]);
+    assert!(TileFile::open(&output).is_ok() && forced.len() > 8);
+}
+
+#[test]
+fn unfinished_work_of_another_source_is_refused_and_dropped_by_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    write_png(&path("a.png"), &dotted(600, 500));
+    write_png(&path("b.png"), &dotted(601, 500));
+    let output = path("out.tiles");
+    let full = Command::new("sh")
+        .args([
+            "-c",
+            "ulimit -f 3000; trap '' XFSZ; exec \"$@\"",
+            "sh",
+            env!("CARGO_BIN_EXE_ortelius"),
+            "bake",
+        ])
+        .arg(path("a.png"))
+        .arg("-o")
+        .arg(&output)
+        .args(["--tile", "64"])
+        .output()
+        .unwrap();
+    assert_eq!(failure(&full).0, 1);
+    let work = leftovers(&output);
+    assert!(work.contains(&".journal".to_string()));
+    for (source, settings) in [("b.png", ["--tile", "64"]), ("a.png", ["--tile", "32"])] {
+        let (code, line) = failure(&bake(&path(source), &output, &settings));
+        assert!(code == 1 && line.contains("unfinished work") && line.contains("--force"), "{line}");
+        assert_eq!(leftovers(&output), work);
+    }
+    let expected = baked(&path("b.png"), &path("b.tiles"), &["--tile", "64"]);
+    assert!(baked(&path("b.png"), &output, &["--tile", "64", "--force"]) == expected);
+}
+
+#[test]
+fn a_bake_of_a_picture_larger_than_its_memory_stays_under_the_stated_bound() {
+    let folder = tempfile::tempdir().unwrap();
+    let (source, output) = (folder.path().join("tall.tif"), folder.path().join("tall.tiles"));
+    // 192 MiB as RGBA8, enlarged in width from 1500 to 2048.
+    write_tall_tiff(&source, 1500, 32_768);
+    let bound = stated(&bake(&source, &output, &["--dry-run"]), "memory bytes");
+    assert!(bound < 100 << 20, "the bound, {bound}, proves nothing for a picture of 192 MiB");
+    let mut child = bake_command(&source, &output, &[]).stderr(Stdio::null()).spawn().unwrap();
+    // The kernel's own high-water mark; it only grows, so the last look before the end is the peak but for
+    // the last 2 ms.
+    let mut peak = 0;
+    while child.try_wait().unwrap().is_none() {
+        peak = peak_bytes(child.id()).unwrap_or(peak);
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    assert!(child.wait().unwrap().success());
+    println!("peak {peak} of at most {bound} bytes");
+    assert!(peak > 8 << 20, "{peak} bytes are no measurement");
+    assert!(peak <= bound, "{peak} bytes, stated at most {bound}");
+    assert!(TileFile::open(&output).is_ok());
+}
+
+/// The most memory that a process has had resident (VmHWM).
+fn peak_bytes(process: u32) -> Option<u64> {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib * 1024)
+}
