@@ -255,6 +255,12 @@ proptest! {
         }
     }
 
+}
+
+proptest! {
+    // Slow: every pixel's candidates, seven pictures a case.
+    #![proptest_config(ProptestConfig::with_cases(16))]
+
     /// What a moved centre sees is among the candidates, and so is the background.
     #[test]
     fn candidates_hold_whatever_a_moved_centre_sees(
