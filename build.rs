@@ -1,1 +1,315 @@
-fn main() {}
+//! Compiles `glsl/` to SPIR-V 1.5 and writes `shaders.rs`: the words, and everything that Rust and GLSL must
+//! agree on (binding numbers, specialization ids, vertex inputs, the structs of push-constant blocks). Nothing
+//! of that is typed twice; a struct that two shaders spell differently stops the build.
+//!
+//! SPIR-V 1.5, not 1.6: Mesa 22.3's lavapipe crashes on helper-invocation queries in 1.6.
+//! A shader whose first lines hold `// variants NAME: a b c` is compiled once for each value of that macro.
+
+use glslang::{
+    Compiler, CompilerOptions, ShaderInput, ShaderMessage, ShaderSource, SourceLanguage, SpirvVersion,
+    Target, VulkanVersion,
+    include::{IncludeHandler, IncludeResult, IncludeType},
+};
+use spirq::{ReflectConfig, prelude::*, ty::ScalarType, var::Variable};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+fn main() {
+    println!("cargo:rerun-if-changed=glsl");
+    println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-changed=.git/logs/HEAD");
+    println!("cargo:rustc-env=ORTELIUS_COMMIT={}", commit());
+    let mut generated = Generated::default();
+    let mut failures = Vec::new();
+    for path in shader_files(Path::new("glsl")) {
+        if let Err(message) = generated.add(&path) {
+            failures.push(message);
+        }
+    }
+    if !failures.is_empty() {
+        eprintln!("{}", failures.join("\n"));
+        std::process::exit(1);
+    }
+    let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join("shaders.rs");
+    if let Err(error) = std::fs::write(&out, generated.text()) {
+        eprintln!("{}: {error}", out.display());
+        std::process::exit(1);
+    }
+}
+
+/// The commit that is built, for the manifests of reports; "unknown" in a tree without history.
+fn commit() -> String {
+    let git = std::process::Command::new("git").args(["rev-parse", "HEAD"]).output();
+    match git {
+        Ok(output) if output.status.success() => String::from_utf8_lossy(&output.stdout).trim().to_string(),
+        _ => "unknown".to_string(),
+    }
+}
+
+/// Every `STEM.STAGE` below `folder`, sorted, so that the output is the same on every machine.
+fn shader_files(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        let entries = std::fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+        for entry in entries {
+            let path = entry.unwrap_or_else(|e| panic!("{}: {e}", folder.display())).path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if stage_of(&path).is_some() {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    files
+}
+
+fn stage_of(path: &Path) -> Option<glslang::ShaderStage> {
+    match path.extension()?.to_str()? {
+        "vert" => Some(glslang::ShaderStage::Vertex),
+        "geom" => Some(glslang::ShaderStage::Geometry),
+        "frag" => Some(glslang::ShaderStage::Fragment),
+        "comp" => Some(glslang::ShaderStage::Compute),
+        _ => None,
+    }
+}
+
+/// `#include "x"` is a path from `glsl/`.
+struct Includes;
+
+impl IncludeHandler for Includes {
+    fn include(&mut self, _: IncludeType, header: &str, _: &str, _: usize) -> Option<IncludeResult> {
+        let data = std::fs::read_to_string(Path::new("glsl").join(header)).ok()?;
+        Some(IncludeResult { name: format!("glsl/{header}"), data })
+    }
+}
+
+fn compile(path: &Path, define: Option<(&str, &str)>) -> Result<Vec<u32>, String> {
+    let name = path.display().to_string();
+    let text = std::fs::read_to_string(path).map_err(|e| format!("{name}: {e}"))?;
+    let options = CompilerOptions {
+        source_language: SourceLanguage::GLSL,
+        target: Target::Vulkan { version: VulkanVersion::Vulkan1_2, spirv_version: SpirvVersion::SPIRV1_5 },
+        version_profile: None,
+        messages: ShaderMessage::VULKAN_RULES
+            | ShaderMessage::SPV_RULES
+            | ShaderMessage::DISPLAY_ERROR_COLUMN,
+    };
+    let source = ShaderSource::from(text);
+    let defines: Vec<(&str, Option<&str>)> = define.into_iter().map(|(k, v)| (k, Some(v))).collect();
+    // The main file prints as `ERROR: 0:line:column`.
+    let readable = |e: glslang::error::GlslangError| {
+        let lines = e.to_string().replace("ERROR: 0:", &format!("ERROR: {name}:"));
+        define.map_or(lines.clone(), |(k, v)| format!("{lines}(with {k} = {v})"))
+    };
+    let mut includes = Includes;
+    let stage = stage_of(path).expect("shader_files lists shaders only");
+    let input =
+        ShaderInput::new(&source, stage, &options, Some(&defines), Some(&mut includes)).map_err(readable)?;
+    let compiler = Compiler::acquire().ok_or("glslang does not start")?;
+    compiler.create_shader(input).map_err(readable)?.compile().map_err(readable)
+}
+
+/// What `shaders.rs` will say.
+#[derive(Default)]
+struct Generated {
+    /// Module texts by folder.
+    modules: BTreeMap<String, String>,
+    /// Block structs by name: (text, first shader that has it).
+    structs: BTreeMap<String, (String, String)>,
+}
+
+impl Generated {
+    fn add(&mut self, path: &Path) -> Result<(), String> {
+        let text = std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+        let variants =
+            text.lines().take(3).find_map(|line| line.strip_prefix("// variants ")?.split_once(':'));
+        let mut shaders = Vec::new();
+        let mut bindings = BTreeMap::new();
+        let values: Vec<Option<(&str, &str)>> = match variants {
+            Some((name, values)) => values.split_whitespace().map(|v| Some((name, v))).collect(),
+            None => vec![None],
+        };
+        for define in values {
+            let words = compile(path, define)?;
+            shaders.push(self.shader(path, define, &words, &mut bindings)?);
+        }
+        // glsl/FOLDER/STEM.STAGE becomes shader::FOLDER::STEM_STAGE.
+        let mut parts = path.iter().skip(1).map(|part| part.to_str().expect("ASCII names").replace('.', "_"));
+        let (Some(folder), Some(stem), None) = (parts.next(), parts.next(), parts.next()) else {
+            return Err(format!("{}: shaders live in glsl/FOLDER/STEM.STAGE", path.display()));
+        };
+        let modules = self.modules.entry(folder).or_default();
+        writeln!(modules, "/// `{}`\npub mod {stem} {{\n    use super::super::*;", path.display()).unwrap();
+        for (name, binding) in bindings {
+            writeln!(modules, "    pub const {name}: u32 = {binding};").unwrap();
+        }
+        match variants {
+            Some((name, values)) => writeln!(
+                modules,
+                "    /// One for each {name}:{values}.\n    pub static SHADERS: [Shader; {}] = [{}];\n}}",
+                shaders.len(),
+                shaders.join(", ")
+            ),
+            None => writeln!(modules, "    pub static SHADER: Shader = {};\n}}", shaders[0]),
+        }
+        .unwrap();
+        Ok(())
+    }
+
+    /// The text of one `Shader { … }`.
+    fn shader(
+        &mut self,
+        path: &Path,
+        define: Option<(&str, &str)>,
+        words: &[u32],
+        bindings: &mut BTreeMap<String, u32>,
+    ) -> Result<String, String> {
+        let name = path.strip_prefix("glsl").unwrap_or(path).display().to_string();
+        let fail = |e: &dyn std::fmt::Display| format!("{name}: reflection: {e}");
+        let entry = ReflectConfig::new()
+            .spv(words)
+            .ref_all_rscs(true)
+            .combine_img_samplers(false)
+            .gen_unique_names(false)
+            .reflect()
+            .map_err(|e| fail(&e))?
+            .pop()
+            .ok_or_else(|| fail(&"no entry point"))?;
+        let (mut descriptors, mut spec, mut inputs) = (Vec::new(), Vec::new(), Vec::new());
+        let mut push_bytes = 0;
+        for variable in &entry.vars {
+            match variable {
+                Variable::Descriptor { name: Some(resource), desc_bind, desc_ty, nbind, .. } => {
+                    let kind =
+                        descriptor_kind(desc_ty).ok_or_else(|| fail(&format!("{resource}: {desc_ty:?}")))?;
+                    if desc_bind.set() != 0 || *nbind != 1 {
+                        return Err(fail(&format!("{resource}: one descriptor in set 0 is all we use")));
+                    }
+                    bindings.insert(resource.to_uppercase(), desc_bind.bind());
+                    descriptors.push(format!("({}, DescriptorKind::{kind})", desc_bind.bind()));
+                }
+                Variable::PushConstant { ty: Type::Struct(block), .. } => {
+                    push_bytes = self.block(&name, block)?;
+                }
+                Variable::SpecConstant { name: Some(constant), spec_id, .. } => {
+                    spec.push(format!("({constant:?}, {spec_id})"));
+                }
+                Variable::Input { location, ty, .. } if name.ends_with(".vert") => {
+                    inputs.push((location.loc(), vertex_format(ty).ok_or_else(|| fail(ty))?));
+                }
+                Variable::Input { .. } | Variable::Output { .. } => {}
+                other => return Err(fail(&format!("unnamed or unknown: {other:?}"))),
+            }
+        }
+        inputs.sort();
+        descriptors.sort();
+        descriptors.dedup();
+        let inputs: Vec<String> =
+            inputs.iter().map(|(at, format)| format!("({at}, VertexFormat::{format})")).collect();
+        let suffix = define.map_or(String::new(), |(k, v)| format!(" {k}={v}"));
+        let words: Vec<String> = words.iter().map(|w| format!("{w:#x}")).collect();
+        Ok(format!(
+            "Shader {{ name: {:?}, spirv: &[{}], descriptors: &[{}], push_bytes: {push_bytes}, \
+             specialization: &[{}], inputs: &[{}] }}",
+            name + &suffix,
+            words.join(","),
+            descriptors.join(", "),
+            spec.join(", "),
+            inputs.join(", ")
+        ))
+    }
+
+    /// Generates the struct of a push-constant block; returns its bytes.
+    fn block(&mut self, shader: &str, block: &spirq::ty::StructType) -> Result<usize, String> {
+        let name =
+            block.name.clone().ok_or_else(|| format!("{shader}: a push-constant block without a name"))?;
+        let (mut fields, mut asserts, mut end) = (String::new(), String::new(), 0);
+        for member in &block.members {
+            let field =
+                member.name.as_deref().ok_or_else(|| format!("{shader}: {name}: a member without a name"))?;
+            let (ty, bytes) =
+                rust_type(&member.ty).ok_or_else(|| format!("{shader}: {name}.{field}: {}", member.ty))?;
+            let offset = member.offset.ok_or_else(|| format!("{shader}: {name}.{field}: no offset"))?;
+            writeln!(fields, "    pub {field}: {ty},").unwrap();
+            writeln!(asserts, "const _: () = assert!(std::mem::offset_of!({name}, {field}) == {offset});")
+                .unwrap();
+            end = offset + bytes;
+        }
+        let text = format!(
+            "#[repr(C)]\n#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]\n\
+             pub struct {name} {{\n{fields}}}\n{asserts}const _: () = assert!(size_of::<{name}>() == {end});\n"
+        );
+        match self.structs.get(&name) {
+            Some((other, first)) if *other != text => {
+                Err(format!("{shader}: block {name} differs from the one in {first}:\n{text}\n{other}"))
+            }
+            _ => {
+                self.structs.insert(name, (text, shader.to_string()));
+                Ok(end)
+            }
+        }
+    }
+
+    fn text(&self) -> String {
+        let structs: String = self.structs.values().map(|(text, _)| text.as_str()).collect();
+        let modules = self.modules.iter().map(|(folder, text)| {
+            format!("/// `glsl/{folder}/`\n#[allow(unused_imports)]\npub mod {folder} {{\n{text}}}\n")
+        });
+        format!("// Generated by build.rs from glsl/.\n{structs}\n{}", modules.collect::<String>())
+    }
+}
+
+fn descriptor_kind(ty: &DescriptorType) -> Option<&'static str> {
+    match ty {
+        DescriptorType::CombinedImageSampler() => Some("CombinedImageSampler"),
+        DescriptorType::SampledImage() => Some("SampledImage"),
+        DescriptorType::StorageImage(_) => Some("StorageImage"),
+        DescriptorType::UniformBuffer() => Some("UniformBuffer"),
+        DescriptorType::StorageBuffer(_) => Some("StorageBuffer"),
+        _ => None,
+    }
+}
+
+fn scalar(ty: &ScalarType) -> Option<&'static str> {
+    match ty {
+        ScalarType::Float { bits: 32 } => Some("f32"),
+        ScalarType::Integer { bits: 32, is_signed: true } => Some("i32"),
+        ScalarType::Integer { bits: 32, is_signed: false } => Some("u32"),
+        _ => None,
+    }
+}
+
+/// The Rust type of a member in scalar layout, and its bytes.
+fn rust_type(ty: &Type) -> Option<(String, usize)> {
+    match ty {
+        Type::Scalar(s) => Some((scalar(s)?.to_string(), 4)),
+        Type::Vector(v) => {
+            Some((format!("[{}; {}]", scalar(&v.scalar_ty)?, v.nscalar), 4 * v.nscalar as usize))
+        }
+        Type::Matrix(m) => {
+            let (rows, columns) = (m.vector_ty.nscalar, m.nvector);
+            Some((
+                format!("[[{}; {rows}]; {columns}]", scalar(&m.vector_ty.scalar_ty)?),
+                4 * rows as usize * columns as usize,
+            ))
+        }
+        _ => None,
+    }
+}
+
+fn vertex_format(ty: &Type) -> Option<String> {
+    let (kind, count) = match ty {
+        Type::Scalar(s) => (scalar(s)?, 1),
+        Type::Vector(v) => (scalar(&v.scalar_ty)?, v.nscalar),
+        _ => return None,
+    };
+    let kind = match kind {
+        "f32" => "Float",
+        "u32" => "Uint",
+        _ => return None,
+    };
+    Some(format!("{kind}{count}"))
+}

@@ -4,41 +4,103 @@ mod command;
 
 use clap::{Parser, Subcommand};
 use command::verify::Damaged;
+use command::{Usage, bake, demo, doctor, render, verify};
+use ortelius::renderer::RenderError;
+use ortelius::scene::TextureError;
 use ortelius::scene::bake::BakeError;
 use ortelius::scene::tiles::TileFileError;
+use ortelius::vk;
+use std::io::IsTerminal;
 use std::process::ExitCode;
 
+/// Super-large textures, progressive meshes and texture mapping: three papers rebuilt on Vulkan and measured.
+///
+/// Exit codes: 0 done, 1 error, 2 usage or no driver, 3 data corrupt, 4 device lost.
 #[derive(Parser)]
-#[command(name = "ortelius", version)]
-struct Arguments {
+#[command(version, max_term_width = 100)]
+struct CommandLine {
+    /// More words on stderr (twice: all)
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
+    /// Errors only
+    #[arg(short, long, global = true)]
+    quiet: bool,
     #[command(subcommand)]
     command: Command,
 }
 
 #[derive(Subcommand)]
 enum Command {
-    Bake(command::bake::BakeArgs),
-    Verify(command::verify::VerifyArgs),
+    /// Render the paper's headline picture and its report into out/ (made if absent)
+    Demo(demo::DemoArgs),
+    /// Render a scene
+    Render(Box<render::RenderArgs>),
+    /// Cut a picture into a tile pyramid (.tiles)
+    Bake(bake::BakeArgs),
+    /// Check every byte of a tile pyramid
+    Verify(verify::VerifyArgs),
+    /// What there is of Vulkan here, and whether it works
+    Doctor(doctor::DoctorArgs),
 }
 
 fn main() -> ExitCode {
-    let result = match Arguments::parse().command {
-        Command::Bake(args) => command::bake::run(&args),
-        Command::Verify(args) => command::verify::run(&args),
+    let line = CommandLine::parse();
+    let level = match (line.quiet, line.verbose) {
+        (true, _) => tracing::Level::ERROR,
+        (false, 0) => tracing::Level::INFO,
+        (false, 1) => tracing::Level::DEBUG,
+        (false, _) => tracing::Level::TRACE,
     };
-    let Err(error) = result else {
-        return ExitCode::SUCCESS;
+    // stdout is for data.
+    let colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    tracing_subscriber::fmt()
+        .with_max_level(level)
+        .with_writer(std::io::stderr)
+        .with_ansi(colours)
+        .without_time()
+        .with_target(false)
+        .init();
+    let done = match &line.command {
+        Command::Demo(args) => demo::run(args),
+        Command::Render(args) => render::run(args),
+        Command::Bake(args) => bake::run(args),
+        Command::Verify(args) => verify::run(args),
+        Command::Doctor(args) => doctor::run(args),
     };
-    // Not the chain: each error says its cause itself.
-    eprintln!("error: {error}");
-    let code = if let Some(error) = error.downcast_ref::<BakeError>() {
-        error.exit_code()
-    } else if let Some(error) = error.downcast_ref::<TileFileError>() {
-        error.exit_code()
-    } else if error.is::<Damaged>() {
-        3
-    } else {
-        1
-    };
-    ExitCode::from(code)
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("ortelius: {}", one_line(&error));
+            ExitCode::from(exit_code(&error))
+        }
+    }
+}
+
+/// An error with its causes; many of ours name their cause themselves, and no word is to be said twice.
+fn one_line(error: &anyhow::Error) -> String {
+    error.chain().skip(1).fold(error.to_string(), |line, cause| match cause.to_string() {
+        cause if line.contains(&cause) => line,
+        cause => format!("{line}: {cause}"),
+    })
+}
+
+/// The first cause that has a code of its own decides.
+fn exit_code(error: &anyhow::Error) -> u8 {
+    error.chain().find_map(code_of).unwrap_or(1)
+}
+
+fn code_of(cause: &(dyn std::error::Error + 'static)) -> Option<u8> {
+    let vulkan = cause.downcast_ref::<vk::Error>().map(vk::Error::exit_code);
+    let render = || cause.downcast_ref::<RenderError>().and_then(RenderError::exit_code);
+    let texture = || cause.downcast_ref::<TextureError>().and_then(TextureError::exit_code);
+    let tiles = || cause.downcast_ref::<TileFileError>().map(TileFileError::exit_code);
+    let bake = || cause.downcast_ref::<BakeError>().map(BakeError::exit_code);
+    let damaged = || cause.is::<Damaged>().then_some(3);
+    vulkan
+        .or_else(render)
+        .or_else(texture)
+        .or_else(tiles)
+        .or_else(bake)
+        .or_else(damaged)
+        .or(cause.is::<Usage>().then_some(2))
 }

@@ -1,3 +1,5 @@
 //! Plain arithmetic that every floor shares: the numbering of levels and tiles, projections, geodesy.
 
+pub mod camera;
+pub mod geodesy;
 pub mod pyramid;

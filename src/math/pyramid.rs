@@ -74,7 +74,7 @@ impl Pyramid {
             return Err(PyramidError::Tile(tile_log2));
         }
         // Even, because a tile carries half of it around its next coarser level.
-        if border_texels % 2 != 0 || border_texels > 1 << (tile_log2 - 1) {
+        if !border_texels.is_multiple_of(2) || border_texels > 1 << (tile_log2 - 1) {
             return Err(PyramidError::Border(border_texels));
         }
         let coarsest = width_log2.max(height_log2);

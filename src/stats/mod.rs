@@ -1,1 +1,127 @@
-//! (under construction)
+//! Order statistics of repeated measurements: what a report prints of a time.
+
+use serde::Serialize;
+
+/// The value at a share `p` (0.0 ..= 1.0) of the sorted samples, linear between the two nearest (type 7 of
+/// Hyndman and Fan, "Sample quantiles in statistical packages", 1996: the default of R and NumPy).
+/// `None` without samples.
+///
+/// # Panics
+/// Where a sample is NaN or `p` is outside 0 ..= 1: nothing that was measured is either.
+pub fn percentile(samples: &[f64], p: f64) -> Option<f64> {
+    at_share(&sorted(samples), p)
+}
+
+/// The middle of the samples, or the mean of both middles: [`percentile`] 0.5.
+pub fn median(samples: &[f64]) -> Option<f64> {
+    percentile(samples, 0.5)
+}
+
+fn sorted(samples: &[f64]) -> Vec<f64> {
+    if let Some(at) = samples.iter().position(|sample| sample.is_nan()) {
+        panic!("sample {at} of {} is NaN", samples.len());
+    }
+    let mut sorted = samples.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted
+}
+
+fn at_share(sorted: &[f64], p: f64) -> Option<f64> {
+    assert!((0.0..=1.0).contains(&p), "a share of {p}");
+    let last = sorted.len().checked_sub(1)?;
+    let position = p * last as f64;
+    let below = position.floor() as usize;
+    let (low, high) = (sorted[below], sorted[(below + 1).min(last)]);
+    // low + 0 * (high - low) would be NaN between infinities.
+    Some(if low == high { low } else { low + (position - below as f64) * (high - low) })
+}
+
+/// A measurement taken `count` times, in the samples' unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    pub count: usize,
+    pub min: f64,
+    pub p5: f64,
+    pub median: f64,
+    pub p95: f64,
+    pub max: f64,
+}
+
+impl Summary {
+    /// `None` without samples.
+    ///
+    /// # Panics
+    /// Where a sample is NaN.
+    pub fn of(samples: &[f64]) -> Option<Summary> {
+        let sorted = sorted(samples);
+        let at = |p| at_share(&sorted, p);
+        Some(Summary {
+            count: sorted.len(),
+            min: at(0.0)?,
+            p5: at(0.05)?,
+            median: at(0.5)?,
+            p95: at(0.95)?,
+            max: at(1.0)?,
+        })
+    }
+
+    /// p95 - p5: nine tenths of the samples lie this close together.
+    pub fn spread(&self) -> f64 {
+        self.p95 - self.p5
+    }
+
+    /// The spread as a share of the median; infinite or NaN where the median is 0.
+    pub fn relative_spread(&self) -> f64 {
+        self.spread() / self.median
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_median_is_the_middle_or_the_mean_of_both_middles() {
+        assert_eq!(median(&[3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(&[4.0, 1.0, 3.0, 2.0]), Some(2.5));
+        assert_eq!(median(&[7.0]), Some(7.0));
+        assert_eq!(median(&[]), None);
+    }
+
+    #[test]
+    fn percentiles_lie_between_the_nearest_samples() {
+        let samples: Vec<f64> = (0..=20).rev().map(f64::from).collect();
+        assert_eq!(percentile(&samples, 0.05), Some(1.0));
+        assert_eq!(percentile(&samples, 0.95), Some(19.0));
+        assert_eq!(percentile(&[10.0, 20.0], 0.25), Some(12.5));
+        assert_eq!((percentile(&samples, 0.0), percentile(&samples, 1.0)), (Some(0.0), Some(20.0)));
+    }
+
+    #[test]
+    fn a_summary_holds_the_order_statistics() {
+        let samples: Vec<f64> = (0..=100).map(f64::from).collect();
+        let summary = Summary::of(&samples).unwrap();
+        assert_eq!(summary, Summary { count: 101, min: 0.0, p5: 5.0, median: 50.0, p95: 95.0, max: 100.0 });
+        assert_eq!((summary.spread(), summary.relative_spread()), (90.0, 1.8));
+        assert_eq!(Summary::of(&[]), None);
+    }
+
+    #[test]
+    fn one_outlier_moves_the_maximum_alone() {
+        let mut samples = vec![1.0; 40];
+        samples.push(1e9);
+        let summary = Summary::of(&samples).unwrap();
+        assert_eq!((summary.median, summary.p95, summary.max, summary.spread()), (1.0, 1.0, 1e9, 0.0));
+    }
+
+    #[test]
+    fn equal_infinities_have_a_percentile() {
+        assert_eq!(median(&[f64::INFINITY; 2]), Some(f64::INFINITY));
+    }
+
+    #[test]
+    #[should_panic(expected = "sample 1 of 2 is NaN")]
+    fn a_sample_that_is_no_number_is_refused() {
+        let _ = median(&[1.0, f64::NAN]);
+    }
+}

@@ -1,0 +1,23 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/extensions.glsl"
+#include "virtual_texture/view.glsl"
+
+layout(location = 0) in vec3 position_high;
+layout(location = 1) in vec3 position_low;
+layout(location = 2) in uvec2 origin;
+layout(location = 3) in vec2 offset;
+
+// A triangle's three origins are equal: it is one number of the triangle, not an interpolated one.
+layout(location = 0) flat out uvec2 triangle_origin;
+layout(location = 1) out vec2 from_origin;
+
+// Every pass that draws the mesh must find the same depth: texturing tests for EQUAL.
+invariant gl_Position;
+
+void main() {
+    precise vec3 from_eye = (position_high - view.eye_high) + (position_low - view.eye_low);
+    gl_Position = view.eye_to_clip * vec4(from_eye, 1.0);
+    triangle_origin = origin;
+    from_origin = offset;
+}

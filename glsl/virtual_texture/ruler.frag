@@ -1,0 +1,90 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/extensions.glsl"
+#include "virtual_texture/pyramid.glsl"
+#include "virtual_texture/footprint.glsl"
+#include "virtual_texture/view.glsl"
+#include "virtual_texture/resident.glsl"
+
+// Is each texel that texturing would filter the one that the pixel's own (s, t) and level ask for? The texture's
+// texels are hashes of their level and place; everything is fetched without a sampler.
+layout(binding = 2) uniform texture2DArray j1;  // as bytes
+layout(binding = 3) uniform texture2D g1;       // as bytes
+
+layout(location = 0) flat in uvec2 triangle_origin;
+layout(location = 1) in vec2 from_origin;
+// 1 + the number of wrong texels; bit 30: from G1; bit 31: no tile is resident where one should be. 0: no landscape.
+layout(location = 0) out uint verdict;
+
+// src/scene/source/ruler.rs: the same three lines.
+uint mix32(uint bits) {
+    bits = (bits ^ bits >> 16) * 0x7feb352du;
+    bits = (bits ^ bits >> 15) * 0x846ca68bu;
+    return bits ^ bits >> 16;
+}
+uint ruler_hash(uint level, ivec2 texel) {
+    return mix32(mix32(mix32(level + 0x9e3779b9u) ^ uint(texel.x)) ^ uint(texel.y));
+}
+
+ivec2 level_size(uint level) {
+    return ivec2(max(1u << WIDTH_LOG2 >> level, 1u), max(1u << HEIGHT_LOG2 >> level, 1u));
+}
+
+// Columns wrap at the antimeridian; a row beyond a pole is the mirrored row half a turn away.
+ivec2 true_texel(uint level, ivec2 texel) {
+    ivec2 size = level_size(level);
+    if (texel.y < 0 || texel.y >= size.y) {
+        texel.y = texel.y < 0 ? -1 - texel.y : 2 * size.y - 1 - texel.y;
+        texel.x += size.x / 2;
+    }
+    texel.x = (texel.x % size.x + size.x) % size.x;
+    return texel;
+}
+
+// First of the 2 x 2 texels of a level that a bilinear sample at the coordinate mixes, from exact integers.
+ivec2 first_tap(Coordinate at, uint level) {
+    ivec2 base = at.texel >> int(level);
+    vec2 within = (vec2(at.texel - (base << level)) + at.fraction) * exp2(-float(level));
+    return base - ivec2(lessThan(within, vec2(0.5)));
+}
+
+// Wrong ones among the 4 texels of one of the tile's two levels (step 0: its own, 1: the next coarser).
+uint wrong_in_tile(Coordinate at, uvec2 ij, Resident tile, uint step) {
+    uint level = tile.level + step;
+    int size = int(1u << TILE_LOG2 >> step), border = int(BORDER >> step);
+    ivec2 corner = ivec2(ij.yx >> tile.level) * size;
+    ivec2 first = first_tap(at, level);
+    uint wrong = 0;
+    for (int n = 0; n < 4; n++) {
+        ivec2 texel = first + ivec2(n & 1, n >> 1);
+        ivec2 fetched = texel - corner + border;
+        bool inside = all(greaterThanEqual(fetched, ivec2(0))) && all(lessThan(fetched, ivec2(size + 2 * border)));
+        uint found = packUnorm4x8(texelFetch(j1, ivec3(fetched, tile.slot), int(step)));
+        if (!inside || found != ruler_hash(level, true_texel(level, texel))) wrong++;
+    }
+    return wrong;
+}
+
+// Wrong ones among the texels of all levels of G1 that the coordinate lies in.
+uint wrong_in_resident_levels(Coordinate at) {
+    uint wrong = 0;
+    for (uint level = FIRST_RESIDENT_LEVEL; level <= max(WIDTH_LOG2, HEIGHT_LOG2); level++) {
+        ivec2 texel = clamp(at.texel >> int(level), ivec2(0), level_size(level) - 1);
+        uint found = packUnorm4x8(texelFetch(g1, texel, int(level - FIRST_RESIDENT_LEVEL)));
+        if (found != ruler_hash(level, texel)) wrong++;
+    }
+    return wrong;
+}
+
+void main() {
+    uvec3 qij = load_triple(texelFetch(u1, ivec2(gl_FragCoord.xy), 0));
+    Coordinate at = coordinate(triangle_origin, from_origin);
+    uint q = min(qij.x + view.level_bias, FIRST_RESIDENT_LEVEL);
+    Resident tile = find_resident(q, qij.yz);
+    if (tile.level == FIRST_RESIDENT_LEVEL) {
+        verdict = 1u + wrong_in_resident_levels(at) | 1u << 30 | (q == FIRST_RESIDENT_LEVEL ? 0u : 1u << 31);
+        return;
+    }
+    verdict = 1u + wrong_in_tile(at, qij.yz, tile, 0u) + wrong_in_tile(at, qij.yz, tile, 1u);
+    if (tile.level != q) verdict |= 1u << 31;
+}

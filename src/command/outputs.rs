@@ -1,0 +1,148 @@
+//! The files that `render` writes. All are checked before anything is rendered, and each appears whole or not at all.
+
+use anyhow::{Context, bail};
+use ortelius::math::camera::Pose;
+use ortelius::picture::write::{Planes, Srgb8Picture, write_exr, write_png, write_whole};
+use ortelius::renderer::report::Report;
+use ortelius::renderer::{FrameRecord, Renderer, Target};
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+pub struct Outputs {
+    picture: Option<PathBuf>,
+    report: Option<PathBuf>,
+    visible: Option<PathBuf>,
+    footprint: Option<PathBuf>,
+}
+
+impl Outputs {
+    /// # Errors
+    /// A folder that does not exist, an ending that is not a picture's: found before minutes are spent.
+    pub fn check(
+        picture: Option<&Path>,
+        report: Option<&Path>,
+        visible: Option<&Path>,
+        footprint: Option<&Path>,
+    ) -> anyhow::Result<Outputs> {
+        for path in [picture, report, visible, footprint].into_iter().flatten() {
+            let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            if !folder.is_dir() {
+                bail!("{}: there is no folder {}; create it first", path.display(), folder.display());
+            }
+            if path.is_dir() {
+                bail!("{} is a folder; name a file", path.display());
+            }
+        }
+        for (path, endings) in [(picture, &["png", "exr"][..]), (footprint, &["exr"][..])] {
+            let Some(path) = path else { continue };
+            let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+            if !endings.contains(&ending) {
+                let usage = format!("{}: the name must end in .{}", path.display(), endings.join(" or ."));
+                bail!(super::Usage(usage));
+            }
+        }
+        let own = |path: Option<&Path>| path.map(Path::to_path_buf);
+        Ok(Outputs {
+            picture: own(picture),
+            report: own(report),
+            visible: own(visible),
+            footprint: own(footprint),
+        })
+    }
+
+    pub fn any(&self) -> bool {
+        self.picture.is_some() || self.report.is_some() || self.visible.is_some() || self.footprint.is_some()
+    }
+
+    /// What the picture must be kept in.
+    pub fn target(&self) -> Target {
+        match self.picture.as_ref().and_then(|path| path.extension()) {
+            Some(ending) if ending == "exr" => Target::Linear32,
+            _ => Target::Srgb8,
+        }
+    }
+
+    /// Writes the last frame's picture. `frame`: one of a sequence, written only where the name has `{frame}`.
+    ///
+    /// # Errors
+    /// The disk, with the path.
+    pub fn write_picture(&self, renderer: &mut Renderer, frame: Option<usize>) -> anyhow::Result<()> {
+        let Some(path) = &self.picture else { return Ok(()) };
+        let name = path.to_string_lossy();
+        let path = match (frame, name.contains("{frame}")) {
+            (Some(frame), true) => PathBuf::from(name.replace("{frame}", &format!("{frame:05}"))),
+            (None, false) => path.clone(),
+            // The last of a sequence is on disk already; a single picture waits for the end.
+            _ => return Ok(()),
+        };
+        let bytes = renderer.picture_bytes()?;
+        let [width, height] = renderer.settings.size;
+        match renderer.settings.target {
+            Target::Srgb8 => write_png(&path, &Srgb8Picture { width, height, rgba: bytes })?,
+            Target::Linear32 => {
+                let floats: Vec<f32> = bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
+                let channel = |c: usize| floats.iter().skip(c).step_by(4).copied().collect();
+                let channels =
+                    ["R", "G", "B"].into_iter().enumerate().map(|(c, name)| (name.to_string(), channel(c)));
+                write_exr(&path, &Planes { width, height, channels: channels.collect() })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// # Errors
+    /// The disk, with the path; device lost.
+    pub fn write_footprint(&self, renderer: &mut Renderer, pose: &Pose) -> anyhow::Result<()> {
+        let Some(path) = &self.footprint else { return Ok(()) };
+        let dump = renderer.footprint(pose)?;
+        let first_resident = renderer.source.pyramid().first_resident_level();
+        // (i, j) of the tile itself: M0's, shifted by the streamed q. G1 and the background have none.
+        let native = |index: usize| {
+            move |&triple: &[u32; 3]| match triple[0] {
+                q if q < first_resident => (triple[index] >> q) as f32,
+                _ => -1.0,
+            }
+        };
+        let q = |&[q, ..]: &[u32; 3]| if q == u32::MAX { -1.0 } else { q as f32 };
+        let coordinate = |n: usize| dump.coordinates.iter().map(|c| c[n]).collect::<Vec<f32>>();
+        let derivative = |n: usize| dump.derivatives.iter().map(|d| d[n]).collect::<Vec<f32>>();
+        let channels = [
+            ("s", coordinate(0)),
+            ("t", coordinate(1)),
+            ("dsdx", derivative(0)),
+            ("dtdx", derivative(1)),
+            ("dsdy", derivative(2)),
+            ("dtdy", derivative(3)),
+            ("q", dump.triples.iter().map(q).collect()),
+            ("i", dump.triples.iter().map(native(1)).collect()),
+            ("j", dump.triples.iter().map(native(2)).collect()),
+        ];
+        let [width, height] = renderer.settings.size;
+        let channels = channels.into_iter().map(|(name, samples)| (name.to_string(), samples)).collect();
+        Ok(write_exr(path, &Planes { width, height, channels })?)
+    }
+
+    /// # Errors
+    /// The disk, with the path.
+    pub fn write_report(&self, report: &Report) -> anyhow::Result<()> {
+        let Some(path) = &self.report else { return Ok(()) };
+        let text = serde_json::to_string_pretty(report).context("the report as JSON")? + "\n";
+        Ok(write_whole(path, |file| file.write_all(text.as_bytes()))?)
+    }
+}
+
+/// `frame,q,i,j` for each visible tile, native row and column, sorted; of all frames, or of the last alone.
+///
+/// # Errors
+/// The disk, with the path.
+pub fn write_visible(path: &Path, records: &[FrameRecord], only_last: bool) -> anyhow::Result<()> {
+    let first = if only_last { records.len().saturating_sub(1) } else { 0 };
+    let mut text = String::from("frame,q,i,j\n");
+    for record in &records[first..] {
+        for tile in &record.visible {
+            writeln!(text, "{},{},{},{}", record.index, tile.level, tile.row, tile.column)?;
+        }
+    }
+    Ok(write_whole(path, |file| file.write_all(text.as_bytes()))?)
+}

@@ -1,0 +1,134 @@
+//! Stage 1, section 2.1: for each pixel the triple (q, i, j), where (i, j) is the tile of level 0 that its texture
+//! coordinate lies in, and q the level that its footprint asks for.
+//!
+//! Where we differ: `floor(log2)` is read off the float's exponent, so that q is exact; zero, infinite and NaN
+//! derivatives have a stated outcome (dmax = 0: level 0; not finite: G1); pixels without landscape hold q = -1.
+
+use super::{Config, U1Format, pyramid_constants, surface::Surface, with};
+use crate::math::pyramid::Pyramid;
+use crate::vk::shader::virtual_texture::{footprint_dump_frag, footprint_frag, mesh_vert};
+use crate::vk::shader::{Shader, View};
+use crate::vk::{
+    Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    ImageInfo, Result,
+};
+
+/// q of a pixel that the mesh does not cover.
+pub const BACKGROUND: u32 = u32::MAX;
+
+/// `U1`, the depth of what it shows, and the pass that draws both.
+pub struct Footprint {
+    pub u1: Image,
+    pub depth: Image,
+    pub format: U1Format,
+    pipeline: GraphicsPipeline,
+}
+
+fn pipeline(
+    gpu: &Gpu,
+    fragment: &'static Shader,
+    pyramid: &Pyramid,
+    config: &Config,
+    format: U1Format,
+    colors: &[Format],
+) -> Result<GraphicsPipeline> {
+    gpu.graphics_pipeline(&GraphicsInfo {
+        name: fragment.name,
+        vertex: &mesh_vert::SHADER,
+        geometry: None,
+        fragment: Some(fragment),
+        specialization: &with(
+            pyramid_constants(pyramid, format),
+            [("MAX_ANISOTROPY", config.max_anisotropy)],
+        ),
+        points: false,
+        depth: Some(Depth::Write),
+        colors,
+        logic_or: false,
+    })
+}
+
+impl Footprint {
+    /// # Errors
+    /// The wanted `U1` format is not to be had; out of memory.
+    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, size: [u32; 2]) -> Result<Footprint> {
+        let format = U1Format::choose(gpu, config.u1, pyramid)?;
+        Ok(Footprint {
+            u1: gpu.image("U1", ImageInfo::target(size, format.image_format()))?,
+            depth: gpu.image("depth", ImageInfo::target(size, Format::Depth32Float))?,
+            format,
+            pipeline: pipeline(
+                gpu,
+                &footprint_frag::SHADER,
+                pyramid,
+                config,
+                format,
+                &[format.image_format()],
+            )?,
+        })
+    }
+
+    /// Draws the mesh into `U1`.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn draw(&self, cmd: &mut Cmd<'_>, surface: &Surface, view: &View) -> Result<()> {
+        let u1 = ColorTarget { image: &self.u1, clear: Clear::Uint([BACKGROUND; 4]) };
+        let depth = DepthTarget { image: &self.depth, clear: true };
+        cmd.render(self.u1.info().size, &[u1], Some(depth), |render| {
+            render.draw_mesh(
+                &self.pipeline,
+                &[],
+                bytemuck::bytes_of(view),
+                &surface.vertices,
+                &surface.indices,
+            )
+        })
+    }
+}
+
+/// The same pass with its inputs laid open, for `--dump-footprint` and for comparison with the reference.
+pub struct FootprintDump {
+    /// s, t, 0, 0 for each pixel; NaN where there is no landscape.
+    pub coordinates: Image,
+    /// ds/dx, dt/dx, ds/dy, dt/dy for each pixel.
+    pub derivatives: Image,
+    pipeline: GraphicsPipeline,
+}
+
+impl FootprintDump {
+    /// # Errors
+    /// Out of memory.
+    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage: &Footprint) -> Result<FootprintDump> {
+        let size = stage.u1.info().size;
+        let colors = [stage.format.image_format(), Format::Rgba32Float, Format::Rgba32Float];
+        Ok(FootprintDump {
+            coordinates: gpu.image("dump of (s, t)", ImageInfo::target(size, Format::Rgba32Float))?,
+            derivatives: gpu.image("dump of derivatives", ImageInfo::target(size, Format::Rgba32Float))?,
+            pipeline: pipeline(gpu, &footprint_dump_frag::SHADER, pyramid, config, stage.format, &colors)?,
+        })
+    }
+
+    /// Draws the mesh into `stage`'s `U1` and into the two dumps.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn draw(&self, cmd: &mut Cmd<'_>, stage: &Footprint, surface: &Surface, view: &View) -> Result<()> {
+        let nothing = Clear::Float([f32::NAN; 4]);
+        let targets = [
+            ColorTarget { image: &stage.u1, clear: Clear::Uint([BACKGROUND; 4]) },
+            ColorTarget { image: &self.coordinates, clear: nothing },
+            ColorTarget { image: &self.derivatives, clear: nothing },
+        ];
+        let depth = DepthTarget { image: &stage.depth, clear: true };
+        cmd.render(stage.u1.info().size, &targets, Some(depth), |render| {
+            render.draw_mesh(
+                &self.pipeline,
+                &[],
+                bytemuck::bytes_of(view),
+                &surface.vertices,
+                &surface.indices,
+            )
+        })
+    }
+}

@@ -1,0 +1,167 @@
+//! The paper's frame: uploads, stage 1, 2, 3, read-back, texturing, over one mesh and one texture.
+//!
+//! The list of frame n is used in frame n + [`FRAMES_IN_FLIGHT`]: the host never waits for a frame that it has
+//! just handed over.
+
+use super::{
+    Config, compact::Compact, compact::List, dedup::Dedup, footprint::Footprint, resident::Resident,
+    resident::ResidentError, resident::Uploads, streaming::Uploader, surface::Surface, texturing::Texturing,
+};
+use crate::math::pyramid::TileId;
+use crate::scene::{mesh::Mesh, source::TileSource};
+use crate::vk::shader::View;
+use crate::vk::{FRAMES_IN_FLIGHT, Frame, Gpu, Image, PassTime, Result, Ticket};
+
+/// Everything that a frame of paper 1 needs on the device.
+pub struct Pipeline {
+    pub stage1: Footprint,
+    pub stage2: Dedup,
+    pub stage3: Compact,
+    pub texturing: Texturing,
+    pub resident: Resident,
+    pub surface: Surface,
+    flights: Vec<Flight>,
+}
+
+/// What each frame in flight has for itself.
+struct Flight {
+    u2: Image,
+    list: List,
+    uploads: Uploads,
+    ticket: Option<Ticket>,
+}
+
+/// What a frame found out, once it has ended.
+pub struct Finished {
+    /// `U3`: (q, i, j) in the keying's grid, in the device's order.
+    pub triples: Vec<[u32; 3]>,
+    /// `U3` was too short, and stage 3 ran twice.
+    pub overflowed: bool,
+    pub times: Vec<PassTime>,
+}
+
+/// A frame's copies into video memory, as [`super::streaming::Streaming`] asks for them.
+struct Copies<'a>(&'a mut Uploads);
+
+impl Uploader for Copies<'_> {
+    fn upload(&mut self, slot: u32, _: TileId, bytes: &[u8]) -> bool {
+        self.0.tile(slot, bytes)
+    }
+}
+
+impl Pipeline {
+    /// `gpu_tiles` is N1; `most_uploads` bounds the tiles copied in one frame.
+    ///
+    /// # Errors
+    /// A format, a limit or memory that the device lacks; `G1` that cannot be read.
+    pub fn new(
+        gpu: &Gpu,
+        source: &dyn TileSource,
+        mesh: &Mesh,
+        config: &Config,
+        target: &Image,
+        [gpu_tiles, most_uploads]: [u32; 2],
+    ) -> std::result::Result<Pipeline, ResidentError> {
+        let pyramid = source.pyramid();
+        let stage1 = Footprint::new(gpu, &pyramid, config, target.info().size)?;
+        let stage2 = Dedup::new(gpu, &pyramid, config, &stage1)?;
+        let stage3 = Compact::new(gpu, &pyramid, config)?;
+        let resident = Resident::new(gpu, source, gpu_tiles)?;
+        let flights = (0..FRAMES_IN_FLIGHT)
+            .map(|_| {
+                Ok(Flight {
+                    u2: stage2.u2(gpu)?,
+                    list: stage3.list(gpu, u64::from(config.list_capacity))?,
+                    uploads: resident.uploads(gpu, most_uploads)?,
+                    ticket: None,
+                })
+            })
+            .collect::<Result<_>>()?;
+        Ok(Pipeline {
+            texturing: Texturing::new(gpu, &pyramid, config, &stage1, target.info().format)?,
+            surface: Surface::new(gpu, mesh)?,
+            stage1,
+            stage2,
+            stage3,
+            resident,
+            flights,
+        })
+    }
+
+    /// Waits for the frame that used place `flight` last, and takes what it found out.
+    ///
+    /// # Errors
+    /// Device lost.
+    pub fn finish(&mut self, gpu: &Gpu, flight: usize) -> Result<Option<Finished>> {
+        let flight = &mut self.flights[flight];
+        let Some(ticket) = flight.ticket.take() else { return Ok(None) };
+        let times = ticket.wait()?;
+        let (triples, overflowed) = self.stage3.collect(gpu, &flight.u2, &mut flight.list)?;
+        Ok(Some(Finished { triples, overflowed, times }))
+    }
+
+    /// Gathers this frame's copies: `gather` gets the uploader, and returns the changes of the display table with
+    /// whatever else it has to say.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn gather<T>(
+        &mut self,
+        gpu: &Gpu,
+        flight: usize,
+        gather: impl FnOnce(&mut dyn Uploader) -> (Vec<(TileId, Option<u32>)>, T),
+    ) -> Result<T> {
+        let uploads = &mut self.flights[flight].uploads;
+        uploads.clear();
+        let (display, rest) = gather(&mut Copies(uploads));
+        uploads.show(gpu, &display)?;
+        Ok(rest)
+    }
+
+    /// Records the frame's passes; hand the frame's ticket to [`Pipeline::submitted`].
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn record(&self, frame: &mut Frame<'_>, flight: usize, view: &View, target: &Image) -> Result<()> {
+        let Flight { u2, list, uploads, .. } = &self.flights[flight];
+        frame.pass("upload", |cmd| {
+            self.resident.copy(cmd, uploads);
+            Ok(())
+        })?;
+        frame.pass("footprint", |cmd| self.stage1.draw(cmd, &self.surface, view))?;
+        frame.pass("dedup", |cmd| self.stage2.run(cmd, &self.stage1.u1, u2))?;
+        frame.pass("compact", |cmd| self.stage3.run(cmd, u2, list))?;
+        frame.pass("read-back", |cmd| {
+            list.read_back(cmd);
+            Ok(())
+        })?;
+        frame.pass("texturing", |cmd| {
+            self.texturing.draw(cmd, &self.stage1, &self.resident, &self.surface, view, target)
+        })
+    }
+
+    /// Labels of the frame's passes, in order.
+    pub fn passes(&self) -> [&'static str; 6] {
+        ["upload", "footprint", "dedup", "compact", "read-back", "texturing"]
+    }
+
+    /// Remembers the frame that was recorded for place `flight`.
+    pub fn submitted(&mut self, flight: usize, ticket: Ticket) {
+        self.flights[flight].ticket = Some(ticket);
+    }
+
+    /// (name, bytes) of everything on the device that this paper's frame needs, the target apart.
+    pub fn memory(&self) -> Vec<(&'static str, u64)> {
+        let [j1, g1, h1] = self.resident.bytes();
+        vec![
+            ("U1", self.stage1.u1.bytes()),
+            ("depth", self.stage1.depth.bytes()),
+            ("U2", self.flights.iter().map(|f| f.u2.bytes()).sum()),
+            ("U3", self.flights.iter().map(|f| f.list.bytes()).sum()),
+            ("J1", j1),
+            ("G1", g1),
+            ("H1", h1),
+            ("mesh", self.surface.bytes()),
+        ]
+    }
+}

@@ -1,0 +1,183 @@
+//! The paper's steps on the CPU, written from the paper: in integers where the result is an integer, in f64 where it
+//! is not. Plain and slow; shares no code with the shaders.
+
+use crate::math::pyramid::{Pyramid, TileId};
+use std::collections::BTreeSet;
+
+/// The visible tiles that a frame's `U1` names: the truth for stages 2 and 3, whatever variant ran. `u1` holds
+/// (q, i, j) for each pixel, (i, j) in M0; q outside the streamed levels (G1, background) names none.
+pub fn visible_tiles(u1: &[[u32; 3]], pyramid: &Pyramid) -> BTreeSet<TileId> {
+    let mut tiles = BTreeSet::new();
+    for &[q, i, j] in u1 {
+        if q <= pyramid.coarsest_level() - pyramid.resident_levels() {
+            // Section 3: i' = floor(i / 2^q), j' = floor(j / 2^q).
+            tiles.insert(TileId { level: q, row: i / 2u32.pow(q), column: j / 2u32.pow(q) });
+        }
+    }
+    tiles
+}
+
+/// The triples that stage 3 lists with the paper's keying: each distinct (q, i, j) of `u1`, once.
+pub fn distinct_triples(u1: &[[u32; 3]], pyramid: &Pyramid) -> BTreeSet<[u32; 3]> {
+    u1.iter().filter(|[q, ..]| *q <= pyramid.coarsest_level() - pyramid.resident_levels()).copied().collect()
+}
+
+/// A pixel's texture coordinate and its derivatives, in units of the whole texture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Footprint {
+    pub s: f64,
+    pub t: f64,
+    pub dsdx: f64,
+    pub dtdx: f64,
+    pub dsdy: f64,
+    pub dtdy: f64,
+}
+
+/// Section 2.1 for one pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triple {
+    /// e: the unclamped level, minus infinity where the footprint is a point, NaN where it is not finite.
+    pub e: f64,
+    pub q: u32,
+    pub i: u32,
+    pub j: u32,
+}
+
+/// Stage 1's formula as printed, with the outcomes that the paper leaves open: dmax = 0 is level 0, a footprint that
+/// is not finite is L-L'+1.
+pub fn triple(at: &Footprint, pyramid: &Pyramid, max_anisotropy: u32) -> Triple {
+    let [w, h] = pyramid.level_size(0).map(f64::from);
+    let [columns, rows] = pyramid.tile_grid(0).map(f64::from);
+    let i = (rows * at.t).floor().max(0.0).min(rows - 1.0);
+    let j = (columns * at.s).floor().max(0.0).min(columns - 1.0);
+    let (s_x, s_y, t_x, t_y) = (w * at.dsdx, w * at.dsdy, h * at.dtdx, h * at.dtdy);
+    let r1 = s_x * s_x + t_x * t_x;
+    let r2 = s_y * s_y + t_y * t_y;
+    let g1 = f64::from(pyramid.coarsest_level() - pyramid.resident_levels() + 1);
+    let (e, q) = if !(r1.is_finite() && r2.is_finite()) {
+        (f64::NAN, g1)
+    } else if r1.max(r2) == 0.0 {
+        (f64::NEG_INFINITY, 0.0)
+    } else {
+        let (dmax2, dmin2) = (r1.max(r2), r1.min(r2));
+        let n_a = (dmax2 / dmin2).sqrt().ceil().min(f64::from(max_anisotropy));
+        let e = 0.5 * dmax2.log2() - n_a.log2();
+        (e, e.floor().clamp(0.0, g1))
+    };
+    Triple { e, q: q as u32, i: i as u32, j: j as u32 }
+}
+
+/// How far a GPU may stand from the reference at one pixel, in the units of [`Footprint`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Of s and of t.
+    pub coordinate: [f64; 2],
+    /// Of each derivative with respect to x and y: [ds, dt].
+    pub derivative: [f64; 2],
+}
+
+/// Every triple that section 2.1 can give for a footprint that lies within `tolerance` of `at`: intervals of q, i, j,
+/// each inclusive.
+pub fn possible_triples(
+    at: &Footprint,
+    tolerance: &Tolerance,
+    pyramid: &Pyramid,
+    max_anisotropy: u32,
+) -> [[u32; 2]; 3] {
+    let moved = |sign: f64| Footprint {
+        s: at.s + sign * tolerance.coordinate[0],
+        t: at.t + sign * tolerance.coordinate[1],
+        ..*at
+    };
+    let (low, high) =
+        (triple(&moved(-1.0), pyramid, max_anisotropy), triple(&moved(1.0), pyramid, max_anisotropy));
+    let [w, h] = pyramid.level_size(0).map(f64::from);
+    // |r| changes by at most |(w ds, h dt)|; both sides' lengths are bracketed, and with them e. e falls as dmin
+    // grows no further than nA allows, so its extremes lie at the brackets' ends.
+    let reach = (w * tolerance.derivative[0]).hypot(h * tolerance.derivative[1]);
+    let sides = [(w * at.dsdx).hypot(h * at.dtdx), (w * at.dsdy).hypot(h * at.dtdy)];
+    let g1 = pyramid.coarsest_level() - pyramid.resident_levels() + 1;
+    if !(sides[0].is_finite() && sides[1].is_finite() && reach.is_finite()) {
+        return [[0, g1], [low.i, high.i], [low.j, high.j]];
+    }
+    let mut q = [u32::MAX, 0];
+    // 17 steps through each bracket: nA jumps inside it at integers, at most 16 of them.
+    for first in 0..=16 {
+        for second in 0..=16 {
+            let length = |side: f64, step: i32| (side + reach * (f64::from(step) / 8.0 - 1.0)).max(0.0);
+            let footprint = Footprint {
+                dsdx: length(sides[0], first) / w,
+                dtdx: 0.0,
+                dsdy: length(sides[1], second) / w,
+                dtdy: 0.0,
+                ..*at
+            };
+            let found = triple(&footprint, pyramid, max_anisotropy).q;
+            q = [q[0].min(found), q[1].max(found)];
+        }
+    }
+    [q, [low.i, high.i], [low.j, high.j]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pyramid() -> Pyramid {
+        Pyramid::new(18, 17, 9, 4, None).expect("the paper's")
+    }
+
+    /// A square footprint of so many texels of level 0 at the texture's middle.
+    fn square(texels: f64) -> Footprint {
+        let [w, h] = pyramid().level_size(0).map(f64::from);
+        Footprint { s: 0.5, t: 0.5, dsdx: texels / w, dtdx: 0.0, dsdy: 0.0, dtdy: texels / h }
+    }
+
+    #[test]
+    fn a_footprint_of_one_texel_asks_for_level_0_and_of_two_for_level_1() {
+        for (texels, q) in [(1.0, 0), (1.999, 0), (2.0, 1), (3.999, 1), (4.0, 2), (0.01, 0), (1e9, 9)] {
+            assert_eq!(triple(&square(texels), &pyramid(), 1).q, q, "{texels} texels");
+        }
+    }
+
+    #[test]
+    fn anisotropy_lowers_the_level_by_its_logarithm_and_no_more_than_na() {
+        let [w, h] = pyramid().level_size(0).map(f64::from);
+        let long = Footprint { s: 0.5, t: 0.5, dsdx: 16.0 / w, dtdx: 0.0, dsdy: 0.0, dtdy: 1.0 / h };
+        for (n_a, q) in [(1, 4), (2, 3), (4, 2), (8, 1), (16, 0), (64, 0)] {
+            assert_eq!(triple(&long, &pyramid(), n_a).q, q, "NA = {n_a}");
+        }
+        assert_eq!(triple(&square(16.0), &pyramid(), 16).q, 4, "a square footprint has nA = 1");
+    }
+
+    #[test]
+    fn zero_is_level_0_and_not_finite_is_g1() {
+        assert_eq!(triple(&square(0.0), &pyramid(), 16).q, 0);
+        for bad in [f64::NAN, f64::INFINITY] {
+            assert_eq!(triple(&square(bad), &pyramid(), 16).q, 9);
+        }
+    }
+
+    #[test]
+    fn s_and_t_equal_to_one_are_the_last_tile() {
+        let at = Footprint { s: 1.0, t: 1.0, ..square(1.0) };
+        let found = triple(&at, &pyramid(), 1);
+        assert_eq!((found.i, found.j), (255, 511));
+    }
+
+    #[test]
+    fn a_tile_seen_at_two_of_its_cells_is_one_tile() {
+        let u1 = [[1, 4, 6], [1, 5, 7], [1, 6, 7], [9, 0, 0], [u32::MAX; 3]];
+        assert_eq!(visible_tiles(&u1, &pyramid()).len(), 2);
+        assert_eq!(distinct_triples(&u1, &pyramid()).len(), 3);
+    }
+
+    #[test]
+    fn a_decision_far_from_a_border_has_one_outcome_and_near_it_two() {
+        let tolerance = Tolerance { coordinate: [1e-9; 2], derivative: [1e-10; 2] };
+        let clear = Footprint { s: 0.501, t: 0.501, ..square(3.0) };
+        assert_eq!(possible_triples(&clear, &tolerance, &pyramid(), 1), [[1, 1], [128, 128], [256, 256]]);
+        let edge = Footprint { s: 0.5, t: 0.501, ..square(2.0) };
+        assert_eq!(possible_triples(&edge, &tolerance, &pyramid(), 1), [[0, 1], [128, 128], [255, 256]]);
+    }
+}

@@ -1,0 +1,91 @@
+//! The proof of section 4: on the `ruler` source, each texel that texturing would filter is fetched unfiltered and
+//! compared with the hash of the level and place that the pixel's own (s, t) asks for: own level, next coarser,
+//! borders, wrapping, poles, and `G1`.
+
+use super::{Config, footprint::Footprint, pyramid_constants, resident::Resident, surface::Surface, with};
+use crate::math::pyramid::Pyramid;
+use crate::vk::shader::View as ViewConstants;
+use crate::vk::shader::virtual_texture::{mesh_vert, ruler_frag};
+use crate::vk::{
+    Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    ImageInfo, Resource, Result, View,
+};
+
+pub struct RulerCheck {
+    pipeline: GraphicsPipeline,
+    /// One verdict a pixel; [`Verdicts::count`] reads it.
+    pub verdict: Image,
+}
+
+/// How many pixels were proven right, and how many not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Verdicts {
+    pub covered: u64,
+    /// Covered pixels with at least one wrong texel.
+    pub wrong: u64,
+    /// Covered pixels that `G1` shows.
+    pub from_g1: u64,
+    /// Covered pixels whose own tile is not resident.
+    pub not_resident: u64,
+}
+
+impl RulerCheck {
+    /// # Errors
+    /// Out of memory.
+    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage1: &Footprint) -> Result<RulerCheck> {
+        let constants = [("MAX_ANISOTROPY", config.max_anisotropy), ("BORDER", pyramid.border_texels())];
+        let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
+            name: ruler_frag::SHADER.name,
+            vertex: &mesh_vert::SHADER,
+            geometry: None,
+            fragment: Some(&ruler_frag::SHADER),
+            specialization: &with(pyramid_constants(pyramid, stage1.format), constants),
+            points: false,
+            depth: Some(Depth::Equal),
+            colors: &[Format::R32Uint],
+            logic_or: false,
+        })?;
+        let verdict = gpu.image("verdicts", ImageInfo::target(stage1.u1.info().size, Format::R32Uint))?;
+        Ok(RulerCheck { pipeline, verdict })
+    }
+
+    /// Judges the frame whose stage 1 is `stage1`.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn draw(
+        &self,
+        cmd: &mut Cmd<'_>,
+        stage1: &Footprint,
+        resident: &Resident,
+        surface: &Surface,
+        view: &ViewConstants,
+    ) -> Result<()> {
+        let color = ColorTarget { image: &self.verdict, clear: Clear::Uint([0; 4]) };
+        let depth = DepthTarget { image: &stage1.depth, clear: false };
+        let resources = [
+            (ruler_frag::U1, Resource::Texture(&stage1.u1, View::Whole)),
+            (ruler_frag::H1, Resource::Texture(&resident.h1, View::Whole)),
+            (ruler_frag::J1, Resource::Texture(&resident.j1, View::Raw)),
+            (ruler_frag::G1, Resource::Texture(&resident.g1, View::Raw)),
+        ];
+        cmd.render(self.verdict.info().size, &[color], Some(depth), |render| {
+            let push = bytemuck::bytes_of(view);
+            render.draw_mesh(&self.pipeline, &resources, push, &surface.vertices, &surface.indices)
+        })
+    }
+}
+
+impl Verdicts {
+    /// Sums the words that ruler.frag wrote.
+    pub fn count(words: &[u32]) -> Verdicts {
+        let mut sum = Verdicts::default();
+        for &word in words.iter().filter(|word| **word != 0) {
+            sum.covered += 1;
+            sum.wrong += u64::from(word & 0x3fff_ffff != 1);
+            sum.from_g1 += u64::from(word >> 30 & 1);
+            sum.not_resident += u64::from(word >> 31);
+        }
+        sum
+    }
+}

@@ -1,0 +1,296 @@
+//! A3: threads that load tiles into main memory, with a time budget of their own (paper 1, section 3).
+
+use crate::math::pyramid::TileId;
+use crate::scene::source::{TileError, TileSource};
+use crossbeam_channel::{Receiver, Sender, bounded};
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// One tile to load, into a place of `J2` that is kept for it.
+pub struct Request {
+    pub tile: TileId,
+    pub slot: u32,
+    /// The slot's generation when the place was taken. Who finds another on return is stale.
+    pub generation: u64,
+    /// Counts requests; results may arrive in another order.
+    pub sequence: u64,
+    pub bytes: Vec<u8>,
+    /// Set where nobody waits for it any more: the source is then not asked.
+    pub cancelled: Arc<AtomicBool>,
+}
+
+/// A request that came back; `outcome` says what its bytes are worth.
+pub struct Loaded {
+    pub request: Request,
+    pub outcome: Result<(), LoadFailure>,
+}
+
+/// Why a request's bytes hold no tile.
+pub enum LoadFailure {
+    Cancelled,
+    Source(TileError),
+    /// The source panicked: our bug, passed on in the frame's thread.
+    Panicked(Box<dyn Any + Send>),
+}
+
+/// Nanoseconds of loading that the threads may still spend, all of them together.
+struct Tokens {
+    left_ns: i64,
+}
+
+impl Tokens {
+    /// No more than one grant is saved up: an idle second does not buy a second of loading at once.
+    fn grant(&mut self, grant_ns: i64) {
+        self.left_ns = self.left_ns.saturating_add(grant_ns).min(grant_ns);
+    }
+
+    /// May leave a debt, which later grants pay first: a load cannot be stopped halfway.
+    fn spend(&mut self, spent: Duration) {
+        self.left_ns = self.left_ns.saturating_sub(nanoseconds(spent));
+    }
+}
+
+fn nanoseconds(duration: Duration) -> i64 {
+    i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
+}
+
+/// The tokens, and the end of work, that threads wait for.
+struct Pace {
+    state: Mutex<(Tokens, bool)>,
+    changed: Condvar,
+}
+
+impl Pace {
+    /// No holder can leave the state half-changed, so a poisoned lock holds good values.
+    fn lock(&self) -> MutexGuard<'_, (Tokens, bool)> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Sleeps until there are tokens. False: work has ended.
+    fn wait(&self) -> bool {
+        let state = self
+            .changed
+            .wait_while(self.lock(), |(tokens, ended)| !*ended && tokens.left_ns <= 0)
+            .unwrap_or_else(PoisonError::into_inner);
+        !state.1
+    }
+}
+
+/// The threads of A3. Dropping it joins them; loads not begun are then not begun any more.
+pub struct Loader {
+    /// None only while dropping.
+    requests: Option<Sender<Request>>,
+    results: Receiver<Loaded>,
+    pace: Arc<Pace>,
+    threads: Vec<JoinHandle<()>>,
+    sent: u64,
+    received: u64,
+    capacity: u64,
+}
+
+impl Loader {
+    /// At most `capacity` requests are under way at a time.
+    ///
+    /// # Errors
+    /// The system's, where it gives no thread.
+    pub fn new(source: &Arc<dyn TileSource>, threads: usize, capacity: usize) -> std::io::Result<Self> {
+        let (request_in, request_out) = bounded::<Request>(capacity);
+        // Room for all that can be under way: a thread never waits to hand in a result, so joining ends.
+        let (result_in, result_out) = bounded(capacity);
+        let pace = Pace { state: Mutex::new((Tokens { left_ns: 0 }, false)), changed: Condvar::new() };
+        let mut loader = Self {
+            requests: Some(request_in),
+            results: result_out,
+            pace: Arc::new(pace),
+            threads: Vec::with_capacity(threads),
+            sent: 0,
+            received: 0,
+            capacity: capacity as u64,
+        };
+        for index in 0..threads {
+            let (source, pace) = (Arc::clone(source), Arc::clone(&loader.pace));
+            let (requests, results) = (request_out.clone(), result_in.clone());
+            let work = move || load_tiles(&*source, &pace, &requests, &results);
+            loader.threads.push(std::thread::Builder::new().name(format!("tiles {index}")).spawn(work)?);
+        }
+        Ok(loader)
+    }
+
+    /// Requests sent whose result has not been received.
+    pub fn under_way(&self) -> u64 {
+        self.sent - self.received
+    }
+
+    pub fn has_room(&self) -> bool {
+        self.under_way() < self.capacity
+    }
+
+    /// Lets the threads load for another `budget` (their times added up).
+    pub fn grant(&self, budget: Duration) {
+        self.pace.lock().0.grant(nanoseconds(budget));
+        self.pace.changed.notify_all();
+    }
+
+    /// Only where it [`Loader::has_room`].
+    pub fn send(&mut self, request: Request) {
+        assert!(self.has_room(), "{} requests under way of {}", self.under_way(), self.capacity);
+        let requests = self.requests.as_ref().unwrap_or_else(|| unreachable!("sending while dropping"));
+        if requests.send(request).is_err() {
+            unreachable!("threads outlive the channel: they only end by Drop");
+        }
+        self.sent += 1;
+    }
+
+    /// A result that is there now.
+    pub fn try_receive(&mut self) -> Option<Loaded> {
+        let loaded = self.results.try_recv().ok()?;
+        Some(self.accept(loaded))
+    }
+
+    /// Waits for everything under way; in the order of the requests.
+    pub fn receive_all(&mut self) -> Vec<Loaded> {
+        let mut all = Vec::with_capacity(self.under_way() as usize);
+        while self.under_way() > 0 {
+            match self.results.recv() {
+                Ok(loaded) => all.push(self.accept(loaded)),
+                Err(_) => unreachable!("threads outlive the channel: they only end by Drop"),
+            }
+        }
+        all.sort_unstable_by_key(|loaded| loaded.request.sequence);
+        all
+    }
+
+    fn accept(&mut self, loaded: Loaded) -> Loaded {
+        self.received += 1;
+        match loaded.outcome {
+            Err(LoadFailure::Panicked(payload)) => resume_unwind(payload),
+            outcome => Loaded { outcome, ..loaded },
+        }
+    }
+}
+
+impl Drop for Loader {
+    fn drop(&mut self) {
+        self.requests = None;
+        self.pace.lock().1 = true;
+        self.pace.changed.notify_all();
+        for thread in self.threads.drain(..) {
+            // A panic of the source was caught inside; one of ours is worth hearing, but not while unwinding.
+            if let Err(payload) = thread.join()
+                && !std::thread::panicking()
+            {
+                resume_unwind(payload);
+            }
+        }
+    }
+}
+
+/// One thread of A3.
+fn load_tiles(source: &dyn TileSource, pace: &Pace, requests: &Receiver<Request>, results: &Sender<Loaded>) {
+    for mut request in requests {
+        if !pace.wait() {
+            return;
+        }
+        let outcome = if request.cancelled.load(Ordering::Relaxed) {
+            Err(LoadFailure::Cancelled)
+        } else {
+            let begin = Instant::now();
+            let (tile, bytes) = (request.tile, &mut request.bytes);
+            let read = catch_unwind(AssertUnwindSafe(|| source.read_tile(tile, bytes)));
+            pace.lock().0.spend(begin.elapsed());
+            match read {
+                Ok(read) => read.map_err(LoadFailure::Source),
+                Err(payload) => Err(LoadFailure::Panicked(payload)),
+            }
+        };
+        if results.send(Loaded { request, outcome }).is_err() {
+            return; // the Loader is gone
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::pyramid::Pyramid;
+    use crate::scene::source::TileFormat;
+
+    /// The larger a tile's column, the sooner it is read: requests in order of column come back in another.
+    struct LateFirst;
+
+    impl TileSource for LateFirst {
+        fn describe(&self) -> String {
+            "late first".to_owned()
+        }
+        fn pyramid(&self) -> Pyramid {
+            unreachable!("the loader knows no sizes")
+        }
+        fn format(&self) -> TileFormat {
+            TileFormat::Rgba8
+        }
+        fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
+            std::thread::sleep(Duration::from_millis(10 * u64::from(4 - tile.column)));
+            bytes[0] = tile.column as u8;
+            Ok(())
+        }
+        fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
+            unreachable!("level {level}")
+        }
+    }
+
+    #[test]
+    fn results_of_a_frame_stand_in_the_order_of_the_requests() {
+        let source: Arc<dyn TileSource> = Arc::new(LateFirst);
+        let mut loader = Loader::new(&source, 4, 4).unwrap();
+        for column in 0..4 {
+            loader.send(Request {
+                tile: TileId { level: 0, row: 0, column },
+                slot: column,
+                generation: 1,
+                sequence: u64::from(column),
+                bytes: vec![0],
+                cancelled: Arc::default(),
+            });
+        }
+        assert!(!loader.has_room());
+        loader.grant(Duration::MAX);
+        let order: Vec<u8> = loader.receive_all().iter().map(|loaded| loaded.request.bytes[0]).collect();
+        assert_eq!(order, [0, 1, 2, 3]);
+        assert_eq!(loader.under_way(), 0);
+    }
+
+    #[test]
+    fn idle_time_is_not_saved_up() {
+        let mut tokens = Tokens { left_ns: 0 };
+        for _ in 0..10 {
+            tokens.grant(100);
+        }
+        assert_eq!(tokens.left_ns, 100);
+    }
+
+    #[test]
+    fn a_load_longer_than_its_budget_is_paid_from_the_next_ones() {
+        let mut tokens = Tokens { left_ns: 0 };
+        tokens.grant(100);
+        tokens.spend(Duration::from_nanos(250));
+        assert_eq!(tokens.left_ns, -150);
+        tokens.grant(100);
+        assert!(tokens.left_ns <= 0);
+        tokens.grant(100);
+        assert_eq!(tokens.left_ns, 50);
+    }
+
+    #[test]
+    fn an_endless_budget_does_not_overflow() {
+        let mut tokens = Tokens { left_ns: 0 };
+        tokens.grant(nanoseconds(Duration::MAX));
+        tokens.grant(nanoseconds(Duration::MAX));
+        assert_eq!(tokens.left_ns, i64::MAX);
+        tokens.spend(Duration::MAX);
+        assert_eq!(tokens.left_ns, 0);
+    }
+}

@@ -1,0 +1,134 @@
+//! Least recently used first: a list threaded through an array of slots (paper 1, section 3: "the pair
+//! with the least t gives up its slot"; a list kept in order of t gives it in constant time, where the
+//! paper's priority queue needs log N).
+
+const NONE: u32 = u32::MAX;
+
+#[derive(Clone, Copy)]
+struct Link {
+    older: u32,
+    newer: u32,
+    /// The paper's t. Meaningful while `listed`.
+    last_use: u64,
+    listed: bool,
+}
+
+/// Slots `0 .. capacity` in order of their last use. A slot may also stand outside the list: it is then
+/// free, or pinned, and [`Lru::oldest`] never names it.
+pub struct Lru {
+    links: Vec<Link>,
+    oldest: u32,
+    newest: u32,
+}
+
+impl Lru {
+    /// All slots stand outside the list.
+    pub fn new(capacity: u32) -> Self {
+        let link = Link { older: NONE, newer: NONE, last_use: 0, listed: false };
+        Self { links: vec![link; capacity as usize], oldest: NONE, newest: NONE }
+    }
+
+    /// Makes `slot` the most recently used, and lists it where it was not. Time never runs backwards:
+    /// `last_use` is at least that of every listed slot.
+    pub fn touch(&mut self, slot: u32, last_use: u64) {
+        self.remove(slot);
+        if self.newest != NONE {
+            let latest = self.links[self.newest as usize].last_use;
+            assert!(last_use >= latest, "slot {slot} used at {last_use}, before the latest use {latest}");
+            self.links[self.newest as usize].newer = slot;
+        } else {
+            self.oldest = slot;
+        }
+        self.links[slot as usize] = Link { older: self.newest, newer: NONE, last_use, listed: true };
+        self.newest = slot;
+    }
+
+    /// Takes `slot` out of the list; nothing happens where it is not in it.
+    pub fn remove(&mut self, slot: u32) {
+        let link = self.links[slot as usize];
+        if !link.listed {
+            return;
+        }
+        match link.older {
+            NONE => self.oldest = link.newer,
+            older => self.links[older as usize].newer = link.newer,
+        }
+        match link.newer {
+            NONE => self.newest = link.older,
+            newer => self.links[newer as usize].older = link.older,
+        }
+        self.links[slot as usize].listed = false;
+    }
+
+    /// The slot unused for longest, and when it was last used.
+    pub fn oldest(&self) -> Option<(u32, u64)> {
+        (self.oldest != NONE).then(|| (self.oldest, self.links[self.oldest as usize].last_use))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn drain(mut list: Lru) -> Vec<u32> {
+        let mut order = Vec::new();
+        while let Some((slot, _)) = list.oldest() {
+            order.push(slot);
+            list.remove(slot);
+        }
+        order
+    }
+
+    #[test]
+    fn the_slot_unused_for_longest_comes_first() {
+        let mut list = Lru::new(3);
+        for (time, slot) in [0, 1, 2, 0].into_iter().enumerate() {
+            list.touch(slot, time as u64);
+        }
+        assert_eq!(list.oldest(), Some((1, 1)));
+        assert_eq!(drain(list), [1, 2, 0]);
+    }
+
+    #[test]
+    fn an_empty_list_has_no_oldest() {
+        let mut list = Lru::new(1);
+        assert_eq!(list.oldest(), None);
+        list.touch(0, 5);
+        list.remove(0);
+        assert_eq!(list.oldest(), None);
+    }
+
+    #[test]
+    #[should_panic(expected = "before the latest use 9")]
+    fn time_does_not_run_backwards() {
+        let mut list = Lru::new(2);
+        list.touch(0, 9);
+        list.touch(1, 8);
+    }
+
+    proptest! {
+        /// Against the crate `lru`, which keeps keys in a hash map.
+        #[test]
+        fn the_order_is_that_of_the_crate_lru(
+            steps in prop::collection::vec((0u32..8, prop::bool::weighted(0.25)), 0..200),
+        ) {
+            let mut list = Lru::new(8);
+            let mut model = lru::LruCache::unbounded();
+            for (time, (slot, remove)) in steps.into_iter().enumerate() {
+                if remove {
+                    list.remove(slot);
+                    model.pop(&slot);
+                } else {
+                    list.touch(slot, time as u64);
+                    model.put(slot, time as u64);
+                }
+                prop_assert_eq!(list.oldest(), model.peek_lru().map(|(slot, time)| (*slot, *time)));
+            }
+            let newest_first: Vec<u32> = model.iter().map(|(slot, _)| *slot).collect();
+            let mut order = drain(list);
+            order.reverse();
+            prop_assert_eq!(order, newest_first);
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! The places of `J1` and `J2` (paper 1, section 3): which tile is in which, and who gives way.
+
+use super::lru::Lru;
+use crate::math::pyramid::TileId;
+
+/// A place that may be taken, and the tile that has to leave it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Claim {
+    pub slot: u32,
+    pub evicts: Option<TileId>,
+}
+
+/// Slots `k = 0 .. capacity` of one cache. A slot is free; or it holds a tile and may be claimed for
+/// another (least recently used first); or it holds a tile and is pinned.
+pub struct Slots {
+    tiles: Vec<Option<TileId>>,
+    /// Counts the tiles that a slot has held: who remembers slot and generation notices that it changed hands.
+    generations: Vec<u64>,
+    /// The slots that hold a tile and are not pinned.
+    lru: Lru,
+    free: Vec<u32>,
+}
+
+impl Slots {
+    pub fn new(capacity: u32) -> Self {
+        Self {
+            tiles: vec![None; capacity as usize],
+            generations: vec![0; capacity as usize],
+            lru: Lru::new(capacity),
+            free: (0..capacity).rev().collect(),
+        }
+    }
+
+    pub fn capacity(&self) -> u32 {
+        self.tiles.len() as u32
+    }
+
+    pub fn tile(&self, slot: u32) -> Option<TileId> {
+        self.tiles[slot as usize]
+    }
+
+    pub fn generation(&self, slot: u32) -> u64 {
+        self.generations[slot as usize]
+    }
+
+    /// A free slot, or else the one unused for longest if that was before `before`. Changes nothing.
+    pub fn claimable(&self, before: u64) -> Option<Claim> {
+        if let Some(&slot) = self.free.last() {
+            return Some(Claim { slot, evicts: None });
+        }
+        let (slot, _) = self.lru.oldest().filter(|&(_, last_use)| last_use < before)?;
+        Some(Claim { slot, evicts: self.tile(slot) })
+    }
+
+    /// Puts `tile` into a slot just found [`Slots::claimable`], pinned, and returns the slot's new generation.
+    pub fn claim(&mut self, claim: Claim, tile: TileId) -> u64 {
+        assert_eq!(self.tile(claim.slot), claim.evicts, "slot {} changed hands", claim.slot);
+        match claim.evicts {
+            Some(_) => self.lru.remove(claim.slot),
+            None => assert_eq!(self.free.pop(), Some(claim.slot), "a free slot taken out of turn"),
+        }
+        self.tiles[claim.slot as usize] = Some(tile);
+        self.generations[claim.slot as usize] += 1;
+        self.generation(claim.slot)
+    }
+
+    /// Unpins where pinned, and makes the slot the most recently used.
+    pub fn touch(&mut self, slot: u32, now: u64) {
+        assert!(self.tile(slot).is_some(), "slot {slot} is free");
+        self.lru.touch(slot, now);
+    }
+
+    /// The slot cannot be claimed until it is touched again.
+    pub fn pin(&mut self, slot: u32) {
+        assert!(self.tile(slot).is_some(), "slot {slot} is free");
+        self.lru.remove(slot);
+    }
+
+    /// Takes the tile out; the slot is free.
+    pub fn release(&mut self, slot: u32) -> TileId {
+        let tile = self.tiles[slot as usize].take();
+        self.lru.remove(slot);
+        self.free.push(slot);
+        tile.unwrap_or_else(|| panic!("slot {slot} was free already"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tile(column: u32) -> TileId {
+        TileId { level: 0, row: 0, column }
+    }
+
+    fn fill(slots: &mut Slots, tile: TileId, now: u64) -> (u32, u64) {
+        let claim = slots.claimable(now).unwrap();
+        let generation = slots.claim(claim, tile);
+        slots.touch(claim.slot, now);
+        (claim.slot, generation)
+    }
+
+    #[test]
+    fn a_slot_used_now_cannot_be_claimed_now() {
+        let mut slots = Slots::new(1);
+        fill(&mut slots, tile(0), 4);
+        assert_eq!(slots.claimable(4), None);
+        assert_eq!(slots.claimable(5), Some(Claim { slot: 0, evicts: Some(tile(0)) }));
+    }
+
+    #[test]
+    fn a_pinned_slot_cannot_be_claimed_ever() {
+        let mut slots = Slots::new(1);
+        fill(&mut slots, tile(0), 4);
+        slots.pin(0);
+        assert_eq!(slots.claimable(u64::MAX), None);
+        slots.touch(0, 9);
+        assert!(slots.claimable(10).is_some());
+    }
+
+    #[test]
+    fn a_reused_slot_has_another_generation() {
+        let mut slots = Slots::new(1);
+        let (slot, first) = fill(&mut slots, tile(0), 1);
+        let (again, second) = fill(&mut slots, tile(1), 2);
+        assert_eq!(slot, again);
+        assert_ne!(first, second);
+        assert_eq!(slots.release(slot), tile(1));
+        let (_, third) = fill(&mut slots, tile(1), 3);
+        assert_ne!(second, third);
+    }
+}

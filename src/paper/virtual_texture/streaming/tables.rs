@@ -1,0 +1,132 @@
+//! The state tables `H1,q` and `H2,q` and the rule of A1 (paper 1, section 3).
+
+use crate::math::pyramid::{Pyramid, TileId};
+
+/// The paper's -1: absent, but queued (in `Q1` for `H1`; in `Q2` or being loaded for `H2`).
+pub const QUEUED: i32 = -1;
+/// The paper's -2: absent and not queued.
+pub const ABSENT: i32 = -2;
+
+/// `H1,q` or `H2,q` for every streamed level q: the cell `(i', j')` holds the slot `k >= 0` of that tile in
+/// `J1` (`J2`), [`QUEUED`] or [`ABSENT`].
+///
+/// Only state: what the shader reads is the display table, which differs (the paper writes a coarser
+/// tile's slot into the cell of a missing one; A1 would then take it for present).
+pub struct StateTable {
+    pyramid: Pyramid,
+    /// For each level its cells by row, then column.
+    levels: Vec<Vec<i32>>,
+}
+
+impl StateTable {
+    /// Everything absent.
+    pub fn new(pyramid: Pyramid) -> Self {
+        let cells = |level| pyramid.tile_grid(level).map(|side| side as usize).iter().product();
+        let levels = (0..pyramid.first_resident_level()).map(|level| vec![ABSENT; cells(level)]).collect();
+        Self { pyramid, levels }
+    }
+
+    fn cell(&self, tile: TileId) -> usize {
+        assert!(self.pyramid.contains(tile), "{tile:?} is no tile of {:?}", self.pyramid);
+        tile.row as usize * self.pyramid.tile_grid(tile.level)[0] as usize + tile.column as usize
+    }
+
+    /// k of a tile.
+    pub fn get(&self, tile: TileId) -> i32 {
+        self.levels[tile.level as usize][self.cell(tile)]
+    }
+
+    /// Changes k. A tile is asked for (`-2 -> -1`), arrives (`-1 -> k`), is dropped from its queue
+    /// (`-1 -> -2`) or gives up its slot (`k -> -2`); nothing else happens to it.
+    pub fn set(&mut self, tile: TileId, to: i32) {
+        let from = self.get(tile);
+        assert!(
+            matches!((from, to), (ABSENT, QUEUED) | (QUEUED, ABSENT) | (QUEUED, 0..) | (0.., ABSENT)),
+            "{tile:?} may not go from state {from} to {to}"
+        );
+        let cell = self.cell(tile);
+        self.levels[tile.level as usize][cell] = to;
+    }
+
+    /// Every tile that is not [`ABSENT`], with its k, in the order of [`TileId`].
+    pub fn present(&self) -> impl Iterator<Item = (TileId, i32)> + '_ {
+        self.levels.iter().enumerate().flat_map(|(level, cells)| {
+            let level = level as u32;
+            let columns = self.pyramid.tile_grid(level)[0];
+            cells.iter().enumerate().filter(|(_, k)| **k != ABSENT).map(move |(cell, &k)| {
+                (TileId { level, row: cell as u32 / columns, column: cell as u32 % columns }, k)
+            })
+        })
+    }
+}
+
+/// What A1 does with a visible tile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Append to `Q2`; `k2 := -1`.
+    Load,
+    /// Append to `Q1`; `k1 := -1`.
+    Upload,
+    /// Nothing: it is on its way.
+    Wait,
+    /// It is in `J1`: refresh its time of use.
+    Refresh,
+}
+
+/// The table of A1, row by row (paper 1, section 3).
+pub fn action(k1: i32, k2: i32) -> Action {
+    match (k1, k2) {
+        (ABSENT, ABSENT) => Action::Load,
+        (ABSENT, 0..) => Action::Upload,
+        (ABSENT, QUEUED) => Action::Wait,
+        (QUEUED, _) => Action::Wait,
+        (0.., _) => Action::Refresh,
+        _ => panic!("k1 = {k1}, k2 = {k2}: no such state"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_five_rows_are_the_papers() {
+        assert_eq!(action(-2, -2), Action::Load);
+        assert_eq!(action(-2, 7), Action::Upload);
+        assert_eq!(action(-2, 0), Action::Upload);
+        assert_eq!(action(-2, -1), Action::Wait);
+        for k2 in [-2, -1, 0, 7] {
+            assert_eq!(action(-1, k2), Action::Wait);
+            assert_eq!(action(0, k2), Action::Refresh);
+            assert_eq!(action(7, k2), Action::Refresh);
+        }
+    }
+
+    fn table() -> StateTable {
+        StateTable::new(Pyramid::new(7, 6, 4, 2, None).unwrap())
+    }
+
+    const TILE: TileId = TileId { level: 1, row: 1, column: 3 };
+
+    #[test]
+    fn a_cell_belongs_to_one_tile() {
+        let mut table = table();
+        table.set(TILE, QUEUED);
+        table.set(TILE, 5);
+        assert_eq!(table.present().collect::<Vec<_>>(), [(TILE, 5)]);
+        table.set(TILE, ABSENT);
+        assert_eq!(table.present().count(), 0);
+    }
+
+    #[test]
+    #[should_panic(expected = "may not go from state -2 to 3")]
+    fn a_tile_that_was_not_asked_for_does_not_arrive() {
+        table().set(TILE, 3);
+    }
+
+    #[test]
+    #[should_panic(expected = "is no tile of")]
+    fn a_tile_outside_the_grid_has_no_state() {
+        table().get(TileId { level: 1, row: 2, column: 0 });
+    }
+}

@@ -1,0 +1,307 @@
+//! Picture files: PNG in sRGB bytes, EXR in 32-bit floats with channels of any name. A file appears whole or
+//! not at all: it is written as `X.partial` beside the target and then renamed. Folders are never created.
+
+use super::Picture;
+use exr::prelude::*;
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// A file that could not be written or read.
+#[derive(Debug, Error)]
+pub enum FileError {
+    #[error("cannot write {path}: its folder {folder} does not exist; create it first")]
+    NoFolder { path: String, folder: String },
+    #[error("cannot write {path}: {source}")]
+    Write { path: String, source: io::Error },
+    #[error("cannot read {path}: {source}")]
+    Read { path: String, source: io::Error },
+}
+
+/// Bytes of an 8-bit picture: `width x height` times red, green, blue, alpha; colours in sRGB.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Srgb8Picture {
+    pub width: u32,
+    pub height: u32,
+    pub rgba: Vec<u8>,
+}
+
+/// Named planes of 32-bit floats, each `width x height`, rows from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Planes {
+    pub width: u32,
+    pub height: u32,
+    pub channels: BTreeMap<String, Vec<f32>>,
+}
+
+/// Writes a file of any kind: `content` writes to `X.partial`, which becomes `X` when all is on disk. After
+/// an error neither a new `X` nor an `X.partial` is left, and an older `X` is untouched.
+///
+/// # Errors
+/// [`FileError`] names the path.
+pub fn write_whole(
+    path: &Path,
+    content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> std::result::Result<(), FileError> {
+    let shown = path.display().to_string();
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if let Some(folder) = folder.filter(|folder| !folder.exists()) {
+        return Err(FileError::NoFolder { path: shown, folder: folder.display().to_string() });
+    }
+    let mut partial = OsString::from(path);
+    partial.push(".partial");
+    let partial = PathBuf::from(partial);
+    let written = File::create(&partial).and_then(|file| {
+        let mut writer = BufWriter::new(file);
+        content(&mut writer)?;
+        writer.flush()?;
+        writer.get_ref().sync_all()?;
+        std::fs::rename(&partial, path)
+    });
+    written.map_err(|source| {
+        // Best effort: the first error is the one to tell; the partial file may not exist at all.
+        std::fs::remove_file(&partial).ok();
+        FileError::Write { path: shown, source }
+    })
+}
+
+/// Writes an 8-bit RGBA PNG that says it is sRGB.
+///
+/// # Errors
+/// [`FileError`] names the path.
+pub fn write_png(path: &Path, picture: &Srgb8Picture) -> std::result::Result<(), FileError> {
+    let (width, height) = (picture.width, picture.height);
+    let bytes = width as usize * height as usize * 4;
+    assert_eq!(picture.rgba.len(), bytes, "bytes of a PNG of {width} x {height}");
+    write_whole(path, |writer| {
+        let mut encoder = png::Encoder::new(writer, width, height);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        let mut png = encoder.write_header()?;
+        png.write_image_data(&picture.rgba)?;
+        png.finish()?;
+        Ok(())
+    })
+}
+
+/// Reads a PNG of any kind as 8-bit RGBA; 16-bit samples lose their lower byte.
+///
+/// # Errors
+/// [`FileError::Read`].
+pub fn read_png(path: &Path) -> std::result::Result<Srgb8Picture, FileError> {
+    let read = || -> io::Result<Srgb8Picture> {
+        let mut decoder = png::Decoder::new(BufReader::new(File::open(path)?));
+        decoder
+            .set_transformations(png::Transformations::normalize_to_color8() | png::Transformations::ALPHA);
+        let mut reader = decoder.read_info()?;
+        let size = reader.output_buffer_size().ok_or_else(|| io::Error::other("larger than memory"))?;
+        let mut samples = vec![0; size];
+        let info = reader.next_frame(&mut samples)?;
+        samples.truncate(info.buffer_size());
+        let rgba = match info.color_type {
+            png::ColorType::Rgba => samples,
+            // ALPHA leaves only these two kinds.
+            _ => samples.chunks_exact(2).flat_map(|pair| [pair[0], pair[0], pair[0], pair[1]]).collect(),
+        };
+        Ok(Srgb8Picture { width: info.width, height: info.height, rgba })
+    };
+    read().map_err(|source| FileError::Read { path: path.display().to_string(), source })
+}
+
+/// Writes one EXR layer without a name, so that the channels are called exactly as in `planes`.
+/// 32-bit floats, lossless: NaN and infinities stay.
+///
+/// # Errors
+/// [`FileError`] names the path.
+pub fn write_exr(path: &Path, planes: &Planes) -> std::result::Result<(), FileError> {
+    let (width, height) = (planes.width as usize, planes.height as usize);
+    let channels = planes.channels.iter().map(|(name, samples)| {
+        assert_eq!(samples.len(), width * height, "samples of {name} in an EXR of {width} x {height}");
+        let name = Text::new_or_none(name).unwrap_or_else(|| panic!("{name:?} is no name of a channel"));
+        AnyChannel::new(name, FlatSamples::F32(samples.clone()))
+    });
+    let layer = Layer::new(
+        (width, height),
+        LayerAttributes::default(),
+        Encoding::SMALL_LOSSLESS,
+        AnyChannels::sort(channels.collect()),
+    );
+    let image = Image::from_layer(layer);
+    write_whole(path, |writer| image.write().non_parallel().to_buffered(writer).map_err(io_error))
+}
+
+/// Reads the first layer of an EXR as 32-bit floats.
+///
+/// # Errors
+/// [`FileError::Read`].
+pub fn read_exr(path: &Path) -> std::result::Result<Planes, FileError> {
+    let read = || -> io::Result<Planes> {
+        let image = exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .non_parallel()
+            .from_buffered(BufReader::new(File::open(path)?))
+            .map_err(io_error)?;
+        let layer = image.layer_data;
+        let side = |side: usize| u32::try_from(side).map_err(io::Error::other);
+        let mut channels = BTreeMap::new();
+        for channel in &layer.channel_data.list {
+            let samples: Vec<f32> = channel.sample_data.values_as_f32().collect();
+            if samples.len() != layer.size.area() {
+                return Err(io::Error::other(format!("channel {} is subsampled", channel.name)));
+            }
+            channels.insert(channel.name.to_string(), samples);
+        }
+        Ok(Planes { width: side(layer.size.width())?, height: side(layer.size.height())?, channels })
+    };
+    read().map_err(|source| FileError::Read { path: path.display().to_string(), source })
+}
+
+fn io_error(error: exr::error::Error) -> io::Error {
+    match error {
+        exr::error::Error::Io(error) => error,
+        other => io::Error::other(other.to_string()),
+    }
+}
+
+const RGBA: [&str; 4] = ["R", "G", "B", "A"];
+
+impl From<&Picture> for Planes {
+    /// Channels R, G, B, A.
+    fn from(picture: &Picture) -> Planes {
+        let plane = |channel: usize| picture.rgba.iter().map(|pixel| pixel[channel]).collect();
+        Planes {
+            width: picture.width,
+            height: picture.height,
+            channels: RGBA.iter().enumerate().map(|(i, name)| ((*name).to_owned(), plane(i))).collect(),
+        }
+    }
+}
+
+impl Planes {
+    /// The channels R, G, B and A as a picture; without A it is opaque. `None` where a colour is missing.
+    pub fn picture(&self) -> Option<Picture> {
+        let [red, green, blue] = ["R", "G", "B"].map(|name| self.channels.get(name));
+        let (red, green, blue, alpha) = (red?, green?, blue?, self.channels.get("A"));
+        let pixels = (0..red.len())
+            .map(|i| [red[i], green[i], blue[i], alpha.map_or(1.0, |alpha| alpha[i])])
+            .collect();
+        Some(Picture::new(self.width, self.height, pixels))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder_content(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> = std::fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    fn bytes() -> Srgb8Picture {
+        Srgb8Picture { width: 5, height: 3, rgba: (0..60).map(|i| (i * 37 % 256) as u8).collect() }
+    }
+
+    #[test]
+    fn a_png_comes_back_byte_for_byte_and_leaves_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        write_png(&path, &bytes()).unwrap();
+        assert_eq!(read_png(&path).unwrap(), bytes());
+        assert_eq!(folder_content(folder.path()), ["a.png"]);
+        let mut other = bytes();
+        other.rgba[59] ^= 1;
+        assert_ne!(read_png(&path).unwrap(), other, "the last bit counts");
+    }
+
+    #[test]
+    fn a_grey_png_is_read_as_opaque_rgba() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("grey.png");
+        let mut encoder = png::Encoder::new(File::create(&path).unwrap(), 2, 1);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.write_header().unwrap().write_image_data(&[7, 200]).unwrap();
+        assert_eq!(read_png(&path).unwrap().rgba, [7, 7, 7, 255, 200, 200, 200, 255]);
+    }
+
+    #[test]
+    fn an_exr_keeps_names_and_every_bit_of_every_float() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("footprint.exr");
+        let values = vec![f32::NAN, f32::INFINITY, -0.0, 1e-45, 16_777_217.0, 0.1];
+        let channels = ["s", "dsdx", "q", "Z"].map(|name| (name.to_owned(), values.clone()));
+        let planes = Planes { width: 3, height: 2, channels: channels.into() };
+        write_exr(&path, &planes).unwrap();
+        let read = read_exr(&path).unwrap();
+        assert_eq!((read.width, read.height), (3, 2));
+        assert_eq!(read.channels.keys().collect::<Vec<_>>(), ["Z", "dsdx", "q", "s"]);
+        for plane in read.channels.values() {
+            let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(plane), bits(&values));
+        }
+        assert_eq!(folder_content(folder.path()), ["footprint.exr"]);
+    }
+
+    #[test]
+    fn a_picture_goes_through_an_exr_unchanged() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("picture.exr");
+        let picture = Picture::new(1, 2, vec![[0.25, 3.0, 1e-9, 0.5], [1.0, -2.0, 0.0, 1.0]]);
+        write_exr(&path, &Planes::from(&picture)).unwrap();
+        assert_eq!(read_exr(&path).unwrap().picture().unwrap(), picture);
+    }
+
+    #[test]
+    fn a_missing_folder_is_named_and_not_created() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("no/a.png");
+        let error = write_png(&path, &bytes()).unwrap_err();
+        assert!(matches!(error, FileError::NoFolder { .. }));
+        let message = error.to_string();
+        assert!(message.contains("no/a.png") && message.ends_with("create it first"), "{message}");
+        assert!(folder_content(folder.path()).is_empty());
+    }
+
+    #[test]
+    fn a_failure_leaves_the_older_file_and_no_partial_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        std::fs::write(&path, "older").unwrap();
+        let error = write_whole(&path, |writer| {
+            writer.write_all(b"new")?;
+            Err(io::Error::other("disk full"))
+        });
+        let message = error.unwrap_err().to_string();
+        assert!(message.starts_with("cannot write ") && message.ends_with("a.txt: disk full"), "{message}");
+        assert_eq!(std::fs::read(&path).unwrap(), b"older");
+        assert_eq!(folder_content(folder.path()), ["a.txt"]);
+        // A folder of the target's name cannot be replaced.
+        std::fs::create_dir(folder.path().join("b.png")).unwrap();
+        assert!(write_png(&folder.path().join("b.png"), &bytes()).is_err());
+        assert_eq!(folder_content(folder.path()), ["a.txt", "b.png"]);
+    }
+
+    #[test]
+    fn a_damaged_file_is_an_error_with_its_path() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        write_png(&path, &bytes()).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &whole[..whole.len() / 2]).unwrap();
+        assert!(read_png(&path).unwrap_err().to_string().contains("a.png: "));
+        assert!(read_exr(&path).unwrap_err().to_string().contains("a.png: "));
+        assert!(read_exr(&folder.path().join("none.exr")).is_err());
+    }
+}

@@ -1,0 +1,168 @@
+//! Which triangles a pixel could show if its centre lay a little elsewhere. A GPU snaps vertices to 1/256
+//! pixel and rounds in f32; near an edge or a silhouette it may rightly show a neighbour of the reference's
+//! triangle, and only one of these.
+
+use super::raster::{MARGIN_PX, Sample, Setup, View};
+use glam::{DVec2, DVec3};
+
+/// What a pixel could show.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidates {
+    /// One for each triangle seen somewhere in the neighbourhood, in the mesh's order, with its values at the
+    /// pixel's own centre (extrapolated where it does not cover that; not finite in the worst case).
+    pub samples: Vec<Sample>,
+    /// Whether some of the neighbourhood shows no triangle.
+    pub background: bool,
+}
+
+/// Depths closer than this, relatively, count as equal: f32 cannot order them (2^-24, and a few roundings).
+const DEPTH_SLACK: f64 = 1e-6;
+/// Pieces smaller than this part of the neighbourhood are rounding (1e-16 along an edge), not a view.
+const LEAST_PART: f64 = 1e-12;
+
+/// A linear function of the place relative to the pixel's centre, in pixels: `(x, y, 1)` times this.
+type Linear = DVec3;
+/// A convex polygon, corners in order.
+type Polygon = Vec<DVec2>;
+
+impl View {
+    /// All triangles that can be seen at pixel (x, y) if its centre is moved by up to `radius_px` to the right
+    /// or left and up or down: exact areas of the square, not samples.
+    pub fn candidates(&self, x: u32, y: u32, radius_px: f64) -> Candidates {
+        assert!(
+            radius_px > 0.0 && radius_px <= MARGIN_PX,
+            "a radius of {radius_px} is outside 0 .. {MARGIN_PX} pixels"
+        );
+        let square: Polygon = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(x, y)| DVec2::new(x, y) * radius_px)
+            .to_vec();
+        let least_area = LEAST_PART * 4.0 * radius_px * radius_px;
+        let regions: Vec<Region> =
+            self.near(x, y).filter_map(|setup| Region::new(self, setup, x, y, &square)).collect();
+        let samples = regions
+            .iter()
+            .enumerate()
+            .filter(|&(index, region)| {
+                let mut visible = vec![region.polygon.clone()];
+                for (other_index, other) in regions.iter().enumerate() {
+                    if other_index != index {
+                        // Where the other is surely nearer.
+                        let nearer = other.inverse_w - region.inverse_w * (1.0 + DEPTH_SLACK);
+                        visible = subtract(visible, &[&other.sides[..], &[nearer]].concat());
+                    }
+                }
+                total_area(&visible) > least_area
+            })
+            .map(|(_, region)| self.sample_of(region.setup, x, y))
+            .collect();
+        let empty = regions.iter().fold(vec![square], |empty, region| subtract(empty, &region.sides));
+        Candidates { samples, background: total_area(&empty) > least_area }
+    }
+}
+
+/// The part of the neighbourhood that one triangle covers.
+struct Region<'a> {
+    setup: &'a Setup,
+    /// All >= 0 inside.
+    sides: Vec<Linear>,
+    polygon: Polygon,
+    inverse_w: Linear,
+}
+
+impl<'a> Region<'a> {
+    /// `None` where the triangle does not touch the neighbourhood.
+    fn new(view: &View, setup: &'a Setup, x: u32, y: u32, square: &Polygon) -> Option<Region<'a>> {
+        let centre = view.centre(i64::from(x), i64::from(y));
+        let [width, height] = view.size().map(f64::from);
+        let around =
+            |linear: DVec3| Linear::new(linear.x * 2.0 / width, linear.y * 2.0 / height, linear.dot(centre));
+        let [inverse_w, depth] = setup.inverse_w_and_depth().map(around);
+        let sides: Vec<Linear> = setup
+            .edges
+            .iter()
+            .map(|&edge| around(edge))
+            .chain([inverse_w, depth, Linear::Z - depth])
+            .collect();
+        let mut polygon = square.clone();
+        for &side in &sides {
+            polygon = keep(&polygon, side);
+        }
+        (polygon.len() >= 3).then_some(Region { setup, sides, polygon, inverse_w })
+    }
+}
+
+fn value(linear: Linear, place: DVec2) -> f64 {
+    linear.dot(place.extend(1.0))
+}
+
+/// The part of a convex polygon where a linear function is >= 0 (Sutherland and Hodgman 1974).
+fn keep(polygon: &Polygon, side: Linear) -> Polygon {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (index, &from) in polygon.iter().enumerate() {
+        let to = polygon[(index + 1) % polygon.len()];
+        let (at_from, at_to) = (value(side, from), value(side, to));
+        if at_from >= 0.0 {
+            kept.push(from);
+        }
+        if (at_from >= 0.0) != (at_to >= 0.0) {
+            kept.push(from + (to - from) * (at_from / (at_from - at_to)));
+        }
+    }
+    kept
+}
+
+/// Convex polygons without the convex region where all `sides` are >= 0, as convex polygons.
+fn subtract(polygons: Vec<Polygon>, sides: &[Linear]) -> Vec<Polygon> {
+    let mut outside = Vec::new();
+    for polygon in polygons {
+        let mut inside = polygon;
+        for &side in sides {
+            let piece = keep(&inside, -side);
+            if area(&piece) > 0.0 {
+                outside.push(piece);
+            }
+            inside = keep(&inside, side);
+            if inside.len() < 3 {
+                break;
+            }
+        }
+    }
+    outside
+}
+
+fn area(polygon: &Polygon) -> f64 {
+    let Some(&first) = polygon.first() else { return 0.0 };
+    let twice: f64 = polygon.windows(2).map(|edge| (edge[0] - first).perp_dot(edge[1] - first)).sum();
+    twice.abs() / 2.0
+}
+
+fn total_area(polygons: &[Polygon]) -> f64 {
+    polygons.iter().map(area).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square() -> Polygon {
+        [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)].map(DVec2::from).to_vec()
+    }
+
+    #[test]
+    fn a_half_plane_keeps_its_part() {
+        assert_eq!(area(&keep(&square(), Linear::new(1.0, 0.0, -0.5))), 3.0);
+        assert_eq!(area(&keep(&square(), Linear::new(1.0, 1.0, -2.0))), 2.0);
+        assert!(keep(&square(), Linear::new(1.0, 0.0, -3.0)).is_empty());
+    }
+
+    #[test]
+    fn what_is_cut_out_and_what_stays_add_up() {
+        let triangle =
+            [Linear::new(1.0, 0.0, -0.5), Linear::new(0.0, 1.0, -0.5), Linear::new(-1.0, -1.0, 2.5)];
+        let rest = subtract(vec![square()], &triangle);
+        assert!((total_area(&rest) - (4.0 - 1.125)).abs() < 1e-15);
+        assert_eq!(total_area(&subtract(rest.clone(), &triangle)), total_area(&rest), "cut once");
+        let elsewhere = [Linear::new(1.0, 0.0, -9.0)];
+        assert_eq!(total_area(&subtract(vec![square()], &elsewhere)), 4.0);
+    }
+}

@@ -1,0 +1,266 @@
+//! Triangles to pixels by homogeneous rasterisation (Olano and Greer, "Triangle Scan Conversion using 2D
+//! Homogeneous Coordinates", 1997): the barycentric coordinates of a pixel come from the inverse of the 3x3
+//! matrix of the vertices' clip x, y, w. Nothing is clipped or divided before, so vertices behind the eye
+//! or on the plane of the eye need no case of their own.
+
+use crate::scene::mesh::SourceMesh;
+use glam::{DMat4, DVec2, DVec3, DVec4};
+use rayon::prelude::*;
+
+/// Derivatives of the texture coordinate by the pixel's place; x to the right, y down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Derivatives {
+    pub dsdx: f64,
+    pub dtdx: f64,
+    pub dsdy: f64,
+    pub dtdy: f64,
+}
+
+/// What a triangle shows at a pixel's centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Index in the mesh.
+    pub triangle: u32,
+    pub s: f64,
+    pub t: f64,
+    /// Differences within the pixel's quad (2 x 2 pixels from even places) as Vulkan defines dFdxFine and
+    /// dFdyFine: of this triangle at the two centres of the pixel's own row (column), also where the
+    /// triangle does not cover the other centre.
+    pub fine: Derivatives,
+    /// The exact derivatives at the pixel's centre.
+    pub analytic: Derivatives,
+    /// Distance along the eye's forward axis in metres (clip w).
+    pub w_m: f64,
+}
+
+/// Bins of 16 x 16 pixels only save time: a pixel looks at its bin's triangles instead of at all.
+const BIN_PX: u32 = 16;
+/// How far around its bounding box a triangle is listed, for [`View::candidates`].
+pub(super) const MARGIN_PX: f64 = 2.0;
+
+/// A linear function of the place in normalised device coordinates: `(x, y, 1)` times this.
+type Linear = DVec3;
+
+/// A triangle ready to be asked at any place of the picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Setup {
+    pub triangle: u32,
+    /// One for each vertex: the edge opposite it, positive inside, whichever way the triangle faces. Its
+    /// value is the vertex's barycentric coordinate over w, times |determinant|.
+    pub edges: [Linear; 3],
+    /// 1 / w, times |determinant|.
+    pub inverse_w: Linear,
+    /// Depth (clip z over w), times |determinant|.
+    depth: Linear,
+    determinant: f64,
+    coordinates: [DVec2; 3],
+}
+
+/// A mesh seen by an eye: ready to be sampled.
+pub struct View {
+    size: [u32; 2],
+    setups: Vec<Setup>,
+    bin_columns: u32,
+    /// Indices into `setups`, in the mesh's order.
+    bins: Vec<Vec<u32>>,
+}
+
+/// Every pixel of a picture, row by row from the top; `None` where no triangle covers the centre. The
+/// nearest triangle wins, the first of equals; both faces are seen. `world_to_clip` acts on
+/// (position - eye).
+pub fn rasterise(
+    mesh: &SourceMesh,
+    world_to_clip: &DMat4,
+    eye: DVec3,
+    size: [u32; 2],
+) -> Vec<Option<Sample>> {
+    View::new(mesh, world_to_clip, eye, size).samples()
+}
+
+impl View {
+    /// Prepares all triangles. `world_to_clip` acts on (position - eye), clip y points down, depth lies in
+    /// 0 ..= 1; `size` is the picture's width and height in pixels.
+    pub fn new(mesh: &SourceMesh, world_to_clip: &DMat4, eye: DVec3, size: [u32; 2]) -> View {
+        assert!(size[0] > 0 && size[1] > 0, "a picture of {size:?} pixels");
+        let clip: Vec<DVec4> =
+            mesh.positions.iter().map(|&position| *world_to_clip * (position - eye).extend(1.0)).collect();
+        let bin_columns = size[0].div_ceil(BIN_PX);
+        let bin_rows = size[1].div_ceil(BIN_PX);
+        let mut bins = vec![Vec::new(); bin_columns as usize * bin_rows as usize];
+        let mut setups = Vec::new();
+        for (triangle, vertices) in mesh.triangles.iter().enumerate() {
+            let corners = vertices.map(|vertex| clip[vertex as usize]);
+            let coordinates = vertices.map(|vertex| mesh.coordinates[vertex as usize]);
+            let Some(setup) = Setup::new(triangle as u32, &corners, coordinates) else { continue };
+            let Some([left, top, right, bottom]) = pixel_box(&corners, size) else { continue };
+            for row in top / BIN_PX..=bottom / BIN_PX {
+                for column in left / BIN_PX..=right / BIN_PX {
+                    bins[(row * bin_columns + column) as usize].push(setups.len() as u32);
+                }
+            }
+            setups.push(setup);
+        }
+        View { size, setups, bin_columns, bins }
+    }
+
+    /// The picture's width and height in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// What is seen at the centre of one pixel.
+    pub fn sample(&self, x: u32, y: u32) -> Option<Sample> {
+        let centre = self.centre(i64::from(x), i64::from(y));
+        let mut nearest: Option<(f64, &Setup)> = None;
+        for setup in self.near(x, y) {
+            if let Some(inverse_w) = setup.covers(centre)
+                && nearest.is_none_or(|(nearest, _)| inverse_w > nearest)
+            {
+                nearest = Some((inverse_w, setup));
+            }
+        }
+        nearest.map(|(_, setup)| self.sample_of(setup, x, y))
+    }
+
+    /// Every pixel, row by row from the top.
+    pub fn samples(&self) -> Vec<Option<Sample>> {
+        let [width, height] = self.size;
+        (0..width * height).into_par_iter().map(|pixel| self.sample(pixel % width, pixel / width)).collect()
+    }
+
+    /// The triangles that can touch a pixel's neighbourhood of [`MARGIN_PX`].
+    pub(super) fn near(&self, x: u32, y: u32) -> impl Iterator<Item = &Setup> {
+        assert!(x < self.size[0] && y < self.size[1], "pixel ({x}, {y}) of {:?}", self.size);
+        let bin = (y / BIN_PX) * self.bin_columns + x / BIN_PX;
+        self.bins[bin as usize].iter().map(|&setup| &self.setups[setup as usize])
+    }
+
+    /// A pixel's centre in normalised device coordinates; pixels beyond the picture's edge exist for quads.
+    pub(super) fn centre(&self, x: i64, y: i64) -> DVec3 {
+        let axis = |pixel: i64, side: u32| (2 * pixel + 1) as f64 / f64::from(side) - 1.0;
+        DVec3::new(axis(x, self.size[0]), axis(y, self.size[1]), 1.0)
+    }
+
+    /// A triangle's values at a pixel, whether or not it covers its centre.
+    pub(super) fn sample_of(&self, setup: &Setup, x: u32, y: u32) -> Sample {
+        let (x, y) = (i64::from(x), i64::from(y));
+        let (left, top) = (x & !1, y & !1);
+        let at = |x, y| setup.coordinate_from_first(self.centre(x, y));
+        let by_x = at(left + 1, y) - at(left, y);
+        let by_y = at(x, top + 1) - at(x, top);
+        let centre = self.centre(x, y);
+        let coordinate = setup.coordinates[0] + at(x, y);
+        Sample {
+            triangle: setup.triangle,
+            s: coordinate.x,
+            t: coordinate.y,
+            fine: Derivatives { dsdx: by_x.x, dtdx: by_x.y, dsdy: by_y.x, dtdy: by_y.y },
+            analytic: setup.derivatives(centre, self.size),
+            w_m: setup.determinant.abs() / setup.inverse_w.dot(centre),
+        }
+    }
+}
+
+impl Setup {
+    /// `None` for a triangle seen exactly edge-on, or without area.
+    fn new(triangle: u32, corners: &[DVec4; 3], coordinates: [DVec2; 3]) -> Option<Setup> {
+        let [a, b, c] = corners.map(|corner| DVec3::new(corner.x, corner.y, corner.w));
+        // Rows of the adjugate. Two triangles that share an edge get the same products for it with the
+        // opposite sign, so their signs at a pixel are exactly opposite.
+        let edges = [b.cross(c), c.cross(a), a.cross(b)];
+        let determinant = a.dot(edges[0]);
+        if determinant == 0.0 || !determinant.is_finite() {
+            return None;
+        }
+        let edges = edges.map(|edge| edge * determinant.signum());
+        Some(Setup {
+            triangle,
+            edges,
+            inverse_w: edges[0] + edges[1] + edges[2],
+            depth: edges[0] * corners[0].z + edges[1] * corners[1].z + edges[2] * corners[2].z,
+            determinant,
+            coordinates,
+        })
+    }
+
+    /// 1/w at a place that the triangle covers, between the near plane and infinity.
+    fn covers(&self, place: DVec3) -> Option<f64> {
+        let inside = self.edges.iter().all(|edge| {
+            let value = edge.dot(place);
+            // A centre exactly on an edge belongs to the side whose inside is to the right (below).
+            value > 0.0 || (value == 0.0 && (edge.x > 0.0 || (edge.x == 0.0 && edge.y > 0.0)))
+        });
+        let scale = self.determinant.abs();
+        let (inverse_w, depth) = (self.inverse_w.dot(place) / scale, self.depth.dot(place) / scale);
+        (inside && inverse_w > 0.0 && (0.0..=1.0).contains(&depth)).then_some(inverse_w)
+    }
+
+    /// 1/w and depth as linear functions, without the common factor.
+    pub(super) fn inverse_w_and_depth(&self) -> [Linear; 2] {
+        [self.inverse_w / self.determinant.abs(), self.depth / self.determinant.abs()]
+    }
+
+    /// Texture coordinate minus that of the first vertex: small, so that differences keep their digits.
+    fn coordinate_from_first(&self, place: DVec3) -> DVec2 {
+        let [s, t] = self.numerators();
+        DVec2::new(s.dot(place), t.dot(place)) / self.inverse_w.dot(place)
+    }
+
+    /// (s - s0) / w and (t - t0) / w, times |determinant|.
+    fn numerators(&self) -> [Linear; 2] {
+        let [first, second, third] = self.coordinates;
+        let (by_second, by_third) = (second - first, third - first);
+        [
+            self.edges[1] * by_second.x + self.edges[2] * by_third.x,
+            self.edges[1] * by_second.y + self.edges[2] * by_third.y,
+        ]
+    }
+
+    /// d(N/D) = (dN D - N dD) / D^2, by pixels: one pixel is 2 / size of device coordinates.
+    fn derivatives(&self, place: DVec3, size: [u32; 2]) -> Derivatives {
+        let below = self.inverse_w.dot(place);
+        let step = [2.0 / f64::from(size[0]), 2.0 / f64::from(size[1])];
+        let [s, t] = self.numerators();
+        let derivative = |above: Linear, axis: usize| {
+            (above[axis] * below - above.dot(place) * self.inverse_w[axis]) / (below * below) * step[axis]
+        };
+        Derivatives {
+            dsdx: derivative(s, 0),
+            dtdx: derivative(t, 0),
+            dsdy: derivative(s, 1),
+            dtdy: derivative(t, 1),
+        }
+    }
+}
+
+/// First and last pixel column and row (left, top, right, bottom) that a triangle can touch, with the
+/// margin; `None` where it lies wholly beyond one side of the picture or behind the eye.
+fn pixel_box(corners: &[DVec4; 3], size: [u32; 2]) -> Option<[u32; 4]> {
+    if corners.iter().all(|corner| corner.w <= 0.0) {
+        return None;
+    }
+    let crosses_the_eyes_plane = corners.iter().any(|corner| corner.w <= 0.0);
+    let mut found = [0, 0, size[0] - 1, size[1] - 1];
+    for axis in 0..2 {
+        let side = f64::from(size[axis]);
+        // One pixel more than the margin: what is left out is out beyond any rounding.
+        let margin_px = MARGIN_PX + 1.0;
+        let reach = 1.0 + 2.0 * margin_px / side;
+        // Linear in the corner, so it holds for the whole triangle, also behind the eye.
+        let beyond = |sign: f64| corners.iter().all(|corner| sign * corner[axis] > reach * corner.w);
+        if beyond(1.0) || beyond(-1.0) {
+            return None;
+        }
+        if crosses_the_eyes_plane {
+            // A corner behind the eye projects to the wrong side: look everywhere.
+            continue;
+        }
+        let places = corners.map(|corner| (corner[axis] / corner.w + 1.0) * 0.5 * side);
+        let low = places.into_iter().fold(f64::INFINITY, f64::min) - margin_px;
+        let high = places.into_iter().fold(f64::NEG_INFINITY, f64::max) + margin_px;
+        // Float to integer saturates: what lies far outside ends at the picture's edge.
+        found[axis] = (low.floor() as u32).min(size[axis] - 1);
+        found[axis + 2] = (high.ceil() as u32).min(size[axis] - 1);
+    }
+    Some(found)
+}

@@ -1,0 +1,109 @@
+//! Read-backs for dumps, tests and comparisons. All wait for the device.
+
+use super::{RenderError, Renderer};
+use crate::math::camera::Pose;
+use crate::paper::virtual_texture::footprint::{BACKGROUND, FootprintDump};
+use crate::paper::virtual_texture::ruler::{RulerCheck, Verdicts};
+use crate::paper::virtual_texture::{U1Format, surface};
+use crate::vk::{self, BufferUse, Gpu, Image, TexelCopy};
+
+/// Stage 1 laid open: for each pixel, from the top left.
+pub struct FootprintPicture {
+    /// s, t, NaN where there is no landscape.
+    pub coordinates: Vec<[f32; 2]>,
+    /// ds/dx, dt/dx, ds/dy, dt/dy.
+    pub derivatives: Vec<[f32; 4]>,
+    /// (q, i, j) as in `U1`, (i, j) in M0; q = u32::MAX where there is no landscape.
+    pub triples: Vec<[u32; 3]>,
+}
+
+/// All texels of an image's first level, tightly packed.
+///
+/// # Errors
+/// Device lost, out of memory.
+pub(super) fn read_image(gpu: &Gpu, image: &Image) -> vk::Result<Vec<u8>> {
+    let size = image.info().size;
+    let bytes = image.info().format.bytes(size);
+    let host = gpu.buffer("image read-back", bytes, BufferUse::Readback)?;
+    let mut frame = gpu.frame()?;
+    frame.pass("image read-back", |cmd| {
+        cmd.copy_from_image(image, &host, &[TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size }]);
+        Ok(())
+    })?;
+    frame.submit()?.wait()?;
+    Ok(host.mapped()[..bytes as usize].to_vec())
+}
+
+/// An image's first level as 32-bit words.
+///
+/// # Errors
+/// Device lost, out of memory.
+pub fn read_words(gpu: &Gpu, image: &Image) -> vk::Result<Vec<u32>> {
+    let bytes = read_image(gpu, image)?;
+    Ok(bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect())
+}
+
+impl Renderer {
+    /// `U1` of the last frame, decoded.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn u1(&mut self) -> Result<Vec<[u32; 3]>, RenderError> {
+        self.drain()?;
+        let stage1 = &self.pipeline.stage1;
+        let words = read_words(&self.gpu, &stage1.u1)?;
+        Ok(match stage1.format {
+            U1Format::Rgb32 => words.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
+            U1Format::Rgba32 => words.chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect(),
+            U1Format::Packed => {
+                let pyramid = self.source.pyramid();
+                let [columns, rows] = pyramid.tile_grid(0);
+                let unpack = |word: u32| match word {
+                    BACKGROUND => [BACKGROUND; 3],
+                    word => [word / columns / rows, word / columns % rows, word % columns],
+                };
+                words.into_iter().map(unpack).collect()
+            }
+        })
+    }
+
+    /// Draws stage 1 once more from `pose`, with its inputs laid open.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn footprint(&mut self, pose: &Pose) -> Result<FootprintPicture, RenderError> {
+        self.drain()?;
+        let pyramid = self.source.pyramid();
+        let dump = FootprintDump::new(&self.gpu, &pyramid, &self.settings.config, &self.pipeline.stage1)?;
+        let view = surface::view(pose, self.settings.size, self.bias);
+        let mut frame = self.gpu.frame()?;
+        frame.pass("footprint dump", |cmd| {
+            dump.draw(cmd, &self.pipeline.stage1, &self.pipeline.surface, &view)
+        })?;
+        frame.submit()?.wait()?;
+        let floats = |image| -> Result<Vec<[f32; 4]>, RenderError> {
+            let bytes = read_image(&self.gpu, image)?;
+            Ok(bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect())
+        };
+        let coordinates = floats(&dump.coordinates)?.into_iter().map(|[s, t, ..]| [s, t]).collect();
+        let derivatives = floats(&dump.derivatives)?;
+        Ok(FootprintPicture { coordinates, derivatives, triples: self.u1()? })
+    }
+
+    /// Judges the last frame, whose pose was `pose`, on a `ruler` texture: is every fetched texel the right one?
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn ruler_verdicts(&mut self, pose: &Pose) -> Result<Verdicts, RenderError> {
+        self.drain()?;
+        let pyramid = self.source.pyramid();
+        let check = RulerCheck::new(&self.gpu, &pyramid, &self.settings.config, &self.pipeline.stage1)?;
+        let view = surface::view(pose, self.settings.size, self.bias);
+        let mut frame = self.gpu.frame()?;
+        frame.pass("ruler", |cmd| {
+            check.draw(cmd, &self.pipeline.stage1, &self.pipeline.resident, &self.pipeline.surface, &view)
+        })?;
+        frame.submit()?.wait()?;
+        Ok(Verdicts::count(&read_words(&self.gpu, &check.verdict)?))
+    }
+}

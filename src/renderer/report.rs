@@ -1,0 +1,246 @@
+//! `--report`: everything that a run measured, as JSON, with what it takes to repeat the run.
+
+use super::{FrameRecord, PlainComparison, Renderer};
+use crate::paper::virtual_texture::Interpolation;
+use crate::paper::virtual_texture::streaming::Keying;
+use crate::stats::Summary;
+use crate::vk::{FRAMES_IN_FLIGHT, PassTime};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// The whole file. Sizes in texels, times in nanoseconds, memory in bytes; levels as in the paper.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    pub device: String,
+    pub device_kind: &'static str,
+    pub driver: String,
+    pub vulkan: String,
+    pub scene: String,
+    pub camera: String,
+    pub texture: String,
+    pub texture_width: u32,
+    pub texture_height: u32,
+    pub tile_size: u32,
+    pub border: u32,
+    /// L: the coarsest level's index.
+    pub levels: u32,
+    /// L'
+    pub resident_levels: u32,
+    /// NA
+    pub max_anisotropy: u32,
+    pub picture_width: u32,
+    pub picture_height: u32,
+    pub variant: VariantReport,
+    pub cache: CacheReport,
+    /// A frame's list is used so many frames later.
+    pub latency_frames: usize,
+    /// Whether the last frame shows every tile that its pose needs (unreadable ones apart).
+    pub settled: bool,
+    /// Tiles that could not be read in the whole run; each was reported once.
+    pub unreadable_tiles: usize,
+    /// Frames in which `U3` was too short and stage 3 ran twice.
+    pub list_overflows: usize,
+    pub memory_bytes: BTreeMap<&'static str, u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plain: Option<PlainReport>,
+    pub frames: Vec<FrameReport>,
+    pub manifest: Manifest,
+}
+
+/// Which variant ran.
+#[derive(Clone, Debug, Serialize)]
+pub struct VariantReport {
+    /// As used, also where the scene said "auto".
+    pub u1: &'static str,
+    pub block_log2: u32,
+    pub memo: bool,
+    pub keying: &'static str,
+    pub compact_block_log2: u32,
+    pub interpolation: &'static str,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct CacheReport {
+    /// N1
+    pub gpu_tiles: u32,
+    /// N2
+    pub host_tiles: u32,
+    pub upload_budget_ms: f64,
+    pub load_budget_ms: f64,
+    pub upload_tiles_per_frame: u32,
+    pub load_tiles_per_frame: u32,
+    /// Budgets counted tiles instead of time.
+    pub deterministic: bool,
+}
+
+/// `--compare-plain`: medians over interleaved runs in this process.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlainReport {
+    /// Median of the settled frame over the median of the plain one.
+    pub settled_over_plain: f64,
+    pub settled_frame_ns: Summary,
+    pub settled_passes_ns: Vec<(String, f64)>,
+    pub plain_frame_ns: Summary,
+    pub plain_texture: [u32; 2],
+    pub empty_pass_ns: Summary,
+}
+
+/// One frame.
+#[derive(Clone, Debug, Serialize)]
+pub struct FrameReport {
+    pub frame: u64,
+    pub passes: Vec<PassReport>,
+    /// The frame's own list, and its distinct tiles.
+    pub triples: usize,
+    pub tiles: usize,
+    /// What streaming did in this frame, for the list of `latency_frames` ago.
+    pub wanted: usize,
+    pub hits: usize,
+    pub misses: usize,
+    pub pending: usize,
+    pub loads: usize,
+    pub uploads: usize,
+    pub upload_bytes: u64,
+    pub gpu_evictions: usize,
+    pub host_evictions: usize,
+    pub stale_loads: usize,
+    pub failures: Vec<String>,
+    /// Levels by which tiles were taken coarser, because N1 was too small (or the user asked so).
+    pub bias: u32,
+    pub oversubscribed: bool,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct PassReport {
+    pub label: String,
+    pub ns: Option<u64>,
+}
+
+/// What it takes to repeat the run.
+#[derive(Clone, Debug, Serialize)]
+pub struct Manifest {
+    pub version: &'static str,
+    pub commit: &'static str,
+    pub arguments: Vec<String>,
+    /// Variables that change what the loader, the driver or we do.
+    pub environment: BTreeMap<String, String>,
+}
+
+impl Manifest {
+    /// Of this process.
+    pub fn of_this_process() -> Manifest {
+        let matters = |name: &str| {
+            ["VK_", "LP_", "GALLIVM_", "MESA_", "ORTELIUS_", "LIBGL_", "RAYON_"]
+                .iter()
+                .any(|p| name.starts_with(p))
+        };
+        Manifest {
+            version: env!("CARGO_PKG_VERSION"),
+            commit: env!("ORTELIUS_COMMIT"),
+            arguments: std::env::args().collect(),
+            environment: std::env::vars().filter(|(name, _)| matters(name)).collect(),
+        }
+    }
+}
+
+impl From<PlainComparison> for PlainReport {
+    fn from(comparison: PlainComparison) -> Self {
+        PlainReport {
+            settled_over_plain: comparison.ratio,
+            settled_frame_ns: comparison.settled,
+            settled_passes_ns: comparison.settled_passes,
+            plain_frame_ns: comparison.plain,
+            plain_texture: comparison.plain_size,
+            empty_pass_ns: comparison.empty_pass,
+        }
+    }
+}
+
+impl From<&FrameRecord> for FrameReport {
+    fn from(record: &FrameRecord) -> Self {
+        let FrameRecord { streaming, passes, .. } = record;
+        FrameReport {
+            frame: record.index,
+            passes: passes
+                .iter()
+                .map(|PassTime { label, ns }| PassReport { label: label.clone(), ns: *ns })
+                .collect(),
+            triples: record.triples,
+            tiles: record.visible.len(),
+            wanted: streaming.wanted,
+            hits: streaming.hits,
+            misses: streaming.misses,
+            pending: streaming.pending,
+            loads: streaming.loads,
+            uploads: streaming.uploads,
+            upload_bytes: streaming.upload_bytes,
+            gpu_evictions: streaming.gpu_evictions,
+            host_evictions: streaming.host_evictions,
+            stale_loads: streaming.stale_loads,
+            failures: streaming.failures.iter().map(|failure| failure.reason.clone()).collect(),
+            bias: streaming.bias,
+            oversubscribed: streaming.oversubscribed,
+        }
+    }
+}
+
+impl Renderer {
+    /// The report of all frames so far. `scene` and `camera` are the names that the user gave.
+    pub fn report(&self, scene: &str, camera: &str, plain: Option<PlainComparison>) -> Report {
+        let physical = self.gpu.physical();
+        let pyramid = self.source.pyramid();
+        let (config, streaming) = (&self.settings.config, &self.settings.streaming);
+        let [texture_width, texture_height] = pyramid.level_size(0);
+        let (major, minor, patch) = physical.api;
+        let frames: Vec<FrameReport> = self.records.iter().map(FrameReport::from).collect();
+        Report {
+            device: physical.name.clone(),
+            device_kind: physical.kind,
+            driver: physical.driver.clone(),
+            vulkan: format!("{major}.{minor}.{patch}"),
+            scene: scene.to_string(),
+            camera: camera.to_string(),
+            texture: self.source.describe(),
+            texture_width,
+            texture_height,
+            tile_size: pyramid.tile_size(),
+            border: pyramid.border_texels(),
+            levels: pyramid.coarsest_level(),
+            resident_levels: pyramid.resident_levels(),
+            max_anisotropy: config.max_anisotropy,
+            picture_width: self.settings.size[0],
+            picture_height: self.settings.size[1],
+            variant: VariantReport {
+                u1: self.pipeline.stage1.format.name(),
+                block_log2: config.block_log2,
+                memo: config.memo,
+                keying: match config.keying {
+                    Keying::Paper => "paper",
+                    Keying::Native => "native",
+                },
+                compact_block_log2: config.compact_block_log2,
+                interpolation: match config.interpolation {
+                    Interpolation::Corrected => "corrected",
+                    Interpolation::Literal => "literal",
+                },
+            },
+            cache: CacheReport {
+                gpu_tiles: streaming.gpu_tiles,
+                host_tiles: streaming.host_tiles,
+                upload_budget_ms: streaming.upload_budget.as_secs_f64() * 1e3,
+                load_budget_ms: streaming.load_budget.as_secs_f64() * 1e3,
+                upload_tiles_per_frame: streaming.upload_tiles_per_frame,
+                load_tiles_per_frame: streaming.load_tiles_per_frame,
+                deterministic: streaming.deterministic,
+            },
+            latency_frames: FRAMES_IN_FLIGHT,
+            settled: self.settled(),
+            unreadable_tiles: frames.iter().map(|frame| frame.failures.len()).sum(),
+            list_overflows: self.records.iter().filter(|record| record.overflowed).count(),
+            memory_bytes: self.memory().into_iter().collect(),
+            plain: plain.map(PlainReport::from),
+            frames,
+            manifest: Manifest::of_this_process(),
+        }
+    }
+}

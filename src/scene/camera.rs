@@ -1,0 +1,139 @@
+//! Cameras as a scene names them: a place on the ground, a height above it, and where the eye looks.
+
+use crate::math::camera::Pose;
+use crate::math::geodesy::{self, LocalFrame};
+use glam::DVec3;
+use serde::Serialize;
+
+/// What the eye hovers over; decides what altitude, north and a straight line mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Ground {
+    /// The WGS84 ellipsoid in earth-centred metres.
+    Planet,
+    /// The plane z = 0: x to the east, y to the north.
+    Plane,
+}
+
+/// The point of the ground below the eye.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Place {
+    /// Geodetic degrees.
+    Planet { latitude_deg: f64, longitude_deg: f64 },
+    /// Metres from the plane's middle.
+    Plane { east_m: f64, north_m: f64 },
+}
+
+impl Place {
+    pub fn ground(&self) -> Ground {
+        match self {
+            Place::Planet { .. } => Ground::Planet,
+            Place::Plane { .. } => Ground::Plane,
+        }
+    }
+
+    /// East, north and up there.
+    pub fn frame(&self) -> LocalFrame {
+        match *self {
+            Place::Planet { latitude_deg, longitude_deg } => {
+                geodesy::local_frame(latitude_deg, longitude_deg)
+            }
+            Place::Plane { .. } => LocalFrame { east: DVec3::X, north: DVec3::Y, up: DVec3::Z },
+        }
+    }
+
+    /// World position in metres of the point `altitude_m` above the place.
+    pub fn above(&self, altitude_m: f64) -> DVec3 {
+        match *self {
+            Place::Planet { latitude_deg, longitude_deg } => {
+                geodesy::geodetic_to_ecef(latitude_deg, longitude_deg, altitude_m)
+            }
+            Place::Plane { east_m, north_m } => DVec3::new(east_m, north_m, altitude_m),
+        }
+    }
+}
+
+/// A named camera of a scene. Its numbers are finite and in range (checked when the scene is read).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Camera {
+    #[serde(flatten)]
+    pub place: Place,
+    /// Height of the eye above the ground, > 0.
+    pub altitude_m: f64,
+    /// Clockwise from north: the direction that is up in the picture when the eye looks straight down.
+    pub heading_deg: f64,
+    /// 0 looks straight down, 90 to the horizontal in the direction of the heading, 180 straight up.
+    pub tilt_deg: f64,
+    /// Angle between the picture's upper and lower edge before magnification.
+    pub vertical_fov_deg: f64,
+    /// Divides the tangent of half the angle: 4 shows a quarter of the width and of the height.
+    pub magnification: f64,
+}
+
+impl Camera {
+    /// The eye's frame in world metres.
+    pub fn pose(&self) -> Pose {
+        let LocalFrame { east, north, up } = self.place.frame();
+        let (sin_heading, cos_heading) = self.heading_deg.to_radians().sin_cos();
+        let (sin_tilt, cos_tilt) = self.tilt_deg.to_radians().sin_cos();
+        let ahead = north * cos_heading + east * sin_heading;
+        let forward = ahead * sin_tilt - up * cos_tilt;
+        let image_up = ahead * cos_tilt + up * sin_tilt;
+        Pose {
+            eye: self.place.above(self.altitude_m),
+            right: forward.cross(image_up),
+            up: image_up,
+            forward,
+            vertical_fov_rad: self.vertical_fov_rad(),
+            near_m: near_m(self.altitude_m),
+        }
+    }
+
+    /// Full vertical angle, magnification included.
+    pub fn vertical_fov_rad(&self) -> f64 {
+        let tan_half = (0.5 * self.vertical_fov_deg.to_radians()).tan() / self.magnification;
+        2.0 * tan_half.atan()
+    }
+}
+
+/// The near plane for an eye `altitude_m` above the ground. Nothing of the ground is nearer than the
+/// altitude (a mesh of chords lies below the ellipsoid), so a pixel whose ray leaves the axis by up to
+/// acos(1/64) = 89.1 degrees keeps its ground. Reversed float depth loses nothing by the factor.
+pub fn near_m(altitude_m: f64) -> f64 {
+    altitude_m / 64.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera(place: Place, heading_deg: f64, tilt_deg: f64) -> Camera {
+        Camera { place, altitude_m: 300e3, heading_deg, tilt_deg, vertical_fov_deg: 60.0, magnification: 4.0 }
+    }
+
+    #[test]
+    fn straight_down_with_heading_0_has_north_up_and_east_right() {
+        let place = Place::Planet { latitude_deg: 46.0, longitude_deg: 8.0 };
+        let (pose, frame) = (camera(place, 0.0, 0.0).pose(), place.frame());
+        assert!((pose.forward + frame.up).length() < 1e-15);
+        assert!((pose.up - frame.north).length() < 1e-15);
+        assert!((pose.right - frame.east).length() < 1e-15);
+    }
+
+    #[test]
+    fn tilt_90_looks_along_the_heading_with_the_sky_up() {
+        let place = Place::Plane { east_m: 0.0, north_m: 0.0 };
+        let pose = camera(place, 90.0, 90.0).pose();
+        assert!((pose.forward - DVec3::X).length() < 1e-15, "{pose:?}");
+        assert!((pose.up - DVec3::Z).length() < 1e-15, "{pose:?}");
+        assert!((pose.right + DVec3::Y).length() < 1e-15, "looking east, right is south: {pose:?}");
+    }
+
+    #[test]
+    fn magnification_4_narrows_the_tangent_to_a_quarter() {
+        let camera = camera(Place::Plane { east_m: 0.0, north_m: 0.0 }, 0.0, 0.0);
+        let tangent = (camera.vertical_fov_rad() / 2.0).tan();
+        assert!((tangent - (30f64.to_radians().tan() / 4.0)).abs() < 1e-16);
+    }
+}

@@ -1,0 +1,108 @@
+//! What can be wrong with a scene, and where: `file:line:column`, the line, and a caret below it.
+
+use std::ops::Range;
+use thiserror::Error;
+
+/// A scene that cannot be used.
+#[derive(Debug, Error)]
+pub enum SceneError {
+    #[error("{path}: cannot read the scene: {source}")]
+    Read { path: String, source: std::io::Error },
+    /// Something inside the file; `line` and `column` (in characters) count from 1.
+    #[error("{path}:{line}:{column}: {what}\n{snippet}")]
+    Content { path: String, line: usize, column: usize, what: String, snippet: String },
+    #[error("no scene file and no shipped scene is called {name:?}; shipped are {shipped}")]
+    Unknown { name: String, shipped: String },
+    /// A change given beside the scene.
+    #[error("-D {change}: {what}")]
+    Override { change: String, what: String },
+    #[error("scene {scene} has no camera {name:?}; it has {existing}")]
+    Camera { scene: String, name: String, existing: String },
+    #[error("scene {scene} has no path {name:?}; it has {existing}")]
+    Path { scene: String, name: String, existing: String },
+}
+
+impl SceneError {
+    /// An error at the bytes `span` of a scene's text.
+    pub(super) fn at(path: &str, text: &str, span: Range<usize>, what: &str) -> SceneError {
+        let start = floor_char(text, span.start);
+        let end = floor_char(text, span.end).max(start);
+        let line_start = text[..start].rfind('\n').map_or(0, |newline| newline + 1);
+        let line_end = text[start..].find('\n').map_or(text.len(), |newline| start + newline);
+        let line = text[..line_start].matches('\n').count() + 1;
+        let source_line = text[line_start..line_end].trim_end_matches('\r');
+        // Tabs are repeated, so that the caret stands below its letter however wide they are.
+        let before: String =
+            text[line_start..start].chars().map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
+        let carets = text[start..end.min(line_end)].trim_end().chars().count().max(1);
+        let number = line.to_string();
+        let margin = " ".repeat(number.len());
+        SceneError::Content {
+            path: path.to_owned(),
+            line,
+            column: text[line_start..start].chars().count() + 1,
+            // One line: parsers add what they expected on a second.
+            what: what.trim().replace('\n', "; "),
+            snippet: format!("{number} | {source_line}\n{margin} | {before}{}", "^".repeat(carets)),
+        }
+    }
+}
+
+/// The start of the character that holds byte `index`.
+fn floor_char(text: &str, index: usize) -> usize {
+    (0..=index.min(text.len())).rev().find(|&index| text.is_char_boundary(index)).unwrap_or(0)
+}
+
+/// `a, b, c`, or `none`.
+pub(super) fn list<T: AsRef<str>>(names: impl IntoIterator<Item = T>) -> String {
+    let names: Vec<String> = names.into_iter().map(|name| name.as_ref().to_owned()).collect();
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
+/// Of the names, the one with the fewest letters to insert, delete or replace (Levenshtein 1966).
+pub(super) fn nearest<'a>(wanted: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    names.into_iter().min_by_key(|name| edit_distance(wanted, name))
+}
+
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    // row[j]: the distance between the letters of `a` so far and the first j letters of `b`.
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, letter) in a.chars().enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for j in 0..b.len() {
+            let replaced = diagonal + usize::from(letter != b[j]);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_caret_stands_below_its_letter_also_after_tabs_and_umlauts() {
+        let text = "a = 1\n\tö = xyz # end\n";
+        let start = text.find("xyz").unwrap();
+        let error = SceneError::at("s.toml", text, start..start + 3, "no\nsuch").to_string();
+        assert_eq!(error, "s.toml:2:6: no; such\n2 | \tö = xyz # end\n  | \t    ^^^");
+    }
+
+    #[test]
+    fn an_error_at_the_end_of_the_text_still_has_a_caret() {
+        let error = SceneError::at("s.toml", "a = ", 4..4, "ends").to_string();
+        assert_eq!(error, "s.toml:1:5: ends\n1 | a = \n  |     ^");
+        assert!(SceneError::at("s.toml", "", 7..9, "ends").to_string().starts_with("s.toml:1:1: ends"));
+    }
+
+    #[test]
+    fn distances_are_levenshteins() {
+        assert_eq!(edit_distance("kitten", "sitting"), 3);
+        assert_eq!(edit_distance("", "abc"), 3);
+        assert_eq!(nearest("heigth", ["width", "height", "camera"]), Some("height"));
+        assert_eq!(nearest("x", []), None);
+    }
+}

@@ -1,0 +1,64 @@
+//! From a scene's `[texture]` to tiles.
+
+use super::source::earth::{Earth, EarthError};
+use super::source::{TileSource, ruler::Ruler};
+use super::tiles::{TileFile, TileFileError};
+use super::{Scene, TextureSource};
+use crate::math::pyramid::PyramidError;
+use std::sync::Arc;
+use thiserror::Error;
+
+/// A texture that is not to be had.
+#[derive(Debug, Error)]
+pub enum TextureError {
+    #[error(transparent)]
+    Pyramid(#[from] PyramidError),
+    #[error(transparent)]
+    Earth(#[from] EarthError),
+    #[error(transparent)]
+    File(#[from] TileFileError),
+    #[error("texture.source: a synthetic texture needs width_log2 and height_log2")]
+    Size,
+    #[error(
+        "{path}: the file has {found}, the scene states {stated}; correct the scene, or leave the key out"
+    )]
+    Differs { path: String, found: String, stated: String },
+}
+
+impl TextureError {
+    /// The program's exit code where it is not the common 1.
+    pub fn exit_code(&self) -> Option<u8> {
+        match self {
+            TextureError::File(error) => Some(error.exit_code()),
+            _ => None,
+        }
+    }
+}
+
+impl Scene {
+    /// Opens the texture: synthetic sources need no file at all.
+    ///
+    /// # Errors
+    /// [`TextureError`] names the key or the file.
+    pub fn open_texture(&self) -> Result<Arc<dyn TileSource>, TextureError> {
+        let stated = self.texture.pyramid()?;
+        match &self.texture.source {
+            TextureSource::Earth => Ok(Arc::new(Earth::new(stated.ok_or(TextureError::Size)?)?)),
+            TextureSource::Ruler => Ok(Arc::new(Ruler::new(stated.ok_or(TextureError::Size)?))),
+            TextureSource::File(path) => {
+                let file = TileFile::open(path)?;
+                let found = file.pyramid();
+                match self.texture.size_log2 {
+                    Some(stated) if stated != [found.width_log2(), found.height_log2()] => {
+                        Err(TextureError::Differs {
+                            path: path.display().to_string(),
+                            found: format!("2^{} x 2^{} texels", found.width_log2(), found.height_log2()),
+                            stated: format!("2^{} x 2^{}", stated[0], stated[1]),
+                        })
+                    }
+                    _ => Ok(Arc::new(file)),
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! Paths: a pose for every frame. Poses move by rigid rotations and translations of the whole frame, never
+//! by changing a latitude, longitude or heading, so nothing happens at a pole or at the antimeridian.
+
+use super::camera::{Camera, Ground, near_m};
+use crate::math::camera::Pose;
+use crate::math::geodesy;
+use glam::{DQuat, DVec3};
+use serde::Serialize;
+
+/// A camera's way through a scene: frame 0 is the start, frame `frames` the end; later frames hold the end.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Path {
+    /// Number of steps, >= 1.
+    pub frames: u32,
+    pub motion: Motion,
+}
+
+/// How the eye moves. Steps are equal.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+pub enum Motion {
+    /// Circles about the ground's normal at the point in the middle of the picture; positive degrees are
+    /// counter-clockwise seen from above.
+    Orbit { start: Camera, degrees: f64 },
+    /// Along the great circle (on a plane: the straight line) that leaves in `heading_deg`, `distance_m`
+    /// on the ground, at constant altitude. The picture keeps its place relative to that line.
+    Pan { start: Camera, heading_deg: f64, distance_m: f64 },
+    /// Straight up or down; the logarithm of the altitude changes evenly.
+    Dive { start: Camera, to_altitude_m: f64 },
+    /// Stands at each camera for an equal share of the frames, then jumps.
+    Teleport { stops: Vec<Camera> },
+}
+
+/// Why a path has no poses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PathError {
+    #[error("an orbit needs a camera that looks at the ground; this one looks past it: lower its tilt")]
+    NothingToOrbit,
+}
+
+impl Path {
+    /// The eye at a frame.
+    pub fn pose(&self, frame: u32) -> Pose {
+        let done = f64::from(frame.min(self.frames)) / f64::from(self.frames);
+        match &self.motion {
+            Motion::Orbit { start, degrees } => orbit(start, done * degrees),
+            Motion::Pan { start, heading_deg, distance_m } => pan(start, *heading_deg, done * distance_m),
+            Motion::Dive { start, to_altitude_m } => {
+                // powf(0) is exactly 1: frame 0 is the start itself.
+                climb(start, start.altitude_m * (to_altitude_m / start.altitude_m).powf(done))
+            }
+            Motion::Teleport { stops } => {
+                // Frame `frames` belongs to the last stop.
+                let stop = u64::from(frame) * stops.len() as u64 / u64::from(self.frames);
+                stops[(stop as usize).min(stops.len() - 1)].pose()
+            }
+        }
+    }
+
+    /// Whether every frame has a pose.
+    ///
+    /// # Errors
+    /// [`PathError`] says what is wrong with the path's camera.
+    pub fn check(&self) -> Result<(), PathError> {
+        match &self.motion {
+            Motion::Orbit { start, .. } => {
+                middle_of_the_picture(start).map(|_| ()).ok_or(PathError::NothingToOrbit)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The ground's point straight ahead of the eye and the ground's normal there.
+fn middle_of_the_picture(camera: &Camera) -> Option<(DVec3, DVec3)> {
+    let pose = camera.pose();
+    match camera.place.ground() {
+        Ground::Planet => {
+            let point = geodesy::ray_to_ellipsoid(pose.eye, pose.forward)?;
+            Some((point, up_at(Ground::Planet, point)))
+        }
+        Ground::Plane => {
+            let distance_m = -pose.eye.z / pose.forward.z;
+            (distance_m > 0.0 && distance_m.is_finite())
+                .then(|| (pose.eye + pose.forward * distance_m, DVec3::Z))
+        }
+    }
+}
+
+fn up_at(ground: Ground, position: DVec3) -> DVec3 {
+    match ground {
+        Ground::Planet => {
+            let place = geodesy::ecef_to_geodetic(position);
+            geodesy::local_frame(place.latitude_deg, place.longitude_deg).up
+        }
+        Ground::Plane => DVec3::Z,
+    }
+}
+
+fn orbit(start: &Camera, degrees: f64) -> Pose {
+    let (centre, axis) = middle_of_the_picture(start).expect("checked when the scene was read");
+    let pose = start.pose().rotated(DQuat::from_axis_angle(axis, degrees.to_radians()), centre);
+    at_altitude(start, pose)
+}
+
+fn pan(start: &Camera, heading_deg: f64, distance_m: f64) -> Pose {
+    let pose = start.pose();
+    let frame = start.place.frame();
+    let (sin_heading, cos_heading) = heading_deg.to_radians().sin_cos();
+    let ahead = frame.north * cos_heading + frame.east * sin_heading;
+    match start.place.ground() {
+        Ground::Plane => pose.moved(ahead * distance_m),
+        Ground::Planet => {
+            let axis = pose.eye.cross(ahead).normalize();
+            let angle_rad = distance_m / geodesy::MEAN_RADIUS_M;
+            at_altitude(start, pose.rotated(DQuat::from_axis_angle(axis, angle_rad), DVec3::ZERO))
+        }
+    }
+}
+
+/// Shifts the eye along the ground's normal to the start's altitude: a rotation about the earth's centre
+/// alone would rise or sink by up to 21 km between equator and pole.
+fn at_altitude(start: &Camera, pose: Pose) -> Pose {
+    match start.place.ground() {
+        Ground::Plane => pose,
+        Ground::Planet => {
+            let rise_m = start.altitude_m - geodesy::ecef_to_geodetic(pose.eye).altitude_m;
+            pose.moved(up_at(Ground::Planet, pose.eye) * rise_m)
+        }
+    }
+}
+
+fn climb(start: &Camera, altitude_m: f64) -> Pose {
+    let up = start.place.frame().up;
+    let pose = start.pose().moved(up * (altitude_m - start.altitude_m));
+    Pose { near_m: near_m(altitude_m), ..pose }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::camera::Place;
+    use super::*;
+
+    fn start(latitude_deg: f64, longitude_deg: f64, tilt_deg: f64) -> Camera {
+        Camera {
+            place: Place::Planet { latitude_deg, longitude_deg },
+            altitude_m: 50e3,
+            heading_deg: 0.0,
+            tilt_deg,
+            vertical_fov_deg: 60.0,
+            magnification: 1.0,
+        }
+    }
+
+    fn is_orthonormal(pose: &Pose) {
+        assert!((pose.right.cross(pose.up) + pose.forward).length() < 1e-14, "{pose:?}");
+        assert!((pose.right.length() - 1.0).abs() < 1e-14);
+        assert!(pose.up.dot(pose.forward).abs() < 1e-14);
+    }
+
+    /// Every frame moves as far as the first, to a part in a thousand, and turns as little.
+    fn is_smooth(path: &Path) {
+        let first_m = path.pose(0).eye.distance(path.pose(1).eye);
+        for frame in 0..path.frames {
+            let (here, next) = (path.pose(frame), path.pose(frame + 1));
+            is_orthonormal(&here);
+            let step_m = here.eye.distance(next.eye);
+            assert!((step_m / first_m - 1.0).abs() < 1e-3, "frame {frame}: {step_m} m, first {first_m} m");
+            assert!(here.up.dot(next.up) > 0.9999, "frame {frame} turns");
+        }
+    }
+
+    #[test]
+    fn a_pan_over_the_pole_is_smooth_and_holds_its_altitude() {
+        let path = Path {
+            frames: 100,
+            motion: Motion::Pan { start: start(89.0, 12.0, 30.0), heading_deg: 0.0, distance_m: 222e3 },
+        };
+        is_smooth(&path);
+        for frame in 0..=100 {
+            let place = geodesy::ecef_to_geodetic(path.pose(frame).eye);
+            assert!((place.altitude_m - 50e3).abs() < 1e-6, "{place:?}");
+        }
+        let end = geodesy::ecef_to_geodetic(path.pose(100).eye);
+        assert!((end.longitude_deg - (12.0 - 180.0)).abs() < 1e-6, "beyond the pole: {end:?}");
+        let nearest = geodesy::ecef_to_geodetic(path.pose(50).eye);
+        assert!(nearest.latitude_deg > 89.99, "{nearest:?}");
+    }
+
+    #[test]
+    fn a_pan_over_the_antimeridian_is_smooth() {
+        let path = Path {
+            frames: 60,
+            motion: Motion::Pan { start: start(-17.0, 179.0, 0.0), heading_deg: 90.0, distance_m: 250e3 },
+        };
+        is_smooth(&path);
+        let end = geodesy::ecef_to_geodetic(path.pose(60).eye);
+        assert!(end.longitude_deg < -178.0, "{end:?}");
+    }
+
+    #[test]
+    fn an_orbit_keeps_its_point_in_the_middle_and_closes() {
+        let camera = start(46.0, 8.0, 50.0);
+        let path = Path { frames: 36, motion: Motion::Orbit { start: camera, degrees: 360.0 } };
+        assert_eq!(path.check(), Ok(()));
+        let (centre, _) = middle_of_the_picture(&camera).unwrap();
+        for frame in 0..=36 {
+            let pose = path.pose(frame);
+            is_orthonormal(&pose);
+            // The ellipsoid is not round: holding the altitude shifts the eye by up to 0.2 mrad of the distance.
+            let aside = (centre - pose.eye).normalize().cross(pose.forward).length();
+            assert!(aside < 1e-3, "frame {frame}: {aside} rad");
+        }
+        assert!(path.pose(36).eye.distance(camera.pose().eye) < 1e-6);
+    }
+
+    #[test]
+    fn an_orbit_about_the_sky_is_refused() {
+        let path = Path { frames: 3, motion: Motion::Orbit { start: start(0.0, 0.0, 100.0), degrees: 9.0 } };
+        assert_eq!(path.check(), Err(PathError::NothingToOrbit));
+    }
+
+    #[test]
+    fn a_dive_divides_the_altitude_by_the_same_factor_in_each_frame() {
+        let path =
+            Path { frames: 4, motion: Motion::Dive { start: start(46.0, 8.0, 0.0), to_altitude_m: 5.0 } };
+        let altitude_m = |frame| geodesy::ecef_to_geodetic(path.pose(frame).eye).altitude_m;
+        for frame in 0..4 {
+            assert!((altitude_m(frame) / altitude_m(frame + 1) - 10.0).abs() < 1e-6);
+        }
+        assert_eq!(path.pose(99), path.pose(4), "the end is held");
+    }
+
+    #[test]
+    fn a_teleport_stands_at_each_stop_for_its_share() {
+        let stops = vec![start(0.0, 0.0, 0.0), start(1.0, 0.0, 0.0), start(2.0, 0.0, 0.0)];
+        let path = Path { frames: 6, motion: Motion::Teleport { stops: stops.clone() } };
+        let seen: Vec<usize> = (0..8)
+            .map(|frame| stops.iter().position(|stop| stop.pose() == path.pose(frame)).unwrap())
+            .collect();
+        assert_eq!(seen, [0, 0, 1, 1, 2, 2, 2, 2]);
+    }
+}

@@ -1,0 +1,116 @@
+//! Buffers.
+
+use super::device::{Dead, Device};
+use super::{Check, Gpu, Result};
+use ash::vk;
+use gpu_allocator::{MemoryLocation, vulkan::Allocation};
+use std::sync::Arc;
+
+/// What a buffer is for; decides usage flags and where its memory lives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BufferUse {
+    Vertices,
+    Indices,
+    /// Written by transform feedback and copied from; also its counter.
+    TransformFeedback,
+    Storage,
+    /// Mapped, written by the host, read by copies.
+    Upload,
+    /// Mapped, written by copies, read by the host.
+    Readback,
+}
+
+/// A buffer with its memory. Dropping it waits for the GPU in the background.
+pub struct Buffer {
+    pub(crate) handle: vk::Buffer,
+    device: Arc<Device>,
+    memory: Option<Allocation>,
+    bytes: u64,
+    name: String,
+}
+
+impl Gpu {
+    /// # Errors
+    /// [`super::Error::OutOfMemory`] names the buffer and its bytes.
+    pub fn buffer(&self, name: &str, bytes: u64, usage: BufferUse) -> Result<Buffer> {
+        use vk::BufferUsageFlags as U;
+        let (flags, location) = match usage {
+            BufferUse::Vertices => (U::VERTEX_BUFFER | U::TRANSFER_DST, MemoryLocation::GpuOnly),
+            BufferUse::Indices => (U::INDEX_BUFFER | U::TRANSFER_DST, MemoryLocation::GpuOnly),
+            BufferUse::TransformFeedback => (
+                U::TRANSFORM_FEEDBACK_BUFFER_EXT
+                    | U::TRANSFORM_FEEDBACK_COUNTER_BUFFER_EXT
+                    | U::TRANSFER_SRC
+                    | U::TRANSFER_DST,
+                MemoryLocation::GpuOnly,
+            ),
+            BufferUse::Storage => {
+                (U::STORAGE_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST, MemoryLocation::GpuOnly)
+            }
+            BufferUse::Upload => (U::TRANSFER_SRC, MemoryLocation::CpuToGpu),
+            BufferUse::Readback => (U::TRANSFER_DST, MemoryLocation::GpuToCpu),
+        };
+        let device = &self.device;
+        let info = vk::BufferCreateInfo::default().size(bytes.max(4)).usage(flags);
+        // SAFETY: the device lives; memory is bound before the wrapper is handed out.
+        let handle = unsafe { device.handle.create_buffer(&info, None) }.check("vkCreateBuffer", name)?;
+        let mut buffer =
+            Buffer { handle, device: device.clone(), memory: None, bytes: bytes.max(4), name: name.into() };
+        // SAFETY: as above.
+        let requirements = unsafe { device.handle.get_buffer_memory_requirements(handle) };
+        let memory = device.allocate(name, requirements, location, true)?;
+        // SAFETY: the allocation fits the requirements and is bound once.
+        unsafe { device.handle.bind_buffer_memory(handle, memory.memory(), memory.offset()) }
+            .check("vkBindBufferMemory", name)?;
+        buffer.memory = Some(memory);
+        device.name(handle, name);
+        Ok(buffer)
+    }
+
+    /// A device-local buffer that already holds `data`. Waits for the copy.
+    ///
+    /// # Errors
+    /// Out of memory, device lost.
+    pub fn buffer_with<T: bytemuck::Pod>(&self, name: &str, data: &[T], usage: BufferUse) -> Result<Buffer> {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        let buffer = self.buffer(name, bytes.len() as u64, usage)?;
+        let mut staging = self.buffer("staging", bytes.len() as u64, BufferUse::Upload)?;
+        staging.mapped_mut()[..bytes.len()].copy_from_slice(bytes);
+        let mut frame = self.frame()?;
+        frame.pass("upload", |cmd| {
+            cmd.copy_buffer(&staging, 0, &buffer, 0, bytes.len() as u64);
+            Ok(())
+        })?;
+        frame.submit()?.wait()?;
+        Ok(buffer)
+    }
+}
+
+impl Buffer {
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The memory of an `Upload` or `Readback` buffer. The host must not read what a frame in flight writes:
+    /// wait for its [`super::Ticket`] first.
+    pub fn mapped(&self) -> &[u8] {
+        let memory = self.memory.as_ref().and_then(Allocation::mapped_slice);
+        &memory.unwrap_or_else(|| panic!("{} is not mapped", self.name))[..self.bytes as usize]
+    }
+
+    /// As [`Buffer::mapped`], to write.
+    pub fn mapped_mut(&mut self) -> &mut [u8] {
+        let memory = self.memory.as_mut().and_then(Allocation::mapped_slice_mut);
+        &mut memory.unwrap_or_else(|| panic!("{} is not mapped", self.name))[..self.bytes as usize]
+    }
+}
+
+impl Drop for Buffer {
+    fn drop(&mut self) {
+        self.device.bury(Dead::Buffer(self.handle, self.memory.take()));
+    }
+}

@@ -1,0 +1,291 @@
+//! What a pass records: dispatches, draws, copies. Barriers inside a pass are one call, [`Cmd::sync`].
+
+use super::device::Device;
+use super::shader::DescriptorKind;
+use super::{Buffer, Check, ComputePipeline, Image, Result, Sampler, StreamQuery, View};
+use ash::vk;
+
+/// The recorder of one pass.
+pub struct Cmd<'a> {
+    pub(crate) device: &'a Device,
+    pub(crate) handle: vk::CommandBuffer,
+    pub(crate) descriptors: vk::DescriptorPool,
+}
+
+/// What a binding number of a shader stands for in one draw or dispatch.
+#[derive(Clone, Copy)]
+pub enum Resource<'a> {
+    Texture(&'a Image, View),
+    Sampled(&'a Image, &'a Sampler),
+    Storage(&'a Image),
+    Buffer(&'a Buffer),
+}
+
+/// A rectangle of one level and layer of an image, tightly packed in a buffer from `offset` on.
+#[derive(Clone, Copy, Debug)]
+pub struct TexelCopy {
+    pub offset: u64,
+    pub mip: u32,
+    pub layer: u32,
+    /// First column and row.
+    pub at: [u32; 2],
+    pub size: [u32; 2],
+}
+
+impl Cmd<'_> {
+    /// One global barrier: everything before is seen by everything after.
+    pub fn sync(&self) {
+        let all = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
+        let barriers = [vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .src_access_mask(all)
+            .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .dst_access_mask(all)];
+        let dependency = vk::DependencyInfo::default().memory_barriers(&barriers);
+        // SAFETY: recording into the frame's own buffer, outside rendering. ALL_COMMANDS holds the transform-feedback
+        // stage, and MEMORY_* its accesses: older layers do not check those, so they are right by construction.
+        unsafe { self.device.handle.cmd_pipeline_barrier2(self.handle, &dependency) };
+    }
+
+    pub fn dispatch(
+        &mut self,
+        pipeline: &ComputePipeline,
+        resources: &[(u32, Resource<'_>)],
+        push: &[u8],
+        groups: [u32; 3],
+    ) -> Result<()> {
+        let base = &pipeline.0;
+        self.bind(base, vk::PipelineBindPoint::COMPUTE, resources, push)?;
+        // SAFETY: pipeline, descriptors and push constants are bound.
+        unsafe { self.device.handle.cmd_dispatch(self.handle, groups[0], groups[1], groups[2]) };
+        Ok(())
+    }
+
+    pub(crate) fn bind(
+        &mut self,
+        pipeline: &super::pipeline::Base,
+        point: vk::PipelineBindPoint,
+        resources: &[(u32, Resource<'_>)],
+        push: &[u8],
+    ) -> Result<()> {
+        assert_eq!(push.len(), pipeline.push_bytes as usize, "{}: bytes of push constants", pipeline.name);
+        let set = self.descriptor_set(pipeline, resources)?;
+        // SAFETY: layouts are those that the pipeline was created with.
+        unsafe {
+            self.device.handle.cmd_bind_pipeline(self.handle, point, pipeline.handle);
+            if let Some(set) = set {
+                self.device.handle.cmd_bind_descriptor_sets(
+                    self.handle,
+                    point,
+                    pipeline.layout,
+                    0,
+                    &[set],
+                    &[],
+                );
+            }
+            if !push.is_empty() {
+                self.device.handle.cmd_push_constants(
+                    self.handle,
+                    pipeline.layout,
+                    pipeline.push_stages,
+                    0,
+                    push,
+                );
+            }
+        }
+        Ok(())
+    }
+
+    /// Every binding that the shaders declare must be given: lavapipe 22.3 crashes on a set with a hole.
+    fn descriptor_set(
+        &mut self,
+        pipeline: &super::pipeline::Base,
+        resources: &[(u32, Resource<'_>)],
+    ) -> Result<Option<vk::DescriptorSet>> {
+        if pipeline.descriptors.is_empty() {
+            return Ok(None);
+        }
+        let layouts = [pipeline.set_layout];
+        let info =
+            vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.descriptors).set_layouts(&layouts);
+        // SAFETY: the pool is the frame's own.
+        let set = unsafe { self.device.handle.allocate_descriptor_sets(&info) }
+            .check("vkAllocateDescriptorSets", &pipeline.name)?[0];
+        for &(binding, kind) in &pipeline.descriptors {
+            let resource = resources.iter().find(|(b, _)| *b == binding);
+            let (_, resource) = resource
+                .unwrap_or_else(|| panic!("{}: binding {binding} ({kind:?}) is not given", pipeline.name));
+            self.write_descriptor(set, binding, kind, resource, &pipeline.name);
+        }
+        Ok(Some(set))
+    }
+
+    fn write_descriptor(
+        &self,
+        set: vk::DescriptorSet,
+        binding: u32,
+        kind: DescriptorKind,
+        resource: &Resource<'_>,
+        pipeline: &str,
+    ) {
+        let image = |view, sampler| {
+            [vk::DescriptorImageInfo { sampler, image_view: view, image_layout: vk::ImageLayout::GENERAL }]
+        };
+        let none = vk::Sampler::null();
+        let write =
+            vk::WriteDescriptorSet::default().dst_set(set).dst_binding(binding).descriptor_type(kind.vk());
+        let (images, buffers);
+        let write = match (kind, resource) {
+            (DescriptorKind::SampledImage, Resource::Texture(texture, view)) => {
+                images = image(if *view == View::Raw { texture.raw_view } else { texture.view }, none);
+                write.image_info(&images)
+            }
+            (DescriptorKind::CombinedImageSampler, Resource::Sampled(texture, sampler)) => {
+                images = image(texture.view, sampler.handle);
+                write.image_info(&images)
+            }
+            (DescriptorKind::StorageImage, Resource::Storage(texture)) => {
+                images = image(texture.view, none);
+                write.image_info(&images)
+            }
+            (DescriptorKind::StorageBuffer | DescriptorKind::UniformBuffer, Resource::Buffer(buffer)) => {
+                buffers =
+                    [vk::DescriptorBufferInfo { buffer: buffer.handle, offset: 0, range: vk::WHOLE_SIZE }];
+                write.buffer_info(&buffers)
+            }
+            (kind, _) => panic!("{pipeline}: binding {binding} wants a {kind:?}"),
+        };
+        // SAFETY: the set is fresh, the objects live until the frame has passed.
+        unsafe { self.device.handle.update_descriptor_sets(&[write], &[]) };
+    }
+
+    pub fn copy_buffer(&mut self, from: &Buffer, from_at: u64, to: &Buffer, to_at: u64, bytes: u64) {
+        assert!(from_at + bytes <= from.bytes(), "{}: {from_at} + {bytes} of {}", from.name(), from.bytes());
+        assert!(to_at + bytes <= to.bytes(), "{}: {to_at} + {bytes} of {}", to.name(), to.bytes());
+        let region = vk::BufferCopy { src_offset: from_at, dst_offset: to_at, size: bytes };
+        // SAFETY: the ranges were checked.
+        unsafe { self.device.handle.cmd_copy_buffer(self.handle, from.handle, to.handle, &[region]) };
+    }
+
+    pub fn copy_to_image(&mut self, from: &Buffer, to: &Image, copies: &[TexelCopy]) {
+        if copies.is_empty() {
+            return;
+        }
+        let regions: Vec<_> = copies.iter().map(|copy| region(to, from, copy)).collect();
+        // SAFETY: `region` checked the ranges; the image is in GENERAL.
+        unsafe {
+            self.device.handle.cmd_copy_buffer_to_image(
+                self.handle,
+                from.handle,
+                to.handle,
+                vk::ImageLayout::GENERAL,
+                &regions,
+            );
+        }
+    }
+
+    pub fn copy_from_image(&mut self, from: &Image, to: &Buffer, copies: &[TexelCopy]) {
+        let regions: Vec<_> = copies.iter().map(|copy| region(from, to, copy)).collect();
+        // SAFETY: as above.
+        unsafe {
+            self.device.handle.cmd_copy_image_to_buffer(
+                self.handle,
+                from.handle,
+                vk::ImageLayout::GENERAL,
+                to.handle,
+                &regions,
+            );
+        }
+    }
+
+    /// Every level and layer of an integer image to one value.
+    pub fn clear_uint(&mut self, image: &Image, value: u32) {
+        let value = vk::ClearColorValue { uint32: [value; 4] };
+        // SAFETY: the image is in GENERAL.
+        unsafe {
+            self.device.handle.cmd_clear_color_image(
+                self.handle,
+                image.handle,
+                vk::ImageLayout::GENERAL,
+                &value,
+                &[image.whole()],
+            );
+        }
+    }
+
+    /// Makes a query ready; outside rendering.
+    pub fn reset(&mut self, query: &StreamQuery, index: u32) {
+        // SAFETY: the frame that used this index last has ended.
+        unsafe { self.device.handle.cmd_reset_query_pool(self.handle, query.pool, index, 1) };
+    }
+
+    pub(crate) fn timestamp(&self, queries: vk::QueryPool, index: u32) {
+        if self.device.timestamp_bits > 0 {
+            // SAFETY: the pool was reset at the frame's begin.
+            unsafe {
+                self.device.handle.cmd_write_timestamp2(
+                    self.handle,
+                    vk::PipelineStageFlags2::ALL_COMMANDS,
+                    queries,
+                    index,
+                );
+            }
+        }
+    }
+
+    pub(crate) fn begin_label(&self, label: &str) {
+        if let Some(debug) = &self.device.debug {
+            let label = std::ffi::CString::new(label).expect("labels hold no null");
+            // SAFETY: the string lives for the call.
+            unsafe {
+                debug.cmd_begin_debug_utils_label(
+                    self.handle,
+                    &vk::DebugUtilsLabelEXT::default().label_name(&label),
+                );
+            }
+        }
+    }
+
+    pub(crate) fn end_label(&self) {
+        if let Some(debug) = &self.device.debug {
+            // SAFETY: `pass` began it.
+            unsafe { debug.cmd_end_debug_utils_label(self.handle) };
+        }
+    }
+}
+
+fn region(image: &Image, buffer: &Buffer, copy: &TexelCopy) -> vk::BufferImageCopy {
+    let side = image.mip_size(copy.mip);
+    assert!(
+        copy.at[0] + copy.size[0] <= side[0] && copy.at[1] + copy.size[1] <= side[1],
+        "{}: {copy:?} leaves {side:?}",
+        image.name()
+    );
+    let end = copy.offset + image.info().format.bytes(copy.size);
+    assert!(end <= buffer.bytes(), "{}: {copy:?} ends at {end} of {}", buffer.name(), buffer.bytes());
+    vk::BufferImageCopy {
+        buffer_offset: copy.offset,
+        buffer_row_length: 0,
+        buffer_image_height: 0,
+        image_subresource: vk::ImageSubresourceLayers {
+            aspect_mask: image.info().format.aspect(),
+            mip_level: copy.mip,
+            base_array_layer: copy.layer,
+            layer_count: 1,
+        },
+        image_offset: vk::Offset3D { x: copy.at[0] as i32, y: copy.at[1] as i32, z: 0 },
+        image_extent: vk::Extent3D { width: copy.size[0], height: copy.size[1], depth: 1 },
+    }
+}
+
+impl DescriptorKind {
+    pub(crate) fn vk(self) -> vk::DescriptorType {
+        match self {
+            DescriptorKind::CombinedImageSampler => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+            DescriptorKind::SampledImage => vk::DescriptorType::SAMPLED_IMAGE,
+            DescriptorKind::StorageImage => vk::DescriptorType::STORAGE_IMAGE,
+            DescriptorKind::UniformBuffer => vk::DescriptorType::UNIFORM_BUFFER,
+            DescriptorKind::StorageBuffer => vk::DescriptorType::STORAGE_BUFFER,
+        }
+    }
+}

@@ -1,0 +1,320 @@
+//! The device: one queue, one allocator, and the queue of objects that wait for the GPU before they die.
+
+use super::frame::Ring;
+use super::instance::{Instance, PhysicalDevice};
+use super::message::Message;
+use super::{Check, Error, Feature, Need, Result};
+use ash::{ext, vk};
+use gpu_allocator::vulkan::{Allocation, Allocator, AllocatorCreateDesc};
+use std::mem::ManuallyDrop;
+use std::sync::{Arc, Mutex};
+
+/// How to open a device.
+#[derive(Clone, Debug, Default)]
+pub struct GpuOptions<'a> {
+    /// Part of a device's name, or its index; `None`: the first usable, discrete before integrated before software.
+    pub device: Option<&'a str>,
+    /// Validation with synchronisation validation.
+    pub validate: bool,
+    pub needs: &'a [Need],
+}
+
+/// An open device. Cheap to clone; the last clone closes it.
+#[derive(Clone)]
+pub struct Gpu {
+    pub(crate) device: Arc<Device>,
+    pub(crate) ring: Arc<Mutex<Ring>>,
+}
+
+/// What every wrapper keeps alive.
+pub(crate) struct Device {
+    pub(crate) handle: ash::Device,
+    pub(crate) debug: Option<ext::debug_utils::Device>,
+    pub(crate) feedback: Option<ext::transform_feedback::Device>,
+    pub(crate) physical: PhysicalDevice,
+    pub(crate) features: Vec<Feature>,
+    pub(crate) queue: vk::Queue,
+    pub(crate) queue_family: u32,
+    pub(crate) timestamp_bits: u32,
+    /// Counts submitted frames; its value tells which have ended.
+    pub(crate) timeline: vk::Semaphore,
+    allocator: ManuallyDrop<Mutex<Allocator>>,
+    garbage: Mutex<Garbage>,
+    pub(crate) new_images: Mutex<Vec<vk::ImageMemoryBarrier2<'static>>>,
+    pub(crate) instance: Arc<Instance>,
+}
+
+#[derive(Default)]
+struct Garbage {
+    /// The value that the next submission will signal: an object dropped now may be named by it.
+    next_value: u64,
+    waiting: Vec<(u64, Dead)>,
+}
+
+/// A handle, with its memory, that waits for the GPU.
+pub(crate) enum Dead {
+    Buffer(vk::Buffer, Option<Allocation>),
+    Image(vk::Image, Vec<vk::ImageView>, Option<Allocation>),
+    Sampler(vk::Sampler),
+    Queries(vk::QueryPool),
+    Pipeline(vk::Pipeline, vk::PipelineLayout, vk::DescriptorSetLayout),
+}
+
+// SAFETY: barriers are plain data here (no pNext chain); the handles in them are used under Vulkan's own rules.
+unsafe impl Send for Device {}
+// SAFETY: the queue and the command pools are only touched under the ring's lock; all else is behind mutexes.
+unsafe impl Sync for Device {}
+
+impl Gpu {
+    /// Opens the device with exactly the features that `needs` names.
+    ///
+    /// # Errors
+    /// No loader, driver or device; a missing feature, with the pass that wants it and the variant that does without.
+    pub fn new(options: &GpuOptions<'_>) -> Result<Gpu> {
+        let instance = Arc::new(Instance::new(options.validate)?);
+        let physical = instance.choose(options.device)?;
+        if physical.api < (1, 3, 0) {
+            let (major, minor, _) = physical.api;
+            return Err(Error::Limit {
+                object: physical.name,
+                what: format!(
+                    "Vulkan {major}.{minor}; 1.3 is needed. Choose another --device, or update the driver"
+                ),
+            });
+        }
+        physical.offered.require(&physical.name, options.needs)?;
+        let device = Arc::new(Device::new(instance, physical, options.needs)?);
+        let ring = Arc::new(Mutex::new(Ring::new(&device)?));
+        Ok(Gpu { device, ring })
+    }
+
+    pub fn physical(&self) -> &PhysicalDevice {
+        &self.device.physical
+    }
+
+    pub fn has(&self, feature: Feature) -> bool {
+        self.device.features.contains(&feature)
+    }
+
+    /// Validation messages so far (none, or the test that caused them fails).
+    pub fn messages(&self) -> Vec<Message> {
+        self.device.instance.messages()
+    }
+
+    /// Waits until the device is idle.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLost`].
+    pub fn wait_idle(&self) -> Result<()> {
+        let _ring = self.ring.lock().expect("no panic while a frame is recorded");
+        // SAFETY: nobody submits while the ring is locked.
+        unsafe { self.device.handle.device_wait_idle() }.check("vkDeviceWaitIdle", "device")
+    }
+}
+
+impl Device {
+    fn new(instance: Arc<Instance>, physical: PhysicalDevice, needs: &[Need]) -> Result<Device> {
+        let mut features: Vec<Feature> = needs.iter().map(|need| need.feature).collect();
+        features.sort();
+        features.dedup();
+        let (queue_family, timestamp_bits) = queue_family(&instance, &physical)?;
+        let handle = create(&instance, &physical, &features, queue_family)?;
+        // SAFETY: the family has one queue, created with the device.
+        let queue = unsafe { handle.get_device_queue(queue_family, 0) };
+        let mut kind = vk::SemaphoreTypeCreateInfo::default()
+            .semaphore_type(vk::SemaphoreType::TIMELINE)
+            .initial_value(0);
+        let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
+        // SAFETY: the device lives.
+        let timeline =
+            unsafe { handle.create_semaphore(&info, None) }.check("vkCreateSemaphore", "timeline")?;
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.handle.clone(),
+            device: handle.clone(),
+            physical_device: physical.handle,
+            debug_settings: Default::default(),
+            buffer_device_address: false,
+            allocation_sizes: Default::default(),
+        })
+        .map_err(|e| Error::OutOfMemory {
+            object: "allocator".into(),
+            bytes: 0,
+            reason: e.to_string(),
+        })?;
+        let device = Device {
+            debug: instance.debug.as_ref().map(|_| ext::debug_utils::Device::new(&instance.handle, &handle)),
+            feedback: features
+                .contains(&Feature::TransformFeedback)
+                .then(|| ext::transform_feedback::Device::new(&instance.handle, &handle)),
+            handle,
+            physical,
+            features,
+            queue,
+            queue_family,
+            timestamp_bits,
+            timeline,
+            allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            garbage: Mutex::new(Garbage { next_value: 1, waiting: Vec::new() }),
+            new_images: Mutex::default(),
+            instance,
+        };
+        device.name(timeline, "timeline");
+        device.name(queue, "queue");
+        Ok(device)
+    }
+
+    /// Gives an object its name in tools and in messages.
+    pub(crate) fn name<H: vk::Handle>(&self, handle: H, name: &str) {
+        let Some(debug) = &self.debug else { return };
+        let name = std::ffi::CString::new(name).expect("names hold no null");
+        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
+        // SAFETY: handle and string live. A name that cannot be set harms nothing.
+        if let Err(result) = unsafe { debug.set_debug_utils_object_name(&info) } {
+            tracing::debug!("no debug name for {name:?}: {result}");
+        }
+    }
+
+    pub(crate) fn allocate(
+        &self,
+        name: &str,
+        requirements: vk::MemoryRequirements,
+        location: gpu_allocator::MemoryLocation,
+        linear: bool,
+    ) -> Result<Allocation> {
+        self.allocator
+            .lock()
+            .expect("no panic in the allocator")
+            .allocate(&gpu_allocator::vulkan::AllocationCreateDesc {
+                name,
+                requirements,
+                location,
+                linear,
+                allocation_scheme: gpu_allocator::vulkan::AllocationScheme::GpuAllocatorManaged,
+            })
+            .map_err(|e| Error::OutOfMemory {
+                object: name.to_string(),
+                bytes: requirements.size,
+                reason: e.to_string(),
+            })
+    }
+
+    /// Takes an object whose wrapper was dropped.
+    pub(crate) fn bury(&self, dead: Dead) {
+        let mut garbage = self.garbage.lock().expect("no panic while garbage is moved");
+        let value = garbage.next_value;
+        garbage.waiting.push((value, dead));
+    }
+
+    /// Destroys what no submitted frame can name any more. `next_value`: what the next submission will signal.
+    pub(crate) fn collect(&self, finished: u64, next_value: u64) {
+        let dead: Vec<Dead> = {
+            let mut garbage = self.garbage.lock().expect("no panic while garbage is moved");
+            garbage.next_value = next_value;
+            let (dead, waiting) =
+                std::mem::take(&mut garbage.waiting).into_iter().partition(|(v, _)| *v <= finished);
+            garbage.waiting = waiting;
+            dead
+        }
+        .into_iter()
+        .map(|(_, dead)| dead)
+        .collect();
+        dead.into_iter().for_each(|dead| self.destroy(dead));
+    }
+
+    fn destroy(&self, dead: Dead) {
+        // SAFETY: the GPU has passed every frame that could name the handle, and its wrapper is gone.
+        let memory = unsafe {
+            match dead {
+                Dead::Buffer(buffer, memory) => {
+                    self.handle.destroy_buffer(buffer, None);
+                    memory
+                }
+                Dead::Image(image, views, memory) => {
+                    views.iter().for_each(|view| self.handle.destroy_image_view(*view, None));
+                    self.handle.destroy_image(image, None);
+                    memory
+                }
+                Dead::Sampler(sampler) => {
+                    self.handle.destroy_sampler(sampler, None);
+                    None
+                }
+                Dead::Queries(pool) => {
+                    self.handle.destroy_query_pool(pool, None);
+                    None
+                }
+                Dead::Pipeline(pipeline, layout, set_layout) => {
+                    self.handle.destroy_pipeline(pipeline, None);
+                    self.handle.destroy_pipeline_layout(layout, None);
+                    self.handle.destroy_descriptor_set_layout(set_layout, None);
+                    None
+                }
+            }
+        };
+        if let Some(memory) = memory {
+            let freed = self.allocator.lock().expect("no panic in the allocator").free(memory);
+            assert!(freed.is_ok(), "the allocator refuses its own allocation: {freed:?}");
+        }
+    }
+}
+
+fn queue_family(instance: &Instance, physical: &PhysicalDevice) -> Result<(u32, u32)> {
+    // SAFETY: plain query on a live instance.
+    let families = unsafe { instance.handle.get_physical_device_queue_family_properties(physical.handle) };
+    let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+    families
+        .iter()
+        .position(|family| family.queue_flags.contains(wanted))
+        .map(|index| (index as u32, families[index].timestamp_valid_bits))
+        .ok_or_else(|| Error::Limit {
+            object: physical.name.clone(),
+            what: "no queue for graphics and compute; choose another --device".into(),
+        })
+}
+
+fn create(
+    instance: &Instance,
+    physical: &PhysicalDevice,
+    features: &[Feature],
+    queue_family: u32,
+) -> Result<ash::Device> {
+    let has = |feature| features.contains(&feature);
+    let priorities = [1.0];
+    let queues =
+        [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&priorities)];
+    let core = vk::PhysicalDeviceFeatures::default()
+        .geometry_shader(has(Feature::GeometryShader))
+        .logic_op(has(Feature::LogicOp))
+        .texture_compression_bc(has(Feature::TextureCompressionBc));
+    let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
+        .scalar_block_layout(true)
+        .timeline_semaphore(true)
+        .host_query_reset(true);
+    let mut v13 =
+        vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
+    let mut feedback = vk::PhysicalDeviceTransformFeedbackFeaturesEXT::default().transform_feedback(true);
+    let mut extensions = Vec::new();
+    let mut info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_features(&core);
+    if has(Feature::TransformFeedback) {
+        extensions.push(ext::transform_feedback::NAME.as_ptr());
+        info = info.push_next(&mut feedback);
+    }
+    info = info.enabled_extension_names(&extensions).push_next(&mut v12).push_next(&mut v13);
+    // SAFETY: every pointer in `info` lives on this stack frame.
+    unsafe { instance.handle.create_device(physical.handle, &info, None) }
+        .check("vkCreateDevice", &physical.name)
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        // SAFETY: the last Arc is gone, so no wrapper and no frame exists; after the wait the GPU names nothing.
+        unsafe {
+            if let Err(result) = self.handle.device_wait_idle() {
+                tracing::warn!("vkDeviceWaitIdle at the end: {result}");
+            }
+            self.collect(u64::MAX, u64::MAX);
+            ManuallyDrop::drop(&mut self.allocator);
+            self.handle.destroy_semaphore(self.timeline, None);
+            self.handle.destroy_device(None);
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! What the world can do to us: no loader, no device, a feature missing, memory full, device lost.
+
+use ash::vk;
+use thiserror::Error;
+
+/// Each message says what was tried, on what, and what the user can do.
+#[derive(Clone, Debug, Error)]
+pub enum Error {
+    #[error(
+        "no Vulkan loader (libvulkan.so.1): {0}. Install your GPU's driver, or Mesa's software driver (Debian: mesa-vulkan-drivers); `ortelius doctor` tells more"
+    )]
+    Loader(String),
+    #[error(
+        "no Vulkan driver answers; searched {searched}. Install your GPU's driver, or Mesa's software driver (Debian: mesa-vulkan-drivers); `ortelius doctor` tells more"
+    )]
+    NoDevice { searched: String },
+    #[error("no device {wanted:?}; there are: {found}")]
+    DeviceChoice { wanted: String, found: String },
+    #[error(
+        "the validation layer VK_LAYER_KHRONOS_validation is not installed (Debian: vulkan-validationlayers), or leave out --validate"
+    )]
+    NoValidationLayer,
+    #[error("{device}: pass {pass:?} needs {feature}, which this device lacks; {without}")]
+    MissingFeature { device: String, feature: &'static str, pass: &'static str, without: &'static str },
+    #[error("{object}: {what}")]
+    Limit { object: String, what: String },
+    #[error("{object}: no memory for {bytes} bytes ({reason}); choose smaller caches or a smaller picture")]
+    OutOfMemory { object: String, bytes: u64, reason: String },
+    #[error(
+        "device lost in {call} on {object}: the driver gave up; rerun with --validate, or another --device"
+    )]
+    DeviceLost { call: &'static str, object: String },
+    #[error("{call} on {object}: {result}")]
+    Call { call: &'static str, object: String, result: vk::Result },
+}
+
+impl Error {
+    /// The program's exit code: 2 no driver, 4 device lost, else 1.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Error::Loader(_)
+            | Error::NoDevice { .. }
+            | Error::DeviceChoice { .. }
+            | Error::NoValidationLayer => 2,
+            Error::DeviceLost { .. } => 4,
+            _ => 1,
+        }
+    }
+}
+
+/// Turns a Vulkan result into an [`Error`] that names the call and the object: every call goes through here.
+pub(crate) trait Check<T> {
+    fn check(self, call: &'static str, object: &str) -> Result<T, Error>;
+}
+
+impl<T> Check<T> for Result<T, vk::Result> {
+    fn check(self, call: &'static str, object: &str) -> Result<T, Error> {
+        self.map_err(|result| match result {
+            vk::Result::ERROR_DEVICE_LOST => Error::DeviceLost { call, object: object.to_string() },
+            result => Error::Call { call, object: object.to_string(), result },
+        })
+    }
+}

@@ -1,0 +1,101 @@
+//! Device features by name. A scene's passes say which they need; nothing else is asked of the device.
+
+use super::{Error, Result};
+use ash::{ext, vk};
+
+/// An optional feature of Vulkan 1.3 that one of our passes can want.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Feature {
+    GeometryShader,
+    LogicOp,
+    TransformFeedback,
+    TextureCompressionBc,
+}
+
+impl Feature {
+    pub const ALL: [Feature; 4] = [
+        Feature::GeometryShader,
+        Feature::LogicOp,
+        Feature::TransformFeedback,
+        Feature::TextureCompressionBc,
+    ];
+
+    /// Vulkan's own name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Feature::GeometryShader => "geometryShader",
+            Feature::LogicOp => "logicOp",
+            Feature::TransformFeedback => "transformFeedback (VK_EXT_transform_feedback)",
+            Feature::TextureCompressionBc => "textureCompressionBC",
+        }
+    }
+}
+
+/// A feature, the pass that wants it, and which variant does without: the whole text of the error.
+#[derive(Clone, Copy, Debug)]
+pub struct Need {
+    pub feature: Feature,
+    pub pass: &'static str,
+    pub without: &'static str,
+}
+
+/// What a device offers of [`Feature::ALL`], and of what every Ortelius program needs.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Offered {
+    pub(crate) features: Vec<Feature>,
+    pub(crate) scalar_block_layout: bool,
+}
+
+/// Asks a device of Vulkan 1.3 or later.
+pub(crate) fn offered(
+    instance: &ash::Instance,
+    device: vk::PhysicalDevice,
+    extensions: &[String],
+) -> Offered {
+    let has_extension = extensions.iter().any(|e| e.as_bytes() == ext::transform_feedback::NAME.to_bytes());
+    let mut feedback = vk::PhysicalDeviceTransformFeedbackFeaturesEXT::default();
+    let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
+    let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12);
+    if has_extension {
+        all = all.push_next(&mut feedback);
+    }
+    // SAFETY: the chain lives on this stack frame; the physical device is the instance's.
+    unsafe { instance.get_physical_device_features2(device, &mut all) };
+    let core = all.features;
+    let has = |feature: &Feature| match feature {
+        Feature::GeometryShader => core.geometry_shader == vk::TRUE,
+        Feature::LogicOp => core.logic_op == vk::TRUE,
+        Feature::TransformFeedback => feedback.transform_feedback == vk::TRUE,
+        Feature::TextureCompressionBc => core.texture_compression_bc == vk::TRUE,
+    };
+    Offered {
+        features: Feature::ALL.into_iter().filter(has).collect(),
+        scalar_block_layout: v12.scalar_block_layout == vk::TRUE,
+    }
+}
+
+impl Offered {
+    /// # Errors
+    /// [`Error::MissingFeature`] for the first need that the device does not meet.
+    pub(crate) fn require(&self, device: &str, needs: &[Need]) -> Result<()> {
+        for need in needs {
+            if !self.features.contains(&need.feature) {
+                return Err(Error::MissingFeature {
+                    device: device.to_string(),
+                    feature: need.feature.name(),
+                    pass: need.pass,
+                    without: need.without,
+                });
+            }
+        }
+        if !self.scalar_block_layout {
+            return Err(Error::MissingFeature {
+                device: device.to_string(),
+                feature: "scalarBlockLayout",
+                pass: "every pass",
+                without: "no variant does without: choose another --device",
+            });
+        }
+        Ok(())
+    }
+}

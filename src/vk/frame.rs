@@ -1,0 +1,316 @@
+//! A frame: a short list of passes, in a ring of [`FRAMES_IN_FLIGHT`].
+//!
+//! `pass` = debug label + one global memory barrier + timestamp + the closure + timestamp + end of label. Nothing
+//! is declared, so nothing can be forgotten; passes never overlap, so their times add up.
+
+use super::command::Cmd;
+use super::device::Device;
+use super::{Check, Error, Gpu, Result};
+use ash::vk;
+use std::sync::{Arc, Mutex, MutexGuard};
+
+/// Frames that the host may be ahead of the GPU: what a frame finds out is used this many frames later.
+pub const FRAMES_IN_FLIGHT: usize = 2;
+
+/// Two timestamps a pass.
+const MOST_PASSES: usize = 64;
+
+/// A pass and the nanoseconds between its two timestamps; `None` where the device keeps no time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PassTime {
+    pub label: String,
+    pub ns: Option<u64>,
+}
+
+type Times = Arc<Mutex<Option<Vec<PassTime>>>>;
+
+/// One frame's command pool, queries and descriptors.
+struct Slot {
+    pool: vk::CommandPool,
+    buffer: vk::CommandBuffer,
+    descriptors: vk::DescriptorPool,
+    queries: vk::QueryPool,
+    labels: Vec<String>,
+    /// The timeline's value once the GPU has passed the slot's last submission.
+    value: u64,
+    times: Times,
+}
+
+pub(crate) struct Ring {
+    slots: Vec<Slot>,
+    device: Arc<Device>,
+    submitted: u64,
+}
+
+/// A frame that is being recorded.
+pub struct Frame<'a> {
+    ring: MutexGuard<'a, Ring>,
+    gpu: &'a Gpu,
+    slot: usize,
+    submitted: bool,
+}
+
+/// A submitted frame.
+pub struct Ticket {
+    gpu: Gpu,
+    value: u64,
+    slot: usize,
+    times: Times,
+}
+
+impl Ring {
+    pub(crate) fn new(device: &Arc<Device>) -> Result<Ring> {
+        let slots = (0..FRAMES_IN_FLIGHT).map(|_| Slot::new(device)).collect::<Result<_>>()?;
+        Ok(Ring { slots, device: device.clone(), submitted: 0 })
+    }
+
+    fn wait(&self, value: u64) -> Result<()> {
+        let (semaphores, values) = ([self.device.timeline], [value]);
+        let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
+        // SAFETY: the timeline lives; every value waited for was submitted.
+        unsafe { self.device.handle.wait_semaphores(&info, u64::MAX) }.check("vkWaitSemaphores", "frame")
+    }
+
+    /// Reads the times of the slot's last frame, once it has ended.
+    fn read_times(&mut self, slot: usize) -> Result<()> {
+        let device = &self.device;
+        let slot = &mut self.slots[slot];
+        if slot.times.lock().expect("no panic while times are stored").is_some() {
+            return Ok(());
+        }
+        let labels = std::mem::take(&mut slot.labels);
+        let mut stamps = vec![0u64; 2 * labels.len()];
+        if !stamps.is_empty() && device.timestamp_bits > 0 {
+            // SAFETY: the frame has ended, and wrote 2 timestamps a label.
+            unsafe {
+                device.handle.get_query_pool_results(
+                    slot.queries,
+                    0,
+                    &mut stamps,
+                    vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
+                )
+            }
+            .check("vkGetQueryPoolResults", "timestamps")?;
+        }
+        // Counters narrower than 64 bits wrap: only the difference under the mask counts.
+        let mask = u64::MAX.checked_shr(64 - device.timestamp_bits).unwrap_or(0);
+        let period_ns = f64::from(device.physical.limits.timestamp_period);
+        let times = labels.into_iter().enumerate().map(|(n, label)| {
+            let ticks = stamps[2 * n + 1].wrapping_sub(stamps[2 * n]) & mask;
+            PassTime { label, ns: (device.timestamp_bits > 0).then_some((ticks as f64 * period_ns) as u64) }
+        });
+        *slot.times.lock().expect("no panic while times are stored") = Some(times.collect());
+        Ok(())
+    }
+}
+
+impl Slot {
+    fn new(device: &Device) -> Result<Slot> {
+        let pool_info = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(device.queue_family)
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT);
+        let kinds = [
+            vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+            vk::DescriptorType::SAMPLED_IMAGE,
+            vk::DescriptorType::STORAGE_IMAGE,
+            vk::DescriptorType::UNIFORM_BUFFER,
+            vk::DescriptorType::STORAGE_BUFFER,
+        ];
+        let sizes = kinds.map(|ty| vk::DescriptorPoolSize { ty, descriptor_count: 4 * MOST_PASSES as u32 });
+        let descriptor_info =
+            vk::DescriptorPoolCreateInfo::default().max_sets(2 * MOST_PASSES as u32).pool_sizes(&sizes);
+        let query_info = vk::QueryPoolCreateInfo::default()
+            .query_type(vk::QueryType::TIMESTAMP)
+            .query_count(2 * MOST_PASSES as u32);
+        // SAFETY: the device lives; a failure half-way leaks a pool of a program that ends with that error.
+        unsafe {
+            let pool =
+                device.handle.create_command_pool(&pool_info, None).check("vkCreateCommandPool", "frame")?;
+            let buffers = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
+            let buffer = device
+                .handle
+                .allocate_command_buffers(&buffers)
+                .check("vkAllocateCommandBuffers", "frame")?[0];
+            let descriptors = device
+                .handle
+                .create_descriptor_pool(&descriptor_info, None)
+                .check("vkCreateDescriptorPool", "frame")?;
+            let queries =
+                device.handle.create_query_pool(&query_info, None).check("vkCreateQueryPool", "frame")?;
+            device.name(pool, "frame commands");
+            device.name(buffer, "frame");
+            device.name(descriptors, "frame descriptors");
+            device.name(queries, "frame timestamps");
+            Ok(Slot {
+                pool,
+                buffer,
+                descriptors,
+                queries,
+                labels: Vec::new(),
+                value: 0,
+                times: Times::default(),
+            })
+        }
+    }
+}
+
+impl Gpu {
+    /// Starts the next frame; waits until the GPU has passed the frame [`FRAMES_IN_FLIGHT`] before it.
+    /// Only one frame is recorded at a time: a second call waits for the first frame's submission.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLost`].
+    pub fn frame(&self) -> Result<Frame<'_>> {
+        let mut ring = self.ring.lock().expect("no panic while a frame is recorded");
+        let slot = (ring.submitted % FRAMES_IN_FLIGHT as u64) as usize;
+        let value = ring.slots[slot].value;
+        ring.wait(value)?;
+        ring.read_times(slot)?;
+        // SAFETY: the timeline lives.
+        let finished = unsafe { self.device.handle.get_semaphore_counter_value(self.device.timeline) }
+            .check("vkGetSemaphoreCounterValue", "frame")?;
+        self.device.collect(finished, ring.submitted + 1);
+        ring.slots[slot].times = Times::default();
+        let frame = Frame { ring, gpu: self, slot, submitted: false };
+        frame.begin()?;
+        Ok(frame)
+    }
+}
+
+impl Frame<'_> {
+    /// 0 .. [`FRAMES_IN_FLIGHT`]: which of the per-frame objects this frame may use.
+    pub fn slot(&self) -> usize {
+        self.slot
+    }
+
+    fn begin(&self) -> Result<()> {
+        let device = &self.gpu.device;
+        let slot = &self.ring.slots[self.slot];
+        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        let new_images =
+            std::mem::take(&mut *device.new_images.lock().expect("no panic while a barrier is stored"));
+        let barrier = vk::DependencyInfo::default().image_memory_barriers(&new_images);
+        // SAFETY: the GPU has passed the slot's last use; the ring is locked.
+        unsafe {
+            device
+                .handle
+                .reset_command_pool(slot.pool, vk::CommandPoolResetFlags::empty())
+                .check("vkResetCommandPool", "frame")?;
+            device
+                .handle
+                .reset_descriptor_pool(slot.descriptors, vk::DescriptorPoolResetFlags::empty())
+                .check("vkResetDescriptorPool", "frame")?;
+            device.handle.reset_query_pool(slot.queries, 0, 2 * MOST_PASSES as u32);
+            device.handle.begin_command_buffer(slot.buffer, &begin).check("vkBeginCommandBuffer", "frame")?;
+            if !new_images.is_empty() {
+                device.handle.cmd_pipeline_barrier2(slot.buffer, &barrier);
+            }
+        }
+        Ok(())
+    }
+
+    /// Records one pass. Commands inside it are independent of each other, or call [`Cmd::sync`].
+    ///
+    /// # Errors
+    /// What `record` returns; recording itself fails only where memory does.
+    pub fn pass<T>(&mut self, label: &str, record: impl FnOnce(&mut Cmd<'_>) -> Result<T>) -> Result<T> {
+        let device = &*self.gpu.device;
+        let slot = &mut self.ring.slots[self.slot];
+        assert!(slot.labels.len() < MOST_PASSES, "{label:?} is pass {} of a frame", slot.labels.len() + 1);
+        let query = 2 * slot.labels.len() as u32;
+        slot.labels.push(label.to_string());
+        let mut cmd = Cmd { device, handle: slot.buffer, descriptors: slot.descriptors };
+        cmd.begin_label(label);
+        cmd.sync();
+        cmd.timestamp(slot.queries, query);
+        let result = record(&mut cmd);
+        cmd.timestamp(slot.queries, query + 1);
+        cmd.end_label();
+        result
+    }
+
+    /// Ends the recording and hands the frame to the GPU. What it wrote to read-back buffers is the host's
+    /// once [`Ticket::wait`] returns.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLost`].
+    pub fn submit(mut self) -> Result<Ticket> {
+        let device = &self.gpu.device;
+        let value = self.ring.submitted + 1;
+        let buffer = self.ring.slots[self.slot].buffer;
+        let to_host = [vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
+            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
+            .dst_access_mask(vk::AccessFlags2::HOST_READ)];
+        let dependency = vk::DependencyInfo::default().memory_barriers(&to_host);
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(buffer)];
+        let signals = [vk::SemaphoreSubmitInfo::default()
+            .semaphore(device.timeline)
+            .value(value)
+            .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
+        let submit =
+            [vk::SubmitInfo2::default().command_buffer_infos(&commands).signal_semaphore_infos(&signals)];
+        // SAFETY: recording is complete; every object named by it is kept until the timeline passes `value`.
+        unsafe {
+            device.handle.cmd_pipeline_barrier2(buffer, &dependency);
+            device.handle.end_command_buffer(buffer).check("vkEndCommandBuffer", "frame")?;
+            device
+                .handle
+                .queue_submit2(device.queue, &submit, vk::Fence::null())
+                .check("vkQueueSubmit2", &self.ring.slots[self.slot].labels.join(", "))?;
+        }
+        self.ring.submitted = value;
+        self.submitted = true;
+        let slot = self.slot;
+        self.ring.slots[slot].value = value;
+        Ok(Ticket { gpu: self.gpu.clone(), value, slot, times: self.ring.slots[slot].times.clone() })
+    }
+}
+
+impl Drop for Frame<'_> {
+    fn drop(&mut self) {
+        if !self.submitted {
+            // Nothing was written: nobody may wait for this frame's timestamps.
+            self.ring.slots[self.slot].labels.clear();
+        }
+    }
+}
+
+impl Ticket {
+    /// Waits for the frame and returns the time of each pass, in order.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLost`].
+    pub fn wait(&self) -> Result<Vec<PassTime>> {
+        let mut ring = self.gpu.ring.lock().expect("no panic while a frame is recorded");
+        ring.wait(self.value)?;
+        let stored = self.times.lock().expect("no panic while times are stored").clone();
+        if let Some(times) = stored {
+            return Ok(times);
+        }
+        assert_eq!(
+            ring.slots[self.slot].value, self.value,
+            "a slot is used again only after its times are read"
+        );
+        ring.read_times(self.slot)?;
+        let times = self.times.lock().expect("no panic while times are stored").clone();
+        times.ok_or_else(|| Error::Limit { object: "frame".into(), what: "no times were kept".into() })
+    }
+}
+
+impl Drop for Ring {
+    fn drop(&mut self) {
+        // SAFETY: after the wait the GPU names none of the pools.
+        unsafe {
+            if let Err(result) = self.device.handle.device_wait_idle() {
+                tracing::warn!("vkDeviceWaitIdle at the end: {result}");
+            }
+            for slot in &self.slots {
+                self.device.handle.destroy_command_pool(slot.pool, None);
+                self.device.handle.destroy_descriptor_pool(slot.descriptors, None);
+                self.device.handle.destroy_query_pool(slot.queries, None);
+            }
+        }
+    }
+}

@@ -1,0 +1,300 @@
+//! Images, their views, samplers.
+
+use super::device::{Dead, Device};
+use super::{Check, Error, Gpu, Result};
+use ash::vk;
+use gpu_allocator::{MemoryLocation, vulkan::Allocation};
+use std::sync::Arc;
+
+/// The formats that we use, by what a texel holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Four bytes, sRGB: filtered in linear light.
+    Rgba8Srgb,
+    /// Four bytes as they are.
+    Rgba8,
+    Bc1Srgb,
+    R32Uint,
+    Rgb32Uint,
+    Rgba32Uint,
+    Rgba32Float,
+    Depth32Float,
+}
+
+impl Format {
+    pub(crate) fn vk(self) -> vk::Format {
+        match self {
+            Format::Rgba8Srgb => vk::Format::R8G8B8A8_SRGB,
+            Format::Rgba8 => vk::Format::R8G8B8A8_UNORM,
+            Format::Bc1Srgb => vk::Format::BC1_RGB_SRGB_BLOCK,
+            Format::R32Uint => vk::Format::R32_UINT,
+            Format::Rgb32Uint => vk::Format::R32G32B32_UINT,
+            Format::Rgba32Uint => vk::Format::R32G32B32A32_UINT,
+            Format::Rgba32Float => vk::Format::R32G32B32A32_SFLOAT,
+            Format::Depth32Float => vk::Format::D32_SFLOAT,
+        }
+    }
+
+    /// Bytes of `width x height` texels, tightly packed.
+    pub fn bytes(self, [width, height]: [u32; 2]) -> u64 {
+        let (width, height) = (u64::from(width), u64::from(height));
+        match self {
+            Format::Bc1Srgb => width.div_ceil(4) * height.div_ceil(4) * 8,
+            Format::Rgba8Srgb | Format::Rgba8 | Format::R32Uint | Format::Depth32Float => width * height * 4,
+            Format::Rgb32Uint => width * height * 12,
+            Format::Rgba32Uint | Format::Rgba32Float => width * height * 16,
+        }
+    }
+
+    pub(crate) fn aspect(self) -> vk::ImageAspectFlags {
+        match self {
+            Format::Depth32Float => vk::ImageAspectFlags::DEPTH,
+            _ => vk::ImageAspectFlags::COLOR,
+        }
+    }
+}
+
+/// What an image is to be.
+#[derive(Clone, Copy, Debug)]
+pub struct ImageInfo {
+    pub size: [u32; 2],
+    pub format: Format,
+    pub mip_levels: u32,
+    /// Above 1, or with `array`, the shader sees an array.
+    pub layers: u32,
+    pub array: bool,
+    pub attachment: bool,
+}
+
+impl ImageInfo {
+    /// One picture of one level that passes draw into and read.
+    pub fn target(size: [u32; 2], format: Format) -> Self {
+        ImageInfo { size, format, mip_levels: 1, layers: 1, array: false, attachment: true }
+    }
+
+    /// A texture of several levels.
+    pub fn texture(size: [u32; 2], format: Format, mip_levels: u32) -> Self {
+        ImageInfo { size, format, mip_levels, layers: 1, array: false, attachment: false }
+    }
+}
+
+/// An image, its memory, and a view of the whole (for Rgba8Srgb a second one that reads the bytes as they are).
+pub struct Image {
+    pub(crate) handle: vk::Image,
+    pub(crate) view: vk::ImageView,
+    pub(crate) raw_view: vk::ImageView,
+    device: Arc<Device>,
+    memory: Option<Allocation>,
+    info: ImageInfo,
+    name: String,
+}
+
+/// Which view of an image a shader reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum View {
+    /// In the image's own format.
+    Whole,
+    /// Rgba8Srgb without the decoding.
+    Raw,
+}
+
+impl Gpu {
+    /// # Errors
+    /// [`Error::Limit`] where the device has no such format or size, [`Error::OutOfMemory`].
+    pub fn image(&self, name: &str, info: ImageInfo) -> Result<Image> {
+        let device = &self.device;
+        self.check_limits(name, &info)?;
+        let raw = info.format == Format::Rgba8Srgb && !info.attachment;
+        let create = vk::ImageCreateInfo::default()
+            .image_type(vk::ImageType::TYPE_2D)
+            .format(info.format.vk())
+            .extent(vk::Extent3D { width: info.size[0], height: info.size[1], depth: 1 })
+            .mip_levels(info.mip_levels)
+            .array_layers(info.layers)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .usage(usage(&info))
+            .flags(if raw { vk::ImageCreateFlags::MUTABLE_FORMAT } else { vk::ImageCreateFlags::empty() });
+        // SAFETY: the device lives; memory is bound before any use.
+        let handle = unsafe { device.handle.create_image(&create, None) }.check("vkCreateImage", name)?;
+        let mut image = Image {
+            handle,
+            view: vk::ImageView::null(),
+            raw_view: vk::ImageView::null(),
+            device: device.clone(),
+            memory: None,
+            info,
+            name: name.to_string(),
+        };
+        // SAFETY: as above.
+        let requirements = unsafe { device.handle.get_image_memory_requirements(handle) };
+        let memory = device.allocate(name, requirements, MemoryLocation::GpuOnly, false)?;
+        // SAFETY: the allocation fits the requirements and is bound once.
+        unsafe { device.handle.bind_image_memory(handle, memory.memory(), memory.offset()) }
+            .check("vkBindImageMemory", name)?;
+        image.memory = Some(memory);
+        image.view = image.create_view(info.format)?;
+        if raw {
+            image.raw_view = image.create_view(Format::Rgba8)?;
+        }
+        device.name(handle, name);
+        device.name(image.view, name);
+        // The next frame starts by bringing it into GENERAL, where it stays.
+        device.new_images.lock().expect("no panic while a barrier is stored").push(
+            vk::ImageMemoryBarrier2::default()
+                .image(handle)
+                .old_layout(vk::ImageLayout::UNDEFINED)
+                .new_layout(vk::ImageLayout::GENERAL)
+                .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+                .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
+                .subresource_range(image.whole()),
+        );
+        Ok(image)
+    }
+
+    /// Whether passes can draw into the format.
+    pub fn renders_to(&self, format: Format) -> bool {
+        // SAFETY: plain query of a live device.
+        let properties = unsafe {
+            self.device
+                .instance
+                .handle
+                .get_physical_device_format_properties(self.device.physical.handle, format.vk())
+        };
+        let wanted = vk::FormatFeatureFlags::COLOR_ATTACHMENT | vk::FormatFeatureFlags::SAMPLED_IMAGE;
+        properties.optimal_tiling_features.contains(wanted)
+    }
+
+    fn check_limits(&self, name: &str, info: &ImageInfo) -> Result<()> {
+        let limits = &self.device.physical.limits;
+        let side = info.size[0].max(info.size[1]);
+        let limit = |what: String| Err(Error::Limit { object: name.to_string(), what });
+        if side > limits.max_image_dimension2_d {
+            return limit(format!(
+                "{side} texels a side; the device takes {}",
+                limits.max_image_dimension2_d
+            ));
+        }
+        if info.layers > limits.max_image_array_layers {
+            return limit(format!(
+                "{} layers; the device takes {}",
+                info.layers, limits.max_image_array_layers
+            ));
+        }
+        Ok(())
+    }
+
+    pub fn sampler(&self, name: &str, info: SamplerInfo) -> Result<Sampler> {
+        let filter = match info.filter {
+            Filter::Nearest => vk::Filter::NEAREST,
+            Filter::Linear => vk::Filter::LINEAR,
+        };
+        let create = vk::SamplerCreateInfo::default()
+            .mag_filter(filter)
+            .min_filter(filter)
+            .mipmap_mode(match info.filter {
+                Filter::Nearest => vk::SamplerMipmapMode::NEAREST,
+                Filter::Linear => vk::SamplerMipmapMode::LINEAR,
+            })
+            .address_mode_u(match info.wraps_in_s {
+                true => vk::SamplerAddressMode::REPEAT,
+                false => vk::SamplerAddressMode::CLAMP_TO_EDGE,
+            })
+            .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE)
+            .max_lod(vk::LOD_CLAMP_NONE);
+        // SAFETY: the device lives.
+        let handle =
+            unsafe { self.device.handle.create_sampler(&create, None) }.check("vkCreateSampler", name)?;
+        self.device.name(handle, name);
+        Ok(Sampler { handle, device: self.device.clone() })
+    }
+}
+
+fn usage(info: &ImageInfo) -> vk::ImageUsageFlags {
+    use vk::ImageUsageFlags as U;
+    let attachment = match (info.attachment, info.format) {
+        (false, _) => U::empty(),
+        (true, Format::Depth32Float) => U::DEPTH_STENCIL_ATTACHMENT,
+        (true, _) => U::COLOR_ATTACHMENT,
+    };
+    attachment | U::SAMPLED | U::TRANSFER_SRC | U::TRANSFER_DST
+}
+
+impl Image {
+    pub fn info(&self) -> &ImageInfo {
+        &self.info
+    }
+
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Size of one mip level in texels.
+    pub fn mip_size(&self, mip: u32) -> [u32; 2] {
+        self.info.size.map(|side| (side >> mip).max(1))
+    }
+
+    /// Bytes of all levels and layers, padding of the driver apart.
+    pub fn bytes(&self) -> u64 {
+        let levels = (0..self.info.mip_levels).map(|mip| self.info.format.bytes(self.mip_size(mip)));
+        levels.sum::<u64>() * u64::from(self.info.layers)
+    }
+
+    pub(crate) fn whole(&self) -> vk::ImageSubresourceRange {
+        vk::ImageSubresourceRange {
+            aspect_mask: self.info.format.aspect(),
+            base_mip_level: 0,
+            level_count: self.info.mip_levels,
+            base_array_layer: 0,
+            layer_count: self.info.layers,
+        }
+    }
+
+    fn create_view(&self, format: Format) -> Result<vk::ImageView> {
+        let info = vk::ImageViewCreateInfo::default()
+            .image(self.handle)
+            .view_type(match self.info.array {
+                true => vk::ImageViewType::TYPE_2D_ARRAY,
+                false => vk::ImageViewType::TYPE_2D,
+            })
+            .format(format.vk())
+            .subresource_range(self.whole());
+        // SAFETY: image and device live.
+        unsafe { self.device.handle.create_image_view(&info, None) }.check("vkCreateImageView", &self.name)
+    }
+}
+
+impl Drop for Image {
+    fn drop(&mut self) {
+        let mut new = self.device.new_images.lock().expect("no panic while a barrier is stored");
+        new.retain(|barrier| barrier.image != self.handle);
+        drop(new);
+        let views = [self.view, self.raw_view].into_iter().filter(|v| *v != vk::ImageView::null()).collect();
+        self.device.bury(Dead::Image(self.handle, views, self.memory.take()));
+    }
+}
+
+/// How texels between texels are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filter {
+    Nearest,
+    /// Bilinear within a level, linear between levels.
+    Linear,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct SamplerInfo {
+    pub filter: Filter,
+    /// Longitude wraps; latitude always clamps.
+    pub wraps_in_s: bool,
+}
+
+pub struct Sampler {
+    pub(crate) handle: vk::Sampler,
+    device: Arc<Device>,
+}
+
+impl Drop for Sampler {
+    fn drop(&mut self) {
+        self.device.bury(Dead::Sampler(self.handle));
+    }
+}

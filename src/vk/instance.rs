@@ -1,0 +1,268 @@
+//! Loader, layers, messenger, and the devices that there are.
+
+use super::features::{Feature, Offered, offered};
+use super::message::{Message, Messages, messenger_info};
+use super::{Check, Error, Result};
+use ash::{ext, vk};
+use std::ffi::CStr;
+use std::sync::Arc;
+
+const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// The Vulkan instance. Headless: no surface extension is ever asked for here.
+pub struct Instance {
+    pub(crate) handle: ash::Instance,
+    pub(crate) debug: Option<ext::debug_utils::Instance>,
+    messenger: vk::DebugUtilsMessengerEXT,
+    messages: Arc<Messages>,
+    validating: bool,
+    _entry: ash::Entry,
+}
+
+/// One device, as found.
+#[derive(Clone, Debug)]
+pub struct PhysicalDevice {
+    pub(crate) handle: vk::PhysicalDevice,
+    pub name: String,
+    /// "discrete", "integrated", "virtual", "cpu" or "other".
+    pub kind: &'static str,
+    /// Driver name and version text, as the driver says it.
+    pub driver: String,
+    /// (major, minor, patch)
+    pub api: (u32, u32, u32),
+    pub features: Vec<Feature>,
+    pub(crate) offered: Offered,
+    pub(crate) limits: vk::PhysicalDeviceLimits,
+}
+
+impl PhysicalDevice {
+    /// Vulkan 1.3 and scalar block layout: without them no program of ours runs.
+    pub fn usable(&self) -> bool {
+        self.api >= (1, 3, 0) && self.offered.scalar_block_layout
+    }
+}
+
+/// What the loader sees: for `ortelius doctor`.
+#[derive(Clone, Debug)]
+pub struct Survey {
+    pub loader_api: (u32, u32, u32),
+    pub layers: Vec<String>,
+    pub devices: Vec<PhysicalDevice>,
+}
+
+impl Instance {
+    /// Opens the loader. `validate` switches the validation layer on, with synchronisation validation; layers
+    /// and settings that the environment asks for stay in force.
+    ///
+    /// # Errors
+    /// [`Error::Loader`], [`Error::NoValidationLayer`], [`Error::NoDevice`] where no driver loads.
+    pub fn new(validate: bool) -> Result<Instance> {
+        // SAFETY: the loader's initialisers are sound to run; the entry outlives the instance (field order).
+        let entry = unsafe { ash::Entry::load() }.map_err(|e| Error::Loader(e.to_string()))?;
+        let layers = layer_names(&entry)?;
+        if validate && !layers.iter().any(|name| name.as_bytes() == VALIDATION.to_bytes()) {
+            return Err(Error::NoValidationLayer);
+        }
+        // SAFETY: plain enumeration.
+        let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }
+            .check("vkEnumerateInstanceExtensionProperties", "loader")?;
+        let has_debug = extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
+        let messages = Arc::new(Messages::default());
+        let handle = create(&entry, validate, has_debug, &messages)?;
+        let debug = has_debug.then(|| ext::debug_utils::Instance::new(&entry, &handle));
+        let messenger = match &debug {
+            // SAFETY: `messages` lives as long as the instance.
+            Some(debug) => unsafe { debug.create_debug_utils_messenger(&messenger_info(&messages), None) }
+                .check("vkCreateDebugUtilsMessengerEXT", "instance")?,
+            None => vk::DebugUtilsMessengerEXT::null(),
+        };
+        Ok(Instance { handle, debug, messenger, messages, validating: validate, _entry: entry })
+    }
+
+    /// Every message so far that is not on the accepted list.
+    pub fn messages(&self) -> Vec<Message> {
+        self.messages.all()
+    }
+
+    pub fn validating(&self) -> bool {
+        self.validating
+    }
+
+    /// All devices, discrete first, then integrated, virtual, software; within a kind in the loader's order.
+    ///
+    /// # Errors
+    /// [`Error::Call`] where the loader fails.
+    pub fn devices(&self) -> Result<Vec<PhysicalDevice>> {
+        // SAFETY: plain enumeration on a live instance.
+        let handles = unsafe { self.handle.enumerate_physical_devices() }
+            .check("vkEnumeratePhysicalDevices", "instance")?;
+        let mut devices: Vec<_> =
+            handles.into_iter().map(|handle| self.describe(handle)).collect::<Result<_>>()?;
+        devices.sort_by_key(|device| match device.kind {
+            "discrete" => 0,
+            "integrated" => 1,
+            "virtual" => 2,
+            "cpu" => 3,
+            _ => 4,
+        });
+        Ok(devices)
+    }
+
+    /// The device that `wanted` names (part of its name, or its index in [`Instance::devices`]), or the first usable.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`], [`Error::DeviceChoice`] with the list of what is there.
+    pub fn choose(&self, wanted: Option<&str>) -> Result<PhysicalDevice> {
+        let devices = self.devices()?;
+        let found = || devices.iter().map(|d| d.name.clone()).collect::<Vec<_>>().join(", ");
+        match wanted {
+            None => devices.iter().find(|d| d.usable()).cloned(),
+            Some(wanted) => match wanted.parse::<usize>() {
+                Ok(index) => devices.get(index).cloned(),
+                Err(_) => {
+                    devices.iter().find(|d| d.name.to_lowercase().contains(&wanted.to_lowercase())).cloned()
+                }
+            },
+        }
+        .ok_or_else(|| match wanted {
+            Some(wanted) => Error::DeviceChoice { wanted: wanted.to_string(), found: found() },
+            None => Error::NoDevice { searched: searched_folders() },
+        })
+    }
+
+    fn describe(&self, handle: vk::PhysicalDevice) -> Result<PhysicalDevice> {
+        let mut driver = vk::PhysicalDeviceDriverProperties::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
+        // SAFETY: the chain lives on this stack frame.
+        unsafe { self.handle.get_physical_device_properties2(handle, &mut properties) };
+        let core = properties.properties;
+        // SAFETY: plain enumeration on a live instance.
+        let extensions = unsafe { self.handle.enumerate_device_extension_properties(handle) }
+            .check("vkEnumerateDeviceExtensionProperties", "device")?;
+        let extensions: Vec<String> = extensions
+            .iter()
+            .filter_map(|e| Some(e.extension_name_as_c_str().ok()?.to_string_lossy().into_owned()))
+            .collect();
+        let text = |c: std::result::Result<&CStr, _>| {
+            c.map_or(String::new(), |c: &CStr| c.to_string_lossy().into_owned())
+        };
+        let offered = offered(&self.handle, handle, &extensions);
+        Ok(PhysicalDevice {
+            handle,
+            name: text(core.device_name_as_c_str()),
+            kind: match core.device_type {
+                vk::PhysicalDeviceType::DISCRETE_GPU => "discrete",
+                vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated",
+                vk::PhysicalDeviceType::VIRTUAL_GPU => "virtual",
+                vk::PhysicalDeviceType::CPU => "cpu",
+                _ => "other",
+            },
+            driver: format!(
+                "{} {}",
+                text(driver.driver_name_as_c_str()),
+                text(driver.driver_info_as_c_str())
+            ),
+            api: version(core.api_version),
+            features: offered.features.clone(),
+            offered,
+            limits: core.limits,
+        })
+    }
+
+    /// What `ortelius doctor` prints.
+    ///
+    /// # Errors
+    /// [`Error::Loader`] or a failed enumeration.
+    pub fn survey() -> Result<Survey> {
+        let instance = Instance::new(false)?;
+        // SAFETY: plain queries of the loader.
+        let api = unsafe { instance._entry.try_enumerate_instance_version() }
+            .check("vkEnumerateInstanceVersion", "loader")?
+            .unwrap_or(vk::API_VERSION_1_0);
+        Ok(Survey {
+            loader_api: version(api),
+            layers: layer_names(&instance._entry)?,
+            devices: instance.devices()?,
+        })
+    }
+}
+
+fn create(
+    entry: &ash::Entry,
+    validate: bool,
+    debug: bool,
+    messages: &Arc<Messages>,
+) -> Result<ash::Instance> {
+    let app = vk::ApplicationInfo::default()
+        .application_name(c"ortelius")
+        .engine_name(c"ortelius")
+        .api_version(vk::API_VERSION_1_3);
+    let layers: Vec<_> = validate.then_some(VALIDATION.as_ptr()).into_iter().collect();
+    let mut extensions = Vec::new();
+    if debug {
+        extensions.push(ext::debug_utils::NAME.as_ptr());
+    }
+    let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+    let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
+    let mut messenger = messenger_info(messages);
+    let mut info = vk::InstanceCreateInfo::default()
+        .application_info(&app)
+        .enabled_layer_names(&layers)
+        .enabled_extension_names(&extensions);
+    if debug {
+        info = info.push_next(&mut messenger);
+    }
+    if validate {
+        info = info.push_next(&mut features);
+    }
+    // SAFETY: every pointer in `info` lives on this stack frame.
+    match unsafe { entry.create_instance(&info, None) } {
+        Err(vk::Result::ERROR_INCOMPATIBLE_DRIVER) => Err(Error::NoDevice { searched: searched_folders() }),
+        other => other.check("vkCreateInstance", "instance"),
+    }
+}
+
+fn layer_names(entry: &ash::Entry) -> Result<Vec<String>> {
+    // SAFETY: plain enumeration.
+    let layers = unsafe { entry.enumerate_instance_layer_properties() }
+        .check("vkEnumerateInstanceLayerProperties", "loader")?;
+    Ok(layers
+        .iter()
+        .filter_map(|l| Some(l.layer_name_as_c_str().ok()?.to_string_lossy().into_owned()))
+        .collect())
+}
+
+fn version(packed: u32) -> (u32, u32, u32) {
+    (vk::api_version_major(packed), vk::api_version_minor(packed), vk::api_version_patch(packed))
+}
+
+/// Where the loader looks for drivers (the Vulkan loader's documentation, "Driver discovery" on Linux).
+pub fn driver_folders() -> Vec<String> {
+    for variable in ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"] {
+        if let Ok(files) = std::env::var(variable) {
+            return files.split(':').map(|file| format!("{file} (from {variable})")).collect();
+        }
+    }
+    let home = std::env::var("HOME").unwrap_or_default();
+    ["/etc/vulkan/icd.d", "/usr/local/share/vulkan/icd.d", "/usr/share/vulkan/icd.d"]
+        .into_iter()
+        .map(String::from)
+        .chain((!home.is_empty()).then(|| format!("{home}/.local/share/vulkan/icd.d")))
+        .collect()
+}
+
+fn searched_folders() -> String {
+    driver_folders().join(", ")
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        // SAFETY: every device was destroyed before: each keeps an Arc of the instance.
+        unsafe {
+            if let Some(debug) = &self.debug {
+                debug.destroy_debug_utils_messenger(self.messenger, None);
+            }
+            self.handle.destroy_instance(None);
+        }
+    }
+}

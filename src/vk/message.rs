@@ -1,0 +1,97 @@
+//! Messages of the validation layer and of the driver, kept so that a test can fail on them.
+
+use ash::vk;
+use std::ffi::{CStr, c_void};
+use std::sync::{Arc, Mutex};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Severity {
+    Warning,
+    Error,
+}
+
+/// One message: the layer's identifier and its text.
+#[derive(Clone, Debug)]
+pub struct Message {
+    pub severity: Severity,
+    pub id: String,
+    pub text: String,
+}
+
+/// Messages that may come without failing a test: (part of the id or of the text, why).
+const ACCEPTED: &[(&str, &str)] = &[
+    (
+        "Decoration not allowed on struct members: SpvDecorationInvariant",
+        "Mesa 22.3's SPIR-V reader, not the layer: the decoration is legal on gl_PerVertex's members, and is honoured",
+    ),
+    // All are advice on performance of the best-practices lane, off unless asked for from outside.
+    (
+        "UNASSIGNED-CoreValidation-DrawState-InvalidImageLayout",
+        "advice: images live in GENERAL by design (design: 2.)",
+    ),
+    ("UNASSIGNED-BestPractices", "advice only; never an error of use"),
+    // The loader of Debian 12 prints which drivers it skipped on a machine without their hardware.
+    ("Loader Message", "the loader's own notes about other drivers"),
+];
+
+/// The sink that the messenger writes into.
+#[derive(Default)]
+pub(crate) struct Messages(Mutex<Vec<Message>>);
+
+impl Messages {
+    pub(crate) fn all(&self) -> Vec<Message> {
+        self.0.lock().expect("no panic while a message is stored").clone()
+    }
+
+    fn push(&self, message: Message) {
+        let accepted =
+            ACCEPTED.iter().any(|(part, _)| message.id.contains(part) || message.text.contains(part));
+        match message.severity {
+            _ if accepted => tracing::debug!(target: "vulkan", "{}: {}", message.id, message.text),
+            Severity::Warning => tracing::warn!(target: "vulkan", "{}: {}", message.id, message.text),
+            Severity::Error => tracing::error!(target: "vulkan", "{}: {}", message.id, message.text),
+        }
+        if !accepted {
+            self.0.lock().expect("no panic while a message is stored").push(message);
+        }
+    }
+}
+
+/// The messenger's settings; `messages` must outlive the instance.
+pub(crate) fn messenger_info(messages: &Arc<Messages>) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
+    vk::DebugUtilsMessengerCreateInfoEXT::default()
+        .message_severity(
+            vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
+        )
+        .message_type(
+            vk::DebugUtilsMessageTypeFlagsEXT::GENERAL
+                | vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
+                | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
+        )
+        .pfn_user_callback(Some(on_message))
+        .user_data(Arc::as_ptr(messages).cast_mut().cast())
+}
+
+unsafe extern "system" fn on_message(
+    severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    user: *mut c_void,
+) -> vk::Bool32 {
+    // SAFETY: the loader passes a valid `data`; `user` is the Messages that the Instance keeps alive.
+    let (messages, data) = unsafe { (&*user.cast::<Messages>(), &*data) };
+    // SAFETY: Vulkan's strings are null-terminated and live for the call.
+    let text = |p: *const std::ffi::c_char| match p.is_null() {
+        true => String::new(),
+        false => unsafe { CStr::from_ptr(p) }.to_string_lossy().into_owned(),
+    };
+    messages.push(Message {
+        severity: match severity.contains(vk::DebugUtilsMessageSeverityFlagsEXT::ERROR) {
+            true => Severity::Error,
+            false => Severity::Warning,
+        },
+        id: text(data.p_message_id_name),
+        text: text(data.p_message),
+    });
+    vk::FALSE
+}

@@ -1,0 +1,330 @@
+//! Pipelines, made from generated shaders: layouts come from reflection, variants from specialization constants.
+
+use super::device::{Dead, Device};
+use super::shader::{DescriptorKind, Shader, VertexFormat};
+use super::{Check, Error, Format, Gpu, Result};
+use ash::vk;
+use std::sync::Arc;
+
+/// The depth test; depth is reversed, 1 near and 0 infinitely far.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Depth {
+    /// Nearest wins and is written.
+    Write,
+    /// Only fragments that an earlier pass found nearest.
+    Equal,
+}
+
+/// A graphics pipeline's whole description.
+#[derive(Clone, Copy)]
+pub struct GraphicsInfo<'a> {
+    pub name: &'a str,
+    pub vertex: &'static Shader,
+    pub geometry: Option<&'static Shader>,
+    /// None: nothing is rasterised (transform feedback alone).
+    pub fragment: Option<&'static Shader>,
+    /// (constant's name in GLSL, value); every name must exist in one of the shaders.
+    pub specialization: &'a [(&'a str, u32)],
+    /// Points, else triangles.
+    pub points: bool,
+    pub depth: Option<Depth>,
+    pub colors: &'a [Format],
+    /// OR the fragments into the (integer) target.
+    pub logic_or: bool,
+}
+
+pub(crate) struct Base {
+    pub(crate) handle: vk::Pipeline,
+    pub(crate) layout: vk::PipelineLayout,
+    pub(crate) set_layout: vk::DescriptorSetLayout,
+    pub(crate) descriptors: Vec<(u32, DescriptorKind)>,
+    pub(crate) push_bytes: u32,
+    pub(crate) push_stages: vk::ShaderStageFlags,
+    pub(crate) name: String,
+    device: Arc<Device>,
+}
+
+pub struct GraphicsPipeline(pub(crate) Base);
+pub struct ComputePipeline(pub(crate) Base);
+
+type Stages<'a> = [(vk::ShaderStageFlags, &'a Shader)];
+
+impl Base {
+    /// Layouts as the shaders declare them.
+    fn new(gpu: &Gpu, name: &str, stages: &Stages<'_>) -> Result<Base> {
+        let device = &gpu.device;
+        let mut descriptors: Vec<(u32, DescriptorKind)> = Vec::new();
+        for (_, shader) in stages {
+            for &(binding, kind) in shader.descriptors {
+                match descriptors.iter().find(|(b, _)| *b == binding) {
+                    Some((_, other)) => {
+                        assert_eq!(*other, kind, "{name}: binding {binding} in {}", shader.name)
+                    }
+                    None => descriptors.push((binding, kind)),
+                }
+            }
+        }
+        let all = stages.iter().fold(vk::ShaderStageFlags::empty(), |all, (stage, _)| all | *stage);
+        let bindings: Vec<_> = descriptors
+            .iter()
+            .map(|&(binding, kind)| {
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(binding)
+                    .descriptor_type(kind.vk())
+                    .descriptor_count(1)
+                    .stage_flags(all)
+            })
+            .collect();
+        let push_bytes = stages.iter().map(|(_, shader)| shader.push_bytes).max().unwrap_or(0);
+        let pushers = stages.iter().filter(|(_, shader)| shader.push_bytes > 0);
+        let push_stages = pushers.fold(vk::ShaderStageFlags::empty(), |all, (stage, _)| all | *stage);
+        let ranges = [vk::PushConstantRange { stage_flags: push_stages, offset: 0, size: push_bytes }];
+        let set_info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+        // SAFETY: the device lives.
+        let set_layout = unsafe { device.handle.create_descriptor_set_layout(&set_info, None) }
+            .check("vkCreateDescriptorSetLayout", name)?;
+        let set_layouts = [set_layout];
+        let info = vk::PipelineLayoutCreateInfo::default()
+            .set_layouts(&set_layouts)
+            .push_constant_ranges(if push_bytes > 0 { &ranges } else { &[] });
+        // SAFETY: as above.
+        let layout = unsafe { device.handle.create_pipeline_layout(&info, None) }
+            .check("vkCreatePipelineLayout", name)?;
+        device.name(set_layout, name);
+        device.name(layout, name);
+        Ok(Base {
+            handle: vk::Pipeline::null(),
+            layout,
+            set_layout,
+            descriptors,
+            push_bytes,
+            push_stages,
+            name: name.to_string(),
+            device: device.clone(),
+        })
+    }
+}
+
+impl Drop for Base {
+    fn drop(&mut self) {
+        self.device.bury(Dead::Pipeline(self.handle, self.layout, self.set_layout));
+    }
+}
+
+/// A shader module for the time of a pipeline's creation, with its specialization.
+struct Module<'a> {
+    handle: vk::ShaderModule,
+    entries: Vec<vk::SpecializationMapEntry>,
+    data: Vec<u32>,
+    stage: vk::ShaderStageFlags,
+    device: &'a Device,
+}
+
+impl<'a> Module<'a> {
+    fn new(
+        device: &'a Device,
+        stage: vk::ShaderStageFlags,
+        shader: &Shader,
+        specialization: &[(&str, u32)],
+    ) -> Result<Self> {
+        let info = vk::ShaderModuleCreateInfo::default().code(shader.spirv);
+        // SAFETY: the words are glslang's.
+        let handle = unsafe { device.handle.create_shader_module(&info, None) }
+            .check("vkCreateShaderModule", shader.name)?;
+        device.name(handle, shader.name);
+        let used = shader.specialization.iter().filter_map(|(name, id)| {
+            let (_, value) = specialization.iter().find(|(given, _)| given == name)?;
+            Some((*id, *value))
+        });
+        let (ids, data): (Vec<u32>, Vec<u32>) = used.unzip();
+        let entries = ids
+            .into_iter()
+            .enumerate()
+            .map(|(n, constant_id)| vk::SpecializationMapEntry { constant_id, offset: 4 * n as u32, size: 4 })
+            .collect();
+        Ok(Module { handle, entries, data, stage, device })
+    }
+
+    fn specialization(&self) -> vk::SpecializationInfo<'_> {
+        vk::SpecializationInfo::default().map_entries(&self.entries).data(bytemuck::cast_slice(&self.data))
+    }
+
+    fn stage<'m>(
+        &'m self,
+        specialization: &'m vk::SpecializationInfo<'m>,
+    ) -> vk::PipelineShaderStageCreateInfo<'m> {
+        vk::PipelineShaderStageCreateInfo::default()
+            .stage(self.stage)
+            .module(self.handle)
+            .name(c"main")
+            .specialization_info(specialization)
+    }
+}
+
+impl Drop for Module<'_> {
+    fn drop(&mut self) {
+        // SAFETY: a module is needed only while pipelines are created from it.
+        unsafe { self.device.handle.destroy_shader_module(self.handle, None) };
+    }
+}
+
+fn assert_names_exist(name: &str, stages: &Stages<'_>, specialization: &[(&str, u32)]) {
+    for (constant, _) in specialization {
+        let known = stages.iter().any(|(_, shader)| shader.specialization.iter().any(|(n, _)| n == constant));
+        assert!(known, "{name}: no shader has a constant {constant}");
+    }
+}
+
+impl Gpu {
+    /// Whether a geometry shader may emit so many points, components and run so many invocations.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] names the limit that is exceeded, and both numbers.
+    pub fn require_geometry(&self, name: &str, points: u32, components: u32, invocations: u32) -> Result<()> {
+        let limits = &self.device.physical.limits;
+        let checks = [
+            ("maxGeometryOutputVertices", points, limits.max_geometry_output_vertices),
+            ("maxGeometryTotalOutputComponents", components, limits.max_geometry_total_output_components),
+            ("maxGeometryShaderInvocations", invocations, limits.max_geometry_shader_invocations),
+        ];
+        match checks.iter().find(|(_, wanted, most)| wanted > most) {
+            None => Ok(()),
+            Some((limit, wanted, most)) => Err(Error::Limit {
+                object: name.to_string(),
+                what: format!("needs {limit} = {wanted}, the device has {most}; choose smaller blocks"),
+            }),
+        }
+    }
+
+    /// # Errors
+    /// The driver's compiler fails.
+    pub fn compute_pipeline(
+        &self,
+        name: &str,
+        shader: &'static Shader,
+        specialization: &[(&str, u32)],
+    ) -> Result<ComputePipeline> {
+        let stages = [(vk::ShaderStageFlags::COMPUTE, shader)];
+        assert_names_exist(name, &stages, specialization);
+        let mut base = Base::new(self, name, &stages)?;
+        let module = Module::new(&self.device, stages[0].0, shader, specialization)?;
+        let constants = module.specialization();
+        let info =
+            vk::ComputePipelineCreateInfo::default().stage(module.stage(&constants)).layout(base.layout);
+        // SAFETY: module and layout live.
+        base.handle =
+            unsafe { self.device.handle.create_compute_pipelines(vk::PipelineCache::null(), &[info], None) }
+                .map_err(|(_, result)| result)
+                .check("vkCreateComputePipelines", name)?[0];
+        self.device.name(base.handle, name);
+        Ok(ComputePipeline(base))
+    }
+
+    /// # Errors
+    /// The driver's compiler fails.
+    pub fn graphics_pipeline(&self, info: &GraphicsInfo<'_>) -> Result<GraphicsPipeline> {
+        let mut stages = vec![(vk::ShaderStageFlags::VERTEX, info.vertex)];
+        stages.extend(info.geometry.map(|shader| (vk::ShaderStageFlags::GEOMETRY, shader)));
+        stages.extend(info.fragment.map(|shader| (vk::ShaderStageFlags::FRAGMENT, shader)));
+        assert_names_exist(info.name, &stages, info.specialization);
+        let mut base = Base::new(self, info.name, &stages)?;
+        let modules: Vec<_> = stages
+            .iter()
+            .map(|(stage, shader)| Module::new(&self.device, *stage, shader, info.specialization))
+            .collect::<Result<_>>()?;
+        let constants: Vec<_> = modules.iter().map(Module::specialization).collect();
+        let stages: Vec<_> = modules.iter().zip(&constants).map(|(module, c)| module.stage(c)).collect();
+        base.handle = self.create_graphics(info, &base, &stages)?;
+        self.device.name(base.handle, info.name);
+        Ok(GraphicsPipeline(base))
+    }
+
+    fn create_graphics(
+        &self,
+        info: &GraphicsInfo<'_>,
+        base: &Base,
+        stages: &[vk::PipelineShaderStageCreateInfo<'_>],
+    ) -> Result<vk::Pipeline> {
+        let (attributes, stride) = vertex_attributes(info.vertex);
+        let binding = [vk::VertexInputBindingDescription { binding: 0, stride, ..Default::default() }];
+        let input = vk::PipelineVertexInputStateCreateInfo::default()
+            .vertex_attribute_descriptions(&attributes)
+            .vertex_binding_descriptions(if stride > 0 { &binding } else { &[] });
+        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(match info.points {
+            true => vk::PrimitiveTopology::POINT_LIST,
+            false => vk::PrimitiveTopology::TRIANGLE_LIST,
+        });
+        let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+        let raster = vk::PipelineRasterizationStateCreateInfo::default()
+            .rasterizer_discard_enable(info.fragment.is_none())
+            // Meshes are counter-clockwise seen from outside; what shows its back is behind the limb.
+            .cull_mode(if info.points { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK })
+            .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
+            .line_width(1.0);
+        let samples = vk::PipelineMultisampleStateCreateInfo::default()
+            .rasterization_samples(vk::SampleCountFlags::TYPE_1);
+        let depth = vk::PipelineDepthStencilStateCreateInfo::default()
+            .depth_test_enable(info.depth.is_some())
+            .depth_write_enable(info.depth == Some(Depth::Write))
+            .depth_compare_op(match info.depth {
+                Some(Depth::Equal) => vk::CompareOp::EQUAL,
+                _ => vk::CompareOp::GREATER,
+            });
+        let attachments = vec![
+            vk::PipelineColorBlendAttachmentState::default()
+                .color_write_mask(vk::ColorComponentFlags::RGBA);
+            info.colors.len()
+        ];
+        let blend = vk::PipelineColorBlendStateCreateInfo::default()
+            .attachments(&attachments)
+            .logic_op_enable(info.logic_or)
+            .logic_op(vk::LogicOp::OR);
+        let dynamic = vk::PipelineDynamicStateCreateInfo::default()
+            .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
+        let formats: Vec<_> = info.colors.iter().map(|format| format.vk()).collect();
+        let depth_format = match info.depth {
+            Some(_) => vk::Format::D32_SFLOAT,
+            None => vk::Format::UNDEFINED,
+        };
+        let mut rendering = vk::PipelineRenderingCreateInfo::default()
+            .color_attachment_formats(&formats)
+            .depth_attachment_format(depth_format);
+        let create = vk::GraphicsPipelineCreateInfo::default()
+            .stages(stages)
+            .vertex_input_state(&input)
+            .input_assembly_state(&assembly)
+            .viewport_state(&viewport)
+            .rasterization_state(&raster)
+            .multisample_state(&samples)
+            .depth_stencil_state(&depth)
+            .color_blend_state(&blend)
+            .dynamic_state(&dynamic)
+            .layout(base.layout)
+            .push_next(&mut rendering);
+        // SAFETY: every pointer lives on this stack frame.
+        let pipelines = unsafe {
+            self.device.handle.create_graphics_pipelines(vk::PipelineCache::null(), &[create], None)
+        };
+        Ok(pipelines.map_err(|(_, result)| result).check("vkCreateGraphicsPipelines", info.name)?[0])
+    }
+}
+
+/// Attributes tightly packed in the order of their locations, and the stride.
+fn vertex_attributes(shader: &Shader) -> (Vec<vk::VertexInputAttributeDescription>, u32) {
+    let mut offset = 0;
+    let attributes = shader.inputs.iter().map(|&(location, format)| {
+        let (format, bytes) = match format {
+            VertexFormat::Float1 => (vk::Format::R32_SFLOAT, 4),
+            VertexFormat::Float2 => (vk::Format::R32G32_SFLOAT, 8),
+            VertexFormat::Float3 => (vk::Format::R32G32B32_SFLOAT, 12),
+            VertexFormat::Float4 => (vk::Format::R32G32B32A32_SFLOAT, 16),
+            VertexFormat::Uint1 => (vk::Format::R32_UINT, 4),
+            VertexFormat::Uint2 => (vk::Format::R32G32_UINT, 8),
+            VertexFormat::Uint3 => (vk::Format::R32G32B32_UINT, 12),
+            VertexFormat::Uint4 => (vk::Format::R32G32B32A32_UINT, 16),
+        };
+        offset += bytes;
+        vk::VertexInputAttributeDescription { location, binding: 0, format, offset: offset - bytes }
+    });
+    (attributes.collect(), offset)
+}

@@ -1,0 +1,193 @@
+//! Drawing into images, and transform feedback.
+
+use super::command::{Cmd, Resource};
+use super::{Buffer, GraphicsPipeline, Image, Result, StreamQuery};
+use ash::vk;
+
+/// What a target holds before the first draw.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Clear {
+    Keep,
+    Uint([u32; 4]),
+    Float([f32; 4]),
+}
+
+#[derive(Clone, Copy)]
+pub struct ColorTarget<'a> {
+    pub image: &'a Image,
+    pub clear: Clear,
+}
+
+#[derive(Clone, Copy)]
+pub struct DepthTarget<'a> {
+    pub image: &'a Image,
+    /// Reversed depth: 0 is infinitely far. `false` keeps what an earlier pass left.
+    pub clear: bool,
+}
+
+/// Where the geometry shader's points go.
+#[derive(Clone, Copy)]
+pub struct TransformFeedback<'a> {
+    pub buffer: &'a Buffer,
+    /// Receives the bytes written; 4 bytes at 0.
+    pub counter: &'a Buffer,
+    pub query: &'a StreamQuery,
+    pub query_index: u32,
+}
+
+/// Draws into a set of targets.
+pub struct Render<'c, 'a> {
+    cmd: &'c mut Cmd<'a>,
+}
+
+impl<'a> Cmd<'a> {
+    /// Runs `draws` with the targets bound; viewport and scissor cover `size`.
+    ///
+    /// # Errors
+    /// What `draws` returns.
+    pub fn render(
+        &mut self,
+        size: [u32; 2],
+        colors: &[ColorTarget<'_>],
+        depth: Option<DepthTarget<'_>>,
+        draws: impl FnOnce(&mut Render<'_, 'a>) -> Result<()>,
+    ) -> Result<()> {
+        let colors: Vec<_> = colors.iter().map(|target| color_attachment(size, target)).collect();
+        let area = vk::Rect2D {
+            offset: vk::Offset2D::default(),
+            extent: vk::Extent2D { width: size[0], height: size[1] },
+        };
+        let mut info =
+            vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&colors);
+        let depth = depth.map(|target| depth_attachment(size, &target));
+        if let Some(depth) = &depth {
+            info = info.depth_attachment(depth);
+        }
+        let viewport = vk::Viewport {
+            x: 0.0,
+            y: 0.0,
+            width: size[0] as f32,
+            height: size[1] as f32,
+            min_depth: 0.0,
+            max_depth: 1.0,
+        };
+        // SAFETY: the attachments live until the frame has passed, and are in GENERAL.
+        unsafe {
+            self.device.handle.cmd_begin_rendering(self.handle, &info);
+            self.device.handle.cmd_set_viewport(self.handle, 0, &[viewport]);
+            self.device.handle.cmd_set_scissor(self.handle, 0, &[area]);
+        }
+        let result = draws(&mut Render { cmd: self });
+        // SAFETY: begun above.
+        unsafe { self.device.handle.cmd_end_rendering(self.handle) };
+        result
+    }
+}
+
+fn color_attachment(size: [u32; 2], target: &ColorTarget<'_>) -> vk::RenderingAttachmentInfo<'static> {
+    assert_eq!(target.image.info().size, size, "{}: size of a target", target.image.name());
+    let color = match target.clear {
+        Clear::Keep | Clear::Uint(_) => {
+            vk::ClearColorValue { uint32: if let Clear::Uint(v) = target.clear { v } else { [0; 4] } }
+        }
+        Clear::Float(float32) => vk::ClearColorValue { float32 },
+    };
+    vk::RenderingAttachmentInfo::default()
+        .image_view(target.image.view)
+        .image_layout(vk::ImageLayout::GENERAL)
+        .load_op(match target.clear {
+            Clear::Keep => vk::AttachmentLoadOp::LOAD,
+            _ => vk::AttachmentLoadOp::CLEAR,
+        })
+        .store_op(vk::AttachmentStoreOp::STORE)
+        .clear_value(vk::ClearValue { color })
+}
+
+fn depth_attachment(size: [u32; 2], target: &DepthTarget<'_>) -> vk::RenderingAttachmentInfo<'static> {
+    assert_eq!(target.image.info().size, size, "{}: size of a target", target.image.name());
+    let depth_stencil = vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 };
+    vk::RenderingAttachmentInfo::default()
+        .image_view(target.image.view)
+        .image_layout(vk::ImageLayout::GENERAL)
+        .load_op(if target.clear { vk::AttachmentLoadOp::CLEAR } else { vk::AttachmentLoadOp::LOAD })
+        .store_op(vk::AttachmentStoreOp::STORE)
+        .clear_value(vk::ClearValue { depth_stencil })
+}
+
+impl Render<'_, '_> {
+    /// `count` vertices with no input: the vertex shader has its index alone.
+    pub fn draw(
+        &mut self,
+        pipeline: &GraphicsPipeline,
+        resources: &[(u32, Resource<'_>)],
+        push: &[u8],
+        count: u32,
+    ) -> Result<()> {
+        self.cmd.bind(&pipeline.0, vk::PipelineBindPoint::GRAPHICS, resources, push)?;
+        // SAFETY: pipeline and descriptors are bound.
+        unsafe { self.cmd.device.handle.cmd_draw(self.cmd.handle, count, 1, 0, 0) };
+        Ok(())
+    }
+
+    /// An indexed mesh of 32-bit indices.
+    pub fn draw_mesh(
+        &mut self,
+        pipeline: &GraphicsPipeline,
+        resources: &[(u32, Resource<'_>)],
+        push: &[u8],
+        vertices: &Buffer,
+        indices: &Buffer,
+    ) -> Result<()> {
+        self.cmd.bind(&pipeline.0, vk::PipelineBindPoint::GRAPHICS, resources, push)?;
+        let count = u32::try_from(indices.bytes() / 4).expect("a mesh has fewer than 2^32 indices");
+        // SAFETY: the buffers live until the frame has passed; build.rs generated the vertex layout.
+        unsafe {
+            let device = &self.cmd.device.handle;
+            device.cmd_bind_vertex_buffers(self.cmd.handle, 0, &[vertices.handle], &[0]);
+            device.cmd_bind_index_buffer(self.cmd.handle, indices.handle, 0, vk::IndexType::UINT32);
+            device.cmd_draw_indexed(self.cmd.handle, count, 1, 0, 0, 0);
+        }
+        Ok(())
+    }
+
+    /// As [`Render::draw`], with the geometry shader's output appended to a buffer from its start on. The pass
+    /// must have [`Cmd::reset`] the query before it began to render.
+    pub fn draw_into(
+        &mut self,
+        pipeline: &GraphicsPipeline,
+        resources: &[(u32, Resource<'_>)],
+        push: &[u8],
+        count: u32,
+        into: &TransformFeedback<'_>,
+    ) -> Result<()> {
+        self.cmd.bind(&pipeline.0, vk::PipelineBindPoint::GRAPHICS, resources, push)?;
+        let feedback =
+            self.cmd.device.feedback.as_ref().expect("the pass named TransformFeedback in its needs");
+        let feedback = feedback.fp();
+        let cmd = self.cmd.handle;
+        // SAFETY: ash 0.38 has no wrapper; every pointer lives on this stack frame. A Begin without counter buffers
+        // starts at offset 0; End stores the bytes written. Barriers are the pass's and `Cmd::sync`'s.
+        unsafe {
+            (feedback.cmd_bind_transform_feedback_buffers_ext)(
+                cmd,
+                0,
+                1,
+                &into.buffer.handle,
+                &0,
+                &into.buffer.bytes(),
+            );
+            (feedback.cmd_begin_query_indexed_ext)(
+                cmd,
+                into.query.pool,
+                into.query_index,
+                vk::QueryControlFlags::empty(),
+                0,
+            );
+            (feedback.cmd_begin_transform_feedback_ext)(cmd, 0, 0, std::ptr::null(), std::ptr::null());
+            self.cmd.device.handle.cmd_draw(cmd, count, 1, 0, 0);
+            (feedback.cmd_end_transform_feedback_ext)(cmd, 0, 1, &into.counter.handle, &0);
+            (feedback.cmd_end_query_indexed_ext)(cmd, into.query.pool, into.query_index, 0);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,93 @@
+//! Does the driver do what it says? One dispatch, and one geometry-shader draw with transform feedback.
+//! `ortelius doctor` runs this in a child process, so that a crashing driver is reported and not suffered.
+
+use super::shader::self_test::{dispatch_comp, feedback_geom, feedback_vert};
+use super::{
+    BufferUse, Error, Feature, Gpu, GpuOptions, GraphicsInfo, Message, Need, Resource, Result,
+    TransformFeedback,
+};
+
+/// What the self-test asks of the device.
+pub const NEEDS: [Need; 2] = [
+    Need { feature: Feature::GeometryShader, pass: "self-test", without: "the papers' own variants need it" },
+    Need {
+        feature: Feature::TransformFeedback,
+        pass: "self-test",
+        without: "the papers' own variants need it",
+    },
+];
+
+/// Runs both tests on one device; returns what the validation layer said.
+///
+/// # Errors
+/// What the device refuses, or which result is wrong.
+pub fn run(options: &GpuOptions<'_>) -> Result<Vec<Message>> {
+    let gpu = Gpu::new(&GpuOptions { needs: &NEEDS, ..options.clone() })?;
+    dispatch(&gpu)?;
+    feedback(&gpu)?;
+    Ok(gpu.messages())
+}
+
+fn expect(what: &str, found: &[u32], wanted: impl Iterator<Item = u32>) -> Result<()> {
+    let wanted: Vec<u32> = wanted.collect();
+    match found.iter().zip(&wanted).position(|(f, w)| f != w) {
+        None => Ok(()),
+        Some(at) => Err(Error::Limit {
+            object: "self-test".into(),
+            what: format!("{what}: word {at} is {}, not {}: the driver is broken", found[at], wanted[at]),
+        }),
+    }
+}
+
+fn dispatch(gpu: &Gpu) -> Result<()> {
+    let pipeline = gpu.compute_pipeline("self-test dispatch", &dispatch_comp::SHADER, &[])?;
+    let words = gpu.buffer("self-test words", 4 * 256, BufferUse::Storage)?;
+    let host = gpu.buffer("self-test read-back", 4 * 256, BufferUse::Readback)?;
+    let mut frame = gpu.frame()?;
+    frame.pass("dispatch", |cmd| {
+        cmd.dispatch(&pipeline, &[(dispatch_comp::WORDS, Resource::Buffer(&words))], &[], [4, 1, 1])
+    })?;
+    frame.pass("read-back", |cmd| {
+        cmd.copy_buffer(&words, 0, &host, 0, 4 * 256);
+        Ok(())
+    })?;
+    frame.submit()?.wait()?;
+    expect("dispatch", bytemuck::cast_slice(host.mapped()), (0..256).map(|x| 3 * x + 1))
+}
+
+fn feedback(gpu: &Gpu) -> Result<()> {
+    let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
+        name: "self-test feedback",
+        vertex: &feedback_vert::SHADER,
+        geometry: Some(&feedback_geom::SHADER),
+        fragment: None,
+        specialization: &[],
+        points: true,
+        depth: None,
+        colors: &[],
+        logic_or: false,
+    })?;
+    let buffer = gpu.buffer("self-test points", 4 * 100, BufferUse::TransformFeedback)?;
+    let counter = gpu.buffer("self-test counter", 4, BufferUse::TransformFeedback)?;
+    let host = gpu.buffer("self-test read-back", 4 * 101, BufferUse::Readback)?;
+    let query = gpu.stream_query("self-test query", 1)?;
+    let mut frame = gpu.frame()?;
+    frame.pass("feedback", |cmd| {
+        cmd.reset(&query, 0);
+        cmd.render([1, 1], &[], None, |render| {
+            let into =
+                TransformFeedback { buffer: &buffer, counter: &counter, query: &query, query_index: 0 };
+            render.draw_into(&pipeline, &[], &[], 100, &into)
+        })
+    })?;
+    frame.pass("read-back", |cmd| {
+        cmd.copy_buffer(&buffer, 0, &host, 0, 400);
+        cmd.copy_buffer(&counter, 0, &host, 400, 4);
+        Ok(())
+    })?;
+    frame.submit()?.wait()?;
+    let count = query.read(0)?;
+    expect("stream query", &[count.written as u32, count.needed as u32], [100, 100].into_iter())?;
+    let wanted = (0..100).filter(|x| x % 2 == 0).flat_map(|x| [2 * x, 2 * x + 1]).chain([400]);
+    expect("transform feedback", bytemuck::cast_slice(host.mapped()), wanted)
+}

@@ -1,0 +1,67 @@
+//! The floors of the crate: imports only point down, `unsafe` and `ash` live in `src/vk` alone, and the
+//! references never look at the GPU. Read from the source text, so it needs no build of the crate.
+
+mod cases;
+mod lexer;
+mod paths;
+mod rules;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Every `.rs` file below `folder`, in order.
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let entries = fs::read_dir(folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+    for entry in entries {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(sources(&path));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Path within the repository, with `/`, and text.
+fn read(path: &Path) -> (String, String) {
+    let within = path.strip_prefix(root()).unwrap().to_string_lossy().replace('\\', "/");
+    (within, fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display())))
+}
+
+#[test]
+fn the_source_keeps_to_its_floors() {
+    let files = sources(&root().join("src"));
+    let mut objections = Vec::new();
+    let mut crossings = 0;
+    for file in &files {
+        let (path, text) = read(file);
+        objections.extend(rules::objections(&path, &text));
+        crossings += rules::crossings(&path, &text);
+    }
+    assert!(objections.is_empty(), "\n{}\n", objections.join("\n"));
+    // The floors mean nothing to a checker that finds no imports.
+    assert!(
+        files.len() >= 20 && crossings >= 10,
+        "{} files, {crossings} imports between modules",
+        files.len()
+    );
+}
+
+#[test]
+fn tests_and_the_build_script_have_no_unsafe_code() {
+    let mut files = sources(&root().join("tests"));
+    files.push(root().join("build.rs"));
+    let objections: Vec<String> = files
+        .iter()
+        .map(|file| read(file))
+        .flat_map(|(path, text)| rules::forbidden_words(&path, &lexer::tokens(&text)))
+        .collect();
+    assert!(objections.is_empty(), "\n{}\n", objections.join("\n"));
+}

@@ -1,0 +1,227 @@
+//! The list of comparers, and the check that it is whole.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A function in a file of the repository.
+type Place = (&'static str, &'static str);
+
+/// What tests trust to tell right from wrong.
+struct Comparer {
+    judges: &'static str,
+    function: Place,
+    /// Tests in which it must reject a neighbour of what it accepts.
+    rejects: &'static [Place],
+}
+
+const REFERENCE: &str = "src/paper/virtual_texture/reference.rs";
+
+const PICTURE: &str = "src/picture/error.rs";
+
+const COMPARERS: &[Comparer] = &[
+    Comparer {
+        judges: "pictures",
+        function: (PICTURE, "compare"),
+        rejects: &[
+            (PICTURE, "a_shift_by_one_pixel_is_rejected"),
+            (PICTURE, "what_is_not_finite_is_an_infinite_error_even_against_itself"),
+            (PICTURE, "pictures_of_different_shape_are_not_compared"),
+        ],
+    },
+    Comparer {
+        judges: "a picture's worst pixel",
+        function: (PICTURE, "worst"),
+        rejects: &[(PICTURE, "one_wrong_channel_of_one_pixel_is_found_at_its_place")],
+    },
+    Comparer {
+        judges: "how many pixels are outliers",
+        function: (PICTURE, "count_above"),
+        rejects: &[(PICTURE, "one_wrong_channel_of_one_pixel_is_found_at_its_place")],
+    },
+    Comparer {
+        judges: "a whole picture in one number",
+        function: (PICTURE, "nmse"),
+        rejects: &[(PICTURE, "nmse_is_the_squared_error_over_the_squared_truth")],
+    },
+    Comparer {
+        judges: "lists of visible tiles, whatever variant made them",
+        function: (REFERENCE, "visible_tiles"),
+        rejects: &[("tests/harness/lists.rs", "a_list_with_a_tile_more_or_less_or_another_is_rejected")],
+    },
+    Comparer {
+        judges: "lists of triples before they are made tiles",
+        function: (REFERENCE, "distinct_triples"),
+        rejects: &[("tests/harness/lists.rs", "triples_that_name_the_same_tile_are_told_apart")],
+    },
+    Comparer {
+        judges: "the level and tile of one pixel",
+        function: (REFERENCE, "possible_triples"),
+        rejects: &[(REFERENCE, "a_decision_far_from_a_border_has_one_outcome_and_near_it_two")],
+    },
+    Comparer {
+        judges: "each texel that a settled frame fetches",
+        function: ("src/renderer/dump.rs", "ruler_verdicts"),
+        rejects: &[
+            ("tests/harness/ruler.rs", "a_wrong_bit_in_each_tile_is_seen"),
+            ("tests/harness/ruler.rs", "a_wrong_border_is_seen"),
+            ("tests/harness/ruler.rs", "a_wrong_coarser_picture_is_seen"),
+            ("tests/harness/ruler.rs", "a_tile_of_another_place_is_seen"),
+        ],
+    },
+    Comparer {
+        judges: "a whole .tiles file",
+        function: ("src/scene/tiles/verify.rs", "verify"),
+        rejects: &[("tests/tiles.rs", "a_flip_of_any_byte_is_found_and_put_down_to_its_record")],
+    },
+    Comparer {
+        judges: "tiles read from a file",
+        function: ("tests/tiles.rs", "differing"),
+        rejects: &[("tests/tiles.rs", "synthetic_tiles_come_back_from_the_file_as_they_are")],
+    },
+    Comparer {
+        judges: "every call of Vulkan",
+        function: ("src/vk/device.rs", "messages"),
+        rejects: &[("tests/device.rs", "a_missing_barrier_is_reported")],
+    },
+    Comparer {
+        judges: "the caches after each frame of streaming",
+        function: ("tests/streaming/invariants.rs", "check"),
+        rejects: &[
+            ("tests/streaming/invariants.rs", "the_check_rejects_a_display_that_differs"),
+            ("tests/streaming/invariants.rs", "the_check_rejects_a_tile_in_two_slots"),
+        ],
+    },
+    Comparer {
+        judges: "streaming against plain lists",
+        function: ("tests/streaming/model.rs", "compare"),
+        rejects: &[("tests/streaming/model.rs", "the_comparison_rejects_another_order_of_replacement")],
+    },
+    Comparer {
+        judges: "imports between modules",
+        function: ("tests/floors/rules.rs", "objections"),
+        rejects: &[
+            ("tests/floors/cases.rs", "an_import_that_points_up_is_found"),
+            ("tests/floors/cases.rs", "worlds_of_one_floor_do_not_know_each_other"),
+            ("tests/floors/cases.rs", "papers_do_not_name_each_other"),
+            ("tests/floors/cases.rs", "unsafe_code_and_ash_stay_in_vk"),
+        ],
+    },
+];
+
+/// Named like a comparer, but judging nothing.
+const NO_COMPARERS: &[(Place, &str)] = &[
+    (("src/renderer/compare.rs", "compare_plain"), "measures times, which no test asserts"),
+    (("tests/harness/ruler.rs", "verdicts"), "calls ruler_verdicts"),
+];
+
+/// Parts of names that say that a function compares. What is public in the library, or stands in a test,
+/// and has one of them must be in one of the two lists.
+const TELLING: [&str; 10] = [
+    "compare",
+    "count_above",
+    "differ",
+    "mismatch",
+    "nmse",
+    "outlier",
+    "verdict",
+    "verify",
+    "violation",
+    "worst",
+];
+
+fn text(file: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{file}: {error}"))
+}
+
+/// Names of the functions that a file defines: (name, is public, is a test that runs).
+fn functions(text: &str) -> Vec<(String, bool, bool)> {
+    let mut found = Vec::new();
+    let (mut test, mut ignored) = (false, false);
+    for line in text.lines().map(str::trim_start) {
+        let words: Vec<&str> = line.split(|c: char| !(c.is_alphanumeric() || c == '_')).collect();
+        let defines = words.iter().position(|&word| word == "fn");
+        if line.starts_with("#[") {
+            test |= line.starts_with("#[test]");
+            ignored |= line.starts_with("#[ignore");
+        } else if let Some(at) = defines
+            && !line.starts_with("//")
+            && let Some(name) = words.get(at + 1).filter(|name| !name.is_empty())
+        {
+            found.push(((*name).to_owned(), line.starts_with("pub"), test && !ignored));
+            (test, ignored) = (false, false);
+        } else if !line.starts_with("//") && !line.is_empty() {
+            (test, ignored) = (false, false);
+        }
+    }
+    found
+}
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+    let paths = entries.map(|entry| entry.unwrap().path());
+    paths
+        .flat_map(|path| if path.is_dir() { sources(&path) } else { vec![path] })
+        .filter(|path| path.extension().is_some_and(|extension| extension == "rs"))
+        .collect()
+}
+
+#[test]
+fn every_comparer_has_a_test_in_which_it_must_reject() {
+    for Comparer { judges, function: (file, name), rejects } in COMPARERS {
+        let defined = functions(&text(file)).iter().any(|(function, ..)| function == name);
+        assert!(defined, "{file} has no {name}, which judges {judges}");
+        assert!(!rejects.is_empty(), "{name} judges {judges}, and nothing shows that it ever rejects");
+        for (file, test) in *rejects {
+            let runs = functions(&text(file)).iter().any(|(function, _, runs)| function == test && *runs);
+            assert!(runs, "{file} has no test {test} that runs: nothing shows that {name} rejects");
+        }
+    }
+}
+
+#[test]
+fn every_function_that_is_named_like_a_comparer_is_listed() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let listed: Vec<Place> =
+        COMPARERS.iter().map(|c| c.function).chain(NO_COMPARERS.iter().map(|&(place, _)| place)).collect();
+    let mut missing = Vec::new();
+    for path in sources(&root.join("src")).into_iter().chain(sources(&root.join("tests"))) {
+        let file = path.strip_prefix(root).unwrap().to_string_lossy().replace('\\', "/");
+        for (name, public, is_test) in functions(&text(&file)) {
+            let judges = TELLING.iter().any(|part| name.contains(part)) && !is_test;
+            let reachable = public || file.starts_with("tests/");
+            if judges && reachable && !listed.contains(&(&*file, &*name)) {
+                missing.push(format!("{file}: {name}"));
+            }
+        }
+    }
+    assert!(
+        missing.is_empty(),
+        "list these in tests/harness/registry.rs, with a test that rejects: {missing:#?}"
+    );
+}
+
+#[test]
+fn no_entry_outlives_its_function() {
+    for ((file, name), _) in NO_COMPARERS {
+        assert!(functions(&text(file)).iter().any(|(function, ..)| function == name), "{file} has no {name}");
+    }
+}
+
+#[test]
+fn a_test_is_told_from_a_function_and_from_an_ignored_test() {
+    let text = "
+        pub fn outer() {}
+        #[test]
+        #[should_panic]
+        fn runs() { let f = 1; }
+        #[test]
+        #[ignore]
+        fn sleeps() {}
+        // fn commented() {}
+        let x = 1; fn inner<T>() {}
+    ";
+    let expected =
+        [("outer", true, false), ("runs", false, true), ("sleeps", false, false), ("inner", false, false)];
+    assert_eq!(functions(text), expected.map(|(name, public, runs)| (name.to_owned(), public, runs)));
+}

@@ -1,0 +1,122 @@
+//! The ruler on textures that are wrong in one way each: the proof of every texel must see it.
+
+use ortelius::math::camera::Pose;
+use ortelius::math::pyramid::{Pyramid, TileId};
+use ortelius::paper::virtual_texture::ruler::Verdicts;
+use ortelius::paper::virtual_texture::streaming::StreamingConfig;
+use ortelius::paper::virtual_texture::{NEEDS, PAPER};
+use ortelius::renderer::{Renderer, Settings, Target};
+use ortelius::scene::camera::{Camera, Place};
+use ortelius::scene::mesh;
+use ortelius::scene::source::ruler::Ruler;
+use ortelius::scene::source::{TileError, TileFormat, TileSource};
+use ortelius::vk::{Gpu, GpuOptions};
+use std::sync::Arc;
+
+/// The ruler, with something done to each tile.
+struct Spoilt {
+    ruler: Ruler,
+    /// Side of the tile's own picture in texels, its border, and the tile's bytes.
+    spoil: fn(usize, usize, &mut [u8]),
+    /// The tile that is read instead.
+    instead: fn(TileId) -> TileId,
+}
+
+impl TileSource for Spoilt {
+    fn describe(&self) -> String {
+        format!("{}, spoilt", self.ruler.describe())
+    }
+    fn pyramid(&self) -> Pyramid {
+        self.ruler.pyramid()
+    }
+    fn format(&self) -> TileFormat {
+        self.ruler.format()
+    }
+    fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
+        self.ruler.read_tile((self.instead)(tile), bytes)?;
+        let pyramid = self.pyramid();
+        (self.spoil)(pyramid.stored_sides()[0] as usize, pyramid.border_texels() as usize, bytes);
+        Ok(())
+    }
+    fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
+        self.ruler.read_resident_level(level)
+    }
+}
+
+fn pose() -> Pose {
+    let place = Place::Planet { latitude_deg: 46.0, longitude_deg: 8.0 };
+    Camera {
+        place,
+        altitude_m: 300e3,
+        heading_deg: 0.0,
+        tilt_deg: 0.0,
+        vertical_fov_deg: 45.0,
+        magnification: 1.0,
+    }
+    .pose()
+}
+
+/// The verdicts on a settled frame of 320 x 180 pixels, straight down on tiles of 64 x 64.
+fn verdicts(spoil: fn(usize, usize, &mut [u8]), instead: fn(TileId) -> TileId) -> Verdicts {
+    let gpu = Gpu::new(&GpuOptions { validate: true, needs: &NEEDS, ..GpuOptions::default() })
+        .expect("driver and layer");
+    let ruler = Ruler::new(Pyramid::new(15, 14, 6, 4, None).unwrap());
+    let mesh = mesh::gpu_mesh(&mesh::earth(97, 49).unwrap()).unwrap();
+    let streaming = StreamingConfig { deterministic: true, ..StreamingConfig::default() };
+    let settings = Settings { size: [320, 180], config: PAPER, streaming, target: Target::Srgb8 };
+    let source = Arc::new(Spoilt { ruler, spoil, instead });
+    let mut renderer = Renderer::new(gpu.clone(), source, &mesh, settings).unwrap();
+    renderer.settle(&pose()).unwrap();
+    let verdicts = renderer.ruler_verdicts(&pose()).unwrap();
+    assert!(gpu.messages().is_empty(), "{:?}", gpu.messages());
+    // Straight down from 300 km the ground fills the frame, and none of it is so coarse as to be G1's.
+    assert_eq!((verdicts.covered, verdicts.from_g1, verdicts.not_resident), (320 * 180, 0, 0));
+    verdicts
+}
+
+/// Flips the lowest bit of red.
+fn flip(texels: &mut [u8], side: usize, which: impl Fn(usize, usize) -> bool) {
+    for (index, texel) in texels.chunks_exact_mut(4).enumerate() {
+        if which(index % side, index / side) {
+            texel[0] ^= 1;
+        }
+    }
+}
+
+#[test]
+fn an_unspoilt_ruler_has_no_wrong_texel() {
+    assert_eq!(verdicts(|_, _, _| {}, |tile| tile).wrong, 0);
+}
+
+#[test]
+fn a_wrong_bit_in_each_tile_is_seen() {
+    // One row of texels of each tile, its 32nd.
+    let wrong = verdicts(
+        |side, border, bytes| flip(&mut bytes[..side * side * 4], side, |_, y| y == border + 31),
+        |t| t,
+    );
+    assert!(wrong.wrong > 0 && wrong.wrong < wrong.covered / 4, "{wrong:?}");
+}
+
+#[test]
+fn a_wrong_border_is_seen() {
+    let spoil = |side: usize, border: usize, bytes: &mut [u8]| {
+        let outside = |at: usize| at < border || at >= side - border;
+        flip(&mut bytes[..side * side * 4], side, |x, y| outside(x) || outside(y));
+    };
+    let wrong = verdicts(spoil, |tile| tile);
+    assert!(wrong.wrong > 0 && wrong.wrong < wrong.covered / 4, "{wrong:?}");
+}
+
+#[test]
+fn a_wrong_coarser_picture_is_seen() {
+    let wrong =
+        verdicts(|side, _, bytes| flip(&mut bytes[side * side * 4..], side / 2, |_, _| true), |tile| tile);
+    assert_eq!(wrong.wrong, wrong.covered);
+}
+
+#[test]
+fn a_tile_of_another_place_is_seen() {
+    let wrong = verdicts(|_, _, _| {}, |tile| TileId { column: tile.column ^ 1, ..tile });
+    assert_eq!(wrong.wrong, wrong.covered);
+}

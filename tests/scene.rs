@@ -1,0 +1,351 @@
+//! Scene files: what loads, what is refused, and where the message points.
+
+use ortelius::scene::camera::Place;
+use ortelius::scene::{Keying, MeshSpec, SHIPPED, Scene, SceneError, TextureSource, TriplesFormat};
+use proptest::prelude::*;
+use std::path::{Path, PathBuf};
+
+fn scenes_folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")
+}
+
+/// A small whole scene; tests change one line of it.
+const SMALL: &str = r#"[texture]
+source = "earth"
+width_log2 = 12
+height_log2 = 11
+
+[mesh]
+kind = "earth"
+columns = 24
+rows = 12
+
+[view]
+width = 64
+height = 36
+camera = "alps"
+
+[cameras.alps]
+latitude_deg = 46.0
+longitude_deg = 8.0
+altitude_m = 300e3
+
+[paths.down]
+kind = "dive"
+camera = "alps"
+to_altitude_m = 10.0
+frames = 5
+"#;
+
+struct Written {
+    folder: tempfile::TempDir,
+    path: PathBuf,
+}
+
+fn written(text: impl AsRef<[u8]>) -> Written {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("small.toml");
+    std::fs::write(&path, text).unwrap();
+    Written { folder, path }
+}
+
+fn load(text: impl AsRef<[u8]>) -> Result<Scene, SceneError> {
+    let file = written(text);
+    Scene::load(&file.path)
+}
+
+/// The message for SMALL with one line replaced, without the folder's name.
+fn message(line: &str, by: &str) -> String {
+    assert_eq!(SMALL.matches(line).count(), 1, "{line:?} must name one line");
+    let file = written(SMALL.replace(line, by));
+    let error = Scene::load(&file.path).expect_err(by).to_string();
+    error.replace(&format!("{}/", file.folder.path().display()), "")
+}
+
+fn changed(changes: &[&str]) -> Result<Scene, SceneError> {
+    let file = written(SMALL);
+    let changes: Vec<String> = changes.iter().map(|&change| change.to_owned()).collect();
+    Scene::load_with(file.path.to_str().unwrap(), &changes)
+}
+
+#[test]
+fn every_shipped_scene_loads_and_equals_its_file() {
+    let mut files: Vec<String> = std::fs::read_dir(scenes_folder())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter_map(|name| name.strip_suffix(".toml").map(str::to_owned))
+        .collect();
+    files.sort();
+    assert_eq!(files, SHIPPED.map(|(name, _)| name), "a scene in the folder is not shipped");
+    for name in files {
+        let path = scenes_folder().join(format!("{name}.toml"));
+        let embedded = Scene::embedded(&name).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(embedded, Scene::load(&path).unwrap());
+        assert_eq!(embedded, Scene::load_with(&name, &[]).unwrap());
+        assert!(embedded.texture.pyramid().unwrap().is_some());
+        for path in embedded.paths.values() {
+            for frame in 0..=path.frames {
+                assert!(path.pose(frame).eye.is_finite());
+            }
+        }
+        embedded.source_mesh().unwrap().check().unwrap();
+    }
+}
+
+#[test]
+fn the_shipped_earth_is_the_papers_headline() {
+    let scene = Scene::embedded("earth").unwrap();
+    let pyramid = scene.texture.pyramid().unwrap().unwrap();
+    assert_eq!((pyramid.width_log2(), pyramid.height_log2(), pyramid.tile_size()), (18, 17, 512));
+    assert_eq!((scene.view.width, scene.view.height), (1920, 1080));
+    assert_eq!(scene.source_mesh().unwrap().triangles.len(), 149_768);
+    let camera = scene.camera(&scene.view.camera).unwrap();
+    assert_eq!((camera.altitude_m, camera.magnification), (300e3, 4.0));
+    for path in ["orbit", "pan", "dive", "pole-crossing", "antimeridian-crossing", "teleport"] {
+        assert!(scene.path(path).is_ok(), "{path}");
+    }
+}
+
+#[test]
+fn what_a_scene_leaves_out_has_its_documented_value() {
+    let scene = load(SMALL).unwrap();
+    assert_eq!(scene.name, "small");
+    assert_eq!((scene.texture.tile_size, scene.texture.border), (512, 4));
+    assert_eq!((scene.cache.gpu_tiles, scene.cache.host_tiles), (192, 384));
+    assert_eq!((scene.variant.u1, scene.variant.keying), (TriplesFormat::Auto, Keying::Paper));
+    assert_eq!((scene.variant.block_log2, scene.variant.list_capacity), (3, 65_536));
+    assert_eq!(scene.cameras["alps"].magnification, 1.0);
+    assert_eq!(scene.pose(0).unwrap(), scene.cameras["alps"].pose());
+}
+
+#[test]
+fn a_typo_names_line_and_column_and_shows_the_caret() {
+    let message = message("columns = 24", "colums = 24");
+    assert!(message.starts_with("small.toml:8:1: unknown field `colums`, expected one of "), "{message}");
+    assert!(message.ends_with("\n8 | colums = 24\n  | ^^^^^^"), "{message}");
+}
+
+#[test]
+fn broken_toml_is_shown_at_its_place() {
+    let message = message("rows = 12", "rows = = 12");
+    assert!(message.starts_with("small.toml:9:8: "), "{message}");
+    assert!(message.contains("\n9 | rows = = 12\n  |        ^"), "{message}");
+    assert_eq!(message.lines().count(), 3, "{message}");
+}
+
+#[test]
+fn a_wrong_type_is_shown_at_its_value() {
+    let message = message("altitude_m = 300e3", "altitude_m = \"high\"");
+    assert_eq!(
+        message,
+        "small.toml:19:14: invalid type: string \"high\", expected f64\n\
+         19 | altitude_m = \"high\"\n   |              ^^^^^^"
+    );
+}
+
+#[test]
+fn a_missing_key_is_named() {
+    let message = message("altitude_m = 300e3\n", "");
+    assert!(message.starts_with("small.toml:16:1: missing field `altitude_m`"), "{message}");
+}
+
+#[test]
+fn an_unknown_camera_lists_those_that_exist() {
+    let text = message("camera = \"alps\"\n\n", "camera = \"alp\"\n\n");
+    assert_eq!(
+        text,
+        "small.toml:14:10: view.camera: no camera \"alp\"; there are alps\n\
+         14 | camera = \"alp\"\n   |          ^^^^^"
+    );
+    let text = message("camera = \"alps\"\nto", "camera = \"x\"\nto");
+    assert!(text.starts_with("small.toml:23:10: paths.down.camera: no camera \"x\""), "{text}");
+    let error = load(SMALL).unwrap().camera("sea").unwrap_err().to_string();
+    assert_eq!(error, "scene small has no camera \"sea\"; it has alps");
+}
+
+#[test]
+fn numbers_out_of_range_are_refused_with_the_range() {
+    for (line, by, expected) in [
+        ("latitude_deg = 46.0", "latitude_deg = 90.5", "90.5 is outside -90 ..= 90"),
+        ("latitude_deg = 46.0", "latitude_deg = nan", "NaN is outside -90 ..= 90"),
+        ("longitude_deg = 8.0", "longitude_deg = inf", "inf is outside -360 ..= 360"),
+        ("\naltitude_m = 300e3", "\naltitude_m = 0.0", "0 is outside 0.001 ..= 1000000000"),
+        ("\naltitude_m = 300e3", "\naltitude_m = -inf", "-inf is outside"),
+        ("\naltitude_m = 300e3", "\naltitude_m = 1e3\ntilt_deg = 181.0", "181 is outside 0 ..= 180"),
+        ("\naltitude_m = 300e3", "\naltitude_m = 1e3\nmagnification = 0.5", "0.5 is outside 1 ..="),
+        ("to_altitude_m = 10.0", "to_altitude_m = nan", "NaN is outside"),
+        ("frames = 5", "frames = 0", "0 is outside 1 ..="),
+        ("columns = 24", "columns = 2", "2 is outside 3 ..= 8192"),
+        ("width = 64", "width = 0", "0 is outside 1 ..= 16384"),
+        ("width = 64", "width = -1", "invalid value: integer `-1`, expected u32"),
+        ("width_log2 = 12", "width_log2 = 21", "2^21 x 2^11 texels is outside"),
+        ("width_log2 = 12", "width_log2 = 12\ntile_size = 500", "500 texels is no power of two"),
+        ("width_log2 = 12", "width_log2 = 12\nborder = 3", "3 texels is odd"),
+        ("width_log2 = 12", "width_log2 = 12\nresident_levels = 3", "3 resident levels are outside"),
+        ("frames = 5", "frames = 5\n[variant]\nblock_log2 = 5", "5 is outside 0 ..= 4"),
+        ("frames = 5", "frames = 5\n[variant]\ncompact_block_log2 = 3", "3 is outside 0 ..= 2"),
+        ("frames = 5", "frames = 5\n[variant]\nmax_anisotropy = 0", "0 is outside 1 ..= 16"),
+        ("frames = 5", "frames = 5\n[variant]\nu1 = \"rg32\"", "unknown variant `rg32`, expected one of"),
+        ("frames = 5", "frames = 5\n[cache]\ngpu_tiles = 0", "0 is outside 1 ..="),
+        ("frames = 5", "frames = 5\n[cache]\nload_budget_ms = nan", "NaN is outside"),
+    ] {
+        let message = message(line, by);
+        assert!(message.starts_with("small.toml:") && message.contains(expected), "{by}: {message}");
+        assert!(message.contains('^'), "{by}: {message}");
+        let shown = message.lines().nth(1).unwrap();
+        assert!(shown.ends_with(by.rsplit('\n').next().unwrap()), "{by}: another line is shown: {message}");
+    }
+}
+
+#[test]
+fn keys_of_another_kind_are_refused() {
+    for (line, by, expected) in [
+        ("columns = 24", "columns = 24\nwidth_m = 3.0", "the earth has no width_m"),
+        ("latitude_deg = 46.0", "east_m = 46.0", "a camera over the earth has no east_m"),
+        ("latitude_deg = 46.0\n", "", "a camera over the earth needs latitude_deg"),
+        ("kind = \"dive\"", "kind = \"orbit\"\ndegrees = 9.0", "an orbit has no to_altitude_m"),
+        ("to_altitude_m = 10.0\n", "", "a dive needs to_altitude_m"),
+        ("source = \"earth\"", "source = \"file\"", "the source \"file\" needs a path"),
+        ("source = \"earth\"", "source = \"ruler\"\npath = \"x\"", "only the source \"file\" has a path"),
+        ("kind = \"earth\"", "kind = \"plane\"", "a camera over a plane has no latitude_deg"),
+        ("height_log2 = 11\n", "", "height_log2 is missing"),
+        ("[cameras.alps]", "[cameras.\"a b\"]", "\"a b\" is no name"),
+    ] {
+        let message = message(line, by);
+        assert!(message.contains(expected), "{by}: {message}");
+    }
+}
+
+#[test]
+fn an_orbit_about_the_sky_is_refused_at_its_camera() {
+    let by = "\naltitude_m = 300e3\ntilt_deg = 120.0\n[paths.round]\nkind = \"orbit\"\ncamera = \"alps\"\n\
+              degrees = 90.0\nframes = 3";
+    let message = message("\naltitude_m = 300e3", by);
+    assert!(message.starts_with("small.toml:23:10: paths.round.camera: an orbit needs"), "{message}");
+}
+
+#[test]
+fn a_texture_file_is_found_beside_its_scene() {
+    let text = SMALL.replace(
+        "source = \"earth\"\nwidth_log2 = 12\nheight_log2 = 11",
+        "source = \"file\"\npath = \"a/b.tiles\"",
+    );
+    let file = written(&text);
+    let scene = Scene::load(&file.path).unwrap();
+    assert_eq!(scene.texture.source, TextureSource::File(file.folder.path().join("a/b.tiles")));
+    assert_eq!(scene.texture.pyramid().unwrap(), None, "the file itself knows its size");
+    let changes = ["texture.path=c.tiles".to_owned()];
+    let scene = Scene::load_with(file.path.to_str().unwrap(), &changes).unwrap();
+    assert_eq!(scene.texture.source, TextureSource::File("c.tiles".into()));
+}
+
+#[test]
+fn absent_and_unreadable_scenes_are_named() {
+    let error = Scene::load(Path::new("no/such.toml")).unwrap_err().to_string();
+    assert!(error.starts_with("no/such.toml: cannot read the scene: "), "{error}");
+    let error = Scene::load_with("no/such.toml", &[]).unwrap_err().to_string();
+    assert!(error.starts_with("no/such.toml: cannot read the scene: "), "{error}");
+    let error = Scene::load_with("eart", &[]).unwrap_err().to_string();
+    assert!(error.contains("\"eart\"; shipped are antimeridian, earth, globe,"), "{error}");
+    let error = load(b"[texture]\nsource = \"\xff\"\n").unwrap_err().to_string();
+    assert!(error.contains("small.toml:2:11: this byte is not UTF-8"), "{error}");
+}
+
+#[test]
+fn changes_reach_every_section_with_any_value() {
+    let scene = changed(&[
+        "variant.block_log2=1",
+        "variant.keying = native",
+        "cache.upload_budget_ms=0.5",
+        "cameras.alps.altitude_m=1e3",
+        "cameras.sea={ latitude_deg = 0, longitude_deg = -30.0, altitude_m = 5 }",
+        "view.camera=sea",
+        "view.path=\"down\"",
+        "mesh.columns=30",
+    ])
+    .unwrap();
+    assert_eq!((scene.variant.block_log2, scene.variant.keying), (1, Keying::Native));
+    assert_eq!(scene.cache.upload_budget_ms, 0.5);
+    assert_eq!(scene.cameras["alps"].altitude_m, 1e3);
+    let sea = Place::Planet { latitude_deg: 0.0, longitude_deg: -30.0 };
+    assert_eq!(scene.camera(&scene.view.camera).unwrap().place, sea);
+    assert_eq!(scene.view.path.as_deref(), Some("down"));
+    assert_eq!(scene.mesh, MeshSpec::Earth { columns: 30, rows: 12 });
+}
+
+#[test]
+fn a_wrong_change_repeats_itself_and_suggests_the_nearest_key() {
+    for (change, expected) in [
+        ("variant.blok_log2=2", "no scene has the key variant.blok_log2; nearest is variant.block_log2"),
+        ("vew.width=2", "no scene has the key vew.width; nearest is view.width"),
+        ("cameras.alps.altitud=2", "nearest is cameras.alps.altitude_m"),
+        ("cameras.alp.altitude_m=2", "no cameras.alp in this scene; it has alps"),
+        ("view.width.x=2", "no scene has the key view.width.x; nearest is view.width"),
+        ("variant.block_log2=9", "9 is outside 0 ..= 4"),
+        ("variant.block_log2=many", "invalid type: string \"many\", expected u32"),
+        ("variant.memo=[1", "is no TOML value"),
+        ("variant.memo=", "is no TOML value"),
+        ("variant.memo", "a change is KEY=VALUE"),
+        ("view.camera=sea", "no camera \"sea\"; there are alps"),
+        ("variant={ p = 3 }", "unknown field `p`"),
+        ("view=3", "invalid type: integer `3`"),
+        ("=3", "no scene has the key "),
+    ] {
+        let error = changed(&[change]).expect_err(change).to_string();
+        assert!(error.starts_with(&format!("-D {change}: ")), "{error}");
+        assert!(error.contains(expected), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+}
+
+#[test]
+fn every_key_of_the_shipped_scenes_can_be_changed() {
+    for (name, text) in SHIPPED {
+        let table: toml::Table = toml::from_str(text).unwrap();
+        let mut changes = Vec::new();
+        let mut open = vec![(String::new(), toml::Value::Table(table))];
+        while let Some((key, value)) = open.pop() {
+            match value {
+                toml::Value::Table(inner) => open.extend(inner.into_iter().map(|(part, value)| {
+                    (if key.is_empty() { part } else { format!("{key}.{part}") }, value)
+                })),
+                value => changes.push(format!("{key}={value}")),
+            }
+        }
+        assert!(changes.len() > 10);
+        assert_eq!(Scene::load_with(name, &changes).unwrap(), Scene::embedded(name).unwrap());
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    /// Bytes replaced, inserted or removed anywhere: a scene, or one message; never a panic.
+    #[test]
+    fn a_mutated_scene_never_panics(
+        which in 0..=SHIPPED.len(),
+        edits in proptest::collection::vec((any::<proptest::sample::Index>(), any::<u8>(), 0..4u8), 1..6),
+    ) {
+        let mut bytes = SHIPPED.get(which).map_or(SMALL, |(_, text)| text).as_bytes().to_vec();
+        for (place, byte, edit) in edits {
+            let place = place.index(bytes.len());
+            match edit {
+                0 => bytes[place] = byte,
+                1 => bytes.insert(place, byte),
+                2 => drop(bytes.remove(place)),
+                // Digits make it past the parser more often.
+                _ => bytes[place] = b'0' + byte % 10,
+            }
+        }
+        if let Err(error) = load(&bytes) {
+            prop_assert!(error.to_string().contains("small.toml:"), "{}", error);
+        }
+    }
+
+    #[test]
+    fn an_arbitrary_change_never_panics(key in "[a-z_.=0-9 \"]{0,24}", value in "\\PC{0,12}") {
+        if let Err(error) = changed(&[&format!("{key}={value}")]) {
+            prop_assert!(error.to_string().starts_with("-D "), "{}", error);
+        }
+    }
+}

@@ -1,0 +1,294 @@
+//! Single facts about caches, queues, budgets and threads.
+
+use crate::source::{Bench, TestSource, block, counting, tile, timed};
+use ortelius::math::pyramid::TileId;
+use ortelius::paper::virtual_texture::streaming::{QUEUED, StreamingConfig};
+use std::sync::Arc;
+use std::time::Duration;
+
+const A: TileId = TileId { level: 0, row: 0, column: 0 };
+const B: TileId = TileId { level: 0, row: 9, column: 20 };
+
+#[test]
+fn a_tile_is_asked_for_loaded_and_copied_in_the_papers_order() {
+    let mut bench = Bench::new(TestSource::default(), counting(4, 4, 4, 4));
+    assert_eq!(bench.streaming.state(A), (-2, -2));
+    let first = bench.frame(&[A, A]);
+    assert_eq!((first.triples, first.tiles, first.hits, first.misses), (2, 1, 0, 1));
+    assert_eq!(bench.streaming.state(A), (-2, -1));
+    assert!(!bench.streaming.settled());
+    let second = bench.frame(&[A]);
+    assert_eq!((second.loads, second.uploads, second.pending), (1, 1, 0));
+    assert_eq!(second.upload_bytes, 20 * 20 * 4 + 10 * 10 * 4);
+    assert_eq!(second.display, [(A, Some(0))]);
+    assert_eq!(bench.streaming.state(A), (0, 0));
+    let third = bench.frame(&[A]);
+    assert_eq!((third.hits, third.misses, third.uploads), (1, 0, 0));
+    assert_eq!(third.display, []);
+}
+
+#[test]
+fn a_tile_that_left_video_memory_comes_back_without_a_second_read() {
+    let mut bench = Bench::new(TestSource::default(), counting(1, 2, 1, 1));
+    bench.settle(&[A], 2);
+    let replaced = bench.settle(&[B], 2).pop().unwrap();
+    assert_eq!(replaced.gpu_evictions, 1);
+    assert_eq!(replaced.display, [(A, None), (B, Some(0))]);
+    assert_eq!(bench.streaming.state(A), (-2, 0));
+    assert_eq!(bench.settle(&[A], 1).pop().unwrap().uploads, 1);
+    assert_eq!(bench.source.reads(), [A, B]);
+}
+
+#[test]
+fn what_is_left_over_in_the_queue_waits_for_the_next_frame() {
+    let mut bench = Bench::new(TestSource::default(), counting(8, 8, 8, 8));
+    bench.memory.room = Some(2);
+    bench.frame(&block(2, 2));
+    let report = bench.frame(&block(2, 2));
+    assert_eq!((report.uploads, report.queued_uploads, report.pending), (2, 2, 2));
+    assert_eq!(bench.streaming.state(tile(0, 1, 1)).0, QUEUED);
+    bench.memory.room = None;
+    let report = bench.frame(&block(2, 2));
+    assert_eq!((report.uploads, report.pending), (2, 0));
+}
+
+#[test]
+fn an_uploader_without_room_evicts_nothing() {
+    let mut bench = Bench::new(TestSource::default(), counting(1, 2, 1, 1));
+    bench.settle(&[A], 2);
+    bench.memory.room = Some(0);
+    for _ in 0..3 {
+        assert_eq!(bench.frame(&[B]).gpu_evictions, 0);
+    }
+    assert!(bench.memory.display.contains_key(&A));
+}
+
+#[test]
+fn a_copy_longer_than_the_budget_is_the_only_one_of_its_frame() {
+    let config = StreamingConfig { upload_budget: Duration::from_millis(1), ..timed(8, 8) };
+    let mut bench = Bench::new(TestSource::default(), config);
+    bench.memory.delay = Duration::from_millis(2);
+    let reports = bench.settle(&block(2, 2), 10_000);
+    assert!(reports.iter().all(|report| report.uploads <= 1));
+    assert_eq!(reports.iter().map(|report| report.uploads).sum::<usize>(), 4);
+}
+
+#[test]
+fn a_budget_however_short_lets_one_tile_through() {
+    let config = StreamingConfig { upload_budget: Duration::from_nanos(1), ..timed(8, 8) };
+    let mut bench = Bench::new(TestSource::default(), config);
+    // An upload that is over in no time is still longer than a nanosecond.
+    let reports = bench.settle(&block(2, 2), 10_000);
+    assert!(reports.iter().all(|report| report.uploads <= 1));
+}
+
+#[test]
+fn loads_beyond_the_budget_wait_for_later_grants() {
+    // Each load takes a million times the grant of a frame, so each thread (8 at most) loads one tile and stops.
+    let config = StreamingConfig { load_budget: Duration::from_nanos(5), ..timed(32, 32) };
+    let mut bench = Bench::new(TestSource::with_delay(|_| Duration::from_millis(5)), config);
+    while bench.source.reads().is_empty() {
+        bench.frame(&block(4, 4));
+    }
+    for _ in 0..20 {
+        bench.frame(&block(4, 4));
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let reads = bench.source.reads().len();
+    assert!((1..=8).contains(&reads), "{reads} tiles read");
+}
+
+#[test]
+fn requests_not_visible_any_more_are_not_read() {
+    let mut bench = Bench::new(TestSource::default(), counting(32, 32, 1, 1));
+    bench.frame(&block(4, 4));
+    bench.settle(&[B], 3);
+    assert_eq!(bench.source.reads(), [A, B]);
+    assert_eq!(bench.streaming.state(tile(0, 3, 3)), (-2, -2));
+}
+
+#[test]
+fn a_tile_that_arrives_too_late_to_be_seen_is_kept_in_main_memory_only() {
+    let mut bench = Bench::new(TestSource::default(), counting(4, 4, 4, 4));
+    bench.frame(&[A]);
+    let report = bench.frame(&[]);
+    assert_eq!((report.loads, report.uploads), (1, 0));
+    assert_eq!(bench.streaming.state(A), (-2, 0));
+    assert_eq!(bench.frame(&[A]).uploads, 1);
+    assert_eq!(bench.source.reads(), [A]);
+}
+
+#[test]
+fn a_visible_set_larger_than_main_memory_still_arrives() {
+    for host_tiles in [1, 2, 15] {
+        let mut bench = Bench::new(TestSource::default(), counting(16, host_tiles, 4, 4));
+        bench.settle(&block(4, 4), 40);
+        let mut bench = Bench::new(TestSource::default(), timed(16, host_tiles));
+        bench.settle(&block(4, 4), 10_000);
+    }
+}
+
+#[test]
+fn a_load_begun_before_a_reset_does_not_land_in_the_reused_place() {
+    let mut bench = Bench::new(TestSource::default(), timed(1, 1));
+    bench.source.set_gate(true);
+    bench.frame(&[A]);
+    while bench.source.reads().is_empty() {
+        std::thread::yield_now();
+    }
+    bench.streaming.reset();
+    bench.frame(&[B]);
+    assert_eq!(bench.streaming.host_tile(0), Some(B));
+    bench.source.set_gate(false);
+    // The bench compares the bytes of what is displayed with the tile's.
+    let reports = bench.settle(&[B], 10_000);
+    assert_eq!(reports.iter().map(|report| report.stale_loads).sum::<usize>(), 1);
+    assert_eq!(reports.iter().map(|report| report.loads).sum::<usize>(), 1);
+    assert_eq!(bench.streaming.state(A), (-2, -2));
+}
+
+#[test]
+fn a_load_nobody_waits_for_loses_its_place_to_a_visible_tile() {
+    let mut bench = Bench::new(TestSource::default(), timed(1, 1));
+    bench.source.set_gate(true);
+    bench.frame(&[A]);
+    assert_eq!(bench.streaming.state(A), (-2, -1));
+    bench.frame(&[B]);
+    assert_eq!(bench.streaming.state(A), (-2, -2));
+    assert_eq!(bench.streaming.state(B), (-2, -1));
+    // And back again: the first load of A has another generation than the second.
+    bench.frame(&[A]);
+    bench.source.set_gate(false);
+    let reports = bench.settle(&[A], 10_000);
+    let stale: usize = reports.iter().map(|report| report.stale_loads).sum();
+    assert!((1..=2).contains(&stale), "{stale} stale loads");
+    assert_eq!(reports.iter().map(|report| report.loads).sum::<usize>(), 1);
+}
+
+/// 16 loads under way against a shut gate; the first has begun, and at most 8 (one a thread) have.
+fn stuck() -> Bench {
+    let mut bench = Bench::new(TestSource::default(), timed(16, 16));
+    bench.source.set_gate(true);
+    let report = bench.frame(&block(2, 8));
+    assert_eq!((report.loads_under_way, report.queued_loads), (16, 0));
+    while bench.source.reads().is_empty() {
+        std::thread::yield_now();
+    }
+    bench
+}
+
+#[test]
+fn loads_cancelled_by_a_reset_before_they_began_are_not_read() {
+    let mut bench = stuck();
+    bench.streaming.reset();
+    bench.source.set_gate(false);
+    bench.settle(&[B], 10_000);
+    assert!(bench.source.reads().len() <= 8 + 1, "{:?}", bench.source.reads());
+}
+
+#[test]
+fn the_load_that_gives_up_its_place_is_the_latest_and_is_not_read() {
+    let mut bench = stuck();
+    bench.frame(&[B]);
+    assert_eq!(bench.streaming.state(tile(0, 1, 7)), (-2, -2));
+    assert_eq!(bench.streaming.state(tile(0, 1, 6)), (-2, -1));
+    bench.source.set_gate(false);
+    bench.settle(&[B], 10_000);
+    assert!(!bench.source.reads().contains(&tile(0, 1, 7)), "{:?}", bench.source.reads());
+}
+
+#[test]
+fn a_reset_clears_the_display_with_the_next_frame() {
+    let mut bench = Bench::new(TestSource::default(), counting(4, 4, 4, 4));
+    bench.settle(&[A], 2);
+    let generation = bench.streaming.gpu_generation(0);
+    bench.streaming.reset();
+    assert!(!bench.streaming.settled());
+    assert_eq!(bench.frame(&[B]).display, [(A, None)]);
+    bench.settle(&[B], 1);
+    assert_eq!(bench.streaming.gpu_tile(0), Some(B));
+    assert_eq!(bench.streaming.gpu_generation(0), generation + 1);
+}
+
+#[test]
+fn dropping_joins_the_threads_with_loads_under_way() {
+    for budget in [Duration::MAX, Duration::from_nanos(1)] {
+        let config = StreamingConfig { load_budget: budget, ..timed(32, 32) };
+        let mut bench = Bench::new(TestSource::with_delay(|_| Duration::from_millis(50)), config);
+        bench.frame(&block(4, 8));
+        let Bench { source, streaming, .. } = bench;
+        drop(streaming);
+        assert_eq!(Arc::strong_count(&source), 1, "a thread still holds the source");
+        assert!(source.reads().len() < 32, "loads not begun are not begun any more");
+    }
+}
+
+#[test]
+fn an_oversubscribed_cache_shows_a_coarser_level_and_says_so() {
+    let mut bench = Bench::new(TestSource::default(), counting(8, 8, 4, 4));
+    for _ in 0..2 {
+        let report = bench.settle(&block(4, 4), 20).pop().unwrap();
+        assert_eq!((report.tiles, report.wanted, report.bias, report.oversubscribed), (16, 4, 1, true));
+        let report = bench.settle(&block(2, 4), 20).pop().unwrap();
+        assert_eq!((report.tiles, report.wanted, report.bias, report.oversubscribed), (8, 8, 0, false));
+    }
+}
+
+#[test]
+fn the_users_bias_is_added_and_is_no_oversubscription() {
+    let config = StreamingConfig { level_bias: 1, ..counting(4, 8, 4, 4) };
+    let mut bench = Bench::new(TestSource::default(), config);
+    let report = bench.settle(&block(4, 4), 20).pop().unwrap();
+    assert_eq!((report.wanted, report.bias, report.oversubscribed), (4, 1, false));
+    let report = bench.settle(&block(4, 8), 20).pop().unwrap();
+    assert_eq!((report.wanted, report.bias, report.oversubscribed), (2, 2, true));
+}
+
+#[test]
+fn a_still_camera_at_any_size_of_the_cache_comes_to_rest() {
+    for gpu_tiles in 1..40 {
+        let mut bench = Bench::new(TestSource::default(), counting(gpu_tiles, 4, 2, 2));
+        bench.settle(&block(6, 6), 60);
+        for _ in 0..10 {
+            let report = bench.frame(&block(6, 6));
+            assert_eq!((report.uploads, report.gpu_evictions, report.loads), (0, 0, 0), "N1 = {gpu_tiles}");
+        }
+    }
+}
+
+#[test]
+fn cameras_that_alternate_at_the_size_of_the_cache_do_not_live_lock() {
+    // 16 tiles fit exactly, 20 need bias 1 (6 coarser tiles): together 22, over N1 = 16.
+    let (fits, too_many) = (block(4, 4), block(4, 5));
+    let mut bench = Bench::new(TestSource::default(), counting(16, 32, 4, 4));
+    for _ in 0..20 {
+        bench.frame(&fits);
+        bench.frame(&too_many);
+    }
+    for _ in 0..20 {
+        for (list, wanted) in [(&fits, 16), (&too_many, 6)] {
+            let report = bench.frame(list);
+            assert_eq!((report.wanted, report.loads), (wanted, 0), "both sets stay in main memory");
+            // Never more than the 6 tiles by which the two sets exceed the cache.
+            assert!(report.misses <= 6 && report.uploads <= 4, "{report:?}");
+        }
+    }
+    for list in [&fits, &too_many] {
+        // At rest: 6 tiles at most are missing, 4 arrive in a frame.
+        bench.settle(list, 2);
+        assert_eq!(bench.frame(list).uploads, 0);
+    }
+}
+
+#[test]
+fn what_is_shown_for_a_missing_tile_is_not_the_first_to_go() {
+    // The coarse tile is older than B, but stands in for A, which never comes.
+    let mut bench = Bench::new(TestSource::default(), counting(2, 4, 1, 1));
+    let coarse = A.ancestor(2);
+    bench.settle(&[coarse], 2);
+    bench.settle(&[B], 2);
+    bench.frame(&[A]);
+    bench.settle(&[A], 1);
+    assert!(bench.memory.display.contains_key(&coarse));
+    assert!(!bench.memory.display.contains_key(&B));
+}

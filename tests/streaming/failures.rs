@@ -1,0 +1,135 @@
+//! Tiles that cannot be read, and sources that misbehave.
+
+use crate::source::{Bench, TestSource, block, counting, pyramid, tile, timed};
+use ortelius::math::pyramid::{Pyramid, TileId};
+use ortelius::paper::virtual_texture::streaming::{Streaming, StreamingConfig, StreamingError, TileFailure};
+use ortelius::scene::source::{TileError, TileFormat, TileSource};
+use std::sync::Arc;
+use std::time::Duration;
+
+#[test]
+fn a_broken_tile_is_reported_once_and_its_coarser_tile_shown() {
+    let mut bench = Bench::new(TestSource::default(), counting(8, 8, 8, 8));
+    let (broken, parent) = (tile(0, 2, 4), tile(1, 1, 2));
+    bench.source.set_broken([broken]);
+    let visible = [tile(0, 2, 3), broken];
+    let reports = bench.settle(&visible, 4);
+    let failures: Vec<&TileFailure> = reports.iter().flat_map(|report| &report.failures).collect();
+    assert_eq!(failures.len(), 1);
+    assert_eq!(failures[0].tile, broken);
+    assert!(failures[0].reason.contains("broken on purpose"), "{}", failures[0].reason);
+    assert!(bench.memory.display.contains_key(&parent));
+    for _ in 0..5 {
+        let report = bench.frame(&visible);
+        assert_eq!((report.failures.len(), report.failed_tiles), (0, 1));
+        assert!(bench.streaming.settled());
+    }
+    assert_eq!(bench.source.reads().iter().filter(|&&tile| tile == broken).count(), 1);
+}
+
+#[test]
+fn where_every_level_is_broken_nothing_is_pending() {
+    let mut bench = Bench::new(TestSource::default(), counting(8, 8, 8, 8));
+    let finest = tile(0, 5, 9);
+    bench.source.set_broken((0..5).map(|levels| finest.ancestor(levels)));
+    let reports = bench.settle(&[finest], 7);
+    assert_eq!(reports.last().unwrap().failed_tiles, 5);
+    assert_eq!(reports.last().unwrap().wanted, 0);
+    assert!(bench.memory.display.is_empty());
+}
+
+#[test]
+fn a_tile_that_recovers_is_shown_after_failures_are_forgotten() {
+    let mut bench = Bench::new(TestSource::default(), timed(8, 8));
+    let broken = tile(0, 0, 0);
+    bench.source.set_broken([broken]);
+    bench.settle(&[broken], 10_000);
+    assert_eq!(bench.memory.display.keys().copied().collect::<Vec<_>>(), [tile(1, 0, 0)]);
+    bench.source.set_broken([]);
+    bench.frame(&[broken]);
+    assert!(bench.streaming.settled(), "not asked again by itself");
+    bench.streaming.forget_failures();
+    bench.settle(&[broken], 10_000);
+    assert!(bench.memory.display.contains_key(&broken));
+}
+
+#[test]
+fn a_tile_that_fails_again_is_reported_again_after_failures_are_forgotten() {
+    let mut bench = Bench::new(TestSource::default(), counting(8, 8, 8, 8));
+    let broken = tile(0, 0, 0);
+    bench.source.set_broken([broken]);
+    for _ in 0..2 {
+        let reports = bench.settle(&[broken], 4);
+        assert_eq!(reports.iter().map(|report| report.failures.len()).sum::<usize>(), 1);
+        bench.streaming.forget_failures();
+    }
+}
+
+#[test]
+fn a_broken_tile_gives_its_place_back() {
+    // One place in J2: every later load needs the very place of the failed ones.
+    let mut bench = Bench::new(TestSource::default(), counting(16, 1, 1, 1));
+    bench.source.set_broken(block(2, 2));
+    bench.settle(&block(4, 4), 60);
+    assert_eq!(bench.memory.display.len(), 16 - 4 + 1);
+}
+
+/// A source that does what none may.
+struct Panicking;
+
+impl TileSource for Panicking {
+    fn describe(&self) -> String {
+        "panicking".to_owned()
+    }
+    fn pyramid(&self) -> Pyramid {
+        pyramid()
+    }
+    fn format(&self) -> TileFormat {
+        TileFormat::Rgba8
+    }
+    fn read_tile(&self, tile: TileId, _: &mut [u8]) -> Result<(), TileError> {
+        panic!("a bug at {tile:?}");
+    }
+    fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
+        unreachable!("level {level}")
+    }
+}
+
+#[test]
+#[should_panic(expected = "a bug at TileId { level: 0, row: 0, column: 0 }")]
+fn a_panic_of_the_source_is_heard_in_the_frame_and_does_not_hang() {
+    let mut streaming = Streaming::new(Arc::new(Panicking), counting(1, 1, 1, 1)).unwrap();
+    for _ in 0..2 {
+        streaming.frame(&[tile(0, 0, 0)], &mut crate::source::VideoMemory::default());
+    }
+}
+
+fn error(config: StreamingConfig) -> StreamingError {
+    Streaming::new(Arc::new(TestSource::default()), config).err().expect("these settings must be refused")
+}
+
+#[test]
+fn settings_that_could_show_nothing_are_refused_by_name() {
+    for (config, text) in [
+        (counting(0, 1, 1, 1), "gpu_tiles = 0: must be 1 ..= "),
+        (counting(1, 0, 1, 1), "host_tiles = 0"),
+        (counting(1, 1, 0, 1), "upload_tiles_per_frame = 0"),
+        (counting(1, 1, 1, 0), "load_tiles_per_frame = 0"),
+        (counting(u32::MAX, 1, 1, 1), "gpu_tiles = 4294967295"),
+        (StreamingConfig { upload_budget: Duration::ZERO, ..timed(1, 1) }, "upload_budget = 0"),
+        (StreamingConfig { load_budget: Duration::ZERO, ..timed(1, 1) }, "load_budget = 0"),
+    ] {
+        let message = error(config).to_string();
+        assert!(message.contains(text), "{message}");
+    }
+}
+
+#[test]
+fn counts_do_not_matter_where_time_is_measured_nor_time_where_tiles_are_counted() {
+    let source = || Arc::new(TestSource::default());
+    let timed = StreamingConfig { upload_tiles_per_frame: 0, load_tiles_per_frame: 0, ..timed(1, 1) };
+    Streaming::new(source(), timed).unwrap();
+    let zero = Duration::ZERO;
+    let counting = StreamingConfig { upload_budget: zero, load_budget: zero, ..counting(1, 1, 1, 1) };
+    Streaming::new(source(), counting).unwrap();
+}

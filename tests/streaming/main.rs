@@ -1,0 +1,7 @@
+//! Streaming of paper 1, section 3, without a GPU: states, caches, budgets, failures, threads.
+
+mod behaviour;
+mod failures;
+mod invariants;
+mod model;
+mod source;

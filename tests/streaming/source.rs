@@ -1,0 +1,193 @@
+//! A texture whose reading can be slowed, stopped and broken, and video memory that remembers its bytes.
+
+use ortelius::math::pyramid::{Pyramid, TileId};
+use ortelius::paper::virtual_texture::streaming::{FrameReport, Streaming, StreamingConfig, Uploader};
+use ortelius::scene::source::{TileError, TileFormat, TileSource};
+use std::collections::{HashMap, HashSet};
+use std::sync::{Arc, Condvar, Mutex};
+use std::time::Duration;
+
+/// 512 x 256 texels in tiles of 16: level 0 has 32 x 16 tiles, level 4 has 2 x 1, levels from 5 are resident.
+pub fn pyramid() -> Pyramid {
+    Pyramid::new(9, 8, 4, 2, None).unwrap()
+}
+
+pub fn tile(level: u32, row: u32, column: u32) -> TileId {
+    TileId { level, row, column }
+}
+
+/// `rows x columns` tiles of level 0 from the north-west corner.
+pub fn block(rows: u32, columns: u32) -> Vec<TileId> {
+    (0..rows).flat_map(|row| (0..columns).map(move |column| tile(0, row, column))).collect()
+}
+
+#[derive(Default)]
+struct Behaviour {
+    broken: HashSet<TileId>,
+    shut: bool,
+    reads: Vec<TileId>,
+}
+
+#[derive(Default)]
+pub struct TestSource {
+    behaviour: Mutex<Behaviour>,
+    changed: Condvar,
+    /// Sleep before a tile is read.
+    pub delay: Option<fn(TileId) -> Duration>,
+}
+
+impl TestSource {
+    pub fn with_delay(delay: fn(TileId) -> Duration) -> Self {
+        Self { delay: Some(delay), ..Self::default() }
+    }
+
+    pub fn set_broken(&self, tiles: impl IntoIterator<Item = TileId>) {
+        self.behaviour.lock().unwrap().broken = tiles.into_iter().collect();
+    }
+
+    /// While the gate is shut every read waits.
+    pub fn set_gate(&self, shut: bool) {
+        self.behaviour.lock().unwrap().shut = shut;
+        self.changed.notify_all();
+    }
+
+    /// Tiles asked for so far, in the order in which reading began.
+    pub fn reads(&self) -> Vec<TileId> {
+        self.behaviour.lock().unwrap().reads.clone()
+    }
+
+    /// What a tile's bytes must be.
+    pub fn bytes(tile: TileId) -> Vec<u8> {
+        let name = [tile.level as u8, tile.row as u8, tile.column as u8, 0xA5];
+        name.into_iter().cycle().take(TileFormat::Rgba8.tile_bytes(&pyramid())).collect()
+    }
+}
+
+impl TileSource for TestSource {
+    fn describe(&self) -> String {
+        "test".to_owned()
+    }
+
+    fn pyramid(&self) -> Pyramid {
+        pyramid()
+    }
+
+    fn format(&self) -> TileFormat {
+        TileFormat::Rgba8
+    }
+
+    fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
+        if let Some(delay) = self.delay {
+            std::thread::sleep(delay(tile));
+        }
+        let mut behaviour = self.behaviour.lock().unwrap();
+        behaviour.reads.push(tile);
+        let behaviour = self.changed.wait_while(behaviour, |behaviour| behaviour.shut).unwrap();
+        if behaviour.broken.contains(&tile) {
+            bytes.fill(0xEE);
+            return Err(TileError::Refused { tile, reason: "broken on purpose".to_owned() });
+        }
+        bytes.copy_from_slice(&Self::bytes(tile));
+        Ok(())
+    }
+
+    fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
+        unreachable!("streaming never reads the resident level {level}")
+    }
+}
+
+/// `J1`'s texels and the display table, kept as a driver would: from uploads and reported changes alone.
+#[derive(Default)]
+pub struct VideoMemory {
+    pub slots: HashMap<u32, Vec<u8>>,
+    pub display: HashMap<TileId, u32>,
+    /// Uploads that still fit; then it says that there is no room.
+    pub room: Option<usize>,
+    /// Sleep in every upload.
+    pub delay: Duration,
+}
+
+impl Uploader for VideoMemory {
+    fn upload(&mut self, slot: u32, _: TileId, bytes: &[u8]) -> bool {
+        if let Some(room) = &mut self.room {
+            if *room == 0 {
+                return false;
+            }
+            *room -= 1;
+        }
+        std::thread::sleep(self.delay);
+        self.slots.insert(slot, bytes.to_vec());
+        true
+    }
+}
+
+impl VideoMemory {
+    pub fn apply(&mut self, report: &FrameReport) {
+        for &(tile, slot) in &report.display {
+            match slot {
+                Some(slot) => self.display.insert(tile, slot),
+                None => self.display.remove(&tile),
+            };
+        }
+    }
+}
+
+/// Streaming over a test source into a test memory, every frame checked.
+pub struct Bench {
+    pub source: Arc<TestSource>,
+    pub memory: VideoMemory,
+    pub streaming: Streaming,
+}
+
+impl Bench {
+    pub fn new(source: TestSource, config: StreamingConfig) -> Self {
+        let source = Arc::new(source);
+        let streaming = Streaming::new(source.clone(), config).unwrap();
+        Self { source, memory: VideoMemory::default(), streaming }
+    }
+
+    pub fn frame(&mut self, visible: &[TileId]) -> FrameReport {
+        let report = self.streaming.frame(visible, &mut self.memory);
+        self.memory.apply(&report);
+        crate::invariants::check(&self.streaming, &self.memory, &report).unwrap();
+        report
+    }
+
+    /// Frames until settled, `most` at most.
+    pub fn settle(&mut self, visible: &[TileId], most: usize) -> Vec<FrameReport> {
+        let mut reports = Vec::new();
+        while reports.len() < most {
+            reports.push(self.frame(visible));
+            if self.streaming.settled() {
+                return reports;
+            }
+            if !self.streaming.config().deterministic {
+                std::thread::sleep(Duration::from_micros(200));
+            }
+        }
+        panic!("not settled after {most} frames: {:?}", reports.last());
+    }
+}
+
+/// Budgets that count tiles.
+pub fn counting(gpu_tiles: u32, host_tiles: u32, uploads: u32, loads: u32) -> StreamingConfig {
+    StreamingConfig {
+        gpu_tiles,
+        host_tiles,
+        upload_tiles_per_frame: uploads,
+        load_tiles_per_frame: loads,
+        deterministic: true,
+        ..StreamingConfig::default()
+    }
+}
+
+/// Budgets that measure time, so long that they do not bind.
+pub fn timed(gpu_tiles: u32, host_tiles: u32) -> StreamingConfig {
+    StreamingConfig {
+        gpu_tiles,
+        host_tiles,
+        upload_budget: Duration::MAX,
+        load_budget: Duration::MAX,
+        ..StreamingConfig::default()
+    }
+}

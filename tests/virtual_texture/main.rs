@@ -1,0 +1,71 @@
+//! Paper 1 on the device, against the reference: lists equal as sets, texels proven, caches that degrade and recover.
+//! Validation and synchronisation validation are on in every test; any message fails it.
+
+mod lists;
+mod streaming;
+mod texels;
+mod truth;
+
+use ortelius::math::camera::Pose;
+use ortelius::paper::virtual_texture::NEEDS;
+use ortelius::renderer::{Renderer, Settings, Target};
+use ortelius::scene::source::TileSource;
+use ortelius::scene::{Scene, mesh};
+use ortelius::vk::{Gpu, GpuOptions};
+use std::ops::Deref;
+use std::sync::Arc;
+
+/// A validating device; dropping it fails the test where a message came.
+struct Device(Gpu);
+
+impl Device {
+    fn open() -> Device {
+        let options = GpuOptions { validate: true, needs: &NEEDS, ..GpuOptions::default() };
+        Device(Gpu::new(&options).unwrap_or_else(|e| panic!("{e}; `./x test` installs what is missing")))
+    }
+}
+
+impl Deref for Device {
+    type Target = Gpu;
+    fn deref(&self) -> &Gpu {
+        &self.0
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            let messages = self.0.messages();
+            assert!(messages.is_empty(), "{messages:#?}");
+        }
+    }
+}
+
+/// A shipped scene's renderer at a test's size, with changed settings and perhaps another texture.
+fn open_with(
+    gpu: &Gpu,
+    scene: &Scene,
+    size: [u32; 2],
+    source: Arc<dyn TileSource>,
+    change: impl FnOnce(&mut Settings),
+) -> Renderer {
+    let mut settings = Settings::of_scene(scene, Target::Srgb8);
+    settings.size = size;
+    settings.streaming.gpu_tiles = 64;
+    settings.streaming.deterministic = true;
+    change(&mut settings);
+    let mesh = mesh::gpu_mesh(&scene.source_mesh().unwrap()).unwrap();
+    Renderer::new(gpu.clone(), source, &mesh, settings).unwrap()
+}
+
+fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], change: impl FnOnce(&mut Settings)) -> Renderer {
+    open_with(gpu, scene, size, scene.open_texture().unwrap(), change)
+}
+
+fn scene(name: &str) -> Scene {
+    Scene::embedded(name).unwrap()
+}
+
+fn pose(scene: &Scene, camera: &str) -> Pose {
+    scene.camera(camera).unwrap().pose()
+}

@@ -1,0 +1,110 @@
+//! Caches on the device: too small, too slow, broken, and the same twice.
+
+use crate::{Device, open, open_with, pose, scene};
+use ortelius::math::pyramid::{Pyramid, TileId};
+use ortelius::scene::source::{TileError, TileFormat, TileSource};
+use std::sync::Arc;
+
+#[test]
+fn caches_that_are_too_small_degrade_say_so_and_recover() {
+    let gpu = Device::open();
+    let scene = scene("ruler");
+    let mut renderer = open(&gpu, &scene, [320, 180], |settings| settings.streaming.gpu_tiles = 6);
+    let (wide, narrow) = (pose(&scene, "corner-oblique"), pose(&scene, "antimeridian"));
+    renderer.settle(&wide).unwrap();
+    assert!(renderer.bias() > 0);
+    let verdicts = renderer.ruler_verdicts(&wide).unwrap();
+    assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "a coarser picture, but a whole one");
+    assert!(renderer.records.last().unwrap().streaming.oversubscribed);
+    renderer.settle(&narrow).unwrap();
+    assert_eq!(renderer.bias(), 0, "it fits again");
+    assert!(renderer.records.last().unwrap().visible.len() <= 6);
+    // A thousand frames of going to and fro would not differ from these.
+    for _ in 0..3 {
+        renderer.settle(&wide).unwrap();
+        renderer.settle(&narrow).unwrap();
+    }
+    let verdicts = renderer.ruler_verdicts(&narrow).unwrap();
+    assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0));
+}
+
+/// A texture with one unreadable tile.
+struct Broken {
+    whole: Arc<dyn TileSource>,
+    tile: TileId,
+}
+
+impl TileSource for Broken {
+    fn describe(&self) -> String {
+        format!("{}, {:?} broken", self.whole.describe(), self.tile)
+    }
+    fn pyramid(&self) -> Pyramid {
+        self.whole.pyramid()
+    }
+    fn format(&self) -> TileFormat {
+        self.whole.format()
+    }
+    fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
+        match tile == self.tile {
+            true => Err(TileError::Refused { tile, reason: "broken on purpose".into() }),
+            false => self.whole.read_tile(tile, bytes),
+        }
+    }
+    fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
+        self.whole.read_resident_level(level)
+    }
+}
+
+#[test]
+fn an_unreadable_tile_is_reported_once_and_shown_from_the_next_coarser() {
+    let gpu = Device::open();
+    let scene = scene("ruler");
+    let pose = pose(&scene, "corner");
+    let mut renderer = open(&gpu, &scene, [320, 180], |_| ());
+    renderer.settle(&pose).unwrap();
+    renderer.drain().unwrap();
+    let tile = renderer.records.last().unwrap().visible[0];
+    drop(renderer);
+    let broken = Arc::new(Broken { whole: scene.open_texture().unwrap(), tile });
+    let mut renderer = open_with(&gpu, &scene, [320, 180], broken, |_| ());
+    renderer.settle(&pose).unwrap();
+    for _ in 0..4 {
+        renderer.frame(&pose).unwrap();
+    }
+    let verdicts = renderer.ruler_verdicts(&pose).unwrap();
+    assert_eq!(verdicts.wrong, 0, "what is shown instead is the right texel of a coarser tile");
+    assert!(verdicts.not_resident > 0 && verdicts.not_resident < verdicts.covered);
+    assert_eq!(verdicts.from_g1, 0, "the next coarser tile, not G1");
+    let failures: Vec<_> = renderer.records.iter().flat_map(|record| &record.streaming.failures).collect();
+    assert_eq!(failures.len(), 1);
+    assert_eq!(failures[0].tile, tile);
+    assert_eq!(renderer.report("ruler", "corner", None).unreadable_tiles, 1);
+}
+
+#[test]
+fn a_deterministic_run_shows_the_same_frames_twice() {
+    let gpu = Device::open();
+    let scene = scene("earth");
+    let path = scene.path("teleport").unwrap();
+    let run = || {
+        let mut renderer = open(&gpu, &scene, [160, 90], |settings| settings.streaming.gpu_tiles = 12);
+        let mut pictures = Vec::new();
+        for frame in (0..path.frames).step_by(6) {
+            renderer.frame(&path.pose(frame)).unwrap();
+            if frame % 24 == 0 {
+                pictures.push(renderer.picture_bytes().unwrap());
+            }
+        }
+        renderer.drain().unwrap();
+        let frames: Vec<_> = renderer
+            .records
+            .iter()
+            .map(|r| (r.visible.clone(), r.streaming.uploads, r.streaming.gpu_evictions, r.streaming.pending))
+            .collect();
+        (frames, pictures)
+    };
+    let (first, second) = (run(), run());
+    assert_eq!(first.0, second.0);
+    assert!(first.1 == second.1, "pictures differ");
+    assert!(first.0.iter().any(|(_, _, evictions, _)| *evictions > 0), "the caches were put to work");
+}

@@ -1,0 +1,67 @@
+//! The ruler: every texel that texturing would filter is the one that the pixel's own (s, t) and level ask for.
+
+use crate::{Device, open, pose, scene};
+
+#[test]
+fn every_texel_of_every_camera_of_the_ruler_is_right() {
+    let gpu = Device::open();
+    let scene = scene("ruler");
+    let mut renderer = open(&gpu, &scene, [640, 360], |_| ());
+    for camera in scene.cameras.keys() {
+        let pose = pose(&scene, camera);
+        renderer.settle(&pose).unwrap();
+        let verdicts = renderer.ruler_verdicts(&pose).unwrap();
+        println!("{camera}: {verdicts:?}");
+        assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "{camera}: {verdicts:?}");
+        assert!(verdicts.covered > 640 * 360 / 5, "{camera}: {verdicts:?}");
+    }
+}
+
+/// The neighbour that must be rejected: the same frame before its tiles came.
+#[test]
+fn a_frame_without_its_tiles_is_found_wanting() {
+    let gpu = Device::open();
+    let scene = scene("ruler");
+    let mut renderer = open(&gpu, &scene, [160, 90], |_| ());
+    let pose = pose(&scene, "corner");
+    renderer.frame(&pose).unwrap();
+    let verdicts = renderer.ruler_verdicts(&pose).unwrap();
+    assert_eq!(verdicts.not_resident, verdicts.covered);
+    assert_eq!(verdicts.wrong, 0, "G1 is always right");
+}
+
+/// And the comparer's own: another texture than the ruler is wrong almost everywhere.
+#[test]
+fn the_earth_is_no_ruler() {
+    let gpu = Device::open();
+    let scene = scene("earth");
+    let mut renderer = open(&gpu, &scene, [160, 90], |_| ());
+    let pose = pose(&scene, "headline");
+    renderer.settle(&pose).unwrap();
+    let verdicts = renderer.ruler_verdicts(&pose).unwrap();
+    assert!(verdicts.wrong * 1000 > verdicts.covered * 999, "{verdicts:?}");
+}
+
+#[test]
+fn texels_stay_right_on_the_largest_texture_and_with_small_tiles() {
+    let gpu = Device::open();
+    for (change, camera) in [
+        (["texture.width_log2=20", "texture.height_log2=19"], "corner"),
+        (["texture.width_log2=20", "texture.height_log2=19"], "antimeridian"),
+        (["texture.tile_size=64", "texture.border=2"], "corner-oblique"),
+        (["texture.tile_size=1024", "texture.border=8"], "south-pole"),
+        (["texture.width_log2=12", "texture.height_log2=11"], "corner"),
+    ] {
+        let overrides = change.map(String::from);
+        let scene = ortelius::scene::Scene::load_with("ruler", &overrides).unwrap();
+        // About 100 MB of tiles, whatever their size.
+        let gpu_tiles = 100_000_000 / scene.texture.pyramid().unwrap().unwrap().tile_bytes_rgba8() as u32;
+        let mut renderer =
+            open(&gpu, &scene, [320, 180], |settings| settings.streaming.gpu_tiles = gpu_tiles.min(1000));
+        let pose = pose(&scene, camera);
+        renderer.settle(&pose).unwrap();
+        let verdicts = renderer.ruler_verdicts(&pose).unwrap();
+        println!("{change:?}, {camera}: {verdicts:?}, bias {}", renderer.bias());
+        assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "{change:?}: {verdicts:?}");
+    }
+}

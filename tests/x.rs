@@ -1,0 +1,271 @@
+//! The script `./x`, in a system made of a few files and tools that only say what they were called with.
+#![cfg(unix)]
+
+use std::fs;
+use std::os::unix::fs::{PermissionsExt, symlink};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const LOADER: &str = "usr/lib/x86_64-linux-gnu/libvulkan.so.1";
+const DRIVER: &str = "usr/share/vulkan/icd.d/some_icd.json";
+const LAYER: &str = "usr/share/vulkan/explicit_layer.d/VkLayer_khronos_validation.json";
+
+struct System {
+    folder: tempfile::TempDir,
+    environment: Vec<(String, String)>,
+}
+
+struct Outcome {
+    code: i32,
+    /// What the tools were called with, one a line, and what they and `./x` said on stdout.
+    calls: Vec<String>,
+    said: String,
+}
+
+impl System {
+    /// A system that has `files`, a user (0: root), and nothing to install with.
+    fn new(files: &[&str], user: u32) -> Self {
+        let system = Self { folder: tempfile::tempdir().unwrap(), environment: Vec::new() };
+        fs::create_dir(system.path("bin")).unwrap();
+        for tool in ["sh", "dirname", "tr", "sed", "grep", "env", "cat", "touch", "mkdir"] {
+            let real =
+                ["/bin", "/usr/bin"].iter().map(|folder| Path::new(folder).join(tool)).find(|p| p.exists());
+            symlink(real.unwrap_or_else(|| panic!("no {tool}")), system.path("bin").join(tool)).unwrap();
+        }
+        for file in files {
+            system.touch(file);
+        }
+        system.tool("cargo", "");
+        system.tool("c++", "");
+        system.tool("id", &format!("echo {user}; exit"));
+        system
+    }
+
+    fn path(&self, within: &str) -> PathBuf {
+        self.folder.path().join(within)
+    }
+
+    fn touch(&self, file: &str) {
+        fs::create_dir_all(self.path(file).parent().unwrap()).unwrap();
+        fs::write(self.path(file), "").unwrap();
+    }
+
+    /// A tool that does `script` and then notes its call in the file `calls`.
+    fn tool(&self, name: &str, script: &str) {
+        let calls = self.path("calls");
+        let text = format!("#!/bin/sh\n{script}\necho \"{name} $*\" >> '{}'\n", calls.display());
+        fs::write(self.path("bin").join(name), text).unwrap();
+        fs::set_permissions(self.path("bin").join(name), fs::Permissions::from_mode(0o755)).unwrap();
+    }
+
+    /// A package manager that installs everything, whatever it is asked for.
+    fn manager(&self, name: &str) {
+        let mut script = String::new();
+        for file in [LOADER, DRIVER, LAYER] {
+            let file = self.path(file);
+            script +=
+                &format!("mkdir -p '{}'; touch '{}'\n", file.parent().unwrap().display(), file.display());
+        }
+        self.tool(name, &format!("case \"$*\" in update) ;; *) {script} ;; esac"));
+    }
+
+    fn with(mut self, name: &str, value: &str) -> Self {
+        self.environment.push((name.to_owned(), value.to_owned()));
+        self
+    }
+
+    /// Runs `./x` from another folder, without a terminal.
+    fn run(&self, arguments: &[&str]) -> Outcome {
+        let output = Command::new(Path::new(env!("CARGO_MANIFEST_DIR")).join("x"))
+            .args(arguments)
+            .current_dir(self.folder.path())
+            .env_clear()
+            .env("PATH", self.path("bin"))
+            .env("HOME", self.folder.path())
+            .env("ORTELIUS_SYSROOT", self.folder.path())
+            .envs(self.environment.iter().map(|(name, value)| (name, value)))
+            .stdin(std::process::Stdio::null())
+            .output()
+            .unwrap();
+        let calls = fs::read_to_string(self.path("calls")).unwrap_or_default();
+        let said =
+            String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+        let code = output.status.code().unwrap_or_else(|| panic!("ended by a signal: {said}"));
+        Outcome { code, calls: calls.lines().map(str::to_owned).collect(), said }
+    }
+}
+
+impl Outcome {
+    #[track_caller]
+    fn called(&self, expected: &[&str]) {
+        let expected: Vec<String> = expected.iter().map(|&call| call.to_owned()).collect();
+        assert_eq!((self.code, &self.calls), (0, &expected), "{}", self.said);
+    }
+
+    #[track_caller]
+    fn refused(&self, words: &str) {
+        assert!(self.code == 2 && self.said.contains(words), "{} {}", self.code, self.said);
+        assert!(!self.calls.iter().any(|call| call.starts_with("cargo")), "{:?}", self.calls);
+    }
+}
+
+#[test]
+fn the_rest_of_the_arguments_goes_to_cargo() {
+    let all = || System::new(&[LOADER, DRIVER, LAYER], 1000);
+    all().run(&["demo"]).called(&["cargo run --release -- demo"]);
+    all().run(&["demo", "--size", "640x360"]).called(&["cargo run --release -- demo --size 640x360"]);
+    all().run(&["-y", "demo", "--no-install", "-o", "-y"]).called(&["cargo run --release -- demo -o -y"]);
+    all()
+        .run(&["test", "--test", "floors", "--", "--nocapture"])
+        .called(&["cargo test --release --test floors -- --nocapture"]);
+    all().run(&["test", "--help"]).called(&["cargo test --release --help"]);
+}
+
+#[test]
+fn without_a_command_the_usage_is_shown() {
+    System::new(&[], 0).run(&[]).refused("usage: ./x demo");
+    System::new(&[], 0).run(&["build"]).refused("usage: ./x demo");
+    let help = System::new(&[], 0).run(&["--help"]);
+    assert!(help.code == 0 && help.said.contains("usage: ./x demo"), "{}", help.said);
+}
+
+#[test]
+fn an_existing_driver_is_never_touched() {
+    for file in [DRIVER, "etc/vulkan/icd.d/nvidia_icd.json", "usr/local/share/vulkan/icd.d/a.json"] {
+        let system = System::new(&[LOADER, file], 0);
+        system.manager("apt-get");
+        system.run(&["demo"]).called(&["cargo run --release -- demo"]);
+    }
+}
+
+#[test]
+fn root_installs_what_is_missing_and_no_more() {
+    let cases: [(&[&str], &str, &str); 4] = [
+        (&[], "demo", "libvulkan1 mesa-vulkan-drivers"),
+        (&[LOADER], "demo", "mesa-vulkan-drivers"),
+        (&[DRIVER], "demo", "libvulkan1"),
+        (&[LOADER, DRIVER], "test", "vulkan-validationlayers"),
+    ];
+    for (files, command, packages) in cases {
+        let system = System::new(files, 0);
+        system.manager("apt-get");
+        let install = format!("apt-get install -y --no-install-recommends {packages}");
+        let cargo = if command == "demo" { "cargo run --release -- demo" } else { "cargo test --release" };
+        let outcome = system.run(&[command]);
+        outcome.called(&["apt-get update", &install, cargo]);
+        assert!(
+            outcome.said.contains(&format!("installing: apt-get update && {install}")),
+            "{}",
+            outcome.said
+        );
+    }
+}
+
+#[test]
+fn each_system_has_its_own_packages() {
+    for (manager, install) in [
+        ("dnf", "dnf install -y vulkan-loader mesa-vulkan-drivers vulkan-validation-layers"),
+        (
+            "pacman",
+            "pacman -Sy --needed --noconfirm vulkan-icd-loader vulkan-swrast vulkan-validation-layers",
+        ),
+        ("apk", "apk add vulkan-loader mesa-vulkan-swrast vulkan-validation-layers"),
+    ] {
+        let system = System::new(&[], 0);
+        system.manager(manager);
+        system.run(&["test"]).called(&[install, "cargo test --release"]);
+    }
+    System::new(&[], 0).run(&["demo"]).refused("no package manager known here");
+}
+
+#[test]
+fn no_install_says_the_command_and_stops() {
+    let system = System::new(&[LOADER], 0);
+    system.manager("apt-get");
+    let outcome = system.run(&["demo", "--no-install"]);
+    outcome.refused("apt-get update && apt-get install -y --no-install-recommends mesa-vulkan-drivers");
+    assert_eq!(outcome.calls, [""; 0]);
+}
+
+#[test]
+fn a_user_without_a_terminal_is_not_made_root_unasked() {
+    let system = System::new(&[LOADER], 1000);
+    system.manager("apt-get");
+    system.run(&["demo"]).refused("no sudo here; run as root: apt-get update && ");
+    system.tool("sudo", "");
+    let outcome = system.run(&["demo"]);
+    outcome.refused("give -y, or run as root: apt-get update && ");
+    assert_eq!(outcome.calls, [""; 0]);
+}
+
+#[test]
+fn a_user_who_said_yes_or_ci_uses_sudo() {
+    let sudo = "shift; \"$@\"";
+    let calls = [
+        "apt-get update",
+        "sudo apt-get update",
+        "apt-get install -y --no-install-recommends mesa-vulkan-drivers",
+        "sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends mesa-vulkan-drivers",
+        "cargo run --release -- demo",
+    ];
+    for (arguments, ci) in [(&["demo", "-y"][..], "false"), (&["demo"], "true")] {
+        let system = System::new(&[LOADER], 1000).with("CI", ci);
+        system.manager("apt-get");
+        system.tool("sudo", sudo);
+        system.run(arguments).called(&calls);
+    }
+}
+
+#[test]
+fn an_update_that_fails_does_not_stop_the_install() {
+    let system = System::new(&[LOADER], 0);
+    let driver = system.path(DRIVER);
+    let folder = driver.parent().unwrap().display();
+    let install = format!("mkdir -p '{folder}'; touch '{}'", driver.display());
+    system.tool("apt-get", &format!("case $1 in update) exit 100 ;; *) {install} ;; esac"));
+    let outcome = system.run(&["demo"]);
+    outcome.called(&[
+        "apt-get install -y --no-install-recommends mesa-vulkan-drivers",
+        "cargo run --release -- demo",
+    ]);
+    assert!(outcome.said.contains("'apt-get update' failed; trying to install all the same"));
+}
+
+#[test]
+fn an_install_that_fails_or_brings_nothing_is_no_driver() {
+    let system = System::new(&[LOADER], 0);
+    system.tool("apt-get", "case $1 in install) exit 100 ;; esac");
+    system.run(&["demo"]).refused("mesa-vulkan-drivers' failed");
+    system.tool("apt-get", "");
+    system.run(&["demo"]).refused("still, after 'apt-get install");
+}
+
+#[test]
+fn files_named_from_outside_are_respected() {
+    let elsewhere = System::new(&[LOADER, "opt/my icd.json"], 0);
+    let named = elsewhere.path("opt/my icd.json").display().to_string();
+    for name in ["VK_DRIVER_FILES", "VK_ICD_FILENAMES", "VK_ADD_DRIVER_FILES"] {
+        let system = System::new(&[LOADER], 0).with(name, &format!("/nowhere.json:{named}"));
+        system.manager("apt-get");
+        system.run(&["demo"]).called(&["cargo run --release -- demo"]);
+    }
+    // The loader would not look at what we install.
+    let system = System::new(&[LOADER], 0).with("VK_DRIVER_FILES", "/nowhere.json");
+    system.manager("apt-get");
+    let outcome = system.run(&["demo"]);
+    outcome.refused("VK_DRIVER_FILES (VK_ICD_FILENAMES) = /nowhere.json names no file here");
+    assert_eq!(outcome.calls, [""; 0]);
+}
+
+#[test]
+fn tools_that_cargo_needs_are_named() {
+    for (tool, words) in [("cargo", "no cargo: install Rust"), ("c++", "no C++ compiler (c++)")] {
+        let system = System::new(&[LOADER, DRIVER], 0);
+        fs::remove_file(system.path("bin").join(tool)).unwrap();
+        system.run(&["demo"]).refused(words);
+    }
+    System::new(&[LOADER, DRIVER], 0)
+        .with("CXX", "my-c++ -O1")
+        .run(&["demo"])
+        .refused("no C++ compiler (my-c++");
+}
