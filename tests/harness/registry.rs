@@ -18,6 +18,8 @@ const REFERENCE: &str = "src/paper/virtual_texture/reference.rs";
 
 const PICTURE: &str = "src/picture/error.rs";
 
+const TRUTH: &str = "tests/virtual_texture/truth.rs";
+
 const COMPARERS: &[Comparer] = &[
     Comparer {
         judges: "pictures",
@@ -57,6 +59,16 @@ const COMPARERS: &[Comparer] = &[
         judges: "the level and tile of one pixel",
         function: (REFERENCE, "possible_triples"),
         rejects: &[(REFERENCE, "a_decision_far_from_a_border_has_one_outcome_and_near_it_two")],
+    },
+    Comparer {
+        judges: "stage 1 against f64 footprints",
+        function: (TRUTH, "compare_triples"),
+        rejects: &[(TRUTH, "a_tenth_of_a_pixel_is_not_explained")],
+    },
+    Comparer {
+        judges: "settled pictures against f64 pictures",
+        function: (TRUTH, "settled_beside_truth"),
+        rejects: &[(TRUTH, "the_printed_interpolation_is_not_the_f64_picture")],
     },
     Comparer {
         judges: "each texel that a settled frame fetches",
