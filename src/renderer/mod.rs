@@ -123,6 +123,8 @@ pub struct FrameRecord {
     /// 0 for the first.
     pub index: u64,
     pub streaming: FrameReport,
+    /// The frame whose list was streamed: [`FRAMES_IN_FLIGHT`] ago; none at the start and after a pause.
+    pub list_of: Option<u64>,
     pub passes: Vec<PassTime>,
     /// Length of the frame's own `U3`.
     pub triples: usize,
@@ -142,7 +144,7 @@ pub struct Renderer {
     target: Image,
     /// Frames that have ended, in order; those in flight are added by [`Renderer::drain`].
     pub records: Vec<FrameRecord>,
-    in_flight: Vec<FrameReport>,
+    in_flight: Vec<(FrameReport, Option<u64>)>,
     next: u64,
     pose: Option<(Pose, u64)>,
     bias: u32,
@@ -212,7 +214,8 @@ impl Renderer {
         let mut frame = self.gpu.frame()?;
         self.pipeline.record(&mut frame, flight, &view, &self.target)?;
         self.pipeline.submitted(flight, frame.submit()?);
-        self.in_flight.push(report);
+        let list_of = visible.is_some().then(|| self.next - FRAMES_IN_FLIGHT as u64);
+        self.in_flight.push((report, list_of));
         if self.pose.is_none_or(|(last, _)| last != *pose) {
             self.pose = Some((*pose, self.next));
         }
@@ -227,9 +230,12 @@ impl Renderer {
         };
         let first_resident = self.source.pyramid().first_resident_level();
         let visible = distinct_tiles(&triples, self.settings.config.keying, first_resident);
+        let index = self.next - self.in_flight.len() as u64;
+        let (streaming, list_of) = self.in_flight.remove(0);
         self.records.push(FrameRecord {
-            index: self.next - self.in_flight.len() as u64,
-            streaming: self.in_flight.remove(0),
+            index,
+            streaming,
+            list_of,
             passes: times,
             triples: triples.len(),
             visible: visible.clone(),
@@ -271,7 +277,7 @@ impl Renderer {
             if self.settled() {
                 return Ok(self.next - first);
             }
-            let report = self.in_flight.last().expect("a frame was just handed over");
+            let (report, _) = self.in_flight.last().expect("a frame was just handed over");
             if report.loads + report.uploads + report.failures.len() > 0 {
                 progress = Instant::now();
             }

@@ -93,7 +93,8 @@ pub struct FrameReport {
     /// The frame's own list, and its distinct tiles.
     pub triples: usize,
     pub tiles: usize,
-    /// What streaming did in this frame, for the list of `latency_frames` ago.
+    /// What streaming did in this frame, for the list of that frame (`latency_frames` ago; none at the start).
+    pub list_of_frame: Option<u64>,
     pub wanted: usize,
     pub hits: usize,
     pub misses: usize,
@@ -167,6 +168,7 @@ impl From<&FrameRecord> for FrameReport {
                 .collect(),
             triples: record.triples,
             tiles: record.visible.len(),
+            list_of_frame: record.list_of,
             wanted: streaming.wanted,
             hits: streaming.hits,
             misses: streaming.misses,
