@@ -317,6 +317,16 @@ fn every_key_of_the_shipped_scenes_can_be_changed() {
     }
 }
 
+#[test]
+fn a_report_can_hold_the_whole_scene() {
+    let json = serde_json::to_value(Scene::embedded("earth").unwrap()).unwrap();
+    assert_eq!(json["cameras"]["headline"]["latitude_deg"], 30.2);
+    assert_eq!(json["texture"]["size_log2"], serde_json::json!([18, 17]));
+    assert_eq!(json["paths"]["pole-crossing"]["motion"]["kind"], "pan");
+    assert_eq!(json["mesh"]["kind"], "earth");
+    assert_eq!(json["variant"]["u1"], "auto");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 

@@ -1,21 +1,24 @@
 // Which of the resident tiles shows a pixel (paper 1, section 4). Needs pyramid.glsl and footprint.glsl.
-layout(constant_id = 8) const uint BORDER = 4;  // texels of the neighbours around each tile
+layout(constant_id = 8) const uint BORDER = 4;        // texels of the neighbours around each tile
+layout(constant_id = 10) const uint SINGLE_LEVEL = 9;  // from here on a level is one tile, always in J1 ...
+layout(constant_id = 11) const uint SINGLE_SLOT = 0;   // ... at this slot and those after it
 
 layout(binding = 0) uniform utexture2D u1;
 layout(binding = 1) uniform utexture2D h1;  // display table, one mip level for each q: slot + 1, or 0
 
 struct Resident {
     uint slot;   // k1, layer of J1
-    uint level;  // q' >= q; FIRST_RESIDENT_LEVEL: none, G1 shows the pixel
+    uint level;  // q' >= q
 };
 
-// The nearest coarser tile from level q on that is in J1. (i, j) are M0's, straight from U1.
+// The nearest coarser tile from level q on that is in J1; the levels of G1 always are. (i, j) are M0's, straight
+// from U1.
 Resident find_resident(uint q, uvec2 ij) {
-    for (; q < FIRST_RESIDENT_LEVEL; q++) {
+    for (; q < SINGLE_LEVEL; q++) {
         uint entry = texelFetch(h1, ivec2(ij.yx >> q), int(q)).x;
         if (entry != 0u) return Resident(entry - 1u, q);
     }
-    return Resident(0u, FIRST_RESIDENT_LEVEL);
+    return Resident(SINGLE_SLOT + q - SINGLE_LEVEL, q);
 }
 
 // Where in its tile of level q the coordinate lies, in texels of that level from the payload's corner.

@@ -9,7 +9,6 @@
 // Is each texel that texturing would filter the one that the pixel's own (s, t) and level ask for? The texture's
 // texels are hashes of their level and place; everything is fetched without a sampler.
 layout(binding = 2) uniform texture2DArray j1;  // as bytes
-layout(binding = 3) uniform texture2D g1;       // as bytes
 
 layout(location = 0) flat in uvec2 triangle_origin;
 layout(location = 1) in vec2 from_origin;
@@ -48,9 +47,10 @@ ivec2 first_tap(Coordinate at, uint level) {
     return base - ivec2(lessThan(within, vec2(0.5)));
 }
 
-// Wrong ones among the 4 texels of one of the tile's two levels (step 0: its own, 1: the next coarser).
+// Wrong ones among the 4 texels of one of the tile's two levels (step 0: its own, 1: the next coarser, which the
+// coarsest level has not: it stands for itself).
 uint wrong_in_tile(Coordinate at, uvec2 ij, Resident tile, uint step) {
-    uint level = tile.level + step;
+    uint level = min(tile.level + step, max(WIDTH_LOG2, HEIGHT_LOG2));
     int size = int(1u << TILE_LOG2 >> step), border = int(BORDER >> step);
     ivec2 corner = ivec2(ij.yx >> tile.level) * size;
     ivec2 first = first_tap(at, level);
@@ -65,26 +65,18 @@ uint wrong_in_tile(Coordinate at, uvec2 ij, Resident tile, uint step) {
     return wrong;
 }
 
-// Wrong ones among the texels of all levels of G1 that the coordinate lies in.
-uint wrong_in_resident_levels(Coordinate at) {
-    uint wrong = 0;
-    for (uint level = FIRST_RESIDENT_LEVEL; level <= max(WIDTH_LOG2, HEIGHT_LOG2); level++) {
-        ivec2 texel = clamp(at.texel >> int(level), ivec2(0), level_size(level) - 1);
-        uint found = packUnorm4x8(texelFetch(g1, texel, int(level - FIRST_RESIDENT_LEVEL)));
-        if (found != ruler_hash(level, texel)) wrong++;
-    }
-    return wrong;
-}
-
 void main() {
     uvec3 qij = load_triple(texelFetch(u1, ivec2(gl_FragCoord.xy), 0));
     Coordinate at = coordinate(triangle_origin, from_origin);
     uint q = min(qij.x + view.level_bias, FIRST_RESIDENT_LEVEL);
     Resident tile = find_resident(q, qij.yz);
-    if (tile.level == FIRST_RESIDENT_LEVEL) {
-        verdict = 1u + wrong_in_resident_levels(at) | 1u << 30 | (q == FIRST_RESIDENT_LEVEL ? 0u : 1u << 31);
-        return;
+    bool g1 = tile.level >= FIRST_RESIDENT_LEVEL;
+    // A pixel of G1 judges all of its levels.
+    uint last = g1 ? max(WIDTH_LOG2, HEIGHT_LOG2) : tile.level;
+    uint wrong = 0;
+    for (uint level = tile.level; level <= last; level++) {
+        Resident judged = find_resident(level, qij.yz);
+        wrong += wrong_in_tile(at, qij.yz, judged, 0u) + wrong_in_tile(at, qij.yz, judged, 1u);
     }
-    verdict = 1u + wrong_in_tile(at, qij.yz, tile, 0u) + wrong_in_tile(at, qij.yz, tile, 1u);
-    if (tile.level != q) verdict |= 1u << 31;
+    verdict = 1u + wrong | (g1 ? 1u << 30 : 0u) | (tile.level == q ? 0u : 1u << 31);
 }

@@ -41,19 +41,8 @@ impl View {
             self.near(x, y).filter_map(|setup| Region::new(self, setup, x, y, &square)).collect();
         let samples = regions
             .iter()
-            .enumerate()
-            .filter(|&(index, region)| {
-                let mut visible = vec![region.polygon.clone()];
-                for (other_index, other) in regions.iter().enumerate() {
-                    if other_index != index {
-                        // Where the other is surely nearer.
-                        let nearer = other.inverse_w - region.inverse_w * (1.0 + DEPTH_SLACK);
-                        visible = subtract(visible, &[&other.sides[..], &[nearer]].concat());
-                    }
-                }
-                total_area(&visible) > least_area
-            })
-            .map(|(_, region)| self.sample_of(region.setup, x, y))
+            .filter(|region| region.is_visible(&regions, least_area))
+            .map(|region| self.sample_of(region.setup, x, y))
             .collect();
         let empty = regions.iter().fold(vec![square], |empty, region| subtract(empty, &region.sides));
         Candidates { samples, background: total_area(&empty) > least_area }
@@ -89,6 +78,19 @@ impl<'a> Region<'a> {
         }
         (polygon.len() >= 3).then_some(Region { setup, sides, polygon, inverse_w })
     }
+
+    /// Whether more than `least_area` of the region is left when all that surely lies before it is cut out.
+    fn is_visible(&self, regions: &[Region], least_area: f64) -> bool {
+        let mut visible = vec![self.polygon.clone()];
+        for other in regions.iter().filter(|other| other.setup.triangle != self.setup.triangle) {
+            let nearer = other.inverse_w - self.inverse_w * (1.0 + DEPTH_SLACK);
+            visible = subtract(visible, &[&other.sides[..], &[nearer]].concat());
+            if total_area(&visible) <= least_area {
+                return false;
+            }
+        }
+        true
+    }
 }
 
 fn value(linear: Linear, place: DVec2) -> f64 {
@@ -113,21 +115,24 @@ fn keep(polygon: &Polygon, side: Linear) -> Polygon {
 
 /// Convex polygons without the convex region where all `sides` are >= 0, as convex polygons.
 fn subtract(polygons: Vec<Polygon>, sides: &[Linear]) -> Vec<Polygon> {
-    let mut outside = Vec::new();
+    let mut left = Vec::with_capacity(polygons.len());
     for polygon in polygons {
-        let mut inside = polygon;
+        let mut pieces = Vec::new();
+        let mut inside = polygon.clone();
         for &side in sides {
             let piece = keep(&inside, -side);
             if area(&piece) > 0.0 {
-                outside.push(piece);
+                pieces.push(piece);
             }
             inside = keep(&inside, side);
             if inside.len() < 3 {
                 break;
             }
         }
+        // What is not touched stays whole; cut along lines that only pass it, pieces would multiply.
+        if inside.len() < 3 { left.push(polygon) } else { left.append(&mut pieces) }
     }
-    outside
+    left
 }
 
 fn area(polygon: &Polygon) -> f64 {

@@ -3,6 +3,7 @@
 
 mod candidates;
 pub mod filter;
+mod orientation;
 pub mod raster;
 
 pub use candidates::Candidates;

@@ -3,6 +3,7 @@
 //! matrix of the vertices' clip x, y, w. Nothing is clipped or divided before, so vertices behind the eye
 //! or on the plane of the eye need no case of their own.
 
+use super::orientation::{orientation, orientation_without_ties};
 use crate::scene::mesh::SourceMesh;
 use glam::{DMat4, DVec2, DVec3, DVec4};
 use rayon::prelude::*;
@@ -33,8 +34,8 @@ pub struct Sample {
     pub w_m: f64,
 }
 
-/// Bins of 16 x 16 pixels only save time: a pixel looks at its bin's triangles instead of at all.
-const BIN_PX: u32 = 16;
+/// Bins of 8 x 8 pixels only save time: a pixel looks at its bin's triangles instead of at all.
+const BIN_PX: u32 = 8;
 /// How far around its bounding box a triangle is listed, for [`View::candidates`].
 pub(super) const MARGIN_PX: f64 = 2.0;
 
@@ -45,14 +46,19 @@ type Linear = DVec3;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Setup {
     pub triangle: u32,
+    /// Clip x, y, w.
+    corners: [DVec3; 3],
     /// One for each vertex: the edge opposite it, positive inside, whichever way the triangle faces. Its
-    /// value is the vertex's barycentric coordinate over w, times |determinant|.
+    /// value is the vertex's barycentric coordinate over w, times `scale`.
     pub edges: [Linear; 3],
-    /// 1 / w, times |determinant|.
+    /// 1 / w, times `scale`.
     pub inverse_w: Linear,
-    /// Depth (clip z over w), times |determinant|.
+    /// Depth (clip z over w), times `scale`.
     depth: Linear,
-    determinant: f64,
+    /// 1 for a triangle that is clockwise in the picture (y down), else -1.
+    facing: f64,
+    /// |determinant| of the corners: twice the area, times the three w.
+    scale: f64,
     coordinates: [DVec2; 3],
 }
 
@@ -156,7 +162,7 @@ impl View {
             t: coordinate.y,
             fine: Derivatives { dsdx: by_x.x, dtdx: by_x.y, dsdy: by_y.x, dtdy: by_y.y },
             analytic: setup.derivatives(centre, self.size),
-            w_m: setup.determinant.abs() / setup.inverse_w.dot(centre),
+            w_m: setup.scale / setup.inverse_w.dot(centre),
         }
     }
 }
@@ -164,40 +170,42 @@ impl View {
 impl Setup {
     /// `None` for a triangle seen exactly edge-on, or without area.
     fn new(triangle: u32, corners: &[DVec4; 3], coordinates: [DVec2; 3]) -> Option<Setup> {
-        let [a, b, c] = corners.map(|corner| DVec3::new(corner.x, corner.y, corner.w));
-        // Rows of the adjugate. Two triangles that share an edge get the same products for it with the
-        // opposite sign, so their signs at a pixel are exactly opposite.
-        let edges = [b.cross(c), c.cross(a), a.cross(b)];
-        let determinant = a.dot(edges[0]);
-        if determinant == 0.0 || !determinant.is_finite() {
+        let in_picture = corners.map(|corner| DVec3::new(corner.x, corner.y, corner.w));
+        let [a, b, c] = in_picture;
+        let facing = orientation(a, b, c);
+        // Rows of the adjugate.
+        let edges = [b.cross(c), c.cross(a), a.cross(b)].map(|edge| edge * facing);
+        let scale = a.dot(edges[0]);
+        // Not positive only where rounding leaves nothing of a triangle that is all but edge-on.
+        if facing == 0.0 || scale <= 0.0 || !scale.is_finite() {
             return None;
         }
-        let edges = edges.map(|edge| edge * determinant.signum());
         Some(Setup {
             triangle,
+            corners: in_picture,
             edges,
             inverse_w: edges[0] + edges[1] + edges[2],
             depth: edges[0] * corners[0].z + edges[1] * corners[1].z + edges[2] * corners[2].z,
-            determinant,
+            facing,
+            scale,
             coordinates,
         })
     }
 
-    /// 1/w at a place that the triangle covers, between the near plane and infinity.
+    /// 1/w at a place that the triangle covers, between the near plane and infinity. Exact: each place of a
+    /// closed surface belongs to exactly one of the triangles that meet there.
     fn covers(&self, place: DVec3) -> Option<f64> {
-        let inside = self.edges.iter().all(|edge| {
-            let value = edge.dot(place);
-            // A centre exactly on an edge belongs to the side whose inside is to the right (below).
-            value > 0.0 || (value == 0.0 && (edge.x > 0.0 || (edge.x == 0.0 && edge.y > 0.0)))
-        });
-        let scale = self.determinant.abs();
-        let (inverse_w, depth) = (self.inverse_w.dot(place) / scale, self.depth.dot(place) / scale);
+        let [a, b, c] = self.corners;
+        let inside = [(b, c), (c, a), (a, b)]
+            .into_iter()
+            .all(|(from, to)| orientation_without_ties(from, to, place) * self.facing > 0.0);
+        let [inverse_w, depth] = self.inverse_w_and_depth().map(|linear| linear.dot(place));
         (inside && inverse_w > 0.0 && (0.0..=1.0).contains(&depth)).then_some(inverse_w)
     }
 
     /// 1/w and depth as linear functions, without the common factor.
     pub(super) fn inverse_w_and_depth(&self) -> [Linear; 2] {
-        [self.inverse_w / self.determinant.abs(), self.depth / self.determinant.abs()]
+        [self.inverse_w / self.scale, self.depth / self.scale]
     }
 
     /// Texture coordinate minus that of the first vertex: small, so that differences keep their digits.
@@ -206,7 +214,7 @@ impl Setup {
         DVec2::new(s.dot(place), t.dot(place)) / self.inverse_w.dot(place)
     }
 
-    /// (s - s0) / w and (t - t0) / w, times |determinant|.
+    /// (s - s0) / w and (t - t0) / w, times `scale`.
     fn numerators(&self) -> [Linear; 2] {
         let [first, second, third] = self.coordinates;
         let (by_second, by_third) = (second - first, third - first);

@@ -3,6 +3,7 @@
 use super::{RenderError, Renderer};
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::footprint::{BACKGROUND, FootprintDump};
+use crate::paper::virtual_texture::pipeline::Pipeline;
 use crate::paper::virtual_texture::ruler::{RulerCheck, Verdicts};
 use crate::paper::virtual_texture::{U1Format, surface};
 use crate::vk::{self, BufferUse, Gpu, Image, TexelCopy};
@@ -97,7 +98,8 @@ impl Renderer {
     pub fn ruler_verdicts(&mut self, pose: &Pose) -> Result<Verdicts, RenderError> {
         self.drain()?;
         let pyramid = self.source.pyramid();
-        let check = RulerCheck::new(&self.gpu, &pyramid, &self.settings.config, &self.pipeline.stage1)?;
+        let Pipeline { stage1, resident, .. } = &self.pipeline;
+        let check = RulerCheck::new(&self.gpu, &pyramid, &self.settings.config, stage1, resident)?;
         let view = surface::view(pose, self.settings.size, self.bias);
         let mut frame = self.gpu.frame()?;
         frame.pass("ruler", |cmd| {

@@ -199,7 +199,10 @@ impl Gpu {
                 true => vk::SamplerAddressMode::REPEAT,
                 false => vk::SamplerAddressMode::CLAMP_TO_EDGE,
             })
-            .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE)
+            .address_mode_v(match info.wraps_in_t {
+                true => vk::SamplerAddressMode::REPEAT,
+                false => vk::SamplerAddressMode::CLAMP_TO_EDGE,
+            })
             .max_lod(vk::LOD_CLAMP_NONE);
         // SAFETY: the device lives.
         let handle =
@@ -284,8 +287,8 @@ pub enum Filter {
 #[derive(Clone, Copy, Debug)]
 pub struct SamplerInfo {
     pub filter: Filter,
-    /// Longitude wraps; latitude always clamps.
     pub wraps_in_s: bool,
+    pub wraps_in_t: bool,
 }
 
 pub struct Sampler {

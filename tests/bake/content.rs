@@ -1,6 +1,7 @@
 //! What is in a baked file.
 
 use super::pictures::{Picture, dotted, write_png, write_tiff_strips, write_tiff_tiles};
+use super::png_by_hand::{self, Raw};
 use super::*;
 use ortelius::math::pyramid::TileId;
 use ortelius::picture::srgb;
@@ -182,4 +183,67 @@ fn a_dry_run_writes_nothing_and_states_the_bytes_that_a_bake_makes() {
     let written = baked(&source, &output, &["--tile", "32"]).len() as u64;
     assert_eq!(stated(&dry, "output bytes"), written);
     assert_eq!(TileFile::open(&output).unwrap().layout().total_bytes(), written);
+}
+
+#[test]
+fn grey_palette_and_interlaced_png_mean_the_same_texels() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let (width, height) = (61, 37);
+    let settings = ["--tile", "32"];
+    let picture = dotted(width, height);
+    let grey: Vec<u8> = picture.rgba.iter().copied().skip(1).step_by(4).collect();
+    let palette: Vec<[u8; 3]> = (0..=255).map(|index| [255 - index, index, index ^ 0x5A]).collect();
+    let bake_raw = |name: &str, colour_type, interlaced, palette: &[[u8; 3]], samples: &[u8]| {
+        png_by_hand::write(&path(name), &Raw { width, height, colour_type, interlaced, palette, samples });
+        baked(&path(name), &path(&format!("{name}.tiles")), &settings)
+    };
+    let bake_rgba = |name: &str, texel: &dyn Fn(u8) -> [u8; 4]| {
+        let rgba = grey.iter().flat_map(|&grey| texel(grey)).collect();
+        write_png(&path(name), &Picture { width, height, rgba });
+        baked(&path(name), &path(&format!("{name}.tiles")), &settings)
+    };
+    write_png(&path("rgba.png"), &picture);
+    let expected = baked(&path("rgba.png"), &path("rgba.tiles"), &settings);
+    assert!(bake_raw("interlaced.png", 6, true, &[], &picture.rgba) == expected);
+    let grey_alpha: Vec<u8> = grey.iter().flat_map(|&grey| [grey, grey / 2]).collect();
+    let expected = bake_rgba("grey-rgba.png", &|grey| [grey, grey, grey, 255]);
+    assert!(bake_raw("grey.png", 0, false, &[], &grey) == expected);
+    let expected = bake_rgba("grey-alpha-rgba.png", &|grey| [grey, grey, grey, grey / 2]);
+    assert!(bake_raw("grey-alpha.png", 4, true, &[], &grey_alpha) == expected);
+    let expected = bake_rgba("palette-rgba.png", &|index| {
+        let [r, g, b] = palette[usize::from(index)];
+        [r, g, b, 255]
+    });
+    assert!(bake_raw("palette.png", 3, false, &palette, &grey) == expected);
+}
+
+/// The mean difference in codes of two pictures of one size, the second turned by some columns.
+fn mean_difference(one: &Picture, other: &Picture, columns: usize) -> f64 {
+    assert_eq!((one.width, one.height), (other.width, other.height));
+    let mut sum = 0.0;
+    for y in 0..one.height {
+        for x in 0..one.width {
+            let (a, b) = (one.texel(x, y), other.texel((x + columns) % one.width, y));
+            sum += (0..3).map(|channel| f64::from(a[channel].abs_diff(b[channel]))).sum::<f64>();
+        }
+    }
+    sum / (3 * one.width * one.height) as f64
+}
+
+#[test]
+fn a_jpeg_enlarged_and_averaged_is_the_same_earth_as_the_source_made_of_it_by_areas() {
+    let folder = tempfile::tempdir().unwrap();
+    let (source, output) = (folder.path().join("bmng.jpg"), folder.path().join("a.tiles"));
+    fs::write(&source, &include_bytes!("../../scenes/bmng.jpg")[..]).unwrap();
+    baked(&source, &output, &[]);
+    let from_jpeg = level(&TileFile::open(&output).unwrap(), 4);
+    let output = folder.path().join("earth.tiles");
+    baked(Path::new("earth:9"), &output, &["--tile", "64"]);
+    let earth = level(&TileFile::open(&output).unwrap(), 0);
+    // Cubic enlarging and boxes against boxes of other sizes: a code or less on average; one column off, of
+    // 512, is several times that.
+    let (here, beside) = (mean_difference(&from_jpeg, &earth, 0), mean_difference(&from_jpeg, &earth, 1));
+    println!("{here} codes, {beside} one column off");
+    assert!(here < 1.0 && beside > 3.0 * here, "{here}, {beside}");
 }

@@ -2,6 +2,7 @@
 
 mod content;
 mod pictures;
+mod png_by_hand;
 mod trouble;
 
 use std::fs;

@@ -2,6 +2,8 @@
 
 use super::pictures::{dotted, write_png, write_tall_tiff, write_tiff_strips, write_tiff_tiles};
 use super::*;
+use ortelius::scene::bake::{Settings, SourceName};
+use ortelius::scene::source::TileFormat;
 use ortelius::scene::tiles::TileFile;
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
@@ -246,4 +248,55 @@ fn peak_bytes(process: u32) -> Option<u64> {
     let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
     line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib * 1024)
+}
+
+#[test]
+fn sources_with_random_damage_give_errors_or_pictures_and_never_a_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let picture = dotted(40, 36);
+    write_png(&path("a.png"), &picture);
+    write_tiff_tiles(&path("a.tif"), &picture, false, 16);
+    write_tiff_tiles(&path("b.tif"), &picture, true, 64);
+    write_tiff_strips(&path("c.tif"), &picture, tiff::encoder::Compression::Lzw, 5);
+    write_tiff_strips(&path("d.tif"), &picture, tiff::encoder::Compression::Packbits, 36);
+    let mut random = Random(0xFEDC_BA98_7654_3210);
+    let (mut refused, mut done) = (0, 0);
+    for name in ["a.png", "a.tif", "b.tif", "c.tif", "d.tif"] {
+        let whole = fs::read(path(name)).unwrap();
+        for _ in 0..300 {
+            let mut damaged = whole.clone();
+            for _ in 0..=random.below(4) {
+                // Half of the damage to the first or last 200 bytes, where sizes and offsets stand.
+                let length = damaged.len() as u64;
+                let at = match random.below(4) {
+                    0 => random.below(length.min(200)),
+                    1 => length - 1 - random.below(length.min(200)),
+                    _ => random.below(length),
+                };
+                damaged[at as usize] = [0, 1, 0x7F, 0xFF, random.below(256) as u8][random.below(5) as usize];
+            }
+            fs::write(path("damaged"), &damaged).unwrap();
+            let settings = Settings {
+                source: SourceName::Picture(path("damaged")),
+                output: path("out.tiles"),
+                tile_side: 16,
+                border_texels: 4,
+                format: TileFormat::Rgba8,
+                resident_levels: None,
+                force: true,
+            };
+            // A size that damage has made huge is left alone: only how the header is read is of interest.
+            let small =
+                ortelius::scene::bake::plan(&settings).is_ok_and(|plan| plan.layout.total_bytes() < 16 << 20);
+            if !small || ortelius::scene::bake::bake(&settings, &()).is_err() {
+                refused += 1;
+                assert_eq!(leftovers(&path("out.tiles")), Vec::<String>::new(), "{name}");
+            } else {
+                done += 1;
+            }
+        }
+    }
+    println!("{refused} refused, {done} baked");
+    assert!(refused > 100 && done > 100, "{refused} refused, {done} baked");
 }

@@ -91,6 +91,35 @@ const COMPARERS: &[Comparer] = &[
         rejects: &[("tests/tiles.rs", "synthetic_tiles_come_back_from_the_file_as_they_are")],
     },
     Comparer {
+        judges: "levels of a baked file against the means of four",
+        function: ("tests/bake/content.rs", "texels_that_are_no_means"),
+        rejects: &[("tests/bake/content.rs", "every_level_is_the_mean_of_four_of_the_files_own_texels")],
+    },
+    Comparer {
+        judges: "a baked JPEG against the Earth made of it",
+        function: ("tests/bake/content.rs", "mean_difference"),
+        rejects: &[(
+            "tests/bake/content.rs",
+            "a_jpeg_enlarged_and_averaged_is_the_same_earth_as_the_source_made_of_it_by_areas",
+        )],
+    },
+    Comparer {
+        judges: "the Earth's tiles against differently cut ones",
+        function: ("src/scene/source/earth/tests.rs", "differing_texels"),
+        rejects: &[(
+            "src/scene/source/earth/tests.rs",
+            "the_comparison_of_borders_rejects_another_places_texels",
+        )],
+    },
+    Comparer {
+        judges: "the Earth's levels against the means of four",
+        function: ("src/scene/source/earth/tests.rs", "worst_mean"),
+        rejects: &[(
+            "src/scene/source/earth/tests.rs",
+            "the_mean_of_four_is_the_coarser_texel_exactly_if_real_and_within_one_code_if_synthetic",
+        )],
+    },
+    Comparer {
         judges: "every call of Vulkan",
         function: ("src/vk/device.rs", "messages"),
         rejects: &[("tests/device.rs", "a_missing_barrier_is_reported")],

@@ -42,7 +42,7 @@ impl Dedup {
                 vertex: &blocks_vert::SHADER,
                 geometry: Some(shader),
                 fragment: Some(&dedup_frag::SHADER),
-                specialization: &with(pyramid_constants(pyramid, stage1.format), constants),
+                specialization: &with(pyramid_constants(pyramid, stage1.format), &constants),
                 points: true,
                 depth: None,
                 colors: &[Format::R32Uint],

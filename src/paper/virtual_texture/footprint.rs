@@ -39,7 +39,7 @@ fn pipeline(
         fragment: Some(fragment),
         specialization: &with(
             pyramid_constants(pyramid, format),
-            [("MAX_ANISOTROPY", config.max_anisotropy)],
+            &[("MAX_ANISOTROPY", config.max_anisotropy)],
         ),
         points: false,
         depth: Some(Depth::Write),

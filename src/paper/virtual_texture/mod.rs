@@ -160,9 +160,6 @@ fn pyramid_constants(pyramid: &Pyramid, u1: U1Format) -> [(&'static str, u32); 5
     ]
 }
 
-fn with<const N: usize>(
-    constants: [(&'static str, u32); 5],
-    more: [(&'static str, u32); N],
-) -> Vec<(&'static str, u32)> {
-    constants.into_iter().chain(more).collect()
+fn with(constants: [(&'static str, u32); 5], more: &[(&'static str, u32)]) -> Vec<(&'static str, u32)> {
+    constants.iter().chain(more).copied().collect()
 }

@@ -78,7 +78,7 @@ impl Pipeline {
             })
             .collect::<Result<_>>()?;
         Ok(Pipeline {
-            texturing: Texturing::new(gpu, &pyramid, config, &stage1, target.info().format)?,
+            texturing: Texturing::new(gpu, &pyramid, config, &stage1, &resident, target.info().format)?,
             surface: Surface::new(gpu, mesh)?,
             stage1,
             stage2,

@@ -1,11 +1,15 @@
-//! What texturing reads: `J1` (an array of N1 tiles with their next coarser levels), `G1` (the levels that are
-//! always there) and the display table.
+//! What texturing reads: `J1`, an array of N1 streamed tiles with their next coarser levels, and the display table.
+//!
+//! The paper keeps `G1`, the levels that are always there, in a texture of its own. Here `G1` is cut into tiles with
+//! borders like all others, which stand behind the N1 streamed ones in `J1` and are never replaced: one sample shows
+//! any level, and the borders carry G1 over the poles and the antimeridian as they do the tiles.
 //!
 //! The display table is `H1` as the shader sees it: one mip level for each q, slot + 1 or 0. It is written only
 //! after a tile's copy, and apart from A1's states: the paper keeps both in one cell, and so takes a coarser
 //! stand-in for the tile itself (erratum of section 3).
 
 use crate::math::pyramid::{Pyramid, TileId};
+use crate::scene::bake::encode_bc1;
 use crate::scene::source::{TileError, TileFormat, TileSource};
 use crate::vk::{
     Buffer, BufferUse, Cmd, Filter, Format, Gpu, Image, ImageInfo, Result, Sampler, SamplerInfo, TexelCopy,
@@ -24,10 +28,9 @@ pub enum ResidentError {
 
 pub struct Resident {
     pub j1: Image,
-    pub g1: Image,
     pub h1: Image,
-    pub tile_sampler: Sampler,
-    pub level_sampler: Sampler,
+    pub sampler: Sampler,
+    g1: Levels,
     pyramid: Pyramid,
     format: TileFormat,
 }
@@ -42,51 +45,79 @@ pub struct Uploads {
 }
 
 impl Resident {
-    /// Makes `J1` for `slots` tiles, reads `G1` from `source`, empties the display table.
+    /// Makes `J1` for `slots` streamed tiles, reads `G1` from `source` into it, empties the display table.
     ///
     /// # Errors
     /// The device has not so many layers; out of memory; `G1` cannot be read.
-    pub fn new(
-        gpu: &Gpu,
-        source: &dyn TileSource,
-        slots: u32,
-    ) -> std::result::Result<Resident, ResidentError> {
+    pub fn new(gpu: &Gpu, source: &dyn TileSource, slots: u32) -> std::result::Result<Resident, ResidentError> {
         let pyramid = source.pyramid();
         let format = source.format();
+        let g1 = Levels::new(&pyramid, slots);
         let [side, _] = pyramid.stored_sides();
-        let j1 = gpu.image(
-            "J1",
-            ImageInfo {
-                layers: slots,
-                array: true,
-                ..ImageInfo::texture(
-                    [side; 2],
-                    match format {
-                        TileFormat::Rgba8 => Format::Rgba8Srgb,
-                        TileFormat::Bc1 => Format::Bc1Srgb,
-                    },
-                    2,
-                )
-            },
-        )?;
-        let streamed = pyramid.first_resident_level();
-        let h1 = gpu.image("H1", ImageInfo::texture(pyramid.tile_grid(0), Format::R32Uint, streamed))?;
+        let j1_format = match format {
+            TileFormat::Rgba8 => Format::Rgba8Srgb,
+            TileFormat::Bc1 => Format::Bc1Srgb,
+        };
+        let j1_info = ImageInfo {
+            layers: slots + g1.tiles.len() as u32,
+            array: true,
+            ..ImageInfo::texture([side; 2], j1_format, 2)
+        };
+        let grid = pyramid.tile_grid(0);
+        let table_levels = grid[0].max(grid[1]).ilog2() + 1;
+        let mut resident = Resident {
+            j1: gpu.image("J1", j1_info)?,
+            h1: gpu.image("H1", ImageInfo::texture(grid, Format::R32Uint, table_levels))?,
+            sampler: gpu.sampler(
+                "J1 sampler",
+                SamplerInfo { filter: Filter::Linear, wraps_in_s: false, wraps_in_t: false },
+            )?,
+            g1,
+            pyramid,
+            format,
+        };
         let mut frame = gpu.frame()?;
         frame.pass("clear H1", |cmd| {
-            cmd.clear_uint(&h1, 0);
+            cmd.clear_uint(&resident.h1, 0);
             Ok(())
         })?;
         frame.submit()?.wait()?;
-        let linear = |wraps_in_s| SamplerInfo { filter: Filter::Linear, wraps_in_s };
-        Ok(Resident {
-            j1,
-            g1: resident_levels(gpu, source)?,
-            h1,
-            tile_sampler: gpu.sampler("J1 sampler", linear(false))?,
-            level_sampler: gpu.sampler("G1 sampler", linear(true))?,
-            pyramid,
-            format,
-        })
+        resident.fill_g1(gpu, source)?;
+        Ok(resident)
+    }
+
+    /// Copies `G1`'s tiles to where they stay.
+    fn fill_g1(&mut self, gpu: &Gpu, source: &dyn TileSource) -> std::result::Result<(), ResidentError> {
+        let tiles = self.g1.tiles.clone();
+        let mut uploads = self.uploads(gpu, tiles.len() as u32)?;
+        let mut display = Vec::new();
+        let texels: Vec<Vec<u8>> = (self.pyramid.first_resident_level()..=self.pyramid.coarsest_level())
+            .map(|level| source.read_resident_level(level))
+            .collect::<std::result::Result<_, _>>()?;
+        for (tile, slot) in tiles {
+            let taken = uploads.tile(slot, &self.g1.tile(tile, &self.pyramid, &texels, self.format));
+            assert!(taken, "there is staging for {slot} and all others");
+            if tile.level < self.g1.single_level {
+                display.push((tile, Some(slot)));
+            }
+        }
+        uploads.show(gpu, &display)?;
+        let mut frame = gpu.frame()?;
+        frame.pass("fill G1", |cmd| {
+            self.copy(cmd, &uploads);
+            Ok(())
+        })?;
+        frame.submit()?.wait()?;
+        Ok(())
+    }
+
+    /// Where the shader finds `G1`: SINGLE_LEVEL and SINGLE_SLOT.
+    pub(super) fn constants(&self) -> [(&'static str, u32); 3] {
+        [
+            ("BORDER", self.pyramid.border_texels()),
+            ("SINGLE_LEVEL", self.g1.single_level),
+            ("SINGLE_SLOT", self.g1.single_slot),
+        ]
     }
 
     /// Staging for at most `tiles` tiles a frame.
@@ -145,9 +176,11 @@ impl Resident {
         cmd.copy_to_image(&uploads.table, &self.h1, &cell_copies);
     }
 
-    /// Bytes of `J1`, `G1` and the display table.
+    /// Bytes of the streamed tiles of `J1`, of `G1`'s tiles behind them, and of the display table.
     pub fn bytes(&self) -> [u64; 3] {
-        [self.j1.bytes(), self.g1.bytes(), self.h1.bytes()]
+        let layer = self.j1.bytes() / u64::from(self.j1.info().layers);
+        let g1 = layer * self.g1.tiles.len() as u64;
+        [self.j1.bytes() - g1, g1, self.h1.bytes()]
     }
 }
 
@@ -196,17 +229,72 @@ impl Uploads {
     }
 }
 
-/// `G1`: levels L-L'+1 .. L as the mip levels of one image.
-fn resident_levels(gpu: &Gpu, source: &dyn TileSource) -> std::result::Result<Image, ResidentError> {
-    let pyramid = source.pyramid();
-    let first = pyramid.first_resident_level();
-    let levels = pyramid.resident_levels();
-    let g1 = gpu.image("G1", ImageInfo::texture(pyramid.level_size(first), Format::Rgba8Srgb, levels))?;
-    let texels: Vec<Vec<u8>> = (0..levels)
-        .map(|level| source.read_resident_level(first + level))
-        .collect::<std::result::Result<_, _>>()?;
-    fill_levels(gpu, &g1, &texels)?;
-    Ok(g1)
+/// `G1`'s tiles and their slots.
+struct Levels {
+    tiles: Vec<(TileId, u32)>,
+    /// From this level on each level is one tile, and slots follow each other; levels before it stand in the table.
+    single_level: u32,
+    single_slot: u32,
+}
+
+impl Levels {
+    fn new(pyramid: &Pyramid, first_slot: u32) -> Levels {
+        let mut tiles = Vec::new();
+        let grid = |level: u32| pyramid.level_size(level).map(|side| side.div_ceil(pyramid.tile_size()));
+        for level in pyramid.first_resident_level()..=pyramid.coarsest_level() {
+            let [columns, rows] = grid(level);
+            for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
+                tiles.push((TileId { level, row, column }, first_slot + tiles.len() as u32));
+            }
+        }
+        let single = tiles.iter().find(|(tile, _)| grid(tile.level) == [1, 1]);
+        let (tile, single_slot) = *single.expect("the coarsest level is one texel");
+        Levels { single_level: tile.level, single_slot, tiles }
+    }
+
+    /// A tile of `G1` as a source would store it: bordered, with its next coarser level. `texels` holds `G1`'s
+    /// levels whole, finest first, RGBA8.
+    fn tile(&self, tile: TileId, pyramid: &Pyramid, texels: &[Vec<u8>], format: TileFormat) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        for step in 0..2 {
+            // The coarsest level stands for its own next coarser one.
+            let level = (tile.level + step).min(pyramid.coarsest_level());
+            let texels = &texels[(level - pyramid.first_resident_level()) as usize];
+            let (size, border) =
+                (i64::from(pyramid.tile_size() >> step), i64::from(pyramid.border_texels() >> step));
+            let side = pyramid.stored_sides()[step as usize];
+            let mut rgba = Vec::with_capacity(4 * side as usize * side as usize);
+            for y in 0..i64::from(side) {
+                for x in 0..i64::from(side) {
+                    let [column, row] = [
+                        i64::from(tile.column) * size + x - border,
+                        i64::from(tile.row) * size + y - border,
+                    ];
+                    let at = 4 * texel_index(pyramid.level_size(level), column, row);
+                    rgba.extend_from_slice(&texels[at..at + 4]);
+                }
+            }
+            match format {
+                TileFormat::Rgba8 => bytes.extend(rgba),
+                TileFormat::Bc1 => {
+                    let mut blocks = vec![0; rgba.len() / 8];
+                    encode_bc1(&rgba, side as usize, &mut blocks);
+                    bytes.extend(blocks);
+                }
+            }
+        }
+        bytes
+    }
+}
+
+/// Place of the texel at a column and row that may lie any number of turns outside the level: columns wrap; down
+/// one meridian and up the opposite one, twice the height is a full turn.
+fn texel_index([width, height]: [u32; 2], column: i64, row: i64) -> usize {
+    let (width, height) = (i64::from(width), i64::from(height));
+    let turn = row.rem_euclid(2 * height);
+    let (column, row) =
+        if turn < height { (column, turn) } else { (column + width / 2, 2 * height - 1 - turn) };
+    (row * width + column.rem_euclid(width)) as usize
 }
 
 /// Fills the mip levels of an RGBA8 image, finest first. Waits for the copy.

@@ -32,14 +32,21 @@ pub struct Verdicts {
 impl RulerCheck {
     /// # Errors
     /// Out of memory.
-    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage1: &Footprint) -> Result<RulerCheck> {
-        let constants = [("MAX_ANISOTROPY", config.max_anisotropy), ("BORDER", pyramid.border_texels())];
+    pub fn new(
+        gpu: &Gpu,
+        pyramid: &Pyramid,
+        config: &Config,
+        stage1: &Footprint,
+        resident: &Resident,
+    ) -> Result<RulerCheck> {
+        let anisotropy = [("MAX_ANISOTROPY", config.max_anisotropy)];
+        let constants: Vec<_> = resident.constants().into_iter().chain(anisotropy).collect();
         let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
             name: ruler_frag::SHADER.name,
             vertex: &mesh_vert::SHADER,
             geometry: None,
             fragment: Some(&ruler_frag::SHADER),
-            specialization: &with(pyramid_constants(pyramid, stage1.format), constants),
+            specialization: &with(pyramid_constants(pyramid, stage1.format), &constants),
             points: false,
             depth: Some(Depth::Equal),
             colors: &[Format::R32Uint],
@@ -67,7 +74,6 @@ impl RulerCheck {
             (ruler_frag::U1, Resource::Texture(&stage1.u1, View::Whole)),
             (ruler_frag::H1, Resource::Texture(&resident.h1, View::Whole)),
             (ruler_frag::J1, Resource::Texture(&resident.j1, View::Raw)),
-            (ruler_frag::G1, Resource::Texture(&resident.g1, View::Raw)),
         ];
         cmd.render(self.verdict.info().size, &[color], Some(depth), |render| {
             let push = bytemuck::bytes_of(view);

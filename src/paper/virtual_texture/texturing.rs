@@ -31,19 +31,20 @@ impl Texturing {
         pyramid: &Pyramid,
         config: &Config,
         stage1: &Footprint,
+        resident: &Resident,
         target: Format,
     ) -> Result<Texturing> {
         let constants = [
             ("MAX_ANISOTROPY", config.max_anisotropy),
-            ("BORDER", pyramid.border_texels()),
             ("LITERAL_INTERPOLATION", u32::from(config.interpolation == Interpolation::Literal)),
         ];
+        let constants: Vec<_> = resident.constants().into_iter().chain(constants).collect();
         let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
             name: texturing_frag::SHADER.name,
             vertex: &mesh_vert::SHADER,
             geometry: None,
             fragment: Some(&texturing_frag::SHADER),
-            specialization: &with(pyramid_constants(pyramid, stage1.format), constants),
+            specialization: &with(pyramid_constants(pyramid, stage1.format), &constants),
             points: false,
             depth: Some(Depth::Equal),
             colors: &[target],
@@ -70,8 +71,7 @@ impl Texturing {
         let resources = [
             (texturing_frag::U1, Resource::Texture(&stage1.u1, View::Whole)),
             (texturing_frag::H1, Resource::Texture(&resident.h1, View::Whole)),
-            (texturing_frag::J1, Resource::Sampled(&resident.j1, &resident.tile_sampler)),
-            (texturing_frag::G1, Resource::Sampled(&resident.g1, &resident.level_sampler)),
+            (texturing_frag::J1, Resource::Sampled(&resident.j1, &resident.sampler)),
         ];
         cmd.render(target.info().size, &[color], Some(depth), |render| {
             let push = bytemuck::bytes_of(view);
@@ -125,7 +125,7 @@ impl Plain {
             pipeline,
             texture,
             sampler: gpu
-                .sampler("plain sampler", SamplerInfo { filter: Filter::Linear, wraps_in_s: true })?,
+                .sampler("plain sampler", SamplerInfo { filter: Filter::Linear, wraps_in_s: true, wraps_in_t: false })?,
             depth: gpu.image("plain depth", ImageInfo::target(target.info().size, Format::Depth32Float))?,
         })
     }

@@ -2,16 +2,17 @@
 
 use texpresso::{Algorithm, COLOUR_WEIGHTS_UNIFORM, Format, Params};
 
-/// Block by block on the calling thread: a tile is a job already, and nested parallel loops would let one
-/// thread hold many tiles. Cluster fit: every pair of end points along the principal axis; no randomness.
-const PARAMS: Params = Params {
-    algorithm: Algorithm::ClusterFit,
-    weights: COLOUR_WEIGHTS_UNIFORM,
-    weigh_colour_by_alpha: false,
-};
+/// Range fit with equal weights: 18 ms a tile of 520, root mean square error 3.8, 1.9 and 2.3 codes (Himalaya,
+/// Sahara, Alaska, one octave or two below the imagery); cluster fit 480-760 ms, error 3.0, 1.6 and 1.9: a fifth
+/// less error for thirty times the time, hours for 2^16 x 2^15 texels.
+const PARAMS: Params =
+    Params { algorithm: Algorithm::RangeFit, weights: COLOUR_WEIGHTS_UNIFORM, weigh_colour_by_alpha: false };
 
 /// Encodes a square of `side x side` texels (a multiple of 4) into `blocks`, rows of blocks from the north.
 /// Alpha is ignored: every texel is opaque.
+///
+/// Block by block on the calling thread: a tile is a job already, and nested parallel loops would let one
+/// thread hold many tiles.
 pub fn bc1(rgba: &[u8], side: usize, blocks: &mut [u8]) {
     assert!(side.is_multiple_of(4), "side {side}");
     assert_eq!(rgba.len(), side * side * 4);

@@ -23,6 +23,7 @@ mod scratch;
 mod source;
 mod work;
 
+pub use encode::bc1 as encode_bc1;
 pub use error::{BakeError, SourceError};
 pub use plan::Plan;
 pub use source::SourceName;

@@ -83,7 +83,8 @@ fn decoder(file: &[u8]) -> JpegDecoder<ZCursor<&[u8]>> {
 }
 
 fn damaged(path: &Path, reason: String) -> SourceError {
-    SourceError::Damaged { path: path.to_path_buf(), reason }
+    // The decoder ends its messages with a line break.
+    SourceError::Damaged { path: path.to_path_buf(), reason: reason.trim_end().to_string() }
 }
 
 impl Rows for Jpeg {
