@@ -166,13 +166,15 @@ fn open(args: &RenderArgs, scene: &Scene, target: Target) -> anyhow::Result<Rend
     let mut settings = Settings::of_scene(scene, target);
     settings.size = args.size.unwrap_or(settings.size);
     settings.streaming.deterministic = args.deterministic;
+    let tiles = settings.streaming.gpu_tiles;
     let renderer = Renderer::new(gpu, source, &mesh::gpu_mesh(&scene.source_mesh()?)?, settings);
     renderer.map_err(|error| match error {
         // The device knows nothing of tiles.
         RenderError::Resident(ResidentError::Vulkan(vk::Error::Limit { ref object, .. }))
             if object == "J1" =>
         {
-            anyhow::Error::new(error).context("cache.gpu_tiles is too large for this device, lower it")
+            let context = format!("cache.gpu_tiles = {tiles} is too large for this device; lower it");
+            anyhow::Error::new(error).context(context)
         }
         error => error.into(),
     })

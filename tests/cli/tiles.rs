@@ -110,11 +110,15 @@ fn a_file_cut_short_is_exit_3_and_one_of_another_size_than_stated_is_refused() {
     holds(&line, &["t.tiles", "truncated"]);
 }
 
-/// Worst and mean difference of two pictures' bytes.
+/// Worst and root mean square difference of two pictures' colours, in codes.
 fn difference(a: &Srgb8Picture, b: &Srgb8Picture) -> (u8, f64) {
-    let differences: Vec<u8> = a.rgba.iter().zip(&b.rgba).map(|(a, b)| a.abs_diff(*b)).collect();
-    let sum: u64 = differences.iter().map(|d| u64::from(*d)).sum();
-    (*differences.iter().max().unwrap(), sum as f64 / differences.len() as f64)
+    let colours = |picture: &Srgb8Picture| -> Vec<u8> {
+        picture.rgba.chunks(4).flat_map(|pixel| pixel[..3].to_vec()).collect()
+    };
+    let (a, b) = (colours(a), colours(b));
+    let differences: Vec<u8> = a.iter().zip(&b).map(|(a, b)| a.abs_diff(*b)).collect();
+    let sum: f64 = differences.iter().map(|d| f64::from(*d).powi(2)).sum();
+    (*differences.iter().max().unwrap(), (sum / differences.len() as f64).sqrt())
 }
 
 #[test]
@@ -126,13 +130,13 @@ fn bc1_tiles_give_nearly_the_same_picture_with_the_feature_asked_for() {
     rendered(&folder, &["s.toml", "-o", "other.png", "--camera", "elsewhere"]);
     let [bc1, pure, other] =
         ["bc1.png", "pure.png", "other.png"].map(|name| picture(&folder.path().join(name)));
-    let (worst, mean) = difference(&bc1, &pure);
-    println!("BC1: worst {worst}, mean {mean:.3} codes");
-    // Four colours on a line, its ends in 5, 6, 5 bits (half a step is 4 codes), for each 4 x 4 texels: what lies
-    // beside the line is lost, most in the 16 texels around a coast.
-    assert!(worst <= 48 && mean < 3.0, "worst {worst}, mean {mean}");
-    let (worst, mean) = difference(&other, &pure);
-    assert!(worst > 48 && mean > 3.0, "another picture is told apart: worst {worst}, mean {mean}");
+    let (worst, rms) = difference(&bc1, &pure);
+    println!("BC1: worst {worst}, root mean square {rms:.3} codes");
+    // The encoder's own error is 1.9 to 3.8 codes; filtering brings it down, a coast (colours beside BC1's line of
+    // four) up: single pixels there miss by a quarter of the range.
+    assert!(worst <= 80 && rms < 4.5, "worst {worst}, root mean square {rms}");
+    let (worst, rms) = difference(&other, &pure);
+    assert!(worst > 80 && rms > 4.5, "another picture is told apart: {worst}, {rms}");
     let explained = |scene: &str| {
         let ran = run(&folder, &["render", scene, "--explain"]);
         String::from_utf8(ran.stdout).unwrap()

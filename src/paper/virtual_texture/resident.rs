@@ -49,7 +49,11 @@ impl Resident {
     ///
     /// # Errors
     /// The device has not so many layers; out of memory; `G1` cannot be read.
-    pub fn new(gpu: &Gpu, source: &dyn TileSource, slots: u32) -> std::result::Result<Resident, ResidentError> {
+    pub fn new(
+        gpu: &Gpu,
+        source: &dyn TileSource,
+        slots: u32,
+    ) -> std::result::Result<Resident, ResidentError> {
         let pyramid = source.pyramid();
         let format = source.format();
         let g1 = Levels::new(&pyramid, slots);
@@ -266,10 +270,8 @@ impl Levels {
             let mut rgba = Vec::with_capacity(4 * side as usize * side as usize);
             for y in 0..i64::from(side) {
                 for x in 0..i64::from(side) {
-                    let [column, row] = [
-                        i64::from(tile.column) * size + x - border,
-                        i64::from(tile.row) * size + y - border,
-                    ];
+                    let [column, row] =
+                        [i64::from(tile.column) * size + x - border, i64::from(tile.row) * size + y - border];
                     let at = 4 * texel_index(pyramid.level_size(level), column, row);
                     rgba.extend_from_slice(&texels[at..at + 4]);
                 }

@@ -124,8 +124,10 @@ impl Plain {
         Ok(Plain {
             pipeline,
             texture,
-            sampler: gpu
-                .sampler("plain sampler", SamplerInfo { filter: Filter::Linear, wraps_in_s: true, wraps_in_t: false })?,
+            sampler: gpu.sampler(
+                "plain sampler",
+                SamplerInfo { filter: Filter::Linear, wraps_in_s: true, wraps_in_t: false },
+            )?,
             depth: gpu.image("plain depth", ImageInfo::target(target.info().size, Format::Depth32Float))?,
         })
     }
