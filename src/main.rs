@@ -3,14 +3,15 @@
 mod command;
 
 use clap::{Parser, Subcommand};
+use command::doctor::Unwell;
 use command::verify::Damaged;
 use command::{Usage, bake, demo, doctor, render, verify};
 use ortelius::renderer::RenderError;
-use ortelius::scene::TextureError;
 use ortelius::scene::bake::BakeError;
 use ortelius::scene::tiles::TileFileError;
+use ortelius::scene::{SceneError, TextureError};
 use ortelius::vk;
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
 /// Super-large textures, progressive meshes and texture mapping: three papers rebuilt on Vulkan and measured.
@@ -57,6 +58,8 @@ fn main() -> ExitCode {
         .with_max_level(level)
         .with_writer(std::io::stderr)
         .with_ansi(colours)
+        // It would tell of a full stderr on stderr, and panic.
+        .log_internal_errors(false)
         .without_time()
         .with_target(false)
         .init();
@@ -70,7 +73,8 @@ fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("ortelius: {}", one_line(&error));
+            // Where stderr is closed or full nobody can be told but by the exit code.
+            let _told = writeln!(std::io::stderr(), "ortelius: {}", one_line(&error));
             ExitCode::from(exit_code(&error))
         }
     }
@@ -95,6 +99,8 @@ fn code_of(cause: &(dyn std::error::Error + 'static)) -> Option<u8> {
     let texture = || cause.downcast_ref::<TextureError>().and_then(TextureError::exit_code);
     let tiles = || cause.downcast_ref::<TileFileError>().map(TileFileError::exit_code);
     let bake = || cause.downcast_ref::<BakeError>().map(BakeError::exit_code);
+    let unwell = || cause.downcast_ref::<Unwell>().map(|unwell| unwell.exit_code);
+    let scene = || cause.downcast_ref::<SceneError>().and_then(scene_code);
     let damaged = || cause.is::<Damaged>().then_some(3);
     vulkan
         .or_else(render)
@@ -102,5 +108,18 @@ fn code_of(cause: &(dyn std::error::Error + 'static)) -> Option<u8> {
         .or_else(tiles)
         .or_else(bake)
         .or_else(damaged)
+        .or_else(scene)
+        .or_else(unwell)
         .or(cause.is::<Usage>().then_some(2))
+}
+
+/// What the command line names and is not there is usage; what is wrong in a file is an error.
+fn scene_code(error: &SceneError) -> Option<u8> {
+    match error {
+        SceneError::Read { .. } | SceneError::Content { .. } => None,
+        SceneError::Unknown { .. }
+        | SceneError::Override { .. }
+        | SceneError::Camera { .. }
+        | SceneError::Path { .. } => Some(2),
+    }
 }

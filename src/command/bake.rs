@@ -69,14 +69,13 @@ pub fn run(args: &BakeArgs) -> Result<()> {
         force: args.force,
     };
     if args.dry_run {
-        println!("{}", bake::plan(&settings)?);
-        return Ok(());
+        return super::say(bake::plan(&settings)?);
     }
     let bar = Bar::new();
     let baked = bake::bake(&settings, &bar);
     bar.0.finish_and_clear();
     let plan = baked?;
-    eprintln!(
+    tracing::info!(
         "{}: {} tiles, {} bytes",
         settings.output.display(),
         plan.layout.pyramid().tile_count(),

@@ -1,6 +1,6 @@
 //! `ortelius demo`: the paper's headline picture and its report, under out/.
 
-use super::render;
+use super::{render, say};
 use anyhow::Context;
 use clap::{Args, Parser};
 
@@ -34,10 +34,9 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<()> {
     if let Some(device) = &args.device {
         line.extend(["--device", device]);
     }
-    eprintln!("ortelius {}", line.join(" "));
+    tracing::info!("ortelius {}", line.join(" "));
     render::run(&RenderLine::try_parse_from(line)?.args)?;
-    println!("picture        out/earth.png");
-    println!("report         out/earth.json");
-    println!("visible tiles  out/earth-tiles.csv");
-    Ok(())
+    say("picture        out/earth.png")?;
+    say("report         out/earth.json")?;
+    say("visible tiles  out/earth-tiles.csv")
 }

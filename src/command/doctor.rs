@@ -1,10 +1,13 @@
 //! `ortelius doctor`: what there is of Vulkan, and whether it works. The self-test runs in a child process, so that a
 //! driver that crashes is reported and not suffered.
 
+use super::say;
 use clap::Args;
 use ortelius::vk::{Error, Feature, GpuOptions, Instance, PhysicalDevice, driver_folders, self_test};
 use serde::Serialize;
-use std::process::{Command, Stdio};
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 #[derive(Args)]
@@ -20,10 +23,12 @@ pub struct DoctorArgs {
     self_test: bool,
 }
 
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct Diagnosis {
-    /// Version of the loader, or why there is none.
-    loader: Result<String, String>,
+    /// Version of the loader; `None` where it could not be asked.
+    loader: Option<String>,
+    /// What kept the loader, or the drivers, from answering.
+    error: Option<String>,
     layers: Vec<String>,
     /// Driver manifests in the folders that the loader searches.
     drivers: Vec<DriverFolder>,
@@ -46,7 +51,25 @@ struct Device {
     driver: String,
     vulkan: String,
     usable: bool,
-    features: Vec<(&'static str, bool)>,
+    features: BTreeMap<&'static str, bool>,
+}
+
+/// What the doctor found wrong.
+#[derive(Debug, thiserror::Error)]
+#[error("{what}")]
+pub struct Unwell {
+    what: String,
+    pub exit_code: u8,
+}
+
+/// How the self-test ended.
+struct SelfTest {
+    /// "passed", or what went wrong.
+    words: String,
+    /// The child's; `None` where it has none.
+    exit_code: Option<u8>,
+    /// A driver that crashes or hangs must not be loaded into this process.
+    deadly: bool,
 }
 
 /// Longest a healthy software driver has taken here is 0.3 s; a driver that hangs must not hang the doctor.
@@ -58,37 +81,44 @@ pub fn run(args: &DoctorArgs) -> anyhow::Result<()> {
         self_test::run(&options)?;
         return Ok(());
     }
-    let diagnosis = diagnose(args);
+    let (diagnosis, verdict) = diagnose(args);
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&diagnosis)?);
+        say(serde_json::to_string_pretty(&diagnosis)?)?;
     } else {
-        print(&diagnosis);
+        print(&diagnosis)?;
     }
-    match diagnosis.healthy {
-        true => Ok(()),
-        false => Err(Error::NoDevice { searched: driver_folders().join(", ") }.into()),
-    }
+    verdict
 }
 
-fn diagnose(args: &DoctorArgs) -> Diagnosis {
-    let survey = Instance::survey();
-    let (loader, layers, devices) = match survey {
-        Ok(survey) => (Ok(dotted(survey.loader_api)), survey.layers, survey.devices),
-        Err(error) => (Err(error.to_string()), Vec::new(), Vec::new()),
-    };
-    let self_test = match devices.is_empty() {
-        true => "not run: there is no device".to_string(),
-        false => run_child(args.device.as_deref()),
-    };
-    let healthy = devices.iter().any(PhysicalDevice::usable) && self_test == "passed";
-    Diagnosis {
-        loader,
-        layers,
+/// What there is, and the error that the program ends with where something is wrong.
+fn diagnose(args: &DoctorArgs) -> (Diagnosis, anyhow::Result<()>) {
+    // First the child: it asks of loader and drivers all that is asked here.
+    let test = run_child(args.device.as_deref());
+    let mut diagnosis = Diagnosis {
         drivers: driver_folders().into_iter().map(list_folder).collect(),
-        devices: devices.iter().map(describe).collect(),
-        self_test,
-        healthy,
-    }
+        self_test: test.words.clone(),
+        ..Diagnosis::default()
+    };
+    let survey = match test.deadly {
+        true => Err(anyhow::Error::new(Unwell { what: test.words, exit_code: 1 })),
+        false => Instance::survey().map_err(anyhow::Error::new),
+    };
+    let verdict = survey.and_then(|survey| {
+        diagnosis.loader = Some(dotted(survey.loader_api));
+        diagnosis.layers = survey.layers;
+        diagnosis.devices = survey.devices.iter().map(describe).collect();
+        match test.exit_code {
+            _ if survey.devices.is_empty() => {
+                diagnosis.self_test = "not run: there is no device".into();
+                Err(Error::NoDevice { searched: driver_folders().join(", ") }.into())
+            }
+            Some(0) => Ok(()),
+            code => Err(Unwell { what: diagnosis.self_test.clone(), exit_code: code.unwrap_or(1) }.into()),
+        }
+    });
+    diagnosis.healthy = verdict.is_ok();
+    diagnosis.error = verdict.as_ref().err().map(ToString::to_string);
+    (diagnosis, verdict)
 }
 
 fn dotted((major, minor, patch): (u32, u32, u32)) -> String {
@@ -121,11 +151,11 @@ fn list_folder(searched: String) -> DriverFolder {
     DriverFolder { searched, found }
 }
 
-/// The self-test's outcome in words.
-fn run_child(device: Option<&str>) -> String {
+fn run_child(device: Option<&str>) -> SelfTest {
+    let ended = |words: String, exit_code, deadly| SelfTest { words, exit_code, deadly };
     let program = match std::env::current_exe() {
         Ok(program) => program,
-        Err(error) => return format!("not run: own program not found: {error}"),
+        Err(error) => return ended(format!("not run: own program not found: {error}"), None, false),
     };
     let mut command = Command::new(program);
     command.args(["doctor", "--self-test"]).stdout(Stdio::null()).stderr(Stdio::piped());
@@ -134,59 +164,69 @@ fn run_child(device: Option<&str>) -> String {
     }
     let mut child = match command.spawn() {
         Ok(child) => child,
-        Err(error) => return format!("not run: {error}"),
+        Err(error) => return ended(format!("not run: {error}"), None, false),
     };
     let start = Instant::now();
     loop {
         match child.try_wait() {
-            Ok(Some(status)) if status.success() => return "passed".into(),
+            Ok(Some(status)) if status.success() => return ended("passed".into(), Some(0), false),
             Ok(Some(status)) => {
-                let mut words = String::new();
-                if let Some(mut stderr) = child.stderr.take() {
-                    use std::io::Read;
-                    // What cannot be read is only missing from the words.
-                    let _ = stderr.read_to_string(&mut words);
-                }
-                let last = words.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("").to_string();
+                let last = last_line(&mut child);
                 // A signal leaves no exit code: the driver crashed.
                 return match status.code() {
-                    Some(_) => format!("failed: {last}"),
-                    None => format!(
-                        "the driver crashed ({status}); update it, or choose another --device. {last}"
-                    ),
+                    Some(code) => ended(format!("failed: {last}"), u8::try_from(code).ok(), false),
+                    None => {
+                        let advice = "update it, or name another with VK_DRIVER_FILES";
+                        ended(format!("the driver crashed ({status}); {advice}. {last}"), None, true)
+                    }
                 };
             }
             Ok(None) if start.elapsed() > PATIENCE => {
                 let killed = child.kill();
-                return format!("the driver hangs (no answer in {} s; kill: {killed:?})", PATIENCE.as_secs());
+                let seconds = PATIENCE.as_secs();
+                return ended(
+                    format!("the driver hangs (no answer in {seconds} s; kill: {killed:?})"),
+                    None,
+                    true,
+                );
             }
             Ok(None) => std::thread::sleep(Duration::from_millis(10)),
-            Err(error) => return format!("not known: {error}"),
+            Err(error) => return ended(format!("not known: {error}"), None, true),
         }
     }
 }
 
-fn print(diagnosis: &Diagnosis) {
-    match &diagnosis.loader {
-        Ok(version) => println!("loader     Vulkan {version}"),
-        Err(error) => println!("loader     {error}"),
+/// The last thing that the child said, without our own name before it.
+fn last_line(child: &mut Child) -> String {
+    let mut words = Vec::new();
+    if let Some(stderr) = &mut child.stderr {
+        // What cannot be read is only missing from the words.
+        let _ = stderr.read_to_end(&mut words);
     }
-    println!("layers     {}", diagnosis.layers.join(", "));
+    let words = String::from_utf8_lossy(&words);
+    let last = words.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("");
+    last.trim_start_matches("ortelius: ").to_string()
+}
+
+fn print(diagnosis: &Diagnosis) -> anyhow::Result<()> {
+    match &diagnosis.loader {
+        Some(version) => say(format_args!("loader     Vulkan {version}"))?,
+        None => say("loader     no answer")?,
+    }
+    say(format_args!("layers     {}", diagnosis.layers.join(", ")))?;
     for folder in &diagnosis.drivers {
         let found = if folder.found.is_empty() { "none".into() } else { folder.found.join(", ") };
-        println!("drivers    {}: {found}", folder.searched);
+        say(format_args!("drivers    {}: {found}", folder.searched))?;
     }
     for (index, device) in diagnosis.devices.iter().enumerate() {
-        println!(
-            "device {index}   {} ({}), {}, Vulkan {}",
-            device.name, device.kind, device.driver, device.vulkan
-        );
+        let Device { name, kind, driver, vulkan, .. } = device;
+        say(format_args!("device {index}   {name} ({kind}), {driver}, Vulkan {vulkan}"))?;
         for (feature, has) in &device.features {
-            println!("           {} {feature}", if *has { "yes" } else { "NO " });
+            say(format_args!("           {} {feature}", if *has { "yes" } else { "NO " }))?;
         }
         if !device.usable {
-            println!("           not usable: Vulkan 1.3 and scalarBlockLayout are needed");
+            say("           not usable: Vulkan 1.3 and scalarBlockLayout are needed")?;
         }
     }
-    println!("self-test  {}", diagnosis.self_test);
+    say(format_args!("self-test  {}", diagnosis.self_test))
 }

@@ -7,6 +7,21 @@ mod outputs;
 pub mod render;
 pub mod verify;
 
+use std::io::Write;
+
+/// A line of data on stdout. A reader that wants no more (`| head`) is no error.
+///
+/// # Errors
+/// What else can be wrong with stdout: a full disk.
+pub fn say(line: impl std::fmt::Display) -> anyhow::Result<()> {
+    match writeln!(std::io::stdout(), "{line}") {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(anyhow::Error::new(error).context("stdout: cannot write"))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// The command line says something that cannot be: exit code 2.
 #[derive(Debug)]
 pub struct Usage(pub String);

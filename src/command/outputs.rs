@@ -1,5 +1,6 @@
 //! The files that `render` writes. All are checked before anything is rendered, and each appears whole or not at all.
 
+use super::Usage;
 use anyhow::{Context, bail};
 use ortelius::math::camera::Pose;
 use ortelius::picture::write::{Planes, Srgb8Picture, write_exr, write_png, write_whole};
@@ -8,6 +9,9 @@ use ortelius::renderer::{FrameRecord, Renderer, Target};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
+
+/// Stands for a frame's number in a picture's name.
+const FRAME: &str = "{frame}";
 
 pub struct Outputs {
     picture: Option<PathBuf>,
@@ -18,41 +22,45 @@ pub struct Outputs {
 
 impl Outputs {
     /// # Errors
-    /// A folder that does not exist, an ending that is not a picture's: found before minutes are spent.
+    /// Found before minutes are spent: a folder that does not exist, what no rename may replace, an ending that is
+    /// not a picture's, one name given twice.
     pub fn check(
         picture: Option<&Path>,
         report: Option<&Path>,
         visible: Option<&Path>,
         footprint: Option<&Path>,
     ) -> anyhow::Result<Outputs> {
-        for path in [picture, report, visible, footprint].into_iter().flatten() {
-            let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            if !folder.is_dir() {
-                bail!("{}: there is no folder {}; create it first", path.display(), folder.display());
-            }
-            if path.is_dir() {
-                bail!("{} is a folder; name a file", path.display());
-            }
-        }
         for (path, endings) in [(picture, &["png", "exr"][..]), (footprint, &["exr"][..])] {
             let Some(path) = path else { continue };
-            let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("");
-            if !endings.contains(&ending) {
+            if !endings.contains(&ending(path)) {
                 let usage = format!("{}: the name must end in .{}", path.display(), endings.join(" or ."));
-                bail!(super::Usage(usage));
+                bail!(Usage(usage));
             }
         }
-        let own = |path: Option<&Path>| path.map(Path::to_path_buf);
-        Ok(Outputs {
-            picture: own(picture),
-            report: own(report),
-            visible: own(visible),
-            footprint: own(footprint),
-        })
+        let checked = |path: Option<&Path>| path.map(check_place).transpose();
+        let outputs = Outputs {
+            picture: checked(picture)?,
+            report: checked(report)?,
+            visible: checked(visible)?,
+            footprint: checked(footprint)?,
+        };
+        let paths = [&outputs.picture, &outputs.report, &outputs.visible, &outputs.footprint];
+        for (n, path) in paths.iter().enumerate() {
+            if path.is_some() && paths[..n].contains(path) {
+                let path = path.as_ref().expect("just asked").display();
+                bail!(Usage(format!("{path} is named for two outputs; give each its own name")));
+            }
+        }
+        Ok(outputs)
     }
 
     pub fn any(&self) -> bool {
         self.picture.is_some() || self.report.is_some() || self.visible.is_some() || self.footprint.is_some()
+    }
+
+    /// Where `--dump-visible` goes.
+    pub fn visible(&self) -> Option<&Path> {
+        self.visible.as_deref()
     }
 
     /// What the picture must be kept in.
@@ -63,32 +71,30 @@ impl Outputs {
         }
     }
 
-    /// Writes the last frame's picture. `frame`: one of a sequence, written only where the name has `{frame}`.
+    /// Writes the picture of one frame of a sequence, where the name has `{frame}`.
     ///
     /// # Errors
-    /// The disk, with the path.
-    pub fn write_picture(&self, renderer: &mut Renderer, frame: Option<usize>) -> anyhow::Result<()> {
-        let Some(path) = &self.picture else { return Ok(()) };
-        let name = path.to_string_lossy();
-        let path = match (frame, name.contains("{frame}")) {
-            (Some(frame), true) => PathBuf::from(name.replace("{frame}", &format!("{frame:05}"))),
-            (None, false) => path.clone(),
-            // The last of a sequence is on disk already; a single picture waits for the end.
-            _ => return Ok(()),
-        };
-        let bytes = renderer.picture_bytes()?;
-        let [width, height] = renderer.settings.size;
-        match renderer.settings.target {
-            Target::Srgb8 => write_png(&path, &Srgb8Picture { width, height, rgba: bytes })?,
-            Target::Linear32 => {
-                let floats: Vec<f32> = bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
-                let channel = |c: usize| floats.iter().skip(c).step_by(4).copied().collect();
-                let channels =
-                    ["R", "G", "B"].into_iter().enumerate().map(|(c, name)| (name.to_string(), channel(c)));
-                write_exr(&path, &Planes { width, height, channels: channels.collect() })?;
+    /// The disk, with the path; device lost.
+    pub fn write_frame(&self, renderer: &mut Renderer, frame: usize) -> anyhow::Result<()> {
+        match self.picture.as_ref().map(|path| path.to_string_lossy()) {
+            Some(name) if name.contains(FRAME) => {
+                write_picture(renderer, Path::new(&name.replace(FRAME, &format!("{frame:05}"))))
             }
+            _ => Ok(()),
         }
-        Ok(())
+    }
+
+    /// Writes the last picture. `settled`: the settled one's number in a sequence; without it the last of the
+    /// sequence is on disk already where the name has `{frame}`.
+    ///
+    /// # Errors
+    /// The disk, with the path; device lost.
+    pub fn write_last(&self, renderer: &mut Renderer, settled: Option<usize>) -> anyhow::Result<()> {
+        match (&self.picture, settled) {
+            (Some(path), _) if !path.to_string_lossy().contains(FRAME) => write_picture(renderer, path),
+            (Some(_), Some(frame)) => self.write_frame(renderer, frame),
+            _ => Ok(()),
+        }
     }
 
     /// # Errors
@@ -130,6 +136,51 @@ impl Outputs {
         let text = serde_json::to_string_pretty(report).context("the report as JSON")? + "\n";
         Ok(write_whole(path, |file| file.write_all(text.as_bytes()))?)
     }
+}
+
+fn ending(path: &Path) -> &str {
+    path.extension().and_then(|ending| ending.to_str()).unwrap_or("")
+}
+
+/// Where a file is to appear: the path itself, or what it links to, so that a link stays one.
+fn check_place(path: &Path) -> anyhow::Result<PathBuf> {
+    let shown = path.display();
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        bail!("{shown}: there is no folder {}; create it first", folder.display());
+    }
+    if path.is_dir() {
+        bail!("{shown} is a folder; name a file");
+    }
+    // What took hours to bake, or a scene, is no place for a report.
+    if ["tiles", "toml"].contains(&ending(path)) {
+        bail!(Usage(format!("{shown}: a name for what is written here does not end in .{}", ending(path))));
+    }
+    let place = match path.is_symlink() {
+        true => path.canonicalize().with_context(|| format!("{shown}: a link that leads nowhere"))?,
+        false => path.to_path_buf(),
+    };
+    // Outputs appear by rename, which would replace /dev/null or a pipe itself.
+    if place.exists() && !place.is_file() {
+        bail!("{shown} is neither new nor a regular file; name another");
+    }
+    Ok(place)
+}
+
+fn write_picture(renderer: &mut Renderer, path: &Path) -> anyhow::Result<()> {
+    let bytes = renderer.picture_bytes()?;
+    let [width, height] = renderer.settings.size;
+    match renderer.settings.target {
+        Target::Srgb8 => write_png(path, &Srgb8Picture { width, height, rgba: bytes })?,
+        Target::Linear32 => {
+            let floats: Vec<f32> = bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
+            let channel = |c: usize| floats.iter().skip(c).step_by(4).copied().collect();
+            let channels =
+                ["R", "G", "B"].into_iter().enumerate().map(|(c, name)| (name.to_string(), channel(c)));
+            write_exr(path, &Planes { width, height, channels: channels.collect() })?;
+        }
+    }
+    Ok(())
 }
 
 /// `frame,q,i,j` for each visible tile, native row and column, sorted; of all frames, or of the last alone.

@@ -1,20 +1,23 @@
 //! `ortelius render`: a scene becomes a picture, with a report.
 
 use super::outputs::{Outputs, write_visible};
+use super::{Usage, say};
 use anyhow::{Context, bail};
 use clap::Args;
 use ortelius::math::camera::Pose;
-use ortelius::paper::virtual_texture::NEEDS;
-use ortelius::renderer::{Renderer, Settings, Target};
+use ortelius::paper::virtual_texture::resident::ResidentError;
+use ortelius::renderer::{RenderError, Renderer, Settings, Target, needs};
+use ortelius::scene::source::TileFormat;
 use ortelius::scene::{Scene, mesh};
-use ortelius::vk::{Gpu, GpuOptions};
+use ortelius::vk::{self, Gpu, GpuOptions};
 use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct RenderArgs {
     /// A scene file, or the name of a shipped scene: earth, globe, pole, antimeridian, plane, ruler
     scene: String,
-    /// The picture: .png (sRGB) or .exr (linear light). With {frame} in its name every frame is written
+    /// The picture: .png (sRGB) or .exr (linear light). With {frame} in its name every frame is written, and
+    /// the settled one after them
     #[arg(short, long, value_name = "PICTURE")]
     output: Option<PathBuf>,
     /// Pixels, WIDTHxHEIGHT; the scene's own otherwise
@@ -27,7 +30,7 @@ pub struct RenderArgs {
     #[arg(long)]
     path: Option<String>,
     /// Render so many frames; without it: until nothing is missing
-    #[arg(long)]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
     /// After --frames, go on from the last pose until nothing is missing
     #[arg(long)]
@@ -35,7 +38,7 @@ pub struct RenderArgs {
     /// Budgets count tiles instead of time: the same frames on every run
     #[arg(long)]
     deterministic: bool,
-    /// Measure the settled frame against the same mesh with one plain trilinear texture
+    /// Measure the settled frame against the same mesh with one plain trilinear texture (not of bc1 tiles)
     #[arg(long)]
     compare_plain: bool,
     /// Override a key of the scene: -D variant.keying=native
@@ -69,6 +72,13 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
     }
 }
 
+impl RenderArgs {
+    /// Whether the run ends with frames until nothing is missing.
+    fn settles(&self) -> bool {
+        self.settle || self.frames.is_none()
+    }
+}
+
 pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let outputs = Outputs::check(
         args.output.as_deref(),
@@ -77,32 +87,45 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         args.dump_footprint.as_deref(),
     )?;
     if !outputs.any() && !args.explain {
-        bail!(super::Usage("nothing to write: give -o PICTURE, --report, a dump, or --explain".into()));
+        bail!(Usage("nothing to write: give -o PICTURE, --report, a dump, or --explain".into()));
+    }
+    if args.compare_plain && !args.settles() {
+        bail!(Usage(
+            "--compare-plain measures the settled frame: add --settle, or leave out --frames".into()
+        ));
     }
     let scene = Scene::load_with(&args.scene, &args.overrides)?;
     let (poses, view_name) = poses(args, &scene)?;
     let mut renderer = open(args, &scene, outputs.target())?;
     if args.explain {
-        explain(&renderer);
+        explain(&renderer)?;
     }
     if !outputs.any() {
         return Ok(());
     }
-    run_frames(args, &mut renderer, &poses, &outputs)?;
+    let frames = run_frames(args, &mut renderer, &poses, &outputs)?;
     let last = poses.last().expect("there is at least one pose");
     let plain = match args.compare_plain {
         true => renderer.compare_plain(last)?,
         false => None,
     };
-    if let Some(plain) = &plain {
-        let (settled, plain_ms) = (plain.settled.median / 1e6, plain.plain.median / 1e6);
-        tracing::info!("settled frame {settled:.2} ms, plain frame {plain_ms:.2} ms: {:.2}x", plain.ratio);
+    match &plain {
+        Some(plain) => {
+            let (settled, plain_ms) = (plain.settled.median / 1e6, plain.plain.median / 1e6);
+            tracing::info!(
+                "settled frame {settled:.2} ms, plain frame {plain_ms:.2} ms: {:.2}x",
+                plain.ratio
+            );
+        }
+        None if args.compare_plain => {
+            tracing::warn!("{} keeps no time: nothing is compared", renderer.gpu.physical().name);
+        }
+        None => {}
     }
-    outputs.write_picture(&mut renderer, None)?;
-    if let Some(path) = &args.dump_visible {
+    outputs.write_last(&mut renderer, args.settles().then_some(frames))?;
+    if let Some(path) = outputs.visible() {
         // --settle: the settled frame alone; it is the last one.
-        let only_last = args.settle || args.frames.is_none();
-        write_visible(path, &renderer.records, only_last)?;
+        write_visible(path, &renderer.records, args.settles())?;
     }
     outputs.write_footprint(&mut renderer, last)?;
     let report = renderer.report(&args.scene, &view_name, plain);
@@ -120,56 +143,74 @@ fn poses(args: &RenderArgs, scene: &Scene) -> anyhow::Result<(Vec<Pose>, String)
         Some(name) => {
             let path = scene.path(&name)?;
             let frames = args.frames.unwrap_or(path.frames);
-            Ok(((0..frames.max(1)).map(|frame| path.pose(frame)).collect(), name))
+            Ok(((0..frames).map(|frame| path.pose(frame)).collect(), name))
         }
         None => {
             let name = args.camera.clone().unwrap_or_else(|| scene.view.camera.clone());
             let pose = scene.camera(&name)?.pose();
-            Ok((vec![pose; args.frames.unwrap_or(1).max(1) as usize], name))
+            Ok((vec![pose; args.frames.unwrap_or(1) as usize], name))
         }
     }
 }
 
 fn open(args: &RenderArgs, scene: &Scene, target: Target) -> anyhow::Result<Renderer> {
-    let options = GpuOptions { device: args.device.as_deref(), validate: args.validate, needs: &NEEDS };
+    let source = scene.open_texture().with_context(|| format!("scene {}", args.scene))?;
+    if args.compare_plain && source.format() != TileFormat::Rgba8 {
+        let what = "--compare-plain: a bc1 texture has no level in RGBA8 to compare with";
+        bail!(Usage(format!("{what} ({}); bake it with --format rgba8", source.describe())));
+    }
+    let needs = needs(source.format());
+    let options = GpuOptions { device: args.device.as_deref(), validate: args.validate, needs: &needs };
     let gpu = Gpu::new(&options)?;
     tracing::info!("{}, {}", gpu.physical().name, gpu.physical().driver);
     let mut settings = Settings::of_scene(scene, target);
     settings.size = args.size.unwrap_or(settings.size);
     settings.streaming.deterministic = args.deterministic;
-    let source = scene.open_texture().with_context(|| format!("scene {}", args.scene))?;
-    Ok(Renderer::new(gpu, source, &mesh::gpu_mesh(&scene.source_mesh()?)?, settings)?)
+    let tiles = settings.streaming.gpu_tiles;
+    let renderer = Renderer::new(gpu, source, &mesh::gpu_mesh(&scene.source_mesh()?)?, settings);
+    renderer.map_err(|error| match error {
+        // The device knows nothing of tiles.
+        RenderError::Resident(ResidentError::Vulkan(vk::Error::Limit { ref object, .. }))
+            if object == "J1" =>
+        {
+            let context = format!("cache.gpu_tiles = {tiles} is too large for this device; lower it");
+            anyhow::Error::new(error).context(context)
+        }
+        error => error.into(),
+    })
 }
 
+/// Renders the sequence, then until nothing is missing, as asked. Returns the sequence's length.
 fn run_frames(
     args: &RenderArgs,
     renderer: &mut Renderer,
     poses: &[Pose],
     outputs: &Outputs,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<usize> {
     // Without --frames a single camera only has to settle; a path is run through first.
-    if args.frames.is_some() || poses.len() > 1 {
-        for (frame, pose) in poses.iter().enumerate() {
-            renderer.frame(pose)?;
-            outputs.write_picture(renderer, Some(frame))?;
-        }
+    let sequence = if args.frames.is_some() || poses.len() > 1 { poses } else { &[] };
+    for (frame, pose) in sequence.iter().enumerate() {
+        renderer.frame(pose)?;
+        outputs.write_frame(renderer, frame)?;
     }
-    if args.settle || args.frames.is_none() {
+    if args.settles() {
         let frames = renderer.settle(poses.last().expect("there is at least one pose"))?;
         tracing::info!("settled after {frames} frames, level bias {}", renderer.bias());
     }
-    Ok(renderer.drain()?)
+    renderer.drain()?;
+    Ok(sequence.len())
 }
 
-fn explain(renderer: &Renderer) {
-    println!("device     {}", renderer.gpu.physical().name);
-    for need in NEEDS {
-        println!("feature    {}: pass {:?}", need.feature.name(), need.pass);
+fn explain(renderer: &Renderer) -> anyhow::Result<()> {
+    say(format_args!("device     {}", renderer.gpu.physical().name))?;
+    for need in needs(renderer.source.format()) {
+        say(format_args!("feature    {}: pass {:?}", need.feature.name(), need.pass))?;
     }
     for pass in renderer.pipeline.passes() {
-        println!("pass       {pass}");
+        say(format_args!("pass       {pass}"))?;
     }
     for (name, bytes) in renderer.memory() {
-        println!("memory     {name}: {bytes} bytes");
+        say(format_args!("memory     {name}: {bytes} bytes"))?;
     }
+    Ok(())
 }

@@ -1,6 +1,6 @@
 //! `ortelius verify`: checks every byte of a `.tiles` file.
 
-use super::bake::Bar;
+use super::{bake::Bar, say};
 use anyhow::Result;
 use clap::Args;
 use ortelius::scene::bake::Progress;
@@ -35,12 +35,11 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     bar.finish();
     let report = report?;
     for bad in &report.bad {
-        println!("{bad}");
+        say(bad)?;
     }
     let records = report.layout.entry_count();
     if !report.bad.is_empty() {
         return Err(Damaged { path: args.file.clone(), bad: report.bad.len(), records }.into());
     }
-    println!("{}: {records} records, {total_bytes} bytes, all as written", args.file.display());
-    Ok(())
+    say(format_args!("{}: {records} records, {total_bytes} bytes, all as written", args.file.display()))
 }

@@ -14,9 +14,10 @@ use crate::paper::virtual_texture::resident::ResidentError;
 use crate::paper::virtual_texture::streaming::{
     FrameReport, Streaming, StreamingConfig, StreamingError, distinct_tiles,
 };
-use crate::paper::virtual_texture::{Config, Interpolation, Keying, U1Format, surface};
-use crate::scene::{self, Scene, TriplesFormat, mesh::Mesh, source::TileSource};
-use crate::vk::{self, FRAMES_IN_FLIGHT, Format, Gpu, Image, ImageInfo, PassTime};
+use crate::paper::virtual_texture::{Config, Interpolation, Keying, NEEDS, U1Format, surface};
+use crate::scene::source::{TileFormat, TileSource};
+use crate::scene::{self, Scene, TriplesFormat, mesh::Mesh};
+use crate::vk::{self, FRAMES_IN_FLIGHT, Feature, Format, Gpu, Image, ImageInfo, Need, PassTime};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use thiserror::Error;
@@ -54,6 +55,17 @@ impl RenderError {
 /// Nothing loaded and nothing copied for so long: something is broken, and waiting will not mend it. A source may
 /// take seconds for one tile, not a minute.
 const STALL: Duration = Duration::from_secs(60);
+
+/// Device features that a scene needs whose texture has tiles of `format`: give them to [`Gpu::new`].
+pub fn needs(format: TileFormat) -> Vec<Need> {
+    let blocks = Need {
+        feature: Feature::TextureCompressionBc,
+        pass: "texturing",
+        without: "bake the texture with --format rgba8, or choose another --device",
+    };
+    let blocks = (format == TileFormat::Bc1).then_some(blocks);
+    NEEDS.into_iter().chain(blocks).collect()
+}
 
 /// What the picture is kept in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,6 +157,8 @@ pub struct Renderer {
     /// Frames that have ended, in order; those in flight are added by [`Renderer::drain`].
     pub records: Vec<FrameRecord>,
     in_flight: Vec<(FrameReport, Option<u64>)>,
+    /// Lists that [`Renderer::drain`] took before their time.
+    drained: [Option<Vec<TileId>>; FRAMES_IN_FLIGHT],
     next: u64,
     pose: Option<(Pose, u64)>,
     bias: u32,
@@ -160,6 +174,10 @@ impl Renderer {
         mesh: &Mesh,
         settings: Settings,
     ) -> Result<Renderer, RenderError> {
+        for need in needs(source.format()) {
+            let feature = need.feature;
+            assert!(gpu.has(feature), "the device was opened without {feature:?}: give it renderer::needs");
+        }
         let format = match settings.target {
             Target::Srgb8 => Format::Rgba8Srgb,
             Target::Linear32 => Format::Rgba32Float,
@@ -177,6 +195,7 @@ impl Renderer {
             target,
             records: Vec::new(),
             in_flight: Vec::new(),
+            drained: Default::default(),
             next: 0,
             pose: None,
             bias: 0,
@@ -189,7 +208,10 @@ impl Renderer {
     /// Device lost, out of memory.
     pub fn frame(&mut self, pose: &Pose) -> Result<(), RenderError> {
         let flight = (self.next % FRAMES_IN_FLIGHT as u64) as usize;
-        let visible = self.finish(flight)?;
+        let visible = match self.drained[flight].take() {
+            Some(visible) => Some(visible),
+            None => self.finish(flight)?,
+        };
         let Renderer { gpu, pipeline, streaming, .. } = self;
         let report = pipeline.gather(gpu, flight, |uploader| match &visible {
             None => (Vec::new(), FrameReport::default()),
@@ -198,9 +220,6 @@ impl Renderer {
                 (std::mem::take(&mut report.display), report)
             }
         })?;
-        for failure in &report.failures {
-            tracing::warn!("{}; shown from coarser tiles", failure.reason);
-        }
         if report.bias != self.bias {
             let bias = report.bias;
             tracing::info!(
@@ -244,14 +263,17 @@ impl Renderer {
         Ok(Some(visible))
     }
 
-    /// Waits for every frame in flight, so that [`Renderer::records`] holds all of them. Their lists are not
-    /// streamed any more.
+    /// Waits for every frame in flight, so that [`Renderer::records`] holds all of them. Their lists are kept for
+    /// the frames that will stream them: a picture taken on the way changes nothing that follows.
     ///
     /// # Errors
     /// Device lost.
     pub fn drain(&mut self) -> Result<(), RenderError> {
         for n in self.next..self.next + FRAMES_IN_FLIGHT as u64 {
-            self.finish((n % FRAMES_IN_FLIGHT as u64) as usize)?;
+            let flight = (n % FRAMES_IN_FLIGHT as u64) as usize;
+            if let Some(visible) = self.finish(flight)? {
+                self.drained[flight] = Some(visible);
+            }
         }
         Ok(())
     }

@@ -130,6 +130,8 @@ pub struct Manifest {
 impl Manifest {
     /// Of this process.
     pub fn of_this_process() -> Manifest {
+        // JSON has no other text than Unicode; what is none is told with replacement characters.
+        let text = |text: std::ffi::OsString| text.to_string_lossy().into_owned();
         let matters = |name: &str| {
             ["VK_", "LP_", "GALLIVM_", "MESA_", "ORTELIUS_", "LIBGL_", "RAYON_"]
                 .iter()
@@ -138,8 +140,11 @@ impl Manifest {
         Manifest {
             version: env!("CARGO_PKG_VERSION"),
             commit: env!("ORTELIUS_COMMIT"),
-            arguments: std::env::args().collect(),
-            environment: std::env::vars().filter(|(name, _)| matters(name)).collect(),
+            arguments: std::env::args_os().map(text).collect(),
+            environment: std::env::vars_os()
+                .map(|(name, value)| (text(name), text(value)))
+                .filter(|(name, _)| matters(name))
+                .collect(),
         }
     }
 }

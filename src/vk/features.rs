@@ -99,3 +99,47 @@ impl Offered {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NEED: Need = Need { feature: Feature::LogicOp, pass: "dedup", without: "choose the other variant" };
+
+    fn offered(features: &[Feature]) -> Offered {
+        Offered { features: features.to_vec(), scalar_block_layout: true }
+    }
+
+    #[test]
+    fn a_missing_feature_is_refused_with_its_name_the_pass_and_the_way_out() {
+        for feature in Feature::ALL {
+            let others: Vec<_> = Feature::ALL.into_iter().filter(|other| *other != feature).collect();
+            let need = Need { feature, ..NEED };
+            let line = offered(&others).require("Some GPU", &[need]).unwrap_err().to_string();
+            for word in ["Some GPU", feature.name(), "\"dedup\"", "choose the other variant"] {
+                assert!(line.contains(word), "no {word:?} in: {line}");
+            }
+            assert!(offered(&Feature::ALL).require("Some GPU", &[need]).is_ok(), "{feature:?} is there");
+        }
+    }
+
+    #[test]
+    fn the_first_need_that_is_not_met_is_the_one_told() {
+        let needs = [
+            NEED,
+            Need { feature: Feature::GeometryShader, pass: "other", ..NEED },
+            Need { feature: Feature::TransformFeedback, pass: "third", ..NEED },
+        ];
+        let line = offered(&[Feature::LogicOp]).require("Some GPU", &needs).unwrap_err().to_string();
+        assert!(line.contains("\"other\"") && line.contains("geometryShader"), "{line}");
+    }
+
+    #[test]
+    fn what_nobody_needs_may_be_missing_but_scalar_block_layout_may_not() {
+        assert!(offered(&[Feature::LogicOp]).require("Some GPU", &[NEED]).is_ok());
+        assert!(offered(&[]).require("Some GPU", &[]).is_ok());
+        let bare = Offered { features: Feature::ALL.to_vec(), scalar_block_layout: false };
+        let line = bare.require("Some GPU", &[]).unwrap_err().to_string();
+        assert!(line.contains("scalarBlockLayout") && line.contains("--device"), "{line}");
+    }
+}

@@ -1,0 +1,138 @@
+//! Sequences, names of pictures, `--explain`, validation.
+
+use super::*;
+
+/// Five places far apart in 12 frames.
+const SEQUENCE: [&str; 8] =
+    ["earth", "--size", "160x90", "--path", "teleport", "-Dpaths.teleport.frames=12", "--frames", "12"];
+
+#[test]
+fn a_deterministic_sequence_is_the_same_bytes_twice() {
+    let runs = [folder(), folder()];
+    for folder in &runs {
+        let more = ["--deterministic", "-o", "f{frame}.png", "--dump-visible", "a.csv"];
+        rendered(folder, &[&SEQUENCE[..], &more].concat());
+    }
+    let mut expected: Vec<String> = (0..12).map(|frame| format!("f{frame:05}.png")).collect();
+    expected.insert(0, "a.csv".into());
+    assert_eq!(names(&runs[0]), expected);
+    assert_eq!(names(&runs[1]), expected);
+    let bytes = |folder: &TempDir, name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    for name in &expected {
+        assert!(bytes(&runs[0], name) == bytes(&runs[1], name), "{name}");
+    }
+    // Something happens in it: neither all frames are alike, nor the stops.
+    assert!(bytes(&runs[0], "f00000.png") != bytes(&runs[0], "f00005.png"));
+    assert!(bytes(&runs[0], "f00005.png") != bytes(&runs[0], "f00011.png"));
+}
+
+#[test]
+fn without_a_frames_number_in_its_name_only_the_last_picture_is_written() {
+    let all = folder();
+    rendered(&all, &[&SEQUENCE[..], &["--deterministic", "-o", "f{frame}.png"]].concat());
+    let last = folder();
+    rendered(&last, &[&SEQUENCE[..], &["--deterministic", "-o", "a.png"]].concat());
+    assert_eq!(names(&last), ["a.png"]);
+    let [a, b] = [all.path().join("f00011.png"), last.path().join("a.png")].map(|path| picture(&path));
+    assert!(a == b);
+}
+
+#[test]
+fn the_settled_picture_follows_the_sequence_under_the_next_number() {
+    let folder = folder();
+    let size = ["earth", "--size", "160x90"];
+    rendered(&folder, &[&size[..], &["-o", "s{frame}.png"]].concat());
+    rendered(&folder, &[&size[..], &["-o", "f{frame}.png", "--frames", "2", "--settle"]].concat());
+    assert_eq!(names(&folder), ["f00000.png", "f00001.png", "f00002.png", "s00000.png"]);
+    let [a, b] = ["f00002.png", "s00000.png"].map(|name| picture(&folder.path().join(name)));
+    assert!(a == b, "settled is settled");
+}
+
+#[test]
+fn a_link_stays_a_link_and_its_file_is_replaced() {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("d")).unwrap();
+    write(&folder, "d/a.png", "older");
+    std::os::unix::fs::symlink("d/a.png", folder.path().join("l.png")).unwrap();
+    rendered(&folder, &["earth", "--size", "16x9", "-o", "l.png"]);
+    assert!(folder.path().join("l.png").is_symlink());
+    assert_eq!(picture(&folder.path().join("d/a.png")).width, 16);
+}
+
+#[test]
+fn every_shipped_scene_renders_outside_the_repository() {
+    let folder = folder();
+    for scene in ["earth", "globe", "pole", "antimeridian", "plane", "ruler"] {
+        rendered(&folder, &[scene, "--size", "64x36", "--frames", "1", "-o", &format!("{scene}.png")]);
+        let picture = picture(&folder.path().join(format!("{scene}.png")));
+        assert_eq!([picture.width, picture.height], [64, 36]);
+        assert!(picture.rgba.chunks(4).any(|pixel| pixel[..3] != [0; 3]), "{scene}: black");
+    }
+}
+
+#[test]
+fn earth_renders_without_a_word_from_the_validation_layer() {
+    let folder = folder();
+    let words = rendered(&folder, &["earth", "--size", "160x90", "--validate", "-o", "a.png"]);
+    assert_eq!(words.matches("WARN").count() + words.matches("ERROR").count(), 0, "{words}");
+}
+
+/// What `--explain` says, as (first word, rest).
+fn explained(folder: &TempDir, more: &[&str]) -> Vec<(String, String)> {
+    let ran = run(folder, &[&["render", "earth", "--size", "160x90", "--explain"], more].concat());
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    let words = String::from_utf8(ran.stdout).unwrap();
+    words
+        .lines()
+        .map(|line| line.split_once(' ').unwrap())
+        .map(|(a, b)| (a.into(), b.trim().into()))
+        .collect()
+}
+
+fn memory_bytes(explained: &[(String, String)], name: &str) -> u64 {
+    let line = explained.iter().find(|(word, rest)| word == "memory" && rest.starts_with(name)).unwrap();
+    let number = line.1.strip_prefix(name).unwrap().trim_start_matches(": ").strip_suffix(" bytes").unwrap();
+    number.parse().unwrap()
+}
+
+#[test]
+fn explain_lists_features_passes_and_bytes_and_writes_nothing() {
+    let folder = folder();
+    let said = explained(&folder, &[]);
+    assert_eq!(names(&folder), [""; 0]);
+    let all = |kind: &'static str| -> Vec<&str> {
+        said.iter().filter(|(word, _)| word == kind).map(|(_, rest)| rest.as_str()).collect()
+    };
+    assert_eq!(
+        all("feature"),
+        [
+            "geometryShader: pass \"dedup\"",
+            "logicOp: pass \"dedup\"",
+            "transformFeedback (VK_EXT_transform_feedback): pass \"compact\""
+        ],
+        "no more than the scene needs"
+    );
+    for pass in ["footprint", "dedup", "compact", "texturing"] {
+        assert!(all("pass").contains(&pass), "{pass}");
+    }
+    // 192 tiles of 520 x 520 and 260 x 260 texels, 4 bytes each.
+    assert_eq!(memory_bytes(&said, "J1"), 192 * 4 * (520 * 520 + 260 * 260));
+    assert_eq!(memory_bytes(&said, "U2"), 512 * 256 * 8, "a cell of 8 bytes for each tile of level 0");
+    assert_eq!(memory_bytes(&said, "picture"), 160 * 90 * 4);
+    assert_eq!(memory_bytes(&said, "depth"), 160 * 90 * 4);
+}
+
+#[test]
+fn a_variant_takes_the_memory_that_it_needs_and_no_other() {
+    let folder = folder();
+    let wide = explained(&folder, &["-Dvariant.u1=rgba32"]);
+    let packed = explained(&folder, &["-Dvariant.u1=packed"]);
+    let few = explained(&folder, &["-Dcache.gpu_tiles=96"]);
+    assert_eq!(memory_bytes(&wide, "U1"), 160 * 90 * 16);
+    assert_eq!(memory_bytes(&packed, "U1"), 160 * 90 * 4);
+    assert_eq!(2 * memory_bytes(&few, "J1"), memory_bytes(&packed, "J1"));
+    let but = |said: &[(String, String)], name: &str| -> Vec<(String, String)> {
+        said.iter().filter(|(word, rest)| word != "memory" || !rest.starts_with(name)).cloned().collect()
+    };
+    assert_eq!(but(&wide, "U1"), but(&packed, "U1"));
+}

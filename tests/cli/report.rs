@@ -1,0 +1,96 @@
+//! `--report`.
+
+use super::*;
+use serde_json::Value;
+use std::ffi::OsStr;
+use std::os::unix::ffi::OsStrExt;
+
+const SMALL: [&str; 3] = ["--size", "160x90", "--report"];
+
+#[test]
+fn the_reports_key_numbers_stand_once_each_and_are_integers() {
+    let folder = folder();
+    rendered(&folder, &[&["earth"], &SMALL[..], &["a.json", "--compare-plain", "-o", "a.png"]].concat());
+    let text = read(&folder, "a.json");
+    let report: Value = serde_json::from_str(&text).unwrap();
+    for (key, number) in [
+        ("texture_width", 262_144),
+        ("texture_height", 131_072),
+        ("tile_size", 512),
+        ("levels", 18),
+        ("resident_levels", 10),
+        ("max_anisotropy", 1),
+    ] {
+        assert_eq!(text.matches(&format!("\"{key}\":")).count(), 1, "{key}");
+        assert!(text.contains(&format!("\"{key}\": {number},")), "{key} is no integer {number}");
+        assert_eq!(report[key], number);
+    }
+    assert_eq!(text.matches("\"settled_over_plain\":").count(), 1);
+    let plain = &report["plain"];
+    let ratio = plain["settled_over_plain"].as_f64().unwrap();
+    let median = |of: &str| plain[of]["median"].as_f64().unwrap();
+    let expected = median("settled_frame_ns") / median("plain_frame_ns");
+    assert!((ratio - expected).abs() < 1e-9 * expected, "{ratio} is not {expected}");
+}
+
+#[test]
+fn a_report_tells_each_frames_passes_and_what_it_takes_to_repeat_the_run() {
+    let folder = folder();
+    let arguments = [&["earth"], &SMALL[..], &["a.json", "--frames", "5", "--deterministic"]].concat();
+    let mut command = ortelius(&folder, &[&["render"], &arguments[..]].concat());
+    // Neither a variable's value nor an argument has to be Unicode.
+    let ran =
+        command.env("ORTELIUS_NOTE", OsStr::from_bytes(b"caf\xe9")).env("OTHER", "no").output().unwrap();
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    let text = read(&folder, "a.json");
+    let report: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(report["latency_frames"], 2);
+    assert_eq!(report["cache"]["deterministic"], true);
+    assert!(!text.contains("settled_over_plain"), "nothing was compared");
+    let frames = report["frames"].as_array().unwrap();
+    assert_eq!(frames.len(), 5);
+    for (n, frame) in frames.iter().enumerate() {
+        assert_eq!(frame["frame"], n);
+        let passes = frame["passes"].as_array().unwrap();
+        let labels: Vec<&str> = passes.iter().map(|pass| pass["label"].as_str().unwrap()).collect();
+        for label in ["footprint", "dedup", "compact", "texturing"] {
+            assert_eq!(labels.iter().filter(|found| **found == label).count(), 1, "{label} in {labels:?}");
+        }
+        assert!(passes.iter().all(|pass| pass["ns"].is_u64()), "a software driver keeps time: {passes:?}");
+        for key in ["triples", "tiles", "hits", "misses", "uploads", "upload_bytes", "gpu_evictions", "bias"]
+        {
+            assert!(frame[key].is_u64(), "{key}");
+        }
+    }
+    assert!(frames[0]["tiles"].as_u64().unwrap() > 0);
+    let uploaded: u64 = frames.iter().map(|frame| frame["uploads"].as_u64().unwrap()).sum();
+    let bytes: u64 = frames.iter().map(|frame| frame["upload_bytes"].as_u64().unwrap()).sum();
+    assert!(uploaded > 0);
+    assert_eq!(bytes, uploaded * 4 * (520 * 520 + 260 * 260), "a tile and its coarser half, 4 bytes a texel");
+    let manifest = &report["manifest"];
+    assert_eq!(manifest["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(manifest["environment"]["ORTELIUS_NOTE"], "caf\u{fffd}");
+    assert_eq!(manifest["environment"].get("OTHER"), None);
+    let given: Vec<&str> =
+        manifest["arguments"].as_array().unwrap().iter().skip(2).map(|a| a.as_str().unwrap()).collect();
+    assert_eq!(given, arguments);
+}
+
+#[test]
+fn a_report_tells_the_variant_that_ran() {
+    let folder = folder();
+    let variant = ["-Dvariant.u1=packed", "-Dvariant.keying=native", "-Dvariant.memo=false"];
+    let more = ["-Dvariant.block_log2=1", "-Dvariant.max_anisotropy=4", "-Dvariant.interpolation=literal"];
+    let arguments = [&["earth"], &SMALL[..], &["a.json", "--frames", "1"], &variant, &more].concat();
+    rendered(&folder, &arguments);
+    let text = read(&folder, "a.json");
+    let report: Value = serde_json::from_str(&text).unwrap();
+    let ran = &report["variant"];
+    assert_eq!(ran["u1"], "packed");
+    assert_eq!(ran["keying"], "native");
+    assert_eq!(ran["memo"], false);
+    assert_eq!(ran["block_log2"], 1);
+    assert_eq!(ran["interpolation"], "literal");
+    assert_eq!(report["max_anisotropy"], 4);
+    assert_eq!(text.matches("\"max_anisotropy\"").count(), 1);
+}

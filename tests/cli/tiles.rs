@@ -1,0 +1,154 @@
+//! Rendering from `.tiles` files: whole, damaged, compressed.
+
+use super::*;
+use ortelius::math::pyramid::TileId;
+use ortelius::scene::source::TileSource;
+use ortelius::scene::tiles::TileFile;
+use std::os::unix::fs::FileExt;
+
+/// A folder with the small scene over a baked file: `s.toml` and `t.tiles`.
+fn baked(format: &str) -> TempDir {
+    let folder = folder();
+    bake(&folder, "t.tiles", format);
+    write(&folder, "s.toml", &small_scene("source = \"file\"\npath = \"t.tiles\""));
+    write(&folder, "pure.toml", &small_scene(SYNTHETIC));
+    folder
+}
+
+/// Turns one bit of a file.
+fn damage(folder: &TempDir, offset: u64) {
+    let path = folder.path().join("t.tiles");
+    let file = std::fs::File::options().read(true).write(true).open(path).unwrap();
+    let mut byte = [0];
+    file.read_exact_at(&mut byte, offset).unwrap();
+    file.write_all_at(&[byte[0] ^ 1], offset).unwrap();
+}
+
+fn open(folder: &TempDir) -> TileFile {
+    TileFile::open(&folder.path().join("t.tiles")).unwrap()
+}
+
+fn report(folder: &TempDir, name: &str) -> serde_json::Value {
+    serde_json::from_str(&read(folder, name)).unwrap()
+}
+
+#[test]
+fn a_baked_file_gives_the_same_picture_as_the_source_that_it_was_baked_from() {
+    let folder = baked("rgba8");
+    rendered(&folder, &["s.toml", "-o", "file.png", "--dump-visible", "file.csv"]);
+    rendered(&folder, &["pure.toml", "-o", "pure.png", "--dump-visible", "pure.csv"]);
+    assert!(read(&folder, "file.csv").lines().count() > 5, "{}", read(&folder, "file.csv"));
+    assert_eq!(read(&folder, "file.csv"), read(&folder, "pure.csv"));
+    let [file, pure] = ["file.png", "pure.png"].map(|name| picture(&folder.path().join(name)));
+    assert!(file == pure);
+    // The comparison sees a difference: another camera's picture is another.
+    rendered(&folder, &["s.toml", "-o", "other.png", "--camera", "elsewhere"]);
+    assert!(picture(&folder.path().join("other.png")) != pure);
+}
+
+#[test]
+fn paths_in_a_scene_are_relative_to_the_scene() {
+    let folder = folder();
+    std::fs::create_dir_all(folder.path().join("deep/er")).unwrap();
+    bake(&folder, "deep/er/t.tiles", "rgba8");
+    write(&folder, "deep/s.toml", &small_scene("source = \"file\"\npath = \"er/t.tiles\""));
+    rendered(&folder, &["deep/s.toml", "-o", "a.png"]);
+    assert_eq!(names(&folder), ["a.png", "deep"]);
+}
+
+#[test]
+fn one_damaged_tile_is_warned_of_once_and_counted_and_the_picture_goes_on() {
+    let folder = baked("rgba8");
+    rendered(&folder, &["s.toml", "-o", "whole.png", "--dump-visible", "a.csv"]);
+    let numbers = |line: &str| -> Vec<u32> { line.split(',').map(|n| n.parse().unwrap()).collect() };
+    let visible: Vec<Vec<u32>> = read(&folder, "a.csv").lines().skip(1).map(numbers).collect();
+    let tile = visible.iter().find(|tile| tile[1] == 1).expect("a tile of level 1 is visible");
+    let tile = TileId { level: tile[1], row: tile[2], column: tile[3] };
+    let layout = *open(&folder).layout();
+    damage(&folder, layout.record_offset(layout.pyramid().tile_index(tile)) + 1000);
+    let words = rendered(&folder, &["s.toml", "-o", "hurt.png", "--report", "a.json"]);
+    assert_eq!(words.matches("WARN").count(), 1, "{words}");
+    let warning = words.lines().find(|line| line.contains("WARN")).unwrap();
+    holds(warning, &["t.tiles", "checksum", "ortelius verify"]);
+    let report = report(&folder, "a.json");
+    assert_eq!(report["unreadable_tiles"], 1);
+    assert_eq!(report["settled"], true);
+    // Its place shows the coarser level: another picture, and no hole.
+    let [whole, hurt] = ["whole.png", "hurt.png"].map(|name| picture(&folder.path().join(name)));
+    assert!(whole != hurt);
+    let black = |picture: &Srgb8Picture| picture.rgba.chunks(4).filter(|p| p[..3] == [0; 3]).count();
+    assert_eq!(black(&whole), black(&hurt));
+}
+
+#[test]
+fn a_damaged_resident_level_is_exit_3() {
+    let folder = baked("rgba8");
+    let file = open(&folder);
+    damage(&folder, file.layout().resident_offset(file.pyramid().first_resident_level()));
+    let (code, line) = render_failure(&folder, &["s.toml", "-o", "a.png"]);
+    assert_eq!(code, 3, "{line}");
+    holds(&line, &["t.tiles", "checksum", "damaged"]);
+    assert!(!names(&folder).contains(&"a.png".to_string()));
+}
+
+#[test]
+fn a_file_cut_short_is_exit_3_and_one_of_another_size_than_stated_is_refused() {
+    let folder = baked("rgba8");
+    write(
+        &folder,
+        "stated.toml",
+        &small_scene("source = \"file\"\npath = \"t.tiles\"\nwidth_log2 = 12\nheight_log2 = 11"),
+    );
+    let (code, line) = render_failure(&folder, &["stated.toml", "-o", "a.png"]);
+    assert_eq!(code, 1, "{line}");
+    holds(&line, &["t.tiles", "2^11 x 2^10", "2^12 x 2^11", "correct the scene"]);
+    let path = folder.path().join("t.tiles");
+    let file = std::fs::File::options().write(true).open(&path).unwrap();
+    file.set_len(file.metadata().unwrap().len() - 1).unwrap();
+    let (code, line) = render_failure(&folder, &["s.toml", "-o", "a.png"]);
+    assert_eq!(code, 3, "{line}");
+    holds(&line, &["t.tiles", "truncated"]);
+}
+
+/// Worst and root mean square difference of two pictures' colours, in codes.
+fn difference(a: &Srgb8Picture, b: &Srgb8Picture) -> (u8, f64) {
+    let colours = |picture: &Srgb8Picture| -> Vec<u8> {
+        picture.rgba.chunks(4).flat_map(|pixel| pixel[..3].to_vec()).collect()
+    };
+    let (a, b) = (colours(a), colours(b));
+    let differences: Vec<u8> = a.iter().zip(&b).map(|(a, b)| a.abs_diff(*b)).collect();
+    let sum: f64 = differences.iter().map(|d| f64::from(*d).powi(2)).sum();
+    (*differences.iter().max().unwrap(), (sum / differences.len() as f64).sqrt())
+}
+
+#[test]
+fn bc1_tiles_give_nearly_the_same_picture_with_the_feature_asked_for() {
+    let folder = baked("bc1");
+    let words = rendered(&folder, &["s.toml", "-o", "bc1.png", "--validate"]);
+    assert_eq!(words.matches("WARN").count() + words.matches("ERROR").count(), 0, "{words}");
+    rendered(&folder, &["pure.toml", "-o", "pure.png"]);
+    rendered(&folder, &["s.toml", "-o", "other.png", "--camera", "elsewhere"]);
+    let [bc1, pure, other] =
+        ["bc1.png", "pure.png", "other.png"].map(|name| picture(&folder.path().join(name)));
+    let (worst, rms) = difference(&bc1, &pure);
+    println!("BC1: worst {worst}, root mean square {rms:.3} codes");
+    // The encoder's own error is 1.9 to 3.8 codes; filtering brings it down, a coast (colours beside BC1's line of
+    // four) up: single pixels there miss by a quarter of the range.
+    assert!(worst <= 80 && rms < 4.5, "worst {worst}, root mean square {rms}");
+    let (worst, rms) = difference(&other, &pure);
+    assert!(worst > 80 && rms > 4.5, "another picture is told apart: {worst}, {rms}");
+    let explained = |scene: &str| {
+        let ran = run(&folder, &["render", scene, "--explain"]);
+        String::from_utf8(ran.stdout).unwrap()
+    };
+    holds(&explained("s.toml"), &["feature    textureCompressionBC: pass \"texturing\""]);
+    assert!(!explained("pure.toml").contains("textureCompressionBC"), "only what the scene requires");
+}
+
+#[test]
+fn comparing_bc1_tiles_with_a_plain_texture_is_refused_at_once() {
+    let folder = baked("bc1");
+    let (code, line) = render_failure(&folder, &["s.toml", "-o", "a.png", "--compare-plain"]);
+    assert_eq!(code, 2, "{line}");
+    holds(&line, &["--compare-plain", "bc1", "t.tiles", "--format rgba8"]);
+}

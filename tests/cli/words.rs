@@ -1,0 +1,191 @@
+//! Errors in one line, exit codes, stdout and stderr.
+
+use super::*;
+use std::fs::File;
+use std::process::Stdio;
+
+#[test]
+fn a_typo_in_a_scene_is_shown_by_line_column_and_caret() {
+    let folder = folder();
+    write(&folder, "s.toml", &small_scene(SYNTHETIC).replace("tilt_deg", "tlit_deg"));
+    let ran = run(&folder, &["render", "s.toml", "-o", "a.png"]);
+    assert_eq!(ran.status.code(), Some(1));
+    let words = String::from_utf8(ran.stderr).unwrap();
+    let lines: Vec<&str> = words.lines().collect();
+    assert_eq!(lines.len(), 3, "{words}");
+    let line = small_scene(SYNTHETIC).lines().position(|line| line.starts_with("tilt_deg")).unwrap() + 1;
+    holds(lines[0], &[&format!("ortelius: s.toml:{line}:1: "), "tlit_deg", "tilt_deg"]);
+    assert_eq!(lines[1], format!("{line} | tlit_deg = 30.0"));
+    assert_eq!(lines[2].find('^'), lines[1].find("tlit_deg"));
+    assert_eq!(names(&folder), ["s.toml"]);
+}
+
+#[test]
+fn what_the_command_line_names_and_is_not_there_is_usage() {
+    let folder = folder();
+    for (arguments, words) in [
+        (&["earth", "--camera", "nope"][..], &["\"nope\"", "headline"][..]),
+        (&["earth", "--path", "nope"], &["\"nope\"", "teleport"]),
+        (&["earth", "-D", "cache.gpu_tile=3"], &["-D cache.gpu_tile=3", "nearest is cache.gpu_tiles"]),
+        (&["earth", "-D", "cache.gpu_tiles=many"], &["-D cache.gpu_tiles=many"]),
+        (&["earth", "-D", "variant.block_log2=5"], &["-D variant.block_log2=5", "0 ..= 4"]),
+        (&["erath"], &["\"erath\"", "earth", "ruler"]),
+        (&["earth", "--device", "no such device"], &["\"no such device\"", "there are: "]),
+        (&["earth", "--device", "77"], &["\"77\"", "there are: "]),
+    ] {
+        let (code, line) = render_failure(&folder, &[arguments, &["-o", "a.png"]].concat());
+        assert_eq!(code, 2, "{line}");
+        holds(&line, words);
+    }
+    assert_eq!(names(&folder), [""; 0]);
+}
+
+#[test]
+fn a_command_line_that_cannot_be_is_usage() {
+    let folder = folder();
+    for (arguments, words) in [
+        (&["--size", "12", "-o", "a.png"][..], &["--size", "WIDTHxHEIGHT"][..]),
+        (&["--size", "0x90", "-o", "a.png"], &["--size", "1 to 16384"]),
+        (&["--size", "160x16385", "-o", "a.png"], &["--size", "1 to 16384"]),
+        (&["--frames", "0", "-o", "a.png"], &["--frames"]),
+        (&["--camera", "low", "--path", "pan", "-o", "a.png"], &["--camera", "--path"]),
+        (&["--nonsense"], &["--nonsense"]),
+        (&[], &["nothing to write", "-o", "--report", "--explain"]),
+        (&["-o", "a.jpg"], &["a.jpg", ".png or .exr"]),
+        (&["-o", "png"], &["png", ".png or .exr"]),
+        (&["--dump-footprint", "a.png"], &["a.png", ".exr"]),
+        (&["--report", "precious.tiles"], &["precious.tiles"]),
+        (&["-o", "a.exr", "--dump-footprint", "a.exr"], &["a.exr", "two outputs"]),
+        (&["-o", "a.png", "--frames", "3", "--compare-plain"], &["--compare-plain", "--settle"]),
+    ] {
+        let ran = run(&folder, &[&["render", "earth"], arguments].concat());
+        let line = String::from_utf8(ran.stderr).unwrap();
+        assert_eq!(ran.status.code(), Some(2), "{line}");
+        holds(&line, words);
+        assert!(ran.stdout.is_empty());
+    }
+    assert_eq!(names(&folder), [""; 0]);
+}
+
+#[test]
+fn an_output_in_no_folder_or_over_what_is_no_file_is_refused_before_rendering() {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("d.png")).unwrap();
+    std::os::unix::fs::symlink("nowhere", folder.path().join("l.png")).unwrap();
+    for (output, words) in [
+        ("missing/a.png", &["missing/a.png", "no folder missing", "create it"][..]),
+        ("d.png", &["d.png", "is a folder"]),
+        ("l.png", &["l.png", "link"]),
+    ] {
+        let (code, line) = render_failure(&folder, &["earth", "-o", output]);
+        assert_eq!(code, 1, "{line}");
+        holds(&line, words);
+    }
+    // A rename over it would replace the device itself.
+    let (code, line) = render_failure(&folder, &["earth", "--report", "/dev/null"]);
+    assert_eq!(code, 1, "{line}");
+    holds(&line, &["/dev/null", "regular file"]);
+    assert_eq!(names(&folder), ["d.png", "l.png"]);
+}
+
+#[test]
+fn no_driver_is_exit_2_and_says_where_it_was_looked_for() {
+    let folder = folder();
+    let mut command = ortelius(&folder, &["render", "earth", "-o", "a.png"]);
+    let (code, line) = failure(command.env("VK_DRIVER_FILES", "/nonexistent/driver.json"));
+    assert_eq!(code, 2, "{line}");
+    holds(&line, &["/nonexistent/driver.json (from VK_DRIVER_FILES)", "Mesa", "ortelius doctor"]);
+}
+
+#[test]
+fn no_validation_layer_is_exit_2_and_says_what_to_install() {
+    let folder = folder();
+    let mut command = ortelius(&folder, &["render", "earth", "-o", "a.png", "--validate"]);
+    let (code, line) = failure(command.env("VK_LAYER_PATH", folder.path()));
+    assert_eq!(code, 2, "{line}");
+    holds(&line, &["VK_LAYER_KHRONOS_validation", "--validate"]);
+}
+
+#[test]
+fn more_tiles_than_the_device_has_layers_names_the_key_and_the_limit() {
+    let folder = folder();
+    let (code, line) = render_failure(&folder, &["earth", "-o", "a.png", "-D", "cache.gpu_tiles=65536"]);
+    assert_eq!(code, 1, "{line}");
+    holds(&line, &["cache.gpu_tiles", "65536", "the device takes", "lower it"]);
+}
+
+#[test]
+fn a_texture_file_that_is_not_there_or_not_one_is_named() {
+    let folder = folder();
+    write(&folder, "s.toml", &small_scene("source = \"file\"\npath = \"t.tiles\""));
+    let (code, line) = render_failure(&folder, &["s.toml", "-o", "a.png"]);
+    assert_eq!(code, 1, "{line}");
+    holds(&line, &["scene s.toml", "t.tiles", "cannot be opened", "No such file"]);
+    write(&folder, "t.tiles", &"no tiles ".repeat(1000));
+    let (code, line) = render_failure(&folder, &["s.toml", "-o", "a.png"]);
+    assert_eq!(code, 3, "{line}");
+    holds(&line, &["scene s.toml", "t.tiles", "not a .tiles file"]);
+}
+
+#[test]
+fn a_full_disk_leaves_nothing_half_written_and_an_older_picture_as_it_was() {
+    let folder = folder();
+    for output in [["-o", "a.png"], ["-o", "a.exr"], ["--dump-footprint", "a.exr"], ["--report", "a.json"]] {
+        let name = output[1];
+        write(&folder, name, "older");
+        // The limit on a file's size (512 bytes) stands for a full disk: it needs no root. SIGXFSZ ignored, write(2)
+        // fails with EFBIG where it would with ENOSPC.
+        let mut command = Command::new("sh");
+        command.current_dir(&folder).args(["-c", "ulimit -f 1; trap '' XFSZ; exec \"$@\"", "sh"]);
+        command.args([env!("CARGO_BIN_EXE_ortelius"), "render", "earth", "--size", "160x90"]).args(output);
+        let (code, line) = failure(&mut command);
+        assert_eq!(code, 1, "{line}");
+        holds(&line, &[name, "cannot write", "File too large"]);
+        assert_eq!(read(&folder, name), "older");
+        assert_eq!(names(&folder), [name]);
+        std::fs::remove_file(folder.path().join(name)).unwrap();
+    }
+}
+
+#[test]
+fn stdout_that_is_full_is_an_error_and_a_reader_that_has_enough_is_none() {
+    let folder = folder();
+    let explain = ["render", "earth", "--size", "16x16", "--explain"];
+    let full = File::options().write(true).open("/dev/full").unwrap();
+    let ran = ortelius(&folder, &explain).stdout(full).stderr(Stdio::piped()).output().unwrap();
+    let words = String::from_utf8(ran.stderr).unwrap();
+    assert_eq!(ran.status.code(), Some(1), "{words}");
+    holds(words.lines().last().unwrap(), &["ortelius: stdout: cannot write", "No space"]);
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let ran = ortelius(&folder, &explain).stdout(writer).stderr(Stdio::piped()).output().unwrap();
+    assert_eq!(ran.status.code(), Some(0), "{}", String::from_utf8_lossy(&ran.stderr));
+}
+
+#[test]
+fn stderr_that_is_full_changes_no_exit_code() {
+    let folder = folder();
+    let full = || File::options().write(true).open("/dev/full").unwrap();
+    let mut command = ortelius(&folder, &["render", "earth", "--camera", "nope", "-o", "a.png"]);
+    assert_eq!(command.stderr(full()).status().unwrap().code(), Some(2));
+    let mut command = ortelius(&folder, &["render", "earth", "--size", "16x16", "-o", "a.png"]);
+    assert_eq!(command.stderr(full()).status().unwrap().code(), Some(0));
+    assert_eq!(names(&folder), ["a.png"]);
+}
+
+#[test]
+fn quiet_is_silent_and_words_in_a_file_have_no_colours() {
+    let folder = folder();
+    let usual = ["render", "earth", "--size", "160x90", "-o", "a.png"];
+    let words = |more: &[&str]| {
+        let ran = run(&folder, &[&usual, more].concat());
+        assert!(ran.status.success());
+        assert_eq!(ran.stdout, b"", "stdout is for data");
+        String::from_utf8(ran.stderr).unwrap()
+    };
+    assert_eq!(words(&["-q"]), "");
+    let (said, more) = (words(&[]), words(&["-vv"]));
+    holds(&said, &["INFO", "settled"]);
+    assert!(more.lines().count() >= said.lines().count(), "{more}");
+    assert!(!said.contains('\u{1b}') && !more.contains('\u{1b}'), "{said}{more}");
+}
