@@ -120,6 +120,22 @@ const COMPARERS: &[Comparer] = &[
         )],
     },
     Comparer {
+        judges: "the picture of BC1 tiles against that of RGBA8 tiles",
+        function: ("tests/cli/tiles.rs", "difference"),
+        rejects: &[(
+            "tests/cli/tiles.rs",
+            "bc1_tiles_give_nearly_the_same_picture_with_the_feature_asked_for",
+        )],
+    },
+    Comparer {
+        judges: "--dump-footprint against the formula in f64",
+        function: ("tests/cli/dumps.rs", "disagreements"),
+        rejects: &[
+            ("tests/cli/dumps.rs", "a_level_that_is_not_the_formulas_is_found"),
+            ("tests/cli/dumps.rs", "a_row_beside_the_right_one_is_found"),
+        ],
+    },
+    Comparer {
         judges: "every call of Vulkan",
         function: ("src/vk/device.rs", "messages"),
         rejects: &[("tests/device.rs", "a_missing_barrier_is_reported")],
