@@ -31,6 +31,14 @@ pub const CELLS_LOG2: u32 = 10;
 /// A strength of 1: as much detail as light.
 pub const STRENGTH_ONE: i64 = 1 << 20;
 
+/// No more than 9 % an octave: beyond it (the Alps, islands), what varies are edges, and noise of that strength is
+/// black and white squares.
+const MOST_STRENGTH: u64 = 94_372;
+
+/// For a normal distribution of deviation 1 the mean of sqrt |x|, squared, is 2^(1/2) Gamma(3/4)^2 / pi = 0.6760;
+/// this is 1024/0.6760.
+const ROOT_MEAN_TO_RMS_1024THS: u64 = 1515;
+
 /// Linear light of one texel, in units of 2^-24.
 pub type Linear = [i32; 3];
 
@@ -38,13 +46,16 @@ pub type Linear = [i32; 3];
 pub struct Base {
     /// Entry 0 is 4096 x 2048, the last 1 x 1: sRGB bytes, rows from the north.
     levels: Vec<Vec<[u8; 3]>>,
-    /// For each cell and channel, the root mean square of the Haar coefficients of 4096 x 2048 over that of the
-    /// light itself; units of 1/[`STRENGTH_ONE`]. Relative, so that detail follows the light: beside snow a
-    /// dark wood keeps dark detail.
-    pub strength: Vec<[u32; 3]>,
+    /// For each cell, how much the luminance of 4096 x 2048 varies from texel to texel, over the luminance
+    /// itself: the root mean square of Haar coefficients that a normal distribution would have with the same mean
+    /// of roots of |coefficient|. Units of 1/[`STRENGTH_ONE`], at most [`MOST_STRENGTH`].
+    ///
+    /// The mean of roots, because coasts and edges of snow inflate a true root mean square: where one coefficient
+    /// in five is 20 times the others, that is 9 times as strong, this 2.9 times.
+    pub strength: Vec<u32>,
 }
 
-/// The base, decoded on first use (about half a second on one core) and kept: 34 MB and 6 MB.
+/// The base, decoded on first use (about half a second on one core) and kept: 34 MB and 2 MB.
 ///
 /// # Errors
 /// [`EarthError::Picture`] if the built-in picture does not decode to the pinned bytes.
@@ -144,80 +155,68 @@ fn mean_level(finer: &[[u8; 3]], width_log2: u32) -> Vec<[u8; 3]> {
     (0..width * height).into_par_iter().map(texel).collect()
 }
 
-/// What the children of a texel with these eight neighbours differ by if the light is smooth: the Haar
-/// coefficients (east-west, south-north, diagonal) of the quadratic whose means are the given texels
-/// (average interpolation; Donoho, "Smooth wavelet decompositions with blocky coefficient kernels", 1993,
-/// degree 2). Rounds towards zero, so that a picture mirrored or turned gives the mirrored result.
-#[inline]
-pub fn predicted(north: [i32; 3], [west, east]: [i32; 2], south: [i32; 3]) -> [i32; 3] {
-    [(east - west) / 8, (south[1] - north[1]) / 8, ((south[2] - south[0]) - (north[2] - north[0])) / 64]
-}
-
-/// [`Base::strength`]: the energies of detail and of light, gathered in cells, smoothed twice by
-/// 1-2-1 on both axes, then the root of their ratio.
-fn strength(finest: &[[u8; 3]]) -> Vec<[u32; 3]> {
+/// [`Base::strength`]: the roots of relative Haar coefficients, summed in cells, smoothed twice by 1-2-1 on
+/// both axes, then their mean's square.
+fn strength(finest: &[[u8; 3]]) -> Vec<u32> {
     let cells = level_size(CELLS_LOG2).map(|side| side as usize);
-    let energies: Vec<Energies> = (0..cells[0] * cells[1])
+    let roots: Vec<u64> = (0..cells[0] * cells[1])
         .into_par_iter()
         .map(|cell| {
-            let mut sum = [[0; 3]; 2];
-            for part in 0..4 {
+            let block = |part: usize| {
                 let (x, y) = (cell % cells[0] * 2 + part % 2, cell / cells[0] * 2 + part / 2);
-                let block = block_energies(finest, y * 2 * cells[0] + x);
-                for (sum, energy) in sum.as_flattened_mut().iter_mut().zip(block.as_flattened()) {
-                    *sum += energy;
-                }
-            }
-            sum
+                block_roots(finest, y * 2 * cells[0] + x)
+            };
+            (0..4).map(block).sum()
         })
         .collect();
-    let ratio = |detail: u64, light: u64| {
-        // 3 coefficients to a mean. 2^50 * 4 * 256 (two smoothings by 16) << 40 needs u128.
-        let square = (u128::from(detail) << 40).checked_div(3 * u128::from(light)).unwrap_or(0);
-        square.isqrt().min(STRENGTH_ONE as u128) as u32
+    let squared = |&sum: &u64| {
+        // 4 blocks of 3 coefficients, two smoothings by 16: 2^20 each, so the square has 40 bits.
+        let mean = sum / (12 * 256);
+        ((mean * mean / STRENGTH_ONE as u64) * ROOT_MEAN_TO_RMS_1024THS / 1024).min(MOST_STRENGTH) as u32
     };
-    smooth(&smooth(&energies, cells), cells)
-        .iter()
-        .map(|[detail, light]| std::array::from_fn(|channel| ratio(detail[channel], light[channel])))
-        .collect()
+    smooth(&smooth(&roots, cells), cells).iter().map(squared).collect()
 }
 
-/// Of detail and of light, for each channel.
-type Energies = [[u64; 3]; 2];
-
-/// The four base texels (north-west, north-east, south-west, south-east) of a block, in linear light.
-fn children(finest: &[[u8; 3]], block: usize, channel: usize) -> [i32; 4] {
+/// Rec. 709 luminance, weights in 1/65536, of the four base texels (north-west, north-east, south-west,
+/// south-east) of a block, in linear light.
+fn luminances(finest: &[[u8; 3]], block: usize) -> [i64; 4] {
     let width = 1usize << BASE_WIDTH_LOG2;
     let at = block / (width / 2) * 2 * width + block % (width / 2) * 2;
-    [at, at + 1, at + width, at + width + 1].map(|child| srgb::table().linear(finest[child][channel]))
+    [at, at + 1, at + width, at + width + 1]
+        .map(|child| luminance(finest[child].map(|byte| srgb::table().linear(byte))))
 }
 
-fn block_energies(finest: &[[u8; 3]], block: usize) -> Energies {
-    let square = |sum: i32| u64::from((sum / 4).unsigned_abs()).pow(2);
-    let four = [0, 1, 2].map(|channel| children(finest, block, channel));
-    let detail = four.map(|[nw, ne, sw, se]| {
-        square(ne + se - nw - sw) + square(sw + se - nw - ne) + square(nw + se - ne - sw)
-    });
-    [detail, four.map(|four| square(four.iter().sum()))]
+/// Rec. 709 luminance of linear light, in the same units.
+fn luminance(light: Linear) -> i64 {
+    let [r, g, b] = light.map(i64::from);
+    (13_933 * r + 46_871 * g + 4_732 * b) >> 16
+}
+
+/// The sum over a block's three Haar coefficients of the root of |coefficient / mean|, in 2^-20.
+fn block_roots(finest: &[[u8; 3]], block: usize) -> u64 {
+    let [nw, ne, sw, se] = luminances(finest, block);
+    let root = |difference: i64| {
+        // Both are four times coefficient and mean; at most 1 as no light is negative. A black block has none.
+        let square = (difference.unsigned_abs() << 36).checked_div((nw + ne + sw + se).unsigned_abs());
+        (square.unwrap_or(0) << 4).isqrt()
+    };
+    root(ne + se - nw - sw) + root(sw + se - nw - ne) + root(nw + se - ne - sw)
 }
 
 /// The weights 1-2-1 on both axes, not divided by their sum, 16.
-fn smooth(energies: &[Energies], cells: [usize; 2]) -> Vec<Energies> {
+fn smooth(values: &[u64], cells: [usize; 2]) -> Vec<u64> {
     let size = cells.map(|side| side as u32);
     let weighted = |index: usize| {
-        let mut sum = [[0; 3]; 2];
+        let mut sum = 0;
         for (dy, rows) in [(-1, 1), (0, 2), (1, 1)] {
             for (dx, columns) in [(-1, 1), (0, 2), (1, 1)] {
                 let [x, y] = true_texel(size, (index % cells[0]) as i64 + dx, (index / cells[0]) as i64 + dy);
-                let neighbour = energies[y as usize * cells[0] + x as usize];
-                for (sum, energy) in sum.as_flattened_mut().iter_mut().zip(neighbour.as_flattened()) {
-                    *sum += energy * rows * columns;
-                }
+                sum += values[y as usize * cells[0] + x as usize] * rows * columns;
             }
         }
         sum
     };
-    (0..energies.len()).into_par_iter().map(weighted).collect()
+    (0..values.len()).into_par_iter().map(weighted).collect()
 }
 
 #[cfg(test)]
@@ -246,9 +245,8 @@ mod tests {
         let base = base().unwrap();
         assert_eq!(xxh3_64(base.level(12).as_flattened()), 0x349d_fa16_447e_b8e7);
         assert_eq!(xxh3_64(base.level(5).as_flattened()), 0xaf87_afc4_c694_76d1);
-        let strength: Vec<u8> =
-            base.strength.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
-        assert_eq!(xxh3_64(&strength), 0x7822_1f3c_5484_b5f1);
+        let strength: Vec<u8> = base.strength.iter().flat_map(|value| value.to_le_bytes()).collect();
+        assert_eq!(xxh3_64(&strength), 0x61dc_20cd_3b72_f092);
         assert_eq!((base.level(1).len(), base.level(0).len()), (2, 1));
     }
 
@@ -261,14 +259,6 @@ mod tests {
             base.strength[y * 1024 + x]
         };
         let (andes, pacific) = (cell(-70.0, -16.0), cell(-140.0, -30.0));
-        assert!(andes[1] > 3 * pacific[1], "{andes:?} {pacific:?}");
-    }
-
-    #[test]
-    fn the_prediction_is_exact_for_light_that_rises_linearly() {
-        // Means 8 x + 16 y: children lie a quarter texel off, at 2 and 4.
-        let row = |y: i32| [-1, 0, 1].map(|x| 8 * x + 16 * y);
-        let [west, _, east] = row(0);
-        assert_eq!(predicted(row(-1), [west, east], row(1)), [2, 4, 0]);
+        assert!(andes > 3 * pacific, "{andes} {pacific}");
     }
 }

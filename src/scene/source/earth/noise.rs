@@ -1,30 +1,35 @@
 //! Smooth noise on the unit sphere: the same value for the same place, whatever the map does there, so
 //! there is neither a seam at the antimeridian nor a pinch at the poles.
 //!
-//! A lattice in 3D, two texels of the equator apart; a 32-bit hash at each of its points, blended by
-//! smoothstep on the three axes. Positions come from `libm` in f64, one row or column at a time, and are
-//! quantised to 1/1024 of the lattice (1/512 texel); from there on all is integer.
+//! A lattice in 3D, 1.25 texels of the equator apart and turned against the Earth's axes; a 32-bit hash at each
+//! of its points, blended by smoothstep on the three axes. Positions come from `libm` in f64, one row or column at a time, and are
+//! quantised to 1/1024 of the lattice (1/819 texel); from there on all is integer.
 
 use super::base::level_size;
 
 /// Fraction bits of a position in units of the lattice.
 const FRACTION_LOG2: u32 = 10;
 const FRACTION_ONE: i32 = 1 << FRACTION_LOG2;
-/// Fraction bits of a column's cosine and sine.
+/// Lattice spacing in texels of the equator. At 2 what the blocks' means leave of the noise lines up with rows
+/// and columns, like threads of cloth; at 1 it is sand.
+const LATTICE_TEXELS: f64 = 1.25;
+/// Fraction bits of a column's direction.
 const UNIT_LOG2: u32 = 30;
 
-/// Cosine and sine of the longitude at the centre of a column, in units of 2^-30.
-#[derive(Clone, Copy)]
-pub struct Column {
-    cosine: i64,
-    sine: i64,
-}
+/// The lattice's axes in the Earth's, in thirds: a rotation that leaves no axis, nor any plane of the lattice,
+/// along rows or columns.
+const AXES_THIRDS: [[f64; 3]; 3] = [[2.0, -1.0, 2.0], [2.0, 2.0, -1.0], [-1.0, 2.0, 2.0]];
 
-/// Distance from the axis, and height, of a row's texel centres, in 1/1024 of the lattice.
+/// Direction of a column's meridian at the equator, along the lattice's axes, in units of 2^-30.
+#[derive(Clone, Copy)]
+pub struct Column([i64; 3]);
+
+/// Of a row's texel centres, in 1/1024 of the lattice: distance from the Earth's axis, and the foot on that axis
+/// along the lattice's axes.
 #[derive(Clone, Copy)]
 pub struct Row {
     radius: i64,
-    height: i32,
+    foot: [i32; 3],
 }
 
 /// The columns with these true indices in a level `2^width_log2` texels wide.
@@ -34,7 +39,7 @@ pub fn columns(width_log2: u32, indices: impl Iterator<Item = u32>) -> Vec<Colum
     indices
         .map(|index| {
             let (sine, cosine) = libm::sincos((f64::from(index) + 0.5) * radians_per_column);
-            Column { cosine: libm::round(cosine * unit) as i64, sine: libm::round(sine * unit) as i64 }
+            Column(AXES_THIRDS.map(|[x, y, _]| libm::round((x * cosine + y * sine) / 3.0 * unit) as i64))
         })
         .collect()
 }
@@ -44,9 +49,10 @@ pub fn row(width_log2: u32, index: u32) -> Row {
     let [width, height] = level_size(width_log2).map(f64::from);
     let from_pole = (f64::from(index) + 0.5) * (std::f64::consts::PI / height);
     let (sine, cosine) = libm::sincos(from_pole);
-    // A texel of the equator is TAU/width, so a sphere of radius width/(2 TAU) has two to a unit.
-    let radius = width / (2.0 * std::f64::consts::TAU) * f64::from(FRACTION_ONE);
-    Row { radius: libm::round(sine * radius) as i64, height: libm::round(cosine * radius) as i32 }
+    // A texel of the equator is TAU/width, so a sphere of radius width/(k TAU) has k to a unit.
+    let radius = width / (LATTICE_TEXELS * std::f64::consts::TAU) * f64::from(FRACTION_ONE);
+    let foot = AXES_THIRDS.map(|[_, _, z]| libm::round(z / 3.0 * cosine * radius) as i32);
+    Row { radius: libm::round(sine * radius) as i64, foot }
 }
 
 /// Steps between lattice points in the hash's input: odd, with no short integer relation modulo 2^32.
@@ -80,9 +86,10 @@ fn blend(from: i32, to: i32, weight: i32) -> i32 {
 #[inline(always)]
 pub fn noise(width_log2: u32, row: Row, column: Column) -> i32 {
     let [step_x, step_y, step_z] = STEP;
-    let at_x = (row.radius.wrapping_mul(column.cosine) >> UNIT_LOG2) as i32;
-    let at_y = (row.radius.wrapping_mul(column.sine) >> UNIT_LOG2) as i32;
-    let at_z = row.height;
+    let at = |axis: usize| {
+        ((row.radius.wrapping_mul(column.0[axis]) >> UNIT_LOG2) as i32).wrapping_add(row.foot[axis])
+    };
+    let [at_x, at_y, at_z] = [at(0), at(1), at(2)];
     let near = ((at_x >> FRACTION_LOG2) as u32)
         .wrapping_mul(step_x)
         .wrapping_add(((at_y >> FRACTION_LOG2) as u32).wrapping_mul(step_y))

@@ -1,21 +1,26 @@
 //! Finer than the imagery: each texel becomes four, `child = parent + Haar detail`.
 //!
-//! Detail is what smooth light predicts from the parent's neighbours, plus noise on the sphere as strong as
-//! the finest real band there. The four children are `P + a + b + c`, `P - a + b - c`, `P + a - b - c`,
-//! `P - a - b + c`, so their sum is 4 P exactly; and `|a| + |b| + |c| <= min(P, 1 - P)` by scaling, so that
-//! none leaves 0 ..= 1 and none is clamped.
+//! Detail is what smooth light predicts from the parent and its neighbours ([`super::predict`]), plus noise on the
+//! sphere as strong as the finest real band there. Of the noise we take what the same prediction, from the means
+//! of its own 2 x 2 blocks, does not give (Cook and DeRose, "Wavelet noise", 2005, section 3, with exact means):
+//! subtracting the bare means would leave edges around each block, woven cloth after six octaves.
+//!
+//! The four children are `P - a - b + c`, `P + a - b - c`, `P - a + b - c`, `P + a + b + c`, so their sum is 4 P
+//! exactly; and `|a| + |b| + |c| <= min(P, 1 - P)` by scaling, so that none leaves 0 ..= 1 and none is clamped. Of
+//! that room the prediction alone may take 5/8: beside snow a dark texel would else get black children.
 //!
 //! Regions are rectangles in coordinates that may run over a pole or the antimeridian; every rounding is
 //! symmetric, so a texel has the same value from either side.
 
 use super::super::border::true_texel;
-use super::base::{BASE_WIDTH_LOG2, Base, CELLS_LOG2, Linear, STRENGTH_ONE, level_size, predicted};
+use super::base::{BASE_WIDTH_LOG2, Base, CELLS_LOG2, Linear, STRENGTH_ONE, level_size};
 use super::noise::{Column, columns, noise, row};
+use super::predict::{Prediction, REACH, children};
 use crate::picture::srgb::{self, LINEAR_ONE};
 
-/// Root mean square, at the equator, of a sum of four noise values with the signs of a Haar coefficient.
+/// Root mean square, at the equator, of four times a Haar coefficient of the noise, less its prediction.
 /// Measured (a test holds it within 1 %).
-const NOISE_RMS: i64 = 18_470;
+const NOISE_RMS: i64 = 20_200;
 
 /// Fraction bits of a strength between two cells.
 const CELL_FRACTION_LOG2: u32 = 8;
@@ -54,6 +59,12 @@ fn parents_of((left, top, width, height): Rectangle) -> Rectangle {
     (left, top, width, height)
 }
 
+/// A rectangle and all texels that a prediction for it looks at.
+fn with_neighbours((left, top, width, height): Rectangle) -> Rectangle {
+    let reach = REACH as i64;
+    (left - reach, top - reach, width + 2 * REACH, height + 2 * REACH)
+}
+
 /// A rectangle of the level `2^width_log2` texels wide, and the region of the next coarser level that it
 /// came from (none in the imagery). Both may be larger than asked, by a texel on each side.
 pub fn region(base: &Base, width_log2: u32, rectangle: Rectangle) -> (Region, Option<Region>) {
@@ -61,10 +72,7 @@ pub fn region(base: &Base, width_log2: u32, rectangle: Rectangle) -> (Region, Op
         return (imagery(base, width_log2, rectangle), None);
     }
     let parents = parents_of(rectangle);
-    let (left, top, width, height) = parents;
-    // The prediction looks at the eight neighbours of each parent.
-    let with_neighbours = (left - 1, top - 1, width + 2, height + 2);
-    let (coarser, _) = region(base, width_log2 - 1, with_neighbours);
+    let (coarser, _) = region(base, width_log2 - 1, with_neighbours(parents));
     (refine(base, width_log2, &coarser, parents), Some(coarser))
 }
 
@@ -93,47 +101,25 @@ fn cell_weight(texel: i64, width_log2: u32) -> (i64, i64) {
 /// and their neighbours.
 fn refine(base: &Base, width_log2: u32, coarser: &Region, parents: Rectangle) -> Region {
     let (left, top, width, height) = parents;
-    let mut children = Region::new(2 * left, 2 * top, 2 * width, 2 * height);
-    let size = level_size(width_log2);
-    let half_turn = i64::from(size[0] / 2);
-    // A row beyond a pole lies half a turn away: it has other columns.
-    let table = |turn: i64| -> Vec<Column> {
-        let true_column = move |x: i64| (x + turn).rem_euclid(i64::from(size[0])) as u32;
-        columns(width_log2, (children.left..children.left + children.width as i64).map(true_column))
-    };
-    let straight = table(0);
-    let crosses_a_pole = top < 0 || top + height as i64 > i64::from(size[1] / 2);
-    let turned = if crosses_a_pole { table(half_turn) } else { Vec::new() };
-
+    let mut finer = Region::new(2 * left, 2 * top, 2 * width, 2 * height);
+    let blocks = NoiseBlocks::new(width_log2, with_neighbours(parents));
+    let noise_smooth = Prediction::new(&blocks.sums, blocks.width);
+    let light_smooth = Prediction::new(&coarser.texels, coarser.width);
     let strength_columns = StrengthColumns::new(width_log2 - 1, left, width);
-    let mut four_noises = vec![[0i32; 4]; width];
-    for (index, lines) in children.texels.chunks_exact_mut(4 * width).enumerate() {
+    let (mut noise, mut light) = (vec![[[0; 1]; 3]; width], vec![[[0; 3]; 3]; width]);
+    for (index, lines) in finer.texels.chunks_exact_mut(4 * width).enumerate() {
         let y = top + index as i64;
-        let beyond_a_pole = y < 0 || y >= i64::from(size[1] / 2);
-        let columns = if beyond_a_pole { &turned } else { &straight };
-        let [north, south] = [2 * y, 2 * y + 1].map(|y| row(width_log2, true_texel(size, 0, y)[1]));
-        for (four, columns) in four_noises.iter_mut().zip(columns.as_chunks().0) {
-            let [west, east]: [Column; 2] = *columns;
-            *four = [
-                noise(width_log2, north, west),
-                noise(width_log2, north, east),
-                noise(width_log2, south, west),
-                noise(width_log2, south, east),
-            ];
-        }
+        noise_smooth.row(REACH, index + REACH, &mut noise);
+        light_smooth.row((left - coarser.left) as usize, (y - coarser.top) as usize, &mut light);
         let strength = StrengthRow::new(base, width_log2 - 1, y, &strength_columns);
         let (north_line, south_line) = lines.split_at_mut(2 * width);
-        let around = [coarser.row(left - 1, y - 1), coarser.row(left - 1, y), coarser.row(left - 1, y + 1)];
-        for x in 0..width {
-            let [nw, ne, sw, se] = four_noises[x];
-            let coefficients = [ne + se - nw - sw, sw + se - nw - ne, nw + se - ne - sw];
+        let four_noises = &blocks.coefficients[(index + REACH) * blocks.width + REACH..][..width];
+        for (x, parent) in coarser.row(left, y)[..width].iter().enumerate() {
+            let coefficients = [0, 1, 2].map(|n| four_noises[x][n] - noise[x][n][0]);
             let strength = strength.at(x);
             for channel in 0..3 {
-                let near = |line: usize| {
-                    let line = &around[line][x..x + 3];
-                    [line[0][channel], line[1][channel], line[2][channel]]
-                };
-                let four = split(near(0), near(1), near(2), coefficients, strength[channel]);
+                let predicted = light[x].map(|coefficient| coefficient[channel]);
+                let four = split(parent[channel], predicted, coefficients, strength);
                 north_line[2 * x][channel] = four[0];
                 north_line[2 * x + 1][channel] = four[1];
                 south_line[2 * x][channel] = four[2];
@@ -141,32 +127,76 @@ fn refine(base: &Base, width_log2: u32, coarser: &Region, parents: Rectangle) ->
             }
         }
     }
-    children
+    finer
 }
 
-/// The children (north-west, north-east, south-west, south-east) of the middle of 3 x 3 texels, for noise
-/// coefficients in units of [`NOISE_RMS`] and a relative strength in units of 1/[`STRENGTH_ONE`].
+/// The noise of the children of a rectangle of parents.
+struct NoiseBlocks {
+    width: usize,
+    /// Of the four children of each parent.
+    sums: Vec<[i32; 1]>,
+    /// Four times the Haar coefficients of the four children of each parent.
+    coefficients: Vec<[i32; 3]>,
+}
+
+impl NoiseBlocks {
+    /// `width_log2` is the children's.
+    fn new(width_log2: u32, (left, top, width, height): Rectangle) -> Self {
+        let size = level_size(width_log2);
+        // A row beyond a pole lies half a turn away: it has other columns.
+        let table = |turn: i64| -> Vec<Column> {
+            let true_column = move |x: i64| (x + turn).rem_euclid(i64::from(size[0])) as u32;
+            columns(width_log2, (2 * left..2 * (left + width as i64)).map(true_column))
+        };
+        let parent_rows = 0..i64::from(size[1] / 2);
+        let rows = top..top + height as i64;
+        let straight = table(0);
+        let crosses_a_pole = rows.start < parent_rows.start || rows.end > parent_rows.end;
+        let turned = if crosses_a_pole { table(i64::from(size[0] / 2)) } else { Vec::new() };
+
+        let (mut sums, mut coefficients) = (vec![[0]; width * height], vec![[0; 3]; width * height]);
+        let lines = sums.chunks_exact_mut(width).zip(coefficients.chunks_exact_mut(width));
+        for (y, (sums, coefficients)) in rows.zip(lines) {
+            let columns = if parent_rows.contains(&y) { &straight } else { &turned };
+            let [north, south] = [2 * y, 2 * y + 1].map(|y| row(width_log2, true_texel(size, 0, y)[1]));
+            let blocks = sums.iter_mut().zip(coefficients).zip(columns.as_chunks().0);
+            for (([sum], three), &[west, east]) in blocks {
+                let [nw, ne] = [west, east].map(|column| noise(width_log2, north, column));
+                let [sw, se] = [west, east].map(|column| noise(width_log2, south, column));
+                *sum = nw + ne + sw + se;
+                *three = [ne + se - nw - sw, sw + se - nw - ne, nw + se - ne - sw];
+            }
+        }
+        Self { width, sums, coefficients }
+    }
+}
+
+/// The children of a parent, for noise coefficients in units of [`NOISE_RMS`] and a relative strength in units
+/// of 1/[`STRENGTH_ONE`].
 #[inline(always)]
-fn split(north: [i32; 3], middle: [i32; 3], south: [i32; 3], noise: [i32; 3], strength: i64) -> [i32; 4] {
-    let parent = middle[1];
-    let [a, b, c] = predicted(north, [middle[0], middle[2]], south);
-    // Products of 2^24 and 2^20, of 2^24 and 2^17: within i64. Division (not a shift) rounds towards zero, so
+fn split(parent: i32, predicted: [i32; 3], noise: [i32; 3], strength: i64) -> [i32; 4] {
+    let room = parent.min(LINEAR_ONE - parent);
+    let smooth = within(predicted, room / 8 * 5);
+    // Products of 2^24 and 2^20, of 2^24 and 2^18: within i64. Division (not a shift) rounds towards zero, so
     // that a mirrored row gets the mirrored detail.
     let amplitude = i64::from(parent) * strength / STRENGTH_ONE;
-    let scaled = |coefficient: i32| (i64::from(coefficient) * amplitude / NOISE_RMS) as i32;
-    let mut detail = [a + scaled(noise[0]), b + scaled(noise[1]), c + scaled(noise[2])];
-    let room = parent.min(LINEAR_ONE - parent);
-    let reach = detail[0].abs() + detail[1].abs() + detail[2].abs();
+    let scaled = |n: usize| smooth[n] + (i64::from(noise[n]) * amplitude / NOISE_RMS) as i32;
+    children(parent, within([scaled(0), scaled(1), scaled(2)], room))
+}
+
+/// Coefficients, shrunk by a common factor if their magnitudes add up to more than `room`.
+#[inline(always)]
+fn within(mut coefficients: [i32; 3], room: i32) -> [i32; 3] {
+    let reach = coefficients[0].abs() + coefficients[1].abs() + coefficients[2].abs();
     if reach > room {
         // One division a texel: 2^24 * 2^30 in i64, rounded down, so that the sum stays within the room.
         let ratio = (i64::from(room) << 30) / i64::from(reach);
-        for coefficient in &mut detail {
+        for coefficient in &mut coefficients {
             let shrunk = ((i64::from(coefficient.abs()) * ratio) >> 30) as i32;
             *coefficient = shrunk * coefficient.signum();
         }
     }
-    let [a, b, c] = detail;
-    [parent - a - b + c, parent + a - b - c, parent - a + b - c, parent + a + b + c]
+    coefficients
 }
 
 /// Where a run of parents lies in the strength map: the two cells beside each, and the weight of the second.
@@ -186,7 +216,7 @@ impl StrengthColumns {
 /// The strength map along one row of parents, blended from the two rows of cells beside it.
 struct StrengthRow<'a> {
     /// The cells of a row, and what to add to a column there: half a turn beyond a pole.
-    rows: [(&'a [[u32; 3]], usize); 2],
+    rows: [(&'a [u32], usize); 2],
     columns: &'a StrengthColumns,
     south: i64,
 }
@@ -203,21 +233,18 @@ impl<'a> StrengthRow<'a> {
         Self { rows: [line(row), line(row + 1)], columns, south }
     }
 
-    /// The relative strength of each channel, in units of 1/[`STRENGTH_ONE`].
+    /// The relative strength, in units of 1/[`STRENGTH_ONE`].
     #[inline(always)]
-    fn at(&self, x: usize) -> [i64; 3] {
+    fn at(&self, x: usize) -> i64 {
         let (cells, east) = self.columns.0[x];
         let one = 1i64 << CELL_FRACTION_LOG2;
-        let mut strength = [0; 3];
+        let mut strength = 0;
         for ((row, turn), row_weight) in self.rows.iter().zip([one - self.south, self.south]) {
             for (cell, weight) in cells.iter().zip([one - east, east]) {
-                let cell = row[(cell + turn) & ((1 << CELLS_LOG2) - 1)];
-                for channel in 0..3 {
-                    strength[channel] += i64::from(cell[channel]) * row_weight * weight;
-                }
+                strength += i64::from(row[(cell + turn) & ((1 << CELLS_LOG2) - 1)]) * row_weight * weight;
             }
         }
-        [0, 1, 2].map(|channel| strength[channel] >> (2 * CELL_FRACTION_LOG2))
+        strength >> (2 * CELL_FRACTION_LOG2)
     }
 }
 
@@ -230,33 +257,31 @@ mod tests {
     #[test]
     fn noise_at_the_equator_has_the_stated_root_mean_square() {
         let width_log2 = 16;
-        let middle = (1 << 14) - 256;
-        let columns = columns(width_log2, 0..1 << width_log2);
-        let (mut sum, mut count) = (0.0, 0.0);
-        for y in (middle..middle + 512).step_by(2) {
-            let rows = [row(width_log2, y), row(width_log2, y + 1)];
-            for x in (0..columns.len()).step_by(2) {
-                let [[nw, ne], [sw, se]] =
-                    rows.map(|row| [0, 1].map(|side| noise(width_log2, row, columns[x + side])));
-                for coefficient in [ne + se - nw - sw, sw + se - nw - ne, nw + se - ne - sw] {
-                    sum += f64::from(coefficient).powi(2);
-                    count += 1.0;
-                }
+        let (width, height) = (1 << (width_log2 - 1), 256);
+        let parents = (0, (1 << (width_log2 - 3)) - height as i64 / 2, width, height);
+        let blocks = NoiseBlocks::new(width_log2, with_neighbours(parents));
+        let smooth = Prediction::new(&blocks.sums, blocks.width);
+        let (mut sum, mut predicted) = (0.0, vec![[[0; 1]; 3]; width]);
+        for y in REACH..REACH + height {
+            smooth.row(REACH, y, &mut predicted);
+            for (noise, smooth) in blocks.coefficients[y * blocks.width + REACH..].iter().zip(&predicted) {
+                sum += (0..3).map(|n| f64::from(noise[n] - smooth[n][0]).powi(2)).sum::<f64>();
             }
         }
-        let found = f64::sqrt(sum / count);
+        let found = f64::sqrt(sum / (3 * width * height) as f64);
         assert!((found / NOISE_RMS as f64 - 1.0).abs() < 0.01, "{found}");
     }
 
     proptest! {
         #[test]
         fn the_mean_of_four_children_is_their_parent_exactly_and_none_leaves_the_range(
-            near in prop::array::uniform3(prop::array::uniform3(0..=LINEAR_ONE)),
-            noise in prop::array::uniform3(-131_072..=131_072i32),
+            parent in 0..=LINEAR_ONE,
+            predicted in prop::array::uniform3(-LINEAR_ONE / 2..=LINEAR_ONE / 2),
+            noise in prop::array::uniform3(-200_000..=200_000i32),
             strength in 0..=STRENGTH_ONE,
         ) {
-            let children = split(near[0], near[1], near[2], noise, strength);
-            prop_assert_eq!(children.iter().sum::<i32>(), 4 * near[1][1]);
+            let children = split(parent, predicted, noise, strength);
+            prop_assert_eq!(children.iter().sum::<i32>(), 4 * parent);
             prop_assert!(children.iter().all(|child| (0..=LINEAR_ONE).contains(child)), "{:?}", children);
         }
     }
@@ -268,8 +293,8 @@ mod tests {
             let (children, parents) = region(base, 13, (left, top, 24, 20));
             let parents = parents.unwrap();
             let height = (parents.texels.len() / parents.width) as i64;
-            for y in parents.top + 1..parents.top + height - 1 {
-                for x in parents.left + 1..parents.left + parents.width as i64 - 1 {
+            for y in parents.top + 2..parents.top + height - 2 {
+                for x in parents.left + 2..parents.left + parents.width as i64 - 2 {
                     let parent = parents.row(x, y)[0];
                     let [north, south] = [0, 1].map(|row| &children.row(2 * x, 2 * y + row)[..2]);
                     for channel in 0..3 {
