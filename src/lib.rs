@@ -15,3 +15,8 @@ pub mod vk;
 pub mod paper;
 // floor 4: a scene becomes passes
 pub mod renderer;
+
+/// The README's example compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -243,12 +243,23 @@ pub fn driver_folders() -> Vec<String> {
             return files.split(':').map(|file| format!("{file} (from {variable})")).collect();
         }
     }
-    let home = std::env::var("HOME").unwrap_or_default();
-    ["/etc/vulkan/icd.d", "/usr/local/share/vulkan/icd.d", "/usr/share/vulkan/icd.d"]
-        .into_iter()
-        .map(String::from)
-        .chain((!home.is_empty()).then(|| format!("{home}/.local/share/vulkan/icd.d")))
-        .collect()
+    let variable = |name: &str| std::env::var(name).ok().filter(|value| !value.is_empty());
+    let home = variable("HOME").unwrap_or_default();
+    let config = variable("XDG_CONFIG_HOME").unwrap_or_else(|| format!("{home}/.config"));
+    let data = variable("XDG_DATA_HOME").unwrap_or_else(|| format!("{home}/.local/share"));
+    let config_dirs = variable("XDG_CONFIG_DIRS").unwrap_or_else(|| "/etc/xdg".into());
+    let data_dirs = variable("XDG_DATA_DIRS").unwrap_or_else(|| "/usr/local/share:/usr/share".into());
+    let added = variable("VK_ADD_DRIVER_FILES").unwrap_or_default();
+    let bases = [config.as_str()].into_iter().chain(config_dirs.split(':')).chain(["/etc", data.as_str()]);
+    let mut folders: Vec<String> =
+        added.split(':').filter(|file| !file.is_empty()).map(String::from).collect();
+    for base in bases.chain(data_dirs.split(':')) {
+        let folder = format!("{base}/vulkan/icd.d");
+        if !folders.contains(&folder) {
+            folders.push(folder);
+        }
+    }
+    folders
 }
 
 fn searched_folders() -> String {
