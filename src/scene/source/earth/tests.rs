@@ -208,31 +208,41 @@ fn a_resident_level_in_the_synthetic_part_equals_the_tiles() {
     }
 }
 
+/// The mean step across the middle of a square of 64 texels of the level `2^width_log2` wide, the largest
+/// mean step elsewhere in it, and the middle one with its far side moved along by 21 texels. Axis 0: columns.
+fn steps(width_log2: u32, axis: usize, [left, top]: [i64; 2]) -> [f64; 3] {
+    let (region, _) = refine::region(base::base().unwrap(), width_log2, (left, top, 64, 64));
+    let texel = |x: i64, y: i64| region.row(left + x, top + y)[0][1];
+    let step = |at: i64, moved: i64| -> f64 {
+        let steps = (0..64).map(|along| match axis {
+            0 => texel(at, along).abs_diff(texel(at + 1, (along + moved) % 64)),
+            _ => texel(along, at).abs_diff(texel((along + moved) % 64, at + 1)),
+        });
+        steps.map(f64::from).sum::<f64>() / 64.0
+    };
+    let most = (8..56).filter(|&at| at != 31).map(|at| step(at, 0)).fold(0.0, f64::max);
+    [step(31, 0), most, step(31, 21)]
+}
+
 #[test]
 fn neither_the_antimeridian_nor_a_pole_shows_as_a_seam() {
-    let base = base::base().unwrap();
-    // Kamchatka's latitude; the Arctic Ocean; Antarctica. Level of 2^14 texels.
+    // Kamchatka's latitude; the Arctic Ocean; Antarctica. Level of 2^14 texels, 4 for each of the imagery.
     for (axis, left, top) in [(0, -32, 1100), (1, 5000, -32), (1, 9000, 8192 - 32)] {
-        let (region, _) = refine::region(base, 14, (left, top, 64, 64));
-        let texel = |x: i64, y: i64| region.row(left + x, top + y)[0][1];
-        // The mean step from a column (row) to the next, `moved` places along it.
-        let step = |at: i64, moved: i64| -> f64 {
-            let steps = (0..64).map(|along| match axis {
-                0 => texel(at, along).abs_diff(texel(at + 1, (along + moved) % 64)),
-                _ => texel(along, at).abs_diff(texel((along + moved) % 64, at + 1)),
-            });
-            steps.map(f64::from).sum::<f64>() / 64.0
+        let [edge, most, torn] = steps(14, axis, [left, top]);
+        // The imagery's own step at that edge: Antarctica's snow is so near to white that detail with the same mean
+        // has no room to soften it.
+        let real = match axis {
+            0 => steps(12, axis, [-32, top / 4]),
+            _ => steps(12, axis, [left / 4, if top < 0 { -32 } else { 2048 - 32 }]),
         };
-        let most = (8..56).filter(|&at| at != 31).map(|at| step(at, 0)).fold(0.0, f64::max);
-        let (edge, torn) = (step(31, 0), step(31, 21));
-        println!("axis {axis} at {left}, {top}: {edge}, most elsewhere {most}, torn {torn}");
-        // Across the edge no more than anywhere around it.
-        assert!(edge <= 1.1 * most, "axis {axis} at {left}, {top}: {edge}, elsewhere at most {most}");
-        // The neighbour: an edge that does not fit is refused. (At a pole 64 columns are one place: they all fit.)
-        assert!(
-            axis == 1 || torn > 1.1 * most,
-            "axis {axis} at {left}, {top}: torn {torn}, elsewhere at most {most}"
+        let allowed = (1.1 * most).max(real[0]);
+        println!(
+            "axis {axis} at {left}, {top}: {edge}, most elsewhere {most}, torn {torn}, imagery {real:?}"
         );
+        // Across the edge no more than anywhere around it, or than the imagery has.
+        assert!(edge <= allowed, "axis {axis} at {left}, {top}: {edge}, allowed {allowed}");
+        // The neighbour: an edge that does not fit is refused. (At a pole 64 columns are one place: they all fit.)
+        assert!(axis == 1 || torn > allowed, "axis {axis} at {left}, {top}: torn {torn}, allowed {allowed}");
     }
 }
 
