@@ -18,7 +18,9 @@ use std::path::{Path, PathBuf};
 fn main() {
     println!("cargo:rerun-if-changed=glsl");
     println!("cargo:rerun-if-changed=build.rs");
-    println!("cargo:rerun-if-changed=.git/logs/HEAD");
+    if std::path::Path::new(".git/logs/HEAD").exists() {
+        println!("cargo:rerun-if-changed=.git/logs/HEAD");
+    }
     println!("cargo:rustc-env=ORTELIUS_COMMIT={}", commit());
     let mut generated = Generated::default();
     let mut failures = Vec::new();
@@ -40,11 +42,14 @@ fn main() {
 
 /// The commit that is built, for the manifests of reports; "unknown" in a tree without history.
 fn commit() -> String {
-    let git = std::process::Command::new("git").args(["rev-parse", "HEAD"]).output();
-    match git {
-        Ok(output) if output.status.success() => String::from_utf8_lossy(&output.stdout).trim().to_string(),
-        _ => "unknown".to_string(),
-    }
+    let git = |arguments: &[&str]| {
+        let output = std::process::Command::new("git").args(arguments).output().ok()?;
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_string())
+    };
+    // A tarball unpacked inside another repository must not pass for that one's commit.
+    let ours = git(&["rev-parse", "--show-prefix"]).is_some_and(|prefix| prefix.is_empty());
+    let commit = if ours { git(&["rev-parse", "HEAD"]) } else { None };
+    commit.unwrap_or_else(|| "unknown".to_string())
 }
 
 /// Every `STEM.STAGE` below `folder`, sorted, so that the output is the same on every machine.
@@ -266,8 +271,6 @@ fn descriptor_kind(ty: &DescriptorType) -> Option<&'static str> {
     match ty {
         DescriptorType::CombinedImageSampler() => Some("CombinedImageSampler"),
         DescriptorType::SampledImage() => Some("SampledImage"),
-        DescriptorType::StorageImage(_) => Some("StorageImage"),
-        DescriptorType::UniformBuffer() => Some("UniformBuffer"),
         DescriptorType::StorageBuffer(_) => Some("StorageBuffer"),
         _ => None,
     }

@@ -1,6 +1,6 @@
 //! The device itself: does the driver do what it says, and is the validation layer alive?
 
-use ortelius::vk::{BufferUse, Gpu, GpuOptions, self_test};
+use ortelius::vk::{BufferUse, Format, Gpu, GpuOptions, ImageInfo, self_test};
 
 fn validating<'a>() -> GpuOptions<'a> {
     GpuOptions { validate: true, ..GpuOptions::default() }
@@ -48,5 +48,41 @@ fn the_same_copies_with_a_barrier_are_silent() {
         })
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
+    assert!(gpu.messages().is_empty(), "{:?}", gpu.messages());
+}
+
+fn clear(gpu: &Gpu, value: u32, made_in_the_frame: bool, submit: bool) {
+    let info = ImageInfo::texture([16, 16], Format::R32Uint, 1);
+    let early = gpu.image("early", info).unwrap();
+    for submitted in [submit, true] {
+        let mut frame = gpu.frame().unwrap();
+        let late = made_in_the_frame.then(|| gpu.image("late", info).unwrap());
+        frame
+            .pass("clear", |cmd| {
+                cmd.clear_uint(late.as_ref().unwrap_or(&early), value);
+                Ok(())
+            })
+            .unwrap();
+        if submitted {
+            frame.submit().unwrap().wait().unwrap();
+        }
+    }
+    assert!(gpu.messages().is_empty(), "{:?}", gpu.messages());
+}
+
+#[test]
+fn an_image_made_while_a_frame_is_recorded_is_ready_for_its_next_pass() {
+    clear(&Gpu::new(&validating()).expect("driver and layer"), 1, true, true);
+}
+
+#[test]
+fn an_image_of_a_frame_that_was_given_up_is_ready_in_the_next() {
+    clear(&Gpu::new(&validating()).expect("driver and layer"), 2, false, false);
+}
+
+#[test]
+fn a_buffer_of_nothing_is_no_error() {
+    let gpu = Gpu::new(&validating()).expect("driver and layer");
+    assert_eq!(gpu.buffer_with::<u32>("nothing", &[], BufferUse::Vertices).unwrap().bytes(), 0);
     assert!(gpu.messages().is_empty(), "{:?}", gpu.messages());
 }

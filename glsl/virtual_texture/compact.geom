@@ -5,8 +5,8 @@
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/blocks.glsl"
 
-// At most 16 streamed levels (2^20 texels in tiles of 16): 16 texels x 16 bits x 3 components = 768 of the 1024
-// that Vulkan promises, and 256 points, its promise too.
+// At most 16 streamed levels: 16 texels x 16 bits x 3 components = 768 of the 1024 that Vulkan promises, and 256
+// points, its promise too. (Only 2^20 x 2^20 texels in tiles of 16 have a seventeenth.)
 #define SIDE (1 << BLOCK_LOG2)
 layout(points) in;
 layout(points, max_vertices = SIDE * SIDE * 16) out;

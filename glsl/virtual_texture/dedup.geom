@@ -5,8 +5,8 @@
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/blocks.glsl"
 
-// An invocation emits at most 128 points: glslang's whole gl_PerVertex and the mask are 8 components, and 1024
-// is all that Vulkan promises. So p = 4, with 256 texels, is two invocations of half a block each.
+// A point is 5 components, position and mask, and an invocation may emit 1024: all that Vulkan promises. So p = 4,
+// with 256 texels, is two invocations of half a block each.
 #define SIDE (1 << BLOCK_LOG2)
 #define INVOCATIONS (BLOCK_LOG2 > 3 ? 2 : 1)
 layout(points, invocations = INVOCATIONS) in;
@@ -17,7 +17,6 @@ layout(constant_id = 7) const uint NATIVE_KEYING = 0;  // 0: (i, j) in M0, as pr
 
 layout(binding = 0) uniform utexture2D u1;
 
-in gl_PerVertex { vec4 gl_Position; } gl_in[];
 layout(location = 0) flat in uvec2 block[];
 out gl_PerVertex { vec4 gl_Position; };
 layout(location = 0) flat out uint mask;

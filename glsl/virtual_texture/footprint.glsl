@@ -7,11 +7,14 @@ struct Coordinate {
     vec2 fraction;  // [0, 1)
 };
 
+// 2^-n, exactly: exp2 may be off by some ulp.
+float power_of_half(uint n) { return uintBitsToFloat((127u - n) << 23); }
+
 // s = origin / 2^32 + offset. The origin's part is exact integer arithmetic, the offset is small.
 Coordinate coordinate(uvec2 origin, vec2 offset) {
     uvec2 whole = uvec2(origin.x >> (32 - WIDTH_LOG2), origin.y >> (32 - HEIGHT_LOG2));
     uvec2 rest = uvec2(origin.x << WIDTH_LOG2, origin.y << HEIGHT_LOG2);  // in 2^-32 texel; 0 from 2^10 texels on
-    vec2 texels = offset * vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2) + vec2(rest) * exp2(-32.0);
+    vec2 texels = offset * vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2) + vec2(rest) * power_of_half(32);
     // 2^22 texels away lies outside every texture; a NaN may become any value, and the level rule keeps it out.
     vec2 steps = clamp(floor(texels), -4194304.0, 4194304.0);
     return Coordinate(ivec2(whole) + ivec2(steps), texels - steps);
@@ -56,6 +59,8 @@ uint level(vec2 sides) {
     if (!finite(sides.x)) return FIRST_RESIDENT_LEVEL;
     if (sides.x == 0.0) return 0;
     float n = sample_count(sides);
-    int exponent = int(floatBitsToUint(sides.x / (n * n)) >> 23) - 127;
+    // A division may round by 2.5 ulp; without anisotropy there is none, and q is exact.
+    float squared = MAX_ANISOTROPY == 1 ? sides.x : sides.x / (n * n);
+    int exponent = int(floatBitsToUint(squared) >> 23) - 127;
     return uint(clamp(exponent >> 1, 0, int(FIRST_RESIDENT_LEVEL)));
 }

@@ -25,5 +25,5 @@ Resident find_resident(uint q, uvec2 ij) {
 // Relative to the tile that U1 names, so that rounding at an edge moves a sample into the border, never astray.
 vec2 texels_in_tile(Coordinate at, uvec2 ij, uint q) {
     ivec2 corner = ivec2(ij.yx >> q) << (TILE_LOG2 + q);
-    return (vec2(at.texel - corner) + at.fraction) * exp2(-float(q));
+    return (vec2(at.texel - corner) + at.fraction) * power_of_half(q);
 }

@@ -43,7 +43,7 @@ ivec2 true_texel(uint level, ivec2 texel) {
 // First of the 2 x 2 texels of a level that a bilinear sample at the coordinate mixes, from exact integers.
 ivec2 first_tap(Coordinate at, uint level) {
     ivec2 base = at.texel >> int(level);
-    vec2 within = (vec2(at.texel - (base << level)) + at.fraction) * exp2(-float(level));
+    vec2 within = (vec2(at.texel - (base << level)) + at.fraction) * power_of_half(level);
     return base - ivec2(lessThan(within, vec2(0.5)));
 }
 

@@ -20,7 +20,7 @@ vec4 sample_tile(Resident tile, vec2 texels, vec2 major, float count, float f) {
     vec2 centre = (texels + float(BORDER)) / side;
     float lod = LITERAL_INTERPOLATION == 1 ? 1.0 - f : f;
     if (MAX_ANISOTROPY == 1) return textureLod(j1, vec3(centre, tile.slot), lod);
-    vec2 reach = major * exp2(-float(tile.level)) / side;
+    vec2 reach = major * power_of_half(tile.level) / side;
     vec4 sum = vec4(0.0);
     for (float n = 0.5; n < count; n++)
         sum += textureLod(j1, vec3(centre + (n / count - 0.5) * reach, tile.slot), lod);

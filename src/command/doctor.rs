@@ -7,7 +7,7 @@ use ortelius::vk::{Error, Feature, GpuOptions, Instance, PhysicalDevice, driver_
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::Read;
-use std::process::{Child, Command, Stdio};
+use std::process::{ChildStderr, Command, Stdio};
 use std::time::{Duration, Instant};
 
 #[derive(Args)]
@@ -166,12 +166,15 @@ fn run_child(device: Option<&str>) -> SelfTest {
         Ok(child) => child,
         Err(error) => return ended(format!("not run: {error}"), None, false),
     };
+    // Read while it speaks: a pipe that nobody empties stops a child of many words.
+    let stderr = child.stderr.take();
+    let words = std::thread::spawn(move || read_all(stderr));
     let start = Instant::now();
     loop {
         match child.try_wait() {
             Ok(Some(status)) if status.success() => return ended("passed".into(), Some(0), false),
             Ok(Some(status)) => {
-                let last = last_line(&mut child);
+                let last = last_line(words);
                 // A signal leaves no exit code: the driver crashed.
                 return match status.code() {
                     Some(code) => ended(format!("failed: {last}"), u8::try_from(code).ok(), false),
@@ -182,7 +185,7 @@ fn run_child(device: Option<&str>) -> SelfTest {
                 };
             }
             Ok(None) if start.elapsed() > PATIENCE => {
-                let killed = child.kill();
+                let killed = child.kill().and_then(|()| child.wait());
                 let seconds = PATIENCE.as_secs();
                 return ended(
                     format!("the driver hangs (no answer in {seconds} s; kill: {killed:?})"),
@@ -196,13 +199,19 @@ fn run_child(device: Option<&str>) -> SelfTest {
     }
 }
 
-/// The last thing that the child said, without our own name before it.
-fn last_line(child: &mut Child) -> String {
+/// All that the child says.
+fn read_all(stderr: Option<ChildStderr>) -> Vec<u8> {
     let mut words = Vec::new();
-    if let Some(stderr) = &mut child.stderr {
+    if let Some(mut stderr) = stderr {
         // What cannot be read is only missing from the words.
         let _ = stderr.read_to_end(&mut words);
     }
+    words
+}
+
+/// The last thing that the child said, without our own name before it.
+fn last_line(words: std::thread::JoinHandle<Vec<u8>>) -> String {
+    let words = words.join().unwrap_or_default();
     let words = String::from_utf8_lossy(&words);
     let last = words.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("");
     last.trim_start_matches("ortelius: ").to_string()

@@ -5,11 +5,10 @@ use super::{Usage, say};
 use anyhow::{Context, bail};
 use clap::Args;
 use ortelius::math::camera::Pose;
-use ortelius::paper::virtual_texture::resident::ResidentError;
-use ortelius::renderer::{RenderError, Renderer, Settings, Target, needs};
+use ortelius::renderer::{PlainComparison, Renderer, Settings, Target, needs};
 use ortelius::scene::source::TileFormat;
 use ortelius::scene::{Scene, mesh};
-use ortelius::vk::{self, Gpu, GpuOptions};
+use ortelius::vk::{Gpu, GpuOptions};
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -105,24 +104,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     }
     let frames = run_frames(args, &mut renderer, &poses, &outputs)?;
     let last = poses.last().expect("there is at least one pose");
-    let plain = match args.compare_plain {
-        true => renderer.compare_plain(last)?,
-        false => None,
-    };
-    match &plain {
-        Some(plain) => {
-            let (settled, plain_ms) = (plain.settled.median / 1e6, plain.plain.median / 1e6);
-            tracing::info!(
-                "settled frame {settled:.2} ms, plain frame {plain_ms:.2} ms: {:.2}x",
-                plain.ratio
-            );
-        }
-        None if args.compare_plain => {
-            tracing::warn!("{} keeps no time: nothing is compared", renderer.gpu.physical().name);
-        }
-        None => {}
-    }
     outputs.write_last(&mut renderer, args.settles().then_some(frames))?;
+    let plain = compare_plain(args, &mut renderer, last);
     if let Some(path) = outputs.visible() {
         // --settle: the settled frame alone; it is the last one.
         write_visible(path, &renderer.records, args.settles())?;
@@ -130,6 +113,29 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     outputs.write_footprint(&mut renderer, last)?;
     let report = renderer.report(&args.scene, &view_name, plain);
     outputs.write_report(&report)
+}
+
+/// `--compare-plain`, once the picture is safe: what fails here costs only the comparison.
+fn compare_plain(args: &RenderArgs, renderer: &mut Renderer, pose: &Pose) -> Option<PlainComparison> {
+    if !args.compare_plain {
+        return None;
+    }
+    match renderer.compare_plain(pose) {
+        Ok(Some(plain)) => {
+            let (settled_ms, plain_ms) = (plain.settled.median / 1e6, plain.plain.median / 1e6);
+            let ratio = plain.ratio;
+            tracing::info!("settled frame {settled_ms:.2} ms, plain frame {plain_ms:.2} ms: {ratio:.2}x");
+            Some(plain)
+        }
+        Ok(None) => {
+            tracing::warn!("{} keeps no time: nothing is compared", renderer.gpu.physical().name);
+            None
+        }
+        Err(error) => {
+            tracing::warn!("nothing is compared: {error}");
+            None
+        }
+    }
 }
 
 /// The run's poses in order, and the name that they have in the scene.
@@ -166,18 +172,7 @@ fn open(args: &RenderArgs, scene: &Scene, target: Target) -> anyhow::Result<Rend
     let mut settings = Settings::of_scene(scene, target);
     settings.size = args.size.unwrap_or(settings.size);
     settings.streaming.deterministic = args.deterministic;
-    let tiles = settings.streaming.gpu_tiles;
-    let renderer = Renderer::new(gpu, source, &mesh::gpu_mesh(&scene.source_mesh()?)?, settings);
-    renderer.map_err(|error| match error {
-        // The device knows nothing of tiles.
-        RenderError::Resident(ResidentError::Vulkan(vk::Error::Limit { ref object, .. }))
-            if object == "J1" =>
-        {
-            let context = format!("cache.gpu_tiles = {tiles} is too large for this device; lower it");
-            anyhow::Error::new(error).context(context)
-        }
-        error => error.into(),
-    })
+    Ok(Renderer::new(gpu, source, &mesh::gpu_mesh(&scene.source_mesh()?)?, settings)?)
 }
 
 /// Renders the sequence, then until nothing is missing, as asked. Returns the sequence's length.

@@ -32,6 +32,10 @@ pub enum RenderError {
     #[error(transparent)]
     Streaming(#[from] StreamingError),
     #[error(
+        "variant.max_anisotropy = {wanted}: samples reach as many texels beyond a tile's edge, and the texture's border has {border}; lower it, or bake a wider border"
+    )]
+    Anisotropy { wanted: u32, border: u32 },
+    #[error(
         "{pending} visible tiles have not arrived for {} s; see the report's queues, or raise the load budget",
         STALL.as_secs()
     )]
@@ -178,12 +182,18 @@ impl Renderer {
             let feature = need.feature;
             assert!(gpu.has(feature), "the device was opened without {feature:?}: give it renderer::needs");
         }
+        // The outermost of nA samples lies nA - 1 texels from the pixel's own, and each mixes half a texel more.
+        let (wanted, border) = (settings.config.max_anisotropy, source.pyramid().border_texels());
+        if wanted > 1 && wanted > border {
+            return Err(RenderError::Anisotropy { wanted, border });
+        }
         let format = match settings.target {
             Target::Srgb8 => Format::Rgba8Srgb,
             Target::Linear32 => Format::Rgba32Float,
         };
         let target = gpu.image("picture", ImageInfo::target(settings.size, format))?;
         let streaming = Streaming::new(source.clone(), settings.streaming.clone())?;
+        let bias = settings.streaming.level_bias;
         let counts = [settings.streaming.gpu_tiles, settings.streaming.upload_tiles_per_frame];
         let pipeline = Pipeline::new(&gpu, &*source, mesh, &settings.config, &target, counts)?;
         Ok(Renderer {
@@ -198,7 +208,7 @@ impl Renderer {
             drained: Default::default(),
             next: 0,
             pose: None,
-            bias: 0,
+            bias,
         })
     }
 
@@ -212,9 +222,10 @@ impl Renderer {
             Some(visible) => Some(visible),
             None => self.finish(flight)?,
         };
-        let Renderer { gpu, pipeline, streaming, .. } = self;
+        let Renderer { gpu, pipeline, streaming, bias, .. } = self;
         let report = pipeline.gather(gpu, flight, |uploader| match &visible {
-            None => (Vec::new(), FrameReport::default()),
+            // Nothing is known yet: the bias stays.
+            None => (Vec::new(), FrameReport { bias: *bias, ..FrameReport::default() }),
             Some(visible) => {
                 let mut report = streaming.frame(visible, uploader);
                 (std::mem::take(&mut report.display), report)
@@ -222,11 +233,8 @@ impl Renderer {
         })?;
         if report.bias != self.bias {
             let bias = report.bias;
-            tracing::info!(
-                "frame {}: level bias {} -> {bias}: the caches hold N1 tiles",
-                self.next,
-                self.bias
-            );
+            let why = if report.oversubscribed { "the visible tiles exceed N1" } else { "they fit N1" };
+            tracing::info!("frame {}: level bias {} -> {bias}: {why}", self.next, self.bias);
             self.bias = bias;
         }
         let view = surface::view(pose, self.settings.size, self.bias);

@@ -1,7 +1,7 @@
 //! Buffers.
 
 use super::device::{Dead, Device};
-use super::{Check, Gpu, Result};
+use super::{Check, Error, Gpu, Result};
 use ash::vk;
 use gpu_allocator::{MemoryLocation, vulkan::Allocation};
 use std::sync::Arc;
@@ -51,11 +51,18 @@ impl Gpu {
             BufferUse::Readback => (U::TRANSFER_DST, MemoryLocation::GpuToCpu),
         };
         let device = &self.device;
+        let most = device.physical.most_feedback_bytes;
+        if usage == BufferUse::TransformFeedback && bytes > most {
+            let what = format!(
+                "{bytes} bytes, the device's transform feedback takes {most}; lower variant.list_capacity, or show fewer tiles"
+            );
+            return Err(Error::Limit { object: name.to_string(), what });
+        }
+        // Vulkan has no empty buffers.
         let info = vk::BufferCreateInfo::default().size(bytes.max(4)).usage(flags);
         // SAFETY: the device lives; memory is bound before the wrapper is handed out.
         let handle = unsafe { device.handle.create_buffer(&info, None) }.check("vkCreateBuffer", name)?;
-        let mut buffer =
-            Buffer { handle, device: device.clone(), memory: None, bytes: bytes.max(4), name: name.into() };
+        let mut buffer = Buffer { handle, device: device.clone(), memory: None, bytes, name: name.into() };
         // SAFETY: as above.
         let requirements = unsafe { device.handle.get_buffer_memory_requirements(handle) };
         let memory = device.allocate(name, requirements, location, true)?;
@@ -74,6 +81,9 @@ impl Gpu {
     pub fn buffer_with<T: bytemuck::Pod>(&self, name: &str, data: &[T], usage: BufferUse) -> Result<Buffer> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         let buffer = self.buffer(name, bytes.len() as u64, usage)?;
+        if bytes.is_empty() {
+            return Ok(buffer);
+        }
         let mut staging = self.buffer("staging", bytes.len() as u64, BufferUse::Upload)?;
         staging.mapped_mut()[..bytes.len()].copy_from_slice(bytes);
         let mut frame = self.frame()?;

@@ -17,7 +17,6 @@ pub struct Cmd<'a> {
 pub enum Resource<'a> {
     Texture(&'a Image, View),
     Sampled(&'a Image, &'a Sampler),
-    Storage(&'a Image),
     Buffer(&'a Buffer),
 }
 
@@ -144,11 +143,7 @@ impl Cmd<'_> {
                 images = image(texture.view, sampler.handle);
                 write.image_info(&images)
             }
-            (DescriptorKind::StorageImage, Resource::Storage(texture)) => {
-                images = image(texture.view, none);
-                write.image_info(&images)
-            }
-            (DescriptorKind::StorageBuffer | DescriptorKind::UniformBuffer, Resource::Buffer(buffer)) => {
+            (DescriptorKind::StorageBuffer, Resource::Buffer(buffer)) => {
                 buffers =
                     [vk::DescriptorBufferInfo { buffer: buffer.handle, offset: 0, range: vk::WHOLE_SIZE }];
                 write.buffer_info(&buffers)
@@ -283,8 +278,6 @@ impl DescriptorKind {
         match self {
             DescriptorKind::CombinedImageSampler => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
             DescriptorKind::SampledImage => vk::DescriptorType::SAMPLED_IMAGE,
-            DescriptorKind::StorageImage => vk::DescriptorType::STORAGE_IMAGE,
-            DescriptorKind::UniformBuffer => vk::DescriptorType::UNIFORM_BUFFER,
             DescriptorKind::StorageBuffer => vk::DescriptorType::STORAGE_BUFFER,
         }
     }

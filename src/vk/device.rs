@@ -100,16 +100,6 @@ impl Gpu {
     pub fn messages(&self) -> Vec<Message> {
         self.device.instance.messages()
     }
-
-    /// Waits until the device is idle.
-    ///
-    /// # Errors
-    /// [`Error::DeviceLost`].
-    pub fn wait_idle(&self) -> Result<()> {
-        let _ring = self.ring.lock().expect("no panic while a frame is recorded");
-        // SAFETY: nobody submits while the ring is locked.
-        unsafe { self.device.handle.device_wait_idle() }.check("vkDeviceWaitIdle", "device")
-    }
 }
 
 impl Device {
@@ -136,11 +126,7 @@ impl Device {
             buffer_device_address: false,
             allocation_sizes: Default::default(),
         })
-        .map_err(|e| Error::OutOfMemory {
-            object: "allocator".into(),
-            bytes: 0,
-            reason: e.to_string(),
-        })?;
+        .map_err(|e| Error::OutOfMemory { object: "allocator".into(), reason: e.to_string() })?;
         let device = Device {
             debug: instance.debug.as_ref().map(|_| ext::debug_utils::Device::new(&instance.handle, &handle)),
             feedback: features
@@ -181,21 +167,36 @@ impl Device {
         location: gpu_allocator::MemoryLocation,
         linear: bool,
     ) -> Result<Allocation> {
-        self.allocator
-            .lock()
-            .expect("no panic in the allocator")
-            .allocate(&gpu_allocator::vulkan::AllocationCreateDesc {
-                name,
-                requirements,
-                location,
-                linear,
-                allocation_scheme: gpu_allocator::vulkan::AllocationScheme::GpuAllocatorManaged,
-            })
-            .map_err(|e| Error::OutOfMemory {
-                object: name.to_string(),
-                bytes: requirements.size,
-                reason: e.to_string(),
-            })
+        let allocate = || {
+            self.allocator.lock().expect("no panic in the allocator").allocate(
+                &gpu_allocator::vulkan::AllocationCreateDesc {
+                    name,
+                    requirements,
+                    location,
+                    linear,
+                    allocation_scheme: gpu_allocator::vulkan::AllocationScheme::GpuAllocatorManaged,
+                },
+            )
+        };
+        // What was dropped waits for the next frame; where memory is short it need not.
+        let allocation = match allocate() {
+            Ok(allocation) => Ok(allocation),
+            Err(_) => {
+                self.collect(self.finished()?, None);
+                allocate()
+            }
+        };
+        allocation.map_err(|e| Error::OutOfMemory {
+            object: name.to_string(),
+            reason: format!("{} bytes: {e}", requirements.size),
+        })
+    }
+
+    /// The timeline's value: every submission up to it has ended.
+    pub(crate) fn finished(&self) -> Result<u64> {
+        // SAFETY: the timeline lives.
+        unsafe { self.handle.get_semaphore_counter_value(self.timeline) }
+            .check("vkGetSemaphoreCounterValue", "timeline")
     }
 
     /// Takes an object whose wrapper was dropped.
@@ -205,11 +206,12 @@ impl Device {
         garbage.waiting.push((value, dead));
     }
 
-    /// Destroys what no submitted frame can name any more. `next_value`: what the next submission will signal.
-    pub(crate) fn collect(&self, finished: u64, next_value: u64) {
+    /// Destroys what no submitted frame can name any more. `next_value`: what the next submission will signal,
+    /// where that changes.
+    pub(crate) fn collect(&self, finished: u64, next_value: Option<u64>) {
         let dead: Vec<Dead> = {
             let mut garbage = self.garbage.lock().expect("no panic while garbage is moved");
-            garbage.next_value = next_value;
+            garbage.next_value = next_value.unwrap_or(garbage.next_value);
             let (dead, waiting) =
                 std::mem::take(&mut garbage.waiting).into_iter().partition(|(v, _)| *v <= finished);
             garbage.waiting = waiting;
@@ -311,7 +313,7 @@ impl Drop for Device {
             if let Err(result) = self.handle.device_wait_idle() {
                 tracing::warn!("vkDeviceWaitIdle at the end: {result}");
             }
-            self.collect(u64::MAX, u64::MAX);
+            self.collect(u64::MAX, None);
             ManuallyDrop::drop(&mut self.allocator);
             self.handle.destroy_semaphore(self.timeline, None);
             self.handle.destroy_device(None);

@@ -24,8 +24,8 @@ pub enum Error {
     MissingFeature { device: String, feature: &'static str, pass: &'static str, without: &'static str },
     #[error("{object}: {what}")]
     Limit { object: String, what: String },
-    #[error("{object}: no memory for {bytes} bytes ({reason}); choose smaller caches or a smaller picture")]
-    OutOfMemory { object: String, bytes: u64, reason: String },
+    #[error("{object}: out of memory ({reason}); choose smaller caches or a smaller picture")]
+    OutOfMemory { object: String, reason: String },
     #[error(
         "device lost in {call} on {object}: the driver gave up; rerun with --validate, or another --device"
     )]
@@ -56,6 +56,9 @@ pub(crate) trait Check<T> {
 impl<T> Check<T> for Result<T, vk::Result> {
     fn check(self, call: &'static str, object: &str) -> Result<T, Error> {
         self.map_err(|result| match result {
+            vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
+                Error::OutOfMemory { object: object.to_string(), reason: format!("{call}: {result}") }
+            }
             vk::Result::ERROR_DEVICE_LOST => Error::DeviceLost { call, object: object.to_string() },
             result => Error::Call { call, object: object.to_string(), result },
         })

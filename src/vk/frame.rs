@@ -48,6 +48,8 @@ pub struct Frame<'a> {
     gpu: &'a Gpu,
     slot: usize,
     submitted: bool,
+    /// Images that this frame brings into GENERAL; undone where it is not submitted.
+    transitions: Vec<vk::ImageMemoryBarrier2<'static>>,
 }
 
 /// A submitted frame.
@@ -156,7 +158,9 @@ impl Slot {
 
 impl Gpu {
     /// Starts the next frame; waits until the GPU has passed the frame [`FRAMES_IN_FLIGHT`] before it.
-    /// Only one frame is recorded at a time: a second call waits for the first frame's submission.
+    /// Only one frame is recorded at a time: another thread waits for the first frame's submission. The recording
+    /// thread itself must submit or drop its frame before it asks for another (also by making a filled buffer or by
+    /// waiting for a ticket): it would wait for itself.
     ///
     /// # Errors
     /// [`Error::DeviceLost`].
@@ -166,30 +170,19 @@ impl Gpu {
         let value = ring.slots[slot].value;
         ring.wait(value)?;
         ring.read_times(slot)?;
-        // SAFETY: the timeline lives.
-        let finished = unsafe { self.device.handle.get_semaphore_counter_value(self.device.timeline) }
-            .check("vkGetSemaphoreCounterValue", "frame")?;
-        self.device.collect(finished, ring.submitted + 1);
+        self.device.collect(self.device.finished()?, Some(ring.submitted + 1));
         ring.slots[slot].times = Times::default();
-        let frame = Frame { ring, gpu: self, slot, submitted: false };
+        let frame = Frame { ring, gpu: self, slot, submitted: false, transitions: Vec::new() };
         frame.begin()?;
         Ok(frame)
     }
 }
 
 impl Frame<'_> {
-    /// 0 .. [`FRAMES_IN_FLIGHT`]: which of the per-frame objects this frame may use.
-    pub fn slot(&self) -> usize {
-        self.slot
-    }
-
     fn begin(&self) -> Result<()> {
         let device = &self.gpu.device;
         let slot = &self.ring.slots[self.slot];
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        let new_images =
-            std::mem::take(&mut *device.new_images.lock().expect("no panic while a barrier is stored"));
-        let barrier = vk::DependencyInfo::default().image_memory_barriers(&new_images);
         // SAFETY: the GPU has passed the slot's last use; the ring is locked.
         unsafe {
             device
@@ -202,11 +195,22 @@ impl Frame<'_> {
                 .check("vkResetDescriptorPool", "frame")?;
             device.handle.reset_query_pool(slot.queries, 0, 2 * MOST_PASSES as u32);
             device.handle.begin_command_buffer(slot.buffer, &begin).check("vkBeginCommandBuffer", "frame")?;
-            if !new_images.is_empty() {
-                device.handle.cmd_pipeline_barrier2(slot.buffer, &barrier);
-            }
         }
         Ok(())
+    }
+
+    /// Brings images made since the last pass into GENERAL, where they stay.
+    fn flush_new_images(&mut self) {
+        let device = &self.gpu.device;
+        let new_images =
+            std::mem::take(&mut *device.new_images.lock().expect("no panic while a barrier is stored"));
+        if new_images.is_empty() {
+            return;
+        }
+        let barrier = vk::DependencyInfo::default().image_memory_barriers(&new_images);
+        // SAFETY: the images live: dropping one takes its barrier out of the list.
+        unsafe { device.handle.cmd_pipeline_barrier2(self.ring.slots[self.slot].buffer, &barrier) };
+        self.transitions.extend(new_images);
     }
 
     /// Records one pass. Commands inside it are independent of each other, or call [`Cmd::sync`].
@@ -214,6 +218,7 @@ impl Frame<'_> {
     /// # Errors
     /// What `record` returns; recording itself fails only where memory does.
     pub fn pass<T>(&mut self, label: &str, record: impl FnOnce(&mut Cmd<'_>) -> Result<T>) -> Result<T> {
+        self.flush_new_images();
         let device = &*self.gpu.device;
         let slot = &mut self.ring.slots[self.slot];
         assert!(slot.labels.len() < MOST_PASSES, "{label:?} is pass {} of a frame", slot.labels.len() + 1);
@@ -273,6 +278,9 @@ impl Drop for Frame<'_> {
         if !self.submitted {
             // Nothing was written: nobody may wait for this frame's timestamps.
             self.ring.slots[self.slot].labels.clear();
+            let mut new_images =
+                self.gpu.device.new_images.lock().expect("no panic while a barrier is stored");
+            new_images.append(&mut self.transitions);
         }
     }
 }

@@ -138,6 +138,9 @@ impl Gpu {
         }
         device.name(handle, name);
         device.name(image.view, name);
+        if raw {
+            device.name(image.raw_view, &format!("{name}, raw"));
+        }
         // The next frame starts by bringing it into GENERAL, where it stays.
         device.new_images.lock().expect("no panic while a barrier is stored").push(
             vk::ImageMemoryBarrier2::default()
@@ -149,6 +152,19 @@ impl Gpu {
                 .subresource_range(image.whole()),
         );
         Ok(image)
+    }
+
+    /// Whether an image may have so many layers; `advice` says what they are and what to do.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] with both numbers.
+    pub fn require_layers(&self, name: &str, layers: u32, advice: impl FnOnce() -> String) -> Result<()> {
+        let most = self.device.physical.limits.max_image_array_layers;
+        if layers > most {
+            let what = format!("{layers} layers, the device takes {most}: {}", advice());
+            return Err(Error::Limit { object: name.to_string(), what });
+        }
+        Ok(())
     }
 
     /// Whether passes can draw into the format.
@@ -199,10 +215,7 @@ impl Gpu {
                 true => vk::SamplerAddressMode::REPEAT,
                 false => vk::SamplerAddressMode::CLAMP_TO_EDGE,
             })
-            .address_mode_v(match info.wraps_in_t {
-                true => vk::SamplerAddressMode::REPEAT,
-                false => vk::SamplerAddressMode::CLAMP_TO_EDGE,
-            })
+            .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE)
             .max_lod(vk::LOD_CLAMP_NONE);
         // SAFETY: the device lives.
         let handle =
@@ -287,8 +300,8 @@ pub enum Filter {
 #[derive(Clone, Copy, Debug)]
 pub struct SamplerInfo {
     pub filter: Filter,
+    /// Longitude wraps; latitude always clamps.
     pub wraps_in_s: bool,
-    pub wraps_in_t: bool,
 }
 
 pub struct Sampler {

@@ -33,6 +33,7 @@ pub struct PhysicalDevice {
     pub features: Vec<Feature>,
     pub(crate) offered: Offered,
     pub(crate) limits: vk::PhysicalDeviceLimits,
+    pub(crate) most_feedback_bytes: u64,
 }
 
 impl PhysicalDevice {
@@ -115,14 +116,20 @@ impl Instance {
     pub fn choose(&self, wanted: Option<&str>) -> Result<PhysicalDevice> {
         let devices = self.devices()?;
         let found = || devices.iter().map(|d| d.name.clone()).collect::<Vec<_>>().join(", ");
-        match wanted {
-            None => devices.iter().find(|d| d.usable()).cloned(),
-            Some(wanted) => match wanted.parse::<usize>() {
-                Ok(index) => devices.get(index).cloned(),
-                Err(_) => {
-                    devices.iter().find(|d| d.name.to_lowercase().contains(&wanted.to_lowercase())).cloned()
-                }
-            },
+        // An empty ORTELIUS_DEVICE is none.
+        let wanted = wanted.filter(|wanted| !wanted.is_empty());
+        let index = wanted.and_then(|wanted| wanted.parse::<usize>().ok());
+        let named = |device: &&PhysicalDevice| {
+            wanted.is_none_or(|wanted| device.name.to_lowercase().contains(&wanted.to_lowercase()))
+        };
+        match index {
+            Some(index) => devices.get(index).cloned(),
+            // One device under two drivers: the usable one. Where none is, its own error says why.
+            None => devices
+                .iter()
+                .find(|device| named(device) && device.usable())
+                .or_else(|| devices.iter().find(|device| wanted.is_some() && named(device)))
+                .cloned(),
         }
         .ok_or_else(|| match wanted {
             Some(wanted) => Error::DeviceChoice { wanted: wanted.to_string(), found: found() },
@@ -132,7 +139,9 @@ impl Instance {
 
     fn describe(&self, handle: vk::PhysicalDevice) -> Result<PhysicalDevice> {
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
-        let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
+        let mut feedback = vk::PhysicalDeviceTransformFeedbackPropertiesEXT::default();
+        let mut properties =
+            vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut feedback);
         // SAFETY: the chain lives on this stack frame.
         unsafe { self.handle.get_physical_device_properties2(handle, &mut properties) };
         let core = properties.properties;
@@ -146,7 +155,11 @@ impl Instance {
         let text = |c: std::result::Result<&CStr, _>| {
             c.map_or(String::new(), |c: &CStr| c.to_string_lossy().into_owned())
         };
-        let offered = offered(&self.handle, handle, &extensions);
+        let mut offered = offered(&self.handle, handle, &extensions);
+        // Only the stream query tells that a list was too short (a device without the extension leaves 0 here).
+        if feedback.transform_feedback_queries == vk::FALSE {
+            offered.features.retain(|feature| *feature != Feature::TransformFeedback);
+        }
         Ok(PhysicalDevice {
             handle,
             name: text(core.device_name_as_c_str()),
@@ -166,6 +179,7 @@ impl Instance {
             features: offered.features.clone(),
             offered,
             limits: core.limits,
+            most_feedback_bytes: feedback.max_transform_feedback_buffer_size,
         })
     }
 
@@ -201,6 +215,9 @@ fn create(
     let mut extensions = Vec::new();
     if debug {
         extensions.push(ext::debug_utils::NAME.as_ptr());
+    }
+    if validate {
+        extensions.push(ext::validation_features::NAME.as_ptr());
     }
     let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
     let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);

@@ -196,6 +196,20 @@ impl Gpu {
         }
     }
 
+    /// Whether indices may reach so many vertices.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] with both numbers.
+    pub fn require_indices(&self, name: &str, vertices: usize) -> Result<()> {
+        let most = self.device.physical.limits.max_draw_indexed_index_value;
+        if vertices as u64 > u64::from(most) + 1 {
+            let what =
+                format!("{vertices} vertices, the device's indices reach {most}; choose a coarser mesh");
+            return Err(Error::Limit { object: name.to_string(), what });
+        }
+        Ok(())
+    }
+
     /// # Errors
     /// The driver's compiler fails.
     pub fn compute_pipeline(

@@ -7,7 +7,6 @@ use ash::vk;
 /// What a target holds before the first draw.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Clear {
-    Keep,
     Uint([u32; 4]),
     Float([f32; 4]),
 }
@@ -87,18 +86,13 @@ impl<'a> Cmd<'a> {
 fn color_attachment(size: [u32; 2], target: &ColorTarget<'_>) -> vk::RenderingAttachmentInfo<'static> {
     assert_eq!(target.image.info().size, size, "{}: size of a target", target.image.name());
     let color = match target.clear {
-        Clear::Keep | Clear::Uint(_) => {
-            vk::ClearColorValue { uint32: if let Clear::Uint(v) = target.clear { v } else { [0; 4] } }
-        }
+        Clear::Uint(uint32) => vk::ClearColorValue { uint32 },
         Clear::Float(float32) => vk::ClearColorValue { float32 },
     };
     vk::RenderingAttachmentInfo::default()
         .image_view(target.image.view)
         .image_layout(vk::ImageLayout::GENERAL)
-        .load_op(match target.clear {
-            Clear::Keep => vk::AttachmentLoadOp::LOAD,
-            _ => vk::AttachmentLoadOp::CLEAR,
-        })
+        .load_op(vk::AttachmentLoadOp::CLEAR)
         .store_op(vk::AttachmentStoreOp::STORE)
         .clear_value(vk::ClearValue { color })
 }

@@ -18,8 +18,6 @@ pub struct Shader {
 pub enum DescriptorKind {
     CombinedImageSampler,
     SampledImage,
-    StorageImage,
-    UniformBuffer,
     StorageBuffer,
 }
 

@@ -1,6 +1,8 @@
 //! The ruler: every texel that texturing would filter is the one that the pixel's own (s, t) and level ask for.
 
 use crate::{Device, open, pose, scene};
+use ortelius::renderer::{Renderer, Settings, Target};
+use ortelius::scene::mesh;
 
 #[test]
 fn every_texel_of_every_camera_of_the_ruler_is_right() {
@@ -63,5 +65,20 @@ fn texels_stay_right_on_the_largest_texture_and_with_small_tiles() {
         let verdicts = renderer.ruler_verdicts(&pose).unwrap();
         println!("{change:?}, {camera}: {verdicts:?}, bias {}", renderer.bias());
         assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "{change:?}: {verdicts:?}");
+    }
+}
+
+#[test]
+fn samples_that_would_leave_the_border_are_refused() {
+    let gpu = Device::open();
+    let scene = scene("earth");
+    let mut settings = Settings::of_scene(&scene, Target::Srgb8);
+    settings.size = [64, 36];
+    settings.streaming.gpu_tiles = 8;
+    let mesh = mesh::gpu_mesh(&scene.source_mesh().unwrap()).unwrap();
+    for (max_anisotropy, refused) in [(1, false), (4, false), (5, true), (16, true)] {
+        settings.config.max_anisotropy = max_anisotropy;
+        let renderer = Renderer::new(gpu.clone(), scene.open_texture().unwrap(), &mesh, settings.clone());
+        assert_eq!(renderer.is_err(), refused, "NA = {max_anisotropy} with a border of 4");
     }
 }

@@ -8,7 +8,7 @@ use super::{Config, U1Format, dedup::blocks, pyramid_constants};
 use crate::math::pyramid::Pyramid;
 use crate::vk::shader::virtual_texture::{blocks_vert, compact_geom};
 use crate::vk::{
-    Buffer, BufferUse, Cmd, Gpu, GraphicsInfo, GraphicsPipeline, Image, Resource, Result, StreamCount,
+    Buffer, BufferUse, Cmd, Error, Gpu, GraphicsInfo, GraphicsPipeline, Image, Resource, Result, StreamCount,
     StreamQuery, TransformFeedback, View,
 };
 
@@ -34,7 +34,11 @@ impl Compact {
     /// # Errors
     /// The device's geometry shader cannot emit a block's points.
     pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config) -> Result<Compact> {
-        assert!(pyramid.first_resident_level() <= 16, "compact.geom has room for 16 levels: {pyramid:?}");
+        let levels = pyramid.first_resident_level();
+        if levels > 16 {
+            let what = format!("{levels} streamed levels, compact.geom has room for 16; take larger tiles");
+            return Err(Error::Limit { object: "U3".into(), what });
+        }
         let shader = &compact_geom::SHADERS[config.compact_block_log2 as usize];
         let points = 16 << (2 * config.compact_block_log2);
         gpu.require_geometry(shader.name, points, 3 * points, 1)?;
@@ -120,9 +124,9 @@ impl List {
         cmd.copy_buffer(&self.u3, 0, &self.host, 0, self.capacity * TRIPLE_BYTES);
     }
 
-    /// Bytes on the device and on the host.
-    pub fn bytes(&self) -> u64 {
-        self.u3.bytes() + self.counter.bytes() + self.host.bytes()
+    /// Bytes on the device, and where the host reads.
+    pub fn bytes(&self) -> [u64; 2] {
+        [self.u3.bytes() + self.counter.bytes(), self.host.bytes()]
     }
 
     fn triples(&self, count: StreamCount) -> Vec<[u32; 3]> {

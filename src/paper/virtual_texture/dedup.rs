@@ -2,7 +2,7 @@
 //! triple that differs from the one before (the "memo"); a logic OR of `1 << q` merges equal ones in `U2`.
 //!
 //! Where we differ: points sit on texel centres (the printed corners lose every tile's row and column 0), and
-//! p = 4 is split over two invocations, because 256 points of 8 components exceed what Vulkan promises.
+//! p = 4 is split over two invocations, because 256 points of 5 components exceed the 1024 that Vulkan promises.
 
 use super::{Config, Keying, footprint::Footprint, pyramid_constants, with};
 use crate::math::pyramid::Pyramid;
@@ -32,10 +32,10 @@ impl Dedup {
         let constants =
             [("MEMO", u32::from(config.memo)), ("NATIVE_KEYING", u32::from(config.keying == Keying::Native))];
         let shader = &dedup_geom::SHADERS[config.block_log2 as usize];
-        // 8 components a point: glslang's whole gl_PerVertex block (7) and the mask. p = 4 runs twice 128 points.
+        // 5 components a point: position and mask. p = 4 runs twice 128 points.
         let points = (1 << (2 * config.block_log2)).min(128);
         let invocations = if config.block_log2 == 4 { 2 } else { 1 };
-        gpu.require_geometry(shader.name, points, 8 * points, invocations)?;
+        gpu.require_geometry(shader.name, points, 5 * points, invocations)?;
         Ok(Dedup {
             pipeline: gpu.graphics_pipeline(&GraphicsInfo {
                 name: shader.name,

@@ -150,14 +150,17 @@ impl Pipeline {
         self.flights[flight].ticket = Some(ticket);
     }
 
-    /// (name, bytes) of everything on the device that this paper's frame needs, the target apart.
+    /// (name, bytes) of everything that this paper's frame needs, the target apart; on the device where the name
+    /// does not say otherwise.
     pub fn memory(&self) -> Vec<(&'static str, u64)> {
         let [j1, g1, h1] = self.resident.bytes();
         vec![
             ("U1", self.stage1.u1.bytes()),
             ("depth", self.stage1.depth.bytes()),
             ("U2", self.flights.iter().map(|f| f.u2.bytes()).sum()),
-            ("U3", self.flights.iter().map(|f| f.list.bytes()).sum()),
+            ("U3", self.flights.iter().map(|f| f.list.bytes()[0]).sum()),
+            ("U3 on the host", self.flights.iter().map(|f| f.list.bytes()[1]).sum()),
+            ("staging on the host", self.flights.iter().map(|f| f.uploads.bytes()).sum()),
             ("J1", j1),
             ("G1", g1),
             ("H1", h1),

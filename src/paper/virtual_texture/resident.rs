@@ -69,13 +69,15 @@ impl Resident {
         };
         let grid = pyramid.tile_grid(0);
         let table_levels = grid[0].max(grid[1]).ilog2() + 1;
+        let resident_tiles = g1.tiles.len();
+        gpu.require_layers("J1", j1_info.layers, || match slots > resident_tiles as u32 {
+            true => format!("cache.gpu_tiles = {slots} and {resident_tiles} resident tiles; lower it"),
+            false => format!("texture.resident_levels takes {resident_tiles} of them; lower it"),
+        })?;
         let mut resident = Resident {
             j1: gpu.image("J1", j1_info)?,
             h1: gpu.image("H1", ImageInfo::texture(grid, Format::R32Uint, table_levels))?,
-            sampler: gpu.sampler(
-                "J1 sampler",
-                SamplerInfo { filter: Filter::Linear, wraps_in_s: false, wraps_in_t: false },
-            )?,
+            sampler: gpu.sampler("J1 sampler", SamplerInfo { filter: Filter::Linear, wraps_in_s: false })?,
             g1,
             pyramid,
             format,
@@ -225,6 +227,11 @@ impl Uploads {
             cell.copy_from_slice(&slot.map_or(0, |slot| slot + 1).to_ne_bytes());
         }
         Ok(())
+    }
+
+    /// Bytes on the host.
+    pub fn bytes(&self) -> u64 {
+        self.staging.bytes() + self.table.bytes()
     }
 
     /// Tiles copied this frame.

@@ -2,8 +2,9 @@
 
 use crate::math::camera::Pose;
 use crate::scene::mesh::{Mesh, MeshVertex};
-use crate::vk::shader::{View, virtual_texture::mesh_vert};
+use crate::vk::shader::{VertexFormat, View, virtual_texture::mesh_vert};
 use crate::vk::{Buffer, BufferUse, Gpu, Result};
+use std::mem::offset_of;
 
 pub struct Surface {
     pub(super) vertices: Buffer,
@@ -14,8 +15,17 @@ impl Surface {
     /// # Errors
     /// Out of memory, device lost.
     pub fn new(gpu: &Gpu, mesh: &Mesh) -> Result<Surface> {
-        let floats = mesh_vert::SHADER.inputs.len();
-        assert_eq!((floats, size_of::<MeshVertex>()), (4, 40), "MeshVertex is what mesh.vert reads");
+        // Tightly packed in the order of the shader's locations: the struct must lie so too.
+        let layout = [
+            (VertexFormat::Float3, offset_of!(MeshVertex, position_high)),
+            (VertexFormat::Float3, offset_of!(MeshVertex, position_low)),
+            (VertexFormat::Uint2, offset_of!(MeshVertex, origin)),
+            (VertexFormat::Float2, offset_of!(MeshVertex, offset)),
+        ];
+        let read: Vec<_> = mesh_vert::SHADER.inputs.iter().map(|(_, format)| *format).collect();
+        assert_eq!(read, layout.map(|(format, _)| format), "mesh.vert's inputs");
+        assert_eq!(layout.map(|(_, offset)| offset), [0, 12, 24, 32], "MeshVertex's members");
+        gpu.require_indices("mesh vertices", mesh.vertices.len())?;
         Ok(Surface {
             vertices: gpu.buffer_with("mesh vertices", &mesh.vertices, BufferUse::Vertices)?,
             indices: gpu.buffer_with("mesh indices", &mesh.indices, BufferUse::Indices)?,

@@ -90,7 +90,7 @@ pub struct Plain {
 }
 
 impl Plain {
-    /// Reads the finest level that is at most 4096 texels wide, and all coarser ones.
+    /// Reads the finest level that is at most 4096 texels a side, and all coarser ones.
     ///
     /// # Errors
     /// Out of memory; a tile cannot be read; BC1 sources have no RGBA8 texels to show.
@@ -100,7 +100,8 @@ impl Plain {
         target: &Image,
     ) -> std::result::Result<Plain, super::resident::ResidentError> {
         let pyramid = source.pyramid();
-        let first = (0..=pyramid.coarsest_level()).find(|&level| pyramid.level_size(level)[0] <= 4096);
+        let first = (0..=pyramid.coarsest_level())
+            .find(|&level| pyramid.level_size(level).iter().all(|&side| side <= 4096));
         let first = first.expect("the coarsest level is one texel");
         let levels: Vec<Vec<u8>> = (first..=pyramid.coarsest_level())
             .map(|level| whole_level(source, level))
@@ -124,10 +125,8 @@ impl Plain {
         Ok(Plain {
             pipeline,
             texture,
-            sampler: gpu.sampler(
-                "plain sampler",
-                SamplerInfo { filter: Filter::Linear, wraps_in_s: true, wraps_in_t: false },
-            )?,
+            sampler: gpu
+                .sampler("plain sampler", SamplerInfo { filter: Filter::Linear, wraps_in_s: true })?,
             depth: gpu.image("plain depth", ImageInfo::target(target.info().size, Format::Depth32Float))?,
         })
     }

@@ -15,7 +15,7 @@ pub struct StreamingConfig {
     pub upload_budget: Duration,
     /// Time of A3's threads in a frame, added up. A load longer than it is paid from later frames' grants.
     pub load_budget: Duration,
-    /// A2's budget in tiles, where `deterministic`.
+    /// A2's budget in tiles, where `deterministic`; in any mode the most that a frame's staging memory holds.
     pub upload_tiles_per_frame: u32,
     /// A3's budget in tiles, where `deterministic`.
     pub load_tiles_per_frame: u32,
@@ -62,9 +62,13 @@ pub const MOST_TILES: u64 = 1 << 26;
 
 impl StreamingConfig {
     pub(super) fn check(&self, pyramid: &Pyramid) -> Result<(), StreamingError> {
-        let mut counts = vec![("gpu_tiles", self.gpu_tiles), ("host_tiles", self.host_tiles)];
+        let mut counts = vec![
+            ("gpu_tiles", self.gpu_tiles),
+            ("host_tiles", self.host_tiles),
+            // In any mode: it is also how many tiles a frame's staging memory holds.
+            ("upload_tiles_per_frame", self.upload_tiles_per_frame),
+        ];
         if self.deterministic {
-            counts.push(("upload_tiles_per_frame", self.upload_tiles_per_frame));
             counts.push(("load_tiles_per_frame", self.load_tiles_per_frame));
         } else {
             let times = [("upload_budget", self.upload_budget), ("load_budget", self.load_budget)];
