@@ -46,8 +46,8 @@ pub struct RenderArgs {
     /// Part of a device's name, or its index
     #[arg(long, env = "ORTELIUS_DEVICE")]
     device: Option<String>,
-    /// Run with Vulkan's validation layer, synchronisation included
-    #[arg(long)]
+    /// Run with Vulkan's validation layer, synchronisation included; any message of it fails the run
+    #[arg(long, env = "ORTELIUS_VALIDATE", value_parser = clap::builder::FalseyValueParser::new())]
     validate: bool,
     /// Everything measured, as JSON
     #[arg(long, value_name = "JSON")]
@@ -112,7 +112,19 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     }
     outputs.write_footprint(&mut renderer, last)?;
     let report = renderer.report(&args.scene, &view_name, plain);
-    outputs.write_report(&report)
+    outputs.write_report(&report)?;
+    let messages = renderer.gpu.messages();
+    match messages.first() {
+        Some(first) if args.validate => {
+            bail!(
+                "Vulkan's validation layer had {} messages, first {}: {}",
+                messages.len(),
+                first.id,
+                first.text
+            )
+        }
+        _ => Ok(()),
+    }
 }
 
 /// `--compare-plain`, once the picture is safe: what fails here costs only the comparison.

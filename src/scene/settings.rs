@@ -55,7 +55,7 @@ pub struct Cache {
     pub upload_budget_ms: f64,
     /// A3's time in a frame.
     pub load_budget_ms: f64,
-    /// A2's tiles in a frame, where budgets count tiles instead of time.
+    /// A2's tiles in a frame where budgets count tiles instead of time; in any mode at most so many.
     pub upload_tiles_per_frame: u32,
     /// A3's tiles in a frame, where budgets count tiles instead of time.
     pub load_tiles_per_frame: u32,

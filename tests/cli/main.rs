@@ -15,7 +15,8 @@ use tempfile::TempDir;
 /// The program, in `folder`: never in the repository, so that nothing of it can be missed.
 fn ortelius(folder: &TempDir, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
-    command.current_dir(folder).args(arguments);
+    // Validation in every test that draws: any message of the layer is then an error.
+    command.current_dir(folder).args(arguments).env("ORTELIUS_VALIDATE", "1");
     command
 }
 

@@ -127,8 +127,12 @@ fn settings_that_could_show_nothing_are_refused_by_name() {
 #[test]
 fn counts_do_not_matter_where_time_is_measured_nor_time_where_tiles_are_counted() {
     let source = || Arc::new(TestSource::default());
-    let timed = StreamingConfig { upload_tiles_per_frame: 0, load_tiles_per_frame: 0, ..timed(1, 1) };
-    Streaming::new(source(), timed).unwrap();
+    let timed = StreamingConfig { load_tiles_per_frame: 0, ..timed(1, 1) };
+    Streaming::new(source(), timed.clone()).unwrap();
+    // Uploads need staging memory in any mode.
+    let unstaged = StreamingConfig { upload_tiles_per_frame: 0, ..timed };
+    let error = Streaming::new(source(), unstaged).err().expect("no room for a single tile");
+    assert!(matches!(error, StreamingError::OutOfRange { setting: "upload_tiles_per_frame", .. }), "{error}");
     let zero = Duration::ZERO;
     let counting = StreamingConfig { upload_budget: zero, load_budget: zero, ..counting(1, 1, 1, 1) };
     Streaming::new(source(), counting).unwrap();

@@ -223,8 +223,8 @@ fn the_settled_picture_is_the_f64_picture_within_the_samplers_precision() {
     ] {
         let (difference, beyond) = settled_beside_truth(&scene(name), camera, |_| ());
         assert_eq!(beyond, 0, "{name}, {camera}");
-        // Measured 1e-6 and less on lavapipe; all that BOUND allows at once would be 4e-4 of a white picture.
-        assert!(difference.nmse() < 1e-5, "{name}, {camera}");
+        // BOUND everywhere would be 4e-4 of a white picture; a mean is to be far below the worst.
+        assert!(difference.nmse() < 1e-4, "{name}, {camera}");
     }
 }
 
