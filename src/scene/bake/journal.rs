@@ -10,6 +10,7 @@ use std::io::{self, BufReader, Read};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use std::time::{Duration, Instant};
 use xxhash_rust::xxh3::{xxh3_64_with_seed, xxh3_128};
 
 const MAGIC: [u8; 16] = *b"ortelius journal";
@@ -63,6 +64,27 @@ pub(super) struct Journal {
     end: Mutex<(File, u64)>,
 }
 
+/// A killed bake holds its lock until the system has taken it down, a moment after its parent may go on.
+const PATIENCE: Duration = Duration::from_secs(3);
+
+/// Keeps a second bake out for as long as `file` is open.
+fn lock(file: &File, path: &Path) -> Result<(), TryLockError> {
+    let start = Instant::now();
+    let mut locked = file.try_lock();
+    while matches!(locked, Err(TryLockError::WouldBlock)) && start.elapsed() < PATIENCE {
+        std::thread::sleep(Duration::from_millis(20));
+        locked = file.try_lock();
+    }
+    match locked {
+        // A file system without locks: then nothing keeps two bakes apart but their user.
+        Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => Ok(()),
+        Err(error) => Err(error),
+        // The other bake was not killed but came to its end, and took this journal with it.
+        Ok(()) if !path.exists() => Err(TryLockError::WouldBlock),
+        Ok(()) => Ok(()),
+    }
+}
+
 impl Journal {
     /// Opens or begins the journal of the bake that `identity` describes in full, and gives the entries that
     /// are there. With `force` the journal of another bake is emptied.
@@ -78,13 +100,10 @@ impl Journal {
         let failed = |source| BakeError::write(path.to_path_buf(), 0, needed, source);
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
         let file = file.map_err(failed)?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(BakeError::Busy { path: path.to_path_buf() }),
-            // A file system without locks: then nothing keeps two bakes apart but their user.
-            Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {}
-            Err(TryLockError::Error(error)) => return Err(failed(error)),
-        }
+        lock(&file, path).map_err(|error| match error {
+            TryLockError::WouldBlock => BakeError::Busy { path: path.to_path_buf() },
+            TryLockError::Error(error) => failed(error),
+        })?;
         let key = xxh3_128(identity.as_bytes());
         let mut header = [0; HEADER_BYTES as usize];
         header[..16].copy_from_slice(&MAGIC);
