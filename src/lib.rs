@@ -11,6 +11,8 @@ pub mod stats;
 pub mod reference;
 pub mod scene;
 pub mod vk;
+// floor 2: what is measured, and how it is told
+pub mod figure;
 // floor 3: the papers; none names another
 pub mod paper;
 // floor 4: a scene becomes passes

@@ -1,3 +1,8 @@
 //! The papers, one folder each; none names another.
 
 pub mod virtual_texture;
+
+use crate::figure::Figure;
+
+/// All figures, by family: what `list` and `reproduce` iterate.
+pub const FAMILIES: [(&str, &[&Figure]); 1] = [("vt", virtual_texture::figures::FIGURES)];

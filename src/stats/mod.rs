@@ -1,6 +1,6 @@
 //! Order statistics of repeated measurements: what a report prints of a time.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The value at a share `p` (0.0 ..= 1.0) of the sorted samples, linear between the two nearest (type 7 of
 /// Hyndman and Fan, "Sample quantiles in statistical packages", 1996: the default of R and NumPy).
@@ -37,7 +37,7 @@ fn at_share(sorted: &[f64], p: f64) -> Option<f64> {
 }
 
 /// A measurement taken `count` times, in the samples' unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     pub count: usize,
     pub min: f64,

@@ -7,6 +7,7 @@
 //! - [`streaming`], section 3: two caches, A1, A2, A3;
 //! - [`resident`]: `J1`, `G1` and the display table in video memory;
 //! - [`texturing`], section 4: the picture from what is resident;
+//! - [`session`]: frames, one after the other; [`figures`]: what is measured of all this;
 //! - [`reference`]: the same in integers and f64 on the CPU; [`ruler`]: the proof that each texel is the right one.
 //!
 //! Where we differ from the print (errata; papers/1 of the design names each):
@@ -15,11 +16,13 @@
 
 pub mod compact;
 pub mod dedup;
+pub mod figures;
 pub mod footprint;
 pub mod pipeline;
 pub mod reference;
 pub mod resident;
 pub mod ruler;
+pub mod session;
 pub mod streaming;
 pub mod surface;
 pub mod texturing;

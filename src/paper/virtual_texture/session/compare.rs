@@ -1,8 +1,8 @@
 //! `--compare-plain`: what the paper's whole frame costs beside the same mesh with one plain texture, in one process.
 
-use super::{RenderError, Renderer};
+use super::super::{surface, texturing::Plain};
+use super::{Session, SessionError};
 use crate::math::camera::Pose;
-use crate::paper::virtual_texture::{surface, texturing::Plain};
 use crate::stats::{Summary, median};
 use crate::vk::PassTime;
 
@@ -29,12 +29,12 @@ fn total(passes: &[PassTime]) -> Option<f64> {
     passes.iter().map(|pass| pass.ns.map(|ns| ns as f64)).sum()
 }
 
-impl Renderer {
+impl Session {
     /// Measures the settled frame from `pose` against the plain one. `None` where the device keeps no time.
     ///
     /// # Errors
     /// Device lost, out of memory, a plain texture that cannot be read.
-    pub fn compare_plain(&mut self, pose: &Pose) -> Result<Option<PlainComparison>, RenderError> {
+    pub fn compare_plain(&mut self, pose: &Pose) -> Result<Option<PlainComparison>, SessionError> {
         self.drain()?;
         let plain = Plain::new(&self.gpu, &*self.source, &self.target)?;
         let view = surface::view(pose, self.settings.size, self.bias);

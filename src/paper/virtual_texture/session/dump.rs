@@ -1,11 +1,11 @@
 //! Read-backs for dumps, tests and comparisons. All wait for the device.
 
-use super::{RenderError, Renderer};
+use super::super::footprint::{BACKGROUND, FootprintDump};
+use super::super::pipeline::Pipeline;
+use super::super::ruler::{RulerCheck, Verdicts};
+use super::super::{U1Format, surface};
+use super::{Session, SessionError};
 use crate::math::camera::Pose;
-use crate::paper::virtual_texture::footprint::{BACKGROUND, FootprintDump};
-use crate::paper::virtual_texture::pipeline::Pipeline;
-use crate::paper::virtual_texture::ruler::{RulerCheck, Verdicts};
-use crate::paper::virtual_texture::{U1Format, surface};
 use crate::vk::{self, BufferUse, Gpu, Image, TexelCopy};
 
 /// Stage 1 laid open: for each pixel, from the top left.
@@ -44,12 +44,12 @@ pub fn read_words(gpu: &Gpu, image: &Image) -> vk::Result<Vec<u32>> {
     Ok(bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect())
 }
 
-impl Renderer {
+impl Session {
     /// `U1` of the last frame, decoded.
     ///
     /// # Errors
     /// Device lost, out of memory.
-    pub fn u1(&mut self) -> Result<Vec<[u32; 3]>, RenderError> {
+    pub fn u1(&mut self) -> Result<Vec<[u32; 3]>, SessionError> {
         self.drain()?;
         let stage1 = &self.pipeline.stage1;
         let words = read_words(&self.gpu, &stage1.u1)?;
@@ -72,7 +72,7 @@ impl Renderer {
     ///
     /// # Errors
     /// Device lost, out of memory.
-    pub fn footprint(&mut self, pose: &Pose) -> Result<FootprintPicture, RenderError> {
+    pub fn footprint(&mut self, pose: &Pose) -> Result<FootprintPicture, SessionError> {
         self.drain()?;
         let pyramid = self.source.pyramid();
         let dump = FootprintDump::new(&self.gpu, &pyramid, &self.settings.config, &self.pipeline.stage1)?;
@@ -82,7 +82,7 @@ impl Renderer {
             dump.draw(cmd, &self.pipeline.stage1, &self.pipeline.surface, &view)
         })?;
         frame.submit()?.wait()?;
-        let floats = |image| -> Result<Vec<[f32; 4]>, RenderError> {
+        let floats = |image| -> Result<Vec<[f32; 4]>, SessionError> {
             let bytes = read_image(&self.gpu, image)?;
             Ok(bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect())
         };
@@ -95,7 +95,7 @@ impl Renderer {
     ///
     /// # Errors
     /// Device lost, out of memory.
-    pub fn ruler_verdicts(&mut self, pose: &Pose) -> Result<Verdicts, RenderError> {
+    pub fn ruler_verdicts(&mut self, pose: &Pose) -> Result<Verdicts, SessionError> {
         self.drain()?;
         let pyramid = self.source.pyramid();
         let Pipeline { stage1, resident, .. } = &self.pipeline;

@@ -1,0 +1,130 @@
+//! What a figure measures with.
+
+use super::{Effort, Row, Value};
+use crate::picture::write::{Srgb8Picture, write_png};
+use crate::stats::Summary;
+use crate::vk::{Gpu, GpuOptions, Need, PassTime};
+use std::path::PathBuf;
+
+/// First uses compile on software drivers.
+const WARM_UP: usize = 2;
+
+/// Device, effort and folder of a run.
+pub struct Bench {
+    pub effort: Effort,
+    /// Part of a device's name, or its index.
+    pub device: Option<String>,
+    /// Where [`Bench::picture`] writes.
+    pub pictures: PathBuf,
+    /// Files that this cell wrote there.
+    pub written: Vec<String>,
+}
+
+/// One of the things that are timed in turn.
+pub struct Contender<'a> {
+    pub variant: String,
+    /// Runs it once, and tells the time of each of its passes.
+    pub run: Box<dyn FnMut() -> anyhow::Result<Vec<PassTime>> + 'a>,
+}
+
+/// A contender's times in milliseconds; `None` where the device keeps no time.
+#[derive(Clone, Debug)]
+pub struct Timed {
+    pub variant: String,
+    /// All passes together.
+    pub total: Option<Summary>,
+    /// In order of the frame.
+    pub passes: Vec<(String, Option<Summary>)>,
+}
+
+impl Bench {
+    /// Opens the run's device with what `needs` names.
+    ///
+    /// # Errors
+    /// As [`Gpu::new`]; a feature that the device lacks is [`Value::Missing`]'s case.
+    pub fn gpu(&self, needs: &[Need]) -> crate::vk::Result<Gpu> {
+        Gpu::new(&GpuOptions { device: self.device.as_deref(), validate: false, needs })
+    }
+
+    /// Timed runs of each contender, warm-up apart.
+    pub fn runs(&self) -> usize {
+        match self.effort {
+            Effort::Quick => 10,
+            Effort::Full => 30,
+        }
+    }
+
+    /// Runs all contenders in turn, [`Bench::runs`] times; each round begins with another one, so that drift and
+    /// neighbours hit all alike. A contender "empty pass" is added.
+    ///
+    /// # Errors
+    /// The first contender's.
+    pub fn interleave<'a>(
+        &self,
+        gpu: &'a Gpu,
+        mut contenders: Vec<Contender<'a>>,
+    ) -> anyhow::Result<Vec<Timed>> {
+        contenders.push(Contender {
+            variant: "empty pass".into(),
+            run: Box::new(|| {
+                let mut frame = gpu.frame()?;
+                frame.pass("empty pass", |_| Ok(()))?;
+                Ok(frame.submit()?.wait()?)
+            }),
+        });
+        let count = contenders.len();
+        let mut samples: Vec<Vec<Vec<PassTime>>> = vec![Vec::new(); count];
+        for round in 0..WARM_UP + self.runs() {
+            for turn in 0..count {
+                let at = (turn + round) % count;
+                let times = (contenders[at].run)()?;
+                if round >= WARM_UP {
+                    samples[at].push(times);
+                }
+            }
+        }
+        Ok(contenders.iter().zip(&samples).map(|(c, runs)| Timed::of(&c.variant, runs)).collect())
+    }
+
+    /// Writes a picture of the cell as `name`.png; names are unique in the whole run: begin with the figure's id.
+    ///
+    /// # Errors
+    /// The disk's.
+    pub fn picture(&mut self, name: &str, picture: &Srgb8Picture) -> anyhow::Result<()> {
+        let file = format!("{name}.png");
+        write_png(&self.pictures.join(&file), picture)?;
+        self.written.push(file);
+        Ok(())
+    }
+}
+
+fn milliseconds(samples: Vec<Option<u64>>) -> Option<Summary> {
+    let samples: Option<Vec<f64>> = samples.into_iter().map(|ns| Some(ns? as f64 / 1e6)).collect();
+    Summary::of(&samples?)
+}
+
+impl Timed {
+    fn of(variant: &str, runs: &[Vec<PassTime>]) -> Timed {
+        let total = |run: &Vec<PassTime>| run.iter().map(|pass| pass.ns).sum::<Option<u64>>();
+        let labels = runs.first().into_iter().flatten().map(|pass| &pass.label);
+        Timed {
+            variant: variant.to_string(),
+            total: milliseconds(runs.iter().map(total).collect()),
+            passes: labels
+                .enumerate()
+                .map(|(n, label)| (label.clone(), milliseconds(runs.iter().map(|run| run[n].ns).collect())))
+                .collect(),
+        }
+    }
+
+    /// The whole contender's time as a row.
+    pub fn row(&self, quantity: &str) -> Row {
+        let untimed = || Value::Missing("the device keeps no time".into());
+        Row::new(&*self.variant, quantity, "ms", self.total.map_or_else(untimed, Value::Summary))
+    }
+
+    /// A pass's median in milliseconds.
+    pub fn pass(&self, label: &str) -> Option<Summary> {
+        self.passes.iter().find(|(l, _)| l == label).and_then(|(_, summary)| *summary)
+    }
+}

@@ -1,0 +1,148 @@
+//! A figure: a question, how it is measured, and the claims that the numbers must bear out. Knows no paper.
+//!
+//! A figure is one const. Its scenes times the values of its sweep are its [`Cell`]s, the units of work that a run
+//! resumes and that machines share; [`Figure::measure`] turns a cell into [`Row`]s, for all variants at once, so that
+//! their runs can be interleaved ([`Bench::interleave`]) and drift hits all alike. `list`, `reproduce`, `merge`, the
+//! tests and the report iterate the same list.
+
+mod bench;
+mod table;
+
+pub use bench::{Bench, Contender, Timed};
+pub use table::{Machine, Record, Row, Table, Value};
+
+use serde::{Deserialize, Serialize};
+
+/// One figure or table of a report.
+pub struct Figure {
+    /// Family and name: `vt.dedup`.
+    pub id: &'static str,
+    pub title: &'static str,
+    /// What the figure answers, and what the paper says on it in words and numbers, with its section.
+    pub about: &'static str,
+    /// What is looked at, by names that [`Figure::measure`] resolves: `earth/oblique`.
+    pub scenes: &'static [&'static str],
+    /// Names of all variants, in the order of legends and tables.
+    pub variants: fn() -> Vec<String>,
+    pub sweep: Option<Sweep>,
+    /// Everything of one cell, all variants interleaved. Rows may come in any order.
+    pub measure: fn(&mut Bench, &Cell) -> anyhow::Result<Vec<Row>>,
+    pub plots: &'static [Plot],
+    pub claims: &'static [Claim],
+}
+
+/// The quantity along a figure's horizontal axis.
+#[derive(Clone, Copy)]
+pub struct Sweep {
+    /// With its unit: "picture height, pixels".
+    pub name: &'static str,
+    pub quick: &'static [f64],
+    pub full: &'static [f64],
+}
+
+/// How long a run may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Effort {
+    /// At most 720 rows of pixels (extremes: 360), 10 runs of each time.
+    Quick,
+    /// At least 30 runs of each time.
+    Full,
+}
+
+/// A unit of work.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    pub scene: String,
+    /// The sweep's value; none without a sweep.
+    pub x: Option<f64>,
+}
+
+/// A picture of a figure's rows: one for each scene.
+pub struct Plot {
+    /// Name of the rows' quantity that stands on the vertical axis.
+    pub quantity: &'static str,
+    pub x: Axis,
+    pub log_x: bool,
+    pub log_y: bool,
+    /// A variant whose value is drawn as a horizontal line through all: the physical limit, the paper's number.
+    pub floor: Option<&'static str>,
+}
+
+/// What a plot's horizontal axis shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// The sweep; a line for each variant.
+    Sweep,
+    /// A bar for each variant.
+    Variant,
+    /// The first number of each point of a [`Value::Series`], with its name and unit; a line for each variant.
+    Series(&'static str),
+}
+
+/// A sentence that the numbers bear out or not.
+pub struct Claim {
+    /// Unique in the figure.
+    pub id: &'static str,
+    pub text: &'static str,
+    pub from: Origin,
+    /// From the whole figure's rows; a cell that is missing makes no claim true.
+    pub check: fn(&Table) -> Finding,
+}
+
+/// Whose claim it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// The paper's, with section.
+    Paper(&'static str),
+    /// What this project set itself.
+    Ours,
+}
+
+/// How a claim fared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    Reproduced,
+    InPart,
+    NotReproduced,
+    /// The device, or the machine, cannot tell.
+    NotMeasurable,
+}
+
+/// A claim's verdict with the numbers that it rests on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Finding {
+    pub verdict: Verdict,
+    /// Our numbers, with units.
+    pub numbers: String,
+    /// Why: the bound that was met or missed, or what keeps it from being measured.
+    pub why: String,
+}
+
+impl Figure {
+    /// The sweep's values for `effort`; one empty value without a sweep.
+    pub fn values(&self, effort: Effort) -> Vec<Option<f64>> {
+        match (&self.sweep, effort) {
+            (None, _) => vec![None],
+            (Some(sweep), Effort::Quick) => sweep.quick.iter().copied().map(Some).collect(),
+            (Some(sweep), Effort::Full) => sweep.full.iter().copied().map(Some).collect(),
+        }
+    }
+
+    /// The units of work, in order.
+    pub fn cells(&self, effort: Effort) -> Vec<Cell> {
+        let values = self.values(effort);
+        let of_scene = |scene: &&str| {
+            let scene = scene.to_string();
+            values.iter().map(move |&x| Cell { scene: scene.clone(), x }).collect::<Vec<_>>()
+        };
+        self.scenes.iter().flat_map(of_scene).collect()
+    }
+}
+
+impl Finding {
+    pub fn new(verdict: Verdict, numbers: impl Into<String>, why: impl Into<String>) -> Finding {
+        Finding { verdict, numbers: numbers.into(), why: why.into() }
+    }
+}

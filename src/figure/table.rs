@@ -1,0 +1,114 @@
+//! What was measured, as rows; claims look numbers up here.
+
+use crate::stats::Summary;
+use serde::{Deserialize, Serialize};
+
+/// One measured quantity of one variant in one cell.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    pub variant: String,
+    /// "dedup", "points emitted": the same word in all cells.
+    pub quantity: String,
+    /// "ms", "tiles"; empty for a plain number.
+    pub unit: String,
+    pub value: Value,
+}
+
+/// A measured value.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Value {
+    /// Repeated measurements.
+    Summary(Summary),
+    /// Exact, or computed.
+    Number(f64),
+    /// (x, y), in order of x.
+    Series(Vec<[f64; 2]>),
+    /// An outcome in words.
+    Text(String),
+    /// The variant does not run here, and why.
+    Missing(String),
+}
+
+/// A row with its cell.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    pub scene: String,
+    pub x: Option<f64>,
+    #[serde(flatten)]
+    pub row: Row,
+}
+
+/// Where something was measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Machine {
+    pub device: String,
+    /// "discrete", "integrated", "virtual", "cpu".
+    pub device_kind: String,
+    pub driver: String,
+    pub vulkan: String,
+    pub processor: String,
+    pub cores: usize,
+    /// Commit of the program.
+    pub commit: String,
+    /// Day, UTC, as 2026-11-21.
+    pub date: String,
+}
+
+/// All records of a figure, in order of cells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    pub machine: Machine,
+    pub records: Vec<Record>,
+    /// Cells that were to be measured and are not there.
+    pub missing: usize,
+}
+
+impl Row {
+    pub fn new(
+        variant: impl Into<String>,
+        quantity: impl Into<String>,
+        unit: impl Into<String>,
+        value: Value,
+    ) -> Row {
+        Row { variant: variant.into(), quantity: quantity.into(), unit: unit.into(), value }
+    }
+}
+
+impl Value {
+    /// The median of repeated measurements, or the number itself.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Value::Summary(summary) => Some(summary.median),
+            Value::Number(number) => Some(*number),
+            Value::Series(_) | Value::Text(_) | Value::Missing(_) => None,
+        }
+    }
+}
+
+impl Table {
+    pub fn value(&self, scene: &str, x: Option<f64>, variant: &str, quantity: &str) -> Option<&Value> {
+        let found = self
+            .records
+            .iter()
+            .find(|r| r.scene == scene && r.x == x && r.row.variant == variant && r.row.quantity == quantity);
+        found.map(|r| &r.row.value)
+    }
+
+    /// [`Value::number`] of [`Table::value`].
+    pub fn number(&self, scene: &str, x: Option<f64>, variant: &str, quantity: &str) -> Option<f64> {
+        self.value(scene, x, variant, quantity).and_then(Value::number)
+    }
+
+    /// All records of one quantity.
+    pub fn of<'a>(&'a self, quantity: &'a str) -> impl Iterator<Item = &'a Record> {
+        self.records.iter().filter(move |r| r.row.quantity == quantity)
+    }
+}
+
+impl Machine {
+    /// A processor poses as the device: its times rank nothing on a GPU.
+    pub fn is_software(&self) -> bool {
+        self.device_kind == "cpu"
+    }
+}

@@ -1,0 +1,343 @@
+//! Frames of one scene: the list of the frame before last is streamed, the next frame is drawn, and what each frame
+//! found out is kept. Everything of paper 1 at work together; the steps stand in the files beside this folder.
+
+mod compare;
+mod dump;
+
+pub use compare::PlainComparison;
+pub use dump::{FootprintPicture, read_words};
+
+use super::pipeline::{Finished, Pipeline};
+use super::resident::ResidentError;
+use super::streaming::{FrameReport, Streaming, StreamingConfig, StreamingError, distinct_tiles};
+use super::{Config, Interpolation, Keying, NEEDS, U1Format, surface};
+use crate::math::{camera::Pose, pyramid::TileId};
+use crate::scene::source::{TileFormat, TileSource};
+use crate::scene::{self, Scene, TriplesFormat, mesh::Mesh};
+use crate::vk::{self, FRAMES_IN_FLIGHT, Feature, Format, Gpu, Image, ImageInfo, Need, PassTime};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use thiserror::Error;
+
+/// What can stop a picture.
+#[derive(Debug, Error)]
+pub enum SessionError {
+    #[error(transparent)]
+    Vulkan(#[from] vk::Error),
+    #[error(transparent)]
+    Resident(#[from] ResidentError),
+    #[error(transparent)]
+    Streaming(#[from] StreamingError),
+    #[error(
+        "variant.max_anisotropy = {wanted}: samples reach as many texels beyond a tile's edge, and the texture's border has {border}; lower it, or bake a wider border"
+    )]
+    Anisotropy { wanted: u32, border: u32 },
+    #[error(
+        "{pending} visible tiles have not arrived for {} s; see the report's queues, or raise the load budget",
+        STALL.as_secs()
+    )]
+    Stalled { pending: usize },
+}
+
+impl SessionError {
+    /// The program's exit code where it is not the common 1.
+    pub fn exit_code(&self) -> Option<u8> {
+        match self {
+            SessionError::Vulkan(error) | SessionError::Resident(ResidentError::Vulkan(error)) => {
+                Some(error.exit_code())
+            }
+            // G1 lies in the same file as the tiles: what cannot be read there is damage.
+            SessionError::Resident(ResidentError::Source(_)) => Some(3),
+            _ => None,
+        }
+    }
+}
+
+/// Nothing loaded and nothing copied for so long: something is broken, and waiting will not mend it. A source may
+/// take seconds for one tile, not a minute.
+const STALL: Duration = Duration::from_secs(60);
+
+/// Device features that a scene needs whose texture has tiles of `format`: give them to [`Gpu::new`].
+pub fn needs(format: TileFormat) -> Vec<Need> {
+    let blocks = Need {
+        feature: Feature::TextureCompressionBc,
+        pass: "texturing",
+        without: "bake the texture with --format rgba8, or choose another --device",
+    };
+    let blocks = (format == TileFormat::Bc1).then_some(blocks);
+    NEEDS.into_iter().chain(blocks).collect()
+}
+
+/// What the picture is kept in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// 8 bits of sRGB, for PNG and the screen.
+    Srgb8,
+    /// f32 of linear light, for EXR and comparisons.
+    Linear32,
+}
+
+/// All that a renderer needs besides the mesh and the texture.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Pixels.
+    pub size: [u32; 2],
+    pub config: Config,
+    pub streaming: StreamingConfig,
+    pub target: Target,
+}
+
+impl Settings {
+    /// What a scene asks for.
+    pub fn of_scene(scene: &Scene, target: Target) -> Settings {
+        let (variant, cache) = (&scene.variant, &scene.cache);
+        let milliseconds = |ms: f64| Duration::from_secs_f64(ms / 1e3);
+        Settings {
+            size: [scene.view.width, scene.view.height],
+            config: Config {
+                u1: match variant.u1 {
+                    TriplesFormat::Auto => None,
+                    TriplesFormat::Rgb32 => Some(U1Format::Rgb32),
+                    TriplesFormat::Rgba32 => Some(U1Format::Rgba32),
+                    TriplesFormat::Packed => Some(U1Format::Packed),
+                },
+                block_log2: variant.block_log2,
+                memo: variant.memo,
+                keying: match variant.keying {
+                    scene::Keying::Paper => Keying::Paper,
+                    scene::Keying::Native => Keying::Native,
+                },
+                compact_block_log2: variant.compact_block_log2,
+                max_anisotropy: variant.max_anisotropy,
+                interpolation: match variant.interpolation {
+                    scene::Interpolation::Corrected => Interpolation::Corrected,
+                    scene::Interpolation::Literal => Interpolation::Literal,
+                },
+                list_capacity: variant.list_capacity,
+            },
+            streaming: StreamingConfig {
+                gpu_tiles: cache.gpu_tiles,
+                host_tiles: cache.host_tiles,
+                upload_budget: milliseconds(cache.upload_budget_ms),
+                load_budget: milliseconds(cache.load_budget_ms),
+                upload_tiles_per_frame: cache.upload_tiles_per_frame,
+                load_tiles_per_frame: cache.load_tiles_per_frame,
+                deterministic: false,
+                level_bias: variant.level_bias,
+            },
+            target,
+        }
+    }
+}
+
+/// One frame, as the report tells it.
+#[derive(Clone, Debug)]
+pub struct FrameRecord {
+    /// 0 for the first.
+    pub index: u64,
+    pub streaming: FrameReport,
+    /// The frame whose list was streamed: [`FRAMES_IN_FLIGHT`] ago; none at the start and after a pause.
+    pub list_of: Option<u64>,
+    pub passes: Vec<PassTime>,
+    /// Length of the frame's own `U3`.
+    pub triples: usize,
+    /// The frame's own distinct tiles, before any bias, sorted.
+    pub visible: Vec<TileId>,
+    /// `U3` was too short at first.
+    pub overflowed: bool,
+}
+
+/// Runs the frames of one scene on one device.
+pub struct Session {
+    pub gpu: Gpu,
+    pub source: Arc<dyn TileSource>,
+    pub pipeline: Pipeline,
+    pub streaming: Streaming,
+    pub settings: Settings,
+    target: Image,
+    /// Frames that have ended, in order; those in flight are added by [`Session::drain`].
+    pub records: Vec<FrameRecord>,
+    in_flight: Vec<(FrameReport, Option<u64>)>,
+    /// Lists that [`Session::drain`] took before their time.
+    drained: [Option<Vec<TileId>>; FRAMES_IN_FLIGHT],
+    next: u64,
+    pose: Option<(Pose, u64)>,
+    bias: u32,
+}
+
+impl Session {
+    /// # Errors
+    /// What the device lacks, settings with which nothing could be shown, a texture whose coarsest levels cannot be
+    /// read.
+    pub fn new(
+        gpu: Gpu,
+        source: Arc<dyn TileSource>,
+        mesh: &Mesh,
+        settings: Settings,
+    ) -> Result<Session, SessionError> {
+        for need in needs(source.format()) {
+            let feature = need.feature;
+            assert!(gpu.has(feature), "the device was opened without {feature:?}: give it renderer::needs");
+        }
+        // The outermost of nA samples lies nA - 1 texels from the pixel's own, and each mixes half a texel more.
+        let (wanted, border) = (settings.config.max_anisotropy, source.pyramid().border_texels());
+        if wanted > 1 && wanted > border {
+            return Err(SessionError::Anisotropy { wanted, border });
+        }
+        let format = match settings.target {
+            Target::Srgb8 => Format::Rgba8Srgb,
+            Target::Linear32 => Format::Rgba32Float,
+        };
+        let target = gpu.image("picture", ImageInfo::target(settings.size, format))?;
+        let streaming = Streaming::new(source.clone(), settings.streaming.clone())?;
+        let bias = settings.streaming.level_bias;
+        let counts = [settings.streaming.gpu_tiles, settings.streaming.upload_tiles_per_frame];
+        let pipeline = Pipeline::new(&gpu, &*source, mesh, &settings.config, &target, counts)?;
+        Ok(Session {
+            gpu,
+            source,
+            pipeline,
+            streaming,
+            settings,
+            target,
+            records: Vec::new(),
+            in_flight: Vec::new(),
+            drained: Default::default(),
+            next: 0,
+            pose: None,
+            bias,
+        })
+    }
+
+    /// One frame from `pose`: takes the list of the frame [`FRAMES_IN_FLIGHT`] before, streams, draws.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn frame(&mut self, pose: &Pose) -> Result<(), SessionError> {
+        let flight = (self.next % FRAMES_IN_FLIGHT as u64) as usize;
+        let visible = match self.drained[flight].take() {
+            Some(visible) => Some(visible),
+            None => self.finish(flight)?,
+        };
+        let Session { gpu, pipeline, streaming, bias, .. } = self;
+        let report = pipeline.gather(gpu, flight, |uploader| match &visible {
+            // Nothing is known yet: the bias stays.
+            None => (Vec::new(), FrameReport { bias: *bias, ..FrameReport::default() }),
+            Some(visible) => {
+                let mut report = streaming.frame(visible, uploader);
+                (std::mem::take(&mut report.display), report)
+            }
+        })?;
+        if report.bias != self.bias {
+            let bias = report.bias;
+            let why = if report.oversubscribed { "the visible tiles exceed N1" } else { "they fit N1" };
+            tracing::info!("frame {}: level bias {} -> {bias}: {why}", self.next, self.bias);
+            self.bias = bias;
+        }
+        let view = surface::view(pose, self.settings.size, self.bias);
+        let mut frame = self.gpu.frame()?;
+        self.pipeline.record(&mut frame, flight, &view, &self.target)?;
+        self.pipeline.submitted(flight, frame.submit()?);
+        let list_of = visible.is_some().then(|| self.next - FRAMES_IN_FLIGHT as u64);
+        self.in_flight.push((report, list_of));
+        if self.pose.is_none_or(|(last, _)| last != *pose) {
+            self.pose = Some((*pose, self.next));
+        }
+        self.next += 1;
+        Ok(())
+    }
+
+    /// Takes what the frame in place `flight` found out: its distinct tiles.
+    fn finish(&mut self, flight: usize) -> Result<Option<Vec<TileId>>, SessionError> {
+        let Some(Finished { triples, overflowed, times }) = self.pipeline.finish(&self.gpu, flight)? else {
+            return Ok(None);
+        };
+        let first_resident = self.source.pyramid().first_resident_level();
+        let visible = distinct_tiles(&triples, self.settings.config.keying, first_resident);
+        let index = self.next - self.in_flight.len() as u64;
+        let (streaming, list_of) = self.in_flight.remove(0);
+        self.records.push(FrameRecord {
+            index,
+            streaming,
+            list_of,
+            passes: times,
+            triples: triples.len(),
+            visible: visible.clone(),
+            overflowed,
+        });
+        Ok(Some(visible))
+    }
+
+    /// Waits for every frame in flight, so that [`Session::records`] holds all of them. Their lists are kept for
+    /// the frames that will stream them: a picture taken on the way changes nothing that follows.
+    ///
+    /// # Errors
+    /// Device lost.
+    pub fn drain(&mut self) -> Result<(), SessionError> {
+        for n in self.next..self.next + FRAMES_IN_FLIGHT as u64 {
+            let flight = (n % FRAMES_IN_FLIGHT as u64) as usize;
+            if let Some(visible) = self.finish(flight)? {
+                self.drained[flight] = Some(visible);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the last frame's picture has all the tiles that its pose needs (unreadable ones apart), and no
+    /// frame is missing from the knowledge of that.
+    pub fn settled(&self) -> bool {
+        let Some((_, since)) = self.pose else { return false };
+        // The list that the last frame streamed came from the frame FRAMES_IN_FLIGHT before it.
+        let listed = self.next > since + FRAMES_IN_FLIGHT as u64;
+        listed && self.streaming.settled()
+    }
+
+    /// Frames from one pose until nothing is missing; returns how many it took.
+    ///
+    /// # Errors
+    /// [`SessionError::Stalled`], and all of [`Session::frame`].
+    pub fn settle(&mut self, pose: &Pose) -> Result<u64, SessionError> {
+        let first = self.next;
+        let mut progress = Instant::now();
+        loop {
+            self.frame(pose)?;
+            if self.settled() {
+                return Ok(self.next - first);
+            }
+            let (report, _) = self.in_flight.last().expect("a frame was just handed over");
+            if report.loads + report.uploads + report.failures.len() > 0 {
+                progress = Instant::now();
+            }
+            let pending = report.pending;
+            if self.next > first + FRAMES_IN_FLIGHT as u64 && progress.elapsed() > STALL {
+                return Err(SessionError::Stalled { pending });
+            }
+        }
+    }
+
+    /// Levels by which the last frame's tiles were coarser than asked for.
+    pub fn bias(&self) -> u32 {
+        self.bias
+    }
+
+    /// The image that frames are drawn into.
+    pub fn target(&self) -> &Image {
+        &self.target
+    }
+
+    /// The last frame's picture, rows from the top: sRGB bytes or f32 of linear light, RGBA.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn picture_bytes(&mut self) -> Result<Vec<u8>, SessionError> {
+        self.drain()?;
+        Ok(dump::read_image(&self.gpu, &self.target)?)
+    }
+
+    /// (name, bytes) of all that the scene made in video memory.
+    pub fn memory(&self) -> Vec<(&'static str, u64)> {
+        let mut memory = self.pipeline.memory();
+        memory.push(("picture", self.target.bytes()));
+        memory
+    }
+}
