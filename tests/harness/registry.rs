@@ -72,7 +72,7 @@ const COMPARERS: &[Comparer] = &[
     },
     Comparer {
         judges: "each texel that a settled frame fetches",
-        function: ("src/renderer/dump.rs", "ruler_verdicts"),
+        function: ("src/paper/virtual_texture/session/dump.rs", "ruler_verdicts"),
         rejects: &[
             ("tests/harness/ruler.rs", "a_wrong_bit_in_each_tile_is_seen"),
             ("tests/harness/ruler.rs", "a_wrong_border_is_seen"),
@@ -167,7 +167,7 @@ const COMPARERS: &[Comparer] = &[
 
 /// Named like a comparer, but judging nothing.
 const NO_COMPARERS: &[(Place, &str)] = &[
-    (("src/renderer/compare.rs", "compare_plain"), "measures times, which no test asserts"),
+    (("src/paper/virtual_texture/session/compare.rs", "compare_plain"), "measures times, which no test asserts"),
     (("tests/harness/ruler.rs", "verdicts"), "calls ruler_verdicts"),
 ];
 
