@@ -167,7 +167,10 @@ const COMPARERS: &[Comparer] = &[
 
 /// Named like a comparer, but judging nothing.
 const NO_COMPARERS: &[(Place, &str)] = &[
-    (("src/paper/virtual_texture/session/compare.rs", "compare_plain"), "measures times, which no test asserts"),
+    (
+        ("src/paper/virtual_texture/session/compare.rs", "compare_plain"),
+        "measures times, which no test asserts",
+    ),
     (("tests/harness/ruler.rs", "verdicts"), "calls ruler_verdicts"),
 ];
 

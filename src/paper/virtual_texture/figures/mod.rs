@@ -1,5 +1,7 @@
 //! Every figure and table of paper 1: the only place that sees both the GPU's steps and the reference.
 
+pub mod common;
+
 use crate::figure::Figure;
 
 /// In the order of the report.

@@ -1,0 +1,93 @@
+//! What this paper's figures share: a scene by its name, a session on the run's device, passes timed alone.
+
+use crate::figure::{Bench, Contender};
+use crate::math::camera::Pose;
+use crate::paper::virtual_texture::session::{Session, Settings, Target, needs};
+use crate::scene::{Scene, mesh};
+use crate::vk::{Frame, Gpu};
+use anyhow::Context;
+
+/// A shipped scene and one of its cameras: `earth/oblique`.
+pub struct Place {
+    pub scene: Scene,
+    pub pose: Pose,
+}
+
+/// A session that looks at a place.
+pub struct Opened {
+    pub session: Session,
+    pub scene: Scene,
+    pub pose: Pose,
+}
+
+impl Place {
+    /// # Errors
+    /// A name that no shipped scene or camera has.
+    pub fn find(name: &str) -> anyhow::Result<Place> {
+        let (scene, camera) = name.split_once('/').with_context(|| format!("{name:?} is no SCENE/CAMERA"))?;
+        let scene = Scene::embedded(scene)?;
+        let pose = scene.camera(camera)?.pose();
+        Ok(Place { scene, pose })
+    }
+
+    /// A session at `size` pixels, on a device of its own; `change` has the last word on the settings. No frame is
+    /// drawn yet: [`Opened::look`] where only lists count, [`Opened::settle`] where pictures do.
+    ///
+    /// # Errors
+    /// What the device lacks, a texture that cannot be opened.
+    pub fn open(
+        self,
+        bench: &Bench,
+        size: [u32; 2],
+        change: impl FnOnce(&mut Settings),
+    ) -> anyhow::Result<Opened> {
+        let Place { scene, pose } = self;
+        let mut settings = Settings::of_scene(&scene, Target::Srgb8);
+        settings.size = size;
+        change(&mut settings);
+        let source = scene.open_texture()?;
+        let gpu = bench.gpu(&needs(source.format()))?;
+        let mesh = mesh::gpu_mesh(&scene.source_mesh()?)?;
+        Ok(Opened { session: Session::new(gpu, source, &mesh, settings)?, scene, pose })
+    }
+}
+
+impl Opened {
+    /// One frame, waited for: `U1` and the lists are those of the pose; what is resident is not.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn look(&mut self) -> anyhow::Result<()> {
+        self.session.frame(&self.pose)?;
+        Ok(self.session.drain()?)
+    }
+
+    /// Frames until every visible tile is resident; returns how many.
+    ///
+    /// # Errors
+    /// As [`Session::settle`].
+    pub fn settle(&mut self) -> anyhow::Result<u64> {
+        let frames = self.session.settle(&self.pose)?;
+        self.session.drain()?;
+        Ok(frames)
+    }
+}
+
+/// Pixels of a 16:9 picture of so many rows: a sweep's value.
+pub fn pixels_of(rows: f64) -> [u32; 2] {
+    [(rows * 16.0 / 9.0).round() as u32, rows as u32]
+}
+
+/// A contender that is the passes which `record` puts into a frame of their own.
+pub fn passes<'a>(
+    gpu: &'a Gpu,
+    variant: impl Into<String>,
+    mut record: impl FnMut(&mut Frame<'_>) -> crate::vk::Result<()> + 'a,
+) -> Contender<'a> {
+    let run = move || {
+        let mut frame = gpu.frame()?;
+        record(&mut frame)?;
+        Ok(frame.submit()?.wait()?)
+    };
+    Contender { variant: variant.into(), run: Box::new(run) }
+}
