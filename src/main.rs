@@ -5,7 +5,7 @@ mod command;
 use clap::{Parser, Subcommand};
 use command::doctor::Unwell;
 use command::verify::Damaged;
-use command::{Usage, bake, demo, doctor, render, verify};
+use command::{Usage, bake, compare, demo, doctor, render, verify};
 use ortelius::renderer::RenderError;
 use ortelius::scene::bake::BakeError;
 use ortelius::scene::tiles::TileFileError;
@@ -40,6 +40,8 @@ enum Command {
     Bake(bake::BakeArgs),
     /// Check every byte of a tile pyramid
     Verify(verify::VerifyArgs),
+    /// Measure how far one picture is from another
+    Compare(compare::CompareArgs),
     /// What there is of Vulkan here, and whether it works
     Doctor(doctor::DoctorArgs),
 }
@@ -68,6 +70,7 @@ fn main() -> ExitCode {
         Command::Render(args) => render::run(args),
         Command::Bake(args) => bake::run(args),
         Command::Verify(args) => verify::run(args),
+        Command::Compare(args) => compare::run(args),
         Command::Doctor(args) => doctor::run(args),
     };
     match done {

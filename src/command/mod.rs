@@ -1,6 +1,7 @@
 //! The sub-commands, one file each.
 
 pub mod bake;
+pub mod compare;
 pub mod demo;
 pub mod doctor;
 mod outputs;

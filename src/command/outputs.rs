@@ -138,12 +138,12 @@ impl Outputs {
     }
 }
 
-fn ending(path: &Path) -> &str {
+pub(super) fn ending(path: &Path) -> &str {
     path.extension().and_then(|ending| ending.to_str()).unwrap_or("")
 }
 
 /// Where a file is to appear: the path itself, or what it links to, so that a link stays one.
-fn check_place(path: &Path) -> anyhow::Result<PathBuf> {
+pub(super) fn check_place(path: &Path) -> anyhow::Result<PathBuf> {
     let shown = path.display();
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if !folder.is_dir() {

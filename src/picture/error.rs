@@ -2,6 +2,7 @@
 //! the number of pixels beyond a bound.
 
 use super::Picture;
+use serde::Serialize;
 use thiserror::Error;
 
 /// Two pictures that cannot be compared.
@@ -10,7 +11,7 @@ use thiserror::Error;
 pub struct DifferentSizes(pub u32, pub u32, pub u32, pub u32);
 
 /// A pixel and its error: the largest absolute difference of a channel in linear light (alpha counts).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PixelError {
     pub x: u32,
     pub y: u32,
@@ -20,10 +21,11 @@ pub struct PixelError {
 /// What [`compare`] found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
-    width: u32,
-    /// Row by row, as [`PixelError::value`].
-    errors: Vec<f64>,
-    nmse: f64,
+    /// Row by row.
+    errors: Vec<PixelError>,
+    /// Of red, green and blue.
+    squared_error: f64,
+    squared_truth: f64,
 }
 
 /// Compares every channel of every pixel. A value that is not finite, on either side, is an infinite error,
@@ -32,12 +34,27 @@ pub struct Difference {
 /// # Errors
 /// [`DifferentSizes`].
 pub fn compare(picture: &Picture, truth: &Picture) -> Result<Difference, DifferentSizes> {
+    compare_where(picture, truth, |_, _| true)
+}
+
+/// As [`compare`], of those pixels alone whose column and row `counts` takes.
+///
+/// # Errors
+/// [`DifferentSizes`].
+pub fn compare_where(
+    picture: &Picture,
+    truth: &Picture,
+    counts: impl Fn(u32, u32) -> bool,
+) -> Result<Difference, DifferentSizes> {
     if (picture.width, picture.height) != (truth.width, truth.height) {
         return Err(DifferentSizes(picture.width, picture.height, truth.width, truth.height));
     }
-    let (mut squared_error, mut squared_truth) = (0.0, 0.0);
-    let mut errors = Vec::with_capacity(truth.rgba.len());
-    for (pixel, true_pixel) in picture.rgba.iter().zip(&truth.rgba) {
+    let mut found = Difference { errors: Vec::new(), squared_error: 0.0, squared_truth: 0.0 };
+    for (index, (pixel, true_pixel)) in picture.rgba.iter().zip(&truth.rgba).enumerate() {
+        let (x, y) = (index as u32 % truth.width, index as u32 / truth.width);
+        if !counts(x, y) {
+            continue;
+        }
         let mut largest: f64 = 0.0;
         for (channel, (&value, &true_value)) in pixel.iter().zip(true_pixel).enumerate() {
             let (value, true_value) = (f64::from(value), f64::from(true_value));
@@ -46,22 +63,30 @@ pub fn compare(picture: &Picture, truth: &Picture) -> Result<Difference, Differe
             largest = largest.max(error);
             // Colour alone: an alpha of 1 everywhere would only make every NMSE look smaller.
             if channel < 3 {
-                squared_error += error * error;
-                squared_truth += if finite { true_value * true_value } else { 0.0 };
+                found.squared_error += error * error;
+                found.squared_truth += if finite { true_value * true_value } else { 0.0 };
             }
         }
-        errors.push(largest);
+        found.errors.push(PixelError { x, y, value: largest });
     }
-    // 0 / 0: black that is black.
-    let nmse = if squared_error == 0.0 { 0.0 } else { squared_error / squared_truth };
-    Ok(Difference { width: truth.width, errors, nmse })
+    Ok(found)
 }
 
 impl Difference {
     /// Sum of squared errors over sum of the truth's squares, over red, green and blue; infinite where the truth is
     /// black and the picture is not.
     pub fn nmse(&self) -> f64 {
-        self.nmse
+        // 0 / 0: black that is black.
+        if self.squared_error == 0.0 { 0.0 } else { self.squared_error / self.squared_truth }
+    }
+
+    /// Peak signal to noise ratio in dB, `10 log10(1 / MSE)`: MSE is the mean squared error of red, green and blue in
+    /// linear light, the peak is 1. Infinite for equal pictures, minus infinity where something is not finite.
+    pub fn psnr_db(&self) -> f64 {
+        if self.squared_error == 0.0 {
+            return f64::INFINITY;
+        }
+        -10.0 * (self.squared_error / (3.0 * self.errors.len() as f64)).log10()
     }
 
     /// The largest error and the first place, row by row, that has it. `None` for a picture of no pixels.
@@ -77,15 +102,12 @@ impl Difference {
 
     /// How many pixels have an error above `bound`.
     pub fn count_above(&self, bound: f64) -> usize {
-        self.errors.iter().filter(|&&error| error > bound).count()
+        self.errors.iter().filter(|error| error.value > bound).count()
     }
 
     /// Every pixel's error, row by row.
-    pub fn pixels(&self) -> impl Iterator<Item = PixelError> + '_ {
-        self.errors.iter().enumerate().map(|(index, &value)| {
-            let (row, column) = (index / self.width as usize, index % self.width as usize);
-            PixelError { x: column as u32, y: row as u32, value }
-        })
+    pub fn pixels(&self) -> impl ExactSizeIterator<Item = PixelError> + '_ {
+        self.errors.iter().copied()
     }
 }
 
@@ -128,6 +150,31 @@ mod tests {
         let black = Picture::filled(4, 3, [0.0; 4]);
         assert_eq!(compare(&black, &black).unwrap().nmse(), 0.0);
         assert_eq!(compare(&grey(), &black).unwrap().nmse(), f64::INFINITY);
+    }
+
+    #[test]
+    fn psnr_is_of_the_mean_squared_error_against_a_peak_of_one() {
+        // All of 36 values off by 0.1: an MSE of 0.01.
+        let darker = Picture::filled(4, 3, [0.4, 0.4, 0.4, 1.0]);
+        let psnr_db = compare(&darker, &grey()).unwrap().psnr_db();
+        assert!((psnr_db - 20.0).abs() < 1e-5, "{psnr_db}");
+        // One of 36 off by 0.25: 10 log10(36 / 0.0625); half as far off would be 6.02 dB more.
+        let psnr_db = compare(&changed(0, 0, 1, 0.75), &grey()).unwrap().psnr_db();
+        assert!((psnr_db - 27.604).abs() < 1e-3, "{psnr_db}");
+        assert_eq!(compare(&grey(), &grey()).unwrap().psnr_db(), f64::INFINITY);
+        let broken = changed(0, 0, 0, f32::NAN);
+        assert_eq!(compare(&broken, &grey()).unwrap().psnr_db(), f64::NEG_INFINITY);
+    }
+
+    #[test]
+    fn pixels_that_do_not_count_change_nothing_and_those_that_do_are_seen() {
+        let picture = changed(2, 1, 0, 0.75);
+        let elsewhere = compare_where(&picture, &grey(), |x, y| (x, y) != (2, 1)).unwrap();
+        assert_eq!((elsewhere.nmse(), elsewhere.pixels().len(), elsewhere.count_above(0.0)), (0.0, 11, 0));
+        let there = compare_where(&picture, &grey(), |x, y| (x, y) == (2, 1)).unwrap();
+        assert_eq!(there.worst(), Some(PixelError { x: 2, y: 1, value: 0.25 }));
+        assert_eq!(there.nmse(), 0.0625 / 0.75);
+        assert_eq!(compare_where(&picture, &grey(), |_, _| false).unwrap().worst(), None);
     }
 
     #[test]

@@ -1,6 +1,10 @@
 //! Pictures in linear light, how far one is from another, and their files.
 
 pub mod error;
+pub mod flip;
+pub mod map;
+pub mod measures;
+pub mod read;
 pub mod srgb;
 pub mod write;
 

@@ -31,6 +31,34 @@ const COMPARERS: &[Comparer] = &[
         ],
     },
     Comparer {
+        judges: "a part of a picture",
+        function: (PICTURE, "compare_where"),
+        rejects: &[(PICTURE, "pixels_that_do_not_count_change_nothing_and_those_that_do_are_seen")],
+    },
+    Comparer {
+        judges: "a whole picture against a peak of 1",
+        function: (PICTURE, "psnr_db"),
+        rejects: &[(PICTURE, "psnr_is_of_the_mean_squared_error_against_a_peak_of_one")],
+    },
+    Comparer {
+        judges: "what a viewer sees of a difference",
+        function: ("src/picture/flip.rs", "flip"),
+        rejects: &[
+            ("src/picture/flip.rs", "a_changed_pixel_is_seen_where_it_is_and_a_stronger_change_more"),
+            ("src/picture/flip.rs", "what_is_not_finite_is_seen_although_it_encodes_as_black"),
+        ],
+    },
+    Comparer {
+        judges: "pictures by all measures at once",
+        function: ("src/picture/measures.rs", "measures"),
+        rejects: &[("src/picture/measures.rs", "every_measure_is_of_the_same_two_pictures")],
+    },
+    Comparer {
+        judges: "picture files, as users get it",
+        function: ("src/command/compare.rs", "run"),
+        rejects: &[("tests/cli/compare.rs", "every_measure_of_a_wrong_pixel_is_the_hand_computed_one")],
+    },
+    Comparer {
         judges: "a picture's worst pixel",
         function: (PICTURE, "worst"),
         rejects: &[(PICTURE, "one_wrong_channel_of_one_pixel_is_found_at_its_place")],

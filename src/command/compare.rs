@@ -1,0 +1,139 @@
+//! `ortelius compare`: how far one picture is from another, with the measures that figures use.
+
+use super::outputs::{check_place, ending};
+use super::{Usage, say};
+use anyhow::{Context, bail};
+use clap::Args;
+use ortelius::picture::Picture;
+use ortelius::picture::map::error_maps;
+use ortelius::picture::measures::{Comparison, Measures, OUTLIER_BOUND};
+use ortelius::picture::read::read;
+use ortelius::picture::write::{Planes, write_exr, write_png};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// How far picture A is from picture B, or both from a reference. All measures but FLIP are of linear light.
+#[derive(Args, Debug)]
+pub struct CompareArgs {
+    /// A picture, .png or .exr
+    #[arg(value_name = "A")]
+    a: PathBuf,
+    /// Another of the same size; without --reference it is taken for the truth
+    #[arg(value_name = "B")]
+    b: PathBuf,
+    /// The truth, against which both A and B are measured
+    #[arg(long, value_name = "R")]
+    reference: Option<PathBuf>,
+    /// An error map: .png in false colours from 1e-5 to 1 (A's left of B's), or .exr with absolute differences and FLIP
+    #[arg(short, long, value_name = "DIFF")]
+    output: Option<PathBuf>,
+    /// Pixels with a larger error in any channel are outliers; 5/256 otherwise
+    #[arg(long, value_name = "ERROR", default_value_t = OUTLIER_BOUND, hide_default_value = true, value_parser = parse_bound)]
+    outliers_above: f64,
+    /// Print JSON; what is infinite is null
+    #[arg(long)]
+    json: bool,
+}
+
+fn parse_bound(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(bound) if (0.0..f64::INFINITY).contains(&bound) => Ok(bound),
+        _ => Err("a bound is a number of linear light from 0 up, as in 0.02".into()),
+    }
+}
+
+#[derive(Serialize)]
+struct Measured {
+    picture: PathBuf,
+    truth: PathBuf,
+    #[serde(flatten)]
+    measures: Measures,
+}
+
+pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
+    let output = args.output.as_deref().map(check_output).transpose()?;
+    let pictures: &[&Path] = if args.reference.is_some() { &[&args.a, &args.b] } else { &[&args.a] };
+    let truth_path = args.reference.as_deref().unwrap_or(&args.b);
+    for path in pictures.iter().copied().chain([truth_path]) {
+        if !["png", "exr"].contains(&ending(path)) {
+            bail!(Usage(format!("{}: a picture's name ends in .png or .exr", path.display())));
+        }
+        // The map would replace what it is made of.
+        if output.as_deref() == Some(path) {
+            bail!(Usage(format!(
+                "{} is compared and would be overwritten; give -o another name",
+                path.display()
+            )));
+        }
+    }
+    let truth = read(truth_path)?;
+    let mut comparisons = Vec::new();
+    let mut measured = Vec::new();
+    for path in pictures {
+        let context = || format!("{} and {}", path.display(), truth_path.display());
+        let comparison = Comparison::of(&read(path)?, &truth).with_context(context)?;
+        measured.push(Measured {
+            picture: path.to_path_buf(),
+            truth: truth_path.to_path_buf(),
+            measures: comparison.measures(args.outliers_above),
+        });
+        comparisons.push(comparison);
+    }
+    if let Some(output) = &output {
+        write_map(output, &truth, &comparisons)?;
+    }
+    if args.json {
+        return say(serde_json::to_string_pretty(&measured)?);
+    }
+    print(&measured)
+}
+
+fn check_output(path: &Path) -> anyhow::Result<PathBuf> {
+    if !["png", "exr"].contains(&ending(path)) {
+        bail!(Usage(format!("{}: the name must end in .png or .exr", path.display())));
+    }
+    check_place(path)
+}
+
+fn write_map(path: &Path, truth: &Picture, comparisons: &[Comparison]) -> anyhow::Result<()> {
+    let size = [truth.width, truth.height];
+    if ending(path) == "png" {
+        let differences: Vec<_> = comparisons.iter().map(|comparison| &comparison.difference).collect();
+        return Ok(write_png(path, &error_maps(size, &differences))?);
+    }
+    // One comparison has plain names, which every viewer shows as a picture; of two each is a layer.
+    let layers: &[&str] = if comparisons.len() == 1 { &[""] } else { &["A.", "B."] };
+    let mut channels = BTreeMap::new();
+    for (layer, comparison) in layers.iter().zip(comparisons) {
+        for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
+            channels
+                .insert(format!("{layer}{name}"), comparison.absolute.iter().map(|pixel| pixel[c]).collect());
+        }
+        channels.insert(format!("{layer}FLIP"), comparison.flip.values.clone());
+    }
+    Ok(write_exr(path, &Planes { width: size[0], height: size[1], channels })?)
+}
+
+/// A column for each comparison.
+fn print(measured: &[Measured]) -> anyhow::Result<()> {
+    let row = |name: &str, value: &dyn Fn(&Measures) -> String| {
+        let values: Vec<String> = measured.iter().map(|m| format!("{:<24}", value(&m.measures))).collect();
+        say(format!("{name:<14}{}", values.join("  ")).trim_end())
+    };
+    for (name, m) in ["A", "B"].iter().zip(measured) {
+        say(format_args!("{name}: {} against {}", m.picture.display(), m.truth.display()))?;
+    }
+    row("NMSE", &|m| format!("{:.3e}", m.nmse))?;
+    row("PSNR", &|m| format!("{:.2} dB", m.psnr_db))?;
+    row("FLIP", &|m| format!("{:.4}, worst {:.4}", m.flip_mean, m.flip_worst))?;
+    row("worst pixel", &|m| {
+        m.worst.map_or("none".into(), |worst| format!("{:.5} at ({}, {})", worst.value, worst.x, worst.y))
+    })?;
+    let bound = measured.first().map_or(0.0, |m| m.measures.outlier_bound);
+    row(&format!("above {bound:.5}"), &|m| format!("{} of {} pixels", m.outliers, m.pixels))?;
+    if measured.iter().any(|m| m.measures.not_finite > 0) {
+        row("not finite", &|m| format!("{} pixels", m.not_finite))?;
+    }
+    Ok(())
+}
