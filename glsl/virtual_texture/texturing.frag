@@ -7,6 +7,7 @@
 #include "virtual_texture/resident.glsl"
 
 layout(constant_id = 9) const uint LITERAL_INTERPOLATION = 0;  // 1: C1 f + C2 (1 - f), as printed
+layout(constant_id = 16) const uint FADE_IN = 0;                // 1: tiles that arrive are mixed in over some frames
 
 layout(binding = 2) uniform sampler2DArray j1;  // mip 0: the tile's level, mip 1: its next coarser
 
@@ -44,9 +45,18 @@ void main() {
     uint q = min(qij.x + view.level_bias, FIRST_RESIDENT_LEVEL);
     if (q == FIRST_RESIDENT_LEVEL)
         q = uint(clamp(biased, float(q), float(max(WIDTH_LOG2, HEIGHT_LOG2))));
-    Resident tile = find_resident(q, qij.yz);
-    // Magnification (e < 0) and a coarser stand-in (q' > q) both show one level alone.
-    float fraction = tile.level == q ? clamp(biased - float(q), 0.0, 1.0) : 0.0;
-    // One sample for whatever level: software drivers run both sides of a branch.
-    colour = sample_tile(tile, texels_in_tile(at, qij.yz, tile.level), major, count, fraction);
+    // A tile that fades in leaves the rest of its weight to what was shown before it: the next coarser one in J1.
+    colour = vec4(0.0);
+    float weight = 1.0;
+    uint from = q;
+    do {
+        Resident tile = find_resident(from, qij.yz);
+        // Magnification (e < 0) and a coarser stand-in (q' > q) both show one level alone.
+        float fraction = tile.level == q ? clamp(biased - float(q), 0.0, 1.0) : 0.0;
+        float rest = FADE_IN == 1 ? weight * tile.fade : 0.0;
+        // One sample for whatever level: software drivers run both sides of a branch.
+        colour += (weight - rest) * sample_tile(tile, texels_in_tile(at, qij.yz, tile.level), major, count, fraction);
+        weight = rest;
+        from = tile.level + 1;
+    } while (FADE_IN == 1 && weight > 0.0);
 }

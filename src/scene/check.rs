@@ -270,6 +270,7 @@ fn check_cache(cache: &Cache) -> Result<(), Fault> {
     within(&["cache", "load_budget_ms"], cache.load_budget_ms, 1e-3..=1e6)?;
     within(&["cache", "upload_tiles_per_frame"], cache.upload_tiles_per_frame, 1..=1 << 16)?;
     within(&["cache", "load_tiles_per_frame"], cache.load_tiles_per_frame, 1..=1 << 16)?;
+    within(&["cache", "fade_in_frames"], cache.fade_in_frames, 0..=1000)?;
     Ok(())
 }
 

@@ -59,6 +59,8 @@ pub struct Cache {
     pub upload_tiles_per_frame: u32,
     /// A3's tiles in a frame, where budgets count tiles instead of time.
     pub load_tiles_per_frame: u32,
+    /// Frames in which a tile that has arrived is mixed with what was shown before it, 0 ..= 1000; 0: at once.
+    pub fade_in_frames: u32,
 }
 
 impl Default for Cache {
@@ -71,6 +73,7 @@ impl Default for Cache {
             load_budget_ms: 8.0,
             upload_tiles_per_frame: 8,
             load_tiles_per_frame: 8,
+            fade_in_frames: 0,
         }
     }
 }

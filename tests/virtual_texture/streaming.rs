@@ -2,6 +2,7 @@
 
 use crate::{Device, open, open_with, pose, scene};
 use ortelius::math::pyramid::{Pyramid, TileId};
+use ortelius::renderer::{Renderer, Target};
 use ortelius::scene::source::{TileError, TileFormat, TileSource};
 use std::sync::Arc;
 
@@ -107,4 +108,50 @@ fn a_deterministic_run_shows_the_same_frames_twice() {
     assert_eq!(first.0, second.0);
     assert!(first.1 == second.1, "pictures differ");
     assert!(first.0.iter().any(|(_, _, evictions, _)| *evictions > 0), "the caches were put to work");
+}
+
+/// Every channel of a picture of linear light.
+fn floats(renderer: &mut Renderer) -> Vec<f32> {
+    renderer
+        .picture_bytes()
+        .unwrap()
+        .chunks_exact(4)
+        .map(|b| f32::from_ne_bytes(b.try_into().unwrap()))
+        .collect()
+}
+
+#[test]
+fn tiles_that_fade_in_are_mixed_with_what_was_shown_before_in_equal_steps() {
+    let gpu = Device::open();
+    let scene = scene("ruler");
+    // Tiles of one level: none stands in for another, or their shares would multiply.
+    let pose = pose(&scene, "corner");
+    let pictures = |fade_in_frames| {
+        // All tiles come in one frame.
+        let mut renderer = open(&gpu, &scene, [160, 90], |settings| {
+            settings.target = Target::Linear32;
+            settings.config.fade_in_frames = fade_in_frames;
+            settings.streaming.upload_tiles_per_frame = 64;
+            settings.streaming.load_tiles_per_frame = 64;
+        });
+        let mut pictures = Vec::new();
+        while !renderer.settled() {
+            renderer.frame(&pose).unwrap();
+            pictures.push(floats(&mut renderer));
+        }
+        let uploads: Vec<usize> = renderer.records.iter().map(|r| r.streaming.uploads).collect();
+        (pictures, uploads.iter().position(|&count| count > 0).unwrap())
+    };
+    let (at_once, arrival) = pictures(0);
+    let (before, after) = (&at_once[arrival - 1], &at_once[arrival]);
+    assert!(before != after);
+    let (faded, same) = pictures(3);
+    assert_eq!((same, faded.len()), (arrival, at_once.len() + 3), "not settled before the fade is over");
+    assert!(faded.last() == at_once.last(), "once there, a tile that faded in is the same tile");
+    for (picture, left) in faded[arrival..].iter().zip([192.0f32, 128.0, 64.0, 0.0]) {
+        let mixed = before.iter().zip(after).map(|(b, a)| b * (left / 255.0) + a * (1.0 - left / 255.0));
+        // Some roundings of values up to 1.
+        let worst = picture.iter().zip(mixed).map(|(p, m)| (p - m).abs()).fold(0.0, f32::max);
+        assert!(worst <= 4.0 * f32::EPSILON, "{left}: {worst:e}");
+    }
 }

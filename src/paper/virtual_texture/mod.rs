@@ -6,6 +6,7 @@
 //! - [`compact`], section 2.3: the set bits of `U2` become the list `U3`, by transform feedback;
 //! - [`streaming`], section 3: two caches, A1, A2, A3;
 //! - [`resident`]: `J1`, `G1` and the display table in video memory;
+//! - [`fade`]: tiles that arrive are mixed in over some frames (ours, an option);
 //! - [`texturing`], section 4: the picture from what is resident;
 //! - [`session`]: frames, one after the other; [`figures`]: what is measured of all this;
 //! - [`reference`]: the same in integers and f64 on the CPU; [`ruler`]: the proof that each texel is the right one.
@@ -16,6 +17,7 @@
 
 pub mod compact;
 pub mod dedup;
+pub mod fade;
 pub mod figures;
 pub mod footprint;
 pub mod pipeline;
@@ -66,6 +68,8 @@ pub struct Config {
     /// NA of the level formula.
     pub max_anisotropy: u32,
     pub interpolation: Interpolation,
+    /// Frames in which a tile that has arrived is mixed with what was shown before it; 0: shown at once, as in the paper.
+    pub fade_in_frames: u32,
     /// Triples that `U3` first has room for; more are found by a second run of the same frame.
     pub list_capacity: u32,
 }
@@ -79,6 +83,7 @@ pub const PAPER: Config = Config {
     compact_block_log2: 2,
     max_anisotropy: 1,
     interpolation: Interpolation::Corrected,
+    fade_in_frames: 0,
     list_capacity: 65_536,
 };
 

@@ -4,8 +4,9 @@
 //! just handed over.
 
 use super::{
-    Config, compact::Compact, compact::List, dedup::Dedup, footprint::Footprint, resident::Resident,
-    resident::ResidentError, resident::Uploads, streaming::Uploader, surface::Surface, texturing::Texturing,
+    Config, compact::Compact, compact::List, dedup::Dedup, fade::FadeIn, footprint::Footprint,
+    resident::Resident, resident::ResidentError, resident::Uploads, streaming::Uploader, surface::Surface,
+    texturing::Texturing,
 };
 use crate::math::pyramid::TileId;
 use crate::scene::{mesh::Mesh, source::TileSource};
@@ -20,6 +21,7 @@ pub struct Pipeline {
     pub texturing: Texturing,
     pub resident: Resident,
     pub surface: Surface,
+    fade: FadeIn,
     flights: Vec<Flight>,
 }
 
@@ -80,6 +82,7 @@ impl Pipeline {
         Ok(Pipeline {
             texturing: Texturing::new(gpu, &pyramid, config, &stage1, &resident, target.info().format)?,
             surface: Surface::new(gpu, mesh)?,
+            fade: FadeIn::new(config.fade_in_frames),
             stage1,
             stage2,
             stage3,
@@ -114,7 +117,7 @@ impl Pipeline {
         let uploads = &mut self.flights[flight].uploads;
         uploads.clear();
         let (display, rest) = gather(&mut Copies(uploads));
-        uploads.show(gpu, &display)?;
+        uploads.show(gpu, &self.fade.cells(&display))?;
         Ok(rest)
     }
 
@@ -143,6 +146,11 @@ impl Pipeline {
     /// Labels of the frame's passes, in order.
     pub fn passes(&self) -> [&'static str; 6] {
         ["upload", "footprint", "dedup", "compact", "read-back", "texturing"]
+    }
+
+    /// Whether every tile that has arrived is shown in full.
+    pub fn faded_in(&self) -> bool {
+        self.fade.settled()
     }
 
     /// Remembers the frame that was recorded for place `flight`.

@@ -4,10 +4,11 @@
 //! borders like all others, which stand behind the N1 streamed ones in `J1` and are never replaced: one sample shows
 //! any level, and the borders carry G1 over the poles and the antimeridian as they do the tiles.
 //!
-//! The display table is `H1` as the shader sees it: one mip level for each q, slot + 1 or 0. It is written only
+//! The display table is `H1` as the shader sees it: one mip level for each q, [`cell`] or 0. It is written only
 //! after a tile's copy, and apart from A1's states: the paper keeps both in one cell, and so takes a coarser
 //! stand-in for the tile itself (erratum of section 3).
 
+use super::fade::cell;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::scene::bake::encode_bc1;
 use crate::scene::source::{TileError, TileFormat, TileSource};
@@ -40,7 +41,7 @@ pub struct Uploads {
     staging: Buffer,
     capacity: u32,
     tiles: Vec<u32>,
-    cells: Vec<(TileId, Option<u32>)>,
+    cells: Vec<(TileId, u32)>,
     table: Buffer,
 }
 
@@ -104,7 +105,7 @@ impl Resident {
             let taken = uploads.tile(slot, &self.g1.tile(tile, &self.pyramid, &texels, self.format));
             assert!(taken, "there is staging for {slot} and all others");
             if tile.level < self.g1.single_level {
-                display.push((tile, Some(slot)));
+                display.push((tile, cell(slot, 0)));
             }
         }
         uploads.show(gpu, &display)?;
@@ -208,23 +209,23 @@ impl Uploads {
         true
     }
 
-    /// Shows `tile` in `slot`, or no more. The last word about a tile counts: a cell is written once a frame,
+    /// Writes cells of the display table. The last word about a tile counts: a cell is written once a frame,
     /// because copies within a pass have no order.
     ///
     /// # Errors
     /// Out of memory, where a frame changes more cells than the staging has room for.
-    pub fn show(&mut self, gpu: &Gpu, changes: &[(TileId, Option<u32>)]) -> Result<()> {
-        for &(tile, slot) in changes {
+    pub fn show(&mut self, gpu: &Gpu, cells: &[(TileId, u32)]) -> Result<()> {
+        for &(tile, value) in cells {
             self.cells.retain(|(other, _)| *other != tile);
-            self.cells.push((tile, slot));
+            self.cells.push((tile, value));
         }
         let bytes = 4 * self.cells.len() as u64;
         if bytes > self.table.bytes() {
             self.table = gpu.buffer("H1 staging", bytes.next_power_of_two(), BufferUse::Upload)?;
         }
         let table = self.table.mapped_mut();
-        for (cell, (_, slot)) in table.chunks_exact_mut(4).zip(&self.cells) {
-            cell.copy_from_slice(&slot.map_or(0, |slot| slot + 1).to_ne_bytes());
+        for (cell, (_, value)) in table.chunks_exact_mut(4).zip(&self.cells) {
+            cell.copy_from_slice(&value.to_ne_bytes());
         }
         Ok(())
     }

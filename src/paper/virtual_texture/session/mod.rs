@@ -113,6 +113,7 @@ impl Settings {
                     scene::Interpolation::Corrected => Interpolation::Corrected,
                     scene::Interpolation::Literal => Interpolation::Literal,
                 },
+                fade_in_frames: cache.fade_in_frames,
                 list_capacity: variant.list_capacity,
             },
             streaming: StreamingConfig {
@@ -289,7 +290,7 @@ impl Session {
         let Some((_, since)) = self.pose else { return false };
         // The list that the last frame streamed came from the frame FRAMES_IN_FLIGHT before it.
         let listed = self.next > since + FRAMES_IN_FLIGHT as u64;
-        listed && self.streaming.settled()
+        listed && self.streaming.settled() && self.pipeline.faded_in()
     }
 
     /// Frames from one pose until nothing is missing; returns how many it took.
