@@ -1,6 +1,6 @@
 //! The device itself: does the driver do what it says, and is the validation layer alive?
 
-use ortelius::vk::{BufferUse, Format, Gpu, GpuOptions, ImageInfo, self_test};
+use ortelius::vk::{BufferUse, Error, Format, Gpu, GpuOptions, ImageInfo, self_test};
 
 fn validating<'a>() -> GpuOptions<'a> {
     GpuOptions { validate: true, ..GpuOptions::default() }
@@ -84,5 +84,30 @@ fn an_image_of_a_frame_that_was_given_up_is_ready_in_the_next() {
 fn a_buffer_of_nothing_is_no_error() {
     let gpu = Gpu::new(&validating()).expect("driver and layer");
     assert_eq!(gpu.buffer_with::<u32>("nothing", &[], BufferUse::Vertices).unwrap().bytes(), 0);
+    assert!(gpu.messages().is_empty(), "{:?}", gpu.messages());
+}
+
+/// No side, no count of layers and no size in bytes reaches the driver that the driver did not promise to take.
+#[test]
+fn an_image_beyond_the_devices_limits_is_refused_in_words() {
+    let gpu = Gpu::new(&validating()).expect("driver and layer");
+    let refused = |info: ImageInfo| match gpu.image("too much", info).map(|_| ()) {
+        Err(Error::Limit { object, what }) => {
+            assert_eq!(object, "too much");
+            what
+        }
+        other => panic!("{info:?}: {other:?}"),
+    };
+    let wide = refused(ImageInfo::target([1 << 20, 16], Format::R32Uint));
+    assert!(wide.starts_with("1048576 x 16 texels; the device takes "), "{wide}");
+    let array = ImageInfo { array: true, layers: 1 << 20, ..ImageInfo::texture([4, 4], Format::Rgba8, 1) };
+    let layers = refused(array);
+    assert!(layers.starts_with("1048576 layers of 1 levels; the device takes "), "{layers}");
+    let levels = refused(ImageInfo::texture([4, 4], Format::Rgba8, 40));
+    assert!(levels.starts_with("1 layers of 40 levels; the device takes "), "{levels}");
+    // 2048 layers are every device's, 16384 texels a side nearly every one's; 2 TiB are none's.
+    let bytes = ImageInfo { array: true, layers: 2048, ..ImageInfo::texture([16384; 2], Format::Rgba8, 1) };
+    let bytes = refused(bytes);
+    assert!(bytes.contains("bytes in one image") || bytes.contains("texels; the device takes"), "{bytes}");
     assert!(gpu.messages().is_empty(), "{:?}", gpu.messages());
 }

@@ -1,6 +1,8 @@
 //! What the world can do to us: no loader, no device, a feature missing, memory full, device lost.
 
 use ash::vk;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
 use thiserror::Error;
 
 /// Each message says what was tried, on what, and what the user can do.
@@ -55,7 +57,8 @@ pub(crate) trait Check<T> {
 
 impl<T> Check<T> for Result<T, vk::Result> {
     fn check(self, call: &'static str, object: &str) -> Result<T, Error> {
-        self.map_err(|result| match result {
+        let result = if lost_on_purpose(call) { Err(vk::Result::ERROR_DEVICE_LOST) } else { self };
+        result.map_err(|result| match result {
             vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
                 Error::OutOfMemory { object: object.to_string(), reason: format!("{call}: {result}") }
             }
@@ -63,4 +66,22 @@ impl<T> Check<T> for Result<T, vk::Result> {
             result => Error::Call { call, object: object.to_string(), result },
         })
     }
+}
+
+/// A fault that the environment asks for: no driver loses its device when a test wants it to.
+/// `ORTELIUS_LOSE_DEVICE=vkQueueSubmit2:3` lets the third call of that name say that the device is lost.
+fn lost_on_purpose(call: &str) -> bool {
+    static WANTED: OnceLock<Option<(String, u64)>> = OnceLock::new();
+    static CALLS: AtomicU64 = AtomicU64::new(0);
+    let wanted = WANTED.get_or_init(|| parse_fault(&std::env::var("ORTELIUS_LOSE_DEVICE").ok()?));
+    match wanted {
+        Some((name, nth)) if name == call => CALLS.fetch_add(1, Ordering::Relaxed) + 1 == *nth,
+        _ => false,
+    }
+}
+
+/// CALL or CALL:N; the first call where N is left out or no number.
+fn parse_fault(text: &str) -> Option<(String, u64)> {
+    let (name, nth) = text.split_once(':').unwrap_or((text, "1"));
+    (!name.is_empty()).then(|| (name.to_owned(), nth.parse().unwrap_or(1)))
 }

@@ -76,6 +76,17 @@ impl ImageInfo {
     pub fn texture(size: [u32; 2], format: Format, mip_levels: u32) -> Self {
         ImageInfo { size, format, mip_levels, layers: 1, array: false, attachment: false }
     }
+
+    /// Size of one mip level in texels.
+    pub fn mip_size(&self, mip: u32) -> [u32; 2] {
+        self.size.map(|side| side.checked_shr(mip).unwrap_or(0).max(1))
+    }
+
+    /// Bytes of all levels and layers, padding of the driver apart.
+    pub fn bytes(&self) -> u64 {
+        let levels = (0..self.mip_levels).map(|mip| self.format.bytes(self.mip_size(mip)));
+        levels.sum::<u64>() * u64::from(self.layers)
+    }
 }
 
 /// An image, its memory, and a view of the whole (for Rgba8Srgb a second one that reads the bytes as they are).
@@ -103,7 +114,6 @@ impl Gpu {
     /// [`Error::Limit`] where the device has no such format or size, [`Error::OutOfMemory`].
     pub fn image(&self, name: &str, info: ImageInfo) -> Result<Image> {
         let device = &self.device;
-        self.check_limits(name, &info)?;
         let raw = info.format == Format::Rgba8Srgb && !info.attachment;
         let create = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
@@ -114,6 +124,7 @@ impl Gpu {
             .samples(vk::SampleCountFlags::TYPE_1)
             .usage(usage(&info))
             .flags(if raw { vk::ImageCreateFlags::MUTABLE_FORMAT } else { vk::ImageCreateFlags::empty() });
+        self.check_limits(name, &info, &create)?;
         // SAFETY: the device lives; memory is bound before any use.
         let handle = unsafe { device.handle.create_image(&create, None) }.check("vkCreateImage", name)?;
         let mut image = Image {
@@ -180,20 +191,46 @@ impl Gpu {
         properties.optimal_tiling_features.contains(wanted)
     }
 
-    fn check_limits(&self, name: &str, info: &ImageInfo) -> Result<()> {
-        let limits = &self.device.physical.limits;
-        let side = info.size[0].max(info.size[1]);
+    /// What this device says of images of just this format and use: beyond it `vkCreateImage` is undefined.
+    fn check_limits(&self, name: &str, info: &ImageInfo, create: &vk::ImageCreateInfo<'_>) -> Result<()> {
         let limit = |what: String| Err(Error::Limit { object: name.to_string(), what });
-        if side > limits.max_image_dimension2_d {
+        // SAFETY: plain query of a live device.
+        let most = unsafe {
+            self.device.instance.handle.get_physical_device_image_format_properties(
+                self.device.physical.handle,
+                create.format,
+                create.image_type,
+                create.tiling,
+                create.usage,
+                create.flags,
+            )
+        };
+        let most = match most {
+            Err(vk::Result::ERROR_FORMAT_NOT_SUPPORTED) => {
+                return limit(format!("the device has no image of {:?} for this use", info.format));
+            }
+            most => most.check("vkGetPhysicalDeviceImageFormatProperties", name)?,
+        };
+        let [width, height] = info.size;
+        if width > most.max_extent.width || height > most.max_extent.height {
+            let (most_width, most_height) = (most.max_extent.width, most.max_extent.height);
             return limit(format!(
-                "{side} texels a side; the device takes {}",
-                limits.max_image_dimension2_d
+                "{width} x {height} texels; the device takes {most_width} x {most_height} of {:?}",
+                info.format
             ));
         }
-        if info.layers > limits.max_image_array_layers {
+        if info.layers > most.max_array_layers || info.mip_levels > most.max_mip_levels {
             return limit(format!(
-                "{} layers; the device takes {}",
-                info.layers, limits.max_image_array_layers
+                "{} layers of {} levels; the device takes {} of {}",
+                info.layers, info.mip_levels, most.max_array_layers, most.max_mip_levels
+            ));
+        }
+        // The driver's padding comes on top: what passes here may still find no memory.
+        let bytes = info.bytes();
+        if bytes > most.max_resource_size {
+            return limit(format!(
+                "{bytes} bytes in one image; the device takes {}; choose smaller caches, tiles or pictures",
+                most.max_resource_size
             ));
         }
         Ok(())
@@ -246,13 +283,12 @@ impl Image {
 
     /// Size of one mip level in texels.
     pub fn mip_size(&self, mip: u32) -> [u32; 2] {
-        self.info.size.map(|side| (side >> mip).max(1))
+        self.info.mip_size(mip)
     }
 
     /// Bytes of all levels and layers, padding of the driver apart.
     pub fn bytes(&self) -> u64 {
-        let levels = (0..self.info.mip_levels).map(|mip| self.info.format.bytes(self.mip_size(mip)));
-        levels.sum::<u64>() * u64::from(self.info.layers)
+        self.info.bytes()
     }
 
     pub(crate) fn whole(&self) -> vk::ImageSubresourceRange {

@@ -189,3 +189,18 @@ fn quiet_is_silent_and_words_in_a_file_have_no_colours() {
     assert!(more.lines().count() >= said.lines().count(), "{more}");
     assert!(!said.contains('\u{1b}') && !more.contains('\u{1b}'), "{said}{more}");
 }
+
+/// Wherever the device is lost, the program ends in one line with its own exit code, and does not hang.
+#[test]
+fn a_lost_device_is_exit_code_4_wherever_it_is_noticed() {
+    let folder = folder();
+    write(&folder, "scene.toml", &small_scene(SYNTHETIC));
+    for lost in ["vkQueueSubmit2", "vkQueueSubmit2:7", "vkWaitSemaphores:5"] {
+        let mut command = ortelius(&folder, &["render", "scene.toml", "-o", "picture.png"]);
+        let (code, line) = failure(command.env("ORTELIUS_LOSE_DEVICE", lost));
+        assert_eq!(code, 4, "{lost}: {line}");
+        let call = lost.split(':').next().unwrap();
+        holds(&line, &["device lost", call, "--validate"]);
+        assert!(!names(&folder).contains(&"picture.png".to_owned()), "{lost}: no half-made picture");
+    }
+}
