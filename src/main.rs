@@ -5,7 +5,7 @@ mod command;
 use clap::{Parser, Subcommand};
 use command::doctor::Unwell;
 use command::verify::Damaged;
-use command::{Usage, bake, compare, demo, doctor, render, verify};
+use command::{Usage, bake, compare, demo, doctor, list, render, reproduce, verify};
 use ortelius::renderer::RenderError;
 use ortelius::scene::bake::BakeError;
 use ortelius::scene::tiles::TileFileError;
@@ -36,6 +36,10 @@ enum Command {
     Demo(demo::DemoArgs),
     /// Render a scene
     Render(Box<render::RenderArgs>),
+    /// All figures, with what they claim
+    List(list::ListArgs),
+    /// Measure figures on this machine, with a verdict for each claim
+    Reproduce(reproduce::ReproduceArgs),
     /// Cut a picture into a tile pyramid (.tiles)
     Bake(bake::BakeArgs),
     /// Check every byte of a tile pyramid
@@ -68,6 +72,8 @@ fn main() -> ExitCode {
     let done = match &line.command {
         Command::Demo(args) => demo::run(args),
         Command::Render(args) => render::run(args),
+        Command::List(args) => list::run(args),
+        Command::Reproduce(args) => reproduce::run(args),
         Command::Bake(args) => bake::run(args),
         Command::Verify(args) => verify::run(args),
         Command::Compare(args) => compare::run(args),

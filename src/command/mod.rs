@@ -4,8 +4,10 @@ pub mod bake;
 pub mod compare;
 pub mod demo;
 pub mod doctor;
+pub mod list;
 mod outputs;
 pub mod render;
+pub mod reproduce;
 pub mod verify;
 
 use std::io::Write;

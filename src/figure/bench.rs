@@ -3,7 +3,8 @@
 use super::{Effort, Row, Value};
 use crate::picture::write::{Srgb8Picture, write_png};
 use crate::stats::Summary;
-use crate::vk::{Gpu, GpuOptions, Need, PassTime};
+use crate::vk::{Gpu, GpuOptions, Message, Need, PassTime};
+use std::cell::RefCell;
 use std::path::PathBuf;
 
 /// First uses compile on software drivers.
@@ -18,6 +19,10 @@ pub struct Bench {
     pub pictures: PathBuf,
     /// Files that this cell wrote there.
     pub written: Vec<String>,
+    /// Devices are opened with the validation layer, and a message of it fails the cell.
+    pub validate: bool,
+    /// Devices that this cell opened, kept for their messages where `validate`.
+    opened: RefCell<Vec<Gpu>>,
 }
 
 /// One of the things that are timed in turn.
@@ -38,12 +43,27 @@ pub struct Timed {
 }
 
 impl Bench {
+    /// Of one cell, with no validation.
+    pub fn new(effort: Effort, device: Option<String>, pictures: PathBuf) -> Bench {
+        Bench { effort, device, pictures, written: Vec::new(), validate: false, opened: RefCell::default() }
+    }
+
     /// Opens the run's device with what `needs` names.
     ///
     /// # Errors
     /// As [`Gpu::new`]; a feature that the device lacks is [`Value::Missing`]'s case.
     pub fn gpu(&self, needs: &[Need]) -> crate::vk::Result<Gpu> {
-        Gpu::new(&GpuOptions { device: self.device.as_deref(), validate: false, needs })
+        let options = GpuOptions { device: self.device.as_deref(), validate: self.validate, needs };
+        let gpu = Gpu::new(&options)?;
+        if self.validate {
+            self.opened.borrow_mut().push(gpu.clone());
+        }
+        Ok(gpu)
+    }
+
+    /// What the validation layer has said so far of this cell's devices; none where it is off.
+    pub fn messages(&self) -> Vec<Message> {
+        self.opened.borrow().iter().flat_map(Gpu::messages).collect()
     }
 
     /// Timed runs of each contender, warm-up apart.

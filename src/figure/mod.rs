@@ -6,10 +6,23 @@
 //! tests and the report iterate the same list.
 
 mod bench;
+mod choose;
+mod csv;
+mod json;
+mod machine;
+mod results;
+mod run;
+mod store;
 mod table;
+mod write;
 
 pub use bench::{Bench, Contender, Timed};
+pub use choose::{Family, UnknownFigure, choose};
+pub use results::{CellRows, ClaimResult, FigureResult, Outcome, Results};
+pub use run::{Failure, Partition, Progress, Run, RunError, Tally};
+pub use store::{CellResult, Store, StoreError};
 pub use table::{Machine, Record, Row, Table, Value};
+pub use write::write_outputs;
 
 use serde::{Deserialize, Serialize};
 
@@ -138,6 +151,16 @@ impl Figure {
             values.iter().map(move |&x| Cell { scene: scene.clone(), x }).collect::<Vec<_>>()
         };
         self.scenes.iter().flat_map(of_scene).collect()
+    }
+}
+
+/// "earth/oblique" or "earth/oblique at 3".
+impl std::fmt::Display for Cell {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.x {
+            Some(x) => write!(f, "{} at {x}", self.scene),
+            None => f.write_str(&self.scene),
+        }
     }
 }
 

@@ -18,11 +18,12 @@ pub struct Row {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Value {
-    /// Repeated measurements.
+    /// Repeated measurements; finite.
     Summary(Summary),
-    /// Exact, or computed.
+    /// Exact, or computed; may be infinite or NaN.
+    #[serde(with = "any_f64")]
     Number(f64),
-    /// (x, y), in order of x.
+    /// (x, y), in order of x; finite.
     Series(Vec<[f64; 2]>),
     /// An outcome in words.
     Text(String),
@@ -82,6 +83,32 @@ impl Value {
             Value::Summary(summary) => Some(summary.median),
             Value::Number(number) => Some(*number),
             Value::Series(_) | Value::Text(_) | Value::Missing(_) => None,
+        }
+    }
+}
+
+/// JSON has no infinities and no NaN: they are written as the strings "inf", "-inf", "NaN".
+mod any_f64 {
+    use serde::{Deserialize, Deserializer, Serializer, de::Error};
+
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Stored {
+        Finite(f64),
+        Other(String),
+    }
+
+    pub fn serialize<S: Serializer>(number: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        match number.is_finite() {
+            true => serializer.serialize_f64(*number),
+            false => serializer.serialize_str(&number.to_string()),
+        }
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        match Stored::deserialize(deserializer)? {
+            Stored::Finite(number) => Ok(number),
+            Stored::Other(text) => text.parse().map_err(D::Error::custom),
         }
     }
 }

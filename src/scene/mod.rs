@@ -17,7 +17,7 @@ mod settings;
 pub mod source;
 pub mod tiles;
 
-pub use error::SceneError;
+pub use error::{SceneError, nearest};
 pub use open::TextureError;
 pub use settings::{
     Cache, Interpolation, Keying, MeshSpec, Texture, TextureSource, TriplesFormat, Variant, View,

@@ -1,0 +1,168 @@
+//! `ortelius reproduce`: figures measured on this machine, with a verdict for each claim.
+
+use super::{Usage, say};
+use anyhow::bail;
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use ortelius::figure::{
+    Cell, CellResult, Effort, Figure, Machine, Outcome, Partition, Progress, Results, Run, Store, Tally,
+    Verdict, choose, write_outputs,
+};
+use ortelius::paper::FAMILIES;
+use ortelius::vk::{Gpu, GpuOptions};
+use std::path::PathBuf;
+use std::time::Duration;
+
+#[derive(Args)]
+pub struct ReproduceArgs {
+    /// Figures (vt.dedup) or families (vt); all without one. `ortelius list` shows them
+    #[arg(value_name = "FIGURE|FAMILY")]
+    figures: Vec<String>,
+    /// At most 720 rows of pixels, 10 runs of each time (the default)
+    #[arg(long, conflicts_with = "full")]
+    quick: bool,
+    /// At least 30 runs of each time; hours on a software device
+    #[arg(long)]
+    full: bool,
+    /// The report's folder, made if absent
+    #[arg(short, long, value_name = "DIR", default_value = "out")]
+    output: PathBuf,
+    /// Measure every N-th cell only, beginning with the I-th; `ortelius merge` joins the parts
+    #[arg(long, value_name = "I/N", value_parser = parse_partition)]
+    partition: Option<Partition>,
+    /// Keep what DIR has of the same commit, effort and device, and measure the rest
+    #[arg(long)]
+    resume: bool,
+    /// Part of a device's name, or its index
+    #[arg(long, env = "ORTELIUS_DEVICE")]
+    device: Option<String>,
+    /// Run with Vulkan's validation layer; any message of it fails its cell. Times then mean nothing
+    #[arg(long, env = "ORTELIUS_VALIDATE", value_parser = clap::builder::FalseyValueParser::new())]
+    validate: bool,
+}
+
+fn parse_partition(text: &str) -> Result<Partition, String> {
+    let parsed = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    match parsed {
+        Some((index, of)) if (1..=of).contains(&index) => Ok(Partition { index, of }),
+        _ => Err("a part is I/N with 1 <= I <= N, as in 2/8".into()),
+    }
+}
+
+pub fn run(args: &ReproduceArgs) -> anyhow::Result<()> {
+    let figures = choose(&FAMILIES, &args.figures).map_err(|unknown| Usage(unknown.to_string()))?;
+    let known = choose(&FAMILIES, &[]).expect("no name is unknown");
+    let options = GpuOptions { device: args.device.as_deref(), validate: args.validate, needs: &[] };
+    let machine = Machine::here(Gpu::new(&options)?.physical());
+    tracing::info!("{}, {}; {}, {} cores", machine.device, machine.driver, machine.processor, machine.cores);
+    let run = Run {
+        figures: &figures,
+        folder: &args.output,
+        effort: if args.full { Effort::Full } else { Effort::Quick },
+        device: args.device.clone(),
+        machine,
+        validate: args.validate,
+        partition: args.partition.unwrap_or(Partition::WHOLE),
+        resume: args.resume,
+    };
+    let bar = Bar::new();
+    let tally = run.run(&known, &bar);
+    bar.0.finish_and_clear();
+    let tally = tally?;
+    let cells = Store::at(&args.output).all(&known)?;
+    let results = report(args, &run, &figures, &known, &cells)?;
+    print(&results)?;
+    conclude(args, &tally)
+}
+
+/// Writes the report of all figures that were asked for, or of which the folder has something.
+fn report(
+    args: &ReproduceArgs,
+    run: &Run,
+    figures: &[&'static Figure],
+    known: &[&'static Figure],
+    cells: &[CellResult],
+) -> anyhow::Result<Results> {
+    let asked = |figure: &Figure| figures.iter().any(|asked| asked.id == figure.id);
+    let stored = |figure: &Figure| cells.iter().any(|cell| cell.figure == figure.id);
+    let shown: Vec<&Figure> = known.iter().copied().filter(|f| asked(f) || stored(f)).collect();
+    let results = Results::gather(&shown, run.effort, cells);
+    let text = |text: std::ffi::OsString| text.to_string_lossy().into_owned();
+    let command: Vec<String> = std::env::args_os().map(text).collect();
+    write_outputs(&args.output, &results, cells, &command)?;
+    Ok(results)
+}
+
+pub(super) fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Reproduced => "reproduced",
+        Verdict::InPart => "in part",
+        Verdict::NotReproduced => "NOT reproduced",
+        Verdict::NotMeasurable => "not measurable here",
+    }
+}
+
+/// One line a claim.
+fn print(results: &Results) -> anyhow::Result<()> {
+    for (figure, claim) in results.claims() {
+        let finding = &claim.finding;
+        let name = format!("{} {}", figure.id, claim.id);
+        say(format_args!("{name:32} {:20} {}", verdict(finding.verdict), finding.numbers))?;
+    }
+    Ok(())
+}
+
+fn conclude(args: &ReproduceArgs, tally: &Tally) -> anyhow::Result<()> {
+    let folder = args.output.display();
+    let kept = if tally.kept > 0 { format!(", {} kept", tally.kept) } else { String::new() };
+    tracing::info!("{} cells measured{kept}; the report is {folder}/results.json", tally.measured);
+    match &tally.failures[..] {
+        [] => Ok(()),
+        [first, ..] => bail!(
+            "{} of {} cells failed, first {} {}: {}",
+            tally.failures.len(),
+            tally.measured,
+            first.figure,
+            first.cell,
+            first.error
+        ),
+    }
+}
+
+/// A bar on stderr; where that is no terminal, a line a cell.
+struct Bar(ProgressBar);
+
+impl Bar {
+    fn new() -> Bar {
+        let bar = ProgressBar::no_length();
+        let template = "{pos}/{len} {wide_bar} {msg} {elapsed}";
+        // The template is ours; a wrong one shows the default style.
+        bar.set_style(
+            ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()),
+        );
+        Bar(bar)
+    }
+}
+
+impl Progress for Bar {
+    fn begins(&self, figure: &str, cell: &Cell, number: usize, count: usize) {
+        self.0.set_length(count as u64);
+        self.0.set_position(number as u64 - 1);
+        self.0.set_message(format!("{figure} {cell}"));
+        self.0.enable_steady_tick(Duration::from_millis(500));
+    }
+
+    fn ended(&self, result: &CellResult) {
+        let (figure, cell, seconds) = (&result.figure, &result.cell, result.seconds);
+        let line = match &result.outcome {
+            Outcome::Failed(error) => format!("{figure} {cell}: failed after {seconds:.1} s: {error}"),
+            _ => format!("{figure} {cell}: {seconds:.1} s"),
+        };
+        let failed = matches!(result.outcome, Outcome::Failed(_));
+        self.0.suspend(|| match (failed, self.0.is_hidden()) {
+            (true, _) => tracing::warn!("{line}"),
+            (false, true) => tracing::info!("{line}"),
+            (false, false) => {}
+        });
+    }
+}

@@ -1,0 +1,49 @@
+//! A figure's rows as comma-separated values (RFC 4180), one row a line; a series takes one line a point.
+
+use super::{FigureResult, Machine, Outcome, Row, Value};
+use std::fmt::Write as _;
+
+const HEAD: &str = "figure,scene,x,variant,quantity,unit,value,p5,p95,min,max,count,at,text,device";
+
+/// All rows of `figure`; a cell that failed, or is not there, is a line with its reason in `text`.
+pub fn text(figure: &FigureResult, machines: &[Machine]) -> String {
+    let mut text = format!("{HEAD}\n");
+    for cell in &figure.cells {
+        let x = cell.cell.x.map(|x| x.to_string()).unwrap_or_default();
+        let place = format!("{},{},{x}", field(&figure.id), field(&cell.cell.scene));
+        let device = cell.machine.map(|at| field(&machines[at].device)).unwrap_or_default();
+        match &cell.outcome {
+            Outcome::Rows(rows) => rows.iter().for_each(|row| lines(&mut text, &place, row, &device)),
+            Outcome::Failed(error) => {
+                let error = field(&format!("failed: {error}"));
+                writeln!(text, "{place},,,,,,,,,,,{error},{device}").expect("a string takes all");
+            }
+            Outcome::Absent => text.push_str(&format!("{place},,,,,,,,,,,not measured,\n")),
+        }
+    }
+    text
+}
+
+fn lines(text: &mut String, place: &str, row: &Row, device: &str) {
+    let name = [&row.variant, &row.quantity, &row.unit].map(|name| field(name)).join(",");
+    let mut line = |rest: String| {
+        writeln!(text, "{place},{name},{rest},{device}").expect("a string takes all");
+    };
+    match &row.value {
+        Value::Summary(s) => {
+            line(format!("{},{},{},{},{},{},,", s.median, s.p5, s.p95, s.min, s.max, s.count));
+        }
+        Value::Number(number) => line(format!("{number},,,,,,,")),
+        Value::Series(points) => points.iter().for_each(|[x, y]| line(format!("{y},,,,,,{x},"))),
+        Value::Text(words) => line(format!(",,,,,,,{}", field(words))),
+        Value::Missing(why) => line(format!(",,,,,,,{}", field(&format!("not here: {why}")))),
+    }
+}
+
+/// Quoted where it must be.
+fn field(text: &str) -> String {
+    match text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_string(),
+    }
+}

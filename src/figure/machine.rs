@@ -1,0 +1,74 @@
+//! The machine that measures, described for those who read the numbers.
+
+use super::Machine;
+use crate::vk::PhysicalDevice;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+impl Machine {
+    /// This machine with one of its devices, today.
+    pub fn here(physical: &PhysicalDevice) -> Machine {
+        let (major, minor, patch) = physical.api;
+        let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+        Machine {
+            device: physical.name.clone(),
+            device_kind: physical.kind.to_string(),
+            driver: physical.driver.clone(),
+            vulkan: format!("{major}.{minor}.{patch}"),
+            processor: processor(),
+            cores: std::thread::available_parallelism().map_or(1, usize::from),
+            commit: env!("ORTELIUS_COMMIT").to_string(),
+            date: day(seconds / 86_400),
+        }
+    }
+
+    /// The same machine with the same program, whatever the day.
+    pub fn is_same(&self, other: &Machine) -> bool {
+        Machine { date: other.date.clone(), ..self.clone() } == *other
+    }
+}
+
+/// As the system calls it (Linux); else the architecture.
+fn processor() -> String {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    // "model name" on x86, "Model" on some ARM boards; others name only numbers.
+    let named = |key: &str| {
+        let line = text.lines().find(|line| line.starts_with(key))?;
+        Some(line.split_once(':')?.1.trim().to_string()).filter(|name| !name.is_empty())
+    };
+    named("model name").or_else(|| named("Model")).unwrap_or_else(|| std::env::consts::ARCH.to_string())
+}
+
+/// 2026-11-21 for a count of days since 1970-01-01 (the `civil_from_days` of H. Hinnant, "chrono-compatible low-level
+/// date algorithms"; years count from March, so that the leap day is a year's last).
+fn day(since_1970: u64) -> String {
+    let days = since_1970 + 719_468;
+    let (era, day_of_era) = (days / 146_097, days % 146_097);
+    let year = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year + year / 4 - year / 100);
+    let march_month = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * march_month + 2) / 5 + 1;
+    let month = if march_month < 10 { march_month + 3 } else { march_month - 9 };
+    let year = era * 400 + year + u64::from(month <= 2);
+    format!("{year:04}-{month:02}-{day:02}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::day;
+
+    #[test]
+    fn days_are_the_calendars() {
+        for (days, date) in [
+            (0, "1970-01-01"),
+            (58, "1970-02-28"),
+            (59, "1970-03-01"),
+            (11_016, "2000-02-29"),
+            (11_017, "2000-03-01"),
+            (20_778, "2026-11-21"),
+            (47_540, "2100-02-28"),
+            (47_541, "2100-03-01"),
+        ] {
+            assert_eq!(day(days), date);
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! All that a run found out, figure by figure: what `results.json` holds, and what the page shows.
+
+use super::{Cell, CellResult, Effort, Figure, Finding, Machine, Origin, Record, Row, Table, Value, Verdict};
+use serde::{Deserialize, Serialize};
+
+/// The name of the file format; a change that old readers would misread changes the number.
+pub const FORMAT: &str = "ortelius results 1";
+
+/// Everything of one run, or of several that were merged.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    pub format: String,
+    pub version: String,
+    pub effort: Effort,
+    /// Where the cells were measured; nearly always one.
+    pub machines: Vec<Machine>,
+    pub figures: Vec<FigureResult>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FigureResult {
+    pub id: String,
+    pub title: String,
+    pub claims: Vec<ClaimResult>,
+    /// All cells of the figure, in order, also those that were not measured.
+    pub cells: Vec<CellRows>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ClaimResult {
+    pub id: String,
+    pub text: String,
+    /// "paper, section 2.2", or "ours".
+    pub from: String,
+    #[serde(flatten)]
+    pub finding: Finding,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CellRows {
+    #[serde(flatten)]
+    pub cell: Cell,
+    /// Index into [`Results::machines`]; none where it was not measured.
+    pub machine: Option<usize>,
+    pub pictures: Vec<String>,
+    #[serde(flatten)]
+    pub outcome: Outcome,
+}
+
+/// How the measurement of a cell ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Outcome {
+    Rows(Vec<Row>),
+    /// The error.
+    Failed(String),
+    /// Not measured yet, or elsewhere.
+    Absent,
+}
+
+impl Results {
+    /// Puts the cells of `effort` among `cells` in order and lets each claim of `figures` judge.
+    pub fn gather(figures: &[&Figure], effort: Effort, cells: &[CellResult]) -> Results {
+        let mut machines: Vec<Machine> = Vec::new();
+        let figures = figures.iter().map(|figure| of_figure(figure, effort, cells, &mut machines)).collect();
+        Results {
+            format: FORMAT.to_string(),
+            version: env!("CARGO_PKG_VERSION").to_string(),
+            effort,
+            machines,
+            figures,
+        }
+    }
+
+    /// Claims and how they fared, in order.
+    pub fn claims(&self) -> impl Iterator<Item = (&FigureResult, &ClaimResult)> {
+        self.figures.iter().flat_map(|figure| figure.claims.iter().map(move |claim| (figure, claim)))
+    }
+}
+
+fn of_figure(
+    figure: &Figure,
+    effort: Effort,
+    results: &[CellResult],
+    machines: &mut Vec<Machine>,
+) -> FigureResult {
+    let mut rows_of = |cell: Cell| {
+        let found = results.iter().find(|r| r.figure == figure.id && r.effort == effort && r.cell == cell);
+        match found {
+            None => CellRows { cell, machine: None, pictures: Vec::new(), outcome: Outcome::Absent },
+            Some(result) => CellRows {
+                cell,
+                machine: Some(place_of(&result.machine, machines)),
+                pictures: result.pictures.clone(),
+                outcome: result.outcome.clone(),
+            },
+        }
+    };
+    let cells: Vec<CellRows> = figure.cells(effort).into_iter().map(&mut rows_of).collect();
+    let claims = judge(figure, &cells, machines);
+    FigureResult { id: figure.id.to_string(), title: figure.title.to_string(), claims, cells }
+}
+
+/// A machine's index in the list; the same machine on another day widens its dates.
+fn place_of(machine: &Machine, machines: &mut Vec<Machine>) -> usize {
+    let dates = |date: &str| -> Vec<String> { date.split(" to ").map(String::from).collect() };
+    if let Some(at) = machines.iter().position(|known| known.is_same(machine)) {
+        let mut all = [dates(&machines[at].date), dates(&machine.date)].concat();
+        all.sort();
+        all.dedup();
+        machines[at].date = match &all[..] {
+            [first, .., last] => format!("{first} to {last}"),
+            _ => all.concat(),
+        };
+        return at;
+    }
+    machines.push(machine.clone());
+    machines.len() - 1
+}
+
+fn judge(figure: &Figure, cells: &[CellRows], machines: &[Machine]) -> Vec<ClaimResult> {
+    let table = table(cells, machines);
+    let result = |claim: &super::Claim| ClaimResult {
+        id: claim.id.to_string(),
+        text: claim.text.to_string(),
+        from: match claim.from {
+            Origin::Paper(section) => format!("paper, {section}"),
+            Origin::Ours => "ours".to_string(),
+        },
+        finding: match &table {
+            None => Finding::new(Verdict::NotMeasurable, "", "no cell was measured"),
+            Some(table) => tempered((claim.check)(table), cells),
+        },
+    };
+    figure.claims.iter().map(result).collect()
+}
+
+/// What the claims look at; none where nothing was measured.
+pub fn table(cells: &[CellRows], machines: &[Machine]) -> Option<Table> {
+    let used = || cells.iter().filter_map(|cell| cell.machine.map(|at| &machines[at]));
+    // Where cells come from several machines, a claim may hold on all of them only.
+    let machine = used().find(|machine| machine.is_software()).or_else(|| used().next())?.clone();
+    let mut table = Table { machine, records: Vec::new(), missing: 0 };
+    for CellRows { cell, outcome, .. } in cells {
+        let Outcome::Rows(rows) = outcome else {
+            table.missing += 1;
+            continue;
+        };
+        table.records.extend(rows.iter().map(|row| Record {
+            scene: cell.scene.clone(),
+            x: cell.x,
+            row: row.clone(),
+        }));
+    }
+    Some(table)
+}
+
+/// A finding on part of the cells, or on cells of several machines, says so; on part of them nothing is reproduced.
+fn tempered(mut finding: Finding, cells: &[CellRows]) -> Finding {
+    let failed = cells.iter().filter(|cell| matches!(cell.outcome, Outcome::Failed(_))).count();
+    let absent = cells.iter().filter(|cell| cell.outcome == Outcome::Absent).count();
+    let mut notes = Vec::new();
+    if failed + absent > 0 {
+        if finding.verdict == Verdict::Reproduced {
+            finding.verdict = Verdict::NotMeasurable;
+        }
+        let part = |count: usize, what: &str| match count {
+            0 => None,
+            _ => Some(format!("{count} of {} cells {what}", cells.len())),
+        };
+        notes.extend(part(failed, "failed"));
+        notes.extend(part(absent, "were not measured"));
+    }
+    let mut used: Vec<usize> = cells.iter().filter_map(|cell| cell.machine).collect();
+    used.sort_unstable();
+    used.dedup();
+    if used.len() > 1 {
+        notes.push(format!("cells of {} machines: times of different cells do not compare", used.len()));
+    }
+    if !notes.is_empty() {
+        finding.why = format!("{} ({})", finding.why, notes.join("; ")).trim_start().to_string();
+    }
+    finding
+}
+
+impl Outcome {
+    /// What a figure measured, or why it is not to be used: a summary or a series that is not finite, a row that
+    /// stands there twice.
+    pub(super) fn of(measured: anyhow::Result<Vec<Row>>) -> Outcome {
+        let rows = match measured {
+            Ok(rows) => rows,
+            // With its causes, in one line.
+            Err(error) => return Outcome::Failed(format!("{error:#}").replace('\n', "; ")),
+        };
+        for (at, row) in rows.iter().enumerate() {
+            let name = format!("{}, {}", row.variant, row.quantity);
+            let finite = match &row.value {
+                Value::Summary(s) => [s.min, s.p5, s.median, s.p95, s.max].iter().all(|v| v.is_finite()),
+                Value::Series(points) => points.iter().flatten().all(|v| v.is_finite()),
+                Value::Number(_) | Value::Text(_) | Value::Missing(_) => true,
+            };
+            if !finite {
+                return Outcome::Failed(format!("{name}: not finite: {:?}", row.value));
+            }
+            let same = |other: &&Row| other.variant == row.variant && other.quantity == row.quantity;
+            if rows[..at].iter().any(|other| same(&other)) {
+                return Outcome::Failed(format!("{name}: measured twice in one cell"));
+            }
+        }
+        Outcome::Rows(rows)
+    }
+}

@@ -1,0 +1,131 @@
+//! A run's folder: one file a cell under `cells/FIGURE/`, each there whole or not at all, so that a run may be killed
+//! at any moment; pictures under `pictures/`, written before the cell that names them.
+
+use super::{Cell, Effort, Figure, Machine, Outcome, json};
+use crate::picture::write::{FileError, write_whole};
+use serde::{Deserialize, Serialize};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// What the measurement of one cell left.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CellResult {
+    pub figure: String,
+    #[serde(flatten)]
+    pub cell: Cell,
+    pub effort: Effort,
+    pub machine: Machine,
+    pub seconds: f64,
+    /// Files in `pictures/`.
+    pub pictures: Vec<String>,
+    #[serde(flatten)]
+    pub outcome: Outcome,
+}
+
+/// A folder that cannot be read or written.
+#[derive(Debug, Error)]
+pub enum StoreError {
+    #[error("{path}: {source}")]
+    Folder { path: String, source: std::io::Error },
+    #[error(
+        "{path}: not a result of this program ({what}); remove the file, and measure it again with --resume"
+    )]
+    Damaged { path: String, what: String },
+    #[error(transparent)]
+    Write(#[from] FileError),
+}
+
+/// The folder of a run.
+pub struct Store {
+    folder: PathBuf,
+}
+
+impl Store {
+    /// Makes the folders that are missing.
+    ///
+    /// # Errors
+    /// [`StoreError::Folder`].
+    pub fn create(folder: &Path) -> Result<Store, StoreError> {
+        let store = Store { folder: folder.to_path_buf() };
+        for path in [store.cells(), store.pictures()] {
+            std::fs::create_dir_all(&path)
+                .map_err(|source| StoreError::Folder { path: path.display().to_string(), source })?;
+        }
+        Ok(store)
+    }
+
+    /// An existing folder, as it is.
+    pub fn at(folder: &Path) -> Store {
+        Store { folder: folder.to_path_buf() }
+    }
+
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    fn cells(&self) -> PathBuf {
+        self.folder.join("cells")
+    }
+
+    pub fn pictures(&self) -> PathBuf {
+        self.folder.join("pictures")
+    }
+
+    /// `cells/vt.dedup/earth-oblique@3.json`
+    fn file(&self, figure: &str, cell: &Cell) -> PathBuf {
+        let scene: String =
+            cell.scene.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
+        let x = cell.x.map(|x| format!("@{x}")).unwrap_or_default();
+        self.cells().join(figure).join(format!("{scene}{x}.json"))
+    }
+
+    /// # Errors
+    /// The disk's; nothing half-written is left.
+    pub fn put(&self, result: &CellResult) -> Result<(), StoreError> {
+        let path = self.file(&result.figure, &result.cell);
+        let folder = path.parent().expect("a cell's file lies in its figure's folder");
+        std::fs::create_dir_all(folder)
+            .map_err(|source| StoreError::Folder { path: folder.display().to_string(), source })?;
+        let text = json::text(result, 2);
+        Ok(write_whole(&path, |file| file.write_all(text.as_bytes()))?)
+    }
+
+    /// A cell's stored result.
+    ///
+    /// # Errors
+    /// What cannot be read, or is no result of this cell.
+    pub fn get(&self, figure: &str, cell: &Cell) -> Result<Option<CellResult>, StoreError> {
+        let path = self.file(figure, cell);
+        let shown = || path.display().to_string();
+        let text = match std::fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(source) => return Err(StoreError::Folder { path: shown(), source }),
+        };
+        let result: CellResult = serde_json::from_str(&text)
+            .map_err(|error| StoreError::Damaged { path: shown(), what: error.to_string() })?;
+        if result.figure != figure || result.cell != *cell {
+            let what = format!("it is of {} {}", result.figure, result.cell);
+            return Err(StoreError::Damaged { path: shown(), what });
+        }
+        Ok(Some(result))
+    }
+
+    /// All stored results of `figures`, in their order, whatever the effort.
+    ///
+    /// # Errors
+    /// As [`Store::get`].
+    pub fn all(&self, figures: &[&Figure]) -> Result<Vec<CellResult>, StoreError> {
+        let mut found = Vec::new();
+        for figure in figures {
+            let mut cells = figure.cells(Effort::Quick);
+            let full = figure.cells(Effort::Full);
+            cells.extend(full.into_iter().filter(|cell| !figure.cells(Effort::Quick).contains(cell)));
+            for cell in cells {
+                found.extend(self.get(figure.id, &cell)?);
+            }
+        }
+        Ok(found)
+    }
+}

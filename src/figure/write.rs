@@ -1,0 +1,73 @@
+//! The files of a report: `results.json`, `summary.json`, `manifest.json`, and for each figure JSON and CSV.
+
+use super::{CellResult, FigureResult, Machine, Results, StoreError, csv, json};
+use crate::picture::write::write_whole;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::io::Write as _;
+use std::path::Path;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// Indented levels of the files: a measured row stands on one line.
+const LEVELS: usize = 6;
+
+/// What it takes to repeat a run, and what it left.
+#[derive(Serialize)]
+struct Manifest<'a> {
+    version: &'a str,
+    command: &'a [String],
+    effort: super::Effort,
+    machines: &'a [Machine],
+    /// Seconds by figure and cell.
+    seconds: BTreeMap<&'a str, BTreeMap<String, f64>>,
+    /// XXH3 (64 bits, hexadecimal) of each file.
+    files: BTreeMap<String, String>,
+}
+
+/// One figure with all that its numbers mean something by.
+#[derive(Serialize)]
+struct FigureFile<'a> {
+    effort: super::Effort,
+    machines: &'a [Machine],
+    #[serde(flatten)]
+    figure: &'a FigureResult,
+}
+
+/// Writes the report of `results` into `folder`. `cells`: where they came from; `command`: the line that was given.
+///
+/// # Errors
+/// The disk's.
+pub fn write_outputs(
+    folder: &Path,
+    results: &Results,
+    cells: &[CellResult],
+    command: &[String],
+) -> Result<(), StoreError> {
+    let mut files = BTreeMap::new();
+    let mut put = |name: String, text: String| {
+        files.insert(name.clone(), format!("{:016x}", xxh3_64(text.as_bytes())));
+        write_whole(&folder.join(name), |file| file.write_all(text.as_bytes()))
+    };
+    for figure in &results.figures {
+        let file = FigureFile { effort: results.effort, machines: &results.machines, figure };
+        put(format!("{}.json", figure.id), json::text(&file, LEVELS - 2))?;
+        put(format!("{}.csv", figure.id), csv::text(figure, &results.machines))?;
+    }
+    put("results.json".into(), json::text(results, LEVELS))?;
+    let summary: BTreeMap<&str, _> = results.figures.iter().map(|f| (f.id.as_str(), &f.claims)).collect();
+    put("summary.json".into(), json::text(&summary, LEVELS))?;
+    let mut seconds: BTreeMap<&str, BTreeMap<String, f64>> = BTreeMap::new();
+    for cell in cells.iter().filter(|cell| cell.effort == results.effort) {
+        seconds.entry(&cell.figure).or_default().insert(cell.cell.to_string(), cell.seconds);
+    }
+    let manifest = Manifest {
+        version: &results.version,
+        command,
+        effort: results.effort,
+        machines: &results.machines,
+        seconds,
+        files,
+    };
+    let text = json::text(&manifest, LEVELS);
+    Ok(write_whole(&folder.join("manifest.json"), |file| file.write_all(text.as_bytes()))?)
+}

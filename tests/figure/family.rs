@@ -1,0 +1,164 @@
+//! Made-up figures.
+
+use ortelius::figure::{
+    Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Sweep, Table, Value, Verdict,
+};
+use ortelius::picture::write::Srgb8Picture;
+use ortelius::stats::Summary;
+use std::time::Duration;
+
+/// Exact numbers along a sweep, a picture, and a claim of each verdict.
+pub const SWEPT: Figure = Figure {
+    id: "made.swept",
+    title: "Numbers along a sweep",
+    about: "What doubles doubles. The paper says so in section 1.",
+    scenes: &["earth/oblique", "globe"],
+    variants: || vec!["single".into(), "double".into()],
+    sweep: Some(Sweep { name: "side, texels", quick: &[1.0, 2.5, 1e6], full: &[1.0, 2.0, 3.0, 4.0] }),
+    measure: swept,
+    plots: &[Plot { quantity: "size", x: Axis::Sweep, log_x: true, log_y: true, floor: Some("empty pass") }],
+    claims: &[
+        Claim {
+            id: "doubles",
+            text: "double is twice single",
+            from: Origin::Paper("section 1"),
+            check: doubles,
+        },
+        Claim { id: "partly", text: "some are small", from: Origin::Ours, check: |_| found(Verdict::InPart) },
+        Claim {
+            id: "fails",
+            text: "all are <small> & \"sound\"",
+            from: Origin::Ours,
+            check: |_| found(Verdict::NotReproduced),
+        },
+        Claim {
+            id: "unknown",
+            text: "a GPU is fast",
+            from: Origin::Paper("section 5"),
+            check: |_| found(Verdict::NotMeasurable),
+        },
+    ],
+};
+
+/// Times with a spread, a variant that does not run here, words, and a series.
+pub const BARS: Figure = Figure {
+    id: "made.bars",
+    title: "Times of variants",
+    about: "Bars with spreads.",
+    scenes: &["plane"],
+    variants: || ["fast", "slow", "absent", "worded"].map(String::from).to_vec(),
+    sweep: None,
+    measure: bars,
+    plots: &[
+        Plot { quantity: "time", x: Axis::Variant, log_x: false, log_y: false, floor: Some("empty pass") },
+        Plot {
+            quantity: "error",
+            x: Axis::Series("time since the cut, ms"),
+            log_x: false,
+            log_y: true,
+            floor: None,
+        },
+    ],
+    claims: &[Claim {
+        id: "faster",
+        text: "fast is faster",
+        from: Origin::Ours,
+        check: |_| found(Verdict::Reproduced),
+    }],
+};
+
+/// Fails in one of its cells, and panics in another.
+pub const FAILS: Figure = Figure {
+    id: "made.fails",
+    title: "A figure with trouble",
+    about: "Two of three cells fail.",
+    scenes: &["earth", "globe", "plane"],
+    variants: || vec!["only".into()],
+    sweep: None,
+    measure: |_, cell| match &*cell.scene {
+        "earth" => anyhow::bail!("the disk is on fire"),
+        "globe" => panic!("left {} right {}", 1, 2),
+        _ => Ok(vec![number("only", "size", 1.0)]),
+    },
+    plots: &[],
+    claims: &[Claim {
+        id: "holds",
+        text: "it holds",
+        from: Origin::Ours,
+        check: |_| found(Verdict::Reproduced),
+    }],
+};
+
+/// Many short cells, for runs that are killed.
+pub const SLOW: Figure = Figure {
+    id: "made.slow",
+    title: "Many cells",
+    about: "Each takes a moment.",
+    scenes: &["a", "b", "c", "d"],
+    variants: || vec!["only".into()],
+    sweep: Some(Sweep { name: "n", quick: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6], full: &[1.0] }),
+    measure: |bench, cell| {
+        std::thread::sleep(Duration::from_millis(10));
+        picture(bench, &format!("made.slow-{}-{}", cell.scene, cell.x.unwrap_or(0.0)))?;
+        Ok(vec![number("only", "third", cell.x.unwrap_or(0.0) / 3.0)])
+    },
+    plots: &[],
+    claims: &[Claim {
+        id: "holds",
+        text: "it holds",
+        from: Origin::Ours,
+        check: |_| found(Verdict::Reproduced),
+    }],
+};
+
+fn found(verdict: Verdict) -> Finding {
+    Finding::new(verdict, "1 of 2", "the bound is 1")
+}
+
+fn number(variant: &str, quantity: &str, value: f64) -> Row {
+    Row::new(variant, quantity, "texels", Value::Number(value))
+}
+
+fn picture(bench: &mut Bench, name: &str) -> anyhow::Result<()> {
+    bench.picture(name, &Srgb8Picture { width: 2, height: 1, rgba: vec![255, 0, 0, 255, 0, 0, 255, 255] })
+}
+
+fn swept(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let x = cell.x.expect("a sweep");
+    if x == 1.0 {
+        picture(bench, &format!("made.swept-{}", cell.scene.replace('/', "-")))?;
+    }
+    Ok(vec![
+        number("single", "size", x / 3.0),
+        number("double", "size", x * 2.0 / 3.0),
+        number("empty pass", "size", 0.25),
+        number("single", "distance", f64::INFINITY),
+        number("double", "distance", f64::NAN),
+    ])
+}
+
+fn doubles(table: &Table) -> Finding {
+    let ratios: Vec<f64> = table
+        .of("size")
+        .filter(|r| r.row.variant == "single")
+        .filter_map(|r| Some(table.number(&r.scene, r.x, "double", "size")? / r.row.value.number()?))
+        .collect();
+    let worst = ratios.iter().copied().fold(2.0, f64::min);
+    let verdict = if worst == 2.0 { Verdict::Reproduced } else { Verdict::NotReproduced };
+    Finding::new(verdict, format!("ratio {worst} in {} cells", ratios.len()), "2 exactly")
+}
+
+fn bars(_: &mut Bench, _: &Cell) -> anyhow::Result<Vec<Row>> {
+    let time = |variant: &str, samples: &[f64]| {
+        Row::new(variant, "time", "ms", Value::Summary(Summary::of(samples).expect("samples")))
+    };
+    Ok(vec![
+        time("fast", &[1.0, 1.1, 1.2]),
+        time("slow", &[3.0, 4.0, 5.5]),
+        time("empty pass", &[0.1, 0.1, 0.1]),
+        Row::new("absent", "time", "ms", Value::Missing("no geometry shader".into())),
+        Row::new("worded", "time", "ms", Value::Text("too small to tell".into())),
+        Row::new("fast", "error", "", Value::Series(vec![[0.0, 1.0], [10.0, 0.1], [20.0, 0.01]])),
+        Row::new("slow", "error", "", Value::Series(vec![[0.0, 1.0], [10.0, 0.5], [20.0, 0.2]])),
+    ])
+}

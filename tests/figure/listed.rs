@@ -1,0 +1,73 @@
+//! The real figures keep the rules, and are found by their names.
+
+use super::family::{BARS, FAILS, SWEPT};
+use ortelius::figure::{Effort, Family, choose};
+use ortelius::paper::FAMILIES;
+use ortelius::scene::Scene;
+use std::collections::BTreeSet;
+
+const MADE: [Family; 2] = [("made", &[&SWEPT, &BARS]), ("more", &[&FAILS])];
+
+fn chosen(names: &[&str]) -> Result<Vec<&'static str>, String> {
+    let names: Vec<String> = names.iter().map(|name| name.to_string()).collect();
+    match choose(&MADE, &names) {
+        Ok(figures) => Ok(figures.iter().map(|figure| figure.id).collect()),
+        Err(unknown) => Err(unknown.to_string()),
+    }
+}
+
+#[test]
+fn figures_are_chosen_by_id_and_by_family_each_once_in_order() {
+    let all = ["made.swept", "made.bars", "made.fails"];
+    assert_eq!(chosen(&[]).unwrap(), all);
+    assert_eq!(chosen(&["more", "made"]).unwrap(), all);
+    assert_eq!(chosen(&["made.bars", "made.swept", "made.bars"]).unwrap(), all[..2]);
+    assert_eq!(chosen(&["more", "made.bars"]).unwrap(), all[1..]);
+}
+
+#[test]
+fn an_unknown_name_is_told_with_the_nearest() {
+    let line = chosen(&["made.bars", "made.swetp"]).unwrap_err();
+    assert!(line.contains("\"made.swetp\"") && line.contains("nearest is made.swept"), "{line}");
+    let line = chosen(&["mad"]).unwrap_err();
+    assert!(line.contains("nearest is made;"), "{line}");
+}
+
+#[test]
+fn every_figure_has_its_own_id_words_claims_and_scenes_that_exist() {
+    let mut ids = BTreeSet::new();
+    for (family, figures) in FAMILIES {
+        for figure in figures {
+            let id = figure.id;
+            assert!(ids.insert(id), "{id} stands twice in the list");
+            assert!(id.starts_with(&format!("{family}.")), "{id} is of family {family}");
+            assert!(!figure.title.is_empty() && figure.about.len() > 40, "{id}: what does it answer?");
+            assert!(!figure.claims.is_empty(), "{id} claims nothing");
+            let claims: BTreeSet<_> = figure.claims.iter().map(|claim| claim.id).collect();
+            assert_eq!(claims.len(), figure.claims.len(), "{id}: a claim's id stands twice");
+            assert!(figure.claims.iter().all(|claim| !claim.text.is_empty()), "{id}: a claim without words");
+            assert!(!figure.scenes.is_empty(), "{id} looks at nothing");
+            for scene in figure.scenes {
+                exists(id, scene);
+            }
+            let variants = (figure.variants)();
+            let distinct: BTreeSet<_> = variants.iter().collect();
+            assert!(!variants.is_empty() && distinct.len() == variants.len(), "{id}: {variants:?}");
+            for effort in [Effort::Quick, Effort::Full] {
+                let cells = figure.cells(effort);
+                let names: BTreeSet<_> = cells.iter().map(ToString::to_string).collect();
+                assert_eq!(names.len(), cells.len(), "{id}: a cell stands twice");
+            }
+        }
+    }
+}
+
+/// "SCENE", "SCENE/CAMERA" or "SCENE/PATH" of a shipped scene.
+fn exists(figure: &str, name: &str) {
+    let (scene, view) = name.split_once('/').map_or((name, None), |(scene, view)| (scene, Some(view)));
+    let scene = Scene::embedded(scene).unwrap_or_else(|error| panic!("{figure}: {name}: {error}"));
+    if let Some(view) = view {
+        let there = scene.camera(view).is_ok() || scene.path(view).is_ok();
+        assert!(there, "{figure}: scene {} has no camera and no path {view:?}", scene.name);
+    }
+}

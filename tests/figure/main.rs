@@ -1,0 +1,74 @@
+//! The machinery of figures: runs that are killed, shared and merged, cells that fail, verdicts and the page. The
+//! figures here are made up, so that it takes no device and no time; the last module holds the real ones to the rules.
+
+mod family;
+mod listed;
+mod outputs;
+mod runs;
+
+use ortelius::figure::{
+    Cell, CellResult, Effort, Figure, Machine, Partition, Progress, Results, Run, RunError, Store, Tally,
+    write_outputs,
+};
+use std::path::Path;
+use tempfile::TempDir;
+
+/// The machine that all runs here claim to be on.
+fn machine() -> Machine {
+    Machine {
+        device: "made-up device".into(),
+        device_kind: "cpu".into(),
+        driver: "made-up 1.0".into(),
+        vulkan: "1.3.0".into(),
+        processor: "made-up processor".into(),
+        cores: 2,
+        commit: "0123456789abcdef".into(),
+        date: "2026-11-21".into(),
+    }
+}
+
+struct Silent;
+
+impl Progress for Silent {
+    fn begins(&self, _: &str, _: &Cell, _: usize, _: usize) {}
+    fn ended(&self, _: &CellResult) {}
+}
+
+fn a_run<'a>(figures: &'a [&'static Figure], folder: &'a Path) -> Run<'a> {
+    Run {
+        figures,
+        folder,
+        effort: Effort::Quick,
+        device: None,
+        machine: machine(),
+        validate: false,
+        partition: Partition::WHOLE,
+        resume: false,
+    }
+}
+
+fn run(run: &Run) -> Result<Tally, RunError> {
+    run.run(run.figures, &Silent)
+}
+
+/// Writes the report of what `folder` holds of `figures`.
+fn report(figures: &[&'static Figure], folder: &Path) -> Results {
+    let cells = Store::at(folder).all(figures).unwrap();
+    let results = Results::gather(figures, Effort::Quick, &cells);
+    write_outputs(folder, &results, &cells, &["ortelius".to_string()]).unwrap();
+    results
+}
+
+/// A whole run with its report.
+fn reported(figures: &[&'static Figure], folder: &Path) -> Results {
+    run(&a_run(figures, folder)).unwrap();
+    report(figures, folder)
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+fn read(folder: &Path, name: &str) -> String {
+    std::fs::read_to_string(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
