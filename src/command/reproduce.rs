@@ -6,7 +6,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use ortelius::figure::{
     Cell, CellResult, Effort, Figure, Machine, Outcome, Partition, Progress, Results, Run, Store, Tally,
-    Verdict, choose, write_outputs,
+    choose, write_outputs,
 };
 use ortelius::paper::FAMILIES;
 use ortelius::vk::{Gpu, GpuOptions};
@@ -93,21 +93,12 @@ fn report(
     Ok(results)
 }
 
-pub(super) fn verdict(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Reproduced => "reproduced",
-        Verdict::InPart => "in part",
-        Verdict::NotReproduced => "NOT reproduced",
-        Verdict::NotMeasurable => "not measurable here",
-    }
-}
-
 /// One line a claim.
 fn print(results: &Results) -> anyhow::Result<()> {
     for (figure, claim) in results.claims() {
         let finding = &claim.finding;
         let name = format!("{} {}", figure.id, claim.id);
-        say(format_args!("{name:32} {:20} {}", verdict(finding.verdict), finding.numbers))?;
+        say(format_args!("{name:32} {:20} {}", finding.verdict.name(), finding.numbers))?;
     }
     Ok(())
 }

@@ -164,6 +164,18 @@ impl std::fmt::Display for Cell {
     }
 }
 
+impl Verdict {
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Reproduced => "reproduced",
+            Verdict::InPart => "in part",
+            Verdict::NotReproduced => "not reproduced",
+            Verdict::NotMeasurable => "not measurable here",
+        }
+    }
+}
+
 impl Finding {
     pub fn new(verdict: Verdict, numbers: impl Into<String>, why: impl Into<String>) -> Finding {
         Finding { verdict, numbers: numbers.into(), why: why.into() }
