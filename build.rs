@@ -209,6 +209,11 @@ impl Generated {
                 other => return Err(fail(&format!("unnamed or unknown: {other:?}"))),
             }
         }
+        let group = group(&entry.exec_modes);
+        if name.ends_with(".comp") && group.is_none() {
+            return Err(fail(&"no local_size in plain numbers"));
+        }
+        let group = group.unwrap_or([1; 3]);
         inputs.sort();
         descriptors.sort();
         descriptors.dedup();
@@ -218,7 +223,7 @@ impl Generated {
         let words: Vec<String> = words.iter().map(|w| format!("{w:#x}")).collect();
         Ok(format!(
             "Shader {{ name: {:?}, spirv: &[{}], descriptors: &[{}], push_bytes: {push_bytes}, \
-             specialization: &[{}], inputs: &[{}] }}",
+             specialization: &[{}], inputs: &[{}], group: {group:?} }}",
             name + &suffix,
             words.join(","),
             descriptors.join(", "),
@@ -267,10 +272,21 @@ impl Generated {
     }
 }
 
+/// A compute shader's workgroup.
+fn group(modes: &[spirq::func::ExecutionMode]) -> Option<[u32; 3]> {
+    let size = modes.iter().find(|mode| mode.exec_mode == spirq::spirv::ExecutionMode::LocalSize)?;
+    let side = |n: usize| match size.operands.get(n)?.value {
+        spirq::constant::ConstantValue::U32(side) => Some(side),
+        _ => None,
+    };
+    Some([side(0)?, side(1)?, side(2)?])
+}
+
 fn descriptor_kind(ty: &DescriptorType) -> Option<&'static str> {
     match ty {
         DescriptorType::CombinedImageSampler() => Some("CombinedImageSampler"),
         DescriptorType::SampledImage() => Some("SampledImage"),
+        DescriptorType::StorageImage(_) => Some("StorageImage"),
         DescriptorType::StorageBuffer(_) => Some("StorageBuffer"),
         _ => None,
     }

@@ -177,11 +177,17 @@ fn open(args: &RenderArgs, scene: &Scene, target: Target) -> anyhow::Result<Rend
         let what = "--compare-plain: a bc1 texture has no level in RGBA8 to compare with";
         bail!(Usage(format!("{what} ({}); bake it with --format rgba8", source.describe())));
     }
-    let needs = needs(source.format());
-    let options = GpuOptions { device: args.device.as_deref(), validate: args.validate, needs: &needs };
+    let mut settings = Settings::of_scene(scene, target);
+    settings.config.check(&source.pyramid())?;
+    let needs = needs(&settings.config, source.format());
+    let options = GpuOptions {
+        device: args.device.as_deref(),
+        validate: args.validate,
+        needs: &needs,
+        ..GpuOptions::default()
+    };
     let gpu = Gpu::new(&options)?;
     tracing::info!("{}, {}", gpu.physical().name, gpu.physical().driver);
-    let mut settings = Settings::of_scene(scene, target);
     settings.size = args.size.unwrap_or(settings.size);
     settings.streaming.deterministic = args.deterministic;
     Ok(Renderer::new(gpu, source, &mesh::gpu_mesh(&scene.source_mesh()?)?, settings)?)
@@ -210,7 +216,7 @@ fn run_frames(
 
 fn explain(renderer: &Renderer) -> anyhow::Result<()> {
     say(format_args!("device     {}", renderer.gpu.physical().name))?;
-    for need in needs(renderer.source.format()) {
+    for need in needs(&renderer.settings.config, renderer.source.format()) {
         say(format_args!("feature    {}: pass {:?}", need.feature.name(), need.pass))?;
     }
     for pass in renderer.pipeline.passes() {

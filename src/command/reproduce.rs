@@ -52,7 +52,8 @@ fn parse_partition(text: &str) -> Result<Partition, String> {
 pub fn run(args: &ReproduceArgs) -> anyhow::Result<()> {
     let figures = choose(&FAMILIES, &args.figures).map_err(|unknown| Usage(unknown.to_string()))?;
     let known = choose(&FAMILIES, &[]).expect("no name is unknown");
-    let options = GpuOptions { device: args.device.as_deref(), validate: args.validate, needs: &[] };
+    let options =
+        GpuOptions { device: args.device.as_deref(), validate: args.validate, ..GpuOptions::default() };
     let machine = Machine::here(Gpu::new(&options)?.physical());
     tracing::info!("{}, {}; {}, {} cores", machine.device, machine.driver, machine.processor, machine.cores);
     let run = Run {

@@ -3,7 +3,7 @@
 use super::{Effort, Row, Value};
 use crate::picture::write::{Srgb8Picture, write_png};
 use crate::stats::Summary;
-use crate::vk::{Gpu, GpuOptions, Message, Need, PassTime};
+use crate::vk::{Feature, Gpu, GpuOptions, Message, Need, PassTime};
 use std::cell::RefCell;
 use std::path::PathBuf;
 
@@ -48,12 +48,13 @@ impl Bench {
         Bench { effort, device, pictures, written: Vec::new(), validate: false, opened: RefCell::default() }
     }
 
-    /// Opens the run's device with what `needs` names.
+    /// Opens the run's device with what `needs` names, and with what else it has: figures compare variants.
     ///
     /// # Errors
     /// As [`Gpu::new`]; a feature that the device lacks is [`Value::Missing`]'s case.
     pub fn gpu(&self, needs: &[Need]) -> crate::vk::Result<Gpu> {
-        let options = GpuOptions { device: self.device.as_deref(), validate: self.validate, needs };
+        let (device, validate) = (self.device.as_deref(), self.validate);
+        let options = GpuOptions { device, validate, needs, wishes: &Feature::ALL };
         let gpu = Gpu::new(&options)?;
         if self.validate {
             self.opened.borrow_mut().push(gpu.clone());

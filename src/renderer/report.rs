@@ -52,9 +52,11 @@ pub struct Report {
 pub struct VariantReport {
     /// As used, also where the scene said "auto".
     pub u1: &'static str,
+    pub dedup: &'static str,
     pub block_log2: u32,
     pub memo: bool,
     pub keying: &'static str,
+    pub compact: &'static str,
     pub compact_block_log2: u32,
     pub interpolation: &'static str,
 }
@@ -219,12 +221,14 @@ impl Renderer {
             picture_height: self.settings.size[1],
             variant: VariantReport {
                 u1: self.pipeline.stage1.format.name(),
+                dedup: config.dedup.name(),
                 block_log2: config.block_log2,
                 memo: config.memo,
                 keying: match config.keying {
                     Keying::Paper => "paper",
                     Keying::Native => "native",
                 },
+                compact: config.compact.name(),
                 compact_block_log2: config.compact_block_log2,
                 interpolation: match config.interpolation {
                     Interpolation::Corrected => "corrected",

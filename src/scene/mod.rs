@@ -7,6 +7,7 @@
 pub mod bake;
 pub mod camera;
 mod check;
+mod choice;
 mod error;
 mod file;
 pub mod mesh;
@@ -17,6 +18,7 @@ mod settings;
 pub mod source;
 pub mod tiles;
 
+pub use choice::{Compaction, Dedup};
 pub use error::{SceneError, nearest};
 pub use open::TextureError;
 pub use settings::{

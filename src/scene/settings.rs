@@ -1,5 +1,6 @@
 //! The settings of a scene: texture, caches, mesh, view, and the variant of the pipeline.
 
+use super::choice::{Compaction, Dedup};
 use crate::math::pyramid::{Pyramid, PyramidError};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -145,12 +146,16 @@ pub enum Interpolation {
 #[serde(deny_unknown_fields, default)]
 pub struct Variant {
     pub u1: TriplesFormat,
-    /// p of stage 2: blocks of `2^p x 2^p` pixels, 0 ..= 4.
+    /// Stage 2.
+    pub dedup: Dedup,
+    /// p of the geometry shader's stage 2: blocks of `2^p x 2^p` pixels, 0 ..= 4.
     pub block_log2: u32,
-    /// Emit only when the next texel's triple differs.
+    /// Its memo: emit only when the next texel's triple differs.
     pub memo: bool,
     pub keying: Keying,
-    /// p of stage 3: blocks of `2^p x 2^p` texels of U2, 0 ..= 2.
+    /// Stage 3.
+    pub compact: Compaction,
+    /// p of the geometry shader's stage 3: blocks of `2^p x 2^p` texels of U2, 0 ..= 2.
     pub compact_block_log2: u32,
     /// NA: samples of the hardware's anisotropic filter, 1 ..= 16.
     pub max_anisotropy: u32,
@@ -165,9 +170,11 @@ impl Default for Variant {
     fn default() -> Self {
         Self {
             u1: TriplesFormat::Auto,
+            dedup: Dedup::default(),
             block_log2: 3,
             memo: true,
             keying: Keying::Paper,
+            compact: Compaction::default(),
             compact_block_log2: 2,
             max_anisotropy: 1,
             interpolation: Interpolation::Corrected,

@@ -51,6 +51,13 @@ impl Gpu {
             BufferUse::Readback => (U::TRANSFER_DST, MemoryLocation::GpuToCpu),
         };
         let device = &self.device;
+        let range = u64::from(device.physical.limits.max_storage_buffer_range);
+        if usage == BufferUse::Storage && bytes > range {
+            let what = format!(
+                "{bytes} bytes, the device's shaders reach {range} of a buffer; lower variant.list_capacity, or show fewer tiles"
+            );
+            return Err(Error::Limit { object: name.to_string(), what });
+        }
         let most = device.physical.most_feedback_bytes;
         if usage == BufferUse::TransformFeedback && bytes > most {
             let what = format!(

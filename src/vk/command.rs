@@ -139,6 +139,11 @@ impl Cmd<'_> {
                 images = image(if *view == View::Raw { texture.raw_view } else { texture.view }, none);
                 write.image_info(&images)
             }
+            (DescriptorKind::StorageImage, Resource::Texture(texture, View::Whole)) => {
+                assert!(texture.info().storage, "{pipeline}: {} was not made for stores", texture.name());
+                images = image(texture.view, none);
+                write.image_info(&images)
+            }
             (DescriptorKind::CombinedImageSampler, Resource::Sampled(texture, sampler)) => {
                 images = image(texture.view, sampler.handle);
                 write.image_info(&images)
@@ -191,6 +196,18 @@ impl Cmd<'_> {
                 &regions,
             );
         }
+    }
+
+    /// The first `bytes` of a buffer, whole words, all to one value.
+    pub fn fill(&mut self, buffer: &Buffer, bytes: u64, value: u32) {
+        assert!(
+            bytes <= buffer.bytes() && bytes.is_multiple_of(4),
+            "{}: {bytes} of {}",
+            buffer.name(),
+            buffer.bytes()
+        );
+        // SAFETY: the range was checked.
+        unsafe { self.device.handle.cmd_fill_buffer(self.handle, buffer.handle, 0, bytes, value) };
     }
 
     /// Every level and layer of an integer image to one value.
@@ -278,6 +295,7 @@ impl DescriptorKind {
         match self {
             DescriptorKind::CombinedImageSampler => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
             DescriptorKind::SampledImage => vk::DescriptorType::SAMPLED_IMAGE,
+            DescriptorKind::StorageImage => vk::DescriptorType::STORAGE_IMAGE,
             DescriptorKind::StorageBuffer => vk::DescriptorType::STORAGE_BUFFER,
         }
     }

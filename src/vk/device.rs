@@ -17,6 +17,8 @@ pub struct GpuOptions<'a> {
     /// Validation with synchronisation validation.
     pub validate: bool,
     pub needs: &'a [Need],
+    /// Switched on where the device has them: for runs that compare variants.
+    pub wishes: &'a [Feature],
 }
 
 /// An open device. Cheap to clone; the last clone closes it.
@@ -66,7 +68,7 @@ unsafe impl Send for Device {}
 unsafe impl Sync for Device {}
 
 impl Gpu {
-    /// Opens the device with exactly the features that `needs` names.
+    /// Opens the device with exactly the features that `needs` and `wishes` name.
     ///
     /// # Errors
     /// No loader, driver or device; a missing feature, with the pass that wants it and the variant that does without.
@@ -83,7 +85,10 @@ impl Gpu {
             });
         }
         physical.offered.require(&physical.name, options.needs)?;
-        let device = Arc::new(Device::new(instance, physical, options.needs)?);
+        let needed = options.needs.iter().map(|need| need.feature);
+        let wished = options.wishes.iter().copied().filter(|wish| physical.features.contains(wish));
+        let features = needed.chain(wished).collect();
+        let device = Arc::new(Device::new(instance, physical, features)?);
         let ring = Arc::new(Mutex::new(Ring::new(&device)?));
         Ok(Gpu { device, ring })
     }
@@ -96,6 +101,20 @@ impl Gpu {
         self.device.features.contains(&feature)
     }
 
+    /// Whether the device was opened with what `needs` names.
+    ///
+    /// # Errors
+    /// [`Error::MissingFeature`] with the pass that wants it and the variant that does without.
+    pub fn require(&self, needs: &[Need]) -> Result<()> {
+        let Some(missing) = needs.iter().find(|need| !self.has(need.feature)) else { return Ok(()) };
+        Err(Error::MissingFeature {
+            device: self.device.physical.name.clone(),
+            feature: missing.feature.name(),
+            pass: missing.pass,
+            without: missing.without,
+        })
+    }
+
     /// Validation messages so far (none, or the test that caused them fails).
     pub fn messages(&self) -> Vec<Message> {
         self.device.instance.messages()
@@ -103,8 +122,7 @@ impl Gpu {
 }
 
 impl Device {
-    fn new(instance: Arc<Instance>, physical: PhysicalDevice, needs: &[Need]) -> Result<Device> {
-        let mut features: Vec<Feature> = needs.iter().map(|need| need.feature).collect();
+    fn new(instance: Arc<Instance>, physical: PhysicalDevice, mut features: Vec<Feature>) -> Result<Device> {
         features.sort();
         features.dedup();
         let (queue_family, timestamp_bits) = queue_family(&instance, &physical)?;
@@ -286,9 +304,11 @@ fn create(
     let core = vk::PhysicalDeviceFeatures::default()
         .geometry_shader(has(Feature::GeometryShader))
         .logic_op(has(Feature::LogicOp))
-        .texture_compression_bc(has(Feature::TextureCompressionBc));
+        .texture_compression_bc(has(Feature::TextureCompressionBc))
+        .fragment_stores_and_atomics(has(Feature::FragmentStores));
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
         .scalar_block_layout(true)
+        .storage_buffer8_bit_access(has(Feature::ByteStores))
         .timeline_semaphore(true)
         .host_query_reset(true);
     let mut v13 =

@@ -10,14 +10,23 @@ pub enum Feature {
     LogicOp,
     TransformFeedback,
     TextureCompressionBc,
+    /// Atomics and stores in fragment shaders.
+    FragmentStores,
+    /// Storage buffers of bytes.
+    ByteStores,
+    /// Subgroup votes, ballots and prefix sums in compute shaders.
+    Subgroups,
 }
 
 impl Feature {
-    pub const ALL: [Feature; 4] = [
+    pub const ALL: [Feature; 7] = [
         Feature::GeometryShader,
         Feature::LogicOp,
         Feature::TransformFeedback,
         Feature::TextureCompressionBc,
+        Feature::FragmentStores,
+        Feature::ByteStores,
+        Feature::Subgroups,
     ];
 
     /// Vulkan's own name.
@@ -27,6 +36,9 @@ impl Feature {
             Feature::LogicOp => "logicOp",
             Feature::TransformFeedback => "transformFeedback (VK_EXT_transform_feedback)",
             Feature::TextureCompressionBc => "textureCompressionBC",
+            Feature::FragmentStores => "fragmentStoresAndAtomics",
+            Feature::ByteStores => "storageBuffer8BitAccess",
+            Feature::Subgroups => "subgroup vote, ballot and arithmetic in compute shaders",
         }
     }
 }
@@ -44,6 +56,8 @@ pub struct Need {
 pub(crate) struct Offered {
     pub(crate) features: Vec<Feature>,
     pub(crate) scalar_block_layout: bool,
+    /// Lanes that run together.
+    pub(crate) subgroup_size: u32,
 }
 
 /// Asks a device of Vulkan 1.3 or later.
@@ -62,16 +76,39 @@ pub(crate) fn offered(
     // SAFETY: the chain lives on this stack frame; the physical device is the instance's.
     unsafe { instance.get_physical_device_features2(device, &mut all) };
     let core = all.features;
+    let subgroup = subgroup(instance, device);
+    let lanes = vk::SubgroupFeatureFlags::BASIC
+        | vk::SubgroupFeatureFlags::VOTE
+        | vk::SubgroupFeatureFlags::BALLOT
+        | vk::SubgroupFeatureFlags::ARITHMETIC;
     let has = |feature: &Feature| match feature {
         Feature::GeometryShader => core.geometry_shader == vk::TRUE,
         Feature::LogicOp => core.logic_op == vk::TRUE,
         Feature::TransformFeedback => feedback.transform_feedback == vk::TRUE,
         Feature::TextureCompressionBc => core.texture_compression_bc == vk::TRUE,
+        Feature::FragmentStores => core.fragment_stores_and_atomics == vk::TRUE,
+        Feature::ByteStores => v12.storage_buffer8_bit_access == vk::TRUE,
+        Feature::Subgroups => {
+            subgroup.supported_operations.contains(lanes)
+                && subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
+        }
     };
     Offered {
         features: Feature::ALL.into_iter().filter(has).collect(),
         scalar_block_layout: v12.scalar_block_layout == vk::TRUE,
+        subgroup_size: subgroup.subgroup_size,
     }
+}
+
+fn subgroup(
+    instance: &ash::Instance,
+    device: vk::PhysicalDevice,
+) -> vk::PhysicalDeviceSubgroupProperties<'static> {
+    let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
+    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut subgroup);
+    // SAFETY: the chain lives on this stack frame; the physical device is the instance's.
+    unsafe { instance.get_physical_device_properties2(device, &mut properties) };
+    vk::PhysicalDeviceSubgroupProperties { p_next: std::ptr::null_mut(), ..subgroup }
 }
 
 impl Offered {
@@ -107,7 +144,7 @@ mod tests {
     const NEED: Need = Need { feature: Feature::LogicOp, pass: "dedup", without: "choose the other variant" };
 
     fn offered(features: &[Feature]) -> Offered {
-        Offered { features: features.to_vec(), scalar_block_layout: true }
+        Offered { features: features.to_vec(), scalar_block_layout: true, subgroup_size: 8 }
     }
 
     #[test]
@@ -138,7 +175,7 @@ mod tests {
     fn what_nobody_needs_may_be_missing_but_scalar_block_layout_may_not() {
         assert!(offered(&[Feature::LogicOp]).require("Some GPU", &[NEED]).is_ok());
         assert!(offered(&[]).require("Some GPU", &[]).is_ok());
-        let bare = Offered { features: Feature::ALL.to_vec(), scalar_block_layout: false };
+        let bare = Offered { features: Feature::ALL.to_vec(), scalar_block_layout: false, subgroup_size: 8 };
         let line = bare.require("Some GPU", &[]).unwrap_err().to_string();
         assert!(line.contains("scalarBlockLayout") && line.contains("--device"), "{line}");
     }

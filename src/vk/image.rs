@@ -64,17 +64,19 @@ pub struct ImageInfo {
     pub layers: u32,
     pub array: bool,
     pub attachment: bool,
+    /// Shaders store into it, with atomics.
+    pub storage: bool,
 }
 
 impl ImageInfo {
     /// One picture of one level that passes draw into and read.
     pub fn target(size: [u32; 2], format: Format) -> Self {
-        ImageInfo { size, format, mip_levels: 1, layers: 1, array: false, attachment: true }
+        ImageInfo { size, format, mip_levels: 1, layers: 1, array: false, attachment: true, storage: false }
     }
 
     /// A texture of several levels.
     pub fn texture(size: [u32; 2], format: Format, mip_levels: u32) -> Self {
-        ImageInfo { size, format, mip_levels, layers: 1, array: false, attachment: false }
+        ImageInfo { size, format, mip_levels, layers: 1, array: false, attachment: false, storage: false }
     }
 
     /// Size of one mip level in texels.
@@ -180,6 +182,11 @@ impl Gpu {
 
     /// Whether passes can draw into the format.
     pub fn renders_to(&self, format: Format) -> bool {
+        let wanted = vk::FormatFeatureFlags::COLOR_ATTACHMENT | vk::FormatFeatureFlags::SAMPLED_IMAGE;
+        self.optimal_features(format).contains(wanted)
+    }
+
+    fn optimal_features(&self, format: Format) -> vk::FormatFeatureFlags {
         // SAFETY: plain query of a live device.
         let properties = unsafe {
             self.device
@@ -187,8 +194,7 @@ impl Gpu {
                 .handle
                 .get_physical_device_format_properties(self.device.physical.handle, format.vk())
         };
-        let wanted = vk::FormatFeatureFlags::COLOR_ATTACHMENT | vk::FormatFeatureFlags::SAMPLED_IMAGE;
-        properties.optimal_tiling_features.contains(wanted)
+        properties.optimal_tiling_features
     }
 
     /// What this device says of images of just this format and use: beyond it `vkCreateImage` is undefined.
@@ -218,6 +224,10 @@ impl Gpu {
                 "{width} x {height} texels; the device takes {most_width} x {most_height} of {:?}",
                 info.format
             ));
+        }
+        let atomics = vk::FormatFeatureFlags::STORAGE_IMAGE_ATOMIC;
+        if info.storage && !self.optimal_features(info.format).contains(atomics) {
+            return limit(format!("no atomics on texels of {:?}; choose another variant.dedup", info.format));
         }
         if info.layers > most.max_array_layers || info.mip_levels > most.max_mip_levels {
             return limit(format!(
@@ -269,7 +279,8 @@ fn usage(info: &ImageInfo) -> vk::ImageUsageFlags {
         (true, Format::Depth32Float) => U::DEPTH_STENCIL_ATTACHMENT,
         (true, _) => U::COLOR_ATTACHMENT,
     };
-    attachment | U::SAMPLED | U::TRANSFER_SRC | U::TRANSFER_DST
+    let storage = if info.storage { U::STORAGE } else { U::empty() };
+    attachment | storage | U::SAMPLED | U::TRANSFER_SRC | U::TRANSFER_DST
 }
 
 impl Image {

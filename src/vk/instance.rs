@@ -31,6 +31,10 @@ pub struct PhysicalDevice {
     /// (major, minor, patch)
     pub api: (u32, u32, u32),
     pub features: Vec<Feature>,
+    /// Lanes of a subgroup.
+    pub subgroup_size: u32,
+    /// Bytes that a workgroup can share.
+    pub shared_bytes: u32,
     pub(crate) offered: Offered,
     pub(crate) limits: vk::PhysicalDeviceLimits,
     pub(crate) most_feedback_bytes: u64,
@@ -177,6 +181,8 @@ impl Instance {
             ),
             api: version(core.api_version),
             features: offered.features.clone(),
+            subgroup_size: offered.subgroup_size,
+            shared_bytes: core.limits.max_compute_shared_memory_size,
             offered,
             limits: core.limits,
             most_feedback_bytes: feedback.max_transform_feedback_buffer_size,

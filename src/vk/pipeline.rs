@@ -196,6 +196,20 @@ impl Gpu {
         }
     }
 
+    /// Whether a workgroup may share so many bytes; `advice` says what to do where it may not.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] with both numbers.
+    pub fn require_shared(&self, name: &str, bytes: u64, advice: &str) -> Result<()> {
+        let most = self.device.physical.shared_bytes;
+        if bytes > u64::from(most) {
+            let what =
+                format!("{bytes} bytes of a workgroup's shared memory, the device has {most}; {advice}");
+            return Err(Error::Limit { object: name.to_string(), what });
+        }
+        Ok(())
+    }
+
     /// Whether indices may reach so many vertices.
     ///
     /// # Errors
@@ -211,7 +225,7 @@ impl Gpu {
     }
 
     /// # Errors
-    /// The driver's compiler fails.
+    /// A workgroup larger than the device's; the driver's compiler fails.
     pub fn compute_pipeline(
         &self,
         name: &str,
@@ -219,6 +233,15 @@ impl Gpu {
         specialization: &[(&str, u32)],
     ) -> Result<ComputePipeline> {
         let stages = [(vk::ShaderStageFlags::COMPUTE, shader)];
+        let (invocations, most) = (
+            shader.group.iter().product::<u32>(),
+            self.device.physical.limits.max_compute_work_group_invocations,
+        );
+        if invocations > most {
+            let what =
+                format!("workgroups of {invocations}, the device takes {most}; choose another variant");
+            return Err(Error::Limit { object: name.to_string(), what });
+        }
         assert_names_exist(name, &stages, specialization);
         let mut base = Base::new(self, name, &stages)?;
         let module = Module::new(&self.device, stages[0].0, shader, specialization)?;

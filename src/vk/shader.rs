@@ -12,12 +12,15 @@ pub struct Shader {
     pub specialization: &'static [(&'static str, u32)],
     /// Vertex shaders: (location, format), tightly packed in this order.
     pub inputs: &'static [(u32, VertexFormat)],
+    /// Compute shaders: the workgroup's sides; 1 elsewhere.
+    pub group: [u32; 3],
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DescriptorKind {
     CombinedImageSampler,
     SampledImage,
+    StorageImage,
     StorageBuffer,
 }
 

@@ -4,7 +4,7 @@ use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::ruler::Verdicts;
 use ortelius::paper::virtual_texture::streaming::StreamingConfig;
-use ortelius::paper::virtual_texture::{NEEDS, PAPER};
+use ortelius::paper::virtual_texture::{PAPER, all_needs};
 use ortelius::renderer::{Renderer, Settings, Target};
 use ortelius::scene::camera::{Camera, Place};
 use ortelius::scene::mesh;
@@ -58,7 +58,7 @@ fn pose() -> Pose {
 
 /// The verdicts on a settled frame of 320 x 180 pixels, straight down on tiles of 64 x 64.
 fn verdicts(spoil: fn(usize, usize, &mut [u8]), instead: fn(TileId) -> TileId) -> Verdicts {
-    let gpu = Gpu::new(&GpuOptions { validate: true, needs: &NEEDS, ..GpuOptions::default() })
+    let gpu = Gpu::new(&GpuOptions { validate: true, needs: &all_needs(), ..GpuOptions::default() })
         .expect("driver and layer");
     let ruler = Ruler::new(Pyramid::new(15, 14, 6, 4, None).unwrap());
     let mesh = mesh::gpu_mesh(&mesh::earth(97, 49).unwrap()).unwrap();

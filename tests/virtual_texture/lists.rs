@@ -2,10 +2,10 @@
 
 use crate::{Device, open, pose, scene};
 use ortelius::math::pyramid::TileId;
-use ortelius::paper::virtual_texture::compact::Compact;
-use ortelius::paper::virtual_texture::dedup::Dedup;
+use ortelius::paper::virtual_texture::compact::CompactPass;
+use ortelius::paper::virtual_texture::dedup::DedupPass;
 use ortelius::paper::virtual_texture::streaming::{Keying, distinct_tiles};
-use ortelius::paper::virtual_texture::{Config, U1Format, reference};
+use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, U1Format, reference};
 use ortelius::renderer::Renderer;
 use ortelius::scene::SHIPPED;
 use ortelius::vk::Gpu;
@@ -15,13 +15,13 @@ use std::collections::BTreeSet;
 fn list(gpu: &Gpu, renderer: &Renderer, config: &Config) -> Vec<[u32; 3]> {
     let pyramid = renderer.source.pyramid();
     let stage1 = &renderer.pipeline.stage1;
-    let dedup = Dedup::new(gpu, &pyramid, config, stage1).unwrap();
-    let compact = Compact::new(gpu, &pyramid, config).unwrap();
-    let u2 = dedup.u2(gpu).unwrap();
+    let dedup = DedupPass::new(gpu, &pyramid, config, stage1).unwrap();
+    let compact = CompactPass::new(gpu, &pyramid, config).unwrap();
+    let marks = dedup.marks(gpu).unwrap();
     let mut list = compact.list(gpu, u64::from(config.list_capacity)).unwrap();
     let mut frame = gpu.frame().unwrap();
-    frame.pass("dedup", |cmd| dedup.run(cmd, &stage1.u1, &u2)).unwrap();
-    frame.pass("compact", |cmd| compact.run(cmd, &u2, &list)).unwrap();
+    frame.pass("dedup", |cmd| dedup.run(cmd, &stage1.u1, &marks)).unwrap();
+    frame.pass("compact", |cmd| compact.run(cmd, &marks, &list)).unwrap();
     frame
         .pass("read-back", |cmd| {
             list.read_back(cmd);
@@ -29,7 +29,7 @@ fn list(gpu: &Gpu, renderer: &Renderer, config: &Config) -> Vec<[u32; 3]> {
         })
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
-    compact.collect(gpu, &u2, &mut list).unwrap().0
+    compact.collect(gpu, &marks, &mut list).unwrap().0
 }
 
 /// What a variant's list must be, from U1 alone.
@@ -93,6 +93,44 @@ fn every_block_size_memo_and_keying_lists_the_reference_set_in_all_scenes() {
                     let triples = list(&gpu, &renderer, &config);
                     assert_equals_reference(&mut renderer, &triples, keying, &format!("{name}: {config:?}"));
                 }
+            }
+        }
+    }
+}
+
+/// Every pair of stages 2 and 3 with both keyings, where the pair can be.
+fn all_variants(renderer: &Renderer) -> Vec<Config> {
+    let pyramid = renderer.source.pyramid();
+    let mut configs = Vec::new();
+    for &dedup in Dedup::ALL {
+        for &compact in Compaction::ALL {
+            for keying in [Keying::Paper, Keying::Native] {
+                let config = Config { dedup, compact, keying, ..renderer.settings.config };
+                configs.extend(config.check(&pyramid).is_ok().then_some(config));
+            }
+        }
+    }
+    configs
+}
+
+#[test]
+fn every_pair_of_variants_lists_the_reference_set_in_all_scenes_and_formats() {
+    let gpu = Device::open();
+    for (name, _) in SHIPPED {
+        let scene = scene(name);
+        for format in U1Format::ALL.into_iter().filter(|format| gpu.renders_to(format.image_format())) {
+            // 141 rows: the last groups reach over the picture's edge.
+            let mut renderer = open(&gpu, &scene, [250, 141], |settings| settings.config.u1 = Some(format));
+            renderer.frame(&pose(&scene, &scene.view.camera)).unwrap();
+            renderer.drain().unwrap();
+            for config in all_variants(&renderer) {
+                let triples = list(&gpu, &renderer, &config);
+                assert_equals_reference(
+                    &mut renderer,
+                    &triples,
+                    config.keying,
+                    &format!("{name}: {config:?}"),
+                );
             }
         }
     }

@@ -7,7 +7,7 @@ mod texels;
 mod truth;
 
 use ortelius::math::camera::Pose;
-use ortelius::paper::virtual_texture::NEEDS;
+use ortelius::paper::virtual_texture::all_needs;
 use ortelius::renderer::{Renderer, Settings, Target};
 use ortelius::scene::source::TileSource;
 use ortelius::scene::{Scene, mesh};
@@ -20,7 +20,7 @@ struct Device(Gpu);
 
 impl Device {
     fn open() -> Device {
-        let options = GpuOptions { validate: true, needs: &NEEDS, ..GpuOptions::default() };
+        let options = GpuOptions { validate: true, needs: &all_needs(), ..GpuOptions::default() };
         Device(Gpu::new(&options).unwrap_or_else(|e| panic!("{e}; `./x test` installs what is missing")))
     }
 }

@@ -1,22 +1,40 @@
 //! Stage 2, section 2.2: a geometry shader turns each block of `2^p x 2^p` pixels of `U1` into points, one for each
 //! triple that differs from the one before (the "memo"); a logic OR of `1 << q` merges equal ones in `U2`.
+//! Beside it the variants of [`Dedup`], which leave the same marks by other means.
 //!
 //! Where we differ: points sit on texel centres (the printed corners lose every tile's row and column 0), and
 //! p = 4 is split over two invocations, because 256 points of 5 components exceed the 1024 that Vulkan promises.
 
-use super::{Config, Keying, footprint::Footprint, pyramid_constants, with};
+use super::{Config, Keying, footprint::Footprint, marks::Marks, pyramid_constants, with};
 use crate::math::pyramid::Pyramid;
-use crate::vk::shader::Blocks;
-use crate::vk::shader::virtual_texture::{blocks_vert, dedup_frag, dedup_geom};
+use crate::scene::Dedup;
+use crate::vk::shader::virtual_texture::{blocks_vert, dedup_frag, dedup_geom, dedup_test_or_comp};
+use crate::vk::shader::{Blocks, Shader};
 use crate::vk::{
-    Clear, Cmd, ColorTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo, Resource, Result,
-    View,
+    Clear, Cmd, ColorTarget, ComputePipeline, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, Resource,
+    Result, View,
 };
 
-pub struct Dedup {
-    pipeline: GraphicsPipeline,
-    block_log2: u32,
-    grid: [u32; 2],
+/// Stage 2 of one variant; its marks are made by [`DedupPass::marks`].
+pub struct DedupPass {
+    step: Step,
+    pyramid: Pyramid,
+    config: Config,
+}
+
+enum Step {
+    /// A point for each block: p.
+    Blocks(GraphicsPipeline, u32),
+    /// A group for so many pixels.
+    Compute(ComputePipeline, [u32; 2]),
+}
+
+/// A compute variant's shader, and the side of the square of pixels that one invocation looks at, as log2.
+fn compute(dedup: Dedup) -> Option<(&'static Shader, u32)> {
+    match dedup {
+        Dedup::Geometry => None,
+        Dedup::TestOr => Some((&dedup_test_or_comp::SHADER, 0)),
+    }
 }
 
 /// The draw of one vertex for each block of a picture.
@@ -25,52 +43,83 @@ pub(super) fn blocks(size: [u32; 2], block_log2: u32) -> (Blocks, u32) {
     (Blocks { size, columns }, columns * rows)
 }
 
-impl Dedup {
+impl DedupPass {
     /// # Errors
-    /// The device's geometry shader cannot emit a block's points; out of memory.
-    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage1: &Footprint) -> Result<Dedup> {
-        let constants =
-            [("MEMO", u32::from(config.memo)), ("NATIVE_KEYING", u32::from(config.keying == Keying::Native))];
-        let shader = &dedup_geom::SHADERS[config.block_log2 as usize];
-        // 5 components a point: position and mask. p = 4 runs twice 128 points.
-        let points = (1 << (2 * config.block_log2)).min(128);
-        let invocations = if config.block_log2 == 4 { 2 } else { 1 };
-        gpu.require_geometry(shader.name, points, 5 * points, invocations)?;
-        Ok(Dedup {
-            pipeline: gpu.graphics_pipeline(&GraphicsInfo {
-                name: shader.name,
-                vertex: &blocks_vert::SHADER,
-                geometry: Some(shader),
-                fragment: Some(&dedup_frag::SHADER),
-                specialization: &with(pyramid_constants(pyramid, stage1.format), &constants),
-                points: true,
-                depth: None,
-                colors: &[Format::R32Uint],
-                logic_or: true,
-            })?,
-            block_log2: config.block_log2,
-            grid: pyramid.tile_grid(0),
-        })
+    /// The device cannot run the variant; out of memory.
+    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage1: &Footprint) -> Result<DedupPass> {
+        assert_eq!(config.check(pyramid), Ok(()), "asked before");
+        gpu.require(&config.dedup.needs())?;
+        let mut constants = with(
+            pyramid_constants(pyramid, stage1.format),
+            &[("NATIVE_KEYING", u32::from(config.keying == Keying::Native))],
+        );
+        let step = match compute(config.dedup) {
+            None => Step::Blocks(geometry(gpu, config, constants)?, config.block_log2),
+            Some((shader, side_log2)) => {
+                let [x, y, _] = shader.group.map(|invocations| invocations << side_log2);
+                if side_log2 > 0 {
+                    constants.push(("SIDE_LOG2", side_log2));
+                }
+                Step::Compute(gpu.compute_pipeline(shader.name, shader, &constants)?, [x, y])
+            }
+        };
+        Ok(DedupPass { step, pyramid: *pyramid, config: *config })
     }
 
-    /// An empty `U2`: a texel for each tile of level 0, a bit for each level.
+    /// Marks of one frame in flight.
     ///
     /// # Errors
-    /// The device's images are not as large as the grid; out of memory.
-    pub fn u2(&self, gpu: &Gpu) -> Result<Image> {
-        gpu.image("U2", ImageInfo::target(self.grid, Format::R32Uint))
+    /// The device takes no image or buffer of that size; out of memory.
+    pub fn marks(&self, gpu: &Gpu) -> Result<Marks> {
+        Marks::new(gpu, &self.pyramid, &self.config)
     }
 
-    /// Clears `u2` and ORs the bits of `u1` into it.
+    /// Unmarks all, and marks the triples of `u1`.
     ///
     /// # Errors
     /// Out of memory.
-    pub fn run(&self, cmd: &mut Cmd<'_>, u1: &Image, u2: &Image) -> Result<()> {
-        let (push, count) = blocks(u1.info().size, self.block_log2);
-        let target = ColorTarget { image: u2, clear: Clear::Uint([0; 4]) };
-        cmd.render(self.grid, &[target], None, |render| {
-            let resources = [(dedup_geom::U1, Resource::Texture(u1, View::Whole))];
-            render.draw(&self.pipeline, &resources, bytemuck::bytes_of(&push), count)
-        })
+    pub fn run(&self, cmd: &mut Cmd<'_>, u1: &Image, marks: &Marks) -> Result<()> {
+        let size = u1.info().size;
+        match &self.step {
+            Step::Blocks(pipeline, block_log2) => {
+                let u2 = marks.u2().expect("the geometry shader's layout");
+                let (push, count) = blocks(size, *block_log2);
+                let target = ColorTarget { image: u2, clear: Clear::Uint([0; 4]) };
+                cmd.render(u2.info().size, &[target], None, |render| {
+                    let resources = [(dedup_geom::U1, Resource::Texture(u1, View::Whole))];
+                    render.draw(pipeline, &resources, bytemuck::bytes_of(&push), count)
+                })
+            }
+            Step::Compute(pipeline, pixels) => {
+                marks.begin(cmd);
+                // dedup.glsl numbers the bindings of all of them.
+                let resources = [
+                    (dedup_test_or_comp::U1, Resource::Texture(u1, View::Whole)),
+                    (dedup_test_or_comp::U2, marks.resource()),
+                ];
+                let groups = [size[0].div_ceil(pixels[0]), size[1].div_ceil(pixels[1]), 1];
+                cmd.dispatch(pipeline, &resources, &[], groups)
+            }
+        }
     }
+}
+
+fn geometry(gpu: &Gpu, config: &Config, mut constants: Vec<(&'static str, u32)>) -> Result<GraphicsPipeline> {
+    let shader = &dedup_geom::SHADERS[config.block_log2 as usize];
+    // 5 components a point: position and mask. p = 4 runs twice 128 points.
+    let points = (1 << (2 * config.block_log2)).min(128);
+    let invocations = if config.block_log2 == 4 { 2 } else { 1 };
+    gpu.require_geometry(shader.name, points, 5 * points, invocations)?;
+    constants.push(("MEMO", u32::from(config.memo)));
+    gpu.graphics_pipeline(&GraphicsInfo {
+        name: shader.name,
+        vertex: &blocks_vert::SHADER,
+        geometry: Some(shader),
+        fragment: Some(&dedup_frag::SHADER),
+        specialization: &constants,
+        points: true,
+        depth: None,
+        colors: &[Format::R32Uint],
+        logic_or: true,
+    })
 }

@@ -4,6 +4,7 @@
 //! - [`footprint`], section 2.1: a triple (q, i, j) for each pixel, into `U1`;
 //! - [`dedup`], section 2.2: a point for each distinct triple of a block, ORed into `U2`;
 //! - [`compact`], section 2.3: the set bits of `U2` become the list `U3`, by transform feedback;
+//! - [`marks`] and [`list`]: what stage 2 leaves for stage 3, and `U3` itself; [`variants`]: what goes together;
 //! - [`streaming`], section 3: two caches, A1, A2, A3;
 //! - [`resident`]: `J1`, `G1` and the display table in video memory;
 //! - [`fade`]: tiles that arrive are mixed in over some frames (ours, an option);
@@ -20,6 +21,8 @@ pub mod dedup;
 pub mod fade;
 pub mod figures;
 pub mod footprint;
+pub mod list;
+pub mod marks;
 pub mod pipeline;
 pub mod reference;
 pub mod resident;
@@ -28,11 +31,14 @@ pub mod session;
 pub mod streaming;
 pub mod surface;
 pub mod texturing;
+pub mod variants;
 
+pub use crate::scene::{Compaction, Dedup};
 pub use streaming::Keying;
+pub use variants::{Layout, Unfit, all_needs};
 
 use crate::math::pyramid::Pyramid;
-use crate::vk::{Error, Feature, Format, Gpu, Need, Result};
+use crate::vk::{Error, Format, Gpu, Result};
 
 /// How a pixel's triple is stored in `U1`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,12 +64,16 @@ pub enum Interpolation {
 pub struct Config {
     /// `None`: the paper's format where the device renders to it, else the next in [`U1Format`]'s order.
     pub u1: Option<U1Format>,
-    /// p: stage 2's blocks are `2^p x 2^p` pixels, 0 ..= 4.
+    /// Stage 2.
+    pub dedup: Dedup,
+    /// p: the geometry shader's blocks are `2^p x 2^p` pixels, 0 ..= 4.
     pub block_log2: u32,
-    /// Emit a point only where the triple differs from the last one.
+    /// The geometry shader emits a point only where the triple differs from the last one.
     pub memo: bool,
     pub keying: Keying,
-    /// Stage 3's blocks are `2^p x 2^p` texels of `U2`, 0 ..= 2.
+    /// Stage 3.
+    pub compact: Compaction,
+    /// Its geometry shader's blocks are `2^p x 2^p` texels of `U2`, 0 ..= 2.
     pub compact_block_log2: u32,
     /// NA of the level formula.
     pub max_anisotropy: u32,
@@ -77,9 +87,11 @@ pub struct Config {
 /// What the paper describes, with the p that it leaves open set to the best one measured on lavapipe.
 pub const PAPER: Config = Config {
     u1: None,
+    dedup: Dedup::Geometry,
     block_log2: 3,
     memo: true,
     keying: Keying::Paper,
+    compact: Compaction::TransformFeedback,
     compact_block_log2: 2,
     max_anisotropy: 1,
     interpolation: Interpolation::Corrected,
@@ -137,25 +149,6 @@ impl U1Format {
         })
     }
 }
-
-/// Device features of stages 2 and 3 as the paper builds them.
-pub const NEEDS: [Need; 3] = [
-    Need {
-        feature: Feature::GeometryShader,
-        pass: "dedup",
-        without: "choose another --device (a compute variant that does without is not built yet)",
-    },
-    Need {
-        feature: Feature::LogicOp,
-        pass: "dedup",
-        without: "choose another --device (a compute variant that does without is not built yet)",
-    },
-    Need {
-        feature: Feature::TransformFeedback,
-        pass: "compact",
-        without: "choose another --device (a compute variant that does without is not built yet)",
-    },
-];
 
 /// The pyramid's numbers as the shaders' specialization constants.
 fn pyramid_constants(pyramid: &Pyramid, u1: U1Format) -> [(&'static str, u32); 5] {

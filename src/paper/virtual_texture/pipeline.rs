@@ -4,9 +4,9 @@
 //! just handed over.
 
 use super::{
-    Config, compact::Compact, compact::List, dedup::Dedup, fade::FadeIn, footprint::Footprint,
-    resident::Resident, resident::ResidentError, resident::Uploads, streaming::Uploader, surface::Surface,
-    texturing::Texturing,
+    Config, compact::CompactPass, dedup::DedupPass, fade::FadeIn, footprint::Footprint, list::List,
+    marks::Marks, resident::Resident, resident::ResidentError, resident::Uploads, streaming::Uploader,
+    surface::Surface, texturing::Texturing,
 };
 use crate::math::pyramid::TileId;
 use crate::scene::{mesh::Mesh, source::TileSource};
@@ -16,8 +16,8 @@ use crate::vk::{FRAMES_IN_FLIGHT, Frame, Gpu, Image, PassTime, Result, Ticket};
 /// Everything that a frame of paper 1 needs on the device.
 pub struct Pipeline {
     pub stage1: Footprint,
-    pub stage2: Dedup,
-    pub stage3: Compact,
+    pub stage2: DedupPass,
+    pub stage3: CompactPass,
     pub texturing: Texturing,
     pub resident: Resident,
     pub surface: Surface,
@@ -27,7 +27,7 @@ pub struct Pipeline {
 
 /// What each frame in flight has for itself.
 struct Flight {
-    u2: Image,
+    marks: Marks,
     list: List,
     uploads: Uploads,
     ticket: Option<Ticket>,
@@ -66,13 +66,13 @@ impl Pipeline {
     ) -> std::result::Result<Pipeline, ResidentError> {
         let pyramid = source.pyramid();
         let stage1 = Footprint::new(gpu, &pyramid, config, target.info().size)?;
-        let stage2 = Dedup::new(gpu, &pyramid, config, &stage1)?;
-        let stage3 = Compact::new(gpu, &pyramid, config)?;
+        let stage2 = DedupPass::new(gpu, &pyramid, config, &stage1)?;
+        let stage3 = CompactPass::new(gpu, &pyramid, config)?;
         let resident = Resident::new(gpu, source, gpu_tiles)?;
         let flights = (0..FRAMES_IN_FLIGHT)
             .map(|_| {
                 Ok(Flight {
-                    u2: stage2.u2(gpu)?,
+                    marks: stage2.marks(gpu)?,
                     list: stage3.list(gpu, u64::from(config.list_capacity))?,
                     uploads: resident.uploads(gpu, most_uploads)?,
                     ticket: None,
@@ -99,7 +99,7 @@ impl Pipeline {
         let flight = &mut self.flights[flight];
         let Some(ticket) = flight.ticket.take() else { return Ok(None) };
         let times = ticket.wait()?;
-        let (triples, overflowed) = self.stage3.collect(gpu, &flight.u2, &mut flight.list)?;
+        let (triples, overflowed) = self.stage3.collect(gpu, &flight.marks, &mut flight.list)?;
         Ok(Some(Finished { triples, overflowed, times }))
     }
 
@@ -126,14 +126,14 @@ impl Pipeline {
     /// # Errors
     /// Out of memory.
     pub fn record(&self, frame: &mut Frame<'_>, flight: usize, view: &View, target: &Image) -> Result<()> {
-        let Flight { u2, list, uploads, .. } = &self.flights[flight];
+        let Flight { marks, list, uploads, .. } = &self.flights[flight];
         frame.pass("upload", |cmd| {
             self.resident.copy(cmd, uploads);
             Ok(())
         })?;
         frame.pass("footprint", |cmd| self.stage1.draw(cmd, &self.surface, view))?;
-        frame.pass("dedup", |cmd| self.stage2.run(cmd, &self.stage1.u1, u2))?;
-        frame.pass("compact", |cmd| self.stage3.run(cmd, u2, list))?;
+        frame.pass("dedup", |cmd| self.stage2.run(cmd, &self.stage1.u1, marks))?;
+        frame.pass("compact", |cmd| self.stage3.run(cmd, marks, list))?;
         frame.pass("read-back", |cmd| {
             list.read_back(cmd);
             Ok(())
@@ -165,7 +165,7 @@ impl Pipeline {
         vec![
             ("U1", self.stage1.u1.bytes()),
             ("depth", self.stage1.depth.bytes()),
-            ("U2", self.flights.iter().map(|f| f.u2.bytes()).sum()),
+            ("U2", self.flights.iter().map(|f| f.marks.bytes()).sum()),
             ("U3", self.flights.iter().map(|f| f.list.bytes()[0]).sum()),
             ("U3 on the host", self.flights.iter().map(|f| f.list.bytes()[1]).sum()),
             ("staging on the host", self.flights.iter().map(|f| f.uploads.bytes()).sum()),

@@ -46,7 +46,7 @@ impl Place {
         settings.size = size;
         change(&mut settings);
         let source = scene.open_texture()?;
-        let gpu = bench.gpu(&needs(source.format()))?;
+        let gpu = bench.gpu(&needs(&settings.config, source.format()))?;
         let mesh = mesh::gpu_mesh(&scene.source_mesh()?)?;
         Ok(Opened { session: Session::new(gpu, source, &mesh, settings)?, scene, pose })
     }

@@ -10,7 +10,7 @@ pub use dump::{FootprintPicture, read_words};
 use super::pipeline::{Finished, Pipeline};
 use super::resident::ResidentError;
 use super::streaming::{FrameReport, Streaming, StreamingConfig, StreamingError, distinct_tiles};
-use super::{Config, Interpolation, Keying, NEEDS, U1Format, surface};
+use super::{Config, Interpolation, Keying, U1Format, Unfit, surface};
 use crate::math::{camera::Pose, pyramid::TileId};
 use crate::scene::source::{TileFormat, TileSource};
 use crate::scene::{self, Scene, TriplesFormat, mesh::Mesh};
@@ -26,6 +26,8 @@ pub enum SessionError {
     Vulkan(#[from] vk::Error),
     #[error(transparent)]
     Resident(#[from] ResidentError),
+    #[error(transparent)]
+    Variants(#[from] Unfit),
     #[error(transparent)]
     Streaming(#[from] StreamingError),
     #[error(
@@ -57,15 +59,15 @@ impl SessionError {
 /// take seconds for one tile, not a minute.
 const STALL: Duration = Duration::from_secs(60);
 
-/// Device features that a scene needs whose texture has tiles of `format`: give them to [`Gpu::new`].
-pub fn needs(format: TileFormat) -> Vec<Need> {
+/// Device features that a scene of this variant needs whose texture has tiles of `format`: give them to [`Gpu::new`].
+pub fn needs(config: &Config, format: TileFormat) -> Vec<Need> {
     let blocks = Need {
         feature: Feature::TextureCompressionBc,
         pass: "texturing",
         without: "bake the texture with --format rgba8, or choose another --device",
     };
     let blocks = (format == TileFormat::Bc1).then_some(blocks);
-    NEEDS.into_iter().chain(blocks).collect()
+    config.needs().into_iter().chain(blocks).collect()
 }
 
 /// What the picture is kept in.
@@ -101,12 +103,14 @@ impl Settings {
                     TriplesFormat::Rgba32 => Some(U1Format::Rgba32),
                     TriplesFormat::Packed => Some(U1Format::Packed),
                 },
+                dedup: variant.dedup,
                 block_log2: variant.block_log2,
                 memo: variant.memo,
                 keying: match variant.keying {
                     scene::Keying::Paper => Keying::Paper,
                     scene::Keying::Native => Keying::Native,
                 },
+                compact: variant.compact,
                 compact_block_log2: variant.compact_block_log2,
                 max_anisotropy: variant.max_anisotropy,
                 interpolation: match variant.interpolation {
@@ -176,7 +180,8 @@ impl Session {
         mesh: &Mesh,
         settings: Settings,
     ) -> Result<Session, SessionError> {
-        for need in needs(source.format()) {
+        settings.config.check(&source.pyramid())?;
+        for need in needs(&settings.config, source.format()) {
             let feature = need.feature;
             assert!(gpu.has(feature), "the device was opened without {feature:?}: give it renderer::needs");
         }

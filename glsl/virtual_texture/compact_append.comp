@@ -1,0 +1,17 @@
+#version 460
+// variants LAYOUT: 0 1 2
+#extension GL_GOOGLE_include_directive : require
+#include "common/extensions.glsl"
+#include "virtual_texture/pyramid.glsl"
+
+layout(local_size_x = 64) in;
+
+#include "virtual_texture/marks.glsl"
+#include "virtual_texture/u3.glsl"
+
+void main() {
+    uint word = line_invocation();
+    if (word >= mark_words()) return;
+    uint mask = load_marks(word);
+    if (mask != 0u) append(word, mask, atomicAdd(u3.count, uint(bitCount(mask))));
+}

@@ -1,0 +1,18 @@
+// Stage 2 in compute (paper 1, section 2.2): what a pixel asks for. Needs pyramid.glsl.
+layout(constant_id = 7) const uint NATIVE_KEYING = 0;  // 0: (i, j) in M0, as printed; 1: in the tile's own level
+
+layout(binding = 0) uniform utexture2D u1;
+
+// U1's texel as stored; beyond the picture's edge the background.
+uvec3 stored_triple(uvec2 pixel) {
+    uvec2 last = uvec2(textureSize(u1, 0)) - 1u;
+    uvec3 stored = texelFetch(u1, ivec2(min(pixel, last)), 0).xyz;
+    return any(greaterThan(pixel, last)) ? uvec3(BACKGROUND) : stored;
+}
+
+// (q, i, j) in the keying's grid. q = FIRST_RESIDENT_LEVEL or more: the pixel asks for no tile.
+uvec3 keyed_triple(uvec3 stored) {
+    uvec3 qij = load_triple(uvec4(stored, 0));
+    if (NATIVE_KEYING == 1) qij.yz >>= min(qij.x, 31u);
+    return qij;
+}

@@ -1,0 +1,104 @@
+//! `U3`, section 2.3: the list of triples, on the device and where the host reads it.
+
+use crate::vk::{Buffer, BufferUse, Cmd, Gpu, Result, StreamQuery};
+
+/// Bytes of a triple in `U3`.
+const TRIPLE_BYTES: u64 = 12;
+
+/// `U3` of one frame in flight.
+pub struct List {
+    pub(super) u3: Buffer,
+    pub(super) count: Count,
+    host: Buffer,
+    capacity: u64,
+}
+
+/// Where a list's length is told.
+pub(super) enum Count {
+    /// Transform feedback's own query.
+    Stream { counter: Buffer, query: StreamQuery },
+    /// The first word of `U3`.
+    Stored,
+}
+
+impl Count {
+    /// Bytes of `U3` before the first triple.
+    fn header_bytes(&self) -> u64 {
+        match self {
+            Count::Stream { .. } => 0,
+            Count::Stored => 4,
+        }
+    }
+}
+
+impl List {
+    /// An empty list with room for `capacity` triples; `feedback`: for transform feedback.
+    pub(super) fn new(gpu: &Gpu, capacity: u64, feedback: bool) -> Result<List> {
+        let (count, usage) = match feedback {
+            true => {
+                let usage = BufferUse::TransformFeedback;
+                let counter = gpu.buffer("U3 counter", 4, usage)?;
+                (Count::Stream { counter, query: gpu.stream_query("U3 stream query", 1)? }, usage)
+            }
+            false => (Count::Stored, BufferUse::Storage),
+        };
+        let bytes = count.header_bytes() + capacity * TRIPLE_BYTES;
+        Ok(List {
+            u3: gpu.buffer("U3", bytes, usage)?,
+            count,
+            host: gpu.buffer("U3 on the host", bytes, BufferUse::Readback)?,
+            capacity,
+        })
+    }
+
+    /// Triples that `U3` has room for.
+    pub fn capacity(&self) -> u64 {
+        self.capacity
+    }
+
+    /// Empties a list whose length is stored. Commands that follow in the pass see it.
+    pub(super) fn begin(&self, cmd: &mut Cmd<'_>) {
+        cmd.fill(&self.u3, self.count.header_bytes(), 0);
+        cmd.sync();
+    }
+
+    /// Copies `U3` to where the host reads it.
+    pub fn read_back(&self, cmd: &mut Cmd<'_>) {
+        cmd.copy_buffer(&self.u3, 0, &self.host, 0, self.u3.bytes());
+    }
+
+    /// Bytes on the device, and where the host reads.
+    pub fn bytes(&self) -> [u64; 2] {
+        let counter = match &self.count {
+            Count::Stream { counter, .. } => counter.bytes(),
+            Count::Stored => 0,
+        };
+        [self.u3.bytes() + counter, self.host.bytes()]
+    }
+
+    /// Triples that the frame has, also where `U3` had no room for them; once it has ended.
+    ///
+    /// # Errors
+    /// Device lost.
+    pub(super) fn needed(&self) -> Result<u64> {
+        Ok(match &self.count {
+            Count::Stream { query, .. } => query.read(0)?.needed,
+            Count::Stored => u64::from(bytemuck::pod_read_unaligned::<u32>(&self.host.mapped()[..4])),
+        })
+    }
+
+    /// # Errors
+    /// Device lost.
+    pub(super) fn triples(&self) -> Result<Vec<[u32; 3]>> {
+        let needed = self.needed()?;
+        assert!(
+            needed <= self.capacity,
+            "{needed} of {}: a list that overflowed was run again",
+            self.capacity
+        );
+        let bytes = &self.host.mapped()[self.count.header_bytes() as usize..];
+        let bytes = &bytes[..(needed * TRIPLE_BYTES) as usize];
+        // (q, i, j) as the shader wrote them.
+        Ok(bytes.chunks_exact(TRIPLE_BYTES as usize).map(bytemuck::pod_read_unaligned).collect())
+    }
+}

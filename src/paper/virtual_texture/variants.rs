@@ -1,0 +1,120 @@
+//! Which variants of stages 2 and 3 go together, and what each needs of the device.
+
+use super::{Config, Keying};
+use crate::math::pyramid::Pyramid;
+use crate::scene::{Compaction, Dedup};
+use crate::vk::{Feature, Need};
+use thiserror::Error;
+
+/// Settings that no device can run together.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("variant.{key} = {value:?}: {why}")]
+pub struct Unfit {
+    pub key: &'static str,
+    pub value: &'static str,
+    /// The reason, and what to choose instead.
+    pub why: String,
+}
+
+/// How stage 2 leaves its marks for stage 3.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// `U2`: an image with a texel for each tile of `M0`, and a bit for each level.
+    U2,
+    /// A bit for each tile of the pyramid, in the order of [`Pyramid::tile_index`].
+    Bits,
+    /// A byte for each bit that `U2` would have: the number of the frame that set it.
+    Bytes,
+}
+
+impl Dedup {
+    pub fn layout(self) -> Layout {
+        match self {
+            Dedup::Geometry | Dedup::TestOr => Layout::U2,
+        }
+    }
+
+    /// Whether it draws points into the marks; else shaders store them.
+    pub fn draws(self) -> bool {
+        matches!(self, Dedup::Geometry)
+    }
+
+    /// Device features.
+    pub fn needs(self) -> Vec<Need> {
+        let need =
+            |feature| Need { feature, pass: "dedup", without: "variant.dedup = \"test-or\" does without" };
+        match self {
+            Dedup::Geometry => vec![need(Feature::GeometryShader), need(Feature::LogicOp)],
+            Dedup::TestOr => Vec::new(),
+        }
+    }
+}
+
+impl Compaction {
+    /// Device features.
+    pub fn needs(self) -> Vec<Need> {
+        let need =
+            |feature| Need { feature, pass: "compact", without: "variant.compact = \"append\" does without" };
+        match self {
+            Compaction::TransformFeedback => {
+                vec![need(Feature::GeometryShader), need(Feature::TransformFeedback)]
+            }
+            Compaction::Append => Vec::new(),
+        }
+    }
+}
+
+impl Config {
+    /// Device features of stages 2 and 3, each once.
+    pub fn needs(&self) -> Vec<Need> {
+        let mut needs: Vec<Need> = Vec::new();
+        for need in self.dedup.needs().into_iter().chain(self.compact.needs()) {
+            if !needs.iter().any(|other| (other.feature, other.pass) == (need.feature, need.pass)) {
+                needs.push(need);
+            }
+        }
+        needs
+    }
+
+    /// Whether the variants go together on textures like this. What depends on the device is told when their
+    /// pipelines are made.
+    ///
+    /// # Errors
+    /// The one that does not fit, why, and what would.
+    pub fn check(&self, pyramid: &Pyramid) -> Result<(), Unfit> {
+        let unfit = |key, value, why: &str| Err(Unfit { key, value, why: why.into() });
+        let (dedup, compact) = (self.dedup.name(), self.compact.name());
+        let layout = self.dedup.layout();
+        if layout == Layout::Bits && self.keying == Keying::Paper {
+            return unfit(
+                "dedup",
+                dedup,
+                "it has a bit for each tile, the paper's keying several; choose variant.keying = \"native\"",
+            );
+        }
+        if self.compact == Compaction::TransformFeedback {
+            if layout != Layout::U2 {
+                return unfit(
+                    "compact",
+                    compact,
+                    "it reads U2, which this variant.dedup does not fill; choose \"append\"",
+                );
+            }
+            // compact.geom's room: 16 points a texel, so that 16 texels stay within Vulkan's promise of 256.
+            if pyramid.first_resident_level() > 16 {
+                return unfit(
+                    "compact",
+                    compact,
+                    "it has room for 16 streamed levels; take larger tiles, or choose \"append\"",
+                );
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What it takes to run any variant: tests and figures that compare them open the device with these.
+pub fn all_needs() -> Vec<Need> {
+    let dedups = Dedup::ALL.iter().flat_map(|dedup| dedup.needs());
+    dedups.chain(Compaction::ALL.iter().flat_map(|compact| compact.needs())).collect()
+}

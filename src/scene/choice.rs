@@ -1,0 +1,83 @@
+//! The variants of stages 2 and 3 by name. A scene names them, paper 1 builds them; each stands here once, with the
+//! line that the reports show.
+
+use serde::{Deserialize, Serialize};
+
+/// An enum whose values have a name in scenes and a line that says what they do. The first is the default.
+macro_rules! choices {
+    ($(#[$meta:meta])* pub enum $name:ident {
+        $(#[doc = $first_about:literal])+ $first:ident = $first_word:literal,
+        $($(#[doc = $about:literal])+ $value:ident = $word:literal,)*
+    }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        pub enum $name {
+            $(#[doc = $first_about])+
+            #[default]
+            #[serde(rename = $first_word)]
+            $first,
+            $($(#[doc = $about])+ #[serde(rename = $word)] $value,)*
+        }
+
+        impl $name {
+            pub const ALL: &'static [$name] = &[$name::$first $(, $name::$value)*];
+
+            /// As scenes spell it.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $name::$first => $first_word,
+                    $($name::$value => $word,)*
+                }
+            }
+
+            /// What it does.
+            pub fn about(self) -> &'static str {
+                match self {
+                    $name::$first => concat!($($first_about),+),
+                    $($name::$value => concat!($($about),+),)*
+                }
+                .trim()
+            }
+        }
+    };
+}
+
+choices! {
+    /// Stage 2: how the pixels' triples become marks, one for each distinct triple (paper 1, section 2.2).
+    pub enum Dedup {
+        /// The paper's: a geometry shader's points for each block of pixels, merged by a logic OR.
+        Geometry = "geometry",
+        /// Compute, a pixel an invocation: the bit is read, and ORed in only where it is not yet set.
+        TestOr = "test-or",
+    }
+}
+
+choices! {
+    /// Stage 3: how the marks become a list (paper 1, section 2.3).
+    pub enum Compaction {
+        /// The paper's: a geometry shader's points for each block of marks, by transform feedback.
+        TransformFeedback = "transform-feedback",
+        /// Compute: each word of marks counts its bits and takes so many places by one atomic addition.
+        Append = "append",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_in_a_scene_is_the_name_that_reports_show() {
+        for value in Dedup::ALL {
+            assert_eq!(serde_json::to_value(value).unwrap(), value.name());
+            assert!(!value.about().is_empty() && !value.about().starts_with(' '));
+        }
+        for value in Compaction::ALL {
+            assert_eq!(serde_json::to_value(value).unwrap(), value.name());
+        }
+        assert_eq!(
+            (Dedup::default(), Compaction::default()),
+            (Dedup::Geometry, Compaction::TransformFeedback)
+        );
+    }
+}
