@@ -1,6 +1,7 @@
 //! Paper 1 on the device, against the reference: lists equal as sets, texels proven, caches that degrade and recover.
 //! Validation and synchronisation validation are on in every test; any message fails it.
 
+mod classic;
 mod lists;
 mod streaming;
 mod texels;

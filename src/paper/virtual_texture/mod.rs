@@ -5,6 +5,7 @@
 //! - [`dedup`], section 2.2: a point for each distinct triple of a block, ORed into `U2`;
 //! - [`compact`], section 2.3: the set bits of `U2` become the list `U3`, by transform feedback;
 //! - [`marks`] and [`list`]: what stage 2 leaves for stage 3, and `U3` itself; [`variants`]: what goes together;
+//! - [`classic`]: the list by copying `U1` to the host instead; [`feedback`]: by looking at few of its pixels;
 //! - [`streaming`], section 3: two caches, A1, A2, A3;
 //! - [`resident`]: `J1`, `G1` and the display table in video memory;
 //! - [`fade`]: tiles that arrive are mixed in over some frames (ours, an option);
@@ -16,9 +17,11 @@
 //! points sit on texel centres, not corners (2.2); the display table is apart from A1's states (3.);
 //! `f` is clamped with `q`, `C = C1 (1-f) + C2 f`, G1 uses the unclamped `e`, and tiles carry a border (4.).
 
+pub mod classic;
 pub mod compact;
 pub mod dedup;
 pub mod fade;
+pub mod feedback;
 pub mod figures;
 pub mod footprint;
 pub mod list;
@@ -107,6 +110,15 @@ impl U1Format {
             U1Format::Rgb32 => Format::Rgb32Uint,
             U1Format::Rgba32 => Format::Rgba32Uint,
             U1Format::Packed => Format::R32Uint,
+        }
+    }
+
+    /// 32-bit words of a texel.
+    pub fn words(self) -> usize {
+        match self {
+            U1Format::Rgb32 => 3,
+            U1Format::Rgba32 => 4,
+            U1Format::Packed => 1,
         }
     }
 

@@ -3,14 +3,16 @@
 use crate::figure::{Bench, Contender};
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::session::{Session, Settings, Target, needs};
-use crate::scene::{Scene, mesh};
+use crate::scene::{Scene, mesh, path::Path};
 use crate::vk::{Frame, Gpu};
 use anyhow::Context;
 
-/// A shipped scene and one of its cameras: `earth/oblique`.
+/// A shipped scene and one of its cameras, `earth/oblique`, or paths, `earth/pan`.
 pub struct Place {
     pub scene: Scene,
+    /// The camera's, or the path's first.
     pub pose: Pose,
+    pub path: Option<Path>,
 }
 
 /// A session that looks at a place.
@@ -18,16 +20,21 @@ pub struct Opened {
     pub session: Session,
     pub scene: Scene,
     pub pose: Pose,
+    pub path: Option<Path>,
 }
 
 impl Place {
     /// # Errors
-    /// A name that no shipped scene or camera has.
+    /// A name that no shipped scene, path or camera has.
     pub fn find(name: &str) -> anyhow::Result<Place> {
-        let (scene, camera) = name.split_once('/').with_context(|| format!("{name:?} is no SCENE/CAMERA"))?;
+        let (scene, eye) = name.split_once('/').with_context(|| format!("{name:?} is no SCENE/CAMERA"))?;
         let scene = Scene::embedded(scene)?;
-        let pose = scene.camera(camera)?.pose();
-        Ok(Place { scene, pose })
+        let path = scene.paths.get(eye).cloned();
+        let pose = match &path {
+            Some(path) => path.pose(0),
+            None => scene.camera(eye)?.pose(),
+        };
+        Ok(Place { scene, pose, path })
     }
 
     /// A session at `size` pixels, on a device of its own; `change` has the last word on the settings. No frame is
@@ -41,14 +48,14 @@ impl Place {
         size: [u32; 2],
         change: impl FnOnce(&mut Settings),
     ) -> anyhow::Result<Opened> {
-        let Place { scene, pose } = self;
+        let Place { scene, pose, path } = self;
         let mut settings = Settings::of_scene(&scene, Target::Srgb8);
         settings.size = size;
         change(&mut settings);
         let source = scene.open_texture()?;
         let gpu = bench.gpu(&needs(&settings.config, source.format()))?;
         let mesh = mesh::gpu_mesh(&scene.source_mesh()?)?;
-        Ok(Opened { session: Session::new(gpu, source, &mesh, settings)?, scene, pose })
+        Ok(Opened { session: Session::new(gpu, source, &mesh, settings)?, scene, pose, path })
     }
 }
 

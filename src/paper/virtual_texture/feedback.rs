@@ -1,0 +1,190 @@
+//! Subsampled feedback, what engines ship instead of the exact list: a frame looks at one pixel of each block of 2^n,
+//! another one in each frame, and the host lists those.
+//!
+//! Sources: Unreal Engine 5 (a pixel of 16 x 16, order bit-reversed along a Morton curve), Call of Duty (8 x 8,
+//! Hooker, GDC 2021), Gaia Sky (8 x 8, without jitter). As there, a tile stays asked for when the pixel that saw it is
+//! not looked at: the list is what the last 2^n frames saw together, the shortest memory with which a camera that
+//! stands still asks for all it sees. Differs: the samples come from the whole frame's `U1`, as drawn, so that a sample
+//! is never wrong; and none of these engines' own request budgets are here, A2's and A3's do that.
+//!
+//! So a frame's own samples name a subset of its exact set; the memory of a moving camera also holds tiles that have
+//! left the picture.
+
+use super::U1Format;
+use crate::math::pyramid::TileId;
+use crate::vk::shader::Sampling;
+use crate::vk::shader::virtual_texture::feedback_comp;
+use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Image, Resource, Result, View};
+use std::collections::BTreeMap;
+
+/// n at most: one pixel of 256, as Unreal Engine 5 has it.
+pub const MOST_LOG2: u32 = 8;
+
+/// Width and height of a block of 2^n pixels, as log2: square, or twice as wide as high.
+pub fn block_log2(n: u32) -> [u32; 2] {
+    [n.div_ceil(2), n / 2]
+}
+
+/// Frames until every pixel was looked at.
+pub fn cycle(n: u32) -> u64 {
+    1 << n
+}
+
+/// The pixel of every block that frame `frame` looks at: the frame's number in its cycle with its bits reversed, as
+/// a place on the block's Morton curve. Half a cycle apart are neighbours; one frame apart is half a block.
+pub fn offset(n: u32, frame: u64) -> [u32; 2] {
+    let place = match n {
+        0 => 0,
+        n => ((frame % cycle(n)) as u32).reverse_bits() >> (32 - n),
+    };
+    let every_second = |first: u32| {
+        (first..n).step_by(2).enumerate().fold(0, |all, (to, from)| all | (place >> from & 1) << to)
+    };
+    [every_second(0), every_second(1)]
+}
+
+/// Columns and rows of blocks of 2^n pixels; those at the right and at the bottom may leave the picture.
+pub fn blocks(n: u32, size: [u32; 2]) -> [u32; 2] {
+    let [width_log2, height_log2] = block_log2(n);
+    [size[0].div_ceil(1 << width_log2), size[1].div_ceil(1 << height_log2)]
+}
+
+/// The pass that gathers a frame's samples.
+pub struct Feedback {
+    pipeline: ComputePipeline,
+    n: u32,
+    words: u64,
+}
+
+/// A frame's samples: on the device, and where the host reads them.
+pub struct Samples {
+    device: Buffer,
+    host: Buffer,
+}
+
+impl Feedback {
+    /// # Errors
+    /// The driver's compiler fails.
+    pub fn new(gpu: &Gpu, format: U1Format, n: u32) -> Result<Feedback> {
+        assert!(n <= MOST_LOG2, "one pixel of 2^{n}");
+        let shader = &feedback_comp::SHADER;
+        let words = format.words();
+        let pipeline = gpu.compute_pipeline(shader.name, shader, &[("WORDS", words as u32)])?;
+        Ok(Feedback { pipeline, n, words: words as u64 })
+    }
+
+    /// Room for the samples of a picture of `size`.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn samples(&self, gpu: &Gpu, size: [u32; 2]) -> Result<Samples> {
+        let bytes = blocks(self.n, size).map(u64::from).iter().product::<u64>() * 4 * self.words;
+        Ok(Samples {
+            device: gpu.buffer("feedback", bytes, BufferUse::Storage)?,
+            host: gpu.buffer("feedback on the host", bytes, BufferUse::Readback)?,
+        })
+    }
+
+    /// Gathers the samples that frame `frame` takes from `u1`.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn run(&self, cmd: &mut Cmd<'_>, u1: &Image, samples: &Samples, frame: u64) -> Result<()> {
+        let blocks = blocks(self.n, u1.info().size);
+        let push = Sampling { block_log2: block_log2(self.n), offset: offset(self.n, frame), blocks };
+        let resources = [
+            (feedback_comp::U1, Resource::Texture(u1, View::Whole)),
+            (feedback_comp::SAMPLES, Resource::Buffer(&samples.device)),
+        ];
+        let [wide, high, _] = feedback_comp::SHADER.group;
+        let [columns, rows] = [blocks[0].div_ceil(wide), blocks[1].div_ceil(high)];
+        cmd.dispatch(&self.pipeline, &resources, bytemuck::bytes_of(&push), [columns, rows, 1])
+    }
+}
+
+impl Samples {
+    /// Copies the samples to where the host reads them.
+    pub fn read_back(&self, cmd: &mut Cmd<'_>) {
+        cmd.copy_buffer(&self.device, 0, &self.host, 0, self.device.bytes());
+    }
+
+    /// Texels as `U1` stores them, the background for blocks whose pixel lies outside; once the frame has ended.
+    pub fn words(&self) -> &[u32] {
+        bytemuck::cast_slice(self.host.mapped())
+    }
+
+    /// Bytes on the device, and on the host.
+    pub fn bytes(&self) -> [u64; 2] {
+        [self.device.bytes(), self.host.bytes()]
+    }
+}
+
+/// What the last frames saw together.
+#[derive(Clone, Debug)]
+pub struct Memory {
+    frames: u64,
+    now: u64,
+    /// When each tile was last seen.
+    seen: BTreeMap<TileId, u64>,
+}
+
+impl Memory {
+    /// Of the last `frames` frames, this one included: at least one.
+    pub fn new(frames: u64) -> Memory {
+        assert!(frames > 0, "a memory of no frame");
+        Memory { frames, now: 0, seen: BTreeMap::new() }
+    }
+
+    /// Adds what a frame saw; returns all that is remembered, in the order of [`TileId`].
+    pub fn add(&mut self, tiles: &[TileId]) -> Vec<TileId> {
+        self.now += 1;
+        self.seen.extend(tiles.iter().map(|&tile| (tile, self.now)));
+        let (now, frames) = (self.now, self.frames);
+        self.seen.retain(|_, last| *last + frames > now);
+        self.seen.keys().copied().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn a_cycle_looks_at_every_pixel_of_a_block_once() {
+        for n in 0..=MOST_LOG2 {
+            let [width, height] = block_log2(n).map(|log2| 1 << log2);
+            let looked_at: BTreeSet<_> = (0..cycle(n)).map(|frame| offset(n, frame)).collect();
+            let block: BTreeSet<_> = (0..width).flat_map(|x| (0..height).map(move |y| [x, y])).collect();
+            assert_eq!(looked_at, block, "n = {n}");
+            assert_eq!(offset(n, 3), offset(n, 3 + cycle(n)), "n = {n}");
+        }
+    }
+
+    #[test]
+    fn the_first_quarter_of_a_cycle_looks_at_every_quarter_of_a_quarter() {
+        // 16 x 16: 16 frames look once into each 4 x 4.
+        let corners: BTreeSet<_> = (0..16).map(|frame| offset(8, frame).map(|at| at / 4)).collect();
+        assert_eq!(corners.len(), 16);
+        assert_eq!((offset(8, 0), offset(8, 1), offset(8, 2)), ([0, 0], [0, 8], [8, 0]));
+    }
+
+    #[test]
+    fn blocks_cover_a_picture_that_they_do_not_divide() {
+        assert_eq!(blocks(8, [1920, 1080]), [120, 68]);
+        assert_eq!(blocks(3, [5, 3]), [2, 2]);
+        assert_eq!(blocks(0, [5, 3]), [5, 3]);
+    }
+
+    #[test]
+    fn a_tile_is_remembered_for_so_many_frames_and_no_longer() {
+        let tile = |column| TileId { level: 0, row: 0, column };
+        let mut memory = Memory::new(3);
+        assert_eq!(memory.add(&[tile(1), tile(0)]), [tile(0), tile(1)]);
+        assert_eq!(memory.add(&[tile(1)]), [tile(0), tile(1)]);
+        assert_eq!(memory.add(&[]), [tile(0), tile(1)]);
+        assert_eq!(memory.add(&[]), [tile(1)], "seen a frame later");
+        assert_eq!(memory.add(&[tile(2)]), [tile(2)]);
+        assert_eq!(Memory::new(1).add(&[tile(2)]), [tile(2)]);
+    }
+}

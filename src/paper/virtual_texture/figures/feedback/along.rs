@@ -1,0 +1,74 @@
+//! Along a path: what the samples of some frames name, beside what the last of them shows.
+
+use super::FALSE_TILES;
+use super::watch::{SUBSAMPLINGS, Watch, name};
+use crate::figure::{Row, Value};
+use crate::math::camera::Pose;
+use crate::math::pyramid::TileId;
+use crate::paper::virtual_texture::feedback::{MOST_LOG2, Memory, cycle};
+use crate::stats::Summary;
+use std::collections::BTreeMap;
+
+/// Frames that a moving camera's list remembers, and how their rows are called; none: a whole cycle. 16 is about
+/// Unreal Engine 5's `PageFreeThreshold`.
+const MEMORIES: [(Option<u64>, &str); 3] =
+    [(Some(1), "one moving frame"), (Some(16), "16 moving frames"), (None, "a moving cycle")];
+
+/// One subsampling's list of one memory along a path.
+#[derive(Default)]
+struct Along {
+    recall: Vec<f64>,
+    precision: Vec<f64>,
+    pixels: Vec<f64>,
+}
+
+impl Along {
+    fn add(&mut self, list: &[TileId], exact: &BTreeMap<TileId, u64>) {
+        if exact.is_empty() || list.is_empty() {
+            return;
+        }
+        let found: Vec<u64> = list.iter().filter_map(|tile| exact.get(tile)).copied().collect();
+        self.recall.push(found.len() as f64 / exact.len() as f64);
+        self.precision.push(found.len() as f64 / list.len() as f64);
+        self.pixels.push(found.iter().sum::<u64>() as f64 / exact.values().sum::<u64>() as f64);
+    }
+
+    fn rows(&self, n: u32, memory: &str) -> Vec<Row> {
+        let quantities =
+            [("recall", &self.recall), ("precision", &self.precision), ("pixels served", &self.pixels)];
+        let row = |(quantity, samples): (&str, &Vec<f64>)| {
+            let value =
+                Summary::of(samples).map_or(Value::Missing("no frame shows a tile".into()), Value::Summary);
+            Row::new(name(n), format!("{quantity} of {memory}"), "", value)
+        };
+        quantities.map(row).into()
+    }
+}
+
+/// Frames 1 to `frames`, after the camera has stood at frame 0 for a cycle.
+pub fn measure(watch: &mut Watch, frames: u32, pose: impl Fn(u32) -> Pose) -> anyhow::Result<Vec<Row>> {
+    let stands = cycle(MOST_LOG2);
+    let new = |n| MEMORIES.map(|(frames, _)| (Memory::new(frames.unwrap_or(cycle(n))), Along::default()));
+    let mut lists: Vec<_> = SUBSAMPLINGS.into_iter().map(new).collect();
+    let mut wrong = vec![0; lists.len()];
+    watch.look(&pose(0))?;
+    for frame in 0..stands + u64::from(frames) {
+        let moved = (frame + 1).saturating_sub(stands) as u32;
+        let exact = if moved > 0 { watch.look(&pose(moved))? } else { BTreeMap::new() };
+        for (at, seen) in watch.sample(frame, 0)?.iter().enumerate() {
+            if moved > 0 {
+                wrong[at] += seen.iter().filter(|tile| !exact.contains_key(tile)).count();
+            }
+            for (memory, along) in &mut lists[at] {
+                let list = memory.add(seen);
+                along.add(&list, &exact);
+            }
+        }
+    }
+    let mut rows = Vec::new();
+    for ((n, lists), wrong) in SUBSAMPLINGS.into_iter().zip(&lists).zip(wrong) {
+        rows.push(Row::new(name(n), FALSE_TILES, "tiles", Value::Number(f64::from(wrong as u32))));
+        rows.extend(lists.iter().zip(MEMORIES).flat_map(|((_, along), (_, memory))| along.rows(n, memory)));
+    }
+    Ok(rows)
+}

@@ -1,0 +1,107 @@
+//! vt.feedback: what subsampled feedback, which engines ship, misses of the exact list, and for how long.
+
+mod along;
+mod claims;
+mod cut;
+mod times;
+mod watch;
+
+use super::common::{Place, pixels_of};
+use crate::figure::{Axis, Bench, Cell, Claim, Figure, Origin, Plot, Row, Sweep};
+use crate::paper::virtual_texture::U1Format;
+use watch::{SUBSAMPLINGS, Watch, name};
+
+pub const FEEDBACK: Figure = Figure {
+    id: "vt.feedback",
+    title: "Subsampled feedback beside the exact list",
+    about: "The paper lists every tile that a frame's pixels name, in that frame (section 2). Engines look at one pixel \
+            of 4 to 256, another one in each frame, and collect: Call of Duty 1 of 64, Unreal Engine 5 1 of 256. How many \
+            of the exact list's tiles does that find (recall), how many frames after a cut (delay), and how much of what \
+            a moving camera's memory still asks for is visible (precision)? Frames count what the lists lack; the two \
+            frames until any list reaches the host come on top for all. Times are of gathering the samples, copying them to \
+            the host and listing them there; \"all pixels\" is the copy of U1 and the same pass over it.",
+    scenes: &["earth/headline", "earth/oblique", "globe/africa", "earth/pan", "earth/dive", "earth/orbit"],
+    variants,
+    sweep: Some(Sweep { name: "picture height, pixels", quick: &[720.0], full: &[360.0, 720.0, 1080.0] }),
+    measure,
+    plots: &[
+        Plot {
+            quantity: RECALL,
+            x: Axis::Series("frames after a cut"),
+            log_x: true,
+            log_y: false,
+            floor: None,
+        },
+        Plot {
+            quantity: PIXELS,
+            x: Axis::Series("frames after a cut"),
+            log_x: true,
+            log_y: false,
+            floor: None,
+        },
+        Plot { quantity: MOVING_RECALL, x: Axis::Variant, log_x: false, log_y: false, floor: None },
+        Plot { quantity: MOVING_PRECISION, x: Axis::Variant, log_x: false, log_y: false, floor: None },
+        Plot { quantity: TIME, x: Axis::Variant, log_x: false, log_y: true, floor: Some("empty pass") },
+    ],
+    claims: &[
+        Claim {
+            id: "subset",
+            text: "A frame's samples never ask for a tile that its exact list has not.",
+            from: Origin::Ours,
+            check: claims::subset,
+        },
+        Claim {
+            id: "complete",
+            text: "Under a camera that stands still, one pixel of 2^n has listed every visible tile after 2^n frames, \
+                   whichever frame of the cycle it starts in.",
+            from: Origin::Ours,
+            check: claims::complete,
+        },
+        Claim {
+            id: "delay",
+            text: "The exact list has at once what one pixel of 64 or of 256 takes several frames for: in every place \
+                   more than one for 99 % of the tiles, in the median over all frames of the cycle to start in.",
+            from: Origin::Paper("2"),
+            check: claims::delay,
+        },
+        Claim {
+            id: "moving",
+            text: "Under a moving camera no memory mends that: what one frame's pixels of 256 see lacks visible tiles in \
+                   some frames of every path, and most of what a whole cycle remembers is visible no more.",
+            from: Origin::Ours,
+            check: claims::moving,
+        },
+    ],
+};
+
+const RECALL: &str = "recall after a cut";
+const PIXELS: &str = "pixels served after a cut";
+const TO_99: &str = "frames to 99 % of the tiles";
+const TO_ALL: &str = "frames to all tiles";
+const FALSE_TILES: &str = "tiles outside the exact list";
+const MOVING_RECALL: &str = "recall of one moving frame";
+const MOVING_PRECISION: &str = "precision of a moving cycle";
+const TIME: &str = "gather, copy and list";
+const ALL_PIXELS: &str = "all pixels";
+
+fn variants() -> Vec<String> {
+    SUBSAMPLINGS.map(name).into_iter().chain([ALL_PIXELS.to_string()]).collect()
+}
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let size = pixels_of(cell.x.expect("the sweep has values"));
+    let opened = Place::find(&cell.scene)?.open(bench, size, |settings| {
+        // No tile is ever streamed here; and who copies U1 packs it.
+        settings.streaming.gpu_tiles = 1;
+        settings.config.u1 = Some(U1Format::Packed);
+    })?;
+    let mut watch = Watch::new(opened)?;
+    match watch.opened.path.clone() {
+        Some(path) => along::measure(&mut watch, path.frames, |frame| path.pose(frame)),
+        None => {
+            let mut rows = cut::measure(&mut watch)?;
+            rows.extend(times::measure(bench, &mut watch)?);
+            Ok(rows)
+        }
+    }
+}

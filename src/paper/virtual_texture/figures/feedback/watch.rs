@@ -1,0 +1,110 @@
+//! Stage 1 of one pose after the other, with the exact tiles of each frame and those that every subsampling sees.
+
+use super::super::common::Opened;
+use crate::math::camera::Pose;
+use crate::math::pyramid::TileId;
+use crate::paper::virtual_texture::classic::{HostCopy, HostList, HostPass};
+use crate::paper::virtual_texture::feedback::{Feedback, MOST_LOG2, Samples};
+use crate::paper::virtual_texture::{Keying, surface};
+use std::collections::BTreeMap;
+
+/// n of the subsamplings: one pixel of 2^n.
+pub const SUBSAMPLINGS: [u32; 7] = [2, 3, 4, 5, 6, 7, MOST_LOG2];
+
+/// A subsampling's name: `1/64`.
+pub fn name(n: u32) -> String {
+    format!("1/{}", 1 << n)
+}
+
+/// A session of which only stage 1 runs, and the lists that follow from it.
+pub struct Watch {
+    pub opened: Opened,
+    pub copy: HostCopy,
+    pub host: HostList,
+    /// One for each of [`SUBSAMPLINGS`].
+    pub samplers: Vec<Sampler>,
+}
+
+pub struct Sampler {
+    pub n: u32,
+    pub feedback: Feedback,
+    pub samples: Samples,
+}
+
+/// Triples of native keying, as tiles.
+fn tiles(triples: impl IntoIterator<Item = [u32; 3]>) -> Vec<TileId> {
+    let mut tiles: Vec<TileId> =
+        triples.into_iter().map(|[level, row, column]| TileId { level, row, column }).collect();
+    tiles.sort_unstable();
+    tiles
+}
+
+impl Watch {
+    /// # Errors
+    /// Out of memory.
+    pub fn new(opened: Opened) -> anyhow::Result<Watch> {
+        let session = &opened.session;
+        let (gpu, format, size) = (&session.gpu, session.pipeline.stage1.format, session.settings.size);
+        let sampler = |n| {
+            let feedback = Feedback::new(gpu, format, n)?;
+            Ok(Sampler { n, samples: feedback.samples(gpu, size)?, feedback })
+        };
+        Ok(Watch {
+            copy: HostCopy::new(gpu, size, format)?,
+            host: HostList::new(HostPass::Bitmap, &session.source.pyramid(), format, Keying::Native)?,
+            samplers: SUBSAMPLINGS.into_iter().map(sampler).collect::<crate::vk::Result<_>>()?,
+            opened,
+        })
+    }
+
+    /// Draws stage 1 from `pose`; returns how many pixels need each tile: the exact list.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn look(&mut self, pose: &Pose) -> anyhow::Result<BTreeMap<TileId, u64>> {
+        let session = &self.opened.session;
+        let pipeline = &session.pipeline;
+        let view = surface::view(pose, session.settings.size, 0);
+        let mut frame = session.gpu.frame()?;
+        frame.pass("footprint", |cmd| pipeline.stage1.draw(cmd, &pipeline.surface, &view))?;
+        frame.pass("copy U1", |cmd| {
+            self.copy.run(cmd, &pipeline.stage1.u1);
+            Ok(())
+        })?;
+        frame.submit()?.wait()?;
+        let coverage = self.host.coverage(self.copy.words());
+        Ok(coverage
+            .into_iter()
+            .map(|([level, row, column], pixels)| (TileId { level, row, column }, pixels))
+            .collect())
+    }
+
+    /// What the subsamplings of at least `least` see of the picture that [`Watch::look`] drew, in frame `frame` of
+    /// their cycles: for each of [`SUBSAMPLINGS`] the tiles in order, none for those below.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn sample(&mut self, frame_number: u64, least: u32) -> anyhow::Result<Vec<Vec<TileId>>> {
+        let session = &self.opened.session;
+        let u1 = &session.pipeline.stage1.u1;
+        let taken = |sampler: &&Sampler| sampler.n >= least;
+        let mut frame = session.gpu.frame()?;
+        frame.pass("gather", |cmd| {
+            let mut all = self.samplers.iter().filter(taken);
+            all.try_for_each(|s| s.feedback.run(cmd, u1, &s.samples, frame_number))
+        })?;
+        frame.pass("feedback read-back", |cmd| {
+            self.samplers.iter().filter(taken).for_each(|s| s.samples.read_back(cmd));
+            Ok(())
+        })?;
+        frame.submit()?.wait()?;
+        let mut seen = Vec::new();
+        for sampler in &self.samplers {
+            seen.push(match taken(&sampler) {
+                true => tiles(self.host.list(sampler.samples.words())),
+                false => Vec::new(),
+            });
+        }
+        Ok(seen)
+    }
+}

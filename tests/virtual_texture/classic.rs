@@ -1,0 +1,139 @@
+//! The list on the host, from all of U1 and from few of its pixels.
+
+use crate::{Device, open, pose, scene};
+use ortelius::math::pyramid::TileId;
+use ortelius::paper::virtual_texture::classic::{HostCopy, HostList, HostPass};
+use ortelius::paper::virtual_texture::feedback::{self, Feedback};
+use ortelius::paper::virtual_texture::{Keying, U1Format, reference};
+use ortelius::renderer::Renderer;
+use ortelius::vk::Gpu;
+use std::collections::BTreeSet;
+
+/// U1 of the renderer's last frame as the host gets it.
+fn copied(gpu: &Gpu, renderer: &Renderer) -> HostCopy {
+    let stage1 = &renderer.pipeline.stage1;
+    let copy = HostCopy::new(gpu, stage1.u1.info().size, stage1.format).unwrap();
+    let mut frame = gpu.frame().unwrap();
+    frame
+        .pass("copy U1", |cmd| {
+            copy.run(cmd, &stage1.u1);
+            Ok(())
+        })
+        .unwrap();
+    frame.submit().unwrap().wait().unwrap();
+    copy
+}
+
+/// A frame's samples as the host gets them.
+fn gathered(gpu: &Gpu, renderer: &Renderer, n: u32, frames: std::ops::Range<u64>) -> Vec<Vec<u32>> {
+    let stage1 = &renderer.pipeline.stage1;
+    let gather = Feedback::new(gpu, stage1.format, n).unwrap();
+    let samples = gather.samples(gpu, stage1.u1.info().size).unwrap();
+    let take = |number| {
+        let mut frame = gpu.frame().unwrap();
+        frame.pass("gather", |cmd| gather.run(cmd, &stage1.u1, &samples, number)).unwrap();
+        frame
+            .pass("feedback read-back", |cmd| {
+                samples.read_back(cmd);
+                Ok(())
+            })
+            .unwrap();
+        frame.submit().unwrap().wait().unwrap();
+        samples.words().to_vec()
+    };
+    frames.map(take).collect()
+}
+
+#[test]
+fn the_host_lists_the_reference_set_from_every_format() {
+    let gpu = Device::open();
+    for name in ["earth", "globe", "pole"] {
+        let scene = scene(name);
+        for format in U1Format::ALL.into_iter().filter(|format| gpu.renders_to(format.image_format())) {
+            let mut renderer = open(&gpu, &scene, [250, 141], |settings| settings.config.u1 = Some(format));
+            renderer.frame(&pose(&scene, &scene.view.camera)).unwrap();
+            let u1 = renderer.u1().unwrap();
+            let pyramid = renderer.source.pyramid();
+            let copy = copied(&gpu, &renderer);
+            for pass in [HostPass::Hash, HostPass::Bitmap] {
+                let list = |keying| {
+                    let list = HostList::new(pass, &pyramid, format, keying).unwrap().list(copy.words());
+                    let entries: BTreeSet<[u32; 3]> = list.iter().copied().collect();
+                    assert_eq!(entries.len(), list.len(), "{name}, {format:?}, {pass:?}: an entry twice");
+                    entries
+                };
+                assert_eq!(list(Keying::Paper), reference::distinct_triples(&u1, &pyramid), "{name}");
+                let tile = |[level, row, column]: [u32; 3]| TileId { level, row, column };
+                let native: BTreeSet<TileId> = list(Keying::Native).into_iter().map(tile).collect();
+                assert_eq!(native, reference::visible_tiles(&u1, &pyramid), "{name}, {format:?}, {pass:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_cycle_of_samples_is_the_picture_each_pixel_once() {
+    let gpu = Device::open();
+    let scene = scene("earth");
+    // Blocks of no size divide it.
+    let (width, height) = (125, 71);
+    for format in [U1Format::Rgba32, U1Format::Packed] {
+        let mut renderer = open(&gpu, &scene, [width, height], |settings| settings.config.u1 = Some(format));
+        renderer.frame(&pose(&scene, "oblique")).unwrap();
+        renderer.drain().unwrap();
+        let copy = copied(&gpu, &renderer);
+        let words = format.words();
+        for n in [0, 1, 2, 5, 8] {
+            let mut picture = vec![0; copy.words().len()];
+            let mut outside = 0;
+            let [columns, _] = feedback::blocks(n, [width, height]);
+            let [wide, high] = feedback::block_log2(n);
+            let frames = gathered(&gpu, &renderer, n, 0..feedback::cycle(n));
+            for (number, samples) in frames.iter().enumerate() {
+                let [x, y] = feedback::offset(n, number as u64);
+                for (block, texel) in samples.chunks_exact(words).enumerate() {
+                    let (column, row) = (block as u32 % columns, block as u32 / columns);
+                    let [x, y] = [(column << wide) + x, (row << high) + y];
+                    if x < width && y < height {
+                        let at = words * (y * width + x) as usize;
+                        picture[at..at + words].copy_from_slice(texel);
+                    } else {
+                        outside += 1;
+                        assert!(texel.iter().all(|word| *word == u32::MAX), "n = {n}: {texel:?} outside");
+                    }
+                }
+            }
+            assert!(picture == copy.words(), "n = {n}, {format:?}");
+            let samples: usize = frames.iter().map(|samples| samples.len() / words).sum();
+            assert_eq!(samples - outside, (width * height) as usize, "n = {n}");
+        }
+    }
+}
+
+#[test]
+fn samples_name_no_tile_too_many_and_a_cycle_of_them_all() {
+    let gpu = Device::open();
+    for (name, camera) in [("earth", "oblique"), ("globe", "africa"), ("ruler", "corner-oblique")] {
+        let scene = scene(name);
+        let mut renderer = open(&gpu, &scene, [320, 180], |_| ());
+        renderer.frame(&pose(&scene, camera)).unwrap();
+        let pyramid = renderer.source.pyramid();
+        let exact = reference::visible_tiles(&renderer.u1().unwrap(), &pyramid);
+        let format = renderer.pipeline.stage1.format;
+        let mut host = HostList::new(HostPass::Bitmap, &pyramid, format, Keying::Native).unwrap();
+        for n in [2, 4, 6, 8] {
+            let mut memory = feedback::Memory::new(feedback::cycle(n));
+            let mut remembered = Vec::new();
+            // From the middle of a cycle into the next.
+            for samples in gathered(&gpu, &renderer, n, 3..3 + feedback::cycle(n)) {
+                let triples = host.list(&samples);
+                let tiles: Vec<TileId> =
+                    triples.iter().map(|&[level, row, column]| TileId { level, row, column }).collect();
+                assert!(tiles.iter().all(|tile| exact.contains(tile)), "{name}, n = {n}: {tiles:?}");
+                remembered = memory.add(&tiles);
+            }
+            let expected: Vec<TileId> = exact.iter().copied().collect();
+            assert_eq!(remembered, expected, "{name}, n = {n}");
+        }
+    }
+}
