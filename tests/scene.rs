@@ -180,7 +180,7 @@ fn numbers_out_of_range_are_refused_with_the_range() {
         ("width = 64", "width = -1", "invalid value: integer `-1`, expected u32"),
         ("width_log2 = 12", "width_log2 = 21", "2^21 x 2^11 texels is outside"),
         ("width_log2 = 12", "width_log2 = 12\ntile_size = 500", "500 texels is no power of two"),
-        ("width_log2 = 12", "width_log2 = 12\nborder = 3", "3 texels is odd"),
+        ("width_log2 = 12", "width_log2 = 12\nborder = 257", "257 texels is wider than half a tile"),
         ("width_log2 = 12", "width_log2 = 12\nresident_levels = 3", "3 resident levels are outside"),
         ("frames = 5", "frames = 5\n[variant]\nblock_log2 = 5", "5 is outside 0 ..= 4"),
         ("frames = 5", "frames = 5\n[variant]\ncompact_block_log2 = 3", "3 is outside 0 ..= 2"),

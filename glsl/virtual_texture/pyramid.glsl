@@ -12,6 +12,19 @@ const uint BACKGROUND = 0xffffffffu;  // q of a pixel that the mesh does not cov
 // Tiles of level 0, the paper's (wT^0, hT^0).
 uvec2 tile_grid() { return uvec2(1u << COLUMN_BITS, 1u << ROW_BITS); }
 
+ivec2 level_size(uint level) {
+    return ivec2(max(1u << WIDTH_LOG2 >> level, 1u), max(1u << HEIGHT_LOG2 >> level, 1u));
+}
+
+// The texel at a place that may lie any number of turns outside the level: columns wrap at the antimeridian; a row
+// beyond a pole is the mirrored row half a turn away, and 2 x height rows are a full turn. Sizes are powers of two.
+ivec2 true_texel(uint level, ivec2 texel) {
+    ivec2 size = level_size(level);
+    int turn = texel.y & (2 * size.y - 1);
+    bool beyond = turn >= size.y;
+    return ivec2(texel.x + (beyond ? size.x / 2 : 0) & (size.x - 1), beyond ? 2 * size.y - 1 - turn : turn);
+}
+
 // (q, i, j) as U1 stores it. Packed: q in the high bits; all ones is the background, which no triple reaches
 // (the host refuses sizes where q would need the last value).
 uvec4 store_triple(uvec3 qij) {

@@ -25,21 +25,6 @@ uint ruler_hash(uint level, ivec2 texel) {
     return mix32(mix32(mix32(level + 0x9e3779b9u) ^ uint(texel.x)) ^ uint(texel.y));
 }
 
-ivec2 level_size(uint level) {
-    return ivec2(max(1u << WIDTH_LOG2 >> level, 1u), max(1u << HEIGHT_LOG2 >> level, 1u));
-}
-
-// Columns wrap at the antimeridian; a row beyond a pole is the mirrored row half a turn away.
-ivec2 true_texel(uint level, ivec2 texel) {
-    ivec2 size = level_size(level);
-    if (texel.y < 0 || texel.y >= size.y) {
-        texel.y = texel.y < 0 ? -1 - texel.y : 2 * size.y - 1 - texel.y;
-        texel.x += size.x / 2;
-    }
-    texel.x = (texel.x % size.x + size.x) % size.x;
-    return texel;
-}
-
 // First of the 2 x 2 texels of a level that a bilinear sample at the coordinate mixes, from exact integers.
 ivec2 first_tap(Coordinate at, uint level) {
     ivec2 base = at.texel >> int(level);
@@ -51,14 +36,15 @@ ivec2 first_tap(Coordinate at, uint level) {
 // coarsest level has not: it stands for itself).
 uint wrong_in_tile(Coordinate at, uvec2 ij, Resident tile, uint step) {
     uint level = min(tile.level + step, max(WIDTH_LOG2, HEIGHT_LOG2));
-    int size = int(1u << TILE_LOG2 >> step), border = int(BORDER >> step);
+    int size = int(1u << TILE_LOG2 >> step), border = int((BORDER + step) >> step);
+    ivec2 stored = ivec2(int((1u << TILE_LOG2) + 2 * BORDER) >> step);
     ivec2 corner = ivec2(ij.yx >> tile.level) * size;
     ivec2 first = first_tap(at, level);
     uint wrong = 0;
     for (int n = 0; n < 4; n++) {
         ivec2 texel = first + ivec2(n & 1, n >> 1);
         ivec2 fetched = texel - corner + border;
-        bool inside = all(greaterThanEqual(fetched, ivec2(0))) && all(lessThan(fetched, ivec2(size + 2 * border)));
+        bool inside = all(greaterThanEqual(fetched, ivec2(0))) && all(lessThan(fetched, stored));
         uint found = packUnorm4x8(texelFetch(j1, ivec3(fetched, tile.slot), int(step)));
         if (!inside || found != ruler_hash(level, true_texel(level, texel))) wrong++;
     }

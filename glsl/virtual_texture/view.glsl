@@ -5,4 +5,5 @@ layout(push_constant, scalar) uniform View {
     vec3 eye_high;     // metres
     vec3 eye_low;      // metres
     uint level_bias;   // levels added to the stored q where the caches are too small
+    uint frame;        // its number; noise changes with it
 } view;

@@ -25,7 +25,7 @@ pub struct BakeArgs {
     #[arg(long, value_name = "TEXELS", default_value_t = 512)]
     tile: u32,
 
-    /// Texels of the neighbours around each tile; even, and a multiple of 4 for bc1
+    /// Texels of the neighbours around each tile; a multiple of 4 for bc1
     #[arg(long, value_name = "TEXELS", default_value_t = 4)]
     border: u32,
 

@@ -34,7 +34,7 @@ pub enum PyramidError {
     Size(u32, u32),
     #[error("a tile of 2^{0} texels is outside 2^4 .. 2^10, or wider than the texture")]
     Tile(u32),
-    #[error("a border of {0} texels is odd, or wider than half a tile")]
+    #[error("a border of {0} texels is wider than half a tile")]
     Border(u32),
     #[error(
         "{resident} resident levels are outside {least} ..= {most}: a streamed level must consist of whole tiles"
@@ -73,8 +73,7 @@ impl Pyramid {
         if !(4..=10).contains(&tile_log2) || tile_log2 > narrow {
             return Err(PyramidError::Tile(tile_log2));
         }
-        // Even, because a tile carries half of it around its next coarser level.
-        if !border_texels.is_multiple_of(2) || border_texels > 1 << (tile_log2 - 1) {
+        if border_texels > 1 << (tile_log2 - 1) {
             return Err(PyramidError::Border(border_texels));
         }
         let coarsest = width_log2.max(height_log2);
@@ -106,7 +105,8 @@ impl Pyramid {
         1 << self.tile_log2
     }
 
-    /// Texels of the neighbours stored around each side of a tile; half as many around its next coarser level.
+    /// Texels of the neighbours stored around each side of a tile; half as many around its next coarser level, the odd
+    /// one before it.
     pub fn border_texels(&self) -> u32 {
         self.border_texels
     }

@@ -278,6 +278,7 @@ fn check_variant(variant: &Variant) -> Result<(), Fault> {
     within(&["variant", "block_log2"], variant.block_log2, 0..=4)?;
     within(&["variant", "compact_block_log2"], variant.compact_block_log2, 0..=2)?;
     within(&["variant", "max_anisotropy"], variant.max_anisotropy, 1..=16)?;
+    within(&["variant", "samples"], variant.samples, 1..=64)?;
     within(&["variant", "level_bias"], variant.level_bias, 0..=20)?;
     within(&["variant", "list_capacity"], variant.list_capacity, 1..=1 << 26)?;
     Ok(())

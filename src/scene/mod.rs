@@ -22,7 +22,7 @@ pub use choice::{Compaction, Dedup};
 pub use error::{SceneError, nearest};
 pub use open::TextureError;
 pub use settings::{
-    Cache, Interpolation, Keying, MeshSpec, Texture, TextureSource, TriplesFormat, Variant, View,
+    Cache, Filtering, Interpolation, Keying, MeshSpec, Texture, TextureSource, TriplesFormat, Variant, View,
 };
 
 use crate::math::camera::Pose;

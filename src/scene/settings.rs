@@ -141,6 +141,19 @@ pub enum Interpolation {
     Literal,
 }
 
+/// How a pixel's colour is taken from its tile (paper 1, section 4). In the order of `filter.glsl`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Filtering {
+    /// The paper's: bilinear in two levels, and between them; `max_anisotropy` such samples.
+    #[default]
+    Trilinear,
+    /// Bilinear in the nearer of the two levels.
+    Bilinear,
+    /// `samples` single texels, each chosen with its weight in the trilinear filter: needs no border, and is noisy.
+    Stochastic,
+}
+
 /// Which of the pipeline's variants runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -157,8 +170,11 @@ pub struct Variant {
     pub compact: Compaction,
     /// p of the geometry shader's stage 3: blocks of `2^p x 2^p` texels of U2, 0 ..= 2.
     pub compact_block_log2: u32,
-    /// NA: samples of the hardware's anisotropic filter, 1 ..= 16.
+    /// NA: samples along a footprint at most, 1 ..= 16; no more than the border has texels, unless stochastic.
     pub max_anisotropy: u32,
+    pub filter: Filtering,
+    /// Taps of a pixel, of the stochastic filter alone, 1 ..= 64.
+    pub samples: u32,
     pub interpolation: Interpolation,
     /// Levels added to every wish, 0 ..= 20.
     pub level_bias: u32,
@@ -177,6 +193,8 @@ impl Default for Variant {
             compact: Compaction::default(),
             compact_block_log2: 2,
             max_anisotropy: 1,
+            filter: Filtering::Trilinear,
+            samples: 1,
             interpolation: Interpolation::Corrected,
             level_bias: 0,
             list_capacity: 65_536,

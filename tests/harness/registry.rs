@@ -109,6 +109,11 @@ const COMPARERS: &[Comparer] = &[
         ],
     },
     Comparer {
+        judges: "each texel that a tap of the stochastic filter chose",
+        function: ("tests/virtual_texture/filters.rs", "wrong_taps"),
+        rejects: &[("tests/virtual_texture/filters.rs", "a_tap_with_a_wrong_bit_is_found")],
+    },
+    Comparer {
         judges: "a whole .tiles file",
         function: ("src/scene/tiles/verify.rs", "verify"),
         rejects: &[("tests/tiles.rs", "a_flip_of_any_byte_is_found_and_put_down_to_its_record")],

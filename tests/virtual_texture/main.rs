@@ -2,6 +2,7 @@
 //! Validation and synchronisation validation are on in every test; any message fails it.
 
 mod classic;
+mod filters;
 mod lists;
 mod streaming;
 mod texels;

@@ -18,13 +18,13 @@ use std::collections::HashMap;
 /// How far, in pixels, a device may see beside the reference. It snaps vertices to 1/256 pixel (lavapipe's
 /// subPixelPrecisionBits = 8), which moves an edge by half of that; its clip coordinates are f32 products of
 /// 4 terms, 2^-22 of at most 10 screen heights: 1/390 pixel at 1080 rows. Twice their sum:
-const RADIUS_PX: f64 = 1.0 / 128.0;
+pub const RADIUS_PX: f64 = 1.0 / 128.0;
 
 /// The f32 error of (s, t) and of the derivatives: the place moves by RADIUS_PX; an offset of at most 2^-7 is
 /// interpolated with a relative error of 2^-21 (three products and a division); a derivative is the difference of
 /// two such values, each of which also carries the rounding of a plane equation extrapolated over the screen,
 /// 2^-21 of 2000 pixels' worth of gradient: 2^-10.
-fn tolerance(sample: &Sample) -> Tolerance {
+pub fn tolerance(sample: &Sample) -> Tolerance {
     let d = &sample.fine;
     let gradient = [d.dsdx.abs() + d.dsdy.abs(), d.dtdx.abs() + d.dtdy.abs()];
     let offset = 2f64.powi(-7 - 21);
@@ -34,7 +34,7 @@ fn tolerance(sample: &Sample) -> Tolerance {
     }
 }
 
-fn footprint(sample: &Sample) -> Footprint {
+pub fn footprint(sample: &Sample) -> Footprint {
     let d = &sample.fine;
     Footprint { s: sample.s, t: sample.t, dsdx: d.dsdx, dtdx: d.dtdx, dsdy: d.dsdy, dtdy: d.dtdy }
 }
@@ -69,7 +69,7 @@ fn compare_triples(triples: &[[u32; 3]], view: &View, pyramid: &Pyramid) -> (usi
     (differing, unexplained)
 }
 
-fn view_of(scene: &Scene, pose: &Pose, size: [u32; 2]) -> View {
+pub fn view_of(scene: &Scene, pose: &Pose, size: [u32; 2]) -> View {
     View::new(&scene.source_mesh().unwrap(), &pose.world_to_clip(size[0], size[1]), pose.eye, size)
 }
 

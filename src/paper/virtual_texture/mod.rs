@@ -36,7 +36,7 @@ pub mod surface;
 pub mod texturing;
 pub mod variants;
 
-pub use crate::scene::{Compaction, Dedup};
+pub use crate::scene::{Compaction, Dedup, Filtering};
 pub use streaming::Keying;
 pub use variants::{Layout, Unfit, all_needs};
 
@@ -80,6 +80,9 @@ pub struct Config {
     pub compact_block_log2: u32,
     /// NA of the level formula.
     pub max_anisotropy: u32,
+    pub filter: Filtering,
+    /// Taps of a pixel, of the stochastic filter alone.
+    pub samples: u32,
     pub interpolation: Interpolation,
     /// Frames in which a tile that has arrived is mixed with what was shown before it; 0: shown at once, as in the paper.
     pub fade_in_frames: u32,
@@ -97,6 +100,8 @@ pub const PAPER: Config = Config {
     compact: Compaction::TransformFeedback,
     compact_block_log2: 2,
     max_anisotropy: 1,
+    filter: Filtering::Trilinear,
+    samples: 1,
     interpolation: Interpolation::Corrected,
     fade_in_frames: 0,
     list_capacity: 65_536,

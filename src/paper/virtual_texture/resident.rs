@@ -273,7 +273,7 @@ impl Levels {
             let level = (tile.level + step).min(pyramid.coarsest_level());
             let texels = &texels[(level - pyramid.first_resident_level()) as usize];
             let (size, border) =
-                (i64::from(pyramid.tile_size() >> step), i64::from(pyramid.border_texels() >> step));
+                (i64::from(pyramid.tile_size() >> step), i64::from((pyramid.border_texels() + step) >> step));
             let side = pyramid.stored_sides()[step as usize];
             let mut rgba = Vec::with_capacity(4 * side as usize * side as usize);
             for y in 0..i64::from(side) {

@@ -38,7 +38,7 @@ impl Surface {
     }
 }
 
-/// The push constants of every pass that draws the mesh.
+/// The push constants of every pass that draws the mesh; the frame's number, which only noise needs, is 0.
 pub fn view(pose: &Pose, size: [u32; 2], level_bias: u32) -> View {
     let eye_high = pose.eye.as_vec3();
     View {
@@ -46,5 +46,6 @@ pub fn view(pose: &Pose, size: [u32; 2], level_bias: u32) -> View {
         eye_high: eye_high.to_array(),
         eye_low: (pose.eye - eye_high.as_dvec3()).as_vec3().to_array(),
         level_bias,
+        frame: 0,
     }
 }

@@ -37,6 +37,8 @@ impl Texturing {
         let constants = [
             ("MAX_ANISOTROPY", config.max_anisotropy),
             ("LITERAL_INTERPOLATION", u32::from(config.interpolation == Interpolation::Literal)),
+            ("FILTER", config.filter as u32),
+            ("SAMPLES", config.samples),
             ("FADE_IN", u32::from(config.fade_in_frames > 0)),
         ];
         let constants: Vec<_> = resident.constants().into_iter().chain(constants).collect();

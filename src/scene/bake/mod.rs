@@ -39,7 +39,7 @@ pub struct Settings {
     pub output: PathBuf,
     /// Texels, a power of two in 16 ..= 1024.
     pub tile_side: u32,
-    /// Texels, even; a multiple of 4 for BC1.
+    /// Texels; a multiple of 4 for BC1.
     pub border_texels: u32,
     pub format: TileFormat,
     /// The paper's L'; `None`: the fewest possible.

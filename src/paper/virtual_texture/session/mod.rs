@@ -10,10 +10,11 @@ pub use dump::{FootprintPicture, read_words};
 use super::pipeline::{Finished, Pipeline};
 use super::resident::ResidentError;
 use super::streaming::{FrameReport, Streaming, StreamingConfig, StreamingError, distinct_tiles};
-use super::{Config, Interpolation, Keying, U1Format, Unfit, surface};
+use super::{Config, Filtering, Interpolation, Keying, U1Format, Unfit, surface};
 use crate::math::{camera::Pose, pyramid::TileId};
 use crate::scene::source::{TileFormat, TileSource};
 use crate::scene::{self, Scene, TriplesFormat, mesh::Mesh};
+use crate::vk::shader::View;
 use crate::vk::{self, FRAMES_IN_FLIGHT, Feature, Format, Gpu, Image, ImageInfo, Need, PassTime};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -31,7 +32,7 @@ pub enum SessionError {
     #[error(transparent)]
     Streaming(#[from] StreamingError),
     #[error(
-        "variant.max_anisotropy = {wanted}: samples reach as many texels beyond a tile's edge, and the texture's border has {border}; lower it, or bake a wider border"
+        "variant.max_anisotropy = {wanted}: samples reach as many texels beyond a tile's edge, and the texture's border has {border}; lower it, bake a wider border, or take variant.filter = stochastic"
     )]
     Anisotropy { wanted: u32, border: u32 },
     #[error(
@@ -113,6 +114,8 @@ impl Settings {
                 compact: variant.compact,
                 compact_block_log2: variant.compact_block_log2,
                 max_anisotropy: variant.max_anisotropy,
+                filter: variant.filter,
+                samples: variant.samples,
                 interpolation: match variant.interpolation {
                     scene::Interpolation::Corrected => Interpolation::Corrected,
                     scene::Interpolation::Literal => Interpolation::Literal,
@@ -185,9 +188,10 @@ impl Session {
             let feature = need.feature;
             assert!(gpu.has(feature), "the device was opened without {feature:?}: give it renderer::needs");
         }
-        // The outermost of nA samples lies nA - 1 texels from the pixel's own, and each mixes half a texel more.
+        // The outermost of nA samples lies nA - 1 texels from the pixel's own, and each mixes half a texel more; the
+        // taps of the stochastic filter find their tiles themselves.
         let (wanted, border) = (settings.config.max_anisotropy, source.pyramid().border_texels());
-        if wanted > 1 && wanted > border {
+        if wanted > 1 && wanted > border && settings.config.filter != Filtering::Stochastic {
             return Err(SessionError::Anisotropy { wanted, border });
         }
         let format = match settings.target {
@@ -241,6 +245,7 @@ impl Session {
             self.bias = bias;
         }
         let view = surface::view(pose, self.settings.size, self.bias);
+        let view = View { frame: self.next as u32, ..view };
         let mut frame = self.gpu.frame()?;
         self.pipeline.record(&mut frame, flight, &view, &self.target)?;
         self.pipeline.submitted(flight, frame.submit()?);

@@ -1,0 +1,124 @@
+// How a pixel's colour is taken from J1 (paper 1, section 4): one file for every pass that textures. Needs
+// pyramid.glsl, footprint.glsl and resident.glsl.
+layout(constant_id = 9) const uint LITERAL_INTERPOLATION = 0;  // 1: C1 f + C2 (1 - f), as printed
+layout(constant_id = 16) const uint FADE_IN = 0;                // 1: tiles that arrive are mixed in over some frames
+layout(constant_id = 17) const uint FILTER = 0;                 // one of these:
+const uint TRILINEAR = 0, BILINEAR = 1, STOCHASTIC = 2;
+layout(constant_id = 18) const uint SAMPLES = 1;  // taps of a pixel, where the filter is stochastic
+
+layout(binding = 2) uniform sampler2DArray j1;  // mip 0: the tile's level, mip 1: its next coarser
+
+// What a pixel asks the texture for.
+struct Wish {
+    Coordinate at;
+    uvec2 ij;     // row and column in M0
+    uint q;       // a streamed level is stage 1's; inside G1 the unclamped e counts
+    float f;      // share of level q + 1
+    float count;  // nA
+    vec2 major;   // the footprint's longer side, in texels of level 0
+};
+
+Wish wish(uvec3 qij, Coordinate at, Footprint f, uint level_bias) {
+    vec2 sides = squared_sides(f);
+    bool usable = finite(sides.x);
+    float count = usable && sides.x > 0.0 ? sample_count(sides) : 1.0;
+    vec2 major = usable ? (dot(f.r1, f.r1) > dot(f.r2, f.r2) ? f.r1 : f.r2) : vec2(0.0);
+    // e may differ from stage 1's by an ulp of log2; q is stage 1's, so only f can feel it, and f is clamped.
+    float e = usable && sides.x > 0.0 ? 0.5 * log2(sides.x / (count * count)) : float(qij.x);
+    float biased = e + float(level_bias);
+    uint q = min(qij.x + level_bias, FIRST_RESIDENT_LEVEL);
+    if (q == FIRST_RESIDENT_LEVEL)
+        q = uint(clamp(biased, float(q), float(max(WIDTH_LOG2, HEIGHT_LOG2))));
+    // Magnification (e < 0) shows level 0 alone.
+    float fraction = clamp(biased - float(q), 0.0, 1.0);
+    return Wish(at, qij.yz, q, FILTER == BILINEAR ? floor(fraction + 0.5) : fraction, count, major);
+}
+
+// One sample of both levels of a tile, `coarser` of its next coarser one; texels from the payload's corner.
+vec4 bordered_sample(Resident tile, vec2 texels, float coarser) {
+    float side = float((1u << TILE_LOG2) + 2 * BORDER);
+    vec2 own = (texels + float(BORDER)) / side;
+    if ((BORDER & 1u) == 0u) return textureLod(j1, vec3(own, tile.slot), coarser);
+    // An odd border: the coarser picture begins half of its texels before the own one.
+    vec2 half_size = (0.5 * texels + float((BORDER + 1) / 2)) / (0.5 * side);
+    return mix(textureLod(j1, vec3(own, tile.slot), 0.0), textureLod(j1, vec3(half_size, tile.slot), 1.0), coarser);
+}
+
+// The mean of nA samples spread along the footprint's longer side; each one interpolates two levels.
+vec4 tile_samples(Wish wish, Resident tile, float coarser) {
+    vec2 centre = texels_in_tile(wish.at, wish.ij, tile.level);
+    if (MAX_ANISOTROPY == 1) return bordered_sample(tile, centre, coarser);
+    vec2 reach = wish.major * power_of_half(tile.level);
+    vec4 sum = vec4(0.0);
+    for (float n = 0.5; n < wish.count; n++)
+        sum += bordered_sample(tile, centre + (n / wish.count - 0.5) * reach, coarser);
+    return sum / wish.count;
+}
+
+// One texel, one tap (Pharr et al., "Filtering After Shading With Stochastic Texture Filtering", 2024): place along the
+// longer side, level and texel are chosen by chance, each as often as tile_samples weighs it. No tap mixes two texels,
+// so none needs a border: a neighbour's texel is taken from the neighbour.
+vec4 tap(Wish wish, uint level, float coarser, vec4 chance) {
+    uint coarsest = max(WIDTH_LOG2, HEIGHT_LOG2);
+    uint from = level < coarsest && chance.z < coarser ? level + 1 : level;
+    vec2 along = ((floor(chance.w * wish.count) + 0.5) / wish.count - 0.5) * wish.major;
+    ivec2 base = wish.at.texel >> int(from);
+    vec2 within = (vec2(wish.at.texel - (base << int(from))) + wish.at.fraction + along) * power_of_half(from);
+    // 2^22 texels are four times the widest level; a NaN may become any texel.
+    ivec2 texel = true_texel(from, base + ivec2(clamp(floor(within - 0.5 + chance.xy), -4194304.0, 4194304.0)));
+    uvec2 ij = uvec2(texel.yx) << from >> TILE_LOG2;
+    Resident tile = find_resident(level, ij);
+    // Its own picture or its coarser one; where a coarser tile stands in, the texel that covers this one.
+    uint mip = tile.level < from ? 1 : 0;
+    ivec2 corner = ivec2(ij.yx >> tile.level) << int(TILE_LOG2 - mip);
+    ivec2 local = (texel >> int(tile.level + mip - from)) - corner + int((BORDER + mip) >> mip);
+    return texelFetch(j1, ivec3(local, tile.slot), int(mip));
+}
+
+// Four numbers of [0, 1) for tap n: the additive recurrence of the root of x^5 = x + 1 (Roberts 2018), which spreads
+// few taps more evenly than chance does, from a start that differs from pixel to pixel and frame to frame.
+vec4 chances(uvec4 start, uint n) {
+    uvec4 bits = start + n * uvec4(0xdb4f0b91u, 0xbbe05633u, 0xa0f2ec76u, 0x89e18285u);
+    return vec4(bits >> 8) * power_of_half(24);
+}
+
+// PCG in four dimensions (Jarzynski and Olano, "Hash Functions for GPU Rendering", 2020).
+uvec4 stir(uvec4 v) {
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    return v;
+}
+uvec4 hash(uvec4 v) {
+    v = stir(v * 1664525u + 1013904223u);
+    return stir(v ^ v >> 16);
+}
+
+vec4 taps(Wish wish, uint level, float coarser, uvec4 start) {
+    vec4 sum = vec4(0.0);
+    for (uint n = 0; n < SAMPLES; n++) sum += tap(wish, level, coarser, chances(start, n));
+    return sum / float(SAMPLES);
+}
+
+// The pixel's colour from what is resident, in linear light. `seed`: pixel and frame, for filters that need chance.
+vec4 filtered(Wish wish, uvec3 seed) {
+    uvec4 start = hash(uvec4(seed, 0));
+    // A tile that fades in leaves the rest of its weight to what was shown before it: the next coarser one in J1.
+    vec4 colour = vec4(0.0);
+    float weight = 1.0;
+    uint from = wish.q;
+    do {
+        Resident tile = find_resident(from, wish.ij);
+        // A coarser stand-in (q' > q) shows one level alone.
+        float f = tile.level == wish.q ? wish.f : 0.0;
+        float coarser = LITERAL_INTERPOLATION == 1 ? 1.0 - f : f;
+        float rest = FADE_IN == 1 ? weight * tile.fade : 0.0;
+        // One sample for whatever level: software drivers run both sides of a branch.
+        vec4 shown = FILTER == STOCHASTIC ? taps(wish, tile.level, coarser, start) : tile_samples(wish, tile, coarser);
+        colour += (weight - rest) * shown;
+        weight = rest;
+        from = tile.level + 1;
+    } while (FADE_IN == 1 && weight > 0.0);
+    return colour;
+}

@@ -1,0 +1,142 @@
+//! Borders and filters: which texels they take, and what they come to on average.
+
+use crate::truth::{RADIUS_PX, footprint, tolerance, view_of};
+use crate::{Device, open, pose, scene};
+use ortelius::math::pyramid::Pyramid;
+use ortelius::paper::virtual_texture::Filtering;
+use ortelius::paper::virtual_texture::reference::triple;
+use ortelius::picture::Picture;
+use ortelius::picture::error::compare;
+use ortelius::picture::srgb::from_linear_f64;
+use ortelius::reference::Sample;
+use ortelius::renderer::{Renderer, Target};
+use ortelius::scene::source::{border::true_texel, ruler::ruler_hash};
+
+fn picture(renderer: &mut Renderer) -> Picture {
+    let [width, height] = renderer.settings.size;
+    let bytes = renderer.picture_bytes().unwrap();
+    Picture::new(width, height, bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect())
+}
+
+#[test]
+fn two_texels_of_border_are_enough_for_two_levels_and_fewer_are_not() {
+    let gpu = Device::open();
+    let mut scene = scene("ruler");
+    let wrong = [0, 1, 2, 3].map(|border| {
+        scene.texture.border = border;
+        let mut renderer = open(&gpu, &scene, [320, 180], |_| ());
+        let pose = pose(&scene, "corner-oblique");
+        renderer.settle(&pose).unwrap();
+        let verdicts = renderer.ruler_verdicts(&pose).unwrap();
+        assert_eq!(verdicts.not_resident, 0);
+        verdicts.wrong
+    });
+    println!("pixels with wrong texels at borders 0, 1, 2, 3: {wrong:?}");
+    // The coarser picture has half the border; of one texel it has it before the tile, and none after.
+    assert!(wrong[0] > wrong[1] && wrong[1] > 0, "{wrong:?}");
+    assert_eq!(wrong[2..], [0, 0]);
+}
+
+/// Whether a ruler's texel is one of the eight that the trilinear filter mixes at a place, as far as a device knows it.
+fn is_mixed_there(texel: u32, sample: &Sample, pyramid: &Pyramid) -> bool {
+    let e = triple(&footprint(sample), pyramid, 1).e;
+    // 1/50 of a level: more than the footprint's 2^-9 of relative tolerance.
+    let level = |e: f64| e.floor().clamp(0.0, f64::from(pyramid.coarsest_level())) as u32;
+    let coarsest = if e < -0.02 { 0 } else { (level(e + 0.02) + 1).min(pyramid.coarsest_level()) };
+    let tolerance = tolerance(sample);
+    (level(e - 0.02)..=coarsest).any(|level| {
+        let size = pyramid.level_size(level);
+        let range = |n: usize| {
+            let side = f64::from(size[n]);
+            let (at, reach) = ([sample.s, sample.t][n] * side - 0.5, tolerance.coordinate[n] * side);
+            (at - reach).floor() as i64..=(at + reach).floor() as i64 + 1
+        };
+        range(1).any(|y| {
+            range(0).any(|x| {
+                let [x, y] = true_texel(size, x, y);
+                texel == ruler_hash(level, x, y)
+            })
+        })
+    })
+}
+
+/// Pixels of a settled ruler, filtered by one tap, that show no texel which the trilinear filter would mix there.
+fn wrong_taps(camera: &str, border: u32, spoil: impl Fn(&mut [u8; 4])) -> usize {
+    let gpu = Device::open();
+    let (mut scene, size) = (scene("ruler"), [240, 135]);
+    scene.texture.border = border;
+    let mut renderer = open(&gpu, &scene, size, |settings| {
+        settings.target = Target::Linear32;
+        settings.config.filter = Filtering::Stochastic;
+    });
+    let pose = pose(&scene, camera);
+    renderer.settle(&pose).unwrap();
+    let (picture, pyramid) = (picture(&mut renderer), renderer.source.pyramid());
+    let view = view_of(&scene, &pose, size);
+    let wrong = |&(x, y): &(u32, u32)| {
+        let [r, g, b, a] = picture.at(x, y);
+        let [r, g, b] = [r, g, b].map(|channel| from_linear_f64(f64::from(channel)));
+        let mut texel = [r, g, b, (a * 255.0).round() as u8];
+        spoil(&mut texel);
+        let texel = u32::from_le_bytes(texel);
+        let candidates = view.candidates(x, y, RADIUS_PX);
+        !candidates.background && !candidates.samples.iter().any(|s| is_mixed_there(texel, s, &pyramid))
+    };
+    (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))).filter(wrong).count()
+}
+
+#[test]
+fn a_tap_shows_one_texel_that_the_trilinear_filter_mixes_also_across_tiles_without_a_border() {
+    let scene = scene("ruler");
+    for camera in scene.cameras.keys() {
+        assert_eq!(wrong_taps(camera, 0, |_| ()), 0, "{camera}");
+    }
+}
+
+/// The neighbour that must be rejected: the same picture with one bit of each texel turned.
+#[test]
+fn a_tap_with_a_wrong_bit_is_found() {
+    let wrong = wrong_taps("corner-oblique", 4, |texel| texel[1] ^= 1);
+    assert!(wrong > 240 * 135 / 5, "{wrong}");
+}
+
+#[test]
+fn the_mean_of_taps_is_the_trilinear_filter_and_its_noise_falls_with_their_number() {
+    let gpu = Device::open();
+    let scene = scene("earth");
+    let pose = pose(&scene, "oblique");
+    let open = |filter, samples| {
+        let mut renderer = open(&gpu, &scene, [160, 90], |settings| {
+            settings.target = Target::Linear32;
+            settings.config.filter = filter;
+            settings.config.samples = samples;
+        });
+        renderer.settle(&pose).unwrap();
+        renderer
+    };
+    let truth = picture(&mut open(Filtering::Trilinear, 1));
+    let noise = [1, 4, 16]
+        .map(|samples| compare(&picture(&mut open(Filtering::Stochastic, samples)), &truth).unwrap().nmse());
+    // 64 taps in each of 16 frames.
+    let mut renderer = open(Filtering::Stochastic, 64);
+    let mut mean = Picture::filled(160, 90, [0.0; 4]);
+    let mut last = Picture::filled(160, 90, [0.0; 4]);
+    for _ in 0..16 {
+        renderer.frame(&pose).unwrap();
+        let frame = picture(&mut renderer);
+        assert_ne!(frame, last, "each frame has noise of its own");
+        for (sum, pixel) in mean.rgba.iter_mut().zip(&frame.rgba) {
+            *sum = std::array::from_fn(|c| sum[c] + pixel[c] / 16.0);
+        }
+        last = frame;
+    }
+    let left = compare(&mean, &truth).unwrap();
+    println!(
+        "NMSE of 1, 4, 16 taps {noise:?}, of 1024 {:.2e}, worst {:.5}",
+        left.nmse(),
+        left.worst().unwrap().value
+    );
+    // Independent taps would have noise in inverse proportion; the recurrence spreads them no worse.
+    assert!(noise[1] < noise[0] / 4.0 && noise[2] < noise[1] / 4.0, "{noise:?}");
+    assert!(left.nmse() < noise[0] / 1024.0 * 2.0, "{:.2e}", left.nmse());
+}
