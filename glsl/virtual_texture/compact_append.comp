@@ -3,6 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
 #include "virtual_texture/pyramid.glsl"
+#include "virtual_texture/tile_order.glsl"
 
 layout(local_size_x = 64) in;
 

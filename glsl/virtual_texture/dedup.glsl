@@ -1,6 +1,4 @@
-// Stage 2 in compute (paper 1, section 2.2): what a pixel asks for. Needs pyramid.glsl.
-layout(constant_id = 7) const uint NATIVE_KEYING = 0;  // 0: (i, j) in M0, as printed; 1: in the tile's own level
-
+// Stage 2 without a geometry shader (paper 1, section 2.2): what a pixel asks for. Needs pyramid.glsl, tile_order.glsl.
 layout(binding = 0) uniform utexture2D u1;
 
 // U1's texel as stored; beyond the picture's edge the background.
@@ -9,6 +7,8 @@ uvec3 stored_triple(uvec2 pixel) {
     uvec3 stored = texelFetch(u1, ivec2(min(pixel, last)), 0).xyz;
     return any(greaterThan(pixel, last)) ? uvec3(BACKGROUND) : stored;
 }
+
+bool same_triple(uvec3 stored, uvec3 other) { return U1_PACKED == 1 ? stored.x == other.x : stored == other; }
 
 // (q, i, j) in the keying's grid. q = FIRST_RESIDENT_LEVEL or more: the pixel asks for no tile.
 uvec3 keyed_triple(uvec3 stored) {

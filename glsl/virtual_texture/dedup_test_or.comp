@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
 #include "virtual_texture/pyramid.glsl"
+#include "virtual_texture/tile_order.glsl"
 #include "virtual_texture/dedup.glsl"
 #include "virtual_texture/dedup_u2.glsl"
 

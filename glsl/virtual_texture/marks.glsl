@@ -1,9 +1,8 @@
-// The marks that stage 2 leaves, as stage 3 reads them, in one of three layouts. Needs pyramid.glsl.
+// The marks that stage 2 leaves, as stage 3 reads them, in one of three layouts. Needs pyramid.glsl,
+// tile_order.glsl.
 #define U2 0     // an image: a texel for each tile of M0, a bit for each level
 #define BITS 1   // a bit for each tile of the pyramid, level by level, row by row
 #define BYTES 2  // a byte for each bit that U2 has, level by level: the frame that marked it
-
-layout(constant_id = 7) const uint NATIVE_KEYING = 0;
 
 // Where a list may end, and which frame's bytes are marks.
 layout(push_constant, scalar) uniform Appending {
@@ -26,20 +25,6 @@ uvec3 marked_triple(uint word, uint bit) { return uvec3(bit, word >> COLUMN_BITS
 layout(binding = 0, scalar) readonly buffer Marks { uint words[]; } marks;
 
 uint mark_words() { return uint(marks.words.length()); }
-
-// The triple in place `index` of its level's order.
-uvec3 triple_at(uint index) {
-    uint q = 0, columns_log2 = COLUMN_BITS, count = tile_grid().x * tile_grid().y;
-    while (index >= count) {
-        index -= count;
-        q++;
-        if (NATIVE_KEYING == 1) {
-            columns_log2--;
-            count >>= 2;
-        }
-    }
-    return uvec3(q, index >> columns_log2, index & ((1u << columns_log2) - 1u));
-}
 
 #if LAYOUT == BITS
 uint load_marks(uint word) { return marks.words[word]; }

@@ -47,8 +47,22 @@ choices! {
     pub enum Dedup {
         /// The paper's: a geometry shader's points for each block of pixels, merged by a logic OR.
         Geometry = "geometry",
-        /// Compute, a pixel an invocation: the bit is read, and ORed in only where it is not yet set.
+        /// A point for each pixel, from a vertex shader alone: what the paper's blocks are measured against.
+        Points = "points",
+        /// Compute: each pixel ORs its bit into U2.
+        AtomicOr = "atomic-or",
+        /// Compute: each pixel reads its bit, and ORs it in only where it is not yet set.
         TestOr = "test-or",
+        /// Compute: of the lanes of a subgroup that hold the same triple, one ORs its bit.
+        SubgroupUnique = "subgroup-unique",
+        /// Compute: a workgroup gathers its bits in a hash table of shared memory, and ORs each word once.
+        SharedHash = "shared-hash",
+        /// Compute: 8 x 8 pixels an invocation, with the paper's memo before test and OR.
+        TileMemo = "tile-memo",
+        /// Compute: a workgroup keeps a bit for each tile of the whole pyramid in shared memory. Native keying.
+        Bitset = "bitset",
+        /// Compute: each pixel stores the frame's number in its tile's byte (Hollemeersch et al. 2010).
+        MarkBytes = "mark-bytes",
     }
 }
 
@@ -59,6 +73,12 @@ choices! {
         TransformFeedback = "transform-feedback",
         /// Compute: each word of marks counts its bits and takes so many places by one atomic addition.
         Append = "append",
+        /// Compute: as append, with a prefix sum and one addition for each subgroup.
+        Subgroup = "subgroup",
+        /// Compute: as append, with a prefix sum in shared memory and one addition for each workgroup.
+        Workgroup = "workgroup",
+        /// Compute: groups count, then write; the list follows the marks' order, the same in every run.
+        Ordered = "ordered",
     }
 }
 

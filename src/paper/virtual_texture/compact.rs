@@ -5,33 +5,47 @@
 //! the count tells, and the same frame's marks are compacted again into a longer list: no tile is ever lost.
 
 use super::list::{Count, List};
-use super::{
-    Config, Keying, U1Format, dedup::blocks, marks::Marks, pyramid_constants, variants::Layout, with,
-};
+use super::{Config, Keying, U1Format, dedup::blocks, marks::Marks, pyramid_constants, with};
 use crate::math::pyramid::Pyramid;
 use crate::scene::Compaction;
-use crate::vk::shader::virtual_texture::{blocks_vert, compact_append_comp, compact_geom};
+use crate::vk::shader::virtual_texture::{
+    blocks_vert, compact_append_comp, compact_count_comp, compact_geom, compact_ordered_comp,
+    compact_subgroup_comp, compact_workgroup_comp,
+};
 use crate::vk::shader::{Appending, Shader};
 use crate::vk::{
     Cmd, ComputePipeline, Gpu, GraphicsInfo, GraphicsPipeline, Resource, Result, TransformFeedback, View,
 };
 
 /// Stage 3 of one variant; lists are made by [`CompactPass::list`].
-pub struct CompactPass(Step);
+pub struct CompactPass {
+    step: Step,
+    /// Groups that a compute variant dispatches.
+    groups: [u32; 3],
+}
 
 enum Step {
     /// A point for each block of `U2`: p.
     Blocks(GraphicsPipeline, u32),
-    /// A group for so many words of marks.
-    Compute(ComputePipeline, u32),
+    Compute {
+        /// Runs first where the list is ordered.
+        count: Option<Dispatch>,
+        write: Dispatch,
+    },
 }
 
-/// A compute variant's shaders, one for each [`Layout`].
-fn compute(compact: Compaction) -> Option<&'static [Shader; 3]> {
-    match compact {
-        Compaction::TransformFeedback => None,
-        Compaction::Append => Some(&compact_append_comp::SHADERS),
-    }
+/// A pipeline and the bytes of [`Appending`] that its shader reads: all or none.
+struct Dispatch(ComputePipeline, usize);
+
+/// A compute variant's shaders, one for each [`Layout`], and how many words an invocation reads, as log2.
+fn compute(compact: Compaction) -> Option<(&'static [Shader; 3], u32)> {
+    Some(match compact {
+        Compaction::TransformFeedback => return None,
+        Compaction::Append => (&compact_append_comp::SHADERS, 0),
+        Compaction::Subgroup => (&compact_subgroup_comp::SHADERS, 0),
+        Compaction::Workgroup => (&compact_workgroup_comp::SHADERS, 4),
+        Compaction::Ordered => (&compact_ordered_comp::SHADERS, 4),
+    })
 }
 
 /// So many workgroups of a line, in two dimensions: one may hold no more than 65,535.
@@ -48,21 +62,24 @@ impl CompactPass {
         gpu.require(&config.compact.needs())?;
         // Marks look the same whatever U1's format was.
         let constants = pyramid_constants(pyramid, U1Format::Rgb32);
-        Ok(CompactPass(match compute(config.compact) {
-            None => {
-                Step::Blocks(geometry(gpu, config.compact_block_log2, &constants)?, config.compact_block_log2)
-            }
-            Some(shaders) => {
-                let shader = match config.dedup.layout() {
-                    Layout::U2 => &shaders[0],
-                    Layout::Bits => &shaders[1],
-                    Layout::Bytes => &shaders[2],
-                };
-                let keying = ("NATIVE_KEYING", u32::from(config.keying == Keying::Native));
-                let constants = with(constants, &[keying]);
-                Step::Compute(gpu.compute_pipeline(shader.name, shader, &constants)?, shader.group[0])
-            }
-        }))
+        let Some((shaders, words_log2)) = compute(config.compact) else {
+            let block_log2 = config.compact_block_log2;
+            let step = Step::Blocks(geometry(gpu, block_log2, &constants)?, block_log2);
+            return Ok(CompactPass { step, groups: [0; 3] });
+        };
+        let mut constants = with(constants, &[("NATIVE_KEYING", u32::from(config.keying == Keying::Native))]);
+        if words_log2 > 0 {
+            constants.push(("WORDS_LOG2", words_log2));
+        }
+        let dispatch = |shaders: &'static [Shader; 3]| {
+            let shader = &shaders[config.dedup.layout() as usize];
+            Ok(Dispatch(gpu.compute_pipeline(shader.name, shader, &constants)?, shader.push_bytes as usize))
+        };
+        let count = config.compact == Compaction::Ordered;
+        let count = count.then(|| dispatch(&compact_count_comp::SHADERS)).transpose()?;
+        let words_of_group = u64::from(shaders[0].group[0] << words_log2);
+        let groups = line(Marks::words_of(pyramid, config).div_ceil(words_of_group));
+        Ok(CompactPass { step: Step::Compute { count, write: dispatch(shaders)? }, groups })
     }
 
     /// An empty list with room for `capacity` triples.
@@ -70,7 +87,11 @@ impl CompactPass {
     /// # Errors
     /// Out of memory.
     pub fn list(&self, gpu: &Gpu, capacity: u64) -> Result<List> {
-        List::new(gpu, capacity, matches!(self.0, Step::Blocks(..)))
+        let groups = self.groups.iter().map(|&n| u64::from(n)).product();
+        match &self.step {
+            Step::Blocks(..) => List::new(gpu, capacity, true, None),
+            Step::Compute { count, .. } => List::new(gpu, capacity, false, count.is_some().then_some(groups)),
+        }
     }
 
     /// Writes the triples of `marks` to `list`'s `U3`.
@@ -78,7 +99,7 @@ impl CompactPass {
     /// # Errors
     /// Out of memory.
     pub fn run(&self, cmd: &mut Cmd<'_>, marks: &Marks, list: &List) -> Result<()> {
-        match (&self.0, &list.count) {
+        match (&self.step, &list.count) {
             (Step::Blocks(pipeline, block_log2), Count::Stream { counter, query }) => {
                 let u2 = marks.u2().expect("the geometry shader's layout");
                 let (push, count) = blocks(u2.info().size, *block_log2);
@@ -89,16 +110,21 @@ impl CompactPass {
                     render.draw_into(pipeline, &resources, bytemuck::bytes_of(&push), count, &into)
                 })
             }
-            (Step::Compute(pipeline, words), Count::Stored) => {
+            (Step::Compute { count, write }, Count::Stored) => {
                 list.begin(cmd);
+                let push = Appending { capacity: list.capacity() as u32, frame: marks.frame() };
                 // marks.glsl and u3.glsl number the bindings of all of them.
-                let resources = [
+                let mut resources = vec![
                     (compact_append_comp::MARKS, marks.resource()),
                     (compact_append_comp::U3, Resource::Buffer(&list.u3)),
                 ];
-                let push = Appending { capacity: list.capacity() as u32, frame: marks.frame() };
-                let groups = line(marks.words().div_ceil(u64::from(*words)));
-                cmd.dispatch(pipeline, &resources, bytemuck::bytes_of(&push), groups)
+                resources.extend(list.sums.iter().map(|s| (compact_ordered_comp::SUMS, Resource::Buffer(s))));
+                for Dispatch(pipeline, push_bytes) in count.iter().chain([write]) {
+                    let push = &bytemuck::bytes_of(&push)[..*push_bytes];
+                    cmd.dispatch(pipeline, &resources, push, self.groups)?;
+                    cmd.sync();
+                }
+                Ok(())
             }
             _ => panic!("the list was made for another variant"),
         }

@@ -8,8 +8,12 @@
 use super::{Config, Keying, footprint::Footprint, marks::Marks, pyramid_constants, with};
 use crate::math::pyramid::Pyramid;
 use crate::scene::Dedup;
-use crate::vk::shader::virtual_texture::{blocks_vert, dedup_frag, dedup_geom, dedup_test_or_comp};
-use crate::vk::shader::{Blocks, Shader};
+use crate::vk::shader::virtual_texture::{
+    blocks_vert, dedup_atomic_or_comp, dedup_bitset_comp, dedup_frag, dedup_geom, dedup_mark_bytes_comp,
+    dedup_points_vert, dedup_shared_hash_comp, dedup_subgroup_unique_comp, dedup_test_or_comp,
+    dedup_tile_memo_comp,
+};
+use crate::vk::shader::{Blocks, MarkingFrame, Shader};
 use crate::vk::{
     Clear, Cmd, ColorTarget, ComputePipeline, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, Resource,
     Result, View,
@@ -25,16 +29,24 @@ pub struct DedupPass {
 enum Step {
     /// A point for each block: p.
     Blocks(GraphicsPipeline, u32),
+    /// A point for each pixel.
+    Points(GraphicsPipeline),
     /// A group for so many pixels.
     Compute(ComputePipeline, [u32; 2]),
 }
 
 /// A compute variant's shader, and the side of the square of pixels that one invocation looks at, as log2.
 fn compute(dedup: Dedup) -> Option<(&'static Shader, u32)> {
-    match dedup {
-        Dedup::Geometry => None,
-        Dedup::TestOr => Some((&dedup_test_or_comp::SHADER, 0)),
-    }
+    Some(match dedup {
+        Dedup::Geometry | Dedup::Points => return None,
+        Dedup::AtomicOr => (&dedup_atomic_or_comp::SHADER, 0),
+        Dedup::TestOr => (&dedup_test_or_comp::SHADER, 0),
+        Dedup::SubgroupUnique => (&dedup_subgroup_unique_comp::SHADER, 0),
+        Dedup::SharedHash => (&dedup_shared_hash_comp::SHADER, 0),
+        Dedup::TileMemo => (&dedup_tile_memo_comp::SHADER, 3),
+        Dedup::Bitset => (&dedup_bitset_comp::SHADER, 4),
+        Dedup::MarkBytes => (&dedup_mark_bytes_comp::SHADER, 0),
+    })
 }
 
 /// The draw of one vertex for each block of a picture.
@@ -54,11 +66,20 @@ impl DedupPass {
             &[("NATIVE_KEYING", u32::from(config.keying == Keying::Native))],
         );
         let step = match compute(config.dedup) {
-            None => Step::Blocks(geometry(gpu, config, constants)?, config.block_log2),
+            None if config.dedup == Dedup::Points => {
+                Step::Points(point_pipeline(gpu, &dedup_points_vert::SHADER, None, &constants)?)
+            }
+            None => Step::Blocks(blocks_pipeline(gpu, config, constants)?, config.block_log2),
             Some((shader, side_log2)) => {
                 let [x, y, _] = shader.group.map(|invocations| invocations << side_log2);
                 if side_log2 > 0 {
                     constants.push(("SIDE_LOG2", side_log2));
+                }
+                if config.dedup == Dedup::Bitset {
+                    let words = pyramid.tile_count().div_ceil(32);
+                    let advice = "choose variant.dedup = \"tile-memo\", or larger tiles";
+                    gpu.require_shared("a bit for each tile", 4 * words, advice)?;
+                    constants.push(("WORDS", words as u32));
                 }
                 Step::Compute(gpu.compute_pipeline(shader.name, shader, &constants)?, [x, y])
             }
@@ -90,33 +111,57 @@ impl DedupPass {
                     render.draw(pipeline, &resources, bytemuck::bytes_of(&push), count)
                 })
             }
+            Step::Points(pipeline) => {
+                let u2 = marks.u2().expect("the points' layout");
+                let target = ColorTarget { image: u2, clear: Clear::Uint([0; 4]) };
+                cmd.render(u2.info().size, &[target], None, |render| {
+                    let resources = [(dedup_points_vert::U1, Resource::Texture(u1, View::Whole))];
+                    render.draw(pipeline, &resources, &[], size[0] * size[1])
+                })
+            }
             Step::Compute(pipeline, pixels) => {
                 marks.begin(cmd);
                 // dedup.glsl numbers the bindings of all of them.
                 let resources = [
                     (dedup_test_or_comp::U1, Resource::Texture(u1, View::Whole)),
-                    (dedup_test_or_comp::U2, marks.resource()),
+                    (dedup_test_or_comp::MARKS, marks.resource()),
                 ];
                 let groups = [size[0].div_ceil(pixels[0]), size[1].div_ceil(pixels[1]), 1];
-                cmd.dispatch(pipeline, &resources, &[], groups)
+                let frame = MarkingFrame { number: marks.frame() };
+                let push = if marks.frame() > 0 { bytemuck::bytes_of(&frame) } else { &[] };
+                cmd.dispatch(pipeline, &resources, push, groups)
             }
         }
     }
 }
 
-fn geometry(gpu: &Gpu, config: &Config, mut constants: Vec<(&'static str, u32)>) -> Result<GraphicsPipeline> {
+fn blocks_pipeline(
+    gpu: &Gpu,
+    config: &Config,
+    mut constants: Vec<(&'static str, u32)>,
+) -> Result<GraphicsPipeline> {
     let shader = &dedup_geom::SHADERS[config.block_log2 as usize];
     // 5 components a point: position and mask. p = 4 runs twice 128 points.
     let points = (1 << (2 * config.block_log2)).min(128);
     let invocations = if config.block_log2 == 4 { 2 } else { 1 };
     gpu.require_geometry(shader.name, points, 5 * points, invocations)?;
     constants.push(("MEMO", u32::from(config.memo)));
+    point_pipeline(gpu, &blocks_vert::SHADER, Some(shader), &constants)
+}
+
+/// Points that are ORed into `U2`.
+fn point_pipeline(
+    gpu: &Gpu,
+    vertex: &'static Shader,
+    geometry: Option<&'static Shader>,
+    specialization: &[(&str, u32)],
+) -> Result<GraphicsPipeline> {
     gpu.graphics_pipeline(&GraphicsInfo {
-        name: shader.name,
-        vertex: &blocks_vert::SHADER,
-        geometry: Some(shader),
+        name: geometry.unwrap_or(vertex).name,
+        vertex,
+        geometry,
         fragment: Some(&dedup_frag::SHADER),
-        specialization: &constants,
+        specialization,
         points: true,
         depth: None,
         colors: &[Format::R32Uint],

@@ -9,6 +9,8 @@ const TRIPLE_BYTES: u64 = 12;
 pub struct List {
     pub(super) u3: Buffer,
     pub(super) count: Count,
+    /// Marks of each group, where the list is ordered.
+    pub(super) sums: Option<Buffer>,
     host: Buffer,
     capacity: u64,
 }
@@ -32,8 +34,9 @@ impl Count {
 }
 
 impl List {
-    /// An empty list with room for `capacity` triples; `feedback`: for transform feedback.
-    pub(super) fn new(gpu: &Gpu, capacity: u64, feedback: bool) -> Result<List> {
+    /// An empty list with room for `capacity` triples; `feedback`: for transform feedback; `groups`: ordered by so
+    /// many.
+    pub(super) fn new(gpu: &Gpu, capacity: u64, feedback: bool, groups: Option<u64>) -> Result<List> {
         let (count, usage) = match feedback {
             true => {
                 let usage = BufferUse::TransformFeedback;
@@ -46,6 +49,7 @@ impl List {
         Ok(List {
             u3: gpu.buffer("U3", bytes, usage)?,
             count,
+            sums: groups.map(|groups| gpu.buffer("U3 sums", 4 * groups, BufferUse::Storage)).transpose()?,
             host: gpu.buffer("U3 on the host", bytes, BufferUse::Readback)?,
             capacity,
         })
@@ -69,11 +73,12 @@ impl List {
 
     /// Bytes on the device, and where the host reads.
     pub fn bytes(&self) -> [u64; 2] {
+        let sums = self.sums.as_ref().map_or(0, Buffer::bytes);
         let counter = match &self.count {
             Count::Stream { counter, .. } => counter.bytes(),
             Count::Stored => 0,
         };
-        [self.u3.bytes() + counter, self.host.bytes()]
+        [self.u3.bytes() + counter + sums, self.host.bytes()]
     }
 
     /// Triples that the frame has, also where `U3` had no room for them; once it has ended.

@@ -7,11 +7,7 @@ use crate::vk::{Buffer, BufferUse, Cmd, Format, Gpu, Image, ImageInfo, Resource,
 use std::cell::Cell;
 
 /// The marks of one frame in flight.
-pub struct Marks {
-    store: Store,
-    /// Words that stage 3 reads one by one; a texel is a word.
-    words: u64,
-}
+pub struct Marks(Store);
 
 enum Store {
     U2(Image),
@@ -24,38 +20,41 @@ enum Store {
 }
 
 impl Marks {
+    /// Words that stage 3 reads one by one; a texel of `U2` is a word.
+    pub(super) fn words_of(pyramid: &Pyramid, config: &Config) -> u64 {
+        let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
+        let levels = u64::from(pyramid.first_resident_level());
+        match (config.dedup.layout(), config.keying) {
+            (Layout::U2, _) => columns * rows,
+            (Layout::Bits, _) => pyramid.tile_count().div_ceil(32),
+            (Layout::Bytes, Keying::Paper) => (columns * rows * levels).div_ceil(4),
+            (Layout::Bytes, Keying::Native) => pyramid.tile_count().div_ceil(4),
+        }
+    }
+
     /// Nothing is marked before the first [`Marks::begin`].
     ///
     /// # Errors
     /// An image or buffer that the device does not take; out of memory.
     pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config) -> Result<Marks> {
-        let grid = pyramid.tile_grid(0);
-        let cells = u64::from(grid[0]) * u64::from(grid[1]);
-        Ok(match config.dedup.layout() {
+        let bytes = 4 * Marks::words_of(pyramid, config);
+        Ok(Marks(match config.dedup.layout() {
             Layout::U2 => {
                 let storage = !config.dedup.draws();
-                let info = ImageInfo { storage, ..ImageInfo::target(grid, Format::R32Uint) };
-                Marks { store: Store::U2(gpu.image("U2", info)?), words: cells }
+                let info = ImageInfo { storage, ..ImageInfo::target(pyramid.tile_grid(0), Format::R32Uint) };
+                Store::U2(gpu.image("U2", info)?)
             }
-            Layout::Bits => {
-                let words = pyramid.tile_count().div_ceil(32);
-                Marks { store: Store::Bits(gpu.buffer("tile bits", 4 * words, BufferUse::Storage)?), words }
-            }
-            Layout::Bytes => {
-                let bytes = match config.keying {
-                    Keying::Paper => cells * u64::from(pyramid.first_resident_level()),
-                    Keying::Native => pyramid.tile_count(),
-                };
-                let words = bytes.div_ceil(4);
-                let buffer = gpu.buffer("tile bytes", 4 * words, BufferUse::Storage)?;
-                Marks { store: Store::Bytes { buffer, frame: Cell::new(0) }, words }
-            }
-        })
+            Layout::Bits => Store::Bits(gpu.buffer("tile bits", bytes, BufferUse::Storage)?),
+            Layout::Bytes => Store::Bytes {
+                buffer: gpu.buffer("tile bytes", bytes, BufferUse::Storage)?,
+                frame: Cell::new(0),
+            },
+        }))
     }
 
     /// Unmarks everything, for a frame whose marks shaders store. Commands that follow in the pass see it.
     pub fn begin(&self, cmd: &mut Cmd<'_>) {
-        match &self.store {
+        match &self.0 {
             Store::U2(image) => cmd.clear_uint(image, 0),
             Store::Bits(buffer) => cmd.fill(buffer, buffer.bytes(), 0),
             Store::Bytes { buffer, frame } => {
@@ -72,7 +71,7 @@ impl Marks {
 
     /// `U2`, where that is the layout.
     pub fn u2(&self) -> Option<&Image> {
-        match &self.store {
+        match &self.0 {
             Store::U2(image) => Some(image),
             _ => None,
         }
@@ -80,7 +79,7 @@ impl Marks {
 
     /// As shaders see it.
     pub fn resource(&self) -> Resource<'_> {
-        match &self.store {
+        match &self.0 {
             Store::U2(image) => Resource::Texture(image, View::Whole),
             Store::Bits(buffer) | Store::Bytes { buffer, .. } => Resource::Buffer(buffer),
         }
@@ -88,18 +87,14 @@ impl Marks {
 
     /// The byte that marks in this frame; 0 where marks are bits.
     pub fn frame(&self) -> u32 {
-        match &self.store {
+        match &self.0 {
             Store::Bytes { frame, .. } => frame.get(),
             _ => 0,
         }
     }
 
-    pub fn words(&self) -> u64 {
-        self.words
-    }
-
     pub fn bytes(&self) -> u64 {
-        match &self.store {
+        match &self.0 {
             Store::U2(image) => image.bytes(),
             Store::Bits(buffer) | Store::Bytes { buffer, .. } => buffer.bytes(),
         }

@@ -16,7 +16,7 @@ pub struct Unfit {
     pub why: String,
 }
 
-/// How stage 2 leaves its marks for stage 3.
+/// How stage 2 leaves its marks for stage 3, in the order of the LAYOUT of marks.glsl.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
     /// `U2`: an image with a texel for each tile of `M0`, and a bit for each level.
@@ -30,13 +30,15 @@ pub enum Layout {
 impl Dedup {
     pub fn layout(self) -> Layout {
         match self {
-            Dedup::Geometry | Dedup::TestOr => Layout::U2,
+            Dedup::Bitset => Layout::Bits,
+            Dedup::MarkBytes => Layout::Bytes,
+            _ => Layout::U2,
         }
     }
 
     /// Whether it draws points into the marks; else shaders store them.
     pub fn draws(self) -> bool {
-        matches!(self, Dedup::Geometry)
+        matches!(self, Dedup::Geometry | Dedup::Points)
     }
 
     /// Device features.
@@ -45,7 +47,10 @@ impl Dedup {
             |feature| Need { feature, pass: "dedup", without: "variant.dedup = \"test-or\" does without" };
         match self {
             Dedup::Geometry => vec![need(Feature::GeometryShader), need(Feature::LogicOp)],
-            Dedup::TestOr => Vec::new(),
+            Dedup::Points => vec![need(Feature::LogicOp)],
+            Dedup::SubgroupUnique => vec![need(Feature::Subgroups)],
+            Dedup::MarkBytes => vec![need(Feature::ByteStores)],
+            _ => Vec::new(),
         }
     }
 }
@@ -59,7 +64,8 @@ impl Compaction {
             Compaction::TransformFeedback => {
                 vec![need(Feature::GeometryShader), need(Feature::TransformFeedback)]
             }
-            Compaction::Append => Vec::new(),
+            Compaction::Subgroup => vec![need(Feature::Subgroups)],
+            _ => Vec::new(),
         }
     }
 }

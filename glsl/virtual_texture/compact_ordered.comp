@@ -1,0 +1,33 @@
+#version 460
+// variants LAYOUT: 0 1 2
+#extension GL_GOOGLE_include_directive : require
+#include "common/extensions.glsl"
+#include "virtual_texture/pyramid.glsl"
+#include "virtual_texture/tile_order.glsl"
+
+layout(local_size_x = 64) in;
+
+#include "virtual_texture/marks.glsl"
+#include "virtual_texture/u3.glsl"
+#include "virtual_texture/words.glsl"
+#include "virtual_texture/group_prefix.glsl"
+
+layout(binding = 2, scalar) readonly buffer Sums { uint words[]; } sums;
+
+// The second half: places follow the marks' own order, whichever group runs first. No atomic addition at all.
+void main() {
+    uint group = line_group(), here = 0;
+    for (uint n = gl_LocalInvocationIndex; n < group; n += gl_WorkGroupSize.x) here += sums.words[n];
+    uint finer = group_prefix(here).y;
+    if (group == gl_NumWorkGroups.x * gl_NumWorkGroups.y - 1u && gl_LocalInvocationIndex == 0u) {
+        u3.count = finer + sums.words[group];
+    }
+    if (sums.words[group] == 0u) return;  // the same for the whole group
+    barrier();                                // finer was read from what the next prefix overwrites
+    uint at = finer + group_prefix(count_marks()).x;
+    for (uint word = first_word(); word < end_word(); word++) {
+        uint mask = load_marks(word);
+        append(word, mask, at);
+        at += uint(bitCount(mask));
+    }
+}

@@ -1,0 +1,30 @@
+#version 460
+// variants LAYOUT: 0 1 2
+#extension GL_GOOGLE_include_directive : require
+#include "common/extensions.glsl"
+#include "virtual_texture/pyramid.glsl"
+#include "virtual_texture/tile_order.glsl"
+
+layout(local_size_x = 64) in;
+
+#include "virtual_texture/marks.glsl"
+#include "virtual_texture/u3.glsl"
+#include "virtual_texture/words.glsl"
+#include "virtual_texture/group_prefix.glsl"
+
+shared uint first_place;
+
+// One atomic addition a group.
+void main() {
+    uint count = count_marks();
+    uvec2 prefix = group_prefix(count);
+    if (gl_LocalInvocationIndex == 0u && prefix.y > 0u) first_place = atomicAdd(u3.count, prefix.y);
+    barrier();
+    if (count == 0u) return;
+    uint at = first_place + prefix.x;
+    for (uint word = first_word(); word < end_word(); word++) {
+        uint mask = load_marks(word);
+        append(word, mask, at);
+        at += uint(bitCount(mask));
+    }
+}

@@ -1,0 +1,42 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/extensions.glsl"
+#include "virtual_texture/pyramid.glsl"
+#include "virtual_texture/tile_order.glsl"
+#include "virtual_texture/dedup.glsl"
+
+layout(local_size_x = 16, local_size_y = 16) in;
+layout(constant_id = 8) const uint SIDE_LOG2 = 4;  // pixels of an invocation: a square
+layout(constant_id = 9) const uint WORDS = 1;      // of the whole pyramid
+
+layout(binding = 1, scalar) buffer Marks { uint words[]; } marks;
+
+shared uint bits[WORDS];
+
+void set(uint index) {
+    uint word = index >> 5, bit = 1u << (index & 31u);
+    if ((bits[word] & bit) == 0u) atomicOr(bits[word], bit);
+}
+
+// The group's square of pixels is looked at row by row of invocations, so that neighbours read neighbours.
+void main() {
+    const uint invocations = gl_WorkGroupSize.x * gl_WorkGroupSize.y;
+    for (uint word = gl_LocalInvocationIndex; word < WORDS; word += invocations) bits[word] = 0;
+    barrier();
+    uvec2 first = (gl_WorkGroupID.xy * gl_WorkGroupSize.xy << SIDE_LOG2) + gl_LocalInvocationID.xy;
+    uvec3 last = uvec3(BACKGROUND);
+    for (uint y = 0; y < 1u << SIDE_LOG2; y++) {
+        for (uint x = 0; x < 1u << SIDE_LOG2; x++) {
+            uvec3 stored = stored_triple(first + uvec2(x, y) * gl_WorkGroupSize.xy);
+            if (same_triple(stored, last)) continue;
+            last = stored;
+            uvec3 qij = keyed_triple(stored);
+            if (qij.x < FIRST_RESIDENT_LEVEL) set(mark_index(qij));
+        }
+    }
+    barrier();
+    for (uint word = gl_LocalInvocationIndex; word < WORDS; word += invocations) {
+        uint mine = bits[word];
+        if ((mine & ~marks.words[word]) != 0u) atomicOr(marks.words[word], mine);
+    }
+}

@@ -1,0 +1,47 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/extensions.glsl"
+#include "virtual_texture/pyramid.glsl"
+#include "virtual_texture/tile_order.glsl"
+#include "virtual_texture/dedup.glsl"
+#include "virtual_texture/dedup_u2.glsl"
+
+layout(local_size_x = 16, local_size_y = 16) in;
+
+// Open addressing, a slot for each invocation: at most so many cells meet in a group, most often fewer than ten.
+#define SLOTS 256u
+#define PROBES 8
+#define EMPTY 0xffffffffu  // no cell: U2 is an image, and has fewer
+
+shared uint cells[SLOTS];
+shared uint masks[SLOTS];
+
+// Puts the bit beside its cell; false where the table is too full to look further.
+bool put(uint cell, uint bit) {
+    uint slot = cell * 2654435769u >> 24;  // Fibonacci hashing: the golden ratio's 32 bits, the top 8 of the product
+    for (int probe = 0; probe < PROBES; probe++, slot = (slot + 1u) % SLOTS) {
+        uint found = cells[slot];
+        if (found == EMPTY) {
+            found = atomicCompSwap(cells[slot], EMPTY, cell);
+            if (found == EMPTY) found = cell;
+        }
+        if (found == cell) {
+            if ((masks[slot] & bit) == 0u) atomicOr(masks[slot], bit);
+            return true;
+        }
+    }
+    return false;
+}
+
+void main() {
+    cells[gl_LocalInvocationIndex] = EMPTY;
+    masks[gl_LocalInvocationIndex] = 0;
+    barrier();
+    uvec3 qij = keyed_triple(stored_triple(gl_GlobalInvocationID.xy));
+    if (qij.x < FIRST_RESIDENT_LEVEL && !put(qij.y << COLUMN_BITS | qij.z, 1u << qij.x)) mark(qij);
+    barrier();
+    uint mask = masks[gl_LocalInvocationIndex], cell = cells[gl_LocalInvocationIndex];
+    if (mask == 0u) return;
+    ivec2 at = ivec2(cell & (tile_grid().x - 1u), cell >> COLUMN_BITS);
+    if ((~imageLoad(marks, at).x & mask) != 0u) imageAtomicOr(marks, at, mask);
+}
