@@ -70,27 +70,22 @@ pub fn run(args: &ReproduceArgs) -> anyhow::Result<()> {
     let tally = run.run(&known, &bar);
     bar.0.finish_and_clear();
     let tally = tally?;
-    let cells = Store::at(&args.output).all(&known)?;
-    let results = report(args, &run, &figures, &known, &cells)?;
+    let store = Store::at(&args.output);
+    let results = report(&store, &run, &known)?;
     print(&results)?;
     conclude(args, &tally)
 }
 
 /// Writes the report of all figures that were asked for, or of which the folder has something.
-fn report(
-    args: &ReproduceArgs,
-    run: &Run,
-    figures: &[&'static Figure],
-    known: &[&'static Figure],
-    cells: &[CellResult],
-) -> anyhow::Result<Results> {
-    let asked = |figure: &Figure| figures.iter().any(|asked| asked.id == figure.id);
+fn report(store: &Store, run: &Run, known: &[&'static Figure]) -> anyhow::Result<Results> {
+    let cells = store.all(known)?;
+    let asked = |figure: &Figure| run.figures.iter().any(|asked| asked.id == figure.id);
     let stored = |figure: &Figure| cells.iter().any(|cell| cell.figure == figure.id);
     let shown: Vec<&Figure> = known.iter().copied().filter(|f| asked(f) || stored(f)).collect();
-    let results = Results::gather(&shown, run.effort, cells);
+    let results = Results::gather(&shown, run.effort, &cells);
     let text = |text: std::ffi::OsString| text.to_string_lossy().into_owned();
     let command: Vec<String> = std::env::args_os().map(text).collect();
-    write_outputs(&args.output, &results, cells, &command)?;
+    write_outputs(store, &shown, &results, &cells, &command)?;
     Ok(results)
 }
 
@@ -107,7 +102,7 @@ fn print(results: &Results) -> anyhow::Result<()> {
 fn conclude(args: &ReproduceArgs, tally: &Tally) -> anyhow::Result<()> {
     let folder = args.output.display();
     let kept = if tally.kept > 0 { format!(", {} kept", tally.kept) } else { String::new() };
-    tracing::info!("{} cells measured{kept}; the report is {folder}/results.json", tally.measured);
+    tracing::info!("{} cells measured{kept}; the report is {folder}/index.html", tally.measured);
     match &tally.failures[..] {
         [] => Ok(()),
         [first, ..] => bail!(

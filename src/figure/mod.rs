@@ -10,10 +10,13 @@ mod choose;
 mod csv;
 mod json;
 mod machine;
+mod page;
+mod plot;
 mod results;
 mod run;
 mod store;
 mod table;
+mod words;
 mod write;
 
 pub use bench::{Bench, Contender, Timed};

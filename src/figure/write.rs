@@ -1,11 +1,11 @@
-//! The files of a report: `results.json`, `summary.json`, `manifest.json`, and for each figure JSON and CSV.
+//! The files of a report: the page, `results.json`, `summary.json`, `manifest.json`, and for each figure JSON, CSV and
+//! plots.
 
-use super::{CellResult, FigureResult, Machine, Results, StoreError, csv, json};
+use super::{CellResult, Figure, FigureResult, Machine, Results, Store, csv, json, page, plot};
 use crate::picture::write::write_whole;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::Write as _;
-use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Indented levels of the files: a measured row stands on one line.
@@ -33,26 +33,33 @@ struct FigureFile<'a> {
     figure: &'a FigureResult,
 }
 
-/// Writes the report of `results` into `folder`. `cells`: where they came from; `command`: the line that was given.
+/// Writes the report of `results`, which are of `figures`, into the run's folder. `cells`: where they came from;
+/// `command`: the line that was given.
 ///
 /// # Errors
-/// The disk's.
+/// The disk's, and a picture that a cell names and that is not there.
 pub fn write_outputs(
-    folder: &Path,
+    store: &Store,
+    figures: &[&Figure],
     results: &Results,
     cells: &[CellResult],
     command: &[String],
-) -> Result<(), StoreError> {
+) -> anyhow::Result<()> {
     let mut files = BTreeMap::new();
     let mut put = |name: String, text: String| {
         files.insert(name.clone(), format!("{:016x}", xxh3_64(text.as_bytes())));
-        write_whole(&folder.join(name), |file| file.write_all(text.as_bytes()))
+        write_whole(&store.folder().join(name), |file| file.write_all(text.as_bytes()))
     };
-    for figure in &results.figures {
+    let plots = page::plots(figures, results);
+    for (figure, plots) in results.figures.iter().zip(&plots) {
         let file = FigureFile { effort: results.effort, machines: &results.machines, figure };
         put(format!("{}.json", figure.id), json::text(&file, LEVELS - 2))?;
         put(format!("{}.csv", figure.id), csv::text(figure, &results.machines))?;
+        for drawn in plots {
+            put(format!("{}.svg", drawn.name), plot::file(&drawn.svg))?;
+        }
     }
+    put("index.html".into(), page::html(figures, results, &plots, store)?)?;
     put("results.json".into(), json::text(results, LEVELS))?;
     let summary: BTreeMap<&str, _> = results.figures.iter().map(|f| (f.id.as_str(), &f.claims)).collect();
     put("summary.json".into(), json::text(&summary, LEVELS))?;
@@ -69,5 +76,5 @@ pub fn write_outputs(
         files,
     };
     let text = json::text(&manifest, LEVELS);
-    Ok(write_whole(&folder.join("manifest.json"), |file| file.write_all(text.as_bytes()))?)
+    Ok(write_whole(&store.folder().join("manifest.json"), |file| file.write_all(text.as_bytes()))?)
 }

@@ -53,9 +53,10 @@ fn run(run: &Run) -> Result<Tally, RunError> {
 
 /// Writes the report of what `folder` holds of `figures`.
 fn report(figures: &[&'static Figure], folder: &Path) -> Results {
-    let cells = Store::at(folder).all(figures).unwrap();
+    let store = Store::at(folder);
+    let cells = store.all(figures).unwrap();
     let results = Results::gather(figures, Effort::Quick, &cells);
-    write_outputs(folder, &results, &cells, &["ortelius".to_string()]).unwrap();
+    write_outputs(&store, figures, &results, &cells, &["ortelius".to_string()]).unwrap();
     results
 }
 

@@ -1,6 +1,6 @@
 //! What a report says.
 
-use super::family::{BARS, SWEPT};
+use super::family::{BARS, FAILS, MANY, SWEPT};
 use super::*;
 use ortelius::figure::{Outcome, Verdict};
 
@@ -78,4 +78,72 @@ fn a_claim_on_a_part_of_the_cells_is_not_reproduced_yet() {
     assert_eq!(results.figures[1].claims[0].finding.why, "no cell was measured");
     let absent = results.figures[0].cells.iter().filter(|cell| cell.outcome == Outcome::Absent).count();
     assert_eq!(absent, 3);
+}
+
+#[test]
+fn the_page_holds_every_claim_with_its_verdict_every_plot_and_no_other_file() {
+    let folder = folder();
+    let results = reported(&[&SWEPT, &BARS, &MANY, &FAILS], folder.path());
+    let page = read(folder.path(), "index.html");
+    for (figure, claim) in results.claims() {
+        let text =
+            claim.text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;");
+        let badge = format!("{}</span> {text} <span", claim.finding.verdict.name());
+        assert!(page.contains(&badge), "{} {}: no {badge:?}", figure.id, claim.id);
+    }
+    for verdict in
+        ["2 reproduced", "2 in part", "1 not reproduced", "2 not measurable here", "2 cells failed"]
+    {
+        assert!(page.contains(&format!(">{verdict}</span>")), "no {verdict:?}");
+    }
+    assert!(page.contains("the disk is on fire") && page.contains("its times rank nothing on a GPU"));
+    // Plots: a sweep for each of two scenes; bars and a series; a sweep and bars for each of 5 values, in two scenes.
+    let files =
+        std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let plots: Vec<String> = files.filter(|name| name.ends_with(".svg")).collect();
+    assert_eq!((plots.len(), page.matches("<svg ").count()), (16, 16), "{plots:?}");
+    for plot in plots {
+        let text = read(folder.path(), &plot);
+        assert!(
+            text.contains("<style>") && text.contains("made-up device") && !text.contains("NaN"),
+            "{plot}"
+        );
+    }
+    // Both pictures are inside; what is linked is beside the page, and nothing is fetched.
+    assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 2);
+    assert_eq!(page.matches("src=").count(), 2);
+    assert!(!page.contains("http-equiv") && !page.contains("@import") && !page.contains("<script"));
+    let outside = page.matches("http").count() - page.matches("xmlns=\"http://www.w3.org/2000/svg\"").count();
+    assert_eq!(outside, 0, "the page names other places");
+}
+
+#[test]
+fn equal_results_give_equal_bytes() {
+    let (one, other) = (folder(), folder());
+    for folder in [&one, &other] {
+        reported(&[&SWEPT, &BARS, &MANY], folder.path());
+    }
+    for name in ["index.html", "results.json", "made.swept.csv", "made.many-dedup-globe.svg"] {
+        assert_eq!(read(one.path(), name), read(other.path(), name), "{name}");
+    }
+}
+
+#[test]
+fn a_plot_shows_spread_floor_unit_and_what_is_missing() {
+    let folder = folder();
+    reported(&[&BARS], folder.path());
+    let bars = read(folder.path(), "made.bars-time-plane.svg");
+    for part in [
+        "median of 3, p5 to p95 · made-up device",
+        "time, ms",
+        "empty pass: 0.1",
+        "not here: no geometry shader",
+    ] {
+        assert!(bars.contains(part), "no {part:?} in {bars}");
+    }
+    assert_eq!(bars.matches("<rect").count(), 3, "paper, and a bar for each of two variants");
+    assert!(bars.contains("slow: 4 (3.1 to 5.35) ms"));
+    let series = read(folder.path(), "made.bars-error-plane.svg");
+    assert!(series.contains("error (logarithmic)") && series.contains("time since the cut, ms"));
+    assert_eq!(series.matches("<polyline").count(), 2);
 }

@@ -1,0 +1,184 @@
+//! The report as one page that needs no other file: style, plots and pictures stand inside it.
+
+mod pictures;
+mod tables;
+
+use super::plot::{self, Drawn};
+use super::{ClaimResult, Effort, Figure, FigureResult, Machine, Outcome, Results, Store, Verdict};
+use minijinja::{Environment, syntax::SyntaxConfig, value::Serde};
+use pictures::Shown;
+use serde::Serialize;
+use tables::TableView;
+
+/// What the template is given.
+#[derive(Serialize)]
+struct Page<'a> {
+    style: String,
+    version: &'a str,
+    effort: &'static str,
+    machines: Vec<MachineView<'a>>,
+    commits: Vec<&'a str>,
+    counts: Vec<Count>,
+    figures: Vec<FigureView<'a>>,
+    claims: usize,
+    failed: usize,
+}
+
+#[derive(Serialize)]
+struct MachineView<'a> {
+    #[serde(flatten)]
+    machine: &'a Machine,
+    software: bool,
+}
+
+/// How many claims have a verdict.
+#[derive(Serialize)]
+struct Count {
+    name: &'static str,
+    class: &'static str,
+    count: usize,
+}
+
+#[derive(Serialize)]
+struct FigureView<'a> {
+    id: &'a str,
+    title: &'a str,
+    about: Vec<&'a str>,
+    claims: Vec<ClaimView<'a>>,
+    plots: Vec<PlotView>,
+    tables: Vec<TableView>,
+    pictures: Vec<Shown>,
+    failures: Vec<[String; 2]>,
+    absent: usize,
+    cells: usize,
+}
+
+#[derive(Serialize)]
+struct ClaimView<'a> {
+    id: &'a str,
+    text: &'a str,
+    from: &'a str,
+    verdict: &'static str,
+    class: &'static str,
+    numbers: &'a str,
+    why: &'a str,
+}
+
+#[derive(Serialize)]
+struct PlotView {
+    name: String,
+    title: String,
+    svg: String,
+}
+
+const STYLES: [&str; 2] = [include_str!("../plot/plot.css"), include_str!("page.css")];
+
+const TEMPLATE: &str = include_str!("page.html");
+
+/// Verdicts in the order of the page, with their classes in the style.
+const VERDICTS: [(Verdict, &str); 4] = [
+    (Verdict::Reproduced, "yes"),
+    (Verdict::InPart, "part"),
+    (Verdict::NotReproduced, "no"),
+    (Verdict::NotMeasurable, "open"),
+];
+
+/// The page of `results`, with the plots that `plots` gives for each figure. Pictures are taken from `store`.
+///
+/// # Errors
+/// A picture that a result names and that cannot be read.
+pub fn html(
+    figures: &[&Figure],
+    results: &Results,
+    plots: &[Vec<Drawn>],
+    store: &Store,
+) -> anyhow::Result<String> {
+    let mut views = Vec::new();
+    for ((figure, result), drawn) in figures.iter().zip(&results.figures).zip(plots) {
+        assert_eq!(figure.id, result.id, "results are in the order of their figures");
+        views.push(figure_view(figure, result, drawn, store)?);
+    }
+    let count = |&(verdict, class): &(Verdict, &'static str)| Count {
+        name: verdict.name(),
+        class,
+        count: results.claims().filter(|(_, claim)| claim.finding.verdict == verdict).count(),
+    };
+    let mut commits: Vec<&str> = results.machines.iter().map(|machine| &*machine.commit).collect();
+    commits.dedup();
+    let page = Page {
+        style: STYLES.concat(),
+        version: &results.version,
+        effort: match results.effort {
+            Effort::Quick => "quick",
+            Effort::Full => "full",
+        },
+        machines: results
+            .machines
+            .iter()
+            .map(|machine| MachineView { machine, software: machine.is_software() })
+            .collect(),
+        commits,
+        counts: VERDICTS.iter().map(count).filter(|count| count.count > 0).collect(),
+        claims: results.claims().count(),
+        failed: views.iter().map(|view| view.failures.len()).sum(),
+        figures: views,
+    };
+    let mut environment = Environment::new();
+    environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
+    // The ending turns escaping on.
+    environment.add_template("page.html", TEMPLATE)?;
+    Ok(environment.get_template("page.html")?.render(Serde(page))?)
+}
+
+fn figure_view<'a>(
+    figure: &'a Figure,
+    result: &'a FigureResult,
+    drawn: &[Drawn],
+    store: &Store,
+) -> anyhow::Result<FigureView<'a>> {
+    let failure = |cell: &super::CellRows| match &cell.outcome {
+        Outcome::Failed(error) => Some([cell.cell.to_string(), error.clone()]),
+        _ => None,
+    };
+    let plot = |drawn: &Drawn| PlotView {
+        name: drawn.name.clone(),
+        title: drawn.title.clone(),
+        svg: drawn.svg.clone(),
+    };
+    let mut pictures = Vec::new();
+    for file in result.cells.iter().flat_map(|cell| &cell.pictures) {
+        pictures.push(pictures::shown(&store.pictures(), file)?);
+    }
+    Ok(FigureView {
+        id: figure.id,
+        title: figure.title,
+        about: figure.about.split("\n\n").map(str::trim).collect(),
+        claims: result.claims.iter().map(claim_view).collect(),
+        plots: drawn.iter().map(plot).collect(),
+        tables: tables::of(figure, result),
+        pictures,
+        failures: result.cells.iter().filter_map(failure).collect(),
+        absent: result.cells.iter().filter(|cell| cell.outcome == Outcome::Absent).count(),
+        cells: result.cells.len(),
+    })
+}
+
+fn claim_view(claim: &ClaimResult) -> ClaimView<'_> {
+    let finding = &claim.finding;
+    let class = VERDICTS.iter().find(|(verdict, _)| *verdict == finding.verdict);
+    ClaimView {
+        id: &claim.id,
+        text: &claim.text,
+        from: &claim.from,
+        verdict: finding.verdict.name(),
+        class: class.expect("every verdict has a class").1,
+        numbers: &finding.numbers,
+        why: &finding.why,
+    }
+}
+
+/// Plots of each figure, in order.
+pub fn plots(figures: &[&Figure], results: &Results) -> Vec<Vec<Drawn>> {
+    let both = figures.iter().zip(&results.figures);
+    both.map(|(figure, result)| plot::draw(figure, result, &results.machines)).collect()
+}

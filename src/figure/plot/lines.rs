@@ -1,0 +1,120 @@
+//! A line for each variant along a sweep or a series, with the spread at each point.
+
+use super::scale::Scale;
+use super::svg::{Anchor, HUES, Svg, WIDTH, shortened, width_of};
+use super::{Chart, Point};
+use crate::figure::words::tick;
+
+/// Height of the plotted field.
+const FIELD: f64 = 230.0;
+
+/// One variant's values, in order of x.
+pub struct Line {
+    pub name: String,
+    pub points: Vec<(f64, Point)>,
+}
+
+/// A chart's horizontal axis.
+pub struct Along {
+    pub name: String,
+    pub log: bool,
+    /// Values that may be named; round ones otherwise.
+    pub at: Option<Vec<f64>>,
+}
+
+/// `floor` is drawn as the line that the others cannot pass.
+pub fn draw(chart: &Chart, along: &Along, lines: &[Line], floor: Option<&Line>) -> Option<String> {
+    let all = || lines.iter().chain(floor).flat_map(|line| &line.points);
+    let heights: Vec<f64> = all().flat_map(|(_, p)| [p.low, p.y, p.high]).collect();
+    let mut svg = Svg::default();
+    let top = chart.head(&mut svg);
+    svg.text([0.0, top + 8.0], Anchor::Start, "faint", &chart.axis());
+    let (top, bottom) = (top + 18.0, top + 18.0 + FIELD);
+    let scale_y = Scale::covering(&heights, chart.log, [bottom, top])?;
+    let ticks = scale_y.with_room(&scale_y.ticks(6), 18.0);
+    let left = ticks.iter().map(|value| width_of(&tick(*value))).fold(0.0, f64::max) + 8.0;
+    let right = WIDTH - 10.0;
+    let places: Vec<f64> = all().map(|(x, _)| *x).collect();
+    let scale_x = Scale::along(&places, along.log, [left, right])?;
+    for value in ticks {
+        let y = scale_y.at(value);
+        svg.line([left, y], [right, y], "rule");
+        svg.text([left - 6.0, y + 4.0], Anchor::End, "tick", &tick(value));
+    }
+    let named = along.at.clone().unwrap_or_else(|| scale_x.ticks(6));
+    for value in scale_x.with_room(&named, 40.0) {
+        let (x, text) = (scale_x.at(value), tick(value));
+        svg.line([x, bottom], [x, bottom + 4.0], "axis");
+        let inside = x.min(WIDTH - width_of(&text) / 2.0);
+        svg.text([inside, bottom + 18.0], Anchor::Middle, "tick", &text);
+    }
+    svg.line([left, bottom], [right, bottom], "axis");
+    svg.text([(left + right) / 2.0, bottom + 36.0], Anchor::Middle, "faint", &along.name);
+    let scales = [&scale_x, &scale_y];
+    if let Some(floor) = floor {
+        draw_floor(&mut svg, scales, floor, [left, right]);
+    }
+    for (number, line) in lines.iter().enumerate() {
+        draw_line(&mut svg, chart, scales, number, line);
+    }
+    let end = legend(&mut svg, lines, bottom + 56.0);
+    Some(svg.inline(end, &chart.title))
+}
+
+/// Classes of line number `number`: its hue, then its dashes.
+fn classes(number: usize) -> (String, String) {
+    let (hue, round) = (number % HUES, number / HUES);
+    (format!("curve s{hue} dash{round}"), format!("f{hue}"))
+}
+
+fn draw_floor(svg: &mut Svg, [scale_x, scale_y]: [&Scale; 2], floor: &Line, [left, right]: [f64; 2]) {
+    let shown = || floor.points.iter().filter(|(x, p)| scale_x.shows(*x) && scale_y.shows(p.y));
+    let mut points: Vec<[f64; 2]> = shown().map(|(x, p)| [scale_x.at(*x), scale_y.at(p.y)]).collect();
+    let (Some(&[_, first]), Some(&[_, last])) = (points.first(), points.last()) else { return };
+    // Through the whole field.
+    points.insert(0, [left, first]);
+    points.push([right, last]);
+    svg.polyline(&points, "floor");
+    svg.text([right, last - 5.0], Anchor::End, "floor", &floor.name);
+}
+
+fn draw_line(svg: &mut Svg, chart: &Chart, [scale_x, scale_y]: [&Scale; 2], number: usize, line: &Line) {
+    let (curve, fill) = classes(number);
+    let shown = || line.points.iter().filter(|(x, p)| scale_x.shows(*x) && scale_y.shows(p.y));
+    let points: Vec<[f64; 2]> = shown().map(|(x, p)| [scale_x.at(*x), scale_y.at(p.y)]).collect();
+    svg.polyline(&points, &curve);
+    let whisker = format!("whisker s{}", number % HUES);
+    // More than 40 points are a curve, not measurements to be read one by one.
+    let dense = points.len() > 40;
+    for ((x, point), &[at, y]) in shown().zip(&points) {
+        if point.low < point.high {
+            let (low, high) = (scale_y.at(point.low), scale_y.at(point.high));
+            svg.line([at, low], [at, high], &whisker);
+            for end in [low, high] {
+                svg.line([at - 3.0, end], [at + 3.0, end], &whisker);
+            }
+        }
+        if !dense {
+            let told = format!("{} at {}", point.told(&line.name, &chart.unit), tick(*x));
+            svg.mark([at, y], number, &fill, &told);
+        }
+    }
+}
+
+/// Names of the lines in as many rows as it takes; where the drawing ends.
+fn legend(svg: &mut Svg, lines: &[Line], top: f64) -> f64 {
+    let (mut x, mut y) = (0.0, top);
+    for (number, line) in lines.iter().enumerate() {
+        let name = shortened(&line.name, WIDTH - 40.0);
+        let room = 30.0 + width_of(&name) + 8.0;
+        if x > 0.0 && x + room > WIDTH {
+            (x, y) = (0.0, y + 19.0);
+        }
+        let (curve, fill) = classes(number);
+        svg.line([x, y], [x + 24.0, y], &curve);
+        svg.mark([x + 12.0, y], number, &fill, &line.name);
+        svg.text([x + 30.0, y + 4.5], Anchor::Start, "name", &name);
+        x += room;
+    }
+    y + 12.0
+}

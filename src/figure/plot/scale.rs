@@ -1,0 +1,153 @@
+//! Axes: where a value lies, and which values are named.
+
+/// A stretch of values mapped to a stretch of a drawing.
+#[derive(Clone, Copy, Debug)]
+pub struct Scale {
+    low: f64,
+    high: f64,
+    log: bool,
+    from: f64,
+    to: f64,
+}
+
+impl Scale {
+    /// Covers `values`, with room at the ends; a linear scale of nothing negative begins at 0. Without values, or on a
+    /// logarithmic scale without positive ones: `None`.
+    pub fn covering(values: &[f64], log: bool, [from, to]: [f64; 2]) -> Option<Scale> {
+        let usable = || values.iter().copied().filter(|v| v.is_finite() && (!log || *v > 0.0));
+        let low = usable().reduce(f64::min)?;
+        let high = usable().reduce(f64::max)?;
+        let (low, high) = match log {
+            // A twentieth of the stretch, at least a quarter of an octave.
+            true => {
+                let room = (high / low).powf(0.05).max(2f64.powf(0.25));
+                (low / room, high * room)
+            }
+            false if low >= 0.0 => (0.0, if high > 0.0 { high * 1.06 } else { 1.0 }),
+            false => {
+                let room = if high > low { (high - low) * 0.06 } else { low.abs() };
+                (low - room, (high + room).max(0.0))
+            }
+        };
+        Some(Scale { low, high, log, from, to })
+    }
+
+    /// As [`Scale::covering`], with room on both sides of the values and no zero forced: for a sweep.
+    pub fn along(values: &[f64], log: bool, [from, to]: [f64; 2]) -> Option<Scale> {
+        let mut scale = Scale::covering(values, log, [from, to])?;
+        if !log {
+            let usable = || values.iter().copied().filter(|v| v.is_finite());
+            let (low, high) = (usable().reduce(f64::min)?, usable().reduce(f64::max)?);
+            let room = if high > low { (high - low) * 0.05 } else { 1.0 };
+            (scale.low, scale.high) = (low - room, high + room);
+        }
+        Some(scale)
+    }
+
+    /// Whether the scale has a place for `value`.
+    pub fn shows(&self, value: f64) -> bool {
+        value.is_finite() && (!self.log || value > 0.0)
+    }
+
+    /// The place of a value; what lies outside stands at the edge.
+    pub fn at(&self, value: f64) -> f64 {
+        let share = match self.log {
+            true => (value / self.low).ln() / (self.high / self.low).ln(),
+            false => (value - self.low) / (self.high - self.low),
+        };
+        self.from + share.clamp(0.0, 1.0) * (self.to - self.from)
+    }
+
+    /// About `count` round values: 1, 2 or 5 times a power of ten; on a logarithmic scale of more than two decades whole
+    /// powers of ten.
+    pub fn ticks(&self, count: usize) -> Vec<f64> {
+        if !self.log {
+            return self.linear_ticks(count);
+        }
+        let decades = (self.high / self.low).log10();
+        let (first, last) = (self.low.log10().floor() as i32, self.high.log10().ceil() as i32);
+        let digits: &[f64] = match decades {
+            d if d > 2.2 => &[1.0],
+            d if d > 1.2 => &[1.0, 3.0],
+            d if d > 0.6 => &[1.0, 2.0, 5.0],
+            _ => return self.linear_ticks(count),
+        };
+        let step = (decades / count as f64).ceil().max(1.0) as i32;
+        (first..=last)
+            .filter(|decade| decade.rem_euclid(step) == 0)
+            .flat_map(|decade| digits.iter().map(move |digit| decimal(*digit, decade)))
+            .filter(|value| (self.low..=self.high).contains(value))
+            .collect()
+    }
+
+    fn linear_ticks(&self, count: usize) -> Vec<f64> {
+        let rough = (self.high - self.low) / count as f64;
+        let decade = rough.log10().floor() as i32;
+        let mantissa = rough / 10f64.powi(decade);
+        let digit = [1.0, 2.0, 5.0].into_iter().find(|digit| mantissa <= *digit).unwrap_or(10.0);
+        let step = decimal(digit, decade);
+        let first = (self.low / step).ceil() as i64;
+        // n * step would print as 0.30000000000000004.
+        (first..).map(|n| decimal(n as f64 * digit, decade)).take_while(|value| *value <= self.high).collect()
+    }
+
+    /// Those of `values` that have room for a label each, `apart` of the drawing's units from the one before.
+    pub fn with_room(&self, values: &[f64], apart: f64) -> Vec<f64> {
+        let mut kept: Vec<f64> = Vec::new();
+        for &value in values.iter().filter(|v| self.shows(**v)) {
+            if kept.last().is_none_or(|&last| (self.at(value) - self.at(last)).abs() >= apart) {
+                kept.push(value);
+            }
+        }
+        kept
+    }
+}
+
+/// `digit * 10^decade`, rounded once.
+fn decimal(digit: f64, decade: i32) -> f64 {
+    match decade {
+        0.. => digit * 10f64.powi(decade),
+        _ => digit / 10f64.powi(-decade),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        let scale = |values: &[f64], log| Scale::covering(values, log, [0.0, 100.0]).unwrap();
+        assert_eq!(scale(&[84.3, 20.0], false).ticks(5), [0.0, 20.0, 40.0, 60.0, 80.0]);
+        assert_eq!(scale(&[0.31, 0.1], false).ticks(4), [0.0, 0.1, 0.2, 0.3]);
+        assert_eq!(scale(&[0.01, 100.0], true).ticks(5), [0.01, 0.1, 1.0, 10.0, 100.0]);
+        assert_eq!(scale(&[3.0, 9.0], true).ticks(5), [5.0, 10.0]);
+        assert_eq!(scale(&[-3.0, 5.0], false).ticks(4), [-2.0, 0.0, 2.0, 4.0]);
+        let wide = scale(&[1e-9, 1e9], true).ticks(5);
+        assert!(wide.len() <= 6 && wide.iter().all(|tick| tick.log10().fract() == 0.0), "{wide:?}");
+    }
+
+    #[test]
+    fn a_value_lies_where_its_share_of_the_stretch_is() {
+        let scale = Scale::covering(&[0.0, 100.0], false, [10.0, 116.0]).unwrap();
+        assert_eq!((scale.at(0.0), scale.at(50.0), scale.at(100.0)), (10.0, 60.0, 110.0));
+        let log = Scale::covering(&[1.0, 100.0], true, [0.0, 1.0]).unwrap();
+        assert!((log.at(10.0) - 0.5).abs() < 1e-12);
+        // What a scale cannot show stands at its edge and is told by `shows`.
+        assert!(log.at(0.0) == 0.0 && !log.shows(0.0) && !log.shows(f64::NAN));
+    }
+
+    #[test]
+    fn no_value_or_one_value_makes_no_empty_scale() {
+        assert!(Scale::covering(&[], false, [0.0, 1.0]).is_none());
+        assert!(Scale::covering(&[0.0, -1.0], true, [0.0, 1.0]).is_none());
+        for log in [false, true] {
+            for make in [Scale::covering, Scale::along] {
+                let one = make(&[7.0], log, [0.0, 1.0]).unwrap();
+                assert!((0.01..=0.99).contains(&one.at(7.0)), "{log}: {}", one.at(7.0));
+            }
+        }
+        let zeros = Scale::covering(&[0.0, 0.0], false, [0.0, 1.0]).unwrap();
+        assert_eq!(zeros.at(0.0), 0.0);
+    }
+}

@@ -1,0 +1,115 @@
+//! The few shapes that plots are made of. Colours are classes, so that one drawing serves light and dark pages.
+
+use std::fmt::Write as _;
+
+/// A drawing's width in its own units; on a phone of 390 points these are about 0.8 points each.
+pub const WIDTH: f64 = 440.0;
+
+/// So wide is a letter of 13 units' height on average in the widest of the usual fonts (DejaVu Sans).
+const LETTER: f64 = 7.8;
+
+/// Kinds of lines: hues, then dashes.
+pub const HUES: usize = 8;
+
+/// What stands in `plot.css`, for a file of its own.
+const STYLE: &str = include_str!("plot.css");
+
+/// A drawing that grows downwards.
+#[derive(Default)]
+pub struct Svg {
+    body: String,
+}
+
+/// Which end of a text stands at its place.
+#[derive(Clone, Copy)]
+pub enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+pub fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// Room for a text in units, rather too much than too little.
+pub fn width_of(text: &str) -> f64 {
+    text.chars().count() as f64 * LETTER
+}
+
+/// At most `room` units of a text.
+pub fn shortened(text: &str, room: f64) -> String {
+    let most = (room / LETTER).max(2.0) as usize;
+    match text.chars().count() > most {
+        true => text.chars().take(most - 1).chain(['…']).collect(),
+        false => text.to_string(),
+    }
+}
+
+impl Svg {
+    fn push(&mut self, text: std::fmt::Arguments<'_>) {
+        self.body.write_fmt(text).expect("a string takes all");
+        self.body.push('\n');
+    }
+
+    pub fn text(&mut self, [x, y]: [f64; 2], anchor: Anchor, class: &str, text: &str) {
+        let anchor = match anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
+        let text = escaped(text);
+        self.push(format_args!(
+            r#"<text x="{x:.1}" y="{y:.1}" text-anchor="{anchor}" class="{class}">{text}</text>"#
+        ));
+    }
+
+    pub fn line(&mut self, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2], class: &str) {
+        self.push(format_args!(
+            r#"<line x1="{x1:.1}" y1="{y1:.1}" x2="{x2:.1}" y2="{y2:.1}" class="{class}"/>"#
+        ));
+    }
+
+    pub fn polyline(&mut self, points: &[[f64; 2]], class: &str) {
+        let points: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
+        self.push(format_args!(r#"<polyline points="{}" class="{class}"/>"#, points.join(" ")));
+    }
+
+    /// A bar; `told` appears where a pointer rests.
+    pub fn bar(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], class: &str, told: &str) {
+        let told = escaped(told);
+        self.push(format_args!(
+            r#"<rect x="{x:.1}" y="{y:.1}" width="{width:.1}" height="{height:.1}" class="{class}"><title>{told}</title></rect>"#
+        ));
+    }
+
+    /// A mark of one of four forms.
+    pub fn mark(&mut self, [x, y]: [f64; 2], form: usize, class: &str, told: &str) {
+        let told = escaped(told);
+        let path = match form % 4 {
+            0 => format!("M{:.1},{y:.1}a3.5,3.5 0 1 0 7,0a3.5,3.5 0 1 0 -7,0", x - 3.5),
+            1 => format!("M{:.1},{:.1}h6v6h-6z", x - 3.0, y - 3.0),
+            2 => format!("M{x:.1},{:.1}l4,7h-8z", y - 4.2),
+            _ => format!("M{x:.1},{:.1}l4,4l-4,4l-4,-4z", y - 4.0),
+        };
+        self.push(format_args!(r#"<path d="{path}" class="{class}"><title>{told}</title></path>"#));
+    }
+
+    /// The drawing, to stand in a page that has the style. `described`: for those who do not see it.
+    pub fn inline(&self, height: f64, described: &str) -> String {
+        let (described, body) = (escaped(described), &self.body);
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height:.0}\" class=\"plot\" role=\"img\" \
+             aria-label=\"{described}\">\n{body}</svg>\n"
+        )
+    }
+}
+
+/// A file of its own from what [`Svg::inline`] gave.
+pub fn file(inline: &str) -> String {
+    inline.replacen(
+        ">\n",
+        &format!(">\n<style>\n{STYLE}</style>\n<rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n"),
+        1,
+    )
+}
