@@ -10,6 +10,35 @@ pub enum Edges {
     Clamp,
 }
 
+/// A pixel's footprint: the parallelogram's sides, the images of a step to the right and of one down, in texels of
+/// level 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parallelogram {
+    pub r1: [f64; 2],
+    pub r2: [f64; 2],
+}
+
+impl Parallelogram {
+    /// Lengths of the longer and of the shorter side.
+    pub fn lengths(&self) -> [f64; 2] {
+        let [a, b] = [self.r1, self.r2].map(|[s, t]| s.hypot(t));
+        [a.max(b), a.min(b)]
+    }
+
+    fn longer(&self) -> [f64; 2] {
+        let [a, b] = [self.r1, self.r2].map(|[s, t]| s.hypot(t));
+        if a > b { self.r1 } else { self.r2 }
+    }
+}
+
+/// nA = min(ceil(longest / shortest), most): the samples of an anisotropic filter (EXT_texture_filter_anisotropic).
+pub fn sample_count(longest: f64, shortest: f64, most: u32) -> u32 {
+    match longest > 0.0 {
+        true => (longest / shortest).ceil().min(f64::from(most)) as u32,
+        false => 1,
+    }
+}
+
 /// A texture of `2^width_log2 x 2^height_log2` texels and all its coarser levels, as a function.
 pub struct Texture<F: Fn(u32, u32, u32) -> [f64; 4]> {
     pub width_log2: u32,
@@ -68,6 +97,52 @@ impl<F: Fn(u32, u32, u32) -> [f64; 4]> Texture<F> {
         let (finer, coarser) = (level as u32, (level as u32 + 1).min(coarsest));
         mix(self.bilinear(finer, s, t), self.bilinear(coarser, s, t), lambda - level)
     }
+
+    /// The mean of `count` trilinear samples at equal distances along the longer side of `footprint`, the pixel's
+    /// centre (s, t) in their middle; each is as wide as its share of that side.
+    pub fn along(&self, footprint: &Parallelogram, count: u32, s: f64, t: f64) -> [f64; 4] {
+        let count = f64::from(count);
+        let lambda = (footprint.lengths()[0] / count).log2();
+        let mut sum = [0.0; 4];
+        for n in 0..count as u32 {
+            let part = (f64::from(n) + 0.5) / count - 0.5;
+            let [s, t] = self.moved(footprint.longer(), part, [s, t]);
+            add(&mut sum, self.trilinear(lambda, s, t));
+        }
+        sum.map(|channel| channel / count)
+    }
+
+    /// The mean over the whole footprint: what a pixel is to show. Samples lie an eighth of the shorter side apart
+    /// both ways and are a quarter of it wide; a side more than 32 times as long as the other counts as 32 times.
+    pub fn area(&self, footprint: &Parallelogram, s: f64, t: f64) -> [f64; 4] {
+        let [longest, shortest] = footprint.lengths();
+        let width = shortest.max(longest / 32.0);
+        let steps =
+            |[s, t]: [f64; 2]| if width > 0.0 { (8.0 * s.hypot(t) / width).ceil().max(1.0) } else { 1.0 };
+        let (columns, rows) = (steps(footprint.r1), steps(footprint.r2));
+        let lambda = (width / 4.0).log2();
+        let mut sum = [0.0; 4];
+        for row in 0..rows as u32 {
+            let from = self.moved(footprint.r2, (f64::from(row) + 0.5) / rows - 0.5, [s, t]);
+            for column in 0..columns as u32 {
+                let [s, t] = self.moved(footprint.r1, (f64::from(column) + 0.5) / columns - 0.5, from);
+                add(&mut sum, self.trilinear(lambda, s, t));
+            }
+        }
+        sum.map(|channel| channel / (columns * rows))
+    }
+
+    /// (s, t), moved by a part of a side.
+    fn moved(&self, side: [f64; 2], part: f64, [s, t]: [f64; 2]) -> [f64; 2] {
+        let [width, height] = self.level_size(0).map(f64::from);
+        [s + part * side[0] / width, t + part * side[1] / height]
+    }
+}
+
+fn add(sum: &mut [f64; 4], value: [f64; 4]) {
+    for (sum, value) in sum.iter_mut().zip(value) {
+        *sum += value;
+    }
 }
 
 fn mix(a: [f64; 4], b: [f64; 4], part: f64) -> [f64; 4] {
@@ -121,6 +196,48 @@ mod tests {
         let level = |lambda| texture.trilinear(lambda, 0.3, 0.7)[2];
         assert_eq!((level(1.25), level(-3.0), level(99.0), level(4.0)), (1.25, 0.0, 4.0, 4.0));
         assert_eq!(level(f64::NEG_INFINITY), 0.0);
+    }
+
+    #[test]
+    fn samples_along_a_footprint_lie_where_its_longer_side_does_and_share_its_level() {
+        let texture = telling(Edges::Planet);
+        // 4 texels long, 1 wide: 4 samples of level 0, from the middle 1.5 and 0.5 texels to either side.
+        let along_s = Parallelogram { r1: [4.0, 0.0], r2: [0.0, 1.0] };
+        assert_eq!(sample_count(4.0, 1.0, 16), 4);
+        assert_eq!(texture.along(&along_s, 4, 8.0 / 16.0, 4.5 / 8.0), [7.5, 4.0, 0.0, 1.0]);
+        // Two of them are 2 texels wide each: level 1.
+        assert_eq!(texture.along(&along_s, 2, 8.0 / 16.0, 4.0 / 8.0)[2], 1.0);
+        // Each column shows itself and no other: the place of the samples.
+        let comb =
+            |level: u32, column: u32, _| [f64::from(u8::from(level == 0 && column == 6)), 0.0, 0.0, 1.0];
+        let comb = Texture { width_log2: 4, height_log2: 3, edges: Edges::Planet, texel: comb };
+        assert_eq!(comb.along(&along_s, 4, 8.0 / 16.0, 0.5), [0.25, 0.0, 0.0, 1.0]);
+        let along_t = Parallelogram { r1: [0.0, 4.0], r2: [1.0, 0.0] };
+        assert_eq!(comb.along(&along_t, 4, 6.5 / 16.0, 0.5), [1.0, 0.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn samples_are_counted_up_to_the_most_and_a_point_has_one() {
+        assert_eq!([1.0, 1.1, 2.0, 7.9, 99.0].map(|long| sample_count(long, 1.0, 8)), [1, 2, 2, 8, 8]);
+        assert_eq!((sample_count(3.0, 0.0, 8), sample_count(0.0, 0.0, 8)), (8, 1));
+    }
+
+    #[test]
+    fn the_area_of_a_footprint_is_the_mean_of_what_lies_in_it() {
+        // Columns alternate between 0 and 1, and every coarser level says nothing true.
+        let stripes = |level: u32, column: u32, _| {
+            [if level == 0 { f64::from(column % 2) } else { 9.0 }, 0.0, 0.0, 1.0]
+        };
+        let stripes = Texture { width_log2: 6, height_log2: 6, edges: Edges::Planet, texel: stripes };
+        let square = Parallelogram { r1: [4.0, 0.0], r2: [0.0, 4.0] };
+        // Samples are one texel wide: level 0 alone. The middle of two stripes.
+        assert!((stripes.area(&square, 0.5, 0.5)[0] - 0.5).abs() < 1e-12);
+        // A footprint as narrow as half a texel, inside of one.
+        let narrow = Parallelogram { r1: [0.0, 0.5], r2: [0.01, 0.0] };
+        assert!(stripes.area(&narrow, 1.5 / 64.0, 0.5)[0] > 0.99);
+        assert!(stripes.area(&narrow, 2.5 / 64.0, 0.5)[0] < 0.01);
+        let point = Parallelogram { r1: [0.0; 2], r2: [0.0; 2] };
+        assert_eq!(stripes.area(&point, 1.5 / 64.0, 0.5 / 64.0)[0], 1.0);
     }
 
     #[test]

@@ -114,6 +114,22 @@ const COMPARERS: &[Comparer] = &[
         rejects: &[("tests/virtual_texture/filters.rs", "a_tap_with_a_wrong_bit_is_found")],
     },
     Comparer {
+        judges: "pictures of several samples a pixel",
+        function: ("tests/virtual_texture/filters.rs", "anisotropic_beyond"),
+        rejects: &[(
+            "tests/virtual_texture/filters.rs",
+            "the_anisotropic_picture_is_not_that_of_half_as_many_samples",
+        )],
+    },
+    Comparer {
+        judges: "pictures of the nearer of two levels",
+        function: ("tests/virtual_texture/filters.rs", "nearer_level_beyond"),
+        rejects: &[(
+            "tests/virtual_texture/filters.rs",
+            "the_bilinear_picture_is_that_of_the_nearer_level_and_not_of_the_finer_one",
+        )],
+    },
+    Comparer {
         judges: "a whole .tiles file",
         function: ("src/scene/tiles/verify.rs", "verify"),
         rejects: &[("tests/tiles.rs", "a_flip_of_any_byte_is_found_and_put_down_to_its_record")],

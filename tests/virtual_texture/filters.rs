@@ -1,15 +1,17 @@
 //! Borders and filters: which texels they take, and what they come to on average.
 
-use crate::truth::{RADIUS_PX, footprint, tolerance, view_of};
+use crate::truth::{RADIUS_PX, tolerance, view_of};
 use crate::{Device, open, pose, scene};
 use ortelius::math::pyramid::Pyramid;
 use ortelius::paper::virtual_texture::Filtering;
+use ortelius::paper::virtual_texture::reference::picture::{Texels, footprint, sides};
 use ortelius::paper::virtual_texture::reference::triple;
 use ortelius::picture::Picture;
 use ortelius::picture::error::compare;
 use ortelius::picture::srgb::from_linear_f64;
 use ortelius::reference::Sample;
-use ortelius::renderer::{Renderer, Target};
+use ortelius::reference::filter::sample_count;
+use ortelius::renderer::{Renderer, Settings, Target};
 use ortelius::scene::source::{border::true_texel, ruler::ruler_hash};
 
 fn picture(renderer: &mut Renderer) -> Picture {
@@ -139,4 +141,115 @@ fn the_mean_of_taps_is_the_trilinear_filter_and_its_noise_falls_with_their_numbe
     // Independent taps would have noise in inverse proportion; the recurrence spreads them no worse.
     assert!(noise[1] < noise[0] / 4.0 && noise[2] < noise[1] / 4.0, "{noise:?}");
     assert!(left.nmse() < noise[0] / 1024.0 * 2.0, "{:.2e}", left.nmse());
+}
+
+/// Pixels of the settled picture from earth's `camera` that lie inside one triangle and are further than `bound` from
+/// every colour which `possible` allows there.
+fn beyond(
+    camera: &str,
+    border: u32,
+    bound: f64,
+    change: impl FnOnce(&mut Settings),
+    possible: impl Fn(&Texels<'_>, &Sample, &Pyramid) -> Vec<[f64; 4]>,
+) -> usize {
+    let gpu = Device::open();
+    let (mut scene, size) = (scene("earth"), [320, 180]);
+    scene.texture.border = border;
+    let mut renderer = open(&gpu, &scene, size, |settings| {
+        settings.target = Target::Linear32;
+        settings.streaming.gpu_tiles = 192;
+        change(settings);
+    });
+    let pose = pose(&scene, camera);
+    renderer.settle(&pose).unwrap();
+    assert_eq!(renderer.bias(), 0);
+    let (picture, pyramid) = (picture(&mut renderer), renderer.source.pyramid());
+    let (view, texels) = (view_of(&scene, &pose, size), Texels::new(&*renderer.source));
+    let error = |found: [f32; 4], colour: &[f64; 4]| {
+        (0..3).map(|c| (f64::from(found[c]) - colour[c]).abs()).fold(0.0, f64::max)
+    };
+    let mut worst: f64 = 0.0;
+    let mut beyond = 0;
+    for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
+        let Some(sample) = view.sample(x, y) else { continue };
+        let colours = possible(&texels, &sample, &pyramid);
+        let least =
+            colours.iter().map(|colour| error(picture.at(x, y), colour)).fold(f64::INFINITY, f64::min);
+        if least > bound {
+            let candidates = view.candidates(x, y, RADIUS_PX);
+            beyond += usize::from(candidates.samples.len() == 1 && !candidates.background);
+        } else {
+            worst = worst.max(least);
+        }
+    }
+    println!("earth, {camera}: worst within the bound {bound:.4}: {worst:.4}; beyond {beyond}");
+    beyond
+}
+
+/// Lengths of a footprint's sides, and how far the device's may be off: as its derivatives.
+fn lengths(sample: &Sample, pyramid: &Pyramid) -> ([f64; 2], f64) {
+    let [w, h] = pyramid.level_size(0).map(f64::from);
+    let [ds, dt] = tolerance(sample).derivative;
+    (sides(sample, pyramid).lengths(), (w * ds).hypot(h * dt))
+}
+
+/// The settled picture with at most `most` samples against f64 pictures with at most `reference_most`. Where the ratio
+/// of the sides is an integer within the derivatives' tolerance, nA may be either one, and the picture jumps between
+/// them: both are right.
+fn anisotropic_beyond(camera: &str, most: u32, reference_most: u32) -> usize {
+    // As for one sample, 5/256 of the contrast; and the outermost of nA samples is nA/2 texels away by a side that is
+    // known to 2^-8 of itself.
+    let bound = (5.0 + f64::from(most) / 2.0) / 256.0;
+    beyond(
+        camera,
+        most.max(2),
+        bound,
+        |settings| settings.config.max_anisotropy = most,
+        |texels, sample, pyramid| {
+            let ([longest, shortest], reach) = lengths(sample, pyramid);
+            let count = |by: f64| sample_count(longest + by, (shortest - by).max(0.0), reference_most);
+            let footprint = sides(sample, pyramid);
+            let texture = texels.texture();
+            (count(-reach)..=count(reach))
+                .map(|count| texture.along(&footprint, count, sample.s, sample.t))
+                .collect()
+        },
+    )
+}
+
+#[test]
+fn the_anisotropic_picture_is_the_f64_picture_for_every_number_of_samples_that_a_border_allows() {
+    for most in [2, 4, 8] {
+        assert_eq!(anisotropic_beyond("oblique", most, most), 0, "NA = {most}");
+    }
+    assert_eq!(anisotropic_beyond("low", 4, 4), 0);
+}
+
+/// The neighbour that must be rejected: half as many samples.
+#[test]
+fn the_anisotropic_picture_is_not_that_of_half_as_many_samples() {
+    let beyond = anisotropic_beyond("oblique", 4, 2);
+    assert!(beyond > 20, "{beyond}");
+}
+
+/// The picture of the nearer level against f64 bilinear samples, `off` levels from the nearer one. Halfway between two
+/// levels, within the derivatives' tolerance, either is the nearer one.
+fn nearer_level_beyond(off: f64) -> usize {
+    let bilinear = |settings: &mut Settings| settings.config.filter = Filtering::Bilinear;
+    beyond("oblique", 4, 5.0 / 256.0, bilinear, |texels, sample, pyramid| {
+        let ([longest, _], reach) = lengths(sample, pyramid);
+        let level =
+            |length: f64| (length.log2() + 0.5 + off).floor().clamp(0.0, f64::from(pyramid.coarsest_level()));
+        let texture = texels.texture();
+        (level(longest - reach) as u32..=level(longest + reach) as u32)
+            .map(|level| texture.bilinear(level, sample.s, sample.t))
+            .collect()
+    })
+}
+
+#[test]
+fn the_bilinear_picture_is_that_of_the_nearer_level_and_not_of_the_finer_one() {
+    assert_eq!(nearer_level_beyond(0.0), 0);
+    let of_the_finer = nearer_level_beyond(-0.5);
+    assert!(of_the_finer > 20, "{of_the_finer}");
 }

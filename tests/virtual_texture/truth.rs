@@ -2,18 +2,15 @@
 
 use crate::{Device, open, pose, scene};
 use ortelius::math::camera::Pose;
-use ortelius::math::pyramid::{Pyramid, TileId};
+use ortelius::math::pyramid::Pyramid;
 use ortelius::paper::virtual_texture::Interpolation;
-use ortelius::paper::virtual_texture::reference::{Footprint, Tolerance, possible_triples, triple};
+use ortelius::paper::virtual_texture::reference::picture::{Filter, Texels, footprint};
+use ortelius::paper::virtual_texture::reference::{Tolerance, possible_triples, triple};
 use ortelius::picture::Picture;
 use ortelius::picture::error::{Difference, compare};
-use ortelius::reference::filter::{Edges, Texture, srgb8_to_linear};
 use ortelius::reference::{Sample, View};
-use ortelius::renderer::{Renderer, Settings, Target};
-use ortelius::scene::source::TileSource;
+use ortelius::renderer::{Settings, Target};
 use ortelius::scene::{SHIPPED, Scene};
-use std::cell::RefCell;
-use std::collections::HashMap;
 
 /// How far, in pixels, a device may see beside the reference. It snaps vertices to 1/256 pixel (lavapipe's
 /// subPixelPrecisionBits = 8), which moves an edge by half of that; its clip coordinates are f32 products of
@@ -32,11 +29,6 @@ pub fn tolerance(sample: &Sample) -> Tolerance {
         coordinate: gradient.map(|g| RADIUS_PX * g + offset),
         derivative: gradient.map(|g| (2f64.powi(-10) + RADIUS_PX / 4.0) * g + 2.0 * offset),
     }
-}
-
-pub fn footprint(sample: &Sample) -> Footprint {
-    let d = &sample.fine;
-    Footprint { s: sample.s, t: sample.t, dsdx: d.dsdx, dtdx: d.dtdx, dsdy: d.dsdy, dtdy: d.dtdy }
 }
 
 /// (differing pixels, those that no decision border explains).
@@ -114,59 +106,6 @@ fn a_tenth_of_a_pixel_is_not_explained() {
     assert!(!unexplained.is_empty());
 }
 
-/// Texels of all levels of a source, decoded in f64, tile by tile as they are asked for.
-struct Texels<'a> {
-    source: &'a dyn TileSource,
-    tiles: RefCell<HashMap<TileId, Vec<u8>>>,
-    levels: RefCell<HashMap<u32, Vec<u8>>>,
-}
-
-impl Texels<'_> {
-    fn texel(&self, level: u32, x: u32, y: u32) -> [f64; 4] {
-        let pyramid = self.source.pyramid();
-        let decode =
-            |bytes: &[u8]| [0, 1, 2, 3].map(|c| if c == 3 { 1.0 } else { srgb8_to_linear(bytes[c]) });
-        if level >= pyramid.first_resident_level() {
-            let mut levels = self.levels.borrow_mut();
-            let bytes =
-                levels.entry(level).or_insert_with(|| self.source.read_resident_level(level).unwrap());
-            return decode(&bytes[4 * (y * pyramid.level_size(level)[0] + x) as usize..]);
-        }
-        let size = pyramid.tile_size();
-        let tile = TileId { level, row: y / size, column: x / size };
-        let mut tiles = self.tiles.borrow_mut();
-        let bytes = tiles.entry(tile).or_insert_with(|| {
-            let mut bytes = vec![0; self.source.format().tile_bytes(&pyramid)];
-            self.source.read_tile(tile, &mut bytes).unwrap();
-            bytes
-        });
-        let (stored, border) = (pyramid.stored_sides()[0], pyramid.border_texels());
-        decode(&bytes[4 * ((y % size + border) * stored + x % size + border) as usize..])
-    }
-}
-
-/// Section 4 in f64: trilinear at the clamped level, every texel from the source itself.
-fn render(renderer: &Renderer, view: &View) -> Picture {
-    let pyramid = renderer.source.pyramid();
-    let texels = Texels { source: &*renderer.source, tiles: RefCell::default(), levels: RefCell::default() };
-    let texture = Texture {
-        width_log2: pyramid.width_log2(),
-        height_log2: pyramid.height_log2(),
-        edges: Edges::Planet,
-        texel: |level, x, y| texels.texel(level, x, y),
-    };
-    let pixels = view.samples().into_iter().map(|sample| match sample {
-        None => [0.0, 0.0, 0.0, 1.0],
-        Some(sample) => {
-            let found = triple(&footprint(&sample), &pyramid, 1);
-            let level = if found.e.is_nan() { f64::from(found.q) } else { found.e.max(0.0) };
-            texture.trilinear(level, sample.s, sample.t).map(|channel| channel as f32)
-        }
-    });
-    let [width, height] = view.size();
-    Picture::new(width, height, pixels.collect())
-}
-
 /// What a pixel may be off, in linear light of 0 ..= 1. The sampler weighs with 8 bits (subTexelPrecisionBits and
 /// mipmapPrecisionBits): 2^-8 of the contrast between neighbours, twice in a level and once between levels, and the
 /// place is known to RADIUS_PX, 2^-7 of it: together less than 5/256 where the contrast is 1, black beside white.
@@ -192,7 +131,8 @@ fn settled_beside_truth(
     let floats: Vec<[f32; 4]> =
         renderer.picture_bytes().unwrap().chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
     let view = view_of(scene, &pose, size);
-    let difference = compare(&Picture::new(size[0], size[1], floats), &render(&renderer, &view)).unwrap();
+    let truth = Texels::new(&*renderer.source).picture(&view, Filter::Samples(1)).unwrap();
+    let difference = compare(&Picture::new(size[0], size[1], floats), &truth).unwrap();
     let one_triangle = |x, y| {
         let candidates = view.candidates(x, y, RADIUS_PX);
         candidates.samples.len() + usize::from(candidates.background) == 1

@@ -1,6 +1,8 @@
 //! The paper's steps on the CPU, written from the paper: in integers where the result is an integer, in f64 where it
 //! is not. Plain and slow; shares no code with the shaders.
 
+pub mod picture;
+
 use crate::math::pyramid::{Pyramid, TileId};
 use std::collections::BTreeSet;
 
