@@ -52,6 +52,8 @@ pub struct Report {
 pub struct VariantReport {
     /// As used, also where the scene said "auto".
     pub u1: &'static str,
+    pub list: &'static str,
+    pub feedback_log2: u32,
     pub dedup: &'static str,
     pub block_log2: u32,
     pub memo: bool,
@@ -92,7 +94,9 @@ pub struct PlainReport {
 pub struct FrameReport {
     pub frame: u64,
     pub passes: Vec<PassReport>,
-    /// The frame's own list, and its distinct tiles.
+    /// The host's time from the frame's end to its list of tiles.
+    pub host_list_ns: u64,
+    /// The frame's own list, and its distinct tiles (subsampled: those that the cycle's frames saw together).
     pub triples: usize,
     pub tiles: usize,
     /// What streaming did in this frame, for the list of that frame (`latency_frames` ago; none at the start).
@@ -173,6 +177,7 @@ impl From<&FrameRecord> for FrameReport {
                 .iter()
                 .map(|PassTime { label, ns }| PassReport { label: label.clone(), ns: *ns })
                 .collect(),
+            host_list_ns: record.host_list.as_nanos() as u64,
             triples: record.triples,
             tiles: record.visible.len(),
             list_of_frame: record.list_of,
@@ -221,6 +226,8 @@ impl Renderer {
             picture_height: self.settings.size[1],
             variant: VariantReport {
                 u1: self.pipeline.stage1.format.name(),
+                list: config.list.name(),
+                feedback_log2: config.feedback_log2,
                 dedup: config.dedup.name(),
                 block_log2: config.block_log2,
                 memo: config.memo,

@@ -275,6 +275,7 @@ fn check_cache(cache: &Cache) -> Result<(), Fault> {
 }
 
 fn check_variant(variant: &Variant) -> Result<(), Fault> {
+    within(&["variant", "feedback_log2"], variant.feedback_log2, 0..=8)?;
     within(&["variant", "block_log2"], variant.block_log2, 0..=4)?;
     within(&["variant", "compact_block_log2"], variant.compact_block_log2, 0..=2)?;
     within(&["variant", "max_anisotropy"], variant.max_anisotropy, 1..=16)?;

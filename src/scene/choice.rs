@@ -1,4 +1,4 @@
-//! The variants of stages 2 and 3 by name. A scene names them, paper 1 builds them; each stands here once, with the
+//! The variants of the list's making, of stages 2 and 3 by name. A scene names them, paper 1 builds them; each stands here once, with the
 //! line that the reports show.
 
 use serde::{Deserialize, Serialize};
@@ -40,6 +40,20 @@ macro_rules! choices {
             }
         }
     };
+}
+
+choices! {
+    /// Who makes the list of visible tiles from the pixels' triples.
+    pub enum Listing {
+        /// The paper's way: the device, in stages 2 and 3.
+        Device = "device",
+        /// The classic: the host, from a copy of all of U1, with a hash set.
+        HostHash = "host-hash",
+        /// The classic: the host, from a copy of all of U1, with a bit for each triple and a memo.
+        HostBitmap = "host-bitmap",
+        /// What engines ship: the host, from one pixel of 2^n a frame; subsampled, the list lags and may lack tiles.
+        Feedback = "feedback",
+    }
 }
 
 choices! {
@@ -91,6 +105,9 @@ mod tests {
         for value in Dedup::ALL {
             assert_eq!(serde_json::to_value(value).unwrap(), value.name());
             assert!(!value.about().is_empty() && !value.about().starts_with(' '));
+        }
+        for value in Listing::ALL {
+            assert_eq!(serde_json::to_value(value).unwrap(), value.name());
         }
         for value in Compaction::ALL {
             assert_eq!(serde_json::to_value(value).unwrap(), value.name());

@@ -18,7 +18,7 @@ mod settings;
 pub mod source;
 pub mod tiles;
 
-pub use choice::{Compaction, Dedup};
+pub use choice::{Compaction, Dedup, Listing};
 pub use error::{SceneError, nearest};
 pub use open::TextureError;
 pub use settings::{

@@ -1,6 +1,6 @@
 //! The settings of a scene: texture, caches, mesh, view, and the variant of the pipeline.
 
-use super::choice::{Compaction, Dedup};
+use super::choice::{Compaction, Dedup, Listing};
 use crate::math::pyramid::{Pyramid, PyramidError};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -159,6 +159,10 @@ pub enum Filtering {
 #[serde(deny_unknown_fields, default)]
 pub struct Variant {
     pub u1: TriplesFormat,
+    /// Who makes the list of visible tiles; the other keys of stages 2 and 3 are for "device".
+    pub list: Listing,
+    /// n of the list "feedback": a frame looks at one pixel of 2^n, 0 ..= 8.
+    pub feedback_log2: u32,
     /// Stage 2.
     pub dedup: Dedup,
     /// p of the geometry shader's stage 2: blocks of `2^p x 2^p` pixels, 0 ..= 4.
@@ -186,6 +190,8 @@ impl Default for Variant {
     fn default() -> Self {
         Self {
             u1: TriplesFormat::Auto,
+            list: Listing::default(),
+            feedback_log2: 6,
             dedup: Dedup::default(),
             block_log2: 3,
             memo: true,

@@ -4,9 +4,9 @@ use crate::{Device, open, pose, scene};
 use ortelius::math::pyramid::TileId;
 use ortelius::paper::virtual_texture::classic::{HostCopy, HostList, HostPass};
 use ortelius::paper::virtual_texture::feedback::{self, Feedback};
-use ortelius::paper::virtual_texture::{Keying, U1Format, reference};
+use ortelius::paper::virtual_texture::{Keying, Listing, U1Format, reference};
 use ortelius::renderer::Renderer;
-use ortelius::vk::Gpu;
+use ortelius::vk::{FRAMES_IN_FLIGHT, Feature, Gpu, GpuOptions};
 use std::collections::BTreeSet;
 
 /// U1 of the renderer's last frame as the host gets it.
@@ -136,4 +136,57 @@ fn samples_name_no_tile_too_many_and_a_cycle_of_them_all() {
             assert_eq!(remembered, expected, "{name}, n = {n}");
         }
     }
+}
+
+#[test]
+fn every_list_settles_to_the_same_picture_and_none_on_the_host_needs_a_feature() {
+    let options = GpuOptions { validate: true, ..GpuOptions::default() };
+    let bare = Device(Gpu::new(&options).unwrap());
+    assert!(!bare.has(Feature::GeometryShader) && !bare.has(Feature::TransformFeedback));
+    let scene = scene("ruler");
+    let pose = pose(&scene, "corner-oblique");
+    let settled = |gpu: &Gpu, list| {
+        let mut renderer = open(gpu, &scene, [160, 90], |settings| {
+            settings.config.list = list;
+            settings.config.feedback_log2 = 4;
+        });
+        let frames = renderer.settle(&pose).unwrap();
+        let picture = renderer.picture_bytes().unwrap();
+        let expected = reference::visible_tiles(&renderer.u1().unwrap(), &renderer.source.pyramid());
+        let record = renderer.records.last().unwrap();
+        assert_eq!(record.visible, expected.into_iter().collect::<Vec<_>>(), "{list:?}");
+        let verdicts = renderer.ruler_verdicts(&pose).unwrap();
+        assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "{list:?}");
+        let passes: Vec<_> = renderer.records[0].passes.iter().map(|pass| pass.label.clone()).collect();
+        assert_eq!(passes, renderer.pipeline.passes(), "{list:?}");
+        (frames, picture)
+    };
+    let (_, picture) = settled(&Device::open(), Listing::Device);
+    for &list in Listing::ALL.iter().filter(|list| **list != Listing::Device) {
+        let (frames, on_the_host) = settled(&bare, list);
+        assert!(on_the_host == picture, "{list:?}");
+        // A settled picture has waited for the whole cycle, or a tile of one pixel might still be missing.
+        let cycle = if list == Listing::Feedback { 16 } else { 1 };
+        assert!(frames >= cycle + FRAMES_IN_FLIGHT as u64, "{list:?}: {frames} frames");
+    }
+}
+
+#[test]
+fn a_tile_that_left_the_picture_is_remembered_for_a_cycle() {
+    let gpu = Device::open();
+    let scene = scene("ruler");
+    let mut renderer = open(&gpu, &scene, [160, 90], |settings| {
+        settings.config.list = Listing::Feedback;
+        settings.config.feedback_log2 = 2;
+    });
+    let poses = ["corner-oblique", "antimeridian"].map(|camera| pose(&scene, camera));
+    for pose in [&poses[0]; 4].into_iter().chain([&poses[1]; 5]) {
+        renderer.frame(pose).unwrap();
+    }
+    renderer.drain().unwrap();
+    let seen = |frame: usize| renderer.records[frame].visible.iter().copied().collect::<BTreeSet<TileId>>();
+    let (before, after) = (seen(3), seen(7));
+    assert!(before.intersection(&after).count() < before.len(), "the pictures differ");
+    assert!(seen(4).intersection(&before).count() > seen(7).intersection(&before).count());
+    assert_eq!(seen(7), seen(8), "the old picture is forgotten, the new one known");
 }

@@ -135,6 +135,11 @@ impl Memory {
         Memory { frames, now: 0, seen: BTreeMap::new() }
     }
 
+    /// How many frames are remembered.
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
     /// Adds what a frame saw; returns all that is remembered, in the order of [`TileId`].
     pub fn add(&mut self, tiles: &[TileId]) -> Vec<TileId> {
         self.now += 1;

@@ -6,6 +6,7 @@
 //! - [`compact`], section 2.3: the set bits of `U2` become the list `U3`, by transform feedback;
 //! - [`marks`] and [`list`]: what stage 2 leaves for stage 3, and `U3` itself; [`variants`]: what goes together;
 //! - [`classic`]: the list by copying `U1` to the host instead; [`feedback`]: by looking at few of its pixels;
+//! - [`lister`]: whichever of them makes the list;
 //! - [`streaming`], section 3: two caches, A1, A2, A3;
 //! - [`resident`]: `J1`, `G1` and the display table in video memory;
 //! - [`fade`]: tiles that arrive are mixed in over some frames (ours, an option);
@@ -25,6 +26,7 @@ pub mod feedback;
 pub mod figures;
 pub mod footprint;
 pub mod list;
+pub mod lister;
 pub mod marks;
 pub mod pipeline;
 pub mod reference;
@@ -36,7 +38,7 @@ pub mod surface;
 pub mod texturing;
 pub mod variants;
 
-pub use crate::scene::{Compaction, Dedup, Filtering};
+pub use crate::scene::{Compaction, Dedup, Filtering, Listing};
 pub use streaming::Keying;
 pub use variants::{Layout, Unfit, all_needs};
 
@@ -67,6 +69,10 @@ pub enum Interpolation {
 pub struct Config {
     /// `None`: the paper's format where the device renders to it, else the next in [`U1Format`]'s order.
     pub u1: Option<U1Format>,
+    /// Who makes the list; the settings of stages 2 and 3 are the device's.
+    pub list: Listing,
+    /// n of [`Listing::Feedback`]: one pixel of 2^n a frame, 0 ..= 8.
+    pub feedback_log2: u32,
     /// Stage 2.
     pub dedup: Dedup,
     /// p: the geometry shader's blocks are `2^p x 2^p` pixels, 0 ..= 4.
@@ -93,6 +99,8 @@ pub struct Config {
 /// What the paper describes, with the p that it leaves open set to the best one measured on lavapipe.
 pub const PAPER: Config = Config {
     u1: None,
+    list: Listing::Device,
+    feedback_log2: 6,
     dedup: Dedup::Geometry,
     block_log2: 3,
     memo: true,

@@ -4,20 +4,20 @@
 //! just handed over.
 
 use super::{
-    Config, compact::CompactPass, dedup::DedupPass, fade::FadeIn, footprint::Footprint, list::List,
-    marks::Marks, resident::Resident, resident::ResidentError, resident::Uploads, streaming::Uploader,
-    surface::Surface, texturing::Texturing,
+    Config, fade::FadeIn, footprint::Footprint, lister::Listed, lister::Lister, resident::Resident,
+    resident::ResidentError, resident::Uploads, streaming::Uploader, surface::Surface, texturing::Texturing,
 };
 use crate::math::pyramid::TileId;
 use crate::scene::{mesh::Mesh, source::TileSource};
 use crate::vk::shader::View;
 use crate::vk::{FRAMES_IN_FLIGHT, Frame, Gpu, Image, PassTime, Result, Ticket};
+use std::time::{Duration, Instant};
 
 /// Everything that a frame of paper 1 needs on the device.
 pub struct Pipeline {
     pub stage1: Footprint,
-    pub stage2: DedupPass,
-    pub stage3: CompactPass,
+    /// Stages 2 and 3, or what stands for them.
+    pub lister: Lister,
     pub texturing: Texturing,
     pub resident: Resident,
     pub surface: Surface,
@@ -27,19 +27,20 @@ pub struct Pipeline {
 
 /// What each frame in flight has for itself.
 struct Flight {
-    marks: Marks,
-    list: List,
+    listed: Listed,
     uploads: Uploads,
     ticket: Option<Ticket>,
 }
 
 /// What a frame found out, once it has ended.
 pub struct Finished {
-    /// `U3`: (q, i, j) in the keying's grid, in the device's order.
+    /// `U3`: (q, i, j) in the keying's grid, in the order of whoever made it.
     pub triples: Vec<[u32; 3]>,
     /// `U3` was too short, and stage 3 ran twice.
     pub overflowed: bool,
     pub times: Vec<PassTime>,
+    /// The host's time to get or make the list.
+    pub host_time: Duration,
 }
 
 /// A frame's copies into video memory, as [`super::streaming::Streaming`] asks for them.
@@ -66,14 +67,12 @@ impl Pipeline {
     ) -> std::result::Result<Pipeline, ResidentError> {
         let pyramid = source.pyramid();
         let stage1 = Footprint::new(gpu, &pyramid, config, target.info().size)?;
-        let stage2 = DedupPass::new(gpu, &pyramid, config, &stage1)?;
-        let stage3 = CompactPass::new(gpu, &pyramid, config)?;
+        let lister = Lister::new(gpu, &pyramid, config, &stage1)?;
         let resident = Resident::new(gpu, source, gpu_tiles)?;
         let flights = (0..FRAMES_IN_FLIGHT)
             .map(|_| {
                 Ok(Flight {
-                    marks: stage2.marks(gpu)?,
-                    list: stage3.list(gpu, u64::from(config.list_capacity))?,
+                    listed: lister.listed(gpu, &stage1)?,
                     uploads: resident.uploads(gpu, most_uploads)?,
                     ticket: None,
                 })
@@ -84,8 +83,7 @@ impl Pipeline {
             surface: Surface::new(gpu, mesh)?,
             fade: FadeIn::new(config.fade_in_frames),
             stage1,
-            stage2,
-            stage3,
+            lister,
             resident,
             flights,
         })
@@ -99,8 +97,9 @@ impl Pipeline {
         let flight = &mut self.flights[flight];
         let Some(ticket) = flight.ticket.take() else { return Ok(None) };
         let times = ticket.wait()?;
-        let (triples, overflowed) = self.stage3.collect(gpu, &flight.marks, &mut flight.list)?;
-        Ok(Some(Finished { triples, overflowed, times }))
+        let start = Instant::now();
+        let (triples, overflowed) = self.lister.collect(gpu, &mut flight.listed)?;
+        Ok(Some(Finished { triples, overflowed, times, host_time: start.elapsed() }))
     }
 
     /// Gathers this frame's copies: `gather` gets the uploader, and returns the changes of the display table with
@@ -126,26 +125,21 @@ impl Pipeline {
     /// # Errors
     /// Out of memory.
     pub fn record(&self, frame: &mut Frame<'_>, flight: usize, view: &View, target: &Image) -> Result<()> {
-        let Flight { marks, list, uploads, .. } = &self.flights[flight];
+        let Flight { listed, uploads, .. } = &self.flights[flight];
         frame.pass("upload", |cmd| {
             self.resident.copy(cmd, uploads);
             Ok(())
         })?;
         frame.pass("footprint", |cmd| self.stage1.draw(cmd, &self.surface, view))?;
-        frame.pass("dedup", |cmd| self.stage2.run(cmd, &self.stage1.u1, marks))?;
-        frame.pass("compact", |cmd| self.stage3.run(cmd, marks, list))?;
-        frame.pass("read-back", |cmd| {
-            list.read_back(cmd);
-            Ok(())
-        })?;
+        self.lister.record(frame, &self.stage1.u1, listed)?;
         frame.pass("texturing", |cmd| {
             self.texturing.draw(cmd, &self.stage1, &self.resident, &self.surface, view, target)
         })
     }
 
     /// Labels of the frame's passes, in order.
-    pub fn passes(&self) -> [&'static str; 6] {
-        ["upload", "footprint", "dedup", "compact", "read-back", "texturing"]
+    pub fn passes(&self) -> Vec<&'static str> {
+        ["upload", "footprint"].into_iter().chain(self.lister.passes()).chain(["texturing"]).collect()
     }
 
     /// Whether every tile that has arrived is shown in full.
@@ -162,17 +156,17 @@ impl Pipeline {
     /// does not say otherwise.
     pub fn memory(&self) -> Vec<(&'static str, u64)> {
         let [j1, g1, h1] = self.resident.bytes();
-        vec![
-            ("U1", self.stage1.u1.bytes()),
-            ("depth", self.stage1.depth.bytes()),
-            ("U2", self.flights.iter().map(|f| f.marks.bytes()).sum()),
-            ("U3", self.flights.iter().map(|f| f.list.bytes()[0]).sum()),
-            ("U3 on the host", self.flights.iter().map(|f| f.list.bytes()[1]).sum()),
+        let mut memory = vec![("U1", self.stage1.u1.bytes()), ("depth", self.stage1.depth.bytes())];
+        // Each frame in flight has the same.
+        let lists = self.flights[0].listed.memory();
+        memory.extend(lists.into_iter().map(|(name, bytes)| (name, FRAMES_IN_FLIGHT as u64 * bytes)));
+        memory.extend([
             ("staging on the host", self.flights.iter().map(|f| f.uploads.bytes()).sum()),
             ("J1", j1),
             ("G1", g1),
             ("H1", h1),
             ("mesh", self.surface.bytes()),
-        ]
+        ]);
+        memory
     }
 }

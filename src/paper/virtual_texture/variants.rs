@@ -1,6 +1,6 @@
 //! Which variants of stages 2 and 3 go together, and what each needs of the device.
 
-use super::{Config, Keying};
+use super::{Config, Keying, Listing};
 use crate::math::pyramid::Pyramid;
 use crate::scene::{Compaction, Dedup};
 use crate::vk::{Feature, Need};
@@ -74,6 +74,9 @@ impl Config {
     /// Device features of stages 2 and 3, each once.
     pub fn needs(&self) -> Vec<Need> {
         let mut needs: Vec<Need> = Vec::new();
+        if self.list != Listing::Device {
+            return needs;
+        }
         for need in self.dedup.needs().into_iter().chain(self.compact.needs()) {
             if !needs.iter().any(|other| (other.feature, other.pass) == (need.feature, need.pass)) {
                 needs.push(need);
@@ -88,6 +91,9 @@ impl Config {
     /// # Errors
     /// The one that does not fit, why, and what would.
     pub fn check(&self, pyramid: &Pyramid) -> Result<(), Unfit> {
+        if self.list != Listing::Device {
+            return Ok(());
+        }
         let unfit = |key, value, why: &str| Err(Unfit { key, value, why: why.into() });
         let (dedup, compact) = (self.dedup.name(), self.compact.name());
         let layout = self.dedup.layout();

@@ -7,10 +7,11 @@ mod dump;
 pub use compare::PlainComparison;
 pub use dump::{FootprintPicture, read_words};
 
+use super::feedback::{self, Memory};
 use super::pipeline::{Finished, Pipeline};
 use super::resident::ResidentError;
 use super::streaming::{FrameReport, Streaming, StreamingConfig, StreamingError, distinct_tiles};
-use super::{Config, Filtering, Interpolation, Keying, U1Format, Unfit, surface};
+use super::{Config, Filtering, Interpolation, Keying, Listing, U1Format, Unfit, surface};
 use crate::math::{camera::Pose, pyramid::TileId};
 use crate::scene::source::{TileFormat, TileSource};
 use crate::scene::{self, Scene, TriplesFormat, mesh::Mesh};
@@ -104,6 +105,8 @@ impl Settings {
                     TriplesFormat::Rgba32 => Some(U1Format::Rgba32),
                     TriplesFormat::Packed => Some(U1Format::Packed),
                 },
+                list: variant.list,
+                feedback_log2: variant.feedback_log2,
                 dedup: variant.dedup,
                 block_log2: variant.block_log2,
                 memo: variant.memo,
@@ -147,9 +150,11 @@ pub struct FrameRecord {
     /// The frame whose list was streamed: [`FRAMES_IN_FLIGHT`] ago; none at the start and after a pause.
     pub list_of: Option<u64>,
     pub passes: Vec<PassTime>,
+    /// The host's time from the frame's end to its list of tiles.
+    pub host_list: Duration,
     /// Length of the frame's own `U3`.
     pub triples: usize,
-    /// The frame's own distinct tiles, before any bias, sorted.
+    /// The frame's own distinct tiles, before any bias, sorted; subsampled, what the last frames saw together.
     pub visible: Vec<TileId>,
     /// `U3` was too short at first.
     pub overflowed: bool,
@@ -168,6 +173,8 @@ pub struct Session {
     in_flight: Vec<(FrameReport, Option<u64>)>,
     /// Lists that [`Session::drain`] took before their time.
     drained: [Option<Vec<TileId>>; FRAMES_IN_FLIGHT],
+    /// Where the list is subsampled.
+    samples_seen: Option<Memory>,
     next: u64,
     pose: Option<(Pose, u64)>,
     bias: u32,
@@ -202,6 +209,8 @@ impl Session {
         let streaming = Streaming::new(source.clone(), settings.streaming.clone())?;
         let bias = settings.streaming.level_bias;
         let counts = [settings.streaming.gpu_tiles, settings.streaming.upload_tiles_per_frame];
+        let samples_seen = (settings.config.list == Listing::Feedback)
+            .then(|| Memory::new(feedback::cycle(settings.config.feedback_log2)));
         let pipeline = Pipeline::new(&gpu, &*source, mesh, &settings.config, &target, counts)?;
         Ok(Session {
             gpu,
@@ -213,6 +222,7 @@ impl Session {
             records: Vec::new(),
             in_flight: Vec::new(),
             drained: Default::default(),
+            samples_seen,
             next: 0,
             pose: None,
             bias,
@@ -260,11 +270,18 @@ impl Session {
 
     /// Takes what the frame in place `flight` found out: its distinct tiles.
     fn finish(&mut self, flight: usize) -> Result<Option<Vec<TileId>>, SessionError> {
-        let Some(Finished { triples, overflowed, times }) = self.pipeline.finish(&self.gpu, flight)? else {
+        let Some(Finished { triples, overflowed, times, host_time }) =
+            self.pipeline.finish(&self.gpu, flight)?
+        else {
             return Ok(None);
         };
         let first_resident = self.source.pyramid().first_resident_level();
-        let visible = distinct_tiles(&triples, self.settings.config.keying, first_resident);
+        let start = Instant::now();
+        let seen = distinct_tiles(&triples, self.settings.config.keying, first_resident);
+        let visible = match &mut self.samples_seen {
+            Some(memory) => memory.add(&seen),
+            None => seen,
+        };
         let index = self.next - self.in_flight.len() as u64;
         let (streaming, list_of) = self.in_flight.remove(0);
         self.records.push(FrameRecord {
@@ -272,6 +289,7 @@ impl Session {
             streaming,
             list_of,
             passes: times,
+            host_list: host_time + start.elapsed(),
             triples: triples.len(),
             visible: visible.clone(),
             overflowed,
@@ -299,8 +317,13 @@ impl Session {
     pub fn settled(&self) -> bool {
         let Some((_, since)) = self.pose else { return false };
         // The list that the last frame streamed came from the frame FRAMES_IN_FLIGHT before it.
-        let listed = self.next > since + FRAMES_IN_FLIGHT as u64;
+        let listed = self.next > since + FRAMES_IN_FLIGHT as u64 + self.frames_to_list() - 1;
         listed && self.streaming.settled() && self.pipeline.faded_in()
+    }
+
+    /// Frames until a camera that stands still has listed all it sees.
+    fn frames_to_list(&self) -> u64 {
+        self.samples_seen.as_ref().map_or(1, Memory::frames)
     }
 
     /// Frames from one pose until nothing is missing; returns how many it took.
@@ -320,7 +343,9 @@ impl Session {
                 progress = Instant::now();
             }
             let pending = report.pending;
-            if self.next > first + FRAMES_IN_FLIGHT as u64 && progress.elapsed() > STALL {
+            if self.next > first + FRAMES_IN_FLIGHT as u64 + self.frames_to_list()
+                && progress.elapsed() > STALL
+            {
                 return Err(SessionError::Stalled { pending });
             }
         }
