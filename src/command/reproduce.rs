@@ -132,7 +132,9 @@ impl Progress for Bar {
             _ => format!("{figure} {cell}: {seconds:.1} s"),
         };
         let failed = matches!(result.outcome, Outcome::Failed(_));
-        self.0.suspend(|| match (failed, self.0.is_hidden()) {
+        // Asked outside: what is suspended holds the bar's lock.
+        let hidden = self.0.is_hidden();
+        self.0.suspend(|| match (failed, hidden) {
             (true, _) => tracing::warn!("{line}"),
             (false, true) => tracing::info!("{line}"),
             (false, false) => {}

@@ -2,8 +2,16 @@
 
 pub mod common;
 mod feedback;
+mod streaming;
 
 use crate::figure::Figure;
 
 /// In the order of the report.
-pub const FIGURES: &[&Figure] = &[&feedback::FEEDBACK];
+pub const FIGURES: &[&Figure] = &[
+    &feedback::FEEDBACK,
+    &streaming::CACHE,
+    &streaming::BUDGET,
+    &streaming::POP,
+    &streaming::PREFETCH,
+    &streaming::DISK,
+];
