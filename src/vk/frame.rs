@@ -1,6 +1,6 @@
 //! A frame: a short list of passes, in a ring of [`FRAMES_IN_FLIGHT`].
 //!
-//! `pass` = debug label + one global memory barrier + timestamp + the closure + timestamp + end of label. Nothing
+//! `pass` = debug label + timestamp + one global memory barrier + the closure + timestamp + end of label. Nothing
 //! is declared, so nothing can be forgotten; passes never overlap, so their times add up.
 
 use super::command::Cmd;
@@ -226,8 +226,10 @@ impl Frame<'_> {
         slot.labels.push(label.to_string());
         let mut cmd = Cmd { device, handle: slot.buffer, descriptors: slot.descriptors };
         cmd.begin_label(label);
-        cmd.sync();
+        // Before the barrier: llvmpipe bins a timestamp with what is to be rasterised, and without a barrier takes it
+        // only once the pass's vertices are through. A transform feedback of 35 ms was told as 0.04.
         cmd.timestamp(slot.queries, query);
+        cmd.sync();
         let result = record(&mut cmd);
         cmd.timestamp(slot.queries, query + 1);
         cmd.end_label();
