@@ -5,10 +5,8 @@ pub mod compare;
 pub mod demo;
 pub mod doctor;
 pub mod list;
-pub mod merge;
 mod outputs;
 pub mod render;
-mod report;
 pub mod reproduce;
 pub mod verify;
 

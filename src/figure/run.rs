@@ -142,11 +142,12 @@ impl Run<'_> {
 
     /// Whether a stored result may stand beside this run's.
     fn check(&self, stored: &CellResult) -> Result<(), RunError> {
+        let effort = |effort: Effort| format!("{effort:?}").to_lowercase();
         let device =
             |m: &Machine| format!("{}, {}, on {}, {} cores", m.device, m.driver, m.processor, m.cores);
         let (theirs, ours) = (&stored.machine, &self.machine);
         let mixed = [
-            ("effort", stored.effort.name().to_string(), self.effort.name().to_string()),
+            ("effort", effort(stored.effort), effort(self.effort)),
             ("commit", theirs.commit.clone(), ours.commit.clone()),
             ("device", device(theirs), device(ours)),
         ];

@@ -1,6 +1,5 @@
 //! Streaming of paper 1, section 3, without a GPU: states, caches, budgets, failures, threads.
 
-mod ahead;
 mod behaviour;
 mod failures;
 mod invariants;

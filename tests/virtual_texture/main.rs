@@ -4,7 +4,6 @@
 mod classic;
 mod filters;
 mod lists;
-mod paths;
 mod streaming;
 mod texels;
 mod truth;

@@ -4,8 +4,7 @@ mod pictures;
 mod tables;
 
 use super::plot::{self, Drawn};
-use super::words::human;
-use super::{Changes, ClaimResult, Figure, FigureResult, Machine, Outcome, Results, Store, Verdict};
+use super::{ClaimResult, Effort, Figure, FigureResult, Machine, Outcome, Results, Store, Verdict};
 use minijinja::{Environment, syntax::SyntaxConfig, value::Serde};
 use pictures::Shown;
 use serde::Serialize;
@@ -21,7 +20,7 @@ struct Page<'a> {
     commits: Vec<&'a str>,
     counts: Vec<Count>,
     figures: Vec<FigureView<'a>>,
-    changes: Option<ChangesView<'a>>,
+    claims: usize,
     failed: usize,
 }
 
@@ -38,22 +37,6 @@ struct Count {
     name: &'static str,
     class: &'static str,
     count: usize,
-}
-
-/// Differences to stored results.
-#[derive(Serialize)]
-struct ChangesView<'a> {
-    #[serde(flatten)]
-    changes: &'a Changes,
-    /// Ratios of the values, for people.
-    ratios: Vec<String>,
-}
-
-impl ChangesView<'_> {
-    fn of(changes: &Changes) -> ChangesView<'_> {
-        let told = |ratio: Option<f64>| ratio.map(|ratio| format!("{}x", human(ratio))).unwrap_or_default();
-        ChangesView { changes, ratios: changes.values.iter().map(|value| told(value.ratio)).collect() }
-    }
 }
 
 #[derive(Serialize)]
@@ -109,7 +92,6 @@ pub fn html(
     results: &Results,
     plots: &[Vec<Drawn>],
     store: &Store,
-    changes: Option<&Changes>,
 ) -> anyhow::Result<String> {
     let mut views = Vec::new();
     for ((figure, result), drawn) in figures.iter().zip(&results.figures).zip(plots) {
@@ -126,7 +108,10 @@ pub fn html(
     let page = Page {
         style: STYLES.concat(),
         version: &results.version,
-        effort: results.effort.name(),
+        effort: match results.effort {
+            Effort::Quick => "quick",
+            Effort::Full => "full",
+        },
         machines: results
             .machines
             .iter()
@@ -134,7 +119,7 @@ pub fn html(
             .collect(),
         commits,
         counts: VERDICTS.iter().map(count).filter(|count| count.count > 0).collect(),
-        changes: changes.map(ChangesView::of),
+        claims: results.claims().count(),
         failed: views.iter().map(|view| view.failures.len()).sum(),
         figures: views,
     };

@@ -24,6 +24,35 @@ pub fn distinct_triples(u1: &[[u32; 3]], pyramid: &Pyramid) -> BTreeSet<[u32; 3]
     u1.iter().filter(|[q, ..]| *q <= pyramid.coarsest_level() - pyramid.resident_levels()).copied().collect()
 }
 
+/// How many points stage 2's geometry shader emits (section 2.2) for a `U1` of `width` pixels a row: a point for each
+/// pixel of a block whose level is streamed; with `memo` only where its triple differs from the block's last one.
+pub fn emitted_points(
+    u1: &[[u32; 3]],
+    width: u32,
+    pyramid: &Pyramid,
+    [block_width, block_height]: [u32; 2],
+    memo: bool,
+) -> u64 {
+    let height = u1.len() as u32 / width;
+    let mut points = 0;
+    for first_row in (0..height).step_by(block_height as usize) {
+        for first_column in (0..width).step_by(block_width as usize) {
+            let mut last = None;
+            for row in first_row..(first_row + block_height).min(height) {
+                for column in first_column..(first_column + block_width).min(width) {
+                    let triple = u1[(row * width + column) as usize];
+                    let streamed = triple[0] <= pyramid.coarsest_level() - pyramid.resident_levels();
+                    if streamed && !(memo && last == Some(triple)) {
+                        points += 1;
+                        last = Some(triple);
+                    }
+                }
+            }
+        }
+    }
+    points
+}
+
 /// A pixel's texture coordinate and its derivatives, in units of the whole texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Footprint {
@@ -172,6 +201,19 @@ mod tests {
         let u1 = [[1, 4, 6], [1, 5, 7], [1, 6, 7], [9, 0, 0], [u32::MAX; 3]];
         assert_eq!(visible_tiles(&u1, &pyramid()).len(), 2);
         assert_eq!(distinct_triples(&u1, &pyramid()).len(), 3);
+    }
+
+    #[test]
+    fn the_memo_spares_a_blocks_repetitions_and_knows_nothing_of_other_blocks() {
+        const A: [u32; 3] = [0, 1, 1];
+        const B: [u32; 3] = [0, 1, 2];
+        const G1: [u32; 3] = [9, 0, 0];
+        // Two blocks of 2 x 2 side by side; what G1 shows neither emits nor is remembered.
+        let u1 = [A, A, A, B, G1, A, B, A];
+        let points = |block, memo| emitted_points(&u1, 4, &pyramid(), block, memo);
+        assert_eq!((points([2, 2], false), points([2, 2], true)), (7, 4), "1 and 3");
+        assert_eq!((points([1, 1], true), points([4, 2], true)), (7, 5));
+        assert_eq!(points([4, 1], true), 2 + 3, "a row of G1 A B A after a row of A A A B");
     }
 
     #[test]

@@ -1,17 +1,26 @@
 //! Every figure and table of paper 1: the only place that sees both the GPU's steps and the reference.
 
 pub mod common;
+mod compact;
+mod dedup;
 mod feedback;
-mod streaming;
+mod headline;
+mod judge;
+mod pipeline;
+mod side_by_side;
+mod sizes;
+mod stages;
 
 use crate::figure::Figure;
 
 /// In the order of the report.
 pub const FIGURES: &[&Figure] = &[
+    &dedup::DEDUP,
+    &compact::COMPACT,
+    &pipeline::PIPELINE,
+    &sizes::RESOLUTION,
+    &sizes::TILE_SIZE,
+    &sizes::TEXTURE_SIZE,
+    &headline::HEADLINE,
     &feedback::FEEDBACK,
-    &streaming::CACHE,
-    &streaming::BUDGET,
-    &streaming::POP,
-    &streaming::PREFETCH,
-    &streaming::DISK,
 ];

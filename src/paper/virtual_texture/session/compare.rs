@@ -1,6 +1,6 @@
 //! `--compare-plain`: what the paper's whole frame costs beside the same mesh with one plain texture, in one process.
 
-use super::super::{surface, texturing::Plain};
+use super::super::{pipeline::Finished, surface, texturing::Plain};
 use super::{Session, SessionError};
 use crate::math::camera::Pose;
 use crate::stats::{Summary, median};
@@ -30,6 +30,21 @@ fn total(passes: &[PassTime]) -> Option<f64> {
 }
 
 impl Session {
+    /// Draws `pose` once more and waits for it and for its list: the frame after [`Session::settle`], with nothing to
+    /// copy. [`Session::drain`] must have come before.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn again(&mut self, pose: &Pose) -> Result<Finished, SessionError> {
+        // No copies: all tiles are resident, and the display table stands.
+        self.pipeline.gather(&self.gpu, 0, |_| (Vec::new(), ()))?;
+        let view = surface::view(pose, self.settings.size, self.bias);
+        let mut frame = self.gpu.frame()?;
+        self.pipeline.record(&mut frame, 0, &view, &self.target)?;
+        self.pipeline.submitted(0, frame.submit()?);
+        Ok(self.pipeline.finish(&self.gpu, 0)?.expect("the frame was just submitted"))
+    }
+
     /// Measures the settled frame from `pose` against the plain one. `None` where the device keeps no time.
     ///
     /// # Errors
@@ -41,11 +56,7 @@ impl Session {
         let (mut settled, mut plain_ns, mut empty) = (Vec::new(), Vec::new(), Vec::new());
         let mut passes: Vec<(String, Vec<f64>)> = Vec::new();
         for run in 0..WARM_UP + RUNS {
-            // No copies: all tiles are resident, and the display table stands.
-            self.pipeline.gather(&self.gpu, 0, |_| (Vec::new(), ()))?;
-            let mut frame = self.gpu.frame()?;
-            self.pipeline.record(&mut frame, 0, &view, &self.target)?;
-            let frame_times = frame.submit()?.wait()?;
+            let frame_times = self.again(pose)?.times;
             let mut frame = self.gpu.frame()?;
             frame.pass("plain", |cmd| plain.draw(cmd, &self.pipeline.surface, &view, &self.target))?;
             let plain_times = frame.submit()?.wait()?;

@@ -1,11 +1,11 @@
 //! Read-backs for dumps, tests and comparisons. All wait for the device.
 
-use super::super::footprint::{BACKGROUND, FootprintDump};
+use super::super::footprint::{BACKGROUND, Footprint, FootprintDump};
 use super::super::pipeline::Pipeline;
 use super::super::ruler::{RulerCheck, Verdicts};
 use super::super::{U1Format, surface};
 use super::{Session, SessionError};
-use crate::math::camera::Pose;
+use crate::math::{camera::Pose, pyramid::Pyramid};
 use crate::vk::{self, BufferUse, Gpu, Image, TexelCopy};
 
 /// Stage 1 laid open: for each pixel, from the top left.
@@ -44,6 +44,26 @@ pub fn read_words(gpu: &Gpu, image: &Image) -> vk::Result<Vec<u32>> {
     Ok(bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect())
 }
 
+/// `U1` as it stands, decoded: (q, i, j) for each pixel.
+///
+/// # Errors
+/// Device lost, out of memory.
+pub fn read_u1(gpu: &Gpu, stage1: &Footprint, pyramid: &Pyramid) -> vk::Result<Vec<[u32; 3]>> {
+    let words = read_words(gpu, &stage1.u1)?;
+    Ok(match stage1.format {
+        U1Format::Rgb32 => words.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
+        U1Format::Rgba32 => words.chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect(),
+        U1Format::Packed => {
+            let [columns, rows] = pyramid.tile_grid(0);
+            let unpack = |word: u32| match word {
+                BACKGROUND => [BACKGROUND; 3],
+                word => [word / columns / rows, word / columns % rows, word % columns],
+            };
+            words.into_iter().map(unpack).collect()
+        }
+    })
+}
+
 impl Session {
     /// `U1` of the last frame, decoded.
     ///
@@ -51,21 +71,7 @@ impl Session {
     /// Device lost, out of memory.
     pub fn u1(&mut self) -> Result<Vec<[u32; 3]>, SessionError> {
         self.drain()?;
-        let stage1 = &self.pipeline.stage1;
-        let words = read_words(&self.gpu, &stage1.u1)?;
-        Ok(match stage1.format {
-            U1Format::Rgb32 => words.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
-            U1Format::Rgba32 => words.chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect(),
-            U1Format::Packed => {
-                let pyramid = self.source.pyramid();
-                let [columns, rows] = pyramid.tile_grid(0);
-                let unpack = |word: u32| match word {
-                    BACKGROUND => [BACKGROUND; 3],
-                    word => [word / columns / rows, word / columns % rows, word % columns],
-                };
-                words.into_iter().map(unpack).collect()
-            }
-        })
+        Ok(read_u1(&self.gpu, &self.pipeline.stage1, &self.source.pyramid())?)
     }
 
     /// Draws stage 1 once more from `pose`, with its inputs laid open.

@@ -1,0 +1,260 @@
+//! vt.dedup: stage 2 in all its variants.
+
+use super::common::passes;
+use super::judge::{Bound, Ratio, judge, on_a_gpu, ratios, why_none};
+use super::stages::{NOISE, SCENES, Stage1};
+use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict};
+use crate::paper::virtual_texture::dedup::DedupPass;
+use crate::paper::virtual_texture::session::read_u1;
+use crate::paper::virtual_texture::{Config, Dedup, Keying, PAPER, reference};
+use crate::vk::Error;
+
+pub const DEDUP: Figure = Figure {
+    id: "vt.dedup",
+    title: "Stage 2: repeated triples merge",
+    about: "Section 2.2: rendering a vertex for each pixel costs too much; so a geometry shader handles blocks of 2^p x \
+            2^p pixels, and with the memo emits a point only where the triple differs from the last one. The paper \
+            gives no numbers and no p. Time of stage 2 alone over the same U1 (packed, 1280 x 720 in quick runs, 1920 x \
+            1080 in full ones), for p = 0 to 4 without and with memo, a vertex for each pixel without geometry shader \
+            (the paper's straw man), and the compute variants. Points emitted are counted exactly, by the reference \
+            from U1. The place `noise` asks for a random tile in each pixel (640 x 360 in quick runs). Variants that keep a bit for each \
+            tile run with the native keying, all others with the paper's.",
+    scenes: SCENES,
+    variants: || variants().into_iter().map(|(name, _)| name).collect(),
+    sweep: None,
+    measure,
+    plots: &[
+        Plot { quantity: TIME, x: Axis::Variant, log_x: false, log_y: true, floor: Some("empty pass") },
+        Plot {
+            quantity: BY_P,
+            x: Axis::Series("p: blocks of 2^p x 2^p pixels"),
+            log_x: false,
+            log_y: true,
+            floor: None,
+        },
+        Plot {
+            quantity: POINTS_BY_P,
+            x: Axis::Series("p: blocks of 2^p x 2^p pixels"),
+            log_x: false,
+            log_y: true,
+            floor: None,
+        },
+    ],
+    claims: &[
+        Claim {
+            id: "blocks",
+            text: "Blocks handled by a geometry shader beat rendering a vertex for each pixel.",
+            from: Origin::Paper("2.2"),
+            check: blocks,
+        },
+        Claim {
+            id: "memo",
+            text: "Emitting only where the triple differs from the last one beats emitting always (p = 3).",
+            from: Origin::Paper("2.2"),
+            check: memo,
+        },
+        Claim {
+            id: "memo-points",
+            text: "The memo spares at least nine of ten points in every landscape (p = 3).",
+            from: Origin::Ours,
+            check: memo_points,
+        },
+        Claim {
+            id: "compute",
+            text: "A compute variant beats the best geometry shader in every place.",
+            from: Origin::Ours,
+            check: compute,
+        },
+    ],
+};
+
+/// Quantities.
+const TIME: &str = "dedup";
+const POINTS: &str = "points emitted";
+const BY_P: &str = "dedup by p";
+const POINTS_BY_P: &str = "points emitted by p";
+
+const STRAW_MAN: &str = "points";
+
+fn geometry_name(block_log2: u32, memo: bool) -> String {
+    format!("geometry, p = {block_log2}{}", if memo { ", memo" } else { "" })
+}
+
+/// A block of one pixel has nothing to remember.
+fn geometry() -> impl Iterator<Item = (u32, bool)> {
+    (0..=4).flat_map(|p| [(p, false), (p, true)]).filter(|&block| block != (0, true))
+}
+
+fn geometry_names(keep: impl Fn(u32, bool) -> bool) -> Vec<String> {
+    geometry().filter(|&(p, memo)| keep(p, memo)).map(|(p, memo)| geometry_name(p, memo)).collect()
+}
+
+fn others() -> impl Iterator<Item = Dedup> {
+    Dedup::ALL.iter().copied().filter(|&dedup| dedup != Dedup::Geometry)
+}
+
+/// All variants by name.
+fn variants() -> Vec<(String, Config)> {
+    let blocks = geometry()
+        .map(|(block_log2, memo)| (geometry_name(block_log2, memo), Config { block_log2, memo, ..PAPER }));
+    blocks.chain(others().map(|dedup| (dedup.name().to_string(), Config { dedup, ..PAPER }))).collect()
+}
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let stage1 = Stage1::draw(bench, &cell.scene)?;
+    let Stage1 { gpu, pyramid, footprint, .. } = &stage1;
+    let (mut contenders, mut rows) = (Vec::new(), Vec::new());
+    for (name, config) in variants() {
+        let native = Config { keying: Keying::Native, ..config };
+        let config = if config.check(pyramid).is_ok() { config } else { native };
+        if let Some(why) = stage1.lacks(&config) {
+            rows.push(Row::new(name, TIME, "ms", Value::Missing(why)));
+            continue;
+        }
+        let pass = match DedupPass::new(gpu, pyramid, &config, footprint) {
+            Err(limit @ Error::Limit { .. }) => {
+                rows.push(Row::new(name, TIME, "ms", Value::Missing(limit.to_string())));
+                continue;
+            }
+            pass => pass?,
+        };
+        let marks = pass.marks(gpu)?;
+        contenders.push(passes(gpu, name, move |frame| {
+            frame.pass("dedup", |cmd| pass.run(cmd, &footprint.u1, &marks))
+        }));
+    }
+    rows.extend(bench.interleave(gpu, contenders)?.iter().map(|timed| timed.row(TIME)));
+    rows.extend(points(&stage1)?);
+    let (times, counts) = (by_p(&rows, TIME, BY_P, "ms"), by_p(&rows, POINTS, POINTS_BY_P, "points"));
+    rows.extend(times.into_iter().chain(counts));
+    Ok(rows)
+}
+
+/// What each geometry shader emits; p = 4 is two invocations of half a block.
+fn points(stage1: &Stage1) -> anyhow::Result<Vec<Row>> {
+    let u1 = read_u1(&stage1.gpu, &stage1.footprint, &stage1.pyramid)?;
+    let count = |block_log2: u32, memo| {
+        let block = [1 << block_log2, 1 << block_log2.min(3)];
+        let points = reference::emitted_points(&u1, stage1.size[0], &stage1.pyramid, block, memo);
+        Value::Number(points as f64)
+    };
+    let rows = geometry().map(|(p, memo)| Row::new(geometry_name(p, memo), POINTS, "points", count(p, memo)));
+    Ok(rows.chain([Row::new(STRAW_MAN, POINTS, "points", count(0, false))]).collect())
+}
+
+/// The geometry shaders' rows of `quantity` as two lines.
+fn by_p(rows: &[Row], quantity: &str, name: &str, unit: &str) -> Vec<Row> {
+    let line = |memo| {
+        let number = |p: u32| {
+            let variant = geometry_name(p, memo && p > 0);
+            rows.iter().find(|row| row.variant == variant && row.quantity == quantity)?.value.number()
+        };
+        let points = (0..=4).filter_map(|p| Some([f64::from(p), number(p)?])).collect();
+        Row::new(if memo { "with memo" } else { "without memo" }, name, unit, Value::Series(points))
+    };
+    vec![line(false), line(true)]
+}
+
+fn blocks(table: &Table) -> Finding {
+    let (straw_man, blocks) = ([STRAW_MAN.to_string()], geometry_names(|p, _| p > 0));
+    let found = ratios(table, TIME, &straw_man, &blocks);
+    on_a_gpu(table, judge(table, Bound::Wins, &found, || why_none(table, TIME, &straw_man)))
+}
+
+/// Ratios of the landscapes; what a landscape never is stands behind them for information.
+fn without_noise(found: Vec<Ratio>, judged: impl Fn(&[Ratio]) -> Finding) -> Finding {
+    let (noise, landscapes): (Vec<Ratio>, Vec<Ratio>) =
+        found.into_iter().partition(|ratio| ratio.at.0 == NOISE);
+    let mut finding = judged(&landscapes);
+    if finding.verdict != Verdict::NotMeasurable && !noise.is_empty() {
+        finding.numbers += &format!("; not counted: {}", super::judge::words(&noise));
+    }
+
+    finding
+}
+
+fn memo(table: &Table) -> Finding {
+    let (without, with) = ([geometry_name(3, false)], [geometry_name(3, true)]);
+    let found = ratios(table, TIME, &without, &with);
+    without_noise(found, |found| judge(table, Bound::Wins, found, || why_none(table, TIME, &with)))
+}
+
+fn memo_points(table: &Table) -> Finding {
+    let (without, with) = ([geometry_name(3, false)], [geometry_name(3, true)]);
+    let found = ratios(table, POINTS, &without, &with);
+    let judged =
+        |found: &[Ratio]| judge(table, Bound::AtLeast(10.0), found, || why_none(table, POINTS, &with));
+    without_noise(found, judged)
+}
+
+fn compute(table: &Table) -> Finding {
+    let others: Vec<String> =
+        others().filter(|dedup| !dedup.draws()).map(|dedup| dedup.name().to_string()).collect();
+    let found = ratios(table, TIME, &geometry_names(|_, _| true), &others);
+    judge(table, Bound::Wins, &found, || why_none(table, TIME, &others))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::judge::tests::table;
+    use super::*;
+    use crate::figure::Verdict::{InPart, NotMeasurable, NotReproduced, Reproduced};
+
+    const SCENE: &str = "earth/oblique";
+
+    #[test]
+    fn blocks_are_judged_on_a_gpu_alone_and_by_the_best_of_them() {
+        let verdict = |kind, ms| {
+            let (first, second) = (geometry_name(1, false), geometry_name(3, true));
+            let rows = [
+                (SCENE, None, STRAW_MAN, TIME, 10.0),
+                (SCENE, None, &*first, TIME, 30.0),
+                (SCENE, None, &*second, TIME, ms),
+            ];
+            blocks(&table(kind, &rows)).verdict
+        };
+        assert_eq!((verdict("discrete", 5.0), verdict("discrete", 12.0)), (Reproduced, NotReproduced));
+        assert_eq!(verdict("cpu", 5.0), NotMeasurable);
+        assert_eq!(blocks(&table("discrete", &[])).verdict, NotMeasurable);
+    }
+
+    #[test]
+    fn noise_is_told_and_not_counted() {
+        let (without, with) = (geometry_name(3, false), geometry_name(3, true));
+        let at = |scene, without_ms, with_ms| {
+            [(scene, None, &*without, TIME, without_ms), (scene, None, &*with, TIME, with_ms)]
+        };
+        let rows = [at(SCENE, 9.0, 3.0), at(NOISE, 9.0, 9.0)].concat();
+        let found = memo(&table("cpu", &rows));
+        assert_eq!(found.verdict, Reproduced);
+        assert!(found.numbers.contains("not counted: noise 1.00"), "{}", found.numbers);
+        let two = [at(SCENE, 9.0, 3.0), at("globe/africa", 3.0, 9.0)].concat();
+        assert_eq!(memo(&table("cpu", &two)).verdict, InPart);
+        assert_eq!(memo(&table("cpu", &at(SCENE, 3.0, 9.0))).verdict, NotReproduced);
+        assert_eq!(memo(&table("cpu", &at(NOISE, 9.0, 3.0))).verdict, NotMeasurable);
+    }
+
+    #[test]
+    fn nine_of_ten_points_are_a_factor_of_ten() {
+        let (without, with) = (geometry_name(3, false), geometry_name(3, true));
+        let verdict = |points| {
+            let rows = [(SCENE, None, &*without, POINTS, 100.0), (SCENE, None, &*with, POINTS, points)];
+            memo_points(&table("cpu", &rows)).verdict
+        };
+        assert_eq!((verdict(10.0), verdict(10.1)), (Reproduced, NotReproduced));
+    }
+
+    #[test]
+    fn compute_must_beat_the_best_geometry_shader() {
+        let (slow, fast) = (geometry_name(0, false), geometry_name(3, true));
+        let verdict = |ms| {
+            let rows = [
+                (SCENE, None, &*slow, TIME, 30.0),
+                (SCENE, None, &*fast, TIME, 10.0),
+                (SCENE, None, Dedup::TestOr.name(), TIME, ms),
+            ];
+            compute(&table("cpu", &rows)).verdict
+        };
+        assert_eq!((verdict(5.0), verdict(12.0)), (Reproduced, NotReproduced));
+    }
+}

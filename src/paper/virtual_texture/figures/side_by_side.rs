@@ -1,0 +1,255 @@
+//! Whole frames of several variants in one place: one device, one texture, and each tile made once for all.
+
+use super::common::{Place, passes};
+use crate::figure::{Bench, Contender, Row, Timed, Value};
+use crate::math::camera::Pose;
+use crate::math::pyramid::{Pyramid, TileId};
+use crate::paper::virtual_texture::pipeline::Finished;
+use crate::paper::virtual_texture::session::{Session, Settings, Target, needs};
+use crate::paper::virtual_texture::surface::{self, Surface};
+use crate::paper::virtual_texture::texturing::Plain;
+use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, Listing, PAPER, U1Format, all_needs};
+use crate::scene::mesh::{self, Mesh};
+use crate::scene::source::{TileError, TileFormat, TileSource};
+use crate::vk::{Gpu, Need, PassTime};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+
+/// The frame of the same mesh with one plain trilinear texture.
+pub const PLAIN: &str = "plain texture";
+
+/// The paper's frame, by the name of its combination.
+pub const THE_PAPER: &str = "paper";
+
+/// A whole frame's variant.
+pub struct Combination {
+    pub name: &'static str,
+    pub config: Config,
+    /// Lists exactly the visible tiles; else more, or fewer.
+    pub exact: bool,
+}
+
+impl Combination {
+    /// An exact list, made on the device.
+    pub fn is_ours(&self) -> bool {
+        self.exact && self.config.list == Listing::Device
+    }
+
+    /// An exact list, made by the host from all of `U1`.
+    pub fn is_classic(&self) -> bool {
+        self.exact && self.config.list != Listing::Device
+    }
+}
+
+/// Packed triples, native keying, and stages 2 and 3 in compute shaders that every device has.
+pub const COMPUTE: Config = Config {
+    u1: Some(U1Format::Packed),
+    dedup: Dedup::TileMemo,
+    compact: Compaction::Append,
+    keying: Keying::Native,
+    ..PAPER
+};
+
+/// The whole frames that figures lay side by side, the paper's first.
+pub fn combinations() -> Vec<Combination> {
+    let exact = |name, config| Combination { name, config, exact: true };
+    vec![
+        exact(THE_PAPER, PAPER),
+        exact("paper, native keying", Config { keying: Keying::Native, ..PAPER }),
+        exact("compute, tile-memo", COMPUTE),
+        exact("compute, test-or", Config { dedup: Dedup::TestOr, ..COMPUTE }),
+        // What the paper sets out to beat.
+        exact("classic, hash set", Config { list: Listing::HostHash, ..COMPUTE }),
+        exact("classic, bitmap", Config { list: Listing::HostBitmap, ..COMPUTE }),
+    ]
+}
+
+/// Sessions of all combinations that the device can run.
+pub struct SideBySide {
+    pub gpu: Gpu,
+    pub pose: Pose,
+    pub source: Arc<Kept>,
+    mesh: Mesh,
+    /// Whether the plain frame is timed too.
+    plain: bool,
+    pub sessions: Vec<(String, Session)>,
+    /// The others, and why not.
+    pub missing: Vec<(String, String)>,
+}
+
+/// Opens the run's device with those of `wishes` that it offers; [`lacks`] tells what then cannot run.
+///
+/// # Errors
+/// No device.
+pub fn device(bench: &Bench, wishes: &[Need]) -> anyhow::Result<Gpu> {
+    let offered = bench.gpu(&[])?.physical().features.clone();
+    let granted: Vec<Need> = wishes.iter().filter(|need| offered.contains(&need.feature)).copied().collect();
+    Ok(bench.gpu(&granted)?)
+}
+
+/// Why `config` cannot run here; `None` where it can.
+pub fn lacks(gpu: &Gpu, config: &Config, pyramid: &Pyramid, format: TileFormat) -> Option<String> {
+    if let Err(unfit) = config.check(pyramid) {
+        return Some(unfit.to_string());
+    }
+    let missing = needs(config, format).into_iter().find(|need| !gpu.has(need.feature))?;
+    Some(format!("the device has no {}, which pass {:?} needs", missing.feature.name(), missing.pass))
+}
+
+impl SideBySide {
+    /// Sessions at `size` pixels, settled, of `combinations`; with `plain` the plain frame is timed beside them. `change` has the last word on their settings, the variant apart.
+    ///
+    /// # Errors
+    /// No device, a place or texture that is not to be had, out of memory.
+    pub fn settled(
+        bench: &Bench,
+        place: Place,
+        size: [u32; 2],
+        (combinations, plain): (&[Combination], bool),
+        change: impl Fn(&mut Settings),
+    ) -> anyhow::Result<SideBySide> {
+        let Place { scene, pose, .. } = place;
+        let gpu = device(bench, &all_needs())?;
+        let source = Arc::new(Kept { source: scene.open_texture()?, tiles: Mutex::default() });
+        let mesh = mesh::gpu_mesh(&scene.source_mesh()?)?;
+        let open = |config: Config| -> anyhow::Result<Session> {
+            let mut settings = Settings::of_scene(&scene, Target::Srgb8);
+            (settings.size, settings.config) = (size, config);
+            // Nobody watches it settle: as many tiles a frame as the staging memory is worth.
+            settings.streaming.deterministic = true;
+            settings.streaming.upload_tiles_per_frame = 32;
+            settings.streaming.load_tiles_per_frame = 32;
+            change(&mut settings);
+            let mut session = Session::new(gpu.clone(), source.clone(), &mesh, settings)?;
+            session.settle(&pose)?;
+            session.drain()?;
+            Ok(session)
+        };
+        let (mut sessions, mut missing) = (Vec::new(), Vec::new());
+        for Combination { name, config, .. } in combinations {
+            match lacks(&gpu, config, &source.pyramid(), source.format()) {
+                Some(why) => missing.push((name.to_string(), why)),
+                None => sessions.push((name.to_string(), open(*config)?)),
+            }
+        }
+        Ok(SideBySide { gpu, pose, source, mesh, plain, sessions, missing })
+    }
+
+    /// All their frames in turn, and the plain one where it was asked for, as rows: "frame" and each pass, in
+    /// milliseconds.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn time(&mut self, bench: &Bench) -> anyhow::Result<Vec<Row>> {
+        let (gpu, pose) = (&self.gpu, self.pose);
+        let mut contenders: Vec<Contender> = Vec::new();
+        if self.plain
+            && let Some((_, session)) = self.sessions.first()
+        {
+            contenders.push(plain_frame(gpu, session, &self.mesh, &pose)?);
+        }
+        contenders.extend(self.sessions.iter_mut().map(|(name, session)| Contender {
+            variant: name.clone(),
+            run: Box::new(move || {
+                let Finished { mut times, host_time, .. } = session.again(&pose)?;
+                times.push(PassTime {
+                    label: "list on the host".into(),
+                    ns: Some(host_time.as_nanos() as u64),
+                });
+                Ok(times)
+            }),
+        }));
+        let timed = bench.interleave(gpu, contenders)?;
+        let missing = self.missing.iter();
+        let missing = missing.map(|(name, why)| Row::new(&**name, FRAME, "ms", Value::Missing(why.clone())));
+        Ok(timed.iter().flat_map(rows).chain(missing).collect())
+    }
+
+    /// Rows of what each session's last frame listed: "list length" and "visible tiles".
+    pub fn lists(&self) -> Vec<Row> {
+        let mut rows = Vec::new();
+        for (name, session) in &self.sessions {
+            let Some(record) = session.records.last() else { continue };
+            let count =
+                |quantity, count: usize, unit| Row::new(&**name, quantity, unit, Value::Number(count as f64));
+            rows.push(count("list length", record.triples, "triples"));
+            rows.push(count("visible tiles", record.visible.len(), "tiles"));
+        }
+        rows
+    }
+}
+
+/// Quantity of a whole frame's time.
+pub const FRAME: &str = "frame";
+
+/// Quantity: medians of the passes of stages 2 and 3 together, where a variant has such passes.
+pub const LIST: &str = "stages 2 and 3";
+
+/// A contender's whole and its passes.
+fn rows(timed: &Timed) -> Vec<Row> {
+    let pass = |(label, summary): &(String, Option<crate::stats::Summary>)| {
+        summary.map(|summary| Row::new(&*timed.variant, &**label, "ms", Value::Summary(summary)))
+    };
+    let list: Option<f64> =
+        ["dedup", "compact"].into_iter().map(|label| Some(timed.pass(label)?.median)).sum();
+    let list = list.map(|ms| Row::new(&*timed.variant, LIST, "ms", Value::Number(ms)));
+    // A frame of one pass is told once.
+    let passes = timed.passes.iter().filter(|_| timed.passes.len() > 1);
+    [timed.row(FRAME)].into_iter().chain(list).chain(passes.filter_map(pass)).collect()
+}
+
+/// The plain frame, into a picture of its own.
+fn plain_frame<'a>(
+    gpu: &'a Gpu,
+    session: &Session,
+    mesh: &Mesh,
+    pose: &Pose,
+) -> anyhow::Result<Contender<'a>> {
+    let target = gpu.image("plain picture", *session.target().info())?;
+    let plain = Plain::new(gpu, &*session.source, &target)?;
+    let surface = Surface::new(gpu, mesh)?;
+    let view = surface::view(pose, session.settings.size, 0);
+    Ok(passes(gpu, PLAIN, move |frame| frame.pass("plain", |cmd| plain.draw(cmd, &surface, &view, &target))))
+}
+
+/// A source whose tiles are made once: an Earth tile takes 13 ms of a core.
+pub struct Kept {
+    source: Arc<dyn TileSource>,
+    tiles: Mutex<HashMap<TileId, Arc<[u8]>>>,
+}
+
+impl Kept {
+    /// As new: where the making of tiles is part of what is measured.
+    pub fn forget(&self) {
+        self.tiles.lock().expect("no panic while a tile is stored").clear();
+    }
+}
+
+impl TileSource for Kept {
+    fn describe(&self) -> String {
+        self.source.describe()
+    }
+
+    fn pyramid(&self) -> Pyramid {
+        self.source.pyramid()
+    }
+
+    fn format(&self) -> TileFormat {
+        self.source.format()
+    }
+
+    fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
+        let kept = self.tiles.lock().expect("no panic while a tile is stored").get(&tile).cloned();
+        if let Some(kept) = kept {
+            bytes.copy_from_slice(&kept);
+            return Ok(());
+        }
+        self.source.read_tile(tile, bytes)?;
+        self.tiles.lock().expect("no panic while a tile is stored").insert(tile, Arc::from(&*bytes));
+        Ok(())
+    }
+
+    fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
+        self.source.read_resident_level(level)
+    }
+}

@@ -1,0 +1,114 @@
+//! Stages 2 and 3 alone, over a `U1` that is drawn once: what vt.dedup and vt.compact stand on.
+
+use super::common::{Place, pixels_of};
+use super::side_by_side::{device, lacks};
+use crate::figure::{Bench, Effort};
+use crate::math::pyramid::Pyramid;
+use crate::paper::virtual_texture::footprint::Footprint;
+use crate::paper::virtual_texture::surface::{self, Surface};
+use crate::paper::virtual_texture::{Config, PAPER, U1Format, all_needs};
+use crate::scene::mesh;
+use crate::scene::source::TileFormat;
+use crate::vk::{BufferUse, Gpu, TexelCopy};
+use anyhow::Context;
+
+/// A place that is none: every pixel asks for a tile at random, as no landscape does. The worst that can come.
+pub const NOISE: &str = "noise";
+
+/// Scenes of both figures.
+pub const SCENES: &[&str] = &["earth/headline", "earth/oblique", "globe/africa", NOISE];
+
+/// A device with stage 1's result.
+pub struct Stage1 {
+    pub gpu: Gpu,
+    pub pyramid: Pyramid,
+    pub footprint: Footprint,
+    pub size: [u32; 2],
+}
+
+impl Stage1 {
+    /// Draws `scene`, 1280 x 720 (quick; noise a quarter of that) or 1920 x 1080 pixels. `U1` is packed, a word a pixel, for all variants
+    /// alike: the paper's three words are not to be had on every device.
+    ///
+    /// # Errors
+    /// No device, no such scene, out of memory.
+    pub fn draw(bench: &Bench, scene: &str) -> anyhow::Result<Stage1> {
+        let size = pixels_of(match (bench.effort, scene) {
+            (Effort::Quick, NOISE) => 360.0,
+            (Effort::Quick, _) => 720.0,
+            (Effort::Full, _) => 1080.0,
+        });
+        let Place { scene: description, pose, .. } =
+            Place::find(if scene == NOISE { "earth/headline" } else { scene })?;
+        let pyramid = description.texture.pyramid()?.context("a shipped scene states its texture's size")?;
+        let gpu = device(bench, &all_needs())?;
+        let config = Config { u1: Some(U1Format::Packed), ..PAPER };
+        let footprint = Footprint::new(&gpu, &pyramid, &config, size)?;
+        let stage1 = Stage1 { gpu, pyramid, footprint, size };
+        if scene == NOISE {
+            stage1.fill(&noise(size, &pyramid))?;
+        } else {
+            let surface = Surface::new(&stage1.gpu, &mesh::gpu_mesh(&description.source_mesh()?)?)?;
+            let view = surface::view(&pose, size, 0);
+            let mut frame = stage1.gpu.frame()?;
+            frame.pass("footprint", |cmd| stage1.footprint.draw(cmd, &surface, &view))?;
+            frame.submit()?.wait()?;
+        }
+        Ok(stage1)
+    }
+
+    /// Writes `U1` by hand.
+    fn fill(&self, words: &[u32]) -> anyhow::Result<()> {
+        let staging = self.gpu.buffer_with("U1 staging", words, BufferUse::Upload)?;
+        let whole = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size: self.size };
+        let mut frame = self.gpu.frame()?;
+        frame.pass("fill U1", |cmd| {
+            cmd.copy_to_image(&staging, &self.footprint.u1, &[whole]);
+            Ok(())
+        })?;
+        frame.submit()?.wait()?;
+        Ok(())
+    }
+
+    /// Why `config` cannot run here.
+    pub fn lacks(&self, config: &Config) -> Option<String> {
+        lacks(&self.gpu, config, &self.pyramid, TileFormat::Rgba8)
+    }
+}
+
+/// Packed triples, each of a level that is streamed and of any cell of M0: the same on every run.
+fn noise(size: [u32; 2], pyramid: &Pyramid) -> Vec<u32> {
+    let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
+    let levels = u64::from(pyramid.first_resident_level());
+    let word = |pixel: u64| {
+        let hash = mixed(pixel);
+        let (q, i, j) = ((hash >> 48) % levels, (hash >> 24) % rows, hash % columns);
+        ((q * rows + i) * columns + j) as u32
+    };
+    (0..u64::from(size[0]) * u64::from(size[1])).map(word).collect()
+}
+
+/// SplitMix64's output function (Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014).
+fn mixed(n: u64) -> u64 {
+    let n = n.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let n = (n ^ n >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let n = (n ^ n >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    n ^ n >> 31
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn noise_is_of_all_streamed_levels_and_nearly_all_different() {
+        let pyramid = Pyramid::new(18, 17, 9, 4, None).unwrap();
+        let words = noise([320, 180], &pyramid);
+        let distinct: BTreeSet<u32> = words.iter().copied().collect();
+        // 57,600 of 9 x 131,072 at random: 2.4 % meet another.
+        assert!(distinct.len() > 55_000, "{}", distinct.len());
+        let levels: BTreeSet<u32> = words.iter().map(|word| word >> 17).collect();
+        assert_eq!(levels, (0..9).collect());
+    }
+}
