@@ -5,7 +5,7 @@ mod command;
 use clap::{Parser, Subcommand};
 use command::doctor::Unwell;
 use command::verify::Damaged;
-use command::{Usage, bake, compare, demo, doctor, list, render, reproduce, verify};
+use command::{Usage, bake, compare, demo, doctor, list, merge, render, reproduce, verify};
 use ortelius::renderer::RenderError;
 use ortelius::scene::bake::BakeError;
 use ortelius::scene::tiles::TileFileError;
@@ -40,6 +40,8 @@ enum Command {
     List(list::ListArgs),
     /// Measure figures on this machine, with a verdict for each claim
     Reproduce(reproduce::ReproduceArgs),
+    /// Join the parts of a run into one report
+    Merge(merge::MergeArgs),
     /// Cut a picture into a tile pyramid (.tiles)
     Bake(bake::BakeArgs),
     /// Check every byte of a tile pyramid
@@ -74,6 +76,7 @@ fn main() -> ExitCode {
         Command::Render(args) => render::run(args),
         Command::List(args) => list::run(args),
         Command::Reproduce(args) => reproduce::run(args),
+        Command::Merge(args) => merge::run(args),
         Command::Bake(args) => bake::run(args),
         Command::Verify(args) => verify::run(args),
         Command::Compare(args) => compare::run(args),

@@ -1,9 +1,29 @@
 //! Scene files: what loads, what is refused, and where the message points.
 
-use ortelius::scene::camera::Place;
+use ortelius::scene::camera::{self, Place};
 use ortelius::scene::{Keying, MeshSpec, SHIPPED, Scene, SceneError, TextureSource, TriplesFormat};
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};
+
+#[test]
+fn an_eye_on_a_path_is_expected_where_the_path_leads() {
+    let scene = Scene::embedded("earth").unwrap();
+    // Turns go on exactly; a pan's height follows the ellipsoid, and a dive slows down: e^(-8 x 0.0267) is 0.808, the
+    // straight line comes to 0.784.
+    for (name, bound) in [("orbit", 1e-3), ("pan", 1e-3), ("pole-crossing", 1e-3), ("dive", 0.03)] {
+        let path = scene.path(name).unwrap();
+        let (before, now, then) = (path.pose(9), path.pose(10), path.pose(18));
+        let ahead = camera::continued(&before, &now, 8).unwrap();
+        let altitude_m = 64.0 * now.near_m;
+        let missed_m = (ahead.eye - then.eye).length();
+        assert!(missed_m <= bound * altitude_m, "{name}: {missed_m} m of {altitude_m} m");
+        assert!((ahead.forward - then.forward).length() < 1e-3, "{name}");
+    }
+    let path = scene.path("teleport").unwrap();
+    let jump = (1..path.frames).find(|&frame| path.pose(frame) != path.pose(frame - 1)).unwrap();
+    assert_eq!(camera::continued(&path.pose(jump - 1), &path.pose(jump), 8), None, "a jump leads nowhere");
+    assert_eq!(camera::continued(&path.pose(0), &path.pose(0), 8), None, "nor does rest");
+}
 
 fn scenes_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")

@@ -1,5 +1,6 @@
 // Stage 1's arithmetic (paper 1, section 2.1): texture coordinate, footprint, level. Needs pyramid.glsl.
 layout(constant_id = 5) const uint MAX_ANISOTROPY = 1;  // NA
+layout(constant_id = 24) const uint PIXEL_LOG2 = 0;    // a pixel stands for 2^n x 2^n pixels of the picture
 
 // A texel of level 0 and the place in it. f32 alone would hold 1/64 texel at 2^18 and 1/16 at 2^20.
 struct Coordinate {
@@ -34,6 +35,7 @@ struct Footprint {
 
 Footprint footprint(vec2 dx, vec2 dy) {
     vec2 size = vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2);
+    size *= power_of_half(PIXEL_LOG2);  // exact
     return Footprint(size * dx, size * dy);
 }
 

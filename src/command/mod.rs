@@ -5,8 +5,10 @@ pub mod compare;
 pub mod demo;
 pub mod doctor;
 pub mod list;
+pub mod merge;
 mod outputs;
 pub mod render;
+mod report;
 pub mod reproduce;
 pub mod verify;
 

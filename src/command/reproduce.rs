@@ -1,12 +1,12 @@
 //! `ortelius reproduce`: figures measured on this machine, with a verdict for each claim.
 
-use super::{Usage, say};
+use super::Usage;
+use super::report::{report, stored};
 use anyhow::bail;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use ortelius::figure::{
-    Cell, CellResult, Effort, Figure, Machine, Outcome, Partition, Progress, Results, Run, Store, Tally,
-    choose, write_outputs,
+    Cell, CellResult, Effort, Figure, Machine, Outcome, Partition, Progress, Run, Store, Tally, choose,
 };
 use ortelius::paper::FAMILIES;
 use ortelius::vk::{Gpu, GpuOptions};
@@ -33,6 +33,9 @@ pub struct ReproduceArgs {
     /// Keep what DIR has of the same commit, effort and device, and measure the rest
     #[arg(long)]
     resume: bool,
+    /// Show what changed against stored results (a report's results.json)
+    #[arg(long, value_name = "RESULTS.json")]
+    against: Option<PathBuf>,
     /// Part of a device's name, or its index
     #[arg(long, env = "ORTELIUS_DEVICE")]
     device: Option<String>,
@@ -52,6 +55,7 @@ fn parse_partition(text: &str) -> Result<Partition, String> {
 pub fn run(args: &ReproduceArgs) -> anyhow::Result<()> {
     let figures = choose(&FAMILIES, &args.figures).map_err(|unknown| Usage(unknown.to_string()))?;
     let known = choose(&FAMILIES, &[]).expect("no name is unknown");
+    let against = stored(args.against.as_deref())?;
     let options =
         GpuOptions { device: args.device.as_deref(), validate: args.validate, ..GpuOptions::default() };
     let machine = Machine::here(Gpu::new(&options)?.physical());
@@ -71,32 +75,14 @@ pub fn run(args: &ReproduceArgs) -> anyhow::Result<()> {
     bar.0.finish_and_clear();
     let tally = tally?;
     let store = Store::at(&args.output);
-    let results = report(&store, &run, &known)?;
-    print(&results)?;
+    let cells = store.all(&known)?;
+    let shown = |figure: &&'static Figure| {
+        let asked = figures.iter().any(|asked| asked.id == figure.id);
+        asked || cells.iter().any(|cell| cell.figure == figure.id)
+    };
+    let shown: Vec<&Figure> = known.iter().copied().filter(shown).collect();
+    report(&store, &shown, run.effort, against.as_ref())?;
     conclude(args, &tally)
-}
-
-/// Writes the report of all figures that were asked for, or of which the folder has something.
-fn report(store: &Store, run: &Run, known: &[&'static Figure]) -> anyhow::Result<Results> {
-    let cells = store.all(known)?;
-    let asked = |figure: &Figure| run.figures.iter().any(|asked| asked.id == figure.id);
-    let stored = |figure: &Figure| cells.iter().any(|cell| cell.figure == figure.id);
-    let shown: Vec<&Figure> = known.iter().copied().filter(|f| asked(f) || stored(f)).collect();
-    let results = Results::gather(&shown, run.effort, &cells);
-    let text = |text: std::ffi::OsString| text.to_string_lossy().into_owned();
-    let command: Vec<String> = std::env::args_os().map(text).collect();
-    write_outputs(store, &shown, &results, &cells, &command)?;
-    Ok(results)
-}
-
-/// One line a claim.
-fn print(results: &Results) -> anyhow::Result<()> {
-    for (figure, claim) in results.claims() {
-        let finding = &claim.finding;
-        let name = format!("{} {}", figure.id, claim.id);
-        say(format_args!("{name:32} {:20} {}", finding.verdict.name(), finding.numbers))?;
-    }
-    Ok(())
 }
 
 fn conclude(args: &ReproduceArgs, tally: &Tally) -> anyhow::Result<()> {
@@ -146,7 +132,7 @@ impl Progress for Bar {
             _ => format!("{figure} {cell}: {seconds:.1} s"),
         };
         let failed = matches!(result.outcome, Outcome::Failed(_));
-        // Asked before: the bar is locked inside.
+        // Asked outside: what is suspended holds the bar's lock.
         let hidden = self.0.is_hidden();
         self.0.suspend(|| match (failed, hidden) {
             (true, _) => tracing::warn!("{line}"),

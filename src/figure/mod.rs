@@ -5,11 +5,13 @@
 //! their runs can be interleaved ([`Bench::interleave`]) and drift hits all alike. `list`, `reproduce`, `merge`, the
 //! tests and the report iterate the same list.
 
+mod against;
 mod bench;
 mod choose;
 mod csv;
 mod json;
 mod machine;
+mod merge;
 mod page;
 mod plot;
 mod results;
@@ -19,9 +21,11 @@ mod table;
 mod words;
 mod write;
 
+pub use against::{Changes, ClaimChange, ValueChange};
 pub use bench::{Bench, Contender, Timed};
 pub use choose::{Family, UnknownFigure, choose};
-pub use results::{CellRows, ClaimResult, FigureResult, Outcome, Results};
+pub use merge::{MergeError, merge};
+pub use results::{CellRows, ClaimResult, FigureResult, NoResults, Outcome, Results};
 pub use run::{Failure, Partition, Progress, Run, RunError, Tally};
 pub use store::{CellResult, Store, StoreError};
 pub use table::{Machine, Record, Row, Table, Value};
@@ -163,6 +167,15 @@ impl std::fmt::Display for Cell {
         match self.x {
             Some(x) => write!(f, "{} at {x}", self.scene),
             None => f.write_str(&self.scene),
+        }
+    }
+}
+
+impl Effort {
+    pub fn name(self) -> &'static str {
+        match self {
+            Effort::Quick => "quick",
+            Effort::Full => "full",
         }
     }
 }

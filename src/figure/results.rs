@@ -2,6 +2,7 @@
 
 use super::{Cell, CellResult, Effort, Figure, Finding, Machine, Origin, Record, Row, Table, Value, Verdict};
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 /// The name of the file format; a change that old readers would misread changes the number.
 pub const FORMAT: &str = "ortelius results 1";
@@ -58,7 +59,32 @@ pub enum Outcome {
     Absent,
 }
 
+/// A text that holds no results.
+#[derive(Debug, Error)]
+pub enum NoResults {
+    #[error("no results of this program (a report's results.json): {0}")]
+    Json(#[from] serde_json::Error),
+    #[error("results of format {0:?}; this program reads {FORMAT:?}")]
+    Format(String),
+}
+
 impl Results {
+    /// From the text of a `results.json`.
+    ///
+    /// # Errors
+    /// [`NoResults`].
+    pub fn parse(text: &str) -> Result<Results, NoResults> {
+        #[derive(Deserialize)]
+        struct Head {
+            format: String,
+        }
+        let Head { format } = serde_json::from_str(text)?;
+        match format == FORMAT {
+            true => Ok(serde_json::from_str(text)?),
+            false => Err(NoResults::Format(format)),
+        }
+    }
+
     /// Puts the cells of `effort` among `cells` in order and lets each claim of `figures` judge.
     pub fn gather(figures: &[&Figure], effort: Effort, cells: &[CellResult]) -> Results {
         let mut machines: Vec<Machine> = Vec::new();

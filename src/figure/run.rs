@@ -142,12 +142,11 @@ impl Run<'_> {
 
     /// Whether a stored result may stand beside this run's.
     fn check(&self, stored: &CellResult) -> Result<(), RunError> {
-        let effort = |effort: Effort| format!("{effort:?}").to_lowercase();
         let device =
             |m: &Machine| format!("{}, {}, on {}, {} cores", m.device, m.driver, m.processor, m.cores);
         let (theirs, ours) = (&stored.machine, &self.machine);
         let mixed = [
-            ("effort", effort(stored.effort), effort(self.effort)),
+            ("effort", stored.effort.name().to_string(), self.effort.name().to_string()),
             ("commit", theirs.commit.clone(), ours.commit.clone()),
             ("device", device(theirs), device(ours)),
         ];

@@ -1,7 +1,7 @@
 //! The files of a report: the page, `results.json`, `summary.json`, `manifest.json`, and for each figure JSON, CSV and
 //! plots.
 
-use super::{CellResult, Figure, FigureResult, Machine, Results, Store, csv, json, page, plot};
+use super::{CellResult, Changes, Figure, FigureResult, Machine, Results, Store, csv, json, page, plot};
 use crate::picture::write::write_whole;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -34,7 +34,7 @@ struct FigureFile<'a> {
 }
 
 /// Writes the report of `results`, which are of `figures`, into the run's folder. `cells`: where they came from;
-/// `command`: the line that was given.
+/// `command`: the line that was given; `changes`: against other results, for the page.
 ///
 /// # Errors
 /// The disk's, and a picture that a cell names and that is not there.
@@ -44,6 +44,7 @@ pub fn write_outputs(
     results: &Results,
     cells: &[CellResult],
     command: &[String],
+    changes: Option<&Changes>,
 ) -> anyhow::Result<()> {
     let mut files = BTreeMap::new();
     let mut put = |name: String, text: String| {
@@ -59,7 +60,7 @@ pub fn write_outputs(
             put(format!("{}.svg", drawn.name), plot::file(&drawn.svg))?;
         }
     }
-    put("index.html".into(), page::html(figures, results, &plots, store)?)?;
+    put("index.html".into(), page::html(figures, results, &plots, store, changes)?)?;
     put("results.json".into(), json::text(results, LEVELS))?;
     let summary: BTreeMap<&str, _> = results.figures.iter().map(|f| (f.id.as_str(), &f.claims)).collect();
     put("summary.json".into(), json::text(&summary, LEVELS))?;

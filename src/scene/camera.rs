@@ -2,7 +2,7 @@
 
 use crate::math::camera::Pose;
 use crate::math::geodesy::{self, LocalFrame};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use serde::Serialize;
 
 /// What the eye hovers over; decides what altitude, north and a straight line mean.
@@ -102,6 +102,33 @@ impl Camera {
 /// acos(1/64) = 89.1 degrees keeps its ground. Reversed float depth loses nothing by the factor.
 pub fn near_m(altitude_m: f64) -> f64 {
     altitude_m / 64.0
+}
+
+/// Where an eye that was at `before` a frame ago and is at `now` will be in `frames` more, if it goes on so: the rigid
+/// motion between the two, repeated. As many frames as take it at most half its height above the ground away, so that
+/// it never dives into it; `None` where that is not one (it jumped), or where it stands still.
+pub fn continued(before: &Pose, now: &Pose, frames: u32) -> Option<Pose> {
+    if (before.eye, before.forward, before.up) == (now.eye, now.forward, now.up) {
+        return None;
+    }
+    let axes = |pose: &Pose| DMat3::from_cols(pose.right, pose.up, pose.forward);
+    let turn = axes(now) * axes(before).transpose();
+    // near_m is the height over 64.
+    let farthest_m = 32.0 * now.near_m;
+    let step = |pose: &Pose| Pose {
+        eye: turn * (pose.eye - before.eye) + now.eye,
+        right: turn * pose.right,
+        up: turn * pose.up,
+        forward: turn * pose.forward,
+        ..*pose
+    };
+    let ahead = std::iter::successors(Some(*now), |pose| Some(step(pose)))
+        .skip(1)
+        .take(frames as usize)
+        .take_while(|pose| pose.eye.distance(now.eye) <= farthest_m)
+        .last()?;
+    // Half the height is left at least, and with it half the near plane's distance.
+    Some(Pose { near_m: now.near_m / 2.0, ..ahead })
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use super::camera::{Camera, Ground, Place};
 use super::error::list;
 use super::file::{CameraFile, MeshFile, MeshKind, PathFile, PathKind, SceneFile, SourceKind, TextureFile};
 use super::path::{self, Motion};
-use super::settings::{Cache, MeshSpec, Texture, TextureSource, Variant, View};
+use super::settings::{Cache, Disk, MeshSpec, Texture, TextureSource, Variant, View};
 use crate::math::pyramid::PyramidError;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -41,11 +41,13 @@ pub(super) fn check(file: SceneFile, name: String, folder: &Path) -> Result<Scen
     }
     check_view(&file.view, &cameras, &paths)?;
     check_cache(&file.cache)?;
+    check_disk(&file.disk)?;
     check_variant(&file.variant)?;
     Ok(Scene {
         name,
         texture: check_texture(file.texture, folder)?,
         cache: file.cache,
+        disk: file.disk,
         mesh: check_mesh(&file.mesh)?,
         view: file.view,
         cameras,
@@ -271,6 +273,17 @@ fn check_cache(cache: &Cache) -> Result<(), Fault> {
     within(&["cache", "upload_tiles_per_frame"], cache.upload_tiles_per_frame, 1..=1 << 16)?;
     within(&["cache", "load_tiles_per_frame"], cache.load_tiles_per_frame, 1..=1 << 16)?;
     within(&["cache", "fade_in_frames"], cache.fade_in_frames, 0..=1000)?;
+    within(&["cache", "prefetch_frames"], cache.prefetch_frames, 0..=1000)?;
+    within(&["cache", "retry_after_ms"], cache.retry_after_ms, 0.0..=1e9)?;
+    Ok(())
+}
+
+fn check_disk(disk: &Disk) -> Result<(), Fault> {
+    // A minute is as long as a frame waits for anything at all.
+    within(&["disk", "delay_ms"], disk.delay_ms, 0.0..=60e3)?;
+    within(&["disk", "fails_from_s"], disk.fails_from_s, 0.0..=1e6)?;
+    within(&["disk", "fails_for_s"], disk.fails_for_s, 0.0..=1e6)?;
+    within(&["disk", "fails_share"], disk.fails_share, 0.0..=1.0)?;
     Ok(())
 }
 

@@ -6,7 +6,7 @@
 use super::check::check;
 use super::error::{SceneError, list};
 use super::overrides::{self, Change};
-use super::settings::{Cache, Variant, View};
+use super::settings::{Cache, Disk, Variant, View};
 use super::{SHIPPED, Scene};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -19,6 +19,8 @@ pub(super) struct SceneFile {
     pub texture: TextureFile,
     #[serde(default)]
     pub cache: Cache,
+    #[serde(default)]
+    pub disk: Disk,
     pub mesh: MeshFile,
     pub view: View,
     pub cameras: BTreeMap<String, CameraFile>,

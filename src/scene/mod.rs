@@ -1,6 +1,6 @@
 //! What is to be seen: scene files, cameras and paths, meshes, and where a texture's tiles come from.
 //!
-//! A scene is a TOML file with the sections `[texture]`, `[cache]`, `[mesh]`, `[view]`, `[cameras.NAME]`,
+//! A scene is a TOML file with the sections `[texture]`, `[cache]`, `[disk]`, `[mesh]`, `[view]`, `[cameras.NAME]`,
 //! `[paths.NAME]` and `[variant]`. Everything in a [`Scene`] has been checked: a value of this type can be
 //! drawn, as far as that can be known without its texture file and without a device.
 
@@ -22,7 +22,8 @@ pub use choice::{Compaction, Dedup, Listing};
 pub use error::{SceneError, nearest};
 pub use open::TextureError;
 pub use settings::{
-    Cache, Filtering, Interpolation, Keying, MeshSpec, Texture, TextureSource, TriplesFormat, Variant, View,
+    Cache, Disk, Filtering, Interpolation, Keying, MeshSpec, Order, Texture, TextureSource, TriplesFormat,
+    Variant, View,
 };
 
 use crate::math::camera::Pose;
@@ -48,6 +49,7 @@ pub struct Scene {
     pub name: String,
     pub texture: Texture,
     pub cache: Cache,
+    pub disk: Disk,
     pub mesh: MeshSpec,
     pub view: View,
     pub cameras: BTreeMap<String, Camera>,

@@ -1,9 +1,9 @@
 //! From a scene's `[texture]` to tiles.
 
 use super::source::earth::{Earth, EarthError};
-use super::source::{TileSource, ruler::Ruler};
+use super::source::{TileSource, disk::BadDisk, ruler::Ruler};
 use super::tiles::{TileFile, TileFileError};
-use super::{Scene, TextureSource};
+use super::{Disk, Scene, TextureSource};
 use crate::math::pyramid::PyramidError;
 use std::sync::Arc;
 use thiserror::Error;
@@ -36,11 +36,19 @@ impl TextureError {
 }
 
 impl Scene {
-    /// Opens the texture: synthetic sources need no file at all.
+    /// Opens the texture, behind a bad disk where the scene puts one on: synthetic sources need no file at all.
     ///
     /// # Errors
     /// [`TextureError`] names the key or the file.
     pub fn open_texture(&self) -> Result<Arc<dyn TileSource>, TextureError> {
+        let source = self.open_healthy_texture()?;
+        Ok(match self.disk == Disk::default() {
+            true => source,
+            false => Arc::new(BadDisk::new(source, self.disk.clone())),
+        })
+    }
+
+    fn open_healthy_texture(&self) -> Result<Arc<dyn TileSource>, TextureError> {
         let stated = self.texture.pyramid()?;
         match &self.texture.source {
             TextureSource::Earth => Ok(Arc::new(Earth::new(stated.ok_or(TextureError::Size)?)?)),

@@ -62,6 +62,38 @@ pub struct Cache {
     pub load_tiles_per_frame: u32,
     /// Frames in which a tile that has arrived is mixed with what was shown before it, 0 ..= 1000; 0: at once.
     pub fade_in_frames: u32,
+    /// Tiles are fetched ahead that the camera will see in so many frames, 0 ..= 1000; 0: none are.
+    pub prefetch_frames: u32,
+    /// Which of a frame's missing tiles is asked for first.
+    pub order: Order,
+    /// After what time a tile that could not be read is asked for again; 0: never.
+    pub retry_after_ms: f64,
+}
+
+/// In which order missing tiles are asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Order {
+    /// The finest level first.
+    Finest,
+    /// The coarsest level first.
+    Coarsest,
+}
+
+/// What is wrong with the disk: a trouble that is put on, to see how the frames fare with it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Disk {
+    /// Time that each tile takes beside its own.
+    pub delay_ms: f64,
+    /// From this time after the first tile was asked for ...
+    pub fails_from_s: f64,
+    /// ... no tile can be read for so long.
+    pub fails_for_s: f64,
+    /// Share of reads that fail at any time, 0 ..= 1.
+    pub fails_share: f64,
+    /// Another seed, other reads that fail.
+    pub seed: u32,
 }
 
 impl Default for Cache {
@@ -75,6 +107,9 @@ impl Default for Cache {
             upload_tiles_per_frame: 8,
             load_tiles_per_frame: 8,
             fade_in_frames: 0,
+            prefetch_frames: 0,
+            order: Order::Finest,
+            retry_after_ms: 1000.0,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The machinery of figures: runs that are killed, shared and merged, cells that fail, verdicts and the page. The
 //! figures here are made up, so that it takes no device and no time; the last module holds the real ones to the rules.
 
+mod against;
 mod family;
 mod listed;
 mod outputs;
@@ -56,7 +57,7 @@ fn report(figures: &[&'static Figure], folder: &Path) -> Results {
     let store = Store::at(folder);
     let cells = store.all(figures).unwrap();
     let results = Results::gather(figures, Effort::Quick, &cells);
-    write_outputs(&store, figures, &results, &cells, &["ortelius".to_string()]).unwrap();
+    write_outputs(&store, figures, &results, &cells, &["ortelius".to_string()], None).unwrap();
     results
 }
 

@@ -2,7 +2,7 @@
 
 use super::family::{BARS, FAILS, SLOW, SWEPT};
 use super::*;
-use ortelius::figure::{Outcome, Verdict};
+use ortelius::figure::{Outcome, Verdict, merge};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -143,4 +143,112 @@ fn a_damaged_result_is_named() {
     std::fs::write(&file, &std::fs::read(&file).unwrap()[..100]).unwrap();
     let line = run(&a_run(&[&BARS], folder.path())).unwrap_err().to_string();
     assert!(line.contains("cells/made.bars/plane.json") && line.contains("remove the file"), "{line}");
+}
+
+/// Measures each of `of` parts in a folder of its own; `change` makes its machine.
+fn parts(figures: &[&'static Figure], of: usize, change: fn(usize, &mut Machine)) -> Vec<TempDir> {
+    let part = |index| {
+        let folder = folder();
+        let mut part = a_run(figures, folder.path());
+        part.partition = Partition { index, of };
+        change(index, &mut part.machine);
+        run(&part).unwrap();
+        folder
+    };
+    (1..=of).map(part).collect()
+}
+
+fn paths(folders: &[TempDir]) -> Vec<&Path> {
+    folders.iter().map(TempDir::path).collect()
+}
+
+#[test]
+fn merged_parts_equal_the_undivided_run_byte_for_byte() {
+    let figures: [&'static Figure; 3] = [&SWEPT, &BARS, &SLOW];
+    let (whole, merged) = (folder(), folder());
+    reported(&figures, whole.path());
+    let parts = parts(&figures, 3, |_, _| {});
+    // In any order, and a second time.
+    let mut sources = paths(&parts);
+    sources.reverse();
+    for _ in 0..2 {
+        assert_eq!(merge(&sources, merged.path(), &figures).unwrap(), Effort::Quick);
+    }
+    report(&figures, merged.path());
+    let names =
+        std::fs::read_dir(&whole).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    // The manifest holds seconds.
+    let names: Vec<String> = names.filter(|name| name.contains('.') && name != "manifest.json").collect();
+    assert!(names.len() > 10, "{names:?}");
+    for name in names {
+        assert_eq!(read(whole.path(), &name), read(merged.path(), &name), "{name}");
+    }
+    for picture in std::fs::read_dir(whole.path().join("pictures")).unwrap() {
+        let picture = picture.unwrap();
+        let copy = std::fs::read(merged.path().join("pictures").join(picture.file_name())).unwrap();
+        assert_eq!(std::fs::read(picture.path()).unwrap(), copy);
+    }
+}
+
+#[test]
+fn parts_of_several_machines_merge_and_the_claims_say_so() {
+    let merged = folder();
+    let parts = parts(&[&SWEPT], 2, |index, machine| {
+        if index == 2 {
+            (machine.device, machine.device_kind) = ("a GPU".into(), "discrete".into());
+        }
+    });
+    merge(&paths(&parts), merged.path(), &[&SWEPT]).unwrap();
+    let results = report(&[&SWEPT], merged.path());
+    let devices: Vec<&str> = results.machines.iter().map(|machine| &*machine.device).collect();
+    assert_eq!(devices, ["made-up device", "a GPU"]);
+    let finding = &results.figures[0].claims[0].finding;
+    assert_eq!(finding.verdict, Verdict::Reproduced);
+    assert!(finding.why.contains("cells of 2 machines"), "{}", finding.why);
+    let page = read(merged.path(), "index.html");
+    assert!(page.contains("made-up device (cpu)") && page.contains("a GPU (discrete)"));
+    let csv = read(merged.path(), "made.swept.csv");
+    assert!(csv.contains(",made-up device\n") && csv.contains(",a GPU\n"));
+}
+
+#[test]
+fn folders_that_do_not_go_together_are_not_merged() {
+    let merged = folder();
+    let refused = |sources: &[&Path]| {
+        let line = merge(sources, merged.path(), &[&SWEPT, &FAILS]).unwrap_err().to_string();
+        assert_eq!(std::fs::read_dir(&merged).unwrap().count(), 0, "nothing is copied");
+        line
+    };
+    let commits = parts(&[&SWEPT], 2, |index, machine| machine.commit = format!("commit{index}"));
+    let line = refused(&paths(&commits));
+    assert!(line.contains("is of commit commit2") && line.contains("of commit commit1"), "{line}");
+    let empty = folder();
+    let line = refused(&[commits[0].path(), empty.path()]);
+    assert!(line.contains("holds no result"), "{line}");
+    // Measured twice, on different machines.
+    let twice = [folder(), folder()];
+    for (folder, cores) in twice.iter().zip([2, 4]) {
+        let mut again = a_run(&[&SWEPT], folder.path());
+        again.machine.cores = cores;
+        run(&again).unwrap();
+    }
+    let line = refused(&paths(&twice));
+    assert!(line.contains("made.swept earth/oblique at 1 was measured in"), "{line}");
+}
+
+#[test]
+fn where_a_cell_failed_on_one_machine_the_other_ones_is_taken() {
+    let (failed, merged) = (folder(), folder());
+    run(&a_run(&[&FAILS], failed.path())).unwrap();
+    let mended = folder();
+    let store = Store::create(mended.path()).unwrap();
+    let mut result = Store::at(failed.path()).all(&[&FAILS]).unwrap().remove(0);
+    assert!(matches!(result.outcome, Outcome::Failed(_)));
+    result.outcome = Outcome::Rows(Vec::new());
+    store.put(&result).unwrap();
+    for sources in [[failed.path(), mended.path()], [mended.path(), failed.path()]] {
+        merge(&sources, merged.path(), &[&FAILS]).unwrap();
+        let first = Store::at(merged.path()).all(&[&FAILS]).unwrap().remove(0);
+        assert_eq!(first.outcome, Outcome::Rows(Vec::new()));
+    }
 }

@@ -130,6 +130,17 @@ const COMPARERS: &[Comparer] = &[
         )],
     },
     Comparer {
+        judges: "results of figures against stored ones",
+        function: ("src/figure/against.rs", "between"),
+        rejects: &[
+            ("tests/figure/against.rs", "a_time_changed_only_where_the_spreads_do_not_meet"),
+            (
+                "tests/figure/against.rs",
+                "an_exact_number_words_a_series_or_a_unit_changed_where_they_are_not_equal",
+            ),
+        ],
+    },
+    Comparer {
         judges: "a whole .tiles file",
         function: ("src/scene/tiles/verify.rs", "verify"),
         rejects: &[("tests/tiles.rs", "a_flip_of_any_byte_is_found_and_put_down_to_its_record")],

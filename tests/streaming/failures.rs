@@ -66,6 +66,34 @@ fn a_tile_that_fails_again_is_reported_again_after_failures_are_forgotten() {
 }
 
 #[test]
+fn a_disk_that_recovers_is_noticed_without_being_told() {
+    let config = StreamingConfig { retry_after: Duration::from_millis(5), ..timed(8, 8) };
+    let mut bench = Bench::new(TestSource::default(), config);
+    let visible = block(2, 2);
+    // Nothing can be read, at any level.
+    let chain = |tile: &TileId| {
+        let tile = *tile;
+        (0..5).map(move |levels| tile.ancestor(levels))
+    };
+    bench.source.set_broken(visible.iter().flat_map(chain));
+    let mut reported = Vec::new();
+    let begin = std::time::Instant::now();
+    while begin.elapsed() < Duration::from_millis(60) {
+        reported.extend(bench.frame(&visible).failures.into_iter().map(|failure| failure.tile));
+    }
+    let attempts = bench.source.reads().len();
+    assert!(attempts > 4 + 4, "the tiles and their four ancestors were asked for {attempts} times");
+    let distinct: std::collections::BTreeSet<_> = reported.iter().collect();
+    assert_eq!(distinct.len(), reported.len(), "each is reported once, however often it fails");
+    bench.source.set_broken([]);
+    while !visible.iter().all(|tile| bench.memory.display.contains_key(tile)) {
+        bench.frame(&visible);
+        assert!(begin.elapsed() < Duration::from_secs(20), "not recovered");
+    }
+    assert_eq!(bench.frame(&visible).failed_tiles, 0);
+}
+
+#[test]
 fn a_broken_tile_gives_its_place_back() {
     // One place in J2: every later load needs the very place of the failed ones.
     let mut bench = Bench::new(TestSource::default(), counting(16, 1, 1, 1));

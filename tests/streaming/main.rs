@@ -1,5 +1,6 @@
 //! Streaming of paper 1, section 3, without a GPU: states, caches, budgets, failures, threads.
 
+mod ahead;
 mod behaviour;
 mod failures;
 mod invariants;

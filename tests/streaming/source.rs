@@ -147,7 +147,11 @@ impl Bench {
     }
 
     pub fn frame(&mut self, visible: &[TileId]) -> FrameReport {
-        let report = self.streaming.frame(visible, &mut self.memory);
+        self.frame_ahead(visible, &[])
+    }
+
+    pub fn frame_ahead(&mut self, visible: &[TileId], ahead: &[TileId]) -> FrameReport {
+        let report = self.streaming.frame_ahead(visible, ahead, &mut self.memory);
         self.memory.apply(&report);
         crate::invariants::check(&self.streaming, &self.memory, &report).unwrap();
         report

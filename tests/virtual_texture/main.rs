@@ -4,6 +4,7 @@
 mod classic;
 mod filters;
 mod lists;
+mod paths;
 mod streaming;
 mod texels;
 mod truth;

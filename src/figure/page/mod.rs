@@ -4,7 +4,8 @@ mod pictures;
 mod tables;
 
 use super::plot::{self, Drawn};
-use super::{ClaimResult, Effort, Figure, FigureResult, Machine, Outcome, Results, Store, Verdict};
+use super::words::human;
+use super::{Changes, ClaimResult, Figure, FigureResult, Machine, Outcome, Results, Store, Verdict};
 use minijinja::{Environment, syntax::SyntaxConfig, value::Serde};
 use pictures::Shown;
 use serde::Serialize;
@@ -20,7 +21,7 @@ struct Page<'a> {
     commits: Vec<&'a str>,
     counts: Vec<Count>,
     figures: Vec<FigureView<'a>>,
-    claims: usize,
+    changes: Option<ChangesView<'a>>,
     failed: usize,
 }
 
@@ -37,6 +38,22 @@ struct Count {
     name: &'static str,
     class: &'static str,
     count: usize,
+}
+
+/// Differences to stored results.
+#[derive(Serialize)]
+struct ChangesView<'a> {
+    #[serde(flatten)]
+    changes: &'a Changes,
+    /// Ratios of the values, for people.
+    ratios: Vec<String>,
+}
+
+impl ChangesView<'_> {
+    fn of(changes: &Changes) -> ChangesView<'_> {
+        let told = |ratio: Option<f64>| ratio.map(|ratio| format!("{}x", human(ratio))).unwrap_or_default();
+        ChangesView { changes, ratios: changes.values.iter().map(|value| told(value.ratio)).collect() }
+    }
 }
 
 #[derive(Serialize)]
@@ -92,6 +109,7 @@ pub fn html(
     results: &Results,
     plots: &[Vec<Drawn>],
     store: &Store,
+    changes: Option<&Changes>,
 ) -> anyhow::Result<String> {
     let mut views = Vec::new();
     for ((figure, result), drawn) in figures.iter().zip(&results.figures).zip(plots) {
@@ -108,10 +126,7 @@ pub fn html(
     let page = Page {
         style: STYLES.concat(),
         version: &results.version,
-        effort: match results.effort {
-            Effort::Quick => "quick",
-            Effort::Full => "full",
-        },
+        effort: results.effort.name(),
         machines: results
             .machines
             .iter()
@@ -119,7 +134,7 @@ pub fn html(
             .collect(),
         commits,
         counts: VERDICTS.iter().map(count).filter(|count| count.count > 0).collect(),
-        claims: results.claims().count(),
+        changes: changes.map(ChangesView::of),
         failed: views.iter().map(|view| view.failures.len()).sum(),
         figures: views,
     };

@@ -31,6 +31,7 @@ fn pipeline(
     config: &Config,
     format: U1Format,
     colors: &[Format],
+    pixel_log2: u32,
 ) -> Result<GraphicsPipeline> {
     gpu.graphics_pipeline(&GraphicsInfo {
         name: fragment.name,
@@ -39,7 +40,7 @@ fn pipeline(
         fragment: Some(fragment),
         specialization: &with(
             pyramid_constants(pyramid, format),
-            &[("MAX_ANISOTROPY", config.max_anisotropy)],
+            &[("MAX_ANISOTROPY", config.max_anisotropy), ("PIXEL_LOG2", pixel_log2)],
         ),
         points: false,
         depth: Some(Depth::Write),
@@ -52,6 +53,21 @@ impl Footprint {
     /// # Errors
     /// The wanted `U1` format is not to be had; out of memory.
     pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, size: [u32; 2]) -> Result<Footprint> {
+        Footprint::coarse(gpu, pyramid, config, size, 0)
+    }
+
+    /// A `U1` of `size` pixels of which each stands for `2^pixel_log2 x 2^pixel_log2` pixels of a picture, and asks for
+    /// their level.
+    ///
+    /// # Errors
+    /// As [`Footprint::new`].
+    pub fn coarse(
+        gpu: &Gpu,
+        pyramid: &Pyramid,
+        config: &Config,
+        size: [u32; 2],
+        pixel_log2: u32,
+    ) -> Result<Footprint> {
         let format = U1Format::choose(gpu, config.u1, pyramid)?;
         Ok(Footprint {
             u1: gpu.image("U1", ImageInfo::target(size, format.image_format()))?,
@@ -64,6 +80,7 @@ impl Footprint {
                 config,
                 format,
                 &[format.image_format()],
+                pixel_log2,
             )?,
         })
     }
@@ -105,7 +122,7 @@ impl FootprintDump {
         Ok(FootprintDump {
             coordinates: gpu.image("dump of (s, t)", ImageInfo::target(size, Format::Rgba32Float))?,
             derivatives: gpu.image("dump of derivatives", ImageInfo::target(size, Format::Rgba32Float))?,
-            pipeline: pipeline(gpu, &footprint_dump_frag::SHADER, pyramid, config, stage.format, &colors)?,
+            pipeline: pipeline(gpu, &footprint_dump_frag::SHADER, pyramid, config, stage.format, &colors, 0)?,
         })
     }
 

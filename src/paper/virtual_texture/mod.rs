@@ -11,6 +11,7 @@
 //! - [`resident`]: `J1`, `G1` and the display table in video memory;
 //! - [`fade`]: tiles that arrive are mixed in over some frames (ours, an option);
 //! - [`texturing`], section 4: the picture from what is resident;
+//! - [`scout`]: the tiles that the camera will see (ours, an option);
 //! - [`session`]: frames, one after the other; [`figures`]: what is measured of all this;
 //! - [`reference`]: the same in integers and f64 on the CPU; [`ruler`]: the proof that each texel is the right one.
 //!
@@ -32,6 +33,7 @@ pub mod pipeline;
 pub mod reference;
 pub mod resident;
 pub mod ruler;
+pub mod scout;
 pub mod session;
 pub mod streaming;
 pub mod surface;

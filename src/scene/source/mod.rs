@@ -1,6 +1,7 @@
 //! Where a texture's tiles come from: a file, or a pure function.
 
 pub mod border;
+pub mod disk;
 pub mod earth;
 pub mod ruler;
 
@@ -35,7 +36,7 @@ pub enum TileError {
         "{path}: {tile:?} at byte {offset}: checksum differs, the file is damaged; `ortelius verify` lists all damage"
     )]
     Checksum { path: String, tile: TileId, offset: u64 },
-    /// For sources that fail on purpose (tests, measurements of recovery).
+    /// For sources that fail on purpose ([`disk::BadDisk`], tests).
     #[error("{tile:?}: {reason}")]
     Refused { tile: TileId, reason: String },
 }

@@ -10,17 +10,23 @@ mod pipeline;
 mod side_by_side;
 mod sizes;
 mod stages;
+mod streaming;
 
 use crate::figure::Figure;
 
 /// In the order of the report.
 pub const FIGURES: &[&Figure] = &[
+    &headline::HEADLINE,
     &dedup::DEDUP,
     &compact::COMPACT,
     &pipeline::PIPELINE,
     &sizes::RESOLUTION,
     &sizes::TILE_SIZE,
     &sizes::TEXTURE_SIZE,
-    &headline::HEADLINE,
     &feedback::FEEDBACK,
+    &streaming::CACHE,
+    &streaming::BUDGET,
+    &streaming::POP,
+    &streaming::PREFETCH,
+    &streaming::DISK,
 ];

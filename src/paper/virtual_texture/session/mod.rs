@@ -3,20 +3,25 @@
 
 mod compare;
 mod dump;
+mod record;
 
 pub use compare::PlainComparison;
 pub use dump::{FootprintPicture, read_u1, read_words};
+pub use record::FrameRecord;
 
 use super::feedback::{self, Memory};
 use super::pipeline::{Finished, Pipeline};
 use super::resident::ResidentError;
-use super::streaming::{FrameReport, Streaming, StreamingConfig, StreamingError, distinct_tiles};
+use super::scout::Scout;
+use super::streaming::{FrameReport, Order, Streaming, StreamingConfig, StreamingError, distinct_tiles};
 use super::{Config, Filtering, Interpolation, Keying, Listing, U1Format, Unfit, surface};
-use crate::math::{camera::Pose, pyramid::TileId};
+use crate::math::camera::Pose;
+use crate::scene::camera::continued;
 use crate::scene::source::{TileFormat, TileSource};
 use crate::scene::{self, Scene, TriplesFormat, mesh::Mesh};
 use crate::vk::shader::View;
-use crate::vk::{self, FRAMES_IN_FLIGHT, Feature, Format, Gpu, Image, ImageInfo, Need, PassTime};
+use crate::vk::{self, FRAMES_IN_FLIGHT, Feature, Format, Gpu, Image, ImageInfo, Need};
+use record::Lists;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use thiserror::Error;
@@ -88,6 +93,8 @@ pub struct Settings {
     pub size: [u32; 2],
     pub config: Config,
     pub streaming: StreamingConfig,
+    /// Tiles are fetched ahead that the camera will see in so many frames, if it goes on as it does; 0: none are.
+    pub prefetch_frames: u32,
     pub target: Target,
 }
 
@@ -135,29 +142,16 @@ impl Settings {
                 load_tiles_per_frame: cache.load_tiles_per_frame,
                 deterministic: false,
                 level_bias: variant.level_bias,
+                order: match cache.order {
+                    scene::Order::Finest => Order::Finest,
+                    scene::Order::Coarsest => Order::Coarsest,
+                },
+                retry_after: milliseconds(cache.retry_after_ms),
             },
+            prefetch_frames: cache.prefetch_frames,
             target,
         }
     }
-}
-
-/// One frame, as the report tells it.
-#[derive(Clone, Debug)]
-pub struct FrameRecord {
-    /// 0 for the first.
-    pub index: u64,
-    pub streaming: FrameReport,
-    /// The frame whose list was streamed: [`FRAMES_IN_FLIGHT`] ago; none at the start and after a pause.
-    pub list_of: Option<u64>,
-    pub passes: Vec<PassTime>,
-    /// The host's time from the frame's end to its list of tiles.
-    pub host_list: Duration,
-    /// Length of the frame's own `U3`.
-    pub triples: usize,
-    /// The frame's own distinct tiles, before any bias, sorted; subsampled, what the last frames saw together.
-    pub visible: Vec<TileId>,
-    /// `U3` was too short at first.
-    pub overflowed: bool,
 }
 
 /// Runs the frames of one scene on one device.
@@ -172,9 +166,11 @@ pub struct Session {
     pub records: Vec<FrameRecord>,
     in_flight: Vec<(FrameReport, Option<u64>)>,
     /// Lists that [`Session::drain`] took before their time.
-    drained: [Option<Vec<TileId>>; FRAMES_IN_FLIGHT],
+    drained: [Option<Lists>; FRAMES_IN_FLIGHT],
     /// Where the list is subsampled.
     samples_seen: Option<Memory>,
+    scout: Option<Scout>,
+    last_pose: Option<Pose>,
     next: u64,
     pose: Option<(Pose, u64)>,
     bias: u32,
@@ -212,7 +208,13 @@ impl Session {
         let samples_seen = (settings.config.list == Listing::Feedback)
             .then(|| Memory::new(feedback::cycle(settings.config.feedback_log2)));
         let pipeline = Pipeline::new(&gpu, &*source, mesh, &settings.config, &target, counts)?;
+        let scout = match settings.prefetch_frames {
+            0 => None,
+            _ => Some(Scout::new(&gpu, &source.pyramid(), &settings.config, settings.size)?),
+        };
         Ok(Session {
+            scout,
+            last_pose: None,
             gpu,
             source,
             pipeline,
@@ -235,16 +237,16 @@ impl Session {
     /// Device lost, out of memory.
     pub fn frame(&mut self, pose: &Pose) -> Result<(), SessionError> {
         let flight = (self.next % FRAMES_IN_FLIGHT as u64) as usize;
-        let visible = match self.drained[flight].take() {
-            Some(visible) => Some(visible),
+        let lists = match self.drained[flight].take() {
+            Some(lists) => Some(lists),
             None => self.finish(flight)?,
         };
         let Session { gpu, pipeline, streaming, bias, .. } = self;
-        let report = pipeline.gather(gpu, flight, |uploader| match &visible {
+        let report = pipeline.gather(gpu, flight, |uploader| match &lists {
             // Nothing is known yet: the bias stays.
             None => (Vec::new(), FrameReport { bias: *bias, ..FrameReport::default() }),
-            Some(visible) => {
-                let mut report = streaming.frame(visible, uploader);
+            Some(Lists { visible, ahead }) => {
+                let mut report = streaming.frame_ahead(visible, ahead, uploader);
                 (std::mem::take(&mut report.display), report)
             }
         })?;
@@ -258,8 +260,14 @@ impl Session {
         let view = View { frame: self.next as u32, ..view };
         let mut frame = self.gpu.frame()?;
         self.pipeline.record(&mut frame, flight, &view, &self.target)?;
+        if let Some(scout) = &mut self.scout {
+            let frames = self.settings.prefetch_frames;
+            let ahead = self.last_pose.and_then(|last| continued(&last, pose, frames));
+            scout.record(&mut frame, flight, &self.pipeline.surface, ahead.as_ref())?;
+        }
+        self.last_pose = Some(*pose);
         self.pipeline.submitted(flight, frame.submit()?);
-        let list_of = visible.is_some().then(|| self.next - FRAMES_IN_FLIGHT as u64);
+        let list_of = lists.is_some().then(|| self.next - FRAMES_IN_FLIGHT as u64);
         self.in_flight.push((report, list_of));
         if self.pose.is_none_or(|(last, _)| last != *pose) {
             self.pose = Some((*pose, self.next));
@@ -268,8 +276,8 @@ impl Session {
         Ok(())
     }
 
-    /// Takes what the frame in place `flight` found out: its distinct tiles.
-    fn finish(&mut self, flight: usize) -> Result<Option<Vec<TileId>>, SessionError> {
+    /// Takes what the frame in place `flight` found out.
+    fn finish(&mut self, flight: usize) -> Result<Option<Lists>, SessionError> {
         let Some(Finished { triples, overflowed, times, host_time }) =
             self.pipeline.finish(&self.gpu, flight)?
         else {
@@ -277,10 +285,15 @@ impl Session {
         };
         let first_resident = self.source.pyramid().first_resident_level();
         let start = Instant::now();
-        let seen = distinct_tiles(&triples, self.settings.config.keying, first_resident);
+        let distinct = |triples: &[_]| distinct_tiles(triples, self.settings.config.keying, first_resident);
+        let seen = distinct(&triples);
         let visible = match &mut self.samples_seen {
             Some(memory) => memory.add(&seen),
             None => seen,
+        };
+        let ahead = match &mut self.scout {
+            Some(scout) => distinct(&scout.collect(&self.gpu, flight)?),
+            None => Vec::new(),
         };
         let index = self.next - self.in_flight.len() as u64;
         let (streaming, list_of) = self.in_flight.remove(0);
@@ -292,9 +305,10 @@ impl Session {
             host_list: host_time + start.elapsed(),
             triples: triples.len(),
             visible: visible.clone(),
+            ahead: ahead.clone(),
             overflowed,
         });
-        Ok(Some(visible))
+        Ok(Some(Lists { visible, ahead }))
     }
 
     /// Waits for every frame in flight, so that [`Session::records`] holds all of them. Their lists are kept for
@@ -305,8 +319,8 @@ impl Session {
     pub fn drain(&mut self) -> Result<(), SessionError> {
         for n in self.next..self.next + FRAMES_IN_FLIGHT as u64 {
             let flight = (n % FRAMES_IN_FLIGHT as u64) as usize;
-            if let Some(visible) = self.finish(flight)? {
-                self.drained[flight] = Some(visible);
+            if let Some(lists) = self.finish(flight)? {
+                self.drained[flight] = Some(lists);
             }
         }
         Ok(())
@@ -374,6 +388,7 @@ impl Session {
     pub fn memory(&self) -> Vec<(&'static str, u64)> {
         let mut memory = self.pipeline.memory();
         memory.push(("picture", self.target.bytes()));
+        memory.extend(self.scout.as_ref().map(|scout| ("scout", scout.bytes())));
         memory
     }
 }

@@ -3,7 +3,7 @@
 use super::tables::{Action, QUEUED, action};
 use super::upload::Waiting;
 use super::wanted::{fitting_bias, wanted_tiles};
-use super::{FrameReport, Streaming};
+use super::{FrameReport, Order, Streaming};
 use crate::math::pyramid::TileId;
 use std::collections::HashSet;
 
@@ -15,6 +15,9 @@ impl Streaming {
         report.bias = fitting_bias(visible, constant, first_resident, self.config.gpu_tiles);
         report.oversubscribed = report.bias > constant;
         self.wanted = wanted_tiles(visible, report.bias, first_resident, &self.failed);
+        if self.config.order == Order::Coarsest {
+            self.wanted.sort_by_key(|tile| std::cmp::Reverse(tile.level));
+        }
         self.wanted_set = self.wanted.iter().copied().collect();
         report.wanted = self.wanted.len();
         assert!(
@@ -34,30 +37,36 @@ impl Streaming {
                 self.j1.touch(slot, shown);
             }
         }
-        for &tile in &self.wanted {
-            let (k1, k2) = (self.h1.get(tile), self.h2.get(tile));
-            match action(k1, k2) {
-                Action::Load => {
-                    self.q2.push_back(tile);
-                    self.h2.set(tile, QUEUED);
-                }
-                Action::Upload => {
-                    let slot = k2 as u32;
-                    self.j2.slots.pin(slot);
-                    self.q1.push_back(Waiting { tile, slot, generation: self.j2.slots.generation(slot) });
-                    self.h1.set(tile, QUEUED);
-                }
-                Action::Wait => {}
-                Action::Refresh => {
-                    report.hits += 1;
-                    self.j1.touch(k1 as u32, now);
-                    if k2 >= 0 {
-                        self.j2.slots.touch(k2 as u32, now);
-                    }
+        let wanted = std::mem::take(&mut self.wanted);
+        report.hits = wanted.iter().filter(|&&tile| self.request(tile, now) == Action::Refresh).count();
+        self.wanted = wanted;
+        report.misses = self.wanted.len() - report.hits;
+    }
+
+    /// One row of A1's table; `now` is the time of use of a tile that is there.
+    pub(super) fn request(&mut self, tile: TileId, now: u64) -> Action {
+        let (k1, k2) = (self.h1.get(tile), self.h2.get(tile));
+        let action = action(k1, k2);
+        match action {
+            Action::Load => {
+                self.q2.push_back(tile);
+                self.h2.set(tile, QUEUED);
+            }
+            Action::Upload => {
+                let slot = k2 as u32;
+                self.j2.slots.pin(slot);
+                self.q1.push_back(Waiting { tile, slot, generation: self.j2.slots.generation(slot) });
+                self.h1.set(tile, QUEUED);
+            }
+            Action::Wait => {}
+            Action::Refresh => {
+                self.j1.touch(k1 as u32, now);
+                if k2 >= 0 {
+                    self.j2.slots.touch(k2 as u32, now);
                 }
             }
         }
-        report.misses = self.wanted.len() - report.hits;
+        action
     }
 
     /// The slot that is shown for `tile` now: its own, or its nearest coarser tile's. None: `G1`.

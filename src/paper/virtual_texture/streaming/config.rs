@@ -24,6 +24,19 @@ pub struct StreamingConfig {
     pub deterministic: bool,
     /// Levels added to every visible tile's.
     pub level_bias: u32,
+    /// Which of the missing tiles is asked for first.
+    pub order: Order,
+    /// A tile that could not be read is asked for again after this time. Zero, or `deterministic`: never.
+    pub retry_after: Duration,
+}
+
+/// In which order a frame's missing tiles are asked for; the paper leaves it to the device's list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Order {
+    /// As listed: from the finest level to the coarsest.
+    Finest,
+    /// From the coarsest level to the finest: what covers most of the texture comes first.
+    Coarsest,
 }
 
 impl Default for StreamingConfig {
@@ -39,6 +52,8 @@ impl Default for StreamingConfig {
             load_tiles_per_frame: 16,
             deterministic: false,
             level_bias: 0,
+            order: Order::Finest,
+            retry_after: Duration::ZERO,
         }
     }
 }

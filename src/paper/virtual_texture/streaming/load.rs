@@ -9,7 +9,7 @@ use crate::math::pyramid::TileId;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// A load that a thread has, or will have.
 pub(super) struct UnderWay {
@@ -22,6 +22,10 @@ pub(super) struct UnderWay {
 impl Streaming {
     /// The results of A3: correct k2, append to `Q1`, k1 := -1; or note the failure.
     pub(super) fn adopt(&mut self, report: &mut FrameReport) {
+        while self.retries.front().is_some_and(|(due, _)| *due <= Instant::now()) {
+            let (_, tile) = self.retries.pop_front().expect("just seen");
+            self.failed.remove(&tile);
+        }
         if self.config.deterministic {
             for loaded in self.loader.receive_all() {
                 self.adopt_one(loaded, report);
@@ -44,6 +48,9 @@ impl Streaming {
         match outcome {
             Ok(()) => {
                 report.loads += 1;
+                if self.reported.remove(&tile) {
+                    tracing::debug!("{tile:?} can be read again");
+                }
                 self.j2.fill(slot, bytes);
                 self.h2.set(tile, slot as i32);
                 self.h1.set(tile, QUEUED);
@@ -53,12 +60,17 @@ impl Streaming {
                 let LoadFailure::Source(error) = failure else {
                     panic!("{tile:?} was cancelled, but still has its place {slot} in J2");
                 };
-                tracing::warn!("{error}; its nearest coarser tile is shown instead");
                 self.j2.recycle(bytes);
                 self.j2.release(slot);
                 self.h2.set(tile, ABSENT);
                 self.failed.insert(tile);
-                report.failures.push(TileFailure { tile, reason: error.to_string() });
+                if !self.config.retry_after.is_zero() && !self.config.deterministic {
+                    self.retries.push_back((Instant::now() + self.config.retry_after, tile));
+                }
+                if self.reported.insert(tile) {
+                    tracing::warn!("{error}; its nearest coarser tile is shown instead");
+                    report.failures.push(TileFailure { tile, reason: error.to_string() });
+                }
             }
         }
     }
@@ -66,15 +78,20 @@ impl Streaming {
     /// Hands A3 its work: what `Q2` holds and this frame wants, as far as `J2` has places.
     pub(super) fn dispatch(&mut self, report: &mut FrameReport) {
         let (kept, dropped): (VecDeque<_>, VecDeque<_>) =
-            std::mem::take(&mut self.q2).into_iter().partition(|tile| self.wanted_set.contains(tile));
+            std::mem::take(&mut self.q2).into_iter().partition(|&tile| self.needed(tile));
         self.q2 = kept;
+        self.q2.make_contiguous().sort_by_key(|tile| !self.wanted_set.contains(tile));
         for tile in dropped {
             self.h2.set(tile, ABSENT);
         }
         while self.loader.has_room()
             && let Some(&tile) = self.q2.front()
         {
-            let Some(claim) = self.host_claim() else { break };
+            let claim = match self.wanted_set.contains(&tile) {
+                true => self.host_claim(),
+                false => self.host_claim_ahead(),
+            };
+            let Some(claim) = claim else { break };
             self.q2.pop_front();
             // A place taken from a load under way held no tile yet.
             if let Some(evicted) = claim.evicts {

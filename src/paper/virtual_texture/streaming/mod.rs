@@ -24,21 +24,25 @@
 //!   changed hands meanwhile ([`Streaming::reset`], or a visible tile that finds every place taken by
 //!   loads nobody waits for), the load is dropped on arrival.
 //! - A tile that cannot be read is reported once, and its nearest coarser tile wanted instead, until
-//!   [`Streaming::forget_failures`].
+//!   [`Streaming::forget_failures`], or for [`StreamingConfig::retry_after`].
+//! - Tiles that will be seen soon may be fetched ahead ([`Streaming::frame_ahead`]): after everything that this frame
+//!   sees, into places that nothing seen stands in.
 
+mod ahead;
 mod ask;
 mod config;
 mod host;
 mod load;
 mod loader;
 mod lru;
+pub mod replay;
 mod report;
 mod slots;
 mod tables;
 mod upload;
 mod wanted;
 
-pub use config::{StreamingConfig, StreamingError};
+pub use config::{Order, StreamingConfig, StreamingError};
 pub use report::{FrameReport, TileFailure};
 pub use tables::{ABSENT, Action, QUEUED, action};
 pub use upload::Uploader;
@@ -53,6 +57,7 @@ use slots::Slots;
 use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::time::Instant;
 use tables::StateTable;
 use upload::Waiting;
 
@@ -76,12 +81,17 @@ pub struct Streaming {
     /// A3.
     loader: Loader,
     under_way: Vec<UnderWay>,
+    /// Not to be asked for now; when the retries are due, in order; and whose failure has been reported.
     failed: HashSet<TileId>,
+    retries: VecDeque<(Instant, TileId)>,
+    reported: HashSet<TileId>,
     frame: u64,
     requests: u64,
     /// The tiles that the latest frame wanted, in the order of its list.
     wanted: Vec<TileId>,
     wanted_set: HashSet<TileId>,
+    /// The tiles that the latest frame fetched ahead.
+    ahead: HashSet<TileId>,
     pending: usize,
     /// Changes of the display table that no report has carried yet.
     display: Vec<(TileId, Option<u32>)>,
@@ -118,10 +128,13 @@ impl Streaming {
             loader,
             under_way: Vec::new(),
             failed: HashSet::new(),
+            retries: VecDeque::new(),
+            reported: HashSet::new(),
             frame: 0,
             requests: 0,
             wanted: Vec::new(),
             wanted_set: HashSet::new(),
+            ahead: HashSet::new(),
             pending: 0,
             display: Vec::new(),
             config,
@@ -131,10 +144,21 @@ impl Streaming {
     /// One frame: adopts what A3 has loaded, does A1 for `visible` in its order, A2, and hands A3 its work.
     /// `visible`: tiles of streamed levels; repeats do no harm ([`distinct_tiles`] removes them).
     pub fn frame(&mut self, visible: &[TileId], uploader: &mut dyn Uploader) -> FrameReport {
+        self.frame_ahead(visible, &[], uploader)
+    }
+
+    /// [`Streaming::frame`], and what time and room are left go to the tiles of `ahead`, which are not visible yet.
+    pub fn frame_ahead(
+        &mut self,
+        visible: &[TileId],
+        ahead: &[TileId],
+        uploader: &mut dyn Uploader,
+    ) -> FrameReport {
         self.frame += 1;
         let mut report = FrameReport { frame: self.frame, triples: visible.len(), ..Default::default() };
         self.adopt(&mut report);
         self.choose(visible, &mut report);
+        self.ask_ahead(ahead, &mut report);
         self.ask(visible, &mut report);
         self.upload(uploader, &mut report);
         self.dispatch(&mut report);
@@ -157,6 +181,8 @@ impl Streaming {
     /// Unreadable tiles are asked for again when they are next seen.
     pub fn forget_failures(&mut self) {
         self.failed.clear();
+        self.retries.clear();
+        self.reported.clear();
     }
 
     /// Empties both caches and queues, as for a texture whose tiles have changed. Loads under way do not land.
@@ -215,11 +241,15 @@ impl Streaming {
         self.j2.slots.tile(slot)
     }
 
-    /// Time of use of tiles that are shown without being wanted, and of those that are wanted.
+    /// Time of use of tiles that are fetched ahead, of those that are shown without being wanted, and of those that
+    /// are wanted.
+    fn ahead_now(&self) -> u64 {
+        3 * self.frame
+    }
     fn shown_now(&self) -> u64 {
-        2 * self.frame
+        3 * self.frame + 1
     }
     fn wanted_now(&self) -> u64 {
-        2 * self.frame + 1
+        3 * self.frame + 2
     }
 }

@@ -28,6 +28,9 @@ pub struct FrameReport {
     /// Tiles copied from `J2` to `J1` (A2).
     pub uploads: usize,
     pub upload_bytes: u64,
+    /// Tiles to fetch ahead, and those of `uploads` that were such.
+    pub ahead: usize,
+    pub ahead_uploads: usize,
     /// Tiles that gave up their slot of `J1`.
     pub gpu_evictions: usize,
     /// Tiles that gave up their place in `J2`.

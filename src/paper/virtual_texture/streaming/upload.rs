@@ -28,14 +28,12 @@ impl Streaming {
     pub(super) fn upload(&mut self, uploader: &mut dyn Uploader, report: &mut FrameReport) {
         let begin = Instant::now();
         let now = self.wanted_now();
-        let (kept, dropped): (VecDeque<_>, VecDeque<_>) = std::mem::take(&mut self.q1)
-            .into_iter()
-            .partition(|waiting| self.wanted_set.contains(&waiting.tile));
+        let (kept, dropped): (VecDeque<_>, VecDeque<_>) =
+            std::mem::take(&mut self.q1).into_iter().partition(|waiting| self.needed(waiting.tile));
         self.q1 = kept;
-        for waiting in dropped {
-            self.h1.set(waiting.tile, ABSENT);
-            self.j2.slots.touch(waiting.slot, now);
-        }
+        self.drop_waiting(dropped);
+        // What is seen goes before what will be.
+        self.q1.make_contiguous().sort_by_key(|waiting| !self.wanted_set.contains(&waiting.tile));
         while let Some(&Waiting { tile, slot: k2, generation }) = self.q1.front() {
             let spent = match self.config.deterministic {
                 true => report.uploads >= self.config.upload_tiles_per_frame as usize,
@@ -45,9 +43,15 @@ impl Streaming {
                 break;
             }
             assert!(self.j2.expects(tile, k2, generation), "{tile:?} in Q1 lost its place {k2} in J2");
-            let claim = self.j1.claimable(now).unwrap_or_else(|| {
-                panic!("{} wanted tiles fill J1, of {} slots", self.wanted.len(), self.j1.capacity())
-            });
+            let seen = self.wanted_set.contains(&tile);
+            let claim = match self.j1.claimable(if seen { now } else { self.ahead_now() }) {
+                Some(claim) => claim,
+                None => {
+                    let (wanted, slots) = (self.wanted.len(), self.j1.capacity());
+                    assert!(!seen, "{wanted} wanted tiles fill J1, of {slots} slots");
+                    break;
+                }
+            };
             if !uploader.upload(claim.slot, tile, self.j2.bytes(k2)) {
                 break;
             }
@@ -55,7 +59,22 @@ impl Streaming {
             self.place(claim, tile, report);
             self.j2.slots.touch(k2, now);
             report.uploads += 1;
+            report.ahead_uploads += usize::from(!seen);
             report.upload_bytes += self.tile_bytes as u64;
+        }
+        // A tile fetched ahead does not wait here: its place in J2 would stay pinned as long as J1 has no room.
+        let (kept, dropped): (VecDeque<_>, VecDeque<_>) = std::mem::take(&mut self.q1)
+            .into_iter()
+            .partition(|waiting| self.wanted_set.contains(&waiting.tile));
+        self.q1 = kept;
+        self.drop_waiting(dropped);
+    }
+
+    /// Tiles that leave `Q1` without having been copied: back to -2, and free to go from `J2`.
+    fn drop_waiting(&mut self, dropped: VecDeque<Waiting>) {
+        for waiting in dropped {
+            self.h1.set(waiting.tile, ABSENT);
+            self.j2.slots.touch(waiting.slot, self.wanted_now());
         }
     }
 

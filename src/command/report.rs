@@ -1,0 +1,45 @@
+//! What `reproduce` and `merge` end with: the report, and the verdicts on stdout.
+
+use super::say;
+use anyhow::Context;
+use ortelius::figure::{Changes, Effort, Figure, Results, Store, write_outputs};
+use std::path::Path;
+
+/// Lines on stdout for values that changed; the page has all.
+const MOST_CHANGES: usize = 20;
+
+/// Stored results, for `--against`.
+///
+/// # Errors
+/// What cannot be read, or is none.
+pub fn stored(path: Option<&Path>) -> anyhow::Result<Option<Results>> {
+    let read = |path: &Path| -> anyhow::Result<Results> {
+        let text = std::fs::read_to_string(path)?;
+        Ok(Results::parse(&text)?)
+    };
+    path.map(|path| read(path).with_context(|| format!("--against {}", path.display()))).transpose()
+}
+
+/// Writes the report of `figures` as `store` has them, and prints a line for each claim.
+///
+/// # Errors
+/// The disk's.
+pub fn report(
+    store: &Store,
+    figures: &[&'static Figure],
+    effort: Effort,
+    against: Option<&Results>,
+) -> anyhow::Result<()> {
+    let cells = store.all(figures)?;
+    let results = Results::gather(figures, effort, &cells);
+    let changes = against.map(|before| Changes::between(before, &results));
+    let text = |text: std::ffi::OsString| text.to_string_lossy().into_owned();
+    let command: Vec<String> = std::env::args_os().map(text).collect();
+    write_outputs(store, figures, &results, &cells, &command, changes.as_ref())?;
+    for (figure, claim) in results.claims() {
+        let finding = &claim.finding;
+        let name = format!("{} {}", figure.id, claim.id);
+        say(format_args!("{name:32} {:20} {}", finding.verdict.name(), finding.numbers))?;
+    }
+    changes.iter().flat_map(|changes| changes.lines(MOST_CHANGES)).try_for_each(say)
+}

@@ -1,0 +1,226 @@
+//! What streaming does on the six paths over the earth: vt.cache, vt.prefetch, vt.budget, vt.pop.
+//!
+//! Lists and caches do not ask what a texel shows: there the `ruler` stands in for the imagery, with the same pyramid,
+//! mesh and paths, because its tiles cost a tenth. Tiles of 256 texels at 640 x 360 are as many as the paper's of 512
+//! at 1280 x 720.
+
+mod budget;
+mod cache;
+mod disk;
+mod halved;
+mod pop;
+mod prefetch;
+
+pub use budget::BUDGET;
+pub use cache::CACHE;
+pub use disk::DISK;
+pub use pop::POP;
+pub use prefetch::PREFETCH;
+
+use crate::figure::{Bench, Effort, Table};
+use crate::math::pyramid::{Pyramid, TileId};
+use crate::paper::virtual_texture::session::{FrameRecord, Session, Settings, Target, needs};
+use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, PAPER};
+use crate::picture::Picture;
+use crate::scene::path::Path;
+use crate::scene::source::{TileError, TileFormat, TileSource};
+use crate::scene::{Scene, mesh};
+use anyhow::Context;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The paths that every camera of an atlas goes.
+const PATHS: [&str; 6] = [
+    "earth/orbit",
+    "earth/pan",
+    "earth/dive",
+    "earth/pole-crossing",
+    "earth/antimeridian-crossing",
+    "earth/teleport",
+];
+
+/// Without the headline's fourfold magnification a dive crosses three levels (with it, it begins in level 0), and a pan
+/// moves by a fourth of the pixels.
+const UNMAGNIFIED: &str = "cameras.headline.magnification=1.0";
+
+/// An exact list for little money: which variant makes it is no matter here.
+const LISTS: Config =
+    Config { dedup: Dedup::TestOr, compact: Compaction::Append, keying: Keying::Native, ..PAPER };
+
+/// A session on a device of its own; `change` has the last word on the scene's settings.
+///
+/// # Errors
+/// What the device lacks.
+fn session(
+    bench: &Bench,
+    scene: &Scene,
+    source: Arc<dyn TileSource>,
+    size: [u32; 2],
+    change: impl FnOnce(&mut Settings),
+) -> anyhow::Result<Session> {
+    let mut settings = Settings::of_scene(scene, Target::Linear32);
+    settings.size = size;
+    settings.config = LISTS;
+    change(&mut settings);
+    let gpu = bench.gpu(&needs(&settings.config, source.format()))?;
+    let mesh = mesh::gpu_mesh(&scene.source_mesh()?)?;
+    Ok(Session::new(gpu, source, &mesh, settings)?)
+}
+
+/// The last frame's picture; the session's target is [`Target::Linear32`].
+fn picture(session: &mut Session) -> anyhow::Result<Picture> {
+    let [width, height] = session.settings.size;
+    let bytes = session.picture_bytes()?;
+    Ok(Picture::new(width, height, bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()))
+}
+
+/// A path of a scene.
+struct Route {
+    scene: Scene,
+    path: Path,
+}
+
+impl Route {
+    /// The path `name` (`earth/pan`) with other settings.
+    ///
+    /// # Errors
+    /// A name that no shipped scene or path has.
+    fn find(name: &str, changes: &[String]) -> anyhow::Result<Route> {
+        let (scene, path) = name.split_once('/').with_context(|| format!("{name:?} is no SCENE/PATH"))?;
+        let scene = Scene::load_with(scene, changes)?;
+        let path = scene.path(path)?.clone();
+        Ok(Route { scene, path })
+    }
+
+    /// The path with the ruler's tiles of 256 texels, and other settings.
+    ///
+    /// # Errors
+    /// As [`Route::find`].
+    fn of_ruler(name: &str, changes: &[&str]) -> anyhow::Result<Route> {
+        let changes = ["texture.source=ruler", "texture.tile_size=256"].iter().chain(changes);
+        Route::find(name, &changes.map(|change| change.to_string()).collect::<Vec<_>>())
+    }
+
+    fn pyramid(&self) -> anyhow::Result<Pyramid> {
+        self.scene.texture.pyramid()?.context("a synthetic texture states its size")
+    }
+
+    /// Every `step`-th frame of the path, with its exact visible tiles before any bias, and those that it expects
+    /// `prefetch_frames` frames later. Nothing is streamed: the lists are what counts.
+    ///
+    /// # Errors
+    /// What the device lacks, device lost.
+    fn records(
+        &self,
+        bench: &Bench,
+        size: [u32; 2],
+        step: u32,
+        prefetch_frames: u32,
+    ) -> anyhow::Result<Vec<FrameRecord>> {
+        let all_coarser = self.pyramid()?.first_resident_level();
+        let mut session = session(bench, &self.scene, self.scene.open_texture()?, size, |settings| {
+            settings.streaming.level_bias = all_coarser;
+            settings.streaming.gpu_tiles = 1;
+            settings.streaming.host_tiles = 1;
+            settings.prefetch_frames = prefetch_frames;
+        })?;
+        for frame in (0..self.path.frames).step_by(step as usize) {
+            session.frame(&self.path.pose(frame))?;
+        }
+        session.drain()?;
+        Ok(std::mem::take(&mut session.records))
+    }
+}
+
+/// (path or camera, number) of a variant's quantity, for all cells that were measured.
+fn numbers<'a>(
+    table: &'a Table,
+    variant: &'a str,
+    quantity: &'a str,
+) -> impl Iterator<Item = (&'a str, f64)> {
+    let name = |scene: &'a str| scene.split_once('/').map_or(scene, |(_, path)| path);
+    let of = table.of(quantity).filter(move |record| record.row.variant == variant);
+    of.filter_map(move |record| Some((name(&record.scene), record.row.value.number()?)))
+}
+
+/// A source whose tiles are made once and then come from memory: what they cost binds nothing.
+struct Remembered {
+    whole: Arc<dyn TileSource>,
+    tiles: Mutex<HashMap<TileId, Arc<[u8]>>>,
+}
+
+impl Remembered {
+    fn new(whole: Arc<dyn TileSource>) -> Arc<Remembered> {
+        Arc::new(Remembered { whole, tiles: Mutex::default() })
+    }
+}
+
+impl TileSource for Remembered {
+    fn describe(&self) -> String {
+        format!("{}, in memory", self.whole.describe())
+    }
+    fn pyramid(&self) -> Pyramid {
+        self.whole.pyramid()
+    }
+    fn format(&self) -> TileFormat {
+        self.whole.format()
+    }
+    fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
+        let known = self.tiles.lock().unwrap_or_else(PoisonError::into_inner).get(&tile).cloned();
+        match known {
+            Some(known) => bytes.copy_from_slice(&known),
+            None => {
+                self.whole.read_tile(tile, bytes)?;
+                self.tiles.lock().unwrap_or_else(PoisonError::into_inner).insert(tile, bytes[..].into());
+            }
+        }
+        Ok(())
+    }
+    fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
+        self.whole.read_resident_level(level)
+    }
+}
+
+/// How many pixels, and every how many-th frame of a path.
+fn extent(effort: Effort) -> ([u32; 2], u32) {
+    match effort {
+        Effort::Quick => ([640, 360], 2),
+        Effort::Full => ([1920, 1080], 1),
+    }
+}
+
+/// Tiles of no content: for streaming on recorded lists, where only the states of the tiles count.
+struct Blank(Pyramid);
+
+impl Blank {
+    /// A texture with the same grid of tiles, of 16 texels each.
+    fn like(pyramid: &Pyramid) -> Blank {
+        let (tile_log2, finer) = (4, pyramid.tile_log2() - 4);
+        let [width_log2, height_log2] = [pyramid.width_log2() - finer, pyramid.height_log2() - finer];
+        let resident = pyramid.resident_levels() - finer;
+        let blank = Pyramid::new(width_log2, height_log2, tile_log2, 0, Some(resident))
+            .expect("a smaller tile makes a smaller texture of as many tiles");
+        assert_eq!(blank.first_resident_level(), pyramid.first_resident_level());
+        Blank(blank)
+    }
+}
+
+impl TileSource for Blank {
+    fn describe(&self) -> String {
+        "blank".into()
+    }
+    fn pyramid(&self) -> Pyramid {
+        self.0
+    }
+    fn format(&self) -> TileFormat {
+        TileFormat::Rgba8
+    }
+    fn read_tile(&self, _: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
+        bytes.fill(0);
+        Ok(())
+    }
+    fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
+        let [width, height] = self.0.level_size(level);
+        Ok(vec![0; 4 * width as usize * height as usize])
+    }
+}

@@ -1,0 +1,167 @@
+//! vt.pop: how far pixels jump when tiles arrive, without and with fade-in.
+
+use super::{Remembered, Route, UNMAGNIFIED, numbers, session};
+use crate::figure::{
+    Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict,
+};
+use crate::paper::virtual_texture::session::{Session, Target};
+use crate::stats::Summary;
+use anyhow::{Context, ensure};
+use std::sync::Arc;
+
+/// Frames of the fade, and the variants' names.
+const FADES: [(u32, &str); 3] =
+    [(0, "at once (the paper)"), (4, "fade-in over 4 frames"), (16, "fade-in over 16 frames")];
+
+const LARGEST: &str = "largest pop";
+const ALONG: &str = "pop along the path";
+const BEHIND: &str = "mean error";
+
+/// Frames at each pose: a list takes two to the host, a load one, and tiles arrive in the fourth.
+const STAYS: u32 = 4;
+
+const SCENES: [&str; 2] = ["earth/pan", "earth/dive"];
+
+/// The figure.
+pub const POP: Figure = Figure {
+    id: "vt.pop",
+    title: "Jumps of pixels when tiles arrive",
+    about: "The largest change of a channel of a pixel between two frames, beyond the change that the fully resident \
+            sequence makes there itself. So that this change is nil and not a guess, the camera stands at each pose for \
+            four frames, and a pose's tiles arrive in the last of them. The paper (section 4) shows a tile as soon as \
+            it is there; fade-in mixes it with what was shown before. Its price is a picture that lags: the mean error \
+            is that of each pose's last frame against the fully resident one. Levels are of 8-bit sRGB. The \
+            headline's camera goes without its magnification here, so that the dive crosses levels.",
+    scenes: &SCENES,
+    variants,
+    sweep: None,
+    measure,
+    plots: &[
+        Plot { quantity: ALONG, x: Axis::Series("frame"), log_x: false, log_y: false, floor: None },
+        Plot { quantity: BEHIND, x: Axis::Variant, log_x: false, log_y: false, floor: None },
+    ],
+    claims: &[
+        Claim {
+            id: "tiles-pop",
+            text: "Tiles shown as soon as they are there pop visibly: by more than 8 levels of 255.",
+            from: Origin::Ours,
+            check: tiles_pop,
+        },
+        Claim {
+            id: "fade-in-tames-pops",
+            text: "Fade-in over 16 frames makes the largest jump at least 4 times smaller.",
+            from: Origin::Ours,
+            check: fade_in_tames,
+        },
+    ],
+};
+
+fn variants() -> Vec<String> {
+    FADES.map(|(_, name)| name.to_owned()).to_vec()
+}
+
+/// Pixels, and which frames of the path.
+fn extent(effort: Effort) -> ([u32; 2], Vec<u32>) {
+    match effort {
+        // Tiles of 128 are as many here as the paper's are at 1280 x 720.
+        Effort::Quick => ([320, 180], (0..80).step_by(2).collect()),
+        Effort::Full => ([1280, 720], (0..240).collect()),
+    }
+}
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let route = Route::find(&cell.scene, &["texture.tile_size=128".into(), UNMAGNIFIED.into()])?;
+    let source = Remembered::new(route.scene.open_texture()?);
+    let (size, frames) = extent(bench.effort);
+    let open = |fade_in_frames| {
+        session(bench, &route.scene, source.clone(), size, |settings| {
+            settings.target = Target::Srgb8;
+            settings.streaming.gpu_tiles = 512;
+            settings.streaming.host_tiles = 512;
+            settings.streaming.deterministic = true;
+            settings.streaming.upload_tiles_per_frame = 512;
+            settings.streaming.load_tiles_per_frame = 512;
+            settings.config.fade_in_frames = fade_in_frames;
+        })
+    };
+    let mut resident = open(0)?;
+    let mut truth: Vec<Arc<[u8]>> = Vec::new();
+    for &frame in &frames {
+        resident.settle(&route.path.pose(frame))?;
+        truth.push(resident.picture_bytes()?.into());
+    }
+    drop(resident);
+    let mut rows = Vec::new();
+    for (fade_in_frames, name) in FADES {
+        let mut session = open(fade_in_frames)?;
+        session.settle(&route.path.pose(frames[0]))?;
+        rows.extend(watch(&mut session, &route, &frames, &truth, name)?);
+    }
+    Ok(rows)
+}
+
+/// Goes the path from its settled beginning, and stands at each pose for [`STAYS`] frames.
+fn watch(
+    session: &mut Session,
+    route: &Route,
+    frames: &[u32],
+    truth: &[Arc<[u8]>],
+    name: &str,
+) -> anyhow::Result<Vec<Row>> {
+    let mut last = session.picture_bytes()?;
+    let (mut pops, mut behind) = (Vec::new(), Vec::new());
+    for (&frame, truth) in frames.iter().zip(truth).skip(1) {
+        for stay in 0..STAYS {
+            session.frame(&route.path.pose(frame))?;
+            let picture = session.picture_bytes()?;
+            let arrived = session.records.last().map_or(0, |record| record.streaming.uploads);
+            ensure!(stay > 0 || arrived == 0, "{arrived} tiles arrived in a frame that moved: budgets bind");
+            if stay > 0 {
+                let changes = picture.iter().zip(&last).map(|(now, before)| now.abs_diff(*before));
+                pops.push([session.records.len() as f64, f64::from(changes.max().unwrap_or(0))]);
+            }
+            last = picture;
+        }
+        let errors = last.iter().zip(truth.iter()).map(|(now, truth)| f64::from(now.abs_diff(*truth)));
+        // Alpha is 255 on both sides.
+        behind.push(errors.sum::<f64>() / (0.75 * last.len() as f64));
+    }
+    let largest = pops.iter().map(|[_, pop]| *pop).fold(0.0, f64::max);
+    let behind = Summary::of(&behind).context("a path has frames")?;
+    Ok(vec![
+        Row::new(name, LARGEST, "levels of 255", Value::Number(largest)),
+        Row::new(name, ALONG, "levels of 255", Value::Series(pops)),
+        Row::new(name, BEHIND, "levels of 255", Value::Summary(behind)),
+    ])
+}
+
+fn tiles_pop(table: &Table) -> Finding {
+    let pops: Vec<(&str, f64)> = numbers(table, FADES[0].1, LARGEST).collect();
+    let list: Vec<String> = pops.iter().map(|(path, pop)| format!("{path} {pop}")).collect();
+    let verdict = match pops.len() == SCENES.len() && pops.iter().all(|(_, pop)| *pop > 8.0) {
+        true => Verdict::Reproduced,
+        false => Verdict::NotReproduced,
+    };
+    Finding::new(
+        verdict,
+        format!("largest jump, levels: {}", list.join(", ")),
+        "8 levels are about what an eye notices",
+    )
+}
+
+fn fade_in_tames(table: &Table) -> Finding {
+    let at_once: Vec<(&str, f64)> = numbers(table, FADES[0].1, LARGEST).collect();
+    let faded: Vec<(&str, f64)> = numbers(table, FADES[2].1, LARGEST).collect();
+    let pairs: Vec<(&str, f64, f64)> =
+        at_once.iter().zip(&faded).map(|(&(path, once), &(_, faded))| (path, once, faded)).collect();
+    let list: Vec<String> =
+        pairs.iter().map(|(path, once, faded)| format!("{path} {once} -> {faded}")).collect();
+    let tamed = pairs.iter().filter(|(_, once, faded)| 4.0 * faded <= *once).count();
+    let verdict = match tamed {
+        all if all == SCENES.len() => Verdict::Reproduced,
+        0 => Verdict::NotReproduced,
+        _ => Verdict::InPart,
+    };
+    let why = format!("{tamed} of {} paths; the picture lags meanwhile: see the mean error", SCENES.len());
+    Finding::new(verdict, format!("largest jump, levels: {}", list.join(", ")), why)
+}

@@ -1,0 +1,215 @@
+//! Replacement on paper: which tiles a cache of so many slots would have lacked on a recorded path.
+//!
+//! Every tile that a frame lacks arrives within the frame, so that the rule of replacement is all that differs. Belady's
+//! rule ("A study of replacement algorithms for a virtual-storage computer", 1966) knows the future and is the least
+//! that any rule can do; least recently used is the paper's (section 3); what is built also counts a coarser tile that
+//! stands in for a missing one as used. Plain lists, every search a loop.
+
+use super::wanted::{fitting_bias, wanted_tiles};
+use crate::math::pyramid::TileId;
+use std::collections::{HashMap, HashSet};
+
+/// Who gives up a slot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rule {
+    /// Who is needed again last, or never: Belady's optimum. Needs the whole path.
+    Optimum,
+    /// Who has not been wanted for longest.
+    LeastRecent,
+    /// Who has neither been wanted nor shown for longest: [`super::Streaming`]'s.
+    LeastRecentlyShown,
+    /// Who came first.
+    FirstIn,
+}
+
+impl Rule {
+    pub const ALL: [Rule; 4] = [Rule::Optimum, Rule::LeastRecent, Rule::LeastRecentlyShown, Rule::FirstIn];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Rule::Optimum => "optimum (Belady)",
+            Rule::LeastRecent => "LRU",
+            Rule::LeastRecentlyShown => "LRU, stand-ins kept (as built)",
+            Rule::FirstIn => "FIFO",
+        }
+    }
+}
+
+/// What a frame sees, and what it wants of the cache: the same, or coarser where that does not fit.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Step {
+    pub visible: Vec<TileId>,
+    pub wanted: Vec<TileId>,
+    /// Levels by which `wanted` is coarser.
+    pub bias: u32,
+}
+
+/// One frame's count of tiles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Replayed {
+    pub wanted: usize,
+    /// Wanted tiles that were not there.
+    pub faults: usize,
+    pub evictions: usize,
+}
+
+/// The frames of a recorded path as a cache of `slots` meets them.
+pub fn steps(lists: &[Vec<TileId>], slots: u32, first_resident_level: u32) -> Vec<Step> {
+    let step = |visible: &Vec<TileId>| {
+        let bias = fitting_bias(visible, 0, first_resident_level, slots);
+        let wanted = wanted_tiles(visible, bias, first_resident_level, &HashSet::new());
+        Step { visible: visible.clone(), wanted, bias }
+    };
+    lists.iter().map(step).collect()
+}
+
+/// A tile in the cache, and the ticks when it came and was last used.
+struct Held {
+    tile: TileId,
+    came: u64,
+    used: u64,
+}
+
+/// Replays a path from an empty cache. What a frame wants is never replaced in it.
+///
+/// # Panics
+/// Where a frame wants more than `slots` tiles: [`steps`] sees to that.
+pub fn replay(steps: &[Step], slots: u32, rule: Rule) -> Vec<Replayed> {
+    // In which frames each tile is wanted, in order.
+    let mut uses: HashMap<TileId, Vec<usize>> = HashMap::new();
+    for (frame, step) in steps.iter().enumerate() {
+        step.wanted.iter().for_each(|&tile| uses.entry(tile).or_default().push(frame));
+    }
+    let next_use = |tile: TileId, frame: usize| {
+        uses.get(&tile)
+            .and_then(|frames| frames.iter().find(|&&later| later > frame))
+            .map_or(usize::MAX, |&f| f)
+    };
+    let mut held: Vec<Held> = Vec::new();
+    let mut clock = 0;
+    let mut replayed = Vec::with_capacity(steps.len());
+    for (frame, Step { visible, wanted, .. }) in steps.iter().enumerate() {
+        assert!(wanted.len() <= slots as usize, "frame {frame} wants {} tiles, slots {slots}", wanted.len());
+        if rule == Rule::LeastRecentlyShown {
+            visible.iter().for_each(|&tile| use_shown(&mut held, &mut clock, tile));
+        }
+        let lacking: Vec<TileId> =
+            wanted.iter().copied().filter(|&tile| !use_tile(&mut held, &mut clock, tile)).collect();
+        let kept: HashSet<TileId> = wanted.iter().copied().collect();
+        let mut evictions = 0;
+        for &tile in &lacking {
+            if held.len() == slots as usize {
+                let others = held.iter().enumerate().filter(|(_, other)| !kept.contains(&other.tile));
+                let (victim, _) = others
+                    .min_by_key(|(_, other)| match rule {
+                        Rule::Optimum => (usize::MAX - next_use(other.tile, frame)) as u64,
+                        Rule::LeastRecent | Rule::LeastRecentlyShown => other.used,
+                        Rule::FirstIn => other.came,
+                    })
+                    .expect("the wanted tiles fit");
+                held.remove(victim);
+                evictions += 1;
+            }
+            clock += 1;
+            held.push(Held { tile, came: clock, used: clock });
+        }
+        replayed.push(Replayed { wanted: wanted.len(), faults: lacking.len(), evictions });
+    }
+    replayed
+}
+
+/// Marks a tile as used; false where it is not there.
+fn use_tile(held: &mut [Held], clock: &mut u64, tile: TileId) -> bool {
+    let Some(found) = held.iter_mut().find(|held| held.tile == tile) else { return false };
+    *clock += 1;
+    found.used = *clock;
+    true
+}
+
+/// Marks what is shown for `tile` as used: itself, or the nearest coarser one that is there.
+fn use_shown(held: &mut [Held], clock: &mut u64, tile: TileId) {
+    let coarsest = held.iter().map(|held| held.tile.level).max().unwrap_or(0);
+    let mut levels = 0..=coarsest.saturating_sub(tile.level);
+    levels.any(|levels| use_tile(held, clock, tile.ancestor(levels)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn tile(column: u32) -> TileId {
+        TileId { level: 0, row: 0, column }
+    }
+
+    fn path(columns: &[&[u32]]) -> Vec<Step> {
+        let lists: Vec<Vec<TileId>> =
+            columns.iter().map(|list| list.iter().copied().map(tile).collect()).collect();
+        steps(&lists, 64, 3)
+    }
+
+    fn faults(steps: &[Step], slots: u32, rule: Rule) -> usize {
+        replay(steps, slots, rule).iter().map(|frame| frame.faults).sum()
+    }
+
+    #[test]
+    fn the_rules_differ_as_in_the_textbook() {
+        // Three slots, one tile a frame. By hand: the optimum evicts 1 for 3, 2 for 0, ...; FIFO forgets 0 though it
+        // is used again and again.
+        let steps = path(&[&[0], &[1], &[0], &[2], &[0], &[3], &[0], &[1], &[0], &[2]]);
+        assert_eq!(faults(&steps, 3, Rule::Optimum), 5);
+        assert_eq!(faults(&steps, 3, Rule::LeastRecent), 6);
+        assert_eq!(faults(&steps, 3, Rule::FirstIn), 7);
+    }
+
+    /// The least number of faults by trying every way of replacing.
+    fn least(steps: &[Step], slots: usize, held: &HashSet<TileId>) -> usize {
+        let Some((step, rest)) = steps.split_first() else { return 0 };
+        let wanted: HashSet<TileId> = step.wanted.iter().copied().collect();
+        let lacking = wanted.difference(held).count();
+        let others: Vec<TileId> = held.difference(&wanted).copied().collect();
+        let room = slots - wanted.len();
+        let fewest = (0u32..1 << others.len())
+            .filter(|kept| kept.count_ones() as usize <= room)
+            .map(|kept| {
+                let mut next = wanted.clone();
+                next.extend((0..others.len()).filter(|n| kept >> n & 1 == 1).map(|n| others[n]));
+                least(rest, slots, &next)
+            })
+            .min();
+        lacking + fewest.expect("to keep none is a way")
+    }
+
+    fn small_path() -> impl Strategy<Value = Vec<Step>> {
+        let list = prop::collection::btree_set(0u32..6, 0..3);
+        prop::collection::vec(list, 0..7).prop_map(|lists| {
+            let lists: Vec<Vec<u32>> = lists.into_iter().map(|list| list.into_iter().collect()).collect();
+            path(&lists.iter().map(Vec::as_slice).collect::<Vec<_>>())
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn no_way_of_replacing_has_fewer_faults_than_the_optimum(steps in small_path(), slots in 2u32..5) {
+            prop_assert_eq!(
+                faults(&steps, slots, Rule::Optimum),
+                least(&steps, slots as usize, &HashSet::new())
+            );
+        }
+
+        #[test]
+        fn every_rule_lies_between_the_optimum_and_missing_all(
+            lists in prop::collection::vec(prop::collection::vec(0u32..12, 0..6), 0..30), slots in 1u32..12,
+        ) {
+            let lists: Vec<Vec<TileId>> =
+                lists.iter().map(|list| list.iter().map(|&column| tile(column)).collect()).collect();
+            let steps = steps(&lists, slots, 3);
+            let wanted: usize = steps.iter().map(|step| step.wanted.len()).sum();
+            let best = faults(&steps, slots, Rule::Optimum);
+            for rule in Rule::ALL {
+                let faults = faults(&steps, slots, rule);
+                prop_assert!((best..=wanted).contains(&faults), "{rule:?}: {faults}, the optimum {best} of {wanted}");
+            }
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! A disk that is slow or fails, before any texture: frames must go on with it, and recover after it.
+
+use super::ruler::ruler_hash;
+use super::{TileError, TileFormat, TileSource};
+use crate::math::pyramid::{Pyramid, TileId};
+use crate::scene::Disk;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Reads another source's tiles late, or not at all. The resident levels are read as they are: without them there is
+/// no picture to go on with.
+pub struct BadDisk {
+    whole: Arc<dyn TileSource>,
+    trouble: Disk,
+    /// When the first tile was asked for: opening a device may take longer than the trouble lasts.
+    begun: OnceLock<Instant>,
+    /// How often each tile has been asked for: each time is another draw.
+    attempts: Mutex<HashMap<TileId, u32>>,
+}
+
+impl BadDisk {
+    /// Its time begins with the first tile that is asked for.
+    pub fn new(whole: Arc<dyn TileSource>, trouble: Disk) -> BadDisk {
+        BadDisk { whole, trouble, begun: OnceLock::new(), attempts: Mutex::default() }
+    }
+
+    /// Whether the disk is in the time in which it reads nothing.
+    pub fn is_down(&self) -> bool {
+        let elapsed_s = self.begun.get().map_or(0.0, |begun| begun.elapsed().as_secs_f64());
+        let since_s = elapsed_s - self.trouble.fails_from_s;
+        (0.0..self.trouble.fails_for_s).contains(&since_s)
+    }
+
+    /// Draws whether this attempt at the tile fails: the n-th attempt at a tile has the same outcome in every run.
+    fn draw(&self, tile: TileId) -> bool {
+        let mut attempts = self.attempts.lock().unwrap_or_else(PoisonError::into_inner);
+        let attempt = attempts.entry(tile).or_default();
+        *attempt += 1;
+        let place = ruler_hash(tile.level, tile.column, tile.row);
+        let drawn = ruler_hash(self.trouble.seed, place, *attempt);
+        f64::from(drawn) < self.trouble.fails_share * 2f64.powi(32)
+    }
+}
+
+impl TileSource for BadDisk {
+    fn describe(&self) -> String {
+        let Disk { delay_ms, fails_from_s, fails_for_s, fails_share, .. } = self.trouble;
+        let mut troubles = Vec::new();
+        if delay_ms > 0.0 {
+            troubles.push(format!("takes {delay_ms} ms a tile"));
+        }
+        if fails_for_s > 0.0 {
+            troubles.push(format!("fails from {fails_from_s} s to {} s", fails_from_s + fails_for_s));
+        }
+        if fails_share > 0.0 {
+            troubles.push(format!("fails in {} % of reads", 100.0 * fails_share));
+        }
+        format!("{}; disk: {}", self.whole.describe(), troubles.join(", "))
+    }
+
+    fn pyramid(&self) -> Pyramid {
+        self.whole.pyramid()
+    }
+
+    fn format(&self) -> TileFormat {
+        self.whole.format()
+    }
+
+    fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
+        self.begun.get_or_init(Instant::now);
+        std::thread::sleep(Duration::from_secs_f64(self.trouble.delay_ms / 1e3));
+        if self.is_down() {
+            return Err(TileError::Refused { tile, reason: "the disk is down (disk.fails_for_s)".into() });
+        }
+        if self.draw(tile) {
+            return Err(TileError::Refused { tile, reason: "the disk fails here (disk.fails_share)".into() });
+        }
+        self.whole.read_tile(tile, bytes)
+    }
+
+    fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
+        self.whole.read_resident_level(level)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ruler::Ruler;
+    use super::*;
+
+    fn disk(trouble: Disk) -> BadDisk {
+        BadDisk::new(Arc::new(Ruler::new(Pyramid::new(9, 8, 4, 2, None).unwrap())), trouble)
+    }
+
+    fn outcomes(disk: &BadDisk) -> Vec<bool> {
+        let mut bytes = vec![0; disk.format().tile_bytes(&disk.pyramid())];
+        let tiles = (0..16).flat_map(|row| (0..32).map(move |column| TileId { level: 0, row, column }));
+        tiles.map(|tile| disk.read_tile(tile, &mut bytes).is_ok()).collect()
+    }
+
+    #[test]
+    fn a_share_of_the_reads_fails_and_the_same_ones_with_the_same_seed() {
+        let trouble = Disk { fails_share: 0.25, ..Disk::default() };
+        let (one, other) = (disk(trouble.clone()), disk(trouble.clone()));
+        let first = outcomes(&one);
+        assert_eq!(first, outcomes(&other));
+        assert_ne!(first, outcomes(&one), "the second attempt at a tile is another draw");
+        assert_ne!(first, outcomes(&disk(Disk { seed: 1, ..trouble })));
+        // 512 draws of 1/4: 128 with a standard deviation of 9.8; 5 of them are 49.
+        let failed = first.iter().filter(|ok| !**ok).count();
+        assert!((79..=177).contains(&failed), "{failed} of 512 failed");
+    }
+
+    #[test]
+    fn while_it_is_down_nothing_is_read_and_then_everything() {
+        let down = disk(Disk { fails_for_s: 1e6, ..Disk::default() });
+        assert!(outcomes(&down).iter().all(|ok| !ok));
+        let later = disk(Disk { fails_from_s: 1e6, fails_for_s: 1e6, ..Disk::default() });
+        assert!(outcomes(&later).iter().all(|ok| *ok));
+        // A delay of a millisecond is longer than the time in which it is down.
+        let over = disk(Disk { delay_ms: 1.0, fails_for_s: 1e-9, ..Disk::default() });
+        assert!(outcomes(&over).iter().all(|ok| *ok));
+    }
+
+    #[test]
+    fn a_slow_disk_takes_its_time_and_delivers_the_same_bytes() {
+        let slow = disk(Disk { delay_ms: 5.0, ..Disk::default() });
+        let (mut late, mut at_once) = (vec![0; slow.format().tile_bytes(&slow.pyramid())], Vec::new());
+        at_once.resize(late.len(), 0);
+        let tile = TileId { level: 1, row: 2, column: 3 };
+        let begin = Instant::now();
+        slow.read_tile(tile, &mut late).unwrap();
+        assert!(begin.elapsed() >= Duration::from_millis(5));
+        slow.whole.read_tile(tile, &mut at_once).unwrap();
+        assert_eq!(late, at_once);
+    }
+}

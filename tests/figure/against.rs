@@ -1,0 +1,112 @@
+//! What changed, and what did not.
+
+use super::family::{BARS, SWEPT};
+use super::*;
+use ortelius::figure::{Changes, Outcome, Row, Value, Verdict};
+
+/// Results of both figures, with the first cell of the bars changed.
+fn changed(change: impl Fn(&mut Row)) -> [Results; 2] {
+    let folder = folder();
+    let before = reported(&[&SWEPT, &BARS], folder.path());
+    let mut after = before.clone();
+    let Outcome::Rows(rows) = &mut after.figures[1].cells[0].outcome else {
+        panic!("the bars were measured")
+    };
+    rows.iter_mut().for_each(change);
+    [before, after]
+}
+
+fn slow_times(row: &mut Row, factor: f64) {
+    match &mut row.value {
+        Value::Summary(s) if row.variant == "slow" => {
+            (s.p5, s.median, s.p95) = (s.p5 * factor, s.median * factor, s.p95 * factor);
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn nothing_changed_between_a_result_and_itself_not_even_nan() {
+    let [before, after] = changed(|_| {});
+    let changes = Changes::between(&before, &after);
+    assert_eq!((changes.claims.len(), changes.values.len(), changes.gone, changes.new), (0, 0, 0, 0));
+    // 6 cells of 5 rows, and 7 rows of the bars.
+    assert_eq!(changes.common, 37);
+}
+
+#[test]
+fn a_time_changed_only_where_the_spreads_do_not_meet() {
+    // p5 to p95 is 3.1 to 5.35.
+    let [before, after] = changed(|row| slow_times(row, 1.5));
+    assert!(Changes::between(&before, &after).values.is_empty());
+    for factor in [2.0, 0.5] {
+        let [before, after] = changed(|row| slow_times(row, factor));
+        let values = Changes::between(&before, &after).values;
+        assert_eq!(values.len(), 1, "{values:?}");
+        assert_eq!((&*values[0].what, values[0].ratio), ("plane, slow, time", Some(factor)));
+    }
+}
+
+#[test]
+fn an_exact_number_words_a_series_or_a_unit_changed_where_they_are_not_equal() {
+    for (name, change) in [
+        ("words", (|row| row.value = Value::Text("else".into())) as fn(&mut Row)),
+        ("absent", |row| row.value = Value::Missing("why".into())),
+        ("unit", |row| row.unit = "s".into()),
+        ("a point", |row| match &mut row.value {
+            Value::Series(points) => points[1][1] *= 1.0 + f64::EPSILON,
+            other => *other = Value::Number(1.0),
+        }),
+    ] {
+        let [before, after] = changed(change);
+        assert_eq!(Changes::between(&before, &after).values.len(), 7, "{name}");
+    }
+    let [before, mut after] = changed(|_| {});
+    let Outcome::Rows(rows) = &mut after.figures[0].cells[0].outcome else { panic!("measured") };
+    rows[0].value = Value::Number(1.0 / 3.0 + 1e-16);
+    assert_eq!(Changes::between(&before, &after).values.len(), 1);
+}
+
+#[test]
+fn verdicts_and_what_is_new_or_gone_are_told_on_stdout_and_in_the_page() {
+    let [before, mut after] = changed(|row| slow_times(row, 3.0));
+    after.figures[0].claims[0].finding.verdict = Verdict::NotReproduced;
+    after.figures[0].cells[5].outcome = Outcome::Absent;
+    let changes = Changes::between(&before, &after);
+    assert_eq!((changes.gone, changes.new), (5, 0));
+    let text = changes.lines(20).join("\n");
+    for part in [
+        "against made-up device, made-up processor, 2026-11-21, commit 0123456789ab (quick):",
+        "verdict  made.swept doubles: reproduced -> not reproduced (ratio 2 in 6 cells -> ratio 2 in 6 cells)",
+        "value    made.bars plane, slow, time: 4 ms -> 12 ms (3x)",
+        "1 of 32 common values changed beyond their spreads, 1 verdicts; 5 only there, 0 only here",
+    ] {
+        assert!(text.contains(part), "no {part:?} in {text}");
+    }
+    assert!(changes.lines(0).join("\n").contains("1 more values changed: see the page"));
+    let folder = folder();
+    let store = Store::create(folder.path()).unwrap();
+    after.figures.iter_mut().flat_map(|f| &mut f.cells).for_each(|cell| cell.pictures.clear());
+    write_outputs(&store, &[&SWEPT, &BARS], &after, &[], &[], Some(&changes)).unwrap();
+    let page = read(folder.path(), "index.html");
+    for part in
+        ["What changed", "reproduced → <b>not reproduced</b>", "<td>4 ms</td><td>12 ms</td><td>3x</td>"]
+    {
+        assert!(page.contains(part), "no {part:?}");
+    }
+}
+
+#[test]
+fn what_is_no_result_of_ours_is_refused() {
+    for (text, words) in [
+        ("{}", "no results of this program"),
+        ("[1", "no results of this program"),
+        (
+            "{\"format\": \"ortelius results 7\"}",
+            "results of format \"ortelius results 7\"; this program reads",
+        ),
+    ] {
+        let line = Results::parse(text).unwrap_err().to_string();
+        assert!(line.contains(words), "{line}");
+    }
+}

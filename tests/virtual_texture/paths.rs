@@ -1,0 +1,122 @@
+//! Moving cameras: too little room, tiles fetched ahead, a disk that fails.
+
+use crate::{Device, open, open_with};
+use ortelius::renderer::Renderer;
+use ortelius::scene::source::disk::BadDisk;
+use ortelius::scene::{Disk, Scene};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+const PATHS: [&str; 6] = ["orbit", "pan", "dive", "pole-crossing", "antimeridian-crossing", "teleport"];
+
+/// The earth's mesh and paths under the ruler's texels, in tiles of 128: as many at 160 x 90 as tiles of 512 at 640 x 360.
+fn earth_of_ruler() -> Scene {
+    let changes = ["texture.source=ruler", "texture.tile_size=128"].map(str::to_owned);
+    Scene::load_with("earth", &changes).unwrap()
+}
+
+const SIZE: [u32; 2] = [160, 90];
+
+/// Every 24th frame of a path of 240, and of teleport's 150.
+fn go(renderer: &mut Renderer, scene: &Scene, path: &str) -> usize {
+    let path = scene.path(path).unwrap();
+    let first = renderer.records.len();
+    for frame in (0..path.frames).step_by(24) {
+        renderer.frame(&path.pose(frame)).unwrap();
+    }
+    renderer.drain().unwrap();
+    renderer.records[first..].iter().map(|record| record.visible.len()).max().unwrap()
+}
+
+#[test]
+fn half_of_the_room_that_a_path_needs_shows_it_coarser_and_comes_to_rest() {
+    let gpu = Device::open();
+    let scene = earth_of_ruler();
+    let mut roomy = open(&gpu, &scene, SIZE, |_| ());
+    for path in PATHS {
+        let largest = go(&mut roomy, &scene, path);
+        assert!(largest >= 2, "{path}: {largest} tiles");
+        let mut halved = open(&gpu, &scene, SIZE, |settings| {
+            settings.streaming.gpu_tiles = largest as u32 / 2;
+            settings.streaming.host_tiles = largest as u32;
+        });
+        go(&mut halved, &scene, path);
+        assert!(halved.records.iter().any(|record| record.streaming.oversubscribed), "{path}: it all fits");
+        let last = scene.path(path).unwrap().pose(u32::MAX);
+        let frames = halved.settle(&last).unwrap();
+        // A frame copies 8 tiles and there are no more than 64.
+        assert!(frames <= 16, "{path}: {frames} frames to rest");
+        let verdicts = halved.ruler_verdicts(&last).unwrap();
+        assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "{path}: coarser, but whole");
+        let picture = halved.picture_bytes().unwrap();
+        let rested = halved.records.len();
+        for _ in 0..3 {
+            halved.frame(&last).unwrap();
+            assert!(halved.picture_bytes().unwrap() == picture, "{path}: the picture is not at rest");
+        }
+        let copies: usize = halved.records[rested..].iter().map(|record| record.streaming.uploads).sum();
+        assert_eq!(copies, 0, "{path}");
+    }
+}
+
+#[test]
+fn tiles_fetched_ahead_are_there_sooner_and_change_no_picture_at_rest() {
+    let gpu = Device::open();
+    let scene = earth_of_ruler();
+    let path = scene.path("pan").unwrap();
+    let run = |prefetch_frames| {
+        let mut renderer = open(&gpu, &scene, SIZE, |settings| settings.prefetch_frames = prefetch_frames);
+        renderer.settle(&path.pose(0)).unwrap();
+        let start = renderer.records.len();
+        for frame in (2..60).step_by(2) {
+            renderer.frame(&path.pose(frame)).unwrap();
+        }
+        renderer.drain().unwrap();
+        let misses: usize = renderer.records[start..].iter().map(|record| record.streaming.misses).sum();
+        let expected: usize = renderer
+            .records
+            .windows(9)
+            .map(|r| r[0].ahead.iter().filter(|tile| r[8].visible.binary_search(tile).is_ok()).count())
+            .sum();
+        renderer.settle(&path.pose(58)).unwrap();
+        (misses, expected, renderer.picture_bytes().unwrap())
+    };
+    let (without, nothing, picture) = run(0);
+    let (with, expected, same) = run(8);
+    assert_eq!(nothing, 0);
+    assert!(expected > 0, "some of what was expected was seen 8 frames later");
+    assert!(2 * with <= without, "{with} misses with tiles fetched ahead, {without} without");
+    assert!(same == picture);
+}
+
+#[test]
+fn frames_go_on_while_the_disk_is_down_and_the_picture_recovers() {
+    let gpu = Device::open();
+    let scene = earth_of_ruler();
+    let pose = scene.camera("headline").unwrap().pose();
+    let mut healthy = open(&gpu, &scene, SIZE, |_| ());
+    healthy.settle(&pose).unwrap();
+    let picture = healthy.picture_bytes().unwrap();
+    drop(healthy);
+    let trouble = Disk { delay_ms: 1.0, fails_for_s: 1.0, ..Disk::default() };
+    let disk = Arc::new(BadDisk::new(scene.open_texture().unwrap(), trouble));
+    let mut renderer = open_with(&gpu, &scene, SIZE, disk.clone(), |settings| {
+        settings.streaming.deterministic = false;
+        settings.streaming.retry_after = Duration::from_millis(50);
+    });
+    let (begin, mut while_down) = (Instant::now(), 0);
+    loop {
+        renderer.frame(&pose).unwrap();
+        while_down += u32::from(disk.is_down());
+        renderer.drain().unwrap();
+        let failed = renderer.records.last().unwrap().streaming.failed_tiles;
+        if renderer.settled() && failed == 0 && !disk.is_down() {
+            break;
+        }
+        assert!(begin.elapsed() < Duration::from_secs(60), "not recovered; {failed} tiles failed");
+    }
+    assert!(while_down > 1, "frames were drawn while nothing could be read");
+    let loads: usize = renderer.records.iter().map(|record| record.streaming.loads).sum();
+    assert!(loads > 0);
+    assert!(renderer.picture_bytes().unwrap() == picture);
+}
