@@ -6,6 +6,9 @@ mod dedup;
 mod feedback;
 mod headline;
 mod judge;
+mod keying;
+mod limit;
+mod list_on_the_host;
 mod pipeline;
 mod side_by_side;
 mod sizes;
@@ -23,7 +26,9 @@ pub const FIGURES: &[&Figure] = &[
     &sizes::RESOLUTION,
     &sizes::TILE_SIZE,
     &sizes::TEXTURE_SIZE,
+    &keying::KEYING,
     &feedback::FEEDBACK,
+    &limit::LIMIT,
     &streaming::CACHE,
     &streaming::BUDGET,
     &streaming::POP,

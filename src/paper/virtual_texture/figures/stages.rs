@@ -38,6 +38,14 @@ impl Stage1 {
             (Effort::Quick, _) => 720.0,
             (Effort::Full, _) => 1080.0,
         });
+        Stage1::draw_at(bench, scene, size)
+    }
+
+    /// As [`Stage1::draw`], of so many pixels.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn draw_at(bench: &Bench, scene: &str, size: [u32; 2]) -> anyhow::Result<Stage1> {
         let Place { scene: description, pose, .. } =
             Place::find(if scene == NOISE { "earth/headline" } else { scene })?;
         let pyramid = description.texture.pyramid()?.context("a shipped scene states its texture's size")?;

@@ -1,7 +1,8 @@
 //! What the rows say of the figure's claims.
 
+use super::super::judge::{Bound, judge, on_a_gpu, ratios, why_none};
 use super::watch::{SUBSAMPLINGS, name};
-use super::{FALSE_TILES, MOVING_PRECISION, MOVING_RECALL, TO_99, TO_ALL, variants};
+use super::{ALL_PIXELS, FALSE_TILES, MOVING_PRECISION, MOVING_RECALL, TIME, TO_99, TO_ALL, variants};
 use crate::figure::{Finding, Record, Table, Value, Verdict};
 use crate::paper::virtual_texture::feedback::cycle;
 
@@ -94,30 +95,27 @@ pub fn moving(table: &Table) -> Finding {
     Finding::new(verdict, numbers, why)
 }
 
+pub fn cost(table: &Table) -> Finding {
+    let (all, few) = ([ALL_PIXELS.to_string()], [name(6)]);
+    let found = ratios(table, TIME, &all, &few);
+    on_a_gpu(table, judge(table, Bound::AtLeast(10.0), &found, || why_none(table, TIME, &few)))
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::super::judge::tests::table as times;
     use super::*;
-    use crate::figure::{Machine, Row};
+    use crate::figure::Row;
     use crate::stats::Summary;
 
-    /// A table of (variant, quantity, samples).
+    /// A table of (n, quantity, samples).
     fn table(rows: &[(u32, &str, &[f64])]) -> Table {
-        let machine = Machine {
-            device: "Some device".into(),
-            device_kind: "cpu".into(),
-            driver: String::new(),
-            vulkan: String::new(),
-            processor: String::new(),
-            cores: 2,
-            commit: String::new(),
-            date: String::new(),
-        };
         let record = |&(n, quantity, samples): &(u32, &str, &[f64])| Record {
             scene: "a/b".into(),
             x: None,
             row: Row::new(name(n), quantity, "", Value::Summary(Summary::of(samples).unwrap())),
         };
-        Table { machine, records: rows.iter().map(record).collect(), missing: 0 }
+        Table { records: rows.iter().map(record).collect(), ..times("cpu", &[]) }
     }
 
     #[test]
@@ -151,5 +149,18 @@ mod tests {
         assert_eq!(found(0.9, 0.4), Verdict::Reproduced);
         assert_eq!(found(1.0, 0.4), Verdict::InPart);
         assert_eq!(found(1.0, 0.6), Verdict::NotReproduced);
+    }
+
+    #[test]
+    fn a_cheaper_list_is_judged_on_a_gpu_alone() {
+        let found = |kind, all| {
+            cost(&times(kind, &[("a/b", None, ALL_PIXELS, TIME, all), ("a/b", None, "1/64", TIME, 1.0)]))
+                .verdict
+        };
+        assert_eq!(
+            (found("discrete", 10.0), found("discrete", 9.0)),
+            (Verdict::Reproduced, Verdict::NotReproduced)
+        );
+        assert_eq!(found("cpu", 10.0), Verdict::NotMeasurable);
     }
 }

@@ -1,36 +1,16 @@
 //! What a list costs: the device's passes, and the host's.
 
 use super::super::common::passes;
+use super::super::list_on_the_host::and_list;
 use super::watch::{Sampler, Watch, name};
 use super::{ALL_PIXELS, TIME};
 use crate::figure::{Bench, Contender, Row, Timed, Value};
-use crate::paper::virtual_texture::classic::HostList;
 use crate::stats::Summary;
-use crate::vk::PassTime;
-use std::cell::RefCell;
-use std::time::Instant;
 
-/// A contender whose last pass is the host's, over the words that the others brought.
-fn and_list<'a>(
-    mut bring: Contender<'a>,
-    host: &'a RefCell<&'a mut HostList>,
-    words: impl Fn() -> &'a [u32] + 'a,
-) -> Contender<'a> {
-    let run = move || {
-        let mut times = (bring.run)()?;
-        let start = Instant::now();
-        std::hint::black_box(host.borrow_mut().list(words()));
-        let ns = start.elapsed().as_nanos() as u64;
-        times.push(PassTime { label: "list on the host".into(), ns: Some(ns) });
-        Ok(times)
-    };
-    Contender { variant: bring.variant, run: Box::new(run) }
-}
-
-pub fn measure(bench: &Bench, watch: &mut Watch) -> anyhow::Result<Vec<Row>> {
+pub fn measure(bench: &Bench, watch: &Watch) -> anyhow::Result<Vec<Row>> {
     let session = &watch.opened.session;
     let (gpu, u1, copy) = (&session.gpu, &session.pipeline.stage1.u1, &watch.copy);
-    let host = RefCell::new(&mut watch.host);
+    let host = &watch.host;
     let mut contenders: Vec<Contender> = Vec::new();
     for Sampler { n, feedback, samples } in &watch.samplers {
         let mut number = 0;
@@ -42,7 +22,7 @@ pub fn measure(bench: &Bench, watch: &mut Watch) -> anyhow::Result<Vec<Row>> {
                 Ok(())
             })
         });
-        contenders.push(and_list(bring, &host, || samples.words()));
+        contenders.push(and_list(bring, host, || samples.words()));
     }
     let bring = passes(gpu, ALL_PIXELS, |frame| {
         frame.pass("copy U1", |cmd| {
@@ -50,7 +30,7 @@ pub fn measure(bench: &Bench, watch: &mut Watch) -> anyhow::Result<Vec<Row>> {
             Ok(())
         })
     });
-    contenders.push(and_list(bring, &host, || copy.words()));
+    contenders.push(and_list(bring, host, || copy.words()));
     let timed = bench.interleave(gpu, contenders)?;
     let rows = |timed: &Timed| {
         let pass = |(label, summary): &(String, Option<Summary>)| {

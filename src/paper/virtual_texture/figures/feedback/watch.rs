@@ -6,6 +6,7 @@ use crate::math::pyramid::TileId;
 use crate::paper::virtual_texture::classic::{HostCopy, HostList, HostPass};
 use crate::paper::virtual_texture::feedback::{Feedback, MOST_LOG2, Samples};
 use crate::paper::virtual_texture::{Keying, surface};
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 /// n of the subsamplings: one pixel of 2^n.
@@ -20,7 +21,7 @@ pub fn name(n: u32) -> String {
 pub struct Watch {
     pub opened: Opened,
     pub copy: HostCopy,
-    pub host: HostList,
+    pub host: RefCell<HostList>,
     /// One for each of [`SUBSAMPLINGS`].
     pub samplers: Vec<Sampler>,
 }
@@ -51,7 +52,12 @@ impl Watch {
         };
         Ok(Watch {
             copy: HostCopy::new(gpu, size, format)?,
-            host: HostList::new(HostPass::Bitmap, &session.source.pyramid(), format, Keying::Native)?,
+            host: RefCell::new(HostList::new(
+                HostPass::Bitmap,
+                &session.source.pyramid(),
+                format,
+                Keying::Native,
+            )?),
             samplers: SUBSAMPLINGS.into_iter().map(sampler).collect::<crate::vk::Result<_>>()?,
             opened,
         })
@@ -72,7 +78,7 @@ impl Watch {
             Ok(())
         })?;
         frame.submit()?.wait()?;
-        let coverage = self.host.coverage(self.copy.words());
+        let coverage = self.host.borrow().coverage(self.copy.words());
         Ok(coverage
             .into_iter()
             .map(|([level, row, column], pixels)| (TileId { level, row, column }, pixels))
@@ -101,7 +107,7 @@ impl Watch {
         let mut seen = Vec::new();
         for sampler in &self.samplers {
             seen.push(match taken(&sampler) {
-                true => tiles(self.host.list(sampler.samples.words())),
+                true => tiles(self.host.borrow_mut().list(sampler.samples.words())),
                 false => Vec::new(),
             });
         }
