@@ -269,3 +269,21 @@ fn tools_that_cargo_needs_are_named() {
         .run(&["demo"])
         .refused("no C++ compiler (my-c++");
 }
+
+#[test]
+fn tests_without_a_browser_are_allowed_and_told_but_not_in_ci() {
+    let system = |browser: bool, ci: &str| {
+        let system = System::new(&[LOADER, DRIVER, LAYER], 1000).with("CI", ci);
+        system.tool("cargo", "echo \"allowed: ${ORTELIUS_ALLOW_NO_BROWSER-no}\"");
+        if browser {
+            system.tool("chromium", "");
+        }
+        system.run(&["test"]).said
+    };
+    let without = system(false, "");
+    assert!(without.contains("no Chromium here") && without.contains("allowed: 1"), "{without}");
+    for (browser, ci) in [(true, ""), (true, "true"), (false, "true")] {
+        let said = system(browser, ci);
+        assert!(!said.contains("Chromium") && said.contains("allowed: no"), "{said}");
+    }
+}

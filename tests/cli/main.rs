@@ -3,6 +3,7 @@
 mod compare;
 mod doctor;
 mod dumps;
+mod figures;
 mod pictures;
 mod report;
 mod tiles;

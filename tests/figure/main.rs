@@ -2,6 +2,7 @@
 //! figures here are made up, so that it takes no device and no time; the last module holds the real ones to the rules.
 
 mod against;
+mod browser;
 mod family;
 mod listed;
 mod outputs;

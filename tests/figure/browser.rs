@@ -1,0 +1,168 @@
+//! The page in a real browser: headless Chromium measures its layout and takes pictures of it, on a phone's and a desk's
+//! width, light and dark. The pictures stay under `target/tmp/page/`, to be looked at.
+
+use super::family::{BARS, FAILS, MANY, SWEPT};
+use super::*;
+use ortelius::figure::Changes;
+use ortelius::picture::write::{Srgb8Picture, read_png};
+use std::path::PathBuf;
+use std::process::Command;
+
+const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+
+/// None only where the user allows that.
+fn browser() -> Option<PathBuf> {
+    let named = std::env::var_os("ORTELIUS_BROWSER").map(PathBuf::from);
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let mut places = std::env::split_paths(&path).flat_map(|folder| NAMES.map(|name| folder.join(name)));
+    let found = named.or_else(|| places.find(|place| place.is_file()));
+    let allowed = std::env::var_os("ORTELIUS_ALLOW_NO_BROWSER").is_some_and(|value| value == "1");
+    let ci = std::env::var_os("CI").is_some_and(|value| value == "true");
+    if found.is_none() {
+        assert!(
+            allowed && !ci,
+            "no browser ({}) in PATH: install Chromium, name one in ORTELIUS_BROWSER, or do without the check of the page \
+             with ORTELIUS_ALLOW_NO_BROWSER=1",
+            NAMES.join(", ")
+        );
+        eprintln!("NOT RUN: no browser here, and ORTELIUS_ALLOW_NO_BROWSER=1");
+    }
+    found
+}
+
+/// A page with everything that a page can have.
+fn page(folder: &Path) {
+    let figures = [&SWEPT, &BARS, &MANY, &FAILS];
+    let results = reported(&figures, folder);
+    let mut before = results.clone();
+    before.figures[0].claims[0].finding.verdict = ortelius::figure::Verdict::InPart;
+    for cell in &mut before.figures[2].cells {
+        if let ortelius::figure::Outcome::Rows(rows) = &mut cell.outcome {
+            rows.iter_mut().for_each(|row| row.unit = "s".into());
+        }
+    }
+    let changes = Changes::between(&before, &results);
+    assert!(!changes.claims.is_empty() && changes.values.len() > 50);
+    let store = Store::at(folder);
+    write_outputs(&store, &figures, &results, &store.all(&figures).unwrap(), &[], Some(&changes)).unwrap();
+}
+
+fn run_browser(browser: &Path, folder: &Path, arguments: &[&str], page: &str) -> String {
+    let page = format!("file://{}", folder.join(page).display());
+    let profile = format!("--user-data-dir={}", folder.join("profile").display());
+    let ran = Command::new(browser)
+        // Root, as in containers, has no sandbox; the only page is ours.
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"])
+        .args(["--no-first-run", "--virtual-time-budget=4000", &profile])
+        .args(arguments)
+        .arg(page)
+        .env("HOME", folder)
+        .output()
+        .unwrap_or_else(|error| panic!("{}: {error}", browser.display()));
+    assert!(ran.status.success(), "{}: {}", browser.display(), String::from_utf8_lossy(&ran.stderr));
+    String::from_utf8(ran.stdout).unwrap()
+}
+
+/// Widths of the window that the layout is measured at.
+const WIDTHS: [u32; 4] = [320, 390, 768, 1280];
+
+/// Asks each frame: how much wider it is than its window, its least letters in plots (hundredths of a pixel), texts that
+/// leave their plot, and how many plots and opened tables it shows.
+const MEASURE: &str = "<script>onload = () => {
+  const found = [...document.querySelectorAll('iframe')].map(frame => {
+    const page = frame.contentDocument, root = page.documentElement;
+    const plots = [...page.querySelectorAll('svg.plot')];
+    const letters = plots.map(plot => 12 * plot.getBoundingClientRect().width / plot.viewBox.baseVal.width);
+    const outside = plots.flatMap(plot => [...plot.querySelectorAll('text')].filter(text => {
+      const box = text.getBBox(), edge = plot.viewBox.baseVal;
+      return box.x < -1 || box.x + box.width > edge.width + 1 || box.y < -1 || box.y + box.height > edge.height + 1;
+    })).map(text => text.textContent.replace(/[<>&|]/g, ''));
+    const tables = page.querySelectorAll('details[open] table').length;
+    return [root.scrollWidth - frame.clientWidth, Math.floor(100 * Math.min(...letters)), plots.length, tables,
+      outside.join('/')].join('|');
+  });
+  document.getElementById('found').textContent = found.join('\\n');
+};</script>";
+
+#[test]
+fn the_page_fits_its_window_and_no_text_leaves_its_plot() {
+    let Some(browser) = browser() else { return };
+    let folder = folder();
+    page(folder.path());
+    let frame =
+        |width| format!("<iframe src='index.html' style='width:{width}px;height:900px;border:0'></iframe>");
+    let frames: String = WIDTHS.iter().map(frame).collect();
+    std::fs::write(folder.path().join("frames.html"), format!("{frames}<pre id='found'></pre>{MEASURE}"))
+        .unwrap();
+    let text = run_browser(
+        &browser,
+        folder.path(),
+        &["--dump-dom", "--allow-file-access-from-files", "--window-size=1400,1000"],
+        "frames.html",
+    );
+    let found = text.split("<pre id=\"found\">").nth(1).and_then(|rest| rest.split("</pre>").next());
+    let found: Vec<&str> = found.unwrap_or_else(|| panic!("no measurement in {text}")).lines().collect();
+    assert_eq!(found.len(), WIDTHS.len(), "{found:?}");
+    for (width, line) in WIDTHS.iter().zip(found) {
+        let parts: Vec<&str> = line.split('|').collect();
+        let number = |at: usize| parts[at].parse::<i64>().unwrap_or_else(|_| panic!("{line}"));
+        assert_eq!(number(0), 0, "at {width} pixels the page is {} wider than its window", number(0));
+        // 7 CSS pixels are the least that a phone's user reads without zooming.
+        assert!(number(1) >= 700, "at {width} pixels letters of {} hundredths", number(1));
+        assert_eq!((number(2), number(3)), (16, 4), "plots and open tables at {width} pixels");
+        assert_eq!(parts[4], "", "at {width} pixels these texts leave their plots");
+    }
+}
+
+fn screenshot(browser: &Path, folder: &Path, name: &str, size: &str, dark: bool) -> Srgb8Picture {
+    let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page");
+    std::fs::create_dir_all(&kept).unwrap();
+    let file = kept.join(format!("{name}.png"));
+    std::fs::remove_file(&file).ok();
+    let scheme = format!("--blink-settings=preferredColorScheme={}", if dark { 0 } else { 1 });
+    let shot = format!("--screenshot={}", file.display());
+    run_browser(browser, folder, &[&scheme, &shot, &format!("--window-size={size}")], "index.html");
+    read_png(&file).unwrap()
+}
+
+fn pixels(picture: &Srgb8Picture, colour: u32) -> usize {
+    let rgb = [(colour >> 16) as u8, (colour >> 8) as u8, colour as u8];
+    picture.rgba.chunks_exact(4).filter(|pixel| pixel[..3] == rgb).count()
+}
+
+/// Of `page.css` and `plot.css`: paper, ink, verdicts (yes, part, no), first and last hue, bars.
+const LIGHT: [u32; 8] = [0xffffff, 0x1c2126, 0x1a7f4b, 0x8a6100, 0xb3261e, 0x0068a8, 0x5a6066, 0x3b7fb5];
+const DARK: [u32; 8] = [0x14181c, 0xe8ebee, 0x4cc38a, 0xe5b53c, 0xff8a80, 0x5cb3ee, 0xc3c9cf, 0x5a9fd4];
+
+#[test]
+fn the_page_shows_its_colours_on_phone_and_desk_light_and_dark() {
+    let Some(browser) = browser() else { return };
+    let folder = folder();
+    page(folder.path());
+    for (place, size, width) in [("phone", "390,6000", 390), ("desk", "1280,6000", 1280)] {
+        for (scheme, colours, others) in [("light", LIGHT, DARK), ("dark", DARK, LIGHT)] {
+            let name = format!("{place}-{scheme}");
+            let picture = screenshot(&browser, folder.path(), &name, size, scheme == "dark");
+            assert_eq!(picture.width, width, "{name}");
+            let whole = (picture.width * picture.height) as usize;
+            // Most is paper; letters, badges, lines and bars are there in their colours, and nothing of the other scheme.
+            assert!((whole / 2..whole * 99 / 100).contains(&pixels(&picture, colours[0])), "{name}: paper");
+            for (n, colour) in colours.into_iter().enumerate().skip(1) {
+                assert!(pixels(&picture, colour) >= 20, "{name}: colour {n} is nowhere");
+                // The soft edges of letters run through many colours.
+                let (own, other) = (pixels(&picture, colour), pixels(&picture, others[n]));
+                assert!(
+                    other * 4 < own,
+                    "{name}: colour {n}: {own} pixels, and {other} of the other scheme's"
+                );
+            }
+            // Nothing runs out of the window on the right.
+            let right = picture.rgba.chunks_exact(4).skip(width as usize - 4).step_by(width as usize);
+            let paper = (colours[0] >> 8) as u8;
+            assert!(
+                right.into_iter().all(|pixel| pixel[1] == paper),
+                "{name}: something in the right margin"
+            );
+        }
+    }
+}
