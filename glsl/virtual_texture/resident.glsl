@@ -3,7 +3,6 @@ layout(constant_id = 8) const uint BORDER = 4;        // texels of the neighbour
 layout(constant_id = 10) const uint SINGLE_LEVEL = 9;  // from here on a level is one tile, always in J1 ...
 layout(constant_id = 11) const uint SINGLE_SLOT = 0;   // ... at this slot and those after it
 
-layout(binding = 0) uniform utexture2D u1;
 layout(binding = 1) uniform utexture2D h1;  // display table, one mip level for each q: fade << 24 | slot + 1, or 0
 
 struct Resident {

@@ -8,6 +8,7 @@
 
 // Is each texel that texturing would filter the one that the pixel's own (s, t) and level ask for? The texture's
 // texels are hashes of their level and place; everything is fetched without a sampler.
+layout(binding = 0) uniform utexture2D u1;
 layout(binding = 2) uniform texture2DArray j1;  // as bytes
 
 layout(location = 0) flat in uvec2 triangle_origin;

@@ -7,6 +7,8 @@
 #include "virtual_texture/resident.glsl"
 #include "virtual_texture/filter.glsl"
 
+layout(binding = 0) uniform utexture2D u1;
+
 layout(location = 0) flat in uvec2 triangle_origin;
 layout(location = 1) in vec2 from_origin;
 layout(location = 0) out vec4 colour;  // linear light

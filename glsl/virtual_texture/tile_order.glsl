@@ -4,8 +4,9 @@ layout(constant_id = 7) const uint NATIVE_KEYING = 0;  // 0: (i, j) in M0, as pr
 
 uint mark_index(uvec3 qij) {
     uint cells = tile_grid().x * tile_grid().y;
-    // Native: levels 0 to q-1 have (1 - 4^-q) 4/3 of level 0's cells; the division leaves no rest.
-    uint finer = NATIVE_KEYING == 1 ? (cells - (cells >> 2u * qij.x)) / 3u * 4u : qij.x * cells;
+    // Native: levels 0 to q-1 have (1 - 4^-q) 4/3 of level 0's cells; the division leaves no rest, so it is a product
+    // with 3's inverse modulo 2^32.
+    uint finer = NATIVE_KEYING == 1 ? (cells - (cells >> 2u * qij.x)) * 0xaaaaaaabu * 4u : qij.x * cells;
     return finer + (qij.y << (COLUMN_BITS - (NATIVE_KEYING == 1 ? qij.x : 0u))) + qij.z;
 }
 

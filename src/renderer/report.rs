@@ -225,7 +225,7 @@ impl Renderer {
             picture_width: self.settings.size[0],
             picture_height: self.settings.size[1],
             variant: VariantReport {
-                u1: self.pipeline.stage1.format.name(),
+                u1: self.pipeline.stage1().map_or("none", |stage1| stage1.format.name()),
                 list: config.list.name(),
                 feedback_log2: config.feedback_log2,
                 dedup: config.dedup.name(),

@@ -77,6 +77,11 @@ choices! {
         Bitset = "bitset",
         /// Compute: each pixel stores the frame's number in its tile's byte (Hollemeersch et al. 2010).
         MarkBytes = "mark-bytes",
+        /// No U1: the fragment shader that textures marks its own tile, hidden fragments' too where they are drawn before
+        /// what hides them. A superset; one draw of the mesh.
+        Fused = "fused",
+        /// As fused, behind a draw of depth alone: only what is seen is shaded and marked. Exact.
+        FusedExact = "fused-exact",
     }
 }
 

@@ -21,7 +21,7 @@ pub struct GraphicsInfo<'a> {
     pub name: &'a str,
     pub vertex: &'static Shader,
     pub geometry: Option<&'static Shader>,
-    /// None: nothing is rasterised (transform feedback alone).
+    /// None: depth alone is drawn, or, without `depth`, nothing is rasterised (transform feedback alone).
     pub fragment: Option<&'static Shader>,
     /// (constant's name in GLSL, value); every name must exist in one of the shaders.
     pub specialization: &'a [(&'a str, u32)],
@@ -293,7 +293,7 @@ impl Gpu {
         });
         let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
         let raster = vk::PipelineRasterizationStateCreateInfo::default()
-            .rasterizer_discard_enable(info.fragment.is_none())
+            .rasterizer_discard_enable(info.fragment.is_none() && info.depth.is_none())
             // Meshes are counter-clockwise seen from outside; what shows its back is behind the limb.
             .cull_mode(if info.points { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK })
             .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
@@ -307,9 +307,12 @@ impl Gpu {
                 Some(Depth::Equal) => vk::CompareOp::EQUAL,
                 _ => vk::CompareOp::GREATER,
             });
+        let color_writes = match info.fragment {
+            Some(_) => vk::ColorComponentFlags::RGBA,
+            None => vk::ColorComponentFlags::empty(),
+        };
         let attachments = vec![
-            vk::PipelineColorBlendAttachmentState::default()
-                .color_write_mask(vk::ColorComponentFlags::RGBA);
+            vk::PipelineColorBlendAttachmentState::default().color_write_mask(color_writes);
             info.colors.len()
         ];
         let blend = vk::PipelineColorBlendStateCreateInfo::default()

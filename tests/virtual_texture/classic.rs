@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 
 /// U1 of the renderer's last frame as the host gets it.
 fn copied(gpu: &Gpu, renderer: &Renderer) -> HostCopy {
-    let stage1 = &renderer.pipeline.stage1;
+    let stage1 = renderer.pipeline.stage1().unwrap();
     let copy = HostCopy::new(gpu, stage1.u1.info().size, stage1.format).unwrap();
     let mut frame = gpu.frame().unwrap();
     frame
@@ -26,7 +26,7 @@ fn copied(gpu: &Gpu, renderer: &Renderer) -> HostCopy {
 
 /// A frame's samples as the host gets them.
 fn gathered(gpu: &Gpu, renderer: &Renderer, n: u32, frames: std::ops::Range<u64>) -> Vec<Vec<u32>> {
-    let stage1 = &renderer.pipeline.stage1;
+    let stage1 = renderer.pipeline.stage1().unwrap();
     let gather = Feedback::new(gpu, stage1.format, n).unwrap();
     let samples = gather.samples(gpu, stage1.u1.info().size).unwrap();
     let take = |number| {
@@ -119,7 +119,7 @@ fn samples_name_no_tile_too_many_and_a_cycle_of_them_all() {
         renderer.frame(&pose(&scene, camera)).unwrap();
         let pyramid = renderer.source.pyramid();
         let exact = reference::visible_tiles(&renderer.u1().unwrap(), &pyramid);
-        let format = renderer.pipeline.stage1.format;
+        let format = renderer.pipeline.stage1().unwrap().format;
         let mut host = HostList::new(HostPass::Bitmap, &pyramid, format, Keying::Native).unwrap();
         for n in [2, 4, 6, 8] {
             let mut memory = feedback::Memory::new(feedback::cycle(n));

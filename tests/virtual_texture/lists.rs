@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 /// Runs stages 2 and 3 of a variant on the U1 that the renderer's last frame left.
 fn list(gpu: &Gpu, renderer: &Renderer, config: &Config) -> Vec<[u32; 3]> {
     let pyramid = renderer.source.pyramid();
-    let stage1 = &renderer.pipeline.stage1;
+    let stage1 = renderer.pipeline.stage1().unwrap();
     let dedup = DedupPass::new(gpu, &pyramid, config, stage1).unwrap();
     let compact = CompactPass::new(gpu, &pyramid, config).unwrap();
     run(gpu, renderer, config, &dedup, &compact)
@@ -27,7 +27,7 @@ fn run(
     dedup: &DedupPass,
     compact: &CompactPass,
 ) -> Vec<[u32; 3]> {
-    let stage1 = &renderer.pipeline.stage1;
+    let stage1 = renderer.pipeline.stage1().unwrap();
     let marks = dedup.marks(gpu).unwrap();
     let mut list = compact.list(gpu, u64::from(config.list_capacity)).unwrap();
     let mut frame = gpu.frame().unwrap();
@@ -113,7 +113,7 @@ fn every_block_size_memo_and_keying_lists_the_reference_set_in_all_scenes() {
 fn all_variants(renderer: &Renderer) -> Vec<Config> {
     let pyramid = renderer.source.pyramid();
     let mut configs = Vec::new();
-    for &dedup in Dedup::ALL {
+    for dedup in Dedup::staged() {
         for &compact in Compaction::ALL {
             for keying in [Keying::Paper, Keying::Native] {
                 let config = Config { dedup, compact, keying, ..renderer.settings.config };
@@ -130,7 +130,7 @@ struct Passes(Vec<(Pyramid, U1Format, Config, DedupPass, CompactPass)>);
 
 impl Passes {
     fn list(&mut self, gpu: &Gpu, renderer: &Renderer, config: &Config) -> Vec<[u32; 3]> {
-        let (pyramid, stage1) = (renderer.source.pyramid(), &renderer.pipeline.stage1);
+        let (pyramid, stage1) = (renderer.source.pyramid(), renderer.pipeline.stage1().unwrap());
         let same = |known: &(Pyramid, U1Format, Config, _, _)| {
             (known.0, known.1, known.2) == (pyramid, stage1.format, Config { u1: None, ..*config })
         };

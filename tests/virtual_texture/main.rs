@@ -3,6 +3,7 @@
 
 mod classic;
 mod filters;
+mod fused;
 mod lists;
 mod paths;
 mod streaming;

@@ -38,7 +38,7 @@ enum Step {
 /// A compute variant's shader, and the side of the square of pixels that one invocation looks at, as log2.
 fn compute(dedup: Dedup) -> Option<(&'static Shader, u32)> {
     Some(match dedup {
-        Dedup::Geometry | Dedup::Points => return None,
+        Dedup::Geometry | Dedup::Points | Dedup::Fused | Dedup::FusedExact => return None,
         Dedup::AtomicOr => (&dedup_atomic_or_comp::SHADER, 0),
         Dedup::TestOr => (&dedup_test_or_comp::SHADER, 0),
         Dedup::SubgroupUnique => (&dedup_subgroup_unique_comp::SHADER, 0),
@@ -60,6 +60,7 @@ impl DedupPass {
     /// The device cannot run the variant; out of memory.
     pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage1: &Footprint) -> Result<DedupPass> {
         assert_eq!(config.check(pyramid), Ok(()), "asked before");
+        assert!(!config.dedup.fused(), "{}: not a pass of its own", config.dedup.name());
         gpu.require(&config.dedup.needs())?;
         let mut constants = with(
             pyramid_constants(pyramid, stage1.format),

@@ -15,7 +15,7 @@ use std::cell::Cell;
 
 /// The passes between stage 1 and the host's list.
 pub enum Lister {
-    /// Stages 2 and 3.
+    /// Stages 2 and 3; stage 3 alone where the draw itself marks.
     Device(Box<Stages>),
     /// All of `U1` goes to the host.
     Host(HostList),
@@ -23,11 +23,12 @@ pub enum Lister {
     Feedback(Feedback, HostList, Cell<u64>),
 }
 
-/// Stages 2 and 3, and the room that their lists get at first.
+/// Stages 2 and 3, and what their marks and lists are made for.
 pub struct Stages {
-    pub dedup: DedupPass,
-    pub compact: CompactPass,
-    capacity: u64,
+    dedup: Option<DedupPass>,
+    compact: CompactPass,
+    pyramid: Pyramid,
+    config: Config,
 }
 
 /// What a frame in flight keeps of its list.
@@ -38,20 +39,24 @@ pub enum Listed {
 }
 
 impl Lister {
+    /// `stage1`: all but fused variants have one.
+    ///
     /// # Errors
     /// A limit or memory that the device lacks.
-    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage1: &Footprint) -> Result<Lister> {
-        let host = |pass| HostList::new(pass, pyramid, stage1.format, config.keying);
+    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage1: Option<&Footprint>) -> Result<Lister> {
+        let format = || stage1.expect("the host's lists are of U1").format;
+        let host = |pass| HostList::new(pass, pyramid, format(), config.keying);
         Ok(match config.list {
             Listing::Device => Lister::Device(Box::new(Stages {
-                dedup: DedupPass::new(gpu, pyramid, config, stage1)?,
+                dedup: stage1.map(|stage1| DedupPass::new(gpu, pyramid, config, stage1)).transpose()?,
                 compact: CompactPass::new(gpu, pyramid, config)?,
-                capacity: u64::from(config.list_capacity),
+                pyramid: *pyramid,
+                config: *config,
             })),
             Listing::HostHash => Lister::Host(host(HostPass::Hash)?),
             Listing::HostBitmap => Lister::Host(host(HostPass::Bitmap)?),
             Listing::Feedback => {
-                let feedback = Feedback::new(gpu, stage1.format, config.feedback_log2)?;
+                let feedback = Feedback::new(gpu, format(), config.feedback_log2)?;
                 Lister::Feedback(feedback, host(HostPass::Bitmap)?, Cell::new(0))
             }
         })
@@ -61,27 +66,34 @@ impl Lister {
     ///
     /// # Errors
     /// Out of memory.
-    pub fn listed(&self, gpu: &Gpu, stage1: &Footprint) -> Result<Listed> {
-        let size = stage1.u1.info().size;
-        Ok(match self {
-            Lister::Device(stages) => Listed::Device {
-                marks: stages.dedup.marks(gpu)?,
-                list: Box::new(stages.compact.list(gpu, stages.capacity)?),
+    pub fn listed(&self, gpu: &Gpu, stage1: Option<&Footprint>) -> Result<Listed> {
+        Ok(match (self, stage1) {
+            (Lister::Device(stages), _) => Listed::Device {
+                marks: Marks::new(gpu, &stages.pyramid, &stages.config)?,
+                list: Box::new(stages.compact.list(gpu, u64::from(stages.config.list_capacity))?),
             },
-            Lister::Host(_) => Listed::Host(HostCopy::new(gpu, size, stage1.format)?),
-            Lister::Feedback(feedback, ..) => Listed::Feedback(feedback.samples(gpu, size)?),
+            (Lister::Host(_), Some(Footprint { u1, format, .. })) => {
+                Listed::Host(HostCopy::new(gpu, u1.info().size, *format)?)
+            }
+            (Lister::Feedback(feedback, ..), Some(Footprint { u1, .. })) => {
+                Listed::Feedback(feedback.samples(gpu, u1.info().size)?)
+            }
+            (_, None) => panic!("the host's lists are of U1"),
         })
     }
 
-    /// Records the passes.
+    /// Records the passes; `u1` where there is one.
     ///
     /// # Errors
     /// Out of memory.
-    pub fn record(&self, frame: &mut Frame<'_>, u1: &Image, into: &Listed) -> Result<()> {
+    pub fn record(&self, frame: &mut Frame<'_>, u1: Option<&Image>, into: &Listed) -> Result<()> {
         let [first, second, third] = self.labels();
+        let of_u1 = || u1.expect("stage 1 has drawn U1");
         match (self, into) {
             (Lister::Device(stages), Listed::Device { marks, list }) => {
-                frame.pass(first, |cmd| stages.dedup.run(cmd, u1, marks))?;
+                if let Some(dedup) = &stages.dedup {
+                    frame.pass(first, |cmd| dedup.run(cmd, of_u1(), marks))?;
+                }
                 frame.pass(second, |cmd| stages.compact.run(cmd, marks, list))?;
                 frame.pass(third, |cmd| {
                     list.read_back(cmd);
@@ -89,11 +101,13 @@ impl Lister {
                 })
             }
             (Lister::Host(_), Listed::Host(copy)) => frame.pass(first, |cmd| {
-                copy.run(cmd, u1);
+                copy.run(cmd, of_u1());
                 Ok(())
             }),
             (Lister::Feedback(feedback, _, number), Listed::Feedback(samples)) => {
-                frame.pass(first, |cmd| feedback.run(cmd, u1, samples, number.replace(number.get() + 1)))?;
+                frame.pass(first, |cmd| {
+                    feedback.run(cmd, of_u1(), samples, number.replace(number.get() + 1))
+                })?;
                 frame.pass(second, |cmd| {
                     samples.read_back(cmd);
                     Ok(())
@@ -105,6 +119,7 @@ impl Lister {
 
     fn labels(&self) -> [&'static str; 3] {
         match self {
+            Lister::Device(stages) if stages.dedup.is_none() => ["", "compact", "read-back"],
             Lister::Device(_) => ["dedup", "compact", "read-back"],
             Lister::Host(_) => ["copy U1", "", ""],
             Lister::Feedback(..) => ["feedback", "read-back", ""],
@@ -135,6 +150,14 @@ impl Lister {
 }
 
 impl Listed {
+    /// What stage 2 leaves, or the draw that marks.
+    pub fn marks(&self) -> Option<&Marks> {
+        match self {
+            Listed::Device { marks, .. } => Some(marks),
+            _ => None,
+        }
+    }
+
     /// (name, bytes) on the device, and where the host reads.
     pub fn memory(&self) -> Vec<(&'static str, u64)> {
         match self {

@@ -10,7 +10,7 @@
 //! - [`streaming`], section 3: two caches, A1, A2, A3;
 //! - [`resident`]: `J1`, `G1` and the display table in video memory;
 //! - [`fade`]: tiles that arrive are mixed in over some frames (ours, an option);
-//! - [`texturing`], section 4: the picture from what is resident;
+//! - [`texturing`], section 4: the picture from what is resident; [`fused`]: stages 1, 2 and 4 in one draw;
 //! - [`scout`]: the tiles that the camera will see (ours, an option);
 //! - [`session`]: frames, one after the other; [`figures`]: what is measured of all this;
 //! - [`reference`]: the same in integers and f64 on the CPU; [`ruler`]: the proof that each texel is the right one.
@@ -26,6 +26,7 @@ pub mod fade;
 pub mod feedback;
 pub mod figures;
 pub mod footprint;
+pub mod fused;
 pub mod list;
 pub mod lister;
 pub mod marks;

@@ -1,11 +1,13 @@
-//! The paper's frame: uploads, stage 1, 2, 3, read-back, texturing, over one mesh and one texture.
+//! The paper's frame: uploads, stage 1, 2, 3, read-back, texturing, over one mesh and one texture. Where the variant is
+//! fused, one draw stands for stages 1 and 2 and for texturing.
 //!
 //! The list of frame n is used in frame n + [`FRAMES_IN_FLIGHT`]: the host never waits for a frame that it has
 //! just handed over.
 
 use super::{
-    Config, fade::FadeIn, footprint::Footprint, lister::Listed, lister::Lister, resident::Resident,
-    resident::ResidentError, resident::Uploads, streaming::Uploader, surface::Surface, texturing::Texturing,
+    Config, fade::FadeIn, footprint::Footprint, fused::Fused, lister::Listed, lister::Lister,
+    resident::Resident, resident::ResidentError, resident::Uploads, streaming::Uploader, surface::Surface,
+    texturing::Texturing,
 };
 use crate::math::pyramid::TileId;
 use crate::scene::{mesh::Mesh, source::TileSource};
@@ -15,14 +17,20 @@ use std::time::{Duration, Instant};
 
 /// Everything that a frame of paper 1 needs on the device.
 pub struct Pipeline {
-    pub stage1: Footprint,
+    drawing: Drawing,
     /// Stages 2 and 3, or what stands for them.
     pub lister: Lister,
-    pub texturing: Texturing,
     pub resident: Resident,
     pub surface: Surface,
     fade: FadeIn,
     flights: Vec<Flight>,
+}
+
+/// How the picture comes about.
+enum Drawing {
+    /// Stage 1 and, after the list, texturing from `U1`.
+    Staged(Box<Footprint>, Texturing),
+    Fused(Box<Fused>),
 }
 
 /// What each frame in flight has for itself.
@@ -52,6 +60,15 @@ impl Uploader for Copies<'_> {
     }
 }
 
+impl Drawing {
+    fn stage1(&self) -> Option<&Footprint> {
+        match self {
+            Drawing::Staged(stage1, _) => Some(stage1),
+            Drawing::Fused(_) => None,
+        }
+    }
+}
+
 impl Pipeline {
     /// `gpu_tiles` is N1; `most_uploads` bounds the tiles copied in one frame.
     ///
@@ -66,27 +83,38 @@ impl Pipeline {
         [gpu_tiles, most_uploads]: [u32; 2],
     ) -> std::result::Result<Pipeline, ResidentError> {
         let pyramid = source.pyramid();
-        let stage1 = Footprint::new(gpu, &pyramid, config, target.info().size)?;
-        let lister = Lister::new(gpu, &pyramid, config, &stage1)?;
         let resident = Resident::new(gpu, source, gpu_tiles)?;
+        let drawing = if config.fused() {
+            Drawing::Fused(Box::new(Fused::new(gpu, &pyramid, config, &resident, target)?))
+        } else {
+            let stage1 = Footprint::new(gpu, &pyramid, config, target.info().size)?;
+            let format = target.info().format;
+            let texturing = Texturing::new(gpu, &pyramid, config, &stage1, &resident, format)?;
+            Drawing::Staged(Box::new(stage1), texturing)
+        };
+        let lister = Lister::new(gpu, &pyramid, config, drawing.stage1())?;
         let flights = (0..FRAMES_IN_FLIGHT)
             .map(|_| {
                 Ok(Flight {
-                    listed: lister.listed(gpu, &stage1)?,
+                    listed: lister.listed(gpu, drawing.stage1())?,
                     uploads: resident.uploads(gpu, most_uploads)?,
                     ticket: None,
                 })
             })
             .collect::<Result<_>>()?;
         Ok(Pipeline {
-            texturing: Texturing::new(gpu, &pyramid, config, &stage1, &resident, target.info().format)?,
             surface: Surface::new(gpu, mesh)?,
             fade: FadeIn::new(config.fade_in_frames),
-            stage1,
+            drawing,
             lister,
             resident,
             flights,
         })
+    }
+
+    /// Stage 1; a fused variant has none.
+    pub fn stage1(&self) -> Option<&Footprint> {
+        self.drawing.stage1()
     }
 
     /// Waits for the frame that used place `flight` last, and takes what it found out.
@@ -130,16 +158,28 @@ impl Pipeline {
             self.resident.copy(cmd, uploads);
             Ok(())
         })?;
-        frame.pass("footprint", |cmd| self.stage1.draw(cmd, &self.surface, view))?;
-        self.lister.record(frame, &self.stage1.u1, listed)?;
-        frame.pass("texturing", |cmd| {
-            self.texturing.draw(cmd, &self.stage1, &self.resident, &self.surface, view, target)
-        })
+        let Pipeline { resident, surface, .. } = self;
+        match &self.drawing {
+            Drawing::Staged(stage1, texturing) => {
+                frame.pass("footprint", |cmd| stage1.draw(cmd, surface, view))?;
+                self.lister.record(frame, Some(&stage1.u1), listed)?;
+                frame.pass("texturing", |cmd| texturing.draw(cmd, stage1, resident, surface, view, target))
+            }
+            Drawing::Fused(fused) => {
+                let marks = listed.marks().expect("a fused variant's list is the device's");
+                frame.pass("fused", |cmd| fused.draw(cmd, resident, surface, marks, view, target))?;
+                self.lister.record(frame, None, listed)
+            }
+        }
     }
 
     /// Labels of the frame's passes, in order.
     pub fn passes(&self) -> Vec<&'static str> {
-        ["upload", "footprint"].into_iter().chain(self.lister.passes()).chain(["texturing"]).collect()
+        let (before, after): (&[_], &[_]) = match self.drawing {
+            Drawing::Staged(..) => (&["upload", "footprint"], &["texturing"]),
+            Drawing::Fused(_) => (&["upload", "fused"], &[]),
+        };
+        before.iter().copied().chain(self.lister.passes()).chain(after.iter().copied()).collect()
     }
 
     /// Whether every tile that has arrived is shown in full.
@@ -156,7 +196,10 @@ impl Pipeline {
     /// does not say otherwise.
     pub fn memory(&self) -> Vec<(&'static str, u64)> {
         let [j1, g1, h1] = self.resident.bytes();
-        let mut memory = vec![("U1", self.stage1.u1.bytes()), ("depth", self.stage1.depth.bytes())];
+        let mut memory = match &self.drawing {
+            Drawing::Staged(stage1, _) => vec![("U1", stage1.u1.bytes()), ("depth", stage1.depth.bytes())],
+            Drawing::Fused(fused) => vec![("depth", fused.bytes())],
+        };
         // Each frame in flight has the same.
         let lists = self.flights[0].listed.memory();
         memory.extend(lists.into_iter().map(|(name, bytes)| (name, FRAMES_IN_FLIGHT as u64 * bytes)));

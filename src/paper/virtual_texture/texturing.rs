@@ -17,7 +17,19 @@ use crate::vk::{
 };
 
 /// Linear light of what is no landscape.
-const SKY: Clear = Clear::Float([0.0, 0.0, 0.0, 1.0]);
+pub(super) const SKY: Clear = Clear::Float([0.0, 0.0, 0.0, 1.0]);
+
+/// What `filter.glsl` is specialized with.
+pub(super) fn constants(config: &Config, resident: &Resident) -> Vec<(&'static str, u32)> {
+    let filter = [
+        ("MAX_ANISOTROPY", config.max_anisotropy),
+        ("LITERAL_INTERPOLATION", u32::from(config.interpolation == Interpolation::Literal)),
+        ("FILTER", config.filter as u32),
+        ("SAMPLES", config.samples),
+        ("FADE_IN", u32::from(config.fade_in_frames > 0)),
+    ];
+    resident.constants().into_iter().chain(filter).collect()
+}
 
 pub struct Texturing {
     pipeline: GraphicsPipeline,
@@ -34,14 +46,7 @@ impl Texturing {
         resident: &Resident,
         target: Format,
     ) -> Result<Texturing> {
-        let constants = [
-            ("MAX_ANISOTROPY", config.max_anisotropy),
-            ("LITERAL_INTERPOLATION", u32::from(config.interpolation == Interpolation::Literal)),
-            ("FILTER", config.filter as u32),
-            ("SAMPLES", config.samples),
-            ("FADE_IN", u32::from(config.fade_in_frames > 0)),
-        ];
-        let constants: Vec<_> = resident.constants().into_iter().chain(constants).collect();
+        let constants = constants(config, resident);
         let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
             name: texturing_frag::SHADER.name,
             vertex: &mesh_vert::SHADER,

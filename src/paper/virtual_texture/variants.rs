@@ -30,7 +30,7 @@ pub enum Layout {
 impl Dedup {
     pub fn layout(self) -> Layout {
         match self {
-            Dedup::Bitset => Layout::Bits,
+            Dedup::Bitset | Dedup::Fused | Dedup::FusedExact => Layout::Bits,
             Dedup::MarkBytes => Layout::Bytes,
             _ => Layout::U2,
         }
@@ -39,6 +39,16 @@ impl Dedup {
     /// Whether it draws points into the marks; else shaders store them.
     pub fn draws(self) -> bool {
         matches!(self, Dedup::Geometry | Dedup::Points)
+    }
+
+    /// Those that are a pass of their own over `U1`.
+    pub fn staged() -> impl Iterator<Item = Dedup> {
+        Dedup::ALL.iter().copied().filter(|dedup| !dedup.fused())
+    }
+
+    /// Whether one draw marks and textures, so that there is no `U1`.
+    pub fn fused(self) -> bool {
+        matches!(self, Dedup::Fused | Dedup::FusedExact)
     }
 
     /// Device features.
@@ -50,6 +60,9 @@ impl Dedup {
             Dedup::Points => vec![need(Feature::LogicOp)],
             Dedup::SubgroupUnique => vec![need(Feature::Subgroups)],
             Dedup::MarkBytes => vec![need(Feature::ByteStores)],
+            Dedup::Fused | Dedup::FusedExact => {
+                vec![Need { pass: "fused", ..need(Feature::FragmentStores) }]
+            }
             _ => Vec::new(),
         }
     }
@@ -71,6 +84,11 @@ impl Compaction {
 }
 
 impl Config {
+    /// Whether one draw marks and textures, so that there is no `U1`; lists that the host makes are of `U1`.
+    pub fn fused(&self) -> bool {
+        self.list == Listing::Device && self.dedup.fused()
+    }
+
     /// Device features of stages 2 and 3, each once.
     pub fn needs(&self) -> Vec<Need> {
         let mut needs: Vec<Need> = Vec::new();

@@ -90,7 +90,7 @@ fn geometry_names(keep: impl Fn(u32, bool) -> bool) -> Vec<String> {
 }
 
 fn others() -> impl Iterator<Item = Dedup> {
-    Dedup::ALL.iter().copied().filter(|&dedup| dedup != Dedup::Geometry)
+    Dedup::staged().filter(|&dedup| dedup != Dedup::Geometry)
 }
 
 /// All variants by name.

@@ -66,7 +66,7 @@ const THE_PAPER: &str = "paper";
 
 /// The device's variants of stage 2, by name, all with native keying; the paper's own is apart.
 fn on_the_device() -> Vec<String> {
-    Dedup::ALL.iter().map(|dedup| dedup.name().to_string()).collect()
+    Dedup::staged().map(|dedup| dedup.name().to_string()).collect()
 }
 
 fn variants() -> Vec<String> {
@@ -166,7 +166,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let stage1 = Stage1::draw_at(bench, &cell.scene, size)?;
     let paper = Config { u1: Some(U1Format::Packed), ..PAPER };
     let mut pairs = vec![Pair::new(&stage1, THE_PAPER, paper)];
-    for &dedup in Dedup::ALL {
+    for dedup in Dedup::staged() {
         pairs.push(fastest_behind(bench, &stage1, dedup)?);
     }
     let mut rows = Vec::new();

@@ -65,13 +65,33 @@ pub fn read_u1(gpu: &Gpu, stage1: &Footprint, pyramid: &Pyramid) -> vk::Result<V
 }
 
 impl Session {
-    /// `U1` of the last frame, decoded.
+    /// A stage 1 that has drawn `pose`, where the variant has none of its own.
+    fn own_stage1(&self, pose: &Pose) -> Result<Option<Footprint>, SessionError> {
+        let (config, pyramid) = (&self.settings.config, self.source.pyramid());
+        if !config.fused() {
+            return Ok(None);
+        }
+        let stage1 = Footprint::new(&self.gpu, &pyramid, config, self.settings.size)?;
+        let view = surface::view(pose, self.settings.size, self.bias);
+        let mut frame = self.gpu.frame()?;
+        frame.pass("footprint", |cmd| stage1.draw(cmd, &self.pipeline.surface, &view))?;
+        frame.submit()?.wait()?;
+        Ok(Some(stage1))
+    }
+
+    fn stage1_or<'a>(&'a self, own: &'a Option<Footprint>) -> &'a Footprint {
+        own.as_ref().or(self.pipeline.stage1()).expect("a variant has a stage 1 or gets one")
+    }
+
+    /// `U1` of the last frame, decoded; a fused variant, which keeps none, draws it once more.
     ///
     /// # Errors
     /// Device lost, out of memory.
     pub fn u1(&mut self) -> Result<Vec<[u32; 3]>, SessionError> {
         self.drain()?;
-        Ok(read_u1(&self.gpu, &self.pipeline.stage1, &self.source.pyramid())?)
+        let (pose, _) = self.pose.expect("U1 is asked for after a frame");
+        let own = self.own_stage1(&pose)?;
+        Ok(read_u1(&self.gpu, self.stage1_or(&own), &self.source.pyramid())?)
     }
 
     /// Draws stage 1 once more from `pose`, with its inputs laid open.
@@ -81,12 +101,12 @@ impl Session {
     pub fn footprint(&mut self, pose: &Pose) -> Result<FootprintPicture, SessionError> {
         self.drain()?;
         let pyramid = self.source.pyramid();
-        let dump = FootprintDump::new(&self.gpu, &pyramid, &self.settings.config, &self.pipeline.stage1)?;
+        let own = self.own_stage1(pose)?;
+        let stage1 = self.stage1_or(&own);
+        let dump = FootprintDump::new(&self.gpu, &pyramid, &self.settings.config, stage1)?;
         let view = surface::view(pose, self.settings.size, self.bias);
         let mut frame = self.gpu.frame()?;
-        frame.pass("footprint dump", |cmd| {
-            dump.draw(cmd, &self.pipeline.stage1, &self.pipeline.surface, &view)
-        })?;
+        frame.pass("footprint dump", |cmd| dump.draw(cmd, stage1, &self.pipeline.surface, &view))?;
         frame.submit()?.wait()?;
         let floats = |image| -> Result<Vec<[f32; 4]>, SessionError> {
             let bytes = read_image(&self.gpu, image)?;
@@ -94,7 +114,7 @@ impl Session {
         };
         let coordinates = floats(&dump.coordinates)?.into_iter().map(|[s, t, ..]| [s, t]).collect();
         let derivatives = floats(&dump.derivatives)?;
-        Ok(FootprintPicture { coordinates, derivatives, triples: self.u1()? })
+        Ok(FootprintPicture { coordinates, derivatives, triples: read_u1(&self.gpu, stage1, &pyramid)? })
     }
 
     /// Judges the last frame, whose pose was `pose`, on a `ruler` texture: is every fetched texel the right one?
@@ -104,13 +124,13 @@ impl Session {
     pub fn ruler_verdicts(&mut self, pose: &Pose) -> Result<Verdicts, SessionError> {
         self.drain()?;
         let pyramid = self.source.pyramid();
-        let Pipeline { stage1, resident, .. } = &self.pipeline;
+        let Pipeline { resident, surface: mesh, .. } = &self.pipeline;
+        let own = self.own_stage1(pose)?;
+        let stage1 = self.stage1_or(&own);
         let check = RulerCheck::new(&self.gpu, &pyramid, &self.settings.config, stage1, resident)?;
         let view = surface::view(pose, self.settings.size, self.bias);
         let mut frame = self.gpu.frame()?;
-        frame.pass("ruler", |cmd| {
-            check.draw(cmd, &self.pipeline.stage1, &self.pipeline.resident, &self.pipeline.surface, &view)
-        })?;
+        frame.pass("ruler", |cmd| check.draw(cmd, stage1, resident, mesh, &view))?;
         frame.submit()?.wait()?;
         Ok(Verdicts::count(&read_words(&self.gpu, &check.verdict)?))
     }

@@ -45,7 +45,11 @@ impl Watch {
     /// Out of memory.
     pub fn new(opened: Opened) -> anyhow::Result<Watch> {
         let session = &opened.session;
-        let (gpu, format, size) = (&session.gpu, session.pipeline.stage1.format, session.settings.size);
+        let (gpu, format, size) = (
+            &session.gpu,
+            session.pipeline.stage1().expect("a staged variant").format,
+            session.settings.size,
+        );
         let sampler = |n| {
             let feedback = Feedback::new(gpu, format, n)?;
             Ok(Sampler { n, samples: feedback.samples(gpu, size)?, feedback })
@@ -72,9 +76,11 @@ impl Watch {
         let pipeline = &session.pipeline;
         let view = surface::view(pose, session.settings.size, 0);
         let mut frame = session.gpu.frame()?;
-        frame.pass("footprint", |cmd| pipeline.stage1.draw(cmd, &pipeline.surface, &view))?;
+        frame.pass("footprint", |cmd| {
+            pipeline.stage1().expect("a staged variant").draw(cmd, &pipeline.surface, &view)
+        })?;
         frame.pass("copy U1", |cmd| {
-            self.copy.run(cmd, &pipeline.stage1.u1);
+            self.copy.run(cmd, &pipeline.stage1().expect("a staged variant").u1);
             Ok(())
         })?;
         frame.submit()?.wait()?;
@@ -92,7 +98,7 @@ impl Watch {
     /// Device lost, out of memory.
     pub fn sample(&mut self, frame_number: u64, least: u32) -> anyhow::Result<Vec<Vec<TileId>>> {
         let session = &self.opened.session;
-        let u1 = &session.pipeline.stage1.u1;
+        let u1 = &session.pipeline.stage1().expect("a staged variant").u1;
         let taken = |sampler: &&Sampler| sampler.n >= least;
         let mut frame = session.gpu.frame()?;
         frame.pass("gather", |cmd| {

@@ -1,0 +1,34 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/extensions.glsl"
+#include "virtual_texture/pyramid.glsl"
+#include "virtual_texture/footprint.glsl"
+#include "virtual_texture/view.glsl"
+#include "virtual_texture/tile_order.glsl"
+#include "virtual_texture/resident.glsl"
+#include "virtual_texture/filter.glsl"
+
+// Stage 1, stage 2 and section 4 in one fragment: the triple is found, marked and shown, and never stored.
+// Without this a fragment that the depth test refuses would mark all the same.
+layout(early_fragment_tests) in;
+
+layout(binding = 3, scalar) buffer Marks { uint words[]; } marks;
+
+layout(location = 0) flat in uvec2 triangle_origin;
+layout(location = 1) in vec2 from_origin;
+layout(location = 0) out vec4 colour;  // linear light
+
+// The test may read an old value: then the OR is done once too often. A bit that is read as set is set.
+void mark(uvec3 qij) {
+    uint place = mark_index(uvec3(qij.x, qij.yz >> qij.x));
+    uint word = place >> 5, bit = 1u << (place & 31u);
+    if ((marks.words[word] & bit) == 0u) atomicOr(marks.words[word], bit);
+}
+
+void main() {
+    Coordinate at = coordinate(triangle_origin, from_origin);
+    Footprint f = footprint(dFdxFine(from_origin), dFdyFine(from_origin));
+    uvec3 qij = uvec3(level(squared_sides(f)), tile_row_column(at));
+    if (qij.x < FIRST_RESIDENT_LEVEL) mark(qij);
+    colour = filtered(wish(qij, at, f, view.level_bias), uvec3(gl_FragCoord.xy, view.frame));
+}

@@ -1,0 +1,104 @@
+//! Stages 1 and 2 and section 4 in one draw, which the paper has not: the fragment shader that textures also marks the
+//! tile that it wishes for. There is no `U1`, the mesh is textured where its triples are found, and stage 3 goes on as
+//! with any other marks.
+//!
+//! A fragment that is drawn before what hides it marks too, so [`Dedup::Fused`] lists a superset.
+//! [`Dedup::FusedExact`] first draws depth alone and then shades for EQUAL only: what marks is what is seen.
+
+use super::texturing::{SKY, constants};
+use super::{Config, U1Format, marks::Marks, pyramid_constants, resident::Resident, surface::Surface};
+use crate::math::pyramid::Pyramid;
+use crate::scene::Dedup;
+use crate::vk::shader::View as ViewConstants;
+use crate::vk::shader::virtual_texture::{fused_frag, mesh_vert};
+use crate::vk::{
+    Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo,
+    Resource, Result, View,
+};
+
+pub struct Fused {
+    depth: Image,
+    /// Where the variant is exact.
+    depth_alone: Option<GraphicsPipeline>,
+    shade: GraphicsPipeline,
+}
+
+impl Fused {
+    /// # Errors
+    /// The device stores nothing from fragment shaders; out of memory.
+    pub fn new(
+        gpu: &Gpu,
+        pyramid: &Pyramid,
+        config: &Config,
+        resident: &Resident,
+        target: &Image,
+    ) -> Result<Fused> {
+        assert_eq!(config.check(pyramid), Ok(()), "asked before");
+        gpu.require(&config.dedup.needs())?;
+        let exact = config.dedup == Dedup::FusedExact;
+        // No triple is stored: the format says nothing.
+        let mut specialization = constants(config, resident);
+        specialization.extend(pyramid_constants(pyramid, U1Format::Rgb32));
+        // Its marks are a bit for each tile.
+        specialization.push(("NATIVE_KEYING", 1));
+        let shade = GraphicsInfo {
+            name: fused_frag::SHADER.name,
+            vertex: &mesh_vert::SHADER,
+            geometry: None,
+            fragment: Some(&fused_frag::SHADER),
+            specialization: &specialization,
+            points: false,
+            depth: Some(if exact { Depth::Equal } else { Depth::Write }),
+            colors: &[target.info().format],
+            logic_or: false,
+        };
+        let depth_alone = GraphicsInfo {
+            name: "depth alone",
+            fragment: None,
+            specialization: &[],
+            depth: Some(Depth::Write),
+            ..shade
+        };
+        Ok(Fused {
+            depth: gpu.image("depth", ImageInfo::target(target.info().size, Format::Depth32Float))?,
+            depth_alone: if exact { Some(gpu.graphics_pipeline(&depth_alone)?) } else { None },
+            shade: gpu.graphics_pipeline(&shade)?,
+        })
+    }
+
+    /// Unmarks all, draws the picture and marks its tiles.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn draw(
+        &self,
+        cmd: &mut Cmd<'_>,
+        resident: &Resident,
+        surface: &Surface,
+        marks: &Marks,
+        view: &ViewConstants,
+        target: &Image,
+    ) -> Result<()> {
+        marks.begin(cmd);
+        let color = ColorTarget { image: target, clear: SKY };
+        let depth = DepthTarget { image: &self.depth, clear: true };
+        let resources = [
+            (fused_frag::H1, Resource::Texture(&resident.h1, View::Whole)),
+            (fused_frag::J1, Resource::Sampled(&resident.j1, &resident.sampler)),
+            (fused_frag::MARKS, marks.resource()),
+        ];
+        cmd.render(target.info().size, &[color], Some(depth), |render| {
+            let (push, Surface { vertices, indices }) = (bytemuck::bytes_of(view), surface);
+            // Both draws stand in one rendering, whose order of primitives is barrier enough for depth.
+            if let Some(depth_alone) = &self.depth_alone {
+                render.draw_mesh(depth_alone, &[], push, vertices, indices)?;
+            }
+            render.draw_mesh(&self.shade, &resources, push, vertices, indices)
+        })
+    }
+
+    /// Bytes of the depth that it needs for itself.
+    pub fn bytes(&self) -> u64 {
+        self.depth.bytes()
+    }
+}
