@@ -3,7 +3,8 @@ layout(constant_id = 8) const uint BORDER = 4;        // texels of the neighbour
 layout(constant_id = 10) const uint SINGLE_LEVEL = 9;  // from here on a level is one tile, always in J1 ...
 layout(constant_id = 11) const uint SINGLE_SLOT = 0;   // ... at this slot and those after it
 
-layout(binding = 1) uniform utexture2D h1;  // display table, one mip level for each q: fade << 24 | slot + 1, or 0
+// The display table, filled: each cell names the tile that shows its place, fade << 24 | level << 19 | slot.
+layout(binding = 1, scalar) readonly buffer H1 { uint cells[]; } h1;
 
 struct Resident {
     uint slot;   // k1, layer of J1
@@ -11,14 +12,17 @@ struct Resident {
     float fade;  // share of the picture that the next coarser tile still has: above 0 while this one fades in
 };
 
-// The nearest coarser tile from level q on that is in J1; the levels of G1 always are. (i, j) are M0's, straight
-// from U1.
+// A cell's place: a one, then the bits of row and column. (i, j) are M0's.
+uint display_place(uint q, uvec2 ij) {
+    uint column_bits = COLUMN_BITS - min(q, COLUMN_BITS), row_bits = ROW_BITS - min(q, ROW_BITS);
+    return (1u << row_bits | ij.x >> q) << column_bits | ij.y >> q;
+}
+
+// The nearest coarser tile from level q on that is in J1; the levels of G1 always are.
 Resident find_resident(uint q, uvec2 ij) {
-    for (; q < SINGLE_LEVEL; q++) {
-        uint entry = texelFetch(h1, ivec2(ij.yx >> q), int(q)).x;
-        if (entry != 0u) return Resident((entry & 0xffffffu) - 1u, q, float(entry >> 24) / 255.0);
-    }
-    return Resident(SINGLE_SLOT + q - SINGLE_LEVEL, q, 0.0);
+    uint cell = h1.cells[display_place(q, ij)];
+    if (q >= SINGLE_LEVEL) return Resident(SINGLE_SLOT + q - SINGLE_LEVEL, q, 0.0);
+    return Resident(cell & 0x7ffffu, cell >> 19 & 31u, float(cell >> 24) / 255.0);
 }
 
 // Where in its tile of level q the coordinate lies, in texels of that level from the payload's corner.

@@ -54,7 +54,7 @@ impl Gpu {
         let range = u64::from(device.physical.limits.max_storage_buffer_range);
         if usage == BufferUse::Storage && bytes > range {
             let what = format!(
-                "{bytes} bytes, the device's shaders reach {range} of a buffer; lower variant.list_capacity, or show fewer tiles"
+                "{bytes} bytes, the device's shaders reach {range} of a buffer; take larger tiles, or lower variant.list_capacity"
             );
             return Err(Error::Limit { object: name.to_string(), what });
         }

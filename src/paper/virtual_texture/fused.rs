@@ -13,7 +13,7 @@ use crate::vk::shader::View as ViewConstants;
 use crate::vk::shader::virtual_texture::{fused_frag, mesh_vert};
 use crate::vk::{
     Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo,
-    Resource, Result, View,
+    Resource, Result,
 };
 
 pub struct Fused {
@@ -83,7 +83,7 @@ impl Fused {
         let color = ColorTarget { image: target, clear: SKY };
         let depth = DepthTarget { image: &self.depth, clear: true };
         let resources = [
-            (fused_frag::H1, Resource::Texture(&resident.h1, View::Whole)),
+            (fused_frag::H1, Resource::Buffer(&resident.h1)),
             (fused_frag::J1, Resource::Sampled(&resident.j1, &resident.sampler)),
             (fused_frag::MARKS, marks.resource()),
         ];

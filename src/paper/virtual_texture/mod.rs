@@ -8,7 +8,7 @@
 //! - [`classic`]: the list by copying `U1` to the host instead; [`feedback`]: by looking at few of its pixels;
 //! - [`lister`]: whichever of them makes the list;
 //! - [`streaming`], section 3: two caches, A1, A2, A3;
-//! - [`resident`]: `J1`, `G1` and the display table in video memory;
+//! - [`resident`]: `J1` and `G1` in video memory; [`display`]: the table that says which tile shows what;
 //! - [`fade`]: tiles that arrive are mixed in over some frames (ours, an option);
 //! - [`texturing`], section 4: the picture from what is resident; [`fused`]: stages 1, 2 and 4 in one draw;
 //! - [`scout`]: the tiles that the camera will see (ours, an option);
@@ -22,6 +22,7 @@
 pub mod classic;
 pub mod compact;
 pub mod dedup;
+pub mod display;
 pub mod fade;
 pub mod feedback;
 pub mod figures;

@@ -144,7 +144,7 @@ impl Pipeline {
         let uploads = &mut self.flights[flight].uploads;
         uploads.clear();
         let (display, rest) = gather(&mut Copies(uploads));
-        uploads.show(gpu, &self.fade.cells(&display))?;
+        uploads.show(gpu, &mut self.resident.display, &self.fade.cells(&display))?;
         Ok(rest)
     }
 

@@ -1,20 +1,18 @@
-//! What texturing reads: `J1`, an array of N1 streamed tiles with their next coarser levels, and the display table.
+//! What texturing reads: `J1`, an array of N1 streamed tiles with their next coarser levels, and [`super::display`]'s
+//! table.
 //!
 //! The paper keeps `G1`, the levels that are always there, in a texture of its own. Here `G1` is cut into tiles with
 //! borders like all others, which stand behind the N1 streamed ones in `J1` and are never replaced: one sample shows
 //! any level, and the borders carry G1 over the poles and the antimeridian as they do the tiles.
-//!
-//! The display table is `H1` as the shader sees it: one mip level for each q, [`cell`] or 0. It is written only
-//! after a tile's copy, and apart from A1's states: the paper keeps both in one cell, and so takes a coarser
-//! stand-in for the tile itself (erratum of section 3).
 
-use super::fade::cell;
+use super::display::Display;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::scene::bake::encode_bc1;
 use crate::scene::source::{TileError, TileFormat, TileSource};
 use crate::vk::{
     Buffer, BufferUse, Cmd, Filter, Format, Gpu, Image, ImageInfo, Result, Sampler, SamplerInfo, TexelCopy,
 };
+use std::ops::Range;
 use thiserror::Error;
 
 /// A pyramid that could not be brought into video memory.
@@ -29,7 +27,9 @@ pub enum ResidentError {
 
 pub struct Resident {
     pub j1: Image,
-    pub h1: Image,
+    /// The words of [`Display`].
+    pub h1: Buffer,
+    pub(super) display: Display,
     pub sampler: Sampler,
     g1: Levels,
     pyramid: Pyramid,
@@ -41,12 +41,13 @@ pub struct Uploads {
     staging: Buffer,
     capacity: u32,
     tiles: Vec<u32>,
-    cells: Vec<(TileId, u32)>,
+    /// Places of the display table whose words stand in `table` one after the other.
+    places: Vec<Range<usize>>,
     table: Buffer,
 }
 
 impl Resident {
-    /// Makes `J1` for `slots` streamed tiles, reads `G1` from `source` into it, empties the display table.
+    /// Makes `J1` for `slots` streamed tiles, reads `G1` from `source` into it, and shows it everywhere.
     ///
     /// # Errors
     /// The device has not so many layers; out of memory; `G1` cannot be read.
@@ -68,47 +69,38 @@ impl Resident {
             array: true,
             ..ImageInfo::texture([side; 2], j1_format, 2)
         };
-        let grid = pyramid.tile_grid(0);
-        let table_levels = grid[0].max(grid[1]).ilog2() + 1;
         let resident_tiles = g1.tiles.len();
         gpu.require_layers("J1", j1_info.layers, || match slots > resident_tiles as u32 {
             true => format!("cache.gpu_tiles = {slots} and {resident_tiles} resident tiles; lower it"),
             false => format!("texture.resident_levels takes {resident_tiles} of them; lower it"),
         })?;
-        let mut resident = Resident {
+        let in_table: Vec<_> =
+            g1.tiles.iter().filter(|(tile, _)| tile.level <= g1.single_level).copied().collect();
+        let display = Display::new(&pyramid, &in_table);
+        let resident = Resident {
             j1: gpu.image("J1", j1_info)?,
-            h1: gpu.image("H1", ImageInfo::texture(grid, Format::R32Uint, table_levels))?,
+            h1: gpu.buffer_with("H1", display.words(), BufferUse::Storage)?,
+            display,
             sampler: gpu.sampler("J1 sampler", SamplerInfo { filter: Filter::Linear, wraps_in_s: false })?,
             g1,
             pyramid,
             format,
         };
-        let mut frame = gpu.frame()?;
-        frame.pass("clear H1", |cmd| {
-            cmd.clear_uint(&resident.h1, 0);
-            Ok(())
-        })?;
-        frame.submit()?.wait()?;
         resident.fill_g1(gpu, source)?;
         Ok(resident)
     }
 
     /// Copies `G1`'s tiles to where they stay.
-    fn fill_g1(&mut self, gpu: &Gpu, source: &dyn TileSource) -> std::result::Result<(), ResidentError> {
+    fn fill_g1(&self, gpu: &Gpu, source: &dyn TileSource) -> std::result::Result<(), ResidentError> {
         let tiles = self.g1.tiles.clone();
         let mut uploads = self.uploads(gpu, tiles.len() as u32)?;
-        let mut display = Vec::new();
         let texels: Vec<Vec<u8>> = (self.pyramid.first_resident_level()..=self.pyramid.coarsest_level())
             .map(|level| source.read_resident_level(level))
             .collect::<std::result::Result<_, _>>()?;
         for (tile, slot) in tiles {
             let taken = uploads.tile(slot, &self.g1.tile(tile, &self.pyramid, &texels, self.format));
             assert!(taken, "there is staging for {slot} and all others");
-            if tile.level < self.g1.single_level {
-                display.push((tile, cell(slot, 0)));
-            }
         }
-        uploads.show(gpu, &display)?;
         let mut frame = gpu.frame()?;
         frame.pass("fill G1", |cmd| {
             self.copy(cmd, &uploads);
@@ -133,13 +125,13 @@ impl Resident {
     /// Out of memory.
     pub fn uploads(&self, gpu: &Gpu, tiles: u32) -> Result<Uploads> {
         let bytes = self.format.tile_bytes(&self.pyramid) as u64;
-        // A tile that comes may send another away: two cells each, and as many again for failures.
+        // Grows where tiles of coarse levels, which stand in for many, come or go.
         let cells = 4 * u64::from(tiles).max(256);
         Ok(Uploads {
             staging: gpu.buffer("tile staging", bytes * u64::from(tiles), BufferUse::Upload)?,
             capacity: tiles,
             tiles: Vec::new(),
-            cells: Vec::new(),
+            places: Vec::new(),
             table: gpu.buffer("H1 staging", 4 * cells, BufferUse::Upload)?,
         })
     }
@@ -167,20 +159,13 @@ impl Resident {
                 ]
             })
             .collect();
-        let cell_copies: Vec<TexelCopy> = uploads
-            .cells
-            .iter()
-            .enumerate()
-            .map(|(n, (tile, _))| TexelCopy {
-                offset: 4 * n as u64,
-                mip: tile.level,
-                layer: 0,
-                at: [tile.column, tile.row],
-                size: [1; 2],
-            })
-            .collect();
         cmd.copy_to_image(&uploads.staging, &self.j1, &tile_copies);
-        cmd.copy_to_image(&uploads.table, &self.h1, &cell_copies);
+        let mut from = 0;
+        for places in &uploads.places {
+            let bytes = 4 * places.len() as u64;
+            cmd.copy_buffer(&uploads.table, from, &self.h1, 4 * places.start as u64, bytes);
+            from += bytes;
+        }
     }
 
     /// Bytes of the streamed tiles of `J1`, of `G1`'s tiles behind them, and of the display table.
@@ -195,7 +180,7 @@ impl Uploads {
     /// Forgets the last frame's work; the GPU must have passed it.
     pub fn clear(&mut self) {
         self.tiles.clear();
-        self.cells.clear();
+        self.places.clear();
     }
 
     /// Takes a tile for `slot`; false where this frame's staging is full.
@@ -209,23 +194,24 @@ impl Uploads {
         true
     }
 
-    /// Writes cells of the display table. The last word about a tile counts: a cell is written once a frame,
-    /// because copies within a pass have no order.
+    /// Takes a frame's changes of the display table (see [`super::fade`]), the last word about a tile last. A place is
+    /// written once, because copies within a pass have no order.
     ///
     /// # Errors
     /// Out of memory, where a frame changes more cells than the staging has room for.
-    pub fn show(&mut self, gpu: &Gpu, cells: &[(TileId, u32)]) -> Result<()> {
-        for &(tile, value) in cells {
-            self.cells.retain(|(other, _)| *other != tile);
-            self.cells.push((tile, value));
-        }
-        let bytes = 4 * self.cells.len() as u64;
+    pub fn show(&mut self, gpu: &Gpu, display: &mut Display, changes: &[(TileId, u32)]) -> Result<()> {
+        display.apply(changes);
+        self.places = display.take_changes();
+        let bytes = 4 * self.places.iter().map(|places| places.len() as u64).sum::<u64>();
         if bytes > self.table.bytes() {
             self.table = gpu.buffer("H1 staging", bytes.next_power_of_two(), BufferUse::Upload)?;
         }
-        let table = self.table.mapped_mut();
-        for (cell, (_, value)) in table.chunks_exact_mut(4).zip(&self.cells) {
-            cell.copy_from_slice(&value.to_ne_bytes());
+        let mut table = self.table.mapped_mut();
+        for places in &self.places {
+            let words: &[u8] = bytemuck::cast_slice(&display.words()[places.clone()]);
+            let (staged, rest) = table.split_at_mut(words.len());
+            staged.copy_from_slice(words);
+            table = rest;
         }
         Ok(())
     }
@@ -244,7 +230,7 @@ impl Uploads {
 /// `G1`'s tiles and their slots.
 struct Levels {
     tiles: Vec<(TileId, u32)>,
-    /// From this level on each level is one tile, and slots follow each other; levels before it stand in the table.
+    /// From this level on each level is one tile, and slots follow each other; the table has the first of them.
     single_level: u32,
     single_slot: u32,
 }

@@ -72,7 +72,7 @@ impl RulerCheck {
         let depth = DepthTarget { image: &stage1.depth, clear: false };
         let resources = [
             (ruler_frag::U1, Resource::Texture(&stage1.u1, View::Whole)),
-            (ruler_frag::H1, Resource::Texture(&resident.h1, View::Whole)),
+            (ruler_frag::H1, Resource::Buffer(&resident.h1)),
             (ruler_frag::J1, Resource::Texture(&resident.j1, View::Raw)),
         ];
         cmd.render(self.verdict.info().size, &[color], Some(depth), |render| {

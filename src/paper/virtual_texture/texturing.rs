@@ -78,7 +78,7 @@ impl Texturing {
         let depth = DepthTarget { image: &stage1.depth, clear: false };
         let resources = [
             (texturing_frag::U1, Resource::Texture(&stage1.u1, View::Whole)),
-            (texturing_frag::H1, Resource::Texture(&resident.h1, View::Whole)),
+            (texturing_frag::H1, Resource::Buffer(&resident.h1)),
             (texturing_frag::J1, Resource::Sampled(&resident.j1, &resident.sampler)),
         ];
         cmd.render(target.info().size, &[color], Some(depth), |render| {
