@@ -64,7 +64,8 @@ pub struct Cache {
     pub fade_in_frames: u32,
     /// Tiles are fetched ahead that the camera will see in so many frames, 0 ..= 1000; 0: none are.
     pub prefetch_frames: u32,
-    /// Which of a frame's missing tiles is asked for first.
+    /// Which of a frame's missing tiles is asked for first. Coarsest: after a cut it left 16 to 31 % less error, summed
+    /// over the frames (vt.budget).
     pub order: Order,
     /// After what time a tile that could not be read is asked for again; 0: never.
     pub retry_after_ms: f64,
@@ -108,7 +109,7 @@ impl Default for Cache {
             load_tiles_per_frame: 8,
             fade_in_frames: 0,
             prefetch_frames: 0,
-            order: Order::Finest,
+            order: Order::Coarsest,
             retry_after_ms: 1000.0,
         }
     }

@@ -5,4 +5,5 @@ mod behaviour;
 mod failures;
 mod invariants;
 mod model;
+mod replay;
 mod source;

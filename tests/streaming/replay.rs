@@ -1,0 +1,59 @@
+//! The rule of replacement alone: streaming whose every tile lies in main memory does what the replay on paper says.
+
+use crate::invariants::visible_path;
+use crate::source::{Bench, TestSource, counting, pyramid};
+use ortelius::math::pyramid::TileId;
+use ortelius::paper::virtual_texture::streaming::Uploader;
+use ortelius::paper::virtual_texture::streaming::replay::{Replayed, Rule, Step, replay, steps};
+use proptest::prelude::*;
+
+/// Video memory that takes nothing.
+struct Closed;
+
+impl Uploader for Closed {
+    fn upload(&mut self, _: u32, _: TileId, _: &[u8]) -> bool {
+        false
+    }
+}
+
+/// What streaming does on a path whose tiles all wait in main memory, and what the rule says.
+fn both(path: &[Vec<TileId>], slots: u32, rule: Rule) -> (Vec<Replayed>, Vec<Replayed>) {
+    let mut bench = Bench::new(TestSource::default(), counting(slots, 2000, 64, 64));
+    for list in path {
+        // Asked for, loaded; the copy is refused.
+        bench.streaming.frame(list, &mut Closed);
+        bench.streaming.frame(list, &mut Closed);
+    }
+    bench.streaming.frame(&[], &mut Closed);
+    let built = path
+        .iter()
+        .map(|list| {
+            let report = bench.frame(list);
+            assert_eq!((report.loads, report.pending), (0, 0), "all tiles lie in main memory");
+            Replayed { wanted: report.wanted, faults: report.uploads, evictions: report.gpu_evictions }
+        })
+        .collect();
+    let steps: Vec<Step> = steps(path, slots, pyramid().first_resident_level());
+    (built, replay(&steps, slots, rule))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(256))]
+
+    #[test]
+    fn streaming_replaces_as_the_replay_says(path in visible_path(), slots in 1u32..12) {
+        let (built, replayed) = both(&path, slots, Rule::LeastRecentlyShown);
+        prop_assert_eq!(built, replayed);
+    }
+}
+
+#[test]
+fn another_rule_is_told_apart() {
+    let tiles: Vec<TileId> = (0..4).map(|column| TileId { level: 0, row: 0, column }).collect();
+    // The first is used again, and so FIFO alone sends it away.
+    let path: Vec<Vec<TileId>> = [0, 1, 0, 2, 0].iter().map(|&n| vec![tiles[n]]).collect();
+    let (built, replayed) = both(&path, 2, Rule::LeastRecentlyShown);
+    assert_eq!(built, replayed);
+    let (built, replayed) = both(&path, 2, Rule::FirstIn);
+    assert_ne!(built, replayed);
+}
