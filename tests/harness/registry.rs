@@ -90,7 +90,7 @@ const COMPARERS: &[Comparer] = &[
     },
     Comparer {
         judges: "stage 1 against f64 footprints",
-        function: (TRUTH, "compare_triples"),
+        function: ("src/paper/virtual_texture/figures/stage1.rs", "compare_triples"),
         rejects: &[(TRUTH, "a_tenth_of_a_pixel_is_not_explained")],
     },
     Comparer {

@@ -2,6 +2,7 @@
 //! Validation and synchronisation validation are on in every test; any message fails it.
 
 mod classic;
+mod extremes;
 mod filters;
 mod fused;
 mod lists;

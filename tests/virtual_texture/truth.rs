@@ -2,63 +2,22 @@
 
 use crate::{Device, open, pose, scene};
 use ortelius::math::camera::Pose;
-use ortelius::math::pyramid::Pyramid;
 use ortelius::paper::virtual_texture::Interpolation;
-use ortelius::paper::virtual_texture::reference::picture::{Filter, Texels, footprint};
-use ortelius::paper::virtual_texture::reference::{Tolerance, possible_triples, triple};
+use ortelius::paper::virtual_texture::figures::stage1::{self, compare_triples};
+use ortelius::paper::virtual_texture::reference::Tolerance;
+use ortelius::paper::virtual_texture::reference::picture::{Filter, Texels};
 use ortelius::picture::Picture;
 use ortelius::picture::error::{Difference, compare};
 use ortelius::reference::{Sample, View};
 use ortelius::renderer::{Settings, Target};
 use ortelius::scene::{SHIPPED, Scene};
 
-/// How far, in pixels, a device may see beside the reference. It snaps vertices to 1/256 pixel (lavapipe's
-/// subPixelPrecisionBits = 8), which moves an edge by half of that; its clip coordinates are f32 products of
-/// 4 terms, 2^-22 of at most 10 screen heights: 1/390 pixel at 1080 rows. Twice their sum:
+/// [`stage1::radius_px`] of the largest picture here, rounded up.
 pub const RADIUS_PX: f64 = 1.0 / 128.0;
 
-/// The f32 error of (s, t) and of the derivatives: the place moves by RADIUS_PX; an offset of at most 2^-7 is
-/// interpolated with a relative error of 2^-21 (three products and a division); a derivative is the difference of
-/// two such values, each of which also carries the rounding of a plane equation extrapolated over the screen,
-/// 2^-21 of 2000 pixels' worth of gradient: 2^-10.
+/// [`stage1::tolerance`] on the Earth and its ruler, where an offset stays below 2^-7 (scene::mesh).
 pub fn tolerance(sample: &Sample) -> Tolerance {
-    let d = &sample.fine;
-    let gradient = [d.dsdx.abs() + d.dsdy.abs(), d.dtdx.abs() + d.dtdy.abs()];
-    let offset = 2f64.powi(-7 - 21);
-    Tolerance {
-        coordinate: gradient.map(|g| RADIUS_PX * g + offset),
-        derivative: gradient.map(|g| (2f64.powi(-10) + RADIUS_PX / 4.0) * g + 2.0 * offset),
-    }
-}
-
-/// (differing pixels, those that no decision border explains).
-fn compare_triples(triples: &[[u32; 3]], view: &View, pyramid: &Pyramid) -> (usize, Vec<String>) {
-    let [width, _] = view.size();
-    let (mut differing, mut unexplained) = (0, Vec::new());
-    for (index, found) in triples.iter().enumerate() {
-        let (x, y) = (index as u32 % width, index as u32 / width);
-        let truth = view.sample(x, y).map(|sample| triple(&footprint(&sample), pyramid, 1));
-        let equal = match truth {
-            None => found[0] == u32::MAX,
-            Some(truth) => *found == [truth.q, truth.i, truth.j],
-        };
-        if equal {
-            continue;
-        }
-        differing += 1;
-        let candidates = view.candidates(x, y, RADIUS_PX);
-        let explained = match found[0] {
-            u32::MAX => candidates.background,
-            _ => candidates.samples.iter().any(|sample| {
-                let possible = possible_triples(&footprint(sample), &tolerance(sample), pyramid, 1);
-                found.iter().zip(possible).all(|(value, [low, high])| (low..=high).contains(value))
-            }),
-        };
-        if !explained {
-            unexplained.push(format!("({x}, {y}): {found:?}, not {truth:?}"));
-        }
-    }
-    (differing, unexplained)
+    stage1::tolerance(sample, 2f64.powi(-7), RADIUS_PX)
 }
 
 pub fn view_of(scene: &Scene, pose: &Pose, size: [u32; 2]) -> View {
@@ -76,8 +35,10 @@ fn stage_1_differs_from_f64_only_at_borders_of_a_decision() {
             let pose = pose(&scene, camera);
             let dump = renderer.footprint(&pose).unwrap();
             let view = view_of(&scene, &pose, size);
-            let (differing, unexplained) = compare_triples(&dump.triples, &view, &renderer.source.pyramid());
-            println!("{name}, {camera}: {differing} of {} pixels differ", size[0] * size[1]);
+            let mesh = scene.source_mesh().unwrap();
+            let check = compare_triples(&dump.triples, &view, &mesh, &renderer.source.pyramid());
+            println!("{name}, {camera}: {} of {} pixels differ", check.differing, check.pixels);
+            let unexplained = &check.unexplained;
             assert!(
                 unexplained.is_empty(),
                 "{name}, {camera}: {} {:#?}",
@@ -101,9 +62,9 @@ fn a_tenth_of_a_pixel_is_not_explained() {
     let angle = 0.1 * pose.vertical_fov_rad / f64::from(size[1]);
     beside.forward = (pose.forward + pose.right * angle).normalize();
     beside.right = (pose.right - pose.forward * angle).normalize();
-    let (_, unexplained) =
-        compare_triples(&dump.triples, &view_of(&scene, &beside, size), &renderer.source.pyramid());
-    assert!(!unexplained.is_empty());
+    let (mesh, view) = (scene.source_mesh().unwrap(), view_of(&scene, &beside, size));
+    let check = compare_triples(&dump.triples, &view, &mesh, &renderer.source.pyramid());
+    assert!(!check.unexplained.is_empty());
 }
 
 /// What a pixel may be off, in linear light of 0 ..= 1. The sampler weighs with 8 bits (subTexelPrecisionBits and

@@ -3,6 +3,7 @@
 pub mod common;
 mod compact;
 mod dedup;
+pub mod extremes;
 mod feedback;
 mod headline;
 mod judge;
@@ -12,6 +13,7 @@ mod list_on_the_host;
 mod pipeline;
 mod side_by_side;
 mod sizes;
+pub mod stage1;
 mod stages;
 mod streaming;
 
@@ -34,4 +36,5 @@ pub const FIGURES: &[&Figure] = &[
     &streaming::POP,
     &streaming::PREFETCH,
     &streaming::DISK,
+    &extremes::EXTREMES_FIGURE,
 ];

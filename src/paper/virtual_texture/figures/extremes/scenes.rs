@@ -1,0 +1,246 @@
+//! The extremes: what is looked at, from where, and what it puts to the test.
+
+use super::shapes;
+use crate::math::camera::Pose;
+use crate::math::pyramid::{Pyramid, TileId};
+use crate::scene::mesh::{Mesh, SourceMesh, gpu_mesh};
+use crate::scene::{Scene, SceneError};
+
+/// An input at the edge of what the pipeline must bear.
+pub struct Extreme {
+    pub name: &'static str,
+    /// What could go wrong here.
+    pub stresses: &'static str,
+    /// Pixels.
+    pub size: [u32; 2],
+    /// A shipped scene …
+    pub scene: &'static str,
+    /// … with these keys changed …
+    pub changes: &'static [&'static str],
+    /// … and this landscape.
+    pub landscape: Landscape,
+    pub expected: Expected,
+}
+
+/// What there is to be seen.
+#[derive(Clone, Copy)]
+pub enum Landscape {
+    /// The scene's mesh from the scene's camera.
+    Scene,
+    /// A mesh made for the picture, from [`shapes::eye`].
+    Made(fn(&Pyramid, [u32; 2]) -> SourceMesh),
+    /// [`shapes::noise`]: each pixel's tile is known without rasterising.
+    Noise,
+}
+
+/// What is known before anything runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Expected {
+    /// Only that every variant finds what the reference finds.
+    Equal,
+    /// Also how many tiles that are.
+    Tiles(usize),
+    /// And that is another one for each pixel.
+    TileEachPixel,
+    /// Coordinates that are no numbers: the lists are exact, but no texel is the right one.
+    NoTexels,
+    /// Some variant needs more than devices have.
+    Refused,
+}
+
+/// An extreme, ready to be drawn.
+pub struct Sight {
+    /// Pixels.
+    pub size: [u32; 2],
+    pub pyramid: Pyramid,
+    pub pose: Pose,
+    pub source: SourceMesh,
+    pub mesh: Mesh,
+}
+
+const SIZE: [u32; 2] = [640, 360];
+
+const fn plain(
+    name: &'static str,
+    stresses: &'static str,
+    scene: &'static str,
+    changes: &'static [&'static str],
+) -> Extreme {
+    Extreme {
+        name,
+        stresses,
+        size: SIZE,
+        scene,
+        changes,
+        landscape: Landscape::Scene,
+        expected: Expected::Equal,
+    }
+}
+
+pub const EXTREMES: &[Extreme] = &[
+    plain(
+        "tilt-89.9",
+        "Footprints from less than a texel to the whole texture in one picture",
+        "plane",
+        &["view.camera=grazing", "cameras.grazing.tilt_deg=89.9"],
+    ),
+    plain(
+        "tilt-89.99",
+        "Footprints a thousand times as long as wide",
+        "plane",
+        &["view.camera=grazing", "cameras.grazing.tilt_deg=89.99"],
+    ),
+    plain(
+        "tilt-89.999",
+        "The horizon in the picture's middle; the far edge within a pixel of it",
+        "plane",
+        &["view.camera=grazing", "cameras.grazing.tilt_deg=89.999"],
+    ),
+    plain("pole", "All columns of the first row of tiles meet in a point of the picture", "pole", &[]),
+    plain("south-pole", "t = 1 itself, on the axis in the picture's middle", "pole", &["view.camera=south"]),
+    plain(
+        "antimeridian",
+        "s = 1 beside s = 0: the last column of tiles beside the first",
+        "antimeridian",
+        &["view.camera=oblique"],
+    ),
+    Extreme {
+        landscape: Landscape::Made(shapes::corners),
+        ..plain(
+            "corners",
+            "s = 1 and t = 1: floor(wT s) = wT names no tile, the paper's min does",
+            "plane",
+            &[],
+        )
+    },
+    Extreme {
+        landscape: Landscape::Made(shapes::points),
+        ..plain("zero-derivatives", "dmax = 0 and dmin = 0: log2(0), 0 / 0, dmax / 0", "plane", &[])
+    },
+    Extreme {
+        landscape: Landscape::Made(shapes::not_finite),
+        expected: Expected::NoTexels,
+        ..plain("not-finite", "NaN, infinite and huge coordinates beside ordinary ones", "plane", &[])
+    },
+    Extreme {
+        landscape: Landscape::Made(shapes::every_level),
+        ..plain(
+            "every-level",
+            "All bits of the mask that a pyramid of 11 streamed levels has, in one texel of U2",
+            "plane",
+            &["texture.width_log2=14", "texture.height_log2=14", "texture.tile_size=16"],
+        )
+    },
+    Extreme {
+        size: [1, 1],
+        ..plain(
+            "one-pixel",
+            "A picture smaller than a quad, a block, a group",
+            "earth",
+            &["view.camera=headline", "cameras.headline.magnification=100.0"],
+        )
+    },
+    Extreme {
+        size: [16384, 64],
+        ..plain(
+            "16384x64",
+            "As wide as pictures get on most devices: clip coordinates lose the most digits here",
+            "earth",
+            &["view.camera=oblique", "cameras.oblique.vertical_fov_deg=0.3"],
+        )
+    },
+    plain(
+        "1-m",
+        "1 m above a vertex of the Earth: 2^-15 texel a pixel, six triangles in the picture",
+        "earth",
+        &["view.camera=headline", "cameras.headline={latitude_deg=0.0,longitude_deg=0.0,altitude_m=1.0}"],
+    ),
+    plain(
+        "10^8-m",
+        "100 000 km away: the Earth is 40 pixels high",
+        "globe",
+        &["view.camera=far", "mesh.columns=194", "mesh.rows=97"],
+    ),
+    plain(
+        "2^20-texels",
+        "The largest texture: one texel is 38 m, an f32 of s has a step of 1/16 texel",
+        "earth",
+        &["view.camera=low", "texture.width_log2=20", "texture.height_log2=19"],
+    ),
+    plain(
+        "2^20-fine-tiles",
+        "8 million cells of M0: U2 is 32 MiB for a picture of 0.2 million pixels",
+        "earth",
+        &["view.camera=low", "texture.width_log2=20", "texture.height_log2=19", "texture.tile_size=256"],
+    ),
+    Extreme {
+        expected: Expected::Refused,
+        ..plain(
+            "2^20-finest-tiles",
+            "65536 x 65536 cells of M0 and 17 streamed levels: more than any device has an image for",
+            "plane",
+            &["texture.width_log2=20", "texture.height_log2=20", "texture.tile_size=16"],
+        )
+    },
+    Extreme {
+        expected: Expected::Tiles(0),
+        ..plain(
+            "empty",
+            "Nothing but sky",
+            "earth",
+            &["view.camera=headline", "cameras.headline.tilt_deg=180.0"],
+        )
+    },
+    Extreme {
+        expected: Expected::Tiles(1),
+        ..plain(
+            "one-tile",
+            "Every pixel ORs the same bit",
+            "plane",
+            &["view.camera=nadir", "cameras.nadir={east_m=22784.0,north_m=14080.0,altitude_m=100.0}"],
+        )
+    },
+    Extreme {
+        size: [1024, 1024],
+        landscape: Landscape::Noise,
+        expected: Expected::TileEachPixel,
+        ..plain(
+            "noise",
+            "Every pixel another tile: 2^20 distinct requests, 16 times what the list has room for",
+            "plane",
+            &["texture.width_log2=20", "texture.height_log2=19"],
+        )
+    },
+];
+
+impl Extreme {
+    pub fn find(name: &str) -> Option<&'static Extreme> {
+        EXTREMES.iter().find(|extreme| extreme.name == name)
+    }
+
+    /// What is to be drawn at `size` pixels.
+    ///
+    /// # Errors
+    /// A change that the scene does not take.
+    pub fn sight(&self, size: [u32; 2]) -> Result<Sight, SceneError> {
+        let changes: Vec<String> = self.changes.iter().map(|&change| change.to_owned()).collect();
+        let scene = Scene::load_with(self.scene, &changes)?;
+        let pyramid = scene.texture.pyramid().expect("checked").expect("no file");
+        let made = |source: SourceMesh| (shapes::eye(), shapes::unchecked_gpu_mesh(&source), source);
+        let (pose, mesh, source) = match self.landscape {
+            Landscape::Scene => {
+                let source = scene.source_mesh().expect("checked");
+                (scene.pose(0)?, gpu_mesh(&source).expect("checked"), source)
+            }
+            Landscape::Made(make) => made(make(&pyramid, size)),
+            Landscape::Noise => made(shapes::noise(&pyramid, size)),
+        };
+        Ok(Sight { size, pyramid, pose, source, mesh })
+    }
+
+    /// The triple of a pixel of [`Landscape::Noise`], counted row by row.
+    pub fn noise_triple(pyramid: &Pyramid, pixel: u64) -> [u32; 3] {
+        let TileId { level, row, column } = shapes::noise_tile(pyramid, pixel);
+        [level, row << level, column << level]
+    }
+}

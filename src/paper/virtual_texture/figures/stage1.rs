@@ -1,0 +1,98 @@
+//! Stage 1 of a frame against the f64 reference, pixel for pixel: equal, explained by what f32 and fixed point may
+//! do at a border of a decision, or not explained.
+
+use crate::math::pyramid::Pyramid;
+use crate::paper::virtual_texture::reference::picture::footprint;
+use crate::paper::virtual_texture::reference::{Tolerance, possible_triples, triple};
+use crate::reference::{Sample, View};
+use crate::scene::mesh::SourceMesh;
+
+/// How stage 1 stood beside the reference.
+#[derive(Clone, Debug, Default)]
+pub struct Stage1Check {
+    pub pixels: usize,
+    /// Pixels whose triple is not the reference's.
+    pub differing: usize,
+    /// Those that no border of a decision explains: pixel, what was found, what is right.
+    pub unexplained: Vec<String>,
+}
+
+/// How far, in pixels, a device may see beside the reference. It snaps vertices to 1/256 pixel (lavapipe's
+/// subPixelPrecisionBits = 8), which moves an edge by half of that; its clip coordinates are f32 products of
+/// 4 terms, 2^-22 of at most 10 pictures' longer side: 1/205 pixel at 1920 columns, 1/26 at 16384. Twice their sum.
+pub fn radius_px(size: [u32; 2]) -> f64 {
+    let clip_px = 2f64.powi(-22) * 10.0 * f64::from(size[0].max(size[1]));
+    2.0 * (1.0 / 512.0 + clip_px)
+}
+
+/// The f32 error of (s, t) and of the derivatives: the place moves by `radius_px`; an offset of at most
+/// `largest_offset` is interpolated with a relative error of 2^-21 (three products and a division); a derivative is
+/// the difference of two such values, each of which also carries the rounding of a plane equation extrapolated over
+/// the screen, 2^-21 of 2000 pixels' worth of gradient: 2^-10.
+pub fn tolerance(sample: &Sample, largest_offset: f64, radius_px: f64) -> Tolerance {
+    let d = &sample.fine;
+    let gradient = [d.dsdx.abs() + d.dsdy.abs(), d.dtdx.abs() + d.dtdy.abs()];
+    let offset = largest_offset * 2f64.powi(-21);
+    Tolerance {
+        coordinate: gradient.map(|g| radius_px * g + offset),
+        derivative: gradient.map(|g| (2f64.powi(-10) + radius_px / 4.0) * g + 2.0 * offset),
+    }
+}
+
+/// How far a triangle's (s, t) reach from the corner of its cell of 2^-10 of the texture (see [`crate::scene::mesh`]).
+fn largest_offset(mesh: &SourceMesh, triangle: u32) -> f64 {
+    let [a, b, c] = mesh.triangles[triangle as usize].map(|vertex| mesh.coordinates[vertex as usize]);
+    (a.max(b).max(c) - a.min(b).min(c)).max_element() + 2f64.powi(-10)
+}
+
+/// Whether the reference's outcome for a sample, within the tolerance, is `found`. Of a coordinate that is no number
+/// only the level is defined: it is G1's, and no tile is asked for.
+fn explains(sample: &Sample, found: [u32; 3], mesh: &SourceMesh, pyramid: &Pyramid, radius_px: f64) -> bool {
+    if !(sample.s.is_finite() && sample.t.is_finite()) {
+        return found[0] == pyramid.first_resident_level();
+    }
+    let tolerance = tolerance(sample, largest_offset(mesh, sample.triangle), radius_px);
+    let possible = possible_triples(&footprint(sample), &tolerance, pyramid, 1);
+    found.iter().zip(possible).all(|(value, [low, high])| (low..=high).contains(value))
+}
+
+/// Holds a frame's `U1` (with NA = 1) against what `view` sees of `mesh`.
+pub fn compare_triples(
+    triples: &[[u32; 3]],
+    view: &View,
+    mesh: &SourceMesh,
+    pyramid: &Pyramid,
+) -> Stage1Check {
+    let [width, height] = view.size();
+    assert_eq!(triples.len(), width as usize * height as usize, "a triple for each pixel");
+    let radius = radius_px(view.size());
+    let mut check = Stage1Check { pixels: triples.len(), ..Stage1Check::default() };
+    for (index, &found) in triples.iter().enumerate() {
+        let (x, y) = (index as u32 % width, index as u32 / width);
+        let seen = view.sample(x, y);
+        let equal = match &seen {
+            None => found[0] == u32::MAX,
+            Some(sample) if !(sample.s.is_finite() && sample.t.is_finite()) => {
+                found[0] == pyramid.first_resident_level()
+            }
+            Some(sample) => {
+                let truth = triple(&footprint(sample), pyramid, 1);
+                found == [truth.q, truth.i, truth.j]
+            }
+        };
+        if equal {
+            continue;
+        }
+        check.differing += 1;
+        let candidates = view.candidates(x, y, radius);
+        let explained = match found[0] {
+            u32::MAX => candidates.background,
+            _ => candidates.samples.iter().any(|sample| explains(sample, found, mesh, pyramid, radius)),
+        };
+        if !explained {
+            let truth = seen.map(|sample| triple(&footprint(&sample), pyramid, 1));
+            check.unexplained.push(format!("({x}, {y}): {found:?}, not {truth:?}"));
+        }
+    }
+    check
+}

@@ -1,0 +1,93 @@
+//! Every extreme of vt.extremes: the sets are exact, stage 1 is explained, the settled picture is right.
+
+use crate::Device;
+use ortelius::paper::virtual_texture::figures::extremes::{EXTREMES, Examiner, Extreme, Outcome};
+use std::collections::BTreeSet;
+use std::process::Command;
+use std::time::Instant;
+
+/// The figure's sizes, halved: a test has less time. What is extreme by its size stays.
+fn size(extreme: &Extreme) -> [u32; 2] {
+    match extreme.size {
+        [width, height] if width.min(height) > 64 => [width / 2, height / 2],
+        size => size,
+    }
+}
+
+#[test]
+fn nothing_is_lost_invented_or_unexplained_at_any_extreme() {
+    let gpu = Device::open();
+    let mut examiner = Examiner::new(gpu.clone());
+    let (mut faults, mut never_ran) = (Vec::new(), None::<BTreeSet<String>>);
+    for extreme in EXTREMES {
+        let begun = Instant::now();
+        let examined = examiner.examine(extreme, size(extreme)).unwrap();
+        println!(
+            "{}: {:.1} s, {} tiles, {} pixels differ, {:?}",
+            extreme.name,
+            begun.elapsed().as_secs_f64(),
+            examined.tiles,
+            examined.stage1.differing,
+            examined.settled,
+        );
+        faults.extend(examined.fault(extreme).map(|fault| format!("{}: {fault}", extreme.name)));
+        let refused = |(name, outcome): &(String, Outcome)| match outcome {
+            Outcome::Refused(line) => {
+                println!("  {name}: {line}");
+                Some(name.clone())
+            }
+            Outcome::Listed { .. } => None,
+        };
+        let refused: BTreeSet<String> = examined.variants.iter().filter_map(refused).collect();
+        never_ran = Some(never_ran.map_or(refused.clone(), |never| &never & &refused));
+    }
+    assert!(faults.is_empty(), "{faults:#?}");
+    // A variant that refuses everything would be exact everywhere.
+    assert_eq!(never_ran, Some(BTreeSet::new()));
+}
+
+/// Pictures whose groups are cut short, small enough for three runs.
+#[test]
+fn the_edges_of_groups_are_exact() {
+    let gpu = Device::open();
+    if let Ok(lanes) = std::env::var(LANES) {
+        assert_eq!(gpu.physical().subgroup_size.to_string(), lanes, "the driver does as the test asks");
+    }
+    let mut examiner = Examiner::of_lists(gpu.clone());
+    for (name, size) in [
+        ("noise", [67, 41]),
+        ("noise", [64, 64]),
+        ("one-pixel", [1, 1]),
+        ("corners", [97, 61]),
+        ("not-finite", [65, 33]),
+        ("pole", [130, 70]),
+    ] {
+        let extreme = Extreme::find(name).unwrap();
+        let fault = examiner.examine(extreme, size).unwrap().fault(extreme);
+        assert_eq!(fault, None, "{name} at {size:?}");
+    }
+}
+
+/// Set in a child process: the invocations of a subgroup that it must find.
+const LANES: &str = "ORTELIUS_TEST_LANES";
+
+/// A process sees one vector width only, so 4 lanes run in a child of this binary. 16 cannot be had here: Mesa 22.3
+/// crashes as it compiles stage 1's fragment shader for them.
+#[test]
+fn the_edges_of_groups_are_exact_with_subgroups_of_4() {
+    let gpu = Device::open();
+    if gpu.physical().kind != "cpu" {
+        // A GPU has the subgroups that it has.
+        return;
+    }
+    let ran = Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", "extremes::the_edges_of_groups_are_exact"])
+        .env("LP_NATIVE_VECTOR_WIDTH", "128")
+        // Mesa's cache on disk does not tell widths apart: code for 8 lanes writes beyond buffers for 4.
+        .env("MESA_SHADER_CACHE_DISABLE", "true")
+        .env(LANES, "4")
+        .output()
+        .unwrap();
+    let words = String::from_utf8_lossy(&ran.stdout);
+    assert!(ran.status.success() && words.contains("1 passed"), "{words}");
+}
