@@ -44,6 +44,7 @@ mod tests {
         write_png(&png, &Srgb8Picture { width: 2, height: 1, rgba: vec![0, 10, 188, 255, 255, 1, 2, 51] })
             .unwrap();
         let picture = read(&png).unwrap();
+        assert_eq!(Srgb8Picture::from(&picture), read_png(&png).unwrap());
         assert_eq!(picture.at(1, 0)[3], 0.2);
         // 10/255/12.92: the straight foot of the curve; 188 is the code of one half.
         assert!((picture.at(0, 0)[1] - 0.003_035_27).abs() < 1e-8);

@@ -1,7 +1,7 @@
 //! Picture files: PNG in sRGB bytes, EXR in 32-bit floats with channels of any name. A file appears whole or
 //! not at all: it is written as `X.partial` beside the target and then renamed. Folders are never created.
 
-use super::Picture;
+use super::{Picture, srgb};
 use exr::prelude::*;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -172,6 +172,18 @@ fn io_error(error: exr::error::Error) -> io::Error {
 }
 
 const RGBA: [&str; 4] = ["R", "G", "B", "A"];
+
+impl From<&Picture> for Srgb8Picture {
+    /// Each channel's nearest code; what is outside 0 ..= 1 clamps.
+    fn from(picture: &Picture) -> Srgb8Picture {
+        let codes = |[r, g, b, a]: &[f32; 4]| {
+            let [r, g, b] = [r, g, b].map(|&channel| srgb::from_linear_f64(f64::from(channel)));
+            [r, g, b, (a * 255.0).round() as u8]
+        };
+        let rgba = picture.rgba.iter().flat_map(codes).collect();
+        Srgb8Picture { width: picture.width, height: picture.height, rgba }
+    }
+}
 
 impl From<&Picture> for Planes {
     /// Channels R, G, B, A.

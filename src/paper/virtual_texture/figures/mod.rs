@@ -5,6 +5,7 @@ mod compact;
 mod dedup;
 pub mod extremes;
 mod feedback;
+mod filtering;
 mod headline;
 mod judge;
 mod keying;
@@ -37,4 +38,6 @@ pub const FIGURES: &[&Figure] = &[
     &streaming::PREFETCH,
     &streaming::DISK,
     &extremes::EXTREMES_FIGURE,
+    &filtering::seams::SEAMS,
+    &filtering::filter::FILTER,
 ];

@@ -1,0 +1,152 @@
+//! What filters and borders do to the picture: [`seams`] at tiles' edges, [`filter`] everywhere.
+
+pub mod filter;
+pub mod seams;
+
+use super::common::{Opened, Place};
+use crate::figure::{Bench, Contender, Finding, Verdict};
+use crate::paper::virtual_texture::footprint::Footprint;
+use crate::paper::virtual_texture::session::{Session, Target};
+use crate::paper::virtual_texture::texturing::Texturing;
+use crate::paper::virtual_texture::{Config, Filtering, surface};
+use crate::picture::Picture;
+use crate::picture::write::Srgb8Picture;
+use crate::vk::Frame;
+use crate::vk::shader::View;
+use std::time::Duration;
+
+/// A filter with its settings.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Variant {
+    filter: Filtering,
+    max_anisotropy: u32,
+    taps: u32,
+}
+
+impl Variant {
+    const fn new(filter: Filtering, max_anisotropy: u32, taps: u32) -> Variant {
+        Variant { filter, max_anisotropy, taps }
+    }
+
+    fn name(&self) -> String {
+        let along = match self.max_anisotropy {
+            1 => String::new(),
+            most => format!(" along NA {most}"),
+        };
+        match (self.filter, self.taps) {
+            (Filtering::Bilinear, _) => format!("bilinear{along}"),
+            (Filtering::Trilinear, _) if self.max_anisotropy > 1 => {
+                format!("anisotropic {}", self.max_anisotropy)
+            }
+            (Filtering::Trilinear, _) => "trilinear".into(),
+            (Filtering::Stochastic, 1) => format!("1 tap{along}"),
+            (Filtering::Stochastic, taps) => format!("{taps} taps{along}"),
+        }
+    }
+}
+
+/// A settled session, whose tiles are shown by any filter of its NA.
+struct Shown {
+    opened: Opened,
+}
+
+impl Shown {
+    /// # Errors
+    /// What the device lacks; tiles that do not arrive; a visible set that does not fit.
+    fn settle(
+        bench: &Bench,
+        scene: &str,
+        size: [u32; 2],
+        border: u32,
+        max_anisotropy: u32,
+    ) -> anyhow::Result<Shown> {
+        let mut place = Place::find(scene)?;
+        place.scene.texture.border = border;
+        let mut opened = place.open(bench, size, |settings| {
+            settings.target = Target::Linear32;
+            settings.config.max_anisotropy = max_anisotropy;
+            // Nothing is timed on the way: as many tiles a frame as come.
+            settings.streaming.upload_tiles_per_frame = 64;
+            settings.streaming.upload_budget = Duration::from_secs(1);
+            settings.streaming.load_budget = Duration::from_secs(1);
+        })?;
+        opened.settle()?;
+        let bias = opened.session.bias();
+        anyhow::ensure!(
+            bias == 0,
+            "{scene}: the visible tiles exceed N1, and the picture is {bias} levels too coarse"
+        );
+        Ok(Shown { opened })
+    }
+
+    fn stage1(&self) -> &Footprint {
+        self.opened.session.pipeline.stage1().expect("the shipped scenes have the paper's stages")
+    }
+
+    fn texturing(&self, variant: &Variant) -> anyhow::Result<Texturing> {
+        let Session { gpu, source, pipeline, settings, .. } = &self.opened.session;
+        let config = Config { filter: variant.filter, samples: variant.taps, ..settings.config };
+        assert_eq!(
+            config.max_anisotropy, variant.max_anisotropy,
+            "the session's NA, which its tiles depend on"
+        );
+        let format = self.opened.session.target().info().format;
+        Ok(Texturing::new(gpu, &source.pyramid(), &config, self.stage1(), &pipeline.resident, format)?)
+    }
+
+    fn record(&self, frame: &mut Frame<'_>, texturing: &Texturing, seed: u32) -> crate::vk::Result<()> {
+        let Session { pipeline, settings, .. } = &self.opened.session;
+        let view = surface::view(&self.opened.pose, settings.size, 0);
+        let view = View { frame: seed, ..view };
+        let target = self.opened.session.target();
+        frame.pass("texturing", |cmd| {
+            texturing.draw(cmd, self.stage1(), &pipeline.resident, &pipeline.surface, &view, target)
+        })
+    }
+
+    /// The settled picture in linear light.
+    fn picture(&mut self, variant: &Variant) -> anyhow::Result<Picture> {
+        let texturing = self.texturing(variant)?;
+        let mut frame = self.opened.session.gpu.frame()?;
+        self.record(&mut frame, &texturing, 0)?;
+        frame.submit()?.wait()?;
+        let bytes = self.opened.session.picture_bytes()?;
+        let [width, height] = self.opened.session.settings.size;
+        Ok(Picture::new(width, height, bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()))
+    }
+
+    /// Draws the settled picture, to be timed; the noise differs from run to run.
+    fn contender<'a>(&'a self, variant: &Variant) -> anyhow::Result<Contender<'a>> {
+        let texturing = self.texturing(variant)?;
+        let mut seed = 0;
+        let run = move || {
+            let mut frame = self.opened.session.gpu.frame()?;
+            self.record(&mut frame, &texturing, seed)?;
+            seed += 1;
+            Ok(frame.submit()?.wait()?)
+        };
+        Ok(Contender { variant: variant.name(), run: Box::new(run) })
+    }
+}
+
+/// A part of a picture around a place, each pixel `zoom` x `zoom` large.
+fn detail(picture: &Picture, [x, y]: [u32; 2], zoom: u32) -> Srgb8Picture {
+    let [width, height] = [96.min(picture.width), 64.min(picture.height)];
+    let left = x.saturating_sub(width / 2).min(picture.width - width);
+    let top = y.saturating_sub(height / 2).min(picture.height - height);
+    let size = [width * zoom, height * zoom];
+    let pixel = |n: u32| picture.at(left + n % size[0] / zoom, top + n / size[0] / zoom);
+    Srgb8Picture::from(&Picture::new(size[0], size[1], (0..size[0] * size[1]).map(pixel).collect()))
+}
+
+/// Reproduced where all of some facts hold, in part where some do.
+fn of_facts(facts: &[bool], numbers: String, why: &str) -> Finding {
+    let met = facts.iter().filter(|&&fact| fact).count();
+    let verdict = match met {
+        _ if facts.is_empty() => Verdict::NotMeasurable,
+        0 => Verdict::NotReproduced,
+        met if met == facts.len() => Verdict::Reproduced,
+        _ => Verdict::InPart,
+    };
+    Finding::new(verdict, numbers, why)
+}
