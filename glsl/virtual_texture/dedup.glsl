@@ -1,5 +1,5 @@
 // Stage 2 without a geometry shader (paper 1, section 2.2): what a pixel asks for. Needs pyramid.glsl, tile_order.glsl.
-layout(binding = 0) uniform utexture2D u1;
+layout(binding = 0) uniform usampler2D u1;  // nearest texels, clamped at the edge
 
 // U1's texel as stored; beyond the picture's edge the background.
 uvec3 stored_triple(uvec2 pixel) {

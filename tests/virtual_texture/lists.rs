@@ -4,35 +4,37 @@ use crate::{Device, open, pose, scene};
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::compact::CompactPass;
 use ortelius::paper::virtual_texture::dedup::DedupPass;
+use ortelius::paper::virtual_texture::footprint::Footprint;
+use ortelius::paper::virtual_texture::marks::Marks;
 use ortelius::paper::virtual_texture::streaming::{Keying, distinct_tiles};
-use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Layout, U1Format, reference};
+use ortelius::paper::virtual_texture::{Compaction, Config, U1Format, reference};
 use ortelius::renderer::Renderer;
 use ortelius::scene::SHIPPED;
 use ortelius::vk::Gpu;
 use std::collections::BTreeSet;
 
 /// Runs stages 2 and 3 of a variant on the U1 that the renderer's last frame left.
-fn list(gpu: &Gpu, renderer: &Renderer, config: &Config) -> Vec<[u32; 3]> {
+pub(crate) fn list(gpu: &Gpu, renderer: &Renderer, config: &Config) -> Vec<[u32; 3]> {
     let pyramid = renderer.source.pyramid();
     let stage1 = renderer.pipeline.stage1().unwrap();
     let dedup = DedupPass::new(gpu, &pyramid, config, stage1).unwrap();
     let compact = CompactPass::new(gpu, &pyramid, config).unwrap();
-    run(gpu, renderer, config, &dedup, &compact)
+    run(gpu, stage1, config, &dedup, &compact, &dedup.marks(gpu).unwrap())
 }
 
-fn run(
+/// Runs them once, and takes the list.
+pub(crate) fn run(
     gpu: &Gpu,
-    renderer: &Renderer,
+    stage1: &Footprint,
     config: &Config,
     dedup: &DedupPass,
     compact: &CompactPass,
+    marks: &Marks,
 ) -> Vec<[u32; 3]> {
-    let stage1 = renderer.pipeline.stage1().unwrap();
-    let marks = dedup.marks(gpu).unwrap();
     let mut list = compact.list(gpu, u64::from(config.list_capacity)).unwrap();
     let mut frame = gpu.frame().unwrap();
-    frame.pass("dedup", |cmd| dedup.run(cmd, &stage1.u1, &marks)).unwrap();
-    frame.pass("compact", |cmd| compact.run(cmd, &marks, &list)).unwrap();
+    frame.pass("dedup", |cmd| dedup.run(cmd, &stage1.u1, marks)).unwrap();
+    frame.pass("compact", |cmd| compact.run(cmd, marks, &list)).unwrap();
     frame
         .pass("read-back", |cmd| {
             list.read_back(cmd);
@@ -40,11 +42,11 @@ fn run(
         })
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
-    compact.collect(gpu, &marks, &mut list).unwrap().0
+    compact.collect(gpu, marks, &mut list).unwrap().0
 }
 
 /// What a variant's list must be, from U1 alone.
-fn assert_equals_reference(
+pub(crate) fn assert_equals_reference(
     renderer: &mut Renderer,
     triples: &[[u32; 3]],
     keying: Keying,
@@ -52,7 +54,17 @@ fn assert_equals_reference(
 ) -> usize {
     let pyramid = renderer.source.pyramid();
     let u1 = renderer.u1().unwrap();
-    let expected = reference::visible_tiles(&u1, &pyramid);
+    assert_lists(&u1, &pyramid, triples, keying, what)
+}
+
+pub(crate) fn assert_lists(
+    u1: &[[u32; 3]],
+    pyramid: &Pyramid,
+    triples: &[[u32; 3]],
+    keying: Keying,
+    what: &str,
+) -> usize {
+    let expected = reference::visible_tiles(u1, pyramid);
     let found: BTreeSet<TileId> =
         distinct_tiles(triples, keying, pyramid.first_resident_level()).into_iter().collect();
     assert_eq!(found, expected, "{what}");
@@ -60,7 +72,7 @@ fn assert_equals_reference(
     let entries: BTreeSet<[u32; 3]> = triples.iter().copied().collect();
     assert_eq!(entries.len(), triples.len(), "{what}: an entry twice");
     match keying {
-        Keying::Paper => assert_eq!(entries, reference::distinct_triples(&u1, &pyramid), "{what}"),
+        Keying::Paper => assert_eq!(entries, reference::distinct_triples(u1, pyramid), "{what}"),
         Keying::Native => {
             assert_eq!(triples.len(), expected.len(), "{what}: a tile seen twice is listed once")
         }
@@ -109,98 +121,6 @@ fn every_block_size_memo_and_keying_lists_the_reference_set_in_all_scenes() {
     }
 }
 
-/// Every pair of stages 2 and 3 with both keyings, where the pair can be.
-fn all_variants(renderer: &Renderer) -> Vec<Config> {
-    let pyramid = renderer.source.pyramid();
-    let mut configs = Vec::new();
-    for dedup in Dedup::staged() {
-        for &compact in Compaction::ALL {
-            for keying in [Keying::Paper, Keying::Native] {
-                let config = Config { dedup, compact, keying, ..renderer.settings.config };
-                configs.extend(config.check(&pyramid).is_ok().then_some(config));
-            }
-        }
-    }
-    configs
-}
-
-/// Stages 2 and 3 of variants, made once for each pyramid and format of U1: a pipeline's first use compiles.
-#[derive(Default)]
-struct Passes(Vec<(Pyramid, U1Format, Config, DedupPass, CompactPass)>);
-
-impl Passes {
-    fn list(&mut self, gpu: &Gpu, renderer: &Renderer, config: &Config) -> Vec<[u32; 3]> {
-        let (pyramid, stage1) = (renderer.source.pyramid(), renderer.pipeline.stage1().unwrap());
-        let same = |known: &(Pyramid, U1Format, Config, _, _)| {
-            (known.0, known.1, known.2) == (pyramid, stage1.format, Config { u1: None, ..*config })
-        };
-        let at = self.0.iter().position(same).unwrap_or_else(|| {
-            let dedup = DedupPass::new(gpu, &pyramid, config, stage1).unwrap();
-            let compact = CompactPass::new(gpu, &pyramid, config).unwrap();
-            self.0.push((pyramid, stage1.format, Config { u1: None, ..*config }, dedup, compact));
-            self.0.len() - 1
-        });
-        let (.., dedup, compact) = &self.0[at];
-        run(gpu, renderer, config, dedup, compact)
-    }
-}
-
-#[test]
-fn every_pair_of_variants_lists_the_reference_set() {
-    let gpu = Device::open();
-    let scene = scene("earth");
-    // 141 rows: the last groups reach over the picture's edge.
-    let mut renderer = open(&gpu, &scene, [250, 141], |settings| settings.config.u1 = Some(U1Format::Packed));
-    renderer.frame(&pose(&scene, "oblique")).unwrap();
-    renderer.drain().unwrap();
-    let configs = all_variants(&renderer);
-    assert!(configs.len() > Dedup::ALL.len() * Compaction::ALL.len(), "{}", configs.len());
-    for config in configs {
-        let triples = list(&gpu, &renderer, &config);
-        assert_equals_reference(&mut renderer, &triples, config.keying, &format!("{config:?}"));
-        if config.compact == Compaction::Ordered {
-            assert_is_in_order(&triples, config.dedup);
-        }
-    }
-}
-
-/// An ordered list follows the marks: U2's texels row by row, or the pyramid level by level.
-fn assert_is_in_order(triples: &[[u32; 3]], dedup: Dedup) {
-    let key = |&[q, i, j]: &[u32; 3]| if dedup.layout() == Layout::U2 { [i, j, q] } else { [q, i, j] };
-    assert!(triples.iter().map(key).is_sorted(), "{dedup:?}");
-}
-
-#[test]
-fn every_variant_of_either_stage_lists_the_reference_set_in_all_scenes_and_formats() {
-    let gpu = Device::open();
-    let mut passes = Passes::default();
-    for (name, _) in SHIPPED {
-        let scene = scene(name);
-        for format in U1Format::ALL.into_iter().filter(|format| gpu.renders_to(format.image_format())) {
-            let mut renderer = open(&gpu, &scene, [250, 141], |settings| settings.config.u1 = Some(format));
-            renderer.frame(&pose(&scene, &scene.view.camera)).unwrap();
-            renderer.drain().unwrap();
-            for config in one_of_each(&renderer) {
-                let triples = passes.list(&gpu, &renderer, &config);
-                let what = format!("{name}: {config:?}");
-                assert_equals_reference(&mut renderer, &triples, config.keying, &what);
-            }
-        }
-    }
-}
-
-/// Each variant of stage 2, with both keyings where it can; the variants of stage 3 take turns beside it.
-fn one_of_each(renderer: &Renderer) -> Vec<Config> {
-    let all = all_variants(renderer);
-    let turn = |n: usize, &dedup: &Dedup| {
-        let of_dedup: Vec<&Config> = all.iter().filter(|config| config.dedup == dedup).collect();
-        let keyed = |keying| of_dedup.iter().filter(move |config| config.keying == keying);
-        let pick = |keying, n: usize| keyed(keying).nth(n % keyed(keying).count().max(1)).map(|c| **c);
-        [pick(Keying::Paper, n), pick(Keying::Native, n + 2)]
-    };
-    Dedup::ALL.iter().enumerate().flat_map(|(n, dedup)| turn(n, dedup)).flatten().collect()
-}
-
 #[test]
 fn every_format_of_u1_lists_the_reference_set() {
     let gpu = Device::open();
@@ -227,17 +147,21 @@ fn every_format_of_u1_lists_the_reference_set() {
 fn a_list_that_overflows_is_run_again_and_loses_no_tile() {
     let gpu = Device::open();
     let scene = scene("earth");
-    let mut renderer = open(&gpu, &scene, [320, 180], |settings| settings.config.list_capacity = 16);
-    for frame in 0..3 {
-        renderer.frame(&pose(&scene, "oblique")).unwrap();
-        renderer.drain().unwrap();
-        let record = renderer.records.last().unwrap().clone();
-        // Each frame in flight has its own list, and each learns once.
-        assert_eq!(record.overflowed, frame < 2, "frame {frame}");
-        assert!(record.triples > 16);
-        let pyramid = renderer.source.pyramid();
-        let expected = reference::visible_tiles(&renderer.u1().unwrap(), &pyramid);
-        assert_eq!(record.visible.iter().copied().collect::<BTreeSet<_>>(), expected);
+    for compact in [Compaction::TransformFeedback, Compaction::Append, Compaction::Ordered] {
+        let mut renderer = open(&gpu, &scene, [320, 180], |settings| {
+            settings.config = Config { list_capacity: 16, compact, ..settings.config };
+        });
+        for frame in 0..3 {
+            renderer.frame(&pose(&scene, "oblique")).unwrap();
+            renderer.drain().unwrap();
+            let record = renderer.records.last().unwrap().clone();
+            // Each frame in flight has its own list, and each learns once.
+            assert_eq!(record.overflowed, frame < 2, "{compact:?}, frame {frame}");
+            assert!(record.triples > 16);
+            let pyramid = renderer.source.pyramid();
+            let expected = reference::visible_tiles(&renderer.u1().unwrap(), &pyramid);
+            assert_eq!(record.visible.iter().copied().collect::<BTreeSet<_>>(), expected, "{compact:?}");
+        }
     }
 }
 

@@ -10,6 +10,7 @@ mod paths;
 mod streaming;
 mod texels;
 mod truth;
+mod variants;
 
 use ortelius::math::camera::Pose;
 use ortelius::paper::virtual_texture::all_needs;

@@ -8,20 +8,18 @@
 use super::{Config, Keying, footprint::Footprint, marks::Marks, pyramid_constants, with};
 use crate::math::pyramid::Pyramid;
 use crate::scene::Dedup;
-use crate::vk::shader::virtual_texture::{
-    blocks_vert, dedup_atomic_or_comp, dedup_bitset_comp, dedup_frag, dedup_geom, dedup_mark_bytes_comp,
-    dedup_points_vert, dedup_shared_hash_comp, dedup_subgroup_unique_comp, dedup_test_or_comp,
-    dedup_tile_memo_comp,
-};
+use crate::vk::shader::virtual_texture as glsl;
 use crate::vk::shader::{Blocks, MarkingFrame, Shader};
 use crate::vk::{
-    Clear, Cmd, ColorTarget, ComputePipeline, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, Resource,
-    Result, View,
+    Clear, Cmd, ColorTarget, ComputePipeline, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    Resource, Result, Sampler, SamplerInfo, View,
 };
 
 /// Stage 2 of one variant; its marks are made by [`DedupPass::marks`].
 pub struct DedupPass {
     step: Step,
+    /// Nearest texels: shaders fetch them, or gather four at once.
+    texels: Sampler,
     pyramid: Pyramid,
     config: Config,
 }
@@ -39,13 +37,13 @@ enum Step {
 fn compute(dedup: Dedup) -> Option<(&'static Shader, u32)> {
     Some(match dedup {
         Dedup::Geometry | Dedup::Points | Dedup::Fused | Dedup::FusedExact => return None,
-        Dedup::AtomicOr => (&dedup_atomic_or_comp::SHADER, 0),
-        Dedup::TestOr => (&dedup_test_or_comp::SHADER, 0),
-        Dedup::SubgroupUnique => (&dedup_subgroup_unique_comp::SHADER, 0),
-        Dedup::SharedHash => (&dedup_shared_hash_comp::SHADER, 0),
-        Dedup::TileMemo => (&dedup_tile_memo_comp::SHADER, 3),
-        Dedup::Bitset => (&dedup_bitset_comp::SHADER, 4),
-        Dedup::MarkBytes => (&dedup_mark_bytes_comp::SHADER, 0),
+        Dedup::AtomicOr => (&glsl::dedup_atomic_or_comp::SHADER, 0),
+        Dedup::TestOr => (&glsl::dedup_test_or_comp::SHADER, 0),
+        Dedup::SubgroupUnique => (&glsl::dedup_subgroup_unique_comp::SHADER, 0),
+        Dedup::SharedHash => (&glsl::dedup_shared_hash_comp::SHADER, 0),
+        Dedup::TileMemo => (&glsl::dedup_tile_memo_comp::SHADER, 3),
+        Dedup::Bitset => (&glsl::dedup_bitset_comp::SHADER, 4),
+        Dedup::MarkBytes => (&glsl::dedup_mark_bytes_comp::SHADER, 0),
     })
 }
 
@@ -68,7 +66,7 @@ impl DedupPass {
         );
         let step = match compute(config.dedup) {
             None if config.dedup == Dedup::Points => {
-                Step::Points(point_pipeline(gpu, &dedup_points_vert::SHADER, None, &constants)?)
+                Step::Points(point_pipeline(gpu, &glsl::dedup_points_vert::SHADER, None, &constants)?)
             }
             None => Step::Blocks(blocks_pipeline(gpu, config, constants)?, config.block_log2),
             Some((shader, side_log2)) => {
@@ -85,7 +83,9 @@ impl DedupPass {
                 Step::Compute(gpu.compute_pipeline(shader.name, shader, &constants)?, [x, y])
             }
         };
-        Ok(DedupPass { step, pyramid: *pyramid, config: *config })
+        let texels = SamplerInfo { filter: Filter::Nearest, wraps_in_s: false };
+        let texels = gpu.sampler("U1 texels", texels)?;
+        Ok(DedupPass { step, texels, pyramid: *pyramid, config: *config })
     }
 
     /// Marks of one frame in flight.
@@ -108,7 +108,7 @@ impl DedupPass {
                 let (push, count) = blocks(size, *block_log2);
                 let target = ColorTarget { image: u2, clear: Clear::Uint([0; 4]) };
                 cmd.render(u2.info().size, &[target], None, |render| {
-                    let resources = [(dedup_geom::U1, Resource::Texture(u1, View::Whole))];
+                    let resources = [(glsl::dedup_geom::U1, Resource::Texture(u1, View::Whole))];
                     render.draw(pipeline, &resources, bytemuck::bytes_of(&push), count)
                 })
             }
@@ -116,7 +116,7 @@ impl DedupPass {
                 let u2 = marks.u2().expect("the points' layout");
                 let target = ColorTarget { image: u2, clear: Clear::Uint([0; 4]) };
                 cmd.render(u2.info().size, &[target], None, |render| {
-                    let resources = [(dedup_points_vert::U1, Resource::Texture(u1, View::Whole))];
+                    let resources = [(glsl::dedup_points_vert::U1, Resource::Sampled(u1, &self.texels))];
                     render.draw(pipeline, &resources, &[], size[0] * size[1])
                 })
             }
@@ -124,8 +124,8 @@ impl DedupPass {
                 marks.begin(cmd);
                 // dedup.glsl numbers the bindings of all of them.
                 let resources = [
-                    (dedup_test_or_comp::U1, Resource::Texture(u1, View::Whole)),
-                    (dedup_test_or_comp::MARKS, marks.resource()),
+                    (glsl::dedup_test_or_comp::U1, Resource::Sampled(u1, &self.texels)),
+                    (glsl::dedup_test_or_comp::MARKS, marks.resource()),
                 ];
                 let groups = [size[0].div_ceil(pixels[0]), size[1].div_ceil(pixels[1]), 1];
                 let frame = MarkingFrame { number: marks.frame() };
@@ -141,13 +141,13 @@ fn blocks_pipeline(
     config: &Config,
     mut constants: Vec<(&'static str, u32)>,
 ) -> Result<GraphicsPipeline> {
-    let shader = &dedup_geom::SHADERS[config.block_log2 as usize];
+    let shader = &glsl::dedup_geom::SHADERS[config.block_log2 as usize];
     // 5 components a point: position and mask. p = 4 runs twice 128 points.
     let points = (1 << (2 * config.block_log2)).min(128);
     let invocations = if config.block_log2 == 4 { 2 } else { 1 };
     gpu.require_geometry(shader.name, points, 5 * points, invocations)?;
     constants.push(("MEMO", u32::from(config.memo)));
-    point_pipeline(gpu, &blocks_vert::SHADER, Some(shader), &constants)
+    point_pipeline(gpu, &glsl::blocks_vert::SHADER, Some(shader), &constants)
 }
 
 /// Points that are ORed into `U2`.
@@ -161,7 +161,7 @@ fn point_pipeline(
         name: geometry.unwrap_or(vertex).name,
         vertex,
         geometry,
-        fragment: Some(&dedup_frag::SHADER),
+        fragment: Some(&glsl::dedup_frag::SHADER),
         specialization,
         points: true,
         depth: None,

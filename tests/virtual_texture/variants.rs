@@ -1,0 +1,293 @@
+//! The variants of stages 2 and 3: each pair that can be lists the reference set, whatever the subgroup's size; pairs
+//! that cannot be are refused.
+
+use crate::lists::{assert_equals_reference, assert_lists, list, run};
+use crate::{Device, open, pose, scene};
+use ortelius::math::pyramid::{Pyramid, TileId};
+use ortelius::paper::virtual_texture::compact::CompactPass;
+use ortelius::paper::virtual_texture::dedup::DedupPass;
+use ortelius::paper::virtual_texture::footprint::Footprint;
+use ortelius::paper::virtual_texture::streaming::Keying;
+use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Layout, PAPER, U1Format, reference};
+use ortelius::renderer::{Renderer, needs};
+use ortelius::scene::SHIPPED;
+use ortelius::scene::source::TileFormat;
+use ortelius::vk::{BufferUse, Feature, Gpu, GpuOptions, TexelCopy};
+use std::collections::BTreeSet;
+
+/// Every pair of stages 2 and 3 with both keyings, where the pair can be.
+fn all_variants(renderer: &Renderer) -> Vec<Config> {
+    variants_of(&renderer.settings.config, &renderer.source.pyramid())
+}
+
+fn variants_of(base: &Config, pyramid: &Pyramid) -> Vec<Config> {
+    let mut configs = Vec::new();
+    for dedup in Dedup::staged() {
+        for &compact in Compaction::ALL {
+            for keying in [Keying::Paper, Keying::Native] {
+                let config = Config { dedup, compact, keying, ..*base };
+                configs.extend(config.check(pyramid).is_ok().then_some(config));
+            }
+        }
+    }
+    configs
+}
+
+/// Stages 2 and 3 of variants, made once for each pyramid and format of U1: a pipeline's first use compiles.
+#[derive(Default)]
+struct Passes(Vec<(Pyramid, U1Format, Config, DedupPass, CompactPass)>);
+
+impl Passes {
+    fn list(&mut self, gpu: &Gpu, renderer: &Renderer, config: &Config) -> Vec<[u32; 3]> {
+        let (pyramid, stage1) = (renderer.source.pyramid(), renderer.pipeline.stage1().unwrap());
+        let same = |known: &(Pyramid, U1Format, Config, _, _)| {
+            (known.0, known.1, known.2) == (pyramid, stage1.format, Config { u1: None, ..*config })
+        };
+        let at = self.0.iter().position(same).unwrap_or_else(|| {
+            let dedup = DedupPass::new(gpu, &pyramid, config, stage1).unwrap();
+            let compact = CompactPass::new(gpu, &pyramid, config).unwrap();
+            self.0.push((pyramid, stage1.format, Config { u1: None, ..*config }, dedup, compact));
+            self.0.len() - 1
+        });
+        let (.., dedup, compact) = &self.0[at];
+        run(gpu, stage1, config, dedup, compact, &dedup.marks(gpu).unwrap())
+    }
+}
+
+#[test]
+fn every_pair_of_variants_lists_the_reference_set() {
+    let gpu = Device::open();
+    let scene = scene("earth");
+    // 141 rows: the last groups reach over the picture's edge.
+    let mut renderer = open(&gpu, &scene, [250, 141], |settings| settings.config.u1 = Some(U1Format::Packed));
+    renderer.frame(&pose(&scene, "oblique")).unwrap();
+    renderer.drain().unwrap();
+    let configs = all_variants(&renderer);
+    assert!(configs.len() > Dedup::ALL.len() * Compaction::ALL.len(), "{}", configs.len());
+    for config in configs {
+        let triples = list(&gpu, &renderer, &config);
+        assert_equals_reference(&mut renderer, &triples, config.keying, &format!("{config:?}"));
+        if config.compact == Compaction::Ordered {
+            assert_is_in_order(&triples, config.dedup);
+        }
+    }
+}
+
+/// An ordered list follows the marks: U2's texels row by row, or the pyramid level by level.
+fn assert_is_in_order(triples: &[[u32; 3]], dedup: Dedup) {
+    let key = |&[q, i, j]: &[u32; 3]| if dedup.layout() == Layout::U2 { [i, j, q] } else { [q, i, j] };
+    assert!(triples.iter().map(key).is_sorted(), "{dedup:?}");
+}
+
+#[test]
+fn every_variant_of_either_stage_lists_the_reference_set_in_all_scenes_and_formats() {
+    let gpu = Device::open();
+    let mut passes = Passes::default();
+    for (name, _) in SHIPPED {
+        let scene = scene(name);
+        for format in U1Format::ALL.into_iter().filter(|format| gpu.renders_to(format.image_format())) {
+            let mut renderer = open(&gpu, &scene, [250, 141], |settings| settings.config.u1 = Some(format));
+            renderer.frame(&pose(&scene, &scene.view.camera)).unwrap();
+            renderer.drain().unwrap();
+            for config in one_of_each(&renderer) {
+                let triples = passes.list(&gpu, &renderer, &config);
+                let what = format!("{name}: {config:?}");
+                assert_equals_reference(&mut renderer, &triples, config.keying, &what);
+            }
+        }
+    }
+}
+
+/// Each variant of stage 2, with both keyings where it can; the variants of stage 3 take turns beside it.
+fn one_of_each(renderer: &Renderer) -> Vec<Config> {
+    let all = all_variants(renderer);
+    let turn = |n: usize, &dedup: &Dedup| {
+        let of_dedup: Vec<&Config> = all.iter().filter(|config| config.dedup == dedup).collect();
+        let keyed = |keying| of_dedup.iter().filter(move |config| config.keying == keying);
+        let pick = |keying, n: usize| keyed(keying).nth(n % keyed(keying).count().max(1)).map(|c| **c);
+        [pick(Keying::Paper, n), pick(Keying::Native, n + 2)]
+    };
+    Dedup::staged().enumerate().flat_map(|(n, dedup)| turn(n, &dedup)).flatten().collect()
+}
+
+#[test]
+fn frames_in_flight_do_not_share_their_marks() {
+    let gpu = Device::open();
+    let scene = scene("earth");
+    let poses = ["oblique", "headline"].map(|camera| pose(&scene, camera));
+    for dedup in Dedup::staged() {
+        let mut renderer = open(&gpu, &scene, [64, 36], |settings| {
+            settings.config =
+                Config { dedup, compact: Compaction::Append, keying: Keying::Native, ..settings.config };
+        });
+        let alone = poses.map(|pose| {
+            renderer.frame(&pose).unwrap();
+            let u1 = renderer.u1().unwrap();
+            reference::visible_tiles(&u1, &renderer.source.pyramid())
+        });
+        assert_ne!(alone[0], alone[1]);
+        for pose in poses.iter().cycle().take(6) {
+            renderer.frame(pose).unwrap();
+        }
+        renderer.drain().unwrap();
+        for (n, record) in renderer.records.iter().enumerate() {
+            let visible: BTreeSet<TileId> = record.visible.iter().copied().collect();
+            assert_eq!(visible, alone[n % 2], "{dedup:?}, frame {n}");
+        }
+    }
+}
+
+/// Frame numbers come again after 255 frames. The two pictures take turns, so that a number's last marks were the
+/// other's.
+#[test]
+fn bytes_of_the_frame_255_ago_are_no_marks() {
+    let gpu = Device::open();
+    let scene = scene("earth");
+    let mut renderers = ["oblique", "headline"].map(|camera| {
+        let mut renderer =
+            open(&gpu, &scene, [64, 36], |settings| settings.config.u1 = Some(U1Format::Packed));
+        renderer.frame(&pose(&scene, camera)).unwrap();
+        renderer.drain().unwrap();
+        renderer
+    });
+    for keying in [Keying::Paper, Keying::Native] {
+        let config = Config {
+            dedup: Dedup::MarkBytes,
+            compact: Compaction::Append,
+            keying,
+            ..renderers[0].settings.config
+        };
+        let (pyramid, stage1) = (renderers[0].source.pyramid(), renderers[0].pipeline.stage1().unwrap());
+        let dedup = DedupPass::new(&gpu, &pyramid, &config, stage1).unwrap();
+        let compact = CompactPass::new(&gpu, &pyramid, &config).unwrap();
+        let marks = dedup.marks(&gpu).unwrap();
+        for n in 0..259 {
+            let renderer = &mut renderers[n % 2];
+            let triples = run(&gpu, renderer.pipeline.stage1().unwrap(), &config, &dedup, &compact, &marks);
+            if n < 2 || n > 252 {
+                assert_equals_reference(renderer, &triples, keying, &format!("{keying:?}, run {n}"));
+            }
+        }
+    }
+}
+
+/// A picture that no mesh drew: runs of hashed triples, the shortest of one pixel, and background between them.
+fn hashed_triples(pyramid: &Pyramid, size: [u32; 2]) -> Vec<[u32; 3]> {
+    let levels = pyramid.first_resident_level();
+    let [columns, rows] = pyramid.tile_grid(0);
+    let hash = |n: u32| (n ^ n >> 7).wrapping_mul(0x9e37_79b9).rotate_left(11).wrapping_mul(0x85eb_ca6b);
+    (0..size[0] * size[1])
+        .map(|n| {
+            let h = hash(if n % 512 < 256 { n } else { n / 8 });
+            match h % (levels + 2) {
+                q if q > levels => [u32::MAX; 3],
+                q => [q, (h >> 9) % rows, (h >> 20) % columns],
+            }
+        })
+        .collect()
+}
+
+/// U1 is copied in, not drawn: with 16 lanes lavapipe 22.3 crashes where it rasterises.
+#[test]
+fn variants_with_subgroups_list_the_reference_set() {
+    let gpu = Device::open();
+    println!("{} has subgroups of {}", gpu.physical().name, gpu.physical().subgroup_size);
+    let pyramid = Pyramid::new(18, 17, 9, 4, None).unwrap();
+    let size = [122, 67];
+    let base = Config { u1: Some(U1Format::Packed), ..PAPER };
+    let stage1 = Footprint::new(&gpu, &pyramid, &base, size).unwrap();
+    let u1 = hashed_triples(&pyramid, size);
+    let [columns, rows] = pyramid.tile_grid(0);
+    let pack = |&[q, i, j]: &[u32; 3]| if q == u32::MAX { q } else { (q * rows + i) * columns + j };
+    let words: Vec<u32> = u1.iter().map(pack).collect();
+    let texels = gpu.buffer_with("texels", &words, BufferUse::Storage).unwrap();
+    let mut frame = gpu.frame().unwrap();
+    frame
+        .pass("upload", |cmd| {
+            let whole = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size };
+            cmd.copy_to_image(&texels, &stage1.u1, &[whole]);
+            Ok(())
+        })
+        .unwrap();
+    frame.submit().unwrap().wait().unwrap();
+    for config in variants_of(&base, &pyramid) {
+        let subgroups = config.needs().iter().any(|need| need.feature == Feature::Subgroups);
+        if !subgroups || config.dedup.draws() || config.compact == Compaction::TransformFeedback {
+            continue;
+        }
+        let dedup = DedupPass::new(&gpu, &pyramid, &config, &stage1).unwrap();
+        let compact = CompactPass::new(&gpu, &pyramid, &config).unwrap();
+        let triples = run(&gpu, &stage1, &config, &dedup, &compact, &dedup.marks(&gpu).unwrap());
+        assert_lists(&u1, &pyramid, &triples, config.keying, &format!("{config:?}"));
+    }
+}
+
+/// lavapipe's subgroups are as wide as its vectors, 32 bits a lane; a process chooses before it loads the driver.
+#[test]
+fn subgroups_of_4_and_of_16_lanes_list_the_reference_set() {
+    let software = Device::open().physical().name.contains("llvmpipe");
+    for (bits, lanes) in [(128, 4), (512, 16)] {
+        let ran = std::process::Command::new(std::env::current_exe().unwrap())
+            .args(["variants::variants_with_subgroups_list_the_reference_set", "--exact", "--nocapture"])
+            .env("LP_NATIVE_VECTOR_WIDTH", bits.to_string())
+            // Code of another width must not come from the cache.
+            .env("MESA_SHADER_CACHE_DISABLE", "true")
+            .output()
+            .unwrap();
+        let words = String::from_utf8_lossy(&ran.stdout);
+        assert!(ran.status.success(), "{lanes} lanes: {words}{}", String::from_utf8_lossy(&ran.stderr));
+        assert!(words.contains("1 passed"), "{words}");
+        assert!(!software || words.contains(&format!("has subgroups of {lanes}\n")), "{words}");
+    }
+}
+
+#[test]
+fn variants_that_cannot_be_are_refused_with_the_reason_and_the_way_out() {
+    let paper = Pyramid::new(18, 17, 9, 4, None).unwrap();
+    let seventeen_levels = Pyramid::new(20, 20, 4, 2, None).unwrap();
+    let base = Config { compact: Compaction::Append, ..PAPER };
+    let bits = Config { dedup: Dedup::Bitset, keying: Keying::Native, ..base };
+    let bytes = Config { dedup: Dedup::MarkBytes, ..base };
+    for (config, pyramid, words) in [
+        (Config { keying: Keying::Paper, ..bits }, paper, ["bitset", "keying = \"native\""]),
+        (Config { compact: Compaction::TransformFeedback, ..bits }, paper, ["transform-feedback", "append"]),
+        (Config { compact: Compaction::TransformFeedback, ..bytes }, paper, ["transform-feedback", "append"]),
+        (PAPER, seventeen_levels, ["16 streamed levels", "larger tiles"]),
+    ] {
+        let line = config.check(&pyramid).unwrap_err().to_string();
+        assert!(words.iter().all(|word| line.contains(word)), "{line}");
+    }
+    for (config, pyramid) in [(bits, paper), (bytes, paper), (base, seventeen_levels), (PAPER, paper)] {
+        assert_eq!(config.check(&pyramid), Ok(()));
+    }
+    // 2^20 x 2^19 texels have 350 KB of bits, more than any device shares.
+    let gpu = Device::open();
+    let large = Pyramid::new(20, 19, 9, 4, None).unwrap();
+    let stage1 = Footprint::new(&gpu, &large, &bits, [16, 16]).unwrap();
+    let line = DedupPass::new(&gpu, &large, &bits, &stage1).err().unwrap().to_string();
+    let most = gpu.physical().shared_bytes.to_string();
+    for word in ["349528", most.as_str(), "shared memory", "tile-memo"] {
+        assert!(line.contains(word), "no {word} in: {line}");
+    }
+}
+
+#[test]
+fn a_device_opened_for_compute_variants_has_no_geometry_shader_and_runs_them() {
+    let compute = Config { dedup: Dedup::TestOr, compact: Compaction::Append, ..PAPER };
+    assert!(needs(&compute, TileFormat::Rgba8).is_empty());
+    let options = GpuOptions { validate: true, ..GpuOptions::default() };
+    let gpu = Device(Gpu::new(&options).unwrap());
+    let scene = scene("earth");
+    let mut renderer = open(&gpu, &scene, [64, 36], |settings| settings.config = compute);
+    renderer.frame(&pose(&scene, "oblique")).unwrap();
+    renderer.drain().unwrap();
+    let expected = reference::visible_tiles(&renderer.u1().unwrap(), &renderer.source.pyramid());
+    assert_eq!(renderer.records[0].visible.iter().copied().collect::<BTreeSet<_>>(), expected);
+    let refused =
+        DedupPass::new(&gpu, &renderer.source.pyramid(), &PAPER, renderer.pipeline.stage1().unwrap())
+            .err()
+            .unwrap();
+    for word in ["geometryShader", "\"dedup\"", "test-or"] {
+        assert!(refused.to_string().contains(word), "{refused}");
+    }
+}
