@@ -73,6 +73,8 @@ choices! {
         SharedHash = "shared-hash",
         /// Compute: 8 x 8 pixels an invocation, with the paper's memo before test and OR.
         TileMemo = "tile-memo",
+        /// Compute: as tile-memo, four pixels at a time; a subgroup only looks while no triple changes.
+        Runs = "runs",
         /// Compute: a workgroup keeps a bit for each tile of the whole pyramid in shared memory. Native keying.
         Bitset = "bitset",
         /// Compute: each pixel stores the frame's number in its tile's byte (Hollemeersch et al. 2010).

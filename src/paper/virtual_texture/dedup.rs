@@ -42,6 +42,7 @@ fn compute(dedup: Dedup) -> Option<(&'static Shader, u32)> {
         Dedup::SubgroupUnique => (&glsl::dedup_subgroup_unique_comp::SHADER, 0),
         Dedup::SharedHash => (&glsl::dedup_shared_hash_comp::SHADER, 0),
         Dedup::TileMemo => (&glsl::dedup_tile_memo_comp::SHADER, 3),
+        Dedup::Runs => (&glsl::dedup_runs_comp::SHADER, 3),
         Dedup::Bitset => (&glsl::dedup_bitset_comp::SHADER, 4),
         Dedup::MarkBytes => (&glsl::dedup_mark_bytes_comp::SHADER, 0),
     })

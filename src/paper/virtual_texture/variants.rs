@@ -58,7 +58,7 @@ impl Dedup {
         match self {
             Dedup::Geometry => vec![need(Feature::GeometryShader), need(Feature::LogicOp)],
             Dedup::Points => vec![need(Feature::LogicOp)],
-            Dedup::SubgroupUnique => vec![need(Feature::Subgroups)],
+            Dedup::SubgroupUnique | Dedup::Runs => vec![need(Feature::Subgroups)],
             Dedup::MarkBytes => vec![need(Feature::ByteStores)],
             Dedup::Fused | Dedup::FusedExact => {
                 vec![Need { pass: "fused", ..need(Feature::FragmentStores) }]

@@ -1,0 +1,52 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_vote : require
+#include "common/extensions.glsl"
+#include "virtual_texture/pyramid.glsl"
+#include "virtual_texture/tile_order.glsl"
+#include "virtual_texture/dedup.glsl"
+#include "virtual_texture/dedup_u2.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(constant_id = 8) const uint SIDE_LOG2 = 3;  // pixels of an invocation: a square
+
+// Four neighbouring texels of U1, by channel.
+struct Quad {
+    uvec4 x, y, z;
+};
+
+// The texels around a corner of four, where no rounding reaches another: half a texel away.
+Quad gather_quad(uvec2 first) {
+    vec2 corner = (vec2(first) + 1.0) / vec2(textureSize(u1, 0));
+    uvec4 x = textureGather(u1, corner, 0);
+    if (U1_PACKED == 1) return Quad(x, uvec4(0), uvec4(0));
+    return Quad(x, textureGather(u1, corner, 1), textureGather(u1, corner, 2));
+}
+
+bool all_are(Quad quad, uvec3 stored) {
+    return quad.x == uvec4(stored.x) && (U1_PACKED == 1 || quad.y == uvec4(stored.y) && quad.z == uvec4(stored.z));
+}
+
+// The memo, four texels at a time: while no lane sees its triple change, a subgroup only looks. A software device
+// runs both sides of every branch: what marks stands outside the loop that looks, and runs once a change. The lanes
+// leave that loop together: lavapipe 22.3 gives one that left earlier what the later ones read.
+void main() {
+    uvec2 first = gl_GlobalInvocationID.xy << SIDE_LOG2;
+    const uint quads_log2 = SIDE_LOG2 - 1u, quads = 1u << 2u * quads_log2;
+    uvec3 last = uvec3(BACKGROUND);
+    uint n = 0;
+    while (n < quads) {
+        Quad quad;
+        do {
+            quad = gather_quad(first + 2u * uvec2(n & ((1u << quads_log2) - 1u), n >> quads_log2));
+            n++;
+        } while (n < quads && subgroupAll(all_are(quad, last)));
+        for (uint k = 0; k < 4; k++) {
+            uvec3 stored = uvec3(quad.x[k], quad.y[k], quad.z[k]);
+            if (same_triple(stored, last)) continue;
+            last = stored;
+            uvec3 qij = keyed_triple(stored);
+            if (qij.x < FIRST_RESIDENT_LEVEL) mark(qij);
+        }
+    }
+}
