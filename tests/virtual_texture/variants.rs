@@ -164,7 +164,7 @@ fn bytes_of_the_frame_255_ago_are_no_marks() {
         for n in 0..259 {
             let renderer = &mut renderers[n % 2];
             let triples = run(&gpu, renderer.pipeline.stage1().unwrap(), &config, &dedup, &compact, &marks);
-            if n < 2 || n > 252 {
+            if !(2..=252).contains(&n) {
                 assert_equals_reference(renderer, &triples, keying, &format!("{keying:?}, run {n}"));
             }
         }
