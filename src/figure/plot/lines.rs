@@ -30,7 +30,7 @@ pub fn draw(chart: &Chart, along: &Along, lines: &[Line], floor: Option<&Line>) 
     let top = chart.head(&mut svg);
     svg.text([0.0, top + 8.0], Anchor::Start, "faint", &chart.axis());
     let (top, bottom) = (top + 18.0, top + 18.0 + FIELD);
-    let scale_y = Scale::covering(&heights, chart.log, [bottom, top])?;
+    let scale_y = Scale::around(&heights, chart.log, [bottom, top])?;
     let ticks = scale_y.with_room(&scale_y.ticks(6), 18.0);
     let left = ticks.iter().map(|value| width_of(&tick(*value))).fold(0.0, f64::max) + 8.0;
     let right = WIDTH - 10.0;
@@ -84,8 +84,7 @@ fn draw_line(svg: &mut Svg, chart: &Chart, [scale_x, scale_y]: [&Scale; 2], numb
     let points: Vec<[f64; 2]> = shown().map(|(x, p)| [scale_x.at(*x), scale_y.at(p.y)]).collect();
     svg.polyline(&points, &curve);
     let whisker = format!("whisker s{}", number % HUES);
-    // More than 40 points are a curve, not measurements to be read one by one.
-    let dense = points.len() > 40;
+    let mut last = f64::NEG_INFINITY;
     for ((x, point), &[at, y]) in shown().zip(&points) {
         if point.low < point.high {
             let (low, high) = (scale_y.at(point.low), scale_y.at(point.high));
@@ -94,7 +93,9 @@ fn draw_line(svg: &mut Svg, chart: &Chart, [scale_x, scale_y]: [&Scale; 2], numb
                 svg.line([at - 3.0, end], [at + 3.0, end], &whisker);
             }
         }
-        if !dense {
+        // Marks that would touch are a curve, not measurements to be read one by one.
+        if at - last >= 9.0 {
+            last = at;
             let told = format!("{} at {}", point.told(&line.name, &chart.unit), tick(*x));
             svg.mark([at, y], number, &fill, &told);
         }

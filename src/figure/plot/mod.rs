@@ -99,13 +99,11 @@ fn one(figure: &Figure, plot: &Plot, cells: &[&CellRows], machines: &[Machine]) 
     let sample = cells.iter().find_map(|cell| rows_of(cell, plot.quantity).next())?;
     let first = cells.first()?;
     let x = first.cell.x.filter(|_| plot.x != Axis::Sweep);
-    let place = match (x, &figure.sweep) {
-        (Some(x), Some(sweep)) => format!("{}, {} {}", first.cell.scene, sweep.name, human(x)),
-        _ => first.cell.scene.clone(),
-    };
+    // Beside the device: titles of both scene and sweep were cut.
+    let swept = x.zip(figure.sweep.as_ref()).map(|(x, sweep)| format!("{}: {} · ", sweep.name, human(x)));
     let chart = Chart {
-        title: format!("{}: {place}", plot.quantity),
-        below: below(cells, plot.quantity, machines),
+        title: format!("{}: {}", plot.quantity, first.cell.scene),
+        below: swept.unwrap_or_default() + &below(cells, plot.quantity, machines),
         quantity: plot.quantity.to_string(),
         unit: sample.unit.clone(),
         log: plot.log_y,

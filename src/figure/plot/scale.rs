@@ -32,6 +32,17 @@ impl Scale {
         Some(Scale { low, high, log, from, to })
     }
 
+    /// As [`Scale::covering`], without a zero that would leave more than half of the drawing empty: for lines, whose
+    /// length means nothing.
+    pub fn around(values: &[f64], log: bool, ends: [f64; 2]) -> Option<Scale> {
+        let usable = || values.iter().copied().filter(|v| v.is_finite());
+        let (low, high) = (usable().reduce(f64::min)?, usable().reduce(f64::max)?);
+        match !log && low > high / 2.0 && low < high {
+            true => Scale::along(values, log, ends),
+            false => Scale::covering(values, log, ends),
+        }
+    }
+
     /// As [`Scale::covering`], with room on both sides of the values and no zero forced: for a sweep.
     pub fn along(values: &[f64], log: bool, [from, to]: [f64; 2]) -> Option<Scale> {
         let mut scale = Scale::covering(values, log, [from, to])?;
@@ -84,7 +95,13 @@ impl Scale {
         let rough = (self.high - self.low) / count as f64;
         let decade = rough.log10().floor() as i32;
         let mantissa = rough / 10f64.powi(decade);
-        let digit = [1.0, 2.0, 5.0].into_iter().find(|digit| mantissa <= *digit).unwrap_or(10.0);
+        // The nearest of the three by ratio: the bounds are the roots of 2, 10 and 50.
+        let digit = match mantissa {
+            m if m < 2f64.sqrt() => 1.0,
+            m if m < 10f64.sqrt() => 2.0,
+            m if m < 50f64.sqrt() => 5.0,
+            _ => 10.0,
+        };
         let step = decimal(digit, decade);
         let first = (self.low / step).ceil() as i64;
         // n * step would print as 0.30000000000000004.
@@ -135,6 +152,13 @@ mod tests {
         assert!((log.at(10.0) - 0.5).abs() < 1e-12);
         // What a scale cannot show stands at its edge and is told by `shows`.
         assert!(log.at(0.0) == 0.0 && !log.shows(0.0) && !log.shows(f64::NAN));
+    }
+
+    #[test]
+    fn lines_begin_at_zero_only_where_that_leaves_no_half_empty() {
+        let first = |values: &[f64]| Scale::around(values, false, [0.0, 1.0]).unwrap().low;
+        assert_eq!((first(&[1.0, 3.0]), first(&[7.0]), first(&[0.0, 0.0])), (0.0, 0.0, 0.0));
+        assert!((0.89..0.9).contains(&first(&[0.9, 1.0])));
     }
 
     #[test]
