@@ -32,7 +32,7 @@ struct CommandLine {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render the paper's headline picture and its report into out/ (made if absent)
+    /// Render the paper's headline picture and measure three of its figures into out/ (made if absent)
     Demo(demo::DemoArgs),
     /// Render a scene
     Render(Box<render::RenderArgs>),

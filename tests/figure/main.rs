@@ -3,6 +3,7 @@
 
 mod against;
 mod browser;
+mod committed;
 mod family;
 mod listed;
 mod outputs;

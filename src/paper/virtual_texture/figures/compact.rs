@@ -18,7 +18,8 @@ pub const COMPACT: Figure = Figure {
             appends a triple for each set bit. The paper gives no numbers and no block size. Time of stage 3 alone over \
             the same marks of a 2^18 x 2^17 texture in tiles of 512 (U2: 512 x 256 words), with the paper's keying and \
             with the native one, for blocks of 1, 2 and 4 texels a side and for the compute variants. The lists have \
-            the length that the reference counts in U1. 1280 x 720 (quick) or 1920 x 1080 pixels.",
+            the length that the reference counts in U1. 1280 x 720 (quick) or 1920 x 1080 pixels; `noise` as in \
+            vt.dedup.",
     scenes: SCENES,
     variants: || variants(Keying::Paper).into_iter().map(|(name, _)| name).collect(),
     sweep: None,

@@ -21,6 +21,9 @@ pub const PLAIN: &str = "plain texture";
 /// The paper's frame, by the name of its combination.
 pub const THE_PAPER: &str = "paper";
 
+/// The paper's frame but for the keying.
+pub const PAPER_NATIVE: &str = "paper, native keying";
+
 /// A whole frame's variant.
 pub struct Combination {
     pub name: &'static str,
@@ -55,7 +58,7 @@ pub fn combinations() -> Vec<Combination> {
     let exact = |name, config| Combination { name, config, exact: true };
     vec![
         exact(THE_PAPER, PAPER),
-        exact("paper, native keying", Config { keying: Keying::Native, ..PAPER }),
+        exact(PAPER_NATIVE, Config { keying: Keying::Native, ..PAPER }),
         exact("compute, tile-memo", COMPUTE),
         exact("compute, test-or", Config { dedup: Dedup::TestOr, ..COMPUTE }),
         // What the paper sets out to beat.
