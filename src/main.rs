@@ -5,7 +5,7 @@ mod command;
 use clap::{Parser, Subcommand};
 use command::doctor::Unwell;
 use command::verify::Damaged;
-use command::{Usage, bake, compare, demo, doctor, list, merge, render, reproduce, verify};
+use command::{Usage, bake, compare, demo, doctor, list, merge, render, reproduce, trade, verify};
 use ortelius::renderer::RenderError;
 use ortelius::scene::bake::BakeError;
 use ortelius::scene::tiles::TileFileError;
@@ -40,6 +40,8 @@ enum Command {
     List(list::ListArgs),
     /// Measure figures on this machine, with a verdict for each claim
     Reproduce(reproduce::ReproduceArgs),
+    /// Find the cheapest setting of a scene for an error, or the most accurate for a time
+    Trade(Box<trade::TradeArgs>),
     /// Join the parts of a run into one report
     Merge(merge::MergeArgs),
     /// Cut a picture into a tile pyramid (.tiles)
@@ -76,6 +78,7 @@ fn main() -> ExitCode {
         Command::Render(args) => render::run(args),
         Command::List(args) => list::run(args),
         Command::Reproduce(args) => reproduce::run(args),
+        Command::Trade(args) => trade::run(args),
         Command::Merge(args) => merge::run(args),
         Command::Bake(args) => bake::run(args),
         Command::Verify(args) => verify::run(args),
@@ -128,7 +131,7 @@ fn code_of(cause: &(dyn std::error::Error + 'static)) -> Option<u8> {
 /// What the command line names and is not there is usage; what is wrong in a file is an error.
 fn scene_code(error: &SceneError) -> Option<u8> {
     match error {
-        SceneError::Read { .. } | SceneError::Content { .. } => None,
+        SceneError::Read { .. } | SceneError::Write(_) | SceneError::Content { .. } => None,
         SceneError::Unknown { .. }
         | SceneError::Override { .. }
         | SceneError::Camera { .. }

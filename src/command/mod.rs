@@ -10,6 +10,7 @@ mod outputs;
 pub mod render;
 mod report;
 pub mod reproduce;
+pub mod trade;
 pub mod verify;
 
 use std::io::Write;

@@ -63,7 +63,7 @@ pub struct RenderArgs {
     explain: bool,
 }
 
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
+pub(super) fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let parsed = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     match parsed {
         Some(size @ [1..=16384, 1..=16384]) => Ok(size),

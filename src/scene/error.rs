@@ -1,5 +1,6 @@
 //! What can be wrong with a scene, and where: `file:line:column`, the line, and a caret below it.
 
+use crate::picture::write::FileError;
 use std::ops::Range;
 use thiserror::Error;
 
@@ -8,6 +9,8 @@ use thiserror::Error;
 pub enum SceneError {
     #[error("{path}: cannot read the scene: {source}")]
     Read { path: String, source: std::io::Error },
+    #[error(transparent)]
+    Write(#[from] FileError),
     /// Something inside the file; `line` and `column` (in characters) count from 1.
     #[error("{path}:{line}:{column}: {what}\n{snippet}")]
     Content { path: String, line: usize, column: usize, what: String, snippet: String },

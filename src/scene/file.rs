@@ -144,12 +144,17 @@ impl Document {
             // Everything before `start` is unchanged by the replacement.
             SceneError::at(&shown, &text, start..start, "this byte is not UTF-8, which TOML requires")
         })?;
-        Ok(Document {
-            path: shown,
+        Ok(Document::of_text(path, text))
+    }
+
+    /// What the file at `path` holds, or would.
+    pub fn of_text(path: &Path, text: String) -> Document {
+        Document {
+            path: path.display().to_string(),
             name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
             text,
-        })
+        }
     }
 
     pub fn shipped(name: &str) -> Result<Document, SceneError> {

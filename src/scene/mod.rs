@@ -8,6 +8,7 @@ pub mod bake;
 pub mod camera;
 mod check;
 mod choice;
+mod edit;
 mod error;
 mod file;
 pub mod mesh;
@@ -19,6 +20,7 @@ pub mod source;
 pub mod tiles;
 
 pub use choice::{Compaction, Dedup, Listing};
+pub use edit::write_changes;
 pub use error::{SceneError, nearest};
 pub use open::TextureError;
 pub use settings::{

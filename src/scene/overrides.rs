@@ -12,8 +12,8 @@ use toml::{Table, Value};
 pub(super) struct Change {
     /// As given, for messages.
     pub text: String,
-    key: Vec<String>,
-    value: Value,
+    pub key: Vec<String>,
+    pub value: Value,
 }
 
 impl Change {

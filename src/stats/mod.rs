@@ -1,5 +1,9 @@
 //! Order statistics of repeated measurements: what a report prints of a time.
 
+mod front;
+
+pub use front::{Choice, front};
+
 use serde::{Deserialize, Serialize};
 
 /// The value at a share `p` (0.0 ..= 1.0) of the sorted samples, linear between the two nearest (type 7 of
@@ -68,6 +72,13 @@ impl Summary {
     /// p95 - p5: nine tenths of the samples lie this close together.
     pub fn spread(&self) -> f64 {
         self.p95 - self.p5
+    }
+
+    /// The same measurement in another unit.
+    pub fn scaled(&self, factor: f64) -> Summary {
+        let Summary { count, min, p5, median, p95, max } = *self;
+        let [min, p5, median, p95, max] = [min, p5, median, p95, max].map(|value| value * factor);
+        Summary { count, min, p5, median, p95, max }
     }
 
     /// The spread as a share of the median; infinite or NaN where the median is 0.

@@ -7,6 +7,7 @@ mod figures;
 mod pictures;
 mod report;
 mod tiles;
+mod trade;
 mod words;
 
 use ortelius::picture::write::{Srgb8Picture, read_png};

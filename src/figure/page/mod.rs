@@ -2,6 +2,7 @@
 
 mod pictures;
 mod tables;
+pub mod trade;
 
 use super::plot::{self, Drawn};
 use super::words::human;
@@ -138,11 +139,15 @@ pub fn html(
         failed: views.iter().map(|view| view.failures.len()).sum(),
         figures: views,
     };
+    filled("page.html", TEMPLATE, page)
+}
+
+/// A template with its values; the name's ending turns escaping on.
+fn filled(name: &str, template: &str, values: impl Serialize) -> anyhow::Result<String> {
     let mut environment = Environment::new();
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
-    // The ending turns escaping on.
-    environment.add_template("page.html", TEMPLATE)?;
-    Ok(environment.get_template("page.html")?.render(Serde(page))?)
+    environment.add_template(name, template)?;
+    Ok(environment.get_template(name)?.render(Serde(values))?)
 }
 
 fn figure_view<'a>(

@@ -3,6 +3,7 @@
 mod bars;
 mod lines;
 mod scale;
+pub mod scatter;
 mod svg;
 
 pub use svg::file;

@@ -17,6 +17,7 @@ mod sizes;
 pub mod stage1;
 mod stages;
 mod streaming;
+pub mod trade;
 
 use crate::figure::Figure;
 

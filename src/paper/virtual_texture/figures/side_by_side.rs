@@ -113,7 +113,7 @@ impl SideBySide {
     ) -> anyhow::Result<SideBySide> {
         let Place { scene, pose, .. } = place;
         let gpu = device(bench, &all_needs())?;
-        let source = Arc::new(Kept { source: scene.open_texture()?, tiles: Mutex::default() });
+        let source = Arc::new(Kept::new(scene.open_texture()?));
         let mesh = mesh::gpu_mesh(&scene.source_mesh()?)?;
         let open = |config: Config| -> anyhow::Result<Session> {
             let mut settings = Settings::of_scene(&scene, Target::Srgb8);
@@ -222,6 +222,10 @@ pub struct Kept {
 }
 
 impl Kept {
+    pub fn new(source: Arc<dyn TileSource>) -> Kept {
+        Kept { source, tiles: Mutex::default() }
+    }
+
     /// As new: where the making of tiles is part of what is measured.
     pub fn forget(&self) {
         self.tiles.lock().expect("no panic while a tile is stored").clear();

@@ -108,10 +108,16 @@ impl<'a> Texels<'a> {
         let colour = |sample: Sample| self.pixel(&sample, filter).map(|channel| channel as f32);
         let pixels = view.samples().into_iter().map(|sample| sample.map_or(sky, colour)).collect();
         let [width, height] = view.size();
-        match self.failed.take() {
-            Some(error) => Err(error),
-            None => Ok(Picture::new(width, height, pixels)),
-        }
+        self.check()?;
+        Ok(Picture::new(width, height, pixels))
+    }
+
+    /// Whether all texels so far could be read.
+    ///
+    /// # Errors
+    /// The first tile that could not.
+    pub fn check(&self) -> Result<(), TileError> {
+        self.failed.take().map_or(Ok(()), Err)
     }
 
     /// The colour of one pixel, linear.

@@ -1,0 +1,66 @@
+//! The page of `ortelius trade`.
+
+use super::super::words::human;
+use super::super::{Trade, Traded};
+use super::{STYLES, filled};
+use serde::Serialize;
+
+const TEMPLATE: &str = include_str!("trade.html");
+
+#[derive(Serialize)]
+struct Page<'a> {
+    style: String,
+    version: &'static str,
+    trade: &'a Trade,
+    software: bool,
+    /// Milliseconds.
+    drift: [String; 2],
+    svg: Option<&'a str>,
+    answer: &'a str,
+    front: Vec<Line<'a>>,
+    all: Vec<Line<'a>>,
+}
+
+/// A setting for people.
+#[derive(Serialize)]
+struct Line<'a> {
+    name: &'a str,
+    changes: String,
+    ms: String,
+    spread: String,
+    errors: [String; 3],
+    on_front: bool,
+}
+
+impl Line<'_> {
+    fn of(setting: &Traded) -> Line<'_> {
+        let errors = setting.errors;
+        Line {
+            name: &setting.name,
+            changes: setting.changes.join(" "),
+            ms: human(setting.ms.median),
+            spread: format!("{} – {}", human(setting.ms.p5), human(setting.ms.p95)),
+            errors: [errors.nmse, errors.flip, errors.max].map(human),
+            on_front: setting.on_front,
+        }
+    }
+}
+
+/// # Errors
+/// None but a template that is wrong.
+pub fn html(trade: &Trade, svg: Option<&str>, answer: &str) -> anyhow::Result<String> {
+    let mut all: Vec<&Traded> = trade.settings.iter().collect();
+    all.sort_by(|a, b| a.ms.median.total_cmp(&b.ms.median));
+    let page = Page {
+        style: STYLES.concat(),
+        version: env!("CARGO_PKG_VERSION"),
+        trade,
+        software: trade.machine.is_software(),
+        drift: trade.drift_ms.map(human),
+        svg,
+        answer,
+        front: trade.front().into_iter().map(Line::of).collect(),
+        all: all.into_iter().map(Line::of).collect(),
+    };
+    filled("trade.html", TEMPLATE, page)
+}

@@ -1,0 +1,133 @@
+//! What a scene's settings cost and what they are off by: the report of `ortelius trade`.
+
+use super::plot::scatter::{self, Spot};
+use super::plot::{self, Chart, Point};
+use super::{Machine, json, page};
+use crate::picture::write::write_whole;
+use crate::stats::{Choice, Summary, front};
+use serde::Serialize;
+use std::io::Write as _;
+use std::path::Path;
+
+/// A sweep's result.
+#[derive(Clone, Debug, Serialize)]
+pub struct Trade {
+    pub scene: String,
+    /// Pixels of the frames.
+    pub size: [u32; 2],
+    /// Name of the measure that the front is of: NMSE, FLIP, largest error.
+    pub measure: &'static str,
+    /// What the pictures are held against, and at which pixels.
+    pub truth: String,
+    pub machine: Machine,
+    /// Timed frames of each setting.
+    pub runs: usize,
+    /// Least and most median of the scene's own setting, milliseconds: how far times drifted during the sweep.
+    pub drift_ms: [f64; 2],
+    /// The simplest first: those that change the fewest keys of the scene.
+    pub settings: Vec<Traded>,
+    pub refused: Vec<Refused>,
+}
+
+/// A setting as measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct Traded {
+    pub name: String,
+    /// What it changes of the scene, as `-D` takes it.
+    pub changes: Vec<String>,
+    /// The settled frame.
+    pub ms: Summary,
+    /// By the chosen measure.
+    pub error: f64,
+    pub errors: Errors,
+    /// Levels by which the picture is coarser than asked for, because the visible tiles exceed N1.
+    pub forced_bias: u32,
+    pub on_front: bool,
+}
+
+/// All measures of a picture against the truth.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Errors {
+    pub nmse: f64,
+    /// Mean of FLIP.
+    pub flip: f64,
+    /// Largest difference of a channel, linear light.
+    pub max: f64,
+}
+
+/// A setting that does not run here.
+#[derive(Clone, Debug, Serialize)]
+pub struct Refused {
+    pub name: String,
+    pub why: String,
+}
+
+impl Trade {
+    /// Finds the front, after all settings are there.
+    pub fn mark_front(&mut self) {
+        let choices: Vec<Choice> =
+            self.settings.iter().map(|setting| Choice { time: setting.ms, error: setting.error }).collect();
+        let members = front(&choices);
+        for (place, setting) in self.settings.iter_mut().enumerate() {
+            setting.on_front = members.contains(&place);
+        }
+    }
+
+    /// The front, from the smallest error to the least time.
+    pub fn front(&self) -> Vec<&Traded> {
+        let mut members: Vec<&Traded> = self.settings.iter().filter(|setting| setting.on_front).collect();
+        members.sort_by(|a, b| a.error.total_cmp(&b.error));
+        members
+    }
+
+    /// The fastest of the front whose error is at most `bound`.
+    pub fn cheapest(&self, bound: f64) -> Option<&Traded> {
+        // Along the front times fall as errors rise.
+        self.front().into_iter().rfind(|setting| setting.error <= bound)
+    }
+
+    /// The one of the front with the smallest error whose median is at most `ms`.
+    pub fn most_accurate(&self, ms: f64) -> Option<&Traded> {
+        self.front().into_iter().find(|setting| setting.ms.median <= ms)
+    }
+
+    /// JSON, with a line for each setting.
+    pub fn json(&self) -> String {
+        json::text(self, 2)
+    }
+
+    /// `index.html`, `trade.svg` and `trade.json` into an existing folder; `answer` stands at the head of the page.
+    ///
+    /// # Errors
+    /// The disk's.
+    pub fn write(&self, folder: &Path, answer: &str) -> anyhow::Result<()> {
+        let drawn = self.draw();
+        let put = |name: &str, text: String| {
+            write_whole(&folder.join(name), |file| file.write_all(text.as_bytes()))
+        };
+        if let Some(drawn) = &drawn {
+            put("trade.svg", plot::file(drawn))?;
+        }
+        put("trade.json", self.json())?;
+        Ok(put("index.html", page::trade::html(self, drawn.as_deref(), answer)?)?)
+    }
+
+    fn draw(&self) -> Option<String> {
+        let chart = Chart {
+            title: format!("{}, {} x {}: time and error", self.scene, self.size[0], self.size[1]),
+            below: format!("median of {}, p5 to p95 · {}", self.runs, self.machine.device),
+            quantity: self.measure.to_string(),
+            unit: String::new(),
+            log: true,
+        };
+        let spot = |setting: &Traded| Spot {
+            name: format!("{}, {} {:.2e}", setting.name, self.measure, setting.error),
+            time: Point { y: setting.ms.median, low: setting.ms.p5, high: setting.ms.p95 },
+            error: setting.error,
+            on_front: setting.on_front,
+        };
+        let others = self.settings.iter().filter(|setting| !setting.on_front);
+        let spots: Vec<Spot> = self.front().into_iter().chain(others).map(spot).collect();
+        scatter::draw(&chart, "settled frame, ms (logarithmic)", &spots)
+    }
+}

@@ -1,0 +1,223 @@
+//! What can be turned on a scene to trade time for accuracy, and which turns go together.
+
+use crate::scene::{Compaction, Dedup, Filtering, Keying, Listing, Scene, TextureSource};
+
+/// A key of the scene, or several that go together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Knob {
+    LevelBias,
+    Filter,
+    Anisotropy,
+    Border,
+    List,
+    Stages,
+}
+
+/// A point of the sweep.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setting {
+    /// What differs from the scene, in words.
+    pub name: String,
+    /// The same as changes `KEY=VALUE` of the scene.
+    pub changes: Vec<String>,
+}
+
+impl Knob {
+    pub const ALL: [Knob; 6] =
+        [Knob::LevelBias, Knob::Filter, Knob::Anisotropy, Knob::Border, Knob::List, Knob::Stages];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Knob::LevelBias => "level-bias",
+            Knob::Filter => "filter",
+            Knob::Anisotropy => "anisotropy",
+            Knob::Border => "border",
+            Knob::List => "list",
+            Knob::Stages => "stages",
+        }
+    }
+
+    /// `at`, and where the knob can stand otherwise.
+    fn turned(self, at: Values) -> Vec<Values> {
+        let mut all = vec![at];
+        match self {
+            Knob::LevelBias => all.extend([0, 1, 2].map(|level_bias| Values { level_bias, ..at })),
+            Knob::Filter => {
+                let filters = [(Filtering::Trilinear, at.samples), (Filtering::Bilinear, at.samples)];
+                let taps = [1, 4, 16].map(|taps| (Filtering::Stochastic, taps));
+                let turned = filters.into_iter().chain(taps);
+                all.extend(turned.map(|(filter, samples)| Values { filter, samples, ..at }));
+            }
+            Knob::Anisotropy => {
+                all.extend([1, 2, 4, 8].map(|max_anisotropy| Values { max_anisotropy, ..at }));
+            }
+            // A border costs memory and reading; 0 shows what one is worth.
+            Knob::Border => all.push(Values { border: 0, ..at }),
+            Knob::List => all.push(Values { list: Listing::Feedback, feedback_log2: 6, ..at }),
+            // The draw that does it all, exactly, with the one compaction and keying that go with it.
+            Knob::Stages => {
+                all.push(Values { stages: (Dedup::FusedExact, Compaction::Append, Keying::Native), ..at });
+            }
+        }
+        all
+    }
+}
+
+/// Where all knobs stand.
+#[derive(Clone, Copy, PartialEq)]
+struct Values {
+    level_bias: u32,
+    filter: Filtering,
+    samples: u32,
+    max_anisotropy: u32,
+    border: u32,
+    list: Listing,
+    feedback_log2: u32,
+    stages: (Dedup, Compaction, Keying),
+}
+
+impl Values {
+    fn of(scene: &Scene) -> Values {
+        let variant = &scene.variant;
+        Values {
+            level_bias: variant.level_bias,
+            filter: variant.filter,
+            samples: variant.samples,
+            max_anisotropy: variant.max_anisotropy,
+            border: scene.texture.border,
+            list: variant.list,
+            feedback_log2: variant.feedback_log2,
+            stages: (variant.dedup, variant.compact, variant.keying),
+        }
+    }
+
+    /// As it can be drawn, or none: samples reach as far over a tile's edge as there are, which takes a border; what is
+    /// generated can have it, a file has what it has.
+    fn drawable(self, own: &Values, generated: bool) -> Option<Values> {
+        if self == *own {
+            return Some(self);
+        }
+        let sensible = match self.filter {
+            Filtering::Trilinear => self.border > 0 || self.max_anisotropy == 1,
+            // Samples along a footprint that each take one level are what trilinear ones are better at.
+            Filtering::Bilinear => self.max_anisotropy == 1,
+            // Few taps along a long footprint show noise alone; their tiles need no border at all.
+            Filtering::Stochastic => {
+                (self.max_anisotropy == 1 || self.samples == 16) && self.border == own.border
+            }
+        };
+        // A list of the host's has no stages 2 and 3.
+        let stages = self.list == Listing::Device || self.stages == own.stages;
+        let reach = if self.filter == Filtering::Stochastic { 0 } else { self.max_anisotropy };
+        let fits = reach <= 1 || reach <= self.border;
+        (sensible && stages && (fits || generated))
+            .then_some(Values { border: if fits { self.border } else { reach }, ..self })
+    }
+
+    fn setting(&self, own: &Values) -> Setting {
+        let (mut words, mut changes) = (Vec::new(), Vec::new());
+        let mut differs = |is: bool, word: String, keys: &[String]| {
+            if is {
+                words.push(word);
+                changes.extend_from_slice(keys);
+            }
+        };
+        let stochastic = self.filter == Filtering::Stochastic;
+        let taps = if stochastic { format!(" {}", self.samples) } else { String::new() };
+        let filter = filter_name(self.filter);
+        let mut keys =
+            Vec::from_iter((self.filter != own.filter).then(|| format!("variant.filter={filter}")));
+        keys.extend((self.samples != own.samples).then(|| format!("variant.samples={}", self.samples)));
+        differs(!keys.is_empty(), format!("{filter}{taps}"), &keys);
+        let [na, border, bias] = [self.max_anisotropy, self.border, self.level_bias];
+        differs(na != own.max_anisotropy, format!("NA {na}"), &[format!("variant.max_anisotropy={na}")]);
+        differs(border != own.border, format!("border {border}"), &[format!("texture.border={border}")]);
+        differs(bias != own.level_bias, format!("bias {bias}"), &[format!("variant.level_bias={bias}")]);
+        let n = self.feedback_log2;
+        let list = [format!("variant.list={}", self.list.name()), format!("variant.feedback_log2={n}")];
+        let another = (self.list, n) != (own.list, own.feedback_log2);
+        differs(another, format!("{} 1/{}", self.list.name(), 1 << n), &list);
+        let (dedup, compact, keying) = self.stages;
+        let stages = [
+            format!("variant.dedup={}", dedup.name()),
+            format!("variant.compact={}", compact.name()),
+            format!("variant.keying={}", if keying == Keying::Native { "native" } else { "paper" }),
+        ];
+        differs(self.stages != own.stages, dedup.name().to_string(), &stages);
+        let name = if words.is_empty() { "the scene's own".to_string() } else { words.join(", ") };
+        Setting { name, changes }
+    }
+}
+
+fn filter_name(filter: Filtering) -> &'static str {
+    match filter {
+        Filtering::Trilinear => "trilinear",
+        Filtering::Bilinear => "bilinear",
+        Filtering::Stochastic => "stochastic",
+    }
+}
+
+/// All settings that `knobs` give a scene, its own first, then those that change the fewest keys.
+pub fn settings(scene: &Scene, knobs: &[Knob]) -> Vec<Setting> {
+    let own = Values::of(scene);
+    let generated = !matches!(scene.texture.source, TextureSource::File(_));
+    let mut all = vec![own];
+    for knob in Knob::ALL.into_iter().filter(|knob| knobs.contains(knob)) {
+        if knob == Knob::Border && !generated {
+            continue;
+        }
+        all = all.into_iter().flat_map(|values| knob.turned(values)).collect();
+    }
+    let drawable = all.into_iter().filter_map(|values| values.drawable(&own, generated));
+    let mut settings: Vec<Setting> = Vec::new();
+    for setting in drawable.map(|values| values.setting(&own)) {
+        if !settings.contains(&setting) {
+            settings.push(setting);
+        }
+    }
+    settings.sort_by_key(|setting| setting.changes.len());
+    settings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_scenes_own_setting_comes_first_and_each_other_is_a_scene() {
+        for name in ["earth", "plane"] {
+            let scene = Scene::embedded(name).unwrap();
+            let all = settings(&scene, &Knob::ALL);
+            assert_eq!((all[0].name.as_str(), all[0].changes.len()), ("the scene's own", 0));
+            assert!((40..200).contains(&all.len()), "{}", all.len());
+            let mut names: Vec<&str> = all.iter().map(|setting| setting.name.as_str()).collect();
+            names.sort_unstable();
+            names.dedup();
+            assert_eq!(names.len(), all.len(), "each name once");
+            for setting in &all[1..] {
+                let changed = Scene::load_with(name, &setting.changes).unwrap();
+                assert_ne!(changed, scene, "{}", setting.name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_border_follows_the_samples_where_the_source_is_generated() {
+        let scene = Scene::embedded("plane").unwrap();
+        let all = settings(&scene, &[Knob::Anisotropy]);
+        let changes: Vec<String> = all.iter().map(|setting| setting.changes.join(" ")).collect();
+        assert_eq!(
+            changes,
+            [
+                "",
+                "variant.max_anisotropy=2",
+                "variant.max_anisotropy=4",
+                "variant.max_anisotropy=8 texture.border=8"
+            ]
+        );
+        let mut file = scene.clone();
+        file.texture.source = TextureSource::File("a.tiles".into());
+        assert_eq!(settings(&file, &[Knob::Anisotropy, Knob::Border]).len(), 3);
+        assert_eq!(settings(&scene, &[]).len(), 1);
+    }
+}

@@ -1,0 +1,254 @@
+//! The price of accuracy in one scene: every setting of some [`Knob`]s, its settled frame timed and its picture held
+//! against the [`truth`].
+
+mod knobs;
+mod truth;
+
+pub use knobs::{Knob, Setting, settings};
+
+use super::side_by_side::{Kept, device, lacks};
+use crate::figure::{Bench, Contender, Errors, Machine, Refused, Timed, Trade, Traded};
+use crate::math::camera::Pose;
+use crate::paper::virtual_texture::all_needs;
+use crate::paper::virtual_texture::session::{Session, SessionError, Settings, Target};
+use crate::picture::measures::{Comparison, Measures, OUTLIER_BOUND};
+use crate::scene::Scene;
+use crate::scene::mesh::{self, Mesh};
+use crate::scene::source::{TileFormat, TileSource};
+use crate::stats::Summary;
+use crate::vk::{Gpu, PassTime};
+use anyhow::Context;
+use std::collections::HashMap;
+use std::sync::Arc;
+use truth::Truth;
+
+/// Settings that are timed in turn, with the scene's own beside them: each holds N1 tiles, 260 MB with the usual 192.
+const TOGETHER: usize = 4;
+
+/// What the front is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measure {
+    Nmse,
+    /// Mean of FLIP.
+    Flip,
+    /// Largest difference of a channel, linear light.
+    Max,
+}
+
+impl Measure {
+    pub fn name(self) -> &'static str {
+        match self {
+            Measure::Nmse => "NMSE",
+            Measure::Flip => "FLIP",
+            Measure::Max => "largest error",
+        }
+    }
+
+    fn of(self, errors: &Errors) -> f64 {
+        match self {
+            Measure::Nmse => errors.nmse,
+            Measure::Flip => errors.flip,
+            Measure::Max => errors.max,
+        }
+    }
+}
+
+/// What is to be swept.
+pub struct Sweep<'a> {
+    /// A shipped scene or a file, as [`Scene::load_with`] takes it, and changes to it.
+    pub scene: &'a str,
+    pub overrides: &'a [String],
+    /// The scene's own otherwise.
+    pub size: Option<[u32; 2]>,
+    pub knobs: &'a [Knob],
+    pub measure: Measure,
+}
+
+/// What all settings share.
+struct Stage<'a> {
+    sweep: &'a Sweep<'a>,
+    gpu: Gpu,
+    mesh: Mesh,
+    pose: Pose,
+    size: [u32; 2],
+    truth: Truth,
+    /// By border: an Earth tile takes 13 ms of a core, and most settings see the same.
+    sources: HashMap<u32, Arc<Kept>>,
+}
+
+impl Sweep<'_> {
+    /// Measures all settings; `progress` is told how many of how many are done.
+    ///
+    /// # Errors
+    /// A scene or device that is not to be had, BC1 tiles (the reference reads none), a device that keeps no time.
+    pub fn run(&self, bench: &Bench, progress: impl Fn(usize, usize)) -> anyhow::Result<Trade> {
+        let scene = Scene::load_with(self.scene, self.overrides)?;
+        let settings = settings(&scene, self.knobs);
+        let mut stage = self.stage(bench, &scene)?;
+        let (own, others) = settings.split_first().expect("the scene's own setting");
+        let mut anchor = stage.open(own)?.map_err(anyhow::Error::msg)?;
+        let (mut batches, mut refused) = (Vec::new(), Vec::new());
+        for (n, batch) in others.chunks(TOGETHER).enumerate() {
+            let mut opened = Vec::new();
+            for setting in batch {
+                match stage.open(setting)? {
+                    Ok(session) => opened.push(session),
+                    Err(why) => refused.push(Refused { name: setting.name.clone(), why }),
+                }
+            }
+            batches.push(Batch::time(bench, &stage, &mut anchor, opened)?);
+            progress((1 + (n + 1) * TOGETHER).min(settings.len()), settings.len());
+        }
+        if batches.is_empty() {
+            batches.push(Batch::time(bench, &stage, &mut anchor, Vec::new())?);
+        }
+        let (settings, drift_ms) = levelled(batches, self.measure);
+        let mut trade = Trade {
+            scene: scene.name.clone(),
+            size: stage.size,
+            measure: self.measure.name(),
+            truth: stage.truth.describe(),
+            machine: Machine::here(stage.gpu.physical()),
+            runs: bench.runs(),
+            drift_ms,
+            settings,
+            refused,
+        };
+        trade.mark_front();
+        Ok(trade)
+    }
+
+    fn stage(&self, bench: &Bench, scene: &Scene) -> anyhow::Result<Stage<'_>> {
+        let source = scene.open_texture().with_context(|| format!("scene {}", self.scene))?;
+        anyhow::ensure!(
+            source.format() == TileFormat::Rgba8,
+            "the reference reads no bc1 tiles ({}); bake the texture with --format rgba8",
+            source.describe()
+        );
+        let (mesh, pose) = (scene.source_mesh()?, scene.pose(0)?);
+        let size = self.size.unwrap_or([scene.view.width, scene.view.height]);
+        let source = Arc::new(Kept::new(source));
+        Ok(Stage {
+            sweep: self,
+            gpu: device(bench, &all_needs())?,
+            mesh: mesh::gpu_mesh(&mesh)?,
+            pose,
+            size,
+            truth: Truth::new(&*source, &mesh, &pose, size)?,
+            sources: HashMap::from([(scene.texture.border, source)]),
+        })
+    }
+}
+
+/// A setting with its settled session.
+struct Open {
+    setting: Setting,
+    session: Session,
+    measures: Measures,
+    forced_bias: u32,
+}
+
+impl Stage<'_> {
+    /// A settled session; inside, why the setting does not run here.
+    fn open(&mut self, setting: &Setting) -> anyhow::Result<Result<Open, String>> {
+        let changes = [self.sweep.overrides, &setting.changes].concat();
+        let scene = match Scene::load_with(self.sweep.scene, &changes) {
+            Ok(scene) => scene,
+            Err(error) => return Ok(Err(error.to_string())),
+        };
+        let source = match self.sources.get(&scene.texture.border) {
+            Some(source) => source.clone(),
+            None => Arc::new(Kept::new(scene.open_texture()?)),
+        };
+        self.sources.insert(scene.texture.border, source.clone());
+        let mut settings = Settings::of_scene(&scene, Target::Srgb8);
+        settings.size = self.size;
+        // Nobody watches it settle: as many tiles a frame as the staging memory is worth.
+        settings.streaming.deterministic = true;
+        settings.streaming.upload_tiles_per_frame = 32;
+        settings.streaming.load_tiles_per_frame = 32;
+        if let Some(why) = lacks(&self.gpu, &settings.config, &source.pyramid(), source.format()) {
+            return Ok(Err(why));
+        }
+        let mut session = match Session::new(self.gpu.clone(), source, &self.mesh, settings) {
+            Ok(session) => session,
+            Err(error @ (SessionError::Anisotropy { .. } | SessionError::Variants(_))) => {
+                return Ok(Err(error.to_string()));
+            }
+            Err(error) => return Err(error.into()),
+        };
+        session.settle(&self.pose)?;
+        session.drain()?;
+        // One more frame, which is the same in every run: noise is drawn by the frame's number.
+        session.again(&self.pose)?;
+        let picture = self.truth.cut(&session.picture_bytes()?);
+        let measures = Comparison::of(&picture, &self.truth.picture)?.measures(OUTLIER_BOUND);
+        let forced_bias = session.bias() - scene.variant.level_bias;
+        Ok(Ok(Open { setting: setting.clone(), session, measures, forced_bias }))
+    }
+}
+
+/// Settings that were timed in turn, the scene's own first.
+struct Batch(Vec<(Setting, Errors, u32, Summary)>);
+
+impl Batch {
+    fn time(
+        bench: &Bench,
+        stage: &Stage<'_>,
+        anchor: &mut Open,
+        mut opened: Vec<Open>,
+    ) -> anyhow::Result<Batch> {
+        let mut all: Vec<&mut Open> = vec![anchor];
+        all.extend(&mut opened);
+        let contenders = all.iter_mut().map(|open| {
+            let Open { setting, session, .. } = &mut **open;
+            Contender {
+                variant: setting.name.clone(),
+                run: Box::new(|| {
+                    let finished = session.again(&stage.pose)?;
+                    let ns = Some(finished.host_time.as_nanos() as u64);
+                    let mut times = finished.times;
+                    times.push(PassTime { label: "list on the host".into(), ns });
+                    Ok(times)
+                }),
+            }
+        });
+        let timed: Vec<Timed> = bench.interleave(&stage.gpu, contenders.collect())?;
+        let measured = all.iter().zip(&timed).map(|(open, timed)| {
+            let device = &stage.gpu.physical().name;
+            let ms = timed.total.with_context(|| format!("{device} keeps no time: nothing can be traded"))?;
+            let worst = open.measures.worst.map_or(0.0, |worst| worst.value);
+            let errors = Errors { nmse: open.measures.nmse, flip: open.measures.flip_mean, max: worst };
+            Ok((open.setting.clone(), errors, open.forced_bias, ms))
+        });
+        Ok(Batch(measured.collect::<anyhow::Result<_>>()?))
+    }
+
+    /// Median of the scene's own setting.
+    fn anchor_ms(&self) -> f64 {
+        self.0[0].3.median
+    }
+}
+
+/// All settings, each once, with the drift between batches taken out: times as if the scene's own setting had taken as
+/// long in every batch as in the middle one. Least and most of its medians.
+fn levelled(batches: Vec<Batch>, measure: Measure) -> (Vec<Traded>, [f64; 2]) {
+    let anchors: Vec<f64> = batches.iter().map(Batch::anchor_ms).collect();
+    let middle = crate::stats::median(&anchors).expect("there is a batch");
+    let mut settings: Vec<Traded> = Vec::new();
+    for batch in batches {
+        let factor = middle / batch.anchor_ms();
+        let skipped = usize::from(!settings.is_empty());
+        settings.extend(batch.0.into_iter().skip(skipped).map(|(setting, errors, forced_bias, ms)| Traded {
+            name: setting.name,
+            changes: setting.changes,
+            ms: ms.scaled(factor),
+            error: measure.of(&errors),
+            errors,
+            forced_bias,
+            on_front: false,
+        }));
+    }
+    let least = anchors.iter().copied().fold(f64::INFINITY, f64::min);
+    (settings, [least, anchors.iter().copied().fold(0.0, f64::max)])
+}

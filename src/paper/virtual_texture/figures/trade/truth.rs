@@ -1,0 +1,149 @@
+//! What the settled picture is held against: the f64 mean of all that a pixel covers, in windows spread over the picture.
+
+use crate::math::camera::Pose;
+use crate::paper::virtual_texture::reference::picture::{Filter, Texels};
+use crate::picture::{Picture, srgb};
+use crate::reference::{Sample, View};
+use crate::scene::mesh::SourceMesh;
+use crate::scene::source::TileSource;
+
+/// Pixels that are looked at, at most: at 10 to 200 us each the truth takes seconds.
+const MOST_PIXELS: u32 = 57_600;
+/// Windows of larger pictures: side in pixels, and how many across and down at most.
+const WINDOW: u32 = 32;
+const ACROSS: [u32; 2] = [10, 5];
+
+/// The truth at some pixels of a picture, as a picture of their windows side by side.
+pub struct Truth {
+    pub picture: Picture,
+    size: [u32; 2],
+    windows: Windows,
+    /// Pixels that the landscape covers wholly, as far as their neighbours tell.
+    inside: Vec<bool>,
+}
+
+/// Equally spaced windows of a picture.
+struct Windows {
+    count: [u32; 2],
+    side: [u32; 2],
+}
+
+impl Windows {
+    fn of(size: [u32; 2]) -> Windows {
+        if size[0] * size[1] <= MOST_PIXELS {
+            return Windows { count: [1, 1], side: size };
+        }
+        let side = size.map(|pixels| pixels.min(WINDOW));
+        Windows { count: [0, 1].map(|n| (size[n] / side[n]).min(ACROSS[n])), side }
+    }
+
+    /// Width and height of all of them side by side.
+    fn mosaic(&self) -> [u32; 2] {
+        [0, 1].map(|n| self.count[n] * self.side[n])
+    }
+
+    /// Where a pixel of the mosaic lies in a picture of `size`: windows begin and end with it.
+    fn place(&self, size: [u32; 2], at: [u32; 2]) -> [u32; 2] {
+        [0, 1].map(|n| {
+            let (window, inner) = (at[n] / self.side[n], at[n] % self.side[n]);
+            let free = size[n] - self.side[n];
+            match self.count[n] {
+                1 => free / 2 + inner,
+                count => window * free / (count - 1) + inner,
+            }
+        })
+    }
+}
+
+impl Truth {
+    /// # Errors
+    /// A tile that cannot be read.
+    pub fn new(
+        source: &dyn TileSource,
+        mesh: &SourceMesh,
+        pose: &Pose,
+        size: [u32; 2],
+    ) -> anyhow::Result<Truth> {
+        let [width, height] = size;
+        let view = View::new(mesh, &pose.world_to_clip(width, height), pose.eye, size);
+        let texels = Texels::new(source);
+        let windows = Windows::of(size);
+        let [columns, rows] = windows.mosaic();
+        let (mut rgba, mut inside) = (Vec::new(), Vec::new());
+        for at in (0..columns * rows).map(|n| [n % columns, n / columns]) {
+            let [x, y] = windows.place(size, at);
+            let seen = covered(&view, [x, y]).then(|| view.sample(x, y)).flatten();
+            inside.push(seen.is_some());
+            rgba.push(seen.map_or(BLACK, |sample: Sample| {
+                texels.pixel(&sample, Filter::Area).map(|channel| channel as f32)
+            }));
+        }
+        texels.check()?;
+        Ok(Truth { picture: Picture::new(columns, rows, rgba), size, windows, inside })
+    }
+
+    /// The same pixels of a settled picture in sRGB bytes; black where the landscape's outline passes, on both sides.
+    pub fn cut(&self, bytes: &[u8]) -> Picture {
+        let Picture { width, height, .. } = self.picture;
+        assert_eq!(
+            bytes.len(),
+            4 * self.size[0] as usize * self.size[1] as usize,
+            "bytes of {:?}",
+            self.size
+        );
+        let pixel = |n: u32| {
+            let [x, y] = self.windows.place(self.size, [n % width, n / width]);
+            let at = 4 * (y as usize * self.size[0] as usize + x as usize);
+            let [r, g, b] = [0, 1, 2].map(|c| srgb::to_linear_f64(bytes[at + c]) as f32);
+            if self.inside[n as usize] { [r, g, b, 1.0] } else { BLACK }
+        };
+        Picture::new(width, height, (0..width * height).map(pixel).collect())
+    }
+
+    /// In words, for reports.
+    pub fn describe(&self) -> String {
+        let [columns, rows] = self.windows.mosaic();
+        let counted = self.inside.iter().filter(|inside| **inside).count();
+        let place = match [columns, rows] == self.size {
+            true => "all over the picture".to_string(),
+            false => {
+                let ([across, down], [width, height]) = (self.windows.count, self.windows.side);
+                format!("in {across} x {down} windows of {width} x {height} pixels")
+            }
+        };
+        format!(
+            "Errors are those of the settled picture, in 8 bits of sRGB, against the f64 mean of all that a pixel covers, \
+             {place}: {counted} pixels, the landscape's outline left out."
+        )
+    }
+}
+
+const BLACK: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+
+/// Whether the landscape covers a pixel and its neighbours.
+fn covered(view: &View, [x, y]: [u32; 2]) -> bool {
+    let [width, height] = view.size();
+    let [right, bottom] = [(x + 1).min(width - 1), (y + 1).min(height - 1)];
+    (y.saturating_sub(1)..=bottom).all(|y| (x.saturating_sub(1)..=right).all(|x| view.sample(x, y).is_some()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_lie_inside_the_picture_and_reach_its_corners() {
+        for size in [[64, 36], [320, 180], [1920, 1080], [16384, 64], [321, 180], [20, 16384]] {
+            let windows = Windows::of(size);
+            let mosaic = windows.mosaic();
+            assert!(mosaic[0] * mosaic[1] <= MOST_PIXELS, "{size:?}");
+            let last = windows.place(size, mosaic.map(|side| side - 1));
+            assert!((0..2).all(|n| last[n] < size[n]), "{size:?}: {last:?}");
+            if windows.count.iter().all(|&count| count > 1) {
+                assert_eq!((windows.place(size, [0, 0]), last), ([0, 0], size.map(|side| side - 1)));
+            }
+        }
+        assert_eq!(Windows::of([320, 180]).mosaic(), [320, 180]);
+        assert_eq!(Windows::of([1920, 1080]).mosaic(), [320, 160]);
+    }
+}

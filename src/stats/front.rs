@@ -1,0 +1,126 @@
+//! Of many settings those that are worth choosing: the Pareto front of time and error, told apart no finer than what
+//! was measured allows.
+//!
+//! One setting is clearly faster than another where its p95 lies below the other's p5; where their ranges overlap they are
+//! as fast as each other. Errors are as small as each other where they agree in three digits. A front so made changes from
+//! run to run only where a range's end does.
+
+use super::Summary;
+
+/// A setting's measured time, in any unit, and its error, which is not NaN.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choice {
+    pub time: Summary,
+    pub error: f64,
+}
+
+impl Choice {
+    fn clearly_faster_than(&self, other: &Choice) -> bool {
+        self.time.p95 < other.time.p5
+    }
+}
+
+/// Three digits of an error.
+fn rounded(error: f64) -> f64 {
+    assert!(!error.is_nan(), "an error that is no number");
+    format!("{error:.2e}").parse().expect("what was just printed")
+}
+
+/// The places of the front's members in `choices`, from the smallest error to the least time; `choices` begin with the
+/// simplest. Each member is clearly faster than all with a smaller error. Each choice that is left out has a member
+/// with no larger error than which it is not clearly faster; of equally good ones the simplest stays.
+pub fn front(choices: &[Choice]) -> Vec<usize> {
+    let mut places: Vec<usize> = (0..choices.len()).collect();
+    places.sort_by(|&a, &b| rounded(choices[a].error).total_cmp(&rounded(choices[b].error)));
+    let mut members: Vec<usize> = Vec::new();
+    for alike in places.chunk_by(|&a, &b| rounded(choices[a].error) == rounded(choices[b].error)) {
+        let faster = |&place: &usize| {
+            members.iter().all(|&member| choices[place].clearly_faster_than(&choices[member]))
+        };
+        let faster: Vec<usize> = alike.iter().copied().filter(faster).collect();
+        let as_fast =
+            |&place: &usize| !faster.iter().any(|&other| choices[other].clearly_faster_than(&choices[place]));
+        // The sort is stable: the first is the simplest.
+        members.extend(faster.iter().copied().find(as_fast));
+    }
+    members
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn choice(p5: f64, p95: f64, error: f64) -> Choice {
+        let median = (p5 + p95) / 2.0;
+        Choice { time: Summary { count: 10, min: p5, p5, median, p95, max: p95 }, error }
+    }
+
+    #[test]
+    fn what_is_slower_and_worse_is_left_out() {
+        let choices = [
+            choice(9.0, 10.0, 0.1),
+            choice(1.0, 2.0, 0.5),
+            choice(11.0, 12.0, 0.2),
+            choice(5.0, 6.0, 0.5),
+            choice(4.0, 5.0, 0.3),
+        ];
+        assert_eq!(front(&choices), [0, 4, 1]);
+        assert_eq!(front(&[]), [0; 0]);
+    }
+
+    #[test]
+    fn of_times_that_overlap_the_smaller_error_wins_and_of_equal_errors_the_simplest() {
+        assert_eq!(front(&[choice(1.0, 2.1, 0.5), choice(2.0, 3.0, 0.4)]), [1]);
+        assert_eq!(front(&[choice(1.0, 1.9, 0.5), choice(2.0, 3.0, 0.4)]), [1, 0]);
+        assert_eq!(front(&[choice(2.0, 3.0, 0.4), choice(1.0, 2.1, 0.4)]), [0]);
+        assert_eq!(front(&[choice(2.0, 3.0, 0.4), choice(1.0, 1.9, 0.4)]), [1]);
+        // 0.4 and 0.4001 print alike.
+        assert_eq!(front(&[choice(2.0, 3.0, 0.4001), choice(1.0, 2.1, 0.4)]), [0]);
+    }
+
+    #[test]
+    fn a_chain_of_overlaps_does_not_hide_its_fast_end() {
+        // Each overlaps the next, the first and the last do not.
+        let choices = [choice(1.0, 2.0, 0.3), choice(1.5, 2.5, 0.2), choice(2.2, 3.0, 0.1)];
+        assert_eq!(front(&choices), [2, 0]);
+    }
+
+    fn many() -> impl Strategy<Value = Vec<Choice>> {
+        let one = (1.0..50.0, 0.0..8.0, 0u32..6).prop_map(|(p5, spread, error): (f64, f64, u32)| {
+            choice(p5, p5 + spread, f64::from(error) / 10.0)
+        });
+        prop::collection::vec(one, 0..24)
+    }
+
+    proptest! {
+        #[test]
+        fn members_are_clearly_apart_and_whoever_is_left_out_has_one_that_is_as_good(choices in many()) {
+            let members = front(&choices);
+            for pair in members.windows(2) {
+                let [accurate, fast] = [choices[pair[0]], choices[pair[1]]];
+                prop_assert!(accurate.error < fast.error && fast.clearly_faster_than(&accurate));
+            }
+            for choice in &choices {
+                let as_good = |&member: &usize| {
+                    choices[member].error <= choice.error && !choice.clearly_faster_than(&choices[member])
+                };
+                prop_assert!(members.iter().any(as_good));
+            }
+        }
+
+        #[test]
+        fn with_different_errors_the_order_of_the_list_decides_nothing(choices in many(), turn in 0usize..24) {
+            let mut choices = choices;
+            for (n, choice) in choices.iter_mut().enumerate() {
+                // 7 and 24 have no common divisor: no two are alike.
+                choice.error = 1.0 + 0.01 * (n * 7 % 24) as f64;
+            }
+            let named = |choices: &[Choice]| front(choices).iter().map(|&n| choices[n]).collect::<Vec<_>>();
+            let found = named(&choices);
+            let turned = turn.min(choices.len());
+            choices.rotate_left(turned);
+            prop_assert_eq!(named(&choices), found);
+        }
+    }
+}

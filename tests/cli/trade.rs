@@ -1,0 +1,95 @@
+//! `ortelius trade`: a small sweep that ends with a choice, and what it refuses.
+
+use super::*;
+use serde_json::Value;
+
+/// The scene with a comment at what `--write` changes.
+fn commented() -> String {
+    let variant = "[variant]\n# What the paper has.\nfilter = \"trilinear\" # two levels\n";
+    small_scene(SYNTHETIC) + variant
+}
+
+#[test]
+fn a_sweep_finds_its_front_and_writes_what_meets_the_bound() {
+    let folder = folder();
+    write(&folder, "small.toml", &commented());
+    let sweep = ["trade", "small.toml", "--size", "96x54", "--knobs", "level-bias,filter"];
+    let ran = run(&folder, &[&sweep[..], &["--json", "-o", "report"]].concat());
+    let words = String::from_utf8(ran.stderr).unwrap();
+    assert_eq!(ran.status.code(), Some(0), "{words}");
+    let trade: Value = serde_json::from_slice(&ran.stdout).unwrap();
+    let settings = trade["settings"].as_array().unwrap();
+    // Three biases, and trilinear, bilinear, and 1, 4 and 16 single texels.
+    assert_eq!((settings.len(), trade["refused"].as_array().unwrap().len()), (15, 0));
+    let number = |setting: &Value, key: &str| setting[key].as_f64().unwrap();
+    let named = |name: &str| settings.iter().find(|setting| setting["name"] == name).unwrap();
+    let (own, coarse) = (named("the scene's own"), named("bias 2"));
+    assert!(4.0 * number(own, "error") < number(coarse, "error"), "{own} {coarse}");
+    assert!(number(named("stochastic 16"), "error") < number(named("stochastic 1"), "error"));
+    let front: Vec<&Value> = settings.iter().filter(|setting| setting["on_front"] == true).collect();
+    let least = settings.iter().map(|setting| number(setting, "error")).fold(f64::INFINITY, f64::min);
+    assert!(front.iter().any(|member| number(member, "error") <= 1.01 * least), "{front:?}");
+    let page = read(&folder, "report/index.html");
+    assert!(page.contains("<svg") && page.contains("bias 2") && page.contains("p5 to p95"));
+    assert_eq!(
+        read(&folder, "report/trade.json").trim_end(),
+        String::from_utf8(ran.stdout).unwrap().trim_end()
+    );
+    assert!(read(&folder, "report/trade.svg").contains("<style>"));
+
+    // Any error will do, and the fastest of all is to be had.
+    let ran = run(&folder, &[&sweep[..4], &["--knobs", "filter", "--max-error", "0.9", "--write"]].concat());
+    let said = String::from_utf8(ran.stdout).unwrap();
+    assert_eq!(ran.status.code(), Some(0), "{}", String::from_utf8_lossy(&ran.stderr));
+    holds(&said, &["p5 to p95", "cheapest with NMSE <= 0.9: "]);
+    let chosen = said.lines().last().unwrap().split("-D ").skip(1).map(str::trim).collect::<Vec<_>>();
+    let written = read(&folder, "small.toml");
+    holds(&written, &["# What the paper has.", "# two levels"]);
+    let changes: Vec<String> = chosen.iter().map(ToString::to_string).collect();
+    let of = |text: &str, changes: &[String]| {
+        write(&folder, "other.toml", text);
+        ortelius::scene::Scene::load_with(folder.path().join("other.toml").to_str().unwrap(), changes)
+            .unwrap()
+    };
+    assert_eq!(of(&written, &[]), of(&commented(), &changes));
+
+    let ran = run(&folder, &[&sweep[..4], &["--knobs", "list", "--max-ms", "0"]].concat());
+    assert_eq!(ran.status.code(), Some(1));
+    let words = String::from_utf8(ran.stderr).unwrap();
+    holds(
+        words.lines().last().unwrap(),
+        &["ortelius: none of 2 settings takes at most 0 ms; the fastest is "],
+    );
+}
+
+#[test]
+fn what_could_not_be_written_or_measured_is_refused_first() {
+    let folder = folder();
+    write(&folder, "small.toml", &commented());
+    for (arguments, code, words) in [
+        (
+            &["earth", "--write", "--max-ms", "5"][..],
+            2,
+            &["earth is a shipped scene", "copy scenes/earth.toml"][..],
+        ),
+        (&["small.toml", "--write"], 2, &["give --max-error or --max-ms"]),
+        (&["nowhere"], 2, &["nowhere", "shipped are"]),
+        (&["small.toml", "-o", "small.toml"], 1, &["cannot make the folder small.toml"]),
+        (&["small.toml", "--device", "no such device"], 2, &["\"no such device\""]),
+    ] {
+        let (found, line) = failure(&mut ortelius(&folder, &[&["trade"], arguments].concat()));
+        assert_eq!(found, code, "{line}");
+        holds(&line, words);
+    }
+    for arguments in [
+        &["trade", "small.toml", "--max-error", "-1"][..],
+        &["trade", "small.toml", "--max-error", "1", "--max-ms", "1"],
+        &["trade", "small.toml", "--knobs", "filtre"],
+        &["trade", "small.toml", "--write", "--max-ms", "1", "-D", "variant.level_bias=1"],
+        &["trade", "small.toml", "--error", "mse"],
+    ] {
+        let ran = run(&folder, arguments);
+        assert_eq!((ran.status.code(), ran.stdout.len()), (Some(2), 0), "{arguments:?}");
+    }
+    assert_eq!((read(&folder, "small.toml"), names(&folder)), (commented(), vec!["small.toml".to_string()]));
+}
