@@ -101,24 +101,31 @@ vec4 taps(Wish wish, uint level, float coarser, uvec4 start) {
     return sum / float(SAMPLES);
 }
 
+// What one tile shows of a wish.
+vec4 shown_by(Resident tile, Wish wish, uvec4 start) {
+    // A coarser stand-in (q' > q) shows one level alone.
+    float f = tile.level == wish.q ? wish.f : 0.0;
+    float coarser = LITERAL_INTERPOLATION == 1 ? 1.0 - f : f;
+    // One sample for whatever level: software drivers run both sides of a branch.
+    return FILTER == STOCHASTIC ? taps(wish, tile.level, coarser, start) : tile_samples(wish, tile, coarser);
+}
+
 // The pixel's colour from what is resident, in linear light. `seed`: pixel and frame, for filters that need chance.
 vec4 filtered(Wish wish, uvec3 seed) {
     uvec4 start = hash(uvec4(seed, 0));
-    // A tile that fades in leaves the rest of its weight to what was shown before it: the next coarser one in J1.
-    vec4 colour = vec4(0.0);
-    float weight = 1.0;
-    uint from = wish.q;
-    do {
-        Resident tile = find_resident(from, wish.ij);
-        // A coarser stand-in (q' > q) shows one level alone.
-        float f = tile.level == wish.q ? wish.f : 0.0;
-        float coarser = LITERAL_INTERPOLATION == 1 ? 1.0 - f : f;
-        float rest = FADE_IN == 1 ? weight * tile.fade : 0.0;
-        // One sample for whatever level: software drivers run both sides of a branch.
-        vec4 shown = FILTER == STOCHASTIC ? taps(wish, tile.level, coarser, start) : tile_samples(wish, tile, coarser);
-        colour += (weight - rest) * shown;
-        weight = rest;
-        from = tile.level + 1;
-    } while (FADE_IN == 1 && weight > 0.0);
+    Resident tile = find_resident(wish.q, wish.ij);
+    vec4 colour = shown_by(tile, wish, start);
+    // Apart, and not a loop that ends at once: software drivers keep a loop's variables in memory.
+    if (FADE_IN == 1) {
+        // A tile that fades in leaves the rest of its weight to what was shown before it: the next coarser one in J1.
+        float weight = tile.fade;
+        colour *= 1.0 - weight;
+        while (weight > 0.0) {
+            tile = find_resident(tile.level + 1, wish.ij);
+            float rest = weight * tile.fade;
+            colour += (weight - rest) * shown_by(tile, wish, start);
+            weight = rest;
+        }
+    }
     return colour;
 }

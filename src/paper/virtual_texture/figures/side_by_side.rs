@@ -61,6 +61,10 @@ pub fn combinations() -> Vec<Combination> {
         exact(PAPER_NATIVE, Config { keying: Keying::Native, ..PAPER }),
         exact("compute, tile-memo", COMPUTE),
         exact("compute, test-or", Config { dedup: Dedup::TestOr, ..COMPUTE }),
+        exact("compute, runs", Config { dedup: Dedup::Runs, ..COMPUTE }),
+        // One draw finds, marks and shows the tiles; without the depth before it, hidden ones too.
+        exact("fused, exact", Config { dedup: Dedup::FusedExact, ..COMPUTE }),
+        Combination { name: "fused", config: Config { dedup: Dedup::Fused, ..COMPUTE }, exact: false },
         // What the paper sets out to beat.
         exact("classic, hash set", Config { list: Listing::HostHash, ..COMPUTE }),
         exact("classic, bitmap", Config { list: Listing::HostBitmap, ..COMPUTE }),
