@@ -157,7 +157,7 @@ fn what_cannot_be_baked_is_refused_in_one_line_and_nothing_is_written() {
         ("good.png", &path(""), &tile, "it is a folder"),
         ("good.png", &out, &["--tile", "48"], "not a power of two"),
         ("good.png", &out, &["--tile", "128"], "a tile of 2^7"),
-        ("good.png", &out, &["--tile", "32", "--border", "3"], "a border of 3"),
+        ("good.png", &out, &["--tile", "32", "--border", "17"], "a border of 17"),
         ("good.png", &out, &["--tile", "32", "--border", "2", "--format", "bc1"], "multiple of 4"),
         ("good.png", &out, &["--tile", "32", "--resident-levels", "2"], "resident levels"),
     ] {
