@@ -108,10 +108,14 @@ fn explain_lists_features_passes_and_bytes_and_writes_nothing() {
         [
             "geometryShader: pass \"dedup\"",
             "logicOp: pass \"dedup\"",
+            "geometryShader: pass \"compact\"",
             "transformFeedback (VK_EXT_transform_feedback): pass \"compact\""
         ],
         "no more than the scene needs"
     );
+    let compute = ["-D", "variant.dedup=test-or", "-D", "variant.compact=append"];
+    let needed = explained(&folder, &compute);
+    assert!(needed.iter().all(|(word, _)| word != "feature"), "compute variants need none: {needed:?}");
     for pass in ["footprint", "dedup", "compact", "texturing"] {
         assert!(all("pass").contains(&pass), "{pass}");
     }

