@@ -1,4 +1,4 @@
-//! What streaming does on the six paths over the earth: vt.cache, vt.prefetch, vt.budget, vt.pop.
+//! What streaming does on the six paths over the earth: vt.cache, vt.prefetch, vt.budget, vt.pop, vt.disk.
 //!
 //! Lists and caches do not ask what a texel shows: there the `ruler` stands in for the imagery, with the same pyramid,
 //! mesh and paths, because its tiles cost a tenth. Tiles of 256 texels at 640 x 360 are as many as the paper's of 512
