@@ -3,3 +3,4 @@
 pub mod camera;
 pub mod geodesy;
 pub mod pyramid;
+pub mod ragged;

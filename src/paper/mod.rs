@@ -1,5 +1,6 @@
 //! The papers, one folder each; none names another.
 
+pub mod progressive_mesh;
 pub mod virtual_texture;
 
 use crate::figure::Figure;

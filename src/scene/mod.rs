@@ -12,6 +12,7 @@ mod edit;
 mod error;
 mod file;
 pub mod mesh;
+pub mod model;
 mod open;
 mod overrides;
 pub mod path;

@@ -1,0 +1,14 @@
+//! Paper 2: progressive meshes in vertex-cache order.
+//!
+//! "A continuous level-of-detail algorithm that accounts for the architecture of modern video accelerators"
+//! (Novosibirsk, mid-2000s). A mesh M0 and n vertex splits (vsplit) give every level of detail up to Mn; the live
+//! vertices and faces are always prefixes of two buffers. Plain view-independent progressive meshes append faces in
+//! the order of their importance, so neighbours in the buffer share few vertices and the post-transform cache is
+//! wasted. The paper adds cyclic permutations of faces (tswap) between groups of splits, which keep the buffer's
+//! order good for that cache at every level.
+//!
+//! Steps, one file or folder each: [`simplify`] finds the collapses, `order` arranges faces and finds the
+//! tswaps, [`mesh`] is the result, and `run` executes it. `cache` counts what an order costs.
+
+pub mod mesh;
+pub mod simplify;

@@ -1,0 +1,44 @@
+//! Models: triangle meshes from files (scans, solids with seams), cleaned, and generated ones.
+//!
+//! A file's mesh is hostile until it has been cleaned: a [`Model`] holds only what every later step may rely on.
+
+use glam::DVec3;
+
+/// A clean triangle mesh, in object units.
+///
+/// It has two index spaces. A *position* is a point of the surface, what topology knows: equal positions are welded
+/// (-0 = +0), except where a non-manifold vertex was split into several. A *wedge* (Hoppe 1998) is what the GPU
+/// calls a vertex: a position with one tuple of attributes; along a seam a position has several wedges. A model
+/// without attributes has one wedge for each position.
+///
+/// Holds always: every value is finite; every position is used by a wedge and every wedge by a face; the three
+/// positions of a face differ; no two faces have the same three positions; an edge has at most two faces,
+/// and these run along it in opposite directions; the faces at a position are one fan.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Model {
+    /// In object units, as they were in the file.
+    pub positions: Vec<DVec3>,
+    /// For each wedge the index of its position.
+    pub wedge_positions: Vec<u32>,
+    pub attributes: Attributes,
+    /// Wedges, counter-clockwise seen from outside, in the file's order.
+    pub faces: Vec<[u32; 3]>,
+}
+
+/// What a wedge has besides its position: each list is empty, or has one entry for each wedge.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Attributes {
+    /// Unit vectors.
+    pub normals: Vec<[f32; 3]>,
+    /// Texture coordinates (s, t).
+    pub coordinates: Vec<[f32; 2]>,
+    /// Red, green, blue, alpha.
+    pub colors: Vec<[u8; 4]>,
+}
+
+impl Model {
+    /// The positions of a face's corners, as indices.
+    pub fn face_positions(&self, face: usize) -> [u32; 3] {
+        self.faces[face].map(|wedge| self.wedge_positions[wedge as usize])
+    }
+}
