@@ -55,7 +55,8 @@ pub struct Vertices {
 pub struct Splits {
     /// The paper's `splitVert`, or [`NOWHERE`] where nothing is replaced.
     pub split_vertices: Vec<u32>,
-    /// The paper's `f1 … f_numF`: slots of the live faces in which the new vertex takes `splitVert`'s place.
+    /// The paper's `f1 … f_numF`: slots of the live faces in which the new vertex takes `splitVert`'s place,
+    /// ascending. Of faces that were live at the level before: a face that appears has its corners already.
     pub slots: Ragged<u32>,
 }
 
@@ -67,7 +68,8 @@ pub struct Swaps {
     pub levels: Vec<u32>,
     /// For each of `levels` the number of cycles of it and all before it.
     pub cycle_ends: Vec<u32>,
-    /// The cycles: slots `f1 … f_numF` of one `tswap` each.
+    /// The cycles: slots `f1 … f_numF` of one `tswap` each; no slot is in two cycles of one level. Each begins
+    /// with its least slot, and they stand in the order of these: one spelling for each permutation.
     pub cycles: Ragged<u32>,
 }
 
