@@ -302,6 +302,7 @@ fn a_wrong_change_repeats_itself_and_suggests_the_nearest_key() {
         ("cameras.alp.altitude_m=2", "no cameras.alp in this scene; it has alps"),
         ("view.width.x=2", "no scene has the key view.width.x; nearest is view.width"),
         ("variant.block_log2=9", "9 is outside 0 ..= 4"),
+        ("variant.compact=fused-append", "choose \"append\", or variant.dedup = \"fused-exact\""),
         ("variant.block_log2=many", "invalid type: string \"many\", expected u32"),
         ("variant.memo=[1", "is no TOML value"),
         ("variant.memo=", "is no TOML value"),

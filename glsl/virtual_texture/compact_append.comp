@@ -8,7 +8,7 @@
 layout(local_size_x = 64) in;
 
 #include "virtual_texture/marks.glsl"
-#include "virtual_texture/u3.glsl"
+#include "virtual_texture/append.glsl"
 
 void main() {
     uint word = line_invocation();

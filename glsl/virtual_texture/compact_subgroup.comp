@@ -11,7 +11,7 @@
 layout(local_size_x = 64) in;
 
 #include "virtual_texture/marks.glsl"
-#include "virtual_texture/u3.glsl"
+#include "virtual_texture/append.glsl"
 
 // One atomic addition a subgroup; most subgroups have nothing to add.
 void main() {

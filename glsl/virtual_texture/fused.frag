@@ -12,23 +12,33 @@
 // Without this a fragment that the depth test refuses would mark all the same.
 layout(early_fragment_tests) in;
 
+layout(constant_id = 25) const uint LISTS = 1;  // 0: nothing is marked; 1: marks alone; 2: marks and U3
+
 layout(binding = 3, scalar) buffer Marks { uint words[]; } marks;
+
+#define U3_BINDING 4
+#include "virtual_texture/u3.glsl"
 
 layout(location = 0) flat in uvec2 triangle_origin;
 layout(location = 1) in vec2 from_origin;
 layout(location = 0) out vec4 colour;  // linear light
 
-// The test may read an old value: then the OR is done once too often. A bit that is read as set is set.
+// The test may read an old value: then the OR is done once too often. A bit that is read as set is set. The OR tells
+// one fragment alone that the bit was not: that one appends, and each triple is listed once.
 void mark(uvec3 qij) {
-    uint place = mark_index(uvec3(qij.x, qij.yz >> qij.x));
+    if (NATIVE_KEYING == 1) qij.yz >>= qij.x;
+    uint place = mark_index(qij);
     uint word = place >> 5, bit = 1u << (place & 31u);
-    if ((marks.words[word] & bit) == 0u) atomicOr(marks.words[word], bit);
+    if ((marks.words[word] & bit) == 0u) {
+        uint before = atomicOr(marks.words[word], bit);
+        if (LISTS == 2 && (before & bit) == 0u) put(atomicAdd(u3.count, 1u), qij);
+    }
 }
 
 void main() {
     Coordinate at = coordinate(triangle_origin, from_origin);
     Footprint f = footprint(dFdxFine(from_origin), dFdyFine(from_origin));
     uvec3 qij = uvec3(level(squared_sides(f)), tile_row_column(at));
-    if (qij.x < FIRST_RESIDENT_LEVEL) mark(qij);
+    if (LISTS != 0 && qij.x < FIRST_RESIDENT_LEVEL) mark(qij);
     colour = filtered(wish(qij, at, f, view.level_bias), uvec3(gl_FragCoord.xy, view.frame));
 }

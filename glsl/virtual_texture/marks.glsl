@@ -4,12 +4,6 @@
 #define BITS 1   // a bit for each tile of the pyramid, level by level, row by row
 #define BYTES 2  // a byte for each bit that U2 has, level by level: the frame that marked it
 
-// Where a list may end, and which frame's bytes are marks.
-layout(push_constant, scalar) uniform Appending {
-    uint capacity;  // triples that U3 has room for
-    uint frame;     // BYTES: 1 to 255
-} appending;
-
 // Marks stand in words of so many.
 #if LAYOUT == U2
 layout(binding = 0) uniform utexture2D marks;
@@ -31,9 +25,13 @@ uint load_marks(uint word) { return marks.words[word]; }
 
 uvec3 marked_triple(uint word, uint bit) { return triple_at(32u * word + bit); }
 #else
+layout(push_constant, scalar) uniform MarkingFrame {
+    uint number;  // 1 to 255
+} marking_frame;
+
 uint load_marks(uint word) {
     uint four = marks.words[word], mask = 0;
-    for (uint n = 0; n < 4; n++) mask |= uint((four >> 8u * n & 255u) == appending.frame) << n;
+    for (uint n = 0; n < 4; n++) mask |= uint((four >> 8u * n & 255u) == marking_frame.number) << n;
     return mask;
 }
 

@@ -2,6 +2,7 @@
 
 use super::Scene;
 use super::camera::{Camera, Ground, Place};
+use super::choice::{Compaction, Listing};
 use super::error::list;
 use super::file::{CameraFile, MeshFile, MeshKind, PathFile, PathKind, SceneFile, SourceKind, TextureFile};
 use super::path::{self, Motion};
@@ -295,5 +296,9 @@ fn check_variant(variant: &Variant) -> Result<(), Fault> {
     within(&["variant", "samples"], variant.samples, 1..=64)?;
     within(&["variant", "level_bias"], variant.level_bias, 0..=20)?;
     within(&["variant", "list_capacity"], variant.list_capacity, 1..=1 << 26)?;
+    let appends = variant.list == Listing::Device && variant.compact == Compaction::FusedAppend;
+    if appends && !variant.dedup.fused() {
+        return Err(Fault::new(&["variant", "compact"], Compaction::FUSED_APPEND_ALONE));
+    }
     Ok(())
 }

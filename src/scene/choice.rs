@@ -100,7 +100,21 @@ choices! {
         Workgroup = "workgroup",
         /// Compute: groups count, then write; the list follows the marks' order, the same in every run.
         Ordered = "ordered",
+        /// No pass: the fused draw appends a triple where it sets its mark first. For variant.dedup = fused, fused-exact.
+        FusedAppend = "fused-append",
     }
+}
+
+impl Dedup {
+    /// Whether one draw marks and textures, so that there is no `U1`.
+    pub fn fused(self) -> bool {
+        matches!(self, Dedup::Fused | Dedup::FusedExact)
+    }
+}
+
+impl Compaction {
+    /// Why [`Compaction::FusedAppend`] goes with no other stage 2, and the way out.
+    pub const FUSED_APPEND_ALONE: &str = "the draw that marks appends, and this variant.dedup is a pass of its own; choose \"append\", or variant.dedup = \"fused-exact\"";
 }
 
 #[cfg(test)]

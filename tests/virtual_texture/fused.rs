@@ -1,11 +1,16 @@
 //! Marking in the fragment shader that textures: the list beside stage 1's own triples, and the picture beside the paper's.
 
+use crate::lists::assert_lists;
 use crate::{Device, open, pose, scene};
+use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::TileId;
-use ortelius::paper::virtual_texture::{Compaction, Dedup, Keying, reference};
+use ortelius::paper::virtual_texture::fused::Fused;
+use ortelius::paper::virtual_texture::lister::Lister;
+use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Keying, reference, surface};
 use ortelius::renderer::{Renderer, Settings};
 use ortelius::scene::SHIPPED;
 use ortelius::scene::mesh::{SourceMesh, gpu_mesh};
+use ortelius::vk::Gpu;
 use std::collections::BTreeSet;
 
 fn fuse(settings: &mut Settings, dedup: Dedup) {
@@ -23,24 +28,108 @@ fn listed_and_seen(renderer: &mut Renderer) -> (BTreeSet<TileId>, BTreeSet<TileI
     (record.visible.iter().copied().collect(), seen)
 }
 
+/// A fused variant beside a renderer's own, over what the renderer has resident.
+struct Beside {
+    config: Config,
+    fused: Fused,
+    lister: Lister,
+}
+
+impl Beside {
+    fn new(gpu: &Gpu, renderer: &Renderer, config: Config) -> Beside {
+        let pyramid = renderer.source.pyramid();
+        let resident = &renderer.pipeline.resident;
+        Beside {
+            fused: Fused::new(gpu, &pyramid, &config, resident, renderer.target()).unwrap(),
+            lister: Lister::new(gpu, &pyramid, &config, None).unwrap(),
+            config,
+        }
+    }
+
+    /// Draws `pose` and takes `U3`.
+    fn list(&mut self, gpu: &Gpu, renderer: &Renderer, pose: &Pose) -> Vec<[u32; 3]> {
+        let mut listed = self.lister.listed(gpu, None).unwrap();
+        let view = surface::view(pose, renderer.settings.size, 0);
+        let (resident, surface) = (&renderer.pipeline.resident, &renderer.pipeline.surface);
+        let into = listed.on_the_device().unwrap();
+        let mut frame = gpu.frame().unwrap();
+        frame
+            .pass("fused", |cmd| self.fused.draw(cmd, resident, surface, into, &view, renderer.target()))
+            .unwrap();
+        self.lister.record(&mut frame, None, &listed).unwrap();
+        frame.submit().unwrap().wait().unwrap();
+        self.lister.collect(gpu, &mut listed).unwrap().0
+    }
+
+    /// Lists `pose`, which the renderer has drawn last, and holds the list against the renderer's `U1`; returns how
+    /// many triples are too many.
+    fn check(&mut self, gpu: &Gpu, renderer: &mut Renderer, pose: &Pose, what: &str) -> usize {
+        let triples = self.list(gpu, renderer, pose);
+        let (u1, pyramid, keying) = (renderer.u1().unwrap(), renderer.source.pyramid(), self.config.keying);
+        let what = format!("{what}: {:?}", self.config);
+        if self.config.dedup == Dedup::FusedExact {
+            assert_lists(&u1, &pyramid, &triples, keying, &what);
+            return 0;
+        }
+        let entries: BTreeSet<[u32; 3]> = triples.iter().copied().collect();
+        assert_eq!(entries.len(), triples.len(), "{what}: an entry twice");
+        let seen = match keying {
+            Keying::Paper => reference::distinct_triples(&u1, &pyramid),
+            Keying::Native => {
+                let tiles = reference::visible_tiles(&u1, &pyramid);
+                tiles.into_iter().map(|tile| [tile.level, tile.row, tile.column]).collect()
+            }
+        };
+        assert!(entries.is_superset(&seen), "{what}");
+        entries.len() - seen.len()
+    }
+}
+
+const FUSED: [Dedup; 2] = [Dedup::FusedExact, Dedup::Fused];
+const KEYINGS: [Keying; 2] = [Keying::Paper, Keying::Native];
+
 #[test]
 fn behind_depth_alone_the_list_is_the_reference_set_and_without_it_a_superset() {
     let gpu = Device::open();
     for (name, _) in SHIPPED {
         let scene = scene(name);
-        let mut exact = open(&gpu, &scene, [250, 141], |s| fuse(s, Dedup::FusedExact));
-        let mut superset = open(&gpu, &scene, [250, 141], |s| fuse(s, Dedup::Fused));
+        let mut renderer = open(&gpu, &scene, [250, 141], |_| ());
+        let config = renderer.settings.config;
+        let of = |dedup, keying| Config { dedup, keying, compact: Compaction::FusedAppend, ..config };
+        let configs = FUSED.into_iter().flat_map(|dedup| KEYINGS.map(|keying| of(dedup, keying)));
+        let mut variants: Vec<Beside> = configs.map(|config| Beside::new(&gpu, &renderer, config)).collect();
         for camera in scene.cameras.keys() {
-            let pose = pose(&scene, camera);
-            exact.frame(&pose).unwrap();
-            superset.frame(&pose).unwrap();
-            let (listed, seen) = listed_and_seen(&mut exact);
-            assert_eq!(listed, seen, "{name}, {camera}");
-            let (listed, seen) = listed_and_seen(&mut superset);
-            assert!(listed.is_superset(&seen), "{name}, {camera}");
-            println!("{name}, {camera}: {} tiles, {} too many", seen.len(), listed.len() - seen.len());
+            let (pose, what) = (pose(&scene, camera), format!("{name}, {camera}"));
+            renderer.frame(&pose).unwrap();
+            renderer.drain().unwrap();
+            let mut extra = variants.iter_mut().map(|v| v.check(&gpu, &mut renderer, &pose, &what));
+            println!("{what}: too many {:?}", extra.by_ref().collect::<Vec<_>>());
         }
     }
+}
+
+#[test]
+fn every_compaction_behind_a_fused_draw_lists_by_either_keying() {
+    let gpu = Device::open();
+    let scene = scene("earth");
+    let pose = pose(&scene, "oblique");
+    let mut renderer = open(&gpu, &scene, [250, 141], |_| ());
+    renderer.frame(&pose).unwrap();
+    renderer.drain().unwrap();
+    let pyramid = renderer.source.pyramid();
+    let mut ran = 0;
+    for &compact in Compaction::ALL {
+        for (dedup, keying) in FUSED.into_iter().flat_map(|dedup| KEYINGS.map(|keying| (dedup, keying))) {
+            let config = Config { dedup, keying, compact, ..renderer.settings.config };
+            if config.check(&pyramid).is_err() {
+                assert_eq!(compact, Compaction::TransformFeedback);
+                continue;
+            }
+            Beside::new(&gpu, &renderer, config).check(&gpu, &mut renderer, &pose, "earth, oblique");
+            ran += 1;
+        }
+    }
+    assert_eq!(ran, 4 * (Compaction::ALL.len() - 1));
 }
 
 /// Two planes, the lower one drawn first and hidden by the upper one, 100 m above it.
@@ -107,25 +196,22 @@ fn the_settled_picture_is_the_papers_bit_for_bit() {
 fn a_list_that_overflows_is_compacted_again_and_a_fused_frame_has_no_u1() {
     let gpu = Device::open();
     let scene = scene("earth");
-    let mut renderer = open(&gpu, &scene, [320, 180], |settings| {
-        fuse(settings, Dedup::FusedExact);
-        settings.config.list_capacity = 4;
-    });
-    renderer.frame(&pose(&scene, "oblique")).unwrap();
-    let (listed, seen) = listed_and_seen(&mut renderer);
-    assert!(renderer.records[0].overflowed && listed.len() > 4);
-    assert_eq!(listed, seen);
-    assert!(renderer.memory().iter().all(|(name, _)| *name != "U1"));
-    assert_eq!(renderer.pipeline.passes(), ["upload", "fused", "compact", "read-back"]);
-}
-
-#[test]
-fn the_papers_keying_is_refused_with_the_way_out() {
-    let scene = scene("earth");
-    let mut settings = Settings::of_scene(&scene, ortelius::renderer::Target::Srgb8);
-    fuse(&mut settings, Dedup::Fused);
-    settings.config.keying = Keying::Paper;
-    let pyramid = scene.texture.pyramid().unwrap().unwrap();
-    let line = settings.config.check(&pyramid).unwrap_err().to_string();
-    assert!(line.contains("\"fused\"") && line.contains("variant.keying = \"native\""), "{line}");
+    let passes: [&[&str]; 2] =
+        [&["upload", "fused", "compact", "read-back"], &["upload", "fused", "read-back"]];
+    for (compact, passes) in [Compaction::Append, Compaction::FusedAppend].into_iter().zip(passes) {
+        let mut renderer = open(&gpu, &scene, [320, 180], |settings| {
+            fuse(settings, Dedup::FusedExact);
+            (settings.config.compact, settings.config.list_capacity) = (compact, 4);
+        });
+        // Two frames in flight learn it, each for itself; the third has the room.
+        for overflows in [true, true, false] {
+            renderer.frame(&pose(&scene, "oblique")).unwrap();
+            let (listed, seen) = listed_and_seen(&mut renderer);
+            assert_eq!(renderer.records.last().unwrap().overflowed, overflows, "{compact:?}");
+            assert!(listed.len() > 4);
+            assert_eq!(listed, seen, "{compact:?}");
+        }
+        assert!(renderer.memory().iter().all(|(name, _)| *name != "U1"));
+        assert_eq!(renderer.pipeline.passes(), passes);
+    }
 }

@@ -249,6 +249,7 @@ fn subgroups_of_4_and_of_16_lanes_list_the_reference_set() {
 fn variants_that_cannot_be_are_refused_with_the_reason_and_the_way_out() {
     let paper = Pyramid::new(18, 17, 9, 4, None).unwrap();
     let seventeen_levels = Pyramid::new(20, 20, 4, 2, None).unwrap();
+    let fused = Config { dedup: Dedup::Fused, compact: Compaction::FusedAppend, ..PAPER };
     let base = Config { compact: Compaction::Append, ..PAPER };
     let bits = Config { dedup: Dedup::Bitset, keying: Keying::Native, ..base };
     let bytes = Config { dedup: Dedup::MarkBytes, ..base };
@@ -257,11 +258,15 @@ fn variants_that_cannot_be_are_refused_with_the_reason_and_the_way_out() {
         (Config { compact: Compaction::TransformFeedback, ..bits }, paper, ["transform-feedback", "append"]),
         (Config { compact: Compaction::TransformFeedback, ..bytes }, paper, ["transform-feedback", "append"]),
         (PAPER, seventeen_levels, ["16 streamed levels", "larger tiles"]),
+        (Config { dedup: Dedup::TestOr, ..fused }, paper, ["fused-append", "fused-exact"]),
+        (fused, seventeen_levels, ["32 bits", "larger tiles"]),
+        (Config { keying: Keying::Native, ..bytes }, seventeen_levels, ["mark-bytes", "larger tiles"]),
     ] {
         let line = config.check(&pyramid).unwrap_err().to_string();
         assert!(words.iter().all(|word| line.contains(word)), "{line}");
     }
-    for (config, pyramid) in [(bits, paper), (bytes, paper), (base, seventeen_levels), (PAPER, paper)] {
+    let fits = [(bits, paper), (bytes, paper), (base, seventeen_levels), (PAPER, paper), (fused, paper)];
+    for (config, pyramid) in fits {
         assert_eq!(config.check(&pyramid), Ok(()));
     }
     // 2^20 x 2^19 texels have 350 KB of bits, more than any device shares.

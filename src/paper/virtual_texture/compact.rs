@@ -12,7 +12,7 @@ use crate::vk::shader::virtual_texture::{
     blocks_vert, compact_append_comp, compact_count_comp, compact_geom, compact_ordered_comp,
     compact_subgroup_comp, compact_workgroup_comp,
 };
-use crate::vk::shader::{Appending, Shader};
+use crate::vk::shader::{MarkingFrame, Shader};
 use crate::vk::{
     Cmd, ComputePipeline, Gpu, GraphicsInfo, GraphicsPipeline, Resource, Result, TransformFeedback, View,
 };
@@ -34,14 +34,15 @@ enum Step {
     },
 }
 
-/// A pipeline and the bytes of [`Appending`] that its shader reads: all or none.
+/// A pipeline and the bytes of [`MarkingFrame`] that its shader reads: all, or none where marks are bits.
 struct Dispatch(ComputePipeline, usize);
 
 /// A compute variant's shaders, one for each [`Layout`], and how many words an invocation reads, as log2.
 fn compute(compact: Compaction) -> Option<(&'static [Shader; 3], u32)> {
     Some(match compact {
         Compaction::TransformFeedback => return None,
-        Compaction::Append => (&compact_append_comp::SHADERS, 0),
+        // The draw appends; from the marks a list is made only where the first one was too short.
+        Compaction::Append | Compaction::FusedAppend => (&compact_append_comp::SHADERS, 0),
         Compaction::Subgroup => (&compact_subgroup_comp::SHADERS, 0),
         Compaction::Workgroup => (&compact_workgroup_comp::SHADERS, 4),
         Compaction::Ordered => (&compact_ordered_comp::SHADERS, 4),
@@ -112,7 +113,7 @@ impl CompactPass {
             }
             (Step::Compute { count, write }, Count::Stored) => {
                 list.begin(cmd);
-                let push = Appending { capacity: list.capacity() as u32, frame: marks.frame() };
+                let push = MarkingFrame { number: marks.frame() };
                 // marks.glsl and u3.glsl number the bindings of all of them.
                 let mut resources = vec![
                     (compact_append_comp::MARKS, marks.resource()),

@@ -1,14 +1,18 @@
 //! Stages 1 and 2 and section 4 in one draw, which the paper has not: the fragment shader that textures also marks the
 //! tile that it wishes for. There is no `U1`, the mesh is textured where its triples are found, and stage 3 goes on as
-//! with any other marks.
+//! with any other marks, or is done too: with [`Compaction::FusedAppend`] the fragment that sets a mark first appends
+//! its triple to `U3`.
 //!
 //! A fragment that is drawn before what hides it marks too, so [`Dedup::Fused`] lists a superset.
 //! [`Dedup::FusedExact`] first draws depth alone and then shades for EQUAL only: what marks is what is seen.
 
+use super::list::List;
 use super::texturing::{SKY, constants};
-use super::{Config, U1Format, marks::Marks, pyramid_constants, resident::Resident, surface::Surface};
+use super::{
+    Config, Keying, U1Format, marks::Marks, pyramid_constants, resident::Resident, surface::Surface,
+};
 use crate::math::pyramid::Pyramid;
-use crate::scene::Dedup;
+use crate::scene::{Compaction, Dedup};
 use crate::vk::shader::View as ViewConstants;
 use crate::vk::shader::virtual_texture::{fused_frag, mesh_vert};
 use crate::vk::{
@@ -21,6 +25,15 @@ pub struct Fused {
     /// Where the variant is exact.
     depth_alone: Option<GraphicsPipeline>,
     shade: GraphicsPipeline,
+    lists: Lists,
+}
+
+/// What the draw leaves of its tiles, in the order of LISTS in fused.frag.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Lists {
+    Nothing,
+    Marks,
+    MarksAndU3,
 }
 
 impl Fused {
@@ -33,14 +46,44 @@ impl Fused {
         resident: &Resident,
         target: &Image,
     ) -> Result<Fused> {
+        let lists = match config.compact {
+            Compaction::FusedAppend => Lists::MarksAndU3,
+            _ => Lists::Marks,
+        };
+        Fused::leaving(lists, gpu, pyramid, config, resident, target)
+    }
+
+    /// The same picture in one draw that marks nothing: what the marks' price is measured against.
+    ///
+    /// # Errors
+    /// As [`Fused::new`].
+    pub fn unmarked(
+        gpu: &Gpu,
+        pyramid: &Pyramid,
+        config: &Config,
+        resident: &Resident,
+        target: &Image,
+    ) -> Result<Fused> {
+        let config = Config { dedup: Dedup::Fused, ..*config };
+        Fused::leaving(Lists::Nothing, gpu, pyramid, &config, resident, target)
+    }
+
+    fn leaving(
+        lists: Lists,
+        gpu: &Gpu,
+        pyramid: &Pyramid,
+        config: &Config,
+        resident: &Resident,
+        target: &Image,
+    ) -> Result<Fused> {
         assert_eq!(config.check(pyramid), Ok(()), "asked before");
         gpu.require(&config.dedup.needs())?;
         let exact = config.dedup == Dedup::FusedExact;
         // No triple is stored: the format says nothing.
         let mut specialization = constants(config, resident);
         specialization.extend(pyramid_constants(pyramid, U1Format::Rgb32));
-        // Its marks are a bit for each tile.
-        specialization.push(("NATIVE_KEYING", 1));
+        specialization.push(("NATIVE_KEYING", u32::from(config.keying == Keying::Native)));
+        specialization.push(("LISTS", lists as u32));
         let shade = GraphicsInfo {
             name: fused_frag::SHADER.name,
             vertex: &mesh_vert::SHADER,
@@ -63,10 +106,11 @@ impl Fused {
             depth: gpu.image("depth", ImageInfo::target(target.info().size, Format::Depth32Float))?,
             depth_alone: if exact { Some(gpu.graphics_pipeline(&depth_alone)?) } else { None },
             shade: gpu.graphics_pipeline(&shade)?,
+            lists,
         })
     }
 
-    /// Unmarks all, draws the picture and marks its tiles.
+    /// Unmarks all, draws the picture and marks its tiles; where the variant appends, `U3` is filled too.
     ///
     /// # Errors
     /// Out of memory.
@@ -75,17 +119,23 @@ impl Fused {
         cmd: &mut Cmd<'_>,
         resident: &Resident,
         surface: &Surface,
-        marks: &Marks,
+        (marks, list): (&Marks, &List),
         view: &ViewConstants,
         target: &Image,
     ) -> Result<()> {
-        marks.begin(cmd);
+        if self.lists != Lists::Nothing {
+            marks.begin(cmd);
+        }
+        if self.lists == Lists::MarksAndU3 {
+            list.begin(cmd);
+        }
         let color = ColorTarget { image: target, clear: SKY };
         let depth = DepthTarget { image: &self.depth, clear: true };
         let resources = [
             (fused_frag::H1, Resource::Buffer(&resident.h1)),
             (fused_frag::J1, Resource::Sampled(&resident.j1, &resident.sampler)),
             (fused_frag::MARKS, marks.resource()),
+            (fused_frag::U3, Resource::Buffer(&list.u3)),
         ];
         cmd.render(target.info().size, &[color], Some(depth), |render| {
             let (push, Surface { vertices, indices }) = (bytemuck::bytes_of(view), surface);

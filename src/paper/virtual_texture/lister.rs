@@ -8,14 +8,14 @@ use super::feedback::{Feedback, Samples};
 use super::footprint::Footprint;
 use super::list::List;
 use super::marks::Marks;
-use super::{Config, Listing};
+use super::{Compaction, Config, Listing};
 use crate::math::pyramid::Pyramid;
 use crate::vk::{Frame, Gpu, Image, Result};
 use std::cell::Cell;
 
 /// The passes between stage 1 and the host's list.
 pub enum Lister {
-    /// Stages 2 and 3; stage 3 alone where the draw itself marks.
+    /// Stages 2 and 3, each where it is a pass: a fused draw marks, and may append, itself.
     Device(Box<Stages>),
     /// All of `U1` goes to the host.
     Host(HostList),
@@ -94,7 +94,9 @@ impl Lister {
                 if let Some(dedup) = &stages.dedup {
                     frame.pass(first, |cmd| dedup.run(cmd, of_u1(), marks))?;
                 }
-                frame.pass(second, |cmd| stages.compact.run(cmd, marks, list))?;
+                if !second.is_empty() {
+                    frame.pass(second, |cmd| stages.compact.run(cmd, marks, list))?;
+                }
                 frame.pass(third, |cmd| {
                     list.read_back(cmd);
                     Ok(())
@@ -119,8 +121,12 @@ impl Lister {
 
     fn labels(&self) -> [&'static str; 3] {
         match self {
-            Lister::Device(stages) if stages.dedup.is_none() => ["", "compact", "read-back"],
-            Lister::Device(_) => ["dedup", "compact", "read-back"],
+            Lister::Device(stages) => [
+                if stages.dedup.is_some() { "dedup" } else { "" },
+                // The draw has appended.
+                if stages.config.compact == Compaction::FusedAppend { "" } else { "compact" },
+                "read-back",
+            ],
             Lister::Host(_) => ["copy U1", "", ""],
             Lister::Feedback(..) => ["feedback", "read-back", ""],
         }
@@ -150,10 +156,10 @@ impl Lister {
 }
 
 impl Listed {
-    /// What stage 2 leaves, or the draw that marks.
-    pub fn marks(&self) -> Option<&Marks> {
+    /// What stages 2 and 3 fill, or the draw that marks.
+    pub fn on_the_device(&self) -> Option<(&Marks, &List)> {
         match self {
-            Listed::Device { marks, .. } => Some(marks),
+            Listed::Device { marks, list } => Some((marks, list)),
             _ => None,
         }
     }

@@ -20,15 +20,23 @@ enum Store {
 }
 
 impl Marks {
+    /// Triples that a frame can have at most: what the layouts without `U2` have a mark for.
+    pub(super) fn places_of(pyramid: &Pyramid, keying: Keying) -> u64 {
+        let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
+        match keying {
+            Keying::Paper => columns * rows * u64::from(pyramid.first_resident_level()),
+            Keying::Native => pyramid.tile_count(),
+        }
+    }
+
     /// Words that stage 3 reads one by one; a texel of `U2` is a word.
     pub(super) fn words_of(pyramid: &Pyramid, config: &Config) -> u64 {
         let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
-        let levels = u64::from(pyramid.first_resident_level());
-        match (config.dedup.layout(), config.keying) {
-            (Layout::U2, _) => columns * rows,
-            (Layout::Bits, _) => pyramid.tile_count().div_ceil(32),
-            (Layout::Bytes, Keying::Paper) => (columns * rows * levels).div_ceil(4),
-            (Layout::Bytes, Keying::Native) => pyramid.tile_count().div_ceil(4),
+        let places = Marks::places_of(pyramid, config.keying);
+        match config.dedup.layout() {
+            Layout::U2 => columns * rows,
+            Layout::Bits => places.div_ceil(32),
+            Layout::Bytes => places.div_ceil(4),
         }
     }
 

@@ -166,8 +166,8 @@ impl Pipeline {
                 frame.pass("texturing", |cmd| texturing.draw(cmd, stage1, resident, surface, view, target))
             }
             Drawing::Fused(fused) => {
-                let marks = listed.marks().expect("a fused variant's list is the device's");
-                frame.pass("fused", |cmd| fused.draw(cmd, resident, surface, marks, view, target))?;
+                let into = listed.on_the_device().expect("a fused variant's list is the device's");
+                frame.pass("fused", |cmd| fused.draw(cmd, resident, surface, into, view, target))?;
                 self.lister.record(frame, None, listed)
             }
         }

@@ -1,5 +1,6 @@
 //! Which variants of stages 2 and 3 go together, and what each needs of the device.
 
+use super::marks::Marks;
 use super::{Config, Keying, Listing};
 use crate::math::pyramid::Pyramid;
 use crate::scene::{Compaction, Dedup};
@@ -21,9 +22,10 @@ pub struct Unfit {
 pub enum Layout {
     /// `U2`: an image with a texel for each tile of `M0`, and a bit for each level.
     U2,
-    /// A bit for each tile of the pyramid, in the order of [`Pyramid::tile_index`].
+    /// A bit for each bit that `U2` would have, level by level; with native keying in the order of
+    /// [`Pyramid::tile_index`].
     Bits,
-    /// A byte for each bit that `U2` would have: the number of the frame that set it.
+    /// A byte for each of those bits: the number of the frame that set it.
     Bytes,
 }
 
@@ -44,11 +46,6 @@ impl Dedup {
     /// Those that are a pass of their own over `U1`.
     pub fn staged() -> impl Iterator<Item = Dedup> {
         Dedup::ALL.iter().copied().filter(|dedup| !dedup.fused())
-    }
-
-    /// Whether one draw marks and textures, so that there is no `U1`.
-    pub fn fused(self) -> bool {
-        matches!(self, Dedup::Fused | Dedup::FusedExact)
     }
 
     /// Device features.
@@ -115,12 +112,23 @@ impl Config {
         let unfit = |key, value, why: &str| Err(Unfit { key, value, why: why.into() });
         let (dedup, compact) = (self.dedup.name(), self.compact.name());
         let layout = self.dedup.layout();
-        if layout == Layout::Bits && self.keying == Keying::Paper {
+        if self.dedup == Dedup::Bitset && self.keying == Keying::Paper {
             return unfit(
                 "dedup",
                 dedup,
                 "it has a bit for each tile, the paper's keying several; choose variant.keying = \"native\"",
             );
+        }
+        // mark_index counts in 32 bits.
+        if layout != Layout::U2 && Marks::places_of(pyramid, self.keying) > 1 << 32 {
+            return unfit(
+                "dedup",
+                dedup,
+                "it numbers its marks with 32 bits, and this texture has more tiles; take larger tiles",
+            );
+        }
+        if self.compact == Compaction::FusedAppend && !self.dedup.fused() {
+            return unfit("compact", compact, Compaction::FUSED_APPEND_ALONE);
         }
         if self.compact == Compaction::TransformFeedback {
             if layout != Layout::U2 {

@@ -61,8 +61,10 @@ fn feedback_name(block_log2: u32) -> String {
     format!("{}, blocks of {side} x {side}", Compaction::TransformFeedback.name())
 }
 
+/// The compute passes.
 fn others() -> impl Iterator<Item = Compaction> {
-    Compaction::ALL.iter().copied().filter(|&compact| compact != Compaction::TransformFeedback)
+    let apart = [Compaction::TransformFeedback, Compaction::FusedAppend];
+    Compaction::ALL.iter().copied().filter(move |compact| !apart.contains(compact))
 }
 
 /// All variants by name, over `U2`, which all of them read.

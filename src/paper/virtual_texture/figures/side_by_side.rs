@@ -56,6 +56,7 @@ pub const COMPUTE: Config = Config {
 /// The whole frames that figures lay side by side, the paper's first.
 pub fn combinations() -> Vec<Combination> {
     let exact = |name, config| Combination { name, config, exact: true };
+    let superset = |name, config| Combination { name, config, exact: false };
     vec![
         exact(THE_PAPER, PAPER),
         exact(PAPER_NATIVE, Config { keying: Keying::Native, ..PAPER }),
@@ -64,7 +65,15 @@ pub fn combinations() -> Vec<Combination> {
         exact("compute, runs", Config { dedup: Dedup::Runs, ..COMPUTE }),
         // One draw finds, marks and shows the tiles; without the depth before it, hidden ones too.
         exact("fused, exact", Config { dedup: Dedup::FusedExact, ..COMPUTE }),
-        Combination { name: "fused", config: Config { dedup: Dedup::Fused, ..COMPUTE }, exact: false },
+        exact(
+            "fused, exact, appending",
+            Config { dedup: Dedup::FusedExact, compact: Compaction::FusedAppend, ..COMPUTE },
+        ),
+        superset("fused", Config { dedup: Dedup::Fused, ..COMPUTE }),
+        superset(
+            "fused, appending",
+            Config { dedup: Dedup::Fused, compact: Compaction::FusedAppend, ..COMPUTE },
+        ),
         // What the paper sets out to beat.
         exact("classic, hash set", Config { list: Listing::HostHash, ..COMPUTE }),
         exact("classic, bitmap", Config { list: Listing::HostBitmap, ..COMPUTE }),
