@@ -7,8 +7,10 @@
 //! wasted. The paper adds cyclic permutations of faces (tswap) between groups of splits, which keep the buffer's
 //! order good for that cache at every level.
 //!
-//! Steps, one file or folder each: [`simplify`] finds the collapses, `order` arranges faces and finds the
-//! tswaps, [`mesh`] is the result, and `run` executes it. `cache` counts what an order costs.
+//! Steps, one file or folder each: [`simplify`] finds the collapses, [`order`] arranges faces and finds the
+//! tswaps, [`mesh`] is the result, and `run` executes it. [`cache`] counts what an order costs.
 
+pub mod cache;
 pub mod mesh;
+pub mod order;
 pub mod simplify;

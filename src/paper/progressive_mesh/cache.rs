@@ -1,0 +1,204 @@
+//! What an order of faces costs (paper 2, section 2): how many vertices are transformed for each vertex of the mesh.
+//!
+//! 1 is the bound (each vertex once); 3 x faces / vertices, about 6 on closed meshes, is no reuse at all. The paper
+//! speaks of a post-transform cache of about 16 to 32 vertices and does not say how it works: the field's model is
+//! first in, first out ([`Fifo`]). Today's devices have no such cache: they share work inside a batch of vertices,
+//! counted by [`Batches`].
+//!
+//! Both count in the index space that they are given. The figures give positions ([`Vertices::welded`]): wedges of
+//! one position are several vertices for a device, but a seam would otherwise hide what the order does.
+
+mod levels;
+
+use super::mesh::ProgressiveMesh;
+
+pub use levels::{LevelCosts, level_costs, live_faces, sampled_levels};
+
+/// A count of vertex transforms.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Transforms {
+    /// How many vertices were transformed.
+    pub transforms: u64,
+    /// How many distinct vertices the faces name.
+    pub vertices: u64,
+}
+
+impl Transforms {
+    /// Transforms per vertex; 1 for no faces at all.
+    pub fn per_vertex(self) -> f64 {
+        match self.vertices {
+            0 => 1.0,
+            vertices => self.transforms as f64 / vertices as f64,
+        }
+    }
+}
+
+/// Something that counts the transforms of a list of faces, drawn from an empty cache.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Cache {
+    /// So many entries, first in, first out.
+    Fifo(u32),
+    /// Batches of at most 32 vertices and 32 triangles; nothing is shared between two of them. meshoptimizer takes
+    /// this for NVIDIA's devices; Kerbl et al. 2018 measured batches on all devices, of other sizes.
+    Batches,
+}
+
+/// The caches that figures report: the paper's 16 to 32 entries, one smaller, one between, and today's kind.
+pub const CACHES: [Cache; 5] =
+    [Cache::Fifo(12), Cache::Fifo(16), Cache::Fifo(24), Cache::Fifo(32), Cache::Batches];
+
+impl Cache {
+    /// `FIFO-16`, `batches`.
+    pub fn name(self) -> String {
+        match self {
+            Cache::Fifo(entries) => format!("FIFO-{entries}"),
+            Cache::Batches => "batches".into(),
+        }
+    }
+}
+
+/// A cache with the memory for meshes of some size: counts many lists without clearing anything between.
+pub struct Counter {
+    cache: Cache,
+    /// When each vertex last entered the cache.
+    entered: Vec<u64>,
+    clock: u64,
+}
+
+/// Vertices and triangles of a batch.
+const BATCH: u32 = 32;
+
+impl Counter {
+    /// A counter for vertices 0 … `vertices` - 1.
+    ///
+    /// # Panics
+    /// If the cache holds less than a face.
+    pub fn new(cache: Cache, vertices: usize) -> Self {
+        assert!(!matches!(cache, Cache::Fifo(..3)), "{cache:?} holds less than a face");
+        Self { cache, entered: vec![0; vertices], clock: 0 }
+    }
+
+    /// The transforms of `faces`, in their order, from an empty cache.
+    ///
+    /// # Panics
+    /// If a face names a vertex beyond the counter's.
+    pub fn count(&mut self, faces: impl IntoIterator<Item = [u32; 3]>) -> Transforms {
+        match self.cache {
+            Cache::Fifo(entries) => self.fifo(u64::from(entries), faces),
+            Cache::Batches => self.batches(faces),
+        }
+    }
+
+    /// A vertex is in the cache while fewer than `entries` others have entered after it.
+    fn fifo(&mut self, entries: u64, faces: impl IntoIterator<Item = [u32; 3]>) -> Transforms {
+        // Everything before has left the cache.
+        self.clock += entries;
+        let start = self.clock;
+        let mut vertices = 0;
+        for vertex in faces.into_iter().flatten() {
+            let entered = &mut self.entered[vertex as usize];
+            if self.clock - *entered >= entries {
+                vertices += u64::from(*entered <= start);
+                self.clock += 1;
+                *entered = self.clock;
+            }
+        }
+        Transforms { transforms: self.clock - start, vertices }
+    }
+
+    /// A face whose new vertices no longer fit starts a batch.
+    fn batches(&mut self, faces: impl IntoIterator<Item = [u32; 3]>) -> Transforms {
+        let start = self.clock;
+        let mut count = Transforms::default();
+        // Vertices that entered after this moment are in the batch.
+        let (mut batch, mut triangles) = (self.clock, 0);
+        for face in faces {
+            let new = face.iter().filter(|&&vertex| self.entered[vertex as usize] <= batch).count() as u64;
+            if triangles == BATCH || self.clock - batch + new > u64::from(BATCH) {
+                (batch, triangles) = (self.clock, 0);
+            }
+            triangles += 1;
+            for vertex in face {
+                let entered = &mut self.entered[vertex as usize];
+                if *entered <= batch {
+                    count.vertices += u64::from(*entered <= start);
+                    count.transforms += 1;
+                    self.clock += 1;
+                    *entered = self.clock;
+                }
+            }
+        }
+        count
+    }
+}
+
+/// The transforms of one list of faces: see [`Counter::count`].
+pub fn transforms(cache: Cache, faces: &[[u32; 3]]) -> Transforms {
+    let vertices = faces.iter().flatten().max().map_or(0, |&last| last as usize + 1);
+    Counter::new(cache, vertices).count(faces.iter().copied())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A grid of quads, row by row, and the same faces dealt like cards.
+    fn grid(side: u32) -> [Vec<[u32; 3]>; 2] {
+        let quads = (0..side * side).map(|quad| (quad % side, quad / side));
+        let corner = |x: u32, y: u32| y * (side + 1) + x;
+        let faces: Vec<[u32; 3]> = quads
+            .flat_map(|(x, y)| {
+                let [a, b, c, d] = [corner(x, y), corner(x + 1, y), corner(x, y + 1), corner(x + 1, y + 1)];
+                [[a, b, c], [c, b, d]]
+            })
+            .collect();
+        let dealt = (0..7).flat_map(|first| faces.iter().skip(first).step_by(7).copied()).collect();
+        [faces, dealt]
+    }
+
+    #[test]
+    fn a_vertex_leaves_the_fifo_when_as_many_others_have_entered_as_it_holds() {
+        let fan: Vec<[u32; 3]> = (1..=20).map(|n| [0, n, n + 1]).collect();
+        // 0 enters first of all and leaves with the 16th that follows, 17, in the face (0, 16, 17): it comes back
+        // in the next one.
+        assert_eq!(transforms(Cache::Fifo(16), &fan), Transforms { transforms: 23, vertices: 22 });
+        assert_eq!(transforms(Cache::Fifo(22), &fan), Transforms { transforms: 22, vertices: 22 });
+        // A hit does not renew an entry: 0 is used by each face and leaves all the same.
+        assert_eq!(transforms(Cache::Fifo(3), &[[0, 1, 2], [0, 2, 3], [0, 3, 4]]).transforms, 6);
+        assert_eq!(transforms(Cache::Fifo(3), &[[0, 1, 2], [0, 2, 1], [2, 0, 1]]).transforms, 3);
+    }
+
+    #[test]
+    fn counts_are_those_of_meshoptimizer() {
+        for faces in grid(40) {
+            let indices: Vec<u32> = faces.iter().flatten().copied().collect();
+            let theirs = |cache, warp, group| {
+                meshopt::analyze_vertex_cache(&indices, 41 * 41, cache, warp, group).vertices_transformed
+            };
+            for entries in [3, 12, 16, 24, 32] {
+                let ours = transforms(Cache::Fifo(entries), &faces);
+                assert_eq!(ours.transforms, u64::from(theirs(entries, 0, 0)), "FIFO-{entries}");
+                assert_eq!(ours.vertices, 41 * 41);
+            }
+            let ours = transforms(Cache::Batches, &faces);
+            assert_eq!(ours, Transforms { transforms: theirs(32, 32, 32).into(), vertices: 41 * 41 });
+        }
+    }
+
+    #[test]
+    fn a_counter_forgets_everything_between_two_lists() {
+        for cache in CACHES {
+            let [rows, dealt] = grid(9);
+            let mut counter = Counter::new(cache, 100);
+            let of = |counter: &mut Counter, faces: &[[u32; 3]]| counter.count(faces.iter().copied());
+            let first = of(&mut counter, &rows);
+            assert!(of(&mut counter, &dealt).per_vertex() > 1.5 * first.per_vertex(), "{}", cache.name());
+            assert_eq!(of(&mut counter, &rows), first, "{}", cache.name());
+        }
+    }
+
+    #[test]
+    fn no_faces_cost_what_the_bound_is() {
+        assert_eq!(transforms(Cache::Batches, &[]).per_vertex(), 1.0);
+    }
+}

@@ -1,0 +1,230 @@
+//! An arrangement of faces becomes a progressive mesh: vertices in the order of their appearance, slots for faces,
+//! splits, cycles (paper 2, sections 3 to 5).
+
+use crate::math::ragged::Ragged;
+use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh, Splits, Swaps, Vertices};
+use crate::paper::progressive_mesh::simplify::Collapses;
+use crate::scene::model::{Attributes, Model};
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Where every face of a model stands at every level. Faces are the model's.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Arrangement {
+    /// The faces in the order of their first slots: those of M0, then what each split appends.
+    pub births: Vec<u32>,
+    /// Permutations, coarsest level first: at which level, and which slots get which face.
+    pub moves: Vec<(u32, Vec<Move>)>,
+}
+
+/// A slot gets a face that stood elsewhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Move {
+    pub slot: u32,
+    pub face: u32,
+}
+
+/// `model` at all levels, its faces arranged as `arrangement` says.
+///
+/// # Panics
+/// If the arrangement does not list the faces of M0 first and then each split's, or a move is no permutation.
+pub(super) fn assemble(model: &Model, collapses: &Collapses, arrangement: &Arrangement) -> ProgressiveMesh {
+    let order = VertexOrder::new(model, collapses, &arrangement.births);
+    let levels = levels(collapses, &order, model.faces.len());
+    // Downwards first: what each face is when it is removed, and which faces each collapse changes.
+    let mut down = Descent::new(model);
+    for collapse in 0..collapses.wedges.len() {
+        down.collapse(collapses, collapse);
+    }
+    let faces = arrangement.births.iter();
+    let faces =
+        faces.map(|&face| down.faces[face as usize].map(|wedge| order.vertex[wedge as usize])).collect();
+    let (splits, swaps) = slots(collapses, arrangement, &order, &down.changed, &levels);
+    ProgressiveMesh { vertices: vertices(model, &order.wedges), faces, levels, splits, swaps }
+}
+
+/// Wedges in the order of their appearance.
+struct VertexOrder {
+    wedges: Vec<u32>,
+    /// For each wedge its vertex.
+    vertex: Vec<u32>,
+}
+
+impl VertexOrder {
+    /// Those of M0 as its faces first use them, so that drawing M0 fetches them in their order.
+    fn new(model: &Model, collapses: &Collapses, births: &[u32]) -> Self {
+        let mut place: Vec<u32> = vec![NOWHERE; model.wedge_positions.len()];
+        let removed: Vec<u32> = (0..collapses.wedges.len())
+            .rev()
+            .flat_map(|n| collapses.wedges.row(n))
+            .map(|pair| pair[0])
+            .collect();
+        let mut stays = vec![true; place.len()];
+        for &wedge in &removed {
+            assert!(std::mem::take(&mut stays[wedge as usize]), "wedge {wedge} is removed twice");
+        }
+        let mut wedges = Vec::with_capacity(place.len());
+        let used = births.iter().flat_map(|&face| model.faces[face as usize]);
+        // A wedge of M0 that only removed faces name, as a wedge of the full model, comes after all others of M0.
+        for wedge in used.chain(0..place.len() as u32) {
+            if stays[wedge as usize] && place[wedge as usize] == NOWHERE {
+                place[wedge as usize] = wedges.len() as u32;
+                wedges.push(wedge);
+            }
+        }
+        for wedge in removed {
+            place[wedge as usize] = wedges.len() as u32;
+            wedges.push(wedge);
+        }
+        Self { wedges, vertex: place }
+    }
+}
+
+/// From the full mesh down: the model's faces with their corners' wedges.
+struct Descent {
+    faces: Vec<[u32; 3]>,
+    alive: Vec<bool>,
+    /// For each wedge the faces that had it as a corner at some level; dead ones are among them.
+    around: Vec<Vec<u32>>,
+    /// For each removed wedge, in the order of removal, the live faces in which another took its place.
+    changed: Ragged<u32>,
+}
+
+impl Descent {
+    fn new(model: &Model) -> Self {
+        let mut around = vec![Vec::new(); model.wedge_positions.len()];
+        for (face, corners) in model.faces.iter().enumerate() {
+            corners.iter().for_each(|&wedge| around[wedge as usize].push(face as u32));
+        }
+        let alive = vec![true; model.faces.len()];
+        Self { faces: model.faces.clone(), alive, around, changed: Ragged::default() }
+    }
+
+    fn collapse(&mut self, collapses: &Collapses, collapse: usize) {
+        for &face in collapses.faces.row(collapse) {
+            assert!(std::mem::take(&mut self.alive[face as usize]), "face {face} is removed twice");
+        }
+        for &[wedge, target] in collapses.wedges.row(collapse) {
+            let mut around = std::mem::take(&mut self.around[wedge as usize]);
+            around.retain(|&face| self.alive[face as usize]);
+            assert!(around.is_empty() || target != NOWHERE, "wedge {wedge} vanishes, but not its faces");
+            for &face in &around {
+                let corners = &mut self.faces[face as usize];
+                corners.iter_mut().filter(|corner| **corner == wedge).for_each(|corner| *corner = target);
+                self.around[target as usize].push(face);
+            }
+            self.changed.push(around);
+        }
+    }
+}
+
+fn levels(collapses: &Collapses, order: &VertexOrder, faces: usize) -> Vec<Level> {
+    let mut level = Level { vertices: order.wedges.len() as u32, faces: faces as u32, error: 0.0 };
+    let mut levels = vec![level];
+    for collapse in 0..collapses.wedges.len() {
+        level.vertices -= collapses.wedges.row(collapse).len() as u32;
+        level.faces -= collapses.faces.row(collapse).len() as u32;
+        // Rounded up: a bound stays one.
+        let error = collapses.errors[collapse];
+        let rounded = error as f32;
+        level.error = level.error.max(if f64::from(rounded) < error { rounded.next_up() } else { rounded });
+        levels.push(level);
+    }
+    levels.reverse();
+    levels
+}
+
+/// From M0 up: the slots of each split's faces as the faces stand then, and the moves as cycles.
+fn slots(
+    collapses: &Collapses,
+    arrangement: &Arrangement,
+    order: &VertexOrder,
+    changed: &Ragged<u32>,
+    levels: &[Level],
+) -> (Splits, Swaps) {
+    let mut slot_of: Vec<u32> = vec![NOWHERE; arrangement.births.len()];
+    for (slot, &face) in arrangement.births.iter().enumerate() {
+        let twice = std::mem::replace(&mut slot_of[face as usize], slot as u32);
+        assert_eq!(twice, NOWHERE, "face {face} has slots {twice} and {slot}");
+    }
+    let (mut splits, mut swaps) = (Splits::default(), Swaps::default());
+    let mut moves = arrangement.moves.iter().peekable();
+    let mut row = changed.len();
+    for level in 0..levels.len() as u32 {
+        if level > 0 {
+            let collapse = levels.len() - 1 - level as usize;
+            let wedges = collapses.wedges.row(collapse);
+            row -= wedges.len();
+            let births = levels[level as usize - 1].faces..levels[level as usize].faces;
+            for &face in collapses.faces.row(collapse) {
+                assert!(births.contains(&slot_of[face as usize]), "face {face} is not born at level {level}");
+            }
+            for (n, &[_, target]) in wedges.iter().enumerate() {
+                let vertex = if target == NOWHERE { NOWHERE } else { order.vertex[target as usize] };
+                splits.split_vertices.push(vertex);
+                let mut slots: Vec<u32> =
+                    changed.row(row + n).iter().map(|&face| slot_of[face as usize]).collect();
+                slots.sort_unstable();
+                splits.slots.push(slots);
+            }
+        }
+        while let Some((_, moved)) = moves.next_if(|(at, _)| *at == level) {
+            swap(&mut swaps, level, moved, &mut slot_of);
+        }
+    }
+    assert_eq!(moves.next(), None, "moves at a level that is not there, or not in order");
+    (splits, swaps)
+}
+
+/// A table of moves becomes cycles: F[f1] = F[f2] …, the last gets what stood at the first.
+fn swap(swaps: &mut Swaps, level: u32, moved: &[Move], slot_of: &mut [u32]) {
+    let mut source: HashMap<u32, u32> =
+        moved.iter().map(|m| (m.slot, slot_of[m.face as usize])).filter(|(to, from)| to != from).collect();
+    let mut slots: Vec<u32> = source.keys().copied().collect();
+    slots.sort_unstable();
+    for first in slots {
+        let mut cycle = Vec::new();
+        let mut slot = first;
+        while let Some(from) = source.remove(&slot) {
+            cycle.push(slot);
+            slot = from;
+        }
+        assert!(cycle.is_empty() || slot == first, "the moves at level {level} are no permutation");
+        if !cycle.is_empty() {
+            swaps.cycles.push(cycle);
+        }
+    }
+    moved.iter().for_each(|m| slot_of[m.face as usize] = m.slot);
+    swaps.levels.push(level);
+    swaps.cycle_ends.push(swaps.cycles.len() as u32);
+}
+
+fn vertices(model: &Model, wedges: &[u32]) -> Vertices {
+    let bounds = model.positions.iter().fold(None, |bounds: Option<(DVec3, DVec3)>, &p| {
+        Some(bounds.map_or((p, p), |(low, high)| (low.min(p), high.max(p))))
+    });
+    // Halves first: the sum of two huge coordinates would overflow.
+    let centre = bounds.map_or(DVec3::ZERO, |(low, high)| 0.5 * low + 0.5 * high);
+    let mut first: Vec<u32> = vec![NOWHERE; model.positions.len()];
+    let (mut positions, mut welded) = (Vec::new(), Vec::new());
+    for (vertex, &wedge) in wedges.iter().enumerate() {
+        let position = model.wedge_positions[wedge as usize] as usize;
+        if first[position] == NOWHERE {
+            first[position] = vertex as u32;
+        }
+        welded.push(first[position]);
+        positions.push((model.positions[position] - centre).as_vec3().to_array());
+    }
+    Vertices { centre, positions, welded, attributes: gathered(&model.attributes, wedges) }
+}
+
+fn gathered(attributes: &Attributes, wedges: &[u32]) -> Attributes {
+    fn pick<T: Copy>(list: &[T], wedges: &[u32]) -> Vec<T> {
+        if list.is_empty() { Vec::new() } else { wedges.iter().map(|&wedge| list[wedge as usize]).collect() }
+    }
+    Attributes {
+        normals: pick(&attributes.normals, wedges),
+        coordinates: pick(&attributes.coordinates, wedges),
+        colors: pick(&attributes.colors, wedges),
+    }
+}
