@@ -2,6 +2,22 @@
 //!
 //! A file's mesh is hostile until it has been cleaned: a [`Model`] holds only what every later step may rely on.
 
+mod attributes;
+mod check;
+mod clean;
+mod error;
+pub mod generate;
+mod names;
+mod obj;
+mod report;
+mod topology;
+
+pub use clean::{Raw, clean};
+pub use error::{ModelError, Place};
+pub use names::{NAMES, named};
+pub use report::Report;
+pub use topology::Topology;
+
 use glam::DVec3;
 
 /// A clean triangle mesh, in object units.

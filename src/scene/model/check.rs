@@ -1,0 +1,121 @@
+//! The promises of a [`Model`], looked at one by one. Shares no code with the cleaning.
+
+use super::Model;
+use std::collections::{HashMap, HashSet};
+
+impl Model {
+    /// Whether everything holds that [`Model`] promises.
+    ///
+    /// # Errors
+    /// The first promise that does not, with where.
+    pub fn check(&self) -> Result<(), String> {
+        self.check_values()?;
+        self.check_indices()?;
+        let mut faces = HashSet::new();
+        let mut sides: HashMap<[u32; 2], usize> = HashMap::new();
+        for face in 0..self.faces.len() {
+            let corners = self.face_positions(face);
+            let mut sorted = corners;
+            sorted.sort_unstable();
+            if sorted[0] == sorted[1] || sorted[1] == sorted[2] {
+                return Err(format!("face {face} has the positions {corners:?}"));
+            }
+            if !faces.insert(sorted) {
+                return Err(format!("face {face} has the positions {corners:?}, like one before it"));
+            }
+            for k in 0..3 {
+                let side = [corners[k], corners[(k + 1) % 3]];
+                if let Some(other) = sides.insert(side, face) {
+                    return Err(format!("faces {other} and {face} both run along {side:?}"));
+                }
+            }
+        }
+        self.check_fans()
+    }
+
+    fn check_values(&self) -> Result<(), String> {
+        let bad = self.positions.iter().position(|position| !position.is_finite());
+        if let Some(position) = bad {
+            return Err(format!("position {position} is {}", self.positions[position]));
+        }
+        let wedges = self.wedge_positions.len();
+        let attributes = &self.attributes;
+        for (what, length) in [
+            ("normals", attributes.normals.len()),
+            ("coordinates", attributes.coordinates.len()),
+            ("colors", attributes.colors.len()),
+        ] {
+            if length != 0 && length != wedges {
+                return Err(format!("{length} {what} for {wedges} wedges"));
+            }
+        }
+        let unit = |normal: &[f32; 3]| {
+            let length = normal.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>();
+            // Three roundings to f32 of components of at most 1, each 2^-25, doubled by the square.
+            (length - 1.0).abs() <= 1e-6
+        };
+        if let Some(wedge) = attributes.normals.iter().position(|normal| !unit(normal)) {
+            return Err(format!("wedge {wedge} has the normal {:?}", attributes.normals[wedge]));
+        }
+        let bad = attributes.coordinates.iter().position(|st| st.iter().any(|x| !x.is_finite()));
+        bad.map_or(Ok(()), |wedge| {
+            Err(format!("wedge {wedge} has the coordinate {:?}", attributes.coordinates[wedge]))
+        })
+    }
+
+    fn check_indices(&self) -> Result<(), String> {
+        let mut used_positions = vec![false; self.positions.len()];
+        for (wedge, &position) in self.wedge_positions.iter().enumerate() {
+            match used_positions.get_mut(position as usize) {
+                Some(used) => *used = true,
+                None => return Err(format!("wedge {wedge} names position {position}")),
+            }
+        }
+        let mut used_wedges = vec![false; self.wedge_positions.len()];
+        for (face, wedges) in self.faces.iter().enumerate() {
+            for &wedge in wedges {
+                match used_wedges.get_mut(wedge as usize) {
+                    Some(used) => *used = true,
+                    None => return Err(format!("face {face} names wedge {wedge}")),
+                }
+            }
+        }
+        for (what, used) in [("position", used_positions), ("wedge", used_wedges)] {
+            if let Some(index) = used.iter().position(|used| !used) {
+                return Err(format!("{what} {index} is not used"));
+            }
+        }
+        Ok(())
+    }
+
+    /// From any face at a position all the others are reached across edges at it.
+    fn check_fans(&self) -> Result<(), String> {
+        // For each position the sides opposite to it: (from, to). A fan is one chain of them.
+        let mut links: Vec<Vec<[u32; 2]>> = vec![Vec::new(); self.positions.len()];
+        for face in 0..self.faces.len() {
+            let [a, b, c] = self.face_positions(face);
+            links[a as usize].push([b, c]);
+            links[b as usize].push([c, a]);
+            links[c as usize].push([a, b]);
+        }
+        for (position, link) in links.iter().enumerate() {
+            let next: HashMap<u32, u32> = link.iter().map(|&[from, to]| (from, to)).collect();
+            let ends: HashSet<u32> = link.iter().map(|&[_, to]| to).collect();
+            let start = link.iter().map(|&[from, _]| from).find(|from| !ends.contains(from));
+            let start = start.unwrap_or(link[0][0]);
+            let mut length = 0;
+            let mut at = start;
+            while let Some(&to) = next.get(&at) {
+                length += 1;
+                at = to;
+                if at == start {
+                    break;
+                }
+            }
+            if length != link.len() {
+                return Err(format!("position {position} has {} faces in several fans", link.len()));
+            }
+        }
+        Ok(())
+    }
+}

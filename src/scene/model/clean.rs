@@ -1,0 +1,379 @@
+//! Cleaning: what a file holds becomes a [`Model`], and everything that had to be done to it is counted.
+//!
+//! Vertices that no shape can have are set aside with their faces; equal positions are welded; faces that cover no
+//! triangle of their own are dropped; and where more than a fan of faces meets, the surface is cut apart
+//! ("cutting" of Gueziec, Taubin, Lazarus, Horn 2001): after that it is a manifold by construction. A face is never
+//! turned round and a hole never closed: those would be guesses.
+
+use super::attributes::{tuples, usable_normals};
+use super::report::Report;
+use super::topology::{Groups, half_edges, next_corner};
+use super::{Attributes, Model};
+use glam::DVec3;
+use std::collections::{HashMap, HashSet};
+
+/// A mesh as it came. Nothing is known of its values; only the lengths and the indices fit.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Raw {
+    pub positions: Vec<DVec3>,
+    /// Each list empty, or with one entry for each position.
+    pub attributes: Attributes,
+    pub faces: Vec<[u32; 3]>,
+}
+
+/// No f32 beyond 3.4e38: 1e36 leaves room for the projection.
+const FARTHEST: f64 = 1e36;
+/// What lies 1000 times as far out as 999 of 1000 others would leave those less than 14 of the 24 bits of an f32
+/// position about the centre of the box.
+const OUTLYING: f64 = 1000.0;
+/// Fewer vertices say nothing of what is usual.
+const FEWEST_FOR_OUTLIERS: usize = 64;
+/// Twice a triangle's area over its longest side squared: what rounding leaves of collinear points in f64.
+const FLAT: f64 = 1.0 / (1u64 << 48) as f64;
+/// The largest number of vertices, and of faces: corners of faces stay below 2^32 (an index buffer of 1.5 GiB).
+pub const MOST: usize = 1 << 27;
+
+/// Makes a model of a mesh. Positions, and faces where they stay, keep their order; the wedges of a position are
+/// neighbours, in the order of their vertices. A model without faces may come out.
+///
+/// # Panics
+/// If an index or a length does not fit, or there are more than 2^27 vertices or faces: readers refuse such files.
+pub fn clean(raw: &Raw) -> (Model, Report) {
+    let vertices = raw.positions.len();
+    assert!(vertices <= MOST && raw.faces.len() <= MOST, "{vertices} vertices, {} faces", raw.faces.len());
+    let mut report = Report { vertices, file_faces: raw.faces.len(), ..Report::default() };
+    let usable = usable(&raw.positions, &mut report);
+    let (points, mut positions) = weld(&raw.positions, &usable, &mut report);
+    let kept = sift(raw, &usable, &points, &mut report);
+    let mut corners: Vec<[u32; 3]> =
+        kept.iter().map(|face| face.map(|vertex| points[vertex as usize])).collect();
+    report.zero_area_faces = corners.iter().filter(|&&face| is_flat(&positions, face)).count();
+    cut(&mut corners, &mut positions, &mut report);
+    let model = assemble(raw, &kept, &corners, &positions, &mut report);
+    report.count(&model);
+    (model, report)
+}
+
+/// Which vertices may be part of a shape.
+fn usable(positions: &[DVec3], report: &mut Report) -> Vec<bool> {
+    let fits = |position: &DVec3| position.is_finite() && position.abs().max_element() <= FARTHEST;
+    let mut usable: Vec<bool> = positions.iter().map(fits).collect();
+    report.non_finite_vertices = usable.iter().filter(|fits| !**fits).count();
+    let count = positions.len() - report.non_finite_vertices;
+    if count < FEWEST_FOR_OUTLIERS {
+        return usable;
+    }
+    // Medians: a mean would follow the outlier.
+    let middle = |axis: usize| {
+        let mut values: Vec<f64> =
+            positions.iter().zip(&usable).filter(|(_, fits)| **fits).map(|(p, _)| p[axis]).collect();
+        *values.select_nth_unstable_by(count / 2, f64::total_cmp).1
+    };
+    let centre = DVec3::from_array(std::array::from_fn(middle));
+    let distance = |position: &DVec3| (*position - centre).abs().max_element();
+    let mut distances: Vec<f64> =
+        positions.iter().zip(&usable).filter(|(_, fits)| **fits).map(|(p, _)| distance(p)).collect();
+    let rank = (count - 1) * 999 / 1000;
+    let usual = *distances.select_nth_unstable_by(rank, f64::total_cmp).1;
+    for (position, fits) in positions.iter().zip(&mut usable) {
+        // Where all others are one point there is no shape to be far from.
+        if *fits && usual > 0.0 && distance(position) > OUTLYING * usual {
+            *fits = false;
+            report.outlying_vertices += 1;
+        }
+    }
+    usable
+}
+
+/// For each vertex its point, and the points: the first vertex at each place, in the file's order.
+fn weld(positions: &[DVec3], usable: &[bool], report: &mut Report) -> (Vec<u32>, Vec<DVec3>) {
+    let mut known: HashMap<[u64; 3], u32> = HashMap::with_capacity(positions.len());
+    let mut points = Vec::new();
+    let mut point_of = |(&position, &fits): (&DVec3, &bool)| {
+        if !fits {
+            return u32::MAX;
+        }
+        // -0 + 0 is +0.
+        let position = position + DVec3::ZERO;
+        *known.entry(position.to_array().map(f64::to_bits)).or_insert_with(|| {
+            points.push(position);
+            points.len() as u32 - 1
+        })
+    };
+    let point_of_vertex: Vec<u32> = positions.iter().zip(usable).map(&mut point_of).collect();
+    report.welded_vertices = usable.iter().filter(|fits| **fits).count() - points.len();
+    (point_of_vertex, points)
+}
+
+/// The faces that are triangles of their own, as vertices.
+fn sift(raw: &Raw, usable: &[bool], points: &[u32], report: &mut Report) -> Vec<[u32; 3]> {
+    let mut seen: HashSet<[u32; 3]> = HashSet::with_capacity(raw.faces.len());
+    let mut stays = |face: &[u32; 3]| {
+        let [a, b, c] = face.map(|vertex| points[vertex as usize]);
+        let dropped = if face.iter().any(|&vertex| !usable[vertex as usize]) {
+            &mut report.faces_set_aside
+        } else if face[0] == face[1] || face[1] == face[2] || face[2] == face[0] {
+            &mut report.index_degenerate_faces
+        } else if a == b || b == c || c == a {
+            &mut report.collapsed_faces
+        } else {
+            // Smallest point first: the winding stays, so both windings are looked up.
+            let [first, second, third] = turned([a, b, c]);
+            if seen.contains(&[first, third, second]) {
+                &mut report.reversed_faces
+            } else if seen.insert([first, second, third]) {
+                return true;
+            } else {
+                &mut report.duplicate_faces
+            }
+        };
+        *dropped += 1;
+        false
+    };
+    raw.faces.iter().filter(|face| stays(face)).copied().collect()
+}
+
+/// The same face, smallest index first.
+fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
+    if a < b && a < c {
+        [a, b, c]
+    } else if b < c {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
+}
+
+/// Whether a face has no area, at any scale.
+fn is_flat(positions: &[DVec3], face: [u32; 3]) -> bool {
+    let [a, b, c] = face.map(|point| positions[point as usize]);
+    let sides = [b - a, c - b, a - c];
+    let longest = sides.iter().fold(0f64, |longest, side| longest.max(side.abs().max_element()));
+    // Scaled to 1 first: squares of 1e-200 are 0, of 1e200 infinite.
+    (sides[0] / longest).cross(sides[1] / longest).length() <= FLAT
+}
+
+/// Cuts the surface along every edge that is not shared by exactly two faces of opposite direction; then the
+/// corners at a point that no chain of shared edges joins get points of their own. Where two of the cut faces are
+/// still joined round one end, the edge closes again behind the others.
+///
+/// After it every edge is manifold: round a point each face has two sides, so a chain of faces has two ends at most,
+/// and of those that met at the cut edge at most two share a chain, which crosses the edge in both directions.
+fn cut(corners: &mut [[u32; 3]], positions: &mut Vec<DVec3>, report: &mut Report) {
+    let edges = half_edges(corners.iter().copied());
+    let mut fans = Groups::new(corners.len() * 3);
+    for edge in edges.chunk_by(|a, b| a.0 == b.0) {
+        match *edge {
+            [_] => {}
+            [(_, here), (_, there)] if start(corners, here) != start(corners, there) => {
+                fans.join(here, next_corner(there));
+                fans.join(next_corner(here), there);
+            }
+            _ => report.non_manifold_edges += 1,
+        }
+    }
+    // The first fan of a point keeps it; each other one gets a copy.
+    let mut keeper = vec![u32::MAX; positions.len()];
+    let mut copies: HashMap<u32, u32> = HashMap::new();
+    for corner in 0..corners.len() as u32 * 3 {
+        let fan = fans.first(corner);
+        let point = &mut corners[corner as usize / 3][corner as usize % 3];
+        let keeper = &mut keeper[*point as usize];
+        if *keeper == u32::MAX {
+            *keeper = fan;
+        }
+        if *keeper != fan {
+            let position = positions[*point as usize];
+            *point = *copies.entry(fan).or_insert_with(|| {
+                positions.push(position);
+                positions.len() as u32 - 1
+            });
+        }
+    }
+    report.split_positions = copies.len();
+}
+
+/// The point at which a half-edge starts.
+fn start(corners: &[[u32; 3]], corner: u32) -> u32 {
+    corners[corner as usize / 3][corner as usize % 3]
+}
+
+/// Wedges of what is used: `kept` holds the faces' vertices, `corners` their points.
+fn assemble(
+    raw: &Raw,
+    kept: &[[u32; 3]],
+    corners: &[[u32; 3]],
+    points: &[DVec3],
+    report: &mut Report,
+) -> Model {
+    let mut attributes = raw.attributes.clone();
+    report.replaced_attributes = usable_normals(&mut attributes, &raw.positions, kept)
+        + super::attributes::finite_coordinates(&mut attributes, kept);
+    let tuple_of = tuples(&attributes, raw.positions.len());
+    let key = |face: usize, k: usize| {
+        u64::from(corners[face][k]) << 32 | u64::from(tuple_of[kept[face][k] as usize])
+    };
+    let mut keys: Vec<u64> = (0..kept.len() * 3).map(|corner| key(corner / 3, corner % 3)).collect();
+    keys.sort_unstable();
+    keys.dedup();
+    let mut model = Model::default();
+    let mut last = u64::MAX;
+    for &key in &keys {
+        if key >> 32 != last {
+            last = key >> 32;
+            model.positions.push(points[last as usize]);
+        }
+        model.wedge_positions.push(model.positions.len() as u32 - 1);
+    }
+    model.attributes = attributes.select(&keys.iter().map(|&key| key as u32).collect::<Vec<u32>>());
+    let wedge = |face: usize, k: usize| keys.partition_point(|&other| other < key(face, k)) as u32;
+    model.faces = (0..kept.len()).map(|face| std::array::from_fn(|k| wedge(face, k))).collect();
+    let mut used = vec![false; raw.positions.len()];
+    kept.iter().flatten().for_each(|&vertex| used[vertex as usize] = true);
+    let set_aside = report.non_finite_vertices + report.outlying_vertices;
+    report.unused_vertices = used.iter().filter(|used| !**used).count() - set_aside;
+    model
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn raw(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> Raw {
+        let positions = positions.iter().map(|&position| DVec3::from_array(position)).collect();
+        Raw { positions, faces: faces.to_vec(), ..Raw::default() }
+    }
+
+    fn cleaned(raw: &Raw) -> (Model, Report) {
+        let (model, report) = clean(raw);
+        model.check().unwrap_or_else(|broken| panic!("{broken} in {model:?}"));
+        (model, report)
+    }
+
+    const SQUARE: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+
+    #[test]
+    fn equal_positions_are_one_also_0_and_minus_0() {
+        let soup = raw(
+            &[SQUARE[0], SQUARE[1], SQUARE[2], [-0.0, 0.0, -0.0], SQUARE[2], SQUARE[3]],
+            &[[0, 1, 2], [3, 4, 5]],
+        );
+        let (model, report) = cleaned(&soup);
+        assert_eq!((model.positions.len(), report.welded_vertices), (4, 2));
+        assert_eq!(model.faces, [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(
+            (report.topology.edges, report.topology.boundary_edges, report.changes().len()),
+            (5, 4, 0)
+        );
+    }
+
+    #[test]
+    fn faces_that_are_no_triangle_of_their_own_are_dropped_and_counted() {
+        let mut positions = SQUARE.to_vec();
+        positions.push(SQUARE[1]);
+        let all = raw(&positions, &[[0, 1, 2], [0, 0, 2], [1, 4, 2], [2, 0, 4], [0, 2, 1], [0, 2, 3]]);
+        let (model, report) = cleaned(&all);
+        assert_eq!(model.faces.len(), 2);
+        assert_eq!((report.index_degenerate_faces, report.collapsed_faces), (1, 1));
+        assert_eq!((report.duplicate_faces, report.reversed_faces), (1, 1));
+    }
+
+    #[test]
+    fn a_fin_comes_off_and_the_surface_below_stays_whole() {
+        let below = crate::scene::model::generate::grid(5, 0);
+        let mut finned =
+            Raw { positions: below.positions.clone(), faces: below.faces.clone(), ..Raw::default() };
+        finned.positions.push(DVec3::Z);
+        finned.faces.push([12, 13, 25]);
+        let (model, report) = cleaned(&finned);
+        assert_eq!((report.non_manifold_edges, report.split_positions), (1, 2));
+        assert_eq!((model.topology().components, model.topology().boundary_edges), (2, 16 + 3));
+        assert_eq!(model.faces[..32], below.faces);
+        // Where neither end is held together by other faces, there is no telling which two belong together.
+        let mut positions = SQUARE.to_vec();
+        positions.push([0.5, 0.5, 1.0]);
+        let (model, _) = cleaned(&raw(&positions, &[[0, 1, 2], [0, 2, 3], [0, 2, 4]]));
+        assert_eq!(model.topology().components, 3);
+    }
+
+    #[test]
+    fn two_tetrahedra_that_share_an_edge_become_two_closed_parts() {
+        let positions = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 1.0, 1.0],
+            [0.0, -1.0, 0.0],
+            [0.0, -1.0, 1.0],
+        ];
+        let tetrahedron = |[a, b, c, d]: [u32; 4]| [[a, c, b], [a, b, d], [b, c, d], [c, a, d]];
+        let faces = [tetrahedron([0, 1, 2, 3]), tetrahedron([0, 1, 4, 5])].concat();
+        let (model, report) = cleaned(&raw(&positions, &faces));
+        let topology = model.topology();
+        assert_eq!((report.split_positions, topology.components, topology.is_closed()), (2, 2, true));
+    }
+
+    #[test]
+    fn neighbours_of_opposite_winding_are_cut_apart() {
+        let (model, report) = cleaned(&raw(&SQUARE, &[[0, 1, 2], [0, 3, 2]]));
+        assert_eq!((report.non_manifold_edges, report.split_positions, model.faces.len()), (1, 2, 2));
+    }
+
+    #[test]
+    fn triangles_that_touch_in_a_point_get_a_point_each() {
+        let mut positions = SQUARE.to_vec();
+        positions.push([-1.0, 0.0, 0.0]);
+        let (model, report) = cleaned(&raw(&positions, &[[0, 1, 2], [0, 3, 4]]));
+        assert_eq!((report.split_positions, report.non_manifold_edges, model.positions.len()), (1, 0, 6));
+    }
+
+    #[test]
+    fn values_that_no_shape_has_are_set_aside_with_their_faces() {
+        let model = crate::scene::model::generate::grid(9, 0);
+        for (value, finite) in [(f64::NAN, false), (f64::INFINITY, false), (1e300, false), (1e30, true)] {
+            let mut raw =
+                Raw { positions: model.positions.clone(), faces: model.faces.clone(), ..Raw::default() };
+            raw.positions[40].x = value;
+            let (left, report) = cleaned(&raw);
+            assert_eq!(
+                (report.non_finite_vertices, report.outlying_vertices),
+                (usize::from(!finite), usize::from(finite))
+            );
+            // 40 is the middle: six faces, which leave a hole.
+            assert_eq!((report.faces_set_aside, left.faces.len()), (6, 122));
+            assert_eq!(report.topology.boundary_edges, 32 + 6);
+        }
+    }
+
+    #[test]
+    fn a_wedge_for_each_tuple_of_attributes_of_a_position() {
+        let mut square =
+            raw(&[SQUARE[0], SQUARE[1], SQUARE[2], SQUARE[0], SQUARE[2], SQUARE[3]], &[[0, 1, 2], [3, 4, 5]]);
+        square.attributes.normals = vec![[0.0, 0.0, 2.0]; 6];
+        assert_eq!(cleaned(&square).0.wedge_positions, [0, 1, 2, 3]);
+        square.attributes.normals[3] = [0.0, 3.0, 0.0];
+        let (model, report) = cleaned(&square);
+        assert_eq!((&model.wedge_positions[..], report.topology.seam_edges), ([0, 0, 1, 2, 3].as_slice(), 1));
+        assert_eq!(model.attributes.normals[..2], [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]);
+    }
+
+    #[test]
+    fn attributes_that_cannot_be_are_replaced() {
+        let mut square = raw(&SQUARE, &[[0, 1, 2], [0, 2, 3]]);
+        square.attributes.normals = vec![[0.0, 0.0, 1.0], [0.0; 3], [f32::NAN, 0.0, 0.0], [0.0, 0.0, 1.0]];
+        square.attributes.coordinates = vec![[f32::INFINITY, 0.5], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]];
+        let (model, report) = cleaned(&square);
+        assert_eq!(report.replaced_attributes, 3);
+        assert_eq!(model.attributes.normals, [[0.0, 0.0, 1.0]; 4]);
+        assert_eq!(model.attributes.coordinates[0], [0.0, 0.5]);
+    }
+
+    #[test]
+    fn flat_faces_are_told_at_any_scale() {
+        for scale in [1e-300, 1.0, 1e30] {
+            let places = [[0.0; 3], [scale, 0.0, 0.0], [2.0 * scale, 0.0, 0.0], [scale, scale, 0.0]];
+            let (model, report) = cleaned(&raw(&places, &[[0, 1, 2], [0, 1, 3]]));
+            assert_eq!((report.zero_area_faces, model.faces.len()), (1, 2), "{scale}");
+        }
+    }
+}

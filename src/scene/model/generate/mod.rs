@@ -1,0 +1,206 @@
+//! Generated models: the same bits on every machine (no transcendental function but `libm`'s), any size
+//! up to some 2^24 faces.
+//!
+//! All are closed but the [`grid`]. [`knot`] has the seams of a texture, [`solid`] the sharp edges of a machined part,
+//! the others no attributes at all.
+
+mod solid;
+
+pub use solid::solid;
+
+use super::{Attributes, Model, Raw, clean};
+use glam::DVec3;
+use std::f64::consts::TAU;
+
+/// What a generator makes is clean already: cleaning only welds it.
+fn welded(raw: &Raw) -> Model {
+    let (model, report) = clean(raw);
+    assert_eq!(report.changes(), [""; 0], "a generated mesh needs no cleaning");
+    model
+}
+
+/// The corners of the two triangles of each quad of a grid of `columns` x `rows` quads, row by row; `corner` numbers
+/// them by column and row. Counter-clockwise where rows go up when columns go right.
+fn quads(columns: u32, rows: u32, corner: impl Fn(u32, u32) -> u32) -> Vec<[u32; 3]> {
+    let mut faces = Vec::with_capacity(columns as usize * rows as usize * 2);
+    for row in 0..rows {
+        for column in 0..columns {
+            let [a, b] = [corner(column, row), corner(column + 1, row)];
+            let [c, d] = [corner(column, row + 1), corner(column + 1, row + 1)];
+            faces.extend([[a, b, d], [a, d, c]]);
+        }
+    }
+    faces
+}
+
+/// A fractal height field over the unit square about the origin, heights along z: `side` x `side` positions,
+/// 2 (side - 1)^2 faces, open.
+///
+/// # Panics
+/// Unless `side` is in 2 ..= 2^11.
+pub fn grid(side: u32, seed: u32) -> Model {
+    assert!((2..=1 << 11).contains(&side), "a grid of {side} x {side}");
+    heights([side, side], |column, row| {
+        let [x, y] = [column, row].map(|index| f64::from(index) / f64::from(side - 1));
+        DVec3::new(x - 0.5, y - 0.5, fractal(x, y, seed))
+    })
+}
+
+/// A height field of any origin: `size` positions in columns and rows.
+pub(super) fn heights(size: [u32; 2], position: impl Fn(u32, u32) -> DVec3) -> Model {
+    let [columns, rows] = size;
+    let positions =
+        (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row])).map(|[c, r]| position(c, r));
+    let faces = quads(columns - 1, rows - 1, |column, row| row * columns + column);
+    welded(&Raw { positions: positions.collect(), faces, ..Raw::default() })
+}
+
+/// Six octaves of noise, each twice as fine and half as high; the first has 4 x 4 cells and heights of +-0.1.
+fn fractal(x: f64, y: f64, seed: u32) -> f64 {
+    let octave = |octave: u32| {
+        let cells = f64::from(4u32 << octave);
+        value_noise(x * cells, y * cells, seed.wrapping_mul(0x9E37_79B1).wrapping_add(octave)) / cells
+    };
+    0.4 * (0..6).map(octave).sum::<f64>()
+}
+
+/// Smooth noise in -1 ..= 1: hashed values at whole numbers, blended by 3t^2 - 2t^3.
+fn value_noise(x: f64, y: f64, seed: u32) -> f64 {
+    let at = |x: f64, y: f64| f64::from(hash(x as u32, y as u32, seed)) / f64::from(u32::MAX) * 2.0 - 1.0;
+    let smooth = |t: f64| t * t * (3.0 - 2.0 * t);
+    let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
+    let (left, bottom) = (x.floor(), y.floor());
+    let (s, t) = (smooth(x - left), smooth(y - bottom));
+    let row = |y: f64| mix(at(left, y), at(left + 1.0, y), s);
+    mix(row(bottom), row(bottom + 1.0), t)
+}
+
+fn hash(x: u32, y: u32, seed: u32) -> u32 {
+    let mut bits = x.wrapping_mul(0x85EB_CA6B) ^ y.wrapping_mul(0xC2B2_AE3D) ^ seed.wrapping_mul(0x27D4_EB2F);
+    for multiplier in [0x7feb_352d, 0x846c_a68b] {
+        bits ^= bits >> 16;
+        bits = bits.wrapping_mul(multiplier);
+        bits ^= bits >> 15;
+    }
+    bits
+}
+
+/// A geodesic sphere of radius 1: each side of an icosahedron in `frequency` parts, 20 frequency^2 faces.
+///
+/// # Panics
+/// Unless `frequency` is in 1 ..= 2^9.
+pub fn sphere(frequency: u32) -> Model {
+    assert!((1..=1 << 9).contains(&frequency), "a sphere of frequency {frequency}");
+    let golden = (1.0 + 5f64.sqrt()) / 2.0;
+    // (0, +-1, +-golden) and its rotations: four corners for each axis.
+    let signs = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
+    let corner = |axis: usize, [one, two]: [f64; 2]| {
+        let mut corner = [0.0; 3];
+        corner[(axis + 1) % 3] = one;
+        corner[(axis + 2) % 3] = two * golden;
+        DVec3::from_array(corner)
+    };
+    let corners: Vec<DVec3> = (0..3).flat_map(|axis| signs.map(|signs| corner(axis, signs))).collect();
+    // Sides are 2 long; the next distance is 2 golden.
+    let near = |a: usize, b: usize| (corners[a] - corners[b]).length() < 2.1;
+    let mut raw = Raw::default();
+    for a in 0..12 {
+        for b in a + 1..12 {
+            for c in (b + 1..12).filter(|&c| near(a, b) && near(b, c) && near(c, a)) {
+                let [a, b, c] = [a, b, c].map(|index| corners[index]);
+                let outward = (b - a).cross(c - a).dot(a) > 0.0;
+                patch(&mut raw, if outward { [a, b, c] } else { [a, c, b] }, frequency);
+            }
+        }
+    }
+    welded(&raw)
+}
+
+/// One face of the icosahedron in frequency^2 triangles. Two patches give the same bits to a point of their common
+/// side: its position is a sum of two terms, and a 0.
+fn patch(raw: &mut Raw, [a, b, c]: [DVec3; 3], frequency: u32) {
+    let first = raw.positions.len() as u32;
+    for row in 0..=frequency {
+        for column in 0..=frequency - row {
+            let weights = [frequency - row - column, column, row].map(f64::from);
+            raw.positions.push((a * weights[0] + b * weights[1] + c * weights[2]).normalize());
+        }
+    }
+    // Rows get shorter by one.
+    let point =
+        |column: u32, row: u32| first + row * (frequency + 1) - row * row.saturating_sub(1) / 2 + column;
+    for row in 0..frequency {
+        for column in 0..frequency - row {
+            let [here, right, above] = [point(column, row), point(column + 1, row), point(column, row + 1)];
+            raw.faces.push([here, right, above]);
+            if column + 1 < frequency - row {
+                raw.faces.push([right, point(column + 1, row + 1), above]);
+            }
+        }
+    }
+}
+
+/// A torus about the z axis, radii 1 and 0.4: 4 rows^2 faces, `2 rows` round the axis and `rows` round the tube.
+///
+/// # Panics
+/// Unless `rows` is in 3 ..= 2^11.
+pub fn torus(rows: u32) -> Model {
+    assert!((3..=1 << 11).contains(&rows), "a torus of {rows} rows");
+    let columns = 2 * rows;
+    let mut raw = Raw::default();
+    for row in 0..rows {
+        let (height, out) = libm::sincos(TAU * f64::from(row) / f64::from(rows));
+        let radius = 1.0 + 0.4 * out;
+        for column in 0..columns {
+            let (sine, cosine) = libm::sincos(TAU * f64::from(column) / f64::from(columns));
+            raw.positions.push(DVec3::new(radius * cosine, radius * sine, 0.4 * height));
+        }
+    }
+    raw.faces = quads(columns, rows, |column, row| row % rows * columns + column % columns);
+    welded(&raw)
+}
+
+/// A tube along the (2, 3) torus knot, with normals and with texture coordinates from 0 to 1 along it (s) and round
+/// it (t), so with a seam each way: 24 rows^2 faces, `12 rows` along and `rows` round.
+///
+/// # Panics
+/// Unless `rows` is in 3 ..= 2^9.
+pub fn knot(rows: u32) -> Model {
+    assert!((3..=1 << 9).contains(&rows), "a knot of {rows} rows");
+    let columns = 12 * rows;
+    let mut raw = Raw::default();
+    let Attributes { normals, coordinates, .. } = &mut raw.attributes;
+    for column in 0..=columns {
+        let ([middle, out, aside], s) = (knot_frame(column % columns, columns), turn(column, columns));
+        for row in 0..=rows {
+            // Modulo: both sides of a seam get the same bits.
+            let (sine, cosine) = libm::sincos(TAU * turn(row % rows, rows));
+            let normal = out * cosine + aside * sine;
+            raw.positions.push(middle + normal * 0.35);
+            normals.push(normal.as_vec3().to_array());
+            coordinates.push([s as f32, turn(row, rows) as f32]);
+        }
+    }
+    raw.faces = quads(rows, columns, |row, column| column * (rows + 1) + row);
+    welded(&raw)
+}
+
+fn turn(index: u32, count: u32) -> f64 {
+    f64::from(index) / f64::from(count)
+}
+
+/// A point of the knot on a torus of radii 2 and 0.8, that torus's normal there, and the third axis of a right-handed frame
+/// with the knot's direction.
+fn knot_frame(column: u32, columns: u32) -> [DVec3; 3] {
+    let angle = TAU * turn(column, columns);
+    let ((sine_2, cosine_2), (sine_3, cosine_3)) = (libm::sincos(2.0 * angle), libm::sincos(3.0 * angle));
+    let radius = 2.0 + 0.8 * cosine_3;
+    let middle = DVec3::new(radius * cosine_2, radius * sine_2, 0.8 * sine_3);
+    let out = DVec3::new(cosine_3 * cosine_2, cosine_3 * sine_2, sine_3);
+    let along = DVec3::new(
+        -2.4 * sine_3 * cosine_2 - 2.0 * radius * sine_2,
+        -2.4 * sine_3 * sine_2 + 2.0 * radius * cosine_2,
+        2.4 * cosine_3,
+    );
+    [middle, out, along.normalize().cross(out)]
+}

@@ -1,0 +1,98 @@
+//! What cleaning did to a mesh, in counts and in words.
+
+use super::{Model, Topology};
+use serde::Serialize;
+use std::fmt;
+
+/// Counts of what a file held, what was done to it, and what is left.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Report {
+    /// In the file.
+    pub vertices: usize,
+    /// In the file, polygons counted as their triangles.
+    pub file_faces: usize,
+    /// Vertices with a coordinate that is NaN, infinite or beyond 1e36.
+    pub non_finite_vertices: usize,
+    /// Vertices 1000 times as far out as 999 of 1000 others.
+    pub outlying_vertices: usize,
+    /// Faces dropped because they use one of those two kinds.
+    pub faces_set_aside: usize,
+    /// Vertices that stand where an earlier one does.
+    pub welded_vertices: usize,
+    /// Faces dropped because they name a vertex twice.
+    pub index_degenerate_faces: usize,
+    /// Faces dropped because two of their vertices stand at the same place.
+    pub collapsed_faces: usize,
+    /// Faces dropped because an earlier one has the same three positions and the same winding.
+    pub duplicate_faces: usize,
+    /// Faces dropped because an earlier one has the same three positions and the other winding.
+    pub reversed_faces: usize,
+    /// Faces without area that were kept: they hold their neighbours together.
+    pub zero_area_faces: usize,
+    /// Edges with more than two faces, or with two of the same direction: cut apart.
+    pub non_manifold_edges: usize,
+    /// Positions added by cutting: at such edges, and where fans of faces touched in a point.
+    pub split_positions: usize,
+    /// Vertices that no face uses any more, those set aside not counted.
+    pub unused_vertices: usize,
+    /// Normals that were zero or not finite, now their faces'; coordinates that were not finite, now 0.
+    pub replaced_attributes: usize,
+    /// What is left.
+    pub positions: usize,
+    pub wedges: usize,
+    pub faces: usize,
+    pub topology: Topology,
+}
+
+impl Report {
+    /// Enters what is left.
+    pub(super) fn count(&mut self, model: &Model) {
+        self.positions = model.positions.len();
+        self.wedges = model.wedge_positions.len();
+        self.faces = model.faces.len();
+        self.topology = model.topology();
+    }
+
+    /// What was done, in words; nothing for a mesh that was clean but for equal vertices.
+    pub fn changes(&self) -> Vec<String> {
+        [
+            (self.non_finite_vertices, "vertices are not finite or beyond 1e36: set aside"),
+            (
+                self.outlying_vertices,
+                "vertices are more than 1000 times as far out as nearly all others: set aside",
+            ),
+            (self.faces_set_aside, "faces use those vertices: dropped"),
+            (self.index_degenerate_faces, "faces name a vertex twice: dropped"),
+            (self.collapsed_faces, "faces have two corners at the same place: dropped"),
+            (self.duplicate_faces, "faces repeat an earlier one: dropped"),
+            (self.reversed_faces, "faces are the back of an earlier one: dropped"),
+            (self.zero_area_faces, "faces have no area: kept"),
+            (
+                self.non_manifold_edges,
+                "edges have more than two faces, or two of the same direction: cut apart",
+            ),
+            (self.split_positions, "positions added where the surface was cut or touched itself in a point"),
+            (self.unused_vertices, "vertices are in no face: dropped"),
+            (self.replaced_attributes, "normals or coordinates could not be used: replaced"),
+        ]
+        .iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, what)| format!("{count} {what}"))
+        .collect()
+    }
+}
+
+impl fmt::Display for Report {
+    /// One line for what was read, one for each change, one for what is left.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "read: {} vertices, {} faces", self.vertices, self.file_faces)?;
+        for change in self.changes() {
+            writeln!(f, "{change}")?;
+        }
+        let Topology { boundary_edges, components, seam_edges, .. } = self.topology;
+        let edges =
+            if boundary_edges == 0 { "closed".into() } else { format!("{boundary_edges} boundary edges") };
+        write!(f, "clean: {} faces, {} positions, ", self.faces, self.positions)?;
+        write!(f, "{} wedges ({seam_edges} edges on seams), {components} parts, {edges}", self.wedges)
+    }
+}
