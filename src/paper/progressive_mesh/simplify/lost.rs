@@ -1,0 +1,107 @@
+//! Where vanished positions have gone: what a mesh of fewer faces deviates by.
+//!
+//! Each vanished position belongs to the face nearest to it, among those that took the place of its faces when it last
+//! changed hands; on a border also to the edge of the border that took the place of its own. The distance to that
+//! face is never less than the distance to the whole mesh.
+
+use glam::DVec3;
+
+/// The end of a list.
+const END: u32 = u32::MAX;
+
+/// Lists of vanished positions: for each face, and for each edge of the border (by the position at which it starts,
+/// in the direction of its face).
+pub struct Lost {
+    of_face: Vec<u32>,
+    next_of_face: Vec<u32>,
+    of_border: Vec<u32>,
+    next_of_border: Vec<u32>,
+}
+
+impl Lost {
+    pub fn new(positions: usize, faces: usize) -> Lost {
+        Lost {
+            of_face: vec![END; faces],
+            next_of_face: vec![END; positions],
+            of_border: vec![END; positions],
+            next_of_border: vec![END; positions],
+        }
+    }
+
+    fn list(first: u32, next: &[u32]) -> impl Iterator<Item = u32> + '_ {
+        let mut at = first;
+        std::iter::from_fn(move || {
+            let found = (at != END).then_some(at)?;
+            at = next[at as usize];
+            Some(found)
+        })
+    }
+
+    /// The positions that belong to a face.
+    pub fn of_face(&self, face: u32) -> impl Iterator<Item = u32> + '_ {
+        Lost::list(self.of_face[face as usize], &self.next_of_face)
+    }
+
+    /// The positions that belong to the border's edge that starts at `start`.
+    pub fn of_border(&self, start: u32) -> impl Iterator<Item = u32> + '_ {
+        Lost::list(self.of_border[start as usize], &self.next_of_border)
+    }
+
+    /// A face gives up its positions.
+    pub fn clear_face(&mut self, face: u32) {
+        self.of_face[face as usize] = END;
+    }
+
+    /// A border's edge gives up its positions.
+    pub fn clear_border(&mut self, start: u32) {
+        self.of_border[start as usize] = END;
+    }
+
+    /// A position, which belongs to no face, gets one.
+    pub fn give_to_face(&mut self, position: u32, face: u32) {
+        self.next_of_face[position as usize] = std::mem::replace(&mut self.of_face[face as usize], position);
+    }
+
+    /// A position, which belongs to no border's edge, gets one.
+    pub fn give_to_border(&mut self, position: u32, start: u32) {
+        self.next_of_border[position as usize] =
+            std::mem::replace(&mut self.of_border[start as usize], position);
+    }
+}
+
+/// The squared distance from a point to a triangle, which may be a segment or a point (Ericson, "Real-Time
+/// Collision Detection", 5.1.5).
+pub fn squared_to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return ap.length_squared();
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return bp.length_squared();
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return cp.length_squared();
+    }
+    let (va, vb, vc) = (d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2);
+    let sum = va + vb + vc;
+    if va <= 0.0 || vb <= 0.0 || vc <= 0.0 || sum <= 0.0 {
+        // Nearest to an edge; which one, slivers do not tell reliably.
+        return squared_to_segment(p, [a, b])
+            .min(squared_to_segment(p, [b, c]))
+            .min(squared_to_segment(p, [c, a]));
+    }
+    (ap - ab * (vb / sum) - ac * (vc / sum)).length_squared()
+}
+
+/// The squared distance from a point to a segment, which may be a point.
+pub fn squared_to_segment(p: DVec3, [a, b]: [DVec3; 2]) -> f64 {
+    let (ab, ap) = (b - a, p - a);
+    let length_squared = ab.length_squared();
+    let along = if length_squared > 0.0 { (ab.dot(ap) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
+    (ap - ab * along).length_squared()
+}

@@ -1,0 +1,194 @@
+//! The mesh while it is simplified: faces, and for each position the corners of faces that lie there.
+
+use crate::scene::model::Model;
+use glam::DVec3;
+
+/// No corner.
+const END: u32 = u32::MAX;
+
+/// Marks a face that has been removed.
+const GONE: [u32; 3] = [u32::MAX; 3];
+
+/// Any set of triangles over the model's positions. Corner `3 f + k` is corner k of face f.
+pub struct Surface {
+    /// In the simplifier's own units: see [`Frame`].
+    points: Vec<DVec3>,
+    /// Positions of each face's corners.
+    faces: Vec<[u32; 3]>,
+    /// Wedges of each face's corners.
+    wedges: Vec<[u32; 3]>,
+    /// The first corner at each position; removed faces' corners stay in the lists until somebody passes them.
+    first: Vec<u32>,
+    /// The next corner at the same position.
+    next: Vec<u32>,
+    /// Live faces at each position.
+    valence: Vec<u32>,
+    /// How many faces are live.
+    live: usize,
+}
+
+/// How object units become the simplifier's: everything is computed in a box of about 1 around the median position,
+/// so that neither a far origin, nor a tiny or huge scale, nor a far outlier takes bits from the shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    origin: DVec3,
+    /// Half the object units of one unit inside.
+    half: f64,
+}
+
+/// A live face at a hub, with the corners that follow the hub's counter-clockwise.
+#[derive(Clone, Copy, Debug)]
+pub struct Blade {
+    pub face: u32,
+    /// Which corner of the face is the hub.
+    pub corner: u8,
+    pub a: u32,
+    pub b: u32,
+}
+
+impl Frame {
+    fn of(positions: &[DVec3]) -> Frame {
+        let median = |axis: usize| {
+            let mut values: Vec<f64> = positions.iter().map(|p| p[axis]).collect();
+            let middle = values.len() / 2;
+            *values.select_nth_unstable_by(middle, f64::total_cmp).1
+        };
+        if positions.is_empty() {
+            return Frame { origin: DVec3::ZERO, half: 1.0 };
+        }
+        let origin = DVec3::new(median(0), median(1), median(2));
+        // Halves, since the difference of two finite numbers may be infinite.
+        let half = positions
+            .iter()
+            .fold(0.0, |most: f64, p| most.max((*p * 0.5 - origin * 0.5).abs().max_element()));
+        Frame { origin, half: if half > 0.0 { half } else { 1.0 } }
+    }
+
+    fn inside(&self, position: DVec3) -> DVec3 {
+        (position * 0.5 - self.origin * 0.5) / self.half
+    }
+
+    /// A length in object units.
+    pub fn outside(&self, length: f64) -> f64 {
+        (length * self.half * 2.0).min(f64::MAX)
+    }
+}
+
+impl Surface {
+    pub fn new(model: &Model) -> (Surface, Frame) {
+        let frame = Frame::of(&model.positions);
+        let faces: Vec<[u32; 3]> = (0..model.faces.len()).map(|face| model.face_positions(face)).collect();
+        let mut surface = Surface {
+            points: model.positions.iter().map(|&p| frame.inside(p)).collect(),
+            first: vec![END; model.positions.len()],
+            next: vec![END; 3 * faces.len()],
+            valence: vec![0; model.positions.len()],
+            live: faces.len(),
+            wedges: model.faces.clone(),
+            faces,
+        };
+        // Backwards, so that the lists begin with the first faces.
+        for corner in (0..surface.next.len()).rev() {
+            let position = surface.faces[corner / 3][corner % 3] as usize;
+            surface.next[corner] = std::mem::replace(&mut surface.first[position], corner as u32);
+            surface.valence[position] += 1;
+        }
+        (surface, frame)
+    }
+
+    /// Live faces.
+    pub fn live(&self) -> usize {
+        self.live
+    }
+
+    /// Positions of a live face's corners.
+    pub fn face(&self, face: u32) -> [u32; 3] {
+        self.faces[face as usize]
+    }
+
+    /// The wedge in a corner of a live face.
+    pub fn wedge(&self, face: u32, corner: u8) -> u32 {
+        self.wedges[face as usize][corner as usize]
+    }
+
+    pub fn faces(&self) -> usize {
+        self.faces.len()
+    }
+
+    /// How many live faces lie at the position.
+    pub fn valence(&self, position: u32) -> usize {
+        self.valence[position as usize] as usize
+    }
+
+    pub fn point(&self, position: u32) -> DVec3 {
+        self.points[position as usize]
+    }
+
+    /// The corners' points of a live face.
+    pub fn triangle(&self, face: u32) -> [DVec3; 3] {
+        self.face(face).map(|position| self.point(position))
+    }
+
+    /// The live faces at a position, in no order that means anything.
+    pub fn blades(&self, hub: u32) -> impl Iterator<Item = Blade> + '_ {
+        let mut corner = self.first[hub as usize];
+        std::iter::from_fn(move || {
+            while corner != END {
+                let (face, k) = (corner / 3, (corner % 3) as usize);
+                corner = self.next[corner as usize];
+                let positions = self.faces[face as usize];
+                if positions != GONE {
+                    let (a, b) = (positions[(k + 1) % 3], positions[(k + 2) % 3]);
+                    return Some(Blade { face, corner: k as u8, a, b });
+                }
+            }
+            None
+        })
+    }
+
+    /// Like [`Self::blades`] into `blades`, and takes removed faces out of the position's list.
+    pub fn gather(&mut self, hub: u32, blades: &mut Vec<Blade>) {
+        blades.clear();
+        let mut corner = self.first[hub as usize];
+        let mut last = END;
+        while corner != END {
+            let (face, k) = (corner / 3, (corner % 3) as usize);
+            let following = self.next[corner as usize];
+            let positions = self.faces[face as usize];
+            if positions != GONE {
+                let (a, b) = (positions[(k + 1) % 3], positions[(k + 2) % 3]);
+                blades.push(Blade { face, corner: k as u8, a, b });
+                last = corner;
+            } else if last == END {
+                self.first[hub as usize] = following;
+            } else {
+                self.next[last as usize] = following;
+            }
+            corner = following;
+        }
+    }
+
+    /// Removes a live face.
+    pub fn remove(&mut self, face: u32) {
+        let positions = std::mem::replace(&mut self.faces[face as usize], GONE);
+        assert!(positions != GONE, "face {face} is removed twice");
+        positions.into_iter().for_each(|position| self.valence[position as usize] -= 1);
+        self.live -= 1;
+    }
+
+    /// Puts `to` in the place of `hub` in all its faces, `blades`, none of which has `to`; `wedge` says which wedge
+    /// takes the place of which.
+    pub fn replace(&mut self, hub: u32, to: u32, blades: &[Blade], mut wedge: impl FnMut(u32) -> u32) {
+        for blade in blades {
+            let (face, corner) = (blade.face as usize, blade.corner as usize);
+            assert!(self.faces[face][corner] == hub && blade.a != to && blade.b != to);
+            self.faces[face][corner] = to;
+            self.wedges[face][corner] = wedge(self.wedges[face][corner]);
+            let at = 3 * blade.face + u32::from(blade.corner);
+            self.next[at as usize] = std::mem::replace(&mut self.first[to as usize], at);
+        }
+        self.first[hub as usize] = END;
+        self.valence[hub as usize] = 0;
+        self.valence[to as usize] += blades.len() as u32;
+    }
+}
