@@ -214,6 +214,11 @@ const COMPARERS: &[Comparer] = &[
         rejects: &[("tests/streaming/model.rs", "the_comparison_rejects_another_order_of_replacement")],
     },
     Comparer {
+        judges: "faces at a level of a progressive mesh against a fresh build",
+        function: ("tests/progressive_mesh/run.rs", "difference"),
+        rejects: &[("tests/progressive_mesh/run.rs", "a_split_in_another_face_is_not_the_fresh_build")],
+    },
+    Comparer {
         judges: "imports between modules",
         function: ("tests/floors/rules.rs", "objections"),
         rejects: &[

@@ -8,9 +8,13 @@
 //! order good for that cache at every level.
 //!
 //! Steps, one file or folder each: [`simplify`] finds the collapses, [`order`] arranges faces and finds the
-//! tswaps, [`mesh`] is the result, and `run` executes it. [`cache`] counts what an order costs.
+//! tswaps, [`mesh`] is the result, and [`run`] executes it, once [`check`] has found it sound. [`cache`] counts what an
+//! order costs; [`reference`](mod@reference) builds a level afresh.
 
 pub mod cache;
+pub mod check;
 pub mod mesh;
 pub mod order;
+pub mod reference;
+pub mod run;
 pub mod simplify;

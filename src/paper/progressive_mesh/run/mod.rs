@@ -1,0 +1,53 @@
+//! Execution, sections 3 to 5: vsplit, ecol, tswap and its inverse, in place on an index buffer.
+//!
+//! Three forms, equal bit for bit:
+//! - [`State`] is the paper's pseudocode on the paper's arrays. Its errata are corrected: a split writes the new
+//!   vertex's index (printed: "by CurNewTris"), tswap keeps the first face (printed without a temporary), and its inverse runs
+//!   the cycle backwards (printed: forwards).
+//! - [`Program`] is what runs: the same writes as three flat lists. Which corner of a face shows `splitVert` is the
+//!   same in every execution, so it is looked up once; a split then neither reads a face nor compares. A
+//!   permutation gathers in the order of the slots that it fills: neighbours in an order that is good for the
+//!   vertex cache come from neighbours in another one, while a cycle jumps through the buffer.
+//! - `apply` runs the same lists on the GPU.
+//!
+//! Differs from the paper: [`Instance`] keeps only live faces. A face that is not live is as it was in M0's buffer,
+//! since nothing writes it, so it can be taken from there again when it comes to life.
+
+mod instance;
+mod program;
+mod state;
+mod touched;
+
+pub use instance::Instance;
+pub use program::Program;
+pub use state::{State, tswap, tswap_back};
+pub use touched::{BLOCK_WORDS, Touch, Touched, Untold};
+
+use super::mesh::Level;
+
+/// The coarsest of `levels` that deviates by at most `error` object units from the full mesh; the last one where none
+/// does (also for a NaN).
+///
+/// # Panics
+/// If there are no levels.
+pub fn level_for_error(levels: &[Level], error: f32) -> u32 {
+    let last = u32::try_from(levels.len() - 1).expect("fewer than 2^32 levels");
+    // A NaN is not met by any level.
+    let coarser =
+        levels.partition_point(|level| level.error.partial_cmp(&error).is_none_or(|order| order.is_gt()));
+    (coarser as u32).min(last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_coarsest_level_within_the_error_is_taken() {
+        let levels: Vec<Level> =
+            [3.0, 2.0, 2.0, 0.5, 0.0].map(|error| Level { error, ..Level::default() }).into();
+        let found = |error| level_for_error(&levels, error);
+        assert_eq!([4.0, 3.0, 2.9, 2.0, 1.0, 0.5, 0.1, 0.0].map(found), [0, 0, 1, 1, 3, 3, 4, 4]);
+        assert_eq!([-1.0, f32::NAN, f32::INFINITY].map(found), [4, 4, 0]);
+    }
+}

@@ -1,0 +1,99 @@
+//! Which parts of an index buffer were written: what has to be uploaded.
+
+use std::ops::Range;
+
+/// Who hears of writes; compiled away where nobody does.
+pub trait Touch {
+    /// One word of the index buffer was written.
+    fn word(&mut self, word: usize);
+    /// The three words of a face were written.
+    fn face(&mut self, slot: usize);
+}
+
+/// Nobody: for buffers that the GPU reads where they are written.
+pub struct Untold;
+
+impl Touch for Untold {
+    fn word(&mut self, _: usize) {}
+    fn face(&mut self, _: usize) {}
+}
+
+/// A block of the index buffer is uploaded whole: 128 words, 512 bytes. Copies of 64 bytes are many more, those of
+/// 4 KiB carry several times what was written.
+pub const BLOCK_WORDS: usize = 1 << BLOCK_LOG2;
+const BLOCK_LOG2: u32 = 7;
+
+/// Blocks of an index buffer that were written since the last [`Touched::take`].
+#[derive(Clone, Debug)]
+pub struct Touched {
+    /// A byte a block: storing is cheaper than setting a bit, which must read.
+    dirty: Vec<bool>,
+    words: usize,
+}
+
+impl Touched {
+    /// Of an index buffer of so many faces.
+    pub fn new(faces: usize) -> Touched {
+        let words = 3 * faces;
+        Touched { dirty: vec![false; words.div_ceil(BLOCK_WORDS)], words }
+    }
+
+    /// The buffer grew; nothing of what is new was written.
+    pub fn grow(&mut self, faces: usize) {
+        self.words = self.words.max(3 * faces);
+        self.dirty.resize(self.words.div_ceil(BLOCK_WORDS), false);
+    }
+
+    /// Faces of these slots were written.
+    pub fn faces(&mut self, slots: Range<usize>) {
+        if !slots.is_empty() {
+            let (first, last) = (3 * slots.start, 3 * slots.end - 1);
+            self.dirty[first >> BLOCK_LOG2..=last >> BLOCK_LOG2].fill(true);
+        }
+    }
+
+    /// Ranges of words that hold all that was written, ascending and apart; forgets them.
+    pub fn take(&mut self) -> Vec<Range<usize>> {
+        let mut ranges: Vec<Range<usize>> = Vec::new();
+        for (block, dirty) in self.dirty.iter_mut().enumerate() {
+            if std::mem::take(dirty) {
+                let words = block * BLOCK_WORDS..((block + 1) * BLOCK_WORDS).min(self.words);
+                match ranges.last_mut() {
+                    Some(last) if last.end == words.start => last.end = words.end,
+                    _ => ranges.push(words),
+                }
+            }
+        }
+        ranges
+    }
+}
+
+impl Touch for Touched {
+    fn word(&mut self, word: usize) {
+        self.dirty[word >> BLOCK_LOG2] = true;
+    }
+
+    fn face(&mut self, slot: usize) {
+        self.word(3 * slot);
+        self.word(3 * slot + 2);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_that_meet_are_one_range_and_a_face_may_lie_in_two() {
+        let mut touched = Touched::new(1000);
+        touched.word(0);
+        // Words 126 to 128: the last two of one block, and the first of the next.
+        touched.face(42);
+        touched.word(2999);
+        assert_eq!(touched.take(), [0..256, 2944..3000]);
+        assert_eq!(touched.take(), []);
+        touched.faces(42..43);
+        touched.faces(7..7);
+        assert_eq!(touched.take(), [Range { start: 0, end: 256 }]);
+    }
+}

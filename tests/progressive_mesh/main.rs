@@ -1,0 +1,5 @@
+//! Paper 2: what runs, against meshes built afresh at each level.
+
+mod check;
+mod made;
+mod run;

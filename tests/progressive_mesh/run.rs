@@ -1,0 +1,175 @@
+//! Buffers at every level: bit-equal on every way there, and the faces of a fresh build.
+
+use super::made::{Made, Random, arrange, collapse, quad, torus};
+use ortelius::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh};
+use ortelius::paper::progressive_mesh::reference::{face_set, faces_at, wedges_at};
+use ortelius::paper::progressive_mesh::run::{Instance, Program, State, Touched, Untold};
+use ortelius::paper::progressive_mesh::simplify::Collapses;
+use ortelius::scene::model::Model;
+use proptest::prelude::*;
+
+/// A model, its collapses and a progressive mesh of them, all at random.
+fn anything(seed: u64) -> (Model, Collapses, Made) {
+    let random = &mut Random(seed);
+    let model = torus(3 + random.below(6), 3 + random.below(6), random.below(2) == 0, random.below(4));
+    let collapses = collapse(&model, random.below(model.faces.len()), random);
+    let made = arrange(&model, &collapses, 1 + random.below(6), random);
+    (model, collapses, made)
+}
+
+/// The first way in which live faces at a level are not those of a fresh build, if there is one.
+fn difference(
+    live: &[[u32; 3]],
+    (model, collapses, made): &(Model, Collapses, Made),
+    level: u32,
+) -> Option<String> {
+    let shown = face_set(live.iter().map(|face| face.map(|vertex| made.wedges[vertex as usize])));
+    let built = face_set(faces_at(model, collapses, level));
+    let vertices = made.mesh.levels[level as usize].vertices as usize;
+    let mut wedges = made.wedges[..vertices].to_vec();
+    wedges.sort_unstable();
+    if wedges != Vec::from_iter(wedges_at(model, collapses, level)) {
+        return Some(format!("level {level}: other wedges are live"));
+    }
+    let other = shown.iter().zip(&built).find(|(a, b)| a != b);
+    (shown != built).then(|| format!("level {level}: {} of {} faces; {other:?}", shown.len(), built.len()))
+}
+
+/// All forms of execution at once; each step compares them.
+struct Walk {
+    program: Program,
+    literal: State,
+    whole: Vec<[u32; 3]>,
+    instance: Instance,
+    kept: Vec<[u32; 3]>,
+}
+
+impl Walk {
+    fn new(mesh: &ProgressiveMesh) -> Walk {
+        let program = Program::new(mesh).unwrap();
+        let (literal, instance) = (State::new(mesh), Instance::new(&program));
+        Walk { literal, whole: mesh.faces.clone(), instance, program, kept: Vec::new() }
+    }
+
+    fn go_to(&mut self, mesh: &ProgressiveMesh, level: u32) {
+        let before = self.literal.level();
+        self.literal.go_to(mesh, level);
+        self.program.run(&mut self.whole, before, level, &mut self.kept, &mut Untold);
+        self.instance.go_to(&self.program, level, &mut self.kept, &mut Untold);
+        assert!(self.whole == self.literal.faces(), "from {before} to {level}: not the paper's buffer");
+        assert!(
+            self.instance.faces() == self.literal.live(mesh),
+            "from {before} to {level}: not the live prefix"
+        );
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(256))]
+
+    #[test]
+    fn every_level_holds_the_faces_of_a_fresh_build(seed: u64) {
+        let all = anything(seed);
+        let mesh = &all.2.mesh;
+        let mut walk = Walk::new(mesh);
+        for level in (0..=mesh.last_level()).chain((0..mesh.last_level()).rev()) {
+            walk.go_to(mesh, level);
+            prop_assert_eq!(difference(walk.instance.faces(), &all, level), None);
+        }
+        prop_assert!(walk.whole == mesh.faces, "M0 is not what it was");
+    }
+
+    #[test]
+    fn a_random_walk_comes_to_each_level_with_the_same_bits(seed: u64) {
+        let (_, _, made) = anything(seed);
+        let mesh = &made.mesh;
+        let mut stepped = State::new(mesh);
+        let mut buffers = vec![stepped.faces().to_vec()];
+        for level in 1..=mesh.last_level() {
+            stepped.go_to(mesh, level);
+            buffers.push(stepped.faces().to_vec());
+        }
+        let (mut walk, mut random) = (Walk::new(mesh), Random(!seed));
+        for _ in 0..30 {
+            let level = random.below(buffers.len());
+            walk.go_to(mesh, level as u32);
+            prop_assert!(walk.whole == buffers[level], "another way to level {level}, other bits");
+        }
+    }
+
+    #[test]
+    fn what_was_written_lies_in_the_touched_ranges(seed: u64) {
+        let (_, _, made) = anything(seed);
+        let program = Program::new(&made.mesh).unwrap();
+        let (mut faces, mut random) = (made.mesh.faces.clone(), Random(!seed));
+        let mut copy = faces.clone();
+        let (mut level, mut kept) = (0, Vec::new());
+        let mut touched = Touched::new(faces.len());
+        for _ in 0..10 {
+            let next = random.below(made.mesh.levels.len()) as u32;
+            program.run(&mut faces, level, next, &mut kept, &mut touched);
+            for words in touched.take() {
+                copy.as_flattened_mut()[words.clone()].copy_from_slice(&faces.as_flattened()[words]);
+            }
+            prop_assert!(copy == faces, "from {level} to {next}: something was written elsewhere");
+            level = next;
+        }
+    }
+}
+
+/// What the tests above are to meet is met: seams, components, permutations, levels that none carries.
+#[test]
+fn the_random_meshes_have_seams_components_and_permutations() {
+    let (mut seams, mut components, mut swaps, mut bare) = (0, 0, 0, 0);
+    for seed in 0..50 {
+        let (_, collapses, made) = anything(seed);
+        let rows = || collapses.wedges.rows();
+        components += usize::from(rows().any(|row| row[0][1] == NOWHERE));
+        seams += usize::from(rows().any(|row| row.len() > 1 && row[0][1] != NOWHERE));
+        swaps += usize::from(!made.mesh.swaps.levels.is_empty());
+        bare += usize::from(made.mesh.swaps.levels.len() < made.mesh.levels.len() - 1);
+    }
+    assert!([seams, components, swaps, bare].iter().all(|&n| n >= 10), "{seams} {components} {swaps} {bare}");
+}
+
+#[test]
+fn a_quad_is_split_and_swapped_as_the_paper_says() {
+    let mesh = quad();
+    let mut state = State::new(&mesh);
+    assert_eq!(state.live(&mesh), [[0, 1, 2]]);
+    state.go_to(&mesh, 1);
+    assert_eq!(state.live(&mesh), [[0, 2, 3], [0, 3, 2]]);
+    state.go_to(&mesh, 0);
+    assert_eq!(state.faces(), mesh.faces);
+}
+
+/// The comparison must see a slot that is another one, where the mesh can still be executed.
+#[test]
+fn a_split_in_another_face_is_not_the_fresh_build() {
+    let (mut seen, mut random) = (0, Random(1));
+    for seed in 0..50 {
+        let mut all = anything(seed);
+        let mesh = &mut all.2.mesh;
+        if mesh.splits.slots.items().is_empty() {
+            continue;
+        }
+        let mut rows: Vec<Vec<u32>> = mesh.splits.slots.rows().map(<[u32]>::to_vec).collect();
+        let filled: Vec<usize> = (0..rows.len()).filter(|&row| !rows[row].is_empty()).collect();
+        // One face fewer shows the new vertex.
+        rows[filled[random.below(filled.len())]].pop();
+        mesh.splits.slots = rows.into_iter().collect();
+        let Ok(program) = Program::new(mesh) else {
+            seen += 1;
+            continue;
+        };
+        let mut instance = Instance::new(&program);
+        let last = all.2.mesh.last_level();
+        let differs = (0..=last).any(|level| {
+            instance.go_to(&program, level, &mut Vec::new(), &mut Untold);
+            difference(instance.faces(), &all, level).is_some()
+        });
+        assert!(differs, "seed {seed}: a face that kept its old vertex was not noticed");
+        seen += 1;
+    }
+    assert!(seen >= 30, "{seen} of 50 seeds have splits");
+}
