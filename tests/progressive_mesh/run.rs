@@ -3,10 +3,11 @@
 use super::made::{Made, Random, arrange, collapse, quad, torus};
 use ortelius::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh};
 use ortelius::paper::progressive_mesh::reference::{face_set, faces_at, wedges_at};
-use ortelius::paper::progressive_mesh::run::{Instance, Program, State, Touched, Untold};
+use ortelius::paper::progressive_mesh::run::{Instance, Instances, Program, State, Touched, Untold};
 use ortelius::paper::progressive_mesh::simplify::Collapses;
 use ortelius::scene::model::Model;
 use proptest::prelude::*;
+use std::sync::Arc;
 
 /// A model, its collapses and a progressive mesh of them, all at random.
 fn anything(seed: u64) -> (Model, Collapses, Made) {
@@ -94,6 +95,30 @@ proptest! {
             let level = random.below(buffers.len());
             walk.go_to(mesh, level as u32);
             prop_assert!(walk.whole == buffers[level], "another way to level {level}, other bits");
+        }
+    }
+
+    #[test]
+    fn instances_share_a_buffer_and_nothing_else(seed: u64) {
+        let (_, _, made) = anything(seed);
+        let program = Arc::new(Program::new(&made.mesh).unwrap());
+        let mut instances = Instances::new(program, 9);
+        let (mut copy, mut random): (Vec<u32>, _) = (Vec::new(), Random(!seed));
+        for _ in 0..40 {
+            let (instance, level) = (random.below(9), random.below(made.mesh.levels.len()) as u32);
+            instances.go_to(instance, level);
+            copy.resize(3 * instances.buffer().len(), 0);
+            for words in instances.take_touched() {
+                copy[words.clone()].copy_from_slice(&instances.buffer().as_flattened()[words]);
+            }
+            for other in 0..9 {
+                let mut alone = State::new(&made.mesh);
+                alone.go_to(&made.mesh, instances.level(other));
+                prop_assert!(instances.faces(other) == alone.live(&made.mesh), "instance {other} after {instance}");
+                let slots = instances.slots(other);
+                let uploaded = &copy[3 * slots.start..3 * slots.end];
+                prop_assert!(uploaded == instances.faces(other).as_flattened(), "{other} was not told");
+            }
         }
     }
 

@@ -14,12 +14,14 @@
 //! since nothing writes it, so it can be taken from there again when it comes to life.
 
 mod instance;
+mod instances;
 mod program;
 mod state;
 mod touched;
 
 pub use instance::Instance;
-pub use program::Program;
+pub use instances::Instances;
+pub use program::{Corners, Moves, Program, Step};
 pub use state::{State, tswap, tswap_back};
 pub use touched::{BLOCK_WORDS, Touch, Touched, Untold};
 

@@ -26,7 +26,7 @@ const BLOCK_LOG2: u32 = 7;
 /// Blocks of an index buffer that were written since the last [`Touched::take`].
 #[derive(Clone, Debug)]
 pub struct Touched {
-    /// A byte a block: storing is cheaper than setting a bit, which must read.
+    /// A byte a block: a bit would have to be read before it is set.
     dirty: Vec<bool>,
     words: usize,
 }
@@ -42,6 +42,11 @@ impl Touched {
     pub fn grow(&mut self, faces: usize) {
         self.words = self.words.max(3 * faces);
         self.dirty.resize(self.words.div_ceil(BLOCK_WORDS), false);
+    }
+
+    /// Bytes of main memory.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.dirty)
     }
 
     /// Faces of these slots were written.
