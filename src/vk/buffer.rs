@@ -11,6 +11,10 @@ use std::sync::Arc;
 pub enum BufferUse {
     Vertices,
     Indices,
+    /// Indices that shaders write, and copies read.
+    WritableIndices,
+    /// Indices that the host writes where the GPU reads them: mapped.
+    MappedIndices,
     /// Written by transform feedback and copied from; also its counter.
     TransformFeedback,
     Storage,
@@ -37,6 +41,11 @@ impl Gpu {
         let (flags, location) = match usage {
             BufferUse::Vertices => (U::VERTEX_BUFFER | U::TRANSFER_DST, MemoryLocation::GpuOnly),
             BufferUse::Indices => (U::INDEX_BUFFER | U::TRANSFER_DST, MemoryLocation::GpuOnly),
+            BufferUse::WritableIndices => (
+                U::INDEX_BUFFER | U::STORAGE_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST,
+                MemoryLocation::GpuOnly,
+            ),
+            BufferUse::MappedIndices => (U::INDEX_BUFFER, MemoryLocation::CpuToGpu),
             BufferUse::TransformFeedback => (
                 U::TRANSFORM_FEEDBACK_BUFFER_EXT
                     | U::TRANSFORM_FEEDBACK_COUNTER_BUFFER_EXT
@@ -52,10 +61,12 @@ impl Gpu {
         };
         let device = &self.device;
         let range = u64::from(device.physical.limits.max_storage_buffer_range);
-        if usage == BufferUse::Storage && bytes > range {
-            let what = format!(
-                "{bytes} bytes, the device's shaders reach {range} of a buffer; take larger tiles, or lower variant.list_capacity"
-            );
+        let advice = match usage {
+            BufferUse::WritableIndices => "show fewer instances, or apply levels on the CPU",
+            _ => "take larger tiles, or lower variant.list_capacity",
+        };
+        if matches!(usage, BufferUse::Storage | BufferUse::WritableIndices) && bytes > range {
+            let what = format!("{bytes} bytes, the device's shaders reach {range} of a buffer; {advice}");
             return Err(Error::Limit { object: name.to_string(), what });
         }
         let most = device.physical.most_feedback_bytes;
@@ -112,7 +123,7 @@ impl Buffer {
         &self.name
     }
 
-    /// The memory of an `Upload` or `Readback` buffer. The host must not read what a frame in flight writes:
+    /// The memory of an `Upload`, `MappedIndices` or `Readback` buffer. The host must not read what a frame in flight writes:
     /// wait for its [`super::Ticket`] first.
     pub fn mapped(&self) -> &[u8] {
         let memory = self.memory.as_ref().and_then(Allocation::mapped_slice);

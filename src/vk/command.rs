@@ -60,6 +60,37 @@ impl Cmd<'_> {
         Ok(())
     }
 
+    /// Dispatches of one pipeline that share their resources, each with its own push constants and groups. Those of a
+    /// round are independent; each round sees what the ones before wrote.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn dispatch_rounds<P: bytemuck::Pod>(
+        &mut self,
+        pipeline: &ComputePipeline,
+        resources: &[(u32, Resource<'_>)],
+        rounds: &[Vec<(P, [u32; 3])>],
+    ) -> Result<()> {
+        let base = &pipeline.0;
+        let Some((first, _)) = rounds.iter().flatten().next() else { return Ok(()) };
+        self.bind(base, vk::PipelineBindPoint::COMPUTE, resources, bytemuck::bytes_of(first))?;
+        for (n, round) in rounds.iter().enumerate() {
+            if n > 0 {
+                self.sync();
+            }
+            for (push, [x, y, z]) in round {
+                let (push, device) = (bytemuck::bytes_of(push), &self.device.handle);
+                // SAFETY: pipeline and descriptors are bound, and stay bound behind barriers; `bind` checked the size of
+                // the push constants, which is P's.
+                unsafe {
+                    device.cmd_push_constants(self.handle, base.layout, base.push_stages, 0, push);
+                    device.cmd_dispatch(self.handle, *x, *y, *z);
+                }
+            }
+        }
+        Ok(())
+    }
+
     pub(crate) fn bind(
         &mut self,
         pipeline: &super::pipeline::Base,

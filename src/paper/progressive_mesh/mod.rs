@@ -9,8 +9,9 @@
 //!
 //! Steps, one file or folder each: [`simplify`] finds the collapses, [`order`] arranges faces and finds the
 //! tswaps, [`mesh`] is the result, and [`run`] executes it, once [`check`] has found it sound. [`cache`] counts what an
-//! order costs; [`reference`](mod@reference) builds a level afresh.
+//! order costs; [`apply`] runs it on the GPU; [`reference`](mod@reference) builds a level afresh.
 
+pub mod apply;
 pub mod cache;
 pub mod check;
 pub mod mesh;

@@ -111,6 +111,12 @@ impl Program {
         &self.moves
     }
 
+    /// Faces of the largest permutation.
+    pub fn largest_move(&self) -> usize {
+        let starts = [0].iter().chain(&self.move_ends);
+        self.move_ends.iter().zip(starts).map(|(end, start)| (end - start) as usize).max().unwrap_or(0)
+    }
+
     /// Bytes of main memory that all instances share.
     pub fn bytes(&self) -> usize {
         let words = 3 * self.corners.words.len() + 2 * self.moves.to.len();
@@ -186,6 +192,16 @@ pub enum Step {
     Write { corners: Range<usize>, up: bool },
     /// The permutation of a range of [`Moves`]; going down its inverse.
     Move { faces: Range<usize>, up: bool },
+}
+
+impl Step {
+    /// Faces that must be kept while the step runs.
+    pub fn kept_faces(&self) -> usize {
+        match self {
+            Step::Write { .. } => 0,
+            Step::Move { faces, .. } => faces.len(),
+        }
+    }
 }
 
 fn write(faces: &mut [[u32; 3]], words: &[u32], values: &[u32], up: bool, touch: &mut impl Touch) {

@@ -1,0 +1,204 @@
+//! Changes of level on the GPU, in an index buffer that never leaves it (ours; the paper executes on the CPU).
+//!
+//! [`Apply`] runs a [`Program`] there: the host sends a few words for each step. All splits between two permutations are
+//! one dispatch although they build upon each other, since the order does not count: see `apply.comp`. A
+//! permutation is two. [`Scatter`] is the plain variant beside it: the host executes, and sends each face that has changed
+//! with its slot.
+
+use super::run::{Program, Step, Touch};
+use crate::vk::shader::progressive_mesh::{apply_comp, scatter_comp};
+use crate::vk::shader::{Applying, Scattering};
+use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Resource, Result};
+
+/// A group for 64 items; where they are more than this many groups hold, each invocation takes several.
+const MOST_GROUPS: u32 = 32_768;
+
+/// Faces of permutations that instances in one batch keep at a time, where no single one needs more: 768 KiB.
+const KEPT_FACES: usize = 1 << 16;
+
+/// A program on the device, for all instances of its mesh.
+pub struct Apply {
+    pipeline: ComputePipeline,
+    program: Buffer,
+    kept: Buffer,
+    /// Where the moved faces begin in `program`, in words.
+    moves_at: usize,
+}
+
+/// One instance's change of level. Its slice of the index buffer holds F whole: slots that are not live too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Change {
+    /// First slot of the instance's slice.
+    pub first_slot: u32,
+    pub from: u32,
+    pub to: u32,
+}
+
+/// Dispatches that see what the rounds before them wrote; those of one round are independent.
+type Rounds = Vec<Vec<(Applying, [u32; 3])>>;
+
+fn groups(items: u32) -> [u32; 3] {
+    [items.div_ceil(64).min(MOST_GROUPS), 1, 1]
+}
+
+impl Apply {
+    /// # Errors
+    /// Out of memory, or a program beyond what the device's shaders reach of a buffer.
+    pub fn new(gpu: &Gpu, program: &Program) -> Result<Apply> {
+        let (corners, moves) = (program.corners(), program.moves());
+        let mut words = Vec::with_capacity(3 * corners.words.len() + 2 * moves.to.len());
+        for ((&word, &up), &down) in corners.words.iter().zip(&corners.up).zip(&corners.down) {
+            words.extend([word, up, down]);
+        }
+        let moves_at = words.len();
+        words.extend(moves.to.iter().zip(&moves.from).flat_map(|(&to, &from)| [to, from]));
+        let kept = program.largest_move().max(KEPT_FACES);
+        Ok(Apply {
+            pipeline: gpu.compute_pipeline("apply levels", &apply_comp::SHADER, &[])?,
+            program: gpu.buffer_with("splits and permutations", &words, BufferUse::Storage)?,
+            kept: gpu.buffer("kept faces", 12 * kept as u64, BufferUse::Storage)?,
+            moves_at,
+        })
+    }
+
+    /// Bytes of video memory that all instances share.
+    pub fn bytes(&self) -> u64 {
+        self.program.bytes() + self.kept.bytes()
+    }
+
+    /// Executes the changes, of different instances, in `indices`: made as [`BufferUse::WritableIndices`].
+    ///
+    /// # Errors
+    /// Out of memory.
+    ///
+    /// # Panics
+    /// If a level is none of `program`, which this was made of.
+    pub fn run(
+        &self,
+        cmd: &mut Cmd<'_>,
+        program: &Program,
+        indices: &Buffer,
+        changes: &[Change],
+    ) -> Result<()> {
+        let resources = [
+            (apply_comp::PROGRAM, Resource::Buffer(&self.program)),
+            (apply_comp::INDICES, Resource::Buffer(indices)),
+            (apply_comp::KEPT, Resource::Buffer(&self.kept)),
+        ];
+        cmd.dispatch_rounds(&self.pipeline, &resources, &self.rounds(program, changes))
+    }
+
+    /// Instances go in step, as many at a time as have room for the largest permutation that each meets.
+    fn rounds(&self, program: &Program, changes: &[Change]) -> Rounds {
+        let capacity = (self.kept.bytes() / 12) as usize;
+        let mut rounds = Rounds::new();
+        let (mut base, mut kept) = (0, 0);
+        for change in changes {
+            let steps = program.steps(change.from, change.to);
+            let most = steps.iter().map(Step::kept_faces).max().unwrap_or(0);
+            if kept + most > capacity {
+                (base, kept) = (rounds.len(), 0);
+            }
+            let dispatches = steps.iter().flat_map(|step| self.dispatches(step, change, kept));
+            for (n, dispatch) in dispatches.enumerate() {
+                if base + n == rounds.len() {
+                    rounds.push(Vec::new());
+                }
+                rounds[base + n].push(dispatch);
+            }
+            kept += most;
+        }
+        rounds
+    }
+
+    fn dispatches(&self, step: &Step, change: &Change, kept: usize) -> Vec<(Applying, [u32; 3])> {
+        let dispatch = |kind, up: bool, first: usize, count: usize| {
+            let applying = Applying {
+                kind,
+                down: u32::from(!up),
+                first: first as u32,
+                count: count as u32,
+                slice: 3 * change.first_slot,
+                kept_first: 3 * kept as u32,
+            };
+            (applying, groups(count as u32))
+        };
+        match step {
+            Step::Write { corners, .. } if corners.is_empty() => vec![],
+            Step::Write { corners, up } => vec![dispatch(0, *up, 3 * corners.start, corners.len())],
+            Step::Move { faces, .. } if faces.is_empty() => vec![],
+            Step::Move { faces, up } => {
+                [1, 2].map(|kind| dispatch(kind, *up, self.moves_at + 2 * faces.start, faces.len())).into()
+            }
+        }
+    }
+}
+
+/// Sends faces that the host has changed.
+pub struct Scatter {
+    pipeline: ComputePipeline,
+}
+
+impl Scatter {
+    /// # Errors
+    /// Out of memory.
+    pub fn new(gpu: &Gpu) -> Result<Scatter> {
+        Ok(Scatter { pipeline: gpu.compute_pipeline("scatter faces", &scatter_comp::SHADER, &[])? })
+    }
+
+    /// Writes the first `count` of `changes`, four words each: slot in the instance's slice, and the face.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn run(
+        &self,
+        cmd: &mut Cmd<'_>,
+        changes: &Buffer,
+        count: u32,
+        indices: &Buffer,
+        first_slot: u32,
+    ) -> Result<()> {
+        let resources = [
+            (scatter_comp::CHANGES, Resource::Buffer(changes)),
+            (scatter_comp::INDICES, Resource::Buffer(indices)),
+        ];
+        let push = Scattering { count, slice: first_slot };
+        cmd.dispatch(&self.pipeline, &resources, bytemuck::bytes_of(&push), groups(count))
+    }
+}
+
+/// Slots that were written, each once: what [`Scatter`] sends.
+#[derive(Clone, Debug)]
+pub struct ChangedSlots {
+    seen: Vec<bool>,
+    slots: Vec<u32>,
+}
+
+impl ChangedSlots {
+    /// Of an index buffer of so many faces.
+    pub fn new(faces: usize) -> ChangedSlots {
+        ChangedSlots { seen: vec![false; faces], slots: Vec::new() }
+    }
+
+    /// The changed faces as [`Scatter::run`] wants them; forgets them.
+    pub fn take(&mut self, faces: &[[u32; 3]]) -> Vec<[u32; 4]> {
+        let change = |slot: u32| {
+            self.seen[slot as usize] = false;
+            let [a, b, c] = faces[slot as usize];
+            [slot, a, b, c]
+        };
+        self.slots.drain(..).map(change).collect()
+    }
+}
+
+impl Touch for ChangedSlots {
+    fn word(&mut self, word: usize) {
+        self.face(word / 3);
+    }
+
+    fn face(&mut self, slot: usize) {
+        if !std::mem::replace(&mut self.seen[slot], true) {
+            self.slots.push(slot as u32);
+        }
+    }
+}

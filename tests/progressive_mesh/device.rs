@@ -1,0 +1,125 @@
+//! Changes of level on the device: the CPU's buffer, bit for bit. Validation is on in every test; any message fails it.
+
+use super::made::{Random, arrange, collapse, torus};
+use ortelius::paper::progressive_mesh::apply::{Apply, Change, ChangedSlots, Scatter};
+use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
+use ortelius::paper::progressive_mesh::run::Program;
+use ortelius::vk::{Buffer, BufferUse, Gpu, GpuOptions};
+use std::ops::Deref;
+
+/// A validating device; dropping it fails the test where a message came.
+struct Device(Gpu);
+
+impl Device {
+    fn open() -> Device {
+        let options = GpuOptions { validate: true, ..GpuOptions::default() };
+        Device(Gpu::new(&options).unwrap_or_else(|e| panic!("{e}; `./x test` installs what is missing")))
+    }
+}
+
+impl Deref for Device {
+    type Target = Gpu;
+    fn deref(&self) -> &Gpu {
+        &self.0
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            let messages = self.0.messages();
+            assert!(messages.is_empty(), "{messages:#?}");
+        }
+    }
+}
+
+fn read(gpu: &Gpu, buffer: &Buffer) -> Vec<u32> {
+    let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback).unwrap();
+    let mut frame = gpu.frame().unwrap();
+    frame
+        .pass("read-back", |cmd| {
+            cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes());
+            Ok(())
+        })
+        .unwrap();
+    frame.submit().unwrap().wait().unwrap();
+    bytemuck::cast_slice(host.mapped()).to_vec()
+}
+
+fn mesh(seed: u64, swap_every: usize) -> ProgressiveMesh {
+    let random = &mut Random(seed);
+    let model = torus(12, 11, seed.is_multiple_of(2), 3);
+    let collapses = collapse(&model, 12, random);
+    arrange(&model, &collapses, swap_every, random).mesh
+}
+
+#[test]
+fn the_device_applies_levels_of_many_instances_as_the_host_does() {
+    let gpu = Device::open();
+    // Many permutations, few, and none.
+    for (seed, swap_every) in [(1, 3), (2, 30), (3, usize::MAX)] {
+        let program = Program::new(&mesh(seed, swap_every)).unwrap();
+        let slots = program.faces().len();
+        let apply = Apply::new(&gpu, &program).unwrap();
+        let mut instances = vec![(0u32, program.faces().to_vec()); 7];
+        let whole: Vec<[u32; 3]> = instances.iter().flat_map(|(_, faces)| faces.clone()).collect();
+        let indices = gpu.buffer_with("indices", whole.as_flattened(), BufferUse::WritableIndices).unwrap();
+        let (mut random, mut kept) = (Random(seed), Vec::new());
+        for round in 0..4 {
+            let mut changes = Vec::new();
+            for (n, (level, faces)) in instances.iter_mut().enumerate() {
+                // The first goes all the way, and back; some stay where they are.
+                let to = match n {
+                    0 if round % 2 == 0 => program.last_level(),
+                    0 => 0,
+                    6 => *level,
+                    _ => random.below(program.levels().len()) as u32,
+                };
+                program.run(
+                    faces,
+                    *level,
+                    to,
+                    &mut kept,
+                    &mut ortelius::paper::progressive_mesh::run::Untold,
+                );
+                changes.push(Change { first_slot: (n * slots) as u32, from: *level, to });
+                *level = to;
+            }
+            let mut frame = gpu.frame().unwrap();
+            frame.pass("apply", |cmd| apply.run(cmd, &program, &indices, &changes)).unwrap();
+            frame.submit().unwrap().wait().unwrap();
+            let words = read(&gpu, &indices);
+            for (n, (level, faces)) in instances.iter().enumerate() {
+                let own = &words[3 * n * slots..3 * (n + 1) * slots];
+                let first = own.iter().zip(faces.as_flattened()).position(|(a, b)| a != b);
+                assert_eq!(first, None, "mesh {seed}, round {round}, instance {n} at level {level}");
+            }
+        }
+    }
+}
+
+#[test]
+fn scattered_faces_are_the_hosts_buffer() {
+    let gpu = Device::open();
+    let program = Program::new(&mesh(4, 5)).unwrap();
+    let scatter = Scatter::new(&gpu).unwrap();
+    let mut faces = program.faces().to_vec();
+    let slice = 5;
+    let padded = [&[[u32::MAX; 3]; 5], &*faces].concat();
+    let indices = gpu.buffer_with("indices", padded.as_flattened(), BufferUse::WritableIndices).unwrap();
+    let mut changed = ChangedSlots::new(faces.len());
+    let (mut level, mut random) = (0, Random(4));
+    for _ in 0..5 {
+        let to = random.below(program.levels().len()) as u32;
+        program.run(&mut faces, level, to, &mut Vec::new(), &mut changed);
+        level = to;
+        let list = changed.take(&faces);
+        let buffer = gpu.buffer_with("changes", list.as_flattened(), BufferUse::Storage).unwrap();
+        let mut frame = gpu.frame().unwrap();
+        frame.pass("scatter", |cmd| scatter.run(cmd, &buffer, list.len() as u32, &indices, slice)).unwrap();
+        frame.submit().unwrap().wait().unwrap();
+        let words = read(&gpu, &indices);
+        assert!(words[..15].iter().all(|&word| word == u32::MAX), "written before the slice");
+        assert!(words[15..] == *faces.as_flattened(), "level {level}: not the host's buffer");
+    }
+}
