@@ -9,11 +9,13 @@
 //!
 //! Steps, one file or folder each: [`simplify`] finds the collapses, [`order`] arranges faces and finds the
 //! tswaps, [`mesh`] is the result, and [`run`] executes it, once [`check`] has found it sound. [`cache`] counts what an
-//! order costs; [`apply`] runs it on the GPU; [`reference`](mod@reference) builds a level afresh.
+//! order costs; [`apply`] runs it on the GPU; [`reference`](mod@reference) builds a level afresh; [`file`](mod@file)
+//! is how it is stored.
 
 pub mod apply;
 pub mod cache;
 pub mod check;
+pub mod file;
 pub mod mesh;
 pub mod order;
 pub mod reference;

@@ -1,0 +1,283 @@
+//! One level of the file: its error, the splits that lead to it, the faces that appear, the permutation.
+//!
+//! Written once for both directions (see [`super::coder`]): where a file is written there is a `source` to take the
+//! values from; where one is read, the values come from the coder, and each is checked before it is used.
+
+use super::coder::{Coder, tree};
+use super::live::{Live, Spoke};
+use super::models::{Models, Sizes};
+use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
+
+/// What a payload says and cannot be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Fault(pub &'static str);
+
+/// What of a chunk is still to come, as its head declares.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Left {
+    pub vertices: u32,
+    pub faces: u32,
+    /// Slots whose face changes by permutations.
+    pub moved: u32,
+}
+
+/// A mesh that grows level by level while it is written or read.
+pub(super) struct Growing<'a> {
+    /// What is written; none when reading.
+    pub source: Option<&'a ProgressiveMesh>,
+    /// What the reader has.
+    pub mesh: ProgressiveMesh,
+    pub(super) has: Has,
+    pub(super) live: Live,
+    pub(super) models: Models,
+    pub sizes: Sizes,
+    /// For each slot its place among those that move; scratch of a permutation.
+    pub(super) moving: Vec<u32>,
+    /// For each face the last slot for which it was suggested; scratch of a permutation.
+    pub(super) suggested: Vec<u64>,
+    /// Slots for which faces were ever suggested.
+    pub(super) searches: u64,
+}
+
+/// Which attributes the vertices have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Has {
+    pub normals: bool,
+    pub coordinates: bool,
+    pub colors: bool,
+}
+
+/// A vertex that appears: its number, and what it replaces.
+#[derive(Clone, Copy)]
+pub(super) struct Row {
+    pub new: u32,
+    pub split: u32,
+}
+
+impl<'a> Growing<'a> {
+    pub(super) fn new(source: Option<&'a ProgressiveMesh>, has: Has) -> Self {
+        Self {
+            source,
+            mesh: ProgressiveMesh::default(),
+            has,
+            live: Live::default(),
+            models: Models::default(),
+            sizes: Sizes::default(),
+            moving: Vec::new(),
+            suggested: Vec::new(),
+            searches: 0,
+        }
+    }
+
+    /// The next level.
+    pub(super) fn level(&mut self, coder: &mut impl Coder, left: &mut Left) -> Result<(), Fault> {
+        let mut mark = coder.spent_bits();
+        let mut spent = |coder: &_, sum: &mut f64| {
+            let now = Coder::spent_bits(coder);
+            *sum += now - std::mem::replace(&mut mark, now);
+        };
+        let before = self.mesh.levels.last().copied();
+        let level = self.level_counts(coder, before, left)?;
+        spent(coder, &mut self.sizes.levels);
+        let old = before.unwrap_or_default();
+        let mut suggestions = Vec::new();
+        for new in old.vertices..level.vertices {
+            let split = if before.is_some() { self.split_vertex(coder, old.vertices)? } else { NOWHERE };
+            self.live.add_vertex();
+            if before.is_some() {
+                self.taken_faces(coder, Row { new, split }, &mut suggestions);
+            }
+            spent(coder, &mut self.sizes.splits);
+            self.position(coder, Row { new, split })?;
+            spent(coder, &mut self.sizes.positions);
+            self.attributes(coder, Row { new, split })?;
+            spent(coder, &mut self.sizes.attributes);
+        }
+        suggestions.sort_by_key(|&(doubt, _)| doubt);
+        for count in 0..level.faces - old.faces {
+            self.birth(coder, &suggestions, count > 0)?;
+        }
+        spent(coder, &mut self.sizes.faces);
+        self.mesh.levels.push(level);
+        if before.is_some() {
+            self.swaps(coder, left)?;
+        }
+        spent(coder, &mut self.sizes.swaps);
+        match coder.is_overrun() {
+            true => Err(Fault("it ends before its content does")),
+            false => Ok(()),
+        }
+    }
+
+    /// How much appears, and the error.
+    fn level_counts(
+        &mut self,
+        coder: &mut impl Coder,
+        before: Option<Level>,
+        left: &mut Left,
+    ) -> Result<Level, Fault> {
+        let old = before.unwrap_or(Level { error: f32::MAX, ..Level::default() });
+        let want = self.source.map_or(old, |source| source.levels[self.mesh.levels.len()]);
+        let models = &mut self.models;
+        let vertices = models.vertices.code(coder, want.vertices - old.vertices);
+        let faces = models.faces.code(coder, want.faces - old.faces);
+        // Errors are not negative and never rise, so their bits never rise either.
+        let drop = models.error.code(coder, old.error.to_bits() - want.error.to_bits());
+        let error = old.error.to_bits().checked_sub(drop).ok_or(Fault("an error is negative"))?;
+        left.vertices = left.vertices.checked_sub(vertices).ok_or(Fault("more vertices than declared"))?;
+        left.faces = left.faces.checked_sub(faces).ok_or(Fault("more faces than declared"))?;
+        Ok(Level {
+            vertices: old.vertices.checked_add(vertices).ok_or(Fault("2^32 vertices"))?,
+            faces: old.faces.checked_add(faces).ok_or(Fault("2^32 faces"))?,
+            error: f32::from_bits(error),
+        })
+    }
+
+    /// `splitVert` of the next vertex: one of the `old` vertices of the level before.
+    fn split_vertex(&mut self, coder: &mut impl Coder, old: u32) -> Result<u32, Fault> {
+        let want = self.source.map(|source| source.splits.split_vertices[self.mesh.splits.slots.len()]);
+        let models = &mut self.models.splits;
+        if coder.bit(&mut models.nowhere, want == Some(NOWHERE)) {
+            return Ok(NOWHERE);
+        }
+        let near = neighbours(&self.live, old);
+        let place = want.and_then(|want| near.iter().position(|&vertex| vertex == want));
+        if coder.bit(&mut models.near, place.is_some()) {
+            let place = models.neighbour.code(coder, place.unwrap_or(0) as u32);
+            return near.get(place as usize).copied().ok_or(Fault("a neighbour that is not there is split"));
+        }
+        let age = models.age.code(coder, old.wrapping_sub(1).wrapping_sub(want.unwrap_or(0)));
+        old.checked_sub(1)
+            .and_then(|youngest| youngest.checked_sub(age))
+            .ok_or(Fault("no vertex is that old"))
+    }
+
+    /// In which faces the vertex is replaced. Suggests faces that close the gap.
+    fn taken_faces(&mut self, coder: &mut impl Coder, row: Row, suggestions: &mut Vec<(u8, [u32; 3])>) {
+        let slots = self.source.map(|source| source.splits.slots.row(self.mesh.splits.slots.len()));
+        let ring = if row.split == NOWHERE { Vec::new() } else { self.live.ring(row.split) };
+        let (mut changes, mut last) = (0, 2);
+        let mut taken = Vec::with_capacity(ring.len());
+        for (at, spoke) in ring.iter().enumerate() {
+            let slot = self.live.slot_of[spoke.face as usize];
+            let model = &mut self.models.splits.takes[changes][at.min(7)][last];
+            let takes = coder.bit(model, slots.is_some_and(|slots| slots.binary_search(&slot).is_ok()));
+            changes = (changes + usize::from(last != 2 && last != usize::from(takes))).min(3);
+            last = usize::from(takes);
+            taken.push(takes);
+        }
+        suggest(&ring, &taken, row, suggestions);
+        let mut faces: Vec<u32> =
+            ring.iter().zip(&taken).filter(|(_, taken)| **taken).map(|(spoke, _)| spoke.face).collect();
+        let mut slots: Vec<u32> = faces.iter().map(|&face| self.live.slot_of[face as usize]).collect();
+        faces.sort_unstable();
+        slots.sort_unstable();
+        self.mesh.splits.split_vertices.push(row.split);
+        self.mesh.splits.slots.push(slots);
+        if !faces.is_empty() {
+            self.live.replace(row.split, faces);
+        }
+    }
+
+    /// A face that appears.
+    fn birth(
+        &mut self,
+        coder: &mut impl Coder,
+        suggestions: &[(u8, [u32; 3])],
+        later: bool,
+    ) -> Result<(), Fault> {
+        let want = self.source.map(|source| source.faces[self.mesh.faces.len()]);
+        let models = &mut self.models.births;
+        let fits = |&(_, [a, b, c]): &(u8, [u32; 3])| {
+            let turned = [[a, b, c], [b, c, a], [c, a, b]];
+            turned.iter().position(|&corners| Some(corners) == want)
+        };
+        let found = suggestions.iter().enumerate().find_map(|(at, s)| Some((at, fits(s)?)));
+        let (place, rotation) = found.unwrap_or((suggestions.len(), 0));
+        let place = models.place[usize::from(later)].code(coder, place as u32);
+        let vertices = self.live.around.len() as u32;
+        let corners = match suggestions.get(place as usize) {
+            Some(&(_, mut corners)) => {
+                // The tree can say 3, as far round as 0.
+                corners.rotate_left(tree(coder, &mut models.rotation, 2, rotation as u32) as usize % 3);
+                corners
+            }
+            None => {
+                let mut corner = |at: usize| {
+                    let age = models.corner.code(coder, want.map_or(0, |want| vertices - 1 - want[at]));
+                    vertices.checked_sub(1)?.checked_sub(age)
+                };
+                let corners = [corner(0), corner(1), corner(2)];
+                let [Some(a), Some(b), Some(c)] = corners else {
+                    return Err(Fault("a face has a corner that is not there"));
+                };
+                [a, b, c]
+            }
+        };
+        if corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0] {
+            return Err(Fault("a face has a corner twice"));
+        }
+        self.mesh.faces.push(corners);
+        self.live.add_face(corners);
+        Ok(())
+    }
+}
+
+/// The vertices around the newest of the `old` ones, each once, in the order of the faces there; and itself.
+fn neighbours(live: &Live, old: u32) -> Vec<u32> {
+    let Some(newest) = live.around.len().checked_sub(1) else { return Vec::new() };
+    let mut near = Vec::new();
+    for &face in &live.around[newest] {
+        for vertex in live.corners[face as usize] {
+            if vertex < old && !near.contains(&vertex) {
+                near.push(vertex);
+            }
+        }
+        // A hub of thousands of faces is no neighbourhood.
+        if near.len() >= 32 {
+            break;
+        }
+    }
+    near
+}
+
+/// Faces that would close the gap between the faces around s that became faces of t and those that stay: both have
+/// the corners s and t. Likely ones first: 0 where both sides border on it, 1 where only the taken ones do, 2 where
+/// only those that stay do.
+fn suggest(ring: &[Spoke], taken: &[bool], Row { new, split }: Row, suggestions: &mut Vec<(u8, [u32; 3])>) {
+    let side = |wanted: bool, end: fn(&Spoke) -> u32| {
+        let mut ends: Vec<u32> = ring
+            .iter()
+            .zip(taken)
+            .filter(|(_, taken)| **taken == wanted)
+            .map(|(spoke, _)| end(spoke))
+            .collect();
+        ends.sort_unstable();
+        ends
+    };
+    let (first, second) = (|spoke: &Spoke| spoke.first, |spoke: &Spoke| spoke.second);
+    let ends = [side(false, first), side(true, first), side(false, second), side(true, second)];
+    let has = |ends: &[u32], vertex: u32| ends.binary_search(&vertex).is_ok();
+    let [kept_first, taken_first, kept_second, taken_second] = &ends;
+    for (spoke, &taken) in ring.iter().zip(taken) {
+        let (a, b) = (spoke.first, spoke.second);
+        match taken {
+            true => {
+                if !has(taken_second, a) {
+                    suggestions.push((u8::from(!has(kept_second, a)), [split, a, new]));
+                }
+                if !has(taken_first, b) {
+                    suggestions.push((u8::from(!has(kept_first, b)), [new, b, split]));
+                }
+            }
+            false => {
+                if !has(kept_second, a) && !has(taken_second, a) {
+                    suggestions.push((2, [new, a, split]));
+                }
+                if !has(kept_first, b) && !has(taken_first, b) {
+                    suggestions.push((2, [split, b, new]));
+                }
+            }
+        }
+    }
+}

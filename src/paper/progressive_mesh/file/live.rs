@@ -1,0 +1,125 @@
+//! The mesh as it stands between two levels, with what the format's predictions look at: the faces around a vertex.
+//!
+//! Here a face has a number that never changes: the slot in which it comes to life. Splits come before the
+//! permutations that move it, so this is also its place in the file.
+
+/// No face, no place.
+pub(super) const NONE: u32 = u32::MAX;
+
+#[derive(Default)]
+pub(super) struct Live {
+    /// Corners of each face as they are now, by its number.
+    pub corners: Vec<[u32; 3]>,
+    pub slot_of: Vec<u32>,
+    pub face_at: Vec<u32>,
+    /// For each vertex its faces, in ascending order.
+    pub around: Vec<Vec<u32>>,
+}
+
+/// A face at a vertex s, seen from there: corners (s, first, second).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Spoke {
+    pub face: u32,
+    pub first: u32,
+    pub second: u32,
+}
+
+impl Live {
+    pub(super) fn add_vertex(&mut self) {
+        self.around.push(Vec::new());
+    }
+
+    /// A face comes to life in the next slot.
+    pub(super) fn add_face(&mut self, corners: [u32; 3]) {
+        let face = self.corners.len() as u32;
+        self.corners.push(corners);
+        self.slot_of.push(face);
+        self.face_at.push(face);
+        corners.iter().for_each(|&vertex| self.around[vertex as usize].push(face));
+    }
+
+    /// The paper's replacement of `split` by the newest vertex, in some of the faces around `split`, ascending.
+    pub(super) fn replace(&mut self, split: u32, faces: Vec<u32>) {
+        let new = self.around.len() as u32 - 1;
+        for &face in &faces {
+            let corners = &mut self.corners[face as usize];
+            *corners = corners.map(|vertex| if vertex == split { new } else { vertex });
+        }
+        self.around[split as usize].retain(|face| faces.binary_search(face).is_err());
+        self.around[new as usize] = faces;
+    }
+
+    /// The faces around `vertex` in the order in which they follow each other there: each fan from its beginning,
+    /// that with the lowest first face first; then the rings, each from its lowest face. (The fan goes on with a
+    /// face whose `first` is the `second` of the one before.)
+    pub(super) fn ring(&self, vertex: u32) -> Vec<Spoke> {
+        let spoke = |&face: &u32| {
+            let [a, b, c] = self.corners[face as usize];
+            let (first, second) = match vertex {
+                v if v == a => (b, c),
+                v if v == b => (c, a),
+                _ => (a, b),
+            };
+            Spoke { face, first, second }
+        };
+        let spokes: Vec<Spoke> = self.around[vertex as usize].iter().map(spoke).collect();
+        let mut by_first: Vec<u32> = (0..spokes.len() as u32).collect();
+        by_first.sort_by_key(|&at| spokes[at as usize].first);
+        let mut seconds: Vec<u32> = spokes.iter().map(|spoke| spoke.second).collect();
+        seconds.sort_unstable();
+        let next = |second: u32| -> Option<usize> {
+            let at = by_first.partition_point(|&at| spokes[at as usize].first < second);
+            by_first.get(at).map(|&at| at as usize).filter(|&at| spokes[at].first == second)
+        };
+        let mut ring = Vec::with_capacity(spokes.len());
+        let mut seen = vec![false; spokes.len()];
+        let mut walk = |start: usize| {
+            let mut at = Some(start);
+            while let Some(here) = at.filter(|&here| !seen[here]) {
+                seen[here] = true;
+                ring.push(spokes[here]);
+                at = next(spokes[here].second);
+            }
+        };
+        (0..spokes.len()).filter(|&at| seconds.binary_search(&spokes[at].first).is_err()).for_each(&mut walk);
+        (0..spokes.len()).for_each(walk);
+        ring
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn live(vertices: u32, faces: &[[u32; 3]]) -> Live {
+        let mut live = Live::default();
+        (0..vertices).for_each(|_| live.add_vertex());
+        faces.iter().for_each(|&corners| live.add_face(corners));
+        live
+    }
+
+    fn order(live: &Live, vertex: u32) -> Vec<u32> {
+        live.ring(vertex).iter().map(|spoke| spoke.face).collect()
+    }
+
+    #[test]
+    fn a_ring_follows_the_faces_around_a_vertex() {
+        let closed = live(5, &[[0, 1, 2], [3, 4, 0], [2, 3, 0], [4, 1, 0]]);
+        assert_eq!(order(&closed, 0), [0, 2, 1, 3]);
+        assert_eq!(closed.ring(0)[1], Spoke { face: 2, first: 2, second: 3 });
+        let open = live(5, &[[0, 2, 3], [0, 3, 4], [0, 1, 2]]);
+        assert_eq!(order(&open, 0), [2, 0, 1], "a fan begins where it is open");
+        let two = live(7, &[[0, 5, 6], [0, 2, 3], [0, 1, 2], [4, 0, 6]]);
+        assert_eq!(order(&two, 0), [0, 3, 2, 1]);
+        assert!(order(&live(1, &[]), 0).is_empty());
+    }
+
+    #[test]
+    fn a_replaced_vertex_gives_its_faces_away() {
+        let mut mesh = live(5, &[[0, 1, 2], [3, 4, 0], [2, 3, 0], [4, 1, 0]]);
+        mesh.add_vertex();
+        mesh.replace(0, vec![1, 2]);
+        assert_eq!((&*mesh.around[0], &*mesh.around[5]), ([0, 3].as_slice(), [1, 2].as_slice()));
+        assert_eq!(mesh.corners, [[0, 1, 2], [3, 4, 5], [2, 3, 5], [4, 1, 0]]);
+    }
+}

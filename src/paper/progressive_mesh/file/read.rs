@@ -1,0 +1,195 @@
+//! Bytes become a progressive mesh.
+
+use super::coder::Decoder;
+use super::level::{Growing, Has, Left};
+use super::write::chunk_checksum;
+use super::{CHUNK_HEAD_BYTES, Contents, Extent, HEADER_BYTES, ITEMS_PER_BYTE, Loaded, MAGIC, VERSION};
+use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
+use glam::DVec3;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+use thiserror::Error;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// A `.pmesh` file that could not be read.
+#[derive(Debug, Error)]
+pub enum PmeshError {
+    #[error("cannot read {path}: {source}")]
+    Read { path: String, source: std::io::Error },
+    #[error("{path}: {flaw}")]
+    Flaw { path: String, flaw: Flaw },
+}
+
+/// What is wrong with the bytes.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum Flaw {
+    #[error("no .pmesh file; build one with `ortelius mesh build`")]
+    NotPmesh,
+    #[error(".pmesh version {0}, this program reads version {VERSION}; build the file again")]
+    Version(u32),
+    #[error("damaged in the header: {0}; build the file again, or fetch it again")]
+    Header(&'static str),
+    #[error("cut off before its coarsest level is complete, at byte {0}; fetch the file again")]
+    NoBase(u64),
+    #[error("damaged in chunk {chunk} at byte {offset}: {what}; build the file again, or fetch it again")]
+    Chunk { chunk: u32, offset: u64, what: &'static str },
+    #[error("damaged: {0} bytes follow its end")]
+    Longer(u64),
+}
+
+impl PmeshError {
+    /// 3 where the data are corrupt, else 1.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Read { .. } | Self::Flaw { flaw: Flaw::Version(_), .. } => 1,
+            Self::Flaw { .. } => 3,
+        }
+    }
+}
+
+impl ProgressiveMesh {
+    /// Reads a `.pmesh` file. Where its end is missing the mesh is what the chunks before it hold:
+    /// [`Contents::is_cut`].
+    ///
+    /// # Errors
+    /// [`PmeshError`] names the file and what is wrong where.
+    pub fn read(path: &Path) -> Result<Loaded, PmeshError> {
+        let shown = path.display().to_string();
+        let read = || {
+            let mut file = File::open(path)?;
+            if !file.metadata()?.is_file() {
+                return Err(std::io::Error::other("it is not a regular file"));
+            }
+            let mut bytes = Vec::new();
+            file.read_to_end(&mut bytes)?;
+            Ok(bytes)
+        };
+        let bytes = read().map_err(|source| PmeshError::Read { path: shown.clone(), source })?;
+        Self::from_bytes(&bytes).map_err(|flaw| PmeshError::Flaw { path: shown, flaw })
+    }
+
+    /// The mesh of a `.pmesh` file's bytes, or of its beginning.
+    ///
+    /// # Errors
+    /// [`Flaw`]: what is wrong where.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Loaded, Flaw> {
+        let header = Header::parse(bytes)?;
+        if let Some(longer) = (bytes.len() as u64).checked_sub(header.length).filter(|&longer| longer > 0) {
+            return Err(Flaw::Longer(longer));
+        }
+        let mut growing = Growing::new(None, header.has);
+        growing.mesh.vertices.centre = header.centre;
+        let (mut rest, mut chunks) = (&bytes[HEADER_BYTES..], 0);
+        while chunks < header.whole.chunks {
+            let offset = (bytes.len() - rest.len()) as u64;
+            let flaw = |what| Flaw::Chunk { chunk: chunks, offset, what };
+            let Some((chunk, after)) = split_chunk(rest) else { break };
+            if chunk_checksum(chunks, chunk) != checksum_of(&chunk[..CHUNK_HEAD_BYTES]) {
+                return Err(flaw("its checksum differs"));
+            }
+            read_chunk(&mut growing, chunk, header.whole).map_err(flaw)?;
+            (rest, chunks) = (after, chunks + 1);
+        }
+        let is_cut = (bytes.len() as u64) < header.length;
+        if chunks < header.whole.chunks && !is_cut {
+            let offset = (bytes.len() - rest.len()) as u64;
+            return Err(Flaw::Chunk { chunk: chunks, offset, what: "it ends beyond the file" });
+        }
+        if chunks == 0 {
+            return Err(Flaw::NoBase(bytes.len() as u64));
+        }
+        loaded(bytes, growing, &header, Extent { chunks, ..Extent::default() })
+    }
+}
+
+fn loaded(bytes: &[u8], growing: Growing, header: &Header, read: Extent) -> Result<Loaded, Flaw> {
+    let (mesh, sizes, whole) = (growing.mesh, growing.sizes, header.whole);
+    let read = Extent {
+        levels: mesh.levels.len() as u32,
+        vertices: mesh.vertices.positions.len() as u32,
+        faces: mesh.faces.len() as u32,
+        ..read
+    };
+    let is_cut = (bytes.len() as u64) < header.length;
+    // All chunks make what the header says, in all bytes; some make less.
+    if (read.chunks == whole.chunks) != (read == whole) || (read == whole) == is_cut {
+        return Err(Flaw::Header("it declares other levels, vertices, faces or bytes than the chunks have"));
+    }
+    if !is_cut && mesh.levels.last().is_none_or(|last| last.error != 0.0) {
+        return Err(Flaw::Header("its last level has an error"));
+    }
+    let named: f64 = sizes.named().iter().map(|(_, bits)| bits / 8.0).sum();
+    let frame_bytes = bytes.len() as f64 - named;
+    Ok(Loaded { mesh, contents: Contents { bytes: bytes.len() as u64, frame_bytes, sizes, whole, read } })
+}
+
+/// The first chunk of `bytes`, if it is there whole, and what follows.
+fn split_chunk(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+    let payload = u32_at(bytes.get(..CHUNK_HEAD_BYTES)?, 0) as usize;
+    bytes.split_at_checked(CHUNK_HEAD_BYTES + payload)
+}
+
+fn read_chunk(growing: &mut Growing, chunk: &[u8], whole: Extent) -> Result<(), &'static str> {
+    let [payload_bytes, levels, vertices, faces, moved] = std::array::from_fn(|n| u32_at(chunk, 4 * n));
+    let mut left = Left { vertices, faces, moved };
+    if left.items(levels) > ITEMS_PER_BYTE * u64::from(payload_bytes) {
+        return Err("it declares more than its bytes can hold");
+    }
+    if levels == 0 || u64::from(levels) + growing.mesh.levels.len() as u64 > u64::from(whole.levels) {
+        return Err("it has no level, or more than the header declares");
+    }
+    let mut coder = Decoder::new(&chunk[CHUNK_HEAD_BYTES..]);
+    for _ in 0..levels {
+        growing.level(&mut coder, &mut left).map_err(|fault| fault.0)?;
+    }
+    if left != Left::default() {
+        return Err("it declares more than it has");
+    }
+    match coder.rest().iter().all(|&byte| byte == 0) {
+        true => Ok(()),
+        false => Err("bytes follow its content"),
+    }
+}
+
+struct Header {
+    has: Has,
+    centre: DVec3,
+    whole: Extent,
+    length: u64,
+}
+
+impl Header {
+    fn parse(bytes: &[u8]) -> Result<Header, Flaw> {
+        let header = bytes.get(..HEADER_BYTES).filter(|header| header.starts_with(&MAGIC));
+        let header = header.ok_or(Flaw::NotPmesh)?;
+        let version = u32_at(header, 8);
+        if version != VERSION {
+            return Err(Flaw::Version(version));
+        }
+        if xxh3_64(&header[..HEADER_BYTES - 8]) != checksum_of(header) {
+            return Err(Flaw::Header("its checksum differs"));
+        }
+        let has = Has::of_flags(u32_at(header, 12)).ok_or(Flaw::Header("attributes of an unknown kind"))?;
+        let centre = DVec3::from_array(std::array::from_fn(|n| f64::from_bits(u64_at(header, 16 + 8 * n))));
+        if !centre.is_finite() {
+            return Err(Flaw::Header("its centre is not finite"));
+        }
+        let [vertices, faces, levels, chunks] = std::array::from_fn(|n| u32_at(header, 40 + 4 * n));
+        let whole = Extent { chunks, levels, vertices, faces };
+        Ok(Header { has, centre, whole, length: u64_at(header, 56) })
+    }
+}
+
+/// The last 8 bytes.
+fn checksum_of(bytes: &[u8]) -> u64 {
+    u64_at(bytes, bytes.len() - 8)
+}
+
+fn u32_at(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"))
+}
+
+fn u64_at(bytes: &[u8], at: usize) -> u64 {
+    u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"))
+}

@@ -1,0 +1,334 @@
+//! Files of random meshes: whole, cut, damaged, and hostile beneath their checksums.
+
+use super::super::mesh::{Level, NOWHERE, ProgressiveMesh};
+use super::super::order::classical;
+use super::super::simplify::{SimplifyOptions, simplify};
+use super::write::chunk_checksum;
+use super::{CHUNK_HEAD_BYTES, Flaw, HEADER_BYTES};
+use crate::scene::model::named;
+use glam::DVec3;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// A small generator with a period that does not matter here.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, end: usize) -> usize {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as usize % end
+    }
+
+    fn chance(&mut self, percent: usize) -> bool {
+        self.below(100) < percent
+    }
+
+    fn float(&mut self) -> f32 {
+        self.below(2001) as f32 / 1000.0 - 1.0
+    }
+}
+
+/// A mesh that grows by random splits, as a file may hold it, geometry aside.
+struct Builder {
+    random: Random,
+    mesh: ProgressiveMesh,
+    /// F as it is now.
+    live: Vec<[u32; 3]>,
+    has: [bool; 3],
+}
+
+impl Builder {
+    fn vertex(&mut self) -> u32 {
+        let vertices = &mut self.mesh.vertices;
+        let new = vertices.positions.len() as u32;
+        let first = match self.random.below(new.max(1) as usize) {
+            twin if new > 0 && self.random.chance(10) => vertices.welded[twin],
+            _ => new,
+        };
+        vertices.welded.push(first);
+        let position = match first {
+            first if first == new => [self.random.float(), self.random.float(), -0.0],
+            first => vertices.positions[first as usize],
+        };
+        vertices.positions.push(position);
+        let (attributes, random) = (&mut vertices.attributes, &mut self.random);
+        if self.has[0] {
+            attributes.normals.push([random.float(), random.float(), 1.0]);
+        }
+        if self.has[1] {
+            attributes.coordinates.push([random.float(), random.float()]);
+        }
+        if self.has[2] {
+            attributes.colors.push([random.below(256) as u8, 7, 8, 255]);
+        }
+        new
+    }
+
+    fn face(&mut self, corners: [u32; 3]) {
+        let mut corners = corners;
+        corners.rotate_left(self.random.below(3));
+        self.mesh.faces.push(corners);
+        self.live.push(corners);
+    }
+
+    fn split(&mut self, old: u32) {
+        let split = self.random.below(old as usize) as u32;
+        let new = self.vertex();
+        let at = |corners: &[u32; 3]| corners.contains(&split);
+        // Those of the level before: a face that appears has its corners already.
+        let before = self.mesh.levels.last().map_or(0, |level| level.faces);
+        let mut slots: Vec<u32> = (0..before).filter(|&slot| at(&self.live[slot as usize])).collect();
+        let (from, to) = (self.random.below(slots.len() + 1), self.random.below(slots.len() + 1));
+        slots = slots.get(from..to).unwrap_or(&[]).to_vec();
+        for &slot in &slots {
+            self.live[slot as usize] =
+                self.live[slot as usize].map(|vertex| if vertex == split { new } else { vertex });
+        }
+        self.mesh.splits.split_vertices.push(split);
+        self.mesh.splits.slots.push(slots);
+        for _ in 0..self.random.below(3) {
+            let third = self.random.below(old as usize) as u32;
+            if third != split {
+                self.face([split, new, third]);
+            }
+        }
+    }
+
+    /// Three vertices and a face from nowhere.
+    fn component(&mut self) {
+        let corners = [0; 3].map(|_| {
+            self.mesh.splits.split_vertices.push(NOWHERE);
+            self.mesh.splits.slots.push([]);
+            self.vertex()
+        });
+        self.face(corners);
+    }
+
+    fn swap(&mut self, level: u32) {
+        let live = self.live.len();
+        let mut order: Vec<usize> = (0..live).collect();
+        let (from, to) = (self.random.below(live), self.random.below(live));
+        for at in from.min(to)..from.max(to) {
+            let other = at + self.random.below(from.max(to) - at);
+            order.swap(at, other);
+        }
+        let mut seen = vec![false; live];
+        let swaps = &mut self.mesh.swaps;
+        for start in 0..live {
+            let (mut cycle, mut at) = (Vec::new(), start);
+            while !std::mem::replace(&mut seen[at], true) {
+                cycle.push(at as u32);
+                at = order[at];
+            }
+            if cycle.len() > 1 {
+                swaps.cycles.push(cycle);
+            }
+        }
+        self.live = order.iter().map(|&from| self.live[from]).collect();
+        swaps.levels.push(level);
+        swaps.cycle_ends.push(swaps.cycles.len() as u32);
+    }
+
+    fn level(&mut self, error: f32) {
+        let (vertices, faces) = (self.mesh.vertices.positions.len() as u32, self.live.len() as u32);
+        self.mesh.levels.push(Level { vertices, faces, error });
+    }
+}
+
+/// A mesh of so many levels beyond the coarsest.
+pub(super) fn mesh(seed: u64, splits: u32, has: [bool; 3]) -> ProgressiveMesh {
+    let random = Random(seed);
+    let mut builder = Builder { random, mesh: ProgressiveMesh::default(), live: Vec::new(), has };
+    builder.mesh.vertices.centre = DVec3::new(1e9, -0.0, 1.0 / 3.0);
+    for _ in 0..4 {
+        builder.vertex();
+    }
+    [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]].into_iter().for_each(|face| builder.face(face));
+    builder.level(splits as f32);
+    for level in 1..=splits {
+        let old = builder.mesh.vertices.positions.len() as u32;
+        match builder.random.below(10) {
+            0 => builder.component(),
+            1 | 2 => (0..2).for_each(|_| builder.split(old)),
+            _ => builder.split(old),
+        }
+        builder.level((splits - level) as f32 / 3.0);
+        if builder.random.chance(10) {
+            builder.swap(level);
+        }
+    }
+    builder.mesh.check().expect("a file may hold it");
+    builder.mesh
+}
+
+/// The mesh as far as a level.
+fn until(mesh: &ProgressiveMesh, levels: usize) -> ProgressiveMesh {
+    let mut cut = mesh.clone();
+    cut.levels.truncate(levels);
+    let Level { vertices, faces, .. } = cut.levels[levels - 1];
+    cut.faces.truncate(faces as usize);
+    cut.vertices.positions.truncate(vertices as usize);
+    cut.vertices.welded.truncate(vertices as usize);
+    let attributes = &mut cut.vertices.attributes;
+    attributes.normals.truncate(vertices as usize);
+    attributes.coordinates.truncate(vertices as usize);
+    attributes.colors.truncate(vertices as usize);
+    let rows = (vertices - cut.levels[0].vertices) as usize;
+    cut.splits.split_vertices.truncate(rows);
+    cut.splits.slots = mesh.splits.slots.rows().take(rows).map(<[u32]>::to_vec).collect();
+    cut.swaps.levels.retain(|&level| (level as usize) < levels);
+    cut.swaps.cycle_ends.truncate(cut.swaps.levels.len());
+    let cycles = cut.swaps.cycle_ends.last().map_or(0, |&end| end as usize);
+    cut.swaps.cycles = mesh.swaps.cycles.rows().take(cycles).map(<[u32]>::to_vec).collect();
+    cut
+}
+
+#[test]
+fn a_mesh_comes_back_to_the_last_bit() {
+    for (seed, splits) in [(1, 0), (2, 1), (3, 50), (4, 300), (5, 1000)] {
+        for has in [[false; 3], [true; 3], [false, true, false]] {
+            let mesh = mesh(seed, splits, has);
+            let (bytes, contents) = mesh.to_bytes();
+            let loaded = ProgressiveMesh::from_bytes(&bytes).unwrap();
+            assert!(loaded.mesh == mesh, "{splits} splits, attributes {has:?}");
+            let bits = |mesh: &ProgressiveMesh| -> Vec<u32> {
+                mesh.vertices.positions.iter().flatten().map(|float| float.to_bits()).collect()
+            };
+            assert_eq!(bits(&loaded.mesh), bits(&mesh), "-0 is not +0");
+            assert_eq!(loaded.contents, contents, "both sides count the same bits");
+            assert!(!contents.is_cut() && contents.bytes == bytes.len() as u64);
+        }
+    }
+}
+
+#[test]
+fn the_beginning_of_a_file_is_a_coarser_mesh() {
+    let mesh = mesh(7, 60, [true; 3]);
+    let (bytes, contents) = mesh.to_bytes();
+    assert!(contents.whole.chunks > 5, "{contents:?}");
+    let (mut last, mut kinds) = (0, 0);
+    for length in 0..bytes.len() {
+        match ProgressiveMesh::from_bytes(&bytes[..length]) {
+            Ok(loaded) => {
+                let levels = loaded.mesh.levels.len();
+                assert!(levels >= last && loaded.contents.is_cut());
+                if levels > last {
+                    assert!(loaded.mesh == until(&mesh, levels), "{levels} levels in {length} bytes");
+                    kinds += 1;
+                }
+                last = levels;
+            }
+            Err(Flaw::NotPmesh) => assert!(length < HEADER_BYTES),
+            Err(Flaw::NoBase(at)) => assert!(at == length as u64 && last == 0),
+            Err(other) => panic!("{length} bytes: {other}"),
+        }
+    }
+    assert_eq!(kinds, contents.whole.chunks - 1, "each chunk but the last, which makes it whole");
+    let longer = [&*bytes, &[0]].concat();
+    assert_eq!(ProgressiveMesh::from_bytes(&longer), Err(Flaw::Longer(1)));
+}
+
+#[test]
+fn every_byte_is_under_a_checksum() {
+    let (bytes, _) = mesh(8, 40, [true; 3]).to_bytes();
+    for at in 0..bytes.len() {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 1 << (at % 8);
+        let flaw = ProgressiveMesh::from_bytes(&damaged).expect_err("a damaged byte went unnoticed");
+        let where_it_is = match flaw {
+            Flaw::NotPmesh => 0..8,
+            Flaw::Version(_) => 8..12,
+            Flaw::Header(_) => 12..HEADER_BYTES,
+            Flaw::Chunk { offset, .. } => offset as usize..bytes.len(),
+            other => panic!("{other}"),
+        };
+        assert!(where_it_is.contains(&at), "byte {at} in {where_it_is:?}");
+    }
+}
+
+/// Gives the header and each chunk, as far as there are any, the checksums that they need.
+fn reseal(bytes: &mut [u8]) {
+    if bytes.len() < HEADER_BYTES {
+        return;
+    }
+    let seal = xxh3_64(&bytes[..HEADER_BYTES - 8]);
+    bytes[HEADER_BYTES - 8..HEADER_BYTES].copy_from_slice(&seal.to_le_bytes());
+    let (mut at, mut number) = (HEADER_BYTES, 0);
+    while at + CHUNK_HEAD_BYTES <= bytes.len() {
+        let payload = u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+        let end = at + CHUNK_HEAD_BYTES + payload;
+        if end > bytes.len() {
+            return;
+        }
+        let seal = chunk_checksum(number, &bytes[at..end]);
+        bytes[at + CHUNK_HEAD_BYTES - 8..at + CHUNK_HEAD_BYTES].copy_from_slice(&seal.to_le_bytes());
+        (at, number) = (end, number + 1);
+    }
+}
+
+/// One to four changes: bits, bytes, numbers of a head set to extremes, cuts, pieces twice or swapped.
+fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
+    for _ in 0..=random.below(4) {
+        let at = random.below(bytes.len().max(1)).min(bytes.len().saturating_sub(1));
+        match random.below(6) {
+            _ if bytes.is_empty() => {}
+            0 | 1 => bytes[at] ^= 1 << random.below(8),
+            2 => bytes[at] = random.below(256) as u8,
+            3 => {
+                let extreme = [0, 1, u32::MAX, 1 << 31, 1 << 20, 0x7f80_0000][random.below(6)];
+                let at = at & !3;
+                let end = bytes.len().min(at + 4);
+                bytes[at..end].copy_from_slice(&extreme.to_le_bytes()[..end - at]);
+            }
+            4 => bytes.truncate(at),
+            _ => {
+                let piece = bytes[at..bytes.len().min(at + 40)].to_vec();
+                let to = random.below(bytes.len());
+                bytes.splice(to..to, piece);
+            }
+        }
+    }
+}
+
+#[test]
+fn ten_thousand_mutated_files_are_refused_or_valid() {
+    let originals: Vec<Vec<u8>> = [(20, 0), (21, 30), (22, 120)]
+        .iter()
+        .map(|&(seed, splits)| mesh(seed, splits, [seed == 21, seed != 22, seed == 21]).to_bytes().0)
+        .collect();
+    let mut random = Random(99);
+    let (mut valid, mut refused) = (0, 0);
+    for round in 0..10_000 {
+        let mut bytes = originals[round % 3].clone();
+        mutate(&mut bytes, &mut random);
+        // Else the checksums would keep most of them from the decoder.
+        if round % 8 != 0 {
+            reseal(&mut bytes);
+        }
+        let Ok(loaded) = ProgressiveMesh::from_bytes(&bytes) else {
+            refused += 1;
+            continue;
+        };
+        valid += 1;
+        let mesh = &loaded.mesh;
+        let items = mesh.faces.len() + mesh.vertices.positions.len() + mesh.swaps.cycles.items().len();
+        assert!(items <= 4 * bytes.len(), "{items} items of {} bytes", bytes.len());
+        mesh.check().unwrap();
+        // It is a mesh like any other: it can be written, and comes back.
+        if !loaded.contents.is_cut() {
+            assert!(ProgressiveMesh::from_bytes(&mesh.to_bytes().0).unwrap().mesh == *mesh);
+        }
+    }
+    assert!(valid > 100 && refused > 1000, "{valid} valid, {refused} refused");
+}
+
+#[test]
+fn the_bunny_in_classical_order_takes_less_than_13_bytes_a_split() {
+    let model = named("bunny").unwrap();
+    let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| {}).collapses;
+    let mesh = classical(&model, &collapses);
+    let (bytes, contents) = mesh.to_bytes();
+    let loaded = ProgressiveMesh::from_bytes(&bytes).unwrap();
+    assert!(loaded.mesh == mesh);
+    let each = contents.bytes_per_split(&mesh);
+    assert!(each < 13.0, "{each}: {contents:?}");
+}

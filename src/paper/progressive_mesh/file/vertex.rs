@@ -1,0 +1,110 @@
+//! What a vertex has: position, welding, attributes; each number as the difference from the vertex that it replaces.
+//!
+//! Nothing is rounded. A float is coded as a whole number that grows with it, so that near floats are near numbers.
+
+use super::coder::{Coder, Number};
+use super::level::{Fault, Growing, Row};
+use crate::paper::progressive_mesh::mesh::NOWHERE;
+
+impl Growing<'_> {
+    /// Which vertex has the same position, or the position.
+    pub(super) fn position(&mut self, coder: &mut impl Coder, row: Row) -> Result<(), Fault> {
+        let vertices = self.source.map(|source| &source.vertices);
+        let want = vertices.map_or(row.new, |vertices| vertices.welded[row.new as usize]);
+        // 0: a position of its own.
+        let back = self.models.welded.code(coder, row.new - want);
+        let welded = row.new.checked_sub(back).ok_or(Fault("a vertex is welded to none"))?;
+        let built = &mut self.mesh.vertices;
+        let position = if back > 0 {
+            if built.welded[welded as usize] != welded {
+                return Err(Fault("a vertex is welded to one that is not the first at its place"));
+            }
+            built.positions[welded as usize]
+        } else {
+            let near = predecessor(&built.positions, row);
+            let want = vertices.map(|vertices| vertices.positions[row.new as usize]);
+            floats(coder, &mut self.models.positions, near, want)?
+        };
+        built.welded.push(welded);
+        built.positions.push(position);
+        Ok(())
+    }
+
+    /// The attributes that the file has.
+    pub(super) fn attributes(&mut self, coder: &mut impl Coder, row: Row) -> Result<(), Fault> {
+        let (has, new) = (self.has, row.new as usize);
+        let want = self.source.map(|source| &source.vertices.attributes);
+        let (built, models) = (&mut self.mesh.vertices.attributes, &mut self.models);
+        if has.normals {
+            let near = predecessor(&built.normals, row);
+            let normal = floats(coder, &mut models.normals, near, want.map(|want| want.normals[new]))?;
+            built.normals.push(normal);
+        }
+        if has.coordinates {
+            let near = predecessor(&built.coordinates, row);
+            let want = want.map(|want| want.coordinates[new]);
+            built.coordinates.push(floats(coder, &mut models.coordinates, near, want)?);
+        }
+        if has.colors {
+            let near = predecessor(&built.colors, row);
+            let want = want.map_or(near, |want| want.colors[new]);
+            let mut color = near;
+            for (at, model) in models.colors.iter_mut().enumerate() {
+                let step = i32::from(want[at].wrapping_sub(near[at]) as i8);
+                color[at] = near[at].wrapping_add(model.code_signed(coder, step) as u8);
+            }
+            built.colors.push(color);
+        }
+        Ok(())
+    }
+}
+
+/// What a new vertex is likely to resemble: the one that it replaces; where it replaces none, the one before.
+fn predecessor<T: Copy + Default>(known: &[T], row: Row) -> T {
+    match row.split {
+        NOWHERE => known.last().copied().unwrap_or_default(),
+        split => known[split as usize],
+    }
+}
+
+/// Finite floats, each as the difference from its neighbour's.
+fn floats<const N: usize>(
+    coder: &mut impl Coder,
+    models: &mut [Number; N],
+    near: [f32; N],
+    want: Option<[f32; N]>,
+) -> Result<[f32; N], Fault> {
+    let (mut found, want) = (near, want.unwrap_or(near));
+    for at in 0..N {
+        let step = rank(want[at]).wrapping_sub(rank(near[at])) as i32;
+        let step = models[at].code_signed(coder, step);
+        found[at] = of_rank(rank(near[at]).wrapping_add(step as u32));
+        if !found[at].is_finite() {
+            return Err(Fault("a number of a vertex is not finite"));
+        }
+    }
+    Ok(found)
+}
+
+/// The place of a float among all, ascending, -0 right before +0.
+fn rank(value: f32) -> u32 {
+    let bits = value.to_bits();
+    if bits >> 31 == 1 { !bits } else { bits | 1 << 31 }
+}
+
+fn of_rank(rank: u32) -> f32 {
+    f32::from_bits(if rank >> 31 == 1 { rank & !(1 << 31) } else { !rank })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranks_ascend_with_floats_and_come_back() {
+        let floats = [-f32::MAX, -1.5, -1.0, -f32::MIN_POSITIVE, -1e-45, -0.0, 0.0, 1e-45, 1.0, f32::MAX];
+        assert!(floats.is_sorted_by_key(|&float| rank(float)));
+        assert!(floats.iter().all(|&float| of_rank(rank(float)).to_bits() == float.to_bits()));
+        assert_eq!(rank(0.0) - rank(-0.0), 1);
+    }
+}
