@@ -1,7 +1,9 @@
 //! Scene files: what loads, what is refused, and where the message points.
 
 use ortelius::scene::camera::{self, Place};
-use ortelius::scene::{Keying, MeshSpec, SHIPPED, Scene, SceneError, TextureSource, TriplesFormat};
+use ortelius::scene::{
+    Keying, MeshSpec, ModelSource, SHIPPED, Scene, SceneError, TextureSource, TriplesFormat,
+};
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -102,20 +104,25 @@ fn every_shipped_scene_loads_and_equals_its_file() {
         let embedded = Scene::embedded(&name).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(embedded, Scene::load(&path).unwrap());
         assert_eq!(embedded, Scene::load_with(&name, &[]).unwrap());
-        assert!(embedded.texture.pyramid().unwrap().is_some());
         for path in embedded.paths.values() {
             for frame in 0..=path.frames {
                 assert!(path.pose(frame).eye.is_finite());
             }
         }
-        embedded.source_mesh().unwrap().check().unwrap();
+        match embedded.progressive_meshes.is_empty() {
+            true => {
+                assert!(embedded.texture().unwrap().pyramid().unwrap().is_some());
+                embedded.source_mesh().unwrap().check().unwrap();
+            }
+            false => assert!(embedded.texture().is_err() && embedded.source_mesh().is_err(), "{name}"),
+        }
     }
 }
 
 #[test]
 fn the_shipped_earth_is_the_papers_headline() {
     let scene = Scene::embedded("earth").unwrap();
-    let pyramid = scene.texture.pyramid().unwrap().unwrap();
+    let pyramid = scene.texture().unwrap().pyramid().unwrap().unwrap();
     assert_eq!((pyramid.width_log2(), pyramid.height_log2(), pyramid.tile_size()), (18, 17, 512));
     assert_eq!((scene.view.width, scene.view.height), (1920, 1080));
     assert_eq!(scene.source_mesh().unwrap().triangles.len(), 149_768);
@@ -130,7 +137,7 @@ fn the_shipped_earth_is_the_papers_headline() {
 fn what_a_scene_leaves_out_has_its_documented_value() {
     let scene = load(SMALL).unwrap();
     assert_eq!(scene.name, "small");
-    assert_eq!((scene.texture.tile_size, scene.texture.border), (512, 4));
+    assert_eq!((scene.texture().unwrap().tile_size, scene.texture().unwrap().border), (512, 4));
     assert_eq!((scene.cache.gpu_tiles, scene.cache.host_tiles), (192, 384));
     assert_eq!((scene.variant.u1, scene.variant.keying), (TriplesFormat::Auto, Keying::Paper));
     assert_eq!((scene.variant.block_log2, scene.variant.list_capacity), (3, 65_536));
@@ -236,6 +243,55 @@ fn keys_of_another_kind_are_refused() {
     }
 }
 
+/// SMALL with a herd instead of its landscape.
+fn herd(line: &str) -> String {
+    let start = SMALL.find("[view]").unwrap();
+    let text =
+        SMALL[start..].replace("latitude_deg = 46.0\nlongitude_deg = 8.0", "east_m = 1.0\nnorth_m = 2.0");
+    format!("[progressive_mesh.herd]\nsource = \"bunny\"\nsize_m = 2.0\n{line}\n\n{text}")
+}
+
+#[test]
+fn a_herd_needs_no_texture_and_has_its_documented_values() {
+    let scene = load(herd("")).unwrap();
+    assert!(scene.texture.is_none() && scene.mesh.is_none() && scene.governor.is_none());
+    let herd = &scene.progressive_meshes["herd"];
+    assert_eq!(herd.source, ModelSource::Shipped("bunny".into()));
+    assert_eq!((herd.instances, herd.error_pixels, herd.geomorph), (1, 1.0, false));
+    assert_eq!(herd.stands(&scene.paths).len(), 1);
+    assert_eq!(scene.pose(0).unwrap().eye, glam::DVec3::new(1.0, 2.0, 300e3));
+}
+
+#[test]
+fn what_a_herd_cannot_be_is_refused_at_its_key() {
+    for (line, expected) in [
+        ("instances = 0", "0 is outside 1 ..= 100000"),
+        ("instances = 3", "a grid needs area_m"),
+        ("error_pixels = -1.0", "-1 is outside 0 ..="),
+        ("error_pixels = nan", "NaN is outside"),
+        ("order = \"best\"", "unknown variant `best`, expected one of `classical`, `literal`, `ours`"),
+        ("layout = \"along\"", "a layout along a path needs path"),
+        ("layout = \"along\"\npath = \"up\"", "no path \"up\"; there are down"),
+        ("layout = \"scatter\"\nseed = 3\naside_m = 2.0", "a scatter has no aside_m"),
+        ("seed = 3", "a grid has no seed"),
+        ("east_m = 1e10", "10000000000 is outside"),
+        ("\n[governor]\nframe_ms = 0.0", "0 is outside 0.001 ..="),
+        ("\n[cache]\ngpu_tiles = 9", "a scene without a texture has no cache"),
+        ("\n[mesh]\nkind = \"plane\"\ncolumns = 2\nrows = 2", "a landscape's mesh needs a [texture]"),
+        ("\n[texture]\nsource = \"earth\"", "a texture needs a [mesh]"),
+    ] {
+        let error = load(herd(line)).expect_err(line).to_string();
+        assert!(error.contains("small.toml:") && error.contains(expected), "{line}: {error}");
+    }
+    let both = message("[view]", "[progressive_mesh.herd]\nsource = \"bunny\"\nsize_m = 2.0\n\n[view]");
+    assert!(both.contains("not both"), "{both}");
+    let nothing = load(
+        "[view]\nwidth = 9\nheight = 9\ncamera = \"a\"\n[cameras.a]\naltitude_m = 1.0\n\
+                        east_m = 0.0\nnorth_m = 0.0\n",
+    );
+    assert!(nothing.unwrap_err().to_string().contains("nothing to see"));
+}
+
 #[test]
 fn an_orbit_about_the_sky_is_refused_at_its_camera() {
     let by = "\naltitude_m = 300e3\ntilt_deg = 120.0\n[paths.round]\nkind = \"orbit\"\ncamera = \"alps\"\n\
@@ -252,11 +308,11 @@ fn a_texture_file_is_found_beside_its_scene() {
     );
     let file = written(&text);
     let scene = Scene::load(&file.path).unwrap();
-    assert_eq!(scene.texture.source, TextureSource::File(file.folder.path().join("a/b.tiles")));
-    assert_eq!(scene.texture.pyramid().unwrap(), None, "the file itself knows its size");
+    assert_eq!(scene.texture().unwrap().source, TextureSource::File(file.folder.path().join("a/b.tiles")));
+    assert_eq!(scene.texture().unwrap().pyramid().unwrap(), None, "the file itself knows its size");
     let changes = ["texture.path=c.tiles".to_owned()];
     let scene = Scene::load_with(file.path.to_str().unwrap(), &changes).unwrap();
-    assert_eq!(scene.texture.source, TextureSource::File("c.tiles".into()));
+    assert_eq!(scene.texture().unwrap().source, TextureSource::File("c.tiles".into()));
 }
 
 #[test]
@@ -266,7 +322,7 @@ fn absent_and_unreadable_scenes_are_named() {
     let error = Scene::load_with("no/such.toml", &[]).unwrap_err().to_string();
     assert!(error.starts_with("no/such.toml: cannot read the scene: "), "{error}");
     let error = Scene::load_with("eart", &[]).unwrap_err().to_string();
-    assert!(error.contains("\"eart\"; shipped are antimeridian, earth, globe,"), "{error}");
+    assert!(error.contains("\"eart\"; shipped are antimeridian, bunny, earth,"), "{error}");
     let error = load(b"[texture]\nsource = \"\xff\"\n").unwrap_err().to_string();
     assert!(error.contains("small.toml:2:11: this byte is not UTF-8"), "{error}");
 }
@@ -290,7 +346,7 @@ fn changes_reach_every_section_with_any_value() {
     let sea = Place::Planet { latitude_deg: 0.0, longitude_deg: -30.0 };
     assert_eq!(scene.camera(&scene.view.camera).unwrap().place, sea);
     assert_eq!(scene.view.path.as_deref(), Some("down"));
-    assert_eq!(scene.mesh, MeshSpec::Earth { columns: 30, rows: 12 });
+    assert_eq!(scene.mesh, Some(MeshSpec::Earth { columns: 30, rows: 12 }));
 }
 
 #[test]

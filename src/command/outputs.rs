@@ -3,9 +3,11 @@
 use super::Usage;
 use anyhow::{Context, bail};
 use ortelius::math::camera::Pose;
+use ortelius::paper::virtual_texture::session::{FrameRecord, Session};
+use ortelius::picture::Target;
 use ortelius::picture::write::{Planes, Srgb8Picture, write_exr, write_png, write_whole};
-use ortelius::renderer::report::Report;
-use ortelius::renderer::{FrameRecord, Renderer, Target};
+use ortelius::renderer::Renderer;
+use serde::Serialize;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -58,6 +60,12 @@ impl Outputs {
         self.picture.is_some() || self.report.is_some() || self.visible.is_some() || self.footprint.is_some()
     }
 
+    /// The first option whose file only a textured landscape can fill.
+    pub fn of_a_texture(&self) -> Option<&'static str> {
+        let dumps = [("--dump-visible", &self.visible), ("--dump-footprint", &self.footprint)];
+        dumps.into_iter().find(|(_, path)| path.is_some()).map(|(option, _)| option)
+    }
+
     /// Where `--dump-visible` goes.
     pub fn visible(&self) -> Option<&Path> {
         self.visible.as_deref()
@@ -99,10 +107,10 @@ impl Outputs {
 
     /// # Errors
     /// The disk, with the path; device lost.
-    pub fn write_footprint(&self, renderer: &mut Renderer, pose: &Pose) -> anyhow::Result<()> {
+    pub fn write_footprint(&self, session: &mut Session, pose: &Pose) -> anyhow::Result<()> {
         let Some(path) = &self.footprint else { return Ok(()) };
-        let dump = renderer.footprint(pose)?;
-        let first_resident = renderer.source.pyramid().first_resident_level();
+        let dump = session.footprint(pose)?;
+        let first_resident = session.source.pyramid().first_resident_level();
         // (i, j) of the tile itself: M0's, shifted by the streamed q. G1 and the background have none.
         let native = |index: usize| {
             move |&triple: &[u32; 3]| match triple[0] {
@@ -124,14 +132,14 @@ impl Outputs {
             ("i", dump.triples.iter().map(native(1)).collect()),
             ("j", dump.triples.iter().map(native(2)).collect()),
         ];
-        let [width, height] = renderer.settings.size;
+        let [width, height] = session.settings.size;
         let channels = channels.into_iter().map(|(name, samples)| (name.to_string(), samples)).collect();
         Ok(write_exr(path, &Planes { width, height, channels })?)
     }
 
     /// # Errors
     /// The disk, with the path.
-    pub fn write_report(&self, report: &Report) -> anyhow::Result<()> {
+    pub fn write_report(&self, report: &impl Serialize) -> anyhow::Result<()> {
         let Some(path) = &self.report else { return Ok(()) };
         let text = serde_json::to_string_pretty(report).context("the report as JSON")? + "\n";
         Ok(write_whole(path, |file| file.write_all(text.as_bytes()))?)
@@ -169,8 +177,8 @@ pub(super) fn check_place(path: &Path) -> anyhow::Result<PathBuf> {
 
 fn write_picture(renderer: &mut Renderer, path: &Path) -> anyhow::Result<()> {
     let bytes = renderer.picture_bytes()?;
-    let [width, height] = renderer.settings.size;
-    match renderer.settings.target {
+    let [width, height] = renderer.size();
+    match renderer.target() {
         Target::Srgb8 => write_png(path, &Srgb8Picture { width, height, rgba: bytes })?,
         Target::Linear32 => {
             let floats: Vec<f32> = bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();

@@ -2,18 +2,20 @@
 
 use super::outputs::{Outputs, write_visible};
 use super::{Usage, say};
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::Args;
 use ortelius::math::camera::Pose;
-use ortelius::renderer::{PlainComparison, Renderer, Settings, Target, needs};
+use ortelius::paper::virtual_texture::session::{PlainComparison, Session};
+use ortelius::renderer::report::SurfacesReport;
+use ortelius::renderer::{Options, RenderError, Renderer};
+use ortelius::scene::Scene;
 use ortelius::scene::source::TileFormat;
-use ortelius::scene::{Scene, mesh};
-use ortelius::vk::{Gpu, GpuOptions};
 use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct RenderArgs {
-    /// A scene file, or the name of a shipped scene: earth, globe, pole, antimeridian, plane, ruler
+    /// A scene file, or the name of a shipped scene: earth, globe, pole, antimeridian, plane, ruler, bunny,
+    /// herd
     scene: String,
     /// The picture: .png (sRGB) or .exr (linear light). With {frame} in its name every frame is written, and
     /// the settled one after them
@@ -94,8 +96,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         ));
     }
     let scene = Scene::load_with(&args.scene, &args.overrides)?;
+    check_options(args, &scene, &outputs)?;
     let (poses, view_name) = poses(args, &scene)?;
-    let mut renderer = open(args, &scene, outputs.target())?;
+    let mut renderer = open(args, &scene, &outputs)?;
     if args.explain {
         explain(&renderer)?;
     }
@@ -105,15 +108,21 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let frames = run_frames(args, &mut renderer, &poses, &outputs)?;
     let last = poses.last().expect("there is at least one pose");
     outputs.write_last(&mut renderer, args.settles().then_some(frames))?;
-    let plain = compare_plain(args, &mut renderer, last);
-    if let Some(path) = outputs.visible() {
-        // --settle: the settled frame alone; it is the last one.
-        write_visible(path, &renderer.records, args.settles())?;
+    match &mut renderer {
+        Renderer::Landscape(session) => {
+            let plain = compare_plain(args, session, last);
+            if let Some(path) = outputs.visible() {
+                // --settle: the settled frame alone; it is the last one.
+                write_visible(path, &session.records, args.settles())?;
+            }
+            outputs.write_footprint(session, last)?;
+            outputs.write_report(&session.report(&args.scene, &view_name, plain))?;
+        }
+        Renderer::Surfaces(session) => {
+            outputs.write_report(&SurfacesReport::of(session, &args.scene, &view_name))?;
+        }
     }
-    outputs.write_footprint(&mut renderer, last)?;
-    let report = renderer.report(&args.scene, &view_name, plain);
-    outputs.write_report(&report)?;
-    let messages = renderer.gpu.messages();
+    let messages = renderer.gpu().messages();
     match messages.first() {
         Some(first) if args.validate => {
             bail!(
@@ -127,12 +136,23 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     }
 }
 
+/// Refuses what only a textured landscape has, where there is none.
+fn check_options(args: &RenderArgs, scene: &Scene, outputs: &Outputs) -> anyhow::Result<()> {
+    let option = outputs.of_a_texture().or(args.compare_plain.then_some("--compare-plain"));
+    match (&scene.texture, option) {
+        (None, Some(option)) => {
+            bail!(Usage(format!("{option}: scene {} has no textured landscape; leave it out", args.scene)))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// `--compare-plain`, once the picture is safe: what fails here costs only the comparison.
-fn compare_plain(args: &RenderArgs, renderer: &mut Renderer, pose: &Pose) -> Option<PlainComparison> {
+fn compare_plain(args: &RenderArgs, session: &mut Session, pose: &Pose) -> Option<PlainComparison> {
     if !args.compare_plain {
         return None;
     }
-    match renderer.compare_plain(pose) {
+    match session.compare_plain(pose) {
         Ok(Some(plain)) => {
             let (settled_ms, plain_ms) = (plain.settled.median / 1e6, plain.plain.median / 1e6);
             let ratio = plain.ratio;
@@ -140,7 +160,7 @@ fn compare_plain(args: &RenderArgs, renderer: &mut Renderer, pose: &Pose) -> Opt
             Some(plain)
         }
         Ok(None) => {
-            tracing::warn!("{} keeps no time: nothing is compared", renderer.gpu.physical().name);
+            tracing::warn!("{} keeps no time: nothing is compared", session.gpu.physical().name);
             None
         }
         Err(error) => {
@@ -171,26 +191,28 @@ fn poses(args: &RenderArgs, scene: &Scene) -> anyhow::Result<(Vec<Pose>, String)
     }
 }
 
-fn open(args: &RenderArgs, scene: &Scene, target: Target) -> anyhow::Result<Renderer> {
-    let source = scene.open_texture().with_context(|| format!("scene {}", args.scene))?;
-    if args.compare_plain && source.format() != TileFormat::Rgba8 {
-        let what = "--compare-plain: a bc1 texture has no level in RGBA8 to compare with";
-        bail!(Usage(format!("{what} ({}); bake it with --format rgba8", source.describe())));
-    }
-    let mut settings = Settings::of_scene(scene, target);
-    settings.config.check(&source.pyramid())?;
-    let needs = needs(&settings.config, source.format());
-    let options = GpuOptions {
+fn open(args: &RenderArgs, scene: &Scene, outputs: &Outputs) -> anyhow::Result<Renderer> {
+    let options = Options {
+        target: outputs.target(),
+        size: args.size,
         device: args.device.as_deref(),
         validate: args.validate,
-        needs: &needs,
-        ..GpuOptions::default()
+        deterministic: args.deterministic,
     };
-    let gpu = Gpu::new(&options)?;
-    tracing::info!("{}, {}", gpu.physical().name, gpu.physical().driver);
-    settings.size = args.size.unwrap_or(settings.size);
-    settings.streaming.deterministic = args.deterministic;
-    Ok(Renderer::new(gpu, source, &mesh::gpu_mesh(&scene.source_mesh()?)?, settings)?)
+    let named = |error| match error {
+        // A texture's file does not say which scene asks for it.
+        RenderError::Texture(_) => anyhow::Error::new(error).context(format!("scene {}", args.scene)),
+        error => error.into(),
+    };
+    let mut renderer = Renderer::open(scene, &options).map_err(named)?;
+    if let Some(session) = renderer.landscape()
+        && args.compare_plain
+        && session.source.format() != TileFormat::Rgba8
+    {
+        let what = "--compare-plain: a bc1 texture has no level in RGBA8 to compare with";
+        bail!(Usage(format!("{what} ({}); bake it with --format rgba8", session.source.describe())));
+    }
+    Ok(renderer)
 }
 
 /// Renders the sequence, then until nothing is missing, as asked. Returns the sequence's length.
@@ -208,18 +230,20 @@ fn run_frames(
     }
     if args.settles() {
         let frames = renderer.settle(poses.last().expect("there is at least one pose"))?;
-        tracing::info!("settled after {frames} frames, level bias {}", renderer.bias());
+        if let Some(session) = renderer.landscape() {
+            tracing::info!("settled after {frames} frames, level bias {}", session.bias());
+        }
     }
     renderer.drain()?;
     Ok(sequence.len())
 }
 
 fn explain(renderer: &Renderer) -> anyhow::Result<()> {
-    say(format_args!("device     {}", renderer.gpu.physical().name))?;
-    for need in needs(&renderer.settings.config, renderer.source.format()) {
+    say(format_args!("device     {}", renderer.gpu().physical().name))?;
+    for need in renderer.needs() {
         say(format_args!("feature    {}: pass {:?}", need.feature.name(), need.pass))?;
     }
-    for pass in renderer.pipeline.passes() {
+    for pass in renderer.passes() {
         say(format_args!("pass       {pass}"))?;
     }
     for (name, bytes) in renderer.memory() {

@@ -8,6 +8,15 @@ pub mod read;
 pub mod srgb;
 pub mod write;
 
+/// What a rendered picture is kept in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// 8 bits of sRGB, for PNG and the screen.
+    Srgb8,
+    /// f32 of linear light, for EXR and comparisons.
+    Linear32,
+}
+
 /// Pixels in linear light, rows from the top, alpha not premultiplied.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {

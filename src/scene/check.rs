@@ -6,11 +6,12 @@ use super::choice::{Compaction, Listing};
 use super::error::list;
 use super::file::{CameraFile, MeshFile, MeshKind, PathFile, PathKind, SceneFile, SourceKind, TextureFile};
 use super::path::{self, Motion};
+use super::progressive_mesh::check_surface;
 use super::settings::{Cache, Disk, MeshSpec, Texture, TextureSource, Variant, View};
 use crate::math::pyramid::PyramidError;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A value that does not do, by its key.
 pub(super) struct Fault {
@@ -19,16 +20,21 @@ pub(super) struct Fault {
 }
 
 impl Fault {
-    fn new(key: &[&str], what: impl Into<String>) -> Fault {
+    pub fn new(key: &[&str], what: impl Into<String>) -> Fault {
         Fault { key: key.iter().map(|&part| part.to_owned()).collect(), what: what.into() }
     }
 }
 
-/// Checks every number, and what depends on a `kind`. `folder` is what a relative `texture.path` starts from.
-pub(super) fn check(file: SceneFile, name: String, folder: &Path) -> Result<Scene, Fault> {
-    let ground = match file.mesh.kind {
-        MeshKind::Earth => Ground::Planet,
-        MeshKind::Plane => Ground::Plane,
+/// Checks every number, and what depends on a `kind`. `folder`: what a relative path starts from, by its key.
+pub(super) fn check(
+    file: SceneFile,
+    name: String,
+    folder: &dyn Fn(&[&str]) -> PathBuf,
+) -> Result<Scene, Fault> {
+    let landscape = landscape(&file)?;
+    let ground = match &file.mesh {
+        Some(MeshFile { kind: MeshKind::Earth, .. }) => Ground::Planet,
+        _ => Ground::Plane,
     };
     let mut cameras = BTreeMap::new();
     for (name, camera) in &file.cameras {
@@ -41,23 +47,74 @@ pub(super) fn check(file: SceneFile, name: String, folder: &Path) -> Result<Scen
         paths.insert(name.clone(), check_path(name, path, &cameras)?);
     }
     check_view(&file.view, &cameras, &paths)?;
-    check_cache(&file.cache)?;
-    check_disk(&file.disk)?;
-    check_variant(&file.variant)?;
+    let mut progressive_meshes = BTreeMap::new();
+    for (name, surface) in &file.progressive_mesh {
+        check_name(&["progressive_mesh", name])?;
+        let folder = folder(&["progressive_mesh", name, "source"]);
+        progressive_meshes.insert(name.clone(), check_surface(name, surface, &paths, &folder)?);
+    }
+    if let Some(governor) = &file.governor {
+        within(&["governor", "frame_ms"], governor.frame_ms, 1e-3..=1e6)?;
+    }
+    let (cache, disk, variant) =
+        (file.cache.unwrap_or_default(), file.disk.unwrap_or_default(), file.variant.unwrap_or_default());
+    check_cache(&cache)?;
+    check_disk(&disk)?;
+    check_variant(&variant)?;
+    let (texture, mesh) = match landscape {
+        true => {
+            let texture = file.texture.map(|texture| check_texture(texture, &folder(&["texture", "path"])));
+            (texture.transpose()?, file.mesh.as_ref().map(check_mesh).transpose()?)
+        }
+        false => (None, None),
+    };
     Ok(Scene {
         name,
-        texture: check_texture(file.texture, folder)?,
-        cache: file.cache,
-        disk: file.disk,
-        mesh: check_mesh(&file.mesh)?,
+        texture,
+        cache,
+        disk,
+        mesh,
+        progressive_meshes,
+        governor: file.governor,
         view: file.view,
         cameras,
         paths,
-        variant: file.variant,
+        variant,
     })
 }
 
-fn within<T: PartialOrd + std::fmt::Display>(
+/// Whether a scene has paper 1's landscape; else it has paper 2's surfaces.
+fn landscape(file: &SceneFile) -> Result<bool, Fault> {
+    let surfaces = !file.progressive_mesh.is_empty();
+    match (&file.texture, &file.mesh) {
+        (Some(_), Some(_)) if surfaces => {
+            let what =
+                "a scene shows a textured landscape or progressive meshes, not both; make two scenes of it";
+            Err(Fault::new(&["progressive_mesh"], what))
+        }
+        (Some(_), Some(_)) => match &file.governor {
+            Some(_) => {
+                Err(Fault::new(&["governor"], "a governor steers the error of progressive meshes alone"))
+            }
+            None => Ok(true),
+        },
+        (Some(_), None) => Err(Fault::new(&["texture"], "a texture needs a [mesh] that it covers")),
+        (None, Some(_)) => Err(Fault::new(&["mesh"], "a landscape's mesh needs a [texture]")),
+        (None, None) if surfaces => {
+            let kind = "a scene without a texture";
+            absent(&["cache"], &file.cache, kind)?;
+            absent(&["disk"], &file.disk, kind)?;
+            absent(&["variant"], &file.variant, kind)?;
+            Ok(false)
+        }
+        (None, None) => {
+            let what = "nothing to see: a scene has [texture] and [mesh], or a [progressive_mesh.NAME]";
+            Err(Fault::new(&["view"], what))
+        }
+    }
+}
+
+pub(super) fn within<T: PartialOrd + std::fmt::Display>(
     key: &[&str],
     value: T,
     range: RangeInclusive<T>,
@@ -78,7 +135,7 @@ fn check_name(key: &[&str; 2]) -> Result<(), Fault> {
 }
 
 /// A value that this kind of thing needs.
-fn needed<T: Copy>(key: &[&str], value: Option<T>, kind: &str) -> Result<T, Fault> {
+pub(super) fn needed<T: Copy>(key: &[&str], value: Option<T>, kind: &str) -> Result<T, Fault> {
     value.ok_or_else(|| {
         let what = format!("{kind} needs {}", key[key.len() - 1]);
         Fault::new(key, what)
@@ -86,7 +143,7 @@ fn needed<T: Copy>(key: &[&str], value: Option<T>, kind: &str) -> Result<T, Faul
 }
 
 /// A value that this kind of thing does not know.
-fn absent<T>(key: &[&str], value: &Option<T>, kind: &str) -> Result<(), Fault> {
+pub(super) fn absent<T>(key: &[&str], value: &Option<T>, kind: &str) -> Result<(), Fault> {
     match value {
         Some(_) => Err(Fault::new(key, format!("{kind} has no {}", key[key.len() - 1]))),
         None => Ok(()),

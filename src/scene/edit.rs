@@ -55,12 +55,15 @@ mod tests {
     use super::super::Scene;
     use super::*;
 
+    fn plane() -> &'static str {
+        super::super::SHIPPED.iter().find(|(name, _)| *name == "plane").unwrap().1
+    }
+
     #[test]
     fn values_change_and_comments_stay() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plane.toml");
-        let (_, plane) = super::super::SHIPPED.iter().find(|(name, _)| *name == "plane").unwrap();
-        let text = plane.replace("width_log2 = 18", "width_log2 = 18 # a quarter of a million");
+        let text = plane().replace("width_log2 = 18", "width_log2 = 18 # a quarter of a million");
         std::fs::write(&path, &text).unwrap();
         let changes = [
             "texture.border=8",
@@ -84,11 +87,11 @@ mod tests {
     fn what_is_not_right_changes_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plane.toml");
-        std::fs::write(&path, super::super::SHIPPED[3].1).unwrap();
+        std::fs::write(&path, plane()).unwrap();
         for wrong in ["variant.filter=none", "variant.level_bias=21", "texture.bordr=1"] {
             write_changes(&path, &[wrong.to_string()]).unwrap_err();
         }
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), super::super::SHIPPED[3].1);
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), plane());
         write_changes(&folder.path().join("none.toml"), &[]).unwrap_err();
     }
 }

@@ -6,6 +6,7 @@
 use super::check::check;
 use super::error::{SceneError, list};
 use super::overrides::{self, Change};
+use super::progressive_mesh::{GovernorSettings, ProgressiveSurfaceFile};
 use super::settings::{Cache, Disk, Variant, View};
 use super::{SHIPPED, Scene};
 use serde::Deserialize;
@@ -16,18 +17,18 @@ use std::path::{Path, PathBuf};
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SceneFile {
-    pub texture: TextureFile,
+    pub texture: Option<TextureFile>,
+    pub cache: Option<Cache>,
+    pub disk: Option<Disk>,
+    pub mesh: Option<MeshFile>,
     #[serde(default)]
-    pub cache: Cache,
-    #[serde(default)]
-    pub disk: Disk,
-    pub mesh: MeshFile,
+    pub progressive_mesh: BTreeMap<String, ProgressiveSurfaceFile>,
+    pub governor: Option<GovernorSettings>,
     pub view: View,
     pub cameras: BTreeMap<String, CameraFile>,
     #[serde(default)]
     pub paths: BTreeMap<String, PathFile>,
-    #[serde(default)]
-    pub variant: Variant,
+    pub variant: Option<Variant>,
 }
 
 #[derive(Deserialize)]
@@ -183,9 +184,15 @@ impl Document {
             })?;
             file = overrides::apply(table, &changes)?;
         }
-        let from_outside = changes.iter().any(|change| change.sets(&["texture".into(), "path".into()]));
-        let folder = if from_outside { Path::new("") } else { &self.folder };
-        check(file, self.name.clone(), folder).map_err(|fault| {
+        // What a change names is relative to the working directory.
+        let folder = |key: &[&str]| {
+            let key: Vec<String> = key.iter().map(|&part| part.to_owned()).collect();
+            match changes.iter().any(|change| change.sets(&key)) {
+                true => PathBuf::new(),
+                false => self.folder.clone(),
+            }
+        };
+        check(file, self.name.clone(), &folder).map_err(|fault| {
             match changes.iter().rfind(|change| change.sets(&fault.key)) {
                 Some(change) => SceneError::Override { change: change.text.clone(), what: fault.what },
                 None => {

@@ -1,7 +1,8 @@
 //! What is to be seen: scene files, cameras and paths, meshes, and where a texture's tiles come from.
 //!
-//! A scene is a TOML file with the sections `[texture]`, `[cache]`, `[disk]`, `[mesh]`, `[view]`, `[cameras.NAME]`,
-//! `[paths.NAME]` and `[variant]`. Everything in a [`Scene`] has been checked: a value of this type can be
+//! A scene is a TOML file with the sections `[view]`, `[cameras.NAME]` and `[paths.NAME]`, and what is seen: paper 1's
+//! landscape (`[texture]`, `[cache]`, `[disk]`, `[mesh]` and `[variant]`), or paper 2's surfaces
+//! (`[progressive_mesh.NAME]` and `[governor]`). Everything in a [`Scene`] has been checked: a value of this type can be
 //! drawn, as far as that can be known without its texture file and without a device.
 
 pub mod bake;
@@ -16,6 +17,7 @@ pub mod model;
 mod open;
 mod overrides;
 pub mod path;
+mod progressive_mesh;
 mod settings;
 pub mod source;
 pub mod tiles;
@@ -24,6 +26,9 @@ pub use choice::{Compaction, Dedup, Listing};
 pub use edit::write_changes;
 pub use error::{SceneError, nearest};
 pub use open::TextureError;
+pub use progressive_mesh::{
+    Apply, FaceOrder, GovernorSettings, Layout, ModelSource, ProgressiveSurface, Stand, UpAxis,
+};
 pub use settings::{
     Cache, Disk, Filtering, Interpolation, Keying, MeshSpec, Order, Texture, TextureSource, TriplesFormat,
     Variant, View,
@@ -36,10 +41,12 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// The shipped scenes: name and text.
-pub const SHIPPED: [(&str, &str); 6] = [
+pub const SHIPPED: [(&str, &str); 8] = [
     ("antimeridian", include_str!("../../scenes/antimeridian.toml")),
+    ("bunny", include_str!("../../scenes/bunny.toml")),
     ("earth", include_str!("../../scenes/earth.toml")),
     ("globe", include_str!("../../scenes/globe.toml")),
+    ("herd", include_str!("../../scenes/herd.toml")),
     ("plane", include_str!("../../scenes/plane.toml")),
     ("pole", include_str!("../../scenes/pole.toml")),
     ("ruler", include_str!("../../scenes/ruler.toml")),
@@ -50,10 +57,14 @@ pub const SHIPPED: [(&str, &str); 6] = [
 pub struct Scene {
     /// The file's stem, or the shipped scene's name.
     pub name: String,
-    pub texture: Texture,
+    /// The landscape's, with `mesh`; both or none.
+    pub texture: Option<Texture>,
     pub cache: Cache,
     pub disk: Disk,
-    pub mesh: MeshSpec,
+    pub mesh: Option<MeshSpec>,
+    /// By name; empty where there is a landscape.
+    pub progressive_meshes: BTreeMap<String, ProgressiveSurface>,
+    pub governor: Option<GovernorSettings>,
     pub view: View,
     pub cameras: BTreeMap<String, Camera>,
     pub paths: BTreeMap<String, path::Path>,
@@ -136,9 +147,9 @@ impl Scene {
     /// The landscape's triangles.
     ///
     /// # Errors
-    /// [`MeshError`], possible only after `mesh` was changed by hand.
+    /// [`MeshError::Absent`]; any other only after `mesh` was changed by hand.
     pub fn source_mesh(&self) -> Result<SourceMesh, MeshError> {
-        match self.mesh {
+        match self.mesh.ok_or_else(|| MeshError::Absent(self.name.clone()))? {
             MeshSpec::Earth { columns, rows } => mesh::earth(columns, rows),
             MeshSpec::Plane { width_m, height_m, columns, rows } => {
                 mesh::plane(width_m, height_m, columns, rows)

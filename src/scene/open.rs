@@ -3,7 +3,7 @@
 use super::source::earth::{Earth, EarthError};
 use super::source::{TileSource, disk::BadDisk, ruler::Ruler};
 use super::tiles::{TileFile, TileFileError};
-use super::{Disk, Scene, TextureSource};
+use super::{Disk, Scene, Texture, TextureSource};
 use crate::math::pyramid::PyramidError;
 use std::sync::Arc;
 use thiserror::Error;
@@ -11,6 +11,8 @@ use thiserror::Error;
 /// A texture that is not to be had.
 #[derive(Debug, Error)]
 pub enum TextureError {
+    #[error("scene {0} has no landscape: give it [texture] and [mesh]")]
+    Absent(String),
     #[error(transparent)]
     Pyramid(#[from] PyramidError),
     #[error(transparent)]
@@ -36,6 +38,22 @@ impl TextureError {
 }
 
 impl Scene {
+    /// The landscape's texture as the scene describes it.
+    ///
+    /// # Errors
+    /// [`TextureError::Absent`].
+    pub fn texture(&self) -> Result<&Texture, TextureError> {
+        self.texture.as_ref().ok_or_else(|| TextureError::Absent(self.name.clone()))
+    }
+
+    /// As [`Scene::texture`], to change it.
+    ///
+    /// # Errors
+    /// [`TextureError::Absent`].
+    pub fn texture_mut(&mut self) -> Result<&mut Texture, TextureError> {
+        self.texture.as_mut().ok_or_else(|| TextureError::Absent(self.name.clone()))
+    }
+
     /// Opens the texture, behind a bad disk where the scene puts one on: synthetic sources need no file at all.
     ///
     /// # Errors
@@ -49,14 +67,15 @@ impl Scene {
     }
 
     fn open_healthy_texture(&self) -> Result<Arc<dyn TileSource>, TextureError> {
-        let stated = self.texture.pyramid()?;
-        match &self.texture.source {
+        let texture = self.texture()?;
+        let stated = texture.pyramid()?;
+        match &texture.source {
             TextureSource::Earth => Ok(Arc::new(Earth::new(stated.ok_or(TextureError::Size)?)?)),
             TextureSource::Ruler => Ok(Arc::new(Ruler::new(stated.ok_or(TextureError::Size)?))),
             TextureSource::File(path) => {
                 let file = TileFile::open(path)?;
                 let found = file.pyramid();
-                match self.texture.size_log2 {
+                match texture.size_log2 {
                     Some(stated) if stated != [found.width_log2(), found.height_log2()] => {
                         Err(TextureError::Differs {
                             path: path.display().to_string(),

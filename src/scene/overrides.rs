@@ -2,11 +2,15 @@
 
 use super::error::{SceneError, list, nearest};
 use super::file::{CameraFile, MeshFile, PathFile, SceneFile, TextureFile};
-use super::settings::{Cache, Variant, View};
+use super::progressive_mesh::{GovernorSettings, ProgressiveSurfaceFile};
+use super::settings::{Cache, Disk, Variant, View};
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, Deserializer, Error as _, Visitor};
 use serde::forward_to_deserialize_any;
 use toml::{Table, Value};
+
+/// Sections of tables that a scene names itself.
+const NAMED: [&str; 3] = ["cameras", "paths", "progressive_mesh"];
 
 /// One `KEY=VALUE`.
 pub(super) struct Change {
@@ -51,14 +55,14 @@ impl Change {
     fn check_key(&self, table: &Table) -> Result<(), SceneError> {
         let known = known_keys(table);
         let dotted = self.key.join(".");
-        // A whole new camera or path may come as one inline table.
-        let new_table = matches!(&self.key[..], [section, _] if section == "cameras" || section == "paths")
+        // A whole new camera, path or surface may come as one inline table.
+        let new_table = matches!(&self.key[..], [section, _] if NAMED.contains(&section.as_str()))
             && self.value.is_table();
         if new_table || known.contains(&dotted) {
             return Ok(());
         }
         if let [section, name, ..] = &self.key[..]
-            && matches!(section.as_str(), "cameras" | "paths")
+            && NAMED.contains(&section.as_str())
             && !names(table, section).contains(name)
         {
             let existing = list(names(table, section));
@@ -112,7 +116,7 @@ fn names(table: &Table, section: &str) -> Vec<String> {
     }
 }
 
-/// Every dotted key that this scene could have, cameras and paths by their names.
+/// Every dotted key that this scene could have, cameras, paths and surfaces by their names.
 fn known_keys(table: &Table) -> Vec<String> {
     let mut known: Vec<String> = fields::<SceneFile>().iter().map(|&section| section.to_owned()).collect();
     let mut section = |section: &str, fields: &[&str]| {
@@ -120,7 +124,9 @@ fn known_keys(table: &Table) -> Vec<String> {
     };
     section("texture", fields::<TextureFile>());
     section("cache", fields::<Cache>());
+    section("disk", fields::<Disk>());
     section("mesh", fields::<MeshFile>());
+    section("governor", fields::<GovernorSettings>());
     section("view", fields::<View>());
     section("variant", fields::<Variant>());
     for name in names(table, "cameras") {
@@ -129,8 +135,12 @@ fn known_keys(table: &Table) -> Vec<String> {
     for name in names(table, "paths") {
         section(&format!("paths.{name}"), fields::<PathFile>());
     }
-    known.extend(names(table, "cameras").iter().map(|name| format!("cameras.{name}")));
-    known.extend(names(table, "paths").iter().map(|name| format!("paths.{name}")));
+    for name in names(table, "progressive_mesh") {
+        section(&format!("progressive_mesh.{name}"), fields::<ProgressiveSurfaceFile>());
+    }
+    for section in NAMED {
+        known.extend(names(table, section).iter().map(|name| format!("{section}.{name}")));
+    }
     known
 }
 

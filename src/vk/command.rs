@@ -2,7 +2,7 @@
 
 use super::device::Device;
 use super::shader::DescriptorKind;
-use super::{Buffer, Check, ComputePipeline, Image, Result, Sampler, StreamQuery, View};
+use super::{Buffer, Check, ComputePipeline, Image, Result, Sampler, ShaderQuery, StreamQuery, View};
 use ash::vk;
 
 /// The recorder of one pass.
@@ -198,6 +198,21 @@ impl Cmd<'_> {
         unsafe { self.device.handle.cmd_copy_buffer(self.handle, from.handle, to.handle, &[region]) };
     }
 
+    /// As [`Cmd::copy_buffer`], several ranges in one command: (place in `from`, place in `to`, bytes).
+    pub fn copy_ranges(&mut self, from: &Buffer, to: &Buffer, ranges: &[[u64; 3]]) {
+        if ranges.is_empty() {
+            return;
+        }
+        let region = |&[src_offset, dst_offset, size]: &[u64; 3]| {
+            assert!(src_offset + size <= from.bytes(), "{}: {src_offset} + {size}", from.name());
+            assert!(dst_offset + size <= to.bytes(), "{}: {dst_offset} + {size}", to.name());
+            vk::BufferCopy { src_offset, dst_offset, size }
+        };
+        let regions: Vec<_> = ranges.iter().map(region).collect();
+        // SAFETY: the ranges were checked.
+        unsafe { self.device.handle.cmd_copy_buffer(self.handle, from.handle, to.handle, &regions) };
+    }
+
     pub fn copy_to_image(&mut self, from: &Buffer, to: &Image, copies: &[TexelCopy]) {
         if copies.is_empty() {
             return;
@@ -260,6 +275,32 @@ impl Cmd<'_> {
     pub fn reset(&mut self, query: &StreamQuery, index: u32) {
         // SAFETY: the frame that used this index last has ended.
         unsafe { self.device.handle.cmd_reset_query_pool(self.handle, query.pool, index, 1) };
+    }
+
+    /// What the shaders of `record` do is counted, in place `index` of the query. Outside rendering.
+    ///
+    /// # Errors
+    /// What `record` returns.
+    pub fn counted<T>(
+        &mut self,
+        query: &ShaderQuery,
+        index: u32,
+        record: impl FnOnce(&mut Self) -> Result<T>,
+    ) -> Result<T> {
+        // SAFETY: the frame that used this index last has ended; begin and end lie both outside rendering.
+        unsafe {
+            self.device.handle.cmd_reset_query_pool(self.handle, query.pool, index, 1);
+            self.device.handle.cmd_begin_query(
+                self.handle,
+                query.pool,
+                index,
+                vk::QueryControlFlags::empty(),
+            );
+        }
+        let result = record(self);
+        // SAFETY: begun above.
+        unsafe { self.device.handle.cmd_end_query(self.handle, query.pool, index) };
+        result
     }
 
     pub(crate) fn timestamp(&self, queries: vk::QueryPool, index: u32) {

@@ -304,6 +304,7 @@ fn create(
     let core = vk::PhysicalDeviceFeatures::default()
         .geometry_shader(has(Feature::GeometryShader))
         .logic_op(has(Feature::LogicOp))
+        .pipeline_statistics_query(has(Feature::PipelineStatistics))
         .texture_compression_bc(has(Feature::TextureCompressionBc))
         .fragment_stores_and_atomics(has(Feature::FragmentStores));
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default()

@@ -16,10 +16,12 @@ pub enum Feature {
     ByteStores,
     /// Subgroup votes, ballots and prefix sums in compute shaders.
     Subgroups,
+    /// Counts of shader invocations.
+    PipelineStatistics,
 }
 
 impl Feature {
-    pub const ALL: [Feature; 7] = [
+    pub const ALL: [Feature; 8] = [
         Feature::GeometryShader,
         Feature::LogicOp,
         Feature::TransformFeedback,
@@ -27,6 +29,7 @@ impl Feature {
         Feature::FragmentStores,
         Feature::ByteStores,
         Feature::Subgroups,
+        Feature::PipelineStatistics,
     ];
 
     /// Vulkan's own name.
@@ -39,6 +42,7 @@ impl Feature {
             Feature::FragmentStores => "fragmentStoresAndAtomics",
             Feature::ByteStores => "storageBuffer8BitAccess",
             Feature::Subgroups => "subgroup vote, ballot and arithmetic in compute shaders",
+            Feature::PipelineStatistics => "pipelineStatisticsQuery",
         }
     }
 }
@@ -88,6 +92,7 @@ pub(crate) fn offered(
         Feature::TextureCompressionBc => core.texture_compression_bc == vk::TRUE,
         Feature::FragmentStores => core.fragment_stores_and_atomics == vk::TRUE,
         Feature::ByteStores => v12.storage_buffer8_bit_access == vk::TRUE,
+        Feature::PipelineStatistics => core.pipeline_statistics_query == vk::TRUE,
         Feature::Subgroups => {
             subgroup.supported_operations.contains(lanes)
                 && subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)

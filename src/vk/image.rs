@@ -1,7 +1,8 @@
 //! Images, their views, samplers.
 
 use super::device::{Dead, Device};
-use super::{Check, Error, Gpu, Result};
+use super::{BufferUse, Check, Error, Gpu, Result, TexelCopy};
+use crate::picture::Target;
 use ash::vk;
 use gpu_allocator::{MemoryLocation, vulkan::Allocation};
 use std::sync::Arc;
@@ -19,6 +20,16 @@ pub enum Format {
     Rgba32Uint,
     Rgba32Float,
     Depth32Float,
+}
+
+/// What passes draw a picture into.
+impl From<Target> for Format {
+    fn from(target: Target) -> Format {
+        match target {
+            Target::Srgb8 => Format::Rgba8Srgb,
+            Target::Linear32 => Format::Rgba32Float,
+        }
+    }
 }
 
 impl Format {
@@ -165,6 +176,23 @@ impl Gpu {
                 .subresource_range(image.whole()),
         );
         Ok(image)
+    }
+
+    /// All texels of an image's first level, tightly packed, once all frames before have ended.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn read_image(&self, image: &Image) -> Result<Vec<u8>> {
+        let size = image.info.size;
+        let bytes = image.info.format.bytes(size);
+        let host = self.buffer("image read-back", bytes, BufferUse::Readback)?;
+        let mut frame = self.frame()?;
+        frame.pass("image read-back", |cmd| {
+            cmd.copy_from_image(image, &host, &[TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size }]);
+            Ok(())
+        })?;
+        frame.submit()?.wait()?;
+        Ok(host.mapped()[..bytes as usize].to_vec())
     }
 
     /// Whether an image may have so many layers; `advice` says what they are and what to do.

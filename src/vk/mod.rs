@@ -29,8 +29,8 @@ pub use image::{Filter, Format, Image, ImageInfo, Sampler, SamplerInfo, View};
 pub use instance::{Instance, PhysicalDevice, Survey, driver_folders};
 pub use message::{Message, Severity};
 pub use pipeline::{ComputePipeline, Depth, GraphicsInfo, GraphicsPipeline};
-pub use query::{StreamCount, StreamQuery};
-pub use render::{Clear, ColorTarget, DepthTarget, Render, TransformFeedback};
+pub use query::{ShaderCounts, ShaderQuery, StreamCount, StreamQuery};
+pub use render::{Clear, ColorTarget, DepthTarget, Geometry, Render, Slice, TransformFeedback};
 
 pub(crate) use error::Check;
 

@@ -9,6 +9,8 @@ use ash::vk;
 pub enum Clear {
     Uint([u32; 4]),
     Float([f32; 4]),
+    /// What an earlier pass left.
+    Keep,
 }
 
 #[derive(Clone, Copy)]
@@ -32,6 +34,21 @@ pub struct TransformFeedback<'a> {
     pub counter: &'a Buffer,
     pub query: &'a StreamQuery,
     pub query_index: u32,
+}
+
+/// Indexed triangles that several draws share: 32-bit indices, and vertices where the shader has inputs.
+#[derive(Clone, Copy)]
+pub struct Geometry<'a> {
+    pub vertices: Option<&'a Buffer>,
+    pub indices: &'a Buffer,
+}
+
+/// A draw of a part of an index buffer with its own push constants.
+#[derive(Clone, Copy, Debug)]
+pub struct Slice<P> {
+    pub push: P,
+    pub first_index: u32,
+    pub count: u32,
 }
 
 /// Draws into a set of targets.
@@ -88,11 +105,16 @@ fn color_attachment(size: [u32; 2], target: &ColorTarget<'_>) -> vk::RenderingAt
     let color = match target.clear {
         Clear::Uint(uint32) => vk::ClearColorValue { uint32 },
         Clear::Float(float32) => vk::ClearColorValue { float32 },
+        Clear::Keep => vk::ClearColorValue::default(),
+    };
+    let load = match target.clear {
+        Clear::Keep => vk::AttachmentLoadOp::LOAD,
+        _ => vk::AttachmentLoadOp::CLEAR,
     };
     vk::RenderingAttachmentInfo::default()
         .image_view(target.image.view)
         .image_layout(vk::ImageLayout::GENERAL)
-        .load_op(vk::AttachmentLoadOp::CLEAR)
+        .load_op(load)
         .store_op(vk::AttachmentStoreOp::STORE)
         .clear_value(vk::ClearValue { color })
 }
@@ -140,6 +162,36 @@ impl Render<'_, '_> {
             device.cmd_bind_vertex_buffers(self.cmd.handle, 0, &[vertices.handle], &[0]);
             device.cmd_bind_index_buffer(self.cmd.handle, indices.handle, 0, vk::IndexType::UINT32);
             device.cmd_draw_indexed(self.cmd.handle, count, 1, 0, 0, 0);
+        }
+        Ok(())
+    }
+
+    /// One draw for each slice, with the pipeline, its resources and the buffers bound once.
+    pub fn draw_slices<P: bytemuck::Pod>(
+        &mut self,
+        pipeline: &GraphicsPipeline,
+        resources: &[(u32, Resource<'_>)],
+        geometry: Geometry<'_>,
+        slices: &[Slice<P>],
+    ) -> Result<()> {
+        let Some(first) = slices.first() else { return Ok(()) };
+        let (base, indices) = (&pipeline.0, geometry.indices);
+        self.cmd.bind(base, vk::PipelineBindPoint::GRAPHICS, resources, bytemuck::bytes_of(&first.push))?;
+        let (device, cmd) = (&self.cmd.device.handle, self.cmd.handle);
+        // SAFETY: the buffers live until the frame has passed; build.rs generated the vertex layout, and `bind` checked
+        // the size of the push constants; the indices of a slice lie within the buffer.
+        unsafe {
+            if let Some(vertices) = geometry.vertices {
+                device.cmd_bind_vertex_buffers(cmd, 0, &[vertices.handle], &[0]);
+            }
+            device.cmd_bind_index_buffer(cmd, indices.handle, 0, vk::IndexType::UINT32);
+            for slice in slices {
+                let end = 4 * (u64::from(slice.first_index) + u64::from(slice.count));
+                assert!(end <= indices.bytes(), "{}: a draw ends at {end}", indices.name());
+                let push = bytemuck::bytes_of(&slice.push);
+                device.cmd_push_constants(cmd, base.layout, base.push_stages, 0, push);
+                device.cmd_draw_indexed(cmd, slice.count, 1, slice.first_index, 0, 0);
+            }
         }
         Ok(())
     }

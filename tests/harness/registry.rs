@@ -18,6 +18,8 @@ const REFERENCE: &str = "src/paper/virtual_texture/reference.rs";
 
 const PICTURE: &str = "src/picture/error.rs";
 
+const MESH_PICTURES: &str = "tests/progressive_mesh/pictures.rs";
+
 const TRUTH: &str = "tests/virtual_texture/truth.rs";
 
 const COMPARERS: &[Comparer] = &[
@@ -97,6 +99,14 @@ const COMPARERS: &[Comparer] = &[
         judges: "settled pictures against f64 pictures",
         function: (TRUTH, "settled_beside_truth"),
         rejects: &[(TRUTH, "the_printed_interpolation_is_not_the_f64_picture")],
+    },
+    Comparer {
+        judges: "pictures of progressive meshes against f64 pictures",
+        function: (MESH_PICTURES, "beyond_f64"),
+        rejects: &[
+            (MESH_PICTURES, "a_hundredth_of_the_models_size_is_not_the_f64_picture"),
+            (MESH_PICTURES, "a_vertex_on_its_way_is_drawn_where_f64_puts_it"),
+        ],
     },
     Comparer {
         judges: "each texel that a settled frame fetches",

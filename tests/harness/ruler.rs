@@ -3,9 +3,9 @@
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::ruler::Verdicts;
+use ortelius::paper::virtual_texture::session::{Session as Renderer, Settings, Target};
 use ortelius::paper::virtual_texture::streaming::StreamingConfig;
 use ortelius::paper::virtual_texture::{PAPER, all_needs};
-use ortelius::renderer::{Renderer, Settings, Target};
 use ortelius::scene::camera::{Camera, Place};
 use ortelius::scene::mesh;
 use ortelius::scene::source::ruler::Ruler;

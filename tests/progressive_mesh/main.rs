@@ -3,4 +3,5 @@
 mod check;
 mod device;
 mod made;
+mod pictures;
 mod run;

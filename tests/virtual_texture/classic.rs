@@ -4,8 +4,8 @@ use crate::{Device, open, pose, scene};
 use ortelius::math::pyramid::TileId;
 use ortelius::paper::virtual_texture::classic::{HostCopy, HostList, HostPass};
 use ortelius::paper::virtual_texture::feedback::{self, Feedback};
+use ortelius::paper::virtual_texture::session::Session as Renderer;
 use ortelius::paper::virtual_texture::{Keying, Listing, U1Format, reference};
-use ortelius::renderer::Renderer;
 use ortelius::vk::{FRAMES_IN_FLIGHT, Feature, Gpu, GpuOptions};
 use std::collections::BTreeSet;
 

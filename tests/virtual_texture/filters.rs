@@ -6,12 +6,12 @@ use ortelius::math::pyramid::Pyramid;
 use ortelius::paper::virtual_texture::Filtering;
 use ortelius::paper::virtual_texture::reference::picture::{Texels, footprint, sides};
 use ortelius::paper::virtual_texture::reference::triple;
+use ortelius::paper::virtual_texture::session::{Session as Renderer, Settings, Target};
 use ortelius::picture::Picture;
 use ortelius::picture::error::compare;
 use ortelius::picture::srgb::from_linear_f64;
 use ortelius::reference::Sample;
 use ortelius::reference::filter::sample_count;
-use ortelius::renderer::{Renderer, Settings, Target};
 use ortelius::scene::source::{border::true_texel, ruler::ruler_hash};
 
 fn picture(renderer: &mut Renderer) -> Picture {
@@ -25,7 +25,7 @@ fn two_texels_of_border_are_enough_for_two_levels_and_fewer_are_not() {
     let gpu = Device::open();
     let mut scene = scene("ruler");
     let wrong = [0, 1, 2, 3].map(|border| {
-        scene.texture.border = border;
+        scene.texture_mut().unwrap().border = border;
         let mut renderer = open(&gpu, &scene, [320, 180], |_| ());
         let pose = pose(&scene, "corner-oblique");
         renderer.settle(&pose).unwrap();
@@ -66,7 +66,7 @@ fn is_mixed_there(texel: u32, sample: &Sample, pyramid: &Pyramid) -> bool {
 fn wrong_taps(camera: &str, border: u32, spoil: impl Fn(&mut [u8; 4])) -> usize {
     let gpu = Device::open();
     let (mut scene, size) = (scene("ruler"), [240, 135]);
-    scene.texture.border = border;
+    scene.texture_mut().unwrap().border = border;
     let mut renderer = open(&gpu, &scene, size, |settings| {
         settings.target = Target::Linear32;
         settings.config.filter = Filtering::Stochastic;
@@ -154,7 +154,7 @@ fn beyond(
 ) -> usize {
     let gpu = Device::open();
     let (mut scene, size) = (scene("earth"), [320, 180]);
-    scene.texture.border = border;
+    scene.texture_mut().unwrap().border = border;
     let mut renderer = open(&gpu, &scene, size, |settings| {
         settings.target = Target::Linear32;
         settings.streaming.gpu_tiles = 192;

@@ -1,14 +1,13 @@
 //! Marking in the fragment shader that textures: the list beside stage 1's own triples, and the picture beside the paper's.
 
 use crate::lists::assert_lists;
-use crate::{Device, open, pose, scene};
+use crate::{Device, landscapes, open, pose, scene};
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::TileId;
 use ortelius::paper::virtual_texture::fused::Fused;
 use ortelius::paper::virtual_texture::lister::Lister;
+use ortelius::paper::virtual_texture::session::{Session as Renderer, Settings};
 use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Keying, reference, surface};
-use ortelius::renderer::{Renderer, Settings};
-use ortelius::scene::SHIPPED;
 use ortelius::scene::mesh::{SourceMesh, gpu_mesh};
 use ortelius::vk::Gpu;
 use std::collections::BTreeSet;
@@ -91,7 +90,7 @@ const KEYINGS: [Keying; 2] = [Keying::Paper, Keying::Native];
 #[test]
 fn behind_depth_alone_the_list_is_the_reference_set_and_without_it_a_superset() {
     let gpu = Device::open();
-    for (name, _) in SHIPPED {
+    for name in landscapes() {
         let scene = scene(name);
         let mut renderer = open(&gpu, &scene, [250, 141], |_| ());
         let config = renderer.settings.config;
@@ -152,7 +151,8 @@ fn what_is_hidden_is_marked_only_without_depth_alone() {
     let pose = pose(&scene, "nadir");
     let mut extra = Vec::new();
     for dedup in [Dedup::FusedExact, Dedup::Fused] {
-        let mut settings = Settings::of_scene(&scene, ortelius::renderer::Target::Srgb8);
+        let mut settings =
+            Settings::of_scene(&scene, ortelius::paper::virtual_texture::session::Target::Srgb8);
         settings.size = [320, 180];
         settings.streaming.gpu_tiles = 64;
         fuse(&mut settings, dedup);

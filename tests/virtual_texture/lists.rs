@@ -1,15 +1,14 @@
 //! Stages 1 to 3: the list equals the integer reference that is computed from the same U1.
 
-use crate::{Device, open, pose, scene};
+use crate::{Device, landscapes, open, pose, scene};
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::compact::CompactPass;
 use ortelius::paper::virtual_texture::dedup::DedupPass;
 use ortelius::paper::virtual_texture::footprint::Footprint;
 use ortelius::paper::virtual_texture::marks::Marks;
+use ortelius::paper::virtual_texture::session::Session as Renderer;
 use ortelius::paper::virtual_texture::streaming::{Keying, distinct_tiles};
 use ortelius::paper::virtual_texture::{Compaction, Config, U1Format, reference};
-use ortelius::renderer::Renderer;
-use ortelius::scene::SHIPPED;
 use ortelius::vk::Gpu;
 use std::collections::BTreeSet;
 
@@ -83,7 +82,7 @@ pub(crate) fn assert_lists(
 #[test]
 fn every_camera_of_every_scene_lists_the_reference_set() {
     let gpu = Device::open();
-    for (name, _) in SHIPPED {
+    for name in landscapes() {
         let scene = scene(name);
         let mut renderer = open(&gpu, &scene, [320, 180], |_| ());
         for camera in scene.cameras.keys() {
@@ -102,7 +101,7 @@ fn every_camera_of_every_scene_lists_the_reference_set() {
 #[test]
 fn every_block_size_memo_and_keying_lists_the_reference_set_in_all_scenes() {
     let gpu = Device::open();
-    for (name, _) in SHIPPED {
+    for name in landscapes() {
         let scene = scene(name);
         let mut renderer = open(&gpu, &scene, [250, 141], |_| ());
         renderer.frame(&pose(&scene, &scene.view.camera)).unwrap();

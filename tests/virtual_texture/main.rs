@@ -14,9 +14,9 @@ mod variants;
 
 use ortelius::math::camera::Pose;
 use ortelius::paper::virtual_texture::all_needs;
-use ortelius::renderer::{Renderer, Settings, Target};
+use ortelius::paper::virtual_texture::session::{Session as Renderer, Settings, Target};
 use ortelius::scene::source::TileSource;
-use ortelius::scene::{Scene, mesh};
+use ortelius::scene::{SHIPPED, Scene, mesh};
 use ortelius::vk::{Gpu, GpuOptions};
 use std::ops::Deref;
 use std::sync::Arc;
@@ -74,4 +74,9 @@ fn scene(name: &str) -> Scene {
 
 fn pose(scene: &Scene, camera: &str) -> Pose {
     scene.camera(camera).unwrap().pose()
+}
+
+/// The shipped scenes that have a landscape.
+fn landscapes() -> impl Iterator<Item = &'static str> {
+    SHIPPED.into_iter().map(|(name, _)| name).filter(|name| scene(name).texture.is_some())
 }

@@ -1,7 +1,7 @@
 //! Moving cameras: too little room, tiles fetched ahead, a disk that fails.
 
 use crate::{Device, open, open_with};
-use ortelius::renderer::Renderer;
+use ortelius::paper::virtual_texture::session::Session as Renderer;
 use ortelius::scene::source::disk::BadDisk;
 use ortelius::scene::{Disk, Scene};
 use std::sync::Arc;

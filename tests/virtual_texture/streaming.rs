@@ -2,7 +2,7 @@
 
 use crate::{Device, open, open_with, pose, scene};
 use ortelius::math::pyramid::{Pyramid, TileId};
-use ortelius::renderer::{Renderer, Target};
+use ortelius::paper::virtual_texture::session::{Session as Renderer, Target};
 use ortelius::scene::source::{TileError, TileFormat, TileSource};
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! The ruler: every texel that texturing would filter is the one that the pixel's own (s, t) and level ask for.
 
 use crate::{Device, open, pose, scene};
-use ortelius::renderer::{Renderer, Settings, Target};
+use ortelius::paper::virtual_texture::session::{Session as Renderer, Settings, Target};
 use ortelius::scene::mesh;
 
 #[test]
@@ -57,7 +57,8 @@ fn texels_stay_right_on_the_largest_texture_and_with_small_tiles() {
         let overrides = change.map(String::from);
         let scene = ortelius::scene::Scene::load_with("ruler", &overrides).unwrap();
         // About 100 MB of tiles, whatever their size.
-        let gpu_tiles = 100_000_000 / scene.texture.pyramid().unwrap().unwrap().tile_bytes_rgba8() as u32;
+        let gpu_tiles =
+            100_000_000 / scene.texture().unwrap().pyramid().unwrap().unwrap().tile_bytes_rgba8() as u32;
         let mut renderer =
             open(&gpu, &scene, [320, 180], |settings| settings.streaming.gpu_tiles = gpu_tiles.min(1000));
         let pose = pose(&scene, camera);

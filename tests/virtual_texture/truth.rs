@@ -1,16 +1,16 @@
 //! Stage 1 and the settled picture against the f64 reference, which shares no code with the shaders.
 
-use crate::{Device, open, pose, scene};
+use crate::{Device, landscapes, open, pose, scene};
 use ortelius::math::camera::Pose;
 use ortelius::paper::virtual_texture::Interpolation;
 use ortelius::paper::virtual_texture::figures::stage1::{self, compare_triples};
 use ortelius::paper::virtual_texture::reference::Tolerance;
 use ortelius::paper::virtual_texture::reference::picture::{Filter, Texels};
+use ortelius::paper::virtual_texture::session::{Settings, Target};
 use ortelius::picture::Picture;
 use ortelius::picture::error::{Difference, compare};
 use ortelius::reference::{Sample, View};
-use ortelius::renderer::{Settings, Target};
-use ortelius::scene::{SHIPPED, Scene};
+use ortelius::scene::Scene;
 
 /// [`stage1::radius_px`] of the largest picture here, rounded up.
 pub const RADIUS_PX: f64 = 1.0 / 128.0;
@@ -28,7 +28,7 @@ pub fn view_of(scene: &Scene, pose: &Pose, size: [u32; 2]) -> View {
 fn stage_1_differs_from_f64_only_at_borders_of_a_decision() {
     let gpu = Device::open();
     let size = [320, 180];
-    for (name, _) in SHIPPED {
+    for name in landscapes() {
         let scene = scene(name);
         let mut renderer = open(&gpu, &scene, size, |_| ());
         for camera in scene.cameras.keys() {

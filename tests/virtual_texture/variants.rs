@@ -2,15 +2,14 @@
 //! that cannot be are refused.
 
 use crate::lists::{assert_equals_reference, assert_lists, list, run};
-use crate::{Device, open, pose, scene};
+use crate::{Device, landscapes, open, pose, scene};
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::compact::CompactPass;
 use ortelius::paper::virtual_texture::dedup::DedupPass;
 use ortelius::paper::virtual_texture::footprint::Footprint;
+use ortelius::paper::virtual_texture::session::{Session as Renderer, needs};
 use ortelius::paper::virtual_texture::streaming::Keying;
 use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Layout, PAPER, U1Format, reference};
-use ortelius::renderer::{Renderer, needs};
-use ortelius::scene::SHIPPED;
 use ortelius::scene::source::TileFormat;
 use ortelius::vk::{BufferUse, Feature, Gpu, GpuOptions, Need, TexelCopy};
 use std::collections::BTreeSet;
@@ -83,7 +82,7 @@ fn assert_is_in_order(triples: &[[u32; 3]], dedup: Dedup) {
 fn every_variant_of_either_stage_lists_the_reference_set_in_all_scenes_and_formats() {
     let gpu = Device::open();
     let mut passes = Passes::default();
-    for (name, _) in SHIPPED {
+    for name in landscapes() {
         let scene = scene(name);
         for format in U1Format::ALL.into_iter().filter(|format| gpu.renders_to(format.image_format())) {
             let mut renderer = open(&gpu, &scene, [250, 141], |settings| settings.config.u1 = Some(format));

@@ -20,4 +20,5 @@ pub mod mesh;
 pub mod order;
 pub mod reference;
 pub mod run;
+pub mod session;
 pub mod simplify;

@@ -48,7 +48,8 @@ impl Stage1 {
     pub fn draw_at(bench: &Bench, scene: &str, size: [u32; 2]) -> anyhow::Result<Stage1> {
         let Place { scene: description, pose, .. } =
             Place::find(if scene == NOISE { "earth/headline" } else { scene })?;
-        let pyramid = description.texture.pyramid()?.context("a shipped scene states its texture's size")?;
+        let pyramid =
+            description.texture()?.pyramid()?.context("a shipped scene states its texture's size")?;
         let gpu = device(bench, &all_needs())?;
         let config = Config { u1: Some(U1Format::Packed), ..PAPER };
         let footprint = Footprint::new(&gpu, &pyramid, &config, size)?;

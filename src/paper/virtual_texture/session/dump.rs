@@ -6,7 +6,7 @@ use super::super::ruler::{RulerCheck, Verdicts};
 use super::super::{U1Format, surface};
 use super::{Session, SessionError};
 use crate::math::{camera::Pose, pyramid::Pyramid};
-use crate::vk::{self, BufferUse, Gpu, Image, TexelCopy};
+use crate::vk::{self, Gpu, Image};
 
 /// Stage 1 laid open: for each pixel, from the top left.
 pub struct FootprintPicture {
@@ -18,29 +18,12 @@ pub struct FootprintPicture {
     pub triples: Vec<[u32; 3]>,
 }
 
-/// All texels of an image's first level, tightly packed.
-///
-/// # Errors
-/// Device lost, out of memory.
-pub(super) fn read_image(gpu: &Gpu, image: &Image) -> vk::Result<Vec<u8>> {
-    let size = image.info().size;
-    let bytes = image.info().format.bytes(size);
-    let host = gpu.buffer("image read-back", bytes, BufferUse::Readback)?;
-    let mut frame = gpu.frame()?;
-    frame.pass("image read-back", |cmd| {
-        cmd.copy_from_image(image, &host, &[TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size }]);
-        Ok(())
-    })?;
-    frame.submit()?.wait()?;
-    Ok(host.mapped()[..bytes as usize].to_vec())
-}
-
 /// An image's first level as 32-bit words.
 ///
 /// # Errors
 /// Device lost, out of memory.
 pub fn read_words(gpu: &Gpu, image: &Image) -> vk::Result<Vec<u32>> {
-    let bytes = read_image(gpu, image)?;
+    let bytes = gpu.read_image(image)?;
     Ok(bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect())
 }
 
@@ -109,7 +92,7 @@ impl Session {
         frame.pass("footprint dump", |cmd| dump.draw(cmd, stage1, &self.pipeline.surface, &view))?;
         frame.submit()?.wait()?;
         let floats = |image| -> Result<Vec<[f32; 4]>, SessionError> {
-            let bytes = read_image(&self.gpu, image)?;
+            let bytes = self.gpu.read_image(image)?;
             Ok(bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect())
         };
         let coordinates = floats(&dump.coordinates)?.into_iter().map(|[s, t, ..]| [s, t]).collect();

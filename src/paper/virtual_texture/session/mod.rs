@@ -9,6 +9,8 @@ pub use compare::PlainComparison;
 pub use dump::{FootprintPicture, read_u1, read_words};
 pub use record::FrameRecord;
 
+pub use crate::picture::Target;
+
 use super::feedback::{self, Memory};
 use super::pipeline::{Finished, Pipeline};
 use super::resident::ResidentError;
@@ -20,7 +22,7 @@ use crate::scene::camera::continued;
 use crate::scene::source::{TileFormat, TileSource};
 use crate::scene::{self, Scene, TriplesFormat, mesh::Mesh};
 use crate::vk::shader::View;
-use crate::vk::{self, FRAMES_IN_FLIGHT, Feature, Format, Gpu, Image, ImageInfo, Need};
+use crate::vk::{self, FRAMES_IN_FLIGHT, Feature, Gpu, Image, ImageInfo, Need};
 use record::Lists;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -75,15 +77,6 @@ pub fn needs(config: &Config, format: TileFormat) -> Vec<Need> {
     };
     let blocks = (format == TileFormat::Bc1).then_some(blocks);
     config.needs().into_iter().chain(blocks).collect()
-}
-
-/// What the picture is kept in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
-    /// 8 bits of sRGB, for PNG and the screen.
-    Srgb8,
-    /// f32 of linear light, for EXR and comparisons.
-    Linear32,
 }
 
 /// All that a renderer needs besides the mesh and the texture.
@@ -197,11 +190,7 @@ impl Session {
         if wanted > 1 && wanted > border && settings.config.filter != Filtering::Stochastic {
             return Err(SessionError::Anisotropy { wanted, border });
         }
-        let format = match settings.target {
-            Target::Srgb8 => Format::Rgba8Srgb,
-            Target::Linear32 => Format::Rgba32Float,
-        };
-        let target = gpu.image("picture", ImageInfo::target(settings.size, format))?;
+        let target = gpu.image("picture", ImageInfo::target(settings.size, settings.target.into()))?;
         let streaming = Streaming::new(source.clone(), settings.streaming.clone())?;
         let bias = settings.streaming.level_bias;
         let counts = [settings.streaming.gpu_tiles, settings.streaming.upload_tiles_per_frame];
@@ -381,7 +370,7 @@ impl Session {
     /// Device lost, out of memory.
     pub fn picture_bytes(&mut self) -> Result<Vec<u8>, SessionError> {
         self.drain()?;
-        Ok(dump::read_image(&self.gpu, &self.target)?)
+        Ok(self.gpu.read_image(&self.target)?)
     }
 
     /// (name, bytes) of all that the scene made in video memory.

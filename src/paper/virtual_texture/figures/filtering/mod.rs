@@ -61,7 +61,7 @@ impl Shown {
         max_anisotropy: u32,
     ) -> anyhow::Result<Shown> {
         let mut place = Place::find(scene)?;
-        place.scene.texture.border = border;
+        place.scene.texture_mut()?.border = border;
         let mut opened = place.open(bench, size, |settings| {
             settings.target = Target::Linear32;
             settings.config.max_anisotropy = max_anisotropy;

@@ -102,7 +102,7 @@ impl Route {
     }
 
     fn pyramid(&self) -> anyhow::Result<Pyramid> {
-        self.scene.texture.pyramid()?.context("a synthetic texture states its size")
+        self.scene.texture()?.pyramid()?.context("a synthetic texture states its size")
     }
 
     /// Every `step`-th frame of the path, with its exact visible tiles before any bias, and those that it expects

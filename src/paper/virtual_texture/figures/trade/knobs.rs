@@ -1,6 +1,8 @@
 //! What can be turned on a scene to trade time for accuracy, and which turns go together.
 
-use crate::scene::{Compaction, Dedup, Filtering, Keying, Listing, Scene, TextureSource};
+use crate::scene::{
+    Compaction, Dedup, Filtering, Keying, Listing, Scene, Texture, TextureError, TextureSource,
+};
 
 /// A key of the scene, or several that go together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,14 +79,14 @@ struct Values {
 }
 
 impl Values {
-    fn of(scene: &Scene) -> Values {
+    fn of(scene: &Scene, texture: &Texture) -> Values {
         let variant = &scene.variant;
         Values {
             level_bias: variant.level_bias,
             filter: variant.filter,
             samples: variant.samples,
             max_anisotropy: variant.max_anisotropy,
-            border: scene.texture.border,
+            border: texture.border,
             list: variant.list,
             feedback_log2: variant.feedback_log2,
             stages: (variant.dedup, variant.compact, variant.keying),
@@ -158,9 +160,13 @@ fn filter_name(filter: Filtering) -> &'static str {
 }
 
 /// All settings that `knobs` give a scene, its own first, then those that change the fewest keys.
-pub fn settings(scene: &Scene, knobs: &[Knob]) -> Vec<Setting> {
-    let own = Values::of(scene);
-    let generated = !matches!(scene.texture.source, TextureSource::File(_));
+///
+/// # Errors
+/// A scene without a landscape.
+pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Setting>, TextureError> {
+    let texture = scene.texture()?;
+    let own = Values::of(scene, texture);
+    let generated = !matches!(texture.source, TextureSource::File(_));
     let mut all = vec![own];
     for knob in Knob::ALL.into_iter().filter(|knob| knobs.contains(knob)) {
         if knob == Knob::Border && !generated {
@@ -176,7 +182,7 @@ pub fn settings(scene: &Scene, knobs: &[Knob]) -> Vec<Setting> {
         }
     }
     settings.sort_by_key(|setting| setting.changes.len());
-    settings
+    Ok(settings)
 }
 
 #[cfg(test)]
@@ -187,7 +193,7 @@ mod tests {
     fn the_scenes_own_setting_comes_first_and_each_other_is_a_scene() {
         for name in ["earth", "plane"] {
             let scene = Scene::embedded(name).unwrap();
-            let all = settings(&scene, &Knob::ALL);
+            let all = settings(&scene, &Knob::ALL).unwrap();
             assert_eq!((all[0].name.as_str(), all[0].changes.len()), ("the scene's own", 0));
             assert!((40..200).contains(&all.len()), "{}", all.len());
             let mut names: Vec<&str> = all.iter().map(|setting| setting.name.as_str()).collect();
@@ -204,7 +210,7 @@ mod tests {
     #[test]
     fn a_border_follows_the_samples_where_the_source_is_generated() {
         let scene = Scene::embedded("plane").unwrap();
-        let all = settings(&scene, &[Knob::Anisotropy]);
+        let all = settings(&scene, &[Knob::Anisotropy]).unwrap();
         let changes: Vec<String> = all.iter().map(|setting| setting.changes.join(" ")).collect();
         assert_eq!(
             changes,
@@ -216,8 +222,8 @@ mod tests {
             ]
         );
         let mut file = scene.clone();
-        file.texture.source = TextureSource::File("a.tiles".into());
-        assert_eq!(settings(&file, &[Knob::Anisotropy, Knob::Border]).len(), 3);
-        assert_eq!(settings(&scene, &[]).len(), 1);
+        file.texture_mut().unwrap().source = TextureSource::File("a.tiles".into());
+        assert_eq!(settings(&file, &[Knob::Anisotropy, Knob::Border]).unwrap().len(), 3);
+        assert_eq!(settings(&scene, &[]).unwrap().len(), 1);
     }
 }

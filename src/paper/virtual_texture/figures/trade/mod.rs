@@ -83,7 +83,7 @@ impl Sweep<'_> {
     /// A scene or device that is not to be had, BC1 tiles (the reference reads none), a device that keeps no time.
     pub fn run(&self, bench: &Bench, progress: impl Fn(usize, usize)) -> anyhow::Result<Trade> {
         let scene = Scene::load_with(self.scene, self.overrides)?;
-        let settings = settings(&scene, self.knobs);
+        let settings = settings(&scene, self.knobs)?;
         let mut stage = self.stage(bench, &scene)?;
         let (own, others) = settings.split_first().expect("the scene's own setting");
         let mut anchor = stage.open(own)?.map_err(anyhow::Error::msg)?;
@@ -135,7 +135,7 @@ impl Sweep<'_> {
             pose,
             size,
             truth: Truth::new(&*source, &mesh, &pose, size)?,
-            sources: HashMap::from([(scene.texture.border, source)]),
+            sources: HashMap::from([(scene.texture()?.border, source)]),
         })
     }
 }
@@ -156,11 +156,11 @@ impl Stage<'_> {
             Ok(scene) => scene,
             Err(error) => return Ok(Err(error.to_string())),
         };
-        let source = match self.sources.get(&scene.texture.border) {
+        let source = match self.sources.get(&scene.texture()?.border) {
             Some(source) => source.clone(),
             None => Arc::new(Kept::new(scene.open_texture()?)),
         };
-        self.sources.insert(scene.texture.border, source.clone());
+        self.sources.insert(scene.texture()?.border, source.clone());
         let mut settings = Settings::of_scene(&scene, Target::Srgb8);
         settings.size = self.size;
         // Nobody watches it settle: as many tiles a frame as the staging memory is worth.

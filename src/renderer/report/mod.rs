@@ -1,7 +1,11 @@
 //! `--report`: everything that a run measured, as JSON, with what it takes to repeat the run.
 
-use super::{FrameRecord, PlainComparison, Renderer};
+mod surfaces;
+
+pub use surfaces::SurfacesReport;
+
 use crate::paper::virtual_texture::Interpolation;
+use crate::paper::virtual_texture::session::{FrameRecord, PlainComparison, Session};
 use crate::paper::virtual_texture::streaming::Keying;
 use crate::stats::Summary;
 use crate::vk::{FRAMES_IN_FLIGHT, PassTime};
@@ -198,7 +202,7 @@ impl From<&FrameRecord> for FrameReport {
     }
 }
 
-impl Renderer {
+impl Session {
     /// The report of all frames so far. `scene` and `camera` are the names that the user gave.
     pub fn report(&self, scene: &str, camera: &str, plain: Option<PlainComparison>) -> Report {
         let physical = self.gpu.physical();

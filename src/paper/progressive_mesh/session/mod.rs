@@ -1,0 +1,287 @@
+//! Frames of progressive meshes: every instance that is seen is brought to the level that its distance asks for, what
+//! that changed of the index buffers is copied, and all are drawn.
+//!
+//! A vertex is shaded as in a plain renderer: nothing of the levels is left in the shaders, unless vertices that
+//! appear are to move to their places (geomorphing): see [`vertices`].
+
+mod load;
+pub mod place;
+mod record;
+pub mod surface;
+pub mod vertices;
+
+pub use load::{LoadError, load};
+pub use record::FrameRecord;
+pub use surface::{Change, Model, Surface, SurfaceError};
+
+use crate::math::camera::Pose;
+use crate::picture::Target;
+use crate::scene::Scene;
+use crate::vk::shader::progressive_mesh::{geomorph_vert, surface_frag, surface_vert};
+use crate::vk::{
+    Buffer, BufferUse, Clear, ColorTarget, Depth, DepthTarget, FRAMES_IN_FLIGHT, Feature, Format, Geometry,
+    Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo, Need, Resource, Result, ShaderQuery, Ticket,
+};
+use glam::DVec3;
+use std::time::Instant;
+use vertices::VertexBuffer;
+
+/// A vertex that appears has reached its place when the wanted error has fallen to 2^-0.5 = 0.71 of what it was at its
+/// birth. Wider bands show a mesh that lags behind its level, narrower ones move faster.
+pub const MORPH_BAND_LOG2: f32 = 0.5;
+
+/// Towards the sun: south-west, 50 degrees high, so that slopes towards the eye of a camera that looks north are lit.
+pub fn sun() -> DVec3 {
+    DVec3::new(-0.45, -0.45, 0.77).normalize()
+}
+
+/// What is behind everything, linear light.
+pub const BACKGROUND: [f32; 4] = [0.02, 0.03, 0.05, 1.0];
+
+/// How frames are made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Pixels.
+    pub size: [u32; 2],
+    pub target: Target,
+    /// The device counts invocations of shaders: needs its feature.
+    pub count_shaders: bool,
+    /// Rounds of needless work for each vertex: for figures in which vertices are to be the bottleneck.
+    pub vertex_work: u32,
+}
+
+impl Settings {
+    /// What a scene asks for.
+    pub fn of_scene(scene: &Scene, target: Target) -> Settings {
+        Settings { size: [scene.view.width, scene.view.height], target, count_shaders: false, vertex_work: 0 }
+    }
+}
+
+/// Device features that frames need: give them to [`Gpu::new`].
+pub fn needs(settings: &Settings) -> Vec<Need> {
+    let counts = Need {
+        feature: Feature::PipelineStatistics,
+        pass: "surfaces",
+        without: "do without counts, or choose another --device",
+    };
+    settings.count_shaders.then_some(counts).into_iter().collect()
+}
+
+/// Runs the frames of progressive meshes on one device.
+pub struct Session {
+    pub gpu: Gpu,
+    pub settings: Settings,
+    pub surfaces: Vec<Surface>,
+    /// Frames that have ended, in order; those in flight are added by [`Session::drain`].
+    pub records: Vec<FrameRecord>,
+    plain: Option<GraphicsPipeline>,
+    geomorph: Option<GraphicsPipeline>,
+    target: Image,
+    depth: Image,
+    staging: [Buffer; FRAMES_IN_FLIGHT],
+    queries: Option<ShaderQuery>,
+    in_flight: [Option<(Ticket, FrameRecord)>; FRAMES_IN_FLIGHT],
+    next: u64,
+}
+
+/// Words that a frame copies, and where they go: (surface, first word there, words).
+#[derive(Default)]
+struct Copies {
+    words: Vec<u32>,
+    parts: Vec<(usize, usize, usize)>,
+}
+
+impl Session {
+    /// # Errors
+    /// What the device lacks, a mesh that is not one.
+    pub fn new(gpu: Gpu, models: &[Model], settings: Settings) -> std::result::Result<Session, SurfaceError> {
+        gpu.require(&needs(&settings))?;
+        let surfaces = models
+            .iter()
+            .map(|model| Surface::new(&gpu, model))
+            .collect::<std::result::Result<Vec<_>, _>>()?;
+        let morphs = |surface: &Surface| matches!(surface.vertices, VertexBuffer::Morph(_));
+        let pipeline = |vertex: &'static _| {
+            gpu.graphics_pipeline(&GraphicsInfo {
+                name: "surfaces",
+                vertex,
+                geometry: None,
+                fragment: Some(&surface_frag::SHADER),
+                specialization: &[("VERTEX_WORK", settings.vertex_work)],
+                points: false,
+                depth: Some(Depth::Write),
+                colors: &[settings.target.into()],
+                logic_or: false,
+            })
+        };
+        let plain = surfaces.iter().any(|surface| !morphs(surface));
+        let geomorph = surfaces.iter().any(morphs);
+        let staging = || gpu.buffer("levels: staging", 0, BufferUse::Upload);
+        Ok(Session {
+            plain: plain.then(|| pipeline(&surface_vert::SHADER)).transpose()?,
+            geomorph: geomorph.then(|| pipeline(&geomorph_vert::SHADER)).transpose()?,
+            target: gpu.image("picture", ImageInfo::target(settings.size, settings.target.into()))?,
+            depth: gpu.image("depth", ImageInfo::target(settings.size, Format::Depth32Float))?,
+            staging: [staging()?, staging()?],
+            queries: match settings.count_shaders {
+                true => Some(gpu.shader_query("surfaces: counts", FRAMES_IN_FLIGHT as u32)?),
+                false => None,
+            },
+            in_flight: Default::default(),
+            records: Vec::new(),
+            next: 0,
+            surfaces,
+            settings,
+            gpu,
+        })
+    }
+
+    /// Names of a frame's passes, in order.
+    pub fn passes() -> [&'static str; 2] {
+        ["levels", "surfaces"]
+    }
+
+    /// One frame from `pose`: levels, copies, draws.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn frame(&mut self, pose: &Pose) -> Result<()> {
+        let flight = (self.next % FRAMES_IN_FLIGHT as u64) as usize;
+        self.finish(flight)?;
+        let start = Instant::now();
+        let (mut copies, mut change) = (Copies::default(), Change::default());
+        for (n, surface) in self.surfaces.iter_mut().enumerate() {
+            let pixels = surface.settings.error_pixels;
+            change += surface.go(pose, self.settings.size, pixels, &mut |words, at| copies.add(n, words, at));
+        }
+        copies.stage(&self.gpu, &mut self.staging[flight])?;
+        let record = FrameRecord {
+            index: self.next,
+            change,
+            host: start.elapsed(),
+            error_factor: 1.0,
+            passes: Vec::new(),
+            counts: None,
+        };
+        let ticket = self.record(pose, flight, &copies)?;
+        self.in_flight[flight] = Some((ticket, record));
+        self.next += 1;
+        Ok(())
+    }
+
+    fn record(&self, pose: &Pose, flight: usize, copies: &Copies) -> Result<Ticket> {
+        let mut frame = self.gpu.frame()?;
+        let [levels, surfaces] = Session::passes();
+        frame.pass(levels, |cmd| {
+            let mut from = 0;
+            for (n, surface) in self.surfaces.iter().enumerate() {
+                let mut ranges = Vec::new();
+                for &(_, at, words) in copies.parts.iter().filter(|(surface, ..)| *surface == n) {
+                    ranges.push([from, 4 * at as u64, 4 * words as u64]);
+                    from += 4 * words as u64;
+                }
+                cmd.copy_ranges(&self.staging[flight], &surface.indices, &ranges);
+            }
+            Ok(())
+        })?;
+        frame.pass(surfaces, |cmd| match &self.queries {
+            Some(query) => cmd.counted(query, flight as u32, |cmd| self.draw(cmd, pose)),
+            None => self.draw(cmd, pose),
+        })?;
+        frame.submit()
+    }
+
+    fn draw(&self, cmd: &mut crate::vk::Cmd<'_>, pose: &Pose) -> Result<()> {
+        let size = self.settings.size;
+        let color = ColorTarget { image: &self.target, clear: Clear::Float(BACKGROUND) };
+        let depth = DepthTarget { image: &self.depth, clear: true };
+        cmd.render(size, &[color], Some(depth), |render| {
+            for surface in &self.surfaces {
+                let slices = surface.slices(pose, size, sun());
+                let (pipeline, resources, vertices) = match &surface.vertices {
+                    VertexBuffer::Plain(buffer) => (&self.plain, vec![], Some(buffer)),
+                    VertexBuffer::Morph(buffer) => {
+                        (&self.geomorph, vec![(geomorph_vert::MORPH, Resource::Buffer(buffer))], None)
+                    }
+                };
+                let pipeline = pipeline.as_ref().expect("made for the surfaces that there are");
+                let geometry = Geometry { vertices, indices: &surface.indices };
+                render.draw_slices(pipeline, &resources, geometry, &slices)?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Waits for the frame in place `flight`, and keeps its record.
+    fn finish(&mut self, flight: usize) -> Result<()> {
+        let Some((ticket, mut record)) = self.in_flight[flight].take() else { return Ok(()) };
+        record.passes = ticket.wait()?;
+        record.counts = self.queries.as_ref().map(|query| query.read(flight as u32)).transpose()?;
+        self.records.push(record);
+        Ok(())
+    }
+
+    /// Waits for every frame in flight, so that [`Session::records`] holds all of them.
+    ///
+    /// # Errors
+    /// Device lost.
+    pub fn drain(&mut self) -> Result<()> {
+        for n in self.next..self.next + FRAMES_IN_FLIGHT as u64 {
+            self.finish((n % FRAMES_IN_FLIGHT as u64) as usize)?;
+        }
+        Ok(())
+    }
+
+    /// The last frame's picture, rows from the top: sRGB bytes or f32 of linear light, RGBA.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn picture_bytes(&mut self) -> Result<Vec<u8>> {
+        self.drain()?;
+        self.gpu.read_image(&self.target)
+    }
+
+    /// (name, bytes) of all that the scene made in video memory; staging grows with what a frame changes.
+    pub fn memory(&self) -> Vec<(String, u64)> {
+        let of_surface = |surface: &Surface| {
+            [
+                (format!("{}: vertices", surface.name), surface.vertices.bytes()),
+                (format!("{}: indices", surface.name), surface.indices.bytes()),
+            ]
+        };
+        let mut memory: Vec<_> = self.surfaces.iter().flat_map(of_surface).collect();
+        memory.push(("levels: staging".into(), self.staging.iter().map(Buffer::bytes).sum()));
+        memory.push(("depth".into(), self.depth.bytes()));
+        memory.push(("picture".into(), self.target.bytes()));
+        memory
+    }
+}
+
+impl Copies {
+    fn add(&mut self, surface: usize, words: &[u32], at: usize) {
+        self.words.extend_from_slice(words);
+        self.parts.push((surface, at, words.len()));
+    }
+
+    /// Into mapped memory, a larger one where it does not suffice.
+    fn stage(&self, gpu: &Gpu, staging: &mut Buffer) -> Result<()> {
+        let bytes: &[u8] = bytemuck::cast_slice(&self.words);
+        if staging.bytes() < bytes.len() as u64 {
+            *staging =
+                gpu.buffer("levels: staging", bytes.len().next_power_of_two() as u64, BufferUse::Upload)?;
+        }
+        staging.mapped_mut()[..bytes.len()].copy_from_slice(bytes);
+        Ok(())
+    }
+}
+
+impl std::ops::AddAssign for Change {
+    fn add_assign(&mut self, other: Change) {
+        self.instances_seen += other.instances_seen;
+        self.faces += other.faces;
+        self.vertices += other.vertices;
+        self.splits += other.splits;
+        self.collapses += other.collapses;
+        self.upload_bytes += other.upload_bytes;
+    }
+}

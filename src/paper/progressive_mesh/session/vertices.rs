@@ -1,0 +1,114 @@
+//! The vertex buffer: one for a mesh, whatever its level and however many its instances.
+
+use crate::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh, Vertices};
+use crate::vk::shader::{VertexFormat, progressive_mesh::surface_vert};
+use crate::vk::{Buffer, BufferUse, Gpu, Result};
+use glam::DVec3;
+use std::mem::offset_of;
+
+/// What surface.vert reads.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SurfaceVertex {
+    pub position: [f32; 3],
+    pub normal: [f32; 3],
+}
+
+/// What geomorph.vert reads: a vertex with the split that made it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct MorphVertex {
+    pub position: [f32; 3],
+    /// log2 of the error of the level below its birth, in object units: once less is wanted, it lives.
+    pub birth_log2: f32,
+    pub normal: [f32; 3],
+    /// The vertex whose place it leaves; itself where there is none.
+    pub split_vertex: u32,
+}
+
+/// log2 of a birth before all errors: of the vertices of M0, and of those that replace nothing.
+pub const ALWAYS_LOG2: f32 = 1000.0;
+/// log2 of an error wanted so small that every vertex has arrived.
+pub const EXACT_LOG2: f32 = -1000.0;
+
+/// One unit vector for each vertex: the model's own, or, where it has none, the mean of the full mesh's faces around
+/// the position, weighted by their area. They stay the same at every level: what changes with the level is the shape.
+pub fn normals(mesh: &ProgressiveMesh, full: &[[u32; 3]]) -> Vec<[f32; 3]> {
+    let Vertices { positions, welded, attributes, .. } = &mesh.vertices;
+    if !attributes.normals.is_empty() {
+        return attributes.normals.clone();
+    }
+    let at = |vertex: u32| DVec3::from(positions[vertex as usize].map(f64::from));
+    let mut sums = vec![DVec3::ZERO; positions.len()];
+    for face in full {
+        let [a, b, c] = face.map(at);
+        let twice_area = (b - a).cross(c - a);
+        face.iter().for_each(|&vertex| sums[welded[vertex as usize] as usize] += twice_area);
+    }
+    // Where all faces cancel out or have no area any direction is as wrong as another.
+    let unit = |&first: &u32| sums[first as usize].normalize_or(DVec3::Z).as_vec3().to_array();
+    welded.iter().map(unit).collect()
+}
+
+/// Each vertex with its birth.
+pub fn morph_vertices(mesh: &ProgressiveMesh, normals: &[[f32; 3]]) -> Vec<MorphVertex> {
+    let first = mesh.levels[0].vertices;
+    let mut births: Vec<(f32, u32)> = (0..first).map(|vertex| (ALWAYS_LOG2, vertex)).collect();
+    for pair in mesh.levels.windows(2) {
+        for vertex in pair[0].vertices..pair[1].vertices {
+            births.push(match mesh.splits.split_vertices[(vertex - first) as usize] {
+                NOWHERE => (ALWAYS_LOG2, vertex),
+                // An error of 0 is never above what is wanted; its logarithm is kept finite.
+                split => (pair[0].error.log2().max(EXACT_LOG2), split),
+            });
+        }
+    }
+    let morph = |(vertex, (birth_log2, split_vertex)): (usize, (f32, u32))| MorphVertex {
+        position: mesh.vertices.positions[vertex],
+        birth_log2,
+        normal: normals[vertex],
+        split_vertex,
+    };
+    births.into_iter().enumerate().map(morph).collect()
+}
+
+/// The vertices in video memory, in the form that one of the two shaders reads.
+pub enum VertexBuffer {
+    Plain(Buffer),
+    Morph(Buffer),
+}
+
+impl VertexBuffer {
+    /// # Errors
+    /// Out of memory, device lost.
+    pub fn new(
+        gpu: &Gpu,
+        name: &str,
+        mesh: &ProgressiveMesh,
+        normals: &[[f32; 3]],
+        geomorph: bool,
+    ) -> Result<Self> {
+        // Tightly packed in the order of the shader's locations: the struct must lie so too.
+        let layout = [
+            (VertexFormat::Float3, offset_of!(SurfaceVertex, position)),
+            (VertexFormat::Float3, offset_of!(SurfaceVertex, normal)),
+        ];
+        let read: Vec<_> = surface_vert::SHADER.inputs.iter().map(|(_, format)| *format).collect();
+        assert_eq!(read, layout.map(|(format, _)| format), "surface.vert's inputs");
+        assert_eq!(layout.map(|(_, offset)| offset), [0, 12], "SurfaceVertex's members");
+        gpu.require_indices(name, normals.len())?;
+        if geomorph {
+            let vertices = morph_vertices(mesh, normals);
+            return Ok(Self::Morph(gpu.buffer_with(name, &vertices, BufferUse::Storage)?));
+        }
+        let both = mesh.vertices.positions.iter().zip(normals);
+        let vertices: Vec<_> = both.map(|(&position, &normal)| SurfaceVertex { position, normal }).collect();
+        Ok(Self::Plain(gpu.buffer_with(name, &vertices, BufferUse::Vertices)?))
+    }
+
+    pub fn bytes(&self) -> u64 {
+        match self {
+            Self::Plain(buffer) | Self::Morph(buffer) => buffer.bytes(),
+        }
+    }
+}

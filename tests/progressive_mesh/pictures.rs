@@ -1,0 +1,265 @@
+//! Frames on the device, with validation: against f64 pictures of the same level, and against a session that has no
+//! past.
+
+use glam::{DVec2, DVec3};
+use ortelius::math::camera::Pose;
+use ortelius::paper::progressive_mesh::session::{
+    BACKGROUND, MORPH_BAND_LOG2, Session, Settings, load, place::Place, sun, vertices,
+};
+use ortelius::picture::Target;
+use ortelius::picture::{Picture, error::compare};
+use ortelius::reference::{Sample, View};
+use ortelius::renderer::{Options, Renderer};
+use ortelius::scene::Scene;
+use ortelius::scene::mesh::SourceMesh;
+use ortelius::vk::{Feature, Gpu, GpuOptions};
+use std::ops::Deref;
+
+/// A validating device; dropping it fails the test where a message came.
+pub struct Device(Gpu);
+
+impl Device {
+    pub fn open() -> Device {
+        let options =
+            GpuOptions { validate: true, wishes: &[Feature::PipelineStatistics], ..GpuOptions::default() };
+        Device(Gpu::new(&options).unwrap_or_else(|e| panic!("{e}; `./x test` installs what is missing")))
+    }
+}
+
+impl Deref for Device {
+    type Target = Gpu;
+    fn deref(&self) -> &Gpu {
+        &self.0
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            let messages = self.0.messages();
+            assert!(messages.is_empty(), "{messages:#?}");
+        }
+    }
+}
+
+const SIZE: [u32; 2] = [320, 180];
+
+fn scene(name: &str, changes: &[&str]) -> Scene {
+    let changes: Vec<String> = changes.iter().map(|change| change.to_string()).collect();
+    Scene::load_with(name, &changes).unwrap()
+}
+
+pub fn open(gpu: &Gpu, scene: &Scene) -> Session {
+    let settings = Settings { size: SIZE, ..Settings::of_scene(scene, Target::Linear32) };
+    Session::new(gpu.clone(), &load(scene).unwrap(), settings).unwrap()
+}
+
+fn picture(session: &mut Session) -> Picture {
+    let bytes = session.picture_bytes().unwrap();
+    Picture::new(SIZE[0], SIZE[1], bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect())
+}
+
+/// Position and normal of each vertex as they are to be seen, f64: moved, where a band is given, from the vertex that
+/// it split from.
+fn seen_vertices(scene: &Scene, wanted: f64, band_log2: Option<f64>) -> Vec<(DVec3, DVec3)> {
+    let model = &load(scene).unwrap()[0];
+    let mesh = &model.mesh;
+    let full = ortelius::paper::progressive_mesh::cache::live_faces(mesh, mesh.last_level());
+    let normals = vertices::normals(mesh, &full);
+    let dvec3 = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+    let mut seen: Vec<(DVec3, DVec3)> = mesh
+        .vertices
+        .positions
+        .iter()
+        .zip(&normals)
+        .map(|(&position, &normal)| (dvec3(position), dvec3(normal)))
+        .collect();
+    let Some(band_log2) = band_log2 else { return seen };
+    let first = mesh.levels[0].vertices as usize;
+    // A split vertex comes before the vertices that split from it: its place is known.
+    for level in 1..mesh.levels.len() {
+        let (before, after) = (&mesh.levels[level - 1], &mesh.levels[level]);
+        for vertex in before.vertices as usize..after.vertices as usize {
+            let split = mesh.splits.split_vertices[vertex - first] as usize;
+            let share = ((f64::from(before.error).log2() - wanted.log2()) / band_log2).clamp(0.0, 1.0);
+            let (own, from) = (seen[vertex], seen[split]);
+            seen[vertex] = (from.0.lerp(own.0, share), from.1.lerp(own.1, share));
+        }
+    }
+    seen
+}
+
+/// The f64 view of what the session's one instance shows at its level, and each triangle's normals.
+fn truth(session: &Session, pose: &Pose, seen: &[(DVec3, DVec3)]) -> (View, Vec<[DVec3; 3]>) {
+    let (place, _) = session.surfaces[0].instances().next().unwrap();
+    let place: Place = *place;
+    let (mut mesh, mut normals) = (SourceMesh::default(), Vec::new());
+    for (n, face) in session.surfaces[0].faces(0).iter().enumerate() {
+        mesh.positions.extend(face.map(|vertex| place.to_world(seen[vertex as usize].0)));
+        // Texture coordinates that are the barycentric ones: the rasteriser interpolates them.
+        mesh.coordinates.extend([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(DVec2::from));
+        mesh.triangles.push([0, 1, 2].map(|corner| 3 * n as u32 + corner));
+        normals.push(face.map(|vertex| place.rotation * seen[vertex as usize].1));
+    }
+    (View::new(&mesh, &pose.world_to_clip(SIZE[0], SIZE[1]), pose.eye, SIZE), normals)
+}
+
+fn shade(sample: &Sample, normals: &[[DVec3; 3]]) -> [f32; 4] {
+    let [a, b, c] = normals[sample.triangle as usize];
+    let normal = a * (1.0 - sample.s - sample.t) + b * sample.s + c * sample.t;
+    let grey = 0.6 * (0.25 + 0.75 * normal.normalize().dot(sun()).max(0.0));
+    [grey as f32, grey as f32, grey as f32, 1.0]
+}
+
+/// A pixel lies inside one triangle if its centre, moved by what a GPU's snapping to 1/256 pixel and f32 make of it,
+/// stays there.
+const RADIUS_PX: f64 = 1.0 / 128.0;
+/// Linear light. A 256th of a pixel in a triangle of a third of a pixel's width turns a barycentric coordinate by
+/// 1/85; normals of neighbours differ by up to a radian on the bunny's ears, and light by 0.45 a radian.
+const BOUND: f64 = 0.45 / 85.0;
+
+/// Pixels of the session's picture beyond BOUND from the f64 picture inside one triangle or outside all, and the worst.
+fn beyond_f64(session: &mut Session, pose: &Pose, seen: &[(DVec3, DVec3)]) -> (usize, f64) {
+    let picture = picture(session);
+    let (view, normals) = truth(session, pose, seen);
+    let samples = view.samples();
+    let shown = samples.iter().map(|s| s.as_ref().map_or(BACKGROUND, |s| shade(s, &normals))).collect();
+    let difference = compare(&picture, &Picture::new(SIZE[0], SIZE[1], shown)).unwrap();
+    let sure = |x, y| {
+        let candidates = view.candidates(x, y, RADIUS_PX);
+        candidates.samples.len() + usize::from(candidates.background) == 1
+    };
+    let sure: Vec<f64> = difference.pixels().filter(|p| sure(p.x, p.y)).map(|p| p.value).collect();
+    let covered = samples.iter().flatten().count();
+    assert!(covered > 2000 && sure.len() > 50_000, "{covered} pixels covered, {} sure", sure.len());
+    let worst = sure.iter().copied().fold(0.0, f64::max);
+    let beyond = sure.iter().filter(|value| **value > BOUND).count();
+    println!("worst of {} pixels {worst:.5}, {beyond} beyond {BOUND:.5}; {covered} covered", sure.len());
+    (beyond, worst)
+}
+
+#[test]
+fn a_level_is_drawn_as_f64_draws_it() {
+    let gpu = Device::open();
+    for (source, pixels) in [("bunny", "1.0"), ("bunny", "6.0"), ("solid", "1.0"), ("torus", "2.0")] {
+        let changes = [
+            format!("progressive_mesh.bunny.source={source}"),
+            format!("progressive_mesh.bunny.error_pixels={pixels}"),
+        ];
+        let scene = scene("bunny", &[&changes[0], &changes[1], "progressive_mesh.bunny.heading_deg=30.0"]);
+        let pose = scene.camera("near").unwrap().pose();
+        let mut session = open(&gpu, &scene);
+        session.frame(&pose).unwrap();
+        let level = session.surfaces[0].instances().next().unwrap().1;
+        assert!(0 < level && level < session.surfaces[0].program.last_level(), "{source}: level {level}");
+        let (beyond, worst) = beyond_f64(&mut session, &pose, &seen_vertices(&scene, 1.0, None));
+        assert_eq!(beyond, 0, "{source}, {pixels} pixels: worst {worst}");
+    }
+}
+
+/// The neighbour that must be rejected: the picture of other vertices, each a hundredth of the model away.
+#[test]
+fn a_hundredth_of_the_models_size_is_not_the_f64_picture() {
+    let gpu = Device::open();
+    let scene = scene("bunny", &[]);
+    let pose = scene.camera("near").unwrap().pose();
+    let mut session = open(&gpu, &scene);
+    session.frame(&pose).unwrap();
+    let mut seen = seen_vertices(&scene, 1.0, None);
+    let size = seen.iter().map(|(position, _)| position.length()).fold(0.0, f64::max);
+    seen.iter_mut().for_each(|(position, normal)| *position += *normal * (0.01 * size));
+    let (beyond, _) = beyond_f64(&mut session, &pose, &seen);
+    assert!(beyond > 100, "{beyond}");
+}
+
+#[test]
+fn a_vertex_on_its_way_is_drawn_where_f64_puts_it() {
+    let gpu = Device::open();
+    let scene =
+        scene("bunny", &["progressive_mesh.bunny.geomorph=true", "progressive_mesh.bunny.error_pixels=8"]);
+    let pose = scene.camera("near").unwrap().pose();
+    let mut session = open(&gpu, &scene);
+    session.frame(&pose).unwrap();
+    let wanted = session.surfaces[0].instances().next().unwrap().0.wanted_error(&pose, SIZE[1], 8.0);
+    let moved = seen_vertices(&scene, wanted, Some(f64::from(MORPH_BAND_LOG2)));
+    let (beyond, worst) = beyond_f64(&mut session, &pose, &moved);
+    assert_eq!(beyond, 0, "worst {worst}");
+    // And not where it will be.
+    let (beyond, _) = beyond_f64(&mut session, &pose, &seen_vertices(&scene, wanted, None));
+    assert!(beyond > 100, "{beyond}");
+}
+
+#[test]
+fn a_herd_that_has_walked_shows_what_one_that_just_came_shows() {
+    let gpu = Device::open();
+    let changes = ["progressive_mesh.herd.instances=40", "progressive_mesh.herd.aside_m=8"];
+    let scene = scene("herd", &changes);
+    let path = scene.path("walk").unwrap();
+    let mut walked = open(&gpu, &scene);
+    for frame in (0..=120).step_by(10).chain((60..120).rev().step_by(20)) {
+        walked.frame(&path.pose(frame)).unwrap();
+        if frame % 60 == 0 {
+            let mut fresh = open(&gpu, &scene);
+            fresh.frame(&path.pose(frame)).unwrap();
+            assert!(walked.picture_bytes().unwrap() == fresh.picture_bytes().unwrap(), "frame {frame}");
+        }
+    }
+    walked.drain().unwrap();
+    let sum = |of: fn(&ortelius::paper::progressive_mesh::session::Change) -> u64| -> u64 {
+        walked.records.iter().map(|record| of(&record.change)).sum()
+    };
+    assert!(sum(|c| c.splits) > 1000 && sum(|c| c.collapses) > 1000, "levels went up and down");
+    let culled = walked.records.iter().any(|record| record.change.instances_seen < 40);
+    assert!(culled, "some were out of sight");
+    // What has not changed is not copied: the last levels' blocks are far fewer than all faces.
+    let last = &walked.records.last().unwrap().change;
+    assert!(last.upload_bytes < 12 * last.faces, "{last:?}");
+    let quiet = path.pose(0);
+    for _ in 0..2 {
+        walked.frame(&quiet).unwrap();
+    }
+    walked.drain().unwrap();
+    assert_eq!(walked.records.last().unwrap().change.upload_bytes, 0, "a camera that stands changes nothing");
+}
+
+#[test]
+fn the_device_counts_every_index_and_no_more_vertices_than_those() {
+    let gpu = Device::open();
+    let scene = scene("herd", &["progressive_mesh.herd.instances=20"]);
+    let settings = Settings { size: SIZE, count_shaders: true, ..Settings::of_scene(&scene, Target::Srgb8) };
+    let mut session = Session::new(gpu.clone(), &load(&scene).unwrap(), settings).unwrap();
+    session.frame(&scene.camera("start").unwrap().pose()).unwrap();
+    session.drain().unwrap();
+    let record = &session.records[0];
+    let counts = record.counts.unwrap();
+    assert_eq!(counts.input_vertices, 3 * record.change.faces);
+    assert!(counts.vertex_invocations >= record.change.vertices, "{counts:?}, {:?}", record.change);
+    assert!(counts.vertex_invocations <= counts.input_vertices, "{counts:?}");
+    assert!(counts.fragment_invocations > 0);
+}
+
+#[test]
+fn a_scene_asks_for_what_it_shows_and_nothing_else() {
+    let opened = |name: &str, changes: &[&str]| {
+        let scene = scene(name, changes);
+        let options = Options {
+            target: Target::Srgb8,
+            size: Some([64, 36]),
+            device: None,
+            validate: true,
+            deterministic: false,
+        };
+        let renderer = Renderer::open(&scene, &options).unwrap();
+        let names = |list: Vec<(String, u64)>| list.into_iter().map(|(name, _)| name).collect::<Vec<_>>();
+        (renderer.needs().len(), renderer.passes(), names(renderer.memory()))
+    };
+    let (features, passes, memory) = opened("bunny", &[]);
+    assert_eq!((features, passes), (0, vec!["levels".to_owned(), "surfaces".to_owned()]));
+    assert_eq!(memory, ["bunny: vertices", "bunny: indices", "levels: staging", "depth", "picture"]);
+    let (_, passes, memory) = opened("plane", &["texture.width_log2=12", "texture.height_log2=11"]);
+    assert!(!passes.iter().any(|pass| pass == "levels" || pass == "surfaces"), "{passes:?}");
+    assert!(
+        !memory.iter().any(|name| name.starts_with("levels") || name.ends_with("vertices")),
+        "{memory:?}"
+    );
+}
