@@ -1,6 +1,7 @@
 //! An arrangement of faces becomes a progressive mesh: vertices in the order of their appearance, slots for faces,
 //! splits, cycles (paper 2, sections 3 to 5).
 
+use super::descent::Descent;
 use crate::math::ragged::Ragged;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh, Splits, Swaps, Vertices};
 use crate::paper::progressive_mesh::simplify::Collapses;
@@ -32,10 +33,7 @@ pub(super) fn assemble(model: &Model, collapses: &Collapses, arrangement: &Arran
     let order = VertexOrder::new(model, collapses, &arrangement.births);
     let levels = levels(collapses, &order, model.faces.len());
     // Downwards first: what each face is when it is removed, and which faces each collapse changes.
-    let mut down = Descent::new(model);
-    for collapse in 0..collapses.wedges.len() {
-        down.collapse(collapses, collapse);
-    }
+    let down = Descent::new(model, collapses);
     let faces = arrangement.births.iter();
     let faces =
         faces.map(|&face| down.faces[face as usize].map(|wedge| order.vertex[wedge as usize])).collect();
@@ -77,44 +75,6 @@ impl VertexOrder {
             wedges.push(wedge);
         }
         Self { wedges, vertex: place }
-    }
-}
-
-/// From the full mesh down: the model's faces with their corners' wedges.
-struct Descent {
-    faces: Vec<[u32; 3]>,
-    alive: Vec<bool>,
-    /// For each wedge the faces that had it as a corner at some level; dead ones are among them.
-    around: Vec<Vec<u32>>,
-    /// For each removed wedge, in the order of removal, the live faces in which another took its place.
-    changed: Ragged<u32>,
-}
-
-impl Descent {
-    fn new(model: &Model) -> Self {
-        let mut around = vec![Vec::new(); model.wedge_positions.len()];
-        for (face, corners) in model.faces.iter().enumerate() {
-            corners.iter().for_each(|&wedge| around[wedge as usize].push(face as u32));
-        }
-        let alive = vec![true; model.faces.len()];
-        Self { faces: model.faces.clone(), alive, around, changed: Ragged::default() }
-    }
-
-    fn collapse(&mut self, collapses: &Collapses, collapse: usize) {
-        for &face in collapses.faces.row(collapse) {
-            assert!(std::mem::take(&mut self.alive[face as usize]), "face {face} is removed twice");
-        }
-        for &[wedge, target] in collapses.wedges.row(collapse) {
-            let mut around = std::mem::take(&mut self.around[wedge as usize]);
-            around.retain(|&face| self.alive[face as usize]);
-            assert!(around.is_empty() || target != NOWHERE, "wedge {wedge} vanishes, but not its faces");
-            for &face in &around {
-                let corners = &mut self.faces[face as usize];
-                corners.iter_mut().filter(|corner| **corner == wedge).for_each(|corner| *corner = target);
-                self.around[target as usize].push(face);
-            }
-            self.changed.push(around);
-        }
     }
 }
 

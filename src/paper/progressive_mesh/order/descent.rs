@@ -1,0 +1,51 @@
+//! A model taken down to M0: what each collapse changes.
+
+use crate::math::ragged::Ragged;
+use crate::paper::progressive_mesh::mesh::NOWHERE;
+use crate::paper::progressive_mesh::simplify::Collapses;
+use crate::scene::model::Model;
+
+/// From the full mesh down: the model's faces with their corners' wedges.
+pub(super) struct Descent {
+    /// Each face as it is at its first level: when it appears, or in M0.
+    pub faces: Vec<[u32; 3]>,
+    alive: Vec<bool>,
+    /// For each wedge the faces that had it as a corner at some level; dead ones are among them.
+    around: Vec<Vec<u32>>,
+    /// For each removed wedge, in the order of removal, the live faces in which another took its place.
+    pub changed: Ragged<u32>,
+}
+
+impl Descent {
+    /// # Panics
+    /// If `collapses` are not of `model`: a face removed twice, or one that lives on without a vertex.
+    pub fn new(model: &Model, collapses: &Collapses) -> Self {
+        let mut around = vec![Vec::new(); model.wedge_positions.len()];
+        for (face, corners) in model.faces.iter().enumerate() {
+            corners.iter().for_each(|&wedge| around[wedge as usize].push(face as u32));
+        }
+        let alive = vec![true; model.faces.len()];
+        let mut descent = Self { faces: model.faces.clone(), alive, around, changed: Ragged::default() };
+        for collapse in 0..collapses.wedges.len() {
+            descent.collapse(collapses, collapse);
+        }
+        descent
+    }
+
+    fn collapse(&mut self, collapses: &Collapses, collapse: usize) {
+        for &face in collapses.faces.row(collapse) {
+            assert!(std::mem::take(&mut self.alive[face as usize]), "face {face} is removed twice");
+        }
+        for &[wedge, target] in collapses.wedges.row(collapse) {
+            let mut around = std::mem::take(&mut self.around[wedge as usize]);
+            around.retain(|&face| self.alive[face as usize]);
+            assert!(around.is_empty() || target != NOWHERE, "wedge {wedge} vanishes, but not its faces");
+            for &face in &around {
+                let corners = &mut self.faces[face as usize];
+                corners.iter_mut().filter(|corner| **corner == wedge).for_each(|corner| *corner = target);
+                self.around[target as usize].push(face);
+            }
+            self.changed.push(around);
+        }
+    }
+}

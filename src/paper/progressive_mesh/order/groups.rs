@@ -1,0 +1,105 @@
+//! Where groups of splits end: the levels that carry tswaps (paper 2, section 5; how groups are chosen is a gap).
+
+use crate::paper::progressive_mesh::simplify::Collapses;
+
+/// How the splits are divided into groups.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Groups {
+    /// So many groups of equally many splits.
+    Uniform(u32),
+    /// Each group multiplies the faces by the same number, which is at most this (above 1).
+    Geometric(f64),
+    /// As many groups of one ratio as keep the faces that change their slots, at most all live ones at each group's
+    /// end, below so many for each split.
+    Budget(f64),
+}
+
+/// The levels at which groups end, ascending; the last is the full mesh. None where there are no splits.
+///
+/// # Panics
+/// If the groups' number makes no sense: no groups, a ratio not above 1, a budget that is not positive.
+pub(super) fn group_ends(groups: Groups, collapses: &Collapses, faces: usize) -> Vec<u32> {
+    let last = collapses.faces.len();
+    if last == 0 {
+        return Vec::new();
+    }
+    let base = faces - collapses.faces.items().len();
+    // A base of no faces at all (every component vanishes) has no ratio: one face is as near.
+    let growth = (faces as f64 / base.max(1) as f64).ln();
+    let mut ends = match groups {
+        Groups::Uniform(count) => {
+            assert!(count > 0, "no groups at all");
+            (1..=u64::from(count)).map(|n| (n * last as u64 / u64::from(count)) as u32).collect()
+        }
+        Groups::Geometric(ratio) => {
+            assert!(ratio > 1.0, "faces grow by {ratio} with each group");
+            geometric(collapses, base, (growth / ratio.ln()).ceil().max(1.0) as u32, growth)
+        }
+        Groups::Budget(moves) => {
+            assert!(moves > 0.0, "{moves} moved faces for each split");
+            let moved = |count: u32| {
+                let ends =
+                    (1..=count).map(|n| base as f64 * (growth * f64::from(n) / f64::from(count)).exp());
+                ends.sum::<f64>() / last as f64
+            };
+            let mut count = 1;
+            while (count as usize) < last && moved(count + 1) <= moves {
+                count += 1;
+            }
+            geometric(collapses, base, count, growth)
+        }
+    };
+    ends.retain(|&end| end > 0);
+    ends.dedup();
+    ends
+}
+
+/// `count` groups of one ratio: each ends with the first level that has its faces.
+fn geometric(collapses: &Collapses, base: usize, count: u32, growth: f64) -> Vec<u32> {
+    let last = collapses.faces.len();
+    let (mut level, mut faces) = (0, base);
+    let mut ends = Vec::new();
+    for n in 1..=count {
+        let wanted = base.max(1) as f64 * (growth * f64::from(n) / f64::from(count)).exp();
+        // Less than half a face short is there: a power is not exact.
+        while level < last && (n == count || faces as f64 + 0.5 < wanted) {
+            level += 1;
+            faces += collapses.faces.row(last - level).len();
+        }
+        ends.push(level as u32);
+    }
+    ends
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::ragged::Ragged;
+
+    fn pairs(count: u32) -> Collapses {
+        let faces: Ragged<u32> = (0..count).map(|n| [2 * n, 2 * n + 1]).collect();
+        Collapses { faces, ..Collapses::default() }
+    }
+
+    #[test]
+    fn groups_end_at_equal_steps_or_equal_ratios() {
+        let collapses = pairs(150);
+        assert_eq!(group_ends(Groups::Uniform(3), &collapses, 400), [50, 100, 150]);
+        // 100, 200 and 400 faces.
+        assert_eq!(group_ends(Groups::Geometric(2.0), &collapses, 400), [50, 150]);
+        assert_eq!(group_ends(Groups::Geometric(9.0), &collapses, 400), [150]);
+        assert_eq!(group_ends(Groups::Uniform(900), &collapses, 400).len(), 150);
+        assert_eq!(group_ends(Groups::Geometric(1.1), &pairs(0), 400), [0; 0]);
+    }
+
+    #[test]
+    fn a_budget_is_not_exceeded_even_if_every_face_moves() {
+        for moves in [4.0, 10.0, 23.0] {
+            let collapses = pairs(5000);
+            let ends = group_ends(Groups::Budget(moves), &collapses, 10_064);
+            let moved: u32 = ends.iter().map(|end| 64 + 2 * end).sum();
+            let each = f64::from(moved) / 5000.0;
+            assert!(each < moves * 1.01 && each > 0.8 * moves, "{each} of {moves}");
+        }
+    }
+}

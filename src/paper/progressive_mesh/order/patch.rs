@@ -1,0 +1,72 @@
+//! A part of a mesh whose faces get a new order, in its own indices.
+
+/// Faces with small vertex numbers, and the faces around each vertex.
+pub(super) struct Patch {
+    pub faces: Vec<[u32; 3]>,
+    pub vertices: usize,
+    /// Vertex v's faces are `around[starts[v] .. starts[v + 1]]`.
+    starts: Vec<u32>,
+    around: Vec<u32>,
+}
+
+/// Numbers vertices of a large mesh for one patch after another, without clearing anything large.
+pub(super) struct Numbering {
+    local: Vec<u32>,
+    global: Vec<u32>,
+}
+
+const UNKNOWN: u32 = u32::MAX;
+
+impl Numbering {
+    /// For meshes of so many vertices.
+    pub fn new(vertices: usize) -> Self {
+        Self { local: vec![UNKNOWN; vertices], global: Vec::new() }
+    }
+
+    /// A patch of `faces`, and each list of `lists` in the patch's numbers, without the vertices that it does not
+    /// have.
+    pub fn patch(&mut self, faces: &[[u32; 3]], lists: &[Vec<u32>]) -> (Patch, Vec<Vec<u32>>) {
+        let faces: Vec<[u32; 3]> = faces.iter().map(|face| face.map(|vertex| self.number(vertex))).collect();
+        let known = |list: &Vec<u32>| {
+            let local = list.iter().map(|&vertex| self.local[vertex as usize]);
+            local.filter(|&vertex| vertex != UNKNOWN).collect()
+        };
+        let lists = lists.iter().map(known).collect();
+        let vertices = self.global.len();
+        self.global.drain(..).for_each(|vertex| self.local[vertex as usize] = UNKNOWN);
+        (Patch::new(faces, vertices), lists)
+    }
+
+    fn number(&mut self, vertex: u32) -> u32 {
+        let local = &mut self.local[vertex as usize];
+        if *local == UNKNOWN {
+            *local = self.global.len() as u32;
+            self.global.push(vertex);
+        }
+        *local
+    }
+}
+
+impl Patch {
+    pub fn new(faces: Vec<[u32; 3]>, vertices: usize) -> Self {
+        let mut starts = vec![0; vertices + 1];
+        faces.iter().flatten().for_each(|&vertex| starts[vertex as usize + 1] += 1);
+        for vertex in 0..vertices {
+            starts[vertex + 1] += starts[vertex];
+        }
+        let mut next = starts.clone();
+        let mut around = vec![0; 3 * faces.len()];
+        for (face, corners) in faces.iter().enumerate() {
+            for &vertex in corners {
+                around[next[vertex as usize] as usize] = face as u32;
+                next[vertex as usize] += 1;
+            }
+        }
+        Self { faces, vertices, starts, around }
+    }
+
+    pub fn around(&self, vertex: u32) -> &[u32] {
+        let [start, end] = [0, 1].map(|next| self.starts[vertex as usize + next] as usize);
+        &self.around[start..end]
+    }
+}
