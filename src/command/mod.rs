@@ -4,6 +4,7 @@ pub mod bake;
 pub mod compare;
 pub mod demo;
 pub mod doctor;
+pub mod fetch;
 pub mod list;
 pub mod merge;
 mod outputs;

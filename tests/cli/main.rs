@@ -3,6 +3,7 @@
 mod compare;
 mod doctor;
 mod dumps;
+mod fetch;
 mod figures;
 mod pictures;
 mod report;

@@ -3,5 +3,6 @@
 mod check;
 mod device;
 mod made;
+mod model;
 mod pictures;
 mod run;

@@ -37,24 +37,28 @@ impl Attributes {
     }
 }
 
-/// For each vertex the first vertex with the same tuple.
-pub(super) fn tuples(attributes: &Attributes, vertices: usize) -> Vec<u32> {
+/// For each vertex the first vertex of the same point and tuple; 0 for all where there are no attributes.
+pub(super) fn first_alike(attributes: &Attributes, points: &[u32]) -> Vec<u32> {
     if attributes.is_empty() {
-        return vec![0; vertices];
+        return vec![0; points.len()];
     }
-    let mut known = HashMap::with_capacity(vertices);
-    (0..vertices as u32)
-        .map(|vertex| *known.entry(attributes.bits(vertex as usize)).or_insert(vertex))
-        .collect()
+    let mut known = HashMap::with_capacity(points.len());
+    let mut first =
+        |(vertex, &point)| *known.entry((point, attributes.bits(vertex))).or_insert(vertex as u32);
+    points.iter().enumerate().map(&mut first).collect()
 }
 
 /// Makes unit vectors of the normals. One that is zero or not finite becomes the mean of its faces, by their area,
 /// where a face uses it at all. Returns how many were so replaced.
 pub(super) fn usable_normals(attributes: &mut Attributes, positions: &[DVec3], faces: &[[u32; 3]]) -> usize {
+    // Scaled to 1 first: squares of 1e-30 are 0 in f32, and those of areas may be in f64.
     let unit = |normal: DVec3| (normal / normal.abs().max_element()).try_normalize();
     let mut lost = HashMap::new();
     for (vertex, normal) in attributes.normals.iter_mut().enumerate() {
-        match unit(Vec3::from_array(*normal).as_dvec3()) {
+        let given = Vec3::from_array(*normal).as_dvec3();
+        // A unit vector but for its rounding stays as it is, so that a written model is read as the same.
+        let unit = if (given.length_squared() - 1.0).abs() < 1e-6 { Some(given) } else { unit(given) };
+        match unit {
             // -0 + 0 is +0.
             Some(unit) => *normal = (unit + DVec3::ZERO).as_vec3().to_array(),
             None => {

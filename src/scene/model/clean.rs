@@ -5,7 +5,7 @@
 //! ("cutting" of Gueziec, Taubin, Lazarus, Horn 2001): after that it is a manifold by construction. A face is never
 //! turned round and a hole never closed: those would be guesses.
 
-use super::attributes::{tuples, usable_normals};
+use super::attributes::{finite_coordinates, first_alike, usable_normals};
 use super::report::Report;
 use super::topology::{Groups, half_edges, next_corner};
 use super::{Attributes, Model};
@@ -41,6 +41,10 @@ pub const MOST: usize = 1 << 27;
 pub fn clean(raw: &Raw) -> (Model, Report) {
     let vertices = raw.positions.len();
     assert!(vertices <= MOST && raw.faces.len() <= MOST, "{vertices} vertices, {} faces", raw.faces.len());
+    let Attributes { normals, coordinates, colors } = &raw.attributes;
+    for length in [normals.len(), coordinates.len(), colors.len()] {
+        assert!(length == 0 || length == vertices, "{length} attributes for {vertices} vertices");
+    }
     let mut report = Report { vertices, file_faces: raw.faces.len(), ..Report::default() };
     let usable = usable(&raw.positions, &mut report);
     let (points, mut positions) = weld(&raw.positions, &usable, &mut report);
@@ -49,7 +53,7 @@ pub fn clean(raw: &Raw) -> (Model, Report) {
         kept.iter().map(|face| face.map(|vertex| points[vertex as usize])).collect();
     report.zero_area_faces = corners.iter().filter(|&&face| is_flat(&positions, face)).count();
     cut(&mut corners, &mut positions, &mut report);
-    let model = assemble(raw, &kept, &corners, &positions, &mut report);
+    let model = assemble(raw, [&kept, &corners], &positions, &points, &mut report);
     report.count(&model);
     (model, report)
 }
@@ -198,21 +202,21 @@ fn start(corners: &[[u32; 3]], corner: u32) -> u32 {
     corners[corner as usize / 3][corner as usize % 3]
 }
 
-/// Wedges of what is used: `kept` holds the faces' vertices, `corners` their points.
+/// Wedges of what is used: `kept` holds the faces' vertices and `corners` the positions that these have got;
+/// `points` tells which vertices stand at the same place.
 fn assemble(
     raw: &Raw,
-    kept: &[[u32; 3]],
-    corners: &[[u32; 3]],
-    points: &[DVec3],
+    [kept, corners]: [&[[u32; 3]]; 2],
+    positions: &[DVec3],
+    points: &[u32],
     report: &mut Report,
 ) -> Model {
     let mut attributes = raw.attributes.clone();
-    report.replaced_attributes = usable_normals(&mut attributes, &raw.positions, kept)
-        + super::attributes::finite_coordinates(&mut attributes, kept);
-    let tuple_of = tuples(&attributes, raw.positions.len());
-    let key = |face: usize, k: usize| {
-        u64::from(corners[face][k]) << 32 | u64::from(tuple_of[kept[face][k] as usize])
-    };
+    report.replaced_attributes =
+        usable_normals(&mut attributes, &raw.positions, kept) + finite_coordinates(&mut attributes, kept);
+    let alike = first_alike(&attributes, points);
+    let key =
+        |face: usize, k: usize| u64::from(corners[face][k]) << 32 | u64::from(alike[kept[face][k] as usize]);
     let mut keys: Vec<u64> = (0..kept.len() * 3).map(|corner| key(corner / 3, corner % 3)).collect();
     keys.sort_unstable();
     keys.dedup();
@@ -221,7 +225,7 @@ fn assemble(
     for &key in &keys {
         if key >> 32 != last {
             last = key >> 32;
-            model.positions.push(points[last as usize]);
+            model.positions.push(positions[last as usize]);
         }
         model.wedge_positions.push(model.positions.len() as u32 - 1);
     }

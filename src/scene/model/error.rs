@@ -8,17 +8,17 @@ use thiserror::Error;
 pub enum ModelError {
     #[error("{path}: cannot be read: {source}")]
     Read { path: PathBuf, source: std::io::Error },
-    #[error("{path}: no model by its name; known are .ply, .obj and .glb, each also with .gz")]
+    #[error("{path}: no model by its ending; known are .ply, .obj and .glb, each also packed as .gz")]
     Kind { path: PathBuf },
+    #[error("{path}: {what} than the {most} bytes that are read")]
+    Large { path: PathBuf, what: &'static str, most: u64 },
     /// Something inside the file; lines count from 1, bytes from 0.
     #[error("{path}{place}: {what}")]
     Content { path: PathBuf, place: Place, what: String },
-    #[error("{path}: none of its {faces} faces can be used: {why}")]
-    Empty { path: PathBuf, faces: usize, why: String },
-    #[error(
-        "{name}: no file, and no model of that name; shipped are {shipped}, a size may follow ({example})"
-    )]
-    Unknown { name: String, shipped: String, example: &'static str },
+    #[error("{name} is not here: run `ortelius fetch {name}`")]
+    NotFetched { name: String },
+    #[error("{name:?} is no file, and no model is called so; there are {names}")]
+    Unknown { name: String, names: String },
 }
 
 /// Where in a file.
@@ -50,5 +50,13 @@ pub(super) struct Trouble {
 impl Trouble {
     pub(super) fn line(line: usize, what: impl Into<String>) -> Self {
         Self { place: Place::Line(line), what: what.into() }
+    }
+
+    pub(super) fn byte(byte: usize, what: impl Into<String>) -> Self {
+        Self { place: Place::Byte(byte), what: what.into() }
+    }
+
+    pub(super) fn whole(what: impl Into<String>) -> Self {
+        Self { place: Place::Whole, what: what.into() }
     }
 }

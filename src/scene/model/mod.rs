@@ -6,17 +6,26 @@ mod attributes;
 mod check;
 mod clean;
 mod error;
+pub mod fetch;
 pub mod generate;
+mod glb;
+mod load;
 mod names;
+mod number;
 mod obj;
+mod ply;
 mod report;
+mod terrain;
 mod topology;
+mod write;
 
 pub use clean::{Raw, clean};
 pub use error::{ModelError, Place};
+pub use fetch::{FETCHED, fetched};
 pub use names::{NAMES, named};
 pub use report::Report;
 pub use topology::Topology;
+pub use write::Format;
 
 use glam::DVec3;
 

@@ -1,9 +1,9 @@
-//! Models by name: the shipped scan and the generated ones.
+//! Models by name: the shipped scans and the generated ones.
 
-use super::{Model, clean, generate, obj};
+use super::{Model, clean, generate, obj, terrain};
 
-/// The shipped models. All but `grid` are closed; each has at least 3000 faces.
-pub const NAMES: [&str; 6] = ["bunny", "sphere", "torus", "knot", "solid", "grid"];
+/// The shipped models, each of at least 3000 faces. All but the height fields `grid` and `everest` are closed.
+pub const NAMES: [&str; 7] = ["bunny", "sphere", "torus", "knot", "solid", "grid", "everest"];
 
 /// The Stanford bunny with 3674 faces (scenes/bunny.NOTICE).
 const BUNNY: &[u8] = include_bytes!("../../../scenes/bunny.obj");
@@ -20,6 +20,7 @@ pub fn named(name: &str) -> Option<Model> {
     };
     Some(match name {
         "bunny" if size.is_none() => bunny(),
+        "everest" if size.is_none() => terrain::everest(),
         "sphere" => generate::sphere(fits(20, 1..=1 << 9)?),
         "torus" => generate::torus(fits(48, 3..=1 << 11)?),
         "knot" => generate::knot(fits(24, 3..=1 << 9)?),
@@ -41,16 +42,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_shipped_model_holds_what_models_promise_and_is_closed_but_the_grid() {
+    fn every_shipped_model_holds_what_models_promise_and_is_closed_but_height_fields() {
         for name in NAMES {
             let model = named(name).unwrap();
             model.check().unwrap_or_else(|broken| panic!("{name}: {broken}"));
             let topology = model.topology();
-            assert_eq!(topology.is_closed(), name != "grid", "{name}: {topology:?}");
+            assert_eq!(topology.is_closed(), !["grid", "everest"].contains(&name), "{name}: {topology:?}");
             assert!(model.faces.len() >= 3000 && topology.components == 1, "{name}: {topology:?}");
         }
         assert_eq!(named("bunny").unwrap().faces.len(), 3674);
         assert_eq!(named("solid").unwrap().faces.len(), 16_384);
+        let everest = named("everest").unwrap();
+        let summit = everest.positions.iter().max_by(|a, b| a.z.total_cmp(&b.z)).unwrap();
+        assert_eq!((summit.to_array(), everest.faces.len()), ([0.0, 0.0, 8752.0], 32_768));
     }
 
     #[test]

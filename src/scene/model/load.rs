@@ -1,0 +1,111 @@
+//! A model from a file or by its name.
+
+use super::clean::{MOST, Raw};
+use super::error::{ModelError, Place, Trouble};
+use super::{FETCHED, Model, NAMES, Report, clean, fetched, glb, named, obj, ply};
+use flate2::read::MultiGzDecoder;
+use std::io::Read;
+use std::path::Path;
+
+/// Files are read whole: a scan of 20 million faces has about 1 GiB.
+const MOST_BYTES: u64 = 2 << 30;
+/// Scans pack to a quarter; what unpacks to 64 times its size, and to more than this, holds something else.
+const FEWEST_UNPACKED_BYTES: u64 = 64 << 20;
+const MOST_PACKING: u64 = 64;
+
+impl Model {
+    /// A model by a name of [`NAMES`] or [`FETCHED`] (a size may follow, see [`named`]), else from a file by its path
+    /// (`./bunny` for a file of that name).
+    ///
+    /// # Errors
+    /// As [`Self::load`]; [`ModelError::NotFetched`] for a name whose file is not here; [`ModelError::Unknown`] lists
+    /// the names.
+    pub fn open(name_or_path: &str) -> Result<(Model, Report), ModelError> {
+        if let Some(model) = named(name_or_path) {
+            let mut report = Report {
+                vertices: model.wedge_positions.len(),
+                file_faces: model.faces.len(),
+                ..Report::default()
+            };
+            report.count(&model);
+            return Ok((model, report));
+        }
+        if FETCHED.iter().any(|file| file.name == name_or_path) {
+            let path = fetched(name_or_path);
+            return match path {
+                Some(path) => Self::load(&path),
+                None => Err(ModelError::NotFetched { name: name_or_path.to_owned() }),
+            };
+        }
+        let path = Path::new(name_or_path);
+        // A bare word that is no file was meant as a name.
+        if !path.exists() && path.components().count() <= 1 && path.extension().is_none() {
+            let names = NAMES.into_iter().chain(FETCHED.iter().map(|file| file.name));
+            let names = names.collect::<Vec<_>>().join(", ");
+            return Err(ModelError::Unknown { name: name_or_path.to_owned(), names });
+        }
+        Self::load(path)
+    }
+
+    /// Reads and cleans a `.ply`, `.obj` or `.glb` file, or one of them packed as `.gz`. The model has faces.
+    ///
+    /// # Errors
+    /// [`ModelError`]: what cannot be read, with where; a mesh of which cleaning leaves nothing.
+    pub fn load(path: &Path) -> Result<(Model, Report), ModelError> {
+        let failed = |source| ModelError::Read { path: path.to_owned(), source };
+        let mut file = std::fs::File::open(path).map_err(failed)?;
+        let length = file.metadata().map_err(failed)?.len();
+        let (_, packed) = kind(path)?;
+        let mut bytes = Vec::new();
+        let (most, what) = if packed {
+            let most = (length.saturating_mul(MOST_PACKING)).clamp(FEWEST_UNPACKED_BYTES, MOST_BYTES);
+            MultiGzDecoder::new(file).take(most + 1).read_to_end(&mut bytes).map_err(failed)?;
+            (most, "unpacks to more")
+        } else {
+            file.by_ref().take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
+            (MOST_BYTES, "has more")
+        };
+        if bytes.len() as u64 > most {
+            return Err(ModelError::Large { path: path.to_owned(), what, most });
+        }
+        Self::from_bytes(path, &bytes)
+    }
+
+    /// As [`Self::load`], from what the file holds (unpacked). `path` says what kind it is, and stands in errors.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<(Model, Report), ModelError> {
+        let (read, _) = kind(path)?;
+        let content = |Trouble { place, what }| ModelError::Content { path: path.to_owned(), place, what };
+        let raw = read(bytes).map_err(content)?;
+        if raw.positions.len() > MOST {
+            return Err(content(Trouble::whole(format!("more than {MOST} vertices"))));
+        }
+        let (model, report) = clean(&raw);
+        if model.faces.is_empty() {
+            let why = if raw.faces.is_empty() {
+                "it has no faces".to_owned()
+            } else {
+                format!("no face is left: {}", report.changes().join("; "))
+            };
+            return Err(ModelError::Content { path: path.to_owned(), place: Place::Whole, what: why });
+        }
+        Ok((model, report))
+    }
+}
+
+type Reader = fn(&[u8]) -> Result<Raw, Trouble>;
+
+/// By the name's ending: how it is read, and whether it is packed.
+fn kind(path: &Path) -> Result<(Reader, bool), ModelError> {
+    let unknown = || ModelError::Kind { path: path.to_owned() };
+    let name = path.file_name().and_then(|name| name.to_str()).ok_or_else(unknown)?.to_ascii_lowercase();
+    let (name, packed) = match name.strip_suffix(".gz") {
+        Some(name) => (name, true),
+        None => (name.as_str(), false),
+    };
+    let readers: [(&str, Reader); 3] = [(".ply", ply::read), (".obj", obj::read), (".glb", glb::read)];
+    let reader = readers.into_iter().find(|(ending, _)| name.ends_with(ending));
+    reader.map(|(_, reader)| (reader, packed)).ok_or_else(unknown)
+}

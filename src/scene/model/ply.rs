@@ -1,0 +1,334 @@
+//! PLY, the Stanford polygon format: ascii and both binary orders, in any order of elements and properties; polygons
+//! become fans. Of vertices it reads x y z, nx ny nz, s t (also u v, texture_u texture_v) and red green blue
+//! alpha; everything else is passed over.
+
+use super::clean::{MOST, Raw};
+use super::error::Trouble;
+use super::number::{Endian, Kind};
+use super::obj::{number, shown};
+use glam::DVec3;
+
+/// Reads a PLY file.
+///
+/// # Errors
+/// [`Trouble`] with the line (ascii, header) or the byte (binary).
+pub(super) fn read(file: &[u8]) -> Result<Raw, Trouble> {
+    let (header, mut values) = header(file)?;
+    if header.elements.iter().all(|element| element.name != b"face") {
+        return Err(Trouble::whole("no element \"face\": points and strips have no faces to read"));
+    }
+    let mut raw = Raw::default();
+    for element in &header.elements {
+        // Reserved is what the file has bytes for: a header may declare anything.
+        let room = values.left() / element.least_bytes(values.endian).max(1);
+        if element.count > room {
+            let (name, count) = (shown(element.name), element.count);
+            return Err(
+                values.trouble(format!("{count} of {name} declared, but there is room for {room} at most"))
+            );
+        }
+        if element.count > MOST {
+            return Err(values.trouble(format!("more than {MOST} of {}", shown(element.name))));
+        }
+        match element.name {
+            b"vertex" => vertices(element, &mut values, &mut raw)?,
+            b"face" => faces(element, &mut values, &mut raw)?,
+            _ => skip(element, &mut values)?,
+        }
+    }
+    let count = raw.positions.len();
+    let wrong = raw.faces.iter().position(|face| face.iter().any(|&vertex| vertex as usize >= count));
+    wrong.map_or(Ok(()), |face| {
+        let vertex = raw.faces[face].iter().max().expect("a face has three corners");
+        Err(Trouble::whole(format!("triangle {face} names vertex {vertex}, but there are {count}")))
+    })?;
+    Ok(raw)
+}
+
+struct Header<'a> {
+    elements: Vec<Element<'a>>,
+}
+
+struct Element<'a> {
+    name: &'a [u8],
+    count: usize,
+    properties: Vec<Property<'a>>,
+}
+
+#[derive(Clone, Copy)]
+struct Property<'a> {
+    name: &'a [u8],
+    kind: Kind,
+    /// The kind of a list's length.
+    length: Option<Kind>,
+}
+
+impl Element<'_> {
+    /// What one of it takes in the file at least.
+    fn least_bytes(&self, endian: Option<Endian>) -> usize {
+        let bytes = |property: &Property| match endian {
+            Some(_) => property.length.unwrap_or(property.kind).size(),
+            // A digit and what parts it from the next.
+            None => 2,
+        };
+        self.properties.iter().map(bytes).sum()
+    }
+}
+
+/// Real headers have some 20 lines.
+const MOST_HEADER_LINES: usize = 1000;
+
+fn header(file: &[u8]) -> Result<(Header<'_>, Values<'_>), Trouble> {
+    let mut elements: Vec<Element> = Vec::new();
+    let mut format = None;
+    let mut at = 0;
+    for line_number in 1..=MOST_HEADER_LINES {
+        let Some(length) = file[at..].iter().position(|&byte| byte == b'\n') else {
+            return Err(Trouble::line(line_number, "the header does not end"));
+        };
+        let line = &file[at..at + length];
+        at += length + 1;
+        let words: Vec<&[u8]> =
+            line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).take(6).collect();
+        let trouble = |what: &str| Err(Trouble::line(line_number, format!("{what} {}", shown(line))));
+        match *words {
+            [b"ply"] if line_number == 1 => {}
+            _ if line_number == 1 => return Err(Trouble::line(1, "does not begin with \"ply\"")),
+            [] | [b"comment" | b"obj_info", ..] => {}
+            [b"format", b"ascii", _] => format = Some(None),
+            [b"format", b"binary_little_endian", _] => format = Some(Some(Endian::Little)),
+            [b"format", b"binary_big_endian", _] => format = Some(Some(Endian::Big)),
+            [b"element", name, count] => match number(count).filter(|n| *n >= 0.0 && n.fract() == 0.0) {
+                Some(_) if elements.iter().any(|element| element.name == name) => return trouble("a second"),
+                Some(count) => elements.push(Element { name, count: count as usize, properties: Vec::new() }),
+                None => return trouble("no number of elements:"),
+            },
+            [b"property", ref words @ ..] => match (property(words), elements.last_mut()) {
+                (Some(property), Some(element)) => element.properties.push(property),
+                _ => return trouble("no property of an element:"),
+            },
+            [b"end_header"] => {
+                let endian =
+                    format.ok_or_else(|| Trouble::line(line_number, "a header without \"format\""))?;
+                return Ok((Header { elements }, Values { file, at, line: line_number + 1, endian }));
+            }
+            _ => return trouble("no line of a PLY header:"),
+        }
+    }
+    Err(Trouble::line(MOST_HEADER_LINES, "the header does not end"))
+}
+
+fn property<'a>(words: &[&'a [u8]]) -> Option<Property<'a>> {
+    match *words {
+        [b"list", length, kind_, name] => {
+            let length = kind(length).filter(|length| !matches!(length, Kind::F32 | Kind::F64))?;
+            Some(Property { name, kind: kind(kind_)?, length: Some(length) })
+        }
+        [kind_, name] => Some(Property { name, kind: kind(kind_)?, length: None }),
+        _ => None,
+    }
+}
+
+fn kind(word: &[u8]) -> Option<Kind> {
+    Some(match word {
+        b"char" | b"int8" => Kind::I8,
+        b"uchar" | b"uint8" => Kind::U8,
+        b"short" | b"int16" => Kind::I16,
+        b"ushort" | b"uint16" => Kind::U16,
+        b"int" | b"int32" => Kind::I32,
+        b"uint" | b"uint32" => Kind::U32,
+        b"float" | b"float32" => Kind::F32,
+        b"double" | b"float64" => Kind::F64,
+        _ => return None,
+    })
+}
+
+/// The values behind the header, one after the other.
+struct Values<'a> {
+    file: &'a [u8],
+    at: usize,
+    /// Of ascii: the line of `at`, from 1.
+    line: usize,
+    /// None: ascii.
+    endian: Option<Endian>,
+}
+
+impl<'a> Values<'a> {
+    fn left(&self) -> usize {
+        // The last value of an ascii file needs nothing behind it.
+        self.file.len() - self.at + usize::from(self.endian.is_none())
+    }
+
+    fn trouble(&self, what: impl Into<String>) -> Trouble {
+        match self.endian {
+            Some(_) => Trouble::byte(self.at, what),
+            None => Trouble::line(self.line, what),
+        }
+    }
+
+    #[inline]
+    fn next(&mut self, kind: Kind) -> Result<f64, Trouble> {
+        let Some(endian) = self.endian else {
+            let word = self.word();
+            return number(word).ok_or_else(|| match word {
+                [] => self.trouble("ends before the last value"),
+                _ => self.trouble(format!("{} is no number", shown(word))),
+            });
+        };
+        match self.file[self.at..].get(..kind.size()) {
+            Some(bytes) => {
+                self.at += kind.size();
+                Ok(kind.read(bytes, endian))
+            }
+            None => Err(self.trouble("ends before the last value")),
+        }
+    }
+
+    /// The next word of an ascii file; empty at its end.
+    fn word(&mut self) -> &'a [u8] {
+        while let Some(byte) = self.file.get(self.at).filter(|byte| byte.is_ascii_whitespace()) {
+            self.line += usize::from(*byte == b'\n');
+            self.at += 1;
+        }
+        let rest = &self.file[self.at..];
+        let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        self.at += length;
+        &rest[..length]
+    }
+
+    /// A list's length, which the rest of the file has room for.
+    fn length(&mut self, length: Kind, kind: Kind) -> Result<usize, Trouble> {
+        let count = self.next(length)?;
+        let size = if self.endian.is_some() { kind.size() } else { 2 };
+        let room = self.left() / size;
+        if count >= 0.0 && count.fract() == 0.0 && count <= room as f64 {
+            Ok(count as usize)
+        } else {
+            Err(self.trouble(format!("a list of {count} values, with room for {room} at most")))
+        }
+    }
+}
+
+/// What a vertex may have, in this order.
+const NAMES: [&[&[u8]]; 12] = [
+    &[b"x"],
+    &[b"y"],
+    &[b"z"],
+    &[b"nx"],
+    &[b"ny"],
+    &[b"nz"],
+    &[b"s", b"u", b"texture_u"],
+    &[b"t", b"v", b"texture_v"],
+    &[b"red", b"r", b"diffuse_red"],
+    &[b"green", b"g", b"diffuse_green"],
+    &[b"blue", b"b", b"diffuse_blue"],
+    &[b"alpha", b"a"],
+];
+
+fn vertices(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(), Trouble> {
+    let slot = |property: &Property| NAMES.iter().position(|names| names.contains(&property.name));
+    let slots: Vec<Option<usize>> = element.properties.iter().map(slot).collect();
+    let has = |wanted: std::ops::Range<usize>| wanted.into_iter().all(|slot| slots.contains(&Some(slot)));
+    if !has(0..3) {
+        return Err(Trouble::whole("vertices without x, y and z"));
+    }
+    raw.positions.reserve_exact(element.count);
+    for _ in 0..element.count {
+        // Opaque where no alpha is given.
+        let (mut found, mut colors) = ([0.0; 12], [255; 4]);
+        for (property, slot) in element.properties.iter().zip(&slots) {
+            if let Some(length) = property.length {
+                pass_list(values, length, property.kind)?;
+                continue;
+            }
+            let value = values.next(property.kind)?;
+            match *slot {
+                Some(slot) if slot >= 8 => colors[slot - 8] = property.kind.channel(value),
+                Some(slot) => found[slot] = value,
+                None => {}
+            }
+        }
+        let [x, y, z, nx, ny, nz, s, t, ..] = found;
+        raw.positions.push(DVec3::new(x, y, z));
+        if has(3..6) {
+            raw.attributes.normals.push([nx as f32, ny as f32, nz as f32]);
+        }
+        if has(6..8) {
+            raw.attributes.coordinates.push([s as f32, t as f32]);
+        }
+        if has(8..11) {
+            raw.attributes.colors.push(colors);
+        }
+    }
+    Ok(())
+}
+
+fn faces(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(), Trouble> {
+    let is_corners = |property: &Property| {
+        property.length.is_some() && [&b"vertex_indices"[..], b"vertex_index"].contains(&property.name)
+    };
+    if element.count > 0 && !element.properties.iter().any(is_corners) {
+        return Err(Trouble::whole("faces without the list \"vertex_indices\""));
+    }
+    raw.faces.reserve_exact(element.count);
+    for _ in 0..element.count {
+        for property in &element.properties {
+            match property.length {
+                Some(length) if is_corners(property) => polygon(values, length, property.kind, raw)?,
+                Some(length) => pass_list(values, length, property.kind)?,
+                None => {
+                    values.next(property.kind)?;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn polygon(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Result<(), Trouble> {
+    let corners = values.length(length, kind)?;
+    if corners < 3 {
+        return Err(values.trouble(format!("a face of {corners} corners")));
+    }
+    if raw.faces.len() + corners > MOST {
+        return Err(values.trouble(format!("more than {MOST} faces")));
+    }
+    let mut corner = || {
+        let value = values.next(kind)?;
+        // Also a vertex that is not there is told at the end, when their number is known.
+        let index = value as u32;
+        if f64::from(index) == value {
+            Ok(index)
+        } else {
+            Err(values.trouble(format!("{value} is no vertex")))
+        }
+    };
+    let (first, mut last) = (corner()?, corner()?);
+    for _ in 2..corners {
+        let next = corner()?;
+        raw.faces.push([first, last, next]);
+        last = next;
+    }
+    Ok(())
+}
+
+fn pass_list(values: &mut Values, length: Kind, kind: Kind) -> Result<(), Trouble> {
+    for _ in 0..values.length(length, kind)? {
+        values.next(kind)?;
+    }
+    Ok(())
+}
+
+fn skip(element: &Element, values: &mut Values) -> Result<(), Trouble> {
+    for _ in 0..element.count {
+        for property in &element.properties {
+            match property.length {
+                Some(length) => pass_list(values, length, property.kind)?,
+                None => {
+                    values.next(property.kind)?;
+                }
+            }
+        }
+    }
+    Ok(())
+}

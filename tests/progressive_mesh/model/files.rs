@@ -1,0 +1,152 @@
+//! PLY and OBJ, and what is written.
+
+use super::*;
+use ortelius::scene::model::{NAMES, named};
+use std::io::Write;
+
+#[test]
+fn the_cube_is_closed_and_has_three_wedges_at_each_corner() {
+    let cube = cube();
+    let topology = cube.topology();
+    assert_eq!((cube.positions.len(), cube.wedge_positions.len(), cube.faces.len()), (8, 24, 12));
+    assert_eq!((topology.edges, topology.seam_edges, topology.is_closed()), (18, 12, true));
+    for face in 0..12 {
+        let [a, b, c] = cube.face_positions(face).map(|position| cube.positions[position as usize]);
+        let normal = cube.attributes.normals[cube.faces[face][0] as usize].map(f64::from);
+        assert_eq!((b - a).cross(c - a).to_array(), normal, "face {face}");
+    }
+}
+
+#[test]
+fn an_obj_counts_from_the_end_goes_on_in_the_next_line_and_may_mix_its_corners() {
+    let other =
+        CUBE.replace("f 1/1/1 4/2/1 3/3/1 2/4/1", "g side\nf -8/-4/-6 -5/2/1\\\n 3/3/1 2/4/1 # first\nl 1 2");
+    assert_eq!(corners(&read("a.obj", other)), corners(&cube()));
+    let crlf = CUBE.replace('\n', "\r\n");
+    assert_eq!(read("a.obj", crlf), cube());
+    // A corner without a normal gets its face's; here that is what it had.
+    let mixed = CUBE.replace("f 1/1/1 4/2/1 3/3/1 2/4/1", "f 1/1 4/2 3/3 2/4");
+    let (mixed, report) = Model::from_bytes(Path::new("a.obj"), mixed.as_bytes()).unwrap();
+    assert_eq!((corners(&mixed), report.replaced_attributes), (corners(&cube()), 4));
+}
+
+/// The cube without attributes: in ascii, and in both binary orders with other elements and properties between.
+fn plys() -> [Vec<u8>; 3] {
+    let cube = cube();
+    let mut ascii = String::from(
+        "ply\nformat ascii 1.0\ncomment by hand\nelement vertex 8\nproperty float x\nproperty double y\n\
+         property short z\nelement face 12\nproperty list uchar int vertex_index\nend_header\n",
+    );
+    for position in &cube.positions {
+        ascii += &format!("{} {:e}\t{}\n", position.x, position.y, position.z);
+    }
+    for face in 0..12 {
+        let [a, b, c] = cube.face_positions(face);
+        ascii += &format!("3 {a} {b} {c}\n");
+    }
+    let binary = |order: &str, big: bool| {
+        let mut file = format!(
+            "ply\r\nformat {order} 1.0\r\nelement sensor 2\r\nproperty list ushort float range\r\n\
+             element vertex 8\r\nproperty uchar quality\r\nproperty float z\r\nproperty float y\r\nproperty double x\r\n\
+             element face 12\r\nproperty list uchar double weights\r\nproperty list ushort uint vertex_indices\r\n\
+             property int group\r\nend_header\r\n"
+        )
+        .into_bytes();
+        let mut put = |little: &[u8]| {
+            let mut bytes = little.to_vec();
+            if big {
+                bytes.reverse();
+            }
+            file.extend(bytes);
+        };
+        put(&0u16.to_le_bytes());
+        put(&1u16.to_le_bytes());
+        put(&1f32.to_le_bytes());
+        for position in &cube.positions {
+            put(&[7]);
+            put(&(position.z as f32).to_le_bytes());
+            put(&(position.y as f32).to_le_bytes());
+            put(&position.x.to_le_bytes());
+        }
+        for face in 0..12 {
+            put(&[1]);
+            put(&0.5f64.to_le_bytes());
+            put(&3u16.to_le_bytes());
+            cube.face_positions(face).iter().for_each(|corner| put(&corner.to_le_bytes()));
+            put(&(-1i32).to_le_bytes());
+        }
+        file
+    };
+    [
+        ascii.trim_end().as_bytes().to_vec(),
+        binary("binary_little_endian", false),
+        binary("binary_big_endian", true),
+    ]
+}
+
+#[test]
+fn a_ply_reads_the_same_in_every_order_and_among_strange_elements() {
+    let mut bare = cube();
+    bare.attributes = Default::default();
+    for ply in plys() {
+        let model = read("cube.ply", ply);
+        assert_eq!((corners(&model), model.wedge_positions.len()), (corners(&bare), 8));
+    }
+}
+
+#[test]
+fn a_polygon_of_a_ply_is_a_fan() {
+    let ply = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n\
+               property uchar red\nproperty uchar green\nproperty uchar blue\n\
+               element face 1\nproperty list uchar int vertex_indices\nend_header\n\
+               0 0 0 1 2 3\n1 0 0 1 2 3\n2 1 0 1 2 3\n1 2 0 1 2 3\n0 1 0 1 2 3\n5 0 1 2 3 4\n";
+    let model = read("a.ply", ply);
+    assert_eq!(model.faces, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
+    assert_eq!(model.attributes.colors, [[1, 2, 3, 255]; 5]);
+}
+
+#[test]
+fn a_written_model_is_read_as_the_same_to_the_last_bit() {
+    let mut colored = cube();
+    colored.attributes.colors = (0..24).map(|i| [i * 10, 255 - i, 7, 255]).collect();
+    let mut bare = colored.clone();
+    bare.attributes.normals.clear();
+    bare.attributes.coordinates.clear();
+    let mut models = vec![cube(), colored, bare];
+    models.extend(NAMES.map(|name| named(name).unwrap()));
+    for (index, model) in models.iter().enumerate() {
+        for (format, name) in [(Format::Ply, "a.ply"), (Format::Obj, "a.obj")] {
+            let again = read(name, written(model, format));
+            assert!(again == *model, "model {index} as {name}");
+        }
+    }
+}
+
+#[test]
+fn a_position_that_f32_holds_takes_four_bytes_and_any_other_eight() {
+    let mut model = named("grid:5").unwrap();
+    let double = written(&model, Format::Ply).len();
+    model.positions.iter_mut().for_each(|position| *position = position.as_vec3().as_dvec3());
+    // 25 positions; "double" is a letter longer, three times.
+    assert_eq!(double - written(&model, Format::Ply).len(), 25 * 3 * 4 + 3);
+}
+
+#[test]
+fn a_packed_file_is_unpacked_and_one_that_unpacks_without_end_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let pack = |name: &str, write: &dyn Fn(&mut dyn Write)| {
+        let path = folder.path().join(name);
+        let file = std::fs::File::create(&path).unwrap();
+        let mut packer = flate2::write::GzEncoder::new(file, flate2::Compression::default());
+        write(&mut packer);
+        packer.finish().unwrap();
+        path
+    };
+    let path = pack("cube.obj.gz", &|out| out.write_all(CUBE.as_bytes()).unwrap());
+    assert_eq!(Model::load(&path).unwrap().0, cube());
+    // 65 MiB of line ends pack to 64 KiB.
+    let blank = vec![b'\n'; 1 << 20];
+    let path = pack("bomb.obj.gz", &|out| (0..65).for_each(|_| out.write_all(&blank).unwrap()));
+    let error = Model::load(&path).unwrap_err().to_string();
+    assert!(error.ends_with("bomb.obj.gz: unpacks to more than the 67108864 bytes that are read"), "{error}");
+}

@@ -1,0 +1,133 @@
+//! 10 000 damaged files: an error in one line or a clean model, never a panic.
+
+use super::glb::cube_glb;
+use super::*;
+
+/// xorshift64*: the same files everywhere.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, end: usize) -> usize {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 33) as usize % end
+    }
+}
+
+/// What is put in place of a number.
+const WORDS: [&str; 12] = [
+    "-1",
+    "0",
+    "3",
+    "255",
+    "4294967295",
+    "4294967296",
+    "1e308",
+    "-0",
+    "nan",
+    "inf",
+    "1.5",
+    "99999999999999999999",
+];
+
+/// Does one of six kinds of damage at a random place.
+fn damage(file: &mut Vec<u8>, random: &mut Random) {
+    let at = random.below(file.len());
+    let end = (at + 1 + random.below(16)).min(file.len());
+    match random.below(6) {
+        0 => file[at] ^= 1 << random.below(8),
+        1 => file[at] = random.below(256) as u8,
+        2 => file.truncate(at + 1),
+        3 => drop(file.drain(at..end)),
+        4 => {
+            let again = file[at..end].to_vec();
+            file.splice(at..at, again);
+        }
+        _ => {
+            // The number at or behind the place, or its four bytes.
+            let is_digit = |byte: &u8| byte.is_ascii_digit();
+            let word = WORDS[random.below(WORDS.len())];
+            match file[at..end].iter().position(is_digit) {
+                Some(from) => {
+                    let from = at + from;
+                    let length = file[from..].iter().position(|byte| !is_digit(byte)).unwrap_or(1);
+                    file.splice(from..from + length.max(1), word.bytes());
+                }
+                None => {
+                    let value =
+                        [0, 1, 0x7fff_ffff, u32::MAX, f32::NAN.to_bits(), 1e38f32.to_bits()][random.below(6)];
+                    let end = (at + 4).min(file.len());
+                    file.splice(at..end, value.to_le_bytes());
+                }
+            }
+        }
+    }
+    if file.is_empty() {
+        file.push(b'\n');
+    }
+}
+
+fn survives(name: &str, original: &[u8], seed: u64) {
+    let mut random = Random(seed);
+    let (mut models, mut errors) = (0, 0);
+    for round in 0..2000 {
+        let mut file = original.to_vec();
+        for _ in 0..=random.below(2) {
+            damage(&mut file, &mut random);
+        }
+        match Model::from_bytes(Path::new(name), &file) {
+            Ok((model, report)) => {
+                models += 1;
+                assert_eq!(report.faces, model.faces.len());
+                model.check().unwrap_or_else(|broken| panic!("{name}, round {round}: {broken}"));
+            }
+            Err(error) => {
+                errors += 1;
+                let error = error.to_string();
+                assert!(error.starts_with(name) && error.lines().count() == 1, "{round}: {error}");
+            }
+        }
+    }
+    // Damage that is always refused at once would test nothing behind the first check.
+    assert!(models >= 60 && errors >= 200, "{name}: {models} models, {errors} errors");
+}
+
+#[test]
+fn damaged_text_is_an_error_or_a_clean_model() {
+    survives("a.obj", CUBE.as_bytes(), 1);
+    let mut ascii =
+        b"ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n\
+                      element face 12\nproperty list uchar int vertex_indices\nend_header\n"
+            .to_vec();
+    let cube = cube();
+    cube.positions.iter().for_each(|p| ascii.extend(format!("{} {} {}\n", p.x, p.y, p.z).bytes()));
+    for face in 0..12 {
+        let [a, b, c] = cube.face_positions(face);
+        ascii.extend(format!("3 {a} {b} {c}\n").bytes());
+    }
+    survives("ascii.ply", &ascii, 2);
+}
+
+#[test]
+fn damaged_bytes_are_an_error_or_a_clean_model() {
+    let binary = written(&cube(), Format::Ply);
+    survives("little.ply", &binary, 3);
+    survives("big.ply", &big_endian(&binary), 4);
+    survives("a.glb", &cube_glb(r#"{"children":[1],"translation":[10,0,0]},{"mesh":0,"scale":[-2,1,1]}"#), 5);
+}
+
+/// The cube's binary PLY (24 vertices of 8 floats, 12 faces of a byte and 3 ints) in the other order.
+fn big_endian(little: &[u8]) -> Vec<u8> {
+    let body = little.len() - 24 * 32 - 12 * 13;
+    let header = String::from_utf8(little[..body].to_vec()).unwrap();
+    let mut big = header.replace("little", "big").into_bytes();
+    let (vertices, faces) = little[body..].split_at(24 * 32);
+    vertices.chunks(4).for_each(|value| big.extend(value.iter().rev()));
+    for face in faces.chunks(13) {
+        big.push(face[0]);
+        face[1..].chunks(4).for_each(|value| big.extend(value.iter().rev()));
+    }
+    assert_eq!(read("big.ply", &big), read("little.ply", little));
+    big
+}
