@@ -9,6 +9,7 @@ use super::run::{Program, Step, Touch};
 use crate::vk::shader::progressive_mesh::{apply_comp, scatter_comp};
 use crate::vk::shader::{Applying, Scattering};
 use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Resource, Result};
+use std::ops::Range;
 
 /// A group for 64 items; where they are more than this many groups hold, each invocation takes several.
 const MOST_GROUPS: u32 = 32_768;
@@ -46,12 +47,13 @@ impl Apply {
     /// Out of memory, or a program beyond what the device's shaders reach of a buffer.
     pub fn new(gpu: &Gpu, program: &Program) -> Result<Apply> {
         let (corners, moves) = (program.corners(), program.moves());
-        let mut words = Vec::with_capacity(3 * corners.words.len() + 2 * moves.to.len());
+        let mut words = Vec::with_capacity(3 * corners.words.len() + 2 * moves.from.len());
         for ((&word, &up), &down) in corners.words.iter().zip(&corners.up).zip(&corners.down) {
             words.extend([word, up, down]);
         }
         let moves_at = words.len();
-        words.extend(moves.to.iter().zip(&moves.from).flat_map(|(&to, &from)| [to, from]));
+        let filled = moves.runs.iter().flat_map(|&[first, end]| first..end);
+        words.extend(filled.zip(&moves.from).flat_map(|(to, &from)| [to, from]));
         let kept = program.largest_move().max(KEPT_FACES);
         Ok(Apply {
             pipeline: gpu.compute_pipeline("apply levels", &apply_comp::SHADER, &[])?,
@@ -95,7 +97,11 @@ impl Apply {
         let (mut base, mut kept) = (0, 0);
         for change in changes {
             let steps = program.steps(change.from, change.to);
-            let most = steps.iter().map(Step::kept_faces).max().unwrap_or(0);
+            let kept_faces = |step: &Step| match step {
+                Step::Write { .. } => 0,
+                Step::Move { faces, .. } => faces.len(),
+            };
+            let most = steps.iter().map(kept_faces).max().unwrap_or(0);
             if kept + most > capacity {
                 (base, kept) = (rounds.len(), 0);
             }
@@ -127,7 +133,7 @@ impl Apply {
             Step::Write { corners, .. } if corners.is_empty() => vec![],
             Step::Write { corners, up } => vec![dispatch(0, *up, 3 * corners.start, corners.len())],
             Step::Move { faces, .. } if faces.is_empty() => vec![],
-            Step::Move { faces, up } => {
+            Step::Move { faces, up, .. } => {
                 [1, 2].map(|kind| dispatch(kind, *up, self.moves_at + 2 * faces.start, faces.len())).into()
             }
         }
@@ -193,12 +199,14 @@ impl ChangedSlots {
 
 impl Touch for ChangedSlots {
     fn word(&mut self, word: usize) {
-        self.face(word / 3);
+        self.faces(word / 3..word / 3 + 1);
     }
 
-    fn face(&mut self, slot: usize) {
-        if !std::mem::replace(&mut self.seen[slot], true) {
-            self.slots.push(slot as u32);
+    fn faces(&mut self, slots: Range<usize>) {
+        for slot in slots {
+            if !std::mem::replace(&mut self.seen[slot], true) {
+                self.slots.push(slot as u32);
+            }
         }
     }
 }

@@ -174,8 +174,8 @@ impl Touch for From<'_> {
         self.touched.word(3 * self.first + word);
     }
 
-    fn face(&mut self, slot: usize) {
-        self.touched.face(self.first + slot);
+    fn faces(&mut self, slots: Range<usize>) {
+        self.touched.faces(self.first + slots.start..self.first + slots.end);
     }
 }
 

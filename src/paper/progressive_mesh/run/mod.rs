@@ -5,10 +5,9 @@
 //!   vertex's index (printed: "by CurNewTris"), tswap keeps the first face (printed without a temporary), and its inverse runs
 //!   the cycle backwards (printed: forwards).
 //! - [`Program`] is what runs: the same writes as three flat lists. Which corner of a face shows `splitVert` is the
-//!   same in every execution, so it is looked up once; a split then neither reads a face nor compares. A
-//!   permutation gathers in the order of the slots that it fills: neighbours in an order that is good for the
-//!   vertex cache come from neighbours in another one, while a cycle jumps through the buffer.
-//! - `apply` runs the same lists on the GPU.
+//!   same in every execution, so it is looked up once; a split then neither reads a face nor compares, and a
+//!   permutation goes through the buffer in order (see [`Moves`]).
+//! - [`apply`](super::apply) runs the same lists on the GPU.
 //!
 //! Differs from the paper: [`Instance`] keeps only live faces. A face that is not live is as it was in M0's buffer,
 //! since nothing writes it, so it can be taken from there again when it comes to life.

@@ -5,8 +5,8 @@ use crate::paper::progressive_mesh::check::Flaw;
 use crate::paper::progressive_mesh::mesh::{Level, ProgressiveMesh};
 use std::ops::Range;
 
-/// All writes of all levels, as flat lists: 12 bytes for each corner that a split writes, 8 for each face that a
-/// permutation moves.
+/// All writes of all levels, as flat lists: 12 bytes for each corner that a split writes, 4 for each face that a
+/// permutation moves, 8 for each run of neighbouring slots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Program {
     levels: Vec<Level>,
@@ -17,8 +17,8 @@ pub struct Program {
     corners: Corners,
     /// Levels that carry a permutation, ascending.
     swap_levels: Vec<u32>,
-    /// For each of them the number of moved faces of it and of all before it.
-    move_ends: Vec<u32>,
+    /// For each of them the number of runs, and of faces in runs, of it and of all before it.
+    move_ends: Vec<[u32; 2]>,
     moves: Moves,
 }
 
@@ -33,13 +33,42 @@ pub struct Corners {
     pub down: Vec<u32>,
 }
 
-/// What the permutations move: those of one level ascending by `to`.
+/// What the permutations move. A permutation fills runs of neighbouring slots: going up, the faces that belong there are
+/// gathered and copied back run by run; going down, the runs are copied away and their faces scattered. Half of it is
+/// plain copying, and the other half jumps less than cycles do, for neighbours in an order that is good for the vertex cache
+/// come from neighbours in another one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Moves {
-    /// Slots that are filled going up.
-    pub to: Vec<u32>,
-    /// Where their faces come from.
+    /// First slot and end of each run; those of one permutation ascend, and no slot is in two.
+    pub runs: Vec<[u32; 2]>,
+    /// For each slot of each run the slot where its face comes from; its own, where it joins two runs.
     pub from: Vec<u32>,
+}
+
+/// So many slots whose faces stay join two runs: copying a face costs a fifth of a run's begin.
+const JOINED_SLOTS: u32 = 4;
+
+impl Moves {
+    /// Appends the permutation of some cycles.
+    fn push<'a>(&mut self, cycles: impl Iterator<Item = &'a [u32]>) {
+        let mut pairs = Vec::new();
+        for cycle in cycles {
+            let next = cycle.iter().cycle().skip(1);
+            pairs.extend(cycle.iter().zip(next).map(|(&to, &from)| (to, from)));
+        }
+        pairs.sort_unstable();
+        let first = self.runs.len();
+        for (to, from) in pairs {
+            match self.runs[first..].last_mut() {
+                Some([_, end]) if to - *end <= JOINED_SLOTS => {
+                    self.from.extend(*end..to);
+                    *end = to + 1;
+                }
+                _ => self.runs.push([to, to + 1]),
+            }
+            self.from.push(from);
+        }
+    }
 }
 
 impl Program {
@@ -64,15 +93,8 @@ impl Program {
         }
         let (mut moves, mut move_ends) = (Moves::default(), Vec::new());
         for index in 0..mesh.swaps.levels.len() {
-            let mut pairs = Vec::new();
-            for cycle in mesh.swaps.cycles_of(index).map(|row| mesh.swaps.cycles.row(row)) {
-                let next = cycle.iter().cycle().skip(1);
-                pairs.extend(cycle.iter().zip(next).map(|(&to, &from)| (to, from)));
-            }
-            pairs.sort_unstable();
-            moves.to.extend(pairs.iter().map(|&(to, _)| to));
-            moves.from.extend(pairs.iter().map(|&(_, from)| from));
-            move_ends.push(moves.to.len() as u32);
+            moves.push(mesh.swaps.cycles_of(index).map(|row| mesh.swaps.cycles.row(row)));
+            move_ends.push([moves.runs.len() as u32, moves.from.len() as u32]);
         }
         let (levels, faces) = (mesh.levels.clone(), mesh.faces.clone());
         Ok(Program {
@@ -111,17 +133,20 @@ impl Program {
         &self.moves
     }
 
-    /// Faces of the largest permutation.
+    /// Slots in the runs of the largest permutation.
     pub fn largest_move(&self) -> usize {
-        let starts = [0].iter().chain(&self.move_ends);
-        self.move_ends.iter().zip(starts).map(|(end, start)| (end - start) as usize).max().unwrap_or(0)
+        (0..self.swap_levels.len()).map(|swap| self.moves_of(swap).1.len()).max().unwrap_or(0)
     }
 
     /// Bytes of main memory that all instances share.
     pub fn bytes(&self) -> usize {
-        let words = 3 * self.corners.words.len() + 2 * self.moves.to.len();
-        let ends = self.corner_ends.len() + self.swap_levels.len() + self.move_ends.len();
-        4 * (words + ends) + size_of_val(&*self.levels) + size_of_val(&*self.faces)
+        let moves = size_of_val(&*self.moves.runs) + size_of_val(&*self.moves.from);
+        let words = 3 * self.corners.words.len() + self.corner_ends.len() + self.swap_levels.len();
+        4 * words
+            + size_of_val(&*self.move_ends)
+            + moves
+            + size_of_val(&*self.levels)
+            + size_of_val(&*self.faces)
     }
 
     /// Brings `faces`, which is F at level `from`, to level `to`. It must hold the live faces of both levels, those that
@@ -145,15 +170,14 @@ impl Program {
                     let values = if up { &self.corners.up } else { &self.corners.down };
                     write(faces, &self.corners.words[corners.clone()], &values[corners], up, touch);
                 }
-                Step::Move { faces: moved, up } => {
-                    let (to, from) = (&self.moves.to[moved.clone()], &self.moves.from[moved]);
-                    let (to, from) = if up { (to, from) } else { (from, to) };
-                    kept.clear();
-                    kept.extend(from.iter().map(|&slot| faces[slot as usize]));
-                    for (&slot, &face) in to.iter().zip(&*kept) {
-                        faces[slot as usize] = face;
-                        touch.face(slot as usize);
+                Step::Move { runs, faces: from, up } => {
+                    let (runs, from) = (&self.moves.runs[runs], &self.moves.from[from]);
+                    if up {
+                        gather(faces, runs, from, kept)
+                    } else {
+                        scatter(faces, runs, from, kept)
                     }
+                    runs.iter().for_each(|&[first, end]| touch.faces(first as usize..end as usize));
                 }
             }
         }
@@ -169,8 +193,8 @@ impl Program {
         for swap in first..end {
             let level = self.swap_levels[swap];
             steps.push(Step::Write { corners: self.corners_between(at, level), up });
-            let start = if swap == 0 { 0 } else { self.move_ends[swap - 1] };
-            steps.push(Step::Move { faces: start as usize..self.move_ends[swap] as usize, up });
+            let (runs, faces) = self.moves_of(swap);
+            steps.push(Step::Move { runs, faces, up });
             at = level;
         }
         steps.push(Step::Write { corners: self.corners_between(at, high), up });
@@ -178,6 +202,13 @@ impl Program {
             steps.reverse();
         }
         steps
+    }
+
+    /// The ranges of [`Moves`] of one permutation.
+    fn moves_of(&self, swap: usize) -> (Range<usize>, Range<usize>) {
+        let start = if swap == 0 { [0; 2] } else { self.move_ends[swap - 1] };
+        let [runs, faces] = [0, 1].map(|n| start[n] as usize..self.move_ends[swap][n] as usize);
+        (runs, faces)
     }
 
     fn corners_between(&self, low: u32, high: u32) -> Range<usize> {
@@ -190,18 +221,8 @@ impl Program {
 pub enum Step {
     /// The splits of a range of [`Corners`], in order; going down their collapses, in the opposite order.
     Write { corners: Range<usize>, up: bool },
-    /// The permutation of a range of [`Moves`]; going down its inverse.
-    Move { faces: Range<usize>, up: bool },
-}
-
-impl Step {
-    /// Faces that must be kept while the step runs.
-    pub fn kept_faces(&self) -> usize {
-        match self {
-            Step::Write { .. } => 0,
-            Step::Move { faces, .. } => faces.len(),
-        }
-    }
+    /// The permutation of a range of runs and of the slots in them; going down its inverse.
+    Move { runs: Range<usize>, faces: Range<usize>, up: bool },
 }
 
 fn write(faces: &mut [[u32; 3]], words: &[u32], values: &[u32], up: bool, touch: &mut impl Touch) {
@@ -212,4 +233,24 @@ fn write(faces: &mut [[u32; 3]], words: &[u32], values: &[u32], up: bool, touch:
     };
     let pairs = words.iter().zip(values);
     if up { pairs.for_each(&mut one) } else { pairs.rev().for_each(&mut one) }
+}
+
+fn gather(faces: &mut [[u32; 3]], runs: &[[u32; 2]], from: &[u32], kept: &mut Vec<[u32; 3]>) {
+    kept.clear();
+    kept.extend(from.iter().map(|&slot| faces[slot as usize]));
+    let mut rest = &**kept;
+    for &[first, end] in runs {
+        let run = &mut faces[first as usize..end as usize];
+        let (here, others) = rest.split_at(run.len());
+        run.copy_from_slice(here);
+        rest = others;
+    }
+}
+
+fn scatter(faces: &mut [[u32; 3]], runs: &[[u32; 2]], from: &[u32], kept: &mut Vec<[u32; 3]>) {
+    kept.clear();
+    runs.iter().for_each(|&[first, end]| kept.extend_from_slice(&faces[first as usize..end as usize]));
+    for (&slot, &face) in from.iter().zip(&*kept) {
+        faces[slot as usize] = face;
+    }
 }

@@ -6,8 +6,8 @@ use std::ops::Range;
 pub trait Touch {
     /// One word of the index buffer was written.
     fn word(&mut self, word: usize);
-    /// The three words of a face were written.
-    fn face(&mut self, slot: usize);
+    /// Faces of neighbouring slots were written.
+    fn faces(&mut self, slots: Range<usize>);
 }
 
 /// Nobody: for buffers that the GPU reads where they are written.
@@ -15,7 +15,7 @@ pub struct Untold;
 
 impl Touch for Untold {
     fn word(&mut self, _: usize) {}
-    fn face(&mut self, _: usize) {}
+    fn faces(&mut self, _: Range<usize>) {}
 }
 
 /// A block of the index buffer is uploaded whole: 128 words, 512 bytes. Copies of 64 bytes are many more, those of
@@ -78,9 +78,8 @@ impl Touch for Touched {
         self.dirty[word >> BLOCK_LOG2] = true;
     }
 
-    fn face(&mut self, slot: usize) {
-        self.word(3 * slot);
-        self.word(3 * slot + 2);
+    fn faces(&mut self, slots: Range<usize>) {
+        Touched::faces(self, slots);
     }
 }
 
@@ -93,7 +92,7 @@ mod tests {
         let mut touched = Touched::new(1000);
         touched.word(0);
         // Words 126 to 128: the last two of one block, and the first of the next.
-        touched.face(42);
+        touched.faces(42..43);
         touched.word(2999);
         assert_eq!(touched.take(), [0..256, 2944..3000]);
         assert_eq!(touched.take(), []);
