@@ -1,16 +1,15 @@
 //! Cleaning: what a file holds becomes a [`Model`], and everything that had to be done to it is counted.
 //!
 //! Vertices that no shape can have are set aside with their faces; equal positions are welded; faces that cover no
-//! triangle of their own are dropped; and where more than a fan of faces meets, the surface is cut apart
-//! ("cutting" of Gueziec, Taubin, Lazarus, Horn 2001): after that it is a manifold by construction. A face is never
-//! turned round and a hole never closed: those would be guesses.
+//! triangle of their own are dropped; and what is left is made a manifold. A hole is never closed: that would be a guess.
 
 use super::attributes::{finite_coordinates, first_alike, usable_normals};
+use super::manifold::Faces;
 use super::report::Report;
-use super::topology::{Groups, half_edges, next_corner};
 use super::{Attributes, Model};
 use glam::DVec3;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 /// A mesh as it came. Nothing is known of its values; only the lengths and the indices fit.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -48,12 +47,12 @@ pub fn clean(raw: &Raw) -> (Model, Report) {
     let mut report = Report { vertices, file_faces: raw.faces.len(), ..Report::default() };
     let usable = usable(&raw.positions, &mut report);
     let (points, mut positions) = weld(&raw.positions, &usable, &mut report);
-    let kept = sift(raw, &usable, &points, &mut report);
-    let mut corners: Vec<[u32; 3]> =
-        kept.iter().map(|face| face.map(|vertex| points[vertex as usize])).collect();
-    report.zero_area_faces = corners.iter().filter(|&&face| is_flat(&positions, face)).count();
-    cut(&mut corners, &mut positions, &mut report);
-    let model = assemble(raw, [&kept, &corners], &positions, &points, &mut report);
+    let (mut faces, doubled) = sift(raw, &usable, &points, &mut report);
+    report.folded_faces = faces.unfold(&doubled);
+    report.zero_area_faces = faces.points.iter().filter(|&&face| is_flat(&positions, face)).count();
+    report.turned_faces = faces.orient();
+    [report.non_manifold_edges, report.split_positions] = faces.cut(&mut positions);
+    let model = assemble(raw, &faces, &positions, &points, &mut report);
     report.count(&model);
     (model, report)
 }
@@ -109,32 +108,43 @@ fn weld(positions: &[DVec3], usable: &[bool], report: &mut Report) -> (Vec<u32>,
     (point_of_vertex, points)
 }
 
-/// The faces that are triangles of their own, as vertices.
-fn sift(raw: &Raw, usable: &[bool], points: &[u32], report: &mut Report) -> Vec<[u32; 3]> {
-    let mut seen: HashSet<[u32; 3]> = HashSet::with_capacity(raw.faces.len());
-    let mut stays = |face: &[u32; 3]| {
-        let [a, b, c] = face.map(|vertex| points[vertex as usize]);
-        let dropped = if face.iter().any(|&vertex| !usable[vertex as usize]) {
-            &mut report.faces_set_aside
+/// The faces that are triangles of their own; of each whether the file has as many backs of it as copies, itself
+/// counted.
+fn sift(raw: &Raw, usable: &[bool], points: &[u32], report: &mut Report) -> (Faces, Vec<bool>) {
+    // By the three points, smallest first: the face that stays, its winding, its copies less its backs.
+    let mut seen: HashMap<[u32; 3], (usize, bool, i32)> = HashMap::with_capacity(raw.faces.len());
+    let mut faces = Faces::default();
+    for face in &raw.faces {
+        let corners @ [a, b, c] = face.map(|vertex| points[vertex as usize]);
+        if face.iter().any(|&vertex| !usable[vertex as usize]) {
+            report.faces_set_aside += 1;
         } else if face[0] == face[1] || face[1] == face[2] || face[2] == face[0] {
-            &mut report.index_degenerate_faces
+            report.index_degenerate_faces += 1;
         } else if a == b || b == c || c == a {
-            &mut report.collapsed_faces
+            report.collapsed_faces += 1;
         } else {
-            // Smallest point first: the winding stays, so both windings are looked up.
-            let [first, second, third] = turned([a, b, c]);
-            if seen.contains(&[first, third, second]) {
-                &mut report.reversed_faces
-            } else if seen.insert([first, second, third]) {
-                return true;
-            } else {
-                &mut report.duplicate_faces
+            let [first, second, third] = turned(corners);
+            let winding = second < third;
+            match seen.entry([first, second.min(third), second.max(third)]) {
+                Entry::Vacant(entry) => {
+                    entry.insert((faces.vertices.len(), winding, 1));
+                    faces.vertices.push(*face);
+                    faces.points.push(corners);
+                }
+                Entry::Occupied(mut entry) if entry.get().1 == winding => {
+                    entry.get_mut().2 += 1;
+                    report.duplicate_faces += 1;
+                }
+                Entry::Occupied(mut entry) => {
+                    entry.get_mut().2 -= 1;
+                    report.reversed_faces += 1;
+                }
             }
-        };
-        *dropped += 1;
-        false
-    };
-    raw.faces.iter().filter(|face| stays(face)).copied().collect()
+        }
+    }
+    let mut doubled = vec![false; faces.vertices.len()];
+    seen.values().filter(|(_, _, balance)| *balance == 0).for_each(|&(face, _, _)| doubled[face] = true);
+    (faces, doubled)
 }
 
 /// The same face, smallest index first.
@@ -157,60 +167,10 @@ fn is_flat(positions: &[DVec3], face: [u32; 3]) -> bool {
     (sides[0] / longest).cross(sides[1] / longest).length() <= FLAT
 }
 
-/// Cuts the surface along every edge that is not shared by exactly two faces of opposite direction; then the
-/// corners at a point that no chain of shared edges joins get points of their own. Where two of the cut faces are
-/// still joined round one end, the edge closes again behind the others.
-///
-/// After it every edge is manifold: round a point each face has two sides, so a chain of faces has two ends at most,
-/// and of those that met at the cut edge at most two share a chain, which crosses the edge in both directions.
-fn cut(corners: &mut [[u32; 3]], positions: &mut Vec<DVec3>, report: &mut Report) {
-    let edges = half_edges(corners.iter().copied());
-    let mut fans = Groups::new(corners.len() * 3);
-    for edge in edges.chunk_by(|a, b| a.0 == b.0) {
-        match *edge {
-            [_] => {}
-            [(_, here), (_, there)] if start(corners, here) != start(corners, there) => {
-                fans.join(here, next_corner(there));
-                fans.join(next_corner(here), there);
-            }
-            _ => report.non_manifold_edges += 1,
-        }
-    }
-    // The first fan of a point keeps it; each other one gets a copy.
-    let mut keeper = vec![u32::MAX; positions.len()];
-    let mut copies: HashMap<u32, u32> = HashMap::new();
-    for corner in 0..corners.len() as u32 * 3 {
-        let fan = fans.first(corner);
-        let point = &mut corners[corner as usize / 3][corner as usize % 3];
-        let keeper = &mut keeper[*point as usize];
-        if *keeper == u32::MAX {
-            *keeper = fan;
-        }
-        if *keeper != fan {
-            let position = positions[*point as usize];
-            *point = *copies.entry(fan).or_insert_with(|| {
-                positions.push(position);
-                positions.len() as u32 - 1
-            });
-        }
-    }
-    report.split_positions = copies.len();
-}
-
-/// The point at which a half-edge starts.
-fn start(corners: &[[u32; 3]], corner: u32) -> u32 {
-    corners[corner as usize / 3][corner as usize % 3]
-}
-
-/// Wedges of what is used: `kept` holds the faces' vertices and `corners` the positions that these have got;
-/// `points` tells which vertices stand at the same place.
-fn assemble(
-    raw: &Raw,
-    [kept, corners]: [&[[u32; 3]]; 2],
-    positions: &[DVec3],
-    points: &[u32],
-    report: &mut Report,
-) -> Model {
+/// Wedges of what is used; `points` tells which vertices stand at the same place, those of `faces` are positions by
+/// now.
+fn assemble(raw: &Raw, faces: &Faces, positions: &[DVec3], points: &[u32], report: &mut Report) -> Model {
+    let Faces { vertices: kept, points: corners } = faces;
     let mut attributes = raw.attributes.clone();
     report.replaced_attributes =
         usable_normals(&mut attributes, &raw.positions, kept) + finite_coordinates(&mut attributes, kept);
@@ -280,55 +240,6 @@ mod tests {
         assert_eq!(model.faces.len(), 2);
         assert_eq!((report.index_degenerate_faces, report.collapsed_faces), (1, 1));
         assert_eq!((report.duplicate_faces, report.reversed_faces), (1, 1));
-    }
-
-    #[test]
-    fn a_fin_comes_off_and_the_surface_below_stays_whole() {
-        let below = crate::scene::model::generate::grid(5, 0);
-        let mut finned =
-            Raw { positions: below.positions.clone(), faces: below.faces.clone(), ..Raw::default() };
-        finned.positions.push(DVec3::Z);
-        finned.faces.push([12, 13, 25]);
-        let (model, report) = cleaned(&finned);
-        assert_eq!((report.non_manifold_edges, report.split_positions), (1, 2));
-        assert_eq!((model.topology().components, model.topology().boundary_edges), (2, 16 + 3));
-        assert_eq!(model.faces[..32], below.faces);
-        // Where neither end is held together by other faces, there is no telling which two belong together.
-        let mut positions = SQUARE.to_vec();
-        positions.push([0.5, 0.5, 1.0]);
-        let (model, _) = cleaned(&raw(&positions, &[[0, 1, 2], [0, 2, 3], [0, 2, 4]]));
-        assert_eq!(model.topology().components, 3);
-    }
-
-    #[test]
-    fn two_tetrahedra_that_share_an_edge_become_two_closed_parts() {
-        let positions = [
-            [0.0, 0.0, 0.0],
-            [1.0, 0.0, 0.0],
-            [0.0, 1.0, 0.0],
-            [0.0, 1.0, 1.0],
-            [0.0, -1.0, 0.0],
-            [0.0, -1.0, 1.0],
-        ];
-        let tetrahedron = |[a, b, c, d]: [u32; 4]| [[a, c, b], [a, b, d], [b, c, d], [c, a, d]];
-        let faces = [tetrahedron([0, 1, 2, 3]), tetrahedron([0, 1, 4, 5])].concat();
-        let (model, report) = cleaned(&raw(&positions, &faces));
-        let topology = model.topology();
-        assert_eq!((report.split_positions, topology.components, topology.is_closed()), (2, 2, true));
-    }
-
-    #[test]
-    fn neighbours_of_opposite_winding_are_cut_apart() {
-        let (model, report) = cleaned(&raw(&SQUARE, &[[0, 1, 2], [0, 3, 2]]));
-        assert_eq!((report.non_manifold_edges, report.split_positions, model.faces.len()), (1, 2, 2));
-    }
-
-    #[test]
-    fn triangles_that_touch_in_a_point_get_a_point_each() {
-        let mut positions = SQUARE.to_vec();
-        positions.push([-1.0, 0.0, 0.0]);
-        let (model, report) = cleaned(&raw(&positions, &[[0, 1, 2], [0, 3, 4]]));
-        assert_eq!((report.split_positions, report.non_manifold_edges, model.positions.len()), (1, 0, 6));
     }
 
     #[test]

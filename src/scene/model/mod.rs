@@ -10,6 +10,7 @@ pub mod fetch;
 pub mod generate;
 mod glb;
 mod load;
+mod manifold;
 mod names;
 mod number;
 mod obj;

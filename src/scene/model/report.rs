@@ -27,9 +27,13 @@ pub struct Report {
     pub duplicate_faces: usize,
     /// Faces dropped because an earlier one has the same three positions and the other winding.
     pub reversed_faces: usize,
+    /// Faces dropped with their backs because the surface is whole without these folds.
+    pub folded_faces: usize,
     /// Faces without area that were kept: they hold their neighbours together.
     pub zero_area_faces: usize,
-    /// Edges with more than two faces, or with two of the same direction: cut apart.
+    /// Faces turned round to agree with more of their neighbours.
+    pub turned_faces: usize,
+    /// Edges with more than two faces, or with two that cannot agree: cut apart.
     pub non_manifold_edges: usize,
     /// Positions added by cutting: at such edges, and where fans of faces touched in a point.
     pub split_positions: usize,
@@ -66,11 +70,9 @@ impl Report {
             (self.collapsed_faces, "faces have two corners at the same place: dropped"),
             (self.duplicate_faces, "faces repeat an earlier one: dropped"),
             (self.reversed_faces, "faces are the back of an earlier one: dropped"),
+            (self.folded_faces, "faces lay on their backs, on a surface that is whole without: dropped"),
             (self.zero_area_faces, "faces have no area: kept"),
-            (
-                self.non_manifold_edges,
-                "edges have more than two faces, or two of the same direction: cut apart",
-            ),
+            (self.non_manifold_edges, "edges have more than two faces, or two that cannot agree: cut apart"),
             (self.split_positions, "positions added where the surface was cut or touched itself in a point"),
             (self.unused_vertices, "vertices are in no face: dropped"),
             (self.replaced_attributes, "normals or coordinates could not be used: replaced"),

@@ -1,0 +1,288 @@
+//! From faces that share points anyhow to a manifold: folds are taken away, neighbours made to agree on their side,
+//! and where more than a fan of faces still meets, the surface is cut apart ("cutting" of Gueziec, Taubin,
+//! Lazarus, Horn 2001).
+
+use super::topology::{Groups, half_edges, next_corner};
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Faces on their way into a model: the file's vertices, and the points at which these stand.
+#[derive(Default)]
+pub(super) struct Faces {
+    pub vertices: Vec<[u32; 3]>,
+    pub points: Vec<[u32; 3]>,
+}
+
+impl Faces {
+    /// Takes away folds: patches of faces that lie on their own back (`doubled`; one face stands for both) and whose
+    /// rim the other faces close without them. Decimated scans have hundreds. Where the others need the patch, or it is
+    /// a sheet alone, one side of it stays. Returns how many faces went.
+    pub(super) fn unfold(&mut self, doubled: &[bool]) -> usize {
+        if !doubled.contains(&true) {
+            return 0;
+        }
+        let edges = half_edges(self.points.iter().copied());
+        let mut patches = Groups::new(self.points.len());
+        // For each edge of a patch to other faces: closed without it, or open.
+        let mut rim: Vec<(u32, i64)> = Vec::new();
+        for edge in edges.chunk_by(|a, b| a.0 == b.0) {
+            let (ours, others): (Vec<u32>, Vec<u32>) =
+                edge.iter().map(|&(_, corner)| corner / 3).partition(|&face| doubled[face as usize]);
+            let Some(&first) = ours.first() else { continue };
+            ours.iter().for_each(|&face| patches.join(first, face));
+            match others.len() {
+                0 => {}
+                1 => rim.push((first, -1)),
+                _ => rim.push((first, 1)),
+            }
+        }
+        let mut votes: HashMap<u32, i64> = HashMap::new();
+        for (face, vote) in rim {
+            *votes.entry(patches.first(face)).or_default() += vote;
+        }
+        let mut goes = |face: usize| {
+            doubled[face] && votes.get(&patches.first(face as u32)).is_some_and(|&vote| vote > 0)
+        };
+        let stays: Vec<bool> = (0..self.points.len()).map(|face| !goes(face)).collect();
+        for list in [&mut self.vertices, &mut self.points] {
+            let mut stays = stays.iter();
+            list.retain(|_| *stays.next().expect("one for each face"));
+        }
+        stays.iter().filter(|stays| !**stays).count()
+    }
+
+    /// Turns faces so that two that share an edge alone run along it in opposite directions: of each connected patch
+    /// the smaller part. What cannot agree (a Moebius strip) is left to the cut. Returns how many were turned.
+    pub(super) fn orient(&mut self) -> usize {
+        let edges = half_edges(self.points.iter().copied());
+        let mut mates = vec![u32::MAX; self.points.len() * 3];
+        let mut agree = true;
+        for edge in edges.chunk_by(|a, b| a.0 == b.0) {
+            if let [(_, here), (_, there)] = *edge {
+                mates[here as usize] = there;
+                mates[there as usize] = here;
+                agree &= self.start(here) != self.start(there);
+            }
+        }
+        if agree {
+            return 0;
+        }
+        let mut turned: Vec<Option<bool>> = vec![None; self.points.len()];
+        for seed in 0..self.points.len() {
+            if turned[seed].is_some() {
+                continue;
+            }
+            turned[seed] = Some(false);
+            let mut patch = vec![seed];
+            let mut next = 0;
+            while let Some(&face) = patch.get(next) {
+                next += 1;
+                for corner in [3 * face, 3 * face + 1, 3 * face + 2] {
+                    let mate = mates[corner];
+                    let neighbour = mate as usize / 3;
+                    if mate != u32::MAX && turned[neighbour].is_none() {
+                        let same = self.start(corner as u32) == self.start(mate);
+                        turned[neighbour] = turned[face].map(|turned| turned != same);
+                        patch.push(neighbour);
+                    }
+                }
+            }
+            let count = patch.iter().filter(|&&face| turned[face] == Some(true)).count();
+            if 2 * count > patch.len() {
+                patch.iter().for_each(|&face| turned[face] = turned[face].map(|turned| !turned));
+            }
+        }
+        for (face, _) in turned.iter().enumerate().filter(|(_, turned)| **turned == Some(true)) {
+            self.vertices[face].swap(1, 2);
+            self.points[face].swap(1, 2);
+        }
+        turned.iter().filter(|turned| **turned == Some(true)).count()
+    }
+
+    /// Cuts the surface along every edge that is not shared by exactly two faces of opposite direction; then the
+    /// corners at a point that no chain of shared edges joins get positions of their own, behind those that there are.
+    /// Where two of the cut faces are still joined round one end, the edge closes again behind the others. Returns
+    /// how many edges were cut, and how many positions added.
+    ///
+    /// After it every edge is manifold: round a point each face has two sides, so a chain of faces has two ends at
+    /// most, and of those that met at the cut edge at most two share a chain, which crosses the edge in both
+    /// directions.
+    pub(super) fn cut(&mut self, positions: &mut Vec<DVec3>) -> [usize; 2] {
+        let edges = half_edges(self.points.iter().copied());
+        let mut fans = Groups::new(self.points.len() * 3);
+        let mut cut_edges = 0;
+        for edge in edges.chunk_by(|a, b| a.0 == b.0) {
+            match *edge {
+                [_] => {}
+                [(_, here), (_, there)] if self.start(here) != self.start(there) => {
+                    fans.join(here, next_corner(there));
+                    fans.join(next_corner(here), there);
+                }
+                _ => cut_edges += 1,
+            }
+        }
+        // The first fan of a point keeps it; each other one gets a copy.
+        let mut keeper = vec![u32::MAX; positions.len()];
+        let mut copies: HashMap<u32, u32> = HashMap::new();
+        for (corner, point) in self.points.as_flattened_mut().iter_mut().enumerate() {
+            let fan = fans.first(corner as u32);
+            let keeper = &mut keeper[*point as usize];
+            if *keeper == u32::MAX {
+                *keeper = fan;
+            }
+            if *keeper != fan {
+                let position = positions[*point as usize];
+                *point = *copies.entry(fan).or_insert_with(|| {
+                    positions.push(position);
+                    positions.len() as u32 - 1
+                });
+            }
+        }
+        [cut_edges, copies.len()]
+    }
+
+    /// The point at which a half-edge starts.
+    fn start(&self, corner: u32) -> u32 {
+        self.points[corner as usize / 3][corner as usize % 3]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scene::model::{Model, Raw, Report, clean, generate, named};
+    use glam::DVec3;
+
+    fn raw(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> Raw {
+        let positions = positions.iter().map(|&position| DVec3::from_array(position)).collect();
+        Raw { positions, faces: faces.to_vec(), ..Raw::default() }
+    }
+
+    fn raw_of(model: &Model) -> Raw {
+        Raw { positions: model.positions.clone(), faces: model.faces.clone(), ..Raw::default() }
+    }
+
+    fn cleaned(raw: &Raw) -> (Model, Report) {
+        let (model, report) = clean(raw);
+        model.check().unwrap_or_else(|broken| panic!("{broken} in {model:?}"));
+        (model, report)
+    }
+
+    const SQUARE: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+
+    #[test]
+    fn a_fin_comes_off_and_the_surface_below_stays_whole() {
+        let below = generate::grid(5, 0);
+        let mut finned = raw_of(&below);
+        finned.positions.push(DVec3::Z);
+        finned.faces.push([12, 13, 25]);
+        let (model, report) = cleaned(&finned);
+        assert_eq!((report.non_manifold_edges, report.split_positions), (1, 2));
+        assert_eq!((model.topology().components, model.topology().boundary_edges), (2, 16 + 3));
+        assert_eq!(model.faces[..32], below.faces);
+        // Where neither end is held together by other faces, there is no telling which two belong together.
+        let mut positions = SQUARE.to_vec();
+        positions.push([0.5, 0.5, 1.0]);
+        let (model, _) = cleaned(&raw(&positions, &[[0, 1, 2], [0, 2, 3], [0, 2, 4]]));
+        assert_eq!(model.topology().components, 3);
+    }
+
+    #[test]
+    fn two_tetrahedra_that_share_an_edge_become_two_closed_parts() {
+        let positions = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 1.0, 1.0],
+            [0.0, -1.0, 0.0],
+            [0.0, -1.0, 1.0],
+        ];
+        let tetrahedron = |[a, b, c, d]: [u32; 4]| [[a, c, b], [a, b, d], [b, c, d], [c, a, d]];
+        let faces = [tetrahedron([0, 1, 2, 3]), tetrahedron([0, 1, 4, 5])].concat();
+        let (model, report) = cleaned(&raw(&positions, &faces));
+        let topology = model.topology();
+        assert_eq!((report.split_positions, topology.components, topology.is_closed()), (2, 2, true));
+    }
+
+    #[test]
+    fn a_fold_on_a_whole_surface_goes_with_its_back() {
+        let mut folded = raw_of(&generate::sphere(3));
+        let [a, b, c] = folded.faces[10];
+        let tip = folded.positions.len() as u32;
+        folded.positions.push(folded.positions[a as usize] * 2.0);
+        // Two triangles out along an edge and back again.
+        folded.positions.push(folded.positions[b as usize] * 2.0);
+        folded.faces.extend([[a, b, tip], [b, a, tip], [b, tip + 1, tip], [b, tip, tip + 1]]);
+        let (model, report) = cleaned(&folded);
+        assert_eq!((report.reversed_faces, report.folded_faces, report.non_manifold_edges), (2, 2, 0));
+        assert_eq!(model.faces, generate::sphere(3).faces);
+        // A back on the surface itself is no fold, and which of the two comes first does not matter.
+        for doubled in [vec![[a, b, c], [a, c, b]], vec![[a, c, b], [a, b, c]]] {
+            let mut raw = raw_of(&generate::sphere(3));
+            raw.faces.splice(10..11, doubled);
+            let (model, report) = cleaned(&raw);
+            assert_eq!((report.reversed_faces, report.folded_faces, model.faces.len()), (1, 0, 180));
+            assert!(model.topology().is_closed());
+        }
+    }
+
+    #[test]
+    fn of_a_sheet_with_its_back_one_side_stays() {
+        let mut sheet = raw_of(&generate::grid(5, 0));
+        let backs: Vec<[u32; 3]> = sheet.faces.iter().map(|&[a, b, c]| [b, a, c]).collect();
+        sheet.faces.extend(backs);
+        let (model, report) = cleaned(&sheet);
+        assert_eq!((report.reversed_faces, report.folded_faces), (32, 0));
+        assert_eq!(model.faces, generate::grid(5, 0).faces);
+    }
+
+    #[test]
+    fn neighbours_are_made_to_agree_the_fewer_with_the_more() {
+        let bunny = named("bunny").unwrap();
+        let mut mixed = raw_of(&bunny);
+        mixed.faces.iter_mut().step_by(3).for_each(|face| face.swap(1, 2));
+        let (model, report) = cleaned(&mixed);
+        assert_eq!((report.turned_faces, report.non_manifold_edges), (1225, 0));
+        let winding = |[a, b, c]: [u32; 3]| {
+            if a < b && a < c {
+                [a, b, c]
+            } else if b < c {
+                [b, c, a]
+            } else {
+                [c, a, b]
+            }
+        };
+        assert!(model.faces.iter().zip(&bunny.faces).all(|(a, b)| winding(*a) == winding(*b)));
+    }
+
+    #[test]
+    fn a_moebius_strip_is_cut_once() {
+        let half_turn = std::f64::consts::PI / 8.0;
+        let ring = |index: u32| {
+            let (sine, cosine) = libm::sincos(2.0 * half_turn * f64::from(index));
+            let (rise, out) = libm::sincos(half_turn * f64::from(index));
+            let end = |width: f64| {
+                let radius = 2.0 + width * out;
+                [radius * cosine, radius * sine, width * rise]
+            };
+            [end(-0.5), end(0.5)]
+        };
+        let positions: Vec<[f64; 3]> = (0..8).flat_map(ring).collect();
+        let mut faces = Vec::new();
+        for index in 0..8 {
+            let [a, b] = [2 * index, 2 * index + 1];
+            let [c, d] = if index == 7 { [1, 0] } else { [a + 2, b + 2] };
+            faces.extend([[a, b, d], [a, d, c]]);
+        }
+        let (model, report) = cleaned(&raw(&positions, &faces));
+        assert_eq!((report.non_manifold_edges, model.faces.len()), (1, 16));
+        assert_eq!((model.topology().components, model.topology().boundary_edges), (1, 16 + 2));
+    }
+
+    #[test]
+    fn triangles_that_touch_in_a_point_get_a_point_each() {
+        let mut positions = SQUARE.to_vec();
+        positions.push([-1.0, 0.0, 0.0]);
+        let (model, report) = cleaned(&raw(&positions, &[[0, 1, 2], [0, 3, 4]]));
+        assert_eq!((report.split_positions, report.non_manifold_edges, model.positions.len()), (1, 0, 6));
+    }
+}
