@@ -1,7 +1,8 @@
-//! The truth: an f64 rasteriser and an f64 texture filter, plain and slow, that share no code with what
-//! they check.
+//! The truth: an f64 rasteriser, an f64 texture filter and the distance between surfaces, plain and slow, that share
+//! no code with what they check.
 
 mod candidates;
+pub mod distance;
 pub mod filter;
 mod orientation;
 pub mod raster;

@@ -140,6 +140,17 @@ const COMPARERS: &[Comparer] = &[
         )],
     },
     Comparer {
+        judges: "a simplified surface against the full one",
+        function: ("src/reference/distance.rs", "compare_surfaces"),
+        rejects: &[
+            (
+                "src/reference/distance.rs",
+                "one_vertex_out_of_place_is_found_by_the_largest_distance_and_hardly_by_the_mean",
+            ),
+            ("src/reference/distance.rs", "what_is_missing_is_found_from_one_side_only"),
+        ],
+    },
+    Comparer {
         judges: "results of figures against stored ones",
         function: ("src/figure/against.rs", "between"),
         rejects: &[

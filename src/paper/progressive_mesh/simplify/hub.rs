@@ -86,6 +86,7 @@ impl Hub {
     fn kind(&self, surface: &Surface, spoke: &Spoke) -> Kind {
         match (spoke.faces, spoke.ahead, spoke.behind) {
             (1, ..) => Kind::Border,
+            (2, Some(_), Some(_)) if !surface.has_seams() => Kind::Plain,
             (2, Some(ahead), Some(behind)) => {
                 let along = |blade| self.wedges_along(surface, blade, spoke.end);
                 if along(ahead) == along(behind) { Kind::Plain } else { Kind::Seam }
@@ -116,23 +117,29 @@ impl Hub {
     /// What a collapse along a spoke may be, from the kinds of edges alone: a position inside may go anywhere, one on a
     /// border or seam only along it, and where they end, cross or branch, nowhere.
     pub fn path(&self) -> Path {
-        let mut marked = self.spokes.iter().filter(|spoke| spoke.kind != Kind::Plain);
+        let mut marked = self.spokes.iter().filter(|spoke| spoke.kind != Kind::Plain).map(|spoke| spoke.kind);
         match (marked.next(), marked.next(), marked.next()) {
             (None, ..) => Path::Anywhere,
-            (Some(one), Some(two), None) if one.kind == two.kind => Path::Along(one.kind),
+            // Where two sheets came to share one edge, they part again when that edge goes.
+            (Some(Kind::Complex), None, _) => Path::Along(Kind::Complex),
+            (Some(one), Some(two), None) if one == two => Path::Along(one),
             _ => Path::Nowhere,
         }
     }
 
     /// For the hub's wedges in the faces along a spoke, the wedges at its end. None if one wedge would have to become
-    /// two.
-    pub fn wedge_pairs(&self, surface: &Surface, spoke: &Spoke) -> Option<WedgePairs> {
-        let mut pairs = WedgePairs { pairs: [[0; 2]; 2], count: 0 };
-        for blade in [spoke.ahead, spoke.behind].into_iter().flatten() {
-            let [from, to] = self.wedges_along(surface, blade, spoke.end);
+    /// two, unless `torn`: then the first counts.
+    pub fn wedge_pairs(&self, surface: &Surface, end: u32, torn: bool) -> Option<WedgePairs> {
+        let mut pairs = WedgePairs { pairs: [[0; 2]; MOST_PAIRS], count: 0 };
+        for (index, blade) in self.blades.iter().enumerate() {
+            if blade.a != end && blade.b != end {
+                continue;
+            }
+            let [from, to] = self.wedges_along(surface, index as u32, end);
             match pairs.target(from) {
-                Some(other) if other != to => return None,
+                Some(other) if other != to && !torn => return None,
                 Some(_) => {}
+                None if pairs.count == MOST_PAIRS => return None,
                 None => {
                     pairs.pairs[pairs.count] = [from, to];
                     pairs.count += 1;
@@ -142,22 +149,45 @@ impl Hub {
         Some(pairs)
     }
 
-    /// Whether collapsing along a spoke leaves a surface (the link condition): hub and end have no neighbours in common
-    /// but those of the edge's faces, no face becomes another one, and no position loses its last face.
-    pub fn keeps_surface(&self, surface: &Surface, spoke: &Spoke) -> bool {
+    /// What collapsing along a spoke does to the surface (the link condition): hub and end may have no neighbours in
+    /// common but those of the edge's faces, no face may become another one, and no position lose its last face.
+    pub fn link(&self, surface: &Surface, spoke: &Spoke) -> Link {
         let end = spoke.end;
-        let opposite = |position: u32| {
-            self.blades.iter().any(|x| (x.a == end && x.b == position) || (x.b == end && x.a == position))
-        };
         let known = |position: u32| position != self.position && self.spoke_to(position).is_some();
+        let common = |position: u32| known(position) && !self.has_blade(end, position);
         let stays = surface.valence(end) + self.blades.len() > 2 * spoke.faces as usize;
-        stays
-            && surface.blades(end).filter(|x| x.a != self.position && x.b != self.position).all(|x| {
-                (!known(x.a) || opposite(x.a))
-                    && (!known(x.b) || opposite(x.b))
-                    && !(known(x.a) && known(x.b) && self.has_blade(x.a, x.b))
-            })
-            && self.opposites(end).all(|position| surface.valence(position) > 1)
+        if !stays || self.opposites(end).any(|position| surface.valence(position) < 2) {
+            return Link::Forbidden;
+        }
+        let (mut meets, mut closes) = (false, self.closing(surface, spoke));
+        for blade in surface.blades(end).filter(|x| self.is_not(x)) {
+            if known(blade.a) && known(blade.b) && self.has_blade(blade.a, blade.b) {
+                return Link::Forbidden;
+            }
+            for position in [blade.a, blade.b].into_iter().filter(|&position| common(position)) {
+                meets = true;
+                closes = closes.filter(|&last| last == position);
+            }
+        }
+        match (meets, closes) {
+            (false, _) => Link::Surface,
+            (true, Some(_)) => Link::Closes,
+            (true, None) => Link::Pinches,
+        }
+    }
+
+    /// The third corner of a hole of three edges, two of which are the spoke and the border's other edge at the hub.
+    fn closing(&self, surface: &Surface, spoke: &Spoke) -> Option<u32> {
+        let [into, out] = self.border().filter(|_| spoke.kind == Kind::Border)?;
+        let (last, ahead) = if spoke.end == out.end { (into.end, true) } else { (out.end, false) };
+        let mut along = surface.blades(spoke.end).filter(|x| x.a == last || x.b == last);
+        let one = along.next().filter(|x| (x.a == last) == ahead)?;
+        (along.next().is_none() && self.is_not(&one)).then_some(last)
+    }
+
+    /// Whether a face at another position has no corner at the hub.
+    pub fn is_not(&self, blade: &Blade) -> bool {
+        blade.a != self.position && blade.b != self.position
     }
 
     /// Whether a face of the hub has both positions.
@@ -194,19 +224,30 @@ impl Path {
     }
 }
 
-/// Up to two wedges of a position, each with the one that takes its place.
+/// What a collapse does to the surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Link {
+    /// Leaves it one, as it was.
+    Surface,
+    /// Closes a hole of three edges.
+    Closes,
+    /// Makes two sheets share an edge: a handle or a neck becomes a pinch.
+    Pinches,
+    /// Would make one face of two, or leave a position without any.
+    Forbidden,
+}
+
+/// Wedges along one edge: two, unless sheets share it.
+const MOST_PAIRS: usize = 4;
+
+/// Some wedges of a position, each with the one that takes its place.
 #[derive(Clone, Copy, Debug)]
 pub struct WedgePairs {
-    pairs: [[u32; 2]; 2],
+    pairs: [[u32; 2]; MOST_PAIRS],
     count: usize,
 }
 
 impl WedgePairs {
-    /// One of the wedges that stay.
-    pub fn any(&self) -> u32 {
-        self.pairs[0][1]
-    }
-
     /// What takes the place of a wedge, if it is one of them.
     pub fn target(&self, wedge: u32) -> Option<u32> {
         self.pairs[..self.count].iter().find(|pair| pair[0] == wedge).map(|pair| pair[1])

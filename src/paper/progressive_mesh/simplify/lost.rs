@@ -88,12 +88,15 @@ pub fn squared_to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
         return cp.length_squared();
     }
     let (va, vb, vc) = (d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2);
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return squared_to_segment(p, [a, b]);
+    }
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return squared_to_segment(p, [a, c]);
+    }
     let sum = va + vb + vc;
-    if va <= 0.0 || vb <= 0.0 || vc <= 0.0 || sum <= 0.0 {
-        // Nearest to an edge; which one, slivers do not tell reliably.
-        return squared_to_segment(p, [a, b])
-            .min(squared_to_segment(p, [b, c]))
-            .min(squared_to_segment(p, [c, a]));
+    if (va <= 0.0 && d4 >= d3 && d5 >= d6) || sum <= 0.0 {
+        return squared_to_segment(p, [b, c]);
     }
     (ap - ab * (vb / sum) - ac * (vc / sum)).length_squared()
 }

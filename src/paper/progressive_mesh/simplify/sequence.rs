@@ -1,214 +1,123 @@
 //! The sequence of collapses: the cheapest first, always.
 
-use super::hub::{Hub, Kind, Spoke, WedgePairs};
+use super::components::{Component, lesser_components};
+use super::hub::{Hub, Kind, Link, Spoke};
 use super::lost::{Lost, squared_to_segment, squared_to_triangle};
 use super::quadric::Quadric;
 use super::queue::Queue;
+use super::start::{WedgeLists, nearest_wedge, normals, quadrics};
+use super::step::{Found, Step};
 use super::surface::{Blade, Frame, Surface};
-use super::{Collapses, Report, Simplified, SimplifyOptions};
+use super::{Collapses, NOWHERE, Report, Simplified, SimplifyOptions};
 use crate::scene::model::Model;
 use glam::DVec3;
-
-/// Of the planes that hold a border in place: times the squared length of its edge.
-const BORDER_WEIGHT: f64 = 10.0;
-
-/// Of those that hold a seam.
-const SEAM_WEIGHT: f64 = 1.0;
-
-/// Cosine of the most that a face may turn in one collapse, about 75 degrees.
-const LEAST_COSINE: f64 = 0.25;
 
 /// Above so many faces at a position its key is not renewed after each collapse beside it.
 const MANY: usize = 64;
 
-pub struct Sequence {
+/// How many times the next key a position may cost before its exact cost is put off.
+const PATIENCE: f64 = 4.0;
+
+/// Why a target was not reached.
+pub const SHORTFALL: &str =
+    "one component is left, and every collapse of it would make one face of two or leave none";
+
+/// The simplifier's whole state.
+pub struct Sequence<'a> {
+    model: &'a Model,
     options: SimplifyOptions,
-    surface: Surface,
+    pub(super) rules: Rules,
+    pub(super) surface: Surface,
     frame: Frame,
-    quadrics: Vec<Quadric>,
-    lost: Lost,
+    /// Of each face in the model; zero if it has no area.
+    pub(super) normals: Vec<DVec3>,
+    pub(super) quadrics: Vec<Quadric>,
+    pub(super) lost: Lost,
+    /// For each face how far off the model it may be.
+    pub(super) off_model: Vec<f64>,
     queue: Queue,
-    hub: Hub,
-    /// Vanished positions of the hub's faces, and the hub.
-    points: Vec<(u32, DVec3)>,
+    /// For each position the collapse whose cost is its key, if that is known exactly: where to, and the quadrics' part.
+    exact: Vec<(u32, f64)>,
+    pub(super) hub: Hub,
+    /// The hub, and vanished positions of its faces.
+    pub(super) points: Vec<(u32, DVec3)>,
     /// Those of the hub's border.
-    border_points: Vec<(u32, DVec3)>,
-    candidates: Vec<(f64, Spoke)>,
-    /// Wedges of each position: `wedges[wedge_ends[p - 1] .. wedge_ends[p]]`.
-    wedge_ends: Vec<u32>,
-    wedges: Vec<u32>,
-    /// Squared, in the simplifier's units.
+    pub(super) border_points: Vec<(u32, DVec3)>,
+    pub(super) candidates: Vec<(f64, Spoke)>,
+    off: Vec<(u32, f64)>,
+    /// Positions whose keys wait for their renewal.
+    around: Vec<u32>,
+    wedges: WedgeLists,
+    /// Those that have not vanished, the smallest last.
+    components: Vec<Component>,
+    /// The largest deviation so far, in the simplifier's units.
     worst: f64,
     collapses: Collapses,
+    report: Report,
 }
 
-/// A collapse that may be done.
-#[derive(Clone, Copy, Debug)]
-struct Step {
-    spoke: Spoke,
-    cost: f64,
-    /// Squared distance of the farthest vanished position.
-    deviation: f64,
-    pairs: WedgePairs,
+/// What a collapse may do; each phase may do what those before it may.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rules {
+    /// Nothing that a viewer would notice but the deviation.
+    Strict,
+    /// Also turn faces too far.
+    Folding,
+    /// Also leave borders and seams, and move their ends.
+    Crossing,
 }
 
-impl Sequence {
-    pub fn new(model: &Model, options: &SimplifyOptions) -> Sequence {
-        let (surface, frame) = Surface::new(model);
+impl<'a> Sequence<'a> {
+    pub fn new(model: &'a Model, options: &SimplifyOptions) -> Sequence<'a> {
+        let (mut surface, frame) = Surface::new(model);
         let positions = model.positions.len();
-        let (wedge_ends, wedges) = wedges_of_positions(model);
+        let mut hub = Hub::new(positions);
         let mut sequence = Sequence {
+            model,
             options: *options,
-            quadrics: vec![Quadric::default(); positions],
+            rules: Rules::Strict,
+            quadrics: quadrics(&mut surface, &mut hub, positions),
             lost: Lost::new(positions, model.faces.len()),
+            off_model: vec![0.0; model.faces.len()],
             queue: Queue::new(positions),
-            hub: Hub::new(positions),
+            exact: vec![(NOWHERE, 0.0); positions],
+            hub,
             points: Vec::new(),
             border_points: Vec::new(),
             candidates: Vec::new(),
+            off: Vec::new(),
+            around: Vec::new(),
+            wedges: WedgeLists::new(model),
+            components: lesser_components(&surface, positions),
+            normals: normals(&surface),
             surface,
             frame,
-            wedge_ends,
-            wedges,
             worst: 0.0,
             collapses: Collapses::default(),
+            report: Report { target_faces: options.target_faces, ..Report::default() },
         };
-        sequence.start();
+        sequence.renew_all();
         sequence
     }
 
-    fn start(&mut self) {
-        for face in 0..self.surface.faces() as u32 {
-            let [a, b, c] = self.surface.triangle(face);
-            let normal = (b - a).cross(c - a);
-            let double_area = normal.length();
-            if double_area > 0.0 {
-                for position in self.surface.face(face) {
-                    let to_plane = a - self.surface.point(position);
-                    let plane = Quadric::plane(normal / double_area, to_plane, double_area / 6.0);
-                    self.quadrics[position as usize].add(&plane);
-                }
-            }
-        }
+    fn renew_all(&mut self) {
         for position in 0..self.quadrics.len() as u32 {
-            self.hub.look(&mut self.surface, position);
-            let marked = self.hub.spokes.iter().filter(|spoke| spoke.kind != Kind::Plain);
-            for spoke in marked {
-                let weight = if spoke.kind == Kind::Seam { SEAM_WEIGHT } else { BORDER_WEIGHT };
-                let along = self.surface.point(spoke.end) - self.surface.point(position);
-                for blade in self.hub.blades.iter().filter(|x| x.a == spoke.end || x.b == spoke.end) {
-                    let [a, b, c] = self.surface.triangle(blade.face);
-                    let across = (b - a).cross(c - a).cross(along).normalize_or_zero();
-                    let plane = Quadric::plane(across, DVec3::ZERO, weight * along.length_squared());
-                    self.quadrics[position as usize].add(&plane);
-                }
+            if self.surface.valence(position) > 0 {
+                self.renew(position);
             }
         }
-        (0..self.quadrics.len() as u32).for_each(|position| self.renew(position));
     }
 
     /// Gives a position the key that no collapse of it can fall below.
     fn renew(&mut self, position: u32) {
+        self.exact[position as usize].0 = NOWHERE;
         self.hub.look(&mut self.surface, position);
-        let path = self.hub.path();
+        let path = self.path();
         let allowed = self.hub.spokes.iter().filter(|spoke| path.allows(spoke.kind));
-        let least = allowed.map(|spoke| self.quadric_cost(position, spoke.end)).min_by(f64::total_cmp);
-        match least {
+        match allowed.map(|spoke| self.quadric_cost(position, spoke.end)).min_by(f64::total_cmp) {
             Some(least) => self.queue.set(position, least),
             None => self.queue.remove(position),
         }
-    }
-
-    fn quadric_cost(&self, from: u32, to: u32) -> f64 {
-        let along = self.surface.point(to) - self.surface.point(from);
-        self.quadrics[from as usize].at(along) + self.quadrics[to as usize].at_origin()
-    }
-
-    /// The cheapest collapse of a position.
-    fn best(&mut self, position: u32) -> Option<Step> {
-        self.hub.look(&mut self.surface, position);
-        let path = self.hub.path();
-        let mut candidates = std::mem::take(&mut self.candidates);
-        candidates.clear();
-        for spoke in self.hub.spokes.iter().filter(|spoke| path.allows(spoke.kind)) {
-            candidates.push((self.quadric_cost(position, spoke.end), *spoke));
-        }
-        candidates.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then(x.1.end.cmp(&y.1.end)));
-        self.gather_points();
-        let mut best: Option<Step> = None;
-        for (least, spoke) in &candidates {
-            if best.is_some_and(|best| best.cost <= *least) {
-                break;
-            }
-            if let Some(step) = self.step(spoke, *least)
-                && best.is_none_or(|best| step.cost < best.cost)
-            {
-                best = Some(step);
-            }
-        }
-        self.candidates = candidates;
-        best
-    }
-
-    fn gather_points(&mut self) {
-        let position = self.hub.position;
-        let of = |p: u32| (p, self.surface.point(p));
-        self.points.clear();
-        self.points.push(of(position));
-        for blade in &self.hub.blades {
-            self.points.extend(self.lost.of_face(blade.face).map(of));
-        }
-        self.border_points.clear();
-        if let Some([into, _]) = self.hub.border() {
-            self.border_points.push(of(position));
-            self.border_points.extend(self.lost.of_border(position).map(of));
-            self.border_points.extend(self.lost.of_border(into.end).map(of));
-        }
-    }
-
-    /// The collapse along a spoke, if it may be done.
-    fn step(&self, spoke: &Spoke, least: f64) -> Option<Step> {
-        let pairs = self.hub.wedge_pairs(&self.surface, spoke)?;
-        if !self.hub.keeps_surface(&self.surface, spoke) || self.flips(spoke.end) {
-            return None;
-        }
-        let deviation = self.deviation(spoke);
-        Some(Step { spoke: *spoke, cost: least, deviation, pairs })
-    }
-
-    /// Whether a face that stays would turn too far, or lose its area.
-    fn flips(&self, end: u32) -> bool {
-        let at = |p: u32| self.surface.point(p);
-        let (hub, to) = (at(self.hub.position), at(end));
-        self.hub.blades.iter().filter(|x| x.a != end && x.b != end).any(|x| {
-            let (a, b) = (at(x.a), at(x.b));
-            let (old, new) = ((a - hub).cross(b - hub), (a - to).cross(b - to));
-            let lengths = (old.length_squared() * new.length_squared()).sqrt();
-            old != DVec3::ZERO && old.dot(new) <= LEAST_COSINE * lengths
-        })
-    }
-
-    /// The triangles that take the place of the hub's faces.
-    fn fan(&self, end: u32) -> impl Iterator<Item = (u32, [DVec3; 3])> + '_ {
-        let at = |p: u32| self.surface.point(p);
-        let stays = move |x: &&Blade| x.a != end && x.b != end;
-        self.hub.blades.iter().filter(stays).map(move |x| (x.face, [at(end), at(x.a), at(x.b)]))
-    }
-
-    /// Squared distance to the farthest vanished position after a collapse along a spoke.
-    fn deviation(&self, spoke: &Spoke) -> f64 {
-        let end = spoke.end;
-        let mut most: f64 = 0.0;
-        for &(_, point) in &self.points {
-            let nearest = self.fan(end).map(|(_, triangle)| squared_to_triangle(point, triangle));
-            most = most.max(nearest.min_by(f64::total_cmp).unwrap_or(0.0));
-        }
-        if let (Kind::Border, Some([into, out])) = (spoke.kind, self.hub.border()) {
-            let edge = [into.end, out.end].map(|p| self.surface.point(p));
-            most =
-                self.border_points.iter().fold(most, |most, &(_, p)| most.max(squared_to_segment(p, edge)));
-        }
-        most
     }
 
     /// Collapses until there are few enough faces, or nothing is left that may collapse.
@@ -216,93 +125,166 @@ impl Sequence {
         let total = self.surface.faces().saturating_sub(self.options.target_faces);
         let mut told = 0;
         while self.surface.live() > self.options.target_faces {
-            let Some(position) = self.queue.pop() else { break };
-            let Some(step) = self.best(position) else { continue };
-            if self.queue.least_key().is_some_and(|key| key < step.cost) {
-                self.queue.set(position, step.cost);
-                continue;
+            if !self.next() {
+                break;
             }
-            self.execute(&step);
             let removed = self.surface.faces() - self.surface.live();
             if removed - told > total / 256 {
-                progress(removed, total);
+                progress(removed.min(total), total);
                 told = removed;
             }
         }
     }
 
+    /// Does something towards the target. False if nothing can be done.
+    fn next(&mut self) -> bool {
+        if self.components.last().is_some_and(|component| component.extent <= self.worst) {
+            self.remove_component();
+            return true;
+        }
+        let Some(position) = self.queue.pop() else { return self.relax() };
+        let next_key = self.queue.least_key().unwrap_or(f64::INFINITY);
+        if let Some(step) = self.known(position) {
+            self.execute(&step);
+            return true;
+        }
+        match self.best(position, PATIENCE * next_key) {
+            Found::Step(step) if step.cost <= next_key => self.execute(&step),
+            Found::Step(step) => {
+                let to = step.spoke.end;
+                self.exact[position as usize] = (to, self.quadric_cost(position, to));
+                self.queue.set(position, step.cost);
+            }
+            Found::AtLeast(cost) => self.queue.set(position, cost),
+            Found::Nothing => {}
+        }
+        true
+    }
+
+    /// The collapse that gave a position its key, if that still holds: its faces are what they were, so that what may
+    /// have changed is what lies beyond them.
+    fn known(&mut self, position: u32) -> Option<Step> {
+        let (to, quadrics) = self.exact[position as usize];
+        if to == NOWHERE || self.quadric_cost(position, to) != quadrics {
+            return None;
+        }
+        self.hub.look(&mut self.surface, position);
+        let spoke = *self.hub.spoke_to(to)?;
+        let step = self.allowed(&spoke, 0.0, self.flips(to))?;
+        self.gather_points();
+        (step.link == Link::Surface).then_some(step)
+    }
+
+    /// Nothing may collapse any more: more is allowed, or the smallest component vanishes. False at the end.
+    fn relax(&mut self) -> bool {
+        self.rules = match self.rules {
+            Rules::Strict => Rules::Folding,
+            Rules::Folding => Rules::Crossing,
+            Rules::Crossing if self.components.is_empty() => {
+                self.report.shortfall = Some(SHORTFALL);
+                return false;
+            }
+            Rules::Crossing => {
+                self.remove_component();
+                return true;
+            }
+        };
+        self.renew_all();
+        true
+    }
+
+    fn push_error(&mut self) {
+        self.collapses.errors.push(self.frame.outside(self.worst));
+    }
+
+    /// The smallest component vanishes.
+    fn remove_component(&mut self) {
+        let component = self.components.pop().expect("somebody saw a component");
+        let live: Vec<u32> = component.faces.into_iter().filter(|&face| self.surface.is_live(face)).collect();
+        let mut positions: Vec<u32> = live.iter().flat_map(|&face| self.surface.face(face)).collect();
+        positions.sort_unstable();
+        positions.dedup();
+        let wedges = positions.iter().flat_map(|&position| self.wedges.of(position));
+        self.collapses.wedges.push(wedges.map(|&wedge| [wedge, NOWHERE]));
+        live.iter().for_each(|&face| self.surface.remove(face));
+        positions.iter().for_each(|&position| self.queue.remove(position));
+        self.collapses.faces.push(live);
+        self.worst = self.worst.max(component.extent);
+        self.push_error();
+        self.report.components += 1;
+    }
+
     /// Does the collapse that was found at the hub just looked at.
     fn execute(&mut self, step: &Step) {
         let (position, end) = (self.hub.position, step.spoke.end);
-        self.move_points(step);
+        self.measure(step);
         let (gone, stay): (Vec<Blade>, Vec<Blade>) =
             self.hub.blades.iter().partition(|x| x.a == end || x.b == end);
         gone.iter().for_each(|blade| self.surface.remove(blade.face));
-        let wedge = |wedge| step.pairs.target(wedge).expect("a wedge of the hub lies on the spoke's faces");
-        self.surface.replace(position, end, &stay, wedge);
+        let choices = self.wedges.of(end);
+        let target =
+            |wedge| step.pairs.target(wedge).unwrap_or_else(|| nearest_wedge(self.model, wedge, choices));
+        self.surface.replace(position, end, &stay, target);
         let along = self.surface.point(end) - self.surface.point(position);
         let moved = self.quadrics[position as usize].about(along);
         self.quadrics[end as usize].add(&moved);
-        self.worst = self.worst.max(step.deviation);
-        self.collapses.errors.push(self.frame.outside(self.worst.sqrt()));
-        let fallback = step.pairs.any();
-        let wedges =
-            self.wedges_at(position).map(|wedge| [wedge, step.pairs.target(wedge).unwrap_or(fallback)]);
-        let wedges: Vec<[u32; 2]> = wedges.collect();
-        self.collapses.wedges.push(wedges);
+        self.collapses.wedges.push(self.wedges.of(position).iter().map(|&wedge| [wedge, target(wedge)]));
         self.collapses.faces.push(gone.iter().map(|blade| blade.face));
-        let around: Vec<u32> = self.hub.spokes.iter().map(|spoke| spoke.end).collect();
-        for neighbour in around {
+        self.push_error();
+        self.report.count(step, self.rules);
+        self.around.extend(self.hub.spokes.iter().map(|spoke| spoke.end));
+        while let Some(neighbour) = self.around.pop() {
             if self.surface.valence(neighbour) <= MANY || !self.queue.contains(neighbour) {
                 self.renew(neighbour);
             }
         }
     }
 
-    fn wedges_at(&self, position: u32) -> impl Iterator<Item = u32> + '_ {
-        let start = if position == 0 { 0 } else { self.wedge_ends[position as usize - 1] };
-        self.wedges[start as usize..self.wedge_ends[position as usize] as usize].iter().copied()
-    }
-
-    /// Vanished positions, and the hub, go to the faces that are nearest.
-    fn move_points(&mut self, step: &Step) {
+    /// Vanished positions, and the hub, go to the faces that are nearest; what that is off is remembered.
+    fn measure(&mut self, step: &Step) {
         let end = step.spoke.end;
+        let mut off = std::mem::take(&mut self.off);
+        self.off_model(end, &mut off);
         self.hub.blades.iter().for_each(|blade| self.lost.clear_face(blade.face));
-        for index in 0..self.points.len() {
-            let (position, point) = self.points[index];
-            let near = self.fan(end).map(|(face, triangle)| (squared_to_triangle(point, triangle), face));
-            if let Some((_, face)) = near.min_by(|x, y| x.0.total_cmp(&y.0)) {
-                self.lost.give_to_face(position, face);
-            }
+        let mut most: f64 = 0.0;
+        for &(position, point) in &self.points {
+            let near =
+                self.fan_or_beside(end).map(|(face, triangle)| (squared_to_triangle(point, triangle), face));
+            let near = near.min_by(|x, y| x.0.total_cmp(&y.0));
+            let (squared, face) = near.expect("a collapse leaves faces around");
+            most = most.max(squared.sqrt());
+            self.lost.give_to_face(position, face);
         }
-        if let (Kind::Border, Some([into, _])) = (step.spoke.kind, self.hub.border()) {
+        for &(face, distance) in &off {
+            let known = &mut self.off_model[face as usize];
+            *known = distance;
+            most = most.max(distance);
+        }
+        self.off = off;
+        if let (Kind::Border, Some([into, out])) = (step.spoke.kind, self.hub.border()) {
+            let edge = [into.end, out.end].map(|p| self.surface.point(p));
             self.lost.clear_border(self.hub.position);
             self.lost.clear_border(into.end);
-            let start = if into.end == end { end } else { into.end };
-            self.border_points.iter().for_each(|&(position, _)| self.lost.give_to_border(position, start));
+            for &(position, point) in &self.border_points {
+                most = most.max(squared_to_segment(point, edge).sqrt());
+                self.lost.give_to_border(position, into.end);
+            }
         }
+        self.worst = self.worst.max(most);
     }
 
-    pub fn finish(self) -> Simplified {
-        let report = Report { target_faces: self.options.target_faces, faces: self.surface.live() };
-        Simplified { collapses: self.collapses, report }
+    pub fn finish(mut self) -> Simplified {
+        self.report.faces = self.surface.live();
+        Simplified { collapses: self.collapses, report: self.report }
     }
 }
 
-/// The wedges of each position, one position's after the other's, and where each position's end.
-fn wedges_of_positions(model: &Model) -> (Vec<u32>, Vec<u32>) {
-    let mut ends = vec![0; model.positions.len()];
-    model.wedge_positions.iter().for_each(|&position| ends[position as usize] += 1);
-    let mut sum = 0;
-    for end in &mut ends {
-        sum += *end;
-        *end = sum;
+impl Report {
+    fn count(&mut self, step: &Step, rules: Rules) {
+        self.collapses += 1;
+        self.closed_holes += usize::from(step.link == Link::Closes);
+        self.pinches += usize::from(step.link == Link::Pinches);
+        self.flips += usize::from(step.flips);
+        self.crossing += usize::from(rules == Rules::Crossing);
     }
-    let mut wedges = vec![0; model.wedge_positions.len()];
-    let mut next = ends.clone();
-    for (wedge, &position) in model.wedge_positions.iter().enumerate().rev() {
-        next[position as usize] -= 1;
-        wedges[next[position as usize] as usize] = wedge as u32;
-    }
-    (ends, wedges)
 }

@@ -25,6 +25,8 @@ pub struct Surface {
     valence: Vec<u32>,
     /// How many faces are live.
     live: usize,
+    /// Whether a position has several wedges.
+    has_seams: bool,
 }
 
 /// How object units become the simplifier's: everything is computed in a box of about 1 around the median position,
@@ -84,6 +86,7 @@ impl Surface {
             next: vec![END; 3 * faces.len()],
             valence: vec![0; model.positions.len()],
             live: faces.len(),
+            has_seams: model.wedge_positions.len() > model.positions.len(),
             wedges: model.faces.clone(),
             faces,
         };
@@ -101,6 +104,10 @@ impl Surface {
         self.live
     }
 
+    pub fn is_live(&self, face: u32) -> bool {
+        self.faces[face as usize] != GONE
+    }
+
     /// Positions of a live face's corners.
     pub fn face(&self, face: u32) -> [u32; 3] {
         self.faces[face as usize]
@@ -111,6 +118,12 @@ impl Surface {
         self.wedges[face as usize][corner as usize]
     }
 
+    /// Whether there may be seams at all.
+    pub fn has_seams(&self) -> bool {
+        self.has_seams
+    }
+
+    /// Faces of the model.
     pub fn faces(&self) -> usize {
         self.faces.len()
     }
@@ -130,7 +143,7 @@ impl Surface {
     }
 
     /// The live faces at a position, in no order that means anything.
-    pub fn blades(&self, hub: u32) -> impl Iterator<Item = Blade> + '_ {
+    pub fn blades(&self, hub: u32) -> impl Iterator<Item = Blade> + Clone + '_ {
         let mut corner = self.first[hub as usize];
         std::iter::from_fn(move || {
             while corner != END {

@@ -1,0 +1,110 @@
+//! What stands before the first collapse: the quadrics of the full model.
+
+use super::hub::{Hub, Kind};
+use super::quadric::Quadric;
+use super::surface::Surface;
+use crate::scene::model::Model;
+use glam::DVec3;
+
+/// Of the planes that hold a border in place: times the squared length of its edge.
+const BORDER_WEIGHT: f64 = 10.0;
+
+/// Of those that hold a seam: the surface itself holds it where it is a crease.
+const SEAM_WEIGHT: f64 = 1.0;
+
+/// The quadric of each position about itself: its faces' planes, a third of each face's area; and through each edge of a
+/// border or seam, planes across its faces.
+pub fn quadrics(surface: &mut Surface, hub: &mut Hub, positions: usize) -> Vec<Quadric> {
+    let mut quadrics = vec![Quadric::default(); positions];
+    for face in 0..surface.faces() as u32 {
+        let [a, b, c] = surface.triangle(face);
+        let normal = (b - a).cross(c - a);
+        let double_area = normal.length();
+        // A face without area has no plane.
+        if double_area > 0.0 {
+            for position in surface.face(face) {
+                let to_plane = a - surface.point(position);
+                let plane = Quadric::plane(normal / double_area, to_plane, double_area / 6.0);
+                quadrics[position as usize].add(&plane);
+            }
+        }
+    }
+    for position in 0..positions as u32 {
+        hub.look(surface, position);
+        for spoke in hub.spokes.iter().filter(|spoke| spoke.kind != Kind::Plain) {
+            let weight = if spoke.kind == Kind::Seam { SEAM_WEIGHT } else { BORDER_WEIGHT };
+            let along = surface.point(spoke.end) - surface.point(position);
+            for blade in hub.blades.iter().filter(|x| x.a == spoke.end || x.b == spoke.end) {
+                let [a, b, c] = surface.triangle(blade.face);
+                let across = (b - a).cross(c - a).cross(along).normalize_or_zero();
+                let plane = Quadric::plane(across, DVec3::ZERO, weight * along.length_squared());
+                quadrics[position as usize].add(&plane);
+            }
+        }
+    }
+    quadrics
+}
+
+/// Unit normals of all faces, zero where there is no area.
+pub fn normals(surface: &Surface) -> Vec<DVec3> {
+    let normal = |face| {
+        let [a, b, c] = surface.triangle(face);
+        (b - a).cross(c - a).normalize_or_zero()
+    };
+    (0..surface.faces() as u32).map(normal).collect()
+}
+
+/// The wedges of each position.
+pub struct WedgeLists {
+    ends: Vec<u32>,
+    wedges: Vec<u32>,
+}
+
+impl WedgeLists {
+    pub fn new(model: &Model) -> WedgeLists {
+        let mut ends = vec![0; model.positions.len()];
+        model.wedge_positions.iter().for_each(|&position| ends[position as usize] += 1);
+        let mut sum = 0;
+        for end in &mut ends {
+            sum += *end;
+            *end = sum;
+        }
+        let mut wedges = vec![0; model.wedge_positions.len()];
+        let mut next = ends.clone();
+        for (wedge, &position) in model.wedge_positions.iter().enumerate().rev() {
+            next[position as usize] -= 1;
+            wedges[next[position as usize] as usize] = wedge as u32;
+        }
+        WedgeLists { ends, wedges }
+    }
+
+    pub fn of(&self, position: u32) -> &[u32] {
+        let start = if position == 0 { 0 } else { self.ends[position as usize - 1] };
+        &self.wedges[start as usize..self.ends[position as usize] as usize]
+    }
+}
+
+/// The wedge of `choices` whose attributes are nearest to those of `wedge`.
+pub fn nearest_wedge(model: &Model, wedge: u32, choices: &[u32]) -> u32 {
+    let attributes = &model.attributes;
+    let squared = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(x, y)| f64::from(x - y).powi(2)).sum::<f64>();
+    let bytes = |a: &[u8], b: &[u8]| {
+        a.iter().zip(b).map(|(&x, &y)| ((f64::from(x) - f64::from(y)) / 255.0).powi(2)).sum::<f64>()
+    };
+    let difference = |other: u32| {
+        let (i, j) = (wedge as usize, other as usize);
+        let mut sum = 0.0;
+        if !attributes.normals.is_empty() {
+            sum += squared(&attributes.normals[i], &attributes.normals[j]);
+        }
+        if !attributes.coordinates.is_empty() {
+            sum += squared(&attributes.coordinates[i], &attributes.coordinates[j]);
+        }
+        if !attributes.colors.is_empty() {
+            sum += bytes(&attributes.colors[i], &attributes.colors[j]);
+        }
+        sum
+    };
+    let least = choices.iter().copied().min_by(|&x, &y| difference(x).total_cmp(&difference(y)));
+    least.expect("a position has a wedge")
+}

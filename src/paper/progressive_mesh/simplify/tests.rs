@@ -1,0 +1,250 @@
+//! What every sequence of collapses must be, and what becomes of holes, seams, components and hopeless cases.
+
+use super::lost::squared_to_triangle;
+use super::*;
+use crate::scene::model::named;
+use glam::DVec3;
+use std::collections::HashSet;
+
+fn to(model: &Model, target_faces: usize) -> Simplified {
+    simplify(model, &SimplifyOptions { target_faces }, &mut |_, _| {})
+}
+
+/// The faces that are left when there are no more than `faces`, by wedge, and the error stated then. Looks at every
+/// collapse on the way: what it removes is there, what it puts in its place stays.
+fn left(model: &Model, collapses: &Collapses, faces: usize) -> (Vec<[u32; 3]>, f64) {
+    let mut now = model.faces.clone();
+    let mut live = vec![true; now.len()];
+    let mut wedge_live = vec![true; model.wedge_positions.len()];
+    let (mut count, mut error) = (now.len(), 0.0);
+    for step in 0..collapses.errors.len() {
+        if count <= faces {
+            break;
+        }
+        assert!(!collapses.faces.row(step).is_empty(), "collapse {step} removes no face");
+        for &face in collapses.faces.row(step) {
+            assert!(std::mem::replace(&mut live[face as usize], false), "face {face} vanishes twice");
+            count -= 1;
+        }
+        let row = collapses.wedges.row(step);
+        for &[from, _] in row {
+            assert!(std::mem::replace(&mut wedge_live[from as usize], false), "wedge {from} vanishes twice");
+        }
+        let positions: HashSet<u32> = row.iter().map(|w| model.wedge_positions[w[0] as usize]).collect();
+        let of_these = model.wedge_positions.iter().filter(|position| positions.contains(position)).count();
+        assert_eq!(
+            row.len(),
+            of_these,
+            "collapse {step} removes some wedges of a position and leaves others"
+        );
+        for &[from, to] in row {
+            let gone = to == NOWHERE;
+            assert!(gone || (positions.len() == 1 && wedge_live[to as usize]), "wedge {from} becomes {to}");
+            for (face, _) in now.iter_mut().zip(&live).filter(|(_, live)| **live) {
+                assert!(!gone || !face.contains(&from), "wedge {from} vanishes, and a face with it stays");
+                face.iter_mut().filter(|wedge| **wedge == from).for_each(|wedge| *wedge = to);
+            }
+        }
+        error = collapses.errors[step];
+    }
+    let faces: Vec<[u32; 3]> =
+        now.into_iter().zip(live).filter_map(|(face, live)| live.then_some(face)).collect();
+    for face in &faces {
+        let positions: HashSet<u32> =
+            face.iter().map(|&wedge| model.wedge_positions[wedge as usize]).collect();
+        assert_eq!(positions.len(), 3, "face {face:?} has fewer than three positions");
+    }
+    (faces, error)
+}
+
+/// Several models as one, each moved.
+fn together(models: &[(&Model, DVec3)]) -> Model {
+    let mut all = Model::default();
+    for (model, offset) in models {
+        let (positions, wedges) = (all.positions.len() as u32, all.wedge_positions.len() as u32);
+        all.positions.extend(model.positions.iter().map(|&p| p + *offset));
+        all.wedge_positions.extend(model.wedge_positions.iter().map(|position| position + positions));
+        all.faces.extend(model.faces.iter().map(|face| face.map(|wedge| wedge + wedges)));
+    }
+    all
+}
+
+fn tetrahedron(size: f64) -> Model {
+    let positions = vec![DVec3::ZERO, DVec3::X * size, DVec3::Y * size, DVec3::Z * size];
+    let faces = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+    Model { positions, wedge_positions: (0..4).collect(), faces, ..Model::default() }
+}
+
+#[test]
+fn a_torus_stays_a_closed_surface_of_one_handle() {
+    let model = named("torus:16").unwrap();
+    let Simplified { collapses, report } = to(&model, 64);
+    let (faces, _) = left(&model, &collapses, 64);
+    assert_eq!((faces.len(), report.faces, report.pinches, report.shortfall), (64, 64, 0, None));
+    let edge = |face: &[u32; 3], k: usize| (face[k], face[(k + 1) % 3]);
+    let sides: HashSet<_> = faces.iter().flat_map(|face| (0..3).map(move |k| edge(face, k))).collect();
+    assert_eq!(sides.len(), 3 * faces.len(), "two faces run along one side in the same direction");
+    assert!(sides.iter().all(|&(a, b)| sides.contains(&(b, a))), "an edge has one face");
+    let vertices: HashSet<_> = faces.iter().flatten().collect();
+    assert_eq!(vertices.len() + faces.len(), sides.len() / 2, "Euler's number of a torus is 0");
+    assert!(collapses.errors.is_sorted() && collapses.errors[0] > 0.0);
+}
+
+#[test]
+fn no_position_is_farther_from_the_mesh_than_stated() {
+    for name in ["bunny", "knot:8", "grid:33", "solid:8"] {
+        let model = named(name).unwrap();
+        let collapses = to(&model, 40).collapses;
+        for wanted in [model.faces.len() / 4, model.faces.len() / 20] {
+            let (faces, error) = left(&model, &collapses, wanted);
+            let at = |wedge: u32| model.positions[model.wedge_positions[wedge as usize] as usize];
+            let triangles: Vec<[DVec3; 3]> = faces.iter().map(|face| face.map(at)).collect();
+            let distance = |&p: &DVec3| {
+                let squared = triangles.iter().map(|&triangle| squared_to_triangle(p, triangle));
+                squared.fold(f64::INFINITY, f64::min).sqrt()
+            };
+            let most = model.positions.iter().map(distance).fold(0.0, f64::max);
+            assert!(most <= error * (1.0 + 1e-9) + 1e-12, "{name} at {wanted}: {most} off, {error} stated");
+            assert!(
+                name == "solid:8" || error < 4.0 * most,
+                "{name} at {wanted}: {most} off, {error} stated"
+            );
+        }
+    }
+}
+
+#[test]
+fn where_and_how_large_a_model_is_changes_nothing() {
+    let model = named("torus:12").unwrap();
+    let plain = to(&model, 100).collapses;
+    for scale in [2.0_f64.powi(-300), 2.0_f64.powi(300)] {
+        let mut scaled = model.clone();
+        scaled.positions.iter_mut().for_each(|p| *p *= scale);
+        let found = to(&scaled, 100).collapses;
+        assert_eq!(found.wedges, plain.wedges);
+        assert!(found.errors.iter().zip(&plain.errors).all(|(f, p)| *f == p * scale));
+    }
+    let mut far = model.clone();
+    far.positions.iter_mut().for_each(|p| *p += f64::from(1 << 20));
+    let (found, last) = (to(&far, 100).collapses, plain.errors.last().unwrap());
+    assert!((found.errors.last().unwrap() / last - 1.0).abs() < 0.5, "{:?} {last}", found.errors.last());
+}
+
+#[test]
+fn an_outlier_takes_no_bits_from_the_rest() {
+    let torus = named("torus:12").unwrap();
+    let far = together(&[(&torus, DVec3::ZERO), (&tetrahedron(1e20), DVec3::splat(1e30))]);
+    let (alone, beside) = (to(&torus, 100).collapses, to(&far, 104).collapses);
+    let (alone, beside) = (alone.errors.last().unwrap(), beside.errors.last().unwrap());
+    assert!((beside / alone - 1.0).abs() < 0.5, "{beside} beside the outlier, {alone} without");
+}
+
+#[test]
+fn a_flat_square_becomes_two_faces_without_error() {
+    let mut model = named("grid:17").unwrap();
+    model.positions.iter_mut().for_each(|p| p.z = 0.0);
+    let Simplified { collapses, report } = to(&model, 2);
+    assert_eq!((report.faces, report.flips), (2, 0));
+    assert!(*collapses.errors.last().unwrap() < 1e-12);
+}
+
+#[test]
+fn a_face_keeps_its_side_of_a_seam() {
+    let model = named("solid:8").unwrap();
+    assert!(model.wedge_positions.len() > model.positions.len(), "the solid has seams");
+    let Simplified { collapses, report } = to(&model, model.faces.len() / 4);
+    assert_eq!((report.crossing, report.flips, report.shortfall), (0, 0, None));
+    let (faces, _) = left(&model, &collapses, model.faces.len() / 4);
+    for face in faces {
+        let [a, b, c] = face.map(|wedge| model.positions[model.wedge_positions[wedge as usize] as usize]);
+        let normal = (b - a).cross(c - a).normalize();
+        for wedge in face {
+            let own = DVec3::from_array(model.attributes.normals[wedge as usize].map(f64::from));
+            assert!(normal.dot(own) > 0.25, "{face:?}: {normal} and {own}");
+        }
+    }
+}
+
+#[test]
+fn a_component_vanishes_as_a_whole_once_the_rest_deviates_as_much() {
+    let torus = named("torus:16").unwrap();
+    let model = together(&[(&torus, DVec3::ZERO), (&tetrahedron(0.02), DVec3::splat(3.0))]);
+    let Simplified { collapses, report } = to(&model, 64);
+    assert_eq!((report.components, report.faces), (1, 64));
+    let vanishing: Vec<usize> =
+        (0..collapses.errors.len()).filter(|&step| collapses.wedges.row(step)[0][1] == NOWHERE).collect();
+    let [step] = vanishing[..] else { panic!("{} collapses lead nowhere", vanishing.len()) };
+    assert_eq!((collapses.wedges.row(step).len(), collapses.faces.row(step).len()), (4, 4));
+    // The extent is the diagonal of a cube of 0.02; the error was there already.
+    assert!(collapses.errors[step - 1] >= 0.02 * 3.0_f64.sqrt() - 1e-12);
+    left(&model, &collapses, 64);
+}
+
+#[test]
+fn where_nothing_else_is_left_components_go_smallest_first_and_the_error_says_so() {
+    let sizes: Vec<Model> = (1..=9).map(|n| tetrahedron(f64::from(n))).collect();
+    let placed: Vec<(&Model, DVec3)> = sizes.iter().map(|model| (model, DVec3::X * 100.0)).collect();
+    let model = together(&placed);
+    let Simplified { collapses, report } = to(&model, 0);
+    assert_eq!((report.faces, report.components, report.shortfall), (4, 8, Some(sequence::SHORTFALL)));
+    let expected: Vec<f64> = (1..=8).map(|n| f64::from(n) * 3.0_f64.sqrt()).collect();
+    assert!(
+        collapses.errors.iter().zip(&expected).all(|(found, wanted)| (found / wanted - 1.0).abs() < 1e-12)
+    );
+}
+
+#[test]
+fn a_hole_closes() {
+    let mut model = named("torus:16").unwrap();
+    model.faces.drain(100..101);
+    let Simplified { collapses, report } = to(&model, 50);
+    assert_eq!(report.closed_holes, 1);
+    let (faces, _) = left(&model, &collapses, 50);
+    let edge = |face: &[u32; 3], k: usize| (face[k], face[(k + 1) % 3]);
+    let sides: HashSet<_> = faces.iter().flat_map(|face| (0..3).map(move |k| edge(face, k))).collect();
+    assert!(sides.iter().all(|&(a, b)| sides.contains(&(b, a))), "a border is left");
+}
+
+#[test]
+fn a_notch_that_is_filled_is_an_error_although_nothing_is_far_from_the_mesh() {
+    // A strip from 0 to 1 with one deep notch in its upper border.
+    let upper = |x: f64| if (x - 0.5).abs() < 0.01 { 0.2 } else { 1.0 };
+    let n = 10;
+    let at = |i: u32| f64::from(i) / f64::from(n);
+    let mut positions: Vec<DVec3> = (0..=n).map(|i| DVec3::new(at(i), 0.0, 0.0)).collect();
+    positions.extend((0..=n).map(|i| DVec3::new(at(i), upper(at(i)), 0.0)));
+    let faces = (0..n).flat_map(|i| {
+        let (a, b) = (i, i + 1);
+        let (c, d) = (b + n + 1, a + n + 1);
+        [[a, b, c], [a, c, d]]
+    });
+    let faces: Vec<[u32; 3]> = faces.collect();
+    let model = Model {
+        wedge_positions: (0..positions.len() as u32).collect(),
+        positions,
+        faces,
+        ..Model::default()
+    };
+    let collapses = to(&model, 2).collapses;
+    assert!(*collapses.errors.last().unwrap() > 0.2, "{:?}", collapses.errors);
+}
+
+#[test]
+fn a_vertex_of_very_many_faces_takes_no_quadratic_time() {
+    let n = 20_000;
+    let ring = (0..n).map(|i| f64::from(i) / f64::from(n) * std::f64::consts::TAU);
+    let mut positions = vec![DVec3::Z, -DVec3::Z];
+    positions.extend(ring.map(|a| DVec3::new(a.cos(), a.sin(), 0.0)));
+    let faces = (0..n).flat_map(|i| {
+        let (a, b) = (2 + i, 2 + (i + 1) % n);
+        [[0, a, b], [1, b, a]]
+    });
+    let faces: Vec<[u32; 3]> = faces.collect();
+    let model = Model {
+        wedge_positions: (0..positions.len() as u32).collect(),
+        positions,
+        faces,
+        ..Model::default()
+    };
+    assert_eq!(to(&model, 100).report.faces, 100);
+}

@@ -1,0 +1,220 @@
+//! How far two surfaces are apart: Metro (Cignoni, Rocchini, Scopigno 1998) in f64.
+//!
+//! Points spread evenly over one surface, and its vertices, are measured against the exact nearest point of the other,
+//! and the other way round. A mean that needs no weights, since the points are spread by area; a maximum that is a lower
+//! bound of the Hausdorff distance, and comes near it from below as points are added.
+
+use glam::DVec3;
+use parry3d_f64::math::Vector;
+use parry3d_f64::query::PointQuery;
+use parry3d_f64::shape::TriMesh;
+
+/// A set of triangles.
+#[derive(Clone, Copy, Debug)]
+pub struct Triangles<'a> {
+    pub positions: &'a [DVec3],
+    pub faces: &'a [[u32; 3]],
+}
+
+/// Distances between two surfaces, in their units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Distances {
+    /// Of the points of both surfaces.
+    pub mean: f64,
+    /// Root of the mean square.
+    pub rms: f64,
+    /// The largest, vertices included: the Hausdorff distance, as far as points find it.
+    pub hausdorff: f64,
+    /// The largest from the first surface to the second alone.
+    pub forth: f64,
+    /// The largest from the second surface to the first alone.
+    pub back: f64,
+}
+
+/// Distances between two surfaces, from `samples` points on each besides the vertices. None if one has no face with an
+/// area.
+pub fn compare_surfaces(a: Triangles, b: Triangles, samples: usize, seed: u64) -> Option<Distances> {
+    let (tree_a, tree_b) = (tree(a)?, tree(b)?);
+    let forth = OneWay::new(a, samples, seed, |p| distance(&tree_b, p));
+    let back = OneWay::new(b, samples, seed ^ 0x9e37_79b9, |p| distance(&tree_a, p));
+    Some(Distances {
+        mean: (forth.mean + back.mean) / 2.0,
+        rms: ((forth.mean_square + back.mean_square) / 2.0).sqrt(),
+        hausdorff: forth.most.max(back.most),
+        forth: forth.most,
+        back: back.most,
+    })
+}
+
+struct OneWay {
+    mean: f64,
+    mean_square: f64,
+    most: f64,
+}
+
+impl OneWay {
+    fn new(from: Triangles, samples: usize, seed: u64, distance: impl Fn(DVec3) -> f64) -> OneWay {
+        let (mut sum, mut sum_of_squares, mut most) = (0.0, 0.0, 0.0_f64);
+        let points = spread(from, samples, seed);
+        for &point in &points {
+            let d = distance(point);
+            sum += d;
+            sum_of_squares += d * d;
+            most = most.max(d);
+        }
+        for vertex in from.faces.iter().flatten() {
+            most = most.max(distance(from.positions[*vertex as usize]));
+        }
+        let count = points.len().max(1) as f64;
+        OneWay { mean: sum / count, mean_square: sum_of_squares / count, most }
+    }
+}
+
+/// A face without area has no nearest point that its neighbours do not have.
+fn tree(surface: Triangles) -> Option<TriMesh> {
+    let corners = |face: &[u32; 3]| face.map(|vertex| surface.positions[vertex as usize]);
+    let has_area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a) != DVec3::ZERO;
+    let faces: Vec<[u32; 3]> = surface.faces.iter().copied().filter(|face| has_area(corners(face))).collect();
+    let vertices = surface.positions.iter().map(|p| Vector::from_array(p.to_array())).collect();
+    TriMesh::new(vertices, faces).ok()
+}
+
+fn distance(tree: &TriMesh, point: DVec3) -> f64 {
+    let point = Vector::from_array(point.to_array());
+    let nearest = tree.project_local_point(point, false).point;
+    (nearest - point).length()
+}
+
+/// Points spread over a surface, equally many on equal areas: one in each of `samples` parts of equal area. A surface
+/// without area has none.
+pub fn spread(surface: Triangles, samples: usize, seed: u64) -> Vec<DVec3> {
+    let corners = |face: &[u32; 3]| face.map(|vertex| surface.positions[vertex as usize]);
+    let area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).length();
+    let whole: f64 = surface.faces.iter().map(|face| area(corners(face))).sum();
+    let mut random = Random(seed);
+    let mut points = Vec::with_capacity(samples);
+    let mut before = 0.0;
+    for face in surface.faces {
+        let [a, b, c] = corners(face);
+        before += area([a, b, c]) / whole;
+        // The place in its part is the same for all, so that no part is missed where rounding moves a border.
+        while points.len() < samples && (points.len() as f64 + 0.5) / (samples as f64) < before {
+            let (mut s, mut t) = (random.next(), random.next());
+            if s + t > 1.0 {
+                (s, t) = (1.0 - s, 1.0 - t);
+            }
+            points.push(a + (b - a) * s + (c - a) * t);
+        }
+    }
+    points
+}
+
+/// SplitMix64 (Steele, Lea, Flood 2014).
+struct Random(u64);
+
+impl Random {
+    /// Even in [0, 1).
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A bumpy square of 2 n^2 faces.
+    fn bumps(n: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+        let at = |i: u32| f64::from(i) / f64::from(n);
+        let height = |x: f64, y: f64| 0.1 * (5.0 * x).sin() * (7.0 * y).cos();
+        let point = |i, j| DVec3::new(at(i), at(j), height(at(i), at(j)));
+        let id = |i: u32, j: u32| j * (n + 1) + i;
+        let square = |(i, j)| {
+            let (a, b, c, d) = (id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1));
+            [[a, b, c], [a, c, d]]
+        };
+        let positions = (0..=n).flat_map(|j| (0..=n).map(move |i| point(i, j))).collect();
+        (positions, (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).flat_map(square).collect())
+    }
+
+    /// The distance to the nearest triangle by looking at all, each as its plane's part and its three sides.
+    fn plain_distance(positions: &[DVec3], faces: &[[u32; 3]], p: DVec3) -> f64 {
+        let side = |a: DVec3, b: DVec3| {
+            let along = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+            (a + (b - a) * along - p).length()
+        };
+        let to_face = |face: &[u32; 3]| {
+            let [a, b, c] = face.map(|vertex| positions[vertex as usize]);
+            let normal = (b - a).cross(c - a).normalize();
+            let within = |a: DVec3, b: DVec3| normal.dot((b - a).cross(p - a)) >= 0.0;
+            let above = within(a, b) && within(b, c) && within(c, a);
+            let sides = side(a, b).min(side(b, c)).min(side(c, a));
+            if above { normal.dot(p - a).abs() } else { sides }
+        };
+        faces.iter().map(to_face).fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn the_nearest_point_is_that_of_a_search_through_all_faces() {
+        let (positions, faces) = bumps(12);
+        let surface = Triangles { positions: &positions, faces: &faces };
+        let tree = tree(surface).unwrap();
+        let mut random = Random(7);
+        for _ in 0..500 {
+            let p = DVec3::new(random.next(), random.next(), random.next() - 0.5) * 1.5;
+            let (found, plain) = (distance(&tree, p), plain_distance(&positions, &faces, p));
+            assert!((found - plain).abs() < 1e-12, "{p}: {found} and {plain}");
+        }
+    }
+
+    #[test]
+    fn a_surface_is_at_no_distance_from_itself_and_at_the_moves_from_one_that_is_moved() {
+        let (positions, faces) = bumps(12);
+        let moved: Vec<DVec3> = positions.iter().map(|p| *p + DVec3::Z * 10.0).collect();
+        let flat: Vec<DVec3> = positions.iter().map(|p| p.with_z(0.0)).collect();
+        let raised: Vec<DVec3> = positions.iter().map(|p| p.with_z(0.25)).collect();
+        let of = |positions| Triangles { positions, faces: &faces };
+        let own = compare_surfaces(of(&positions), of(&positions), 1000, 1).unwrap();
+        assert!(own.hausdorff < 1e-12, "{own:?}");
+        let far = compare_surfaces(of(&positions), of(&moved), 1000, 1).unwrap();
+        assert!(far.mean > 9.0 && far.hausdorff < 10.0 + 1e-9, "{far:?}");
+        let parallel = compare_surfaces(of(&flat), of(&raised), 1000, 1).unwrap();
+        let all = [parallel.mean, parallel.rms, parallel.hausdorff, parallel.forth, parallel.back];
+        assert!(all.iter().all(|distance| (distance - 0.25).abs() < 1e-12), "{parallel:?}");
+    }
+
+    #[test]
+    fn one_vertex_out_of_place_is_found_by_the_largest_distance_and_hardly_by_the_mean() {
+        let (positions, faces) = bumps(30);
+        let mut wrong = positions.clone();
+        wrong[15 * 31 + 15].z += 0.2;
+        let of = |positions| Triangles { positions, faces: &faces };
+        let found = compare_surfaces(of(&positions), of(&wrong), 10_000, 1).unwrap();
+        assert!(found.back > 0.1 && found.hausdorff == found.back.max(found.forth), "{found:?}");
+        assert!(found.mean < 0.002 && found.mean > 1e-6 && found.rms > found.mean, "{found:?}");
+    }
+
+    #[test]
+    fn what_is_missing_is_found_from_one_side_only() {
+        let (positions, faces) = bumps(12);
+        let whole = Triangles { positions: &positions, faces: &faces };
+        let part = Triangles { positions: &positions, faces: &faces[..faces.len() / 2] };
+        let found = compare_surfaces(whole, part, 1000, 1).unwrap();
+        assert!(found.forth > 0.4 && found.back < 1e-12, "{found:?}");
+        assert!(compare_surfaces(whole, Triangles { positions: &positions, faces: &[] }, 10, 1).is_none());
+    }
+
+    #[test]
+    fn points_are_spread_by_area() {
+        let positions = [0.0, 1.0, 4.0].map(|x| DVec3::new(x, 0.0, 0.0)).into_iter();
+        let positions: Vec<DVec3> = positions.chain([DVec3::Y]).collect();
+        let surface = Triangles { positions: &positions, faces: &[[0, 1, 3], [1, 2, 3]] };
+        let points = spread(surface, 400, 3);
+        let first = points.iter().filter(|p| p.x + p.y <= 1.0).count();
+        assert_eq!((points.len(), first), (400, 100));
+    }
+}
