@@ -33,7 +33,7 @@ const FLAT: f64 = 1.0 / (1u64 << 48) as f64;
 pub const MOST: usize = 1 << 27;
 
 /// Makes a model of a mesh. Positions, and faces where they stay, keep their order; the wedges of a position are
-/// neighbours, in the order of their vertices. A model without faces may come out.
+/// neighbours, in the order in which faces use them. A model without faces may come out.
 ///
 /// # Panics
 /// If an index or a length does not fit, or there are more than 2^27 vertices or faces: readers refuse such files.
@@ -177,20 +177,31 @@ fn assemble(raw: &Raw, faces: &Faces, positions: &[DVec3], points: &[u32], repor
     let alike = first_alike(&attributes, points);
     let key =
         |face: usize, k: usize| u64::from(corners[face][k]) << 32 | u64::from(alike[kept[face][k] as usize]);
-    let mut keys: Vec<u64> = (0..kept.len() * 3).map(|corner| key(corner / 3, corner % 3)).collect();
-    keys.sort_unstable();
-    keys.dedup();
+    let mut wedges: Vec<(u64, u32)> =
+        (0..kept.len() * 3).map(|corner| (key(corner / 3, corner % 3), corner as u32)).collect();
+    wedges.sort_unstable();
+    wedges.dedup_by_key(|(key, _)| *key);
+    // The order of faces alone decides, so that a written model is read as the same.
+    let mut order: Vec<u32> = (0..wedges.len() as u32).collect();
+    order.sort_unstable_by_key(|&wedge| (wedges[wedge as usize].0 >> 32, wedges[wedge as usize].1));
     let mut model = Model::default();
     let mut last = u64::MAX;
-    for &key in &keys {
-        if key >> 32 != last {
-            last = key >> 32;
-            model.positions.push(positions[last as usize]);
+    let mut place = vec![0; wedges.len()];
+    for (index, &wedge) in order.iter().enumerate() {
+        place[wedge as usize] = index as u32;
+        let position = wedges[wedge as usize].0 >> 32;
+        if position != last {
+            last = position;
+            model.positions.push(positions[position as usize]);
         }
         model.wedge_positions.push(model.positions.len() as u32 - 1);
     }
-    model.attributes = attributes.select(&keys.iter().map(|&key| key as u32).collect::<Vec<u32>>());
-    let wedge = |face: usize, k: usize| keys.partition_point(|&other| other < key(face, k)) as u32;
+    let vertices: Vec<u32> = order.iter().map(|&wedge| wedges[wedge as usize].0 as u32).collect();
+    model.attributes = attributes.select(&vertices);
+    let wedge = |face: usize, k: usize| {
+        let key = key(face, k);
+        place[wedges.partition_point(|(other, _)| *other < key)]
+    };
     model.faces = (0..kept.len()).map(|face| std::array::from_fn(|k| wedge(face, k))).collect();
     let mut used = vec![false; raw.positions.len()];
     kept.iter().flatten().for_each(|&vertex| used[vertex as usize] = true);

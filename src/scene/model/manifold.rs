@@ -77,11 +77,13 @@ impl Faces {
             let mut next = 0;
             while let Some(&face) = patch.get(next) {
                 next += 1;
-                for corner in [3 * face, 3 * face + 1, 3 * face + 2] {
-                    let mate = mates[corner];
+                // In the order of faces, whatever their winding: a model that was turned is not turned again.
+                let mut neighbours = [0, 1, 2].map(|k| (mates[3 * face + k], (3 * face + k) as u32));
+                neighbours.sort_unstable();
+                for (mate, corner) in neighbours.into_iter().filter(|(mate, _)| *mate != u32::MAX) {
                     let neighbour = mate as usize / 3;
-                    if mate != u32::MAX && turned[neighbour].is_none() {
-                        let same = self.start(corner as u32) == self.start(mate);
+                    if turned[neighbour].is_none() {
+                        let same = self.start(corner) == self.start(mate);
                         turned[neighbour] = turned[face].map(|turned| turned != same);
                         patch.push(neighbour);
                     }

@@ -60,26 +60,27 @@ impl Report {
     /// What was done, in words; nothing for a mesh that was clean but for equal vertices.
     pub fn changes(&self) -> Vec<String> {
         [
-            (self.non_finite_vertices, "vertices are not finite or beyond 1e36: set aside"),
+            ("vertices that are not finite or beyond 1e36, set aside", self.non_finite_vertices),
             (
+                "vertices more than 1000 times as far out as nearly all others, set aside",
                 self.outlying_vertices,
-                "vertices are more than 1000 times as far out as nearly all others: set aside",
             ),
-            (self.faces_set_aside, "faces use those vertices: dropped"),
-            (self.index_degenerate_faces, "faces name a vertex twice: dropped"),
-            (self.collapsed_faces, "faces have two corners at the same place: dropped"),
-            (self.duplicate_faces, "faces repeat an earlier one: dropped"),
-            (self.reversed_faces, "faces are the back of an earlier one: dropped"),
-            (self.folded_faces, "faces lay on their backs, on a surface that is whole without: dropped"),
-            (self.zero_area_faces, "faces have no area: kept"),
-            (self.non_manifold_edges, "edges have more than two faces, or two that cannot agree: cut apart"),
-            (self.split_positions, "positions added where the surface was cut or touched itself in a point"),
-            (self.unused_vertices, "vertices are in no face: dropped"),
-            (self.replaced_attributes, "normals or coordinates could not be used: replaced"),
+            ("faces of such vertices, dropped", self.faces_set_aside),
+            ("faces that name a vertex twice, dropped", self.index_degenerate_faces),
+            ("faces with two corners at one place, dropped", self.collapsed_faces),
+            ("faces that repeat an earlier one, dropped", self.duplicate_faces),
+            ("faces that are the back of an earlier one, dropped", self.reversed_faces),
+            ("faces of folds on a surface that is whole without, dropped", self.folded_faces),
+            ("faces without area, kept", self.zero_area_faces),
+            ("faces turned round to agree with their neighbours", self.turned_faces),
+            ("edges with more than two faces, or two that cannot agree, cut apart", self.non_manifold_edges),
+            ("positions added where the surface was cut or touched itself in a point", self.split_positions),
+            ("vertices in no face, dropped", self.unused_vertices),
+            ("normals and coordinates that could not be used, replaced", self.replaced_attributes),
         ]
         .iter()
-        .filter(|(count, _)| *count > 0)
-        .map(|(count, what)| format!("{count} {what}"))
+        .filter(|(_, count)| *count > 0)
+        .map(|(what, count)| format!("{what}: {count}"))
         .collect()
     }
 }

@@ -2,6 +2,7 @@
 
 use super::glb::cube_glb;
 use super::*;
+use ortelius::scene::model::{Raw, clean};
 
 /// xorshift64*: the same files everywhere.
 struct Random(u64);
@@ -115,6 +116,46 @@ fn damaged_bytes_are_an_error_or_a_clean_model() {
     survives("little.ply", &binary, 3);
     survives("big.ply", &big_endian(&binary), 4);
     survives("a.glb", &cube_glb(r#"{"children":[1],"translation":[10,0,0]},{"mesh":0,"scale":[-2,1,1]}"#), 5);
+}
+
+/// Faces at random over few places: hardly an edge has two faces, hardly a position one fan.
+#[test]
+fn a_model_can_be_made_of_any_soup_of_faces() {
+    let mut random = Random(6);
+    let mut counts = [0; 5];
+    for round in 0..3000 {
+        let mut soup = Raw::default();
+        let vertices = 3 + random.below(12);
+        for _ in 0..vertices {
+            let place = std::array::from_fn(|_| random.below(3) as f64);
+            soup.positions.push(glam::DVec3::from_array(place));
+            soup.attributes.coordinates.push([random.below(2) as f32, 0.0]);
+        }
+        for _ in 0..random.below(40) {
+            soup.faces.push(std::array::from_fn(|_| random.below(vertices) as u32));
+        }
+        let (model, report) = clean(&soup);
+        model.check().unwrap_or_else(|broken| panic!("round {round}: {broken}"));
+        for (count, there) in counts.iter_mut().zip([
+            report.reversed_faces,
+            report.folded_faces,
+            report.turned_faces,
+            report.non_manifold_edges,
+            report.topology.seam_edges,
+        ]) {
+            *count += usize::from(there > 0);
+        }
+        // What is clean stays as it is, also where several of its positions are at one place.
+        let places = model.wedge_positions.iter().map(|&position| model.positions[position as usize]);
+        let again = Raw {
+            positions: places.collect(),
+            attributes: model.attributes.clone(),
+            faces: model.faces.clone(),
+        };
+        assert!(clean(&again).0 == model, "round {round}");
+    }
+    // Each of them happens.
+    assert!(counts.iter().all(|count| *count > 100), "{counts:?}");
 }
 
 /// The cube's binary PLY (24 vertices of 8 floats, 12 faces of a byte and 3 ints) in the other order.

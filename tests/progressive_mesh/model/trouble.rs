@@ -27,8 +27,8 @@ fn errors_of_text_name_the_line() {
     let flat = refused("a.obj", "v 0 0 0\nv 0 0 0\nv 1 0 0\nf 1 2 3\nf 1 1 3");
     assert_eq!(
         flat,
-        "a.obj: no face is left: 1 faces name a vertex twice: dropped; \
-         1 faces have two corners at the same place: dropped; 3 vertices are in no face: dropped"
+        "a.obj: no face is left: faces that name a vertex twice, dropped: 1; \
+         faces with two corners at one place, dropped: 1; vertices in no face, dropped: 3"
     );
 }
 
