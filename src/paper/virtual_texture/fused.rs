@@ -53,11 +53,11 @@ impl Fused {
         Fused::leaving(lists, gpu, pyramid, config, resident, target)
     }
 
-    /// The same picture in one draw that marks nothing: what the marks' price is measured against.
+    /// The same picture in one draw that lists nothing: what the list's price is measured against.
     ///
     /// # Errors
     /// As [`Fused::new`].
-    pub fn unmarked(
+    pub fn unlisted(
         gpu: &Gpu,
         pyramid: &Pyramid,
         config: &Config,

@@ -1,8 +1,9 @@
 //! vt.compact: stage 3 in all its variants.
 
-use super::common::passes;
+use super::common::{Place, passes};
 use super::judge::{Bound, judge, on_a_gpu, ratios, why_none};
-use super::stages::{SCENES, Stage1};
+use super::side_by_side::{Combination, SideBySide};
+use super::stages::{NOISE, SCENES, Stage1};
 use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict};
 use crate::paper::virtual_texture::compact::CompactPass;
 use crate::paper::virtual_texture::dedup::DedupPass;
@@ -10,6 +11,7 @@ use crate::paper::virtual_texture::list::List;
 use crate::paper::virtual_texture::marks::Marks;
 use crate::paper::virtual_texture::session::read_u1;
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, PAPER, reference};
+use anyhow::Context;
 
 pub const COMPACT: Figure = Figure {
     id: "vt.compact",
@@ -19,9 +21,13 @@ pub const COMPACT: Figure = Figure {
             the same marks of a 2^18 x 2^17 texture in tiles of 512 (U2: 512 x 256 words), with the paper's keying and \
             with the native one, for blocks of 1, 2 and 4 texels a side and for the compute variants. The lists have \
             the length that the reference counts in U1. 1280 x 720 (quick) or 1920 x 1080 pixels; `noise` as in \
-            vt.dedup.",
+            vt.dedup. \"fused-append\" is no pass: the fused draw appends as it marks, and its time is what that draw takes \
+            longer than one that only marks.",
     scenes: SCENES,
-    variants: || variants(Keying::Paper).into_iter().map(|(name, _)| name).collect(),
+    variants: || {
+        let passes = variants(Keying::Paper).into_iter().map(|(name, _)| name);
+        passes.chain([Compaction::FusedAppend.name().to_string()]).collect()
+    },
     sweep: None,
     measure,
     plots: &[
@@ -111,8 +117,50 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             let length = Value::Number(run.length(&stage1)? as f64);
             rows.push(Row::new(&*run.name, quantity, "triples", length));
         }
+        rows.extend(fused_append(bench, &cell.scene, &stage1, keying, [time, quantity])?);
     }
     Ok(rows)
+}
+
+/// What the exact fused draw takes longer where it also appends, and how long its list is; the quantities' names are
+/// of time and length.
+fn fused_append(
+    bench: &Bench,
+    scene: &str,
+    stage1: &Stage1,
+    keying: Keying,
+    [time, length]: [&str; 2],
+) -> anyhow::Result<Vec<Row>> {
+    let name = Compaction::FusedAppend.name();
+    let missing = |why: String| vec![Row::new(name, time, "ms", Value::Missing(why))];
+    if scene == NOISE {
+        return Ok(missing("no mesh draws this noise: U1 is filled by hand".into()));
+    }
+    let of = |name, compact| {
+        let config = Config { dedup: Dedup::FusedExact, compact, keying, ..PAPER };
+        Combination { name, config, exact: true }
+    };
+    let (marks, appends) = ("marks", "marks and appends");
+    let both = [of(marks, Compaction::Append), of(appends, Compaction::FusedAppend)];
+    let mut frames = SideBySide::settled(bench, Place::find(scene)?, stage1.size, (&both, &[]), |_| ())?;
+    if let Some((_, why)) = frames.missing.first() {
+        return Ok(missing(why.clone()));
+    }
+    let gpu = frames.gpu.clone();
+    let timed = bench.interleave(&gpu, frames.contenders()?)?;
+    let pass = |variant: &str, label: &str| {
+        let of = timed.iter().find(|timed| timed.variant == variant)?;
+        Some(of.pass(label)?.median)
+    };
+    let more = || Some(pass(appends, "fused")? - pass(marks, "fused")?);
+    // No pass takes less than an empty one: a difference below that is not told apart from it.
+    let rows = match more().zip(pass("empty pass", "empty pass")) {
+        None => missing("the device keeps no time".into()),
+        Some((more, empty)) => vec![Row::new(name, time, "ms", Value::Number(more.max(empty)))],
+    };
+    let (_, session) = frames.sessions.last().context("both run")?;
+    let listed = session.records.last().context("a settled session has drawn")?.triples;
+    Ok([rows, vec![Row::new(name, length, "triples", Value::Number(listed as f64))]].concat())
 }
 
 impl Run {

@@ -1,8 +1,9 @@
 //! vt.limit: how far stages 2 and 3 are from what the device cannot do without: bringing `U1` to the host once.
 
-use super::common::{passes, pixels_of};
+use super::common::{Place, passes, pixels_of};
 use super::judge::{Bound, judge, ratios, why_none};
 use super::list_on_the_host::and_list;
+use super::side_by_side::{COMPUTE, Combination, LIST, SideBySide, UNLISTED, list_ms};
 use super::stages::Stage1;
 use crate::figure::{
     Axis, Bench, Cell, Claim, Contender, Figure, Finding, Origin, Plot, Row, Sweep, Table, Timed, Value,
@@ -16,6 +17,7 @@ use crate::paper::virtual_texture::list::List;
 use crate::paper::virtual_texture::marks::Marks;
 use crate::paper::virtual_texture::streaming::distinct_tiles;
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, Listing, PAPER, U1Format};
+use anyhow::Context;
 use std::cell::RefCell;
 
 pub const LIMIT: Figure = Figure {
@@ -25,7 +27,8 @@ pub const LIMIT: Figure = Figure {
             of U1 (packed, a word a pixel) into the host's memory do stages 2 and 3 take together, in each variant of \
             stage 2 with the variant of stage 3 that is the fastest behind it here, and how many times an empty pass? The \
             paper's own (section 2: geometry shader with p = 3 and memo, logic OR, transform feedback) has its own keying, \
-            all others the native one. \"host-hash\" and \"host-bitmap\" are the classic: that copy and the \
+            all others the native one. The fused ones have no U1: their share is what the draw that textures takes longer \
+            than the same draw, once and with nothing marked. \"host-hash\" and \"host-bitmap\" are the classic: that copy and the \
             host's pass over it. Reading the list back is in none of them.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa"],
     variants,
@@ -57,7 +60,6 @@ pub const LIMIT: Figure = Figure {
     ],
 };
 
-const LIST: &str = "stages 2 and 3";
 const COPIES: &str = "over one copy of U1";
 const EMPTY_PASSES: &str = "over an empty pass";
 const WRONG: &str = "tiles too many or too few";
@@ -69,9 +71,23 @@ fn on_the_device() -> Vec<String> {
     Dedup::staged().map(|dedup| dedup.name().to_string()).collect()
 }
 
+/// The exact fused ones, by name, with stage 3 as a pass and without one.
+fn fused() -> Vec<Combination> {
+    let of = |name, compact| {
+        let config = Config { dedup: Dedup::FusedExact, compact, ..COMPUTE };
+        Combination { name, config, exact: true }
+    };
+    vec![of("fused-exact", Compaction::Append), of("fused-exact, fused-append", Compaction::FusedAppend)]
+}
+
+fn fused_names() -> impl Iterator<Item = String> {
+    fused().into_iter().map(|combination| combination.name.to_string())
+}
+
 fn variants() -> Vec<String> {
     let host = [Listing::HostHash, Listing::HostBitmap].map(|list| list.name().to_string());
-    [THE_PAPER.to_string()].into_iter().chain(on_the_device()).chain(host).chain([COPY.to_string()]).collect()
+    let staged = [THE_PAPER.to_string()].into_iter().chain(on_the_device());
+    staged.chain(fused_names()).chain(host).chain([COPY.to_string()]).collect()
 }
 
 /// Stages 2 and 3 of one variant, with room for a list.
@@ -177,12 +193,19 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         });
     }
     let pairs: Vec<Pair> = pairs.into_iter().flatten().collect();
-    rows.extend(times(bench, &stage1, &pairs)?);
+    let fused = (&*fused(), FLOORS);
+    let mut fused = SideBySide::settled(bench, Place::find(&cell.scene)?, size, fused, |_| ())?;
+    let missing = fused.missing.iter();
+    rows.extend(missing.map(|(name, why)| Row::new(&**name, LIST, "ms", Value::Missing(why.clone()))));
+    rows.extend(times(bench, &stage1, &pairs, &mut fused)?);
     Ok(rows)
 }
 
+/// Frames without a list that are timed with the fused ones.
+const FLOORS: &[&str] = &[UNLISTED];
+
 /// All contenders in turn, and what each of them lists.
-fn times(bench: &Bench, stage1: &Stage1, pairs: &[Pair]) -> anyhow::Result<Vec<Row>> {
+fn times(bench: &Bench, stage1: &Stage1, pairs: &[Pair], fused: &mut SideBySide) -> anyhow::Result<Vec<Row>> {
     let (gpu, u1) = (&stage1.gpu, &stage1.footprint.u1);
     let copy = HostCopy::new(gpu, stage1.size, U1Format::Packed)?;
     let host =
@@ -200,15 +223,23 @@ fn times(bench: &Bench, stage1: &Stage1, pairs: &[Pair]) -> anyhow::Result<Vec<R
         pairs.iter().map(|pair| pair.contender(stage1, pair.name.clone())).collect();
     contenders.extend(lists.iter().map(|(list, host)| and_list(bring(list.name()), host, || copy.words())));
     contenders.push(bring(COPY));
+    contenders.extend(fused.contenders()?);
     let timed = bench.interleave(gpu, contenders)?;
     let median = |name: &str| timed.iter().find(|t| t.variant == name).and_then(|t| Some(t.total?.median));
-    let mut rows: Vec<Row> =
-        timed.iter().flat_map(|t| time_rows(t, median(COPY), median("empty pass"))).collect();
+    let floors = [(COPIES, median(COPY)), (EMPTY_PASSES, median("empty pass"))];
+    let mut rows: Vec<Row> = timed.iter().flat_map(|t| time_rows(t, &timed, &floors)).collect();
     let exact = native(&lists[1].1.borrow_mut().list(copy.words()));
     rows.push(Row::new(COPY, "visible tiles", "tiles", Value::Number(exact.len() as f64)));
     for pair in pairs {
         let wrong = differing(&pair.tiles(stage1)?, &exact);
         rows.push(Row::new(&*pair.name, WRONG, "tiles", Value::Number(wrong as f64)));
+    }
+    for (name, session) in &fused.sessions {
+        let record = session.records.last().context("a settled session has drawn")?;
+        // Native keying: a tile listed twice makes the list longer than its tiles.
+        let twice = record.triples - record.visible.len();
+        let wrong = differing(&record.visible, &exact) + twice;
+        rows.push(Row::new(&**name, WRONG, "tiles", Value::Number(wrong as f64)));
     }
     Ok(rows)
 }
@@ -228,26 +259,32 @@ fn differing(a: &[TileId], b: &[TileId]) -> usize {
     a.len() + b.len() - 2 * matched
 }
 
-fn time_rows(timed: &Timed, copy_ms: Option<f64>, empty_ms: Option<f64>) -> Vec<Row> {
+/// A contender's time, its passes, and how many times the medians of the `floors` it takes. Of a frame that also
+/// textures the list's share counts, and the frame without a list is no contender.
+fn time_rows(timed: &Timed, others: &[Timed], floors: &[(&str, Option<f64>)]) -> Vec<Row> {
     let pass = |(label, summary): &(String, Option<crate::stats::Summary>)| {
         summary.map(|summary| Row::new(&*timed.variant, &**label, "ms", Value::Summary(summary)))
     };
-    let over = |quantity, floor_ms: Option<f64>| {
-        let ratio = timed.total?.median / floor_ms?;
-        Some(Row::new(&*timed.variant, quantity, "", Value::Number(ratio)))
+    let textures = timed.pass("fused").is_some();
+    let ms = if textures { list_ms(timed, others) } else { timed.total.map(|total| total.median) };
+    let number =
+        |quantity: &str, unit, value| Row::new(&*timed.variant, quantity, unit, Value::Number(value));
+    let mut rows = match ms {
+        Some(ms) if textures => vec![number(LIST, "ms", ms)],
+        None if textures => Vec::new(),
+        _ => vec![timed.row(LIST)],
     };
-    let mut rows = vec![timed.row(LIST)];
     if timed.passes.len() > 1 {
         rows.extend(timed.passes.iter().filter_map(pass));
     }
-    rows.extend(over(COPIES, copy_ms));
-    rows.extend(over(EMPTY_PASSES, empty_ms));
+    rows.extend(floors.iter().filter_map(|(quantity, floor)| Some(number(quantity, "", ms? / (*floor)?))));
     rows
 }
 
 /// All of the device's variants but the paper's shader.
 fn ours() -> Vec<String> {
-    on_the_device().into_iter().filter(|name| name != Dedup::Geometry.name()).collect()
+    let staged = on_the_device().into_iter().filter(|name| name != Dedup::Geometry.name());
+    staged.chain(fused_names()).collect()
 }
 
 fn three_times(table: &Table) -> Finding {

@@ -4,7 +4,9 @@ use super::common::{Place, passes};
 use crate::figure::{Bench, Contender, Row, Timed, Value};
 use crate::math::camera::Pose;
 use crate::math::pyramid::{Pyramid, TileId};
-use crate::paper::virtual_texture::pipeline::Finished;
+use crate::paper::virtual_texture::fused::Fused;
+use crate::paper::virtual_texture::lister::Lister;
+use crate::paper::virtual_texture::pipeline::{Finished, Pipeline};
 use crate::paper::virtual_texture::session::{Session, Settings, Target, needs};
 use crate::paper::virtual_texture::surface::{self, Surface};
 use crate::paper::virtual_texture::texturing::Plain;
@@ -12,11 +14,16 @@ use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, Listing, 
 use crate::scene::mesh::{self, Mesh};
 use crate::scene::source::{TileError, TileFormat, TileSource};
 use crate::vk::{Gpu, Need, PassTime};
+use std::cell::RefCell;
 use std::collections::HashMap;
+use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
 /// The frame of the same mesh with one plain trilinear texture.
 pub const PLAIN: &str = "plain texture";
+
+/// The frame that textures in one draw and lists nothing: what fused variants add to.
+pub const UNLISTED: &str = "one draw, no list";
 
 /// The paper's frame, by the name of its combination.
 pub const THE_PAPER: &str = "paper";
@@ -86,8 +93,8 @@ pub struct SideBySide {
     pub pose: Pose,
     pub source: Arc<Kept>,
     mesh: Mesh,
-    /// Whether the plain frame is timed too.
-    plain: bool,
+    /// [`PLAIN`], [`UNLISTED`]: frames without a list that are timed too.
+    floors: &'static [&'static str],
     pub sessions: Vec<(String, Session)>,
     /// The others, and why not.
     pub missing: Vec<(String, String)>,
@@ -113,7 +120,8 @@ pub fn lacks(gpu: &Gpu, config: &Config, pyramid: &Pyramid, format: TileFormat) 
 }
 
 impl SideBySide {
-    /// Sessions at `size` pixels, settled, of `combinations`; with `plain` the plain frame is timed beside them. `change` has the last word on their settings, the variant apart.
+    /// Sessions at `size` pixels, settled, of `combinations`; `floors`, of [`PLAIN`] and [`UNLISTED`], are timed beside
+    /// them. `change` has the last word on their settings, the variant apart.
     ///
     /// # Errors
     /// No device, a place or texture that is not to be had, out of memory.
@@ -121,7 +129,7 @@ impl SideBySide {
         bench: &Bench,
         place: Place,
         size: [u32; 2],
-        (combinations, plain): (&[Combination], bool),
+        (combinations, floors): (&[Combination], &'static [&'static str]),
         change: impl Fn(&mut Settings),
     ) -> anyhow::Result<SideBySide> {
         let Place { scene, pose, .. } = place;
@@ -148,37 +156,53 @@ impl SideBySide {
                 None => sessions.push((name.to_string(), open(*config)?)),
             }
         }
-        Ok(SideBySide { gpu, pose, source, mesh, plain, sessions, missing })
+        Ok(SideBySide { gpu, pose, source, mesh, floors, sessions, missing })
     }
 
-    /// All their frames in turn, and the plain one where it was asked for, as rows: "frame" and each pass, in
-    /// milliseconds.
+    /// All their frames in turn, and the floors, as rows: "frame" and each pass, in milliseconds.
     ///
     /// # Errors
     /// Device lost, out of memory.
     pub fn time(&mut self, bench: &Bench) -> anyhow::Result<Vec<Row>> {
+        let gpu = self.gpu.clone();
+        let timed = bench.interleave(&gpu, self.contenders()?)?;
+        let missing = self.missing.iter();
+        let missing = missing.map(|(name, why)| Row::new(&**name, FRAME, "ms", Value::Missing(why.clone())));
+        Ok(timed.iter().flat_map(|of| rows(of, &timed)).chain(missing).collect())
+    }
+
+    /// A contender for each session and each floor: its settled frame once more.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn contenders(&mut self) -> anyhow::Result<Vec<Contender<'_>>> {
         let (gpu, pose) = (&self.gpu, self.pose);
         let mut contenders: Vec<Contender> = Vec::new();
-        if self.plain
+        if self.floors.contains(&PLAIN)
             && let Some((_, session)) = self.sessions.first()
         {
             contenders.push(plain_frame(gpu, session, &self.mesh, &pose)?);
         }
-        contenders.extend(self.sessions.iter_mut().map(|(name, session)| Contender {
-            variant: name.clone(),
-            run: Box::new(move || {
-                let Finished { mut times, host_time, .. } = session.again(&pose)?;
-                times.push(PassTime {
-                    label: "list on the host".into(),
-                    ns: Some(host_time.as_nanos() as u64),
-                });
-                Ok(times)
-            }),
-        }));
-        let timed = bench.interleave(gpu, contenders)?;
-        let missing = self.missing.iter();
-        let missing = missing.map(|(name, why)| Row::new(&**name, FRAME, "ms", Value::Missing(why.clone())));
-        Ok(timed.iter().flat_map(rows).chain(missing).collect())
+        // The unlisted frame textures from the first fused session's tiles: they take turns.
+        let mut unlisted = self.floors.contains(&UNLISTED);
+        for (name, session) in &mut self.sessions {
+            let session = Rc::new(RefCell::new(session));
+            if session.borrow().settings.config.fused() && std::mem::take(&mut unlisted) {
+                contenders.push(unlisted_frame(gpu, session.clone(), &pose)?);
+            }
+            contenders.push(Contender {
+                variant: name.clone(),
+                run: Box::new(move || {
+                    let Finished { mut times, host_time, .. } = session.borrow_mut().again(&pose)?;
+                    times.push(PassTime {
+                        label: "list on the host".into(),
+                        ns: Some(host_time.as_nanos() as u64),
+                    });
+                    Ok(times)
+                }),
+            });
+        }
+        Ok(contenders)
     }
 
     /// Rows of what each session's last frame listed: "list length" and "visible tiles".
@@ -198,17 +222,29 @@ impl SideBySide {
 /// Quantity of a whole frame's time.
 pub const FRAME: &str = "frame";
 
-/// Quantity: medians of the passes of stages 2 and 3 together, where a variant has such passes.
+/// Quantity: medians of the passes of stages 2 and 3 together; of a fused variant what its draw takes longer than
+/// [`UNLISTED`]'s, and stage 3's pass where it has one.
 pub const LIST: &str = "stages 2 and 3";
 
+/// [`LIST`] of `timed`, which ran with the `others`; `None` for frames without a list of the device's.
+pub fn list_ms(timed: &Timed, others: &[Timed]) -> Option<f64> {
+    let pass = |timed: &Timed, label| Some(timed.pass(label)?.median);
+    let compact = pass(timed, "compact");
+    if let Some(dedup) = pass(timed, "dedup") {
+        return Some(dedup + compact?);
+    }
+    let named = |name: &str| others.iter().find(|other| other.variant == name && name != timed.variant);
+    let more = pass(timed, "fused")? - pass(named(UNLISTED)?, "fused")? + compact.unwrap_or(0.0);
+    // No pass takes less than an empty one: a difference below that is not told apart from it.
+    Some(more.max(named("empty pass")?.total?.median))
+}
+
 /// A contender's whole and its passes.
-fn rows(timed: &Timed) -> Vec<Row> {
+fn rows(timed: &Timed, others: &[Timed]) -> Vec<Row> {
     let pass = |(label, summary): &(String, Option<crate::stats::Summary>)| {
         summary.map(|summary| Row::new(&*timed.variant, &**label, "ms", Value::Summary(summary)))
     };
-    let list: Option<f64> =
-        ["dedup", "compact"].into_iter().map(|label| Some(timed.pass(label)?.median)).sum();
-    let list = list.map(|ms| Row::new(&*timed.variant, LIST, "ms", Value::Number(ms)));
+    let list = list_ms(timed, others).map(|ms| Row::new(&*timed.variant, LIST, "ms", Value::Number(ms)));
     // A frame of one pass is told once.
     let passes = timed.passes.iter().filter(|_| timed.passes.len() > 1);
     [timed.row(FRAME)].into_iter().chain(list).chain(passes.filter_map(pass)).collect()
@@ -226,6 +262,28 @@ fn plain_frame<'a>(
     let surface = Surface::new(gpu, mesh)?;
     let view = surface::view(pose, session.settings.size, 0);
     Ok(passes(gpu, PLAIN, move |frame| frame.pass("plain", |cmd| plain.draw(cmd, &surface, &view, &target))))
+}
+
+/// The frame of a fused session without its list, into the session's own picture.
+fn unlisted_frame<'a>(
+    gpu: &'a Gpu,
+    session: Rc<RefCell<&'a mut Session>>,
+    pose: &Pose,
+) -> anyhow::Result<Contender<'a>> {
+    let of = session.borrow();
+    let (config, pyramid) = (&of.settings.config, of.source.pyramid());
+    let draw = Fused::unlisted(gpu, &pyramid, config, &of.pipeline.resident, of.target())?;
+    // Bound, never written.
+    let listed = Lister::new(gpu, &pyramid, config, None)?.listed(gpu, None)?;
+    let view = surface::view(pose, of.settings.size, of.bias());
+    drop(of);
+    Ok(passes(gpu, UNLISTED, move |frame| {
+        let session = session.borrow();
+        let Pipeline { resident, surface, .. } = &session.pipeline;
+        let unwritten = listed.on_the_device().expect("a fused variant's list is the device's");
+        frame.pass("upload", |_| Ok(()))?;
+        frame.pass("fused", |cmd| draw.draw(cmd, resident, surface, unwritten, &view, session.target()))
+    }))
 }
 
 /// A source whose tiles are made once: an Earth tile takes 13 ms of a core.
@@ -271,5 +329,36 @@ impl TileSource for Kept {
 
     fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
         self.source.read_resident_level(level)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::Summary;
+
+    fn timed(variant: &str, passes: &[(&str, f64)]) -> Timed {
+        let of = |ms: f64| Summary::of(&[ms]);
+        Timed {
+            variant: variant.into(),
+            total: of(passes.iter().map(|(_, ms)| ms).sum()),
+            passes: passes.iter().map(|&(label, ms)| (label.to_string(), of(ms))).collect(),
+        }
+    }
+
+    #[test]
+    fn a_list_costs_its_passes_and_what_the_draw_takes_longer_for_it() {
+        let all = [
+            timed("compute", &[("footprint", 9.0), ("dedup", 3.0), ("compact", 1.0), ("texturing", 20.0)]),
+            timed("fused", &[("fused", 26.0), ("compact", 1.0), ("read-back", 5.0)]),
+            timed("fused, appending", &[("fused", 26.5), ("read-back", 5.0)]),
+            timed("fused, by luck", &[("fused", 24.9), ("read-back", 5.0)]),
+            timed(UNLISTED, &[("fused", 25.0)]),
+            timed("classic", &[("copy U1", 2.0)]),
+            timed("empty pass", &[("empty pass", 0.25)]),
+        ];
+        let lists = all.iter().map(|of| list_ms(of, &all)).collect::<Vec<_>>();
+        assert_eq!(lists, [Some(4.0), Some(2.0), Some(1.5), Some(0.25), None, None, None]);
+        assert_eq!(list_ms(&all[1], &all[..2]), None, "nothing to hold it against");
     }
 }

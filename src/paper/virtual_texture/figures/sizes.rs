@@ -148,7 +148,7 @@ fn pixel_rows(bench: &Bench) -> f64 {
 /// Times, lists and memory of all combinations; `tiles` is N1 and N2.
 fn measure(bench: &mut Bench, place: Place, pixel_rows: f64, tiles: u32) -> anyhow::Result<Vec<Row>> {
     let mut frames =
-        SideBySide::settled(bench, place, pixels_of(pixel_rows), (&contenders(), false), |settings| {
+        SideBySide::settled(bench, place, pixels_of(pixel_rows), (&contenders(), &[]), |settings| {
             (settings.streaming.gpu_tiles, settings.streaming.host_tiles) = (tiles, tiles);
         })?;
     let mut rows = frames.time(bench)?;
