@@ -6,6 +6,7 @@ mod extremes;
 mod filters;
 mod fused;
 mod lists;
+mod masks;
 mod paths;
 mod streaming;
 mod texels;

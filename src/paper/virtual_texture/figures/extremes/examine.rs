@@ -2,12 +2,13 @@
 //! settled picture against the ruler.
 
 use super::super::stage1::{Stage1Check, compare_triples};
-use super::contenders::{Contender, contenders};
+use super::contenders::{Contender, Way, contenders, is_superset};
 use super::scenes::{Expected, Extreme, Landscape, Sight};
 use crate::math::pyramid::{Pyramid, TileId};
-use crate::paper::virtual_texture::compact::CompactPass;
-use crate::paper::virtual_texture::dedup::DedupPass;
 use crate::paper::virtual_texture::footprint::Footprint;
+use crate::paper::virtual_texture::fused::Fused;
+use crate::paper::virtual_texture::lister::Lister;
+use crate::paper::virtual_texture::resident::{Resident, ResidentError};
 use crate::paper::virtual_texture::ruler::Verdicts;
 use crate::paper::virtual_texture::session::{Session, SessionError, Settings, Target, read_u1};
 use crate::paper::virtual_texture::streaming::distinct_tiles;
@@ -17,7 +18,9 @@ use crate::picture::write::Srgb8Picture;
 use crate::reference::View;
 use crate::scene::Scene;
 use crate::scene::source::ruler::Ruler;
-use crate::vk::{self, Gpu};
+use crate::vk::shader::View as ViewConstants;
+use crate::vk::{self, Format, Gpu, Image, ImageInfo};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// The most tiles that a settled picture is made for: with borders and the next coarser level 170 MB.
@@ -42,6 +45,9 @@ pub enum Outcome {
     /// Tiles of the reference that the list lacks, tiles that it has beyond them, the list's length, and how long it
     /// is in the reference: with the paper's keying a tile stands there for each of its cells.
     Listed { lost: usize, extra: usize, entries: usize, right_entries: usize },
+    /// A list that may have tiles beyond the reference's: how many it lacks and has beyond, and how many entries repeat
+    /// another one.
+    Superset { lost: usize, beyond: usize, repeated: usize },
     /// The device cannot, in one line that says what and why.
     Refused(String),
 }
@@ -60,6 +66,8 @@ pub struct Settled {
 /// Stage 1 as all variants get it.
 struct Drawn {
     pyramid: Pyramid,
+    surface: Surface,
+    view: ViewConstants,
     stage1: Footprint,
     triples: Vec<[u32; 3]>,
     /// Sorted.
@@ -98,11 +106,17 @@ impl Examiner {
             _ => contenders(&gpu, &sight.pyramid, &drawn.stage1)?,
         };
         let (_, contenders) = self.contenders.insert((sight.pyramid, ready));
+        let fused = contenders.iter().any(|contender| matches!(contender.way, Ok(Way::Fused)));
+        let textured = fused.then(|| Textured::new(&gpu, &sight)).transpose()?;
         let variants = contenders
-            .iter()
-            .map(|contender| Ok((contender.name.clone(), outcome(&gpu, &drawn, contender)?)))
+            .iter_mut()
+            .map(|contender| {
+                Ok((contender.name.clone(), outcome(&gpu, &drawn, textured.as_ref(), contender)?))
+            })
             .collect::<vk::Result<Vec<_>>>()?;
-        let shown = variants.iter().any(|(_, outcome)| matches!(outcome, Outcome::Listed { .. }));
+        // The settled picture is the paper's variant's.
+        let papers = contenders.iter().position(|contender| contender.config == PAPER);
+        let shown = papers.is_some_and(|at| matches!(variants[at].1, Outcome::Listed { .. }));
         let settles = self.pictures && shown && drawn.visible.len() <= MOST_SETTLED;
         Ok(Examination {
             stage1: stage1(extreme, &sight, &drawn),
@@ -138,7 +152,7 @@ fn draw(gpu: &Gpu, sight: &Sight) -> vk::Result<Drawn> {
     let triples = read_u1(gpu, &stage1, &pyramid)?;
     let visible = reference::visible_tiles(&triples, &pyramid).into_iter().collect();
     let distinct_triples = reference::distinct_triples(&triples, &pyramid).len();
-    Ok(Drawn { pyramid, stage1, triples, visible, distinct_triples })
+    Ok(Drawn { pyramid, surface, view, stage1, triples, visible, distinct_triples })
 }
 
 fn stage1(extreme: &Extreme, sight: &Sight, drawn: &Drawn) -> Stage1Check {
@@ -157,50 +171,79 @@ fn stage1(extreme: &Extreme, sight: &Sight, drawn: &Drawn) -> Stage1Check {
     compare_triples(&drawn.triples, &view, &sight.source, &sight.pyramid)
 }
 
-fn outcome(gpu: &Gpu, drawn: &Drawn, contender: &Contender) -> vk::Result<Outcome> {
-    let list = match &contender.passes {
-        Ok((dedup, compact)) => list(gpu, drawn, &contender.config, dedup, compact),
+/// What fused draws texture with: tiles of `G1` alone, for whatever is resident, the list is the same.
+struct Textured {
+    resident: Resident,
+    target: Image,
+}
+
+impl Textured {
+    fn new(gpu: &Gpu, sight: &Sight) -> Result<Textured, ResidentError> {
+        let resident = Resident::new(gpu, &Ruler::new(sight.pyramid), 1)?;
+        let target = gpu.image("picture", ImageInfo::target(sight.size, Format::Rgba8Srgb))?;
+        Ok(Textured { resident, target })
+    }
+}
+
+/// A variant's list, or the line that says why there is none.
+fn outcome(
+    gpu: &Gpu,
+    drawn: &Drawn,
+    textured: Option<&Textured>,
+    contender: &mut Contender,
+) -> vk::Result<Outcome> {
+    let list = match &mut contender.way {
+        Ok(Way::OverU1(lister)) => list(gpu, drawn, lister),
+        Ok(Way::Fused) => {
+            let textured = textured.expect("made where a variant draws for itself");
+            fused_list(gpu, drawn, textured, &contender.config)
+        }
         Err(line) => return Ok(Outcome::Refused(line.clone())),
     };
-    let triples = match list {
-        Ok(triples) => triples,
-        Err(error) => return Ok(Outcome::Refused(refused(error)?)),
-    };
-    let first_resident = drawn.pyramid.first_resident_level();
-    let found = distinct_tiles(&triples, contender.config.keying, first_resident);
+    match list {
+        Ok(triples) => Ok(compared(drawn, &triples, &contender.config)),
+        Err(error) => Ok(Outcome::Refused(refused(error)?)),
+    }
+}
+
+fn compared(drawn: &Drawn, triples: &[[u32; 3]], config: &Config) -> Outcome {
+    let found = distinct_tiles(triples, config.keying, drawn.pyramid.first_resident_level());
     let without = |tiles: &[TileId], others: &[TileId]| {
         tiles.iter().filter(|tile| others.binary_search(tile).is_err()).count()
     };
-    Ok(Outcome::Listed {
-        lost: without(&drawn.visible, &found),
-        extra: without(&found, &drawn.visible),
-        entries: triples.len(),
-        right_entries: match contender.config.keying {
-            Keying::Paper => drawn.distinct_triples,
-            Keying::Native => drawn.visible.len(),
-        },
-    })
+    let (lost, extra) = (without(&drawn.visible, &found), without(&found, &drawn.visible));
+    if is_superset(config) {
+        let distinct: BTreeSet<_> = triples.iter().collect();
+        return Outcome::Superset { lost, beyond: extra, repeated: triples.len() - distinct.len() };
+    }
+    let right_entries = match config.keying {
+        Keying::Paper => drawn.distinct_triples,
+        Keying::Native => drawn.visible.len(),
+    };
+    Outcome::Listed { lost, extra, entries: triples.len(), right_entries }
 }
 
-/// Stages 2 and 3 of a variant on the `U1` that was drawn.
-fn list(
-    gpu: &Gpu,
-    drawn: &Drawn,
-    config: &Config,
-    dedup: &DedupPass,
-    compact: &CompactPass,
-) -> vk::Result<Vec<[u32; 3]>> {
-    let marks = dedup.marks(gpu)?;
-    let mut list = compact.list(gpu, u64::from(config.list_capacity))?;
+/// The list of a variant from the `U1` that was drawn.
+fn list(gpu: &Gpu, drawn: &Drawn, lister: &mut Lister) -> vk::Result<Vec<[u32; 3]>> {
+    let mut listed = lister.listed(gpu, Some(&drawn.stage1))?;
     let mut frame = gpu.frame()?;
-    frame.pass("dedup", |cmd| dedup.run(cmd, &drawn.stage1.u1, &marks))?;
-    frame.pass("compact", |cmd| compact.run(cmd, &marks, &list))?;
-    frame.pass("read-back", |cmd| {
-        list.read_back(cmd);
-        Ok(())
-    })?;
+    lister.record(&mut frame, Some(&drawn.stage1.u1), &listed)?;
     frame.submit()?.wait()?;
-    Ok(compact.collect(gpu, &marks, &mut list)?.0)
+    Ok(lister.collect(gpu, &mut listed)?.0)
+}
+
+/// The list of a variant that draws for itself.
+fn fused_list(gpu: &Gpu, drawn: &Drawn, textured: &Textured, config: &Config) -> vk::Result<Vec<[u32; 3]>> {
+    let Textured { resident, target } = textured;
+    let fused = Fused::new(gpu, &drawn.pyramid, config, resident, target)?;
+    let mut lister = Lister::new(gpu, &drawn.pyramid, config, None)?;
+    let mut listed = lister.listed(gpu, None)?;
+    let into = listed.on_the_device().expect("a fused variant's list is the device's");
+    let mut frame = gpu.frame()?;
+    frame.pass("fused", |cmd| fused.draw(cmd, resident, &drawn.surface, into, &drawn.view, target))?;
+    lister.record(&mut frame, None, &listed)?;
+    frame.submit()?.wait()?;
+    Ok(lister.collect(gpu, &mut listed)?.0)
 }
 
 /// The whole frame on a ruler texture, until nothing is missing.
@@ -267,6 +310,7 @@ impl Examination {
                 Outcome::Refused(_) => {}
                 &Outcome::Listed { lost: 0, extra: 0, entries, right_entries }
                     if entries == right_entries => {}
+                Outcome::Superset { lost: 0, repeated: 0, .. } => {}
                 other => return Some(format!("{name}: {other:?}")),
             }
         }
@@ -310,7 +354,11 @@ mod tests {
     fn whatever_is_wrong_is_a_fault_and_nothing_else_is() {
         let listed = |lost, extra, entries| Outcome::Listed { lost, extra, entries, right_entries: 9 };
         assert_eq!(of("pole", &examination(listed(0, 0, 9))), None);
-        for wrong in [listed(1, 0, 9), listed(0, 1, 9), listed(0, 0, 10)] {
+        let superset = |lost, beyond, repeated| Outcome::Superset { lost, beyond, repeated };
+        assert_eq!(of("pole", &examination(superset(0, 3, 0))), None);
+        for wrong in
+            [listed(1, 0, 9), listed(0, 1, 9), listed(0, 0, 10), superset(1, 3, 0), superset(0, 3, 1)]
+        {
             assert!(of("pole", &examination(wrong.clone())).is_some(), "{wrong:?}");
         }
         let mut unexplained = examination(listed(0, 0, 9));
