@@ -1,6 +1,6 @@
 //! What the rows say of the figure's claims.
 
-use super::super::judge::{Bound, judge, on_a_gpu, ratios, why_none};
+use super::super::judge::{At, Bound, judge, on_a_gpu, places, ratios, why_none};
 use super::watch::{SUBSAMPLINGS, name};
 use super::{ALL_PIXELS, FALSE_TILES, MOVING_PRECISION, MOVING_RECALL, TIME, TO_99, TO_ALL, variants};
 use crate::figure::{Finding, Record, Table, Value, Verdict};
@@ -40,16 +40,24 @@ fn most(record: &Record) -> f64 {
     }
 }
 
-/// A quantity's medians and ends in every place: `1/64 earth/oblique 17 (1 to 40)`.
+/// A quantity's medians in every place, least to most of the variants, and the ends of all: `earth/oblique 17 to 40
+/// (1 to 93)`.
 fn medians(table: &Table, quantity: &str, variants: &[String]) -> String {
-    let of = |r: &&Record| variants.contains(&r.row.variant);
     let short =
         |number: f64| if number.fract() == 0.0 { format!("{number}") } else { format!("{number:.2}") };
-    let word = |r: &Record| {
-        let (median, ends) = (r.row.value.number()?, [least(r), most(r)].map(short));
-        Some(format!("{} {} {} ({} to {})", r.row.variant, r.scene, short(median), ends[0], ends[1]))
+    let range = |numbers: Vec<f64>| {
+        let ends = [numbers.iter().copied().reduce(f64::min)?, numbers.iter().copied().reduce(f64::max)?];
+        let [least, most] = ends.map(short);
+        Some(if least == most { least } else { format!("{least} to {most}") })
     };
-    table.of(quantity).filter(of).filter_map(word).collect::<Vec<_>>().join(", ")
+    let of_place = |at: At| {
+        let of = |r: &&Record| variants.contains(&r.row.variant) && (&r.scene, r.x) == (&at.0, at.1);
+        let records: Vec<&Record> = table.of(quantity).filter(of).collect();
+        let medians = range(records.iter().filter_map(|r| r.row.value.number()).collect())?;
+        let ends = range(records.iter().flat_map(|r| [least(r), most(r)]).collect())?;
+        Some(format!("{} {medians} ({ends})", at.0))
+    };
+    places(table).into_iter().filter_map(of_place).collect::<Vec<_>>().join(", ")
 }
 
 pub fn subset(table: &Table) -> Finding {
@@ -138,6 +146,8 @@ mod tests {
             (Verdict::Reproduced, Verdict::NotReproduced)
         );
         assert_eq!(delay(&table(&[(2, TO_99, &[9.0])])).verdict, Verdict::NotMeasurable);
+        let two = table(&[(6, TO_99, &[1.0, 4.0, 5.0]), (8, TO_99, &[9.0, 17.0, 30.0])]);
+        assert_eq!(delay(&two).numbers, "a/b 4 to 17 (1 to 30)");
     }
 
     #[test]

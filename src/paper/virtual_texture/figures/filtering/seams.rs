@@ -2,9 +2,13 @@
 
 use super::super::common::pixels_of;
 use super::{Shown, Variant, detail, of_facts};
-use crate::figure::{Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value};
+use crate::figure::{
+    Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict,
+};
 use crate::math::pyramid::Pyramid;
 use crate::paper::virtual_texture::Filtering;
+use crate::paper::virtual_texture::footprint::BACKGROUND;
+use crate::paper::virtual_texture::reference::{Footprint, triple};
 use crate::paper::virtual_texture::session::FootprintPicture;
 use crate::picture::Picture;
 use crate::picture::error::{compare, compare_where};
@@ -140,7 +144,7 @@ fn show(bench: &mut Bench, cell: &Cell, picture: &Picture, truth: &Picture) -> a
     bench.picture(&format!("vt.seams-{scene}-trilinear-border-0-errors"), &map)
 }
 
-/// Which pixels lie near an edge of the tile that stage 1 names.
+/// Which pixels lie near an edge of the tile that shows them.
 struct Near {
     width: u32,
     pixels: Vec<bool>,
@@ -151,11 +155,13 @@ impl Near {
         let pose = shown.opened.pose;
         let pyramid = shown.opened.session.source.pyramid();
         let width = shown.opened.session.settings.size[0];
-        let FootprintPicture { coordinates, triples, .. } = shown.opened.session.footprint(&pose)?;
-        let near = |(&st, &[q, ..]): (&[f32; 2], &[u32; 3])| {
-            q < pyramid.first_resident_level() && near_edge(&pyramid, q, st)
+        let most = shown.opened.session.settings.config.max_anisotropy;
+        let FootprintPicture { coordinates, derivatives, triples } = shown.opened.session.footprint(&pose)?;
+        let near = |((&st, &d), &[q, ..]): ((&[f32; 2], &[f32; 4]), &[u32; 3])| {
+            q != BACKGROUND && near_edge(&pyramid, shown_level(&pyramid, q, st, d, most), st)
         };
-        Ok(Near { width, pixels: coordinates.iter().zip(&triples).map(near).collect() })
+        let pixels = coordinates.iter().zip(&derivatives).zip(&triples).map(near).collect();
+        Ok(Near { width, pixels })
     }
 
     fn at(&self, x: u32, y: u32) -> bool {
@@ -167,12 +173,25 @@ impl Near {
     }
 }
 
-fn near_edge(pyramid: &Pyramid, q: u32, st: [f32; 2]) -> bool {
-    let size = pyramid.level_size(q);
-    let tile = f64::from(pyramid.tile_size());
+/// The level that shows a pixel: q of stage 1 where it is streamed, the unclamped e's inside `G1`.
+fn shown_level(pyramid: &Pyramid, q: u32, st: [f32; 2], derivatives: [f32; 4], most: u32) -> u32 {
+    if q < pyramid.first_resident_level() {
+        return q;
+    }
+    let [s, t] = st.map(f64::from);
+    let [dsdx, dtdx, dsdy, dtdy] = derivatives.map(f64::from);
+    let e = triple(&Footprint { s, t, dsdx, dtdx, dsdy, dtdy }, pyramid, most).e;
+    // NaN, of a footprint that is not finite, casts to 0.
+    (e.floor() as u32).clamp(q, pyramid.coarsest_level())
+}
+
+/// `G1` is cut into tiles with borders as the streamed levels are; a level smaller than a tile ends where it ends.
+fn near_edge(pyramid: &Pyramid, level: u32, st: [f32; 2]) -> bool {
+    let size = pyramid.level_size(level);
     (0..2).any(|axis| {
-        let within = (f64::from(st[axis]) * f64::from(size[axis])).rem_euclid(tile);
-        within.min(tile - within) <= NEAR_TEXELS
+        let edges = f64::from(pyramid.tile_size().min(size[axis]));
+        let within = (f64::from(st[axis]) * f64::from(size[axis])).rem_euclid(edges);
+        within.min(edges - within) <= NEAR_TEXELS
     })
 }
 
@@ -201,27 +220,39 @@ fn judged(
         .filter(|&(_, variant, border, _)| of(variant, border))
         .collect();
     let facts: Vec<bool> = found.iter().map(|&(.., error)| holds(error)).collect();
-    let numbers: Vec<String> = found
-        .iter()
-        .map(|(scene, variant, border, error)| format!("{scene}, {variant}, border {border}: {error:.5}"))
-        .collect();
-    of_facts(&facts, numbers.join("; "), why)
+    of_facts(&facts, ends(&found), why)
+}
+
+/// The least and the largest error of each scene, and whose they are.
+fn ends(found: &[(&str, &str, u32, f64)]) -> String {
+    let mut scenes: Vec<&str> = found.iter().map(|&(scene, ..)| scene).collect();
+    scenes.sort_unstable();
+    scenes.dedup();
+    let of = |scene: &&str| {
+        let errors = || found.iter().filter(|(at, ..)| at == scene);
+        let least = errors().min_by(|a, b| a.3.total_cmp(&b.3))?;
+        let largest = errors().max_by(|a, b| a.3.total_cmp(&b.3))?;
+        let words = |&(_, variant, border, error): &(&str, &str, u32, f64)| {
+            format!("{error:.5} ({variant}, border {border})")
+        };
+        Some(match least.3 == largest.3 {
+            true => format!("{scene} {}", words(largest)),
+            false => format!("{scene} {} to {}", words(least), words(largest)),
+        })
+    };
+    scenes.iter().filter_map(of).collect::<Vec<_>>().join("; ")
 }
 
 fn seams(table: &Table) -> Finding {
     let bare = |variant: &str, border| border == 0 && !variant.contains("tap");
     let edges = judged(table, &[WORST], bare, |error| error > 5.0 * STEP, "");
-    let elsewhere: Vec<bool> = points(table, ELSEWHERE)
-        .filter(|&(_, v, border, _)| bare(v, border))
-        .map(|(.., e)| e <= STEP)
-        .collect();
-    let all = !elsewhere.is_empty() && elsewhere.iter().all(|&fact| fact);
-    let facts = [edges.verdict == crate::figure::Verdict::Reproduced, all];
-    of_facts(
-        &facts,
-        edges.numbers,
-        "the clamped sampler repeats a tile's last texel where the neighbour's belongs",
-    )
+    let elsewhere = judged(table, &[ELSEWHERE], bare, |error| error <= STEP, "");
+    let facts = match [&edges, &elsewhere].map(|finding| finding.verdict) {
+        [Verdict::NotMeasurable, _] | [_, Verdict::NotMeasurable] => Vec::new(),
+        verdicts => verdicts.map(|verdict| verdict == Verdict::Reproduced).to_vec(),
+    };
+    let numbers = format!("at edges {}; elsewhere {}", edges.numbers, elsewhere.numbers);
+    of_facts(&facts, numbers, "the clamped sampler repeats a tile's last texel where the neighbour's belongs")
 }
 
 fn two_texels(table: &Table) -> Finding {
@@ -246,4 +277,62 @@ fn stochastic(table: &Table) -> Finding {
     let why = "the same taps fall on the same texels; only where the neighbour's tile is not resident, because no pixel \
                asks for it, does a coarser one stand in";
     judged(table, &[WORST, ELSEWHERE], taps, |error| error == 0.0, why)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::judge::tests::table as times;
+    use super::*;
+    use crate::figure::Record;
+
+    /// 18 levels: 0 to 8 streamed, level 9 is 512 x 256 texels, a tile; level 11 is 128 x 64.
+    fn pyramid() -> Pyramid {
+        Pyramid::new(18, 17, 9, 4, None).unwrap()
+    }
+
+    #[test]
+    fn edges_are_those_of_the_level_that_shows_the_pixel() {
+        let at = |level, texels: [f32; 2]| {
+            let size = pyramid().level_size(level).map(|side| side as f32);
+            near_edge(&pyramid(), level, [texels[0] / size[0], texels[1] / size[1]])
+        };
+        assert_eq!(
+            [at(3, [256.0, 256.0]), at(3, [519.0, 256.0]), at(3, [256.0, 505.0])],
+            [false, true, true]
+        );
+        assert_eq!([at(3, [522.0, 256.0]), at(3, [512.0, 256.0])], [false, true]);
+        // Inside G1: a level's own end, also where it is no tile's.
+        assert_eq!([at(9, [256.0, 128.0]), at(9, [256.0, 250.0]), at(11, [64.0, 60.0])], [false, true, true]);
+    }
+
+    #[test]
+    fn inside_g1_the_footprint_says_which_level_is_shown() {
+        let level = |q, texels: f32| {
+            let [w, h] = pyramid().level_size(0).map(|side| side as f32);
+            shown_level(&pyramid(), q, [0.5, 0.5], [texels / w, 0.0, 0.0, texels / h], 1)
+        };
+        assert_eq!([level(3, 4096.0), level(9, 513.0), level(9, 4097.0), level(9, 1e9)], [3, 9, 12, 18]);
+        assert_eq!(shown_level(&pyramid(), 9, [0.5, 0.5], [f32::NAN; 4], 1), 9);
+    }
+
+    #[test]
+    fn a_bare_tile_must_be_off_at_its_edges_and_nowhere_else() {
+        let found = |edge, elsewhere| {
+            let record = |quantity, error| Record {
+                scene: "a/b".into(),
+                x: None,
+                row: Row::new("trilinear", quantity, "", Value::Series(vec![[0.0, error]])),
+            };
+            let records = vec![record(WORST, edge), record(ELSEWHERE, elsewhere)];
+            seams(&Table { records, ..times("cpu", &[]) })
+        };
+        assert_eq!(found(0.1, 0.001).verdict, Verdict::Reproduced);
+        assert_eq!([found(0.1, 0.01).verdict, found(0.01, 0.001).verdict], [Verdict::InPart; 2]);
+        assert_eq!(found(0.01, 0.01).verdict, Verdict::NotReproduced);
+        assert_eq!(seams(&times("cpu", &[])).verdict, Verdict::NotMeasurable);
+        assert_eq!(
+            found(0.1, 0.001).numbers,
+            "at edges a/b 0.10000 (trilinear, border 0); elsewhere a/b 0.00100 (trilinear, border 0)"
+        );
+    }
 }
