@@ -3,6 +3,7 @@
 pub mod bake;
 pub mod compare;
 pub mod demo;
+mod device;
 pub mod doctor;
 pub mod fetch;
 pub mod list;

@@ -1,5 +1,6 @@
 //! `ortelius render`: a scene becomes a picture, with a report.
 
+use super::device::DeviceArgs;
 use super::outputs::{Outputs, write_visible};
 use super::{Usage, say};
 use anyhow::bail;
@@ -45,12 +46,8 @@ pub struct RenderArgs {
     /// Override a key of the scene: -D variant.keying=native
     #[arg(short = 'D', value_name = "KEY=VALUE")]
     overrides: Vec<String>,
-    /// Part of a device's name, or its index
-    #[arg(long, env = "ORTELIUS_DEVICE")]
-    device: Option<String>,
-    /// Run with Vulkan's validation layer, synchronisation included; any message of it fails the run
-    #[arg(long, env = "ORTELIUS_VALIDATE", value_parser = clap::builder::FalseyValueParser::new())]
-    validate: bool,
+    #[command(flatten)]
+    device: DeviceArgs,
     /// Everything measured, as JSON
     #[arg(long, value_name = "JSON")]
     report: Option<PathBuf>,
@@ -124,7 +121,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     }
     let messages = renderer.gpu().messages();
     match messages.first() {
-        Some(first) if args.validate => {
+        Some(first) if args.device.validate => {
             bail!(
                 "Vulkan's validation layer had {} messages, first {}: {}",
                 messages.len(),
@@ -195,8 +192,8 @@ fn open(args: &RenderArgs, scene: &Scene, outputs: &Outputs) -> anyhow::Result<R
     let options = Options {
         target: outputs.target(),
         size: args.size,
-        device: args.device.as_deref(),
-        validate: args.validate,
+        device: args.device.device.as_deref(),
+        validate: args.device.validate,
         deterministic: args.deterministic,
     };
     let named = |error| match error {

@@ -1,6 +1,7 @@
 //! `ortelius reproduce`: figures measured on this machine, with a verdict for each claim.
 
 use super::Usage;
+use super::device::DeviceArgs;
 use super::report::{report, stored};
 use anyhow::bail;
 use clap::Args;
@@ -9,7 +10,7 @@ use ortelius::figure::{
     Cell, CellResult, Effort, Figure, Machine, Outcome, Partition, Progress, Run, Store, Tally, choose,
 };
 use ortelius::paper::FAMILIES;
-use ortelius::vk::{Gpu, GpuOptions};
+use ortelius::vk::Gpu;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -36,12 +37,8 @@ pub struct ReproduceArgs {
     /// Show what changed against stored results (a report's results.json)
     #[arg(long, value_name = "RESULTS.json")]
     against: Option<PathBuf>,
-    /// Part of a device's name, or its index
-    #[arg(long, env = "ORTELIUS_DEVICE")]
-    device: Option<String>,
-    /// Run with Vulkan's validation layer; any message of it fails its cell. Times then mean nothing
-    #[arg(long, env = "ORTELIUS_VALIDATE", value_parser = clap::builder::FalseyValueParser::new())]
-    validate: bool,
+    #[command(flatten)]
+    device: DeviceArgs,
 }
 
 fn parse_partition(text: &str) -> Result<Partition, String> {
@@ -56,17 +53,15 @@ pub fn run(args: &ReproduceArgs) -> anyhow::Result<()> {
     let figures = choose(&FAMILIES, &args.figures).map_err(|unknown| Usage(unknown.to_string()))?;
     let known = choose(&FAMILIES, &[]).expect("no name is unknown");
     let against = stored(args.against.as_deref())?;
-    let options =
-        GpuOptions { device: args.device.as_deref(), validate: args.validate, ..GpuOptions::default() };
-    let machine = Machine::here(Gpu::new(&options)?.physical());
+    let machine = Machine::here(Gpu::new(&args.device.options())?.physical());
     tracing::info!("{}, {}; {}, {} cores", machine.device, machine.driver, machine.processor, machine.cores);
     let run = Run {
         figures: &figures,
         folder: &args.output,
         effort: if args.full { Effort::Full } else { Effort::Quick },
-        device: args.device.clone(),
+        device: args.device.device.clone(),
         machine,
-        validate: args.validate,
+        validate: args.device.validate,
         partition: args.partition.unwrap_or(Partition::WHOLE),
         resume: args.resume,
     };

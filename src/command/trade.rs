@@ -1,5 +1,6 @@
 //! `ortelius trade`: a scene's settings by time and error, and the one to choose.
 
+use super::device::DeviceArgs;
 use super::render::parse_size;
 use super::{Usage, say};
 use anyhow::{Context, bail};
@@ -51,12 +52,8 @@ pub struct TradeArgs {
     /// Override a key of the scene: -D view.camera=low
     #[arg(short = 'D', value_name = "KEY=VALUE")]
     overrides: Vec<String>,
-    /// Part of a device's name, or its index
-    #[arg(long, env = "ORTELIUS_DEVICE")]
-    device: Option<String>,
-    /// Run with Vulkan's validation layer; any message of it fails the run. Times then mean nothing
-    #[arg(long, env = "ORTELIUS_VALIDATE", value_parser = clap::builder::FalseyValueParser::new())]
-    validate: bool,
+    #[command(flatten)]
+    device: DeviceArgs,
 }
 
 fn parse_bound(text: &str) -> Result<f64, String> {
@@ -80,8 +77,8 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
     let effort = if args.full { Effort::Full } else { Effort::Quick };
-    let mut bench = Bench::new(effort, args.device.clone(), PathBuf::new());
-    bench.validate = args.validate;
+    let mut bench = Bench::new(effort, args.device.device.clone(), PathBuf::new());
+    bench.validate = args.device.validate;
     let sweep = Sweep {
         scene: &args.scene,
         overrides: &args.overrides,
