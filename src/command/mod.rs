@@ -8,6 +8,7 @@ pub mod doctor;
 pub mod fetch;
 pub mod list;
 pub mod merge;
+pub mod mesh;
 mod outputs;
 pub mod render;
 mod report;

@@ -1,10 +1,11 @@
 //! Files of random meshes: whole, cut, damaged, and hostile beneath their checksums.
 
-use super::super::mesh::{Level, NOWHERE, ProgressiveMesh};
-use super::super::order::classical;
+use super::super::mesh::{Level, NOWHERE, ProgressiveMesh, Splits, Swaps, Vertices};
+use super::super::order::{OrderOptions, classical, order};
 use super::super::simplify::{SimplifyOptions, simplify};
 use super::write::chunk_checksum;
 use super::{CHUNK_HEAD_BYTES, Flaw, HEADER_BYTES};
+use crate::math::ragged::Ragged;
 use crate::scene::model::named;
 use glam::DVec3;
 use xxhash_rust::xxh3::xxh3_64;
@@ -322,13 +323,45 @@ fn ten_thousand_mutated_files_are_refused_or_valid() {
 }
 
 #[test]
-fn the_bunny_in_classical_order_takes_less_than_13_bytes_a_split() {
+fn the_bunny_takes_few_bytes_a_split() {
     let model = named("bunny").unwrap();
     let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| {}).collapses;
-    let mesh = classical(&model, &collapses);
-    let (bytes, contents) = mesh.to_bytes();
-    let loaded = ProgressiveMesh::from_bytes(&bytes).unwrap();
-    assert!(loaded.mesh == mesh);
-    let each = contents.bytes_per_split(&mesh);
-    assert!(each < 13.0, "{each}: {contents:?}");
+    let ours = order(&model, &collapses, &OrderOptions::BEST, &mut |_, _| {});
+    // The bars are 13 and 70 bytes; what is measured leaves room for other collapses.
+    for (mesh, most) in [(classical(&model, &collapses), 8.0), (ours, 20.0)] {
+        let (bytes, contents) = mesh.to_bytes();
+        assert!(ProgressiveMesh::from_bytes(&bytes).unwrap().mesh == mesh);
+        let each = contents.bytes_per_split(&mesh);
+        assert!(each < most, "{each}: {contents:?}");
+    }
+}
+
+/// What docs/pmesh.md shows.
+fn example() -> ProgressiveMesh {
+    let level = |vertices, faces, error| Level { vertices, faces, error };
+    ProgressiveMesh {
+        vertices: Vertices {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.5, 0.5, 0.0]],
+            welded: (0..5).collect(),
+            ..Vertices::default()
+        },
+        faces: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3], [1, 2, 4], [3, 1, 4]],
+        levels: vec![level(4, 4, 0.5), level(5, 6, 0.0)],
+        splits: Splits { split_vertices: vec![1], slots: Ragged::from_iter([[3]]) },
+        swaps: Swaps { levels: vec![1], cycle_ends: vec![1], cycles: Ragged::from_iter([[1, 4]]) },
+    }
+}
+
+#[test]
+fn the_documented_example_is_what_is_written() {
+    let text = include_str!("../../../../docs/pmesh.md");
+    let example_text = text.split("```").nth(1).expect("a block of bytes");
+    let documented: Vec<u8> = example_text
+        .lines()
+        .filter_map(|line| line.split_once("  "))
+        .flat_map(|(_, bytes)| bytes.split(' ').map(|byte| u8::from_str_radix(byte, 16).unwrap()))
+        .collect();
+    let mesh = example();
+    mesh.check().unwrap();
+    assert_eq!(mesh.to_bytes().0, documented);
 }

@@ -1,0 +1,163 @@
+//! `ortelius mesh build`: a model becomes a `.pmesh` file.
+
+use anyhow::Result;
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
+use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions, Within, classical, order};
+use ortelius::paper::progressive_mesh::simplify::{Collapses, Report, SimplifyOptions, simplify};
+use ortelius::scene::model::Model;
+use std::path::PathBuf;
+
+/// Simplifies a model to a progressive mesh and writes it, coarsest level first.
+#[derive(Args, Debug)]
+pub struct BuildArgs {
+    /// A .ply, .obj or .glb file (also packed as .gz), or a model's name
+    #[arg(value_name = "IN")]
+    input: String,
+
+    /// The file to write; its folder must exist
+    #[arg(short, long, value_name = "OUT.pmesh")]
+    output: PathBuf,
+
+    /// Faces of the coarsest level
+    #[arg(long, value_name = "N", default_value_t = SimplifyOptions::default().target_faces)]
+    target_faces: usize,
+
+    /// How faces are ordered
+    #[arg(long, value_enum, default_value_t = Order::Ours)]
+    order: Order,
+
+    /// Where the order is renewed: N equal groups of splits, or P%: whenever so many faces more are there
+    #[arg(long, value_name = "N|P%", value_parser = groups, conflicts_with = "moves_budget")]
+    groups: Option<Groups>,
+
+    /// Faces that may change their slots for each split; decides the groups (23 where neither is said)
+    #[arg(long, value_name = "M", value_parser = positive)]
+    moves_budget: Option<f64>,
+
+    /// Entries of the vertex cache that the order is for, first in, first out
+    #[arg(long, value_name = "ENTRIES", default_value_t = 16, value_parser = clap::value_parser!(u32).range(4..=1024))]
+    cache: u32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Order {
+    /// As splits bring the faces; nothing moves
+    Classical,
+    /// The paper's greedy
+    Paper,
+    /// With an eye on what is left at a vertex
+    Ours,
+    /// As ours, and splits that are neighbours follow each other: errors inside a group are the worst one's
+    Coherent,
+}
+
+/// Runs the subcommand. A failure names the file.
+pub fn run(args: &BuildArgs) -> Result<()> {
+    let (model, cleaned) = Model::open(&args.input)?;
+    cleaned.to_string().lines().for_each(|line| tracing::info!("{line}"));
+    let bar = Bar::new();
+    let options = SimplifyOptions { target_faces: args.target_faces };
+    let simplified = simplify(&model, &options, &mut bar.phase("simplify"));
+    let mesh = ordered(args, &model, &simplified.collapses, &bar);
+    bar.0.finish_and_clear();
+    let contents = mesh.write(&args.output)?;
+    told(&simplified.report);
+    tracing::info!(
+        "{}: {} bytes, {} levels, {:.2} bytes a split but for positions, attributes and header",
+        args.output.display(),
+        contents.bytes,
+        contents.whole.levels,
+        contents.bytes_per_split(&mesh)
+    );
+    Ok(())
+}
+
+/// What was reached, and what had to be allowed for it.
+fn told(report: &Report) {
+    let allowed = [
+        (report.components, "components vanish as a whole"),
+        (report.closed_holes, "collapses close a hole of three edges"),
+        (report.pinches, "collapses make two sheets share an edge"),
+        (report.flips, "collapses turn a face by more than 75 degrees, or leave it without area"),
+        (report.crossing, "collapses no longer hold borders and seams"),
+    ];
+    for (count, what) in allowed.iter().filter(|(count, _)| *count > 0) {
+        tracing::info!("{count} {what}");
+    }
+    let Report { faces, target_faces, .. } = report;
+    match report.shortfall {
+        None => tracing::info!("coarsest level: {faces} faces (at most {target_faces} wanted)"),
+        Some(why) => tracing::warn!("coarsest level: {faces} faces instead of {target_faces}: {why}"),
+    }
+}
+
+fn ordered(args: &BuildArgs, model: &Model, collapses: &Collapses, bar: &Bar) -> ProgressiveMesh {
+    let best = OrderOptions::BEST;
+    let options = match args.order {
+        Order::Classical => return classical(model, collapses),
+        Order::Paper => OrderOptions::PAPER,
+        Order::Ours => best,
+        Order::Coherent => OrderOptions { within: Within::Coherent, ..best },
+    };
+    let groups = args.groups.or(args.moves_budget.map(Groups::Budget)).unwrap_or(options.groups);
+    let options = OrderOptions { groups, cache_entries: args.cache, ..options };
+    order(model, collapses, &options, &mut bar.phase("order"))
+}
+
+/// `64`, or `10%`.
+fn groups(text: &str) -> Result<Groups, String> {
+    match text.strip_suffix('%') {
+        Some(percent) => Ok(Groups::Geometric(1.0 + positive(percent)? / 100.0)),
+        None => match text.parse() {
+            Ok(count) if count > 0 => Ok(Groups::Uniform(count)),
+            _ => Err("a number of groups, or a growth such as 10%".into()),
+        },
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    // Below, a ratio of faces is 1 in f64, and no group ends.
+    let usable = |number: &f64| number.is_finite() && *number >= 1e-6;
+    text.parse().ok().filter(usable).ok_or_else(|| "a number above 0".into())
+}
+
+/// A bar on stderr; hidden where that is no terminal.
+struct Bar(ProgressBar);
+
+impl Bar {
+    fn new() -> Bar {
+        let bar = ProgressBar::no_length();
+        let template = "{msg:>8} {wide_bar} {pos}/{len} faces {eta} left";
+        // The template is ours; a wrong one shows the default style.
+        bar.set_style(
+            ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()),
+        );
+        Bar(bar)
+    }
+
+    /// What a step tells its progress to: faces done, and all.
+    fn phase(&self, name: &'static str) -> impl FnMut(usize, usize) + '_ {
+        self.0.reset();
+        self.0.set_message(name);
+        |done, all| {
+            self.0.set_length(all as u64);
+            self.0.set_position(done as u64);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_are_a_number_or_a_growth() {
+        assert_eq!(groups("64"), Ok(Groups::Uniform(64)));
+        assert_eq!(groups("10%"), Ok(Groups::Geometric(1.1)));
+        for wrong in ["0", "-3", "", "%", "0%", "-1%", "inf%", "NaN%", "1e-300%", "ten"] {
+            assert!(groups(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! `ortelius mesh info`: what a `.pmesh` file holds.
+
+use super::load;
+use crate::command::say;
+use anyhow::Result;
+use clap::Args;
+use ortelius::paper::progressive_mesh::cache::{Cache, level_costs, sampled_levels};
+use ortelius::paper::progressive_mesh::file::{Contents, Extent, VERSION};
+use ortelius::paper::progressive_mesh::mesh::{Level, ProgressiveMesh};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Levels, errors, sizes by content, and what the order of faces costs a vertex cache.
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    /// The file to describe
+    #[arg(value_name = "FILE.pmesh")]
+    file: PathBuf,
+
+    /// Print JSON on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+/// All that is told, in one shape for both outputs.
+#[derive(Serialize)]
+struct Info {
+    version: u32,
+    bytes: u64,
+    /// Whether the end of the file is missing; what follows is of the part that is there.
+    cut: bool,
+    whole: Parts,
+    chunks: u32,
+    /// One more than the last level's number.
+    levels: usize,
+    coarsest: LevelInfo,
+    finest: LevelInfo,
+    attributes: Vec<&'static str>,
+    permutations: usize,
+    moved_faces_per_split: f64,
+    /// Of a first-in first-out cache of 16 entries, over the levels.
+    transforms_per_vertex: Transforms,
+    sizes: Vec<Size>,
+    /// But for positions, attributes and header.
+    bytes_per_split: f64,
+}
+
+#[derive(Serialize)]
+struct Parts {
+    chunks: u32,
+    levels: u32,
+    vertices: u32,
+    faces: u32,
+}
+
+#[derive(Serialize)]
+struct LevelInfo {
+    vertices: u32,
+    faces: u32,
+    error: f32,
+}
+
+#[derive(Serialize)]
+struct Transforms {
+    levels_measured: usize,
+    mean: f64,
+    p95: f64,
+    worst: f64,
+}
+
+#[derive(Serialize)]
+struct Size {
+    content: &'static str,
+    bytes: f64,
+    bytes_per_split: f64,
+}
+
+/// Runs the subcommand. A failure carries a [`ortelius::paper::progressive_mesh::file::PmeshError`].
+pub fn run(args: &InfoArgs) -> Result<()> {
+    let loaded = load(&args.file)?;
+    let info = Info::of(&loaded.mesh, &loaded.contents);
+    if args.json {
+        return say(serde_json::to_string_pretty(&info)?);
+    }
+    info.lines().iter().try_for_each(say)
+}
+
+impl Info {
+    fn of(mesh: &ProgressiveMesh, contents: &Contents) -> Info {
+        let splits = mesh.splits.split_vertices.len().max(1) as f64;
+        // All levels of meshes that take some seconds; the paper's mean is over all.
+        let levels = sampled_levels(mesh, 100_000, 256);
+        let costs = &level_costs(mesh, &[Cache::Fifo(16)], &levels)[0];
+        let attributes = &mesh.vertices.attributes;
+        let attributes = [
+            ("normals", attributes.normals.len()),
+            ("coordinates", attributes.coordinates.len()),
+            ("colors", attributes.colors.len()),
+        ];
+        let size = |content, bytes: f64| Size { content, bytes, bytes_per_split: bytes / splits };
+        let named = contents.sizes.named().map(|(content, bits)| size(content, bits / 8.0));
+        Info {
+            version: VERSION,
+            bytes: contents.bytes,
+            cut: contents.is_cut(),
+            whole: contents.whole.into(),
+            chunks: contents.read.chunks,
+            levels: mesh.levels.len(),
+            coarsest: mesh.levels[0].into(),
+            finest: mesh.levels[mesh.levels.len() - 1].into(),
+            attributes: attributes.iter().filter(|(_, count)| *count > 0).map(|(name, _)| *name).collect(),
+            permutations: mesh.swaps.levels.len(),
+            moved_faces_per_split: mesh.swaps.cycles.items().len() as f64 / splits,
+            transforms_per_vertex: Transforms {
+                levels_measured: costs.levels.len(),
+                mean: costs.mean(),
+                p95: costs.exceeded_by(0.05),
+                worst: costs.exceeded_by(0.0),
+            },
+            sizes: named.into_iter().chain([size("header and heads", contents.frame_bytes)]).collect(),
+            bytes_per_split: contents.bytes_per_split(mesh),
+        }
+    }
+
+    fn lines(&self) -> Vec<String> {
+        let level = |level: &LevelInfo| {
+            format!("{} vertices, {} faces, error {}", level.vertices, level.faces, level.error)
+        };
+        let attributes = match &self.attributes[..] {
+            [] => "none".to_owned(),
+            names => names.join(", "),
+        };
+        let costs = &self.transforms_per_vertex;
+        let mut lines = vec![
+            format!("file          version {}, {} bytes, {} chunks", self.version, self.bytes, self.chunks),
+            format!("levels        {}", self.levels),
+            format!("coarsest      {}", level(&self.coarsest)),
+            format!("finest        {}", level(&self.finest)),
+            format!("attributes    {attributes}"),
+            format!(
+                "tswaps        {} levels carry them, {:.2} faces moved a split",
+                self.permutations, self.moved_faces_per_split
+            ),
+            format!(
+                "transforms    {:.3} a vertex on average over {} levels (p95 {:.3}, worst {:.3}); FIFO of 16",
+                costs.mean, costs.levels_measured, costs.p95, costs.worst
+            ),
+        ];
+        lines.extend(self.sizes.iter().map(|size| {
+            format!("{:16} {:12.0} bytes {:8.2} a split", size.content, size.bytes, size.bytes_per_split)
+        }));
+        lines.push(format!(
+            "all but positions, attributes and header: {:.2} bytes a split",
+            self.bytes_per_split
+        ));
+        lines
+    }
+}
+
+impl From<Level> for LevelInfo {
+    fn from(Level { vertices, faces, error }: Level) -> Self {
+        Self { vertices, faces, error }
+    }
+}
+
+impl From<Extent> for Parts {
+    fn from(Extent { chunks, levels, vertices, faces }: Extent) -> Self {
+        Self { chunks, levels, vertices, faces }
+    }
+}

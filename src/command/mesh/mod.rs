@@ -1,0 +1,61 @@
+//! `ortelius mesh`: builds, describes, exports and checks `.pmesh` files.
+
+mod build;
+mod export;
+mod info;
+mod verify;
+
+use anyhow::Result;
+use clap::{Args, Subcommand};
+use ortelius::paper::progressive_mesh::file::{Extent, Loaded};
+use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
+use std::path::Path;
+
+pub use verify::Unsound;
+
+/// Builds, describes, exports and checks progressive meshes (.pmesh).
+#[derive(Args)]
+pub struct MeshArgs {
+    #[command(subcommand)]
+    command: MeshCommand,
+}
+
+#[derive(Subcommand)]
+enum MeshCommand {
+    /// Simplify a model to a progressive mesh, with an order of faces for the vertex cache at every level
+    Build(build::BuildArgs),
+    /// Levels, sizes, errors, and what the order costs a vertex cache
+    Info(info::InfoArgs),
+    /// Write one level as a plain mesh
+    Export(export::ExportArgs),
+    /// Check every byte, every level, and that the way up and down again changes nothing
+    Verify(verify::VerifyArgs),
+}
+
+/// Runs the subcommand. A failure names the file; what is corrupt carries a
+/// [`ortelius::paper::progressive_mesh::file::PmeshError`] or an [`Unsound`].
+pub fn run(args: &MeshArgs) -> Result<()> {
+    match &args.command {
+        MeshCommand::Build(args) => build::run(args),
+        MeshCommand::Info(args) => info::run(args),
+        MeshCommand::Export(args) => export::run(args),
+        MeshCommand::Verify(args) => verify::run(args),
+    }
+}
+
+/// Reads a file; warns where its end is missing.
+fn load(path: &Path) -> Result<Loaded> {
+    let loaded = ProgressiveMesh::read(path)?;
+    if loaded.contents.is_cut() {
+        tracing::warn!("{}: {}", path.display(), cut(&loaded.contents.read, &loaded.contents.whole));
+    }
+    Ok(loaded)
+}
+
+/// What is there of a file that is cut.
+fn cut(read: &Extent, whole: &Extent) -> String {
+    format!(
+        "the end is missing: {} of {} chunks, {} of {} levels, {} of {} faces are here",
+        read.chunks, whole.chunks, read.levels, whole.levels, read.faces, whole.faces
+    )
+}

@@ -1,0 +1,159 @@
+//! `ortelius mesh`: from a model to a file, and back to plain meshes.
+
+use super::*;
+use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
+use ortelius::scene::model::Model;
+
+/// A folder with the bunny as `b.pmesh`.
+fn built() -> TempDir {
+    let folder = folder();
+    let ran = run(&folder, &["mesh", "build", "bunny", "-o", "b.pmesh", "--target-faces", "100"]);
+    let words = String::from_utf8(ran.stderr).unwrap();
+    assert_eq!(ran.status.code(), Some(0), "{words}");
+    holds(&words, &["3674 faces", "closed", "b.pmesh", "levels"]);
+    assert_eq!(names(&folder), ["b.pmesh"]);
+    folder
+}
+
+fn mesh_failure(folder: &TempDir, arguments: &[&str]) -> (i32, String) {
+    failure(&mut ortelius(folder, &[&["mesh"], arguments].concat()))
+}
+
+/// What `ortelius mesh ARGUMENTS` says on stdout and stderr; it must succeed.
+fn told(folder: &TempDir, arguments: &[&str]) -> [String; 2] {
+    let ran = run(folder, &[&["mesh"], arguments].concat());
+    let [out, err] = [ran.stdout, ran.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    assert_eq!(ran.status.code(), Some(0), "{arguments:?}: {err}");
+    [out, err]
+}
+
+fn info(folder: &TempDir, file: &str) -> serde_json::Value {
+    serde_json::from_str(&told(folder, &["info", file, "--json"])[0]).unwrap()
+}
+
+#[test]
+fn a_built_mesh_is_described_and_verified() {
+    let folder = built();
+    let json = info(&folder, "b.pmesh");
+    assert_eq!(json["finest"]["faces"], 3674);
+    assert_eq!((&json["finest"]["error"], &json["cut"]), (&0.0.into(), &false.into()));
+    let coarsest = json["coarsest"]["faces"].as_u64().unwrap();
+    assert!((90..=100).contains(&coarsest), "{coarsest} faces");
+    assert_eq!(json["bytes"], std::fs::metadata(folder.path().join("b.pmesh")).unwrap().len());
+    let sizes: f64 =
+        json["sizes"].as_array().unwrap().iter().map(|size| size["bytes"].as_f64().unwrap()).sum();
+    assert!((sizes - json["bytes"].as_f64().unwrap()).abs() < 1e-6, "all bytes are told: {sizes}");
+    let [text, _] = told(&folder, &["info", "b.pmesh"]);
+    holds(&text, &["3674 faces, error 0", "FIFO of 16", "bytes a split"]);
+    let [text, _] = told(&folder, &["verify", "b.pmesh"]);
+    holds(&text, &["b.pmesh: ", "3674 faces, all as written"]);
+}
+
+#[test]
+fn an_order_is_chosen_and_told() {
+    let folder = folder();
+    let moved = |arguments: &[&str]| {
+        told(&folder, &[&["build", "sphere:8", "-o", "s.pmesh", "--target-faces", "20"], arguments].concat());
+        let json = info(&folder, "s.pmesh");
+        let transforms = &json["transforms_per_vertex"]["mean"];
+        (json["moved_faces_per_split"].as_f64().unwrap(), transforms.as_f64().unwrap())
+    };
+    let [classical, ours, few, groups] = [
+        &["--order", "classical"][..],
+        &[],
+        &["--moves-budget", "8", "--order", "coherent"],
+        &["--groups", "3", "--cache", "12", "--order", "paper"],
+    ]
+    .map(moved);
+    assert!(classical.0 == 0.0 && classical.1 > 3.5, "{classical:?}");
+    assert!((10.0..=23.0).contains(&ours.0) && ours.1 < 1.8, "{ours:?}");
+    assert!((2.0..=8.0).contains(&few.0) && few.1 < 2.2, "{few:?}");
+    // Two faces a split, of which 1/3, 2/3 and 3/3 move; and the coarsest level's.
+    assert!((3.0..4.2).contains(&groups.0), "three groups: {groups:?}");
+    for wrong in [["--groups", "0"], ["--cache", "3"], ["--moves-budget", "-1"], ["--order", "best"]] {
+        let ran = run(&folder, &[&["mesh", "build", "bunny", "-o", "x.pmesh"][..], &wrong].concat());
+        assert_eq!(ran.status.code(), Some(2), "{wrong:?}");
+    }
+    assert_eq!(names(&folder), ["s.pmesh"]);
+}
+
+#[test]
+fn a_level_is_exported_by_number_by_error_and_by_faces() {
+    let folder = built();
+    let mesh = ProgressiveMesh::read(&folder.path().join("b.pmesh")).unwrap().mesh;
+    let faces = |file: &str| Model::load(&folder.path().join(file)).unwrap().0.faces.len() as u32;
+    told(&folder, &["export", "b.pmesh", "--level", "0", "-o", "base.obj"]);
+    assert_eq!(faces("base.obj"), mesh.levels[0].faces);
+    told(&folder, &["export", "b.pmesh", "--faces", "1000", "-o", "some.ply"]);
+    assert!(faces("some.ply").abs_diff(1000) <= 1);
+    told(&folder, &["export", "b.pmesh", "--error", "0", "-o", "full.obj"]);
+    assert_eq!(faces("full.obj"), 3674);
+    let (full, _) = Model::load(&folder.path().join("full.obj")).unwrap();
+    assert_eq!(full.positions.len(), 1839, "welded");
+    full.check().unwrap();
+    let [_, words] = told(&folder, &["export", "b.pmesh", "--error", "1e9", "-o", "coarse.ply"]);
+    holds(&words, &["coarse.ply: level 0 of "]);
+}
+
+#[test]
+fn a_cut_file_is_a_coarser_mesh_and_not_verified() {
+    let folder = built();
+    let bytes = std::fs::read(folder.path().join("b.pmesh")).unwrap();
+    std::fs::write(folder.path().join("cut.pmesh"), &bytes[..bytes.len() / 2]).unwrap();
+    let [_, words] = told(&folder, &["info", "cut.pmesh"]);
+    holds(&words, &["WARN", "cut.pmesh: the end is missing: ", " of 3674 faces are here"]);
+    let json = info(&folder, "cut.pmesh");
+    let (levels, faces) = (json["levels"].as_u64().unwrap(), json["finest"]["faces"].as_u64().unwrap());
+    assert!((200..3600).contains(&faces) && json["cut"] == true, "{levels} levels, {faces} faces");
+    // The same level of the whole file, face for face.
+    let level = (levels - 1).to_string();
+    told(&folder, &["export", "cut.pmesh", "--level", &level, "-o", "cut.ply"]);
+    told(&folder, &["export", "b.pmesh", "--level", &level, "-o", "whole.ply"]);
+    let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert!(read("cut.ply") == read("whole.ply"));
+    let (code, line) = mesh_failure(&folder, &["verify", "cut.pmesh"]);
+    assert_eq!(code, 3);
+    holds(&line, &["cut.pmesh", "chunks", "of 3674 faces are here"]);
+    std::fs::write(folder.path().join("stub.pmesh"), &bytes[..80]).unwrap();
+    let (code, line) = mesh_failure(&folder, &["info", "stub.pmesh"]);
+    assert_eq!(code, 3);
+    holds(&line, &["stub.pmesh: cut off before its coarsest level is complete, at byte 80"]);
+}
+
+#[test]
+fn damage_is_told_with_its_chunk() {
+    let folder = built();
+    let path = folder.path().join("b.pmesh");
+    let mut bytes = std::fs::read(&path).unwrap();
+    let at = bytes.len() - 5;
+    bytes[at] ^= 1;
+    std::fs::write(&path, &bytes).unwrap();
+    for command in ["verify", "info"] {
+        let (code, line) = mesh_failure(&folder, &[command, "b.pmesh"]);
+        assert_eq!(code, 3);
+        holds(&line, &["b.pmesh: damaged in chunk ", "its checksum differs"]);
+    }
+}
+
+#[test]
+fn what_cannot_be_is_told_in_one_line() {
+    let folder = built();
+    write(&folder, "text.pmesh", "a text, and no mesh");
+    let cases: [(&[&str], i32, &[&str]); 9] = [
+        (&["info", "none.pmesh"], 1, &["none.pmesh", "cannot read"]),
+        (&["info", "."], 1, &["not a regular file"]),
+        (&["info", "text.pmesh"], 3, &["text.pmesh: no .pmesh file"]),
+        (&["export", "b.pmesh", "--level", "99999", "-o", "x.ply"], 2, &["--level 99999", "levels 0 to "]),
+        (&["export", "b.pmesh", "--error", "-1", "-o", "x.ply"], 2, &["--error -1: it must be 0 or more"]),
+        (&["export", "b.pmesh", "--error", "NaN", "-o", "x.ply"], 2, &["--error NaN"]),
+        (&["export", "b.pmesh", "--faces", "9", "-o", "x.stl"], 2, &["x.stl: export writes .ply and .obj"]),
+        (&["export", "b.pmesh", "--faces", "9", "-o", "no/x.ply"], 1, &["no/x.ply", "create it first"]),
+        (&["build", "text.pmesh", "-o", "x.pmesh"], 1, &["text.pmesh"]),
+    ];
+    for (arguments, expected, words) in cases {
+        let (code, line) = mesh_failure(&folder, arguments);
+        assert_eq!(code, expected, "{arguments:?}: {line}");
+        holds(&line, words);
+    }
+    assert_eq!(names(&folder), ["b.pmesh", "text.pmesh"], "nothing was written");
+}
