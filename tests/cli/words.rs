@@ -89,6 +89,62 @@ fn an_output_in_no_folder_or_over_what_is_no_file_is_refused_before_rendering() 
 }
 
 #[test]
+fn what_a_scene_of_meshes_has_not_is_refused_and_a_model_that_is_not_there_is_named() {
+    let folder = folder();
+    for option in ["--dump-visible=a.csv", "--dump-footprint=a.exr", "--compare-plain"] {
+        let (code, line) = render_failure(&folder, &["bunny", "-o", "a.png", option]);
+        assert_eq!(code, 2, "{line}");
+        holds(&line, &[option.split('=').next().unwrap(), "scene bunny has no textured landscape"]);
+    }
+    for (source, words) in [
+        ("rabbit", &["progressive_mesh.bunny.source", "no shipped model", "\"rabbit\"", "bunny, sphere"][..]),
+        ("a.ply", &["progressive_mesh.bunny.source", "a.ply"]),
+        ("a.pmesh", &["progressive_mesh.bunny.source", "a.pmesh"]),
+    ] {
+        let change = format!("progressive_mesh.bunny.source={source}");
+        let (code, line) = render_failure(&folder, &["bunny", "-o", "a.png", "-D", &change]);
+        assert_eq!(code, 1, "{line}");
+        holds(&line, words);
+    }
+    let (_, line) = failure(&mut ortelius(&folder, &["trade", "bunny"]));
+    holds(&line, &["scene bunny has no landscape"]);
+    assert_eq!(names(&folder), [""; 0]);
+}
+
+#[test]
+fn a_scene_of_meshes_is_rendered_explained_and_reported() {
+    let folder = folder();
+    let arguments = [
+        "render",
+        "herd",
+        "--size",
+        "64x36",
+        "--frames",
+        "2",
+        "-o",
+        "a.png",
+        "--report",
+        "r.json",
+        "--explain",
+    ];
+    let ran = run(&folder, &arguments);
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    let explained = String::from_utf8(ran.stdout).unwrap();
+    holds(
+        &explained,
+        &["pass       levels", "pass       surfaces", "memory     herd: indices: 22044000 bytes"],
+    );
+    assert!(!explained.contains("feature"), "{explained}");
+    let report: serde_json::Value = serde_json::from_str(&crate::read(&folder, "r.json")).unwrap();
+    assert_eq!(report["frames"].as_array().unwrap().len(), 2);
+    assert_eq!(report["surfaces"]["herd"]["levels"].as_array().unwrap().len(), 500);
+    assert_eq!(report["surfaces"]["herd"]["faces"], 3674);
+    let on_the_device = ["render", "bunny", "--explain", "-D", "progressive_mesh.bunny.apply=gpu"];
+    let explained = String::from_utf8(run(&folder, &on_the_device).stdout).unwrap();
+    holds(&explained, &["memory     bunny: splits and permutations: "]);
+}
+
+#[test]
 fn no_driver_is_exit_2_and_says_where_it_was_looked_for() {
     let folder = folder();
     let mut command = ortelius(&folder, &["render", "earth", "-o", "a.png"]);

@@ -94,7 +94,7 @@ fn truth(session: &Session, pose: &Pose, seen: &[(DVec3, DVec3)]) -> (View, Vec<
     let (place, _) = session.surfaces[0].instances().next().unwrap();
     let place: Place = *place;
     let (mut mesh, mut normals) = (SourceMesh::default(), Vec::new());
-    for (n, face) in session.surfaces[0].faces(0).iter().enumerate() {
+    for (n, face) in session.surfaces[0].faces(0).unwrap().iter().enumerate() {
         mesh.positions.extend(face.map(|vertex| place.to_world(seen[vertex as usize].0)));
         // Texture coordinates that are the barycentric ones: the rasteriser interpolates them.
         mesh.coordinates.extend([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(DVec2::from));
@@ -220,6 +220,27 @@ fn a_herd_that_has_walked_shows_what_one_that_just_came_shows() {
     }
     walked.drain().unwrap();
     assert_eq!(walked.records.last().unwrap().change.upload_bytes, 0, "a camera that stands changes nothing");
+}
+
+#[test]
+fn levels_that_the_device_applies_are_the_hosts() {
+    let gpu = Device::open();
+    let herd = |apply: &str| {
+        let apply = format!("progressive_mesh.herd.apply={apply}");
+        scene("herd", &["progressive_mesh.herd.instances=40", "progressive_mesh.herd.aside_m=8", &apply])
+    };
+    let (host, device) = (herd("cpu"), herd("gpu"));
+    let path = host.path("walk").unwrap();
+    let (mut host, mut device) = (open(&gpu, &host), open(&gpu, &device));
+    for frame in [0, 40, 80, 120, 100, 20] {
+        for session in [&mut host, &mut device] {
+            session.frame(&path.pose(frame)).unwrap();
+        }
+        assert!(host.picture_bytes().unwrap() == device.picture_bytes().unwrap(), "frame {frame}");
+    }
+    let changes = |session: &Session| session.records.iter().map(|r| r.change.splits).collect::<Vec<_>>();
+    assert_eq!(changes(&host), changes(&device));
+    assert!(device.records.iter().all(|record| record.change.upload_bytes == 0));
 }
 
 #[test]

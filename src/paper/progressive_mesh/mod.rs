@@ -10,12 +10,14 @@
 //! Steps, one file or folder each: [`simplify`] finds the collapses, [`order`] arranges faces and finds the
 //! tswaps, [`mesh`] is the result, and [`run`] executes it, once [`check`] has found it sound. [`cache`] counts what an
 //! order costs; [`apply`] runs it on the GPU; [`reference`](mod@reference) builds a level afresh; [`file`](mod@file)
-//! is how it is stored.
+//! is how it is stored. A [`session`] draws frames of many instances, and the [`governor`] holds their time.
 
 pub mod apply;
 pub mod cache;
 pub mod check;
+pub mod figures;
 pub mod file;
+pub mod governor;
 pub mod mesh;
 pub mod order;
 pub mod reference;

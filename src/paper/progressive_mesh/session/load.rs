@@ -1,10 +1,11 @@
 //! From a scene's names to progressive meshes.
 
 use super::surface::Model;
+use crate::paper::progressive_mesh::file::PmeshError;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
-use crate::paper::progressive_mesh::order::classical;
-use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
-use crate::scene::model;
+use crate::paper::progressive_mesh::order::{OrderOptions, classical, order};
+use crate::paper::progressive_mesh::simplify::{Collapses, SimplifyOptions, simplify};
+use crate::scene::model::{self, ModelError};
 use crate::scene::{FaceOrder, ModelSource, ProgressiveSurface, Scene};
 use thiserror::Error;
 
@@ -13,8 +14,10 @@ use thiserror::Error;
 pub enum LoadError {
     #[error("progressive_mesh.{surface}.source: no shipped model is called {name:?}; there are {existing}")]
     Unknown { surface: String, name: String, existing: String },
-    #[error("progressive_mesh.{surface}.source: {path}: files are not shown; name a shipped model")]
-    File { surface: String, path: String },
+    #[error("progressive_mesh.{surface}.source: {error}")]
+    Pmesh { surface: String, error: PmeshError },
+    #[error("progressive_mesh.{surface}.source: {error}")]
+    Model { surface: String, error: ModelError },
 }
 
 /// All surfaces of a scene, simplified and ordered as it says.
@@ -34,6 +37,14 @@ pub fn load(scene: &Scene) -> Result<Vec<Model>, LoadError> {
 }
 
 fn mesh(name: &str, surface: &ProgressiveSurface) -> Result<ProgressiveMesh, LoadError> {
+    if let ModelSource::File(path) = &surface.source
+        && path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("pmesh"))
+    {
+        // Its order was chosen when it was built.
+        let read = ProgressiveMesh::read(path);
+        return Ok(read.map_err(|error| LoadError::Pmesh { surface: name.to_owned(), error })?.mesh);
+    }
+    let unread = |error| LoadError::Model { surface: name.to_owned(), error };
     let model = match &surface.source {
         ModelSource::Shipped(shipped) => model::named(shipped).ok_or_else(|| LoadError::Unknown {
             surface: name.to_owned(),
@@ -41,13 +52,21 @@ fn mesh(name: &str, surface: &ProgressiveSurface) -> Result<ProgressiveMesh, Loa
             existing: model::NAMES.join(", "),
         })?,
         ModelSource::File(path) => {
-            return Err(LoadError::File { surface: name.to_owned(), path: path.display().to_string() });
+            let (model, report) = model::Model::load(path).map_err(unread)?;
+            report.changes().iter().for_each(|change| tracing::warn!("{}: {change}", path.display()));
+            model
         }
     };
     let simplified = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ());
-    Ok(match surface.order {
-        FaceOrder::Classical | FaceOrder::Literal | FaceOrder::Ours => {
-            classical(&model, &simplified.collapses)
-        }
-    })
+    Ok(ordered(&model, &simplified.collapses, surface.order))
+}
+
+/// A model's progressive mesh with its faces in one of the orders.
+pub fn ordered(model: &model::Model, collapses: &Collapses, face_order: FaceOrder) -> ProgressiveMesh {
+    let by = |options: &OrderOptions| order(model, collapses, options, &mut |_, _| ());
+    match face_order {
+        FaceOrder::Classical => classical(model, collapses),
+        FaceOrder::Literal => by(&OrderOptions::PAPER),
+        FaceOrder::Ours => by(&OrderOptions::BEST),
+    }
 }

@@ -10,13 +10,15 @@ mod record;
 pub mod surface;
 pub mod vertices;
 
-pub use load::{LoadError, load};
+pub use load::{LoadError, load, ordered};
 pub use record::FrameRecord;
 pub use surface::{Change, Model, Surface, SurfaceError};
 
+use super::governor::Governor;
 use crate::math::camera::Pose;
 use crate::picture::Target;
 use crate::scene::Scene;
+use crate::vk::shader::Shader;
 use crate::vk::shader::progressive_mesh::{geomorph_vert, surface_frag, surface_vert};
 use crate::vk::{
     Buffer, BufferUse, Clear, ColorTarget, Depth, DepthTarget, FRAMES_IN_FLIGHT, Feature, Format, Geometry,
@@ -48,12 +50,20 @@ pub struct Settings {
     pub count_shaders: bool,
     /// Rounds of needless work for each vertex: for figures in which vertices are to be the bottleneck.
     pub vertex_work: u32,
+    /// Holds this time of a frame.
+    pub frame_ms: Option<f64>,
 }
 
 impl Settings {
     /// What a scene asks for.
     pub fn of_scene(scene: &Scene, target: Target) -> Settings {
-        Settings { size: [scene.view.width, scene.view.height], target, count_shaders: false, vertex_work: 0 }
+        Settings {
+            size: [scene.view.width, scene.view.height],
+            target,
+            count_shaders: false,
+            vertex_work: 0,
+            frame_ms: scene.governor.map(|governor| governor.frame_ms),
+        }
     }
 }
 
@@ -81,7 +91,31 @@ pub struct Session {
     staging: [Buffer; FRAMES_IN_FLIGHT],
     queries: Option<ShaderQuery>,
     in_flight: [Option<(Ticket, FrameRecord)>; FRAMES_IN_FLIGHT],
+    governor: Option<Governor>,
     next: u64,
+}
+
+/// A pipeline of the pass that draws, with one of its two vertex shaders.
+///
+/// # Errors
+/// The driver's compiler fails.
+pub fn surfaces_pipeline(
+    gpu: &Gpu,
+    vertex: &'static Shader,
+    target: Target,
+    vertex_work: u32,
+) -> Result<GraphicsPipeline> {
+    gpu.graphics_pipeline(&GraphicsInfo {
+        name: "surfaces",
+        vertex,
+        geometry: None,
+        fragment: Some(&surface_frag::SHADER),
+        specialization: &[("VERTEX_WORK", vertex_work)],
+        points: false,
+        depth: Some(Depth::Write),
+        colors: &[target.into()],
+        logic_or: false,
+    })
 }
 
 /// Words that a frame copies, and where they go: (surface, first word there, words).
@@ -101,19 +135,8 @@ impl Session {
             .map(|model| Surface::new(&gpu, model))
             .collect::<std::result::Result<Vec<_>, _>>()?;
         let morphs = |surface: &Surface| matches!(surface.vertices, VertexBuffer::Morph(_));
-        let pipeline = |vertex: &'static _| {
-            gpu.graphics_pipeline(&GraphicsInfo {
-                name: "surfaces",
-                vertex,
-                geometry: None,
-                fragment: Some(&surface_frag::SHADER),
-                specialization: &[("VERTEX_WORK", settings.vertex_work)],
-                points: false,
-                depth: Some(Depth::Write),
-                colors: &[settings.target.into()],
-                logic_or: false,
-            })
-        };
+        let pipeline =
+            |vertex: &'static Shader| surfaces_pipeline(&gpu, vertex, settings.target, settings.vertex_work);
         let plain = surfaces.iter().any(|surface| !morphs(surface));
         let geomorph = surfaces.iter().any(morphs);
         let staging = || gpu.buffer("levels: staging", 0, BufferUse::Upload);
@@ -128,6 +151,7 @@ impl Session {
                 false => None,
             },
             in_flight: Default::default(),
+            governor: settings.frame_ms.map(Governor::new),
             records: Vec::new(),
             next: 0,
             surfaces,
@@ -150,8 +174,9 @@ impl Session {
         self.finish(flight)?;
         let start = Instant::now();
         let (mut copies, mut change) = (Copies::default(), Change::default());
+        let error_factor = self.governor.as_ref().map_or(1.0, Governor::factor);
         for (n, surface) in self.surfaces.iter_mut().enumerate() {
-            let pixels = surface.settings.error_pixels;
+            let pixels = surface.settings.error_pixels * error_factor;
             change += surface.go(pose, self.settings.size, pixels, &mut |words, at| copies.add(n, words, at));
         }
         copies.stage(&self.gpu, &mut self.staging[flight])?;
@@ -159,7 +184,7 @@ impl Session {
             index: self.next,
             change,
             host: start.elapsed(),
-            error_factor: 1.0,
+            error_factor,
             passes: Vec::new(),
             counts: None,
         };
@@ -181,6 +206,9 @@ impl Session {
                     from += 4 * words as u64;
                 }
                 cmd.copy_ranges(&self.staging[flight], &surface.indices, &ranges);
+                if let Some(apply) = &surface.apply {
+                    apply.run(cmd, &surface.program, &surface.indices, &surface.changes)?;
+                }
             }
             Ok(())
         })?;
@@ -217,6 +245,9 @@ impl Session {
         let Some((ticket, mut record)) = self.in_flight[flight].take() else { return Ok(()) };
         record.passes = ticket.wait()?;
         record.counts = self.queries.as_ref().map(|query| query.read(flight as u32)).transpose()?;
+        if let (Some(governor), Some(ms)) = (&mut self.governor, record.milliseconds()) {
+            governor.frame_took(ms);
+        }
         self.records.push(record);
         Ok(())
     }
@@ -244,10 +275,10 @@ impl Session {
     /// (name, bytes) of all that the scene made in video memory; staging grows with what a frame changes.
     pub fn memory(&self) -> Vec<(String, u64)> {
         let of_surface = |surface: &Surface| {
-            [
-                (format!("{}: vertices", surface.name), surface.vertices.bytes()),
-                (format!("{}: indices", surface.name), surface.indices.bytes()),
-            ]
+            let buffers = [("vertices", surface.vertices.bytes()), ("indices", surface.indices.bytes())];
+            let program = surface.apply.as_ref().map(|apply| ("splits and permutations", apply.bytes()));
+            let named = |(what, bytes)| (format!("{}: {what}", surface.name), bytes);
+            buffers.into_iter().chain(program).map(named).collect::<Vec<_>>()
         };
         let mut memory: Vec<_> = self.surfaces.iter().flat_map(of_surface).collect();
         memory.push(("levels: staging".into(), self.staging.iter().map(Buffer::bytes).sum()));

@@ -1,0 +1,199 @@
+//! pm.pop: how far pictures jump when levels change, without and with geomorphing.
+
+use super::{scene, session, short};
+use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict};
+use crate::math::camera::Pose;
+use crate::paper::progressive_mesh::session::Session;
+use crate::stats::Summary;
+use anyhow::Context;
+
+const VARIANTS: [&str; 2] = ["at once (the paper)", "geomorph"];
+
+const ALONG: &str = "change of a frame along the path";
+const LARGEST_FRAME: &str = "largest change of a frame";
+const LARGEST_PIXEL: &str = "largest change of a pixel";
+const VISIBLE: &str = "most pixels that change visibly in a frame";
+const BEHIND: &str = "difference to the full mesh";
+
+const SCENES: [&str; 2] = ["bunny/near", "bunny/above"];
+
+/// The figure.
+pub const POP: Figure = Figure {
+    id: "pm.pop",
+    title: "Jumps of the picture when levels change",
+    about: "An approach that halves the distance every 16 frames asks for an error that falls by as much. Here the camera \
+            stands and the error alone falls so, from 4 pixels to a quarter: what the full mesh's own picture changes \
+            is then nil and not a guess, and every change is a pop. A vertex appears at its place at once (the \
+            paper), or leaves its split vertex's place and arrives while the wanted error falls to 0.71 of what it was \
+            (geomorph). A frame's change is the root mean square over the pixels that any of its frames covers; a pixel at \
+            an outline goes from background to surface at once in either case, since there is one sample a pixel. \
+            Visible is a change of more than 8 levels of 8-bit sRGB. The price is a mesh that lags: the \
+            difference to the full mesh.",
+    scenes: &SCENES,
+    variants,
+    sweep: None,
+    measure,
+    plots: &[
+        Plot {
+            quantity: ALONG,
+            x: Axis::Series("wanted error, pixels"),
+            log_x: true,
+            log_y: false,
+            floor: None,
+        },
+        Plot { quantity: BEHIND, x: Axis::Variant, log_x: false, log_y: false, floor: None },
+    ],
+    claims: &[
+        Claim {
+            id: "geomorph-tames",
+            text: "Geomorphing makes the largest change of a frame at least 2 times smaller.",
+            from: Origin::Ours,
+            check: geomorph_tames,
+        },
+        Claim {
+            id: "few-see-it",
+            text: "Without geomorphing no frame changes more than 1 % of the covered pixels visibly (Forsyth 2001: none \
+                   seen where a few triangles collapse at a time).",
+            from: Origin::Ours,
+            check: few_see_it,
+        },
+    ],
+};
+
+fn variants() -> Vec<String> {
+    VARIANTS.map(String::from).into()
+}
+
+/// Wanted errors in pixels: four octaves down in steps of a sixteenth.
+fn errors() -> Vec<f64> {
+    (0..=64).map(|n| 4.0 * (-f64::from(n) / 16.0).exp2()).collect()
+}
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for (n, variant) in VARIANTS.into_iter().enumerate() {
+        let (scene, eye) = scene(&cell.scene, &[format!("progressive_mesh.bunny.geomorph={}", n == 1)])?;
+        let pose = scene.camera(eye)?.pose();
+        let mut session = session(bench, &scene, |_| ())?;
+        rows.extend(approach(&mut session, &pose, &errors(), variant)?);
+    }
+    Ok(rows)
+}
+
+/// sRGB bytes of the surface at a wanted error.
+fn at(session: &mut Session, pose: &Pose, pixels: f64) -> anyhow::Result<Vec<u8>> {
+    session.surfaces[0].settings.error_pixels = pixels;
+    session.frame(pose)?;
+    Ok(session.picture_bytes()?)
+}
+
+fn approach(session: &mut Session, pose: &Pose, errors: &[f64], variant: &str) -> anyhow::Result<Vec<Row>> {
+    let full = at(session, pose, 0.0)?;
+    let pictures: Vec<Vec<u8>> =
+        errors.iter().map(|&pixels| at(session, pose, pixels)).collect::<anyhow::Result<_>>()?;
+    // The corner shows the background.
+    let covers = |picture: &[u8], pixel: usize| picture[4 * pixel..4 * pixel + 3] != picture[..3];
+    let covered: Vec<usize> = (0..full.len() / 4)
+        .filter(|&pixel| covers(&full, pixel) || pictures.iter().any(|picture| covers(picture, pixel)))
+        .collect();
+    let change = |a: &[u8], b: &[u8], pixel: usize| f64::from(a[4 * pixel].abs_diff(b[4 * pixel]));
+    let rms = |a: &[u8], b: &[u8]| {
+        let squares = covered.iter().map(|&pixel| change(a, b, pixel).powi(2)).sum::<f64>();
+        (squares / covered.len() as f64).sqrt()
+    };
+    let (mut along, mut largest, mut visible): (Vec<[f64; 2]>, f64, f64) = (Vec::new(), 0.0, 0.0);
+    for (pair, &error) in pictures.windows(2).zip(&errors[1..]) {
+        along.push([error, rms(&pair[0], &pair[1])]);
+        let changes: Vec<f64> = covered.iter().map(|&pixel| change(&pair[0], &pair[1], pixel)).collect();
+        largest = changes.iter().copied().fold(largest, f64::max);
+        let seen = changes.iter().filter(|change| **change > 8.0).count();
+        visible = visible.max(100.0 * seen as f64 / covered.len() as f64);
+    }
+    let behind: Vec<f64> = pictures.iter().map(|picture| rms(picture, &full)).collect();
+    // Rows are in order of x.
+    along.reverse();
+    let largest_frame = along.iter().map(|[_, change]| *change).fold(0.0, f64::max);
+    let levels = "levels of 255";
+    Ok(vec![
+        Row::new(variant, LARGEST_FRAME, levels, Value::Number(largest_frame)),
+        Row::new(variant, LARGEST_PIXEL, levels, Value::Number(largest)),
+        Row::new(variant, VISIBLE, "% of the covered", Value::Number(visible)),
+        Row::new(variant, ALONG, levels, Value::Series(along)),
+        Row::new(variant, BEHIND, levels, Value::Summary(Summary::of(&behind).context("a path has frames")?)),
+    ])
+}
+
+/// A quantity of both variants in each scene that has them.
+fn pairs(table: &Table, quantity: &str) -> Vec<(&'static str, f64, f64)> {
+    let of = |scene, variant| table.number(scene, None, variant, quantity);
+    SCENES.into_iter().filter_map(|s| Some((s, of(s, VARIANTS[0])?, of(s, VARIANTS[1])?))).collect()
+}
+
+fn verdict(met: usize, places: usize) -> Verdict {
+    match met {
+        _ if places == 0 => Verdict::NotMeasurable,
+        met if met == SCENES.len() => Verdict::Reproduced,
+        0 => Verdict::NotReproduced,
+        _ => Verdict::InPart,
+    }
+}
+
+fn geomorph_tames(table: &Table) -> Finding {
+    let found = pairs(table, LARGEST_FRAME);
+    let met = found.iter().filter(|(_, once, morphed)| 2.0 * morphed <= *once).count();
+    let words = |(scene, once, morphed): &(&str, f64, f64)| {
+        format!("{scene} {} -> {}", short(*once), short(*morphed))
+    };
+    let numbers = found.iter().map(words).collect::<Vec<_>>().join(", ");
+    let pixels: Vec<String> = pairs(table, LARGEST_PIXEL)
+        .iter()
+        .map(|(scene, once, morphed)| format!("{scene} {once} -> {morphed}"))
+        .collect();
+    let why = format!(
+        "{met} of {} places; the largest change of a single pixel is an outline's and stays: {}",
+        found.len(),
+        pixels.join(", ")
+    );
+    Finding::new(verdict(met, found.len()), format!("levels of 255: {numbers}"), why)
+}
+
+fn few_see_it(table: &Table) -> Finding {
+    let found = pairs(table, VISIBLE);
+    let met = found.iter().filter(|(_, once, _)| *once <= 1.0).count();
+    let words = |(scene, once, morphed): &(&str, f64, f64)| {
+        format!("{scene} {} %, with geomorphing {} %", short(*once), short(*morphed))
+    };
+    let numbers = found.iter().map(words).collect::<Vec<_>>().join(", ");
+    let why =
+        format!("{met} of {} places; a frame executes all splits of a sixteenth of an octave", found.len());
+    Finding::new(verdict(met, found.len()), numbers, why)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::table;
+    use super::*;
+
+    #[test]
+    fn half_the_change_tames_and_more_does_not() {
+        let found = |morphed: f64| {
+            let rows = SCENES
+                .map(|s| [(s, VARIANTS[0], LARGEST_FRAME, 4.0), (s, VARIANTS[1], LARGEST_FRAME, morphed)]);
+            geomorph_tames(&table("cpu", &rows.concat())).verdict
+        };
+        assert_eq!((found(2.0), found(2.1)), (Verdict::Reproduced, Verdict::NotReproduced));
+        assert_eq!(geomorph_tames(&table("cpu", &[])).verdict, Verdict::NotMeasurable);
+    }
+
+    #[test]
+    fn more_than_one_pixel_of_a_hundred_is_seen() {
+        let found = |first: f64, second: f64| {
+            let row =
+                |scene, percent| [(scene, VARIANTS[0], VISIBLE, percent), (scene, VARIANTS[1], VISIBLE, 0.1)];
+            few_see_it(&table("cpu", &[row(SCENES[0], first), row(SCENES[1], second)].concat())).verdict
+        };
+        assert_eq!(found(1.0, 0.5), Verdict::Reproduced);
+        assert_eq!(found(1.1, 0.5), Verdict::InPart);
+        assert_eq!(found(1.1, 2.0), Verdict::NotReproduced);
+    }
+}

@@ -1,0 +1,167 @@
+//! The governor, section 4: "for scalability the wanted deviation is changed according to the platform's performance"
+//! (how is a gap of the paper).
+//!
+//! A controller on log2 of a factor on all wanted errors. A frame's time falls with the error by some power, so in
+//! logarithms the frame is a straight line with a slope `k` (0.5 to 1 where faces decide, 0 where they do not), read
+//! two frames late. An integral controller of gain `g` on such a plant neither overshoots nor rings up to
+//! `g k = 4/27` (for two frames of delay; `d^d / (d + 1)^(d + 1)` in general). What frames vary by chance is smoothed
+//! by a mean that forgets half a frame ago, and inside a dead band nothing moves at all: the error rests, and with
+//! it every level of detail.
+
+/// Octaves of error for an octave of frame time: 4/27 = 0.148 less what the smoothing delays.
+const GAIN: f64 = 0.12;
+/// Share of the newest frame in the mean.
+const NEWEST: f64 = 0.5;
+/// Octaves from the aim at which the governor starts to move, 7 %, and at which it rests again, 2 %.
+const STARTS: f64 = 0.10;
+const RESTS: f64 = 0.03;
+/// It aims below the budget, by less than what it starts to move at: frames at rest are within the budget.
+const AIM: f64 = 0.95;
+/// Octaves a frame at most: one frame that hung must not empty the scene.
+const FASTEST: f64 = 0.25;
+/// The coarsest: 1024 times the scene's error.
+const MOST_LOG2: f64 = 10.0;
+
+/// Holds a frame budget.
+#[derive(Clone, Debug)]
+pub struct Governor {
+    budget_ms: f64,
+    factor_log2: f64,
+    mean: Option<f64>,
+    moving: bool,
+}
+
+impl Governor {
+    /// Starts at the scene's own errors.
+    ///
+    /// # Panics
+    /// If the budget is not positive.
+    pub fn new(budget_ms: f64) -> Governor {
+        assert!(budget_ms > 0.0, "a budget of {budget_ms} ms");
+        Governor { budget_ms, factor_log2: 0.0, mean: None, moving: false }
+    }
+
+    /// By what wanted errors are multiplied, 1 ..= 1024.
+    pub fn factor(&self) -> f64 {
+        self.factor_log2.exp2()
+    }
+
+    /// Takes the time of a frame that has ended.
+    pub fn frame_took(&mut self, ms: f64) {
+        if !(ms > 0.0 && ms.is_finite()) {
+            return;
+        }
+        let over = (ms / (AIM * self.budget_ms)).log2();
+        let mean = self.mean.map_or(over, |mean| mean + NEWEST * (over - mean));
+        self.mean = Some(mean);
+        self.moving = mean.abs() > STARTS || (self.moving && mean.abs() > RESTS);
+        if self.moving {
+            let step = (GAIN * mean).clamp(-FASTEST, FASTEST);
+            self.factor_log2 = (self.factor_log2 + step).clamp(0.0, MOST_LOG2);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::VecDeque;
+
+    const BUDGET_MS: f64 = 10.0;
+
+    /// Frames that take `fixed_ms` and, at the scene's own error, `load_ms` more, read two frames late.
+    struct Plant {
+        slope: f64,
+        fixed_ms: f64,
+        /// Largest share by which a frame differs by chance.
+        noise: f64,
+        state: u64,
+    }
+
+    impl Plant {
+        fn chance(&mut self) -> f64 {
+            self.state = self.state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (self.state >> 33) as f64 / f64::from(1u32 << 30) - 1.0
+        }
+
+        /// Time and factor of each frame.
+        fn run(&mut self, frames: usize, load_ms: impl Fn(usize) -> f64) -> Vec<(f64, f64)> {
+            let mut governor = Governor::new(BUDGET_MS);
+            let mut in_flight = VecDeque::new();
+            let mut frame = |n| {
+                let factor = governor.factor();
+                let noise = 1.0 + self.noise * self.chance();
+                let ms = (self.fixed_ms + load_ms(n) * factor.powf(-self.slope)) * noise;
+                in_flight.push_back(ms);
+                if in_flight.len() > 2 {
+                    governor.frame_took(in_flight.pop_front().expect("three frames"));
+                }
+                (ms, factor)
+            };
+            (0..frames).map(&mut frame).collect()
+        }
+    }
+
+    fn plant(slope: f64) -> Plant {
+        Plant { slope, fixed_ms: 0.0, noise: 0.0, state: 1 }
+    }
+
+    #[test]
+    fn four_times_the_budget_is_brought_within_it_without_overshoot_and_then_nothing_moves() {
+        for (slope, settles) in [(0.4, 60), (0.7, 35), (1.0, 25)] {
+            let frames = plant(slope).run(200, |_| 40.0);
+            let lowest = frames.iter().map(|(ms, _)| *ms).fold(f64::INFINITY, f64::min);
+            // 5 % below the aim of 9.5 ms is still no step below the dead band.
+            assert!(lowest > 0.95 * 0.95 * BUDGET_MS, "slope {slope}: {lowest} ms");
+            assert!(
+                frames[settles..].iter().all(|(ms, _)| *ms <= 1.03 * BUDGET_MS),
+                "slope {slope}: too late"
+            );
+            let rest = frames[150].1;
+            assert!(frames[150..].iter().all(|(_, factor)| *factor == rest), "slope {slope}: still moving");
+        }
+    }
+
+    #[test]
+    fn detail_comes_back_when_the_load_goes_and_stops_at_the_scenes_own() {
+        let frames = plant(0.7).run(400, |n| if n < 100 { 40.0 } else { 12.0 });
+        let (ms, factor) = frames[399];
+        assert!((8.5..=10.0).contains(&ms) && factor < 2.0, "{ms} ms at {factor}");
+        assert!(frames[100..].iter().all(|(ms, _)| *ms < 1.05 * BUDGET_MS), "no overshoot upwards");
+        let idle = plant(0.7).run(400, |n| if n < 100 { 40.0 } else { 1.0 });
+        assert_eq!(idle[399].1, 1.0);
+    }
+
+    #[test]
+    fn noise_of_fifteen_percent_moves_the_error_by_less_than_a_third_of_an_octave() {
+        for slope in [0.4, 0.7, 1.0] {
+            let frames = Plant { noise: 0.15, ..plant(slope) }.run(600, |_| 40.0);
+            let log2: Vec<f64> = frames[200..].iter().map(|(_, factor)| factor.log2()).collect();
+            let least = log2.iter().copied().fold(f64::INFINITY, f64::min);
+            let most = log2.iter().copied().fold(0.0, f64::max);
+            // The noise itself is 0.2 octaves either way.
+            assert!(most - least < 1.0 / 3.0, "slope {slope}: {least} to {most}");
+        }
+    }
+
+    #[test]
+    fn a_budget_that_cannot_be_met_ends_at_the_coarsest_and_is_left_again() {
+        let mut hopeless = Plant { fixed_ms: 20.0, ..plant(1.0) };
+        assert_eq!(hopeless.run(300, |_| 20.0)[299].1, 1024.0);
+        // No wind-up: the factor falls with the first frames that have room.
+        let mut governor = Governor::new(BUDGET_MS);
+        (0..300).for_each(|_| governor.frame_took(40.0));
+        (0..8).for_each(|_| governor.frame_took(1.0));
+        assert!(governor.factor() < 1024.0);
+    }
+
+    #[test]
+    fn one_frame_that_hangs_costs_a_quarter_of_an_octave_a_frame_and_no_number_is_no_frame() {
+        let mut governor = Governor::new(BUDGET_MS);
+        governor.frame_took(1e6);
+        assert_eq!(governor.factor(), FASTEST.exp2());
+        let before = governor.factor();
+        [f64::NAN, f64::INFINITY, 0.0, -1.0].into_iter().for_each(|ms| governor.frame_took(ms));
+        assert_eq!(governor.factor(), before);
+    }
+}
