@@ -288,6 +288,7 @@ fn descriptor_kind(ty: &DescriptorType) -> Option<&'static str> {
         DescriptorType::SampledImage() => Some("SampledImage"),
         DescriptorType::StorageImage(_) => Some("StorageImage"),
         DescriptorType::StorageBuffer(_) => Some("StorageBuffer"),
+        DescriptorType::UniformTexelBuffer() => Some("TexelBuffer"),
         _ => None,
     }
 }

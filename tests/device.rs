@@ -12,6 +12,14 @@ fn the_self_test_passes_without_a_validation_message() {
     assert!(messages.is_empty(), "{messages:?}");
 }
 
+#[test]
+fn a_table_that_no_texel_buffer_holds_is_refused_in_words() {
+    let gpu = Gpu::new(&validating()).expect("driver and layer");
+    // Limits are 32 bits: no device holds 2^38 words.
+    let line = gpu.buffer("H1", 1 << 40, BufferUse::Texels).err().map(|error| error.to_string());
+    assert!(line.as_ref().is_some_and(|line| line.contains("texel buffers hold")), "{line:?}");
+}
+
 /// The layer is alive, and so is synchronisation validation: two copies into one buffer without a barrier.
 #[test]
 fn a_missing_barrier_is_reported() {

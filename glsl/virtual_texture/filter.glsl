@@ -18,13 +18,22 @@ struct Wish {
     vec2 major;   // the footprint's longer side, in texels of level 0
 };
 
+// log2 of a positive finite number to 2^-13; the sampler's step between levels is 2^-8. The exponent is exact, so that
+// half of the result has stage 1's q below its point. Software drivers take a division and ten steps more for log2.
+float log2_13(float x) {
+    uint bits = floatBitsToUint(x);
+    float t = uintBitsToFloat(bits & 0x7fffffu | 0x3f800000u) - 1.0;
+    // Minimax with both ends exact: continuous from one exponent to the next.
+    float fraction = t + t * (1.0 - t) * (0.43872575 + t * (0.08213072 * t - 0.23905827));
+    return float(int(bits >> 23) - 127) + fraction;
+}
+
 Wish wish(uvec3 qij, Coordinate at, Footprint f, uint level_bias) {
     vec2 sides = squared_sides(f);
     bool usable = finite(sides.x);
     float count = usable && sides.x > 0.0 ? sample_count(sides) : 1.0;
     vec2 major = usable ? (dot(f.r1, f.r1) > dot(f.r2, f.r2) ? f.r1 : f.r2) : vec2(0.0);
-    // e may differ from stage 1's by an ulp of log2; q is stage 1's, so only f can feel it, and f is clamped.
-    float e = usable && sides.x > 0.0 ? 0.5 * log2(sides.x / (count * count)) : float(qij.x);
+    float e = usable && sides.x > 0.0 ? 0.5 * log2_13(sides.x / (count * count)) : float(qij.x);
     float biased = e + float(level_bias);
     uint q = min(qij.x + level_bias, FIRST_RESIDENT_LEVEL);
     if (q == FIRST_RESIDENT_LEVEL)

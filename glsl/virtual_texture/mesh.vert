@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
 #include "virtual_texture/view.glsl"
+#include "virtual_texture/clip.glsl"
 
 layout(location = 0) in vec3 position_high;
 layout(location = 1) in vec3 position_low;
@@ -16,8 +17,7 @@ layout(location = 1) out vec2 from_origin;
 invariant gl_Position;
 
 void main() {
-    precise vec3 from_eye = (position_high - view.eye_high) + (position_low - view.eye_low);
-    gl_Position = view.eye_to_clip * vec4(from_eye, 1.0);
+    gl_Position = clip_position(position_high, position_low);
     triangle_origin = origin;
     from_origin = offset;
 }

@@ -4,7 +4,7 @@ layout(constant_id = 10) const uint SINGLE_LEVEL = 9;  // from here on a level i
 layout(constant_id = 11) const uint SINGLE_SLOT = 0;   // ... at this slot and those after it
 
 // The display table, filled: each cell names the tile that shows its place, fade << 24 | level << 19 | slot.
-layout(binding = 1, scalar) readonly buffer H1 { uint cells[]; } h1;
+layout(binding = 1) uniform utextureBuffer h1;
 
 struct Resident {
     uint slot;   // k1, layer of J1
@@ -20,7 +20,7 @@ uint display_place(uint q, uvec2 ij) {
 
 // The nearest coarser tile from level q on that is in J1; the levels of G1 always are.
 Resident find_resident(uint q, uvec2 ij) {
-    uint cell = h1.cells[display_place(q, ij)];
+    uint cell = texelFetch(h1, int(display_place(q, ij))).x;
     if (q >= SINGLE_LEVEL) return Resident(SINGLE_SLOT + q - SINGLE_LEVEL, q, 0.0);
     return Resident(cell & 0x7ffffu, cell >> 19 & 31u, float(cell >> 24) / 255.0);
 }

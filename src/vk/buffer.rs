@@ -18,6 +18,9 @@ pub enum BufferUse {
     /// Written by transform feedback and copied from; also its counter.
     TransformFeedback,
     Storage,
+    /// 32-bit words that shaders fetch like texels: a table that is only read. Software drivers fetch the texels of
+    /// a vector of pixels at once, and words of a storage buffer pixel by pixel.
+    Texels,
     /// Mapped, written by the host, read by copies.
     Upload,
     /// Mapped, written by copies, read by the host.
@@ -27,6 +30,8 @@ pub enum BufferUse {
 /// A buffer with its memory. Dropping it waits for the GPU in the background.
 pub struct Buffer {
     pub(crate) handle: vk::Buffer,
+    /// Null but for [`BufferUse::Texels`].
+    pub(crate) texels: vk::BufferView,
     device: Arc<Device>,
     memory: Option<Allocation>,
     bytes: u64,
@@ -56,31 +61,21 @@ impl Gpu {
             BufferUse::Storage => {
                 (U::STORAGE_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST, MemoryLocation::GpuOnly)
             }
+            BufferUse::Texels => {
+                (U::UNIFORM_TEXEL_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST, MemoryLocation::GpuOnly)
+            }
             BufferUse::Upload => (U::TRANSFER_SRC, MemoryLocation::CpuToGpu),
             BufferUse::Readback => (U::TRANSFER_DST, MemoryLocation::GpuToCpu),
         };
+        self.require_buffer(name, bytes, usage)?;
         let device = &self.device;
-        let range = u64::from(device.physical.limits.max_storage_buffer_range);
-        let advice = match usage {
-            BufferUse::WritableIndices => "show fewer instances, or apply levels on the CPU",
-            _ => "take larger tiles, or lower variant.list_capacity",
-        };
-        if matches!(usage, BufferUse::Storage | BufferUse::WritableIndices) && bytes > range {
-            let what = format!("{bytes} bytes, the device's shaders reach {range} of a buffer; {advice}");
-            return Err(Error::Limit { object: name.to_string(), what });
-        }
-        let most = device.physical.most_feedback_bytes;
-        if usage == BufferUse::TransformFeedback && bytes > most {
-            let what = format!(
-                "{bytes} bytes, the device's transform feedback takes {most}; lower variant.list_capacity, or show fewer tiles"
-            );
-            return Err(Error::Limit { object: name.to_string(), what });
-        }
         // Vulkan has no empty buffers.
         let info = vk::BufferCreateInfo::default().size(bytes.max(4)).usage(flags);
         // SAFETY: the device lives; memory is bound before the wrapper is handed out.
         let handle = unsafe { device.handle.create_buffer(&info, None) }.check("vkCreateBuffer", name)?;
-        let mut buffer = Buffer { handle, device: device.clone(), memory: None, bytes, name: name.into() };
+        let texels = vk::BufferView::null();
+        let mut buffer =
+            Buffer { handle, texels, device: device.clone(), memory: None, bytes, name: name.into() };
         // SAFETY: as above.
         let requirements = unsafe { device.handle.get_buffer_memory_requirements(handle) };
         let memory = device.allocate(name, requirements, location, true)?;
@@ -88,8 +83,51 @@ impl Gpu {
         unsafe { device.handle.bind_buffer_memory(handle, memory.memory(), memory.offset()) }
             .check("vkBindBufferMemory", name)?;
         buffer.memory = Some(memory);
+        if usage == BufferUse::Texels {
+            let view = vk::BufferViewCreateInfo::default()
+                .buffer(handle)
+                .format(vk::Format::R32_UINT)
+                .range(vk::WHOLE_SIZE);
+            // SAFETY: the buffer has its memory.
+            buffer.texels =
+                unsafe { device.handle.create_buffer_view(&view, None) }.check("vkCreateBufferView", name)?;
+            device.name(buffer.texels, name);
+        }
         device.name(handle, name);
         Ok(buffer)
+    }
+
+    /// Whether the device takes a buffer of that size for that use.
+    fn require_buffer(&self, name: &str, bytes: u64, usage: BufferUse) -> Result<()> {
+        let physical = &self.device.physical;
+        let (whose, most, advice) = match usage {
+            BufferUse::Storage => (
+                "shaders reach",
+                u64::from(physical.limits.max_storage_buffer_range),
+                "take larger tiles, or lower variant.list_capacity",
+            ),
+            BufferUse::WritableIndices => (
+                "shaders reach",
+                u64::from(physical.limits.max_storage_buffer_range),
+                "show fewer instances, or apply levels on the CPU",
+            ),
+            BufferUse::Texels => (
+                "texel buffers hold",
+                4 * u64::from(physical.limits.max_texel_buffer_elements),
+                "take larger tiles",
+            ),
+            BufferUse::TransformFeedback => (
+                "transform feedback takes",
+                physical.most_feedback_bytes,
+                "lower variant.list_capacity, or show fewer tiles",
+            ),
+            _ => return Ok(()),
+        };
+        if bytes > most {
+            let what = format!("{bytes} bytes, the device's {whose} {most}; {advice}");
+            return Err(Error::Limit { object: name.to_string(), what });
+        }
+        Ok(())
     }
 
     /// A device-local buffer that already holds `data`. Waits for the copy.
@@ -139,6 +177,6 @@ impl Buffer {
 
 impl Drop for Buffer {
     fn drop(&mut self) {
-        self.device.bury(Dead::Buffer(self.handle, self.memory.take()));
+        self.device.bury(Dead::Buffer(self.handle, self.texels, self.memory.take()));
     }
 }

@@ -164,7 +164,7 @@ impl Cmd<'_> {
         let none = vk::Sampler::null();
         let write =
             vk::WriteDescriptorSet::default().dst_set(set).dst_binding(binding).descriptor_type(kind.vk());
-        let (images, buffers);
+        let (images, buffers, texels);
         let write = match (kind, resource) {
             (DescriptorKind::SampledImage, Resource::Texture(texture, view)) => {
                 images = image(if *view == View::Raw { texture.raw_view } else { texture.view }, none);
@@ -178,6 +178,15 @@ impl Cmd<'_> {
             (DescriptorKind::CombinedImageSampler, Resource::Sampled(texture, sampler)) => {
                 images = image(texture.view, sampler.handle);
                 write.image_info(&images)
+            }
+            (DescriptorKind::TexelBuffer, Resource::Buffer(buffer)) => {
+                assert!(
+                    buffer.texels != vk::BufferView::null(),
+                    "{pipeline}: {} has no texels",
+                    buffer.name()
+                );
+                texels = [buffer.texels];
+                write.texel_buffer_view(&texels)
             }
             (DescriptorKind::StorageBuffer, Resource::Buffer(buffer)) => {
                 buffers =
@@ -369,6 +378,7 @@ impl DescriptorKind {
             DescriptorKind::SampledImage => vk::DescriptorType::SAMPLED_IMAGE,
             DescriptorKind::StorageImage => vk::DescriptorType::STORAGE_IMAGE,
             DescriptorKind::StorageBuffer => vk::DescriptorType::STORAGE_BUFFER,
+            DescriptorKind::TexelBuffer => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
         }
     }
 }

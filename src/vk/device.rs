@@ -55,7 +55,7 @@ struct Garbage {
 
 /// A handle, with its memory, that waits for the GPU.
 pub(crate) enum Dead {
-    Buffer(vk::Buffer, Option<Allocation>),
+    Buffer(vk::Buffer, vk::BufferView, Option<Allocation>),
     Image(vk::Image, Vec<vk::ImageView>, Option<Allocation>),
     Sampler(vk::Sampler),
     Queries(vk::QueryPool),
@@ -245,7 +245,8 @@ impl Device {
         // SAFETY: the GPU has passed every frame that could name the handle, and its wrapper is gone.
         let memory = unsafe {
             match dead {
-                Dead::Buffer(buffer, memory) => {
+                Dead::Buffer(buffer, view, memory) => {
+                    self.handle.destroy_buffer_view(view, None);
                     self.handle.destroy_buffer(buffer, None);
                     memory
                 }

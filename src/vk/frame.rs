@@ -115,7 +115,7 @@ impl Slot {
             vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
             vk::DescriptorType::SAMPLED_IMAGE,
             vk::DescriptorType::STORAGE_IMAGE,
-            vk::DescriptorType::UNIFORM_BUFFER,
+            vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
             vk::DescriptorType::STORAGE_BUFFER,
         ];
         let sizes = kinds.map(|ty| vk::DescriptorPoolSize { ty, descriptor_count: 4 * MOST_PASSES as u32 });

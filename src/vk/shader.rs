@@ -22,6 +22,7 @@ pub enum DescriptorKind {
     SampledImage,
     StorageImage,
     StorageBuffer,
+    TexelBuffer,
 }
 
 /// Component type and count of a vertex input.

@@ -4,7 +4,9 @@
 //! its triple to `U3`.
 //!
 //! A fragment that is drawn before what hides it marks too, so [`Dedup::Fused`] lists a superset.
-//! [`Dedup::FusedExact`] first draws depth alone and then shades for EQUAL only: what marks is what is seen.
+//! [`Dedup::FusedExact`] first draws depth alone and then shades for EQUAL only: what marks is what is seen. No shape of
+//! mesh does without: even of a convex one, whose front faces hide nothing, vertices are snapped to 1/256 pixel, which
+//! turns slivers at the limb around, and then their neighbours overlap.
 
 use super::list::List;
 use super::texturing::{SKY, constants};
@@ -14,7 +16,7 @@ use super::{
 use crate::math::pyramid::Pyramid;
 use crate::scene::{Compaction, Dedup};
 use crate::vk::shader::View as ViewConstants;
-use crate::vk::shader::virtual_texture::{fused_frag, mesh_vert};
+use crate::vk::shader::virtual_texture::{depth_vert, fused_frag, mesh_vert};
 use crate::vk::{
     Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo,
     Resource, Result,
@@ -78,7 +80,7 @@ impl Fused {
     ) -> Result<Fused> {
         assert_eq!(config.check(pyramid), Ok(()), "asked before");
         gpu.require(&config.dedup.needs())?;
-        let exact = config.dedup == Dedup::FusedExact;
+        let exact = config.draws_depth_alone();
         // No triple is stored: the format says nothing.
         let mut specialization = constants(config, resident);
         specialization.extend(pyramid_constants(pyramid, U1Format::Rgb32));
@@ -97,6 +99,7 @@ impl Fused {
         };
         let depth_alone = GraphicsInfo {
             name: "depth alone",
+            vertex: &depth_vert::SHADER,
             fragment: None,
             specialization: &[],
             depth: Some(Depth::Write),
@@ -138,12 +141,13 @@ impl Fused {
             (fused_frag::U3, Resource::Buffer(&list.u3)),
         ];
         cmd.render(target.info().size, &[color], Some(depth), |render| {
-            let (push, Surface { vertices, indices }) = (bytemuck::bytes_of(view), surface);
+            let push = bytemuck::bytes_of(view);
             // Both draws stand in one rendering, whose order of primitives is barrier enough for depth.
             if let Some(depth_alone) = &self.depth_alone {
+                let [vertices, indices] = surface.positions.as_ref().expect("made for drawing depth alone");
                 render.draw_mesh(depth_alone, &[], push, vertices, indices)?;
             }
-            render.draw_mesh(&self.shade, &resources, push, vertices, indices)
+            render.draw_mesh(&self.shade, &resources, push, &surface.vertices, &surface.indices)
         })
     }
 

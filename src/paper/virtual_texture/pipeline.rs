@@ -103,7 +103,10 @@ impl Pipeline {
             })
             .collect::<Result<_>>()?;
         Ok(Pipeline {
-            surface: Surface::new(gpu, mesh)?,
+            surface: match config.draws_depth_alone() {
+                true => Surface::with_positions(gpu, mesh)?,
+                false => Surface::new(gpu, mesh)?,
+            },
             fade: FadeIn::new(config.fade_in_frames),
             drawing,
             lister,

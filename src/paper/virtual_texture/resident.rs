@@ -79,7 +79,7 @@ impl Resident {
         let display = Display::new(&pyramid, &in_table);
         let resident = Resident {
             j1: gpu.image("J1", j1_info)?,
-            h1: gpu.buffer_with("H1", display.words(), BufferUse::Storage)?,
+            h1: gpu.buffer_with("H1", display.words(), BufferUse::Texels)?,
             display,
             sampler: gpu.sampler("J1 sampler", SamplerInfo { filter: Filter::Linear, wraps_in_s: false })?,
             g1,

@@ -1,14 +1,17 @@
 //! The mesh in video memory, and the camera as its vertex shader wants it.
 
 use crate::math::camera::Pose;
-use crate::scene::mesh::{Mesh, MeshVertex};
-use crate::vk::shader::{VertexFormat, View, virtual_texture::mesh_vert};
+use crate::scene::mesh::{Mesh, MeshPosition, MeshVertex};
+use crate::vk::shader::virtual_texture::{depth_vert, mesh_vert};
+use crate::vk::shader::{VertexFormat, View};
 use crate::vk::{Buffer, BufferUse, Gpu, Result};
 use std::mem::offset_of;
 
 pub struct Surface {
     pub(super) vertices: Buffer,
     pub(super) indices: Buffer,
+    /// Vertices and indices of positions alone, where a pass draws depth alone.
+    pub(super) positions: Option<[Buffer; 2]>,
 }
 
 impl Surface {
@@ -29,12 +32,30 @@ impl Surface {
         Ok(Surface {
             vertices: gpu.buffer_with("mesh vertices", &mesh.vertices, BufferUse::Vertices)?,
             indices: gpu.buffer_with("mesh indices", &mesh.indices, BufferUse::Indices)?,
+            positions: None,
         })
+    }
+
+    /// As [`Surface::new`], and what it takes to draw depth alone.
+    ///
+    /// # Errors
+    /// Out of memory, device lost.
+    pub fn with_positions(gpu: &Gpu, mesh: &Mesh) -> Result<Surface> {
+        let read: Vec<_> = depth_vert::SHADER.inputs.iter().map(|(_, format)| *format).collect();
+        assert_eq!(read, [VertexFormat::Float3; 2], "depth.vert's inputs");
+        assert_eq!([offset_of!(MeshPosition, high), offset_of!(MeshPosition, low)], [0, 12]);
+        let (positions, indices) = mesh.positions();
+        let positions = [
+            gpu.buffer_with("mesh positions", &positions, BufferUse::Vertices)?,
+            gpu.buffer_with("mesh position indices", &indices, BufferUse::Indices)?,
+        ];
+        Ok(Surface { positions: Some(positions), ..Surface::new(gpu, mesh)? })
     }
 
     /// Bytes in video memory.
     pub fn bytes(&self) -> u64 {
-        self.vertices.bytes() + self.indices.bytes()
+        let positions = self.positions.iter().flatten();
+        [&self.vertices, &self.indices].into_iter().chain(positions).map(Buffer::bytes).sum()
     }
 }
 

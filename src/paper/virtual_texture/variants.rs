@@ -86,6 +86,11 @@ impl Config {
         self.list == Listing::Device && self.dedup.fused()
     }
 
+    /// Whether a draw of depth alone comes before the one that shades.
+    pub fn draws_depth_alone(&self) -> bool {
+        self.fused() && self.dedup == Dedup::FusedExact
+    }
+
     /// Device features of stages 2 and 3, each once.
     pub fn needs(&self) -> Vec<Need> {
         let mut needs: Vec<Need> = Vec::new();

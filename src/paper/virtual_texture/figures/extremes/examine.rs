@@ -144,7 +144,8 @@ pub(super) fn refused(error: vk::Error) -> vk::Result<String> {
 fn draw(gpu: &Gpu, sight: &Sight) -> vk::Result<Drawn> {
     let pyramid = sight.pyramid;
     let stage1 = Footprint::new(gpu, &pyramid, &PAPER, sight.size)?;
-    let surface = Surface::new(gpu, &sight.mesh)?;
+    // Fused draws want the positions, too.
+    let surface = Surface::with_positions(gpu, &sight.mesh)?;
     let mut frame = gpu.frame()?;
     let view = surface::view(&sight.pose, sight.size, 0);
     frame.pass("footprint", |cmd| stage1.draw(cmd, &surface, &view))?;

@@ -1,0 +1,13 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/extensions.glsl"
+#include "virtual_texture/view.glsl"
+#include "virtual_texture/clip.glsl"
+
+// mesh.vert for a pass that draws depth alone: no texture coordinates, so triangles share more vertices.
+layout(location = 0) in vec3 position_high;
+layout(location = 1) in vec3 position_low;
+
+invariant gl_Position;
+
+void main() { gl_Position = clip_position(position_high, position_low); }
