@@ -9,8 +9,9 @@
 //!
 //! Steps, one file or folder each: [`simplify`] finds the collapses, [`order`] arranges faces and finds the
 //! tswaps, [`mesh`] is the result, and [`run`] executes it, once [`check`] has found it sound. [`cache`] counts what an
-//! order costs; [`apply`] runs it on the GPU; [`reference`](mod@reference) builds a level afresh; [`file`](mod@file)
-//! is how it is stored. A [`session`] draws frames of many instances, and the [`governor`] holds their time.
+//! order costs, and [`rivals`] what else could be done; [`apply`] runs it on the GPU; [`reference`](mod@reference)
+//! builds a level afresh; [`file`](mod@file) is how it is stored. A [`session`] draws frames of many instances, and the
+//! [`governor`] holds their time.
 
 pub mod apply;
 pub mod cache;
@@ -21,6 +22,7 @@ pub mod governor;
 pub mod mesh;
 pub mod order;
 pub mod reference;
+pub mod rivals;
 pub mod run;
 pub mod session;
 pub mod simplify;

@@ -1,7 +1,11 @@
 //! Every figure of paper 2.
 
+mod average;
 mod draw;
 mod governor;
+mod moves;
+mod order;
+mod orders;
 mod pop;
 
 use crate::figure::{Bench, Effort, Figure};
@@ -11,7 +15,8 @@ use crate::scene::Scene;
 use anyhow::Context;
 
 /// All of them, in the order of a report.
-pub const FIGURES: &[&Figure] = &[&draw::DRAW, &pop::POP, &governor::GOVERNOR];
+pub const FIGURES: &[&Figure] =
+    &[&order::ORDER, &average::AVERAGE, &moves::MOVES, &draw::DRAW, &pop::POP, &governor::GOVERNOR];
 
 /// A scene with changes; `name` is SCENE/CAMERA or SCENE/PATH.
 fn scene<'a>(name: &'a str, changes: &[String]) -> anyhow::Result<(Scene, &'a str)> {

@@ -1,0 +1,77 @@
+//! What the figures on orders share: the models, the orders by name, and their costs.
+
+use super::super::cache::{Cache, LevelCosts, level_costs};
+use super::super::mesh::ProgressiveMesh;
+use super::super::order::{Groups, OrderOptions, Within, classical, order};
+use super::super::simplify::{Collapses, SimplifyOptions, simplify};
+use crate::figure::{Finding, Table, Verdict};
+use crate::scene::model::{Model, named};
+use anyhow::Context;
+
+/// The shipped models that are closed; each has at least 3000 faces.
+pub const CLOSED: [&str; 5] = ["bunny", "sphere", "torus", "knot", "solid"];
+
+/// The name of an order, and its options; none: the classical one.
+pub type Named = (&'static str, Option<OrderOptions>);
+
+pub const CLASSICAL: &str = "classical";
+pub const PAPER: &str = "paper";
+pub const OURS: &str = "ours";
+pub const FEW: &str = "ours, 10 moves";
+
+const COHERENT: OrderOptions = OrderOptions { within: Within::Coherent, ..OrderOptions::BEST };
+
+/// The orders that are prefixes of one buffer at every level.
+pub const ORDERS: [Named; 6] = [
+    (CLASSICAL, None),
+    (PAPER, Some(OrderOptions::PAPER)),
+    (OURS, Some(OrderOptions::BEST)),
+    (FEW, Some(OrderOptions::FEW_MOVES)),
+    ("coherent", Some(COHERENT)),
+    (
+        "coherent, 10 moves",
+        Some(OrderOptions { groups: Groups::Budget(10.0), run_faces: Some(2400), ..COHERENT }),
+    ),
+];
+
+/// A shipped model and its collapses down to 64 faces.
+pub fn simplified(name: &str) -> anyhow::Result<(Model, Collapses)> {
+    let model = named(name).with_context(|| format!("there is no shipped model {name:?}"))?;
+    let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| {}).collapses;
+    Ok((model, collapses))
+}
+
+/// A model in an order.
+pub fn ordered(model: &Model, collapses: &Collapses, options: Option<&OrderOptions>) -> ProgressiveMesh {
+    match options {
+        None => classical(model, collapses),
+        Some(options) => order(model, collapses, options, &mut |_, _| {}),
+    }
+}
+
+/// Faces that change their slots, for each split.
+pub fn moved_per_split(mesh: &ProgressiveMesh) -> f64 {
+    mesh.swaps.cycles.items().len() as f64 / f64::from(mesh.last_level().max(1))
+}
+
+/// The costs for the caches, each at the same levels.
+pub fn costs(mesh: &ProgressiveMesh, caches: &[Cache], levels: &[u32]) -> Vec<LevelCosts> {
+    level_costs(mesh, caches, levels)
+}
+
+/// The mean of a quantity of a variant over the scenes at one value of the sweep; none unless all of `scenes` have
+/// it.
+pub fn mean_of(table: &Table, x: Option<f64>, variant: &str, quantity: &str, scenes: &[&str]) -> Option<f64> {
+    let numbers: Option<Vec<f64>> =
+        scenes.iter().map(|scene| table.number(scene, x, variant, quantity)).collect();
+    numbers.map(|numbers| numbers.iter().sum::<f64>() / numbers.len() as f64)
+}
+
+/// Reproduced where `met`; not measurable where a number is missing.
+pub fn judged(met: Option<bool>, numbers: String, bound: &str) -> Finding {
+    match met {
+        Some(true) => Finding::new(Verdict::Reproduced, numbers, bound),
+        Some(false) => Finding::new(Verdict::NotReproduced, numbers, format!("missed: {bound}")),
+        None => Finding::new(Verdict::NotMeasurable, numbers, "not all models were measured"),
+    }
+}
