@@ -2,11 +2,14 @@
 
 mod average;
 mod draw;
+mod error;
+mod extremes;
 mod governor;
 mod moves;
 mod order;
 mod orders;
 mod pop;
+mod surfaces;
 
 use crate::figure::{Bench, Effort, Figure};
 use crate::paper::progressive_mesh::session::{Session, Settings, load, needs};
@@ -15,8 +18,16 @@ use crate::scene::Scene;
 use anyhow::Context;
 
 /// All of them, in the order of a report.
-pub const FIGURES: &[&Figure] =
-    &[&order::ORDER, &average::AVERAGE, &moves::MOVES, &draw::DRAW, &pop::POP, &governor::GOVERNOR];
+pub const FIGURES: &[&Figure] = &[
+    &order::ORDER,
+    &average::AVERAGE,
+    &moves::MOVES,
+    &draw::DRAW,
+    &pop::POP,
+    &governor::GOVERNOR,
+    &error::ERROR,
+    &extremes::EXTREMES,
+];
 
 /// A scene with changes; `name` is SCENE/CAMERA or SCENE/PATH.
 fn scene<'a>(name: &'a str, changes: &[String]) -> anyhow::Result<(Scene, &'a str)> {

@@ -37,6 +37,42 @@ pub struct Collapses {
     pub faces: Ragged<u32>,
 }
 
+impl Collapses {
+    /// How many collapses leave no more than `faces` of a model's faces; all of them if none do.
+    pub fn steps_to(&self, model: &Model, faces: usize) -> usize {
+        let mut left = model.faces.len();
+        let enough = self.faces.rows().position(|row| {
+            let reached = left <= faces;
+            left -= row.len();
+            reached
+        });
+        enough.unwrap_or(self.errors.len())
+    }
+
+    /// The faces that the first `steps` collapses leave, by wedge, in the model's order.
+    ///
+    /// # Panics
+    /// If there are fewer collapses, or if they are another model's.
+    pub fn faces_after(&self, model: &Model, steps: usize) -> Vec<[u32; 3]> {
+        let mut live = vec![true; model.faces.len()];
+        let mut targets: Vec<u32> = (0..model.wedge_positions.len() as u32).collect();
+        // Backwards: what takes a wedge's place then has its own last place already.
+        for step in (0..steps).rev() {
+            self.faces.row(step).iter().for_each(|&face| live[face as usize] = false);
+            for &[from, to] in self.wedges.row(step) {
+                targets[from as usize] = if to == NOWHERE { NOWHERE } else { targets[to as usize] };
+            }
+        }
+        let left = model.faces.iter().zip(live).filter(|(_, live)| *live);
+        left.map(|(face, _)| face.map(|wedge| targets[wedge as usize])).collect()
+    }
+
+    /// The error after the first `steps` collapses: 0 for the model itself.
+    pub fn error_after(&self, steps: usize) -> f64 {
+        if steps == 0 { 0.0 } else { self.errors[steps - 1] }
+    }
+}
+
 /// The target of a wedge that vanishes with all its faces.
 pub const NOWHERE: u32 = u32::MAX;
 

@@ -88,6 +88,9 @@ fn a_torus_stays_a_closed_surface_of_one_handle() {
     let vertices: HashSet<_> = faces.iter().flatten().collect();
     assert_eq!(vertices.len() + faces.len(), sides.len() / 2, "Euler's number of a torus is 0");
     assert!(collapses.errors.is_sorted() && collapses.errors[0] > 0.0);
+    let steps = collapses.steps_to(&model, 64);
+    assert_eq!((collapses.faces_after(&model, steps), steps), (faces, collapses.errors.len()));
+    assert_eq!(collapses.faces_after(&model, 0), model.faces);
 }
 
 #[test]

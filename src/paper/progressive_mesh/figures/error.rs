@@ -1,0 +1,195 @@
+//! pm.error: how far the simplified mesh is from the full one, ours beside meshoptimizer's.
+
+use super::super::simplify::{SimplifyOptions, simplify};
+use super::surfaces::{Size, distances, rival};
+use crate::figure::{
+    Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Sweep, Table, Value, Verdict,
+};
+use crate::scene::model::named;
+use anyhow::Context;
+use glam::DVec3;
+
+pub const ERROR: Figure = Figure {
+    id: "pm.error",
+    title: "Distance from the full mesh",
+    about: "The paper takes any simplifier; ours is judged by `meshopt_simplify` (meshoptimizer), whose collapses also \
+            leave vertices in place, at equal numbers of faces. Mean, root mean square and largest (Hausdorff) \
+            distance, both ways, of points spread by area and all vertices to the exact nearest point of the \
+            other surface, in diagonals of the model's box; and the error that each states. Ours states an \
+            estimate from above of the Hausdorff distance, meshoptimizer one of its quadrics. Both get the same \
+            vertices, seams included. Of the shipped models `bunny`, `sphere`, `torus`, `knot` and `solid` are \
+            closed, `grid` is open.",
+    scenes: &["bunny", "sphere", "torus", "knot", "solid", "grid"],
+    variants: || [OURS, RIVAL].map(String::from).into(),
+    sweep: Some(Sweep {
+        name: "faces left, %",
+        quick: &[50.0, 25.0, 10.0, 5.0],
+        full: &[50.0, 25.0, 10.0, 5.0, 2.0],
+    }),
+    measure,
+    plots: &[
+        Plot { quantity: MEAN, x: Axis::Sweep, log_x: true, log_y: true, floor: None },
+        Plot { quantity: HAUSDORFF, x: Axis::Sweep, log_x: true, log_y: true, floor: None },
+        Plot { quantity: STATED, x: Axis::Sweep, log_x: true, log_y: true, floor: None },
+    ],
+    claims: &[
+        Claim {
+            id: "mean",
+            text: "On the closed models at 50 to 5 % of the faces, ours has at most 0.95 of meshoptimizer's mean \
+                   distance (mean over the models).",
+            from: Origin::Ours,
+            check: |table| against_rival(table, MEAN, 0.95),
+        },
+        Claim {
+            id: "hausdorff",
+            text: "There, ours has at most 1.25 of meshoptimizer's Hausdorff distance (mean over the models).",
+            from: Origin::Ours,
+            check: |table| against_rival(table, HAUSDORFF, 1.25),
+        },
+        Claim {
+            id: "stated",
+            text: "The error that ours states is nowhere less than the Hausdorff distance.",
+            from: Origin::Ours,
+            check: stated_above,
+        },
+    ],
+};
+
+const OURS: &str = "ours";
+const RIVAL: &str = "meshoptimizer";
+const MEAN: &str = "mean distance";
+const RMS: &str = "RMS distance";
+const HAUSDORFF: &str = "Hausdorff distance";
+const STATED: &str = "stated error";
+const FACES: &str = "faces";
+
+/// Not judged by the claims on closed models.
+const OPEN: &str = "grid";
+
+/// Distances in diagonals that are rounding: a flat part may lose its faces and stay where it is.
+const ROUNDING: f64 = 1e-9;
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let model = named(&cell.scene).with_context(|| format!("there is no shipped model {:?}", cell.scene))?;
+    let part = cell.x.context("the sweep has values")? / 100.0;
+    let target_faces = (model.faces.len() as f64 * part) as usize;
+    let samples = if bench.effort == Effort::Quick { 50_000 } else { 400_000 };
+    let simplified = simplify(&model, &SimplifyOptions { target_faces }, &mut |_, _| {});
+    let steps = simplified.collapses.steps_to(&model, target_faces);
+    let ours = simplified.collapses.faces_after(&model, steps);
+    let wedges: Vec<DVec3> =
+        model.wedge_positions.iter().map(|&position| model.positions[position as usize]).collect();
+    let theirs = rival(&wedges, &model.faces, target_faces)?;
+    let diagonal = Size::of(&model).diagonal;
+    let both = [(OURS, ours, simplified.collapses.error_after(steps)), (RIVAL, theirs.faces, theirs.stated)];
+    let mut rows = Vec::new();
+    for (name, faces, stated) in both {
+        let number = |quantity, unit, number| Row::new(name, quantity, unit, Value::Number(number));
+        let found = distances(&model, &wedges, &faces, samples).context("no face is left")?;
+        rows.push(number(MEAN, "diagonals", found.mean));
+        rows.push(number(RMS, "diagonals", found.rms));
+        rows.push(number(HAUSDORFF, "diagonals", found.hausdorff));
+        rows.push(number(STATED, "diagonals", stated / diagonal));
+        rows.push(number(FACES, "faces", faces.len() as f64));
+    }
+    Ok(rows)
+}
+
+/// The places of a table: model and percentage, with both variants' numbers of a quantity.
+fn pairs<'a>(table: &'a Table, quantity: &'a str) -> impl Iterator<Item = (&'a str, f64, f64, f64)> + 'a {
+    table.of(quantity).filter(|record| record.row.variant == OURS).filter_map(move |record| {
+        let theirs = table.number(&record.scene, record.x, RIVAL, quantity)?;
+        Some((record.scene.as_str(), record.x?, record.row.value.number()?, theirs))
+    })
+}
+
+/// Whether the mean over the closed models of ours over the rival's is within `bound` at each percentage from 50 to 5.
+fn against_rival(table: &Table, quantity: &str, bound: f64) -> Finding {
+    let closed = |&(scene, percent, ..): &(&str, f64, f64, f64)| scene != OPEN && percent >= 5.0;
+    // Where the rival's is nothing but rounding, a ratio says nothing.
+    let found: Vec<_> = pairs(table, quantity).filter(closed).filter(|place| place.3 > ROUNDING).collect();
+    let mut percents: Vec<f64> = found.iter().map(|place| place.1).collect();
+    percents.sort_by(|a, b| b.total_cmp(a));
+    percents.dedup();
+    let (mut met, mut numbers) = (0, Vec::new());
+    for &percent in &percents {
+        let ratios = found.iter().filter(|place| place.1 == percent);
+        let ratios: Vec<(f64, &str)> =
+            ratios.map(|&(scene, _, ours, theirs)| (ours / theirs, scene)).collect();
+        let mean = ratios.iter().map(|(ratio, _)| ratio).sum::<f64>() / ratios.len() as f64;
+        let most = ratios.iter().max_by(|a, b| a.0.total_cmp(&b.0)).expect("a percentage has a place");
+        met += usize::from(mean <= bound);
+        numbers.push(format!("{percent} %: {mean:.2} (most {:.2}, {})", most.0, most.1));
+    }
+    let verdict = match met {
+        _ if percents.is_empty() => Verdict::NotMeasurable,
+        0 => Verdict::NotReproduced,
+        all if all == percents.len() && table.missing == 0 => Verdict::Reproduced,
+        _ => Verdict::InPart,
+    };
+    let why = format!("at {met} of {} percentages the mean ratio is within {bound}", percents.len());
+    Finding::new(verdict, numbers.join(", "), why)
+}
+
+fn stated_above(table: &Table) -> Finding {
+    let (mut right, mut all, mut most) = (0, 0, (0.0, ""));
+    for record in table.of(STATED).filter(|record| record.row.variant == OURS) {
+        let measured = table.number(&record.scene, record.x, OURS, HAUSDORFF);
+        let (Some(stated), Some(measured)) = (record.row.value.number(), measured) else { continue };
+        all += 1;
+        right += usize::from(stated + ROUNDING >= measured);
+        if measured > ROUNDING && stated / measured > most.0 {
+            most = (stated / measured, &record.scene);
+        }
+    }
+    let verdict = match right {
+        _ if all == 0 => Verdict::NotMeasurable,
+        right if right == all && table.missing == 0 => Verdict::Reproduced,
+        0 => Verdict::NotReproduced,
+        _ => Verdict::InPart,
+    };
+    let numbers = format!("at most {:.1} times the distance measured ({})", most.0, most.1);
+    Finding::new(verdict, numbers, format!("{right} of {all} errors are not below the measured distance"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::table;
+    use super::*;
+
+    fn table_at(numbers: &[(&str, &str, &str, f64)]) -> Table {
+        let mut table = table("cpu", numbers);
+        table.records.iter_mut().for_each(|record| record.x = Some(10.0));
+        table
+    }
+
+    fn rows(mean: f64, stated: f64) -> Table {
+        let at = |scene, variant, quantity, number| (scene, variant, quantity, number);
+        table_at(&[
+            at("bunny", OURS, MEAN, mean),
+            at("bunny", RIVAL, MEAN, 1.0),
+            at("torus", OURS, MEAN, 0.5),
+            at("torus", RIVAL, MEAN, 1.0),
+            at("grid", OURS, MEAN, 9.0),
+            at("grid", RIVAL, MEAN, 1.0),
+            at("solid", OURS, MEAN, 1e-16),
+            at("solid", RIVAL, MEAN, 1e-17),
+            at("bunny", OURS, HAUSDORFF, 2.0),
+            at("bunny", OURS, STATED, stated),
+        ])
+    }
+
+    #[test]
+    fn the_mean_over_closed_models_is_judged_and_rounding_is_not() {
+        let verdict = |mean| against_rival(&rows(mean, 2.0), MEAN, 0.95).verdict;
+        assert_eq!((verdict(1.4), verdict(1.41)), (Verdict::Reproduced, Verdict::NotReproduced));
+        assert_eq!(against_rival(&table_at(&[]), MEAN, 0.95).verdict, Verdict::NotMeasurable);
+    }
+
+    #[test]
+    fn an_error_stated_below_the_distance_refutes_the_bound() {
+        let verdict = |stated| stated_above(&rows(1.0, stated)).verdict;
+        assert_eq!((verdict(2.0), verdict(1.99)), (Verdict::Reproduced, Verdict::NotReproduced));
+        assert_eq!(stated_above(&table_at(&[])).verdict, Verdict::NotMeasurable);
+    }
+}

@@ -1,0 +1,70 @@
+//! What the figures on simplification share: the rival, and distances that no scale disturbs.
+
+use crate::reference::distance::{Distances, Triangles, compare_surfaces};
+use crate::scene::model::Model;
+use anyhow::Context;
+use glam::DVec3;
+use meshopt::{SimplifyOptions, VertexDataAdapter};
+
+/// A mesh as `meshopt_simplify` leaves it.
+pub struct Rival {
+    pub faces: Vec<[u32; 3]>,
+    /// The error that it states, in object units.
+    pub stated: f64,
+}
+
+/// `meshopt_simplify` with no options and no limit but the target.
+pub fn rival(positions: &[DVec3], faces: &[[u32; 3]], target_faces: usize) -> anyhow::Result<Rival> {
+    let floats: Vec<[f32; 3]> = positions.iter().map(|p| p.as_vec3().to_array()).collect();
+    let vertices = VertexDataAdapter::new(bytemuck::cast_slice(&floats), size_of::<[f32; 3]>(), 0)
+        .context("meshoptimizer refuses the vertices")?;
+    let options = SimplifyOptions::ErrorAbsolute;
+    let mut stated = 0.0_f32;
+    let indices = faces.as_flattened();
+    let left = meshopt::simplify(indices, &vertices, target_faces * 3, f32::MAX, options, Some(&mut stated));
+    Ok(Rival { faces: left.as_chunks().0.to_vec(), stated: f64::from(stated) })
+}
+
+/// A length to measure by, and a place to measure from: the box of what a surface's faces use.
+#[derive(Clone, Copy, Debug)]
+pub struct Size {
+    centre: DVec3,
+    /// Of the box, in object units.
+    pub diagonal: f64,
+}
+
+impl Size {
+    /// Of a model.
+    pub fn of(model: &Model) -> Size {
+        let low = model.positions.iter().fold(DVec3::MAX, |low, &p| low.min(p));
+        let high = model.positions.iter().fold(DVec3::MIN, |high, &p| high.max(p));
+        let half = (high - low) * 0.5;
+        // Scaled first: the square of a tiny or huge length is none any more.
+        let most = half.max_element();
+        let diagonal = if most > 0.0 { (half / most).length() * most * 2.0 } else { 0.0 };
+        Size { centre: low + half, diagonal }
+    }
+
+    /// Positions in diagonals about the centre.
+    pub fn inside(&self, positions: &[DVec3]) -> Vec<DVec3> {
+        positions.iter().map(|&p| (p - self.centre) / self.diagonal).collect()
+    }
+}
+
+/// Distances in diagonals of the model's box between a model and other faces over `positions`.
+pub fn distances(
+    model: &Model,
+    positions: &[DVec3],
+    faces: &[[u32; 3]],
+    samples: usize,
+) -> Option<Distances> {
+    let size = Size::of(model);
+    let (own, other) = (size.inside(&model.positions), size.inside(positions));
+    let all: Vec<[u32; 3]> = (0..model.faces.len()).map(|face| model.face_positions(face)).collect();
+    compare_surfaces(
+        Triangles { positions: &own, faces: &all },
+        Triangles { positions: &other, faces },
+        samples,
+        1,
+    )
+}
