@@ -146,9 +146,12 @@ impl Info {
                 costs.mean, costs.levels_measured, costs.p95, costs.worst
             ),
         ];
-        lines.extend(self.sizes.iter().map(|size| {
-            format!("{:16} {:12.0} bytes {:8.2} a split", size.content, size.bytes, size.bytes_per_split)
-        }));
+        lines.push("content                   bytes  a split".to_owned());
+        lines.extend(
+            self.sizes.iter().map(|size| {
+                format!("  {:18} {:10.0} {:8.2}", size.content, size.bytes, size.bytes_per_split)
+            }),
+        );
         lines.push(format!(
             "all but positions, attributes and header: {:.2} bytes a split",
             self.bytes_per_split

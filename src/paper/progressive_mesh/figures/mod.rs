@@ -1,6 +1,7 @@
 //! Every figure of paper 2.
 
 mod average;
+mod build;
 mod draw;
 mod error;
 mod extremes;
@@ -9,6 +10,7 @@ mod moves;
 mod order;
 mod orders;
 mod pop;
+mod size;
 mod surfaces;
 
 use crate::figure::{Bench, Effort, Figure};
@@ -22,6 +24,8 @@ pub const FIGURES: &[&Figure] = &[
     &order::ORDER,
     &average::AVERAGE,
     &moves::MOVES,
+    &size::SIZE,
+    &build::BUILD,
     &draw::DRAW,
     &pop::POP,
     &governor::GOVERNOR,

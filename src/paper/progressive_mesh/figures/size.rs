@@ -1,0 +1,201 @@
+//! pm.size: bytes for each split, in a file and in memory.
+
+use super::super::mesh::{NOWHERE, ProgressiveMesh};
+use super::super::run::Program;
+use super::orders::{CLASSICAL, CLOSED, FEW, ORDERS, OURS, PAPER, judged, ordered, simplified};
+use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Table, Value};
+
+pub const SIZE: Figure = Figure {
+    id: "pm.size",
+    title: "Bytes of a split",
+    about: "What the levels of detail take: for each vertex beyond level 0 the bytes of its split, of the faces that it \
+            brings, of the levels' errors and of the tswaps, positions and attributes apart. In a .pmesh file \
+            (docs/pmesh.md), by content, and when read for running. Beside it the same splits and tswaps as plain \
+            32-bit words, as variable-length numbers (differences of successive ones, 7 bits a byte), as Forsyth's \
+            record of 16-bit indices (6 + 2 numF bytes; no tswaps), and the index lists of multi-level skip lists (each \
+            with 0.707 of the faces of the finer one, 32-bit indices). The paper says that cycles need no memory beside \
+            themselves, and no stored inverse (section 5). Models: `bunny`, `sphere`, `torus`, `knot`, `solid`.",
+    scenes: &CLOSED,
+    variants,
+    sweep: None,
+    measure,
+    plots: &[
+        Plot { quantity: FILE, x: Axis::Variant, log_x: false, log_y: false, floor: None },
+        Plot { quantity: MEMORY, x: Axis::Variant, log_x: false, log_y: false, floor: None },
+    ],
+    claims: &[
+        Claim {
+            id: "with-tswaps",
+            text: "The bunny's file takes at most 70 bytes for each split with ours (aim: 43), positions and header apart.",
+            from: Origin::Ours,
+            check: |table| at_most(table, OURS, 70.0),
+        },
+        Claim {
+            id: "without",
+            text: "The bunny's file takes at most 13 bytes for each split in classical order, positions and header apart.",
+            from: Origin::Ours,
+            check: |table| at_most(table, CLASSICAL, 13.0),
+        },
+        Claim {
+            id: "by-neighbourhood",
+            text: "Naming a moved face by what lies near takes at most a third of variable-length numbers, on every model.",
+            from: Origin::Ours,
+            check: by_neighbourhood,
+        },
+    ],
+};
+
+const FILE: &str = "file";
+const SWAPS: &str = "file: swaps";
+const WORDS: &str = "as 32-bit words";
+const NUMBERS: &str = "as variable-length numbers";
+const SWAP_NUMBERS: &str = "as variable-length numbers: swaps";
+const RECORD: &str = "as Forsyth's 16-bit record";
+const MEMORY: &str = "memory";
+const SKIP_LISTS: &str = "skip lists";
+/// Faces of a skip list for each of the next finer one.
+const RATIO: f64 = 0.707;
+const UNIT: &str = "bytes per split";
+
+fn variants() -> Vec<String> {
+    [CLASSICAL, PAPER, OURS, FEW, SKIP_LISTS].map(String::from).into()
+}
+
+fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let (model, collapses) = simplified(&cell.scene)?;
+    let mut rows = Vec::new();
+    for (name, options) in ORDERS.iter().filter(|(name, _)| variants().iter().any(|known| known == name)) {
+        let mesh = ordered(&model, &collapses, options.as_ref());
+        rows.extend(of_mesh(name, &mesh)?);
+    }
+    let splits = collapses.wedges.items().len().max(1) as f64;
+    let lists = skip_lists(model.faces.len(), 64) / splits;
+    rows.push(Row::new(SKIP_LISTS, MEMORY, UNIT, Value::Number(lists)));
+    Ok(rows)
+}
+
+fn of_mesh(name: &str, mesh: &ProgressiveMesh) -> anyhow::Result<Vec<Row>> {
+    let splits = mesh.splits.split_vertices.len().max(1) as f64;
+    let (_, contents) = mesh.to_bytes();
+    let mut rows = Vec::new();
+    let mut row = |quantity: &str, bytes: f64| {
+        rows.push(Row::new(name, quantity, UNIT, Value::Number(bytes / splits)));
+    };
+    row(FILE, contents.bytes_per_split(mesh) * splits);
+    for (content, bits) in contents.sizes.named() {
+        row(&format!("file: {content}"), bits / 8.0);
+    }
+    row("file: header and heads", contents.frame_bytes);
+    let slots = mesh.splits.slots.items().len();
+    let swaps = &mesh.swaps.cycles;
+    // A split: splitVert, numN with numF, slots. A tswap: numF, slots.
+    let words = 2 * mesh.splits.slots.len() + slots + swaps.len() + swaps.items().len();
+    row(WORDS, 4.0 * words as f64);
+    let [split_numbers, swap_numbers] = [split_numbers(mesh), swap_numbers(mesh)];
+    row(NUMBERS, (split_numbers + swap_numbers) as f64);
+    row(SWAP_NUMBERS, swap_numbers as f64);
+    row(RECORD, (6 * mesh.splits.slots.len() + 2 * slots) as f64);
+    row(MEMORY, Program::new(mesh)?.bytes() as f64);
+    Ok(rows)
+}
+
+/// Bytes of a number at 7 bits a byte.
+fn number_bytes(number: u32) -> usize {
+    (32 - number.leading_zeros()).div_ceil(7).max(1) as usize
+}
+
+/// Bytes of the difference from the number before, which it replaces.
+fn step_bytes(before: &mut u32, number: u32) -> usize {
+    let step = number.wrapping_sub(std::mem::replace(before, number)) as i32;
+    number_bytes((step << 1 ^ step >> 31) as u32)
+}
+
+fn split_numbers(mesh: &ProgressiveMesh) -> usize {
+    let (mut last_split, mut last_slot) = (0, 0);
+    let rows = mesh.splits.split_vertices.iter().zip(mesh.splits.slots.rows());
+    rows.map(|(&split, slots)| {
+        let split = if split == NOWHERE { last_split } else { split };
+        let vertex = step_bytes(&mut last_split, split);
+        // numN and numF share a byte.
+        vertex + 1 + slots.iter().map(|&slot| step_bytes(&mut last_slot, slot)).sum::<usize>()
+    })
+    .sum()
+}
+
+fn swap_numbers(mesh: &ProgressiveMesh) -> usize {
+    let mut last = 0;
+    let cycle = |slots: &[u32]| {
+        number_bytes(slots.len() as u32)
+            + slots.iter().map(|&slot| step_bytes(&mut last, slot)).sum::<usize>()
+    };
+    mesh.swaps.cycles.rows().map(cycle).sum()
+}
+
+/// Bytes of the index lists from a mesh of `faces` down to one of `least`.
+fn skip_lists(faces: usize, least: usize) -> f64 {
+    let lists = std::iter::successors(Some(faces as f64), |faces| Some(faces * RATIO));
+    lists.take_while(|&faces| faces >= least as f64).map(|faces| 12.0 * faces.round()).sum()
+}
+
+fn at_most(table: &Table, variant: &str, bytes: f64) -> Finding {
+    let found = table.number("bunny", None, variant, FILE);
+    let numbers = found.map(|found| format!("{found:.1} bytes")).unwrap_or_default();
+    judged(found.map(|found| found <= bytes), numbers, &format!("at most {bytes} bytes"))
+}
+
+fn by_neighbourhood(table: &Table) -> Finding {
+    let ratio = |scene: &&str| {
+        let of = |quantity| table.number(scene, None, OURS, quantity);
+        Some(of(SWAPS)? / of(SWAP_NUMBERS)?)
+    };
+    let ratios: Option<Vec<f64>> = CLOSED.iter().map(ratio).collect();
+    let numbers = ratios.iter().flatten().zip(CLOSED).map(|(ratio, scene)| format!("{scene} {ratio:.2}"));
+    let met = ratios.as_ref().map(|ratios| ratios.iter().all(|&ratio| ratio <= 1.0 / 3.0));
+    judged(met, numbers.collect::<Vec<_>>().join(", "), "at most a third on every model")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::table;
+    use super::*;
+    use crate::figure::Verdict;
+    use crate::math::ragged::Ragged;
+
+    #[test]
+    fn bars_are_held_against_the_bunny() {
+        let found = |bytes| at_most(&table("cpu", &[("bunny", OURS, FILE, bytes)]), OURS, 70.0).verdict;
+        assert_eq!((found(70.0), found(70.1)), (Verdict::Reproduced, Verdict::NotReproduced));
+        let elsewhere = table("cpu", &[("knot", OURS, FILE, 1.0)]);
+        assert_eq!(at_most(&elsewhere, OURS, 70.0).verdict, Verdict::NotMeasurable);
+    }
+
+    #[test]
+    fn one_model_above_a_third_refutes() {
+        let rows = |last| {
+            let swaps = |scene| if scene == "solid" { last } else { 10.0 };
+            let of = |scene| [(scene, OURS, SWAPS, swaps(scene)), (scene, OURS, SWAP_NUMBERS, 40.0)];
+            CLOSED.into_iter().flat_map(of).collect::<Vec<_>>()
+        };
+        let found = |last| by_neighbourhood(&table("cpu", &rows(last))).verdict;
+        assert_eq!((found(13.0), found(14.0)), (Verdict::Reproduced, Verdict::NotReproduced));
+    }
+
+    #[test]
+    fn numbers_take_seven_bits_a_byte() {
+        assert_eq!([0, 1, 127, 128, 16_383, 16_384, u32::MAX].map(number_bytes), [1, 1, 1, 2, 2, 3, 5]);
+        let mut before = 100;
+        assert_eq!([36, 100, 164, 163].map(|next| step_bytes(&mut before, next)), [1, 2, 2, 1]);
+        let mut mesh = ProgressiveMesh::default();
+        mesh.splits.split_vertices = vec![3, NOWHERE];
+        mesh.splits.slots = Ragged::from_iter([vec![5, 300], vec![]]);
+        mesh.swaps.cycles = Ragged::from_iter([[1, 200, 201]]);
+        assert_eq!((split_numbers(&mesh), swap_numbers(&mesh)), (1 + 1 + 1 + 2 + 1 + 1, 1 + 1 + 2 + 1));
+    }
+
+    #[test]
+    fn skip_lists_are_a_geometric_sum() {
+        assert_eq!(skip_lists(100, 64), 12.0 * (100.0 + 71.0));
+        let sum = skip_lists(1_000_000, 1) / 12.0 / 1e6;
+        assert!((sum - 1.0 / (1.0 - RATIO)).abs() < 1e-4, "{sum}");
+    }
+}
