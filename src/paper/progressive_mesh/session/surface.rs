@@ -98,15 +98,18 @@ impl Surface {
             seen: None,
         };
         let (vertices, indices) = (format!("{name}: vertices"), format!("{name}: indices"));
+        let all = 3 * program.faces().len() as u64 * stands.len() as u64;
+        if u32::try_from(all).is_err() {
+            let what =
+                format!("{all} indices, a draw reaches 2^32; show fewer instances, or a coarser model");
+            return Err(Error::Limit { object: indices, what }.into());
+        }
         Ok(Surface {
             name: name.clone(),
             settings: surface.clone(),
             vertices: VertexBuffer::new(gpu, &vertices, mesh, &normals, surface.geomorph)?,
             indices: match surface.apply {
-                Apply::Cpu => {
-                    let bytes = (12 * program.faces().len() * stands.len()) as u64;
-                    gpu.buffer(&indices, bytes, BufferUse::Indices)?
-                }
+                Apply::Cpu => gpu.buffer(&indices, 4 * all, BufferUse::Indices)?,
                 Apply::Gpu => {
                     let all = program.faces().repeat(stands.len());
                     gpu.buffer_with(&indices, &all, BufferUse::WritableIndices)?
