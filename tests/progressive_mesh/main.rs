@@ -1,5 +1,6 @@
 //! Paper 2: what runs, against meshes built afresh at each level.
 
+mod built;
 mod check;
 mod device;
 mod made;

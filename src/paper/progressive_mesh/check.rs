@@ -1,7 +1,7 @@
 //! Whether a progressive mesh can be executed: asked once, after loading a file, so that running needs no checks.
 //!
 //! All levels are executed as the paper prints them, on a copy of F, and every index is looked at before it is used:
-//! 0.1 s for a million faces.
+//! a second at most for 870 000 faces with permutations of 20 faces a split.
 
 use super::mesh::{Level, NOWHERE, ProgressiveMesh};
 

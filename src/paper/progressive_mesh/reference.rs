@@ -43,10 +43,13 @@ pub fn wedges_at(model: &Model, collapses: &Collapses, level: u32) -> BTreeSet<u
     (0..model.wedge_positions.len() as u32).filter(|wedge| !gone.contains(wedge)).collect()
 }
 
-/// Faces as a set with orientation: each begins at its least corner, and all are sorted.
-pub fn face_set<T: Ord + Copy>(faces: impl IntoIterator<Item = [T; 3]>) -> Vec<[T; 3]> {
-    let turned =
-        |[a, b, c]: [T; 3]| [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().expect("three turns");
+/// Faces as a set with orientation: each begins at its least corner, of which it has one, and all are sorted.
+pub fn face_set<T: Ord + Clone>(faces: impl IntoIterator<Item = [T; 3]>) -> Vec<[T; 3]> {
+    let turned = |mut face: [T; 3]| {
+        let least = (0..3).min_by(|&a, &b| face[a].cmp(&face[b])).expect("three corners");
+        face.rotate_left(least);
+        face
+    };
     let mut set: Vec<_> = faces.into_iter().map(turned).collect();
     set.sort_unstable();
     set

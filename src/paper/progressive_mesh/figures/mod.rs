@@ -2,6 +2,7 @@
 
 mod average;
 mod build;
+mod cpu;
 mod draw;
 mod error;
 mod extremes;
@@ -24,6 +25,7 @@ pub const FIGURES: &[&Figure] = &[
     &order::ORDER,
     &average::AVERAGE,
     &moves::MOVES,
+    &cpu::CPU,
     &size::SIZE,
     &build::BUILD,
     &draw::DRAW,

@@ -140,13 +140,14 @@ impl Program {
 
     /// Bytes of main memory that all instances share.
     pub fn bytes(&self) -> usize {
+        self.command_bytes() + size_of_val(&*self.levels) + size_of_val(&*self.faces)
+    }
+
+    /// Bytes of what is executed: [`Program::bytes`] less levels and faces.
+    pub fn command_bytes(&self) -> usize {
         let moves = size_of_val(&*self.moves.runs) + size_of_val(&*self.moves.from);
         let words = 3 * self.corners.words.len() + self.corner_ends.len() + self.swap_levels.len();
-        4 * words
-            + size_of_val(&*self.move_ends)
-            + moves
-            + size_of_val(&*self.levels)
-            + size_of_val(&*self.faces)
+        4 * words + size_of_val(&*self.move_ends) + moves
     }
 
     /// Brings `faces`, which is F at level `from`, to level `to`. It must hold the live faces of both levels, those that

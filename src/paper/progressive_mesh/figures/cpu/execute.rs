@@ -1,0 +1,202 @@
+//! Executing levels on one core: the paper's pseudocode and the flat lists, with and without tswaps.
+
+use crate::figure::{Contender, Row, Timed, Value};
+use crate::paper::progressive_mesh::check::Flaw;
+use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
+use crate::paper::progressive_mesh::order::{OrderOptions, classical, order};
+use crate::paper::progressive_mesh::run::{Instances, Program, State, Untold};
+use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
+use crate::scene::model;
+use crate::stats::Summary;
+use crate::vk::{Gpu, PassTime};
+use anyhow::Context;
+use std::hint::black_box;
+use std::sync::Arc;
+use std::time::Instant;
+
+pub const PRINTED: &str = "pseudocode, splits only";
+pub const PRINTED_SWAPS: &str = "pseudocode, 23 moves";
+pub const FLAT: &str = "flat lists, splits only";
+pub const FLAT_FEW: &str = "flat lists, 10 moves";
+pub const FLAT_SWAPS: &str = "flat lists, 23 moves";
+pub const COPY: &str = "memory copy of the index buffer";
+pub const FRAME: &str = "a frame that draws nothing";
+
+pub const SPLITS_UP: &str = "splits a second";
+pub const SPLITS_DOWN: &str = "collapses a second";
+pub const STEP: &str = "a hundredth of the way";
+pub const MOVED: &str = "moved faces for each split";
+pub const COMMANDS: &str = "bytes of commands for each split";
+pub const WRITTEN: &str = "bytes written for each split";
+pub const STATE: &str = "bytes of state for each of 500 instances";
+pub const SLICES: &str = "bytes of index buffer for each live face";
+
+const UP: &str = "all splits";
+const DOWN: &str = "all collapses";
+const STEPS: &str = "all splits in 100 steps";
+const ALONE: &str = "host";
+
+/// One mesh in the orders that are compared.
+pub struct Orders {
+    pub classical: ProgressiveMesh,
+    pub few: ProgressiveMesh,
+    pub best: ProgressiveMesh,
+}
+
+impl Orders {
+    /// Of a shipped model.
+    pub fn of(name: &str) -> anyhow::Result<Orders> {
+        let model = model::named(name).with_context(|| format!("{name:?} is no shipped model"))?;
+        let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ()).collapses;
+        let with = |options: OrderOptions| order(&model, &collapses, &options, &mut |_, _| ());
+        let (best, few) = rayon::join(|| with(OrderOptions::BEST), || with(OrderOptions::FEW_MOVES));
+        Ok(Orders { classical: classical(&model, &collapses), few, best })
+    }
+
+    /// The meshes checked and packed.
+    ///
+    /// # Errors
+    /// A mesh that cannot be executed: a bug of the order.
+    pub fn programs(&self) -> Result<Programs, Flaw> {
+        Ok(Programs {
+            classical: Program::new(&self.classical)?,
+            few: Program::new(&self.few)?,
+            best: Program::new(&self.best)?,
+        })
+    }
+}
+
+/// What the flat lists run.
+pub struct Programs {
+    classical: Program,
+    few: Program,
+    pub best: Program,
+}
+
+/// Each way of execution: name, mesh, program, and whether it is the pseudocode.
+fn variants<'a>(
+    orders: &'a Orders,
+    programs: &'a Programs,
+) -> [(&'static str, &'a ProgressiveMesh, &'a Program, bool); 5] {
+    [
+        (PRINTED, &orders.classical, &programs.classical, true),
+        (PRINTED_SWAPS, &orders.best, &programs.best, true),
+        (FLAT, &orders.classical, &programs.classical, false),
+        (FLAT_FEW, &orders.few, &programs.few, false),
+        (FLAT_SWAPS, &orders.best, &programs.best, false),
+    ]
+}
+
+fn timed(label: &str, work: impl FnOnce()) -> PassTime {
+    let start = Instant::now();
+    work();
+    PassTime { label: label.into(), ns: Some(start.elapsed().as_nanos() as u64) }
+}
+
+/// The whole way up, the whole way down, and up again in a hundred steps.
+fn ways<'a>(variant: &str, last: u32, mut go_to: impl FnMut(u32) + 'a) -> Contender<'a> {
+    let run = move || {
+        let (up, down) = (timed(UP, || go_to(last)), timed(DOWN, || go_to(0)));
+        let steps = timed(STEPS, || (1..=100).for_each(|n| go_to(hundredth(last, n))));
+        go_to(0);
+        Ok(vec![up, down, steps])
+    };
+    Contender { variant: variant.into(), run: Box::new(run) }
+}
+
+/// The level after `n` hundredths of all splits.
+pub fn hundredth(last: u32, n: u32) -> u32 {
+    (u64::from(last) * u64::from(n) / 100) as u32
+}
+
+/// What is timed on one core.
+pub fn contenders<'a>(gpu: &'a Gpu, orders: &'a Orders, programs: &'a Programs) -> Vec<Contender<'a>> {
+    let last = orders.best.last_level();
+    let mut contenders: Vec<Contender> = Vec::new();
+    for (variant, mesh, program, printed) in variants(orders, programs) {
+        contenders.push(if printed {
+            let mut state = State::new(mesh);
+            ways(variant, last, move |level| state.go_to(mesh, level))
+        } else {
+            let (mut faces, mut at, mut kept) = (program.faces().to_vec(), 0, Vec::new());
+            ways(variant, last, move |level| {
+                program.run(&mut faces, at, level, &mut kept, &mut Untold);
+                at = level;
+            })
+        });
+    }
+    let (from, mut to) = (&*orders.best.faces, orders.best.faces.clone());
+    let copy = move || {
+        Ok(vec![timed(ALONE, || {
+            to.copy_from_slice(black_box(from));
+            black_box(&mut to);
+        })])
+    };
+    contenders.push(Contender { variant: COPY.into(), run: Box::new(copy) });
+    let frame = move || {
+        let start = Instant::now();
+        let mut frame = gpu.frame()?;
+        frame.pass("nothing", |_| Ok(()))?;
+        let ticket = frame.submit()?;
+        let ns = Some(start.elapsed().as_nanos() as u64);
+        ticket.wait()?;
+        Ok(vec![PassTime { label: ALONE.into(), ns }])
+    };
+    contenders.push(Contender { variant: FRAME.into(), run: Box::new(frame) });
+    contenders
+}
+
+/// Rows of times.
+pub fn time_rows(splits: u32, timed: &[Timed]) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for one in timed {
+        let of = |label| one.pass(label);
+        let mut row = |quantity: &str, unit: &str, summary: Option<Summary>| {
+            rows.extend(summary.map(|s| Row::new(&*one.variant, quantity, unit, Value::Summary(s))));
+        };
+        row("whole way", "ms", of(UP).or(of(ALONE)));
+        row("whole way back", "ms", of(DOWN));
+        row(STEP, "ms", of(STEPS).map(|s| s.scaled(0.01)).or(of(ALONE)));
+        for (quantity, label) in [(SPLITS_UP, UP), (SPLITS_DOWN, DOWN)] {
+            // Of the best run: what else runs on the machine only ever slows one down.
+            let rate = of(label).map(|s| f64::from(splits) / s.min / 1e3);
+            rows.extend(rate.map(|m| Row::new(&*one.variant, quantity, "millions", Value::Number(m))));
+        }
+    }
+    rows
+}
+
+/// Rows of what is counted.
+pub fn count_rows(orders: &Orders, programs: &Programs) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for (variant, mesh, program, printed) in variants(orders, programs) {
+        let splits = f64::from(mesh.last_level());
+        let mut row = |quantity: &str, unit: &str, number: f64| {
+            rows.push(Row::new(variant, quantity, unit, Value::Number(number)));
+        };
+        let moved = mesh.swaps.cycles.items().len() as f64;
+        let corners = mesh.splits.slots.items().len() as f64;
+        row(MOVED, "faces", moved / splits);
+        row(WRITTEN, "bytes", (4.0 * corners + 12.0 * moved) / splits);
+        let as_stored = 4 * mesh.splits.split_vertices.len()
+            + mesh.splits.slots.bytes()
+            + mesh.swaps.cycles.bytes()
+            + 4 * (mesh.swaps.levels.len() + mesh.swaps.cycle_ends.len());
+        let bytes = if printed { as_stored } else { program.command_bytes() };
+        row(COMMANDS, "bytes", bytes as f64 / splits);
+    }
+    rows
+}
+
+/// 500 instances of about 1000 faces, the most different levels among them: what each needs of its own.
+pub fn herd_rows(program: Program) -> Vec<Row> {
+    let last = program.levels().partition_point(|level| level.faces <= 2000) as u32 - 1;
+    let mut herd = Instances::new(Arc::new(program), 500);
+    (0..500).for_each(|n| herd.go_to(n, (n as u64 * u64::from(last) / 499) as u32));
+    let live: usize = (0..500).map(|n| herd.faces(n).len()).sum();
+    let number = |quantity: &str, number: f64| Row::new(FLAT_SWAPS, quantity, "bytes", Value::Number(number));
+    vec![
+        number(STATE, herd.state_bytes() as f64 / 500.0),
+        number(SLICES, 12.0 * herd.buffer().len() as f64 / live as f64),
+    ]
+}

@@ -1,0 +1,98 @@
+//! pm.cpu: what a change of level costs the CPU, and how it comes to the device.
+
+mod claims;
+mod execute;
+mod send;
+
+use crate::figure::{Axis, Bench, Cell, Claim, Figure, Origin, Plot, Row};
+use execute::{COPY, FLAT, FLAT_FEW, FLAT_SWAPS, FRAME, PRINTED, PRINTED_SWAPS, SPLITS_UP, STEP};
+use send::{BOTH, Sender, WAYS};
+use std::cell::RefCell;
+
+/// The figure.
+pub const CPU: Figure = Figure {
+    id: "pm.cpu",
+    title: "What a change of level costs",
+    about: "All splits of a mesh are executed on one core, and all collapses, as the paper's pseudocode and as flat lists; \
+            without tswaps, and with about 10 and 23 moved faces for each split. `bunny` has 3674 faces, `torus:48` 9216, \
+            `torus:128` 65 536, and `torus:466`, as large as the Stanford dragon, 868 624. Then ten frames of a hundredth \
+            of the splits each are brought to an index buffer on the device in five ways. The paper (headline): the CPU's load \
+            rises by 20 %. Relative to what is not said: to splits without tswaps, or to a frame's whole work; both are judged. \
+            Rates are those of the best run. A frame's work is taken at its least, a frame that draws nothing, of which the host's time counts.",
+    scenes: &["bunny", "torus:48", "torus:128", "torus:466"],
+    variants,
+    sweep: None,
+    measure,
+    plots: &[
+        Plot { quantity: SPLITS_UP, x: Axis::Variant, log_x: false, log_y: true, floor: None },
+        Plot { quantity: STEP, x: Axis::Variant, log_x: false, log_y: true, floor: Some(COPY) },
+        Plot { quantity: BOTH, x: Axis::Variant, log_x: false, log_y: true, floor: None },
+    ],
+    claims: &[
+        Claim {
+            id: "exact",
+            text: "However a change comes to the device, its index buffer is the host's, bit for bit.",
+            from: Origin::Ours,
+            check: claims::exact,
+        },
+        Claim {
+            id: "rate",
+            text: "With 23 moved faces for each split, one core executes 20 million splits a second, and collapses, on meshes \
+                   up to 100 000 faces.",
+            from: Origin::Ours,
+            check: claims::rate,
+        },
+        Claim {
+            id: "rate-large",
+            text: "And 6 million on a mesh as large as the dragon.",
+            from: Origin::Ours,
+            check: claims::rate_large,
+        },
+        Claim {
+            id: "flat",
+            text: "Flat lists execute the same at least 1.5 times as fast as the pseudocode.",
+            from: Origin::Ours,
+            check: claims::flat,
+        },
+        Claim {
+            id: "load-of-splits",
+            text: "The extension raises the CPU's load by 20 %: relative to splits without tswaps.",
+            from: Origin::Paper("headline"),
+            check: claims::load_of_splits,
+        },
+        Claim {
+            id: "load-of-frames",
+            text: "The extension raises the CPU's load by 20 %: relative to the host's work for a frame that draws nothing and \
+                   executes a hundredth of the splits.",
+            from: Origin::Paper("headline"),
+            check: claims::load_of_frames,
+        },
+        Claim {
+            id: "touched",
+            text: "Sending the touched ranges alone takes less than sending all live faces.",
+            from: Origin::Ours,
+            check: claims::touched,
+        },
+    ],
+};
+
+fn variants() -> Vec<String> {
+    let execution = [PRINTED, PRINTED_SWAPS, FLAT, FLAT_FEW, FLAT_SWAPS, COPY, FRAME];
+    execution.into_iter().chain(WAYS).map(String::from).collect()
+}
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let gpu = bench.gpu(&[])?;
+    let orders = execute::Orders::of(&cell.scene)?;
+    let programs = orders.programs()?;
+    let timed = bench.interleave(&gpu, execute::contenders(&gpu, &orders, &programs))?;
+    let mut rows = execute::time_rows(orders.best.last_level(), &timed);
+    rows.extend(execute::count_rows(&orders, &programs));
+    let senders: Vec<_> = Sender::all(&gpu, &programs.best)?.into_iter().map(RefCell::new).collect();
+    let timed = bench.interleave(&gpu, send::contenders(&gpu, &senders))?;
+    rows.extend(send::time_rows(&timed));
+    rows.extend(send::count_rows(&gpu, &senders)?);
+    drop(senders);
+    rows.extend(execute::herd_rows(programs.best));
+    Ok(rows)
+}

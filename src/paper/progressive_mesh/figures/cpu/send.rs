@@ -1,0 +1,229 @@
+//! Bringing a change of levels to the device's index buffer: five ways.
+
+use super::execute::hundredth;
+use crate::figure::{Contender, Row, Value};
+use crate::paper::progressive_mesh::apply::{Apply, Change, ChangedSlots, Scatter};
+use crate::paper::progressive_mesh::run::{Program, Touched, Untold};
+use crate::vk::{Buffer, BufferUse, Cmd, Gpu, PassTime};
+use std::cell::RefCell;
+use std::time::Instant;
+
+pub const WHOLE: &str = "live faces, staged";
+pub const RANGES: &str = "touched ranges, staged";
+pub const MAPPED: &str = "written where the device reads";
+pub const SCATTER: &str = "changed faces, scattered";
+pub const DEVICE: &str = "executed on the device";
+
+/// In the order of the report.
+pub const WAYS: [&str; 5] = [WHOLE, RANGES, MAPPED, SCATTER, DEVICE];
+
+pub const SENT: &str = "bytes sent for each split";
+pub const WRONG: &str = "words that are not the host's";
+pub const HOST: &str = "host's share of ten frames";
+pub const BOTH: &str = "ten frames";
+
+const PASSES: [&str; 2] = ["host", "device"];
+
+/// From 45 to 55 hundredths of the splits, a hundredth a frame: with groups that grow by a tenth, one permutation or two.
+const FIRST: u32 = 45;
+const FRAMES: u32 = 10;
+
+/// One way, with its own copy of the index buffer.
+pub struct Sender<'a> {
+    program: &'a Program,
+    way: Way,
+    /// On the device.
+    indices: Buffer,
+    /// On the host; unused where the device executes, or where the host writes into `indices`.
+    faces: Vec<[u32; 3]>,
+    staging: Buffer,
+    kept: Vec<[u32; 3]>,
+    level: u32,
+    /// Sent so far, and the levels that this took.
+    sent: [u64; 2],
+}
+
+enum Way {
+    Whole,
+    Ranges(Touched),
+    Mapped,
+    Scatter(Box<Scattering>),
+    Device(Box<Apply>),
+}
+
+/// What scattering needs: the list on the host, and on the device.
+struct Scattering {
+    scatter: Scatter,
+    changed: ChangedSlots,
+    list: Buffer,
+}
+
+impl<'a> Sender<'a> {
+    /// All ways, at the first level of the walk.
+    pub fn all(gpu: &Gpu, program: &'a Program) -> anyhow::Result<Vec<Sender<'a>>> {
+        let slots = program.faces().len();
+        let scattering = Scattering {
+            scatter: Scatter::new(gpu)?,
+            changed: ChangedSlots::new(slots),
+            list: gpu.buffer("changed faces", 16 * slots as u64, BufferUse::Storage)?,
+        };
+        let ways = [
+            Way::Whole,
+            Way::Ranges(Touched::new(slots)),
+            Way::Mapped,
+            Way::Scatter(Box::new(scattering)),
+            Way::Device(Box::new(Apply::new(gpu, program)?)),
+        ];
+        ways.into_iter().map(|way| Sender::new(gpu, program, way)).collect()
+    }
+
+    fn new(gpu: &Gpu, program: &'a Program, way: Way) -> anyhow::Result<Sender<'a>> {
+        let (mut faces, mut kept) = (program.faces().to_vec(), Vec::new());
+        let level = hundredth(program.last_level(), FIRST);
+        program.run(&mut faces, 0, level, &mut kept, &mut Untold);
+        let indices = match way {
+            Way::Mapped => {
+                let bytes = size_of_val(&*faces) as u64;
+                let mut indices = gpu.buffer("mapped indices", bytes, BufferUse::MappedIndices)?;
+                indices.mapped_mut().copy_from_slice(bytemuck::cast_slice(&faces));
+                indices
+            }
+            _ => gpu.buffer_with("indices", faces.as_flattened(), BufferUse::WritableIndices)?,
+        };
+        let staging = gpu.buffer("staging", 16 * faces.len() as u64, BufferUse::Upload)?;
+        Ok(Sender { program, way, indices, faces, staging, kept, level, sent: [0; 2] })
+    }
+
+    /// Executes a change of level, and records what brings it to the device.
+    fn go_to(&mut self, cmd: &mut Cmd<'_>, level: u32) -> crate::vk::Result<()> {
+        let Sender { program, way, indices, faces, staging, kept, .. } = self;
+        let before = std::mem::replace(&mut self.level, level);
+        let sent = match way {
+            Way::Whole => {
+                program.run(faces, before, level, kept, &mut Untold);
+                let live = &faces[..program.levels()[level as usize].faces as usize];
+                staging.mapped_mut()[..size_of_val(live)].copy_from_slice(bytemuck::cast_slice(live));
+                cmd.copy_buffer(staging, 0, indices, 0, size_of_val(live) as u64);
+                size_of_val(live) as u64
+            }
+            Way::Ranges(touched) => {
+                program.run(faces, before, level, kept, touched);
+                let (words, mut end, mut ranges) = (faces.as_flattened(), 0, Vec::new());
+                for range in touched.take() {
+                    let bytes: &[u8] = bytemuck::cast_slice(&words[range.clone()]);
+                    staging.mapped_mut()[end..end + bytes.len()].copy_from_slice(bytes);
+                    ranges.push([end as u64, 4 * range.start as u64, bytes.len() as u64]);
+                    end += bytes.len();
+                }
+                cmd.copy_ranges(staging, indices, &ranges);
+                end as u64
+            }
+            Way::Mapped => {
+                let faces: &mut [[u32; 3]] = bytemuck::cast_slice_mut(indices.mapped_mut());
+                program.run(faces, before, level, kept, &mut Untold);
+                0
+            }
+            Way::Scatter(scattering) => {
+                let Scattering { scatter, changed, list } = &mut **scattering;
+                program.run(faces, before, level, kept, changed);
+                let changes = changed.take(faces);
+                let bytes: &[u8] = bytemuck::cast_slice(&changes);
+                staging.mapped_mut()[..bytes.len()].copy_from_slice(bytes);
+                cmd.copy_buffer(staging, 0, list, 0, bytes.len() as u64);
+                cmd.sync();
+                scatter.run(cmd, list, changes.len() as u32, indices, 0)?;
+                bytes.len() as u64
+            }
+            Way::Device(apply) => {
+                let change = Change { first_slot: 0, from: before, to: level };
+                apply.run(cmd, program, indices, &[change])?;
+                0
+            }
+        };
+        self.sent[0] += sent;
+        self.sent[1] += u64::from(before.abs_diff(level));
+        Ok(())
+    }
+
+    /// Ten frames up, or where it has been up, ten frames down.
+    fn walk(&mut self, gpu: &Gpu) -> anyhow::Result<Vec<PassTime>> {
+        let last = self.program.last_level();
+        let mut hundredths: Vec<u32> = (FIRST..=FIRST + FRAMES).collect();
+        if self.level != hundredth(last, FIRST) {
+            hundredths.reverse();
+        }
+        let (mut host, mut device) = (0, Some(0));
+        for n in &hundredths[1..] {
+            let start = Instant::now();
+            let mut frame = gpu.frame()?;
+            frame.pass("levels", |cmd| self.go_to(cmd, hundredth(last, *n)))?;
+            let ticket = frame.submit()?;
+            host += start.elapsed().as_nanos() as u64;
+            device = ticket.wait()?.iter().fold(device, |sum, pass| Some(sum? + pass.ns?));
+        }
+        let pass = |label: &str, ns| PassTime { label: label.into(), ns };
+        Ok(vec![pass(PASSES[0], Some(host)), pass(PASSES[1], device)])
+    }
+
+    /// Words of the device's buffer that differ from a fresh execution.
+    fn wrong_words(&self, gpu: &Gpu) -> anyhow::Result<usize> {
+        let (mut expected, mut kept) = (self.program.faces().to_vec(), Vec::new());
+        self.program.run(&mut expected, 0, self.level, &mut kept, &mut Untold);
+        let host;
+        let bytes = match self.way {
+            Way::Mapped => self.indices.mapped(),
+            _ => {
+                host = read_back(gpu, &self.indices)?;
+                host.mapped()
+            }
+        };
+        let words: &[u32] = bytemuck::cast_slice(bytes);
+        // Sending the live faces leaves others as they were.
+        let live = 3 * self.program.levels()[self.level as usize].faces as usize;
+        Ok(words[..live].iter().zip(&expected.as_flattened()[..live]).filter(|(a, b)| a != b).count())
+    }
+}
+
+fn read_back(gpu: &Gpu, buffer: &Buffer) -> anyhow::Result<Buffer> {
+    let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback)?;
+    let mut frame = gpu.frame()?;
+    frame.pass("read-back", |cmd| {
+        cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes());
+        Ok(())
+    })?;
+    frame.submit()?.wait()?;
+    Ok(host)
+}
+
+/// The ways as contenders, in the order of [`WAYS`].
+pub fn contenders<'s>(gpu: &'s Gpu, senders: &'s [RefCell<Sender<'_>>]) -> Vec<Contender<'s>> {
+    let contender = |(name, sender): (&&str, &'s RefCell<Sender<'_>>)| Contender {
+        variant: name.to_string(),
+        run: Box::new(move || sender.borrow_mut().walk(gpu)),
+    };
+    WAYS.iter().zip(senders).map(contender).collect()
+}
+
+/// Rows of what was sent, and whether it was right.
+pub fn count_rows(gpu: &Gpu, senders: &[RefCell<Sender<'_>>]) -> anyhow::Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for (name, sender) in WAYS.iter().zip(senders) {
+        let sender = sender.borrow();
+        let [bytes, splits] = sender.sent;
+        let wrong = sender.wrong_words(gpu)?;
+        rows.push(Row::new(*name, WRONG, "words", Value::Number(wrong as f64)));
+        rows.push(Row::new(*name, SENT, "bytes", Value::Number(bytes as f64 / splits as f64)));
+    }
+    Ok(rows)
+}
+
+/// Rows of times: the host's share, and both.
+pub fn time_rows(timed: &[crate::figure::Timed]) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for one in timed.iter().filter(|one| WAYS.contains(&&*one.variant)) {
+        let host = one.pass(PASSES[0]);
+        rows.extend(host.map(|summary| Row::new(&*one.variant, HOST, "ms", Value::Summary(summary))));
+        rows.push(one.row(BOTH));
+    }
+    rows
+}
