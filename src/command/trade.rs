@@ -31,7 +31,8 @@ pub struct TradeArgs {
     /// Look for the most accurate setting that takes at most so long
     #[arg(long, value_name = "T", value_parser = parse_bound)]
     max_ms: Option<f64>,
-    /// Turn these alone, of level-bias, filter, anisotropy, border, list, stages; all otherwise
+    /// Turn these alone, of level-bias, filter, anisotropy, border, list, stages, format, gpu-tiles, budgets; all
+    /// otherwise
     #[arg(long, value_name = "KNOB,…", value_delimiter = ',', value_parser = parse_knob)]
     knobs: Vec<Knob>,
     /// A report (index.html, trade.svg, trade.json) into this folder, made if absent
@@ -179,6 +180,14 @@ fn print(args: &TradeArgs, trade: &Trade) -> anyhow::Result<()> {
         let spread = format!("{:.2} to {:.2}", setting.ms.p5, setting.ms.p95);
         let (ms, error) = (setting.ms.median, setting.error);
         write!(text, "\n{ms:>9.2}  {spread:>19}  {error:>13.3e}  {}", setting.name)?;
+    }
+    for budget in &trade.budgets {
+        let (frames, seconds) = (budget.frames, budget.wall_ms / 1e3);
+        let same = match budget.differing_bytes {
+            0 => "the same settled picture".to_string(),
+            bytes => format!("a settled picture that differs in {bytes} bytes"),
+        };
+        write!(text, "\n{}: {frames} frames, {seconds:.2} s to {same}", budget.changes.join(" "))?;
     }
     say(text)
 }

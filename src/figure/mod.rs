@@ -30,7 +30,7 @@ pub use results::{CellRows, ClaimResult, FigureResult, NoResults, Outcome, Resul
 pub use run::{Failure, Partition, Progress, Run, RunError, Tally};
 pub use store::{CellResult, Store, StoreError};
 pub use table::{Machine, Record, Row, Table, Value};
-pub use trade::{Errors, Refused, Trade, Traded};
+pub use trade::{Budgeted, Errors, Refused, Trade, Traded};
 pub use write::write_outputs;
 
 use serde::{Deserialize, Serialize};

@@ -27,6 +27,8 @@ pub struct Trade {
     /// The simplest first: those that change the fewest keys of the scene.
     pub settings: Vec<Traded>,
     pub refused: Vec<Refused>,
+    /// Empty where budgets were not turned.
+    pub budgets: Vec<Budgeted>,
 }
 
 /// A setting as measured.
@@ -53,6 +55,20 @@ pub struct Errors {
     pub flip: f64,
     /// Largest difference of a channel, linear light.
     pub max: f64,
+}
+
+/// A budget of streaming: how soon the settled frame is there, and that it is the same frame.
+#[derive(Clone, Debug, Serialize)]
+pub struct Budgeted {
+    /// What it changes of the scene, as `-D` takes it.
+    pub changes: Vec<String>,
+    /// From empty caches on.
+    pub frames: u64,
+    pub wall_ms: f64,
+    /// The settled frame; `None` where the device keeps no time.
+    pub ms: Option<Summary>,
+    /// Of its picture, against that of the scene's own setting.
+    pub differing_bytes: usize,
 }
 
 /// A setting that does not run here.

@@ -8,6 +8,7 @@ use super::file::{CameraFile, MeshFile, MeshKind, PathFile, PathKind, SceneFile,
 use super::path::{self, Motion};
 use super::progressive_mesh::check_surface;
 use super::settings::{Cache, Disk, MeshSpec, Texture, TextureSource, Variant, View};
+use super::source::TileFormat;
 use crate::math::pyramid::PyramidError;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -150,6 +151,23 @@ pub(super) fn absent<T>(key: &[&str], value: &Option<T>, kind: &str) -> Result<(
     }
 }
 
+fn check_format(format: Option<TileFormat>, border: u32, source: &TextureSource) -> Result<(), Fault> {
+    let fault = |key, what: &str| Err(Fault::new(&["texture", key], what));
+    match (source, format) {
+        (TextureSource::File(_), Some(_)) => {
+            fault("format", "a file has its own format; bake it with --format")
+        }
+        (TextureSource::Ruler, Some(TileFormat::Bc1)) => {
+            fault("format", "the ruler is exact texel by texel, which bc1 is not; choose \"rgba8\"")
+        }
+        (_, Some(TileFormat::Bc1)) if !border.is_multiple_of(4) => fault(
+            "border",
+            "bc1 works in blocks of 4 texels on both stored levels: the border must be a multiple of 4",
+        ),
+        _ => Ok(()),
+    }
+}
+
 fn check_texture(file: TextureFile, folder: &Path) -> Result<Texture, Fault> {
     let source = match (file.source, file.path) {
         (SourceKind::File, Some(path)) => TextureSource::File(folder.join(path)),
@@ -173,12 +191,14 @@ fn check_texture(file: TextureFile, folder: &Path) -> Result<Texture, Fault> {
         return Err(Fault::new(&["texture", "tile_size"], what));
     }
     within(&["texture", "tile_size"], file.tile_size, 16..=1024)?;
+    check_format(file.format, file.border, &source)?;
     let texture = Texture {
         source,
         size_log2,
         tile_size: file.tile_size,
         border: file.border,
         resident_levels: file.resident_levels,
+        format: file.format.unwrap_or_default(),
     };
     texture.pyramid().map_err(|error| {
         let key = match error {

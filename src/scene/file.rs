@@ -8,6 +8,7 @@ use super::error::{SceneError, list};
 use super::overrides::{self, Change};
 use super::progressive_mesh::{GovernorSettings, ProgressiveSurfaceFile};
 use super::settings::{Cache, Disk, Variant, View};
+use super::source::TileFormat;
 use super::{SHIPPED, Scene};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -51,6 +52,7 @@ pub(super) struct TextureFile {
     #[serde(default = "border")]
     pub border: u32,
     pub resident_levels: Option<u32>,
+    pub format: Option<TileFormat>,
 }
 
 fn tile_size() -> u32 {

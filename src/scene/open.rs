@@ -1,7 +1,8 @@
 //! From a scene's `[texture]` to tiles.
 
 use super::source::earth::{Earth, EarthError};
-use super::source::{TileSource, disk::BadDisk, ruler::Ruler};
+use super::source::encoded::Encoded;
+use super::source::{TileFormat, TileSource, disk::BadDisk, ruler::Ruler};
 use super::tiles::{TileFile, TileFileError};
 use super::{Disk, Scene, Texture, TextureSource};
 use crate::math::pyramid::PyramidError;
@@ -70,7 +71,13 @@ impl Scene {
         let texture = self.texture()?;
         let stated = texture.pyramid()?;
         match &texture.source {
-            TextureSource::Earth => Ok(Arc::new(Earth::new(stated.ok_or(TextureError::Size)?)?)),
+            TextureSource::Earth => {
+                let earth = Arc::new(Earth::new(stated.ok_or(TextureError::Size)?)?);
+                Ok(match texture.format {
+                    TileFormat::Rgba8 => earth,
+                    TileFormat::Bc1 => Arc::new(Encoded::new(earth)),
+                })
+            }
             TextureSource::Ruler => Ok(Arc::new(Ruler::new(stated.ok_or(TextureError::Size)?))),
             TextureSource::File(path) => {
                 let file = TileFile::open(path)?;

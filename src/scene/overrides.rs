@@ -96,7 +96,7 @@ pub(super) fn apply(mut table: Table, changes: &[Change]) -> Result<SceneFile, S
         inner.insert(last.clone(), change.value.clone());
         if change.key == ["texture", "source"] && change.value.as_str() == Some("file") {
             // A file knows its own sizes: those stated for the texture that it replaces are not its.
-            for stated in ["width_log2", "height_log2", "tile_size", "border", "resident_levels"] {
+            for stated in ["width_log2", "height_log2", "tile_size", "border", "resident_levels", "format"] {
                 inner.remove(stated);
             }
         }

@@ -1,6 +1,7 @@
 //! The settings of a scene: texture, caches, mesh, view, and the variant of the pipeline.
 
 use super::choice::{Compaction, Dedup, Listing};
+use super::source::TileFormat;
 use crate::math::pyramid::{Pyramid, PyramidError};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -18,6 +19,8 @@ pub struct Texture {
     pub border: u32,
     /// L'; `None` takes the fewest possible.
     pub resident_levels: Option<u32>,
+    /// Of generated tiles; a file has its own.
+    pub format: TileFormat,
 }
 
 impl Texture {

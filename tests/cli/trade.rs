@@ -63,6 +63,28 @@ fn a_sweep_finds_its_front_and_writes_what_meets_the_bound() {
 }
 
 #[test]
+fn budgets_change_how_soon_the_settled_picture_is_there_and_nothing_of_it() {
+    let folder = folder();
+    write(&folder, "small.toml", &commented());
+    let sweep = ["trade", "small.toml", "--size", "96x54", "--knobs", "budgets,gpu-tiles", "-o", "report"];
+    let ran = run(&folder, &sweep);
+    let words = String::from_utf8(ran.stderr).unwrap();
+    assert_eq!(ran.status.code(), Some(0), "{words}");
+    let trade: Value = serde_json::from_str(&read(&folder, "report/trade.json")).unwrap();
+    let names: Vec<&str> =
+        trade["settings"].as_array().unwrap().iter().map(|s| s["name"].as_str().unwrap()).collect();
+    assert!(names.len() == 3 && names[1].starts_with("N1 "), "{names:?}");
+    let budgets = trade["budgets"].as_array().unwrap();
+    assert_eq!(budgets.len(), 7);
+    for budget in budgets {
+        assert!(budget["frames"].as_u64().unwrap() > 1 && budget["differing_bytes"] == 0, "{budget}");
+    }
+    let said = String::from_utf8(ran.stdout).unwrap();
+    holds(&said, &["cache.upload_budget_ms=0.5: ", "frames, ", "the same settled picture"]);
+    assert!(read(&folder, "report/index.html").contains("Budgets: how soon, not what"));
+}
+
+#[test]
 fn what_could_not_be_written_or_measured_is_refused_first() {
     let folder = folder();
     write(&folder, "small.toml", &commented());

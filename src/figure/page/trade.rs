@@ -1,7 +1,7 @@
 //! The page of `ortelius trade`.
 
 use super::super::words::human;
-use super::super::{Trade, Traded};
+use super::super::{Budgeted, Trade, Traded};
 use super::{STYLES, filled};
 use serde::Serialize;
 
@@ -19,6 +19,31 @@ struct Page<'a> {
     answer: &'a str,
     front: Vec<Line<'a>>,
     all: Vec<Line<'a>>,
+    budgets: Vec<Budget>,
+}
+
+/// A budget for people.
+#[derive(Serialize)]
+struct Budget {
+    changes: String,
+    frames: u64,
+    wall_ms: String,
+    ms: String,
+    differing_bytes: usize,
+}
+
+impl Budget {
+    fn of(budget: &Budgeted) -> Budget {
+        Budget {
+            changes: budget.changes.join(" "),
+            frames: budget.frames,
+            wall_ms: human(budget.wall_ms),
+            ms: budget.ms.map_or("not timed".into(), |ms| {
+                format!("{} ({} – {})", human(ms.median), human(ms.p5), human(ms.p95))
+            }),
+            differing_bytes: budget.differing_bytes,
+        }
+    }
 }
 
 /// A setting for people.
@@ -61,6 +86,7 @@ pub fn html(trade: &Trade, svg: Option<&str>, answer: &str) -> anyhow::Result<St
         answer,
         front: trade.front().into_iter().map(Line::of).collect(),
         all: all.into_iter().map(Line::of).collect(),
+        budgets: trade.budgets.iter().map(Budget::of).collect(),
     };
     filled("trade.html", TEMPLATE, page)
 }

@@ -3,15 +3,19 @@
 pub mod border;
 pub mod disk;
 pub mod earth;
+pub mod encoded;
 pub mod ruler;
 
 use crate::math::pyramid::{Pyramid, TileId};
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// How a tile's texels are stored, in memory, on disk and in video memory. Colours are sRGB.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum TileFormat {
     /// Four bytes a texel.
+    #[default]
     Rgba8,
     /// 8 bytes for each 4 x 4 texels, no alpha.
     Bc1,

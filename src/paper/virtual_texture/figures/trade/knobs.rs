@@ -1,5 +1,6 @@
 //! What can be turned on a scene to trade time for accuracy, and which turns go together.
 
+use crate::scene::source::TileFormat;
 use crate::scene::{
     Compaction, Dedup, Filtering, Keying, Listing, Scene, Texture, TextureError, TextureSource,
 };
@@ -13,6 +14,10 @@ pub enum Knob {
     Border,
     List,
     Stages,
+    Format,
+    GpuTiles,
+    /// Turned apart ([`super::budgets`]): no budget changes a settled frame.
+    Budgets,
 }
 
 /// A point of the sweep.
@@ -25,8 +30,17 @@ pub struct Setting {
 }
 
 impl Knob {
-    pub const ALL: [Knob; 6] =
-        [Knob::LevelBias, Knob::Filter, Knob::Anisotropy, Knob::Border, Knob::List, Knob::Stages];
+    pub const ALL: [Knob; 9] = [
+        Knob::LevelBias,
+        Knob::Filter,
+        Knob::Anisotropy,
+        Knob::Border,
+        Knob::List,
+        Knob::Stages,
+        Knob::Format,
+        Knob::GpuTiles,
+        Knob::Budgets,
+    ];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -36,6 +50,9 @@ impl Knob {
             Knob::Border => "border",
             Knob::List => "list",
             Knob::Stages => "stages",
+            Knob::Format => "format",
+            Knob::GpuTiles => "gpu-tiles",
+            Knob::Budgets => "budgets",
         }
     }
 
@@ -56,10 +73,20 @@ impl Knob {
             // A border costs memory and reading; 0 shows what one is worth.
             Knob::Border => all.push(Values { border: 0, ..at }),
             Knob::List => all.push(Values { list: Listing::Feedback, feedback_log2: 6, ..at }),
-            // The draw that does it all, exactly, with the one compaction and keying that go with it.
+            // The draw that does it all, exactly.
             Knob::Stages => {
-                all.push(Values { stages: (Dedup::FusedExact, Compaction::Append, Keying::Native), ..at });
+                all.push(Values {
+                    stages: (Dedup::FusedExact, Compaction::FusedAppend, Keying::Native),
+                    ..at
+                });
             }
+            Knob::Format => all.push(Values { format: TileFormat::Bc1, ..at }),
+            // Less than the visible tiles makes the picture coarser.
+            Knob::GpuTiles => {
+                let fewer = [2, 4].map(|part| (at.gpu_tiles / part).max(1));
+                all.extend(fewer.map(|gpu_tiles| Values { gpu_tiles, ..at }));
+            }
+            Knob::Budgets => {}
         }
         all
     }
@@ -76,6 +103,9 @@ struct Values {
     list: Listing,
     feedback_log2: u32,
     stages: (Dedup, Compaction, Keying),
+    format: TileFormat,
+    /// N1.
+    gpu_tiles: u32,
 }
 
 impl Values {
@@ -90,6 +120,8 @@ impl Values {
             list: variant.list,
             feedback_log2: variant.feedback_log2,
             stages: (variant.dedup, variant.compact, variant.keying),
+            format: texture.format,
+            gpu_tiles: scene.cache.gpu_tiles,
         }
     }
 
@@ -112,8 +144,14 @@ impl Values {
         let stages = self.list == Listing::Device || self.stages == own.stages;
         let reach = if self.filter == Filtering::Stochastic { 0 } else { self.max_anisotropy };
         let fits = reach <= 1 || reach <= self.border;
-        (sensible && stages && (fits || generated))
-            .then_some(Values { border: if fits { self.border } else { reach }, ..self })
+        let border = if fits { self.border } else { reach };
+        // Another format stands beside the filters that sample, blocks cut by no border; fewer tiles beside nothing else.
+        let format = self.format == own.format
+            || (self.filter != Filtering::Stochastic
+                && (self.level_bias, self.list, self.border) == (own.level_bias, own.list, own.border)
+                && border.is_multiple_of(4));
+        let fewer = self.gpu_tiles == own.gpu_tiles || Values { gpu_tiles: own.gpu_tiles, ..self } == *own;
+        (sensible && stages && format && fewer && (fits || generated)).then_some(Values { border, ..self })
     }
 
     fn setting(&self, own: &Values) -> Setting {
@@ -146,6 +184,13 @@ impl Values {
             format!("variant.keying={}", if keying == Keying::Native { "native" } else { "paper" }),
         ];
         differs(self.stages != own.stages, dedup.name().to_string(), &stages);
+        let format = match self.format {
+            TileFormat::Rgba8 => "rgba8",
+            TileFormat::Bc1 => "bc1",
+        };
+        differs(self.format != own.format, format.to_string(), &[format!("texture.format={format}")]);
+        let n1 = self.gpu_tiles;
+        differs(n1 != own.gpu_tiles, format!("N1 {n1}"), &[format!("cache.gpu_tiles={n1}")]);
         let name = if words.is_empty() { "the scene's own".to_string() } else { words.join(", ") };
         Setting { name, changes }
     }
@@ -169,7 +214,13 @@ pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Setting>, TextureEr
     let generated = !matches!(texture.source, TextureSource::File(_));
     let mut all = vec![own];
     for knob in Knob::ALL.into_iter().filter(|knob| knobs.contains(knob)) {
-        if knob == Knob::Border && !generated {
+        let generates = match knob {
+            Knob::Border => generated,
+            // The ruler is exact, which bc1 is not.
+            Knob::Format => texture.source == TextureSource::Earth,
+            _ => true,
+        };
+        if !generates {
             continue;
         }
         all = all.into_iter().flat_map(|values| knob.turned(values)).collect();
@@ -205,6 +256,19 @@ mod tests {
                 assert_ne!(changed, scene, "{}", setting.name);
             }
         }
+    }
+
+    #[test]
+    fn another_format_is_the_earths_and_fewer_tiles_stand_alone() {
+        let scene = Scene::embedded("earth").unwrap();
+        let names = |knobs: &[Knob]| {
+            settings(&scene, knobs).unwrap().into_iter().map(|setting| setting.name).collect::<Vec<_>>()
+        };
+        assert_eq!(names(&[Knob::Format, Knob::GpuTiles]), ["the scene's own", "N1 96", "N1 48", "bc1"]);
+        assert_eq!(names(&[Knob::Budgets]), ["the scene's own"]);
+        assert!(!names(&[Knob::Format, Knob::Border]).contains(&"border 0, bc1".to_string()));
+        let ruler = Scene::embedded("ruler").unwrap();
+        assert_eq!(settings(&ruler, &[Knob::Format]).unwrap().len(), 1);
     }
 
     #[test]

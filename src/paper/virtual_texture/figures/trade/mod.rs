@@ -1,6 +1,7 @@
 //! The price of accuracy in one scene: every setting of some [`Knob`]s, its settled frame timed and its picture held
 //! against the [`truth`].
 
+mod budgets;
 mod knobs;
 mod truth;
 
@@ -72,8 +73,8 @@ struct Stage<'a> {
     pose: Pose,
     size: [u32; 2],
     truth: Truth,
-    /// By border: an Earth tile takes 13 ms of a core, and most settings see the same.
-    sources: HashMap<u32, Arc<Kept>>,
+    /// By border and format: an Earth tile takes 13 ms of a core, and most settings see the same.
+    sources: HashMap<(u32, TileFormat), Arc<Kept>>,
 }
 
 impl Sweep<'_> {
@@ -102,6 +103,10 @@ impl Sweep<'_> {
         if batches.is_empty() {
             batches.push(Batch::time(bench, &stage, &mut anchor, Vec::new())?);
         }
+        let budgets = match self.knobs.contains(&Knob::Budgets) {
+            true => budgets::measure(bench, &stage, &anchor.session.picture_bytes()?)?,
+            false => Vec::new(),
+        };
         let (settings, drift_ms) = levelled(batches, self.measure);
         let mut trade = Trade {
             scene: scene.name.clone(),
@@ -113,13 +118,17 @@ impl Sweep<'_> {
             drift_ms,
             settings,
             refused,
+            budgets,
         };
         trade.mark_front();
         Ok(trade)
     }
 
     fn stage(&self, bench: &Bench, scene: &Scene) -> anyhow::Result<Stage<'_>> {
-        let source = scene.open_texture().with_context(|| format!("scene {}", self.scene))?;
+        // The truth knows the texels as they were before an encoder saw them.
+        let mut exact = scene.clone();
+        exact.texture_mut()?.format = TileFormat::Rgba8;
+        let source = exact.open_texture().with_context(|| format!("scene {}", self.scene))?;
         anyhow::ensure!(
             source.format() == TileFormat::Rgba8,
             "the reference reads no bc1 tiles ({}); bake the texture with --format rgba8",
@@ -135,7 +144,7 @@ impl Sweep<'_> {
             pose,
             size,
             truth: Truth::new(&*source, &mesh, &pose, size)?,
-            sources: HashMap::from([(scene.texture()?.border, source)]),
+            sources: HashMap::from([((scene.texture()?.border, TileFormat::Rgba8), source)]),
         })
     }
 }
@@ -156,11 +165,13 @@ impl Stage<'_> {
             Ok(scene) => scene,
             Err(error) => return Ok(Err(error.to_string())),
         };
-        let source = match self.sources.get(&scene.texture()?.border) {
+        let texture = scene.texture()?;
+        let key = (texture.border, texture.format);
+        let source = match self.sources.get(&key) {
             Some(source) => source.clone(),
             None => Arc::new(Kept::new(scene.open_texture()?)),
         };
-        self.sources.insert(scene.texture()?.border, source.clone());
+        self.sources.insert(key, source.clone());
         let mut settings = Settings::of_scene(&scene, Target::Srgb8);
         settings.size = self.size;
         // Nobody watches it settle: as many tiles a frame as the staging memory is worth.

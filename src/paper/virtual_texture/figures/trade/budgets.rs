@@ -1,0 +1,72 @@
+//! Budgets of A2 and A3 (section 3): they change nothing of the settled frame, but how soon it is there. So they are no
+//! points of the front; each is settled from empty caches, and what must not change is measured too.
+
+use super::{Stage, Sweep};
+use crate::figure::{Bench, Budgeted, Contender};
+use crate::paper::virtual_texture::session::{Session, Settings, Target};
+use crate::scene::Scene;
+use std::time::Instant;
+
+/// Milliseconds a frame: of copying to video memory, with all tiles in memory ...
+const UPLOAD_MS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
+/// ... and of reading tiles, which are then made or read anew.
+const LOAD_MS: [f64; 3] = [2.0, 8.0, 32.0];
+
+/// The changes of the scene, and whether tiles are read anew.
+fn changes() -> Vec<(String, bool)> {
+    let uploads = UPLOAD_MS.map(|ms| (format!("cache.upload_budget_ms={ms}"), false));
+    uploads.into_iter().chain(LOAD_MS.map(|ms| (format!("cache.load_budget_ms={ms}"), true))).collect()
+}
+
+struct Settled {
+    change: String,
+    session: Session,
+    frames: u64,
+    wall_ms: f64,
+    differing_bytes: usize,
+}
+
+/// Each budget from empty caches to the settled frame, whose picture is held against `picture`.
+///
+/// # Errors
+/// Device lost, out of memory, tiles that do not arrive.
+pub(super) fn measure(bench: &Bench, stage: &Stage<'_>, picture: &[u8]) -> anyhow::Result<Vec<Budgeted>> {
+    let mut rows = Vec::new();
+    // Each session holds N1 tiles.
+    for together in changes().chunks(super::TOGETHER) {
+        let settled = together.iter().map(|(change, anew)| settle(stage, change, *anew, picture));
+        let mut settled = settled.collect::<anyhow::Result<Vec<_>>>()?;
+        let contenders = settled.iter_mut().map(|Settled { change, session, .. }| Contender {
+            variant: change.clone(),
+            run: Box::new(move || Ok(session.again(&stage.pose)?.times)),
+        });
+        let timed = bench.interleave(&stage.gpu, contenders.collect())?;
+        for (Settled { change, frames, wall_ms, differing_bytes, .. }, timed) in
+            settled.into_iter().zip(&timed)
+        {
+            let change = vec![change];
+            rows.push(Budgeted { changes: change, frames, wall_ms, differing_bytes, ms: timed.total });
+        }
+    }
+    Ok(rows)
+}
+
+fn settle(stage: &Stage<'_>, change: &str, anew: bool, picture: &[u8]) -> anyhow::Result<Settled> {
+    let Sweep { scene, overrides, .. } = stage.sweep;
+    let scene = Scene::load_with(scene, &[*overrides, &[change.to_string()]].concat())?;
+    let texture = scene.texture()?;
+    let source = &stage.sources[&(texture.border, texture.format)];
+    if anew {
+        source.forget();
+    }
+    let settings = Settings { size: stage.size, ..Settings::of_scene(&scene, Target::Srgb8) };
+    let mut session = Session::new(stage.gpu.clone(), source.clone(), &stage.mesh, settings)?;
+    let begun = Instant::now();
+    let frames = session.settle(&stage.pose)?;
+    let wall_ms = begun.elapsed().as_secs_f64() * 1e3;
+    session.drain()?;
+    session.again(&stage.pose)?;
+    let settled = session.picture_bytes()?;
+    let differing_bytes = settled.iter().zip(picture).filter(|(a, b)| a != b).count();
+    Ok(Settled { change: change.to_string(), session, frames, wall_ms, differing_bytes })
+}
