@@ -34,8 +34,8 @@ pub struct ProgressiveSurface {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ModelSource {
-    /// By name, without a file.
-    Shipped(String),
+    /// A shipped model, or one that `ortelius fetch` has brought.
+    Named(String),
     /// .ply, .obj, .glb, or .pmesh; the path is ready to open.
     File(PathBuf),
 }
@@ -144,7 +144,7 @@ fn one_pixel() -> f64 {
     1.0
 }
 
-/// What names a file and not a shipped model.
+/// What names a file and not a model.
 const ENDINGS: [&str; 5] = ["ply", "obj", "glb", "pmesh", "gz"];
 
 /// Checks one surface. `folder` is what a relative source starts from.
@@ -160,7 +160,7 @@ pub(super) fn check_surface(
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("").to_ascii_lowercase();
     let source = match ENDINGS.contains(&ending.as_str()) {
         true => ModelSource::File(folder.join(path)),
-        false => ModelSource::Shipped(file.source.clone()),
+        false => ModelSource::Named(file.source.clone()),
     };
     Ok(ProgressiveSurface {
         source,
@@ -312,7 +312,7 @@ mod tests {
 
     fn surface(instances: u32, layout: Layout) -> ProgressiveSurface {
         ProgressiveSurface {
-            source: ModelSource::Shipped("bunny".into()),
+            source: ModelSource::Named("bunny".into()),
             size_m: 1.0,
             up: UpAxis::Y,
             foot_m: [10.0, 20.0, 3.0],

@@ -97,12 +97,17 @@ fn what_a_scene_of_meshes_has_not_is_refused_and_a_model_that_is_not_there_is_na
         holds(&line, &[option.split('=').next().unwrap(), "scene bunny has no textured landscape"]);
     }
     for (source, words) in [
-        ("rabbit", &["progressive_mesh.bunny.source", "no shipped model", "\"rabbit\"", "bunny, sphere"][..]),
+        (
+            "rabbit",
+            &["progressive_mesh.bunny.source", "no model is called so", "\"rabbit\"", "bunny, sphere"][..],
+        ),
+        ("dragon", &["progressive_mesh.bunny.source", "dragon is not here: run `ortelius fetch dragon`"]),
         ("a.ply", &["progressive_mesh.bunny.source", "a.ply"]),
         ("a.pmesh", &["progressive_mesh.bunny.source", "a.pmesh"]),
     ] {
         let change = format!("progressive_mesh.bunny.source={source}");
-        let (code, line) = render_failure(&folder, &["bunny", "-o", "a.png", "-D", &change]);
+        let mut render = ortelius(&folder, &["render", "bunny", "-o", "a.png", "-D", &change]);
+        let (code, line) = failure(render.env("XDG_DATA_HOME", folder.path()));
         assert_eq!(code, 1, "{line}");
         holds(&line, words);
     }

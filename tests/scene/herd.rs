@@ -16,7 +16,7 @@ fn a_herd_needs_no_texture_and_has_its_documented_values() {
     let scene = load(herd("")).unwrap();
     assert!(scene.texture.is_none() && scene.mesh.is_none() && scene.governor.is_none());
     let herd = &scene.progressive_meshes["herd"];
-    assert_eq!(herd.source, ModelSource::Shipped("bunny".into()));
+    assert_eq!(herd.source, ModelSource::Named("bunny".into()));
     assert_eq!((herd.instances, herd.error_pixels, herd.geomorph), (1, 1.0, false));
     assert_eq!(herd.stands(&scene.paths).len(), 1);
     assert_eq!(scene.pose(0).unwrap().eye, glam::DVec3::new(1.0, 2.0, 300e3));

@@ -11,6 +11,7 @@ mod moves;
 mod order;
 mod orders;
 mod pop;
+mod scans;
 mod size;
 mod surfaces;
 

@@ -4,12 +4,15 @@ use super::super::cache::{Cache, LevelCosts, level_costs};
 use super::super::mesh::ProgressiveMesh;
 use super::super::order::{Groups, OrderOptions, Within, classical, order};
 use super::super::simplify::{Collapses, SimplifyOptions, simplify};
+use super::scans;
 use crate::figure::{Finding, Table, Verdict};
-use crate::scene::model::{Model, named};
-use anyhow::Context;
+use crate::scene::model::Model;
 
 /// The shipped models that are closed; each has at least 3000 faces.
 pub const CLOSED: [&str; 5] = ["bunny", "sphere", "torus", "knot", "solid"];
+
+/// And the scans, of which no mean speaks: they are not everywhere.
+pub const WITH_SCANS: [&str; 7] = ["bunny", "sphere", "torus", "knot", "solid", scans::SMALL, scans::LARGE];
 
 /// The name of an order, and its options; none: the classical one.
 pub type Named = (&'static str, Option<OrderOptions>);
@@ -34,9 +37,9 @@ pub const ORDERS: [Named; 6] = [
     ),
 ];
 
-/// A shipped model and its collapses down to 64 faces.
+/// A shipped or fetched model and its collapses down to 64 faces.
 pub fn simplified(name: &str) -> anyhow::Result<(Model, Collapses)> {
-    let model = named(name).with_context(|| format!("there is no shipped model {name:?}"))?;
+    let model = scans::open(name)?;
     let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| {}).collapses;
     Ok((model, collapses))
 }

@@ -2,7 +2,8 @@
 
 use super::super::mesh::{NOWHERE, ProgressiveMesh};
 use super::super::run::Program;
-use super::orders::{CLASSICAL, CLOSED, FEW, ORDERS, OURS, PAPER, judged, ordered, simplified};
+use super::orders::{CLASSICAL, CLOSED, FEW, ORDERS, OURS, PAPER, WITH_SCANS, judged, ordered, simplified};
+use super::scans;
 use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Table, Value};
 
 pub const SIZE: Figure = Figure {
@@ -14,8 +15,9 @@ pub const SIZE: Figure = Figure {
             32-bit words, as variable-length numbers (differences of successive ones, 7 bits a byte), as Forsyth's \
             record of 16-bit indices (6 + 2 numF bytes; no tswaps), and the index lists of multi-level skip lists (each \
             with 0.707 of the faces of the finer one, 32-bit indices). The paper says that cycles need no memory beside \
-            themselves, and no stored inverse (section 5). Models: `bunny`, `sphere`, `torus`, `knot`, `solid`.",
-    scenes: &CLOSED,
+            themselves, and no stored inverse (section 5). Models: `bunny`, `sphere`, `torus`, `knot`, `solid`; where they \
+            have been fetched also the scans `dragon_res4` and, with --full, `dragon`.",
+    scenes: &WITH_SCANS,
     variants,
     sweep: None,
     measure,
@@ -61,7 +63,10 @@ fn variants() -> Vec<String> {
     [CLASSICAL, PAPER, OURS, FEW, SKIP_LISTS].map(String::from).into()
 }
 
-fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    if let Some(rows) = scans::absent(cell, bench.effort, &variants(), FILE) {
+        return Ok(rows);
+    }
     let (model, collapses) = simplified(&cell.scene)?;
     let mut rows = Vec::new();
     for (name, options) in ORDERS.iter().filter(|(name, _)| variants().iter().any(|known| known == name)) {

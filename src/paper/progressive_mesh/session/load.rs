@@ -12,8 +12,6 @@ use thiserror::Error;
 /// A surface that is not to be had.
 #[derive(Debug, Error)]
 pub enum LoadError {
-    #[error("progressive_mesh.{surface}.source: no shipped model is called {name:?}; there are {existing}")]
-    Unknown { surface: String, name: String, existing: String },
     #[error("progressive_mesh.{surface}.source: {error}")]
     Pmesh { surface: String, error: PmeshError },
     #[error("progressive_mesh.{surface}.source: {error}")]
@@ -44,19 +42,12 @@ fn mesh(name: &str, surface: &ProgressiveSurface) -> Result<ProgressiveMesh, Loa
         let read = ProgressiveMesh::read(path);
         return Ok(read.map_err(|error| LoadError::Pmesh { surface: name.to_owned(), error })?.mesh);
     }
-    let unread = |error| LoadError::Model { surface: name.to_owned(), error };
-    let model = match &surface.source {
-        ModelSource::Shipped(shipped) => model::named(shipped).ok_or_else(|| LoadError::Unknown {
-            surface: name.to_owned(),
-            name: shipped.clone(),
-            existing: model::NAMES.join(", "),
-        })?,
-        ModelSource::File(path) => {
-            let (model, report) = model::Model::load(path).map_err(unread)?;
-            report.changes().iter().for_each(|change| tracing::warn!("{}: {change}", path.display()));
-            model
-        }
+    let (read, source) = match &surface.source {
+        ModelSource::Named(named) => (model::Model::open(named), named.clone()),
+        ModelSource::File(path) => (model::Model::load(path), path.display().to_string()),
     };
+    let (model, report) = read.map_err(|error| LoadError::Model { surface: name.to_owned(), error })?;
+    report.changes().iter().for_each(|change| tracing::warn!("{source}: {change}"));
     let simplified = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ());
     Ok(ordered(&model, &simplified.collapses, surface.order))
 }

@@ -2,14 +2,13 @@
 
 use crate::figure::{Contender, Row, Timed, Value};
 use crate::paper::progressive_mesh::check::Flaw;
+use crate::paper::progressive_mesh::figures::scans;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::order::{OrderOptions, classical, order};
 use crate::paper::progressive_mesh::run::{Instances, Program, State, Untold};
 use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
-use crate::scene::model;
 use crate::stats::Summary;
 use crate::vk::{Gpu, PassTime};
-use anyhow::Context;
 use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Instant;
@@ -44,9 +43,9 @@ pub struct Orders {
 }
 
 impl Orders {
-    /// Of a shipped model.
+    /// Of a shipped or fetched model.
     pub fn of(name: &str) -> anyhow::Result<Orders> {
-        let model = model::named(name).with_context(|| format!("{name:?} is no shipped model"))?;
+        let model = scans::open(name)?;
         let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ()).collapses;
         let with = |options: OrderOptions| order(&model, &collapses, &options, &mut |_, _| ());
         let (best, few) = rayon::join(|| with(OrderOptions::BEST), || with(OrderOptions::FEW_MOVES));

@@ -1,0 +1,52 @@
+//! Scans that may not be shipped, in figures: looked at where `ortelius fetch` has brought them, else told of.
+
+use crate::figure::{Cell, Effort, Row, Value};
+use crate::scene::model::{FETCHED, Model, fetched};
+
+/// The scan of 11 102 faces that quick runs look at too.
+pub const SMALL: &str = "dragon_res4";
+/// The one of 871 414 faces, too large for a quick run.
+pub const LARGE: &str = "dragon";
+
+/// Rows that stand where a scan's would, each with why `quantity` of a variant is not there; `None` for what can be measured.
+pub fn absent(cell: &Cell, effort: Effort, variants: &[String], quantity: &str) -> Option<Vec<Row>> {
+    let name = &*cell.scene;
+    FETCHED.iter().find(|scan| scan.name == name)?;
+    let why = match fetched(name) {
+        None => format!("{name} is not here: ortelius fetch {name}"),
+        Some(_) if name == LARGE && effort == Effort::Quick => {
+            format!("{name} is here, and measured with --full alone")
+        }
+        Some(_) => return None,
+    };
+    let row = |variant: &String| Row::new(&**variant, quantity, "", Value::Missing(why.clone()));
+    Some(variants.iter().map(row).collect())
+}
+
+/// A model by its name, shipped or fetched.
+///
+/// # Errors
+/// As [`Model::open`].
+pub fn open(name: &str) -> anyhow::Result<Model> {
+    Ok(Model::open(name)?.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shipped_model_is_measured_and_a_scan_is_told_of_where_it_is_not() {
+        let told = |scene: &str, effort| {
+            let cell = Cell { scene: scene.into(), x: None };
+            absent(&cell, effort, &["ours".into(), "theirs".into()], "faces")
+        };
+        assert_eq!(told("bunny", Effort::Quick), None);
+        // Whether the scan is here or not, a quick run does not take it.
+        let rows = told(LARGE, Effort::Quick).unwrap();
+        assert_eq!(rows.len(), 2);
+        assert!(matches!(&rows[0].value, Value::Missing(why) if why.starts_with("dragon is")));
+        assert_eq!(told(LARGE, Effort::Full).is_none(), fetched(LARGE).is_some());
+        assert_eq!(told(SMALL, Effort::Quick).is_none(), fetched(SMALL).is_some());
+    }
+}
