@@ -152,7 +152,7 @@ fn compare_plain(args: &RenderArgs, session: &mut Session, pose: &Pose) -> Optio
     match session.compare_plain(pose) {
         Ok(Some(plain)) => {
             let (settled_ms, plain_ms) = (plain.settled.median / 1e6, plain.plain.median / 1e6);
-            let ratio = plain.ratio;
+            let ratio = plain.ratio.median;
             tracing::info!("settled frame {settled_ms:.2} ms, plain frame {plain_ms:.2} ms: {ratio:.2}x");
             Some(plain)
         }

@@ -40,6 +40,8 @@ pub struct Timed {
     pub total: Option<Summary>,
     /// In order of the frame.
     pub passes: Vec<(String, Option<Summary>)>,
+    /// Each round's passes. Round n of one contender ran beside round n of the others of its run.
+    pub rounds: Vec<Vec<PassTime>>,
 }
 
 impl Bench {
@@ -104,7 +106,7 @@ impl Bench {
                 }
             }
         }
-        Ok(contenders.iter().zip(&samples).map(|(c, runs)| Timed::of(&c.variant, runs)).collect())
+        Ok(contenders.iter().zip(samples).map(|(c, runs)| Timed::of(&c.variant, runs)).collect())
     }
 
     /// Writes a picture of the cell as `name`.png; names are unique in the whole run: begin with the figure's id.
@@ -119,23 +121,39 @@ impl Bench {
     }
 }
 
-fn milliseconds(samples: Vec<Option<u64>>) -> Option<Summary> {
-    let samples: Option<Vec<f64>> = samples.into_iter().map(|ns| Some(ns? as f64 / 1e6)).collect();
+/// Milliseconds; `None` where the device keeps no time.
+fn milliseconds(ns: Option<u64>) -> Option<f64> {
+    Some(ns? as f64 / 1e6)
+}
+
+fn summary(samples: Option<Vec<f64>>) -> Option<Summary> {
     Summary::of(&samples?)
 }
 
 impl Timed {
-    fn of(variant: &str, runs: &[Vec<PassTime>]) -> Timed {
-        let total = |run: &Vec<PassTime>| run.iter().map(|pass| pass.ns).sum::<Option<u64>>();
-        let labels = runs.first().into_iter().flatten().map(|pass| &pass.label);
-        Timed {
-            variant: variant.to_string(),
-            total: milliseconds(runs.iter().map(total).collect()),
-            passes: labels
-                .enumerate()
-                .map(|(n, label)| (label.clone(), milliseconds(runs.iter().map(|run| run[n].ns).collect())))
-                .collect(),
-        }
+    /// From each round's passes.
+    pub fn of(variant: &str, rounds: Vec<Vec<PassTime>>) -> Timed {
+        let mut timed = Timed { variant: variant.to_string(), total: None, passes: Vec::new(), rounds };
+        timed.total = summary(timed.total_of_rounds());
+        let labels = timed.rounds.first().into_iter().flatten().map(|pass| pass.label.clone());
+        let of_pass = |(n, label): (usize, String)| {
+            let samples = timed.rounds.iter().map(|round| milliseconds(round[n].ns)).collect();
+            (label, summary(samples))
+        };
+        timed.passes = labels.enumerate().map(of_pass).collect();
+        timed
+    }
+
+    /// Milliseconds of all passes together in each round.
+    pub fn total_of_rounds(&self) -> Option<Vec<f64>> {
+        let total = |round: &Vec<PassTime>| round.iter().map(|pass| milliseconds(pass.ns)).sum();
+        self.rounds.iter().map(total).collect()
+    }
+
+    /// Milliseconds of a pass in each round; `None` where the contender has no such pass.
+    pub fn pass_of_rounds(&self, label: &str) -> Option<Vec<f64>> {
+        let of = |round: &Vec<PassTime>| milliseconds(round.iter().find(|pass| pass.label == label)?.ns);
+        self.rounds.iter().map(of).collect()
     }
 
     /// The whole contender's time as a row.
@@ -144,7 +162,7 @@ impl Timed {
         Row::new(&*self.variant, quantity, "ms", self.total.map_or_else(untimed, Value::Summary))
     }
 
-    /// A pass's median in milliseconds.
+    /// A pass's time in milliseconds.
     pub fn pass(&self, label: &str) -> Option<Summary> {
         self.passes.iter().find(|(l, _)| l == label).and_then(|(_, summary)| *summary)
     }

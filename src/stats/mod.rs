@@ -69,6 +69,18 @@ impl Summary {
         })
     }
 
+    /// Of `of(a, b)` over the pairs of two measurements that were taken in turn. What disturbs a round disturbs both, so
+    /// the median of differences or ratios is steadier than the difference or ratio of two medians, and has a spread.
+    /// `None` without samples, or where a pair gives no finite number.
+    ///
+    /// # Panics
+    /// Where one was taken more often than the other.
+    pub fn of_pairs(a: &[f64], b: &[f64], of: impl Fn(f64, f64) -> f64) -> Option<Summary> {
+        assert_eq!(a.len(), b.len(), "rounds of two measurements");
+        let samples: Vec<f64> = a.iter().zip(b).map(|(&a, &b)| of(a, b)).collect();
+        samples.iter().all(|sample| sample.is_finite()).then(|| Summary::of(&samples))?
+    }
+
     /// p95 - p5: nine tenths of the samples lie this close together.
     pub fn spread(&self) -> f64 {
         self.p95 - self.p5
@@ -123,6 +135,20 @@ mod tests {
         samples.push(1e9);
         let summary = Summary::of(&samples).unwrap();
         assert_eq!((summary.median, summary.p95, summary.max, summary.spread()), (1.0, 1.0, 1e9, 0.0));
+    }
+
+    #[test]
+    fn a_ratio_of_pairs_is_not_moved_by_what_disturbs_both() {
+        let (quiet, disturbed) = ([20.0, 20.0, 20.0], [20.0, 60.0, 200.0]);
+        let half = |samples: &[f64]| samples.iter().map(|ms| ms / 2.0).collect::<Vec<f64>>();
+        for samples in [quiet, disturbed] {
+            let ratio = Summary::of_pairs(&samples, &half(&samples), |a, b| a / b).unwrap();
+            assert_eq!((ratio.p5, ratio.median, ratio.p95), (2.0, 2.0, 2.0));
+        }
+        let unpaired = Summary::of_pairs(&disturbed, &half(&quiet), |a, b| a / b).unwrap();
+        assert_eq!((unpaired.median, unpaired.max), (6.0, 20.0));
+        assert_eq!(Summary::of_pairs(&[1.0], &[0.0], |a, b| a / b), None);
+        assert_eq!(Summary::of_pairs(&[], &[], |a, b| a - b), None);
     }
 
     #[test]

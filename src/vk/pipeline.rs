@@ -292,29 +292,9 @@ impl Gpu {
             false => vk::PrimitiveTopology::TRIANGLE_LIST,
         });
         let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
-        let raster = vk::PipelineRasterizationStateCreateInfo::default()
-            .rasterizer_discard_enable(info.fragment.is_none() && info.depth.is_none())
-            // Meshes are counter-clockwise seen from outside; what shows its back is behind the limb.
-            .cull_mode(if info.points { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK })
-            .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
-            .line_width(1.0);
         let samples = vk::PipelineMultisampleStateCreateInfo::default()
             .rasterization_samples(vk::SampleCountFlags::TYPE_1);
-        let depth = vk::PipelineDepthStencilStateCreateInfo::default()
-            .depth_test_enable(info.depth.is_some())
-            .depth_write_enable(info.depth == Some(Depth::Write))
-            .depth_compare_op(match info.depth {
-                Some(Depth::Equal) => vk::CompareOp::EQUAL,
-                _ => vk::CompareOp::GREATER,
-            });
-        let color_writes = match info.fragment {
-            Some(_) => vk::ColorComponentFlags::RGBA,
-            None => vk::ColorComponentFlags::empty(),
-        };
-        let attachments = vec![
-            vk::PipelineColorBlendAttachmentState::default().color_write_mask(color_writes);
-            info.colors.len()
-        ];
+        let attachments = info.attachments();
         let blend = vk::PipelineColorBlendStateCreateInfo::default()
             .attachments(&attachments)
             .logic_op_enable(info.logic_or)
@@ -322,13 +302,10 @@ impl Gpu {
         let dynamic = vk::PipelineDynamicStateCreateInfo::default()
             .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
         let formats: Vec<_> = info.colors.iter().map(|format| format.vk()).collect();
-        let depth_format = match info.depth {
-            Some(_) => vk::Format::D32_SFLOAT,
-            None => vk::Format::UNDEFINED,
-        };
         let mut rendering = vk::PipelineRenderingCreateInfo::default()
             .color_attachment_formats(&formats)
-            .depth_attachment_format(depth_format);
+            .depth_attachment_format(info.depth_format());
+        let (raster, depth) = (info.raster(), info.depth_test());
         let create = vk::GraphicsPipelineCreateInfo::default()
             .stages(stages)
             .vertex_input_state(&input)
@@ -346,6 +323,43 @@ impl Gpu {
             self.device.handle.create_graphics_pipelines(vk::PipelineCache::null(), &[create], None)
         };
         Ok(pipelines.map_err(|(_, result)| result).check("vkCreateGraphicsPipelines", info.name)?[0])
+    }
+}
+
+impl GraphicsInfo<'_> {
+    fn raster(&self) -> vk::PipelineRasterizationStateCreateInfo<'static> {
+        vk::PipelineRasterizationStateCreateInfo::default()
+            .rasterizer_discard_enable(self.fragment.is_none() && self.depth.is_none())
+            // Meshes are counter-clockwise seen from outside; what shows its back is behind the limb.
+            .cull_mode(if self.points { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK })
+            .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
+            .line_width(1.0)
+    }
+
+    fn depth_test(&self) -> vk::PipelineDepthStencilStateCreateInfo<'static> {
+        vk::PipelineDepthStencilStateCreateInfo::default()
+            .depth_test_enable(self.depth.is_some())
+            .depth_write_enable(self.depth == Some(Depth::Write))
+            .depth_compare_op(match self.depth {
+                Some(Depth::Equal) => vk::CompareOp::EQUAL,
+                _ => vk::CompareOp::GREATER,
+            })
+    }
+
+    fn depth_format(&self) -> vk::Format {
+        match self.depth {
+            Some(_) => vk::Format::D32_SFLOAT,
+            None => vk::Format::UNDEFINED,
+        }
+    }
+
+    /// One for each target; nothing is blended.
+    fn attachments(&self) -> Vec<vk::PipelineColorBlendAttachmentState> {
+        let writes = match self.fragment {
+            Some(_) => vk::ColorComponentFlags::RGBA,
+            None => vk::ColorComponentFlags::empty(),
+        };
+        vec![vk::PipelineColorBlendAttachmentState::default().color_write_mask(writes); self.colors.len()]
     }
 }
 

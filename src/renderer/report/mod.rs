@@ -84,8 +84,8 @@ pub struct CacheReport {
 /// `--compare-plain`: medians over interleaved runs in this process.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlainReport {
-    /// Median of the settled frame over the median of the plain one.
-    pub settled_over_plain: f64,
+    /// The settled frame over the plain one that was drawn in turn with it.
+    pub settled_over_plain: Summary,
     pub settled_frame_ns: Summary,
     pub settled_passes_ns: Vec<(String, f64)>,
     pub plain_frame_ns: Summary,

@@ -11,6 +11,7 @@ use crate::paper::virtual_texture::list::List;
 use crate::paper::virtual_texture::marks::Marks;
 use crate::paper::virtual_texture::session::read_u1;
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, PAPER, reference};
+use crate::stats::Summary;
 use anyhow::Context;
 
 pub const COMPACT: Figure = Figure {
@@ -149,14 +150,19 @@ fn fused_append(
     let gpu = frames.gpu.clone();
     let timed = bench.interleave(&gpu, frames.contenders()?)?;
     let pass = |variant: &str, label: &str| {
-        let of = timed.iter().find(|timed| timed.variant == variant)?;
-        Some(of.pass(label)?.median)
+        timed.iter().find(|timed| timed.variant == variant)?.pass_of_rounds(label)
     };
-    let more = || Some(pass(appends, "fused")? - pass(marks, "fused")?);
-    // No pass takes less than an empty one: a difference below that is not told apart from it.
-    let rows = match more().zip(pass("empty pass", "empty pass")) {
+    // Of each round; no pass takes less than an empty one: a difference below that is not told apart from it.
+    let more = || {
+        let (with, without) = (pass(appends, "fused")?, pass(marks, "fused")?);
+        let empty = pass("empty pass", "empty pass")?;
+        let more: Vec<f64> =
+            with.iter().zip(&without).zip(&empty).map(|((a, b), e)| (a - b).max(*e)).collect();
+        Summary::of(&more)
+    };
+    let rows = match more() {
         None => missing("the device keeps no time".into()),
-        Some((more, empty)) => vec![Row::new(name, time, "ms", Value::Number(more.max(empty)))],
+        Some(more) => vec![Row::new(name, time, "ms", Value::Summary(more))],
     };
     let (_, session) = frames.sessions.last().context("both run")?;
     let listed = session.records.last().context("a settled session has drawn")?.triples;

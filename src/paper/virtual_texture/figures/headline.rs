@@ -181,7 +181,7 @@ fn streaming(table: &Table) -> Finding {
     let ratio = |name: &String| {
         let number = |quantity| table.number(SCENE, None, name, quantity);
         let value = number(MOVING)? / number(STANDING)?;
-        Some(Ratio { at: (SCENE.to_string(), None), of: name.clone(), value, tie: false })
+        Some(Ratio { at: (SCENE.to_string(), None), of: name.clone(), value, range: None, tie: false })
     };
     let found: Vec<Ratio> = names().iter().filter_map(ratio).collect();
     judge(table, Bound::AtMost(2.0), &found, || why_none(table, MOVING, &names()))

@@ -13,7 +13,9 @@ pub struct Ratio {
     /// Names, where they differ from place to place ("best of").
     pub of: String,
     pub value: f64,
-    /// The ranges p5 to p95 of both overlap: neither is the faster one.
+    /// p5 and p95, where the ratio was taken in each round.
+    pub range: Option<[f64; 2]>,
+    /// The ranges p5 to p95 of both overlap, or the ratio's own holds 1: neither is the faster one.
     pub tie: bool,
 }
 
@@ -48,7 +50,36 @@ pub fn ratios(table: &Table, quantity: &str, dear: &[String], cheap: &[String]) 
             .filter(|(all, _)| all.len() > 1)
             .map(|(_, name)| name.as_str());
         let of = of.collect::<Vec<_>>().join(" over ");
-        Some(Ratio { of, value: above.number()? / below.number()?, tie: overlap(above, below), at })
+        let value = above.number()? / below.number()?;
+        Some(Ratio { of, value, range: None, tie: overlap(above, below), at })
+    };
+    places(table).into_iter().filter_map(ratio).collect()
+}
+
+/// The best of the variants in each place by a `quantity` that is a ratio already, taken round by round: the least
+/// where `bound` is a ceiling, else the most.
+pub fn best(table: &Table, quantity: &str, variants: &[String], bound: Bound) -> Vec<Ratio> {
+    let ratio = |at: At| {
+        let measured = variants.iter().filter_map(|name| {
+            let value = table.value(&at.0, at.1, name, quantity)?;
+            Some((name, value, value.number()?))
+        });
+        let (name, value, number) = measured.min_by(|(.., a), (.., b)| match bound {
+            Bound::AtMost(_) => a.total_cmp(b),
+            Bound::AtLeast(_) | Bound::Wins => b.total_cmp(a),
+        })?;
+        let range = match value {
+            Value::Summary(Summary { p5, p95, .. }) => Some([*p5, *p95]),
+            _ => None,
+        };
+        let of = if variants.len() > 1 { name.clone() } else { String::new() };
+        Some(Ratio {
+            at,
+            of,
+            value: number,
+            tie: range.is_some_and(|[p5, p95]| p5 <= 1.0 && 1.0 <= p95),
+            range,
+        })
     };
     places(table).into_iter().filter_map(ratio).collect()
 }
@@ -64,13 +95,14 @@ fn overlap(a: &Value, b: &Value) -> bool {
     }
 }
 
-/// Each place with its ratio: `earth/oblique 2.7 (tile-memo)`.
+/// Each place with its ratio: `earth/oblique 2.70 [2.60 .. 2.90] (tile-memo)`.
 pub fn words(ratios: &[Ratio]) -> String {
-    let word = |Ratio { at: (scene, x), of, value, tie }: &Ratio| {
+    let word = |Ratio { at: (scene, x), of, value, range, tie }: &Ratio| {
         let x = x.map_or(String::new(), |x| format!(" at {x}"));
         let of = if of.is_empty() { String::new() } else { format!(" ({of})") };
         let tie = if *tie { " (within the spread)" } else { "" };
-        format!("{scene}{x} {}{of}{tie}", short(*value))
+        let range = range.map_or(String::new(), |[p5, p95]| format!(" [{} .. {}]", short(p5), short(p95)));
+        format!("{scene}{x} {}{range}{of}{tie}", short(*value))
     };
     ratios.iter().map(word).collect::<Vec<_>>().join(", ")
 }
@@ -233,6 +265,20 @@ pub mod tests {
         assert_eq!(finding(Bound::AtLeast(0.8), &rows).verdict, Verdict::Reproduced);
         let clear = [("s", None, "a", "t", 1.2), ("s", None, "b", "t", 1.0)];
         assert_eq!(finding(Bound::Wins, &clear).verdict, Verdict::Reproduced);
+    }
+
+    #[test]
+    fn a_ratio_that_was_taken_in_each_round_is_told_with_its_range_and_the_best_one_counts() {
+        let rows =
+            [("s", None, "a", "over", 1.8), ("s", None, "b", "over", 2.3), ("u", None, "b", "over", 1.02)];
+        let table = table("discrete", &rows);
+        let found = |bound| best(&table, "over", &names(&["a", "b"]), bound);
+        assert_eq!(words(&found(Bound::AtMost(2.0))[..1]), "s 1.80 [1.71 .. 1.89] (a)");
+        let values = |bound| found(bound).iter().map(|ratio| ratio.value).collect::<Vec<f64>>();
+        assert_eq!(values(Bound::AtMost(2.0)), [1.8, 1.02]);
+        assert_eq!(values(Bound::AtLeast(2.0)), [2.3, 1.02]);
+        assert_eq!(found(Bound::Wins).iter().map(|ratio| ratio.tie).collect::<Vec<_>>(), [false, true]);
+        assert_eq!(best(&table, "over", &names(&["c"]), Bound::Wins), []);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 pub mod common;
 mod compact;
+mod cost;
 mod dedup;
 pub mod extremes;
 mod feedback;

@@ -1,7 +1,8 @@
 //! Whole frames of several variants in one place: one device, one texture, and each tile made once for all.
 
 use super::common::{Place, passes};
-use crate::figure::{Bench, Contender, Row, Timed, Value};
+use super::cost::{self, FRAME};
+use crate::figure::{Bench, Contender, Row, Value};
 use crate::math::camera::Pose;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::paper::virtual_texture::fused::Fused;
@@ -168,7 +169,7 @@ impl SideBySide {
         let timed = bench.interleave(&gpu, self.contenders()?)?;
         let missing = self.missing.iter();
         let missing = missing.map(|(name, why)| Row::new(&**name, FRAME, "ms", Value::Missing(why.clone())));
-        Ok(timed.iter().flat_map(|of| rows(of, &timed)).chain(missing).collect())
+        Ok(timed.iter().flat_map(|of| cost::rows(of, &timed)).chain(missing).collect())
     }
 
     /// A contender for each session and each floor: its settled frame once more.
@@ -217,37 +218,6 @@ impl SideBySide {
         }
         rows
     }
-}
-
-/// Quantity of a whole frame's time.
-pub const FRAME: &str = "frame";
-
-/// Quantity: medians of the passes of stages 2 and 3 together; of a fused variant what its draw takes longer than
-/// [`UNLISTED`]'s, and stage 3's pass where it has one.
-pub const LIST: &str = "stages 2 and 3";
-
-/// [`LIST`] of `timed`, which ran with the `others`; `None` for frames without a list of the device's.
-pub fn list_ms(timed: &Timed, others: &[Timed]) -> Option<f64> {
-    let pass = |timed: &Timed, label| Some(timed.pass(label)?.median);
-    let compact = pass(timed, "compact");
-    if let Some(dedup) = pass(timed, "dedup") {
-        return Some(dedup + compact?);
-    }
-    let named = |name: &str| others.iter().find(|other| other.variant == name && name != timed.variant);
-    let more = pass(timed, "fused")? - pass(named(UNLISTED)?, "fused")? + compact.unwrap_or(0.0);
-    // No pass takes less than an empty one: a difference below that is not told apart from it.
-    Some(more.max(named("empty pass")?.total?.median))
-}
-
-/// A contender's whole and its passes.
-fn rows(timed: &Timed, others: &[Timed]) -> Vec<Row> {
-    let pass = |(label, summary): &(String, Option<crate::stats::Summary>)| {
-        summary.map(|summary| Row::new(&*timed.variant, &**label, "ms", Value::Summary(summary)))
-    };
-    let list = list_ms(timed, others).map(|ms| Row::new(&*timed.variant, LIST, "ms", Value::Number(ms)));
-    // A frame of one pass is told once.
-    let passes = timed.passes.iter().filter(|_| timed.passes.len() > 1);
-    [timed.row(FRAME)].into_iter().chain(list).chain(passes.filter_map(pass)).collect()
 }
 
 /// The plain frame, into a picture of its own.
@@ -329,36 +299,5 @@ impl TileSource for Kept {
 
     fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
         self.source.read_resident_level(level)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::stats::Summary;
-
-    fn timed(variant: &str, passes: &[(&str, f64)]) -> Timed {
-        let of = |ms: f64| Summary::of(&[ms]);
-        Timed {
-            variant: variant.into(),
-            total: of(passes.iter().map(|(_, ms)| ms).sum()),
-            passes: passes.iter().map(|&(label, ms)| (label.to_string(), of(ms))).collect(),
-        }
-    }
-
-    #[test]
-    fn a_list_costs_its_passes_and_what_the_draw_takes_longer_for_it() {
-        let all = [
-            timed("compute", &[("footprint", 9.0), ("dedup", 3.0), ("compact", 1.0), ("texturing", 20.0)]),
-            timed("fused", &[("fused", 26.0), ("compact", 1.0), ("read-back", 5.0)]),
-            timed("fused, appending", &[("fused", 26.5), ("read-back", 5.0)]),
-            timed("fused, by luck", &[("fused", 24.9), ("read-back", 5.0)]),
-            timed(UNLISTED, &[("fused", 25.0)]),
-            timed("classic", &[("copy U1", 2.0)]),
-            timed("empty pass", &[("empty pass", 0.25)]),
-        ];
-        let lists = all.iter().map(|of| list_ms(of, &all)).collect::<Vec<_>>();
-        assert_eq!(lists, [Some(4.0), Some(2.0), Some(1.5), Some(0.25), None, None, None]);
-        assert_eq!(list_ms(&all[1], &all[..2]), None, "nothing to hold it against");
     }
 }

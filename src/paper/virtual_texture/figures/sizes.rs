@@ -2,8 +2,9 @@
 //! texture.
 
 use super::common::{Place, pixels_of};
+use super::cost::{FRAME, LIST};
 use super::judge::{Bound, Ratio, judge, on_a_gpu, places, short, why_none};
-use super::side_by_side::{Combination, FRAME, LIST, SideBySide, THE_PAPER, combinations};
+use super::side_by_side::{Combination, SideBySide, THE_PAPER, combinations};
 use crate::figure::{
     Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Sweep, Table, Value, Verdict,
 };
@@ -201,7 +202,8 @@ fn grows(table: &Table, quantity: &str, bound: f64) -> Finding {
         ends.sort_by(|a, b| a.0.total_cmp(&b.0));
         let [(least, small), .., (most, large)] = ends[..] else { return None };
         let of = format!("{} to {}", short(small), short(large));
-        Some(Ratio { at: (scene, Some(most)), of, value: large / small / (most / least).powi(2), tie: false })
+        let value = large / small / (most / least).powi(2);
+        Some(Ratio { at: (scene, Some(most)), of, value, range: None, tie: false })
     };
     let found: Vec<Ratio> = scenes.into_iter().filter_map(growth).collect();
     judge(table, Bound::AtMost(bound), &found, || why_none(table, quantity, &[THE_PAPER.to_string()]))
@@ -220,7 +222,8 @@ fn paper_tile(table: &Table) -> Finding {
     let sizes: Vec<(f64, f64)> = sizes.collect();
     let (best, least) = sizes.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1)).expect("512 is one of them");
     let at = ("earth/oblique".to_string(), Some(512.0));
-    let ratio = Ratio { at, of: format!("over tiles of {best}"), value: papers / least, tie: false };
+    let ratio =
+        Ratio { at, of: format!("over tiles of {best}"), value: papers / least, range: None, tie: false };
     let mut finding = judge(table, Bound::AtMost(2.0), &[ratio], String::new);
     let all = sizes.iter().map(|(side, mib)| format!("{side}: {} MiB", short(*mib)));
     finding.numbers = format!("{}; {}", finding.numbers, all.collect::<Vec<_>>().join(", "));
@@ -257,7 +260,8 @@ fn flat(table: &Table) -> Finding {
         return Finding::new(Verdict::NotMeasurable, "", why_none(table, FRAME, &names));
     };
     let of = format!("{} ms over {} ms", short(large), short(small));
-    let ratio = Ratio { at: ("earth/oblique".into(), LARGEST), of, value: large / small, tie: false };
+    let ratio =
+        Ratio { at: ("earth/oblique".into(), LARGEST), of, value: large / small, range: None, tie: false };
     judge(table, Bound::AtMost(1.25), &[ratio], String::new)
 }
 

@@ -22,7 +22,8 @@ pub struct PlainComparison {
     pub empty_pass: Summary,
     /// Width and height of the plain texture.
     pub plain_size: [u32; 2],
-    pub ratio: f64,
+    /// Settled over plain, of each turn.
+    pub ratio: Summary,
 }
 
 fn total(passes: &[PassTime]) -> Option<f64> {
@@ -80,20 +81,20 @@ impl Session {
             }
         }
         let summary = |times: &[f64]| Summary::of(times).expect("every run was timed");
-        let (settled, plain_ns) = (summary(&settled), summary(&plain_ns));
         // The plain frame overwrote the picture: draw it again.
         self.frame(pose)?;
         self.drain()?;
-        Ok(Some(PlainComparison {
-            settled,
+        let ratio = Summary::of_pairs(&settled, &plain_ns, |settled, plain| settled / plain);
+        Ok(ratio.map(|ratio| PlainComparison {
+            settled: summary(&settled),
             settled_passes: passes
                 .into_iter()
                 .filter_map(|(label, times)| Some((label, median(&times)?)))
                 .collect(),
-            plain: plain_ns,
+            plain: summary(&plain_ns),
             empty_pass: summary(&empty),
             plain_size: plain.size(),
-            ratio: settled.median / plain_ns.median,
+            ratio,
         }))
     }
 }
