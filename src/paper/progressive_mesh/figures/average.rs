@@ -2,13 +2,18 @@
 
 use super::super::cache::{CACHES, Cache, LevelCosts, sampled_levels};
 use super::super::mesh::{Level, ProgressiveMesh};
+use super::super::order::OrderOptions;
 use super::super::rivals::{RIVALS, rival_costs};
+use super::super::simplify::Collapses;
 use super::orders::{
     CLASSICAL, CLOSED, FEW, ORDERS, OURS, PAPER, WITH_SCANS, costs, judged, mean_of, moved_per_split,
     ordered, simplified,
 };
 use super::scans;
-use crate::figure::{Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value};
+use crate::figure::{
+    Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict,
+};
+use crate::scene::model::Model;
 
 pub const AVERAGE: Figure = Figure {
     id: "pm.average",
@@ -43,6 +48,13 @@ pub const AVERAGE: Figure = Figure {
             check: |table| between(table, PAPER, 1.6, 2.0),
         },
         Claim {
+            id: "after-tswaps",
+            text: "The paper's greedy needs 1.6 to 2.0 just after its tswaps, made for a cache of 12, 16, 24 or 32 \
+                   entries and measured with the same (mean over the models).",
+            from: Origin::Ours,
+            check: sizes_of_the_papers_range,
+        },
+        Claim {
             id: "first",
             text: "Ours needs at most 1.55 with at most 23 moved faces for each split, and 95 % of the levels at \
                    most 0.2 more (FIFO-16, mean over the models).",
@@ -58,7 +70,8 @@ pub const AVERAGE: Figure = Figure {
         },
         Claim {
             id: "re-optimised",
-            text: "Ours is within a fifth of what meshoptimizer reaches when it orders every level from scratch.",
+            text: "Ours is within a fifth of what meshoptimizer reaches when it orders every level from scratch, by the \
+                   better of its two optimizers (FIFO-16, mean over the models).",
             from: Origin::Ours,
             check: near_the_bound,
         },
@@ -69,6 +82,10 @@ const FIFO_16: &str = "FIFO-16";
 const P95: &str = "FIFO-16, 95 % of levels";
 const WORST: &str = "FIFO-16, worst level";
 const AFTER: &str = "FIFO-16, after a tswap";
+const MADE: &str = "made for it, after a tswap";
+const MADE_ALL: &str = "made for it, all levels";
+/// The caches of today's and the paper's time, for each of which the paper's greedy is made anew.
+const SIZES: [u32; 4] = [12, 16, 24, 32];
 const MOVED: &str = "faces moved or copied per split";
 const MEMORY: &str = "memory of the lists";
 const DRAWN: &str = "faces drawn per live face";
@@ -108,6 +125,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         rows.push(number(name, DRAWN, "faces", 1.0));
         rows.push(number(name, ERROR, "", error_ratio(&mesh, &plain)));
     }
+    rows.extend(made_for_each_size(&model, &collapses, &some));
     let levels = sampled_levels(&plain, 0, 64);
     for rival in RIVALS {
         let (name, found) = (rival.name(), rival_costs(&plain, rival, &CACHES, &levels));
@@ -143,6 +161,20 @@ fn spread(name: &str, mesh: &ProgressiveMesh, costs: &LevelCosts) -> Vec<Row> {
     rows
 }
 
+/// The paper's greedy, made for each of [`SIZES`] and measured with the same cache: just after its tswaps, and at
+/// `levels`.
+fn made_for_each_size(model: &Model, collapses: &Collapses, levels: &[u32]) -> Vec<Row> {
+    let rows = SIZES.into_iter().flat_map(|entries| {
+        let options = OrderOptions { cache_entries: entries, ..OrderOptions::PAPER };
+        let (mesh, cache) = (ordered(model, collapses, Some(&options)), Cache::Fifo(entries));
+        [(MADE, &mesh.swaps.levels[..]), (MADE_ALL, levels)].map(|(quantity, levels)| {
+            let mean = costs(&mesh, &[cache], levels).remove(0).mean();
+            number(PAPER, format!("{}, {quantity}", cache.name()), PER_VERTEX, mean)
+        })
+    });
+    rows.collect()
+}
+
 /// The geometric mean over the levels of one mesh's error over another's at the same level. A millionth of M0's error
 /// is added to both: flat parts collapse at none.
 fn error_ratio(mesh: &ProgressiveMesh, plain: &ProgressiveMesh) -> f64 {
@@ -158,7 +190,38 @@ fn between(table: &Table, variant: &str, low: f64, high: f64) -> Finding {
     let each: Option<Vec<f64>> = CLOSED.iter().map(of).collect();
     let met = each.as_ref().map(|each| each.iter().all(|cost| (low..=high).contains(cost)));
     let numbers = each.iter().flatten().zip(CLOSED).map(|(cost, scene)| format!("{scene} {cost:.2}"));
-    judged(met, numbers.collect::<Vec<_>>().join(", "), &format!("every model in {low} to {high}"))
+    let bound = format!("every model in {low} to {high}");
+    let mut finding = judged(met, numbers.collect::<Vec<_>>().join(", "), &bound);
+    let inside = each.iter().flatten().filter(|cost| (low..=high).contains(cost)).count();
+    if met == Some(false) && inside > 0 {
+        finding.verdict = Verdict::InPart;
+        finding.why = format!("{inside} of {} models: {bound}", CLOSED.len());
+    }
+    finding
+}
+
+fn sizes_of_the_papers_range(table: &Table) -> Finding {
+    let of = |entries: u32, quantity| {
+        mean_of(table, None, PAPER, &format!("{}, {quantity}", Cache::Fifo(entries).name()), &CLOSED)
+    };
+    let found: Option<Vec<(u32, f64, f64)>> =
+        SIZES.iter().map(|&size| Some((size, of(size, MADE)?, of(size, MADE_ALL)?))).collect();
+    let Some(found) = found else { return judged(None, String::new(), "") };
+    let numbers =
+        found.iter().map(|(size, after, all)| format!("FIFO-{size} {after:.2} (over all levels {all:.2})"));
+    let within = found.iter().filter(|(_, after, _)| (1.6..=2.0).contains(after));
+    let within: Vec<String> = within.map(|(size, ..)| size.to_string()).collect();
+    let verdict = match within.len() {
+        0 => Verdict::NotReproduced,
+        all if all == SIZES.len() => Verdict::Reproduced,
+        _ => Verdict::InPart,
+    };
+    let sizes = if within.is_empty() { "none".into() } else { within.join(", ") };
+    Finding::new(
+        verdict,
+        numbers.collect::<Vec<_>>().join(", "),
+        format!("caches at which it is so: {sizes}"),
+    )
 }
 
 fn bar(table: &Table, variant: &str, most: f64, moves: f64) -> Finding {
@@ -171,7 +234,7 @@ fn bar(table: &Table, variant: &str, most: f64, moves: f64) -> Finding {
     let bound = format!("{most} at {moves}, and {:.3} for 95 % of the levels", mean + 0.2);
     let mut finding = judged(Some(met == [true; 2]), numbers, &bound);
     if met == [true, false] {
-        finding.verdict = crate::figure::Verdict::InPart;
+        finding.verdict = Verdict::InPart;
         finding.why = format!("the mean and the moves hold, the spread does not: {bound}");
     }
     finding
@@ -179,7 +242,10 @@ fn bar(table: &Table, variant: &str, most: f64, moves: f64) -> Finding {
 
 fn near_the_bound(table: &Table) -> Finding {
     let of = |variant| mean_of(table, None, variant, FIFO_16, &CLOSED);
-    let (ours, bound) = (of(OURS), of("re-optimised"));
+    let bounds = [of("re-optimised"), of("re-optimised FIFO")];
+    let ours = of(OURS);
+    let bound =
+        bounds.into_iter().collect::<Option<Vec<f64>>>().and_then(|b| b.into_iter().min_by(f64::total_cmp));
     let met = ours.zip(bound).map(|(ours, bound)| ours <= 1.2 * bound);
     let numbers = format!("{:.3} against {:.3}", ours.unwrap_or(f64::NAN), bound.unwrap_or(f64::NAN));
     judged(met, numbers, "at most 1.2 times as many")
@@ -189,7 +255,7 @@ fn near_the_bound(table: &Table) -> Finding {
 mod tests {
     use super::super::tests::table;
     use super::*;
-    use crate::figure::Verdict;
+    use crate::figure::Record;
 
     fn of(variant: &'static str, mean: f64, p95: f64, moved: f64) -> Table {
         let rows = |scene| {
@@ -215,6 +281,30 @@ mod tests {
             use Verdict::*;
             [NotReproduced, Reproduced, NotReproduced]
         });
+    }
+
+    #[test]
+    fn the_sizes_of_the_papers_range_are_told() {
+        let found = |afters: [f64; 4]| {
+            let names = SIZES.map(|size| [MADE, MADE_ALL].map(|quantity| format!("FIFO-{size}, {quantity}")));
+            let rows = CLOSED.into_iter().flat_map(|scene| {
+                let of_size = |([after, all], cost): ([String; 2], f64)| [(after, cost), (all, cost + 0.3)];
+                let rows = names.clone().into_iter().zip(afters).flat_map(of_size);
+                rows.map(move |(quantity, number)| (scene, quantity, number)).collect::<Vec<_>>()
+            });
+            let mut table = table("cpu", &[]);
+            table.records.extend(rows.map(|(scene, quantity, number)| Record {
+                scene: scene.into(),
+                x: None,
+                row: super::number(PAPER, quantity, PER_VERTEX, number),
+            }));
+            sizes_of_the_papers_range(&table)
+        };
+        let some = found([2.3, 2.1, 1.9, 1.7]);
+        assert_eq!((some.verdict, &some.why[..]), (Verdict::InPart, "caches at which it is so: 24, 32"));
+        assert_eq!(found([1.9; 4]).verdict, Verdict::Reproduced);
+        assert_eq!(found([1.5; 4]).verdict, Verdict::NotReproduced);
+        assert_eq!(sizes_of_the_papers_range(&table("cpu", &[])).verdict, Verdict::NotMeasurable);
     }
 
     #[test]

@@ -55,6 +55,9 @@ pub use groups::Groups;
 pub struct OrderOptions {
     /// The entries of the vertex cache that the order is for, first in, first out; at least 4.
     pub cache_entries: u32,
+    /// Entries of it that the optimizer leaves unused: an order that fills the cache to the last entry breaks with the
+    /// first split after it. The paper knows nothing of the kind.
+    pub spare_entries: u32,
     pub groups: Groups,
     pub within: Within,
     /// With [`Within::Coherent`]: about so many faces that stand together are refined and re-ordered at once, where
@@ -80,6 +83,7 @@ impl OrderOptions {
     /// preferences decide among faces that cost the same. 64 groups: of all that is not said, our choice.
     pub const PAPER: OrderOptions = OrderOptions {
         groups: Groups::Uniform(64),
+        spare_entries: 0,
         weights: Weights { valence: 0.0, in_place: 0.5, line: 0.25 },
         ..OrderOptions::BEST
     };
@@ -87,6 +91,7 @@ impl OrderOptions {
     /// At most 23 moved faces for each split: 3.5 bytes of commands for each byte of the splits themselves.
     pub const BEST: OrderOptions = OrderOptions {
         cache_entries: 16,
+        spare_entries: 1,
         groups: Groups::Budget(23.0),
         within: Within::Error,
         run_faces: None,
@@ -97,11 +102,16 @@ impl OrderOptions {
     /// At most 10 moved faces for each split.
     pub const FEW_MOVES: OrderOptions = OrderOptions { groups: Groups::Budget(10.0), ..OrderOptions::BEST };
 
-    /// The cache in the optimizer has an entry less than the real one: an order that fills the cache to the last
-    /// entry breaks with the first split after it.
+    /// The entries of the cache in the optimizer.
     fn simulated_entries(&self) -> u32 {
-        assert!(self.cache_entries >= 4, "a cache of {} entries", self.cache_entries);
-        self.cache_entries - 1
+        let entries = self.cache_entries.saturating_sub(self.spare_entries);
+        assert!(
+            entries >= 3,
+            "a cache of {} entries, {} of them spare",
+            self.cache_entries,
+            self.spare_entries
+        );
+        entries
     }
 }
 
