@@ -243,6 +243,9 @@ fn explain(renderer: &Renderer) -> anyhow::Result<()> {
     for pass in renderer.passes() {
         say(format_args!("pass       {pass}"))?;
     }
+    for line in renderer.instances() {
+        say(format_args!("instances  {line}"))?;
+    }
     for (name, bytes) in renderer.memory() {
         say(format_args!("memory     {name}: {bytes} bytes"))?;
     }

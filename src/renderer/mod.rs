@@ -176,6 +176,16 @@ impl Renderer {
         }
     }
 
+    /// What each instance of a progressive mesh takes of its own, a line for each surface.
+    pub fn instances(&self) -> Vec<String> {
+        match self {
+            Renderer::Landscape(_) => Vec::new(),
+            Renderer::Surfaces(session) => {
+                session.surfaces.iter().map(surfaces::Surface::of_an_instance).collect()
+            }
+        }
+    }
+
     /// (name, bytes) of all that the scene made in video memory.
     pub fn memory(&self) -> Vec<(String, u64)> {
         match self {

@@ -45,7 +45,9 @@ impl Gpu {
         use vk::BufferUsageFlags as U;
         let (flags, location) = match usage {
             BufferUse::Vertices => (U::VERTEX_BUFFER | U::TRANSFER_DST, MemoryLocation::GpuOnly),
-            BufferUse::Indices => (U::INDEX_BUFFER | U::TRANSFER_DST, MemoryLocation::GpuOnly),
+            BufferUse::Indices => {
+                (U::INDEX_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST, MemoryLocation::GpuOnly)
+            }
             BufferUse::WritableIndices => (
                 U::INDEX_BUFFER | U::STORAGE_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST,
                 MemoryLocation::GpuOnly,

@@ -137,13 +137,20 @@ fn a_scene_of_meshes_is_rendered_explained_and_reported() {
     let explained = String::from_utf8(ran.stdout).unwrap();
     holds(
         &explained,
-        &["pass       levels", "pass       surfaces", "memory     herd: indices: 22044000 bytes"],
+        &["pass       levels", "pass       surfaces", "memory     herd: indices: 384000 bytes"],
     );
+    // Not 500 full meshes: 64 faces each until they are seen.
+    holds(&explained, &["instances  herd: 500 of 64 to 3674 faces; each ", "12 bytes for each live face"]);
     assert!(!explained.contains("feature"), "{explained}");
     let report: serde_json::Value = serde_json::from_str(&crate::read(&folder, "r.json")).unwrap();
     assert_eq!(report["frames"].as_array().unwrap().len(), 2);
     assert_eq!(report["surfaces"]["herd"]["levels"].as_array().unwrap().len(), 500);
     assert_eq!(report["surfaces"]["herd"]["faces"], 3674);
+    let bytes = |what: &str| report["surfaces"]["herd"]["memory_bytes"][what].as_f64().unwrap();
+    let live = 12.0 * bytes("live_faces_of_an_instance");
+    assert!(bytes("state_of_an_instance") < 400.0, "{report}");
+    assert!(live <= bytes("host_indices_of_an_instance"), "{report}");
+    assert!(bytes("device_indices_of_an_instance") < 4.0 * live, "{report}");
     let on_the_device = ["render", "bunny", "--explain", "-D", "progressive_mesh.bunny.apply=gpu"];
     let explained = String::from_utf8(run(&folder, &on_the_device).stdout).unwrap();
     holds(&explained, &["memory     bunny: splits and permutations: "]);

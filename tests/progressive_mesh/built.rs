@@ -3,9 +3,10 @@
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use ortelius::paper::progressive_mesh::order::{OrderOptions, classical, order};
 use ortelius::paper::progressive_mesh::reference::{face_set, faces_at};
-use ortelius::paper::progressive_mesh::run::{Instance, Program, Untold};
+use ortelius::paper::progressive_mesh::run::{Instances, Program};
 use ortelius::paper::progressive_mesh::simplify::{Collapses, SimplifyOptions, simplify};
 use ortelius::scene::model::{Attributes, Model, named};
+use std::sync::Arc;
 
 /// A vertex by its content, bits of position and attributes: no order of vertices is assumed.
 type Content = Vec<u32>;
@@ -26,12 +27,11 @@ fn level_that_differs(mesh: &ProgressiveMesh, model: &Model, collapses: &Collaps
         let position = model.positions[model.wedge_positions[at as usize] as usize] - vertices.centre;
         content(position.as_vec3().to_array(), &model.attributes, at as usize)
     };
-    let program = Program::new(mesh).unwrap();
-    let (mut instance, mut kept) = (Instance::new(&program), Vec::new());
+    let mut instance = Instances::new(Arc::new(Program::new(mesh).unwrap()), 1).unwrap();
     let last = mesh.last_level();
     (0..=12).map(|n| last * n / 12).find(|&level| {
-        instance.go_to(&program, level, &mut kept, &mut Untold);
-        let shown = face_set(instance.faces().iter().map(|face| face.map(vertex)));
+        instance.go_to(0, level).unwrap();
+        let shown = face_set(instance.faces(0).iter().map(|face| face.map(vertex)));
         shown != face_set(faces_at(model, collapses, level).into_iter().map(|face| face.map(wedge)))
     })
 }

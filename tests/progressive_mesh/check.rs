@@ -15,7 +15,7 @@ fn each_flaw_is_told_with_its_place() {
     let level = |vertices, faces, error| Level { vertices, faces, error };
     let slots = |rows: &[&[u32]]| rows.iter().map(|row| row.to_vec()).collect();
     type Change<'a> = Box<dyn Fn(&mut ProgressiveMesh) + 'a>;
-    let cases: [(Change, &str); 22] = [
+    let cases: [(Change, &str); 23] = [
         (Box::new(|m| m.levels.clear()), "levels: there is none"),
         (Box::new(|m| m.levels[1].faces = 3), "last level: 3 faces of 2"),
         (Box::new(|m| m.levels[1].vertices = 5), "last level: 5 vertices of 4"),
@@ -37,6 +37,10 @@ fn each_flaw_is_told_with_its_place() {
         (Box::new(|m| m.swaps.cycles = slots(&[&[0, 1, 0]])), "permutation of level 1: slot 0 is in two"),
         (Box::new(|m| m.swaps.cycles = slots(&[&[1, 0]])), "a cycle from slot 1: each begins with its least"),
         (Box::new(|m| m.splits.slots = slots(&[&[0, u32::MAX, 0]])), "vertex 3: its slots are not ascending"),
+        (
+            Box::new(|m| m.vertices.welded[3] = 2),
+            "vertex 3: at [0.0, 1.0, 0.0], welded to 2 at [1.0, 1.0, 0.0]",
+        ),
         (Box::new(|m| m.vertices.positions[2][1] = f32::NAN), "vertex 2: position [1.0, NaN, 0.0]"),
     ];
     for (change, words) in cases {

@@ -241,6 +241,13 @@ fn levels_that_the_device_applies_are_the_hosts() {
     let changes = |session: &Session| session.records.iter().map(|r| r.change.splits).collect::<Vec<_>>();
     assert_eq!(changes(&host), changes(&device));
     assert!(device.records.iter().all(|record| record.change.upload_bytes == 0));
+    // Slices were exchanged and the buffer grew, and neither is as large as 40 full meshes.
+    for session in [&host, &device] {
+        let (surface, memory) = (&session.surfaces[0], session.surfaces[0].memory());
+        let (first, full) = (40 * 12 * 64, 40 * 12 * surface.program.faces().len() as u64);
+        assert!(first < memory.device_indices && 2 * memory.device_indices < full, "{memory:?}");
+        assert!(12 * memory.live_faces <= memory.device_indices, "{memory:?}");
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::made::{Made, Random, arrange, collapse, quad, torus};
 use ortelius::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh};
 use ortelius::paper::progressive_mesh::reference::{face_set, faces_at, wedges_at};
-use ortelius::paper::progressive_mesh::run::{Instance, Instances, Program, State, Touched, Untold};
+use ortelius::paper::progressive_mesh::run::{Instances, Program, State, Touched, Untold};
 use ortelius::paper::progressive_mesh::simplify::Collapses;
 use ortelius::scene::model::Model;
 use proptest::prelude::*;
@@ -38,17 +38,17 @@ fn difference(
 
 /// All forms of execution at once; each step compares them.
 struct Walk {
-    program: Program,
+    program: Arc<Program>,
     literal: State,
     whole: Vec<[u32; 3]>,
-    instance: Instance,
+    instance: Instances,
     kept: Vec<[u32; 3]>,
 }
 
 impl Walk {
     fn new(mesh: &ProgressiveMesh) -> Walk {
-        let program = Program::new(mesh).unwrap();
-        let (literal, instance) = (State::new(mesh), Instance::new(&program));
+        let program = Arc::new(Program::new(mesh).unwrap());
+        let (literal, instance) = (State::new(mesh), Instances::new(program.clone(), 1).unwrap());
         Walk { literal, whole: mesh.faces.clone(), instance, program, kept: Vec::new() }
     }
 
@@ -56,10 +56,10 @@ impl Walk {
         let before = self.literal.level();
         self.literal.go_to(mesh, level);
         self.program.run(&mut self.whole, before, level, &mut self.kept, &mut Untold);
-        self.instance.go_to(&self.program, level, &mut self.kept, &mut Untold);
+        self.instance.go_to(0, level).unwrap();
         assert!(self.whole == self.literal.faces(), "from {before} to {level}: not the paper's buffer");
         assert!(
-            self.instance.faces() == self.literal.live(mesh),
+            self.instance.faces(0) == self.literal.live(mesh),
             "from {before} to {level}: not the live prefix"
         );
     }
@@ -75,7 +75,7 @@ proptest! {
         let mut walk = Walk::new(mesh);
         for level in (0..=mesh.last_level()).chain((0..mesh.last_level()).rev()) {
             walk.go_to(mesh, level);
-            prop_assert_eq!(difference(walk.instance.faces(), &all, level), None);
+            prop_assert_eq!(difference(walk.instance.faces(0), &all, level), None);
         }
         prop_assert!(walk.whole == mesh.faces, "M0 is not what it was");
     }
@@ -102,11 +102,11 @@ proptest! {
     fn instances_share_a_buffer_and_nothing_else(seed: u64) {
         let (_, _, made) = anything(seed);
         let program = Arc::new(Program::new(&made.mesh).unwrap());
-        let mut instances = Instances::new(program, 9);
+        let mut instances = Instances::new(program, 9).unwrap();
         let (mut copy, mut random): (Vec<u32>, _) = (Vec::new(), Random(!seed));
         for _ in 0..40 {
             let (instance, level) = (random.below(9), random.below(made.mesh.levels.len()) as u32);
-            instances.go_to(instance, level);
+            instances.go_to(instance, level).unwrap();
             copy.resize(3 * instances.buffer().len(), 0);
             for words in instances.take_touched() {
                 copy[words.clone()].copy_from_slice(&instances.buffer().as_flattened()[words]);
@@ -187,11 +187,11 @@ fn a_split_in_another_face_is_not_the_fresh_build() {
             seen += 1;
             continue;
         };
-        let mut instance = Instance::new(&program);
+        let mut instance = Instances::new(Arc::new(program), 1).unwrap();
         let last = all.2.mesh.last_level();
         let differs = (0..=last).any(|level| {
-            instance.go_to(&program, level, &mut Vec::new(), &mut Untold);
-            difference(instance.faces(), &all, level).is_some()
+            instance.go_to(0, level).unwrap();
+            difference(instance.faces(0), &all, level).is_some()
         });
         assert!(differs, "seed {seed}: a face that kept its old vertex was not noticed");
         seen += 1;

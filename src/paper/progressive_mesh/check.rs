@@ -31,7 +31,7 @@ pub(super) type Corner = (u32, u32, u32);
 
 impl ProgressiveMesh {
     /// Whether every level can be reached: levels grow, every slot and vertex is in range and live when it is used, a
-    /// split's slots show its `splitVert`, a permutation's cycles share no slot, both are spelt as [`super::mesh`] says, and all faces have three different
+    /// split's slots show its `splitVert`, welded vertices stand at one place, a permutation's cycles share no slot, both are spelt as [`super::mesh`] says, and all faces have three different
     /// live vertices.
     ///
     /// # Errors
@@ -107,6 +107,8 @@ impl ProgressiveMesh {
             hold!(position.iter().all(|x| x.is_finite()), place(), "position {position:?}");
             let first = welded as usize <= vertex && vertices.welded[welded as usize] == welded;
             hold!(first, place(), "welded to {welded}, which is no first vertex of a position");
+            let there = vertices.positions[welded as usize];
+            hold!(*position == there, place(), "at {position:?}, welded to {welded} at {there:?}");
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! The report of frames of progressive meshes.
 
 use super::{Manifest, PassReport};
-use crate::paper::progressive_mesh::session::{FrameRecord, Session, Surface};
+use crate::paper::progressive_mesh::session::{FrameRecord, Session, Surface, SurfaceMemory};
 use crate::scene::ProgressiveSurface;
 use crate::vk::PassTime;
 use serde::Serialize;
@@ -35,11 +35,25 @@ pub struct SurfaceReport {
     pub vertices: u32,
     /// n: the number of splits from M0 to the full mesh.
     pub splits: u32,
-    /// Main memory that all instances share, and that they have of their own, together.
-    pub shared_host_bytes: usize,
-    pub instances_host_bytes: usize,
+    pub memory_bytes: InstanceBytes,
     /// Levels of the instances in the last frame that they were seen in.
     pub levels: Vec<u32>,
+}
+
+/// What the instances share, and what one of them has of its own: the mean of all, at their levels.
+#[derive(Clone, Debug, Serialize)]
+pub struct InstanceBytes {
+    /// Main memory of all: splits and permutations, level 0.
+    pub shared_host: usize,
+    /// Video memory of all: vertices, and splits and permutations where the device executes.
+    pub shared_device: u64,
+    /// Place, level, slice, marks of what was touched.
+    pub state_of_an_instance: f64,
+    /// Its slice of the index buffer, 12 bytes a face, in main memory (none where the device executes) and in video memory.
+    pub host_indices_of_an_instance: f64,
+    pub device_indices_of_an_instance: f64,
+    /// The live faces that these slices hold: at 12 bytes each they would take no less.
+    pub live_faces_of_an_instance: f64,
 }
 
 /// One frame, all surfaces together.
@@ -85,15 +99,27 @@ impl From<&FrameRecord> for SurfacesFrame {
 impl From<&Surface> for SurfaceReport {
     fn from(surface: &Surface) -> Self {
         let full = surface.program.levels().last().expect("there is at least level 0");
-        let [shared_host_bytes, instances_host_bytes] = surface.host_bytes();
         SurfaceReport {
             settings: surface.settings.clone(),
             faces: full.faces,
             vertices: full.vertices,
             splits: surface.program.last_level(),
-            shared_host_bytes,
-            instances_host_bytes,
+            memory_bytes: InstanceBytes::from(surface.memory()),
             levels: surface.instances().map(|(_, level)| level).collect(),
+        }
+    }
+}
+
+impl From<SurfaceMemory> for InstanceBytes {
+    fn from(memory: SurfaceMemory) -> Self {
+        let of_one = |bytes: u64| bytes as f64 / memory.instances as f64;
+        InstanceBytes {
+            shared_host: memory.shared_host,
+            shared_device: memory.shared_device,
+            state_of_an_instance: of_one(memory.state as u64),
+            host_indices_of_an_instance: of_one(memory.host_indices as u64),
+            device_indices_of_an_instance: of_one(memory.device_indices),
+            live_faces_of_an_instance: of_one(memory.live_faces),
         }
     }
 }

@@ -150,3 +150,33 @@ fn a_packed_file_is_unpacked_and_one_that_unpacks_without_end_is_refused() {
     let error = Model::load(&path).unwrap_err().to_string();
     assert!(error.ends_with("bomb.obj.gz: unpacks to more than the 67108864 bytes that are read"), "{error}");
 }
+
+#[test]
+fn strips_are_triangles_with_every_second_one_turned() {
+    let header = "ply\nformat ascii 1.0\nelement vertex 7\nproperty float x\nproperty float y\nproperty float z\n\
+                  element tristrips 1\nproperty list int int vertex_indices\nend_header\n";
+    let places = "0 0 0\n1 0 0\n0 1 0\n1 1 0\n5 0 0\n6 0 0\n5 1 0\n";
+    let model = read("a.ply", format!("{header}{places}9 0 1 2 3 -1 4 5 6 -1\n"));
+    let faces: Vec<[u32; 3]> = (0..3).map(|face| model.face_positions(face)).collect();
+    assert_eq!(faces, [[0, 1, 2], [2, 1, 3], [4, 5, 6]]);
+    let wrong = format!("{header}{places}4 0 1 2 -2\n");
+    let error = Model::from_bytes(Path::new("a.ply"), wrong.as_bytes()).unwrap_err().to_string();
+    assert_eq!(error, "a.ply:17: -2 is no vertex");
+}
+
+#[test]
+fn texture_coordinates_of_corners_make_wedges() {
+    let header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+                  element face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n\
+                  0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 6 0 0 1 0 1 1\n";
+    // The second face agrees with the first at vertex 2 alone.
+    let model = read("a.ply", format!("{header}3 0 2 3 6 0.5 0 1 1 0 1\n"));
+    assert_eq!((model.positions.len(), model.wedge_positions.len()), (4, 5));
+    let coordinates =
+        |face: usize| model.faces[face].map(|wedge| model.attributes.coordinates[wedge as usize]);
+    assert_eq!(coordinates(0), [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]);
+    assert_eq!(coordinates(1), [[0.5, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+    let short = format!("{header}3 0 2 3 5 0 0 1 1 0\n");
+    let error = Model::from_bytes(Path::new("a.ply"), short.as_bytes()).unwrap_err().to_string();
+    assert_eq!(error, "a.ply:16: 5 numbers of texcoord for a face of 3 corners");
+}

@@ -92,6 +92,35 @@ fn survives(name: &str, original: &[u8], seed: u64) {
     }
     // Damage that is always refused at once would test nothing behind the first check.
     assert!(models >= 60 && errors >= 200, "{name}: {models} models, {errors} errors");
+    assert!(!is_limited() || Vec::<u8>::new().try_reserve_exact(MOST_KIB << 10).is_err(), "no limit");
+}
+
+/// Address space of a test process that reads damaged files: the program, two stacks, two arenas of the allocator, and
+/// less than what one wrong length would reserve.
+const MOST_KIB: usize = 512 << 10;
+const LIMITED: &str = "ORTELIUS_TEST_LIMITED";
+
+fn is_limited() -> bool {
+    std::env::var_os(LIMITED).is_some()
+}
+
+/// The two tests below once more, in a process that gets no more memory.
+#[test]
+#[cfg(unix)]
+fn damaged_files_take_bounded_memory() {
+    let script = format!("ulimit -v {MOST_KIB} && exec \"$0\" \"$@\"");
+    let mut command = std::process::Command::new("sh");
+    command.args(["-c", &script]).arg(std::env::current_exe().unwrap());
+    command
+        .args(["model::mutated::damaged", "--skip", "bounded_memory", "--test-threads=1"])
+        .env(LIMITED, "1");
+    let ran = command.output().unwrap();
+    let said = String::from_utf8_lossy(&ran.stdout);
+    assert!(
+        ran.status.success() && said.contains("2 passed"),
+        "{said}{}",
+        String::from_utf8_lossy(&ran.stderr)
+    );
 }
 
 #[test]

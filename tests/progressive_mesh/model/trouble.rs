@@ -58,7 +58,7 @@ fn errors_of_ply_name_the_line_or_the_byte() {
         (
             "element face",
             "element facet",
-            "a.ply: no element \"face\": points and strips have no faces to read",
+            "a.ply: no element \"face\" or \"tristrips\": points have no faces to read",
         ),
         ("element face", "element vertex", "a.ply:7: a second \"element vertex 1\""),
     ] {

@@ -320,6 +320,34 @@ fn ten_thousand_mutated_files_are_refused_or_valid() {
         }
     }
     assert!(valid > 100 && refused > 1000, "{valid} valid, {refused} refused");
+    assert!(!is_limited() || Vec::<u8>::new().try_reserve_exact(MOST_KIB << 10).is_err(), "no limit");
+}
+
+/// Address space of a test process that reads damaged files: the program, two stacks, two arenas of the allocator, and
+/// less than what one wrong length would reserve.
+const MOST_KIB: usize = 512 << 10;
+const LIMITED: &str = "ORTELIUS_TEST_LIMITED";
+
+fn is_limited() -> bool {
+    std::env::var_os(LIMITED).is_some()
+}
+
+/// The test above once more, in a process that gets no more memory.
+#[test]
+#[cfg(unix)]
+fn mutated_files_take_bounded_memory() {
+    let script = format!("ulimit -v {MOST_KIB} && exec \"$0\" \"$@\"");
+    let test = "paper::progressive_mesh::file::tests::ten_thousand_mutated_files_are_refused_or_valid";
+    let mut command = std::process::Command::new("sh");
+    command.args(["-c", &script]).arg(std::env::current_exe().unwrap());
+    command.args(["--exact", test, "--test-threads=1"]).env(LIMITED, "1");
+    let ran = command.output().unwrap();
+    let said = String::from_utf8_lossy(&ran.stdout);
+    assert!(
+        ran.status.success() && said.contains("1 passed"),
+        "{said}{}",
+        String::from_utf8_lossy(&ran.stderr)
+    );
 }
 
 #[test]

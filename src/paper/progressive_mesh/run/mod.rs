@@ -9,18 +9,18 @@
 //!   permutation goes through the buffer in order (see [`Moves`]).
 //! - [`apply`](super::apply) runs the same lists on the GPU.
 //!
-//! Differs from the paper: [`Instance`] keeps only live faces. A face that is not live is as it was in M0's buffer,
+//! Differs from the paper: [`Instances`] keep only live faces. A face that is not live is as it was in M0's buffer,
 //! since nothing writes it, so it can be taken from there again when it comes to life.
 
-mod instance;
 mod instances;
 mod program;
+mod slices;
 mod state;
 mod touched;
 
-pub use instance::Instance;
 pub use instances::Instances;
 pub use program::{Corners, Moves, Program, Step};
+pub use slices::{Slices, TooMany};
 pub use state::{State, tswap, tswap_back};
 pub use touched::{BLOCK_WORDS, Touch, Touched, Untold};
 

@@ -7,12 +7,13 @@
 mod load;
 pub mod place;
 mod record;
+mod resident;
 pub mod surface;
 pub mod vertices;
 
 pub use load::{LoadError, load, ordered};
 pub use record::FrameRecord;
-pub use surface::{Change, Model, Surface, SurfaceError};
+pub use surface::{Change, Model, Surface, SurfaceError, SurfaceMemory};
 
 use super::governor::Governor;
 use crate::math::camera::Pose;
@@ -177,7 +178,8 @@ impl Session {
         let error_factor = self.governor.as_ref().map_or(1.0, Governor::factor);
         for (n, surface) in self.surfaces.iter_mut().enumerate() {
             let pixels = surface.settings.error_pixels * error_factor;
-            change += surface.go(pose, self.settings.size, pixels, &mut |words, at| copies.add(n, words, at));
+            let mut upload = |words: &[u32], at| copies.add(n, words, at);
+            change += surface.go(&self.gpu, pose, self.settings.size, pixels, &mut upload)?;
         }
         copies.stage(&self.gpu, &mut self.staging[flight])?;
         let record = FrameRecord {
@@ -189,6 +191,7 @@ impl Session {
             counts: None,
         };
         let ticket = self.record(pose, flight, &copies)?;
+        self.surfaces.iter_mut().for_each(Surface::submitted);
         self.in_flight[flight] = Some((ticket, record));
         self.next += 1;
         Ok(())
@@ -205,10 +208,7 @@ impl Session {
                     ranges.push([from, 4 * at as u64, 4 * words as u64]);
                     from += 4 * words as u64;
                 }
-                cmd.copy_ranges(&self.staging[flight], &surface.indices, &ranges);
-                if let Some(apply) = &surface.apply {
-                    apply.run(cmd, &surface.program, &surface.indices, &surface.changes)?;
-                }
+                surface.record(cmd, &self.staging[flight], &ranges)?;
             }
             Ok(())
         })?;
@@ -276,7 +276,7 @@ impl Session {
     pub fn memory(&self) -> Vec<(String, u64)> {
         let of_surface = |surface: &Surface| {
             let buffers = [("vertices", surface.vertices.bytes()), ("indices", surface.indices.bytes())];
-            let program = surface.apply.as_ref().map(|apply| ("splits and permutations", apply.bytes()));
+            let program = surface.program_bytes().map(|bytes| ("splits and permutations", bytes));
             let named = |(what, bytes)| (format!("{}: {what}", surface.name), bytes);
             buffers.into_iter().chain(program).map(named).collect::<Vec<_>>()
         };

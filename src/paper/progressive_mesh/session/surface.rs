@@ -1,20 +1,24 @@
 //! One surface with its instances: which level each has, and its part of the index buffer.
 //!
-//! All instances share the vertex buffer and the program of splits and permutations. Each has a slice of one index
-//! buffer on the device that has room for the full mesh: an instance that comes near must not wait for memory. Where
-//! the host executes, an instance has its live faces there too, 12 bytes a face, and what was touched is copied; where
-//! the device does, the host knows no more of an instance than its level.
+//! All instances share the vertex buffer and the program of splits and permutations. Of its own an instance has its
+//! place, its level and a slice of one index buffer on the device, as large as its live faces need ([`Slices`]): 500
+//! instances of the bunny that mostly are far take a tenth of 500 full meshes. Where the host executes, it has the same
+//! faces once more, and what was touched is copied; where the device does, the host knows no face ([`Resident`]).
+//!
+//! [`Slices`]: crate::paper::progressive_mesh::run::Slices
 
 use super::place::{Bounds, Place};
+use super::resident::Resident;
 use super::vertices::{ALWAYS_LOG2, EXACT_LOG2, VertexBuffer, normals};
 use crate::math::camera::Pose;
-use crate::paper::progressive_mesh::apply;
+use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::check::Flaw;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
-use crate::paper::progressive_mesh::run::{Instance, Program, Touched, Untold, level_for_error};
+use crate::paper::progressive_mesh::run::{Instances, Program, TooMany, level_for_error};
 use crate::scene::{Apply, ProgressiveSurface, Stand};
 use crate::vk::shader::SurfaceView;
-use crate::vk::{Buffer, BufferUse, Error, Gpu, Slice};
+use crate::vk::{Buffer, BufferUse, Cmd, Error, Gpu, Slice};
+use std::sync::Arc;
 use thiserror::Error;
 
 /// A progressive mesh that cannot be shown.
@@ -42,31 +46,26 @@ pub struct Surface {
     pub name: String,
     /// As the scene has it; what may be changed between frames are `error_pixels` alone.
     pub settings: ProgressiveSurface,
-    pub program: Program,
+    pub program: Arc<Program>,
     pub(super) vertices: VertexBuffer,
     pub(super) indices: Buffer,
-    herd: Vec<Member>,
-    /// Memory for permutations.
-    kept: Vec<[u32; 3]>,
-    /// The program on the device, where that executes it.
-    pub(super) apply: Option<apply::Apply>,
-    /// What the device is to execute next.
-    pub(super) changes: Vec<apply::Change>,
+    /// The index buffer that was too small, until the frame that copies it is recorded.
+    outgrown: Option<Buffer>,
+    members: Vec<Member>,
+    levels: Levels,
 }
 
-/// One instance.
+/// One instance, its level apart.
 struct Member {
     place: Place,
-    level: u32,
-    /// Where the host executes.
-    host: Option<Host>,
-    /// It was drawn in the last frame, at this wanted error.
+    /// It is drawn in this frame, at this wanted error.
     seen: Option<f64>,
 }
 
-struct Host {
-    instance: Instance,
-    touched: Touched,
+/// The instances' levels and slices, and who executes.
+enum Levels {
+    Host(Instances),
+    Device(Box<Resident>),
 }
 
 /// What one frame changed.
@@ -87,96 +86,103 @@ impl Surface {
     pub fn new(gpu: &Gpu, model: &Model) -> Result<Surface, SurfaceError> {
         let Model { name, surface, mesh, stands } = model;
         let program = Program::new(mesh).map_err(|flaw| SurfaceError::Flaw { name: name.clone(), flaw })?;
-        let mut full = Instance::new(&program);
-        full.go_to(&program, program.last_level(), &mut Vec::new(), &mut Untold);
-        let normals = normals(mesh, full.faces());
+        let program = Arc::new(program);
+        let normals = normals(mesh, &live_faces(mesh, mesh.last_level()));
         let bounds = Bounds::of(&mesh.vertices.positions);
-        let member = |stand: &Stand| Member {
-            place: Place::new(surface, &bounds, stand),
-            level: 0,
-            host: (surface.apply == Apply::Cpu).then(|| Host::new(&program)),
-            seen: None,
-        };
+        let member = |stand: &Stand| Member { place: Place::new(surface, &bounds, stand), seen: None };
         let (vertices, indices) = (format!("{name}: vertices"), format!("{name}: indices"));
-        let all = 3 * program.faces().len() as u64 * stands.len() as u64;
-        if u32::try_from(all).is_err() {
-            let what =
-                format!("{all} indices, a draw reaches 2^32; show fewer instances, or a coarser model");
-            return Err(Error::Limit { object: indices, what }.into());
-        }
+        let levels = Levels::new(gpu, program.clone(), surface.apply, stands.len(), &indices)?;
         Ok(Surface {
             name: name.clone(),
             settings: surface.clone(),
             vertices: VertexBuffer::new(gpu, &vertices, mesh, &normals, surface.geomorph)?,
-            indices: match surface.apply {
-                Apply::Cpu => gpu.buffer(&indices, 4 * all, BufferUse::Indices)?,
-                Apply::Gpu => {
-                    let all = program.faces().repeat(stands.len());
-                    gpu.buffer_with(&indices, &all, BufferUse::WritableIndices)?
-                }
-            },
-            herd: stands.iter().map(member).collect(),
-            apply: match surface.apply {
-                Apply::Cpu => None,
-                Apply::Gpu => Some(apply::Apply::new(gpu, &program)?),
-            },
-            changes: Vec::new(),
-            kept: Vec::new(),
+            indices: levels.buffer(gpu, &indices)?,
+            outgrown: None,
+            members: stands.iter().map(member).collect(),
+            levels,
             program,
         })
-    }
-
-    /// Words of an instance's slice of the index buffer.
-    fn slice_words(&self) -> usize {
-        3 * self.program.faces().len()
     }
 
     /// Brings every instance that the eye sees to its level: the coarsest whose error is at most `pixels` in the
     /// picture. `upload` is given words and where they belong in [`Surface::indices`], in words.
     pub(super) fn go(
         &mut self,
+        gpu: &Gpu,
         pose: &Pose,
         size: [u32; 2],
         pixels: f64,
         upload: &mut impl FnMut(&[u32], usize),
-    ) -> Change {
+    ) -> Result<Change, Error> {
         let mut change = Change::default();
-        let slice_words = self.slice_words();
-        let Surface { program, herd, kept, changes, .. } = self;
-        changes.clear();
-        for (n, member) in herd.iter_mut().enumerate() {
+        let Surface { program, members, levels, .. } = self;
+        for (n, member) in members.iter_mut().enumerate() {
             member.seen = None;
             if !member.place.is_seen(pose, size) {
                 continue;
             }
             let wanted = member.place.wanted_error(pose, size[1], pixels);
             member.seen = Some(wanted);
-            let (from, to) = (member.level, level_for_error(program.levels(), wanted as f32));
-            member.level = to;
+            let (from, to) = (levels.level(n), level_for_error(program.levels(), wanted as f32));
+            levels.go_to(n, to).map_err(|error| limit(self.indices.name(), error))?;
             change.splits += u64::from(to.saturating_sub(from));
             change.collapses += u64::from(from.saturating_sub(to));
-            match &mut member.host {
-                Some(host) => {
-                    host.go_to(program, to, kept);
-                    change.upload_bytes += host.take(&mut |words, at| upload(words, n * slice_words + at));
-                }
-                None if from != to => {
-                    let first_slot = (n * slice_words / 3) as u32;
-                    changes.push(apply::Change { first_slot, from, to });
-                }
-                None => (),
-            }
             change.instances_seen += 1;
             let live = &program.levels()[to as usize];
             change.faces += u64::from(live.faces);
             change.vertices += u64::from(live.vertices);
         }
-        change
+        if let Levels::Host(instances) = levels {
+            for range in instances.take_touched() {
+                change.upload_bytes += 4 * range.len() as u64;
+                upload(&instances.buffer().as_flattened()[range.clone()], range.start);
+            }
+        }
+        self.grow(gpu)?;
+        Ok(change)
+    }
+
+    /// An index buffer for all slices: half as large again as the one before, so that few frames wait for one.
+    fn grow(&mut self, gpu: &Gpu) -> Result<(), Error> {
+        let bytes = 12 * u64::from(self.levels.faces());
+        if bytes <= self.indices.bytes() {
+            return Ok(());
+        }
+        let (name, usage) = (self.indices.name().to_owned(), self.levels.buffer_use());
+        let roomy = bytes.max(self.indices.bytes() / 2 * 3);
+        let grown = gpu.buffer(&name, roomy, usage).or_else(|_| gpu.buffer(&name, bytes, usage))?;
+        self.outgrown = Some(std::mem::replace(&mut self.indices, grown));
+        Ok(())
+    }
+
+    /// Records what [`Surface::go`] has found: `uploads` are (place in `staging`, place in the index buffer, bytes).
+    pub(super) fn record(
+        &self,
+        cmd: &mut Cmd<'_>,
+        staging: &Buffer,
+        uploads: &[[u64; 3]],
+    ) -> Result<(), Error> {
+        if let Some(outgrown) = &self.outgrown {
+            cmd.copy_buffer(outgrown, 0, &self.indices, 0, outgrown.bytes());
+            cmd.sync();
+        }
+        match &self.levels {
+            Levels::Host(_) => cmd.copy_ranges(staging, &self.indices, uploads),
+            Levels::Device(resident) => resident.run(cmd, &self.indices)?,
+        }
+        Ok(())
+    }
+
+    /// What [`Surface::record`] recorded is on its way to the device.
+    pub(super) fn submitted(&mut self) {
+        self.outgrown = None;
+        if let Levels::Device(resident) = &mut self.levels {
+            resident.done();
+        }
     }
 
     /// A draw for each instance that [`Surface::go`] found seen.
     pub(super) fn slices(&self, pose: &Pose, size: [u32; 2], sun: glam::DVec3) -> Vec<Slice<SurfaceView>> {
-        let slice_words = self.slice_words();
         let slice = |(n, member): (usize, &Member)| {
             let wanted = member.seen?;
             let wanted_log2 = if wanted > 0.0 { wanted.log2() as f32 } else { EXACT_LOG2 };
@@ -186,18 +192,19 @@ impl Surface {
                 wanted_log2: wanted_log2.clamp(EXACT_LOG2, ALWAYS_LOG2),
                 band_log2: super::MORPH_BAND_LOG2,
             };
-            Some(Slice {
-                push,
-                first_index: (n * slice_words) as u32,
-                count: 3 * self.program.levels()[member.level as usize].faces,
-            })
+            Some(Slice { push, first_index: 3 * self.levels.first(n), count: 3 * self.live(n) })
         };
-        self.herd.iter().enumerate().filter_map(slice).collect()
+        self.members.iter().enumerate().filter_map(slice).collect()
+    }
+
+    /// Live faces of an instance.
+    fn live(&self, instance: usize) -> u32 {
+        self.program.levels()[self.levels.level(instance) as usize].faces
     }
 
     /// Where the instances stand, and their levels.
     pub fn instances(&self) -> impl Iterator<Item = (&Place, u32)> {
-        self.herd.iter().map(|member| (&member.place, member.level))
+        self.members.iter().enumerate().map(|(n, member)| (&member.place, self.levels.level(n)))
     }
 
     /// The live faces of one instance, in the order in which they are drawn; `None` where the device executes.
@@ -205,44 +212,137 @@ impl Surface {
     /// # Panics
     /// If there is no such instance.
     pub fn faces(&self, instance: usize) -> Option<&[[u32; 3]]> {
-        self.herd[instance].host.as_ref().map(|host| host.instance.faces())
+        match &self.levels {
+            Levels::Host(instances) => Some(instances.faces(instance)),
+            Levels::Device(_) => None,
+        }
     }
 
-    /// Bytes of main memory: what the instances share, and what they have of their own.
-    pub fn host_bytes(&self) -> [usize; 2] {
-        let faces = |host: &Host| size_of_val(host.instance.faces());
-        let own = |member: &Member| size_of::<Member>() + member.host.as_ref().map_or(0, faces);
-        [self.program.bytes(), self.herd.iter().map(own).sum()]
+    /// Bytes of the program in video memory, where the device executes.
+    pub(super) fn program_bytes(&self) -> Option<u64> {
+        match &self.levels {
+            Levels::Host(_) => None,
+            Levels::Device(resident) => Some(resident.shared_bytes()),
+        }
+    }
+
+    /// In words: how many there are, and what one takes. The index buffer grows with the levels.
+    pub fn of_an_instance(&self) -> String {
+        let memory = self.memory();
+        let [least, most] =
+            [0, self.program.last_level()].map(|level| self.program.levels()[level as usize].faces);
+        let state = memory.state.div_ceil(memory.instances);
+        let places = match &self.levels {
+            Levels::Host(_) => "in main and in video memory",
+            Levels::Device(_) => "in video memory",
+        };
+        format!(
+            "{}: {} of {least} to {most} faces; each {state} bytes of state, and {places} 12 bytes for each live face",
+            self.name, memory.instances
+        )
+    }
+
+    /// What the instances share, and have of their own.
+    pub fn memory(&self) -> SurfaceMemory {
+        let (state, host_indices) = match &self.levels {
+            Levels::Host(instances) => (instances.state_bytes(), size_of_val(instances.buffer())),
+            Levels::Device(resident) => (resident.state_bytes(), 0),
+        };
+        SurfaceMemory {
+            instances: self.members.len(),
+            live_faces: (0..self.members.len()).map(|n| u64::from(self.live(n))).sum(),
+            shared_host: self.program.bytes(),
+            shared_device: self.vertices.bytes() + self.program_bytes().unwrap_or(0),
+            state: size_of_val(&*self.members) + state,
+            host_indices,
+            device_indices: self.indices.bytes(),
+        }
     }
 }
 
-impl Host {
-    /// Of an instance of which the device has nothing.
-    fn new(program: &Program) -> Host {
-        let mut touched = Touched::new(program.faces().len());
-        touched.faces(0..program.levels()[0].faces as usize);
-        Host { instance: Instance::new(program), touched }
-    }
+/// Bytes of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SurfaceMemory {
+    pub instances: usize,
+    /// Of all instances at their levels: not bytes.
+    pub live_faces: u64,
+    /// Main memory that the instances share: the program, level 0.
+    pub shared_host: usize,
+    /// Video memory that they share: vertices, and the program where the device executes.
+    pub shared_device: u64,
+    /// Main memory of their own but for faces: place, level, slice, marks of what was touched.
+    pub state: usize,
+    /// Their slices in main memory, where the host executes.
+    pub host_indices: usize,
+    /// Their slices in video memory.
+    pub device_indices: u64,
+}
 
-    fn go_to(&mut self, program: &Program, level: u32, kept: &mut Vec<[u32; 3]>) {
-        let before = self.instance.faces().len();
-        self.instance.go_to(program, level, kept, &mut self.touched);
-        let now = self.instance.faces().len();
-        self.touched.faces(before.min(now)..now);
-    }
+fn limit(indices: &str, error: TooMany) -> Error {
+    Error::Limit { object: indices.to_owned(), what: error.to_string() }
+}
 
-    /// Gives away what was touched and is live, with its first word's place in the slice. Returns its bytes.
-    fn take(&mut self, upload: &mut impl FnMut(&[u32], usize)) -> u64 {
-        let words: &[u32] = bytemuck::cast_slice(self.instance.faces());
-        let mut bytes = 0;
-        for range in self.touched.take() {
-            // What lies behind the live faces is written when it comes to life.
-            let range = range.start..range.end.min(words.len());
-            if !range.is_empty() {
-                bytes += 4 * range.len() as u64;
-                upload(&words[range.clone()], range.start);
+impl Levels {
+    fn new(
+        gpu: &Gpu,
+        program: Arc<Program>,
+        apply: Apply,
+        count: usize,
+        indices: &str,
+    ) -> Result<Levels, Error> {
+        let limit = |error| limit(indices, error);
+        Ok(match apply {
+            Apply::Cpu => Levels::Host(Instances::new(program, count).map_err(limit)?),
+            Apply::Gpu => {
+                let mut resident = Resident::new(gpu, program)?;
+                (0..count).try_for_each(|_| resident.push()).map_err(limit)?;
+                Levels::Device(Box::new(resident))
             }
+        })
+    }
+
+    fn go_to(&mut self, instance: usize, level: u32) -> Result<(), TooMany> {
+        match self {
+            Levels::Host(instances) => instances.go_to(instance, level),
+            Levels::Device(resident) => resident.go_to(instance, level),
         }
-        bytes
+    }
+
+    fn level(&self, instance: usize) -> u32 {
+        match self {
+            Levels::Host(instances) => instances.level(instance),
+            Levels::Device(resident) => resident.level(instance),
+        }
+    }
+
+    /// Where an instance's faces begin in the index buffer, in faces.
+    fn first(&self, instance: usize) -> u32 {
+        match self {
+            Levels::Host(instances) => instances.slots(instance).start as u32,
+            Levels::Device(resident) => resident.first(instance),
+        }
+    }
+
+    /// Of the index buffer.
+    fn faces(&self) -> u32 {
+        match self {
+            Levels::Host(instances) => instances.buffer().len() as u32,
+            Levels::Device(resident) => resident.end(),
+        }
+    }
+
+    /// The first index buffer. The host uploads to it what is touched, which at first is all.
+    fn buffer(&self, gpu: &Gpu, name: &str) -> Result<Buffer, Error> {
+        match self {
+            Levels::Host(_) => gpu.buffer(name, 12 * u64::from(self.faces()), self.buffer_use()),
+            Levels::Device(resident) => gpu.buffer_with(name, &resident.content(), self.buffer_use()),
+        }
+    }
+
+    fn buffer_use(&self) -> BufferUse {
+        match self {
+            Levels::Host(_) => BufferUse::Indices,
+            Levels::Device(_) => BufferUse::WritableIndices,
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! What the numbers of pm.cpu say.
 
 use super::execute::{COPY, FLAT, FLAT_SWAPS, FRAME, MOVED, PRINTED_SWAPS, SPLITS_DOWN, SPLITS_UP, STEP};
+use super::lines::{GREEDY, LINES, NO_WEIGHT};
 use super::send::{BOTH, DEVICE, MAPPED, RANGES, SCATTER, WAYS, WHOLE, WRONG};
 use crate::figure::{Finding, Table, Verdict};
 use crate::paper::progressive_mesh::figures::{scans, short};
@@ -105,6 +106,25 @@ pub fn load_of_frames(table: &Table) -> Finding {
     )
 }
 
+pub fn lines(table: &Table) -> Finding {
+    let (verdict, numbers) = judge(table, |number, _| {
+        let [with, without] = [number(GREEDY, LINES)?, number(NO_WEIGHT, LINES)?];
+        let words = format!(
+            "{} instead of {} (ours {}, splits alone {})",
+            short(with),
+            short(without),
+            short(number(FLAT_SWAPS, LINES)?),
+            short(number(FLAT, LINES)?),
+        );
+        Some((with < without, words))
+    });
+    Finding::new(
+        verdict,
+        numbers,
+        "lines of 64 bytes for each split; a moved face touches at least 12 bytes of one",
+    )
+}
+
 pub fn touched(table: &Table) -> Finding {
     let (verdict, numbers) = judge(table, |number, _| {
         let times: Option<Vec<(f64, &str)>> = [WHOLE, RANGES, MAPPED, SCATTER, DEVICE]
@@ -170,6 +190,17 @@ mod tests {
         assert!(found.numbers.contains("+12.2 %"), "{found:?}");
         let short_frame = [steps[0], steps[1], ("bunny", FRAME, STEP, 4.0)];
         assert_eq!(load_of_frames(&table(&short_frame)).verdict, Verdict::NotReproduced);
+    }
+
+    #[test]
+    fn the_weight_must_save_lines_on_every_model() {
+        let rows = |with| {
+            [(GREEDY, with), (NO_WEIGHT, 10.0), (FLAT_SWAPS, 6.0), (FLAT, 2.0)]
+                .map(|(variant, count)| ("bunny", variant, LINES, count))
+        };
+        let verdict = |with| lines(&table(&rows(with))).verdict;
+        assert_eq!([verdict(9.9), verdict(10.0)], [Verdict::Reproduced, Verdict::NotReproduced]);
+        assert_eq!(lines(&table(&rows(9.0)[..1])).verdict, Verdict::NotMeasurable);
     }
 
     #[test]

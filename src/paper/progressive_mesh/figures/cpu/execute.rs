@@ -1,5 +1,6 @@
 //! Executing levels on one core: the paper's pseudocode and the flat lists, with and without tswaps.
 
+use super::lines::{self, LINES};
 use crate::figure::{Contender, Row, Timed, Value};
 use crate::paper::progressive_mesh::check::Flaw;
 use crate::paper::progressive_mesh::figures::scans;
@@ -177,6 +178,9 @@ pub fn count_rows(orders: &Orders, programs: &Programs) -> Vec<Row> {
         let corners = mesh.splits.slots.items().len() as f64;
         row(MOVED, "faces", moved / splits);
         row(WRITTEN, "bytes", (4.0 * corners + 12.0 * moved) / splits);
+        if !printed {
+            row(LINES, "lines", lines::for_each_split(program));
+        }
         let as_stored = 4 * mesh.splits.split_vertices.len()
             + mesh.splits.slots.bytes()
             + mesh.swaps.cycles.bytes()
@@ -188,14 +192,14 @@ pub fn count_rows(orders: &Orders, programs: &Programs) -> Vec<Row> {
 }
 
 /// 500 instances of about 1000 faces, the most different levels among them: what each needs of its own.
-pub fn herd_rows(program: Program) -> Vec<Row> {
+pub fn herd_rows(program: Program) -> anyhow::Result<Vec<Row>> {
     let last = program.levels().partition_point(|level| level.faces <= 2000) as u32 - 1;
-    let mut herd = Instances::new(Arc::new(program), 500);
-    (0..500).for_each(|n| herd.go_to(n, (n as u64 * u64::from(last) / 499) as u32));
+    let mut herd = Instances::new(Arc::new(program), 500)?;
+    (0..500).try_for_each(|n| herd.go_to(n, (n as u64 * u64::from(last) / 499) as u32))?;
     let live: usize = (0..500).map(|n| herd.faces(n).len()).sum();
     let number = |quantity: &str, number: f64| Row::new(FLAT_SWAPS, quantity, "bytes", Value::Number(number));
-    vec![
+    Ok(vec![
         number(STATE, herd.state_bytes() as f64 / 500.0),
         number(SLICES, 12.0 * herd.buffer().len() as f64 / live as f64),
-    ]
+    ])
 }

@@ -1,6 +1,8 @@
 //! PLY, the Stanford polygon format: ascii and both binary orders, in any order of elements and properties; polygons
-//! become fans. Of vertices it reads x y z, nx ny nz, s t (also u v, texture_u texture_v) and red green blue
-//! alpha; everything else is passed over.
+//! become fans, strips of triangles their triangles. Of vertices it reads x y z, nx ny nz, s t (also u v, texture_u
+//! texture_v) and red green blue alpha, of faces the texture coordinates of their corners; everything else is passed over.
+
+mod faces;
 
 use super::clean::{MOST, Raw};
 use super::error::Trouble;
@@ -14,10 +16,10 @@ use glam::DVec3;
 /// [`Trouble`] with the line (ascii, header) or the byte (binary).
 pub(super) fn read(file: &[u8]) -> Result<Raw, Trouble> {
     let (header, mut values) = header(file)?;
-    if header.elements.iter().all(|element| element.name != b"face") {
-        return Err(Trouble::whole("no element \"face\": points and strips have no faces to read"));
+    if header.elements.iter().all(|element| ![&b"face"[..], b"tristrips"].contains(&element.name)) {
+        return Err(Trouble::whole("no element \"face\" or \"tristrips\": points have no faces to read"));
     }
-    let mut raw = Raw::default();
+    let (mut raw, mut corners) = (Raw::default(), Vec::new());
     for element in &header.elements {
         // Reserved is what the file has bytes for: a header may declare anything.
         let room = values.left() / element.least_bytes(values.endian).max(1);
@@ -32,7 +34,8 @@ pub(super) fn read(file: &[u8]) -> Result<Raw, Trouble> {
         }
         match element.name {
             b"vertex" => vertices(element, &mut values, &mut raw)?,
-            b"face" => faces(element, &mut values, &mut raw)?,
+            b"face" => faces::polygons(element, &mut values, &mut raw, &mut corners)?,
+            b"tristrips" => faces::strips(element, &mut values, &mut raw)?,
             _ => skip(element, &mut values)?,
         }
     }
@@ -42,7 +45,7 @@ pub(super) fn read(file: &[u8]) -> Result<Raw, Trouble> {
         let vertex = raw.faces[face].iter().max().expect("a face has three corners");
         Err(Trouble::whole(format!("triangle {face} names vertex {vertex}, but there are {count}")))
     })?;
-    Ok(raw)
+    if corners.is_empty() { Ok(raw) } else { faces::of_corners(&raw, &corners) }
 }
 
 struct Header<'a> {
@@ -259,55 +262,6 @@ fn vertices(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(),
         if has(8..11) {
             raw.attributes.colors.push(colors);
         }
-    }
-    Ok(())
-}
-
-fn faces(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(), Trouble> {
-    let is_corners = |property: &Property| {
-        property.length.is_some() && [&b"vertex_indices"[..], b"vertex_index"].contains(&property.name)
-    };
-    if element.count > 0 && !element.properties.iter().any(is_corners) {
-        return Err(Trouble::whole("faces without the list \"vertex_indices\""));
-    }
-    raw.faces.reserve_exact(element.count);
-    for _ in 0..element.count {
-        for property in &element.properties {
-            match property.length {
-                Some(length) if is_corners(property) => polygon(values, length, property.kind, raw)?,
-                Some(length) => pass_list(values, length, property.kind)?,
-                None => {
-                    values.next(property.kind)?;
-                }
-            }
-        }
-    }
-    Ok(())
-}
-
-fn polygon(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Result<(), Trouble> {
-    let corners = values.length(length, kind)?;
-    if corners < 3 {
-        return Err(values.trouble(format!("a face of {corners} corners")));
-    }
-    if raw.faces.len() + corners > MOST {
-        return Err(values.trouble(format!("more than {MOST} faces")));
-    }
-    let mut corner = || {
-        let value = values.next(kind)?;
-        // Also a vertex that is not there is told at the end, when their number is known.
-        let index = value as u32;
-        if f64::from(index) == value {
-            Ok(index)
-        } else {
-            Err(values.trouble(format!("{value} is no vertex")))
-        }
-    };
-    let (first, mut last) = (corner()?, corner()?);
-    for _ in 2..corners {
-        let next = corner()?;
-        raw.faces.push([first, last, next]);
-        last = next;
     }
     Ok(())
 }

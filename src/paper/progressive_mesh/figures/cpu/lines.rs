@@ -1,0 +1,88 @@
+//! Cache lines of the CPU that levels touch: what the paper's optimizer has a weight for.
+
+use crate::figure::{Row, Value};
+use crate::paper::progressive_mesh::figures::scans;
+use crate::paper::progressive_mesh::order::{OrderOptions, Weights, order};
+use crate::paper::progressive_mesh::run::{Program, Touch};
+use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
+use std::ops::Range;
+
+pub const LINES: &str = "64-byte lines touched for each split";
+pub const GREEDY: &str = "the paper's greedy";
+pub const NO_WEIGHT: &str = "the same, lines without weight";
+
+/// 64 bytes of an index buffer of 32-bit words: five faces and a third.
+const LINE_WORDS: usize = 16;
+
+/// Counts the lines of an index buffer that steps write; each once a step.
+struct Lines {
+    /// The step in which a line was last written.
+    written: Vec<u32>,
+    step: u32,
+    count: u64,
+}
+
+impl Lines {
+    fn of(faces: usize) -> Lines {
+        Lines { written: vec![u32::MAX; (3 * faces).div_ceil(LINE_WORDS)], step: 0, count: 0 }
+    }
+}
+
+impl Touch for Lines {
+    fn word(&mut self, word: usize) {
+        let written = &mut self.written[word / LINE_WORDS];
+        self.count += u64::from(*written != self.step);
+        *written = self.step;
+    }
+
+    fn faces(&mut self, slots: Range<usize>) {
+        (3 * slots.start..3 * slots.end).for_each(|word| self.word(word));
+    }
+}
+
+/// Lines for each split on the way up, each level a step: what splits and tswaps read and write of the index buffer, for they
+/// read where they write.
+pub fn for_each_split(program: &Program) -> f64 {
+    let (mut faces, mut kept) = (program.faces().to_vec(), Vec::new());
+    let mut lines = Lines::of(faces.len());
+    for level in 0..program.last_level() {
+        lines.step = level;
+        program.run(&mut faces, level, level + 1, &mut kept, &mut lines);
+    }
+    lines.count as f64 / f64::from(program.last_level().max(1))
+}
+
+/// The paper's greedy with its weight for lines that earlier operations have touched, and without.
+pub fn weighed_rows(name: &str) -> anyhow::Result<Vec<Row>> {
+    let model = scans::open(name)?;
+    let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ()).collapses;
+    let without = Weights { line: 0.0, ..OrderOptions::PAPER.weights };
+    let mut rows = Vec::new();
+    for (variant, weights) in [(GREEDY, OrderOptions::PAPER.weights), (NO_WEIGHT, without)] {
+        let options = OrderOptions { weights, ..OrderOptions::PAPER };
+        let mesh = order(&model, &collapses, &options, &mut |_, _| ());
+        let lines = for_each_split(&Program::new(&mesh)?);
+        let moved = mesh.swaps.cycles.items().len() as f64 / f64::from(mesh.last_level().max(1));
+        rows.push(Row::new(variant, LINES, "lines", Value::Number(lines)));
+        rows.push(Row::new(variant, super::execute::MOVED, "faces", Value::Number(moved)));
+    }
+    Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_counts_once_a_step() {
+        let mut lines = Lines::of(20);
+        // Words 15 to 17: the end of one line and the begin of the next.
+        lines.faces(5..6);
+        lines.word(15);
+        assert_eq!(lines.count, 2);
+        lines.step = 1;
+        lines.word(0);
+        lines.word(59);
+        assert_eq!(lines.count, 4);
+    }
+}

@@ -1,0 +1,158 @@
+//! Where the live faces of many instances stand in one index buffer.
+
+use std::collections::BTreeMap;
+use thiserror::Error;
+
+/// One slice of an index buffer for each instance: it has room for the instance's live faces and for at most a quarter
+/// more, for slices come in few sizes and are used again; and for up to four times as many after the instance has become
+/// coarser. Knows no faces: who keeps them copies them when a slice is exchanged.
+#[derive(Clone, Debug)]
+pub struct Slices {
+    of_instances: Vec<Slice>,
+    /// First faces of free slices, by their size.
+    free: BTreeMap<u32, Vec<u32>>,
+    /// Given back, but not to be taken before [`Slices::release`].
+    given_back: Vec<Slice>,
+    /// Faces of all slices, those that are free too.
+    end: u32,
+    /// Faces of the full mesh.
+    most: u32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Slice {
+    first: u32,
+    size: u32,
+}
+
+/// More faces than 32-bit words of one buffer reach.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error(
+    "{faces} faces in all instances, a draw reaches 2^32 indices; show fewer instances, or coarser ones (error_pixels)"
+)]
+pub struct TooMany {
+    pub faces: u64,
+}
+
+/// The size of a slice that is to hold so many faces: 64, 80, 96, 112, 128, 160 …, but never more than `most`.
+fn size_for(faces: u32, most: u32) -> u32 {
+    let octave = faces.max(64).ilog2();
+    faces.max(64).next_multiple_of(1 << (octave - 2)).min(most)
+}
+
+impl Slices {
+    /// None yet, of a mesh whose finest level has `most` faces.
+    pub fn new(most: u32) -> Slices {
+        let (of_instances, free, given_back) = (Vec::new(), BTreeMap::new(), Vec::new());
+        Slices { of_instances, free, given_back, end: 0, most }
+    }
+
+    /// One more instance, with a slice for so many faces.
+    ///
+    /// # Errors
+    /// [`TooMany`].
+    pub fn push(&mut self, faces: u32) -> Result<(), TooMany> {
+        let slice = self.take(size_for(faces, self.most))?;
+        self.of_instances.push(slice);
+        Ok(())
+    }
+
+    /// Instances.
+    pub fn len(&self) -> usize {
+        self.of_instances.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.of_instances.is_empty()
+    }
+
+    /// Where an instance's faces begin, in faces.
+    pub fn first(&self, instance: usize) -> u32 {
+        self.of_instances[instance].first
+    }
+
+    /// Faces of the whole buffer. It only ever grows.
+    pub fn end(&self) -> u32 {
+        self.end
+    }
+
+    /// Bytes of main memory.
+    pub fn bytes(&self) -> usize {
+        let free: usize = self.free.values().map(|firsts| size_of_val(&**firsts)).sum();
+        size_of_val(&*self.of_instances) + size_of_val(&*self.given_back) + free
+    }
+
+    /// Makes sure that an instance's slice holds so many faces, and is not more than four times too large. Where it has to
+    /// be another one: the first faces of the old and of the new. The old one keeps its faces until [`Slices::release`].
+    ///
+    /// # Errors
+    /// [`TooMany`]; the slice stays.
+    pub fn fit(&mut self, instance: usize, faces: u32) -> Result<Option<[u32; 2]>, TooMany> {
+        let old = self.of_instances[instance];
+        let size = size_for(faces, self.most);
+        if size == old.size || (size < old.size && 4 * u64::from(size) >= u64::from(old.size)) {
+            return Ok(None);
+        }
+        let new = self.take(size)?;
+        self.given_back.push(old);
+        self.of_instances[instance] = new;
+        Ok(Some([old.first, new.first]))
+    }
+
+    /// Slices that were given back may be taken again: their faces have been copied.
+    pub fn release(&mut self) {
+        for Slice { first, size } in self.given_back.drain(..) {
+            self.free.entry(size).or_default().push(first);
+        }
+    }
+
+    fn take(&mut self, size: u32) -> Result<Slice, TooMany> {
+        if let Some(first) = self.free.get_mut(&size).and_then(Vec::pop) {
+            return Ok(Slice { first, size });
+        }
+        let faces = u64::from(self.end) + u64::from(size);
+        if faces > u64::from(u32::MAX / 3) {
+            return Err(TooMany { faces });
+        }
+        let first = std::mem::replace(&mut self.end, faces as u32);
+        Ok(Slice { first, size })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slice_is_at_most_a_quarter_too_large() {
+        for faces in 64..5000 {
+            let size = size_for(faces, u32::MAX);
+            assert!(faces <= size && 4 * size < 5 * faces, "{faces} faces in {size}");
+            assert_eq!(size_for(size, u32::MAX), size);
+        }
+        assert_eq!([1, 65, 81, 129].map(|faces| size_for(faces, 1000)), [64, 80, 96, 160]);
+        assert_eq!(size_for(900, 1000), 1000.min(size_for(900, u32::MAX)));
+    }
+
+    #[test]
+    fn a_slice_that_was_given_back_waits_until_its_faces_are_copied() {
+        let mut slices = Slices::new(10_000);
+        (0..2).for_each(|_| slices.push(64).unwrap());
+        assert_eq!(slices.fit(0, 100), Ok(Some([0, 128])));
+        assert_eq!((slices.fit(0, 40), slices.fit(0, 112)), (Ok(None), Ok(None)), "not four times too large");
+        slices.push(64).unwrap();
+        assert_eq!((slices.first(2), slices.end()), (240, 304), "the first one's old slice is not free yet");
+        slices.release();
+        slices.push(64).unwrap();
+        assert_eq!((slices.first(3), slices.end()), (0, 304));
+    }
+
+    #[test]
+    fn more_faces_than_32_bits_reach_are_refused_and_nothing_changes() {
+        let mut slices = Slices::new(1 << 30);
+        slices.push(1 << 30).unwrap();
+        slices.push(64).unwrap();
+        assert_eq!(slices.fit(1, 1 << 29), Err(TooMany { faces: (1 << 30) + 64 + (1 << 29) }));
+        assert_eq!((slices.first(1), slices.end()), (1 << 30, (1 << 30) + 64));
+    }
+}

@@ -1,0 +1,150 @@
+//! What a PLY file has of faces: polygons, strips of triangles, and texture coordinates of a face's corners.
+
+use super::{Element, Kind, MOST, Property, Raw, Trouble, Values, pass_list};
+
+/// Texture coordinates of a triangle's corners.
+pub(super) type Corners = [[f32; 2]; 3];
+
+fn is_corners(property: &Property) -> bool {
+    property.length.is_some() && [&b"vertex_indices"[..], b"vertex_index"].contains(&property.name)
+}
+
+/// As scanning tools write them: two numbers for each corner, in its order.
+fn is_coordinates(property: &Property) -> bool {
+    property.length.is_some() && property.name == b"texcoord"
+}
+
+fn needs_corners(element: &Element, whose: &str) -> Result<(), Trouble> {
+    match element.count > 0 && !element.properties.iter().any(is_corners) {
+        true => Err(Trouble::whole(format!("{whose} without the list \"vertex_indices\""))),
+        false => Ok(()),
+    }
+}
+
+/// Faces as fans of triangles; `coordinates` gets one for each triangle, where the file has them.
+pub(super) fn polygons(
+    element: &Element,
+    values: &mut Values,
+    raw: &mut Raw,
+    coordinates: &mut Vec<Corners>,
+) -> Result<(), Trouble> {
+    needs_corners(element, "faces")?;
+    let has_coordinates = element.properties.iter().any(is_coordinates);
+    raw.faces.reserve_exact(element.count);
+    let mut of_face: Vec<f32> = Vec::new();
+    for _ in 0..element.count {
+        let first = raw.faces.len();
+        of_face.clear();
+        for property in &element.properties {
+            match property.length {
+                Some(length) if is_corners(property) => polygon(values, length, property.kind, raw)?,
+                Some(length) if is_coordinates(property) => {
+                    for _ in 0..values.length(length, property.kind)? {
+                        of_face.push(values.next(property.kind)? as f32);
+                    }
+                }
+                Some(length) => pass_list(values, length, property.kind)?,
+                None => {
+                    values.next(property.kind)?;
+                }
+            }
+        }
+        let corners = raw.faces.len() - first + 2;
+        if has_coordinates {
+            let (pairs, rest) = of_face.as_chunks::<2>();
+            if pairs.len() != corners || !rest.is_empty() {
+                let what = format!("{} numbers of texcoord for a face of {corners} corners", of_face.len());
+                return Err(values.trouble(what));
+            }
+            coordinates.extend((2..corners).map(|n| [pairs[0], pairs[n - 1], pairs[n]]));
+        }
+    }
+    Ok(())
+}
+
+fn polygon(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Result<(), Trouble> {
+    let corners = values.length(length, kind)?;
+    if corners < 3 {
+        return Err(values.trouble(format!("a face of {corners} corners")));
+    }
+    if raw.faces.len() + corners > MOST {
+        return Err(values.trouble(format!("more than {MOST} faces")));
+    }
+    let (first, mut last) = (corner(values, kind)?, corner(values, kind)?);
+    for _ in 2..corners {
+        let next = corner(values, kind)?;
+        raw.faces.push([first, last, next]);
+        last = next;
+    }
+    Ok(())
+}
+
+fn corner(values: &mut Values, kind: Kind) -> Result<u32, Trouble> {
+    let value = values.next(kind)?;
+    // Also a vertex that is not there is told at the end, when their number is known.
+    let index = value as u32;
+    if f64::from(index) == value { Ok(index) } else { Err(values.trouble(format!("{value} is no vertex"))) }
+}
+
+/// Strips, as the Stanford repository packs scans: each vertex makes a triangle with the two before it, every second one
+/// turned, and -1 begins anew.
+pub(super) fn strips(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(), Trouble> {
+    needs_corners(element, "tristrips")?;
+    for _ in 0..element.count {
+        for property in &element.properties {
+            match property.length {
+                Some(length) if is_corners(property) => strip(values, length, property.kind, raw)?,
+                Some(length) => pass_list(values, length, property.kind)?,
+                None => {
+                    values.next(property.kind)?;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn strip(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Result<(), Trouble> {
+    let count = values.length(length, kind)?;
+    if raw.faces.len() + count > MOST {
+        return Err(values.trouble(format!("more than {MOST} faces")));
+    }
+    let (mut before, mut place) = ([0; 2], 0);
+    for _ in 0..count {
+        let value = values.next(kind)?;
+        if value == -1.0 {
+            place = 0;
+            continue;
+        }
+        let vertex = value as u32;
+        if f64::from(vertex) != value {
+            return Err(values.trouble(format!("{value} is no vertex")));
+        }
+        if place >= 2 {
+            let [a, b] = before;
+            raw.faces.push(if place % 2 == 0 { [a, b, vertex] } else { [b, a, vertex] });
+        }
+        before = [before[1], vertex];
+        place += 1;
+    }
+    Ok(())
+}
+
+/// A vertex for each corner, with its own texture coordinates: cleaning makes wedges of what is alike.
+pub(super) fn of_corners(raw: &Raw, coordinates: &[Corners]) -> Result<Raw, Trouble> {
+    if coordinates.len() != raw.faces.len() {
+        return Err(Trouble::whole("tristrips beside faces with texcoord, which strips have none of"));
+    }
+    let corners = 3 * raw.faces.len();
+    if corners > MOST {
+        return Err(Trouble::whole(format!("texcoord of {corners} corners, more than {MOST}")));
+    }
+    let vertices = raw.faces.as_flattened();
+    let mut attributes = raw.attributes.select(vertices);
+    attributes.coordinates = coordinates.as_flattened().to_vec();
+    Ok(Raw {
+        positions: vertices.iter().map(|&vertex| raw.positions[vertex as usize]).collect(),
+        attributes,
+        faces: (0..raw.faces.len() as u32).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect(),
+    })
+}
