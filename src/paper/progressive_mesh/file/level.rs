@@ -33,9 +33,10 @@ pub(super) struct Growing<'a> {
     pub sizes: Sizes,
     /// For each slot its place among those that move; scratch of a permutation.
     pub(super) moving: Vec<u32>,
-    /// For each face the last slot for which it was suggested; scratch of a permutation.
+    /// For each face the last search that suggested it, above all of them once it has its place; scratch of a
+    /// permutation.
     pub(super) suggested: Vec<u64>,
-    /// Slots for which faces were ever suggested.
+    /// Searches for a slot's face so far.
     pub(super) searches: u64,
 }
 

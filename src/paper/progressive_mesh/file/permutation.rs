@@ -9,6 +9,9 @@ use super::level::{Fault, Growing, Left};
 use super::live::NONE;
 use super::models::SUGGESTIONS;
 
+/// Instead of a search: the face has its place.
+const PLACED: u64 = u64::MAX;
+
 /// Slots before a slot whose faces' neighbours are suggested for it.
 const WINDOW: u32 = 8;
 
@@ -57,13 +60,16 @@ impl Growing<'_> {
             next = slots[at] + 1;
         }
         self.moving.resize(live, NONE);
-        self.suggested.resize(live, 0);
-        slots.iter().enumerate().for_each(|(at, &slot)| self.moving[slot as usize] = at as u32);
+        self.suggested.resize(live, PLACED);
+        for (at, &slot) in slots.iter().enumerate() {
+            self.moving[slot as usize] = at as u32;
+            self.suggested[self.live.face_at[slot as usize] as usize] = 0;
+        }
         Ok(slots)
     }
 
     /// The face that each of the slots gets. They stand in `live.face_at` from now on; `live.slot_of` is still what it
-    /// was, and `moving` loses each slot whose face has found its place.
+    /// was.
     fn moved_faces(
         &mut self,
         coder: &mut impl Coder,
@@ -73,29 +79,36 @@ impl Growing<'_> {
         let faces: Vec<u32> = slots.iter().map(|&slot| self.live.face_at[slot as usize]).collect();
         let (mut moved, mut lowest, mut was_first) = (Vec::with_capacity(slots.len()), 0, true);
         for (at, &slot) in slots.iter().enumerate() {
-            while self.moving[slots[lowest] as usize] == NONE {
+            while self.is_placed(faces[lowest]) {
                 lowest += 1;
             }
             let want = want.get(at).map(|&(_, from)| self.moving[from as usize] as usize);
             let rank = want.and_then(|want| self.rank_of(slot, &faces, faces[want]));
             let models = &mut self.models.permutation.rank[usize::from(was_first)];
-            let rank = (0..SUGGESTIONS).find(|&n| coder.bit(&mut models[n], rank == Some(n)));
-            was_first = rank == Some(0);
-            let face = match rank {
-                Some(rank) => self.suggestion(slot, &faces, rank),
+            let found = (0..SUGGESTIONS).find(|&n| coder.bit(&mut models[n], rank == Some(n)));
+            was_first = found == Some(0);
+            let face = match found {
+                // Who writes knows already which face has that rank.
+                Some(_) if rank.is_some() => want.map(|want| faces[want]),
+                Some(found) => self.suggestion(slot, &faces, found),
                 None => {
                     let other = &mut self.models.permutation.other;
                     let ahead = other.code(coder, want.map_or(0, |want| (want - lowest) as u32)) as usize;
-                    let at = lowest.checked_add(ahead).filter(|&at| at < slots.len());
-                    at.filter(|&at| self.moving[slots[at] as usize] != NONE).map(|at| faces[at])
+                    let face = lowest.checked_add(ahead).and_then(|at| faces.get(at)).copied();
+                    face.filter(|&face| !self.is_placed(face))
                 }
             };
             let face = face.ok_or(Fault("a face moves that is not there, or moves twice"))?;
-            self.moving[self.live.slot_of[face as usize] as usize] = NONE;
+            self.suggested[face as usize] = PLACED;
             self.live.face_at[slot as usize] = face;
             moved.push(face);
         }
         Ok(moved)
+    }
+
+    /// Whether a face has its place already, or does not move.
+    fn is_placed(&self, face: u32) -> bool {
+        self.suggested[face as usize] == PLACED
     }
 
     /// Which suggestion a face is, if it is one.
@@ -127,9 +140,13 @@ impl Growing<'_> {
         self.searches += 1;
         let (live, moving, suggested) = (&self.live, &self.moving, &mut self.suggested);
         let mut offer = |face: u32| {
-            let news = moving[live.slot_of[face as usize] as usize] != NONE
-                && std::mem::replace(&mut suggested[face as usize], self.searches) != self.searches;
-            news && enough(face)
+            let last = &mut suggested[face as usize];
+            // A face that is placed has a number above all searches.
+            let is_new = *last < self.searches;
+            if is_new {
+                *last = self.searches;
+            }
+            is_new && enough(face)
         };
         let Some(previous) = slot.checked_sub(1).map(|before| live.face_at[before as usize]) else { return };
         let followed = live.slot_of[previous as usize] as usize + 1;
@@ -149,17 +166,21 @@ impl Growing<'_> {
 
     /// The permutation as the paper's cycles, each from its least slot.
     fn push_cycles(&mut self, level: u32, slots: &[u32], moved: &[u32]) -> Result<(), Fault> {
-        let from: Vec<u32> = moved.iter().map(|&face| self.live.slot_of[face as usize]).collect();
-        slots.iter().zip(moved).for_each(|(&slot, &face)| self.live.slot_of[face as usize] = slot);
-        let mut seen = vec![false; slots.len()];
+        // From here `moving` has for each slot the one that its face comes from.
+        for (&slot, &face) in slots.iter().zip(moved) {
+            let from = &mut self.live.slot_of[face as usize];
+            self.moving[slot as usize] = std::mem::replace(from, slot);
+        }
         let swaps = &mut self.mesh.swaps;
-        for start in 0..slots.len() {
-            let (mut cycle, mut at) = (Vec::new(), start);
-            while !std::mem::replace(&mut seen[at], true) {
-                cycle.push(slots[at]);
-                at = slots
-                    .binary_search(&from[at])
-                    .expect("a face that moves comes from a slot that gets one");
+        for &start in slots {
+            let (mut cycle, mut slot) = (Vec::new(), start);
+            loop {
+                let from = std::mem::replace(&mut self.moving[slot as usize], NONE);
+                if from == NONE {
+                    break;
+                }
+                cycle.push(slot);
+                slot = from;
             }
             match cycle.len() {
                 0 => {}
