@@ -28,11 +28,16 @@ pub enum Kind {
     Complex,
 }
 
+/// So many spokes are searched one by one.
+const FEW: usize = 16;
+
 /// The neighbourhood of a position; its lists are reused.
 pub struct Hub {
     pub position: u32,
     pub blades: Vec<Blade>,
     pub spokes: Vec<Spoke>,
+    /// Of the spokes, packed.
+    ends: Vec<u32>,
     /// For each position the hub at which it was seen last, and its spoke there.
     seen: Vec<(u32, u32)>,
     turn: u32,
@@ -41,7 +46,14 @@ pub struct Hub {
 impl Hub {
     /// For positions below `count`.
     pub fn new(count: usize) -> Hub {
-        Hub { position: 0, blades: Vec::new(), spokes: Vec::new(), seen: vec![(0, 0); count], turn: 0 }
+        Hub {
+            position: 0,
+            blades: Vec::new(),
+            spokes: Vec::new(),
+            ends: Vec::new(),
+            seen: vec![(0, 0); count],
+            turn: 0,
+        }
     }
 
     /// Looks at a position.
@@ -49,6 +61,7 @@ impl Hub {
         self.position = position;
         surface.gather(position, &mut self.blades);
         self.spokes.clear();
+        self.ends.clear();
         if self.turn == u32::MAX {
             self.seen.fill((0, 0));
             self.turn = 0;
@@ -72,6 +85,7 @@ impl Hub {
         let seen = &mut self.seen[end as usize];
         if seen.0 != self.turn {
             *seen = (self.turn, self.spokes.len() as u32);
+            self.ends.push(end);
             self.spokes.push(Spoke { end, kind: Kind::Plain, faces: 0, ahead: None, behind: None });
         }
         &mut self.spokes[seen.1 as usize]
@@ -79,6 +93,10 @@ impl Hub {
 
     /// The spoke that ends at a position.
     pub fn spoke_to(&self, end: u32) -> Option<&Spoke> {
+        // Few ends stand in one or two lines of the CPU's cache, `seen` of all positions in none.
+        if self.ends.len() <= FEW {
+            return self.ends.iter().position(|&known| known == end).map(|at| &self.spokes[at]);
+        }
         let (turn, spoke) = self.seen[end as usize];
         (turn == self.turn).then(|| &self.spokes[spoke as usize])
     }
@@ -178,7 +196,7 @@ impl Hub {
 
     /// The third corner of a hole of three edges, two of which are the spoke and the border's other edge at the hub.
     fn closing(&self, surface: &Surface, spoke: &Spoke) -> Option<u32> {
-        let [into, out] = self.border().filter(|_| spoke.kind == Kind::Border)?;
+        let [into, out] = if spoke.kind == Kind::Border { self.border()? } else { return None };
         let (last, ahead) = if spoke.end == out.end { (into.end, true) } else { (out.end, false) };
         let mut along = surface.blades(spoke.end).filter(|x| x.a == last || x.b == last);
         let one = along.next().filter(|x| (x.a == last) == ahead)?;

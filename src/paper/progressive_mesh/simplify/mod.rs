@@ -9,11 +9,13 @@
 //! relaxed in two steps ([`Report`] counts what that did), and at last the smallest component goes.
 
 mod components;
+mod curve;
 mod hub;
 mod lost;
 mod quadric;
 mod queue;
 mod sequence;
+mod shape;
 mod start;
 mod step;
 mod surface;

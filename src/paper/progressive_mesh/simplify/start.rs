@@ -1,5 +1,6 @@
 //! What stands before the first collapse: the quadrics of the full model.
 
+use super::curve::Curve;
 use super::hub::{Hub, Kind};
 use super::quadric::Quadric;
 use super::surface::Surface;
@@ -54,16 +55,17 @@ pub fn normals(surface: &Surface) -> Vec<DVec3> {
     (0..surface.faces() as u32).map(normal).collect()
 }
 
-/// The wedges of each position.
+/// The wedges of each position, which is told by its place along a [`Curve`].
 pub struct WedgeLists {
     ends: Vec<u32>,
     wedges: Vec<u32>,
 }
 
 impl WedgeLists {
-    pub fn new(model: &Model) -> WedgeLists {
+    pub fn new(model: &Model, curve: &Curve) -> WedgeLists {
         let mut ends = vec![0; model.positions.len()];
-        model.wedge_positions.iter().for_each(|&position| ends[position as usize] += 1);
+        let place = |&position: &u32| curve.places[position as usize];
+        model.wedge_positions.iter().for_each(|position| ends[place(position) as usize] += 1);
         let mut sum = 0;
         for end in &mut ends {
             sum += *end;
@@ -71,9 +73,9 @@ impl WedgeLists {
         }
         let mut wedges = vec![0; model.wedge_positions.len()];
         let mut next = ends.clone();
-        for (wedge, &position) in model.wedge_positions.iter().enumerate().rev() {
-            next[position as usize] -= 1;
-            wedges[next[position as usize] as usize] = wedge as u32;
+        for (wedge, place) in model.wedge_positions.iter().map(place).enumerate().rev() {
+            next[place as usize] -= 1;
+            wedges[next[place as usize] as usize] = wedge as u32;
         }
         WedgeLists { ends, wedges }
     }

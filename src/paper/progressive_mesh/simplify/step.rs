@@ -3,7 +3,7 @@
 use super::hub::{Kind, Link, Path, Spoke, WedgePairs};
 use super::lost::{squared_to_segment, squared_to_triangle};
 use super::sequence::{Rules, Sequence};
-use super::surface::Blade;
+use super::shape::samples;
 use glam::DVec3;
 
 /// Cosine of the most that a face may turn, in one collapse and from where it was in the model: about 75 degrees.
@@ -30,12 +30,13 @@ pub struct Step {
     pub flips: bool,
 }
 
-/// What a position may do.
-pub enum Found {
-    Step(Step),
-    /// Nothing that costs less; more was not asked.
-    AtLeast(f64),
-    Nothing,
+/// A position that has vanished, or is about to.
+#[derive(Clone, Copy, Debug)]
+pub struct Near {
+    pub position: u32,
+    pub point: DVec3,
+    /// Which of the hub's blades it belongs to; any for the hub itself.
+    pub blade: u32,
 }
 
 impl Sequence<'_> {
@@ -49,9 +50,9 @@ impl Sequence<'_> {
         if self.rules == Rules::Crossing { Path::Anywhere } else { self.hub.path() }
     }
 
-    /// The cheapest collapse of a position; if all cost more than `patience`, only a bound.
-    pub(super) fn best(&mut self, position: u32, patience: f64) -> Found {
-        self.hub.look(&mut self.surface, position);
+    /// The cheapest collapse of a position.
+    pub(super) fn best(&mut self, position: u32) -> Option<Step> {
+        self.look(position);
         let path = self.path();
         let mut candidates = std::mem::take(&mut self.candidates);
         candidates.clear();
@@ -60,8 +61,8 @@ impl Sequence<'_> {
         }
         candidates.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then(x.1.end.cmp(&y.1.end)));
         self.gather_points();
-        let (mut best, mut floor): (Option<Step>, _) = (None, f64::INFINITY);
-        let area = self.area();
+        let mut best: Option<Step> = None;
+        let area = self.shape.area();
         for (least, spoke) in &candidates {
             let dearest = best.map_or(f64::INFINITY, |best| best.cost);
             if dearest <= *least {
@@ -72,32 +73,31 @@ impl Sequence<'_> {
                 continue;
             }
             let factor = if flips { FLIP_FACTOR } else { 1.0 };
-            let limit = dearest.min(patience);
-            let cost = factor * self.with_deviation(spoke, *least, area, limit / factor);
+            self.shape.spread(&self.hub, &self.surface, spoke.end);
+            let cost = factor * self.with_deviation(spoke, *least, area, dearest / factor);
             if cost >= dearest {
                 continue;
             }
-            match self.allowed(spoke, cost, flips) {
-                Some(step) if step.cost > patience => floor = floor.min(step.cost),
-                Some(step) if step.cost < dearest => best = Some(step),
-                _ => {}
-            }
+            best = self.allowed(spoke, cost, flips).filter(|step| step.cost < dearest).or(best);
         }
         self.candidates = candidates;
-        match best {
-            Some(best) => Found::Step(best),
-            None if floor < f64::INFINITY => Found::AtLeast(floor),
-            None => Found::Nothing,
-        }
+        best
+    }
+
+    /// Looks at a position, and at the triangles around it.
+    pub(super) fn look(&mut self, position: u32) {
+        self.hub.look(&mut self.surface, position);
+        self.shape.look(&self.hub, &self.surface);
     }
 
     pub(super) fn gather_points(&mut self) {
         let position = self.hub.position;
         let of = |p: u32| (p, self.surface.point(p));
         self.points.clear();
-        self.points.push(of(position));
-        for blade in &self.hub.blades {
-            self.points.extend(self.lost.of_face(blade.face).map(of));
+        self.points.push(Near { position, point: self.surface.point(position), blade: 0 });
+        for (blade, face) in self.hub.blades.iter().map(|blade| blade.face).enumerate() {
+            let near = |p: u32| Near { position: p, point: self.surface.point(p), blade: blade as u32 };
+            self.points.extend(self.lost.of_face(face).map(near));
         }
         self.border_points.clear();
         if let Some([into, _]) = self.hub.border() {
@@ -115,43 +115,21 @@ impl Sequence<'_> {
         (link != Link::Forbidden).then_some(Step { spoke: *spoke, cost, pairs, link, flips })
     }
 
-    fn area(&self) -> f64 {
-        let at = |p: u32| self.surface.point(p);
-        let hub = at(self.hub.position);
-        self.hub.blades.iter().map(|x| (at(x.a) - hub).cross(at(x.b) - hub).length() / 2.0).sum()
-    }
-
     /// Whether a face that stays would turn too far, or lose its area.
     pub(super) fn flips(&self, end: u32) -> bool {
-        let at = |p: u32| self.surface.point(p);
-        let (hub, to) = (at(self.hub.position), at(end));
-        self.hub.blades.iter().filter(|x| x.a != end && x.b != end).any(|x| {
-            let (a, b) = (at(x.a), at(x.b));
-            let (old, new) = ((a - hub).cross(b - hub), (a - to).cross(b - to));
-            let lengths = (old.length_squared() * new.length_squared()).sqrt();
-            let first = self.normals[x.face as usize];
-            (old != DVec3::ZERO && old.dot(new) <= LEAST_COSINE * lengths)
-                || (first != DVec3::ZERO && first.dot(new) <= LEAST_COSINE * new.length())
-        })
-    }
-
-    /// The triangles that take the place of the hub's faces.
-    fn fan(&self, end: u32) -> impl Iterator<Item = (u32, [DVec3; 3])> + Clone + '_ {
-        let at = |p: u32| self.surface.point(p);
-        let stays = move |x: &&Blade| x.a != end && x.b != end;
-        self.hub.blades.iter().filter(stays).map(move |x| (x.face, [at(end), at(x.a), at(x.b)]))
-    }
-
-    /// Where the hub's points may go: the fan, or where a corner vanishes and leaves none, the faces beside it.
-    pub(super) fn fan_or_beside(&self, end: u32) -> impl Iterator<Item = (u32, [DVec3; 3])> + Clone + '_ {
-        let none = self.hub.blades.iter().all(|x| x.a == end || x.b == end);
-        let beside = self.surface.blades(end).filter(move |x| none && self.hub.is_not(x));
-        self.fan(end).chain(beside.map(|x| (x.face, self.surface.triangle(x.face))))
+        let to = self.surface.point(end);
+        self.hub.blades.iter().zip(&self.shape.old).filter(|(x, _)| x.a != end && x.b != end).any(
+            |(x, &[hub, a, b])| {
+                let (old, new) = ((a - hub).cross(b - hub), (a - to).cross(b - to));
+                let first = self.normals[x.face as usize];
+                (old != DVec3::ZERO && turns(old, new, old.length_squared()))
+                    || (first != DVec3::ZERO && turns(first, new, 1.0))
+            },
+        )
     }
 
     /// What a collapse costs with its deviation; stops where that exceeds `limit`.
     fn with_deviation(&self, spoke: &Spoke, least: f64, area: f64, limit: f64) -> f64 {
-        let end = spoke.end;
         let factor = DEVIATION_WEIGHT * area;
         let enough = |most: f64| least + factor * most > limit;
         let mut most: f64 = 0.0;
@@ -160,52 +138,41 @@ impl Sequence<'_> {
             most =
                 self.border_points.iter().fold(most, |most, &(_, p)| most.max(squared_to_segment(p, edge)));
         }
-        for &(_, point) in &self.points {
+        for near in &self.points {
             if enough(most) {
                 break;
             }
-            most = raised(most, point, self.fan_or_beside(end).map(|(_, triangle)| triangle));
+            most = self.shape.raised_by_point(most, near.point, near.blade);
         }
-        for sample in self.fan(end).flat_map(|(_, triangle)| samples(triangle)) {
+        for sample in self.shape.new[..self.shape.fan].iter().flat_map(|&(_, triangle)| samples(triangle)) {
             if enough(most) {
                 break;
             }
-            most = raised(most, sample, self.hub.blades.iter().map(|x| self.surface.triangle(x.face)));
+            most = self.shape.raised_by_sample(most, sample);
         }
         least + factor * most
     }
 
     /// How far off the model the new faces are, each: as far as they are off the old ones and those were off the model,
     /// but no farther than to the vanished positions, which are the model's own.
-    pub(super) fn off_model(&self, end: u32, off: &mut Vec<(u32, f64)>) {
+    pub(super) fn off_model(&self, off: &mut Vec<(u32, f64)>) {
         off.clear();
-        for (face, triangle) in self.fan(end) {
+        for &(face, triangle) in &self.shape.new[..self.shape.fan] {
             let of_sample = |sample: DVec3| {
-                let old = self.hub.blades.iter().map(|x| {
-                    let distance = squared_to_triangle(sample, self.surface.triangle(x.face)).sqrt();
-                    distance + self.off_model[x.face as usize]
+                let old = self.hub.blades.iter().zip(&self.shape.old).map(|(x, &old)| {
+                    squared_to_triangle(sample, old).sqrt() + self.off_model[x.face as usize]
                 });
-                let points = self.points.iter().map(|(_, point)| point.distance(sample));
-                old.chain(points).fold(f64::INFINITY, f64::min)
+                let points = self.points.iter().map(|near| near.point.distance_squared(sample));
+                let nearest = points.fold(f64::INFINITY, f64::min).sqrt();
+                old.fold(nearest, f64::min)
             };
             off.push((face, samples(triangle).into_iter().map(of_sample).fold(0.0, f64::max)));
         }
     }
 }
 
-/// Where a new triangle, whose first corner is the one that others moved to, may stand off the old ones.
-fn samples([to, a, b]: [DVec3; 3]) -> [DVec3; 2] {
-    [(to + a + b) / 3.0, (to + a) / 2.0]
-}
-
-/// The larger of `most` and the squared distance from a point to the nearest of some triangles.
-fn raised(most: f64, point: DVec3, triangles: impl Iterator<Item = [DVec3; 3]>) -> f64 {
-    let mut least = f64::INFINITY;
-    for triangle in triangles {
-        least = least.min(squared_to_triangle(point, triangle));
-        if least <= most {
-            return most;
-        }
-    }
-    if least < f64::INFINITY { least } else { most }
+/// Whether the angle between two directions is too large, or the second has no length.
+fn turns(first: DVec3, second: DVec3, first_squared: f64) -> bool {
+    let dot = first.dot(second);
+    dot <= 0.0 || dot * dot <= LEAST_COSINE * LEAST_COSINE * first_squared * second.length_squared()
 }

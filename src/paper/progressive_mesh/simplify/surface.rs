@@ -1,5 +1,6 @@
 //! The mesh while it is simplified: faces, and for each position the corners of faces that lie there.
 
+use super::curve::Curve;
 use crate::scene::model::Model;
 use glam::DVec3;
 
@@ -9,7 +10,8 @@ const END: u32 = u32::MAX;
 /// Marks a face that has been removed.
 const GONE: [u32; 3] = [u32::MAX; 3];
 
-/// Any set of triangles over the model's positions. Corner `3 f + k` is corner k of face f.
+/// Any set of triangles over the model's positions, both by their places along a [`Curve`]. Corner `3 f + k` is corner k
+/// of face f.
 pub struct Surface {
     /// In the simplifier's own units: see [`Frame`].
     points: Vec<DVec3>,
@@ -77,17 +79,20 @@ impl Frame {
 }
 
 impl Surface {
-    pub fn new(model: &Model) -> (Surface, Frame) {
+    pub fn new(model: &Model, curve: &Curve) -> (Surface, Frame) {
         let frame = Frame::of(&model.positions);
-        let faces: Vec<[u32; 3]> = (0..model.faces.len()).map(|face| model.face_positions(face)).collect();
+        let places =
+            |&face: &u32| model.face_positions(face as usize).map(|position| curve.places[position as usize]);
+        let faces: Vec<[u32; 3]> = curve.faces.iter().map(places).collect();
+        let point = |&position: &u32| frame.inside(model.positions[position as usize]);
         let mut surface = Surface {
-            points: model.positions.iter().map(|&p| frame.inside(p)).collect(),
+            points: curve.positions.iter().map(point).collect(),
             first: vec![END; model.positions.len()],
             next: vec![END; 3 * faces.len()],
             valence: vec![0; model.positions.len()],
             live: faces.len(),
             has_seams: model.wedge_positions.len() > model.positions.len(),
-            wedges: model.faces.clone(),
+            wedges: curve.faces.iter().map(|&face| model.faces[face as usize]).collect(),
             faces,
         };
         // Backwards, so that the lists begin with the first faces.
