@@ -1,25 +1,35 @@
 //! `ortelius list`: every figure, and what it claims.
 
-use super::say;
+use super::{Usage, say};
 use clap::Args;
-use ortelius::figure::{Effort, Figure, Origin};
+use ortelius::figure::{Effort, Figure, Origin, choose};
 use ortelius::paper::FAMILIES;
 use serde_json::json;
 
 #[derive(Args)]
 pub struct ListArgs {
+    /// Figures (pm.order) or families (pm); all without one
+    #[arg(value_name = "FIGURE|FAMILY")]
+    figures: Vec<String>,
     /// Print JSON on stdout
     #[arg(long)]
     json: bool,
 }
 
 pub fn run(args: &ListArgs) -> anyhow::Result<()> {
-    let figures = || FAMILIES.iter().flat_map(|(family, figures)| figures.iter().map(move |f| (*family, *f)));
+    let chosen = choose(&FAMILIES, &args.figures).map_err(|unknown| Usage(unknown.to_string()))?;
+    let of = |figures: &[&'static Figure]| -> Vec<&Figure> {
+        figures.iter().copied().filter(|figure| chosen.iter().any(|one| one.id == figure.id)).collect()
+    };
+    let families = FAMILIES.iter().map(|(family, figures)| (*family, of(figures)));
+    let families = families.filter(|(_, figures)| !figures.is_empty());
     if args.json {
-        let all: Vec<_> = figures().map(|(family, figure)| described(family, figure)).collect();
-        return say(serde_json::to_string_pretty(&all)?);
+        let all = families.flat_map(|(family, figures)| {
+            figures.into_iter().map(move |figure| described(family, figure)).collect::<Vec<_>>()
+        });
+        return say(serde_json::to_string_pretty(&all.collect::<Vec<_>>())?);
     }
-    for (family, figures) in FAMILIES {
+    for (family, figures) in families {
         say(format_args!("{family}: {} figures", figures.len()))?;
         for figure in figures {
             let cells = |effort| figure.cells(effort).len();

@@ -172,6 +172,10 @@ pub(super) fn check_place(path: &Path) -> anyhow::Result<PathBuf> {
     if place.exists() && !place.is_file() {
         bail!("{shown} is neither new nor a regular file; name another");
     }
+    // Outputs are written beside their place first; what no file can be made in is found now.
+    let beside = place.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    tempfile::tempfile_in(beside)
+        .with_context(|| format!("{shown}: no file can be written in {}", beside.display()))?;
     Ok(place)
 }
 

@@ -88,10 +88,11 @@ pub(super) fn check(
 fn landscape(file: &SceneFile) -> Result<bool, Fault> {
     let surfaces = !file.progressive_mesh.is_empty();
     match (&file.texture, &file.mesh) {
-        (Some(_), Some(_)) if surfaces => {
-            let what =
-                "a scene shows a textured landscape or progressive meshes, not both; make two scenes of it";
-            Err(Fault::new(&["progressive_mesh"], what))
+        // Said at once: the missing half of the landscape would be refused as well.
+        (texture, mesh) if surfaces && (texture.is_some() || mesh.is_some()) => {
+            let what = "a scene shows a textured landscape or progressive meshes, not both, and this one has \
+                        [progressive_mesh]; make a scene of its own for the landscape";
+            Err(Fault::new(if texture.is_some() { &["texture"] } else { &["mesh"] }, what))
         }
         (Some(_), Some(_)) => match &file.governor {
             Some(_) => {

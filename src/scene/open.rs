@@ -12,7 +12,9 @@ use thiserror::Error;
 /// A texture that is not to be had.
 #[derive(Debug, Error)]
 pub enum TextureError {
-    #[error("scene {0} has no landscape: give it [texture] and [mesh]")]
+    #[error(
+        "scene {0} has no landscape, it shows progressive meshes; name a scene with [texture] and [mesh]"
+    )]
     Absent(String),
     #[error(transparent)]
     Pyramid(#[from] PyramidError),

@@ -21,6 +21,25 @@ fn the_list_has_every_figure_with_its_claims() {
 }
 
 #[test]
+fn the_list_takes_figures_and_families_as_reproduce_does() {
+    let folder = folder();
+    let listed = |arguments: &[&str]| -> Vec<String> {
+        let ran = run(&folder, &[&["list", "--json"], arguments].concat());
+        let list: serde_json::Value = serde_json::from_slice(&ran.stdout).unwrap();
+        list.as_array().unwrap().iter().map(|figure| figure["id"].as_str().unwrap().to_owned()).collect()
+    };
+    assert_eq!(listed(&["pm.order"]), ["pm.order"]);
+    assert_eq!(listed(&["pm.order", "vt.dedup"]), ["vt.dedup", "pm.order"]);
+    let pm = listed(&["pm"]);
+    assert!(pm.len() > 5 && pm.iter().all(|id| id.starts_with("pm.")), "{pm:?}");
+    let words = String::from_utf8(run(&folder, &["list", "pm.order"]).stdout).unwrap();
+    assert!(words.starts_with("pm: 1 figures") && !words.contains("vt"), "{words}");
+    let (code, line) = failure(&mut ortelius(&folder, &["list", "pm.ordre"]));
+    assert_eq!(code, 2, "{line}");
+    holds(&line, &["\"pm.ordre\"", "nearest is pm.order"]);
+}
+
+#[test]
 fn figures_and_parts_that_there_are_not_are_usage_and_nothing_is_written() {
     let folder = folder();
     for (arguments, words) in [

@@ -70,6 +70,11 @@ fn an_order_is_chosen_and_told() {
     assert!((2.0..=8.0).contains(&few.0) && few.1 < 2.2, "{few:?}");
     // Two faces a split, of which 1/3, 2/3 and 3/3 move; and the coarsest level's.
     assert!((3.0..4.2).contains(&groups.0), "three groups: {groups:?}");
+    // At most one group a split, however many are wanted.
+    for many in ["4000000000", "0.000001%"] {
+        let all = moved(&["--groups", many]);
+        assert!(all.1 < ours.1, "{many} groups: {all:?}");
+    }
     for wrong in [["--groups", "0"], ["--cache", "3"], ["--moves-budget", "-1"], ["--order", "best"]] {
         let ran = run(&folder, &[&["mesh", "build", "bunny", "-o", "x.pmesh"][..], &wrong].concat());
         assert_eq!(ran.status.code(), Some(2), "{wrong:?}");
@@ -114,10 +119,39 @@ fn a_cut_file_is_a_coarser_mesh_and_not_verified() {
     let (code, line) = mesh_failure(&folder, &["verify", "cut.pmesh"]);
     assert_eq!(code, 3);
     holds(&line, &["cut.pmesh", "chunks", "of 3674 faces are here"]);
-    std::fs::write(folder.path().join("stub.pmesh"), &bytes[..80]).unwrap();
-    let (code, line) = mesh_failure(&folder, &["info", "stub.pmesh"]);
-    assert_eq!(code, 3);
-    holds(&line, &["stub.pmesh: cut off before its coarsest level is complete, at byte 80"]);
+    // Up to the end of the first chunk there is no mesh; what is needed is told as far as it is known.
+    let base = 72 + 28 + u32::from_le_bytes(bytes[72..76].try_into().unwrap()) as usize;
+    for (length, needs) in [(3, 100), (60, 100), (80, 100), (100, base), (base - 1, base)] {
+        std::fs::write(folder.path().join("stub.pmesh"), &bytes[..length]).unwrap();
+        let (code, line) = mesh_failure(&folder, &["info", "stub.pmesh"]);
+        assert_eq!(code, 3);
+        let words =
+            format!("cut off before its coarsest level is complete: {length} bytes of at least {needs}");
+        holds(&line, &["stub.pmesh: ", &words]);
+    }
+    std::fs::write(folder.path().join("stub.pmesh"), &bytes[..base]).unwrap();
+    holds(&told(&folder, &["info", "stub.pmesh"])[1], &["1 of ", " levels"]);
+}
+
+#[test]
+fn a_cut_file_in_a_scene_is_told_and_reported() {
+    let folder = built();
+    let bytes = std::fs::read(folder.path().join("b.pmesh")).unwrap();
+    let scene = "[view]\nwidth = 32\nheight = 18\ncamera = \"a\"\n[cameras.a]\naltitude_m = 1.0\neast_m = 0.0\n\
+                 north_m = -2.0\ntilt_deg = 90.0\n[progressive_mesh.b]\nsource = \"b.pmesh\"\nsize_m = 1.0\n";
+    write(&folder, "s.toml", scene);
+    let shown = |length: usize| {
+        std::fs::write(folder.path().join("b.pmesh"), &bytes[..length]).unwrap();
+        let words = rendered(&folder, &["s.toml", "--report", "r.json"]);
+        let report: serde_json::Value = serde_json::from_str(&read(&folder, "r.json")).unwrap();
+        (words, report["surfaces"]["b"].clone())
+    };
+    let (words, surface) = shown(bytes.len() / 2);
+    holds(&words, &["WARN", "progressive_mesh.b.source: ", "b.pmesh: the end is missing: ", " levels"]);
+    assert_eq!(surface["cut_from"]["faces"], 3674);
+    assert!(surface["faces"].as_u64().unwrap() < 3674, "{surface}");
+    let (words, surface) = shown(bytes.len());
+    assert!(!words.contains("missing") && surface["cut_from"].is_null(), "{words}{surface}");
 }
 
 #[test]
@@ -139,7 +173,7 @@ fn damage_is_told_with_its_chunk() {
 fn what_cannot_be_is_told_in_one_line() {
     let folder = built();
     write(&folder, "text.pmesh", "a text, and no mesh");
-    let cases: [(&[&str], i32, &[&str]); 9] = [
+    let cases: [(&[&str], i32, &[&str]); 19] = [
         (&["info", "none.pmesh"], 1, &["none.pmesh", "cannot read"]),
         (&["info", "."], 1, &["not a regular file"]),
         (&["info", "text.pmesh"], 3, &["text.pmesh: no .pmesh file"]),
@@ -149,6 +183,33 @@ fn what_cannot_be_is_told_in_one_line() {
         (&["export", "b.pmesh", "--faces", "9", "-o", "x.stl"], 2, &["x.stl: export writes .ply and .obj"]),
         (&["export", "b.pmesh", "--faces", "9", "-o", "no/x.ply"], 1, &["no/x.ply", "create it first"]),
         (&["build", "text.pmesh", "-o", "x.pmesh"], 1, &["text.pmesh"]),
+        // Before a build of minutes: the model is not even looked for.
+        (&["build", "none.ply", "-o", "x.txt"], 2, &["-o x.txt: the name must end in .pmesh"]),
+        (&["build", "none.ply", "-o", "no/x.pmesh"], 1, &["no/x.pmesh", "create it first"]),
+        (
+            &["build", "none.ply", "-o", "/proc/x.pmesh"],
+            1,
+            &["/proc/x.pmesh", "no file can be written in /proc"],
+        ),
+        (
+            &["build", "bunny", "-o", "x.pmesh", "--order", "classical", "--moves-budget", "10"],
+            2,
+            &["--moves-budget says nothing to --order classical"],
+        ),
+        (
+            &["build", "bunny", "-o", "x.pmesh", "--order", "classical", "--cache", "16"],
+            2,
+            &["--cache says nothing to --order classical"],
+        ),
+        (
+            &["build", "bunny", "-o", "x.pmesh", "--order", "classical", "--groups", "9"],
+            2,
+            &["--groups says nothing to --order classical"],
+        ),
+        (&["build", "sphere:99999", "-o", "x.pmesh"], 1, &["sphere has no size \"99999\"", "from 1 to 512"]),
+        (&["build", "grid:0", "-o", "x.pmesh"], 1, &["grid has no size \"0\"", "from 2 to 2048"]),
+        (&["build", "bunny.stl", "-o", "x.pmesh"], 1, &["bunny.stl: no model by its ending"]),
+        (&["build", "bunny.ply", "-o", "x.pmesh"], 1, &["bunny.ply: cannot be read"]),
     ];
     for (arguments, expected, words) in cases {
         let (code, line) = mesh_failure(&folder, arguments);

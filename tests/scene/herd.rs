@@ -37,8 +37,11 @@ fn what_a_herd_cannot_be_is_refused_at_its_key() {
         ("east_m = 1e10", "10000000000 is outside"),
         ("\n[governor]\nframe_ms = 0.0", "0 is outside 0.001 ..="),
         ("\n[cache]\ngpu_tiles = 9", "a scene without a texture has no cache"),
-        ("\n[mesh]\nkind = \"plane\"\ncolumns = 2\nrows = 2", "a landscape's mesh needs a [texture]"),
-        ("\n[texture]\nsource = \"earth\"", "a texture needs a [mesh]"),
+        (
+            "\n[mesh]\nkind = \"plane\"\ncolumns = 2\nrows = 2",
+            "not both, and this one has [progressive_mesh]",
+        ),
+        ("\n[texture]\nsource = \"earth\"", "not both, and this one has [progressive_mesh]"),
     ] {
         let error = load(herd(line)).expect_err(line).to_string();
         assert!(error.contains("small.toml:") && error.contains(expected), "{line}: {error}");

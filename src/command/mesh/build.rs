@@ -1,6 +1,8 @@
 //! `ortelius mesh build`: a model becomes a `.pmesh` file.
 
-use anyhow::Result;
+use crate::command::Usage;
+use crate::command::outputs::{check_place, ending};
+use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
@@ -37,8 +39,9 @@ pub struct BuildArgs {
     moves_budget: Option<f64>,
 
     /// Entries of the vertex cache that the order is for, first in, first out
-    #[arg(long, value_name = "ENTRIES", default_value_t = 16, value_parser = clap::value_parser!(u32).range(4..=1024))]
-    cache: u32,
+    /// (16 where nothing is said)
+    #[arg(long, value_name = "ENTRIES", value_parser = clap::value_parser!(u32).range(4..=1024))]
+    cache: Option<u32>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -55,6 +58,8 @@ enum Order {
 
 /// Runs the subcommand. A failure names the file.
 pub fn run(args: &BuildArgs) -> Result<()> {
+    // A build may take minutes: what cannot be is told before.
+    let output = check(args)?;
     let (model, cleaned) = Model::open(&args.input)?;
     cleaned.to_string().lines().for_each(|line| tracing::info!("{line}"));
     let bar = Bar::new();
@@ -62,7 +67,7 @@ pub fn run(args: &BuildArgs) -> Result<()> {
     let simplified = simplify(&model, &options, &mut bar.phase("simplify"));
     let mesh = ordered(args, &model, &simplified.collapses, &bar);
     bar.0.finish_and_clear();
-    let contents = mesh.write(&args.output)?;
+    let contents = mesh.write(&output)?;
     told(&simplified.report);
     tracing::info!(
         "{}: {} bytes, {} levels, {:.2} bytes a split but for positions, attributes and header",
@@ -72,6 +77,25 @@ pub fn run(args: &BuildArgs) -> Result<()> {
         contents.bytes_per_split(&mesh)
     );
     Ok(())
+}
+
+/// Refuses what says nothing to the order, and a place where no `.pmesh` file can be written; returns the place.
+fn check(args: &BuildArgs) -> Result<PathBuf> {
+    let given = [
+        ("--groups", args.groups.is_some()),
+        ("--moves-budget", args.moves_budget.is_some()),
+        ("--cache", args.cache.is_some()),
+    ];
+    if let (Order::Classical, Some((option, _))) = (args.order, given.iter().find(|(_, given)| *given)) {
+        bail!(Usage(format!(
+            "{option} says nothing to --order classical, in which no face moves; leave it out"
+        )));
+    }
+    let path = &args.output;
+    if !ending(path).eq_ignore_ascii_case("pmesh") {
+        bail!(Usage(format!("-o {}: the name must end in .pmesh", path.display())));
+    }
+    check_place(path)
 }
 
 /// What was reached, and what had to be allowed for it.
@@ -102,7 +126,8 @@ fn ordered(args: &BuildArgs, model: &Model, collapses: &Collapses, bar: &Bar) ->
         Order::Coherent => OrderOptions { within: Within::Coherent, ..best },
     };
     let groups = args.groups.or(args.moves_budget.map(Groups::Budget)).unwrap_or(options.groups);
-    let options = OrderOptions { groups, cache_entries: args.cache, ..options };
+    let options =
+        OrderOptions { groups, cache_entries: args.cache.unwrap_or(options.cache_entries), ..options };
     order(model, collapses, &options, &mut bar.phase("order"))
 }
 

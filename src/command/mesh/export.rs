@@ -2,6 +2,7 @@
 
 use super::load;
 use crate::command::Usage;
+use crate::command::outputs::check_place;
 use anyhow::Result;
 use clap::{ArgGroup, Args};
 use glam::DVec3;
@@ -22,7 +23,8 @@ pub struct ExportArgs {
     #[arg(long, group = "which", value_name = "L")]
     level: Option<u32>,
 
-    /// The coarsest level that deviates by at most so much, in object units
+    /// The coarsest level whose error is at most so much, in object units: an estimate from above of its deviation
+    /// (two samples a face and all vertices are measured), no bound
     #[arg(long, group = "which", value_name = "E", allow_negative_numbers = true)]
     error: Option<f32>,
 
@@ -40,10 +42,11 @@ pub struct ExportArgs {
 pub fn run(args: &ExportArgs) -> Result<()> {
     let format = Format::of(&args.output)
         .ok_or_else(|| Usage(format!("-o {}: export writes .ply and .obj", args.output.display())))?;
+    let output = check_place(&args.output)?;
     let mesh = load(&args.file)?.mesh;
     let level = level(args, &mesh)?;
     let model = at_level(&mesh, level);
-    model.write(&args.output, format)?;
+    model.write(&output, format)?;
     let Level { vertices, faces, error } = mesh.levels[level as usize];
     tracing::info!(
         "{}: level {level} of {}, {vertices} vertices, {faces} faces, error {error}",

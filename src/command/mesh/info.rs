@@ -10,7 +10,8 @@ use ortelius::paper::progressive_mesh::mesh::{Level, ProgressiveMesh};
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Levels, errors, sizes by content, and what the order of faces costs a vertex cache.
+/// Levels, errors (estimates from above of a level's deviation, no bounds), sizes by content, and what the order of
+/// faces costs a vertex cache.
 #[derive(Args, Debug)]
 pub struct InfoArgs {
     /// The file to describe
@@ -87,7 +88,8 @@ pub fn run(args: &InfoArgs) -> Result<()> {
 
 impl Info {
     fn of(mesh: &ProgressiveMesh, contents: &Contents) -> Info {
-        let splits = mesh.splits.split_vertices.len().max(1) as f64;
+        // A split is a level; on a seam it brings several vertices.
+        let splits = f64::from(mesh.last_level().max(1));
         // All levels of meshes that take some seconds; the paper's mean is over all.
         let levels = sampled_levels(mesh, 100_000, 256);
         let costs = &level_costs(mesh, &[Cache::Fifo(16)], &levels)[0];

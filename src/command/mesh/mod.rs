@@ -7,7 +7,7 @@ mod verify;
 
 use anyhow::Result;
 use clap::{Args, Subcommand};
-use ortelius::paper::progressive_mesh::file::{Extent, Loaded};
+use ortelius::paper::progressive_mesh::file::Loaded;
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use std::path::Path;
 
@@ -46,16 +46,8 @@ pub fn run(args: &MeshArgs) -> Result<()> {
 /// Reads a file; warns where its end is missing.
 fn load(path: &Path) -> Result<Loaded> {
     let loaded = ProgressiveMesh::read(path)?;
-    if loaded.contents.is_cut() {
-        tracing::warn!("{}: {}", path.display(), cut(&loaded.contents.read, &loaded.contents.whole));
+    if let Some(missing) = loaded.contents.missing() {
+        tracing::warn!("{}: {missing}", path.display());
     }
     Ok(loaded)
-}
-
-/// What is there of a file that is cut.
-fn cut(read: &Extent, whole: &Extent) -> String {
-    format!(
-        "the end is missing: {} of {} chunks, {} of {} levels, {} of {} faces are here",
-        read.chunks, whole.chunks, read.levels, whole.levels, read.faces, whole.faces
-    )
 }

@@ -1,6 +1,5 @@
 //! `ortelius mesh verify`: every byte and every level of a `.pmesh` file.
 
-use super::cut;
 use crate::command::say;
 use anyhow::Result;
 use clap::Args;
@@ -33,8 +32,8 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     let unsound = |what| Unsound { path: path.clone(), what };
     let loaded = ProgressiveMesh::read(path)?;
     let contents = &loaded.contents;
-    if contents.is_cut() {
-        return Err(unsound(cut(&contents.read, &contents.whole)).into());
+    if let Some(missing) = contents.missing() {
+        return Err(unsound(missing).into());
     }
     let mesh = &loaded.mesh;
     mesh.check().map_err(|flaw| unsound(flaw.to_string()))?;

@@ -1,6 +1,7 @@
 //! The report of frames of progressive meshes.
 
 use super::{Manifest, PassReport};
+use crate::paper::progressive_mesh::file::Extent;
 use crate::paper::progressive_mesh::session::{FrameRecord, Session, Surface, SurfaceMemory};
 use crate::scene::ProgressiveSurface;
 use crate::vk::PassTime;
@@ -35,6 +36,8 @@ pub struct SurfaceReport {
     pub vertices: u32,
     /// n: the number of splits from M0 to the full mesh.
     pub splits: u32,
+    /// What the surface's `.pmesh` file holds when whole; null where its end is not missing.
+    pub cut_from: Option<Extent>,
     pub memory_bytes: InstanceBytes,
     /// Levels of the instances in the last frame that they were seen in.
     pub levels: Vec<u32>,
@@ -104,6 +107,7 @@ impl From<&Surface> for SurfaceReport {
             faces: full.faces,
             vertices: full.vertices,
             splits: surface.program.last_level(),
+            cut_from: surface.cut_from,
             memory_bytes: InstanceBytes::from(surface.memory()),
             levels: surface.instances().map(|(_, level)| level).collect(),
         }

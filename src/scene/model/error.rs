@@ -17,6 +17,9 @@ pub enum ModelError {
     Content { path: PathBuf, place: Place, what: String },
     #[error("{name} is not here: run `ortelius fetch {name}`")]
     NotFetched { name: String },
+    /// A model that is generated, in a size that it cannot have.
+    #[error("{0}")]
+    Size(String),
     #[error("{name:?} is no file, and no model is called so; there are {names}")]
     Unknown { name: String, names: String },
 }

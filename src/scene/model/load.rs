@@ -2,6 +2,7 @@
 
 use super::clean::{MOST, Raw};
 use super::error::{ModelError, Place, Trouble};
+use super::names::wrong_size;
 use super::{FETCHED, Model, NAMES, Report, clean, fetched, glb, named, obj, ply};
 use flate2::read::MultiGzDecoder;
 use std::io::Read;
@@ -18,7 +19,7 @@ impl Model {
     /// (`./bunny` for a file of that name).
     ///
     /// # Errors
-    /// As [`Self::load`]; [`ModelError::NotFetched`] for a name whose file is not here; [`ModelError::Unknown`] lists
+    /// As [`Self::load`]; [`ModelError::Size`] for a size that a generated model cannot have; [`ModelError::NotFetched`] for a name whose file is not here; [`ModelError::Unknown`] lists
     /// the names.
     pub fn open(name_or_path: &str) -> Result<(Model, Report), ModelError> {
         if let Some(model) = named(name_or_path) {
@@ -38,6 +39,9 @@ impl Model {
             };
         }
         let path = Path::new(name_or_path);
+        if let Some(why) = wrong_size(name_or_path).filter(|_| !path.exists()) {
+            return Err(ModelError::Size(why));
+        }
         // A bare word that is no file was meant as a name.
         if !path.exists() && path.components().count() <= 1 && path.extension().is_none() {
             let names = NAMES.into_iter().chain(FETCHED.iter().map(|file| file.name));
@@ -53,9 +57,10 @@ impl Model {
     /// [`ModelError`]: what cannot be read, with where; a mesh of which cleaning leaves nothing.
     pub fn load(path: &Path) -> Result<(Model, Report), ModelError> {
         let failed = |source| ModelError::Read { path: path.to_owned(), source };
+        // Of a file that is not there and could not be read either, the second is said.
+        let (_, packed) = kind(path)?;
         let mut file = std::fs::File::open(path).map_err(failed)?;
         let length = file.metadata().map_err(failed)?.len();
-        let (_, packed) = kind(path)?;
         let mut bytes = Vec::new();
         let (most, what) = if packed {
             let most = (length.saturating_mul(MOST_PACKING)).clamp(FEWEST_UNPACKED_BYTES, MOST_BYTES);

@@ -1,6 +1,7 @@
 //! Models by name: the shipped scans and the generated ones.
 
 use super::{Model, clean, generate, obj, terrain};
+use std::ops::RangeInclusive;
 
 /// The shipped models, each of at least 3000 faces. All but the height fields `grid` and `everest` are closed.
 pub const NAMES: [&str; 7] = ["bunny", "sphere", "torus", "knot", "solid", "grid", "everest"];
@@ -15,20 +16,60 @@ pub fn named(name: &str) -> Option<Model> {
         Some((name, size)) => (name, Some(size.parse::<u32>().ok()?)),
         None => (name, None),
     };
-    let fits = |usual: u32, sizes: std::ops::RangeInclusive<u32>| {
-        Some(size.unwrap_or(usual)).filter(|size| sizes.contains(size))
-    };
-    Some(match name {
-        "bunny" if size.is_none() => bunny(),
-        "everest" if size.is_none() => terrain::everest(),
-        "sphere" => generate::sphere(fits(20, 1..=1 << 9)?),
-        "torus" => generate::torus(fits(48, 3..=1 << 11)?),
-        "knot" => generate::knot(fits(24, 3..=1 << 9)?),
-        "solid" => generate::solid(fits(16, 4..=1 << 12).filter(|detail| detail.is_power_of_two())?),
-        "grid" => generate::grid(fits(65, 2..=1 << 11)?, 0),
-        _ => return None,
-    })
+    match (GENERATED.iter().find(|model| model.name == name), size) {
+        (Some(model), size) => {
+            let size = size.unwrap_or(model.usual);
+            model.has(size).then(|| (model.generate)(size))
+        }
+        (None, None) if name == "bunny" => Some(bunny()),
+        (None, None) if name == "everest" => Some(terrain::everest()),
+        _ => None,
+    }
 }
+
+/// Why `NAME:SIZE` is no model although NAME is one: the sizes that it can have.
+pub(super) fn wrong_size(name: &str) -> Option<String> {
+    let (name, size) = name.split_once(':')?;
+    if let Some(Generated { sizes, powers, .. }) = GENERATED.iter().find(|model| model.name == name) {
+        let (least, most) = (sizes.start(), sizes.end());
+        let which = if *powers { "a power of two" } else { "a number" };
+        return Some(format!("{name} has no size {size:?}: it is {which} from {least} to {most}"));
+    }
+    NAMES.contains(&name).then(|| format!("{name} has one size alone; leave out :{size}"))
+}
+
+/// A model that is made in the size that is wanted.
+struct Generated {
+    name: &'static str,
+    usual: u32,
+    sizes: RangeInclusive<u32>,
+    /// Only powers of two.
+    powers: bool,
+    generate: fn(u32) -> Model,
+}
+
+impl Generated {
+    const fn new(
+        name: &'static str,
+        usual: u32,
+        sizes: RangeInclusive<u32>,
+        generate: fn(u32) -> Model,
+    ) -> Generated {
+        Generated { name, usual, sizes, powers: false, generate }
+    }
+
+    fn has(&self, size: u32) -> bool {
+        self.sizes.contains(&size) && (!self.powers || size.is_power_of_two())
+    }
+}
+
+const GENERATED: [Generated; 5] = [
+    Generated::new("sphere", 20, 1..=1 << 9, generate::sphere),
+    Generated::new("torus", 48, 3..=1 << 11, generate::torus),
+    Generated::new("knot", 24, 3..=1 << 9, generate::knot),
+    Generated { powers: true, ..Generated::new("solid", 16, 4..=1 << 12, generate::solid) },
+    Generated::new("grid", 65, 2..=1 << 11, |side| generate::grid(side, 0)),
+];
 
 fn bunny() -> Model {
     let raw = obj::read(BUNNY).expect("the shipped file is read by a test");
@@ -74,5 +115,10 @@ mod tests {
         ] {
             assert!(named(name).is_none(), "{name}");
         }
+        let told = |name| wrong_size(name).unwrap();
+        assert_eq!(told("sphere:99999"), "sphere has no size \"99999\": it is a number from 1 to 512");
+        assert_eq!(told("solid:12"), "solid has no size \"12\": it is a power of two from 4 to 4096");
+        assert_eq!(told("bunny:3"), "bunny has one size alone; leave out :3");
+        assert_eq!((wrong_size("none:3"), wrong_size("sphere")), (None, None));
     }
 }

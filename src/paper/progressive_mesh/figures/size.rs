@@ -9,8 +9,8 @@ use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row
 pub const SIZE: Figure = Figure {
     id: "pm.size",
     title: "Bytes of a split",
-    about: "What the levels of detail take: for each vertex beyond level 0 the bytes of its split, of the faces that it \
-            brings, of the levels' errors and of the tswaps, positions and attributes apart. In a .pmesh file \
+    about: "What the levels of detail take: for each split (a level; on a seam it brings several vertices) its bytes, those \
+            of the faces that it brings, of the levels' errors and of the tswaps, positions and attributes apart. In a .pmesh file \
             (docs/pmesh.md), by content, and when read for running. Beside it the same splits and tswaps as plain \
             32-bit words, as variable-length numbers (differences of successive ones, 7 bits a byte), as Forsyth's \
             record of 16-bit indices (6 + 2 numF bytes; no tswaps), and the index lists of multi-level skip lists (each \
@@ -73,14 +73,14 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let mesh = ordered(&model, &collapses, options.as_ref());
         rows.extend(of_mesh(name, &mesh)?);
     }
-    let splits = collapses.wedges.items().len().max(1) as f64;
+    let splits = collapses.wedges.len().max(1) as f64;
     let lists = skip_lists(model.faces.len(), 64) / splits;
     rows.push(Row::new(SKIP_LISTS, MEMORY, UNIT, Value::Number(lists)));
     Ok(rows)
 }
 
 fn of_mesh(name: &str, mesh: &ProgressiveMesh) -> anyhow::Result<Vec<Row>> {
-    let splits = mesh.splits.split_vertices.len().max(1) as f64;
+    let splits = f64::from(mesh.last_level().max(1));
     let (_, contents) = mesh.to_bytes();
     let mut rows = Vec::new();
     let mut row = |quantity: &str, bytes: f64| {
@@ -92,16 +92,19 @@ fn of_mesh(name: &str, mesh: &ProgressiveMesh) -> anyhow::Result<Vec<Row>> {
     }
     row("file: header and heads", contents.frame_bytes);
     let slots = mesh.splits.slots.items().len();
-    let swaps = &mesh.swaps.cycles;
-    // A split: splitVert, numN with numF, slots. A tswap: numF, slots.
-    let words = 2 * mesh.splits.slots.len() + slots + swaps.len() + swaps.items().len();
-    row(WORDS, 4.0 * words as f64);
+    row(WORDS, 4.0 * words(mesh) as f64);
     let [split_numbers, swap_numbers] = [split_numbers(mesh), swap_numbers(mesh)];
     row(NUMBERS, (split_numbers + swap_numbers) as f64);
     row(SWAP_NUMBERS, swap_numbers as f64);
     row(RECORD, (6 * mesh.splits.slots.len() + 2 * slots) as f64);
     row(MEMORY, Program::new(mesh)?.bytes() as f64);
     Ok(rows)
+}
+
+/// A split: splitVert, numN with numF, slots. A tswap: numF, slots.
+fn words(mesh: &ProgressiveMesh) -> usize {
+    let (slots, cycles) = (&mesh.splits.slots, &mesh.swaps.cycles);
+    2 * slots.len() + slots.items().len() + cycles.len() + cycles.items().len()
 }
 
 /// Bytes of a number at 7 bits a byte.
@@ -183,6 +186,17 @@ mod tests {
         };
         let found = |last| by_neighbourhood(&table("cpu", &rows(last))).verdict;
         assert_eq!((found(13.0), found(14.0)), (Verdict::Reproduced, Verdict::NotReproduced));
+    }
+
+    #[test]
+    fn on_a_seam_a_split_brings_several_vertices_and_is_one() {
+        use super::super::super::mesh::Level;
+        let mut mesh = ProgressiveMesh { levels: vec![Level::default(); 3], ..ProgressiveMesh::default() };
+        // Two levels, three vertices: 2 x 3 words and 1 slot.
+        mesh.splits.split_vertices = vec![NOWHERE; 3];
+        mesh.splits.slots = Ragged::from_iter([vec![], vec![7], vec![]]);
+        let splits = f64::from(mesh.last_level());
+        assert_eq!(words(&mesh) as f64 * 4.0 / splits, 14.0);
     }
 
     #[test]

@@ -24,6 +24,7 @@ pub use models::Sizes;
 pub use read::{Flaw, PmeshError};
 
 use super::mesh::ProgressiveMesh;
+use serde::Serialize;
 
 /// 89 "OPM" and the line ends that transfers in text mode destroy, as PNG has them.
 const MAGIC: [u8; 8] = *b"\x89OPM\r\n\x1a\n";
@@ -60,7 +61,7 @@ pub struct Contents {
 }
 
 /// How much there is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Extent {
     pub chunks: u32,
     /// One more than the last level's number.
@@ -75,10 +76,21 @@ impl Contents {
         self.read != self.whole
     }
 
-    /// Bytes of the file but for positions, attributes and header, for each vertex beyond level 0: what the levels of
-    /// detail cost.
+    /// What is missing at the end of the file, in words; none where it is whole.
+    pub fn missing(&self) -> Option<String> {
+        let Contents { read, whole, .. } = self;
+        self.is_cut().then(|| {
+            format!(
+                "the end is missing: {} of {} chunks, {} of {} levels, {} of {} faces are here",
+                read.chunks, whole.chunks, read.levels, whole.levels, read.faces, whole.faces
+            )
+        })
+    }
+
+    /// Bytes of the file but for positions, attributes and header, for each split: what the levels of detail cost. A
+    /// split is a level; on a seam it brings several vertices.
     pub fn bytes_per_split(&self, mesh: &ProgressiveMesh) -> f64 {
-        let splits = mesh.splits.split_vertices.len().max(1) as f64;
+        let splits = mesh.last_level().max(1) as f64;
         let Sizes { levels, splits: which, faces, swaps, .. } = self.sizes;
         ((levels + which + faces + swaps) / 8.0 + self.frame_bytes - HEADER_BYTES as f64) / splits
     }

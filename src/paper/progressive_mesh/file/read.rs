@@ -30,8 +30,10 @@ pub enum Flaw {
     Version(u32),
     #[error("damaged in the header: {0}; build the file again, or fetch it again")]
     Header(&'static str),
-    #[error("cut off before its coarsest level is complete, at byte {0}; fetch the file again")]
-    NoBase(u64),
+    #[error(
+        "cut off before its coarsest level is complete: {bytes} bytes of at least {needs}; fetch the file again"
+    )]
+    NoBase { bytes: u64, needs: u64 },
     #[error("damaged in chunk {chunk} at byte {offset}: {what}; build the file again, or fetch it again")]
     Chunk { chunk: u32, offset: u64, what: &'static str },
     #[error("damaged: {0} bytes follow its end")]
@@ -97,7 +99,7 @@ impl ProgressiveMesh {
             return Err(Flaw::Chunk { chunk: chunks, offset, what: "it ends beyond the file" });
         }
         if chunks == 0 {
-            return Err(Flaw::NoBase(bytes.len() as u64));
+            return Err(no_base(bytes));
         }
         loaded(bytes, growing, &header, Extent { chunks, ..Extent::default() })
     }
@@ -122,6 +124,14 @@ fn loaded(bytes: &[u8], growing: Growing, header: &Header, read: Extent) -> Resu
     let named: f64 = sizes.named().iter().map(|(_, bits)| bits / 8.0).sum();
     let frame_bytes = bytes.len() as f64 - named;
     Ok(Loaded { mesh, contents: Contents { bytes: bytes.len() as u64, frame_bytes, sizes, whole, read } })
+}
+
+/// Of the beginning of a file: it needs the header, and the first chunk, whose head tells its length.
+fn no_base(bytes: &[u8]) -> Flaw {
+    let head = bytes.get(HEADER_BYTES..HEADER_BYTES + CHUNK_HEAD_BYTES);
+    let payload = head.map_or(0, |head| u64::from(u32_at(head, 0)));
+    let needs = (HEADER_BYTES + CHUNK_HEAD_BYTES) as u64 + payload;
+    Flaw::NoBase { bytes: bytes.len() as u64, needs }
 }
 
 /// The first chunk of `bytes`, if it is there whole, and what follows.
@@ -161,8 +171,10 @@ struct Header {
 
 impl Header {
     fn parse(bytes: &[u8]) -> Result<Header, Flaw> {
-        let header = bytes.get(..HEADER_BYTES).filter(|header| header.starts_with(&MAGIC));
-        let header = header.ok_or(Flaw::NotPmesh)?;
+        if bytes.is_empty() || !bytes.starts_with(&MAGIC[..bytes.len().min(MAGIC.len())]) {
+            return Err(Flaw::NotPmesh);
+        }
+        let header = bytes.get(..HEADER_BYTES).ok_or_else(|| no_base(bytes))?;
         let version = u32_at(header, 8);
         if version != VERSION {
             return Err(Flaw::Version(version));

@@ -29,11 +29,15 @@ pub(super) fn group_ends(groups: Groups, collapses: &Collapses, faces: usize) ->
     let mut ends = match groups {
         Groups::Uniform(count) => {
             assert!(count > 0, "no groups at all");
-            (1..=u64::from(count)).map(|n| (n * last as u64 / u64::from(count)) as u32).collect()
+            // More groups than splits are one for each split.
+            let count = u64::from(count).min(last as u64);
+            (1..=count).map(|n| (n * last as u64 / count) as u32).collect()
         }
         Groups::Geometric(ratio) => {
             assert!(ratio > 1.0, "faces grow by {ratio} with each group");
-            geometric(collapses, base, (growth / ratio.ln()).ceil().max(1.0) as u32, growth)
+            // So many that the last ones grow by less than a face: each split is a group, and no more are needed.
+            let most = (faces as f64 * growth).max(1.0);
+            geometric(collapses, base, (growth / ratio.ln()).clamp(1.0, most).ceil() as u32, growth)
         }
         Groups::Budget(moves) => {
             assert!(moves > 0.0, "{moves} moved faces for each split");
@@ -90,6 +94,13 @@ mod tests {
         assert_eq!(group_ends(Groups::Geometric(9.0), &collapses, 400), [150]);
         assert_eq!(group_ends(Groups::Uniform(900), &collapses, 400).len(), 150);
         assert_eq!(group_ends(Groups::Geometric(1.1), &pairs(0), 400), [0; 0]);
+    }
+
+    #[test]
+    fn more_groups_than_splits_are_one_for_each_split() {
+        let all: Vec<u32> = (1..=150).collect();
+        assert_eq!(group_ends(Groups::Uniform(u32::MAX), &pairs(150), 400), all);
+        assert_eq!(group_ends(Groups::Geometric(1.0 + 1e-15), &pairs(150), 400), all);
     }
 
     #[test]

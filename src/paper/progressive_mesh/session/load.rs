@@ -1,7 +1,7 @@
 //! From a scene's names to progressive meshes.
 
 use super::surface::Model;
-use crate::paper::progressive_mesh::file::PmeshError;
+use crate::paper::progressive_mesh::file::{Extent, PmeshError};
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::order::{OrderOptions, classical, order};
 use crate::paper::progressive_mesh::simplify::{Collapses, SimplifyOptions, simplify};
@@ -24,9 +24,11 @@ pub enum LoadError {
 /// [`LoadError`] names the surface's key, and the file or the model.
 pub fn load(scene: &Scene) -> Result<Vec<Model>, LoadError> {
     let load = |(name, surface): (&String, &ProgressiveSurface)| {
+        let (mesh, cut_from) = mesh(name, surface)?;
         Ok(Model {
             name: name.clone(),
-            mesh: mesh(name, surface)?,
+            mesh,
+            cut_from,
             stands: surface.stands(&scene.paths),
             surface: surface.clone(),
         })
@@ -34,13 +36,17 @@ pub fn load(scene: &Scene) -> Result<Vec<Model>, LoadError> {
     scene.progressive_meshes.iter().map(load).collect()
 }
 
-fn mesh(name: &str, surface: &ProgressiveSurface) -> Result<ProgressiveMesh, LoadError> {
+/// The mesh, and what its file holds when whole where its end is missing.
+fn mesh(name: &str, surface: &ProgressiveSurface) -> Result<(ProgressiveMesh, Option<Extent>), LoadError> {
     if let ModelSource::File(path) = &surface.source
         && path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("pmesh"))
     {
         // Its order was chosen when it was built.
         let read = ProgressiveMesh::read(path);
-        return Ok(read.map_err(|error| LoadError::Pmesh { surface: name.to_owned(), error })?.mesh);
+        let read = read.map_err(|error| LoadError::Pmesh { surface: name.to_owned(), error })?;
+        let Some(missing) = read.contents.missing() else { return Ok((read.mesh, None)) };
+        tracing::warn!("progressive_mesh.{name}.source: {}: {missing}", path.display());
+        return Ok((read.mesh, Some(read.contents.whole)));
     }
     let (read, source) = match &surface.source {
         ModelSource::Named(named) => (model::Model::open(named), named.clone()),
@@ -49,7 +55,7 @@ fn mesh(name: &str, surface: &ProgressiveSurface) -> Result<ProgressiveMesh, Loa
     let (model, report) = read.map_err(|error| LoadError::Model { surface: name.to_owned(), error })?;
     report.changes().iter().for_each(|change| tracing::warn!("{source}: {change}"));
     let simplified = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ());
-    Ok(ordered(&model, &simplified.collapses, surface.order))
+    Ok((ordered(&model, &simplified.collapses, surface.order), None))
 }
 
 /// A model's progressive mesh with its faces in one of the orders.

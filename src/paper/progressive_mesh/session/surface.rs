@@ -13,6 +13,7 @@ use super::vertices::{ALWAYS_LOG2, EXACT_LOG2, VertexBuffer, normals};
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::check::Flaw;
+use crate::paper::progressive_mesh::file::Extent;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::run::{Instances, Program, TooMany, level_for_error};
 use crate::scene::{Apply, ProgressiveSurface, Stand};
@@ -37,6 +38,8 @@ pub struct Model {
     pub name: String,
     pub surface: ProgressiveSurface,
     pub mesh: ProgressiveMesh,
+    /// What its file holds when whole, where the file's end is missing.
+    pub cut_from: Option<Extent>,
     /// One for each instance.
     pub stands: Vec<Stand>,
 }
@@ -47,6 +50,8 @@ pub struct Surface {
     /// As the scene has it; what may be changed between frames are `error_pixels` alone.
     pub settings: ProgressiveSurface,
     pub program: Arc<Program>,
+    /// As [`Model::cut_from`].
+    pub cut_from: Option<Extent>,
     pub(super) vertices: VertexBuffer,
     pub(super) indices: Buffer,
     /// The index buffer that was too small, until the frame that copies it is recorded.
@@ -84,7 +89,7 @@ impl Surface {
     /// # Errors
     /// A mesh that is not one, out of memory.
     pub fn new(gpu: &Gpu, model: &Model) -> Result<Surface, SurfaceError> {
-        let Model { name, surface, mesh, stands } = model;
+        let Model { name, surface, mesh, cut_from, stands } = model;
         let program = Program::new(mesh).map_err(|flaw| SurfaceError::Flaw { name: name.clone(), flaw })?;
         let program = Arc::new(program);
         let normals = normals(mesh, &live_faces(mesh, mesh.last_level()));
@@ -95,6 +100,7 @@ impl Surface {
         Ok(Surface {
             name: name.clone(),
             settings: surface.clone(),
+            cut_from: *cut_from,
             vertices: VertexBuffer::new(gpu, &vertices, mesh, &normals, surface.geomorph)?,
             indices: levels.buffer(gpu, &indices)?,
             outgrown: None,
