@@ -1,6 +1,7 @@
 //! Stages 1 to 3: the list equals the integer reference that is computed from the same U1.
 
 use crate::{Device, landscapes, open, pose, scene};
+use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::compact::CompactPass;
 use ortelius::paper::virtual_texture::dedup::DedupPass;
@@ -157,6 +158,36 @@ fn a_list_that_overflows_is_run_again_and_loses_no_tile() {
             // Each frame in flight has its own list, and each learns once.
             assert_eq!(record.overflowed, frame < 2, "{compact:?}, frame {frame}");
             assert!(record.triples > 16);
+            let pyramid = renderer.source.pyramid();
+            let expected = reference::visible_tiles(&renderer.u1().unwrap(), &pyramid);
+            assert_eq!(record.visible.iter().copied().collect::<BTreeSet<_>>(), expected, "{compact:?}");
+        }
+    }
+}
+
+/// The host copies little more than the frame before had; a cut must not cost the tiles beyond.
+#[test]
+fn a_list_that_grows_beyond_what_the_host_reads_is_read_again() {
+    let gpu = Device::open();
+    let scene = scene("globe");
+    let globe = pose(&scene, &scene.view.camera);
+    let away = Pose { forward: -globe.forward, right: -globe.right, ..globe };
+    for compact in [Compaction::TransformFeedback, Compaction::Append, Compaction::Ordered] {
+        let mut renderer = open(&gpu, &scene, [320, 180], |settings| {
+            settings.config = Config { keying: Keying::Paper, compact, ..settings.config };
+        });
+        for (frame, pose) in [&away, &away, &globe, &globe, &away, &globe].into_iter().enumerate() {
+            renderer.frame(pose).unwrap();
+            renderer.drain().unwrap();
+            let record = renderer.records.last().unwrap().clone();
+            // More than an empty frame leads to expect.
+            assert_eq!(
+                record.triples > 1024,
+                pose == &globe,
+                "{compact:?}, frame {frame}: {}",
+                record.triples
+            );
+            assert!(!record.overflowed, "{compact:?}, frame {frame}");
             let pyramid = renderer.source.pyramid();
             let expected = reference::visible_tiles(&renderer.u1().unwrap(), &pyramid);
             assert_eq!(record.visible.iter().copied().collect::<BTreeSet<_>>(), expected, "{compact:?}");

@@ -2,7 +2,8 @@
 //! transform feedback; then `U3` is read back. Beside it the variants of [`Compaction`], in compute shaders.
 //!
 //! The paper makes `U3` as long as the frame has pixels. Ours starts at `list_capacity`; where a frame needs more,
-//! the count tells, and the same frame's marks are compacted again into a longer list: no tile is ever lost.
+//! the count tells, and the same frame's marks are compacted again into a longer list: no tile is ever lost. The host
+//! reads no more than a frame is likely to have; where it has more, the rest is read when the count is known.
 
 use super::list::{Count, List};
 use super::{Config, Keying, U1Format, dedup::blocks, marks::Marks, pyramid_constants, with};
@@ -140,17 +141,28 @@ impl CompactPass {
         let needed = list.needed()?;
         let overflowed = needed > list.capacity();
         if overflowed {
-            tracing::info!("U3 holds {} triples, the frame has {needed}: compacted again", list.capacity());
+            let room = list.capacity();
             *list = self.list(gpu, needed.next_power_of_two())?;
+            tracing::debug!(
+                "the frame has {needed} triples, U3 room for {room}: compacted again, into room for {}",
+                list.capacity()
+            );
+        }
+        if overflowed || !list.has_read(needed) {
+            list.expect(needed);
             let mut frame = gpu.frame()?;
-            frame.pass("compact again", |cmd| self.run(cmd, marks, list))?;
+            if overflowed {
+                frame.pass("compact again", |cmd| self.run(cmd, marks, list))?;
+            }
             frame.pass("read-back again", |cmd| {
                 list.read_back(cmd);
                 Ok(())
             })?;
             frame.submit()?.wait()?;
         }
-        Ok((list.triples()?, overflowed))
+        let triples = list.triples()?;
+        list.expect(needed);
+        Ok((triples, overflowed))
     }
 }
 

@@ -13,6 +13,8 @@ pub struct List {
     pub(super) sums: Option<Buffer>,
     host: Buffer,
     capacity: u64,
+    /// Triples that the host gets of each frame: all there is room for until one frame has told its length.
+    read: u64,
 }
 
 /// Where a list's length is told.
@@ -52,6 +54,7 @@ impl List {
             sums: groups.map(|groups| gpu.buffer("U3 sums", 4 * groups, BufferUse::Storage)).transpose()?,
             host: gpu.buffer("U3 on the host", bytes, BufferUse::Readback)?,
             capacity,
+            read: capacity,
         })
     }
 
@@ -66,9 +69,21 @@ impl List {
         cmd.sync();
     }
 
-    /// Copies `U3` to where the host reads it.
+    /// Copies to where the host reads what it reads of a frame ([`List::expect`]).
     pub fn read_back(&self, cmd: &mut Cmd<'_>) {
-        cmd.copy_buffer(&self.u3, 0, &self.host, 0, self.u3.bytes());
+        let bytes = self.count.header_bytes() + self.read * TRIPLE_BYTES;
+        cmd.copy_buffer(&self.u3, 0, &self.host, 0, bytes);
+    }
+
+    /// Whether the host has all `needed` triples of the frame that has ended.
+    pub(super) fn has_read(&self, needed: u64) -> bool {
+        needed <= self.read
+    }
+
+    /// From the next frame on the host reads a quarter and 1024 triples more than `needed`, where there are so many: a
+    /// frame of native keying has some hundred of 65,536, which would be copied at 0.8 MB a frame.
+    pub(super) fn expect(&mut self, needed: u64) {
+        self.read = (needed + needed / 4 + 1024).min(self.capacity);
     }
 
     /// Bytes on the device, and where the host reads.
@@ -96,11 +111,7 @@ impl List {
     /// Device lost.
     pub(super) fn triples(&self) -> Result<Vec<[u32; 3]>> {
         let needed = self.needed()?;
-        assert!(
-            needed <= self.capacity,
-            "{needed} of {}: a list that overflowed was run again",
-            self.capacity
-        );
+        assert!(self.has_read(needed), "{needed} of {}: the rest was to be read again", self.read);
         let bytes = &self.host.mapped()[self.count.header_bytes() as usize..];
         let bytes = &bytes[..(needed * TRIPLE_BYTES) as usize];
         // (q, i, j) as the shader wrote them.
