@@ -3,9 +3,9 @@
 use super::device::DeviceArgs;
 use super::render::parse_size;
 use super::{Usage, say};
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use clap::{Args, ValueEnum};
-use ortelius::figure::{Bench, Effort, Trade, Traded};
+use ortelius::figure::{Bench, Effort, Same, Trade, Traded};
 use ortelius::paper::virtual_texture::figures::trade::{Knob, Measure, Sweep};
 use ortelius::scene::{SHIPPED, nearest, write_changes};
 use std::fmt::Write as _;
@@ -38,10 +38,13 @@ pub struct TradeArgs {
     /// A report (index.html, trade.svg, trade.json) into this folder, made if absent
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
+    /// Say whether an earlier sweep (a report's trade.json) found the same front within noise
+    #[arg(long, value_name = "TRADE.json")]
+    against: Option<PathBuf>,
     /// Put the setting that was found into the scene file; its comments stay
     #[arg(long, conflicts_with = "overrides")]
     write: bool,
-    /// 30 runs of each time instead of 10
+    /// 30 runs of each time at least instead of 10; six times as many where a median is not known by then
     #[arg(long)]
     full: bool,
     /// Print everything measured as JSON
@@ -73,6 +76,7 @@ fn parse_knob(text: &str) -> Result<Knob, String> {
 
 pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
     check(args)?;
+    let earlier = args.against.as_deref().map(earlier).transpose()?;
     if let Some(folder) = &args.output {
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
@@ -101,6 +105,10 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
         tracing::info!("the report is {}/index.html", folder.display());
     }
     print(args, &trade)?;
+    if let Some(earlier) = &earlier {
+        let same = Same::of(earlier, &trade).map_err(|why| anyhow!("--against: {why}"))?;
+        same.lines().iter().try_for_each(|line| tell(args, line))?;
+    }
     let Some(found) = found else { bail!("{answer}") };
     if !args.json {
         say(&answer)?;
@@ -110,6 +118,21 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
         tracing::info!("{}: {}", args.scene, told_changes(found));
     }
     Ok(())
+}
+
+/// An earlier sweep's report.
+fn earlier(path: &Path) -> anyhow::Result<Trade> {
+    let context = || format!("--against {}: no trade.json of this program", path.display());
+    serde_json::from_str(&std::fs::read_to_string(path).with_context(context)?).with_context(context)
+}
+
+/// A line of the answer; where JSON has stdout, for people alone.
+fn tell(args: &TradeArgs, line: &str) -> anyhow::Result<()> {
+    if args.json {
+        tracing::info!("{line}");
+        return Ok(());
+    }
+    say(line)
 }
 
 /// Refuses what could not be written in the end, before anything is measured.
@@ -131,7 +154,7 @@ fn check(args: &TradeArgs) -> anyhow::Result<()> {
 
 /// The setting to choose, or none that meets the bound, and a line that says so.
 fn answer<'a>(args: &TradeArgs, trade: &'a Trade) -> (Option<&'a Traded>, String) {
-    let measure = trade.measure;
+    let measure = &trade.measure;
     let told = |setting: &Traded| {
         format!(
             "{} ({:.2} ms, {measure} {:.2e}): {}",

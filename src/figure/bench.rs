@@ -82,10 +82,20 @@ impl Bench {
     ///
     /// # Errors
     /// The first contender's.
-    pub fn interleave<'a>(
+    pub fn interleave<'a>(&self, gpu: &'a Gpu, contenders: Vec<Contender<'a>>) -> anyhow::Result<Vec<Timed>> {
+        self.interleave_until(gpu, contenders, 1, |_| true)
+    }
+
+    /// As [`Bench::interleave`], and as many runs again, up to `most` times, until it is `enough`.
+    ///
+    /// # Errors
+    /// The first contender's.
+    pub fn interleave_until<'a>(
         &self,
         gpu: &'a Gpu,
         mut contenders: Vec<Contender<'a>>,
+        most: usize,
+        enough: impl Fn(&[Timed]) -> bool,
     ) -> anyhow::Result<Vec<Timed>> {
         contenders.push(Contender {
             variant: "empty pass".into(),
@@ -97,7 +107,7 @@ impl Bench {
         });
         let count = contenders.len();
         let mut samples: Vec<Vec<Vec<PassTime>>> = vec![Vec::new(); count];
-        for round in 0..WARM_UP + self.runs() {
+        for round in 0.. {
             for turn in 0..count {
                 let at = (turn + round) % count;
                 let times = (contenders[at].run)()?;
@@ -105,8 +115,19 @@ impl Bench {
                     samples[at].push(times);
                 }
             }
+            let runs = samples[0].len();
+            if runs > 0 && runs.is_multiple_of(self.runs()) {
+                let timed: Vec<Timed> = contenders
+                    .iter()
+                    .zip(&samples)
+                    .map(|(c, runs)| Timed::of(&c.variant, runs.clone()))
+                    .collect();
+                if runs >= most * self.runs() || enough(&timed) {
+                    return Ok(timed);
+                }
+            }
         }
-        Ok(contenders.iter().zip(samples).map(|(c, runs)| Timed::of(&c.variant, runs)).collect())
+        unreachable!("rounds end with the last run")
     }
 
     /// Writes a picture of the cell as `name`.png; names are unique in the whole run: begin with the figure's id.

@@ -16,21 +16,26 @@ mod page;
 mod plot;
 mod results;
 mod run;
+mod same;
 mod store;
 mod table;
 mod trade;
 mod words;
+mod worker;
 mod write;
 
 pub use against::{Changes, ClaimChange, ValueChange};
 pub use bench::{Bench, Contender, Timed};
 pub use choose::{Family, UnknownFigure, choose};
+pub use machine::program;
 pub use merge::{MergeError, merge};
 pub use results::{CellRows, ClaimResult, FigureResult, NoResults, Outcome, Results};
 pub use run::{Failure, Partition, Progress, Run, RunError, Tally};
+pub use same::{Choices, Same};
 pub use store::{CellResult, Store, StoreError};
 pub use table::{Machine, Record, Row, Table, Value};
 pub use trade::{Budgeted, Errors, Refused, Trade, Traded};
+pub use worker::outlive;
 pub use write::write_outputs;
 
 use serde::{Deserialize, Serialize};

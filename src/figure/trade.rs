@@ -5,23 +5,24 @@ use super::plot::{self, Chart, Point};
 use super::{Machine, json, page};
 use crate::picture::write::write_whole;
 use crate::stats::{Choice, Summary, front};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::io::Write as _;
 use std::path::Path;
 
 /// A sweep's result.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Trade {
     pub scene: String,
     /// Pixels of the frames.
     pub size: [u32; 2],
     /// Name of the measure that the front is of: NMSE, FLIP, largest error.
-    pub measure: &'static str,
+    pub measure: String,
     /// What the pictures are held against, and at which pixels.
     pub truth: String,
     pub machine: Machine,
-    /// Timed frames of each setting.
+    /// Timed frames of each setting at least; more until its median is known, up to `most_runs`.
     pub runs: usize,
+    pub most_runs: usize,
     /// Least and most median of the scene's own setting, milliseconds: how far times drifted during the sweep.
     pub drift_ms: [f64; 2],
     /// The simplest first: those that change the fewest keys of the scene.
@@ -32,13 +33,15 @@ pub struct Trade {
 }
 
 /// A setting as measured.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Traded {
     pub name: String,
     /// What it changes of the scene, as `-D` takes it.
     pub changes: Vec<String>,
-    /// The settled frame.
+    /// The settled frame: multiples of the scene's own frame of the same round, times the median of that frame.
     pub ms: Summary,
+    /// Where the median lies ([`median_interval`](crate::stats::median_interval)).
+    pub interval_ms: [f64; 2],
     /// By the chosen measure.
     pub error: f64,
     pub errors: Errors,
@@ -48,7 +51,7 @@ pub struct Traded {
 }
 
 /// All measures of a picture against the truth.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Errors {
     pub nmse: f64,
     /// Mean of FLIP.
@@ -58,7 +61,7 @@ pub struct Errors {
 }
 
 /// A budget of streaming: how soon the settled frame is there, and that it is the same frame.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Budgeted {
     /// What it changes of the scene, as `-D` takes it.
     pub changes: Vec<String>,
@@ -72,7 +75,7 @@ pub struct Budgeted {
 }
 
 /// A setting that does not run here.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Refused {
     pub name: String,
     pub why: String,
@@ -81,9 +84,12 @@ pub struct Refused {
 impl Trade {
     /// Finds the front, after all settings are there.
     pub fn mark_front(&mut self) {
-        let choices: Vec<Choice> =
-            self.settings.iter().map(|setting| Choice { time: setting.ms, error: setting.error }).collect();
-        let members = front(&choices);
+        let choice = |setting: &Traded| Choice {
+            time: setting.ms.median,
+            interval: setting.interval_ms,
+            error: setting.error,
+        };
+        let members = front(&self.settings.iter().map(choice).collect::<Vec<_>>());
         for (place, setting) in self.settings.iter_mut().enumerate() {
             setting.on_front = members.contains(&place);
         }
@@ -131,8 +137,11 @@ impl Trade {
     fn draw(&self) -> Option<String> {
         let chart = Chart {
             title: format!("{}, {} x {}: time and error", self.scene, self.size[0], self.size[1]),
-            below: format!("median of {}, p5 to p95 · {}", self.runs, self.machine.device),
-            quantity: self.measure.to_string(),
+            below: format!(
+                "median of {} to {}, p5 to p95 · {}",
+                self.runs, self.most_runs, self.machine.device
+            ),
+            quantity: self.measure.clone(),
             unit: String::new(),
             log: true,
         };

@@ -1,26 +1,26 @@
 //! Of many settings those that are worth choosing: the Pareto front of time and error, told apart no finer than what
 //! was measured allows.
 //!
-//! One setting is clearly faster than another where its p95 lies below the other's p5; where their ranges overlap they are
-//! as fast as each other. Errors are as small as each other where they agree in three digits. A front so made changes from
-//! run to run only where a range's end does.
-
-use super::Summary;
+//! One setting is clearly faster than another where the intervals of their medians are apart and the medians differ by
+//! more than [`ALIKE`]; else they are as fast as each other. Errors are as small as each other where they agree in three
+//! digits. Intervals of medians narrow with the number of runs, which a range of p5 to p95 does not: on a machine with
+//! neighbours that range is half of the time itself, and a front made of it changes from run to run.
 
 /// A setting's measured time, in any unit, and its error, which is not NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
-    pub time: Summary,
+    /// Median, and the interval in which it lies ([`super::median_interval`]).
+    pub time: f64,
+    pub interval: [f64; 2],
     pub error: f64,
 }
 
-/// A simpler setting stands for one with the same error whose median is so much less at most: a range that a busy
-/// machine has widened overlaps with all.
-const ALIKE: f64 = 1.05;
+/// Times whose ratio is at most this are not worth a larger error, or another key of the scene.
+pub const ALIKE: f64 = 1.05;
 
 impl Choice {
     fn clearly_faster_than(&self, other: &Choice) -> bool {
-        self.time.p95 < other.time.p5
+        self.interval[1] < other.interval[0] && ALIKE * self.time < other.time
     }
 }
 
@@ -32,8 +32,8 @@ fn rounded(error: f64) -> f64 {
 
 /// The places of the front's members in `choices`, from the smallest error to the least time; `choices` begin with the
 /// simplest. Each member is clearly faster than all with a smaller error. Each choice that is left out has a member
-/// with no larger error than which it is not clearly faster; of equally good ones the simplest stays whose
-/// median is near the least.
+/// with no larger error than which it is not clearly faster; of equally good ones the simplest stays that is as fast as the
+/// fastest.
 pub fn front(choices: &[Choice]) -> Vec<usize> {
     let mut places: Vec<usize> = (0..choices.len()).collect();
     places.sort_by(|&a, &b| rounded(choices[a].error).total_cmp(&rounded(choices[b].error)));
@@ -43,11 +43,8 @@ pub fn front(choices: &[Choice]) -> Vec<usize> {
             members.iter().all(|&member| choices[place].clearly_faster_than(&choices[member]))
         };
         let faster: Vec<usize> = alike.iter().copied().filter(faster).collect();
-        let least = faster.iter().map(|&place| choices[place].time.median).fold(f64::INFINITY, f64::min);
-        let as_fast = |&place: &usize| {
-            choices[place].time.median <= ALIKE * least
-                && !faster.iter().any(|&other| choices[other].clearly_faster_than(&choices[place]))
-        };
+        let least = faster.iter().map(|&place| choices[place].time).fold(f64::INFINITY, f64::min);
+        let as_fast = |&place: &usize| choices[place].time <= ALIKE * least;
         // The sort is stable: the first is the simplest.
         members.extend(faster.iter().copied().find(as_fast));
     }
@@ -59,9 +56,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn choice(p5: f64, p95: f64, error: f64) -> Choice {
-        let median = (p5 + p95) / 2.0;
-        Choice { time: Summary { count: 10, min: p5, p5, median, p95, max: p95 }, error }
+    fn choice(low: f64, high: f64, error: f64) -> Choice {
+        Choice { time: (low + high) / 2.0, interval: [low, high], error }
     }
 
     #[test]
@@ -82,7 +78,10 @@ mod tests {
         assert_eq!(front(&[choice(1.0, 2.1, 0.5), choice(2.0, 3.0, 0.4)]), [1]);
         assert_eq!(front(&[choice(1.0, 1.9, 0.5), choice(2.0, 3.0, 0.4)]), [1, 0]);
         assert_eq!(front(&[choice(2.0, 2.3, 0.4), choice(2.0, 2.1, 0.4)]), [0]);
-        // As fast by its range, and a quarter slower in the middle.
+        // Apart, and by 4 % only.
+        assert_eq!(front(&[choice(1.03, 1.05, 0.4), choice(0.99, 1.01, 0.5)]), [0]);
+        assert_eq!(front(&[choice(1.06, 1.08, 0.4), choice(0.99, 1.01, 0.5)]), [0, 1]);
+        // As fast by its interval, and a quarter slower in the middle.
         assert_eq!(front(&[choice(2.0, 3.0, 0.4), choice(1.9, 2.1, 0.4)]), [1]);
         assert_eq!(front(&[choice(2.0, 3.0, 0.4), choice(1.0, 1.9, 0.4)]), [1]);
         // 0.4 and 0.4001 print alike.

@@ -37,6 +37,12 @@ fn a_sweep_finds_its_front_and_writes_what_meets_the_bound() {
     );
     assert!(read(&folder, "report/trade.svg").contains("<style>"));
 
+    // A second time, the same front: the rule is src/figure/same.rs's.
+    let again = run(&folder, &[&sweep[..], &["--against", "report/trade.json"]].concat());
+    let said = String::from_utf8(again.stdout).unwrap();
+    let found = said.lines().skip_while(|line| !line.contains("front")).collect::<Vec<_>>();
+    assert!(found[0].starts_with("the same front within noise: 95 of 100 of the 15 settings"), "{said}");
+
     // Any error will do, and the fastest of all is to be had.
     let ran = run(&folder, &[&sweep[..4], &["--knobs", "filter", "--max-error", "0.9", "--write"]].concat());
     let said = String::from_utf8(ran.stdout).unwrap();
@@ -97,6 +103,12 @@ fn what_could_not_be_written_or_measured_is_refused_first() {
         (&["small.toml", "--write"], 2, &["give --max-error or --max-ms"]),
         (&["nowhere"], 2, &["nowhere", "shipped are"]),
         (&["small.toml", "-o", "small.toml"], 1, &["cannot make the folder small.toml"]),
+        (
+            &["small.toml", "--against", "small.toml"],
+            1,
+            &["--against small.toml: no trade.json of this program"],
+        ),
+        (&["small.toml", "--against", "none.json"], 1, &["none.json", "No such file"]),
         (&["small.toml", "--device", "no such device"], 2, &["\"no such device\""]),
     ] {
         let (found, line) = failure(&mut ortelius(&folder, &[&["trade"], arguments].concat()));

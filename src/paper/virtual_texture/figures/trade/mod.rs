@@ -3,12 +3,13 @@
 
 mod budgets;
 mod knobs;
+mod times;
 mod truth;
 
 pub use knobs::{Knob, Setting, settings};
 
 use super::side_by_side::{Kept, device, lacks};
-use crate::figure::{Bench, Contender, Errors, Machine, Refused, Timed, Trade, Traded};
+use crate::figure::{Bench, Errors, Machine, Refused, Trade};
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::all_needs;
 use crate::paper::virtual_texture::session::{Session, SessionError, Settings, Target};
@@ -16,11 +17,11 @@ use crate::picture::measures::{Comparison, Measures, OUTLIER_BOUND};
 use crate::scene::Scene;
 use crate::scene::mesh::{self, Mesh};
 use crate::scene::source::{TileFormat, TileSource};
-use crate::stats::Summary;
-use crate::vk::{Gpu, PassTime};
+use crate::vk::Gpu;
 use anyhow::Context;
 use std::collections::HashMap;
 use std::sync::Arc;
+use times::{Batch, levelled};
 use truth::Truth;
 
 /// Settings that are timed in turn, with the scene's own beside them: each holds N1 tiles, 260 MB with the usual 192.
@@ -107,14 +108,15 @@ impl Sweep<'_> {
             true => budgets::measure(bench, &stage, &anchor.session.picture_bytes()?)?,
             false => Vec::new(),
         };
-        let (settings, drift_ms) = levelled(batches, self.measure);
+        let (settings, drift_ms) = levelled(&anchor, batches, self.measure);
         let mut trade = Trade {
             scene: scene.name.clone(),
             size: stage.size,
-            measure: self.measure.name(),
+            measure: self.measure.name().to_string(),
             truth: stage.truth.describe(),
             machine: Machine::here(stage.gpu.physical()),
             runs: bench.runs(),
+            most_runs: times::MOST * bench.runs(),
             drift_ms,
             settings,
             refused,
@@ -197,69 +199,4 @@ impl Stage<'_> {
         let forced_bias = session.bias() - scene.variant.level_bias;
         Ok(Ok(Open { setting: setting.clone(), session, measures, forced_bias }))
     }
-}
-
-/// Settings that were timed in turn, the scene's own first.
-struct Batch(Vec<(Setting, Errors, u32, Summary)>);
-
-impl Batch {
-    fn time(
-        bench: &Bench,
-        stage: &Stage<'_>,
-        anchor: &mut Open,
-        mut opened: Vec<Open>,
-    ) -> anyhow::Result<Batch> {
-        let mut all: Vec<&mut Open> = vec![anchor];
-        all.extend(&mut opened);
-        let contenders = all.iter_mut().map(|open| {
-            let Open { setting, session, .. } = &mut **open;
-            Contender {
-                variant: setting.name.clone(),
-                run: Box::new(|| {
-                    let finished = session.again(&stage.pose)?;
-                    let ns = Some(finished.host_time.as_nanos() as u64);
-                    let mut times = finished.times;
-                    times.push(PassTime { label: "list on the host".into(), ns });
-                    Ok(times)
-                }),
-            }
-        });
-        let timed: Vec<Timed> = bench.interleave(&stage.gpu, contenders.collect())?;
-        let measured = all.iter().zip(&timed).map(|(open, timed)| {
-            let device = &stage.gpu.physical().name;
-            let ms = timed.total.with_context(|| format!("{device} keeps no time: nothing can be traded"))?;
-            let worst = open.measures.worst.map_or(0.0, |worst| worst.value);
-            let errors = Errors { nmse: open.measures.nmse, flip: open.measures.flip_mean, max: worst };
-            Ok((open.setting.clone(), errors, open.forced_bias, ms))
-        });
-        Ok(Batch(measured.collect::<anyhow::Result<_>>()?))
-    }
-
-    /// Median of the scene's own setting.
-    fn anchor_ms(&self) -> f64 {
-        self.0[0].3.median
-    }
-}
-
-/// All settings, each once, with the drift between batches taken out: times as if the scene's own setting had taken as
-/// long in every batch as in the middle one. Least and most of its medians.
-fn levelled(batches: Vec<Batch>, measure: Measure) -> (Vec<Traded>, [f64; 2]) {
-    let anchors: Vec<f64> = batches.iter().map(Batch::anchor_ms).collect();
-    let middle = crate::stats::median(&anchors).expect("there is a batch");
-    let mut settings: Vec<Traded> = Vec::new();
-    for batch in batches {
-        let factor = middle / batch.anchor_ms();
-        let skipped = usize::from(!settings.is_empty());
-        settings.extend(batch.0.into_iter().skip(skipped).map(|(setting, errors, forced_bias, ms)| Traded {
-            name: setting.name,
-            changes: setting.changes,
-            ms: ms.scaled(factor),
-            error: measure.of(&errors),
-            errors,
-            forced_bias,
-            on_front: false,
-        }));
-    }
-    let least = anchors.iter().copied().fold(f64::INFINITY, f64::min);
-    (settings, [least, anchors.iter().copied().fold(0.0, f64::max)])
 }

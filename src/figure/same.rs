@@ -1,0 +1,247 @@
+//! Whether two sweeps of `ortelius trade` found the same front.
+
+use super::{Trade, Traded};
+use crate::stats::{ALIKE, percentile};
+use std::collections::HashMap;
+
+/// A later sweep beside an earlier one of the same scene.
+///
+/// Fronts are the same within noise where, whatever bound one has on the error, the settings that both sweeps choose for it
+/// are the same, or differ in time, by both sweeps together, by no more than what counts as alike ([`ALIKE`]) times the
+/// noise between the sweeps. That noise is measured, not assumed: 95 of 100 settings took the same time in both within it,
+/// as multiples of the scene's own frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Same {
+    /// Settings that both have.
+    pub settings: usize,
+    /// A factor, 1 without any noise.
+    pub noise: f64,
+    /// Settings whose error is another: these are other pictures.
+    pub other_errors: Vec<String>,
+    /// Where the choices are different settings, from the smallest error on.
+    pub choices: Vec<Choices>,
+}
+
+/// What both sweeps choose for a bound.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choices {
+    pub bound: f64,
+    /// Name of the earlier sweep's choice, and of the later one's; none where no setting meets the bound.
+    pub earlier: Option<String>,
+    pub later: Option<String>,
+    /// Time of the slower over that of the faster, the geometric mean of both sweeps; infinite where one is none.
+    pub factor: f64,
+}
+
+impl Same {
+    /// # Errors
+    /// In words: what makes the two no sweeps of the same thing.
+    pub fn of(earlier: &Trade, later: &Trade) -> Result<Same, String> {
+        let told = |trade: &Trade| {
+            let ([width, height], machine) = (trade.size, &trade.machine);
+            format!("{} at {width} x {height} by {} on {}", trade.scene, trade.measure, machine.device)
+        };
+        if told(earlier) != told(later) {
+            return Err(format!("the earlier sweep is of {}, this one of {}", told(earlier), told(later)));
+        }
+        let pairs = pairs(earlier, later);
+        if pairs.len() < earlier.settings.len().max(later.settings.len()) {
+            let (common, [before, now]) = (pairs.len(), [earlier, later].map(|trade| trade.settings.len()));
+            return Err(format!(
+                "the earlier sweep has {before} settings, this one {now}, {common} in common"
+            ));
+        }
+        let ratio = |&(before, now): &(f64, f64)| (now / before).max(before / now);
+        let ratios: Vec<f64> = pairs.values().map(ratio).collect();
+        let other = |setting: &&Traded| !alike(setting.error, named(earlier, &setting.name).error);
+        let other_errors = later.settings.iter().filter(other).map(|setting| setting.name.clone()).collect();
+        let mut bounds: Vec<f64> =
+            [earlier, later].iter().flat_map(|trade| trade.front()).map(|setting| setting.error).collect();
+        bounds.sort_by(f64::total_cmp);
+        let mut choices: Vec<Choices> = Vec::new();
+        for bound in bounds {
+            let both = [earlier, later].map(|trade| trade.cheapest(bound * THREE_DIGITS));
+            let [before, now] = both.map(|setting| setting.map(|setting| setting.name.clone()));
+            let last = choices.last().map(|last| (&last.earlier, &last.later));
+            if before != now && last != Some((&before, &now)) {
+                let factor = factor(&pairs, before.as_deref(), now.as_deref());
+                choices.push(Choices { bound, earlier: before, later: now, factor });
+            }
+        }
+        let noise = percentile(&ratios, 0.95).unwrap_or(1.0);
+        Ok(Same { settings: pairs.len(), noise, other_errors, choices })
+    }
+
+    /// The largest factor between choices that are the same within noise.
+    pub fn bound(&self) -> f64 {
+        ALIKE * self.noise
+    }
+
+    /// Whether the fronts are the same within noise.
+    pub fn holds(&self) -> bool {
+        self.other_errors.is_empty() && self.choices.iter().all(|choices| choices.factor <= self.bound())
+    }
+
+    /// In words, the verdict first.
+    pub fn lines(&self) -> Vec<String> {
+        let percent = |factor: f64| format!("{:.1} %", 100.0 * (factor - 1.0));
+        let name = |name: &Option<String>| name.clone().unwrap_or("none".into());
+        let verdict = if self.holds() { "the same front within noise" } else { "another front" };
+        let (settings, noise) = (self.settings, percent(self.noise));
+        let mut lines = vec![format!(
+            "{verdict}: 95 of 100 of the {settings} settings took the same time within {noise}"
+        )];
+        lines.extend(self.choices.iter().map(|choices| {
+            let (earlier, later) = (name(&choices.earlier), name(&choices.later));
+            let apart = match choices.factor.is_finite() {
+                true => format!("{} apart, at most {}", percent(choices.factor), percent(self.bound())),
+                false => "no setting to compare with".to_string(),
+            };
+            format!("  for an error of {:.2e}: then {earlier}, now {later}: {apart}", choices.bound)
+        }));
+        lines.extend(self.other_errors.iter().map(|name| format!("  {name}: another error")));
+        lines
+    }
+}
+
+/// Errors that agree in three digits are as small as each other.
+const THREE_DIGITS: f64 = 1.005;
+
+fn alike(a: f64, b: f64) -> bool {
+    a.max(b) <= THREE_DIGITS * a.min(b)
+}
+
+fn named<'a>(trade: &'a Trade, name: &str) -> &'a Traded {
+    trade.settings.iter().find(|setting| setting.name == name).expect("a setting that both have")
+}
+
+/// Times of the settings that both have, as multiples of the scene's own.
+fn pairs<'a>(earlier: &Trade, later: &'a Trade) -> HashMap<&'a str, (f64, f64)> {
+    let times = |trade: &Trade| -> HashMap<String, f64> {
+        let own = trade.settings.first().map_or(1.0, |own| own.ms.median);
+        trade.settings.iter().map(|setting| (setting.name.clone(), setting.ms.median / own)).collect()
+    };
+    let (before, now) = (times(earlier), times(later));
+    let names = later.settings.iter().map(|setting| &*setting.name);
+    names.filter_map(|name| Some((name, (*before.get(name)?, now[name])))).collect()
+}
+
+/// See [`Choices::factor`].
+fn factor(pairs: &HashMap<&str, (f64, f64)>, earlier: Option<&str>, later: Option<&str>) -> f64 {
+    let (Some(earlier), Some(later)) = (earlier, later) else { return f64::INFINITY };
+    let [(a_then, a_now), (b_then, b_now)] = [earlier, later].map(|name| pairs[name]);
+    let ratio = (a_then / b_then * (a_now / b_now)).sqrt();
+    ratio.max(1.0 / ratio)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Errors, Machine};
+    use super::*;
+    use crate::stats::Summary;
+
+    /// Settings as name, milliseconds and error; intervals of a hundredth of the median.
+    fn sweep(settings: &[(&str, f64, f64)]) -> Trade {
+        let text = |text: &str| text.to_string();
+        let machine = Machine {
+            device: text("made-up device"),
+            device_kind: text("cpu"),
+            driver: text("1.0"),
+            vulkan: text("1.3.0"),
+            processor: text("a processor"),
+            cores: 2,
+            commit: text("0123456789abcdef"),
+            date: text("2026-11-21"),
+        };
+        let traded = |&(name, ms, error): &(&str, f64, f64)| Traded {
+            name: text(name),
+            changes: Vec::new(),
+            ms: Summary::of(&[ms]).unwrap(),
+            interval_ms: [0.995 * ms, 1.005 * ms],
+            error,
+            errors: Errors { nmse: error, flip: error, max: error },
+            forced_bias: 0,
+            on_front: false,
+        };
+        let mut trade = Trade {
+            scene: text("made up"),
+            size: [96, 54],
+            measure: text("NMSE"),
+            truth: String::new(),
+            machine,
+            runs: 10,
+            most_runs: 60,
+            drift_ms: [1.0; 2],
+            settings: settings.iter().map(traded).collect(),
+            refused: Vec::new(),
+            budgets: Vec::new(),
+        };
+        trade.mark_front();
+        trade
+    }
+
+    const FIRST: [(&str, f64, f64); 4] =
+        [("own", 10.0, 0.1), ("coarse", 8.0, 0.2), ("coarser", 7.0, 0.3), ("coarsest", 6.0, 0.4)];
+
+    fn with(name: &str, ms: f64) -> Trade {
+        sweep(&FIRST.map(|(n, before, error)| (n, if n == name { ms } else { before }, error)))
+    }
+
+    #[test]
+    fn a_sweep_twice_as_slow_has_the_same_front() {
+        let slow = sweep(&FIRST.map(|(name, ms, error)| (name, 2.0 * ms, error)));
+        let same = Same::of(&sweep(&FIRST), &slow).unwrap();
+        assert!(same.holds() && same.choices.is_empty(), "{same:?}");
+        assert!((same.noise - 1.0).abs() < 1e-9, "{}", same.noise);
+        assert!(same.lines()[0].starts_with("the same front within noise: 95 of 100 of the 4 settings"));
+    }
+
+    #[test]
+    fn a_setting_that_left_the_front_by_a_hair_changes_nothing() {
+        // 8 against 7.7 is alike, against 7 it was not: "coarser" is not worth its error any more.
+        let same = Same::of(&sweep(&FIRST), &with("coarser", 7.7)).unwrap();
+        assert!(same.holds(), "{same:?}");
+        let choices = &same.choices[0];
+        assert_eq!((choices.earlier.as_deref(), choices.later.as_deref()), (Some("coarser"), Some("coarse")));
+        // The geometric mean of 8 / 7 and 8 / 7.7.
+        assert!((choices.factor - 1.08964).abs() < 1e-4 && choices.factor < same.bound(), "{same:?}");
+    }
+
+    #[test]
+    fn a_choice_that_is_clearly_slower_is_another_front() {
+        // One setting of 40 changed, beyond the noise of all others.
+        let many = |ms| {
+            let names: Vec<String> = (0..36).map(|n| format!("slow {n}")).collect();
+            let slow = names.iter().map(|name| (&**name, 20.0, 0.5));
+            sweep(
+                &FIRST
+                    .map(|(n, t, e)| (n, if n == "coarsest" { ms } else { t }, e))
+                    .into_iter()
+                    .chain(slow)
+                    .collect::<Vec<_>>(),
+            )
+        };
+        let same = Same::of(&many(6.0), &many(12.0)).unwrap();
+        assert!(!same.holds() && same.choices.len() == 1, "{same:?}");
+        let lines = same.lines();
+        assert!(lines[0].starts_with("another front: "), "{lines:?}");
+        assert!(
+            lines[1].contains("then coarsest, now coarser") && lines[1].contains("at most 5.0 %"),
+            "{lines:?}"
+        );
+    }
+
+    #[test]
+    fn another_picture_is_another_front_and_another_scene_none_at_all() {
+        let other =
+            sweep(&FIRST.map(|(name, ms, error)| (name, ms, if name == "coarse" { 0.22 } else { error })));
+        let same = Same::of(&sweep(&FIRST), &other).unwrap();
+        assert!(!same.holds() && same.other_errors == ["coarse"], "{same:?}");
+        let mut flip = sweep(&FIRST);
+        flip.measure = "FLIP".into();
+        let words = Same::of(&sweep(&FIRST), &flip).unwrap_err();
+        assert!(words.contains("by NMSE on made-up device") && words.contains("by FLIP"), "{words}");
+        let words = Same::of(&sweep(&FIRST), &sweep(&FIRST[..3])).unwrap_err();
+        assert!(words.contains("4 settings, this one 3, 3 in common"), "{words}");
+    }
+}

@@ -1,0 +1,135 @@
+//! Times of settings as multiples of the scene's own frame, which takes its turn in every round of every batch: what
+//! disturbs a round disturbs both, so the median of ratios holds still where medians do not. Two sweeps of the earth at
+//! 320 x 180 beside three busy neighbours told a setting's time apart by 11 % (at worst 35 %) as medians of 10, and by 2 %
+//! (at worst 6 %) as medians of 60 ratios.
+
+use super::{Measure, Open, Stage};
+use crate::figure::{Bench, Contender, Errors, Timed, Traded};
+use crate::stats::{Summary, median, median_interval};
+use crate::vk::PassTime;
+use anyhow::Context;
+
+/// Settings are run until their medians are known, and at most so many times the usual number of runs.
+pub(super) const MOST: usize = 6;
+
+/// A median is known where its interval is no wider than this share of it: half of what the front takes for alike, on
+/// either side.
+const KNOWN: f64 = 0.05;
+
+/// Settings that were timed in turn with the scene's own.
+pub(super) struct Batch {
+    /// Milliseconds of the scene's own frame, round by round.
+    own_ms: Vec<f64>,
+    /// Their times as multiples of the scene's own frame of the same round.
+    settings: Vec<Traded>,
+}
+
+impl Batch {
+    /// # Errors
+    /// Device lost, and a device that keeps no time.
+    pub fn time(
+        bench: &Bench,
+        stage: &Stage<'_>,
+        own: &mut Open,
+        mut opened: Vec<Open>,
+    ) -> anyhow::Result<Batch> {
+        let count = opened.len();
+        let all = std::iter::once(own).chain(&mut opened);
+        let contenders = all.map(|open| Contender {
+            variant: open.setting.name.clone(),
+            run: Box::new(|| {
+                let finished = open.session.again(&stage.pose)?;
+                let ns = Some(finished.host_time.as_nanos() as u64);
+                let mut times = finished.times;
+                times.push(PassTime { label: "list on the host".into(), ns });
+                Ok(times)
+            }),
+        });
+        let contenders = contenders.collect();
+        let enough = |timed: &[Timed]| timed[1..=count].iter().all(|setting| known(setting, &timed[0]));
+        let timed = bench.interleave_until(&stage.gpu, contenders, MOST, enough)?;
+        let device = &stage.gpu.physical().name;
+        let own_ms = timed[0].total_of_rounds();
+        let own_ms = own_ms.with_context(|| format!("{device} keeps no time: nothing can be traded"))?;
+        let settings = opened.iter().zip(&timed[1..]).map(|(open, timed)| {
+            let ratios = ratios(timed, &own_ms).expect("a device that times one frame times all");
+            traded(open, stage.sweep.measure, &ratios)
+        });
+        Ok(Batch { settings: settings.collect(), own_ms })
+    }
+}
+
+/// Whether the median of a setting's ratios is known well enough; also where there are none.
+fn known(timed: &Timed, own: &Timed) -> bool {
+    let ratios = own.total_of_rounds().and_then(|own_ms| ratios(timed, &own_ms));
+    ratios.is_none_or(|ratios| {
+        let [low, high] = median_interval(&ratios).expect("there are rounds");
+        high - low <= KNOWN * (low + high) / 2.0
+    })
+}
+
+/// A setting's time over the scene's own in each round; `None` where the device keeps no time.
+fn ratios(timed: &Timed, own_ms: &[f64]) -> Option<Vec<f64>> {
+    Some(timed.total_of_rounds()?.iter().zip(own_ms).map(|(ms, own_ms)| ms / own_ms).collect())
+}
+
+/// A setting with its times in any unit.
+fn traded(open: &Open, measure: Measure, times: &[f64]) -> Traded {
+    let worst = open.measures.worst.map_or(0.0, |worst| worst.value);
+    let errors = Errors { nmse: open.measures.nmse, flip: open.measures.flip_mean, max: worst };
+    Traded {
+        name: open.setting.name.clone(),
+        changes: open.setting.changes.clone(),
+        ms: Summary::of(times).expect("there are rounds"),
+        interval_ms: median_interval(times).expect("there are rounds"),
+        error: measure.of(&errors),
+        errors,
+        forced_bias: open.forced_bias,
+        on_front: false,
+    }
+}
+
+/// All settings, the scene's own first, in milliseconds: multiples of the median of the scene's own frame over all batches.
+/// Least and most of its medians in a batch.
+pub(super) fn levelled(own: &Open, batches: Vec<Batch>, measure: Measure) -> (Vec<Traded>, [f64; 2]) {
+    let medians = batches.iter().map(|batch| median(&batch.own_ms).expect("there are rounds"));
+    let medians: Vec<f64> = medians.collect();
+    let all: Vec<f64> = batches.iter().flat_map(|batch| batch.own_ms.iter().copied()).collect();
+    let mut own = traded(own, measure, &all);
+    let unit = own.ms.median;
+    // It is the unit of all others.
+    own.interval_ms = [unit; 2];
+    let mut settings = vec![own];
+    for mut setting in batches.into_iter().flat_map(|batch| batch.settings) {
+        setting.ms = setting.ms.scaled(unit);
+        setting.interval_ms = setting.interval_ms.map(|end| end * unit);
+        settings.push(setting);
+    }
+    let least = medians.iter().copied().fold(f64::INFINITY, f64::min);
+    (settings, [least, medians.iter().copied().fold(0.0, f64::max)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn timed(ms: impl Iterator<Item = f64>) -> Timed {
+        let round = |ms| vec![PassTime { label: "texturing".into(), ns: Some((ms * 1e6) as u64) }];
+        Timed::of("made up", ms.map(round).collect())
+    }
+
+    #[test]
+    fn a_setting_is_known_when_its_ratios_are_whatever_its_times_do() {
+        // A neighbour comes and goes: times change threefold, ratios by 2 %.
+        let own = |n: usize| if n.is_multiple_of(3) { 30.0 } else { 10.0 };
+        let rounds = || (0..10).map(move |n| (n, own(n)));
+        let own = timed(rounds().map(|(_, ms)| ms));
+        let steady = timed(rounds().map(|(n, ms)| ms * (1.5 + 0.01 * (n % 4) as f64)));
+        let loose = timed(rounds().map(|(n, ms)| ms * (1.5 + 0.1 * (n % 4) as f64)));
+        assert!(known(&steady, &own) && !known(&loose, &own));
+        assert!(
+            !known(&steady, &timed((0..10).map(|_| 10.0))),
+            "beside another round's frame nothing is known"
+        );
+    }
+}
