@@ -85,7 +85,7 @@ fn main() -> ExitCode {
         Command::Demo(args) => demo::run(args),
         Command::Render(args) => render::run(args),
         Command::List(args) => list::run(args),
-        Command::Reproduce(args) => reproduce::run(args),
+        Command::Reproduce(args) => reproduce::run(args, &std::env::args_os().skip(1).collect::<Vec<_>>()),
         Command::Trade(args) => trade::run(args),
         Command::Merge(args) => merge::run(args),
         Command::Bake(args) => bake::run(args),

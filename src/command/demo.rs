@@ -3,6 +3,7 @@
 use super::{render, reproduce, say};
 use anyhow::Context;
 use clap::{Args, Parser};
+use std::ffi::OsString;
 
 /// What the paper is about, in minutes: what the frame costs, what the keying does, and what happens at extremes.
 const FIGURES: [&str; 3] = ["vt.pipeline", "vt.keying", "vt.extremes"];
@@ -53,7 +54,8 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<()> {
     say("report         out/earth.json")?;
     say("visible tiles  out/earth-tiles.csv")?;
     tracing::info!("ortelius {}", reproduce.join(" "));
-    reproduce::run(&ReproduceLine::try_parse_from(reproduce)?.args)?;
+    let line: Vec<OsString> = reproduce.iter().map(OsString::from).collect();
+    reproduce::run(&ReproduceLine::try_parse_from(reproduce)?.args, &line)?;
     say("figures        out/index.html")
 }
 

@@ -1,5 +1,6 @@
 //! What `reproduce` and `merge` end with: the report, and the verdicts on stdout.
 
+use super::reproduce::WORKER;
 use super::say;
 use anyhow::Context;
 use ortelius::figure::{Changes, Effort, Figure, Results, Store, write_outputs};
@@ -34,7 +35,9 @@ pub fn report(
     let results = Results::gather(figures, effort, &cells);
     let changes = against.map(|before| Changes::between(before, &results));
     let text = |text: std::ffi::OsString| text.to_string_lossy().into_owned();
-    let command: Vec<String> = std::env::args_os().map(text).collect();
+    // A child's own argument is none of the user's.
+    let given = std::env::args_os().take_while(|argument| argument != WORKER);
+    let command: Vec<String> = given.map(text).collect();
     write_outputs(store, figures, &results, &cells, &command, changes.as_ref())?;
     for (figure, claim) in results.claims() {
         let finding = &claim.finding;

@@ -1,17 +1,22 @@
-//! `ortelius reproduce`: figures measured on this machine, with a verdict for each claim.
+//! `ortelius reproduce`: figures measured on this machine, with a verdict for each claim. The command itself only watches a
+//! child process that does it all ([`outlive`]).
 
 use super::Usage;
 use super::device::DeviceArgs;
 use super::report::{report, stored};
-use anyhow::bail;
+use anyhow::{Context, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use ortelius::figure::{
     Cell, CellResult, Effort, Figure, Machine, Outcome, Partition, Progress, Run, Store, Tally, choose,
+    outlive, program,
 };
 use ortelius::paper::FAMILIES;
 use ortelius::vk::Gpu;
+use std::ffi::OsString;
+use std::io::Read;
 use std::path::PathBuf;
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
 #[derive(Args)]
@@ -37,9 +42,15 @@ pub struct ReproduceArgs {
     /// Show what changed against stored results (a report's results.json)
     #[arg(long, value_name = "RESULTS.json")]
     against: Option<PathBuf>,
+    /// Measure in this very process, from this cell on (what the child does); the last argument
+    #[arg(long, hide = true, value_name = "CELL")]
+    worker: Option<usize>,
     #[command(flatten)]
     device: DeviceArgs,
 }
+
+/// Stands before a child's last argument.
+pub const WORKER: &str = "--worker";
 
 fn parse_partition(text: &str) -> Result<Partition, String> {
     let parsed = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
@@ -49,14 +60,64 @@ fn parse_partition(text: &str) -> Result<Partition, String> {
     }
 }
 
-pub fn run(args: &ReproduceArgs) -> anyhow::Result<()> {
+/// `line`: the program's arguments, from which a child makes the same `args`.
+pub fn run(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
     let figures = choose(&FAMILIES, &args.figures).map_err(|unknown| Usage(unknown.to_string()))?;
+    match args.worker {
+        None => watch(args, line),
+        Some(from) => {
+            end_with_parent();
+            measure(args, &figures, from)
+        }
+    }
+}
+
+/// Lets children measure until one ends by itself. What is wrong with it that one has said, and its exit code is ours.
+fn watch(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
+    let program = std::env::current_exe().context("own program not found")?;
+    let worker = |from: usize| {
+        let mut command = Command::new(&program);
+        command.args(line).args([WORKER, &from.to_string()]);
+        // It stays open as long as this process lives.
+        let mut child = command.stdin(Stdio::piped()).spawn()?;
+        let stdin = child.stdin.take();
+        let status = child.wait();
+        drop(stdin);
+        status
+    };
+    let told = |result: &CellResult| tracing::warn!("{}", told_crash(result));
+    let status = outlive(&args.output, worker, told)?;
+    match status.code() {
+        Some(0) => Ok(()),
+        Some(code) => std::process::exit(code),
+        None => bail!("stopped ({status}); --resume goes on"),
+    }
+}
+
+/// A parent that is killed closes its end of the pipe; whoever measured on for nobody would disturb the next run.
+fn end_with_parent() {
+    std::thread::spawn(|| {
+        let mut stdin = std::io::stdin().lock();
+        // Nobody writes into it.
+        while stdin.read(&mut [0]).is_ok_and(|bytes| bytes > 0) {}
+        std::process::abort();
+    });
+}
+
+fn told_crash(result: &CellResult) -> String {
+    match &result.outcome {
+        Outcome::Crashed(how) => format!("{} {}: {how}", result.figure, result.cell),
+        other => unreachable!("a cell that crashed has {other:?}"),
+    }
+}
+
+fn measure(args: &ReproduceArgs, figures: &[&'static Figure], from: usize) -> anyhow::Result<()> {
     let known = choose(&FAMILIES, &[]).expect("no name is unknown");
     let against = stored(args.against.as_deref())?;
     let machine = Machine::here(Gpu::new(&args.device.options())?.physical());
     tracing::info!("{}, {}; {}, {} cores", machine.device, machine.driver, machine.processor, machine.cores);
     let run = Run {
-        figures: &figures,
+        figures,
         folder: &args.output,
         effort: if args.full { Effort::Full } else { Effort::Quick },
         device: args.device.device.clone(),
@@ -64,6 +125,8 @@ pub fn run(args: &ReproduceArgs) -> anyhow::Result<()> {
         validate: args.device.validate,
         partition: args.partition.unwrap_or(Partition::WHOLE),
         resume: args.resume,
+        program: program(),
+        from,
     };
     let bar = Bar::new();
     let tally = run.run(&known, &bar);
@@ -118,6 +181,13 @@ impl Progress for Bar {
         self.0.set_position(number as u64 - 1);
         self.0.set_message(format!("{figure} {cell}"));
         self.0.enable_steady_tick(Duration::from_millis(500));
+    }
+
+    fn skipped(&self, result: &CellResult) {
+        let line = told_crash(result);
+        self.0.suspend(|| {
+            tracing::warn!("{line}, in an earlier run; not measurable here (without --resume: tried again)");
+        });
     }
 
     fn ended(&self, result: &CellResult) {

@@ -44,9 +44,14 @@ pub struct ValueChange {
 }
 
 impl Changes {
-    /// What is different in `after`. Repeated measurements differ where not even their p5 .. p95 meet; all else where it
+    /// What is different in `after`, in its figures: what else `before` holds was not asked for. Repeated measurements differ where not even their p5 .. p95 meet; all else where it
     /// is not equal.
     pub fn between(before: &Results, after: &Results) -> Changes {
+        let asked = |id: &str| after.figures.iter().any(|figure| figure.id == id);
+        let before = &Results {
+            figures: before.figures.iter().filter(|figure| asked(&figure.id)).cloned().collect(),
+            ..before.clone()
+        };
         let (then, now) = (values_of(before), values_of(after));
         let common = || now.iter().filter_map(|(key, row)| Some((key, *then.get(key)?, *row)));
         let mut values: Vec<ValueChange> =

@@ -14,7 +14,7 @@ pub fn text(figure: &FigureResult, machines: &[Machine]) -> String {
         let device = cell.machine.map(|at| field(&machines[at].device)).unwrap_or_default();
         match &cell.outcome {
             Outcome::Rows(rows) => rows.iter().for_each(|row| lines(&mut text, &place, row, &device)),
-            Outcome::Failed(error) => {
+            Outcome::Failed(error) | Outcome::Crashed(error) => {
                 let error = field(&format!("failed: {error}"));
                 writeln!(text, "{place},,,,,,,,,,,{error},{device}").expect("a string takes all");
             }

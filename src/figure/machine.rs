@@ -3,6 +3,7 @@
 use super::Machine;
 use crate::vk::PhysicalDevice;
 use std::time::{SystemTime, UNIX_EPOCH};
+use xxhash_rust::xxh3::xxh3_64;
 
 impl Machine {
     /// This machine with one of its devices, today.
@@ -25,6 +26,13 @@ impl Machine {
     pub fn is_same(&self, other: &Machine) -> bool {
         Machine { date: other.date.clone(), ..self.clone() } == *other
     }
+}
+
+/// What tells this build of the program from others of the same commit: XXH3 (64 bits, hexadecimal) of the file that
+/// runs; "unknown" where that cannot be read.
+pub fn program() -> String {
+    let bytes = std::env::current_exe().and_then(std::fs::read);
+    bytes.map_or("unknown".to_string(), |bytes| format!("{:016x}", xxh3_64(&bytes)))
 }
 
 /// As the system calls it (Linux); else the architecture.

@@ -55,6 +55,8 @@ pub enum Outcome {
     Rows(Vec<Row>),
     /// The error.
     Failed(String),
+    /// The process died in it: how. It is not tried again.
+    Crashed(String),
     /// Not measured yet, or elsewhere.
     Absent,
 }
@@ -181,13 +183,15 @@ pub fn table(cells: &[CellRows], machines: &[Machine]) -> Option<Table> {
     Some(table)
 }
 
-/// A finding on part of the cells, or on cells of several machines, says so; on part of them nothing is reproduced.
+/// A finding on part of the cells, or on cells of several machines, says so. Where cells failed nothing is reproduced;
+/// where some were not measured nothing is decided, for a claim may fail for the want of them alone.
 fn tempered(mut finding: Finding, cells: &[CellRows]) -> Finding {
     let failed = cells.iter().filter(|cell| matches!(cell.outcome, Outcome::Failed(_))).count();
+    let crashed = cells.iter().filter(|cell| matches!(cell.outcome, Outcome::Crashed(_))).count();
     let absent = cells.iter().filter(|cell| cell.outcome == Outcome::Absent).count();
     let mut notes = Vec::new();
-    if failed + absent > 0 {
-        if finding.verdict == Verdict::Reproduced {
+    if failed + crashed + absent > 0 {
+        if finding.verdict == Verdict::Reproduced || absent > 0 {
             finding.verdict = Verdict::NotMeasurable;
         }
         let part = |count: usize, what: &str| match count {
@@ -195,6 +199,7 @@ fn tempered(mut finding: Finding, cells: &[CellRows]) -> Finding {
             _ => Some(format!("{count} of {} cells {what}", cells.len())),
         };
         notes.extend(part(failed, "failed"));
+        notes.extend(part(crashed, "crashed the driver"));
         notes.extend(part(absent, "were not measured"));
     }
     let mut used: Vec<usize> = cells.iter().filter_map(|cell| cell.machine).collect();

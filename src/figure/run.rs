@@ -27,6 +27,10 @@ pub struct Run<'a> {
     pub partition: Partition,
     /// Keep what the folder has already.
     pub resume: bool,
+    /// The build that runs ([`super::program`]).
+    pub program: String,
+    /// The first cell to measure, from 0: what comes before is an earlier worker's ([`super::outlive`]).
+    pub from: usize,
 }
 
 /// Told what the run does.
@@ -34,6 +38,8 @@ pub trait Progress {
     /// `number` of `count` cells is measured next.
     fn begins(&self, figure: &str, cell: &Cell, number: usize, count: usize);
     fn ended(&self, result: &CellResult);
+    /// A cell in which an earlier run died: not tried again.
+    fn skipped(&self, result: &CellResult);
 }
 
 /// What became of a run's cells.
@@ -82,7 +88,7 @@ impl Run<'_> {
     /// Measures what is to be measured. `known`: every figure whose results the folder may hold.
     ///
     /// # Errors
-    /// The folder's, and results in it that belong to another device, effort or commit.
+    /// The folder's, and results in it that belong to another device, effort, commit or build.
     pub fn run(&self, known: &[&Figure], progress: &dyn Progress) -> Result<Tally, RunError> {
         let store = Store::create(self.folder)?;
         for stored in store.all(known)? {
@@ -91,21 +97,47 @@ impl Run<'_> {
         let cells = self.cells();
         let mut tally = Tally::default();
         for (number, (figure, cell)) in cells.iter().enumerate() {
-            let stored = if self.resume { store.get(figure.id, cell)? } else { None };
-            if stored.is_some_and(|stored| matches!(stored.outcome, Outcome::Rows(_))) {
-                tally.kept += 1;
-                continue;
-            }
-            progress.begins(figure.id, cell, number + 1, cells.len());
-            let result = self.measure(figure, cell, &store);
-            store.put(&result)?;
-            progress.ended(&result);
+            let kept = self.resume || number < self.from;
+            let stored = if kept { store.get(figure.id, cell)? } else { None };
+            let result = match stored {
+                Some(stored) if number < self.from => stored,
+                Some(stored) if !matches!(stored.outcome, Outcome::Failed(_)) => {
+                    if matches!(stored.outcome, Outcome::Crashed(_)) {
+                        progress.skipped(&stored);
+                    }
+                    tally.kept += 1;
+                    continue;
+                }
+                _ => {
+                    progress.begins(figure.id, cell, number + 1, cells.len());
+                    store.begin(number, &self.result(figure, cell))?;
+                    let result = self.measure(figure, cell, &store);
+                    store.end()?;
+                    store.put(&result)?;
+                    progress.ended(&result);
+                    result
+                }
+            };
             tally.measured += 1;
-            if let Outcome::Failed(error) = result.outcome {
+            if let Outcome::Failed(error) | Outcome::Crashed(error) = result.outcome {
                 tally.failures.push(Failure { figure: figure.id.to_string(), cell: cell.clone(), error });
             }
         }
         Ok(tally)
+    }
+
+    /// A cell's result before it is measured.
+    fn result(&self, figure: &Figure, cell: &Cell) -> CellResult {
+        CellResult {
+            figure: figure.id.to_string(),
+            cell: cell.clone(),
+            effort: self.effort,
+            machine: self.machine.clone(),
+            program: self.program.clone(),
+            seconds: 0.0,
+            pictures: Vec::new(),
+            outcome: Outcome::Absent,
+        }
     }
 
     fn measure(&self, figure: &'static Figure, cell: &Cell, store: &Store) -> CellResult {
@@ -129,15 +161,8 @@ impl Run<'_> {
                 first.text
             )),
         });
-        CellResult {
-            figure: figure.id.to_string(),
-            cell: cell.clone(),
-            effort: self.effort,
-            machine: self.machine.clone(),
-            seconds,
-            pictures: bench.written,
-            outcome: Outcome::of(measured),
-        }
+        let (pictures, outcome) = (bench.written, Outcome::of(measured));
+        CellResult { seconds, pictures, outcome, ..self.result(figure, cell) }
     }
 
     /// Whether a stored result may stand beside this run's.
@@ -148,6 +173,7 @@ impl Run<'_> {
         let mixed = [
             ("effort", stored.effort.name().to_string(), self.effort.name().to_string()),
             ("commit", theirs.commit.clone(), ours.commit.clone()),
+            ("build of the program", stored.program.clone(), self.program.clone()),
             ("device", device(theirs), device(ours)),
         ];
         match mixed.into_iter().find(|(_, theirs, ours)| theirs != ours) {

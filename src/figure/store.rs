@@ -16,6 +16,9 @@ pub struct CellResult {
     pub cell: Cell,
     pub effort: Effort,
     pub machine: Machine,
+    /// The build that measured it ([`super::program`]).
+    #[serde(default)]
+    pub program: String,
     pub seconds: f64,
     /// Files in `pictures/`.
     pub pictures: Vec<String>,
@@ -89,6 +92,52 @@ impl Store {
             .map_err(|source| StoreError::Folder { path: folder.display().to_string(), source })?;
         let text = json::text(result, 2);
         Ok(write_whole(&path, |file| file.write_all(text.as_bytes()))?)
+    }
+
+    /// `cells/under-way.json`, while a cell is measured.
+    fn under_way_file(&self) -> PathBuf {
+        self.cells().join("under-way.json")
+    }
+
+    /// Notes that a run's cell number `number` is measured from now on; `result` is without an outcome yet.
+    ///
+    /// # Errors
+    /// The disk's.
+    pub(super) fn begin(&self, number: usize, result: &CellResult) -> Result<(), StoreError> {
+        let text = json::text(&(number, result), 2);
+        Ok(write_whole(&self.under_way_file(), |file| file.write_all(text.as_bytes()))?)
+    }
+
+    /// The cell that was measured when the process ended, with its number in the run.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is none of ours.
+    pub(super) fn under_way(&self) -> Result<Option<(usize, CellResult)>, StoreError> {
+        use std::io::ErrorKind::{NotADirectory, NotFound};
+        let path = self.under_way_file();
+        let shown = || path.display().to_string();
+        match std::fs::read_to_string(&path) {
+            Ok(text) => serde_json::from_str(&text)
+                .map(Some)
+                .map_err(|error| StoreError::Damaged { path: shown(), what: error.to_string() }),
+            Err(error) if [NotADirectory, NotFound].contains(&error.kind()) => Ok(None),
+            Err(source) => Err(StoreError::Folder { path: shown(), source }),
+        }
+    }
+
+    /// No cell is measured any more.
+    ///
+    /// # Errors
+    /// The disk's; that there is no such file, or no such folder, is none.
+    pub(super) fn end(&self) -> Result<(), StoreError> {
+        use std::io::ErrorKind::{NotADirectory, NotFound};
+        let path = self.under_way_file();
+        match std::fs::remove_file(&path) {
+            Err(source) if ![NotFound, NotADirectory].contains(&source.kind()) => {
+                Err(StoreError::Folder { path: path.display().to_string(), source })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// A cell's stored result.

@@ -4,7 +4,7 @@
 use super::{CellResult, Changes, Figure, FigureResult, Machine, Results, Store, csv, json, page, plot};
 use crate::picture::write::write_whole;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write as _;
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -18,6 +18,8 @@ struct Manifest<'a> {
     command: &'a [String],
     effort: super::Effort,
     machines: &'a [Machine],
+    /// Builds that measured; nearly always one ([`super::program`]).
+    programs: BTreeSet<&'a str>,
     /// Seconds by figure and cell.
     seconds: BTreeMap<&'a str, BTreeMap<String, f64>>,
     /// XXH3 (64 bits, hexadecimal) of each file.
@@ -65,7 +67,9 @@ pub fn write_outputs(
     let summary: BTreeMap<&str, _> = results.figures.iter().map(|f| (f.id.as_str(), &f.claims)).collect();
     put("summary.json".into(), json::text(&summary, LEVELS))?;
     let mut seconds: BTreeMap<&str, BTreeMap<String, f64>> = BTreeMap::new();
+    let mut programs = BTreeSet::new();
     for cell in cells.iter().filter(|cell| cell.effort == results.effort) {
+        programs.insert(&*cell.program);
         seconds.entry(&cell.figure).or_default().insert(cell.cell.to_string(), cell.seconds);
     }
     let manifest = Manifest {
@@ -73,6 +77,7 @@ pub fn write_outputs(
         command,
         effort: results.effort,
         machines: &results.machines,
+        programs,
         seconds,
         files,
     };

@@ -1,6 +1,9 @@
 //! `list`, `reproduce` and `merge` from outside; what they measure is tested with made-up figures in tests/figure.
 
 use super::*;
+use std::path::Path;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
 
 #[test]
 fn the_list_has_every_figure_with_its_claims() {
@@ -83,4 +86,66 @@ fn what_is_no_result_is_named_before_anything_is_measured() {
         holds(&line, words);
     }
     assert_eq!(names(&folder), ["old.json"]);
+}
+
+/// The child of a run that measures, once it does.
+fn worker(run: &std::process::Child, folder: &Path) -> String {
+    let started = Instant::now();
+    let children = format!("/proc/{0}/task/{0}/children", run.id());
+    while !folder.join("out/cells/under-way.json").exists() {
+        assert!(started.elapsed() < Duration::from_secs(60), "no cell is measured");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let found = std::fs::read_to_string(children).unwrap();
+    assert_eq!(found.split_whitespace().count(), 1, "{found:?}");
+    found.trim().to_string()
+}
+
+fn signal(name: &str, process: &str) {
+    assert!(std::process::Command::new("kill").args([name, process]).status().unwrap().success());
+}
+
+/// An abort from outside stands for a driver's own (a segmentation fault from outside Rust's runtime lets pass once). Two of vt.keying's six cells, the smallest and another.
+#[test]
+fn a_driver_that_crashes_costs_one_cell_and_a_run_that_is_killed_leaves_no_worker() {
+    let folder = folder();
+    let reproduce = ["reproduce", "vt.keying", "--partition", "1/3", "-o", "out"];
+    let start = |arguments: &[&str]| {
+        ortelius(&folder, arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
+    };
+    let mut killed = start(&reproduce);
+    let orphan = worker(&killed, folder.path());
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    let started = Instant::now();
+    // Where nobody reaps it, it stays as a zombie.
+    let lives =
+        || std::fs::read_to_string(format!("/proc/{orphan}/status")).is_ok_and(|s| !s.contains("(zombie)"));
+    while lives() {
+        assert!(started.elapsed() < Duration::from_secs(20), "the worker {orphan} measures on for nobody");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+
+    // Not there where it died between two cells.
+    std::fs::remove_file(folder.path().join("out/cells/under-way.json")).ok();
+    let crashed = start(&reproduce);
+    signal("-ABRT", &worker(&crashed, folder.path()));
+    let ended = crashed.wait_with_output().unwrap();
+    let words = String::from_utf8(ended.stderr).unwrap();
+    assert_eq!(ended.status.code(), Some(1), "{words}");
+    holds(
+        &words,
+        &["vt.keying globe/africa at 360: the driver crashed (signal: 6", "1 of 2 cells failed, first "],
+    );
+    let summary: serde_json::Value = serde_json::from_str(&read(&folder, "out/summary.json")).unwrap();
+    assert_eq!(summary["vt.keying"][0]["verdict"], "not-measurable");
+    holds(&summary["vt.keying"][0]["why"].to_string(), &["1 of 6 cells crashed the driver"]);
+
+    let resumed = run(&folder, &[&reproduce[..], &["--resume"]].concat());
+    let words = String::from_utf8(resumed.stderr).unwrap();
+    assert_eq!(resumed.status.code(), Some(0), "{words}");
+    holds(&words, &["the driver crashed (signal: 6", "in an earlier run", "0 cells measured, 2 kept"]);
+    let manifest: serde_json::Value = serde_json::from_str(&read(&folder, "out/manifest.json")).unwrap();
+    assert_eq!(manifest["programs"].as_array().unwrap().len(), 1);
+    assert_eq!(manifest["command"].as_array().unwrap().last().unwrap(), "--resume");
 }

@@ -103,6 +103,30 @@ pub const MANY: Figure = Figure {
     }],
 };
 
+/// Dies in the second of its three cells, as a driver does.
+pub const DIES: Figure = Figure {
+    id: "made.dies",
+    title: "A figure that crashes the driver",
+    about: "One of three cells takes the process along.",
+    scenes: &["earth", "globe", "plane"],
+    variants: || vec!["only".into()],
+    sweep: None,
+    measure: |_, cell| match &*cell.scene {
+        "globe" => std::process::abort(),
+        _ => Ok(vec![number("only", "size", 1.0)]),
+    },
+    plots: &[],
+    claims: &[Claim {
+        id: "whole",
+        text: "all cells are there",
+        from: Origin::Ours,
+        check: |table| match table.missing {
+            0 => found(Verdict::Reproduced),
+            _ => Finding::new(Verdict::NotMeasurable, "", "it takes all cells"),
+        },
+    }],
+};
+
 /// Fails in one of its cells, and panics in another.
 pub const FAILS: Figure = Figure {
     id: "made.fails",

@@ -35,6 +35,7 @@ struct Silent;
 impl Progress for Silent {
     fn begins(&self, _: &str, _: &Cell, _: usize, _: usize) {}
     fn ended(&self, _: &CellResult) {}
+    fn skipped(&self, _: &CellResult) {}
 }
 
 fn a_run<'a>(figures: &'a [&'static Figure], folder: &'a Path) -> Run<'a> {
@@ -47,6 +48,8 @@ fn a_run<'a>(figures: &'a [&'static Figure], folder: &'a Path) -> Run<'a> {
         validate: false,
         partition: Partition::WHOLE,
         resume: false,
+        program: "build 1".into(),
+        from: 0,
     }
 }
 

@@ -73,8 +73,8 @@ fn a_claim_on_a_part_of_the_cells_is_not_reproduced_yet() {
     let claims = &results.figures[0].claims;
     assert_eq!(claims[0].finding.verdict, Verdict::NotMeasurable);
     assert!(claims[0].finding.why.contains("3 of 6 cells were not measured"));
-    // What is wrong already stays wrong.
-    assert_eq!(claims[2].finding.verdict, Verdict::NotReproduced);
+    // Nor does it fail: what it lacks may be elsewhere.
+    assert_eq!(claims[2].finding.verdict, Verdict::NotMeasurable);
     assert_eq!(results.figures[1].claims[0].finding.why, "no cell was measured");
     let absent = results.figures[0].cells.iter().filter(|cell| cell.outcome == Outcome::Absent).count();
     assert_eq!(absent, 3);

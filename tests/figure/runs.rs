@@ -1,8 +1,9 @@
 //! Killed, resumed, shared, merged.
 
-use super::family::{BARS, FAILS, SLOW, SWEPT};
+use super::family::{BARS, DIES, FAILS, SLOW, SWEPT};
 use super::*;
-use ortelius::figure::{Outcome, Verdict, merge};
+use ortelius::figure::{Outcome, Verdict, merge, outlive};
+use std::cell::RefCell;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -60,6 +61,70 @@ fn a_run_that_is_killed_resumes_without_loss() {
     }
 }
 
+/// Names the first cell of the child process below, and `+` for a run that is resumed.
+const FROM: &str = "ORTELIUS_TEST_FROM";
+
+/// Nothing by itself; started by the test below, the worker that dies.
+#[test]
+fn a_worker_measures_from_its_cell_on() {
+    let (Some(folder), Some(from)) = (std::env::var_os(FOLDER), std::env::var_os(FROM)) else { return };
+    let from = from.into_string().unwrap();
+    let mut worker = a_run(&[&DIES, &BARS], Path::new(&folder));
+    (worker.from, worker.resume) = (from.trim_end_matches('+').parse().unwrap(), from.ends_with('+'));
+    let tally = run(&worker).unwrap();
+    assert_eq!(tally.measured + tally.kept, 4);
+}
+
+/// The cells that crashed, told as they do, and the number of workers that it took.
+fn outlived(folder: &Path, resume: &str) -> (Vec<String>, usize) {
+    let (told, workers) = (RefCell::new(Vec::new()), std::cell::Cell::new(0));
+    let worker = |from: usize| {
+        workers.set(workers.get() + 1);
+        let mut child = Command::new(std::env::current_exe().unwrap());
+        child.args(["--exact", "runs::a_worker_measures_from_its_cell_on"]).stdout(Stdio::null());
+        child.stderr(Stdio::null()).env(FOLDER, folder).env(FROM, format!("{from}{resume}")).status()
+    };
+    let tell = |result: &CellResult| {
+        let Outcome::Crashed(how) = &result.outcome else { panic!("{result:?}") };
+        told.borrow_mut().push(format!("{} {}: {how}", result.figure, result.cell));
+    };
+    let status = outlive(folder, worker, tell).unwrap();
+    assert!(status.success(), "{status}");
+    (told.into_inner(), workers.get())
+}
+
+#[test]
+fn a_driver_that_crashes_costs_one_cell_and_is_not_asked_again() {
+    let folder = folder();
+    let (told, workers) = outlived(folder.path(), "");
+    assert_eq!((told.len(), workers), (1, 2), "{told:?}");
+    assert!(told[0].starts_with("made.dies globe: the driver crashed (signal: 6"), "{told:?}");
+    let results = report(&[&DIES, &BARS], folder.path());
+    let finding = &results.figures[0].claims[0].finding;
+    assert_eq!(finding.verdict, Verdict::NotMeasurable);
+    assert_eq!(finding.why, "it takes all cells (1 of 3 cells crashed the driver)");
+    assert_eq!(results.figures[1].claims[0].finding.verdict, Verdict::Reproduced);
+    assert!(read(folder.path(), "made.dies.csv").contains("failed: the driver crashed (signal: 6"));
+    assert!(read(folder.path(), "index.html").contains("the driver crashed (signal: 6"));
+    // Resumed, nothing is left to do; begun anew, it dies again.
+    assert_eq!(outlived(folder.path(), "+"), (Vec::new(), 1));
+    assert_eq!(outlived(folder.path(), "").1, 2);
+}
+
+#[test]
+fn a_worker_that_is_asked_to_end_is_not_started_again() {
+    let folder = folder();
+    let mut workers = 0;
+    let worker = |_| {
+        workers += 1;
+        Command::new("sh").args(["-c", "kill -TERM $$"]).status()
+    };
+    let status = outlive(folder.path(), worker, |result| panic!("{result:?}")).unwrap();
+    assert_eq!((status.code(), workers), (None, 1));
+    let status = outlive(folder.path(), |_| Command::new("false").status(), |result| panic!("{result:?}"));
+    assert_eq!(status.unwrap().code(), Some(1), "it has no cell under way");
+}
+
 fn rows(folder: &Path) -> Vec<(Cell, Outcome)> {
     Store::at(folder).all(&[&SLOW]).unwrap().into_iter().map(|result| (result.cell, result.outcome)).collect()
 }
@@ -87,6 +152,10 @@ fn results_of_another_effort_commit_or_device_are_not_mixed() {
         (
             other(|run| run.machine.commit = "fedcba".into()),
             "another commit (0123456789abcdef; this run: fedcba)",
+        ),
+        (
+            other(|run| run.program = "build 2".into()),
+            "another build of the program (build 1; this run: build 2)",
         ),
         (other(|run| run.machine.driver = "2.0".into()), "another device (made-up device, made-up 1.0"),
         (other(|run| run.machine.cores = 64), "64 cores"),

@@ -7,7 +7,7 @@ pub mod trade;
 use super::plot::{self, Drawn};
 use super::words::human;
 use super::{Changes, ClaimResult, Figure, FigureResult, Machine, Outcome, Results, Store, Verdict};
-use minijinja::{Environment, syntax::SyntaxConfig, value::Serde};
+use minijinja::{Environment, HtmlEscape, Value, syntax::SyntaxConfig, value::Serde};
 use pictures::Shown;
 use serde::Serialize;
 use tables::TableView;
@@ -146,8 +146,28 @@ pub fn html(
 fn filled(name: &str, template: &str, values: impl Serialize) -> anyhow::Result<String> {
     let mut environment = Environment::new();
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
+    environment.add_filter("code", code);
     environment.add_template(name, template)?;
     Ok(environment.get_template(name)?.render(Serde(values))?)
+}
+
+/// What stands before a pair of backticks, between them, and behind.
+fn pair(text: &str) -> Option<[&str; 3]> {
+    let (before, from) = text.split_once('`')?;
+    let (word, after) = from.split_once('`')?;
+    Some([before, word, after])
+}
+
+/// Text as HTML, with what stands between `backticks` as code; an odd one stays itself.
+fn code(text: &str) -> Value {
+    let escaped = HtmlEscape(text).to_string();
+    let mut html = String::new();
+    let mut rest = &*escaped;
+    while let Some([before, word, after]) = pair(rest) {
+        html.push_str(&format!("{before}<code>{word}</code>"));
+        rest = after;
+    }
+    Value::from_safe_string(html + rest)
 }
 
 fn figure_view<'a>(
@@ -157,7 +177,7 @@ fn figure_view<'a>(
     store: &Store,
 ) -> anyhow::Result<FigureView<'a>> {
     let failure = |cell: &super::CellRows| match &cell.outcome {
-        Outcome::Failed(error) => Some([cell.cell.to_string(), error.clone()]),
+        Outcome::Failed(error) | Outcome::Crashed(error) => Some([cell.cell.to_string(), error.clone()]),
         _ => None,
     };
     let plot = |drawn: &Drawn| PlotView {
@@ -201,4 +221,17 @@ fn claim_view(claim: &ClaimResult) -> ClaimView<'_> {
 pub fn plots(figures: &[&Figure], results: &Results) -> Vec<Vec<Drawn>> {
     let both = figures.iter().zip(&results.figures);
     both.map(|(figure, result)| plot::draw(figure, result, &results.machines)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::code;
+
+    #[test]
+    fn words_in_backticks_are_code_and_all_is_escaped() {
+        let html = |text| code(text).to_string();
+        assert_eq!(html("a `b` & `c<d>`"), "a <code>b</code> &amp; <code>c&lt;d&gt;</code>");
+        assert_eq!(html("one ` alone, `two`"), "one <code> alone, </code>two`");
+        assert_eq!((html(""), html("`")), (String::new(), "`".to_string()));
+    }
 }

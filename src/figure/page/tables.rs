@@ -44,7 +44,7 @@ pub fn of(figure: &Figure, result: &FigureResult) -> Vec<TableView> {
         .iter()
         .filter_map(|cell| match &cell.outcome {
             Outcome::Rows(rows) => Some((cell, &rows[..])),
-            Outcome::Failed(_) | Outcome::Absent => None,
+            Outcome::Failed(_) | Outcome::Crashed(_) | Outcome::Absent => None,
         })
         .collect();
     let mut quantities: Vec<&str> = Vec::new();

@@ -140,7 +140,7 @@ fn below(cells: &[&CellRows], quantity: &str, machines: &[Machine]) -> String {
 fn rows_of<'a>(cell: &'a CellRows, quantity: &'a str) -> impl Iterator<Item = &'a Row> {
     let rows = match &cell.outcome {
         Outcome::Rows(rows) => &rows[..],
-        Outcome::Failed(_) | Outcome::Absent => &[],
+        Outcome::Failed(_) | Outcome::Crashed(_) | Outcome::Absent => &[],
     };
     rows.iter().filter(move |row| row.quantity == quantity)
 }

@@ -201,7 +201,7 @@ fn refusals_are_words(table: &Table) -> Finding {
         .filter_map(|r| if let Value::Missing(line) = &r.row.value { Some(&**line) } else { None })
         .collect();
     let bad = lines.iter().filter(|line| line.contains('\n') || line.split_whitespace().count() < 4).count();
-    let first = lines.first().map_or(String::new(), |line| format!(": {line:?}"));
+    let first = lines.first().map_or(String::new(), |line| format!(", first: {line}"));
     let numbers = format!("{} refusals{first}", lines.len());
     faultless(bad as f64, lines.len(), table.missing, numbers, "refusal without a reason")
 }
