@@ -5,6 +5,7 @@
 
 use super::attributes::{finite_coordinates, first_alike, usable_normals};
 use super::manifold::Faces;
+use super::outliers::usable;
 use super::report::Report;
 use super::{Attributes, Model};
 use glam::DVec3;
@@ -20,13 +21,6 @@ pub struct Raw {
     pub faces: Vec<[u32; 3]>,
 }
 
-/// No f32 beyond 3.4e38: 1e36 leaves room for the projection.
-const FARTHEST: f64 = 1e36;
-/// What lies 1000 times as far out as 999 of 1000 others would leave those less than 14 of the 24 bits of an f32
-/// position about the centre of the box.
-const OUTLYING: f64 = 1000.0;
-/// Fewer vertices say nothing of what is usual.
-const FEWEST_FOR_OUTLIERS: usize = 64;
 /// Twice a triangle's area over its longest side squared: what rounding leaves of collinear points in f64.
 const FLAT: f64 = 1.0 / (1u64 << 48) as f64;
 /// The largest number of vertices, and of faces: corners of faces stay below 2^32 (an index buffer of 1.5 GiB).
@@ -45,47 +39,18 @@ pub fn clean(raw: &Raw) -> (Model, Report) {
         assert!(length == 0 || length == vertices, "{length} attributes for {vertices} vertices");
     }
     let mut report = Report { vertices, file_faces: raw.faces.len(), ..Report::default() };
-    let usable = usable(&raw.positions, &mut report);
+    let usable = usable(raw, &mut report);
     let (points, mut positions) = weld(&raw.positions, &usable, &mut report);
     let (mut faces, doubled) = sift(raw, &usable, &points, &mut report);
     report.folded_faces = faces.unfold(&doubled);
+    let thin: Vec<bool> = faces.points.iter().map(|&face| is_thin(&positions, face)).collect();
+    report.thin_faces = faces.thin(&thin);
     report.zero_area_faces = faces.points.iter().filter(|&&face| is_flat(&positions, face)).count();
     report.turned_faces = faces.orient();
     [report.non_manifold_edges, report.split_positions] = faces.cut(&mut positions);
     let model = assemble(raw, &faces, &positions, &points, &mut report);
     report.count(&model);
     (model, report)
-}
-
-/// Which vertices may be part of a shape.
-fn usable(positions: &[DVec3], report: &mut Report) -> Vec<bool> {
-    let fits = |position: &DVec3| position.is_finite() && position.abs().max_element() <= FARTHEST;
-    let mut usable: Vec<bool> = positions.iter().map(fits).collect();
-    report.non_finite_vertices = usable.iter().filter(|fits| !**fits).count();
-    let count = positions.len() - report.non_finite_vertices;
-    if count < FEWEST_FOR_OUTLIERS {
-        return usable;
-    }
-    // Medians: a mean would follow the outlier.
-    let middle = |axis: usize| {
-        let mut values: Vec<f64> =
-            positions.iter().zip(&usable).filter(|(_, fits)| **fits).map(|(p, _)| p[axis]).collect();
-        *values.select_nth_unstable_by(count / 2, f64::total_cmp).1
-    };
-    let centre = DVec3::from_array(std::array::from_fn(middle));
-    let distance = |position: &DVec3| (*position - centre).abs().max_element();
-    let mut distances: Vec<f64> =
-        positions.iter().zip(&usable).filter(|(_, fits)| **fits).map(|(p, _)| distance(p)).collect();
-    let rank = (count - 1) * 999 / 1000;
-    let usual = *distances.select_nth_unstable_by(rank, f64::total_cmp).1;
-    for (position, fits) in positions.iter().zip(&mut usable) {
-        // Where all others are one point there is no shape to be far from.
-        if *fits && usual > 0.0 && distance(position) > OUTLYING * usual {
-            *fits = false;
-            report.outlying_vertices += 1;
-        }
-    }
-    usable
 }
 
 /// For each vertex its point, and the points: the first vertex at each place, in the file's order.
@@ -158,13 +123,25 @@ fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
     }
 }
 
-/// Whether a face has no area, at any scale.
-fn is_flat(positions: &[DVec3], face: [u32; 3]) -> bool {
+/// Twice a face's area over the square of its longest side, and that side (along an axis).
+fn slenderness(positions: &[DVec3], face: [u32; 3]) -> (f64, f64) {
     let [a, b, c] = face.map(|point| positions[point as usize]);
     let sides = [b - a, c - b, a - c];
     let longest = sides.iter().fold(0f64, |longest, side| longest.max(side.abs().max_element()));
     // Scaled to 1 first: squares of 1e-200 are 0, of 1e200 infinite.
-    (sides[0] / longest).cross(sides[1] / longest).length() <= FLAT
+    ((sides[0] / longest).cross(sides[1] / longest).length(), longest)
+}
+
+/// Whether a face has no area, at any scale.
+fn is_flat(positions: &[DVec3], face: [u32; 3]) -> bool {
+    slenderness(positions, face).0 <= FLAT
+}
+
+/// Whether a face has no area but for what rounding its corners to f32 may have given it.
+fn is_thin(positions: &[DVec3], face: [u32; 3]) -> bool {
+    let most = face.iter().fold(0f64, |most, &point| most.max(positions[point as usize].abs().max_element()));
+    let (slender, longest) = slenderness(positions, face);
+    slender <= FLAT || slender * longest <= most * f64::from(f32::EPSILON)
 }
 
 /// Wedges of what is used; `points` tells which vertices stand at the same place, those of `faces` are positions by
@@ -251,24 +228,6 @@ mod tests {
         assert_eq!(model.faces.len(), 2);
         assert_eq!((report.index_degenerate_faces, report.collapsed_faces), (1, 1));
         assert_eq!((report.duplicate_faces, report.reversed_faces), (1, 1));
-    }
-
-    #[test]
-    fn values_that_no_shape_has_are_set_aside_with_their_faces() {
-        let model = crate::scene::model::generate::grid(9, 0);
-        for (value, finite) in [(f64::NAN, false), (f64::INFINITY, false), (1e300, false), (1e30, true)] {
-            let mut raw =
-                Raw { positions: model.positions.clone(), faces: model.faces.clone(), ..Raw::default() };
-            raw.positions[40].x = value;
-            let (left, report) = cleaned(&raw);
-            assert_eq!(
-                (report.non_finite_vertices, report.outlying_vertices),
-                (usize::from(!finite), usize::from(finite))
-            );
-            // 40 is the middle: six faces, which leave a hole.
-            assert_eq!((report.faces_set_aside, left.faces.len()), (6, 122));
-            assert_eq!(report.topology.boundary_edges, 32 + 6);
-        }
     }
 
     #[test]

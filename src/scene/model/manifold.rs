@@ -44,6 +44,34 @@ impl Faces {
             doubled[face] && votes.get(&patches.first(face as u32)).is_some_and(|&vote| vote > 0)
         };
         let stays: Vec<bool> = (0..self.points.len()).map(|face| !goes(face)).collect();
+        self.keep(&stays)
+    }
+
+    /// Takes away faces without area (`thin`) along edges with more than two faces: they cover nothing, and a cut there
+    /// would part faces that belong together. One whose edges have two faces each fills a gap between them, and stays.
+    /// Returns how many faces went.
+    pub(super) fn thin(&mut self, thin: &[bool]) -> usize {
+        if !thin.contains(&true) {
+            return 0;
+        }
+        let mut edge_of = vec![0; self.points.len() * 3];
+        let mut counts = Vec::new();
+        for edge in half_edges(self.points.iter().copied()).chunk_by(|a, b| a.0 == b.0) {
+            edge.iter().for_each(|&(_, corner)| edge_of[corner as usize] = counts.len());
+            counts.push(edge.len());
+        }
+        let mut goes = |face: usize| {
+            let edges = &edge_of[3 * face..3 * face + 3];
+            let goes = thin[face] && edges.iter().any(|&edge| counts[edge] > 2);
+            edges.iter().filter(|_| goes).for_each(|&edge| counts[edge] -= 1);
+            goes
+        };
+        let stays: Vec<bool> = (0..self.points.len()).map(|face| !goes(face)).collect();
+        self.keep(&stays)
+    }
+
+    /// Takes away all faces but some; how many.
+    fn keep(&mut self, stays: &[bool]) -> usize {
         for list in [&mut self.vertices, &mut self.points] {
             let mut stays = stays.iter();
             list.retain(|_| *stays.next().expect("one for each face"));
@@ -186,6 +214,27 @@ mod tests {
         positions.push([0.5, 0.5, 1.0]);
         let (model, _) = cleaned(&raw(&positions, &[[0, 1, 2], [0, 2, 3], [0, 2, 4]]));
         assert_eq!(model.topology().components, 3);
+    }
+
+    #[test]
+    fn a_cap_on_an_edge_goes_and_one_that_fills_a_gap_stays() {
+        let below = generate::grid(5, 0);
+        let mut capped = raw_of(&below);
+        capped.positions.iter_mut().for_each(|p| *p = p.as_vec3().as_dvec3());
+        let whole = cleaned(&capped).0;
+        // Rounded to f32 the middle is not quite on the edge.
+        let middle = (capped.positions[12] + capped.positions[13]) / 2.0;
+        capped.positions.push((middle + DVec3::splat(1e-9)).as_vec3().as_dvec3());
+        capped.faces.push([12, 13, 25]);
+        let (model, report) = cleaned(&capped);
+        assert_eq!((report.thin_faces, report.non_manifold_edges, report.unused_vertices), (1, 0, 1));
+        assert!(model == whole);
+        // Two squares, one of which has a vertex more along their common side.
+        let mut positions = SQUARE.to_vec();
+        positions.push([0.5, 0.5, 0.0]);
+        let (model, report) = cleaned(&raw(&positions, &[[0, 2, 3], [0, 4, 2], [0, 1, 4], [4, 1, 2]]));
+        assert_eq!((report.thin_faces, report.zero_area_faces), (0, 1));
+        assert_eq!((model.topology().components, model.topology().boundary_edges), (1, 4));
     }
 
     #[test]

@@ -14,6 +14,7 @@ mod manifold;
 mod names;
 mod number;
 mod obj;
+mod outliers;
 mod ply;
 mod report;
 mod terrain;

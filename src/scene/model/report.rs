@@ -13,7 +13,7 @@ pub struct Report {
     pub file_faces: usize,
     /// Vertices with a coordinate that is NaN, infinite or beyond 1e36.
     pub non_finite_vertices: usize,
-    /// Vertices 1000 times as far out as 999 of 1000 others.
+    /// Vertices 1000 times as far out as 999 of 1000 others, or 100 times and with no neighbour there.
     pub outlying_vertices: usize,
     /// Faces dropped because they use one of those two kinds.
     pub faces_set_aside: usize,
@@ -29,6 +29,8 @@ pub struct Report {
     pub reversed_faces: usize,
     /// Faces dropped with their backs because the surface is whole without these folds.
     pub folded_faces: usize,
+    /// Faces without area (but for rounding to f32) dropped because an edge of theirs has two others.
+    pub thin_faces: usize,
     /// Faces without area that were kept: they hold their neighbours together.
     pub zero_area_faces: usize,
     /// Faces turned round to agree with more of their neighbours.
@@ -41,6 +43,9 @@ pub struct Report {
     pub unused_vertices: usize,
     /// Normals that were zero or not finite, now their faces'; coordinates that were not finite, now 0.
     pub replaced_attributes: usize,
+    /// Steps of f32 across the mesh's box where all coordinates are f32's and there are fewer than 4096: what was
+    /// smaller was lost before.
+    pub f32_steps: Option<usize>,
     /// What is left.
     pub positions: usize,
     pub wedges: usize,
@@ -62,7 +67,7 @@ impl Report {
         [
             ("vertices that are not finite or beyond 1e36, set aside", self.non_finite_vertices),
             (
-                "vertices more than 1000 times as far out as nearly all others, set aside",
+                "vertices more than 1000 times as far out as nearly all others, or 100 times and alone, set aside",
                 self.outlying_vertices,
             ),
             ("faces of such vertices, dropped", self.faces_set_aside),
@@ -71,6 +76,7 @@ impl Report {
             ("faces that repeat an earlier one, dropped", self.duplicate_faces),
             ("faces that are the back of an earlier one, dropped", self.reversed_faces),
             ("faces of folds on a surface that is whole without, dropped", self.folded_faces),
+            ("faces without area on edges of two others, dropped", self.thin_faces),
             ("faces without area, kept", self.zero_area_faces),
             ("faces turned round to agree with their neighbours", self.turned_faces),
             ("edges with more than two faces, or two that cannot agree, cut apart", self.non_manifold_edges),
@@ -81,6 +87,9 @@ impl Report {
         .iter()
         .filter(|(_, count)| *count > 0)
         .map(|(what, count)| format!("{what}: {count}"))
+        .chain(self.f32_steps.map(|steps| {
+            format!("steps of f32 across the whole, so far is it from the origin: {steps}; what was finer is lost")
+        }))
         .collect()
     }
 }

@@ -36,8 +36,13 @@ pub struct Size {
 impl Size {
     /// Of a model.
     pub fn of(model: &Model) -> Size {
-        let low = model.positions.iter().fold(DVec3::MAX, |low, &p| low.min(p));
-        let high = model.positions.iter().fold(DVec3::MIN, |high, &p| high.max(p));
+        Size::around(&model.positions)
+    }
+
+    /// Of all positions of a surface.
+    pub fn around(positions: &[DVec3]) -> Size {
+        let low = positions.iter().fold(DVec3::MAX, |low, &p| low.min(p));
+        let high = positions.iter().fold(DVec3::MIN, |high, &p| high.max(p));
         let half = (high - low) * 0.5;
         // Scaled first: the square of a tiny or huge length is none any more.
         let most = half.max_element();
@@ -49,6 +54,17 @@ impl Size {
     pub fn inside(&self, positions: &[DVec3]) -> Vec<DVec3> {
         positions.iter().map(|&p| (p - self.centre) / self.diagonal).collect()
     }
+
+    /// Distances between two surfaces, in diagonals; None where one has no face with an area.
+    pub fn distances(&self, one: Triangles, other: Triangles, samples: usize) -> Option<Distances> {
+        let [first, second] = [one, other].map(|surface| self.inside(surface.positions));
+        compare_surfaces(
+            Triangles { positions: &first, ..one },
+            Triangles { positions: &second, ..other },
+            samples,
+            1,
+        )
+    }
 }
 
 /// Distances in diagonals of the model's box between a model and other faces over `positions`.
@@ -58,13 +74,7 @@ pub fn distances(
     faces: &[[u32; 3]],
     samples: usize,
 ) -> Option<Distances> {
-    let size = Size::of(model);
-    let (own, other) = (size.inside(&model.positions), size.inside(positions));
     let all: Vec<[u32; 3]> = (0..model.faces.len()).map(|face| model.face_positions(face)).collect();
-    compare_surfaces(
-        Triangles { positions: &own, faces: &all },
-        Triangles { positions: &other, faces },
-        samples,
-        1,
-    )
+    let own = Triangles { positions: &model.positions, faces: &all };
+    Size::of(model).distances(own, Triangles { positions, faces }, samples)
 }

@@ -1,0 +1,151 @@
+//! What of a file's vertices no shape can have, and what their numbers cannot tell.
+
+use super::{Raw, Report};
+use glam::DVec3;
+use std::collections::HashSet;
+
+/// No f32 beyond 3.4e38: 1e36 leaves room for the projection.
+const FARTHEST: f64 = 1e36;
+/// What lies 1000 times as far out as 999 of 1000 others would leave those less than 14 of the 24 bits of an f32
+/// position about the centre of the box.
+const OUTLYING: f64 = 1000.0;
+/// What lies 100 times as far out, with every vertex around it within that, is a spike and no part of a shape.
+const SPIKE: f64 = 100.0;
+/// Fewer vertices say nothing of what is usual.
+const FEWEST_FOR_OUTLIERS: usize = 64;
+/// Of f32 across a mesh: half a step is less than 1/4000 of its box from here on.
+const FEW_STEPS: f64 = 4096.0;
+
+/// Which vertices may be part of a shape.
+pub(super) fn usable(raw: &Raw, report: &mut Report) -> Vec<bool> {
+    let fits = |position: &DVec3| position.is_finite() && position.abs().max_element() <= FARTHEST;
+    let mut usable: Vec<bool> = raw.positions.iter().map(fits).collect();
+    report.non_finite_vertices = usable.iter().filter(|fits| !**fits).count();
+    if let Some(far) = far_out(&raw.positions, &usable) {
+        set_aside(raw, &far, &mut usable, report);
+    }
+    report.f32_steps = f32_steps(&raw.positions, &usable);
+    usable
+}
+
+/// How far each vertex is from the median, in multiples of what 999 of 1000 keep within; 0 for those that are not
+/// usable. None where so few vertices, or vertices at so few places, say nothing of what is usual.
+fn far_out(positions: &[DVec3], usable: &[bool]) -> Option<Vec<f64>> {
+    let fitting: Vec<DVec3> =
+        positions.iter().zip(usable).filter(|(_, fits)| **fits).map(|(p, _)| *p).collect();
+    if fitting.len() < FEWEST_FOR_OUTLIERS {
+        return None;
+    }
+    // Medians: a mean would follow the outlier.
+    let middle = |axis: usize| {
+        let mut values: Vec<f64> = fitting.iter().map(|p| p[axis]).collect();
+        let half = values.len() / 2;
+        *values.select_nth_unstable_by(half, f64::total_cmp).1
+    };
+    let centre = DVec3::from_array(std::array::from_fn(middle));
+    let distance = |position: &DVec3| (*position - centre).abs().max_element();
+    let mut distances: Vec<f64> = fitting.iter().map(distance).collect();
+    let rank = (distances.len() - 1) * 999 / 1000;
+    let usual = *distances.select_nth_unstable_by(rank, f64::total_cmp).1;
+    let far = |(position, &fits): (&DVec3, &bool)| if fits { distance(position) / usual } else { 0.0 };
+    // Where all others are one point there is no shape to be far from.
+    (usual > 0.0).then(|| positions.iter().zip(usable).map(far).collect())
+}
+
+/// Sets vertices aside that are too far out, and less far ones that are alone there.
+fn set_aside(raw: &Raw, far: &[f64], usable: &mut [bool], report: &mut Report) {
+    let place = |vertex: u32| (raw.positions[vertex as usize] + DVec3::ZERO).to_array().map(f64::to_bits);
+    let is_far = |vertex: u32| far[vertex as usize] > SPIKE;
+    if !far.iter().any(|&far| far > SPIKE) {
+        return;
+    }
+    // By their places: the corners of a soup are one vertex.
+    let mut accompanied: HashSet<[u64; 3]> = HashSet::new();
+    for face in &raw.faces {
+        for &vertex in face.iter().filter(|&&vertex| is_far(vertex)) {
+            if face.iter().any(|&other| is_far(other) && place(other) != place(vertex)) {
+                accompanied.insert(place(vertex));
+            }
+        }
+    }
+    for vertex in (0..raw.positions.len() as u32).filter(|&vertex| is_far(vertex)) {
+        if far[vertex as usize] > OUTLYING || !accompanied.contains(&place(vertex)) {
+            usable[vertex as usize] = false;
+            report.outlying_vertices += 1;
+        }
+    }
+}
+
+/// The steps of f32 across the box of a mesh, as far from the origin as it is; None where they are many, or the
+/// coordinates are finer numbers.
+fn f32_steps(positions: &[DVec3], usable: &[bool]) -> Option<usize> {
+    let fitting = || positions.iter().zip(usable).filter(|(_, fits)| **fits).map(|(p, _)| *p);
+    let (low, high) = fitting().fold((DVec3::MAX, DVec3::MIN), |(low, high), p| (low.min(p), high.max(p)));
+    let most = low.abs().max(high.abs()).max_element();
+    if fitting().next().is_none() || most == 0.0 {
+        return None;
+    }
+    let step = 2.0_f64.powi((most.log2().floor() as i32 - 23).max(-149));
+    let steps = (high - low).max_element() / step;
+    let is_coarse = steps < FEW_STEPS && fitting().all(|p| p.as_vec3().as_dvec3() == p);
+    is_coarse.then_some(steps as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::model::{Model, clean, generate};
+
+    fn cleaned(raw: &Raw) -> (Model, Report) {
+        let (model, report) = clean(raw);
+        model.check().unwrap_or_else(|broken| panic!("{broken} in {model:?}"));
+        (model, report)
+    }
+
+    #[test]
+    fn values_that_no_shape_has_are_set_aside_with_their_faces() {
+        let model = generate::grid(9, 0);
+        for (value, finite) in [(f64::NAN, false), (f64::INFINITY, false), (1e300, false), (1e30, true)] {
+            let mut raw =
+                Raw { positions: model.positions.clone(), faces: model.faces.clone(), ..Raw::default() };
+            raw.positions[40].x = value;
+            let (left, report) = cleaned(&raw);
+            assert_eq!(
+                (report.non_finite_vertices, report.outlying_vertices),
+                (usize::from(!finite), usize::from(finite))
+            );
+            // 40 is the middle: six faces, which leave a hole.
+            assert_eq!((report.faces_set_aside, left.faces.len()), (6, 122));
+            assert_eq!(report.topology.boundary_edges, 32 + 6);
+        }
+    }
+
+    #[test]
+    fn a_spike_is_set_aside_and_what_is_far_out_together_stays() {
+        let model = generate::grid(33, 0);
+        let mut raw =
+            Raw { positions: model.positions.clone(), faces: model.faces.clone(), ..Raw::default() };
+        raw.positions[500] *= 300.0;
+        let (left, report) = cleaned(&raw);
+        assert_eq!((report.outlying_vertices, report.faces_set_aside, left.faces.len()), (1, 6, 2042));
+        // Its neighbour as well: a part of the shape, for all that is known.
+        raw.positions[501] *= 300.0;
+        let (left, report) = cleaned(&raw);
+        assert_eq!((report.outlying_vertices, left.faces.len()), (0, 2048));
+    }
+
+    #[test]
+    fn steps_of_f32_are_told_where_they_are_few() {
+        let model = generate::grid(9, 0);
+        let steps = |offset: f64, single: bool| {
+            let place = |&p: &DVec3| if single { (p + offset).as_vec3().as_dvec3() } else { p + offset };
+            let positions = model.positions.iter().map(place).collect();
+            clean(&Raw { positions, faces: model.faces.clone(), ..Raw::default() }).1.f32_steps
+        };
+        let extent = model.positions.iter().fold(DVec3::ZERO, |most, p| most.max(p.abs())).max_element();
+        assert!(extent > 0.1, "{extent}");
+        // A grid about 0 has some millions of them.
+        assert_eq!((steps(0.0, true), steps(1e6, false)), (None, None));
+        assert!(steps(1e6, true).is_some_and(|steps| steps < 4096));
+    }
+}
