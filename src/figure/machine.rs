@@ -35,6 +35,13 @@ pub fn program() -> String {
     bytes.map_or("unknown".to_string(), |bytes| format!("{:016x}", xxh3_64(&bytes)))
 }
 
+/// The most bytes that this process has had resident at once; none where the system does not tell (Linux does).
+pub fn most_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
+}
+
 /// As the system calls it (Linux); else the architecture.
 fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
@@ -62,7 +69,17 @@ fn day(since_1970: u64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::day;
+    use super::{day, most_memory};
+
+    #[test]
+    fn the_most_memory_is_remembered_when_it_is_gone() {
+        // Where /proc is not as on Linux there is nothing to see.
+        let Some(before) = most_memory() else { return };
+        let bytes = 64 << 20;
+        assert!(std::hint::black_box(vec![1_u8; bytes]).iter().all(|&byte| byte == 1));
+        let most = most_memory().unwrap();
+        assert!(most >= before.max(bytes as u64), "{most} bytes after {before} and {bytes}");
+    }
 
     #[test]
     fn days_are_the_calendars() {

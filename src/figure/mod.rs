@@ -27,7 +27,7 @@ mod write;
 pub use against::{Changes, ClaimChange, ValueChange};
 pub use bench::{Bench, Contender, Timed};
 pub use choose::{Family, UnknownFigure, choose};
-pub use machine::program;
+pub use machine::{most_memory, program};
 pub use merge::{MergeError, merge};
 pub use results::{CellRows, ClaimResult, FigureResult, NoResults, Outcome, Results};
 pub use run::{Failure, Partition, Progress, Run, RunError, Tally};

@@ -1,5 +1,6 @@
 //! `ortelius mesh build`: a model becomes a `.pmesh` file.
 
+use super::report::{BuildReport, Laps, Steps};
 use crate::command::Usage;
 use crate::command::outputs::{check_place, ending};
 use anyhow::{Result, bail};
@@ -42,6 +43,10 @@ pub struct BuildArgs {
     /// (16 where nothing is said)
     #[arg(long, value_name = "ENTRIES", value_parser = clap::value_parser!(u32).range(4..=1024))]
     cache: Option<u32>,
+
+    /// Write what was cleaned and reached, each step's time and the most memory taken, as JSON
+    #[arg(long, value_name = "FILE.json")]
+    report: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -59,15 +64,26 @@ enum Order {
 /// Runs the subcommand. A failure names the file.
 pub fn run(args: &BuildArgs) -> Result<()> {
     // A build may take minutes: what cannot be is told before.
-    let output = check(args)?;
+    let (output, report) = (check(args)?, args.report.as_deref().map(check_place).transpose()?);
+    if report.as_ref() == Some(&output) {
+        bail!(Usage(format!("--report {}: that is the mesh's own name; give it another", output.display())));
+    }
+    let mut laps = Laps::start();
     let (model, cleaned) = Model::open(&args.input)?;
     cleaned.to_string().lines().for_each(|line| tracing::info!("{line}"));
+    let load = laps.lap();
     let bar = Bar::new();
     let options = SimplifyOptions { target_faces: args.target_faces };
     let simplified = simplify(&model, &options, &mut bar.phase("simplify"));
+    let simplify = laps.lap();
     let mesh = ordered(args, &model, &simplified.collapses, &bar);
     bar.0.finish_and_clear();
+    let order = laps.lap();
     let contents = mesh.write(&output)?;
+    if let Some(path) = report {
+        let steps = Steps::of([load, simplify, order, laps.lap()]);
+        BuildReport::new(&cleaned, &simplified.report, &contents, steps).write(&path)?;
+    }
     told(&simplified.report);
     tracing::info!(
         "{}: {} bytes, {} levels, {:.2} bytes a split but for positions, attributes and header",

@@ -3,6 +3,7 @@
 mod build;
 mod export;
 mod info;
+mod report;
 mod verify;
 
 use anyhow::Result;

@@ -1,16 +1,15 @@
 //! pm.build: how long a build takes, and how much memory, against the size of the model.
 
 use super::super::mesh::ProgressiveMesh;
-use super::super::order::{OrderOptions, order};
-use super::super::simplify::{SimplifyOptions, simplify};
 use super::orders::judged;
 use crate::figure::{
-    Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Sweep, Table, Value, Verdict,
+    Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Sweep, Table, Value, Verdict,
 };
-use crate::scene::model::{Model, fetched, named};
+use crate::scene::model::fetched;
 use crate::stats::Summary;
 use anyhow::Context;
 use std::path::Path;
+use std::process::{Command, Stdio};
 use std::time::Instant;
 
 pub const BUILD: Figure = Figure {
@@ -20,8 +19,8 @@ pub const BUILD: Figure = Figure {
             one core but for what the counting of levels would use, and how much memory: reading and cleaning a file, \
             simplifying to 64 faces, ordering (ours, at most 23 moved faces a split), writing the .pmesh file, and reading \
             it? `torus` is generated in about as many faces as the scan `dragon` has in its four resolutions; the dragon \
-            is measured where `ortelius fetch` has fetched it. Memory is the most that the whole \
-            process had resident meanwhile, the device's driver included: a bound from above.",
+            is measured where `ortelius fetch` has fetched it. Each build runs three times, each in a process of its \
+            own (`ortelius mesh build`); memory is the most that this had resident.",
     scenes: &["torus", "dragon"],
     variants,
     sweep: Some(Sweep {
@@ -61,95 +60,84 @@ const OF_THE_BUILD: usize = 4;
 /// The dragon's files by their faces.
 const DRAGONS: [(f64, &str); 4] =
     [(11_102.0, "dragon_res4"), (47_794.0, "dragon_res3"), (202_520.0, "dragon_res2"), (871_414.0, "dragon")];
-/// Models of more faces are built once when quick.
-const FEW_FACES: f64 = 50_000.0;
+/// Builds of each model.
+const RUNS: usize = 3;
 
 fn variants() -> Vec<String> {
     STEPS.into_iter().chain([WHOLE]).map(String::from).collect()
 }
 
-fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let faces = cell.x.context("the sweep has values")?;
-    let load: Box<dyn Fn() -> anyhow::Result<Model>> = match &*cell.scene {
-        "torus" => {
-            // A torus of n rows has 4 n n faces.
-            let name = format!("torus:{}", (faces / 4.0).sqrt().round());
-            Box::new(move || named(&name).with_context(|| format!("no model {name}")))
-        }
+    let model = match &*cell.scene {
+        // A torus of n rows has 4 n n faces.
+        "torus" => format!("torus:{}", (faces / 4.0).sqrt().round()),
         _ => {
             let name = DRAGONS.iter().find(|(count, _)| *count == faces).context("a dragon")?.1;
-            let Some(path) = fetched(name) else {
+            if fetched(name).is_none() {
                 let why = format!("{name} is not here: ortelius fetch {name}");
                 return Ok(variants().iter().map(|v| missing(v, TIME, &why)).collect());
-            };
-            Box::new(move || Ok(Model::load(&path)?.0))
+            }
+            name.to_owned()
         }
     };
-    let runs = if bench.effort == Effort::Quick && faces > FEW_FACES { 1 } else { 3 };
     let folder = tempfile::tempdir()?;
-    let mut samples = vec![Vec::new(); STEPS.len()];
-    let (mut memory, mut file_bytes) = (None, 0);
-    for run in 0..runs {
-        let before = if run == 0 { reset_peak() } else { None };
-        let (times, bytes) = build(&load, &folder.path().join("a.pmesh"))?;
-        // Of the first run: later ones have what the allocator kept beside.
-        memory = memory.or(before.and_then(|_| peak()));
-        file_bytes = bytes;
-        samples.iter_mut().zip(times).for_each(|(samples, time)| samples.push(time));
-    }
-    let whole = (0..runs).map(|run| samples[..OF_THE_BUILD].iter().map(|step| step[run]).sum()).collect();
-    let steps = STEPS.into_iter().chain([WHOLE]).zip(samples.into_iter().chain([whole]));
-    let mut rows: Vec<Row> =
-        steps.filter_map(|(step, times)| Some(time_row(step, Summary::of(&times)?))).collect();
-    rows.push(match memory {
-        Some(bytes) => Row::new(WHOLE, MEMORY, "MiB", Value::Number(bytes as f64 / f64::from(1 << 20))),
+    let builds: Vec<Build> = (0..RUNS).map(|_| build(&model, folder.path())).collect::<Result<_, _>>()?;
+    let times = |step: usize| builds.iter().map(|build| build.times[step]).collect::<Vec<f64>>();
+    let whole = builds.iter().map(|build| build.times[..OF_THE_BUILD].iter().sum()).collect();
+    let samples = (0..STEPS.len()).map(times).chain([whole]);
+    let steps = STEPS.into_iter().chain([WHOLE]).zip(samples);
+    let mut rows: Vec<Row> = steps
+        .filter_map(|(step, times)| Some(Row::new(step, TIME, "ms", Value::Summary(Summary::of(&times)?))))
+        .collect();
+    let memory: Option<Vec<f64>> = builds.iter().map(|build| build.most_memory).collect();
+    rows.push(match memory.and_then(|each| Summary::of(&each)) {
+        Some(memory) => Row::new(WHOLE, MEMORY, "MiB", Value::Summary(memory)),
         None => missing(WHOLE, MEMORY, "this system does not tell a process its memory"),
     });
-    rows.push(Row::new(WHOLE, FILE, "bytes", Value::Number(file_bytes as f64)));
+    rows.push(Row::new(WHOLE, FILE, "bytes", Value::Number(builds[0].file_bytes)));
     Ok(rows)
-}
-
-fn time_row(step: &str, times: Summary) -> Row {
-    Row::new(step, TIME, "ms", Value::Summary(times))
 }
 
 fn missing(variant: &str, quantity: &str, why: &str) -> Row {
     Row::new(variant, quantity, "", Value::Missing(why.to_owned()))
 }
 
-/// Milliseconds of each of [`STEPS`], and the file's length.
-fn build(load: &dyn Fn() -> anyhow::Result<Model>, path: &Path) -> anyhow::Result<([f64; 5], u64)> {
-    let mut times = [0.0; 5];
-    let mut start = Instant::now();
-    let mut lap = |step: usize| {
-        let now = Instant::now();
-        times[step] = (now - std::mem::replace(&mut start, now)).as_secs_f64() * 1e3;
-    };
-    let model = load()?;
-    lap(0);
-    let simplified = simplify(&model, &SimplifyOptions::default(), &mut |_, _| {});
-    lap(1);
-    let mesh = order(&model, &simplified.collapses, &OrderOptions::BEST, &mut |_, _| {});
-    lap(2);
-    let contents = mesh.write(path)?;
-    lap(3);
-    let again = ProgressiveMesh::read(path)?;
-    lap(4);
-    anyhow::ensure!(again.mesh == mesh, "{}: read again it is another mesh", path.display());
-    Ok((times, contents.bytes))
+/// What one build took.
+struct Build {
+    /// Milliseconds of each of [`STEPS`].
+    times: [f64; 5],
+    /// MiB.
+    most_memory: Option<f64>,
+    file_bytes: f64,
 }
 
-/// Forgets the most memory so far; bytes that are resident now. None where the system has no such thing.
-fn reset_peak() -> Option<u64> {
-    std::fs::write("/proc/self/clear_refs", "5").ok()?;
-    peak()
+/// Builds a model in a process of its own, which is this program as `mesh build`: the memory of whatever else was
+/// measured before is not its.
+fn build(model: &str, folder: &Path) -> anyhow::Result<Build> {
+    let (file, report) = (folder.join("a.pmesh"), folder.join("a.json"));
+    let program = std::env::current_exe().context("own program not found")?;
+    let mut command = Command::new(program);
+    command.args(["mesh", "build", model, "-o"]).arg(&file).arg("--report").arg(&report);
+    let ran = command.stdin(Stdio::null()).output().context("the process that builds cannot be started")?;
+    let said = String::from_utf8_lossy(&ran.stderr);
+    anyhow::ensure!(ran.status.success(), "mesh build {model}: {}", said.lines().last().unwrap_or_default());
+    let start = Instant::now();
+    let read = ProgressiveMesh::read(&file)?;
+    let again = start.elapsed().as_secs_f64() * 1e3;
+    anyhow::ensure!(!read.contents.is_cut(), "{}: read again it is not whole", file.display());
+    told(&serde_json::from_slice(&std::fs::read(&report)?)?, again)
+        .with_context(|| format!("{}: not what mesh build reports", report.display()))
 }
 
-/// The most bytes that this process had resident since [`reset_peak`].
-fn peak() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
+/// What a build's report tells, and the time to read its file again.
+fn told(report: &serde_json::Value, again: f64) -> Option<Build> {
+    let step = |name: &str| report["milliseconds"][name].as_f64();
+    Some(Build {
+        times: [step("load_and_clean")?, step("simplify")?, step("order")?, step("write")?, again],
+        most_memory: report["most_memory_bytes"].as_f64().map(|bytes| bytes / f64::from(1 << 20)),
+        file_bytes: report["file_bytes"].as_f64()?,
+    })
 }
 
 fn linear(table: &Table) -> Finding {
@@ -220,13 +208,16 @@ mod tests {
     }
 
     #[test]
-    fn the_peak_sees_memory_that_is_gone() {
-        // Where /proc is not as on Linux there is nothing to see, and the figure says so.
-        let Some(before) = reset_peak() else { return };
-        let bytes = 64 << 20;
-        assert!(std::hint::black_box(vec![1_u8; bytes]).iter().all(|&byte| byte == 1));
-        let grown = peak().unwrap() - before;
-        // Other tests of this process may free memory meanwhile.
-        assert!(grown >= bytes as u64 / 2, "{grown} bytes of {bytes}");
+    fn a_report_without_a_step_is_no_build() {
+        let whole = r#"{"milliseconds": {"load_and_clean": 1, "simplify": 2, "order": 3.5, "write": 4},
+                        "most_memory_bytes": 3145728, "file_bytes": 99}"#;
+        let build = |text: &str| told(&serde_json::from_str(text).unwrap(), 5.0);
+        let found = build(whole).unwrap();
+        assert_eq!(
+            (found.times, found.most_memory, found.file_bytes),
+            ([1.0, 2.0, 3.5, 4.0, 5.0], Some(3.0), 99.0)
+        );
+        assert!(build(&whole.replace("3145728", "null")).unwrap().most_memory.is_none());
+        assert!(build(&whole.replace("order", "ordering")).is_none());
     }
 }

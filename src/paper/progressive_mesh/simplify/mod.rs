@@ -22,6 +22,7 @@ mod surface;
 
 use crate::math::ragged::Ragged;
 use crate::scene::model::Model;
+use serde::Serialize;
 
 /// Collapses from the full model down to the base mesh M0, the first one first. Indices are the model's.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -99,7 +100,7 @@ pub struct Simplified {
 }
 
 /// What was wanted, what was reached, and what had to be allowed on the way.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Report {
     pub target_faces: usize,
     /// Faces of the base mesh.
