@@ -50,6 +50,26 @@ fn a_built_mesh_is_described_and_verified() {
 }
 
 #[test]
+fn a_build_reports_what_it_did_and_took() {
+    let folder = folder();
+    told(&folder, &["build", "sphere:4", "-o", "s.pmesh", "--target-faces", "20", "--report", "r.json"]);
+    let report: serde_json::Value = serde_json::from_str(&read(&folder, "r.json")).unwrap();
+    assert_eq!((&report["cleaning"]["faces"], &report["simplifying"]["faces"]), (&320.into(), &20.into()));
+    assert_eq!(report["file_bytes"], std::fs::metadata(folder.path().join("s.pmesh")).unwrap().len());
+    for step in ["load_and_clean", "simplify", "order", "write"] {
+        assert!(report["milliseconds"][step].as_f64().is_some_and(|time| time >= 0.0), "{step}: {report}");
+    }
+    // A program has more than a MiB.
+    let most = &report["most_memory_bytes"];
+    assert!(most.is_null() || most.as_u64().unwrap() > 1 << 20, "{most}");
+    // Before the build: nothing is written.
+    let (code, line) = mesh_failure(&folder, &["build", "bunny", "-o", "x.pmesh", "--report", "no/r.json"]);
+    assert_eq!(code, 1);
+    holds(&line, &["no/r.json", "create it first"]);
+    assert_eq!(names(&folder), ["r.json", "s.pmesh"]);
+}
+
+#[test]
 fn an_order_is_chosen_and_told() {
     let folder = folder();
     let moved = |arguments: &[&str]| {

@@ -45,7 +45,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     let output = check_place(&args.output)?;
     let mesh = load(&args.file)?.mesh;
     let level = level(args, &mesh)?;
-    let model = at_level(&mesh, level);
+    let model = at_level(&mesh, level, format);
     model.write(&output, format)?;
     let Level { vertices, faces, error } = mesh.levels[level as usize];
     tracing::info!(
@@ -78,8 +78,9 @@ fn nearest(levels: &[Level], faces: u32) -> u32 {
     nearest.map_or(0, |(at, _)| at as u32)
 }
 
-/// A level's live faces in the order of the buffer, with the vertices that are live.
-fn at_level(mesh: &ProgressiveMesh, level: u32) -> Model {
+/// A level's live faces in the order of the buffer, with the vertices that are live; positions as plain as `format` can
+/// have them.
+fn at_level(mesh: &ProgressiveMesh, level: u32, format: Format) -> Model {
     let mut state = State::new(mesh);
     state.go_to(mesh, level);
     let live = mesh.levels[level as usize].vertices as usize;
@@ -88,7 +89,9 @@ fn at_level(mesh: &ProgressiveMesh, level: u32) -> Model {
     for vertex in 0..live {
         let first = vertices.welded[vertex] as usize;
         if first == vertex {
-            positions.push(vertices.centre + DVec3::from(vertices.positions[vertex].map(f64::from)));
+            let stored = vertices.positions[vertex];
+            let place = |axis: usize| plain(vertices.centre[axis], stored[axis], format);
+            positions.push(DVec3::from_array(std::array::from_fn(place)));
             wedge_positions.push(positions.len() as u32 - 1);
         } else {
             wedge_positions.push(wedge_positions[first]);
@@ -107,9 +110,63 @@ fn at_level(mesh: &ProgressiveMesh, level: u32) -> Model {
     }
 }
 
+/// The plainest coordinate whose distance from the centre is the stored f32: of a text the one with the fewest digits
+/// (six, or more where these do not tell), of numbers in bytes an f32. The sum itself has seventeen digits, most of
+/// them noise.
+fn plain(centre: f64, stored: f32, format: Format) -> f64 {
+    let sum = centre + f64::from(stored);
+    let is_stored = |place: &f64| (place - centre) as f32 == stored;
+    let plainest = match format {
+        Format::Ply => Some(f64::from(sum as f32)).filter(is_stored),
+        Format::Obj => (5..17).filter_map(|digits| rounded(sum, digits - lost(sum, stored))).find(is_stored),
+    };
+    plainest.unwrap_or(sum)
+}
+
+/// Digits by which a sum is below one of its terms: they were lost, and zeros stand for them.
+fn lost(sum: f64, stored: f32) -> i32 {
+    let digits = (f64::from(stored) / sum).abs().log10();
+    if digits.is_finite() { (digits as i32).max(0) } else { 0 }
+}
+
+/// Rounded to a first digit and so many more; to 0 where there are fewer than none.
+fn rounded(number: f64, digits: i32) -> Option<f64> {
+    match usize::try_from(digits) {
+        Ok(digits) => format!("{number:.digits$e}").parse().ok(),
+        Err(_) => Some(0.0),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_coordinate_is_written_with_as_few_digits_as_tell_the_stored_number() {
+        // As they stood in a text, and about which centre: these come back.
+        for (place, centre) in
+            [(0.1, 0.0), (0.1, 3.7), (-12.345678, 5.0), (1e6 + 0.25, 1e6), (7e-20, 0.0), (0.0, 0.1)]
+        {
+            let stored = (place - centre) as f32;
+            assert_eq!(plain(centre, stored, Format::Obj), place, "about {centre}");
+        }
+        // Any other is at least the same number for the mesh, in both formats.
+        for n in 0..10_000_u32 {
+            let stored = f32::from_bits(n.wrapping_mul(0x9E37_79B9));
+            for centre in [0.0, -1.0 / 3.0, 1e9] {
+                for format in [Format::Obj, Format::Ply] {
+                    let place = plain(centre, stored, format);
+                    let sum = centre + f64::from(stored);
+                    assert!(
+                        !stored.is_finite() || (place - centre) as f32 == (sum - centre) as f32,
+                        "{stored} {centre}"
+                    );
+                }
+            }
+        }
+        let single = f64::from(1.1_f32);
+        assert_eq!(plain(1.0, (single - 1.0) as f32, Format::Ply), single);
+    }
 
     #[test]
     fn the_nearest_level_is_taken_and_of_two_the_coarser() {
