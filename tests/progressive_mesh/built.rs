@@ -20,7 +20,7 @@ fn content(position: [f32; 3], attributes: &Attributes, at: usize) -> Content {
 }
 
 /// The first of some levels at which a mesh is not a fresh build of its model.
-fn level_that_differs(mesh: &ProgressiveMesh, model: &Model, collapses: &Collapses) -> Option<u32> {
+pub fn level_that_differs(mesh: &ProgressiveMesh, model: &Model, collapses: &Collapses) -> Option<u32> {
     let vertices = &mesh.vertices;
     let vertex = |at: u32| content(vertices.positions[at as usize], &vertices.attributes, at as usize);
     let wedge = |at: u32| {

@@ -4,6 +4,7 @@
 mod files;
 mod glb;
 mod mutated;
+mod pipeline;
 mod trouble;
 
 use ortelius::scene::model::{Format, Model};

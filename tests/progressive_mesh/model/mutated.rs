@@ -1,6 +1,8 @@
-//! 10 000 damaged files: an error in one line or a clean model, never a panic.
+//! 10 000 damaged files: an error in one line or a clean model, never a panic; of each fifth model also a mesh at every
+//! level.
 
 use super::glb::cube_glb;
+use super::pipeline::goes_all_the_way;
 use super::*;
 use ortelius::scene::model::{Raw, clean};
 
@@ -71,7 +73,7 @@ fn damage(file: &mut Vec<u8>, random: &mut Random) {
 
 fn survives(name: &str, original: &[u8], seed: u64) {
     let mut random = Random(seed);
-    let (mut models, mut errors) = (0, 0);
+    let (mut models, mut errors, mut levels) = (0, 0, 0);
     for round in 0..2000 {
         let mut file = original.to_vec();
         for _ in 0..=random.below(2) {
@@ -82,6 +84,9 @@ fn survives(name: &str, original: &[u8], seed: u64) {
                 models += 1;
                 assert_eq!(report.faces, model.faces.len());
                 model.check().unwrap_or_else(|broken| panic!("{name}, round {round}: {broken}"));
+                if models % 5 == 0 {
+                    levels += goes_all_the_way(&model, &|| format!("{name}, round {round}"));
+                }
             }
             Err(error) => {
                 errors += 1;
@@ -92,6 +97,7 @@ fn survives(name: &str, original: &[u8], seed: u64) {
     }
     // Damage that is always refused at once would test nothing behind the first check.
     assert!(models >= 60 && errors >= 200, "{name}: {models} models, {errors} errors");
+    assert!(levels >= 3 * models / 5, "{name}: {levels} levels of {models} models");
     assert!(!is_limited() || Vec::<u8>::new().try_reserve_exact(MOST_KIB << 10).is_err(), "no limit");
 }
 

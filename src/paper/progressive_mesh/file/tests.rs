@@ -2,6 +2,7 @@
 
 use super::super::mesh::{Level, NOWHERE, ProgressiveMesh, Splits, Swaps, Vertices};
 use super::super::order::{OrderOptions, classical, order};
+use super::super::run::State;
 use super::super::simplify::{SimplifyOptions, simplify};
 use super::write::chunk_checksum;
 use super::{CHUNK_HEAD_BYTES, Flaw, HEADER_BYTES};
@@ -10,7 +11,7 @@ use crate::scene::model::named;
 use glam::DVec3;
 use xxhash_rust::xxh3::xxh3_64;
 
-/// A small generator with a period that does not matter here.
+/// A small generator; its period does not matter.
 struct Random(u64);
 
 impl Random {
@@ -316,6 +317,9 @@ fn ten_thousand_mutated_files_are_refused_or_valid() {
         let items = mesh.faces.len() + mesh.vertices.positions.len() + mesh.swaps.cycles.items().len();
         assert!(items <= 4 * bytes.len(), "{items} items of {} bytes", bytes.len());
         mesh.check().unwrap();
+        let mut state = State::new(mesh);
+        [mesh.last_level(), 0].iter().for_each(|&level| state.go_to(mesh, level));
+        assert!(state.faces() == mesh.faces);
         // It is a mesh like any other: it can be written, and comes back.
         if !loaded.contents.is_cut() {
             assert!(ProgressiveMesh::from_bytes(&mesh.to_bytes().0).unwrap().mesh == *mesh);
