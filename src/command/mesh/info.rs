@@ -36,6 +36,8 @@ struct Info {
     levels: usize,
     coarsest: LevelInfo,
     finest: LevelInfo,
+    /// What the levels' errors say.
+    errors_are: &'static str,
     attributes: Vec<&'static str>,
     permutations: usize,
     moved_faces_per_split: f64,
@@ -110,6 +112,7 @@ impl Info {
             levels: mesh.levels.len(),
             coarsest: mesh.levels[0].into(),
             finest: mesh.levels[mesh.levels.len() - 1].into(),
+            errors_are: "object units; estimates from above of the distance from the finest level, no bounds",
             attributes: attributes.iter().filter(|(_, count)| *count > 0).map(|(name, _)| *name).collect(),
             permutations: mesh.swaps.levels.len(),
             moved_faces_per_split: mesh.swaps.cycles.items().len() as f64 / splits,
@@ -138,6 +141,7 @@ impl Info {
             format!("levels        {}", self.levels),
             format!("coarsest      {}", level(&self.coarsest)),
             format!("finest        {}", level(&self.finest)),
+            format!("errors        {}", self.errors_are),
             format!("attributes    {attributes}"),
             format!(
                 "tswaps        {} levels carry them, {:.2} faces moved a split",

@@ -1,4 +1,5 @@
-//! `.pmesh` files: a progressive mesh from the coarsest level on, so that the beginning of a file is a coarser mesh.
+//! `.pmesh` files: a progressive mesh from the coarsest level on, so that a file cut behind its first
+//! chunk is a coarser mesh.
 //!
 //! The bytes are described in docs/pmesh.md. What is stored exactly is the [`ProgressiveMesh`]; what can be derived
 //! is not stored: the slots of a split follow from which faces around the split vertex change (one cheap bit each),

@@ -71,7 +71,7 @@ impl ProgressiveMesh {
         Self::from_bytes(&bytes).map_err(|flaw| PmeshError::Flaw { path: shown, flaw })
     }
 
-    /// The mesh of a `.pmesh` file's bytes, or of its beginning.
+    /// The mesh of a `.pmesh` file's bytes, or of its beginning, at least the first chunk.
     ///
     /// # Errors
     /// [`Flaw`]: what is wrong where.
