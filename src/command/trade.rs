@@ -1,6 +1,7 @@
 //! `ortelius trade`: a scene's settings by time and error, and the one to choose.
 
 use super::device::DeviceArgs;
+use super::outputs::check_folder;
 use super::render::parse_size;
 use super::{Usage, say};
 use anyhow::{Context, anyhow, bail};
@@ -26,10 +27,10 @@ pub struct TradeArgs {
     #[arg(long, value_enum, default_value = "nmse")]
     error: ErrorName,
     /// Look for the fastest setting with at most this error
-    #[arg(long, value_name = "E", value_parser = parse_bound, conflicts_with = "max_ms")]
+    #[arg(long, value_name = "E", value_parser = parse_bound, conflicts_with = "max_ms", allow_negative_numbers = true)]
     max_error: Option<f64>,
     /// Look for the most accurate setting that takes at most so long
-    #[arg(long, value_name = "T", value_parser = parse_bound)]
+    #[arg(long, value_name = "T", value_parser = parse_bound, allow_negative_numbers = true)]
     max_ms: Option<f64>,
     /// Turn these alone, of level-bias, filter, anisotropy, border, list, stages, format, gpu-tiles, budgets; all
     /// otherwise
@@ -78,6 +79,7 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
     check(args)?;
     let earlier = args.against.as_deref().map(earlier).transpose()?;
     if let Some(folder) = &args.output {
+        check_folder(folder)?;
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
@@ -203,6 +205,17 @@ fn print(args: &TradeArgs, trade: &Trade) -> anyhow::Result<()> {
         let spread = format!("{:.2} to {:.2}", setting.ms.p5, setting.ms.p95);
         let (ms, error) = (setting.ms.median, setting.error);
         write!(text, "\n{ms:>9.2}  {spread:>19}  {error:>13.3e}  {}", setting.name)?;
+    }
+    for setting in trade.incomplete() {
+        let (ms, error, frames) = (setting.ms.median, setting.error, setting.list_frames);
+        write!(
+            text,
+            "\nnot on the front: {} ({ms:.2} ms, {error:.3e}): incomplete list, whole after {frames} frames",
+            setting.name
+        )?;
+    }
+    for refused in &trade.refused {
+        write!(text, "\nnot measured: {}: {}", refused.name, refused.why)?;
     }
     for budget in &trade.budgets {
         let (frames, seconds) = (budget.frames, budget.wall_ms / 1e3);

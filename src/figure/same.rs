@@ -135,13 +135,13 @@ fn factor(pairs: &HashMap<&str, (f64, f64)>, earlier: Option<&str>, later: Optio
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::{Errors, Machine};
     use super::*;
     use crate::stats::Summary;
 
     /// Settings as name, milliseconds and error; intervals of a hundredth of the median.
-    fn sweep(settings: &[(&str, f64, f64)]) -> Trade {
+    pub fn sweep(settings: &[(&str, f64, f64)]) -> Trade {
         let text = |text: &str| text.to_string();
         let machine = Machine {
             device: text("made-up device"),
@@ -161,6 +161,7 @@ mod tests {
             error,
             errors: Errors { nmse: error, flip: error, max: error },
             forced_bias: 0,
+            list_frames: 1,
             on_front: false,
         };
         let mut trade = Trade {

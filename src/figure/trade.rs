@@ -2,6 +2,7 @@
 
 use super::plot::scatter::{self, Spot};
 use super::plot::{self, Chart, Point};
+use super::table::any_f64;
 use super::{Machine, json, page};
 use crate::picture::write::write_whole;
 use crate::stats::{Choice, Summary, front};
@@ -43,20 +44,31 @@ pub struct Traded {
     /// Where the median lies ([`median_interval`](crate::stats::median_interval)).
     pub interval_ms: [f64; 2],
     /// By the chosen measure.
+    #[serde(with = "any_f64")]
     pub error: f64,
     pub errors: Errors,
     /// Levels by which the picture is coarser than asked for, because the visible tiles exceed N1.
     pub forced_bias: u32,
+    /// Frames until a camera that stands still has listed all that it sees: 1 where each frame's list is exact.
+    #[serde(default = "at_once")]
+    pub list_frames: u64,
     pub on_front: bool,
+}
+
+fn at_once() -> u64 {
+    1
 }
 
 /// All measures of a picture against the truth.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Errors {
+    #[serde(with = "any_f64")]
     pub nmse: f64,
     /// Mean of FLIP.
+    #[serde(with = "any_f64")]
     pub flip: f64,
     /// Largest difference of a channel, linear light.
+    #[serde(with = "any_f64")]
     pub max: f64,
 }
 
@@ -82,17 +94,28 @@ pub struct Refused {
 }
 
 impl Trade {
-    /// Finds the front, after all settings are there.
+    /// Finds the front, after all settings are there. A setting whose list is whole later than the scene's own is none of
+    /// it: the settled picture does not show what the camera's every move costs.
     pub fn mark_front(&mut self) {
         let choice = |setting: &Traded| Choice {
             time: setting.ms.median,
             interval: setting.interval_ms,
             error: setting.error,
         };
-        let members = front(&self.settings.iter().map(choice).collect::<Vec<_>>());
-        for (place, setting) in self.settings.iter_mut().enumerate() {
-            setting.on_front = members.contains(&place);
+        let whole = self.settings.first().map_or(1, |own| own.list_frames);
+        let places: Vec<usize> =
+            (0..self.settings.len()).filter(|&place| self.settings[place].list_frames <= whole).collect();
+        let members = front(&places.iter().map(|&place| choice(&self.settings[place])).collect::<Vec<_>>());
+        for setting in &mut self.settings {
+            setting.on_front = false;
         }
+        members.into_iter().for_each(|member| self.settings[places[member]].on_front = true);
+    }
+
+    /// Settings that are no part of the front because their lists are whole later than the scene's own.
+    pub fn incomplete(&self) -> Vec<&Traded> {
+        let whole = self.settings.first().map_or(1, |own| own.list_frames);
+        self.settings.iter().filter(|setting| setting.list_frames > whole).collect()
     }
 
     /// The front, from the smallest error to the least time.
@@ -154,5 +177,32 @@ impl Trade {
         let others = self.settings.iter().filter(|setting| !setting.on_front);
         let spots: Vec<Spot> = self.front().into_iter().chain(others).map(spot).collect();
         scatter::draw(&chart, "settled frame, ms (logarithmic)", &spots)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::same::tests::sweep;
+
+    #[test]
+    fn a_list_that_is_whole_later_keeps_a_setting_off_the_front_however_fast_it_is() {
+        let mut trade =
+            sweep(&[("the scene's own", 10.0, 0.1), ("feedback 1/64", 5.0, 0.1), ("bias 1", 8.0, 0.2)]);
+        let front = |trade: &super::Trade| {
+            trade.front().iter().map(|setting| setting.name.clone()).collect::<Vec<_>>()
+        };
+        trade.mark_front();
+        assert_eq!(front(&trade), ["feedback 1/64"]);
+        trade.settings[1].list_frames = 64;
+        trade.mark_front();
+        assert_eq!(front(&trade), ["the scene's own", "bias 1"]);
+        assert_eq!(
+            trade.incomplete().iter().map(|setting| &*setting.name).collect::<Vec<_>>(),
+            ["feedback 1/64"]
+        );
+        // A scene that lists so itself compares with its like.
+        trade.settings[0].list_frames = 64;
+        trade.mark_front();
+        assert_eq!(front(&trade), ["feedback 1/64"]);
     }
 }

@@ -64,8 +64,10 @@ fn a_sweep_finds_its_front_and_writes_what_meets_the_bound() {
     let words = String::from_utf8(ran.stderr).unwrap();
     holds(
         words.lines().last().unwrap(),
-        &["ortelius: none of 2 settings takes at most 0 ms; the fastest is "],
+        &["ortelius: none of 5 settings takes at most 0 ms; the fastest is "],
     );
+    let said = String::from_utf8(ran.stdout).unwrap();
+    holds(&said, &["not on the front: feedback 1/256 (", "incomplete list, whole after 256 frames"]);
 }
 
 #[test]
@@ -102,7 +104,8 @@ fn what_could_not_be_written_or_measured_is_refused_first() {
         ),
         (&["small.toml", "--write"], 2, &["give --max-error or --max-ms"]),
         (&["nowhere"], 2, &["nowhere", "shipped are"]),
-        (&["small.toml", "-o", "small.toml"], 1, &["cannot make the folder small.toml"]),
+        (&["small.toml", "-o", "small.toml"], 1, &["-o small.toml: small.toml is no folder"]),
+        (&["small.toml", "-o", "/proc/trade"], 1, &["-o /proc/trade: nothing can be written in /proc"]),
         (
             &["small.toml", "--against", "small.toml"],
             1,
@@ -115,8 +118,11 @@ fn what_could_not_be_written_or_measured_is_refused_first() {
         assert_eq!(found, code, "{line}");
         holds(&line, words);
     }
+    let ran = run(&folder, &["trade", "small.toml", "--max-error", "-1"]);
+    assert_eq!((ran.status.code(), ran.stdout.len()), (Some(2), 0));
+    holds(&String::from_utf8(ran.stderr).unwrap(), &["'-1'", "a bound is a number from 0 up"]);
     for arguments in [
-        &["trade", "small.toml", "--max-error", "-1"][..],
+        &["trade", "small.toml", "--max-ms", "-1"][..],
         &["trade", "small.toml", "--max-error", "1", "--max-ms", "1"],
         &["trade", "small.toml", "--knobs", "filtre"],
         &["trade", "small.toml", "--write", "--max-ms", "1", "-D", "variant.level_bias=1"],

@@ -55,6 +55,8 @@ struct Line<'a> {
     spread: String,
     errors: [String; 3],
     on_front: bool,
+    /// What is to be known besides.
+    note: Option<String>,
 }
 
 impl Line<'_> {
@@ -67,6 +69,8 @@ impl Line<'_> {
             spread: format!("{} – {}", human(setting.ms.p5), human(setting.ms.p95)),
             errors: [errors.nmse, errors.flip, errors.max].map(human),
             on_front: setting.on_front,
+            note: (setting.list_frames > 1)
+                .then(|| format!("incomplete list: whole after {} frames", setting.list_frames)),
         }
     }
 }

@@ -325,7 +325,7 @@ impl Session {
     }
 
     /// Frames until a camera that stands still has listed all it sees.
-    fn frames_to_list(&self) -> u64 {
+    pub fn frames_to_list(&self) -> u64 {
         self.samples_seen.as_ref().map_or(1, Memory::frames)
     }
 

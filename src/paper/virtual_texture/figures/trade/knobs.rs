@@ -1,5 +1,6 @@
 //! What can be turned on a scene to trade time for accuracy, and which turns go together.
 
+use crate::figure::Refused;
 use crate::scene::source::TileFormat;
 use crate::scene::{
     Compaction, Dedup, Filtering, Keying, Listing, Scene, Texture, TextureError, TextureSource,
@@ -71,8 +72,11 @@ impl Knob {
                 all.extend([1, 2, 4, 8].map(|max_anisotropy| Values { max_anisotropy, ..at }));
             }
             // A border costs memory and reading; 0 shows what one is worth.
-            Knob::Border => all.push(Values { border: 0, ..at }),
-            Knob::List => all.push(Values { list: Listing::Feedback, feedback_log2: 6, ..at }),
+            Knob::Border => all.extend(BORDERS.map(|border| Values { border, ..at })),
+            Knob::List => {
+                let feedback = FEEDBACKS.map(|n| Values { list: Listing::Feedback, feedback_log2: n, ..at });
+                all.extend(feedback);
+            }
             // The draw that does it all, exactly.
             Knob::Stages => {
                 all.push(Values {
@@ -91,6 +95,11 @@ impl Knob {
         all
     }
 }
+
+/// Texels.
+const BORDERS: [u32; 4] = [0, 1, 2, 8];
+/// n: one pixel of 2^n.
+const FEEDBACKS: [u32; 4] = [2, 4, 6, 8];
 
 /// Where all knobs stand.
 #[derive(Clone, Copy, PartialEq)]
@@ -140,6 +149,13 @@ impl Values {
                 (self.max_anisotropy == 1 || self.samples == 16) && self.border == own.border
             }
         };
+        // Subsampled lists change when a picture is whole and not what it is, and some borders are between those that
+        // stand beside all else: both alone.
+        let (list, feedback_log2) = (own.list, own.feedback_log2);
+        let listed = (self.list, self.feedback_log2) == (list, feedback_log2)
+            || Values { list, feedback_log2, ..self } == *own;
+        let bordered =
+            [0, own.border].contains(&self.border) || Values { border: own.border, ..self } == *own;
         // A list of the host's has no stages 2 and 3.
         let stages = self.list == Listing::Device || self.stages == own.stages;
         let reach = if self.filter == Filtering::Stochastic { 0 } else { self.max_anisotropy };
@@ -151,7 +167,8 @@ impl Values {
                 && (self.level_bias, self.list, self.border) == (own.level_bias, own.list, own.border)
                 && border.is_multiple_of(4));
         let fewer = self.gpu_tiles == own.gpu_tiles || Values { gpu_tiles: own.gpu_tiles, ..self } == *own;
-        (sensible && stages && format && fewer && (fits || generated)).then_some(Values { border, ..self })
+        let alone = listed && bordered && fewer;
+        (sensible && stages && format && alone && (fits || generated)).then_some(Values { border, ..self })
     }
 
     fn setting(&self, own: &Values) -> Setting {
@@ -236,6 +253,52 @@ pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Setting>, TextureEr
     Ok(settings)
 }
 
+/// What `knobs` do not turn in this scene, why, and what would.
+///
+/// # Errors
+/// A scene without a landscape.
+pub fn not_turned(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Refused>, TextureError> {
+    let texture = scene.texture()?;
+    let (own, variant) = (texture.border, &scene.variant);
+    let baked = matches!(texture.source, TextureSource::File(_));
+    let mut refused = Vec::new();
+    let mut refuse = |name: String, why: String| refused.push(Refused { name, why });
+    if knobs.contains(&Knob::Border) {
+        let (reach, stochastic) = (variant.max_anisotropy, variant.filter == Filtering::Stochastic);
+        for border in BORDERS.into_iter().filter(|border| *border != own) {
+            if baked {
+                let why =
+                    format!("the file has a border of {own} texels; bake it again with --border {border}");
+                refuse(format!("border {border}"), why);
+            } else if !stochastic && reach > 1 && reach > border {
+                let why = format!(
+                    "the scene's variant.max_anisotropy = {reach} samples {reach} texels over a tile's edge"
+                );
+                refuse(format!("border {border}"), why);
+            }
+        }
+    }
+    if knobs.contains(&Knob::Anisotropy) && baked {
+        for na in [2, 4, 8].into_iter().filter(|na| *na > own) {
+            let why = format!("the file has a border of {own} texels; bake it again with --border {na}");
+            refuse(format!("NA {na}"), why);
+        }
+    }
+    if knobs.contains(&Knob::Format) && texture.format != TileFormat::Bc1 {
+        match texture.source {
+            TextureSource::Earth => {}
+            TextureSource::File(_) => {
+                refuse(
+                    "bc1".into(),
+                    "a file has the format that it was baked with; bake it again with --format bc1".into(),
+                );
+            }
+            _ => refuse("bc1".into(), "the ruler's texels are exact, which bc1 is not".into()),
+        }
+    }
+    Ok(refused)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -269,6 +332,39 @@ mod tests {
         assert!(!names(&[Knob::Format, Knob::Border]).contains(&"border 0, bc1".to_string()));
         let ruler = Scene::embedded("ruler").unwrap();
         assert_eq!(settings(&ruler, &[Knob::Format]).unwrap().len(), 1);
+    }
+
+    #[test]
+    fn subsampled_lists_and_odd_borders_stand_alone() {
+        let scene = Scene::embedded("earth").unwrap();
+        let names = |knobs: &[Knob]| {
+            settings(&scene, knobs).unwrap().into_iter().map(|setting| setting.name).collect::<Vec<_>>()
+        };
+        let lists = ["feedback 1/4", "feedback 1/16", "feedback 1/64", "feedback 1/256"];
+        assert_eq!(names(&[Knob::List])[1..], lists);
+        assert_eq!(names(&[Knob::Border])[1..], ["border 0", "border 1", "border 2", "border 8"]);
+        let all = names(&[Knob::List, Knob::Border, Knob::LevelBias]);
+        assert_eq!(
+            all.iter().filter(|name| name.contains(", ")).collect::<Vec<_>>(),
+            ["border 0, bias 1", "border 0, bias 2"]
+        );
+    }
+
+    #[test]
+    fn what_is_not_turned_is_told_with_what_would() {
+        let mut scene = Scene::embedded("earth").unwrap();
+        assert_eq!(not_turned(&scene, &Knob::ALL).unwrap().len(), 0);
+        scene.variant.max_anisotropy = 4;
+        let told = |scene: &Scene| -> Vec<String> {
+            let refused = not_turned(scene, &Knob::ALL).unwrap();
+            refused.into_iter().map(|refused| format!("{}: {}", refused.name, refused.why)).collect()
+        };
+        assert_eq!(told(&scene).len(), 3, "{:?}", told(&scene));
+        scene.texture_mut().unwrap().source = TextureSource::File("a.tiles".into());
+        let lines = told(&scene);
+        assert_eq!(lines.len(), 6, "{lines:?}");
+        assert_eq!(lines[1], "border 1: the file has a border of 4 texels; bake it again with --border 1");
+        assert!(lines[4].starts_with("NA 8: ") && lines[5].ends_with("--format bc1"), "{lines:?}");
     }
 
     #[test]

@@ -6,7 +6,7 @@ mod knobs;
 mod times;
 mod truth;
 
-pub use knobs::{Knob, Setting, settings};
+pub use knobs::{Knob, Setting, not_turned, settings};
 
 use super::side_by_side::{Kept, device, lacks};
 use crate::figure::{Bench, Errors, Machine, Refused, Trade};
@@ -89,7 +89,7 @@ impl Sweep<'_> {
         let mut stage = self.stage(bench, &scene)?;
         let (own, others) = settings.split_first().expect("the scene's own setting");
         let mut anchor = stage.open(own)?.map_err(anyhow::Error::msg)?;
-        let (mut batches, mut refused) = (Vec::new(), Vec::new());
+        let (mut batches, mut refused) = (Vec::new(), not_turned(&scene, self.knobs)?);
         for (n, batch) in others.chunks(TOGETHER).enumerate() {
             let mut opened = Vec::new();
             for setting in batch {
@@ -157,6 +157,8 @@ struct Open {
     session: Session,
     measures: Measures,
     forced_bias: u32,
+    /// See [`Traded::list_frames`](crate::figure::Traded::list_frames).
+    list_frames: u64,
 }
 
 impl Stage<'_> {
@@ -197,6 +199,7 @@ impl Stage<'_> {
         let picture = self.truth.cut(&session.picture_bytes()?);
         let measures = Comparison::of(&picture, &self.truth.picture)?.measures(OUTLIER_BOUND);
         let forced_bias = session.bias() - scene.variant.level_bias;
-        Ok(Ok(Open { setting: setting.clone(), session, measures, forced_bias }))
+        let list_frames = session.frames_to_list();
+        Ok(Ok(Open { setting: setting.clone(), session, measures, forced_bias, list_frames }))
     }
 }

@@ -85,6 +85,7 @@ fn traded(open: &Open, measure: Measure, times: &[f64]) -> Traded {
         error: measure.of(&errors),
         errors,
         forced_bias: open.forced_bias,
+        list_frames: open.list_frames,
         on_front: false,
     }
 }
