@@ -84,7 +84,7 @@ fn main() -> ExitCode {
     let done = match &line.command {
         Command::Demo(args) => demo::run(args),
         Command::Render(args) => render::run(args),
-        Command::List(args) => list::run(args),
+        Command::List(args) => list::run(args, line.verbose > 0),
         Command::Reproduce(args) => reproduce::run(args, &std::env::args_os().skip(1).collect::<Vec<_>>()),
         Command::Trade(args) => trade::run(args),
         Command::Merge(args) => merge::run(args),

@@ -13,7 +13,9 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// How far picture A is from picture B, or both from a reference. All measures but FLIP are of linear light.
+/// How far picture A is from picture B, or both from a reference. All measures but FLIP are of linear light. Alpha is
+/// ignored: red, green and blue count as they are stored, which a PNG does not multiply by alpha and an EXR as a rule
+/// does; how many pixels differ in alpha is told.
 #[derive(Args, Debug)]
 pub struct CompareArgs {
     /// A picture, .png or .exr
@@ -29,9 +31,9 @@ pub struct CompareArgs {
     #[arg(short, long, value_name = "DIFF")]
     output: Option<PathBuf>,
     /// Pixels with a larger error in any channel are outliers; 5/256 otherwise
-    #[arg(long, value_name = "ERROR", default_value_t = OUTLIER_BOUND, hide_default_value = true, value_parser = parse_bound)]
+    #[arg(long, value_name = "ERROR", default_value_t = OUTLIER_BOUND, hide_default_value = true, value_parser = parse_bound, allow_negative_numbers = true)]
     outliers_above: f64,
-    /// Print JSON; what is infinite is null
+    /// Print JSON; what is infinite is null (the PSNR of equal pictures, the error of a pixel that is no number)
     #[arg(long)]
     json: bool,
 }
@@ -47,6 +49,8 @@ fn parse_bound(text: &str) -> Result<f64, String> {
 struct Measured {
     picture: PathBuf,
     truth: PathBuf,
+    /// Pixels whose alpha differs, which no measure looks at.
+    alpha_differs: usize,
     #[serde(flatten)]
     measures: Measures,
 }
@@ -72,10 +76,12 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
     let mut measured = Vec::new();
     for path in pictures {
         let context = || format!("{} and {}", path.display(), truth_path.display());
-        let comparison = Comparison::of(&read(path)?, &truth).with_context(context)?;
+        let picture = read(path)?;
+        let comparison = Comparison::of(&picture, &truth).with_context(context)?;
         measured.push(Measured {
             picture: path.to_path_buf(),
             truth: truth_path.to_path_buf(),
+            alpha_differs: picture.rgba.iter().zip(&truth.rgba).filter(|(a, b)| a[3] != b[3]).count(),
             measures: comparison.measures(args.outliers_above),
         });
         comparisons.push(comparison);
@@ -134,6 +140,11 @@ fn print(measured: &[Measured]) -> anyhow::Result<()> {
     row(&format!("above {bound:.5}"), &|m| format!("{} of {} pixels", m.outliers, m.pixels))?;
     if measured.iter().any(|m| m.measures.not_finite > 0) {
         row("not finite", &|m| format!("{} pixels", m.not_finite))?;
+    }
+    if measured.iter().any(|m| m.alpha_differs > 0) {
+        let words = |m: &Measured| format!("{:<24}", format!("ignored, {} pixels differ", m.alpha_differs));
+        let words = measured.iter().map(words).collect::<Vec<_>>().join("  ");
+        say(format!("{:<14}{words}", "alpha").trim_end())?;
     }
     Ok(())
 }

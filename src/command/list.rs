@@ -8,7 +8,7 @@ use serde_json::json;
 
 #[derive(Args)]
 pub struct ListArgs {
-    /// Figures (pm.order) or families (pm); all without one
+    /// Figures (pm.order) or families (pm), with what they ask and claim; all without one, their claims with -v
     #[arg(value_name = "FIGURE|FAMILY")]
     figures: Vec<String>,
     /// Print JSON on stdout
@@ -16,7 +16,8 @@ pub struct ListArgs {
     json: bool,
 }
 
-pub fn run(args: &ListArgs) -> anyhow::Result<()> {
+/// `verbose`: claims also where no figure was named.
+pub fn run(args: &ListArgs, verbose: bool) -> anyhow::Result<()> {
     let chosen = choose(&FAMILIES, &args.figures).map_err(|unknown| Usage(unknown.to_string()))?;
     let of = |figures: &[&'static Figure]| -> Vec<&Figure> {
         figures.iter().copied().filter(|figure| chosen.iter().any(|one| one.id == figure.id)).collect()
@@ -30,21 +31,34 @@ pub fn run(args: &ListArgs) -> anyhow::Result<()> {
         return say(serde_json::to_string_pretty(&all.collect::<Vec<_>>())?);
     }
     for (family, figures) in families {
-        say(format_args!("{family}: {} figures", figures.len()))?;
-        for figure in figures {
-            let cells = |effort| figure.cells(effort).len();
-            say(format_args!("  {:16} {}", figure.id, figure.title))?;
-            say(format_args!(
-                "  {:16} {} variants, {} claims, {} cells (full: {})",
-                "",
-                (figure.variants)().len(),
-                figure.claims.len(),
-                cells(Effort::Quick),
-                cells(Effort::Full)
-            ))?;
-        }
+        let plural = if figures.len() == 1 { "" } else { "s" };
+        say(format_args!("{family}: {} figure{plural}", figures.len()))?;
+        figures.into_iter().try_for_each(|figure| told(figure, verbose || !args.figures.is_empty()))?;
     }
     Ok(())
+}
+
+/// A figure in two lines; `whole`: and what it asks, leaves out and claims.
+fn told(figure: &Figure, whole: bool) -> anyhow::Result<()> {
+    let cells = |effort| figure.cells(effort).len();
+    say(format_args!("  {:16} {}", figure.id, figure.title))?;
+    say(format_args!(
+        "  {:16} {} variants, {} claims, {} cells (full: {})",
+        "",
+        (figure.variants)().len(),
+        figure.claims.len(),
+        cells(Effort::Quick),
+        cells(Effort::Full)
+    ))?;
+    if !whole {
+        return Ok(());
+    }
+    let about = figure.about.split_whitespace().collect::<Vec<_>>().join(" ");
+    say(format_args!("    {about}"))?;
+    say(format_args!("    A quick run leaves out {}.", figure.quick_leaves_out()))?;
+    figure.claims.iter().try_for_each(|claim| {
+        say(format_args!("    - {} ({}): {}", claim.id, origin(claim.from), claim.text))
+    })
 }
 
 fn origin(from: Origin) -> String {
@@ -67,6 +81,7 @@ fn described(family: &str, figure: &Figure) -> serde_json::Value {
         "about": figure.about,
         "scenes": figure.scenes,
         "variants": (figure.variants)(),
+        "quick_leaves_out": figure.quick_leaves_out(),
         "sweep": figure.sweep.map(|s| json!({"name": s.name, "quick": s.quick, "full": s.full})),
         "claims": claims,
     })

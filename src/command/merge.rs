@@ -1,5 +1,6 @@
 //! `ortelius merge`: parts of a run become one report.
 
+use super::outputs::check_folder;
 use super::report::{report, stored};
 use clap::Args;
 use ortelius::figure::{Figure, Store, choose, merge};
@@ -20,6 +21,7 @@ pub struct MergeArgs {
 }
 
 pub fn run(args: &MergeArgs) -> anyhow::Result<()> {
+    check_folder(&args.output)?;
     let against = stored(args.against.as_deref())?;
     let known = choose(&FAMILIES, &[]).expect("no name is unknown");
     let folders: Vec<&Path> = args.folders.iter().map(PathBuf::as_path).collect();

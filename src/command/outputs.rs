@@ -179,6 +179,21 @@ pub(super) fn check_place(path: &Path) -> anyhow::Result<PathBuf> {
     Ok(place)
 }
 
+/// Whether a folder is there or can be made, and written into: asked before minutes are spent, and nothing is made.
+pub(super) fn check_folder(path: &Path) -> anyhow::Result<()> {
+    let shown = path.display();
+    let named =
+        |part: &Path| if part.as_os_str().is_empty() { PathBuf::from(".") } else { part.to_path_buf() };
+    let there = path.ancestors().map(named).find(|part| part.exists()).unwrap_or_else(|| PathBuf::from("."));
+    if !there.is_dir() {
+        bail!("-o {shown}: {} is no folder; name another place", there.display());
+    }
+    tempfile::tempfile_in(&there).with_context(|| {
+        format!("-o {shown}: nothing can be written in {}; name another place", there.display())
+    })?;
+    Ok(())
+}
+
 fn write_picture(renderer: &mut Renderer, path: &Path) -> anyhow::Result<()> {
     let bytes = renderer.picture_bytes()?;
     let [width, height] = renderer.size();

@@ -32,7 +32,7 @@ pub struct RenderArgs {
     #[arg(long)]
     path: Option<String>,
     /// Render so many frames; without it: until nothing is missing
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     frames: Option<u32>,
     /// After --frames, go on from the last pose until nothing is missing
     #[arg(long)]

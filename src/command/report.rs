@@ -42,7 +42,7 @@ pub fn report(
     for (figure, claim) in results.claims() {
         let finding = &claim.finding;
         let name = format!("{} {}", figure.id, claim.id);
-        say(format_args!("{name:32} {:20} {}", finding.verdict.name(), finding.numbers))?;
+        say(format_args!("{name:32} {:30} {}", finding.verdict.name(), finding.numbers))?;
     }
     changes.iter().flat_map(|changes| changes.lines(MOST_CHANGES)).try_for_each(say)
 }

@@ -3,6 +3,7 @@
 
 use super::Usage;
 use super::device::DeviceArgs;
+use super::outputs::check_folder;
 use super::report::{report, stored};
 use anyhow::{Context, bail};
 use clap::Args;
@@ -63,6 +64,7 @@ fn parse_partition(text: &str) -> Result<Partition, String> {
 /// `line`: the program's arguments, from which a child makes the same `args`.
 pub fn run(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
     let figures = choose(&FAMILIES, &args.figures).map_err(|unknown| Usage(unknown.to_string()))?;
+    check_folder(&args.output)?;
     match args.worker {
         None => watch(args, line),
         Some(from) => {
@@ -133,13 +135,17 @@ fn measure(args: &ReproduceArgs, figures: &[&'static Figure], from: usize) -> an
     bar.0.finish_and_clear();
     let tally = tally?;
     let store = Store::at(&args.output);
-    let cells = store.all(&known)?;
-    let shown = |figure: &&'static Figure| {
-        let asked = figures.iter().any(|asked| asked.id == figure.id);
-        asked || cells.iter().any(|cell| cell.figure == figure.id)
-    };
-    let shown: Vec<&Figure> = known.iter().copied().filter(shown).collect();
-    report(&store, &shown, run.effort, against.as_ref())?;
+    // What else the folder has was not asked for: `merge` shows all.
+    report(&store, figures, run.effort, against.as_ref())?;
+    let stored = store.all(&known)?;
+    let asked = |cell: &&CellResult| figures.iter().any(|figure| figure.id == cell.figure);
+    let others = stored.len() - stored.iter().filter(asked).count();
+    if others > 0 {
+        let folder = args.output.display();
+        tracing::info!(
+            "{folder} also holds {others} cells of other figures: `ortelius merge {folder} -o {folder}` shows all"
+        );
+    }
     conclude(args, &tally)
 }
 
@@ -186,7 +192,9 @@ impl Progress for Bar {
     fn skipped(&self, result: &CellResult) {
         let line = told_crash(result);
         self.0.suspend(|| {
-            tracing::warn!("{line}, in an earlier run; not measurable here (without --resume: tried again)");
+            tracing::warn!(
+                "{line}, in an earlier run; not measurable on this device (without --resume: tried again)"
+            );
         });
     }
 

@@ -27,6 +27,13 @@ impl TileId {
     }
 }
 
+/// "level 3, row 5, column 7"
+impl std::fmt::Display for TileId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "level {}, row {}, column {}", self.level, self.row, self.column)
+    }
+}
+
 /// What does not make a pyramid.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum PyramidError {

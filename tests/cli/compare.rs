@@ -67,6 +67,19 @@ fn every_measure_of_a_wrong_pixel_is_the_hand_computed_one() {
 }
 
 #[test]
+fn alpha_is_ignored_and_how_many_pixels_differ_in_it_is_told() {
+    let folder = folder();
+    let mut clear = grey();
+    (clear.rgba[0][3], clear.rgba[9][3]) = (0.25, 0.5);
+    save(&folder, "clear.exr", &clear);
+    save(&folder, "grey.exr", &grey());
+    let found = &json(&folder, &["clear.exr", "grey.exr"])[0];
+    assert_eq!((&found["alpha_differs"], &found["nmse"]), (&2.into(), &0.0.into()));
+    holds(&said(&folder, &["clear.exr", "grey.exr"]), &["alpha         ignored, 2 pixels differ"]);
+    assert!(!said(&folder, &["grey.exr", "grey.exr"]).contains("alpha"));
+}
+
+#[test]
 fn a_png_is_compared_in_linear_light() {
     let folder = folder();
     let bytes = |code: u8| Srgb8Picture { width: 2, height: 2, rgba: [code, code, code, 255].repeat(4) };
@@ -131,5 +144,9 @@ fn what_cannot_be_compared_is_refused_in_one_line() {
     }
     let ran = run(&folder, &["compare", "a.exr", "a.exr", "--outliers-above", "-1"]);
     assert_eq!(ran.status.code(), Some(2));
+    holds(
+        &String::from_utf8(ran.stderr).unwrap(),
+        &["'-1'", "a bound is a number of linear light from 0 up"],
+    );
     assert_eq!(names(&folder), ["a.exr", "a.jpg", "broken.png", "small.exr"]);
 }

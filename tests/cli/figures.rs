@@ -36,7 +36,15 @@ fn the_list_takes_figures_and_families_as_reproduce_does() {
     let pm = listed(&["pm"]);
     assert!(pm.len() > 5 && pm.iter().all(|id| id.starts_with("pm.")), "{pm:?}");
     let words = String::from_utf8(run(&folder, &["list", "pm.order"]).stdout).unwrap();
-    assert!(words.starts_with("pm: 1 figures") && !words.contains("vt"), "{words}");
+    assert!(words.starts_with("pm: 1 figure\n") && !words.contains("vt"), "{words}");
+    // A figure that was named is told whole; all of them only where more words are asked for.
+    let claim = ortelius::paper::FAMILIES[0].1[0].claims[0].text;
+    let whole = |arguments: &[&str]| {
+        let words = String::from_utf8(run(&folder, &[&["list"], arguments].concat()).stdout).unwrap();
+        words.contains(claim) && words.contains("A quick run leaves out ")
+    };
+    let id = ortelius::paper::FAMILIES[0].1[0].id;
+    assert_eq!([whole(&[id]), whole(&["-v"]), whole(&[]), whole(&["pm.order"])], [true, true, false, false]);
     let (code, line) = failure(&mut ortelius(&folder, &["list", "pm.ordre"]));
     assert_eq!(code, 2, "{line}");
     holds(&line, &["\"pm.ordre\"", "nearest is pm.order"]);
@@ -79,7 +87,12 @@ fn what_is_no_result_is_named_before_anything_is_measured() {
         (&["reproduce", "vt", "--against", "none.json"][..], &["--against none.json", "No such file"][..]),
         (&["reproduce", "vt", "--against", "old.json"], &["--against old.json", "\"ortelius results 0\""]),
         (&["merge", "nowhere", "-o", "merged"], &["nowhere holds no result", "reproduce"]),
-        (&["reproduce", "vt", "-o", "old.json/out"], &["old.json/out", "Not a directory"]),
+        (&["reproduce", "vt", "-o", "old.json/out"], &["-o old.json/out: old.json is no folder"]),
+        (
+            &["reproduce", "vt", "-o", "/proc/out"],
+            &["-o /proc/out: nothing can be written in /proc", "another place"],
+        ),
+        (&["merge", "nowhere", "-o", "/proc/out"], &["-o /proc/out: nothing can be written in /proc"]),
     ] {
         let (code, line) = failure(&mut ortelius(&folder, arguments));
         assert_eq!(code, 1, "{line}");
@@ -138,7 +151,7 @@ fn a_driver_that_crashes_costs_one_cell_and_a_run_that_is_killed_leaves_no_worke
         &["vt.keying globe/africa at 360: the driver crashed (signal: 6", "1 of 2 cells failed, first "],
     );
     let summary: serde_json::Value = serde_json::from_str(&read(&folder, "out/summary.json")).unwrap();
-    assert_eq!(summary["vt.keying"][0]["verdict"], "not-measurable");
+    assert_eq!(summary["vt.keying"][0]["verdict"], "not-measured");
     holds(&summary["vt.keying"][0]["why"].to_string(), &["1 of 6 cells crashed the driver"]);
 
     let resumed = run(&folder, &[&reproduce[..], &["--resume"]].concat());

@@ -24,7 +24,7 @@ pub struct BuildArgs {
     output: PathBuf,
 
     /// Faces of the coarsest level
-    #[arg(long, value_name = "N", default_value_t = SimplifyOptions::default().target_faces)]
+    #[arg(long, value_name = "N", default_value_t = SimplifyOptions::default().target_faces, allow_negative_numbers = true)]
     target_faces: usize,
 
     /// How faces are ordered
@@ -36,12 +36,12 @@ pub struct BuildArgs {
     groups: Option<Groups>,
 
     /// Faces that may change their slots for each split; decides the groups (23 where neither is said)
-    #[arg(long, value_name = "M", value_parser = positive)]
+    #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
     moves_budget: Option<f64>,
 
     /// Entries of the vertex cache that the order is for, first in, first out
     /// (16 where nothing is said)
-    #[arg(long, value_name = "ENTRIES", value_parser = clap::value_parser!(u32).range(4..=1024))]
+    #[arg(long, value_name = "ENTRIES", value_parser = clap::value_parser!(u32).range(4..=1024), allow_negative_numbers = true)]
     cache: Option<u32>,
 
     /// Write what was cleaned and reached, each step's time and the most memory taken, as JSON

@@ -20,7 +20,7 @@ pub struct ExportArgs {
     file: PathBuf,
 
     /// The level: how many splits are applied
-    #[arg(long, group = "which", value_name = "L")]
+    #[arg(long, group = "which", value_name = "L", allow_negative_numbers = true)]
     level: Option<u32>,
 
     /// The coarsest level whose error is at most so much, in object units: an estimate from above of its deviation
@@ -29,7 +29,7 @@ pub struct ExportArgs {
     error: Option<f32>,
 
     /// The level whose number of faces is nearest
-    #[arg(long, group = "which", value_name = "N")]
+    #[arg(long, group = "which", value_name = "N", allow_negative_numbers = true)]
     faces: Option<u32>,
 
     /// The file to write; its folder must exist

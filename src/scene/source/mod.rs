@@ -34,14 +34,14 @@ impl TileFormat {
 /// A tile, or a resident level, that could not be had. Rendering goes on without it.
 #[derive(Debug, Error)]
 pub enum TileError {
-    #[error("{path}: {tile:?} at byte {offset}: {source}")]
+    #[error("{path}: {tile} at byte {offset}: {source}")]
     Read { path: String, tile: TileId, offset: u64, source: std::io::Error },
     #[error(
-        "{path}: {tile:?} at byte {offset}: checksum differs, the file is damaged; `ortelius verify` lists all damage"
+        "{path}: {tile} at byte {offset}: checksum differs, the file is damaged; `ortelius verify` lists all damage"
     )]
     Checksum { path: String, tile: TileId, offset: u64 },
     /// For sources that fail on purpose ([`disk::BadDisk`], tests).
-    #[error("{tile:?}: {reason}")]
+    #[error("{tile}: {reason}")]
     Refused { tile: TileId, reason: String },
 }
 

@@ -49,7 +49,7 @@ impl Streaming {
             Ok(()) => {
                 report.loads += 1;
                 if self.reported.remove(&tile) {
-                    tracing::debug!("{tile:?} can be read again");
+                    tracing::debug!("{tile} can be read again");
                 }
                 self.j2.fill(slot, bytes);
                 self.h2.set(tile, slot as i32);
