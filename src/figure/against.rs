@@ -2,6 +2,7 @@
 
 use super::words::human;
 use super::{Outcome, Results, Row, Value};
+use crate::stats::Summary;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -44,8 +45,8 @@ pub struct ValueChange {
 }
 
 impl Changes {
-    /// What is different in `after`, in its figures: what else `before` holds was not asked for. Repeated measurements differ where not even their p5 .. p95 meet; all else where it
-    /// is not equal.
+    /// What is different in `after`, in its figures: what else `before` holds was not asked for. Repeated measurements
+    /// differ where not even their p5 .. p95 meet; all else where it is not equal.
     pub fn between(before: &Results, after: &Results) -> Changes {
         let asked = |id: &str| after.figures.iter().any(|figure| figure.id == id);
         let before = &Results {
@@ -126,9 +127,18 @@ fn values_of(results: &Results) -> BTreeMap<Key, &Row> {
     found
 }
 
+/// Whether p5 .. p95 of both have a number in common.
+fn meet(then: &Summary, now: &Summary) -> bool {
+    then.p5 <= now.p95 && now.p5 <= then.p95
+}
+
 fn change([figure, what]: &Key, before: &Row, after: &Row) -> Option<ValueChange> {
     let same = match (&before.value, &after.value) {
-        (Value::Summary(then), Value::Summary(now)) => then.p5 <= now.p95 && now.p5 <= then.p95,
+        (Value::Summary(then), Value::Summary(now)) => meet(then, now),
+        (Value::Spreads(then), Value::Spreads(now)) => {
+            let pairs = || then.iter().zip(now);
+            then.len() == now.len() && pairs().all(|((a, then), (b, now))| a == b && meet(then, now))
+        }
         // NaN equals nothing; two of them are no change.
         (Value::Number(then), Value::Number(now)) => then == now || (then.is_nan() && now.is_nan()),
         (then, now) => then == now,
@@ -152,6 +162,7 @@ fn shown(row: &Row) -> String {
         Value::Summary(summary) => format!("{}{unit}", human(summary.median)),
         Value::Number(number) => format!("{}{unit}", human(*number)),
         Value::Series(points) => format!("a series of {}", points.len()),
+        Value::Spreads(points) => format!("a series of {} spreads", points.len()),
         Value::Text(text) => text.clone(),
         Value::Missing(why) => format!("not here: {why}"),
     }

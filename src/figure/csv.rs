@@ -1,6 +1,7 @@
 //! A figure's rows as comma-separated values (RFC 4180), one row a line; a series takes one line a point.
 
 use super::{FigureResult, Machine, Outcome, Row, Value};
+use crate::stats::Summary;
 use std::fmt::Write as _;
 
 const HEAD: &str = "figure,scene,x,variant,quantity,unit,value,p5,p95,min,max,count,at,text,device";
@@ -29,10 +30,10 @@ fn lines(text: &mut String, place: &str, row: &Row, device: &str) {
     let mut line = |rest: String| {
         writeln!(text, "{place},{name},{rest},{device}").expect("a string takes all");
     };
+    let spread = |s: &Summary| format!("{},{},{},{},{},{}", s.median, s.p5, s.p95, s.min, s.max, s.count);
     match &row.value {
-        Value::Summary(s) => {
-            line(format!("{},{},{},{},{},{},,", s.median, s.p5, s.p95, s.min, s.max, s.count));
-        }
+        Value::Summary(s) => line(format!("{},,", spread(s))),
+        Value::Spreads(points) => points.iter().for_each(|(x, s)| line(format!("{},{x},", spread(s)))),
         Value::Number(number) => line(format!("{number},,,,,,,")),
         Value::Series(points) => points.iter().for_each(|[x, y]| line(format!("{y},,,,,,{x},"))),
         Value::Text(words) => line(format!(",,,,,,,{}", field(words))),

@@ -103,7 +103,8 @@ pub enum Axis {
     Sweep,
     /// A bar for each variant.
     Variant,
-    /// The first number of each point of a [`Value::Series`], with its name and unit; a line for each variant.
+    /// The first number of each point of a [`Value::Series`] or [`Value::Spreads`], with its name and unit; a line for
+    /// each variant.
     Series(&'static str),
 }
 
@@ -133,8 +134,10 @@ pub enum Verdict {
     Reproduced,
     InPart,
     NotReproduced,
-    /// The device, or the machine, cannot tell.
+    /// This device cannot tell: it lacks what it takes, is no GPU where the claim is of one, or its driver crashed.
     NotMeasurable,
+    /// Nothing keeps it from being told but that cells were left out, or failed.
+    NotMeasured,
 }
 
 /// A claim's verdict with the numbers that it rests on.
@@ -166,6 +169,17 @@ impl Figure {
         };
         self.scenes.iter().flat_map(of_scene).collect()
     }
+
+    /// What a quick run leaves out of a full one beside what [`Figure::about`] says, in words.
+    pub fn quick_leaves_out(&self) -> String {
+        let runs = "two thirds of the runs of each time".to_string();
+        let Some(Sweep { name, quick, full }) = &self.sweep else { return runs };
+        let left: Vec<String> = full.iter().filter(|x| !quick.contains(x)).map(ToString::to_string).collect();
+        match left.is_empty() {
+            true => runs,
+            false => format!("{runs}, and {name}: {}", left.join(", ")),
+        }
+    }
 }
 
 /// "earth/oblique" or "earth/oblique at 3".
@@ -194,7 +208,8 @@ impl Verdict {
             Verdict::Reproduced => "reproduced",
             Verdict::InPart => "in part",
             Verdict::NotReproduced => "not reproduced",
-            Verdict::NotMeasurable => "not measurable here",
+            Verdict::NotMeasurable => "not measurable on this device",
+            Verdict::NotMeasured => "not measured",
         }
     }
 }

@@ -156,7 +156,7 @@ fn judge(figure: &Figure, cells: &[CellRows], machines: &[Machine]) -> Vec<Claim
             Origin::Ours => "ours".to_string(),
         },
         finding: match &table {
-            None => Finding::new(Verdict::NotMeasurable, "", "no cell was measured"),
+            None => Finding::new(Verdict::NotMeasured, "", "no cell was measured"),
             Some(table) => tempered((claim.check)(table), cells),
         },
     };
@@ -184,16 +184,20 @@ pub fn table(cells: &[CellRows], machines: &[Machine]) -> Option<Table> {
 }
 
 /// A finding on part of the cells, or on cells of several machines, says so. Where cells failed nothing is reproduced;
-/// where some were not measured nothing is decided, for a claim may fail for the want of them alone.
+/// where some were not measured nothing is decided, for a claim may fail for the want of them alone. A driver that
+/// crashed is the device's; all else that is missing is not.
 fn tempered(mut finding: Finding, cells: &[CellRows]) -> Finding {
     let failed = cells.iter().filter(|cell| matches!(cell.outcome, Outcome::Failed(_))).count();
     let crashed = cells.iter().filter(|cell| matches!(cell.outcome, Outcome::Crashed(_))).count();
     let absent = cells.iter().filter(|cell| cell.outcome == Outcome::Absent).count();
     let mut notes = Vec::new();
     if failed + crashed + absent > 0 {
-        if finding.verdict == Verdict::Reproduced || absent > 0 {
-            finding.verdict = Verdict::NotMeasurable;
-        }
+        let open = matches!(finding.verdict, Verdict::Reproduced | Verdict::NotMeasurable);
+        finding.verdict = match finding.verdict {
+            _ if absent > 0 || (open && failed > 0) => Verdict::NotMeasured,
+            _ if open => Verdict::NotMeasurable,
+            verdict => verdict,
+        };
         let part = |count: usize, what: &str| match count {
             0 => None,
             _ => Some(format!("{count} of {} cells {what}", cells.len())),
@@ -228,6 +232,9 @@ impl Outcome {
             let finite = match &row.value {
                 Value::Summary(s) => [s.min, s.p5, s.median, s.p95, s.max].iter().all(|v| v.is_finite()),
                 Value::Series(points) => points.iter().flatten().all(|v| v.is_finite()),
+                Value::Spreads(points) => {
+                    points.iter().all(|(x, s)| [*x, s.min, s.max].iter().all(|v| v.is_finite()))
+                }
                 Value::Number(_) | Value::Text(_) | Value::Missing(_) => true,
             };
             if !finite {

@@ -23,8 +23,10 @@ pub enum Value {
     /// Exact, or computed; may be infinite or NaN.
     #[serde(with = "any_f64")]
     Number(f64),
-    /// (x, y), in order of x; finite.
+    /// (x, y), in order of x; finite, and exact.
     Series(Vec<[f64; 2]>),
+    /// Repeated measurements at each x, in order of x; finite.
+    Spreads(Vec<(f64, Summary)>),
     /// An outcome in words.
     Text(String),
     /// The variant does not run here, and why.
@@ -82,13 +84,13 @@ impl Value {
         match self {
             Value::Summary(summary) => Some(summary.median),
             Value::Number(number) => Some(*number),
-            Value::Series(_) | Value::Text(_) | Value::Missing(_) => None,
+            Value::Series(_) | Value::Spreads(_) | Value::Text(_) | Value::Missing(_) => None,
         }
     }
 }
 
 /// JSON has no infinities and no NaN: they are written as the strings "inf", "-inf", "NaN".
-mod any_f64 {
+pub(super) mod any_f64 {
     use serde::{Deserialize, Deserializer, Serializer, de::Error};
 
     #[derive(Deserialize)]

@@ -3,6 +3,7 @@
 use super::family::{BARS, SWEPT};
 use super::*;
 use ortelius::figure::{Changes, Outcome, Row, Value, Verdict};
+use ortelius::stats::Summary;
 
 /// Results of both figures, with the first cell of the bars changed.
 fn changed(change: impl Fn(&mut Row)) -> [Results; 2] {
@@ -45,6 +46,27 @@ fn a_time_changed_only_where_the_spreads_do_not_meet() {
         assert_eq!(values.len(), 1, "{values:?}");
         assert_eq!((&*values[0].what, values[0].ratio), ("plane, slow, time", Some(factor)));
     }
+}
+
+#[test]
+fn a_curve_of_repeated_measurements_changed_where_one_spread_does_not_meet_its_own() {
+    let curve = |second: f64, at: f64| {
+        let spread = |median: f64| Summary {
+            count: 3,
+            min: 0.8,
+            p5: 0.9 * median,
+            median,
+            p95: 1.1 * median,
+            max: 9.0,
+        };
+        let points = vec![(1.0, spread(1.0)), (at, spread(second))];
+        let value = Value::Spreads(points);
+        changed(move |row| row.value = value.clone())[1].clone()
+    };
+    let values = |after: Results| Changes::between(&curve(2.0, 2.0), &after).values.len();
+    assert_eq!([values(curve(2.2, 2.0)), values(curve(3.0, 2.0)), values(curve(2.0, 2.5))], [0, 7, 7]);
+    let text = serde_json::to_string(&curve(2.0, 2.0)).unwrap();
+    assert_eq!(Results::parse(&text).unwrap().figures[1].cells[0], curve(2.0, 2.0).figures[1].cells[0]);
 }
 
 #[test]

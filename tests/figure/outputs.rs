@@ -71,10 +71,10 @@ fn a_claim_on_a_part_of_the_cells_is_not_reproduced_yet() {
     run(&part).unwrap();
     let results = report(&[&SWEPT, &BARS], folder.path());
     let claims = &results.figures[0].claims;
-    assert_eq!(claims[0].finding.verdict, Verdict::NotMeasurable);
+    assert_eq!(claims[0].finding.verdict, Verdict::NotMeasured);
     assert!(claims[0].finding.why.contains("3 of 6 cells were not measured"));
     // Nor does it fail: what it lacks may be elsewhere.
-    assert_eq!(claims[2].finding.verdict, Verdict::NotMeasurable);
+    assert_eq!(claims[2].finding.verdict, Verdict::NotMeasured);
     assert_eq!(results.figures[1].claims[0].finding.why, "no cell was measured");
     let absent = results.figures[0].cells.iter().filter(|cell| cell.outcome == Outcome::Absent).count();
     assert_eq!(absent, 3);
@@ -91,11 +91,19 @@ fn the_page_holds_every_claim_with_its_verdict_every_plot_and_no_other_file() {
         let badge = format!("{}</span> {text} <span", claim.finding.verdict.name());
         assert!(page.contains(&badge), "{} {}: no {badge:?}", figure.id, claim.id);
     }
-    for verdict in
-        ["2 reproduced", "2 in part", "1 not reproduced", "2 not measurable here", "2 cells failed"]
-    {
+    for verdict in [
+        "2 reproduced",
+        "2 in part",
+        "1 not reproduced",
+        "1 not measurable on this device",
+        "1 not measured",
+        "2 cells failed",
+    ] {
         assert!(page.contains(&format!(">{verdict}</span>")), "no {verdict:?}");
     }
+    assert!(page.contains(
+        "A quick run: it leaves out two thirds of the runs of each time, and side, texels: 2, 3, 4."
+    ));
     assert!(page.contains("the disk is on fire") && page.contains("its times rank nothing on a GPU"));
     // Plots: a sweep for each of two scenes; bars and a series; a sweep and bars for each of 5 values, in two scenes.
     let files =

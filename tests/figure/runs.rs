@@ -194,7 +194,7 @@ fn a_cell_that_fails_stops_nothing_and_makes_no_claim_true() {
     assert_eq!((tally.measured, &told[..]), (4, &expected[..]));
     let results = report(&[&FAILS, &BARS], folder.path());
     let finding = &results.figures[0].claims[0].finding;
-    assert_eq!(finding.verdict, Verdict::NotMeasurable);
+    assert_eq!(finding.verdict, Verdict::NotMeasured);
     assert_eq!(finding.why, "the bound is 1 (2 of 3 cells failed)");
     assert_eq!(results.figures[1].claims[0].finding.verdict, Verdict::Reproduced);
     // What failed is tried again.

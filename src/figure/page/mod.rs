@@ -6,7 +6,7 @@ pub mod trade;
 
 use super::plot::{self, Drawn};
 use super::words::human;
-use super::{Changes, ClaimResult, Figure, FigureResult, Machine, Outcome, Results, Store, Verdict};
+use super::{Changes, ClaimResult, Effort, Figure, FigureResult, Machine, Outcome, Results, Store, Verdict};
 use minijinja::{Environment, HtmlEscape, Value, syntax::SyntaxConfig, value::Serde};
 use pictures::Shown;
 use serde::Serialize;
@@ -62,6 +62,8 @@ struct FigureView<'a> {
     id: &'a str,
     title: &'a str,
     about: Vec<&'a str>,
+    /// What the run left out because it was quick.
+    left_out: Option<String>,
     claims: Vec<ClaimView<'a>>,
     plots: Vec<PlotView>,
     tables: Vec<TableView>,
@@ -94,11 +96,12 @@ const STYLES: [&str; 2] = [include_str!("../plot/plot.css"), include_str!("page.
 const TEMPLATE: &str = include_str!("page.html");
 
 /// Verdicts in the order of the page, with their classes in the style.
-const VERDICTS: [(Verdict, &str); 4] = [
+const VERDICTS: [(Verdict, &str); 5] = [
     (Verdict::Reproduced, "yes"),
     (Verdict::InPart, "part"),
     (Verdict::NotReproduced, "no"),
     (Verdict::NotMeasurable, "open"),
+    (Verdict::NotMeasured, "open"),
 ];
 
 /// The page of `results`, with the plots that `plots` gives for each figure. Pictures are taken from `store`.
@@ -115,7 +118,8 @@ pub fn html(
     let mut views = Vec::new();
     for ((figure, result), drawn) in figures.iter().zip(&results.figures).zip(plots) {
         assert_eq!(figure.id, result.id, "results are in the order of their figures");
-        views.push(figure_view(figure, result, drawn, store)?);
+        let left_out = (results.effort == Effort::Quick).then(|| figure.quick_leaves_out());
+        views.push(FigureView { left_out, ..figure_view(figure, result, drawn, store)? });
     }
     let count = |&(verdict, class): &(Verdict, &'static str)| Count {
         name: verdict.name(),
@@ -193,6 +197,7 @@ fn figure_view<'a>(
         id: figure.id,
         title: figure.title,
         about: figure.about.split("\n\n").map(str::trim).collect(),
+        left_out: None,
         claims: result.claims.iter().map(claim_view).collect(),
         plots: drawn.iter().map(plot).collect(),
         tables: tables::of(figure, result),

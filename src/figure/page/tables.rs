@@ -49,7 +49,8 @@ pub fn of(figure: &Figure, result: &FigureResult) -> Vec<TableView> {
         .collect();
     let mut quantities: Vec<&str> = Vec::new();
     for row in measured.iter().flat_map(|(_, rows)| *rows) {
-        if !matches!(row.value, Value::Series(_)) && !quantities.contains(&&*row.quantity) {
+        if !matches!(row.value, Value::Series(_) | Value::Spreads(_)) && !quantities.contains(&&*row.quantity)
+        {
             quantities.push(&row.quantity);
         }
     }
@@ -102,6 +103,9 @@ fn entry(value: Option<Value>, notes: &mut Vec<String>) -> Entry {
             Entry { text: human(s.median), spread, ..Entry::default() }
         }
         Some(Value::Series(points)) => Entry { text: format!("{} points", points.len()), ..Entry::default() },
+        Some(Value::Spreads(points)) => {
+            Entry { text: format!("{} points", points.len()), ..Entry::default() }
+        }
         Some(Value::Text(text)) => Entry { text, words: true, ..Entry::default() },
         Some(Value::Missing(why)) => {
             let known = notes.iter().position(|note| *note == why);

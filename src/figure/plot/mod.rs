@@ -10,6 +10,7 @@ pub use svg::file;
 
 use super::words::human;
 use super::{Axis, CellRows, Figure, FigureResult, Machine, Outcome, Plot, Row, Value};
+use crate::stats::Summary;
 use bars::Bar;
 use lines::{Along, Line};
 use svg::{Anchor, Svg, WIDTH, shortened};
@@ -61,11 +62,15 @@ impl Chart {
 }
 
 impl Point {
+    fn of_summary(s: &Summary) -> Point {
+        Point { y: s.median, low: s.p5, high: s.p95 }
+    }
+
     fn of(value: &Value) -> Option<Point> {
         match value {
-            Value::Summary(s) => Some(Point { y: s.median, low: s.p5, high: s.p95 }),
+            Value::Summary(s) => Some(Point::of_summary(s)),
             Value::Number(y) => Some(Point { y: *y, low: *y, high: *y }),
-            Value::Series(_) | Value::Text(_) | Value::Missing(_) => None,
+            Value::Series(_) | Value::Spreads(_) | Value::Text(_) | Value::Missing(_) => None,
         }
     }
 
@@ -131,6 +136,7 @@ fn below(cells: &[&CellRows], quantity: &str, machines: &[Machine]) -> String {
     devices.dedup();
     let counts = cells.iter().flat_map(|cell| rows_of(cell, quantity)).filter_map(|row| match &row.value {
         Value::Summary(summary) => Some(summary.count),
+        Value::Spreads(points) => points.iter().map(|(_, summary)| summary.count).max(),
         _ => None,
     });
     let spread = counts.max().map(|count| format!("median of {count}, p5 to p95 · ")).unwrap_or_default();
@@ -200,6 +206,9 @@ fn draw_series(figure: &Figure, plot: &Plot, chart: &Chart, cell: &CellRows, nam
     let series = |name: &str| match value_of(cell, plot.quantity, name) {
         Some(Value::Series(points)) => {
             Some(points.iter().map(|[x, y]| (*x, Point { y: *y, low: *y, high: *y })).collect::<Vec<_>>())
+        }
+        Some(Value::Spreads(points)) => {
+            Some(points.iter().map(|(x, s)| (*x, Point::of_summary(s))).collect())
         }
         _ => None,
     };
