@@ -175,6 +175,9 @@ pub fn judge(table: &Table, bound: Bound, ratios: &[Ratio], why_none: impl FnOnc
 }
 
 /// As `finding`, where it was measured on a GPU; on a processor that poses as one the numbers stand and judge nothing.
+///
+/// Which claims pass through here: those of the paper that one thing is faster than another, or fast enough, for it speaks
+/// of GPUs. Counts and errors are any device's; and what we claim ourselves is of the device at hand, this one included.
 pub fn on_a_gpu(table: &Table, finding: Finding) -> Finding {
     if !table.machine.is_software() || finding.verdict == Verdict::NotMeasurable {
         return finding;

@@ -172,6 +172,18 @@ impl SideBySide {
         Ok(timed.iter().flat_map(|of| cost::rows(of, &timed)).chain(missing).collect())
     }
 
+    /// A session like number `at`, from empty caches settled at `pose`.
+    ///
+    /// # Errors
+    /// As [`SideBySide::settled`].
+    pub fn afresh(&self, at: usize, pose: &Pose) -> anyhow::Result<Session> {
+        let settings = self.sessions[at].1.settings.clone();
+        let mut session = Session::new(self.gpu.clone(), self.source.clone(), &self.mesh, settings)?;
+        session.settle(pose)?;
+        session.drain()?;
+        Ok(session)
+    }
+
     /// A contender for each session and each floor: its settled frame once more.
     ///
     /// # Errors

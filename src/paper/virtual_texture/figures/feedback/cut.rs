@@ -2,9 +2,11 @@
 
 use super::watch::{SUBSAMPLINGS, Watch, name};
 use super::{ALL_PIXELS, FALSE_TILES, PIXELS, RECALL, TO_99, TO_ALL};
-use crate::figure::{Row, Value};
+use crate::figure::{Bench, Row, Value};
 use crate::math::pyramid::TileId;
 use crate::paper::virtual_texture::feedback::{MOST_LOG2, blocks, cycle};
+use crate::paper::virtual_texture::session::read_u1;
+use crate::picture::write::Srgb8Picture;
 use crate::stats::Summary;
 
 /// When each tile is first seen, 1 for at once, by the frame of the cycle in which the camera cuts to the picture.
@@ -36,7 +38,20 @@ fn frames_to(share: f64, delays: &[u64]) -> f64 {
     delays[tiles.max(1) - 1] as f64
 }
 
-pub fn measure(watch: &mut Watch) -> anyhow::Result<Vec<Row>> {
+/// The pixels whose tile a frame's samples name, in grey, those whose tile they miss in red, and black behind them.
+fn map(size: [u32; 2], triples: &[[u32; 3]], seen: &[TileId], first_resident_level: u32) -> Srgb8Picture {
+    let colour = |&[level, i, j]: &[u32; 3]| match level {
+        level if level >= first_resident_level => [0, 0, 0, 255],
+        level => match seen.binary_search(&TileId { level, row: i >> level, column: j >> level }) {
+            Ok(_) => [110, 110, 110, 255],
+            Err(_) => [230, 60, 50, 255],
+        },
+    };
+    Srgb8Picture { width: size[0], height: size[1], rgba: triples.iter().flat_map(colour).collect() }
+}
+
+/// `named`: the picture's name without its ending.
+pub fn measure(bench: &mut Bench, named: &str, watch: &mut Watch) -> anyhow::Result<Vec<Row>> {
     let pose = watch.opened.pose;
     let exact = watch.look(&pose)?;
     let (tiles, pixels): (Vec<TileId>, Vec<u64>) = exact.into_iter().unzip();
@@ -50,6 +65,11 @@ pub fn measure(watch: &mut Watch) -> anyhow::Result<Vec<Row>> {
             seen[(n - SUBSAMPLINGS[0]) as usize].push(tiles);
         }
     }
+    let session = &watch.opened.session;
+    let pyramid = session.source.pyramid();
+    let triples = read_u1(&session.gpu, session.pipeline.stage1().expect("a staged variant"), &pyramid)?;
+    let first = seen.last().and_then(|frames| frames.first()).expect("a cycle has frames");
+    bench.picture(named, &map(session.settings.size, &triples, first, pyramid.first_resident_level()))?;
     let mut rows = vec![Row::new(ALL_PIXELS, "visible tiles", "tiles", Value::Number(tiles.len() as f64))];
     for (n, seen) in SUBSAMPLINGS.into_iter().zip(&seen) {
         let samples = blocks(n, watch.opened.session.settings.size).map(f64::from);
@@ -94,6 +114,14 @@ fn delay_rows(n: u32, pixels: &[u64], delays: &[Vec<u64>]) -> Vec<Row> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_map_is_red_where_the_tile_was_not_named_and_black_where_none_is_needed() {
+        let seen = [TileId { level: 1, row: 0, column: 2 }];
+        let map = map([4, 1], &[[1, 1, 5], [1, 1, 6], [3, 0, 0], [u32::MAX; 3]], &seen, 3);
+        let reds: Vec<u8> = map.rgba.chunks(4).map(|pixel| pixel[0]).collect();
+        assert_eq!((reds, map.rgba[1]), (vec![110, 230, 0, 0], 110));
+    }
 
     #[test]
     fn a_delay_is_counted_from_every_start_of_the_cycle() {

@@ -17,9 +17,11 @@ pub const FEEDBACK: Figure = Figure {
     about: "The paper lists every tile that a frame's pixels name, in that frame (section 2). Engines look at one pixel \
             of 4 to 256, another one in each frame, and collect: Call of Duty 1 of 64, Unreal Engine 5 1 of 256. How many \
             of the exact list's tiles does that find (recall), how many frames after a cut (delay), and how much of what \
-            a moving camera's memory still asks for is visible (precision)? Frames count what the lists lack; the two \
-            frames until any list reaches the host come on top for all. Times are of gathering the samples, copying them to \
-            the host and listing them there; \"all pixels\" is the copy of U1 and the same pass over it.",
+            a moving camera's memory still asks for is visible (precision)? A delay counts from the first frame that is drawn \
+            after the cut, whose own list has delay 1; after frame n the lists of frames 1 to n are known. The two frames until \
+            any list reaches the host come on top for all, the exact one too. Times are of gathering the samples, copying them to \
+            the host and listing them there; \"all pixels\" is the copy of U1 and the same pass over it. Pictures: what one pixel of \
+            256 has not named in the first frame, in red.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa", "earth/pan", "earth/dive", "earth/orbit"],
     variants,
     sweep: Some(Sweep { name: "picture height, pixels", quick: &[720.0], full: &[360.0, 720.0, 1080.0] }),
@@ -105,7 +107,10 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     match watch.opened.path.clone() {
         Some(path) => along::measure(&mut watch, path.frames, |frame| path.pose(frame)),
         None => {
-            let mut rows = cut::measure(&mut watch)?;
+            let rows_of_pixels = size[1];
+            let scene = cell.scene.replace('/', "-");
+            let named = format!("vt.feedback-{scene}-{rows_of_pixels}-first-frame-of-one-in-256");
+            let mut rows = cut::measure(bench, &named, &mut watch)?;
             rows.extend(times::measure(bench, &watch)?);
             Ok(rows)
         }

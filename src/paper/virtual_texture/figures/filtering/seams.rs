@@ -21,7 +21,8 @@ pub const SEAMS: Figure = Figure {
             repeats a tile's last texel where the neighbour's belongs. How far is the picture off within 8 texels of a \
             tile's edge, and elsewhere, from the same filter's picture with a border of 16 texels? The tests hold pictures \
             with a border of 4 and 8 to an f64 reference. A tile's coarser picture has half the border (of one texel: one \
-            before the tile, none after). The ruler's texels are white noise: the worst case of any texture.",
+            before the tile, none after). The ruler's texels are white noise: the worst case of any texture. \
+            480 x 270 (quick) or 1280 x 720 pixels, all of which count.",
     scenes: &["earth/oblique", "ruler/corner-oblique"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
     sweep: None,

@@ -1,37 +1,132 @@
-//! vt.cache: the caches as built with half of the room that the path needs.
+//! vt.cache: a session with half of the room that the path needs.
 
-use super::cache::{AT_REST, BIASED, HALVED, MOST_BIAS, TO_REST, play};
-use crate::figure::{Row, Value};
-use crate::math::pyramid::{Pyramid, TileId};
-use crate::paper::virtual_texture::streaming::StreamingConfig;
+use super::cache::{AT_REST, BIASED, DIFFERING, HALVED, MISREPORTED, MOST_BIAS, TO_REST};
+use super::{Remembered, Route, linear, session, show_beside};
+use crate::figure::{Bench, Cell, Row, Value};
+use crate::paper::virtual_texture::session::{FrameRecord, Session, Target};
 
-/// Frames at the path's end: far more than any number of tiles that are still to come takes.
-const LAST_STAYS: usize = 100;
+/// Frames at the path's end within which it must come to rest: far more than any number of tiles that are still to come
+/// takes.
+pub(super) const LAST_STAYS: usize = 100;
 
-/// Goes the path with N1 = half of the largest visible set, with the budgets of a frame, and stays at its end.
-pub(super) fn halved(pyramid: &Pyramid, lists: &[Vec<TileId>], largest: usize) -> Vec<Row> {
-    let gpu_tiles = (largest / 2).max(1) as u32;
-    let config = StreamingConfig {
-        gpu_tiles,
-        host_tiles: 2 * gpu_tiles,
-        upload_tiles_per_frame: 8,
-        load_tiles_per_frame: 8,
-        deterministic: true,
-        ..StreamingConfig::default()
+/// Frames at rest between two pictures.
+const REST: usize = 20;
+
+/// Goes the path with N1 = `largest` / 2, with the budgets of a frame, and stays at its end. It is the session that
+/// `render` runs, loading threads and all, with the earth's imagery; budgets count tiles, so that every run is the same.
+pub(super) fn halved(
+    bench: &mut Bench,
+    cell: &Cell,
+    size: [u32; 2],
+    step: u32,
+    largest: usize,
+) -> anyhow::Result<Vec<Row>> {
+    let route = Route::find(&cell.scene, &["texture.tile_size=256".into()])?;
+    let source = Remembered::new(route.scene.open_texture()?);
+    let open = |gpu_tiles: u32| {
+        session(bench, &route.scene, source.clone(), size, |settings| {
+            settings.target = Target::Srgb8;
+            settings.streaming.gpu_tiles = gpu_tiles;
+            settings.streaming.host_tiles = 2 * gpu_tiles;
+            settings.streaming.upload_tiles_per_frame = 8;
+            settings.streaming.load_tiles_per_frame = 8;
+            settings.streaming.deterministic = true;
+        })
     };
-    let last = lists.last().expect("a path has frames");
-    let path: Vec<Vec<TileId>> = lists.iter().chain(std::iter::repeat_n(last, LAST_STAYS)).cloned().collect();
-    let reports = play(pyramid, config, &path);
-    let (moving, staying) = reports.split_at(lists.len());
-    let biased = moving.iter().filter(|report| report.oversubscribed).count();
-    let most_bias = moving.iter().map(|report| report.bias).max().unwrap_or(0);
-    let to_rest = staying.iter().position(|report| report.pending == 0).unwrap_or(LAST_STAYS);
-    let at_rest: usize = staying[LAST_STAYS - 20..].iter().map(|report| report.uploads).sum();
+    let slots = (largest / 2).max(1) as u32;
+    let mut half = open(slots)?;
+    for frame in (0..route.path.frames).step_by(step as usize) {
+        half.frame(&route.path.pose(frame))?;
+    }
+    half.drain()?;
+    let moving = half.records.len();
+    let end = route.path.pose(route.path.frames - 1);
+    let (to_rest, at_rest, pictures) = rest(&mut half, |session| Ok(session.frame(&end)?))?;
+    let differing = pictures[0].iter().zip(&pictures[1]).filter(|(a, b)| a != b).count();
+    let mut whole = open(2 * largest as u32)?;
+    whole.settle(&end)?;
+    let name = format!("vt.cache-{}-half", cell.scene.replace('/', "-"));
+    let [shown, truth] = [&pictures[1], &whole.picture_bytes()?].map(|bytes| linear(bytes, size));
+    show_beside(bench, &name, &shown, &truth)?;
+    let records = &half.records[..moving];
+    let biased = records.iter().filter(|record| record.streaming.oversubscribed).count();
+    let most_bias = records.iter().map(|record| record.streaming.bias).max().unwrap_or(0);
+    let wrong = misreported(&half.records, slots);
     let row = |quantity, unit, value: f64| Row::new(HALVED, quantity, unit, Value::Number(value));
-    vec![
-        row(BIASED, "% of frames", 100.0 * biased as f64 / moving.len() as f64),
+    Ok(vec![
+        row(BIASED, "% of frames", 100.0 * biased as f64 / records.len() as f64),
         row(MOST_BIAS, "levels", f64::from(most_bias)),
+        row("bias at rest", "levels", f64::from(half.bias())),
+        row(MISREPORTED, "frames", wrong as f64),
+        row("frames of the path", "frames", records.len() as f64),
         row(TO_REST, "frames", to_rest as f64),
         row(AT_REST, "tiles", at_rest as f64),
-    ]
+        row(DIFFERING, "bytes", differing as f64),
+    ])
+}
+
+/// Frames from one pose: how many until nothing was missing (of [`LAST_STAYS`] at most), tiles copied in [`REST`] frames
+/// from then on, and the picture before and after these.
+fn rest(
+    session: &mut Session,
+    mut frame: impl FnMut(&mut Session) -> anyhow::Result<()>,
+) -> anyhow::Result<(usize, usize, [Vec<u8>; 2])> {
+    let mut to_rest = 0;
+    while to_rest < LAST_STAYS {
+        frame(session)?;
+        to_rest += 1;
+        if session.settled() {
+            break;
+        }
+    }
+    let before = session.picture_bytes()?;
+    let first = session.records.len();
+    for _ in 0..REST {
+        frame(session)?;
+    }
+    let after = session.picture_bytes()?;
+    let copied = session.records[first..].iter().map(|record| record.streaming.uploads).sum();
+    Ok((to_rest, copied, [before, after]))
+}
+
+/// Frames whose report does not say what was done: a bias exactly where the streamed list has more tiles than slots, told
+/// as oversubscription, and no more wanted tiles than slots.
+fn misreported(records: &[FrameRecord], slots: u32) -> usize {
+    let wrong = |record: &&FrameRecord| {
+        let Some(list_of) = record.list_of else { return false };
+        let listed =
+            records.iter().find(|other| other.index == list_of).map_or(0, |other| other.visible.len());
+        let (over, report) = (listed > slots as usize, &record.streaming);
+        report.oversubscribed != over || (report.bias > 0) != over || report.wanted > slots as usize
+    };
+    records.iter().filter(wrong).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::pyramid::TileId;
+    use crate::paper::virtual_texture::streaming::FrameReport;
+
+    #[test]
+    fn a_bias_that_is_not_told_or_not_due_is_misreported() {
+        let visible: Vec<TileId> = (0..5).map(|column| TileId { level: 0, row: 0, column }).collect();
+        let record = |index, list_of, bias, oversubscribed, wanted| FrameRecord {
+            index,
+            streaming: FrameReport { bias, oversubscribed, wanted, ..FrameReport::default() },
+            list_of,
+            passes: Vec::new(),
+            host_list: std::time::Duration::ZERO,
+            triples: visible.len(),
+            visible: visible.clone(),
+            ahead: Vec::new(),
+            overflowed: false,
+        };
+        let found = |slots, bias, told, wanted| {
+            misreported(&[record(0, None, 0, false, 0), record(1, Some(0), bias, told, wanted)], slots)
+        };
+        assert_eq!([found(4, 1, true, 3), found(5, 0, false, 5)], [0, 0]);
+        assert_eq!([found(4, 1, false, 3), found(4, 0, true, 3), found(4, 1, true, 5)], [1, 1, 1]);
+        assert_eq!([found(5, 1, true, 3), found(5, 1, false, 3)], [1, 1]);
+    }
 }

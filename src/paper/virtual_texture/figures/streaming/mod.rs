@@ -10,6 +10,7 @@ mod disk;
 mod halved;
 mod pop;
 mod prefetch;
+mod traces;
 
 pub use budget::BUDGET;
 pub use cache::CACHE;
@@ -21,7 +22,10 @@ use crate::figure::{Bench, Effort, Table};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::paper::virtual_texture::session::{FrameRecord, Session, Settings, Target, needs};
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, PAPER};
-use crate::picture::Picture;
+use crate::picture::error::compare;
+use crate::picture::map::error_maps;
+use crate::picture::write::Srgb8Picture;
+use crate::picture::{Picture, srgb};
 use crate::scene::path::Path;
 use crate::scene::source::{TileError, TileFormat, TileSource};
 use crate::scene::{Scene, mesh};
@@ -72,6 +76,25 @@ fn picture(session: &mut Session) -> anyhow::Result<Picture> {
     let [width, height] = session.settings.size;
     let bytes = session.picture_bytes()?;
     Ok(Picture::new(width, height, bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()))
+}
+
+/// sRGB bytes in linear light.
+fn linear(bytes: &[u8], [width, height]: [u32; 2]) -> Picture {
+    let pixel = |p: &[u8]| {
+        let [r, g, b] = [0, 1, 2].map(|c| srgb::to_linear_f64(p[c]) as f32);
+        [r, g, b, f32::from(p[3]) / 255.0]
+    };
+    Picture::new(width, height, bytes.chunks_exact(4).map(pixel).collect())
+}
+
+/// Writes a picture, and the map of its errors.
+///
+/// # Errors
+/// The disk's; pictures of two sizes.
+fn show_beside(bench: &mut Bench, name: &str, shown: &Picture, truth: &Picture) -> anyhow::Result<()> {
+    bench.picture(name, &Srgb8Picture::from(shown))?;
+    let map = error_maps([truth.width, truth.height], &[&compare(shown, truth)?]);
+    bench.picture(&format!("{name}-errors"), &map)
 }
 
 /// A path of a scene.

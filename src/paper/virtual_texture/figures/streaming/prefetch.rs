@@ -35,7 +35,7 @@ pub const PREFETCH: Figure = Figure {
             pixels, from where the eye will be some frames later if it goes on as it does; what they find is fetched \
             with what the visible tiles leave of the budgets. A tile counts as missing in each frame whose picture \
             needs it and does not have it. The headline's camera goes without its magnification here, so that the dive \
-            crosses levels.",
+            crosses levels. Every frame (quick: every second one) at 640 x 360 (quick) or 1920 x 1080 pixels.",
     scenes: &SCENES,
     variants,
     sweep: None,

@@ -1,0 +1,82 @@
+//! How a picture recovers, measured several times: vt.budget and vt.disk.
+
+use crate::figure::Value;
+use crate::stats::Summary;
+
+/// How often each recovery is measured, in quick runs too.
+pub(super) const ROUNDS: usize = 3;
+
+/// Each frame's time in milliseconds since the beginning, and its error.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Trace(pub Vec<[f64; 2]>);
+
+/// Milliseconds at which traces are looked at: two for each doubling, from 10 ms to 14 s. The same in all runs, whose
+/// frames fall at other times in each.
+fn times() -> impl Iterator<Item = f64> {
+    (0..=21).map(|n| 10.0 * 2.0f64.powf(f64::from(n) / 2.0))
+}
+
+fn summary(samples: impl Iterator<Item = f64>) -> Summary {
+    Summary::of(&samples.collect::<Vec<_>>()).expect("a recovery is measured more than once")
+}
+
+/// A number of each trace; none where one of them has it not.
+pub(super) fn repeated(traces: &[Trace], of: impl Fn(&Trace) -> Option<f64>) -> Option<Value> {
+    let samples: Option<Vec<f64>> = traces.iter().map(of).collect();
+    Summary::of(&samples?).map(Value::Summary)
+}
+
+impl Trace {
+    /// The first frame (from 1) from which on the error stays below a share of the first one's, and its time.
+    pub fn reached(&self, share: f64) -> Option<(f64, f64)> {
+        let bound = share * self.0.first()?[1];
+        let at = self.0.iter().rposition(|[_, error]| *error > bound).map_or(0, |last| last + 1);
+        Some((at as f64 + 1.0, self.0.get(at)?[0]))
+    }
+
+    /// Of frame `n`; behind the last one the picture stands.
+    fn at_frame(&self, n: usize) -> f64 {
+        self.0.get(n).or(self.0.last()).map_or(0.0, |[_, error]| *error)
+    }
+
+    /// What is shown at a time; before the first frame, its error.
+    fn at_time(&self, ms: f64) -> f64 {
+        let shown = self.0.iter().rev().find(|[at, _]| *at <= ms).or(self.0.first());
+        shown.map_or(0.0, |[_, error]| *error)
+    }
+
+    /// The spread of the errors at each frame, from 1 to the longest trace's last.
+    pub fn by_frame(traces: &[Trace]) -> Vec<(f64, Summary)> {
+        let frames = traces.iter().map(|trace| trace.0.len()).max().unwrap_or(0);
+        (0..frames).map(|n| (n as f64 + 1.0, summary(traces.iter().map(|trace| trace.at_frame(n))))).collect()
+    }
+
+    /// The spread of the errors at each of [`times`].
+    pub fn by_time(traces: &[Trace]) -> Vec<(f64, Summary)> {
+        times().map(|ms| (ms, summary(traces.iter().map(|trace| trace.at_time(ms))))).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_is_reached_where_the_error_stays_below_it() {
+        let trace = Trace(vec![[10.0, 1.0], [20.0, 0.4], [30.0, 0.6], [40.0, 0.5], [50.0, 0.0]]);
+        assert_eq!((trace.reached(0.5), trace.reached(0.05)), (Some((4.0, 40.0)), Some((5.0, 50.0))));
+        assert_eq!(Trace(trace.0[..4].to_vec()).reached(0.05), None);
+    }
+
+    #[test]
+    fn traces_of_other_lengths_and_times_are_laid_over_each_other() {
+        let traces =
+            [Trace(vec![[15.0, 1.0], [30.0, 0.0]]), Trace(vec![[12.0, 1.0], [25.0, 0.5], [39.0, 0.0]])];
+        let frames: Vec<(f64, f64, f64)> =
+            Trace::by_frame(&traces).iter().map(|(n, error)| (*n, error.min, error.max)).collect();
+        assert_eq!(frames, [(1.0, 1.0, 1.0), (2.0, 0.0, 0.5), (3.0, 0.0, 0.0)]);
+        let at =
+            |ms: f64| Trace::by_time(&traces).into_iter().find(|(at, _)| (at - ms).abs() < 0.1).unwrap().1;
+        assert_eq!([at(10.0).min, at(28.28).min, at(28.28).max, at(40.0).max], [1.0, 0.5, 1.0, 0.0]);
+    }
+}
