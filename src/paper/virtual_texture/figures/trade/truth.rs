@@ -113,7 +113,8 @@ impl Truth {
         };
         format!(
             "Errors are those of the settled picture, in 8 bits of sRGB, against the f64 mean of all that a pixel covers, \
-             {place}: {counted} pixels, the landscape's outline left out."
+             {place}: {counted} of {} pixels; the others lie beyond the landscape or at its outline, and count on neither side.",
+            self.inside.len()
         )
     }
 }
