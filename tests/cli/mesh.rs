@@ -226,6 +226,11 @@ fn what_cannot_be_is_told_in_one_line() {
             2,
             &["--groups says nothing to --order classical"],
         ),
+        (
+            &["build", "solid", "-o", "x.pmesh", "--groups", "1000000000"],
+            2,
+            &["--groups: up to 1.3e8 faces would change their slots", "1e8 is the most"],
+        ),
         (&["build", "sphere:99999", "-o", "x.pmesh"], 1, &["sphere has no size \"99999\"", "from 1 to 512"]),
         (&["build", "grid:0", "-o", "x.pmesh"], 1, &["grid has no size \"0\"", "from 2 to 2048"]),
         (&["build", "bunny.stl", "-o", "x.pmesh"], 1, &["bunny.stl: no model by its ending"]),

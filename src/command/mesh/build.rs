@@ -7,7 +7,7 @@ use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
-use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions, Within, classical, order};
+use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions, classical, order};
 use ortelius::paper::progressive_mesh::simplify::{Collapses, Report, SimplifyOptions, simplify};
 use ortelius::scene::model::Model;
 use std::path::PathBuf;
@@ -71,12 +71,13 @@ pub fn run(args: &BuildArgs) -> Result<()> {
     let mut laps = Laps::start();
     let (model, cleaned) = Model::open(&args.input)?;
     cleaned.to_string().lines().for_each(|line| tracing::info!("{line}"));
+    check_moves(args, model.faces.len())?;
     let load = laps.lap();
     let bar = Bar::new();
     let options = SimplifyOptions { target_faces: args.target_faces };
     let simplified = simplify(&model, &options, &mut bar.phase("simplify"));
     let simplify = laps.lap();
-    let mesh = ordered(args, &model, &simplified.collapses, &bar);
+    let mesh = ordered(options_of(args), &model, &simplified.collapses, &bar);
     bar.0.finish_and_clear();
     let order = laps.lap();
     let contents = mesh.write(&output)?;
@@ -133,18 +134,46 @@ fn told(report: &Report) {
     }
 }
 
-fn ordered(args: &BuildArgs, model: &Model, collapses: &Collapses, bar: &Bar) -> ProgressiveMesh {
-    let best = OrderOptions::BEST;
-    let options = match args.order {
-        Order::Classical => return classical(model, collapses),
+/// What the arguments say of the order; none: the classical one.
+fn options_of(args: &BuildArgs) -> Option<OrderOptions> {
+    let mut options = match args.order {
+        Order::Classical => return None,
         Order::Paper => OrderOptions::PAPER,
-        Order::Ours => best,
-        Order::Coherent => OrderOptions { within: Within::Coherent, ..best },
+        Order::Ours => args.moves_budget.map_or(OrderOptions::BEST, OrderOptions::of_moves),
+        Order::Coherent => OrderOptions::COHERENT,
     };
-    let groups = args.groups.or(args.moves_budget.map(Groups::Budget)).unwrap_or(options.groups);
-    let options =
-        OrderOptions { groups, cache_entries: args.cache.unwrap_or(options.cache_entries), ..options };
-    order(model, collapses, &options, &mut bar.phase("order"))
+    options.groups = args.groups.or(args.moves_budget.map(Groups::Budget)).unwrap_or(options.groups);
+    options.cache_entries = args.cache.unwrap_or(options.cache_entries);
+    Some(options)
+}
+
+/// Moved faces that an order has at most: 2 GB of memory.
+const MOST_MOVES: f64 = 1e8;
+
+/// Refuses an order that would not fit the memory.
+fn check_moves(args: &BuildArgs, faces: usize) -> Result<()> {
+    let groups = options_of(args).map(|options| options.groups);
+    let moves = groups.map_or(0.0, |groups| groups.moved_faces(args.target_faces, faces));
+    let option = if args.groups.is_some() { "--groups" } else { "--moves-budget" };
+    if moves > MOST_MOVES {
+        bail!(Usage(format!(
+            "{option}: up to {moves:.1e} faces would change their slots on the way through all levels of {faces} faces, \
+             and {MOST_MOVES:.0e} is the most; ask for fewer (23 for each split where nothing is said)"
+        )));
+    }
+    Ok(())
+}
+
+fn ordered(
+    options: Option<OrderOptions>,
+    model: &Model,
+    collapses: &Collapses,
+    bar: &Bar,
+) -> ProgressiveMesh {
+    match options {
+        None => classical(model, collapses),
+        Some(options) => order(model, collapses, &options, &mut bar.phase("order")),
+    }
 }
 
 /// `64`, or `10%`.

@@ -13,8 +13,9 @@ pub const MOVES: Figure = Figure {
             their slots for each split; FIFO-16, mean over up to 512 levels, models as in pm.order: `bunny`, `sphere`, \
             `torus`, `knot`, `solid`. Groups of one ratio: each multiplies the faces by the same number. Equal groups: \
             of equally many splits, as many as fit the budget. In place: groups of one ratio and half as much again \
-            as the budget allows, where a face moves only if that saves more than a transform. Coherent: the splits \
-            of a group in an order that suits the cache, and the same with a tswap after each 2400 faces.",
+            as the budget allows, where a face moves only if that saves more than a transform. Regions: a third of \
+            the faces at a time, in turns, whenever the budget pays for it. Coherent: the splits of a group in an \
+            order that suits the cache, and the same with a tswap after each 2400 faces.",
     scenes: &CLOSED,
     variants,
     sweep: Some(Sweep {
@@ -54,9 +55,10 @@ const MOVED: &str = "moved faces per split";
 const RATIO: &str = "one ratio";
 const EQUAL: &str = "equal groups";
 const IN_PLACE: &str = "in place";
+const REGIONS: &str = "regions in turns";
 const COHERENT: &str = "coherent";
 const RUNS: &str = "coherent runs";
-const NAMES: [&str; 5] = [RATIO, EQUAL, IN_PLACE, COHERENT, RUNS];
+const NAMES: [&str; 6] = [RATIO, EQUAL, IN_PLACE, REGIONS, COHERENT, RUNS];
 
 fn variants() -> Vec<String> {
     NAMES.map(String::from).into()
@@ -78,8 +80,9 @@ fn options(name: &str, budget: f64, collapses: &Collapses, faces: usize) -> Orde
             options.weights.in_place = 1.3;
             options
         }
+        REGIONS => OrderOptions { regions: OrderOptions::FEW_MOVES.regions, ..one_ratio },
         COHERENT => OrderOptions { within: Within::Coherent, ..one_ratio },
-        RUNS => OrderOptions { within: Within::Coherent, run_faces: Some(2400), ..one_ratio },
+        RUNS => OrderOptions { groups: one_ratio.groups, ..OrderOptions::COHERENT },
         _ => one_ratio,
     }
 }

@@ -2,7 +2,7 @@
 
 use super::super::cache::{Cache, LevelCosts, level_costs};
 use super::super::mesh::ProgressiveMesh;
-use super::super::order::{Groups, OrderOptions, Within, classical, order};
+use super::super::order::{Groups, OrderOptions, classical, order};
 use super::super::simplify::{Collapses, SimplifyOptions, simplify};
 use super::scans;
 use crate::figure::{Finding, Table, Verdict};
@@ -22,19 +22,14 @@ pub const PAPER: &str = "paper";
 pub const OURS: &str = "ours";
 pub const FEW: &str = "ours, 10 moves";
 
-const COHERENT: OrderOptions = OrderOptions { within: Within::Coherent, ..OrderOptions::BEST };
-
 /// The orders that are prefixes of one buffer at every level.
 pub const ORDERS: [Named; 6] = [
     (CLASSICAL, None),
     (PAPER, Some(OrderOptions::PAPER)),
     (OURS, Some(OrderOptions::BEST)),
     (FEW, Some(OrderOptions::FEW_MOVES)),
-    ("coherent", Some(COHERENT)),
-    (
-        "coherent, 10 moves",
-        Some(OrderOptions { groups: Groups::Budget(10.0), run_faces: Some(2400), ..COHERENT }),
-    ),
+    ("coherent", Some(OrderOptions::COHERENT)),
+    ("coherent, 10 moves", Some(OrderOptions { groups: Groups::Budget(10.0), ..OrderOptions::COHERENT })),
 ];
 
 /// A shipped or fetched model and its collapses down to 64 faces.

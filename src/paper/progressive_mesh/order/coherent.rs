@@ -9,16 +9,16 @@ use crate::math::ragged::Ragged;
 use std::collections::{HashMap, VecDeque};
 
 /// A split on offer.
-pub(super) struct Offer {
+pub(super) struct Offer<'a> {
     /// Its collapse.
     pub collapse: u32,
     /// The distinct vertices of the faces that it appends.
-    pub vertices: Vec<u32>,
+    pub vertices: &'a [u32],
 }
 
 /// The collapses of `offers` in a coherent order for a cache of `entries`. `offers` are in a valid order;
 /// `dependencies` name for each collapse those whose splits come before its own.
-pub(super) fn coherent(offers: &[Offer], dependencies: &Ragged<u32>, entries: u32) -> Vec<u32> {
+pub(super) fn coherent(offers: &[Offer<'_>], dependencies: &Ragged<u32>, entries: u32) -> Vec<u32> {
     let mut walk = Walk::new(offers, dependencies, entries as usize);
     let mut order = Vec::with_capacity(offers.len());
     // The first that is not done depends on none that is not: the offers are in a valid order.
@@ -35,7 +35,7 @@ pub(super) fn coherent(offers: &[Offer], dependencies: &Ragged<u32>, entries: u3
 }
 
 struct Walk<'a> {
-    offers: &'a [Offer],
+    offers: &'a [Offer<'a>],
     entries: usize,
     done: Vec<bool>,
     /// For each offer how many others it waits for, and who waits for it.
@@ -49,7 +49,7 @@ struct Walk<'a> {
 const VALENCE: f64 = 0.3;
 
 impl<'a> Walk<'a> {
-    fn new(offers: &'a [Offer], dependencies: &Ragged<u32>, entries: usize) -> Self {
+    fn new(offers: &'a [Offer<'a>], dependencies: &Ragged<u32>, entries: usize) -> Self {
         let index: HashMap<u32, usize> = offers.iter().enumerate().map(|(n, o)| (o.collapse, n)).collect();
         let mut walk = Self {
             offers,
@@ -91,7 +91,7 @@ impl<'a> Walk<'a> {
         self.done[offer] = true;
         let followers = std::mem::take(&mut self.followers[offer]);
         followers.iter().for_each(|&follower| self.waits[follower] -= 1);
-        for &vertex in &self.offers[offer].vertices {
+        for &vertex in self.offers[offer].vertices {
             let here = self.at_vertex.get_mut(&vertex).expect("every vertex of an offer is listed");
             here.retain(|&other| other != offer);
             if !self.cache.contains(&vertex) {

@@ -14,6 +14,25 @@ pub enum Groups {
     Budget(f64),
 }
 
+impl Groups {
+    /// How many faces at most change their slots on the way through all levels, from `base` faces to `faces`.
+    pub fn moved_faces(self, base: usize, faces: usize) -> f64 {
+        let (base, faces) = (base.min(faces) as f64, faces as f64);
+        // A split adds a face at least, and moves all faces at most.
+        let all = 0.5 * (faces - base) * (faces + base);
+        match self {
+            Groups::Uniform(count) => (0.5 * f64::from(count) * (faces + base) + 0.5 * faces).min(all),
+            Groups::Geometric(ratio) => {
+                let growth = (faces / base.max(1.0)).ln();
+                let count = (growth / ratio.ln()).ceil().max(1.0);
+                // A sum of powers; each group ends with a face too many at most.
+                (faces / (1.0 - (-growth / count).exp()) + count).min(all)
+            }
+            Groups::Budget(moves) => (moves * (faces - base)).min(all),
+        }
+    }
+}
+
 /// The levels at which groups end, ascending; the last is the full mesh. None where there are no splits.
 ///
 /// # Panics
@@ -101,6 +120,24 @@ mod tests {
         let all: Vec<u32> = (1..=150).collect();
         assert_eq!(group_ends(Groups::Uniform(u32::MAX), &pairs(150), 400), all);
         assert_eq!(group_ends(Groups::Geometric(1.0 + 1e-15), &pairs(150), 400), all);
+    }
+
+    #[test]
+    fn moved_faces_are_known_from_above() {
+        let collapses = pairs(5000);
+        for groups in [
+            Groups::Uniform(64),
+            Groups::Uniform(u32::MAX),
+            Groups::Geometric(1.1),
+            Groups::Geometric(1.0 + 1e-15),
+            Groups::Budget(23.0),
+            Groups::Budget(1e300),
+        ] {
+            let most = groups.moved_faces(64, 10_064);
+            let moved: f64 =
+                group_ends(groups, &collapses, 10_064).iter().map(|end| f64::from(64 + 2 * end)).sum();
+            assert!((0.15 * most..=most).contains(&moved), "{groups:?}: {moved} of {most}");
+        }
     }
 
     #[test]

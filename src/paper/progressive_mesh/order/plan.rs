@@ -1,4 +1,5 @@
-//! The way up from M0, group by group: splits are executed, then the faces get a new order.
+//! The way up from M0, group by group: splits are executed, then the faces get a new order. Where only a region of the
+//! faces gets one at a time: see [`super::turns`].
 
 use super::assemble::{Arrangement, Move};
 use super::coherent::{Offer, coherent};
@@ -6,30 +7,35 @@ use super::depend::dependencies;
 use super::descent::Descent;
 use super::greedy::{Lines, Stretch, greedy};
 use super::groups::group_ends;
-use super::patch::Numbering;
-use super::{OrderOptions, Within};
+use super::patch::{Numbering, Patch};
+use super::{OrderOptions, Weights, Within};
 use crate::math::ragged::Ragged;
+use crate::paper::progressive_mesh::cache::{Cache, Counter};
 use crate::paper::progressive_mesh::mesh::NOWHERE;
 use crate::paper::progressive_mesh::simplify::Collapses;
 use crate::scene::model::Model;
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// The mesh on its way up. Splits are called by their collapses.
 pub(super) struct Plan<'a> {
     model: &'a Model,
-    collapses: &'a Collapses,
-    options: &'a OrderOptions,
-    /// The model's faces: as they are at the present level, or as they will appear.
+    pub collapses: &'a Collapses,
+    pub options: &'a OrderOptions,
+    /// The model's faces as orders are made for them: at the level that [`Plan::look`] has reached, or as they will
+    /// appear.
     corners: Vec<[u32; 3]>,
+    /// How many splits in the order of errors `corners` knows.
+    seen: u32,
     /// For each removed wedge the faces that change, and for each collapse the first of its wedges.
     changed: Ragged<u32>,
     first_wedge: Vec<u32>,
     /// Live faces by slot, and the slots of the faces.
-    at: Vec<u32>,
-    slot_of: Vec<u32>,
+    pub at: Vec<u32>,
+    pub slot_of: Vec<u32>,
     numbering: Numbering,
     /// What has been done: the splits in their order, and what an arrangement needs.
-    sequence: Vec<u32>,
+    pub sequence: Vec<u32>,
     arrangement: Arrangement,
 }
 
@@ -42,17 +48,11 @@ pub(super) fn plan(
     progress: &mut dyn FnMut(usize, usize),
 ) -> (Collapses, Arrangement) {
     let mut plan = Plan::new(model, collapses, options, base);
-    let coherent = (options.within == Within::Coherent).then(|| dependencies(model, collapses));
-    let last = collapses.wedges.len();
-    let mut level = 0;
-    for end in group_ends(options.groups, collapses, model.faces.len()) {
-        let group: Vec<u32> = (level..end).map(|level| last as u32 - 1 - level).collect();
-        match &coherent {
-            None => plan.group(&group),
-            Some(dependencies) => plan.parts(&group, dependencies),
-        }
-        level = end;
-        progress(plan.at.len(), model.faces.len());
+    let mut progress = |done| progress(done, model.faces.len());
+    match options.within {
+        Within::Error if options.regions == 1 => plan.groups(&mut progress),
+        Within::Error => plan.turns(&mut progress),
+        Within::Coherent => plan.coherent_groups(&mut progress),
     }
     plan.finish()
 }
@@ -65,11 +65,12 @@ impl<'a> Plan<'a> {
             .collect();
         let mut slot_of = vec![NOWHERE; model.faces.len()];
         base.iter().enumerate().for_each(|(slot, &face)| slot_of[face as usize] = slot as u32);
-        let mut plan = Self {
+        Self {
             model,
             collapses,
             options,
             corners: down.faces,
+            seen: 0,
             changed: down.changed,
             first_wedge,
             at: base,
@@ -77,11 +78,7 @@ impl<'a> Plan<'a> {
             numbering: Numbering::new(model.wedge_positions.len()),
             sequence: Vec::with_capacity(collapses.wedges.len()),
             arrangement: Arrangement::default(),
-        };
-        // M0 needs no tswap: its faces are born where they shall stand.
-        plan.sort(0, plan.at.len(), plan.at.len(), &mut Lines::new(plan.at.len()));
-        plan.arrangement = Arrangement { births: plan.at.clone(), moves: Vec::new() };
-        plan
+        }
     }
 
     fn finish(mut self) -> (Collapses, Arrangement) {
@@ -89,33 +86,94 @@ impl<'a> Plan<'a> {
         (reordered(self.collapses, &self.sequence), self.arrangement)
     }
 
-    /// A group in the order of errors.
-    fn group(&mut self, group: &[u32]) {
-        group.iter().for_each(|&collapse| self.split(collapse));
-        let mut lines = Lines::new(self.at.len());
-        if self.options.weights.line != 0.0 {
-            // What the splits write is touched in any case.
-            for &collapse in group {
-                self.faces_of(collapse).for_each(|face| lines.touch(self.slot_of[face as usize] as usize));
-            }
-        }
-        self.sort(0, self.at.len(), self.at.len(), &mut lines);
+    /// The faces of M0 need no tswap: they are born where they shall stand.
+    pub fn begin(&mut self) {
+        self.sort(&[0..self.at.len()], &mut Lines::new(self.at.len()));
+        self.arrangement = Arrangement { births: self.at.clone(), moves: Vec::new() };
     }
 
-    /// A group part by part: each part's splits in a coherent order, then a tswap of that part and what it added.
-    fn parts(&mut self, group: &[u32], dependencies: &Ragged<u32>) {
-        let live = self.at.len();
-        let parts = self.divide(group, dependencies);
-        let (count, ends) = (parts.len(), |part: usize| (part * live).div_ceil(parts.len()));
-        for (part, splits) in parts.iter().enumerate().filter(|(_, splits)| !splits.is_empty()) {
-            let tail = self.at.len();
-            let offers: Vec<Offer> = splits.iter().map(|&collapse| self.offer(collapse)).collect();
-            for collapse in coherent(&offers, dependencies, self.options.cache_entries) {
-                self.split(collapse);
+    /// Groups in the order of errors.
+    fn groups(&mut self, progress: &mut dyn FnMut(usize)) {
+        let ends = group_ends(self.options.groups, self.collapses, self.model.faces.len());
+        self.look_between(0, ends.first().copied().unwrap_or(0));
+        self.begin();
+        for (n, &end) in ends.iter().enumerate() {
+            let start = self.sequence.len();
+            (start as u32..end).for_each(|level| self.split(self.collapse(level)));
+            let mut lines = Lines::new(self.at.len());
+            if self.options.weights.line != 0.0 {
+                // What the splits write is touched in any case.
+                for collapse in self.sequence[start..].iter().copied() {
+                    self.faces_of(collapse)
+                        .for_each(|face| lines.touch(self.slot_of[face as usize] as usize));
+                }
             }
-            let (start, end) = if count == 1 { (0, self.at.len()) } else { (ends(part), ends(part + 1)) };
-            self.sort(start, end, tail.max(end), &mut Lines::new(self.at.len()));
+            self.look_between(end, ends.get(n + 1).copied().unwrap_or(end));
+            self.sort(&[0..self.at.len()], &mut lines);
+            progress(self.at.len());
         }
+    }
+
+    /// Groups whose splits follow each other as suits the cache.
+    fn coherent_groups(&mut self, progress: &mut dyn FnMut(usize)) {
+        assert_eq!(self.options.regions, 1, "regions take turns where splits are in the order of errors");
+        let dependencies = dependencies(self.model, self.collapses);
+        let new: Ragged<u32> =
+            (0..self.collapses.wedges.len()).map(|split| self.new_vertices(split)).collect();
+        let ends = group_ends(self.options.groups, self.collapses, self.model.faces.len());
+        self.look_between(0, ends.first().copied().unwrap_or(0));
+        self.begin();
+        for (n, &end) in ends.iter().enumerate() {
+            let start = self.sequence.len() as u32;
+            let splits: Vec<u32> = (start..end).map(|level| self.collapse(level)).collect();
+            let next = ends.get(n + 1).copied().unwrap_or(end);
+            let parts = self.divide(&splits, &dependencies);
+            let (live, count) = (self.at.len(), parts.len());
+            for (part, splits) in parts.iter().enumerate().filter(|(_, splits)| !splits.is_empty()) {
+                let offer = |&collapse: &u32| Offer { collapse, vertices: new.row(collapse as usize) };
+                let offers: Vec<Offer> = splits.iter().map(offer).collect();
+                let tail = self.at.len();
+                for collapse in coherent(&offers, &dependencies, self.options.cache_entries) {
+                    self.split(collapse);
+                }
+                // The part's next order comes after as much of the next group. (Which of its splits come first is not
+                // known yet; any half of them is as good to look at.)
+                let through =
+                    |first: u32, last: u32| first + (last - first) * (part as u32 + 1) / count as u32;
+                self.look_between(through(start, end), through(end, next));
+                let slots = |part: usize| (part * live).div_ceil(count);
+                let (old, new) = (slots(part)..slots(part + 1), tail..self.at.len());
+                self.sort(&[old, new], &mut Lines::new(self.at.len()));
+            }
+            progress(self.at.len());
+        }
+    }
+
+    /// The distinct vertices of the faces that a split adds, as they appear.
+    fn new_vertices(&self, collapse: usize) -> Vec<u32> {
+        let mut vertices: Vec<u32> =
+            self.collapses.faces.row(collapse).iter().flat_map(|&face| self.shared(face)).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices
+    }
+
+    /// The collapse that the split from `level` to the next one undoes, in the order of errors.
+    pub fn collapse(&self, level: u32) -> u32 {
+        self.collapses.wedges.len() as u32 - 1 - level
+    }
+
+    /// Orders are made for the faces of a level from now on: it does not fall.
+    pub fn look(&mut self, level: u32) {
+        while self.seen < level {
+            self.write(self.collapse(self.seen));
+            self.seen += 1;
+        }
+    }
+
+    /// The order that is made at one tswap stands until the next: the level half-way is what it is made for.
+    fn look_between(&mut self, level: u32, next: u32) {
+        self.look(if self.options.ahead { level.midpoint(next) } else { level });
     }
 
     /// The splits of a group by runs of slots, in the order of these: a split belongs to the run in which most of the
@@ -143,16 +201,8 @@ impl<'a> Plan<'a> {
         parts
     }
 
-    fn offer(&self, collapse: u32) -> Offer {
-        let faces = self.collapses.faces.row(collapse as usize).iter();
-        let mut vertices: Vec<u32> = faces.flat_map(|&face| self.shared(face)).collect();
-        vertices.sort_unstable();
-        vertices.dedup();
-        Offer { collapse, vertices }
-    }
-
     /// The live faces that a split changes.
-    fn changed_by(&self, collapse: u32) -> impl Iterator<Item = u32> {
+    pub fn changed_by(&self, collapse: u32) -> impl Iterator<Item = u32> {
         let first = self.first_wedge[collapse as usize] as usize;
         let wedges = self.collapses.wedges.row(collapse as usize).len();
         (first..first + wedges).flat_map(|wedge| self.changed.row(wedge)).copied()
@@ -163,19 +213,24 @@ impl<'a> Plan<'a> {
         self.changed_by(collapse).chain(self.collapses.faces.row(collapse as usize).iter().copied())
     }
 
-    fn split(&mut self, collapse: u32) {
+    /// Appends a split's faces.
+    pub fn split(&mut self, collapse: u32) {
         self.sequence.push(collapse);
+        for &face in self.collapses.faces.row(collapse as usize) {
+            self.slot_of[face as usize] = self.at.len() as u32;
+            self.at.push(face);
+            self.arrangement.births.push(face);
+        }
+    }
+
+    /// Puts a split's wedges into the corners of the faces that it changes.
+    fn write(&mut self, collapse: u32) {
         let first = self.first_wedge[collapse as usize] as usize;
         for (n, &[wedge, target]) in self.collapses.wedges.row(collapse as usize).iter().enumerate() {
             for &face in self.changed.row(first + n) {
                 let corners = &mut self.corners[face as usize];
                 corners.iter_mut().filter(|corner| **corner == target).for_each(|corner| *corner = wedge);
             }
-        }
-        for &face in self.collapses.faces.row(collapse as usize) {
-            self.slot_of[face as usize] = self.at.len() as u32;
-            self.at.push(face);
-            self.arrangement.births.push(face);
         }
     }
 
@@ -206,27 +261,50 @@ impl<'a> Plan<'a> {
         warm
     }
 
-    /// A new order for the faces in slots `start .. end` and from `tail` on.
-    fn sort(&mut self, start: usize, end: usize, tail: usize, lines: &mut Lines) {
-        let slots: Vec<u32> = (start..end).chain(tail..self.at.len()).map(|slot| slot as u32).collect();
-        let faces: Vec<u32> = slots.iter().map(|&slot| self.at[slot as usize]).collect();
+    /// A new order for the faces in some ranges of slots, ascending.
+    pub fn sort(&mut self, ranges: &[Range<usize>], lines: &mut Lines) {
+        let moves = self.sorted(ranges, lines);
+        self.execute(moves);
+    }
+
+    /// What moves where the faces in some ranges of slots, ascending, get a new order.
+    pub fn sorted(&mut self, ranges: &[Range<usize>], lines: &mut Lines) -> Vec<Move> {
+        let slots: Vec<usize> = ranges.iter().cloned().flatten().collect();
+        let faces: Vec<u32> = slots.iter().map(|&slot| self.at[slot]).collect();
         let corners: Vec<[u32; 3]> = faces.iter().map(|&face| self.shared(face)).collect();
-        let mut stretches = vec![(0, start)];
-        if start < end && tail > end && tail < self.at.len() {
-            stretches.push((end - start, tail));
-        }
-        let warm: Vec<Vec<u32>> = stretches.iter().map(|&(_, slot)| self.warm(slot)).collect();
+        let begins = |place: usize| place == 0 || slots[place - 1] + 1 < slots[place];
+        let firsts: Vec<usize> = (0..slots.len()).filter(|&place| begins(place)).collect();
+        let warm: Vec<Vec<u32>> = firsts.iter().map(|&place| self.warm(slots[place])).collect();
         let (patch, warm) = self.numbering.patch(&corners, &warm);
-        let stretches = stretches.into_iter().zip(warm);
-        let stretches: Vec<Stretch> = stretches.map(|((first, _), warm)| Stretch { first, warm }).collect();
-        let order =
-            greedy(&patch, self.options.simulated_entries(), &self.options.weights, &stretches, lines);
-        let moves: Vec<Move> = slots
-            .iter()
-            .zip(order.iter().map(|&face| faces[face as usize]))
-            .filter(|&(&slot, face)| self.at[slot as usize] != face)
-            .map(|(&slot, face)| Move { slot, face })
-            .collect();
+        let stretches = firsts.into_iter().zip(warm).map(|(first, warm)| Stretch { first, warm });
+        let order = self.best_order(&patch, &stretches.collect::<Vec<_>>(), lines);
+        let new = slots.into_iter().zip(order.iter().map(|&face| faces[face as usize]));
+        let moved = new.filter(|&(slot, face)| self.at[slot] != face);
+        moved.map(|(slot, face)| Move { slot: slot as u32, face }).collect()
+    }
+
+    /// The greedy's order; of the last level, that of the best of several greedies.
+    fn best_order(&self, patch: &Patch, stretches: &[Stretch], lines: &mut Lines) -> Vec<u32> {
+        let options = self.options;
+        if !options.ahead || self.sequence.len() < self.collapses.wedges.len() {
+            return greedy(patch, options.simulated_entries(), &options.weights, stretches, lines);
+        }
+        let mut counter = Counter::new(Cache::Fifo(options.cache_entries), patch.vertices);
+        let tries = VALENCES.into_iter().flat_map(|valence| {
+            // Nothing is split any more: no entry need be spared.
+            [options.simulated_entries(), options.cache_entries].map(|entries| (entries, valence))
+        });
+        let orders = tries.map(|(entries, valence)| {
+            let weights = Weights { valence, ..options.weights };
+            let order = greedy(patch, entries, &weights, stretches, &mut Lines::new(self.at.len()));
+            let drawn = counter.count(order.iter().map(|&face| patch.faces[face as usize]));
+            (drawn.transforms, order)
+        });
+        orders.min_by_key(|(transforms, _)| *transforms).expect("there are tries").1
+    }
+
+    /// Faces get other slots at the present level.
+    pub fn execute(&mut self, moves: Vec<Move>) {
         for &Move { slot, face } in &moves {
             self.at[slot as usize] = face;
             self.slot_of[face as usize] = slot;
@@ -236,6 +314,9 @@ impl<'a> Plan<'a> {
         }
     }
 }
+
+/// What the last level's orders value a finished vertex at (see [`Weights::valence`]): no one value is best on all meshes.
+const VALENCES: [f64; 4] = [0.3, 0.6, 1.0, 1.6];
 
 /// The collapses in another order, from the full mesh down; errors are those of the worst so far.
 fn reordered(collapses: &Collapses, order: &[u32]) -> Collapses {
