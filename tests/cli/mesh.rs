@@ -193,7 +193,7 @@ fn damage_is_told_with_its_chunk() {
 fn what_cannot_be_is_told_in_one_line() {
     let folder = built();
     write(&folder, "text.pmesh", "a text, and no mesh");
-    let cases: [(&[&str], i32, &[&str]); 19] = [
+    let cases: [(&[&str], i32, &[&str]); 20] = [
         (&["info", "none.pmesh"], 1, &["none.pmesh", "cannot read"]),
         (&["info", "."], 1, &["not a regular file"]),
         (&["info", "text.pmesh"], 3, &["text.pmesh: no .pmesh file"]),

@@ -12,7 +12,7 @@
 //! | classical | 4.40 | 4.54 | | 0 |
 //! | the paper's greedy, 64 equal groups ([`OrderOptions::PAPER`]) | 2.09 | 2.88 | 1.72 | 59.2 |
 //! | + valence term, geometric groups, a cache of 15 in the optimizer | 1.50 | 1.68 | 1.51 | 22.5 |
-//! | + orders for the level half-way to the next ([`OrderOptions::BEST`]) | 1.49 | 1.65 | 1.32 | 22.7 |
+//! | + orders for the level half-way to the next ([`OrderOptions::BEST`]) | 1.49 | 1.65 | 1.26 | 22.7 |
 //! | the same with fewer groups | 1.74 | 2.07 | 1.27 | 9.8 |
 //! | three regions in turns ([`OrderOptions::FEW_MOVES`]) | 1.80 | 1.98 | 1.77 | 9.7 |
 //! | coherent splits inside a group, 23 | 1.47 | 1.61 | 1.32 | 22.7 |
@@ -24,8 +24,8 @@
 //!   group that adds a tenth costs 0.15 on average. The order inside it matters less: 1.30 with these weights, and
 //!   the best of five weightings saves 0.02 for five times the work; orders that fill 16 entries to the last
 //!   (fans by age, 1.24 on a torus) lose 0.05 at the levels after. Hence 15 entries in the optimizer: 1.54 became
-//!   1.52. At the last level nothing comes after: there the best of eight greedies is taken (on the torus 1.44 where
-//!   one has 1.78).
+//!   1.52. At the last level nothing comes after: there the best of eight greedies is taken, on small meshes from
+//!   seven faces on each (torus: 1.29 where one has 1.78, and eight from one face 1.44).
 //! - An order for the level half-way to the next tswap, with the corners that its faces will have there, saves 0.01 at
 //!   23 moved faces and 0.04 at 10, and makes levels more even. A quarter of the way saves less; the whole way as
 //!   much, and costs it at the levels before.

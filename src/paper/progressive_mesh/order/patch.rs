@@ -65,6 +65,13 @@ impl Patch {
         Self { faces, vertices, starts, around }
     }
 
+    /// The same faces, listed from another one on.
+    pub fn turned(&self, first: usize) -> Self {
+        let mut faces = self.faces.clone();
+        faces.rotate_left(first);
+        Self::new(faces, self.vertices)
+    }
+
     pub fn around(&self, vertex: u32) -> &[u32] {
         let [start, end] = [0, 1].map(|next| self.starts[vertex as usize + next] as usize);
         &self.around[start..end]
