@@ -15,6 +15,8 @@ layout(early_fragment_tests) in;
 layout(constant_id = 25) const uint LISTS = 1;  // 0: nothing is marked; 1: marks alone; 2: marks and U3
 
 layout(binding = 3, scalar) buffer Marks { uint words[]; } marks;
+// The same words: software drivers fetch the texels of a vector of pixels at once.
+layout(binding = 5) uniform utextureBuffer seen;
 
 #define U3_BINDING 4
 #include "virtual_texture/u3.glsl"
@@ -29,9 +31,9 @@ void mark(uvec3 qij) {
     if (NATIVE_KEYING == 1) qij.yz >>= qij.x;
     uint place = mark_index(qij);
     uint word = place >> 5, bit = 1u << (place & 31u);
-    if ((marks.words[word] & bit) == 0u) {
+    if ((texelFetch(seen, int(word)).x & bit) == 0u) {
         uint before = atomicOr(marks.words[word], bit);
-        if (LISTS == 2 && (before & bit) == 0u) put(atomicAdd(u3.count, 1u), qij);
+        if (LISTS == 2 && (before & bit) == 0u) put_place(atomicAdd(u3.count, 1u), place);
     }
 }
 

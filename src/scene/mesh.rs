@@ -4,8 +4,10 @@
 //! 1/16 texel). So a GPU vertex carries its position as the sum of two floats, and its coordinate as a
 //! small offset from a corner that is the same for all three vertices of its triangle.
 
+mod clusters;
 mod positions;
 
+pub use clusters::{CLUSTER_TRIANGLES, Cluster};
 pub use positions::MeshPosition;
 
 use crate::math::geodesy;

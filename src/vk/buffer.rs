@@ -18,6 +18,8 @@ pub enum BufferUse {
     /// Written by transform feedback and copied from; also its counter.
     TransformFeedback,
     Storage,
+    /// Words that shaders write, and fetch like texels.
+    FetchedStorage,
     /// 32-bit words that shaders fetch like texels: a table that is only read. Software drivers fetch the texels of
     /// a vector of pixels at once, and words of a storage buffer pixel by pixel.
     Texels,
@@ -30,7 +32,7 @@ pub enum BufferUse {
 /// A buffer with its memory. Dropping it waits for the GPU in the background.
 pub struct Buffer {
     pub(crate) handle: vk::Buffer,
-    /// Null but for [`BufferUse::Texels`].
+    /// Null but for [`BufferUse::Texels`] and [`BufferUse::FetchedStorage`].
     pub(crate) texels: vk::BufferView,
     device: Arc<Device>,
     memory: Option<Allocation>,
@@ -63,6 +65,10 @@ impl Gpu {
             BufferUse::Storage => {
                 (U::STORAGE_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST, MemoryLocation::GpuOnly)
             }
+            BufferUse::FetchedStorage => (
+                U::STORAGE_BUFFER | U::UNIFORM_TEXEL_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST,
+                MemoryLocation::GpuOnly,
+            ),
             BufferUse::Texels => {
                 (U::UNIFORM_TEXEL_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST, MemoryLocation::GpuOnly)
             }
@@ -85,7 +91,7 @@ impl Gpu {
         unsafe { device.handle.bind_buffer_memory(handle, memory.memory(), memory.offset()) }
             .check("vkBindBufferMemory", name)?;
         buffer.memory = Some(memory);
-        if usage == BufferUse::Texels {
+        if matches!(usage, BufferUse::Texels | BufferUse::FetchedStorage) {
             let view = vk::BufferViewCreateInfo::default()
                 .buffer(handle)
                 .format(vk::Format::R32_UINT)
@@ -102,22 +108,17 @@ impl Gpu {
     /// Whether the device takes a buffer of that size for that use.
     fn require_buffer(&self, name: &str, bytes: u64, usage: BufferUse) -> Result<()> {
         let physical = &self.device.physical;
+        let texels = 4 * u64::from(physical.limits.max_texel_buffer_elements);
+        let storage = u64::from(physical.limits.max_storage_buffer_range);
         let (whose, most, advice) = match usage {
-            BufferUse::Storage => (
-                "shaders reach",
-                u64::from(physical.limits.max_storage_buffer_range),
-                "take larger tiles, or lower variant.list_capacity",
-            ),
-            BufferUse::WritableIndices => (
-                "shaders reach",
-                u64::from(physical.limits.max_storage_buffer_range),
-                "show fewer instances, or apply levels on the CPU",
-            ),
-            BufferUse::Texels => (
-                "texel buffers hold",
-                4 * u64::from(physical.limits.max_texel_buffer_elements),
-                "take larger tiles",
-            ),
+            BufferUse::Storage => {
+                ("shaders reach", storage, "take larger tiles, or lower variant.list_capacity")
+            }
+            BufferUse::WritableIndices => {
+                ("shaders reach", storage, "show fewer instances, or apply levels on the CPU")
+            }
+            BufferUse::FetchedStorage => ("shaders reach", storage.min(texels), "take larger tiles"),
+            BufferUse::Texels => ("texel buffers hold", texels, "take larger tiles"),
             BufferUse::TransformFeedback => (
                 "transform feedback takes",
                 physical.most_feedback_bytes,

@@ -8,6 +8,7 @@ mod fused;
 mod lists;
 mod masks;
 mod paths;
+mod prepass;
 mod streaming;
 mod texels;
 mod truth;

@@ -5,7 +5,7 @@
 //! the count tells, and the same frame's marks are compacted again into a longer list: no tile is ever lost. The host
 //! reads no more than a frame is likely to have; where it has more, the rest is read when the count is known.
 
-use super::list::{Count, List};
+use super::list::{Count, Entries, List};
 use super::{Config, Keying, U1Format, dedup::blocks, marks::Marks, pyramid_constants, with};
 use crate::math::pyramid::Pyramid;
 use crate::scene::Compaction;
@@ -23,6 +23,7 @@ pub struct CompactPass {
     step: Step,
     /// Groups that a compute variant dispatches.
     groups: [u32; 3],
+    entries: Entries,
 }
 
 enum Step {
@@ -67,9 +68,14 @@ impl CompactPass {
         let Some((shaders, words_log2)) = compute(config.compact) else {
             let block_log2 = config.compact_block_log2;
             let step = Step::Blocks(geometry(gpu, block_log2, &constants)?, block_log2);
-            return Ok(CompactPass { step, groups: [0; 3] });
+            return Ok(CompactPass { step, groups: [0; 3], entries: Entries::Triples });
         };
         let mut constants = with(constants, &[("NATIVE_KEYING", u32::from(config.keying == Keying::Native))]);
+        let mut entries = Entries::Triples;
+        if config.compact == Compaction::FusedAppend {
+            entries = Entries::Places(*pyramid, config.keying);
+            constants.push(("U3_PLACES", 1));
+        }
         if words_log2 > 0 {
             constants.push(("WORDS_LOG2", words_log2));
         }
@@ -81,7 +87,7 @@ impl CompactPass {
         let count = count.then(|| dispatch(&compact_count_comp::SHADERS)).transpose()?;
         let words_of_group = u64::from(shaders[0].group[0] << words_log2);
         let groups = line(Marks::words_of(pyramid, config).div_ceil(words_of_group));
-        Ok(CompactPass { step: Step::Compute { count, write: dispatch(shaders)? }, groups })
+        Ok(CompactPass { step: Step::Compute { count, write: dispatch(shaders)? }, groups, entries })
     }
 
     /// An empty list with room for `capacity` triples.
@@ -91,8 +97,10 @@ impl CompactPass {
     pub fn list(&self, gpu: &Gpu, capacity: u64) -> Result<List> {
         let groups = self.groups.iter().map(|&n| u64::from(n)).product();
         match &self.step {
-            Step::Blocks(..) => List::new(gpu, capacity, true, None),
-            Step::Compute { count, .. } => List::new(gpu, capacity, false, count.is_some().then_some(groups)),
+            Step::Blocks(..) => List::new(gpu, (capacity, self.entries), true, None),
+            Step::Compute { count, .. } => {
+                List::new(gpu, (capacity, self.entries), false, count.is_some().then_some(groups))
+            }
         }
     }
 

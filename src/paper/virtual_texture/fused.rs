@@ -1,25 +1,27 @@
 //! Stages 1 and 2 and section 4 in one draw, which the paper has not: the fragment shader that textures also marks the
 //! tile that it wishes for. There is no `U1`, the mesh is textured where its triples are found, and stage 3 goes on as
 //! with any other marks, or is done too: with [`Compaction::FusedAppend`] the fragment that sets a mark first appends
-//! its triple to `U3`.
+//! the mark's place to `U3`, one word for a triple.
 //!
 //! A fragment that is drawn before what hides it marks too, so [`Dedup::Fused`] lists a superset.
 //! [`Dedup::FusedExact`] first draws depth alone and then shades for EQUAL only: what marks is what is seen. No shape of
 //! mesh does without: even of a convex one, whose front faces hide nothing, vertices are snapped to 1/256 pixel, which
-//! turns slivers at the limb around, and then their neighbours overlap.
+//! turns slivers at the limb around, and then their neighbours overlap. What depth alone can leave out of the mesh,
+//! [`super::prepass`] says.
 
 use super::list::List;
 use super::texturing::{SKY, constants};
 use super::{
-    Config, Keying, U1Format, marks::Marks, pyramid_constants, resident::Resident, surface::Surface,
+    Config, Keying, U1Format, marks::Marks, prepass::Culling, pyramid_constants, resident::Resident,
+    surface::Surface,
 };
 use crate::math::pyramid::Pyramid;
 use crate::scene::{Compaction, Dedup};
 use crate::vk::shader::View as ViewConstants;
 use crate::vk::shader::virtual_texture::{depth_vert, fused_frag, mesh_vert};
 use crate::vk::{
-    Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo,
-    Resource, Result,
+    Cmd, ColorTarget, Depth, DepthTarget, Format, Geometry, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    ImageInfo, Resource, Result, Slice,
 };
 
 pub struct Fused {
@@ -138,17 +140,29 @@ impl Fused {
             (fused_frag::H1, Resource::Buffer(&resident.h1)),
             (fused_frag::J1, Resource::Sampled(&resident.j1, &resident.sampler)),
             (fused_frag::MARKS, marks.resource()),
+            (fused_frag::SEEN, marks.resource()),
             (fused_frag::U3, Resource::Buffer(&list.u3)),
         ];
         cmd.render(target.info().size, &[color], Some(depth), |render| {
             let push = bytemuck::bytes_of(view);
             // Both draws stand in one rendering, whose order of primitives is barrier enough for depth.
             if let Some(depth_alone) = &self.depth_alone {
-                let [vertices, indices] = surface.positions.as_ref().expect("made for drawing depth alone");
-                render.draw_mesh(depth_alone, &[], push, vertices, indices)?;
+                let positions = surface.positions.as_ref().expect("made for drawing depth alone");
+                let runs = Culling::new(view, target.info().size).runs(&positions.clusters);
+                let slices: Vec<_> = runs
+                    .into_iter()
+                    .map(|run| Slice { push: *view, first_index: run.start, count: run.end - run.start })
+                    .collect();
+                let geometry = Geometry { vertices: Some(&positions.vertices), indices: &positions.indices };
+                render.draw_slices(depth_alone, &[], geometry, &slices)?;
             }
             render.draw_mesh(&self.shade, &resources, push, &surface.vertices, &surface.indices)
         })
+    }
+
+    /// What the last frame's fragments that are seen left.
+    pub fn depth(&self) -> &Image {
+        &self.depth
     }
 
     /// Bytes of the depth that it needs for itself.

@@ -1,9 +1,36 @@
 //! `U3`, section 2.3: the list of triples, on the device and where the host reads it.
 
+use super::{Keying, marks::Marks};
+use crate::math::pyramid::Pyramid;
 use crate::vk::{Buffer, BufferUse, Cmd, Gpu, Result, StreamQuery};
 
-/// Bytes of a triple in `U3`.
-const TRIPLE_BYTES: u64 = 12;
+/// What `U3` has of each triple.
+#[derive(Clone, Copy)]
+pub(super) enum Entries {
+    /// q, i and j, the paper's.
+    Triples,
+    /// The place of its mark, in the order that pyramid and keying give.
+    Places(Pyramid, Keying),
+}
+
+impl Entries {
+    fn bytes(self) -> u64 {
+        match self {
+            Entries::Triples => 12,
+            Entries::Places(..) => 4,
+        }
+    }
+
+    /// (q, i, j) of an entry.
+    fn triple(self, bytes: &[u8]) -> [u32; 3] {
+        match self {
+            Entries::Triples => bytemuck::pod_read_unaligned(bytes),
+            Entries::Places(pyramid, keying) => {
+                Marks::triple_at(&pyramid, keying, bytemuck::pod_read_unaligned(bytes))
+            }
+        }
+    }
+}
 
 /// `U3` of one frame in flight.
 pub struct List {
@@ -12,6 +39,7 @@ pub struct List {
     /// Marks of each group, where the list is ordered.
     pub(super) sums: Option<Buffer>,
     host: Buffer,
+    entries: Entries,
     capacity: u64,
     /// Triples that the host gets of each frame: all there is room for until one frame has told its length.
     read: u64,
@@ -38,7 +66,12 @@ impl Count {
 impl List {
     /// An empty list with room for `capacity` triples; `feedback`: for transform feedback; `groups`: ordered by so
     /// many.
-    pub(super) fn new(gpu: &Gpu, capacity: u64, feedback: bool, groups: Option<u64>) -> Result<List> {
+    pub(super) fn new(
+        gpu: &Gpu,
+        (capacity, entries): (u64, Entries),
+        feedback: bool,
+        groups: Option<u64>,
+    ) -> Result<List> {
         let (count, usage) = match feedback {
             true => {
                 let usage = BufferUse::TransformFeedback;
@@ -47,12 +80,13 @@ impl List {
             }
             false => (Count::Stored, BufferUse::Storage),
         };
-        let bytes = count.header_bytes() + capacity * TRIPLE_BYTES;
+        let bytes = count.header_bytes() + capacity * entries.bytes();
         Ok(List {
             u3: gpu.buffer("U3", bytes, usage)?,
             count,
             sums: groups.map(|groups| gpu.buffer("U3 sums", 4 * groups, BufferUse::Storage)).transpose()?,
             host: gpu.buffer("U3 on the host", bytes, BufferUse::Readback)?,
+            entries,
             capacity,
             read: capacity,
         })
@@ -71,7 +105,7 @@ impl List {
 
     /// Copies to where the host reads what it reads of a frame ([`List::expect`]).
     pub fn read_back(&self, cmd: &mut Cmd<'_>) {
-        let bytes = self.count.header_bytes() + self.read * TRIPLE_BYTES;
+        let bytes = self.count.header_bytes() + self.read * self.entries.bytes();
         cmd.copy_buffer(&self.u3, 0, &self.host, 0, bytes);
     }
 
@@ -113,8 +147,9 @@ impl List {
         let needed = self.needed()?;
         assert!(self.has_read(needed), "{needed} of {}: the rest was to be read again", self.read);
         let bytes = &self.host.mapped()[self.count.header_bytes() as usize..];
-        let bytes = &bytes[..(needed * TRIPLE_BYTES) as usize];
-        // (q, i, j) as the shader wrote them.
-        Ok(bytes.chunks_exact(TRIPLE_BYTES as usize).map(bytemuck::pod_read_unaligned).collect())
+        let of_entry = self.entries.bytes() as usize;
+        let bytes = &bytes[..needed as usize * of_entry];
+        // As the shader wrote them.
+        Ok(bytes.chunks_exact(of_entry).map(|entry| self.entries.triple(entry)).collect())
     }
 }

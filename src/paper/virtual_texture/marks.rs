@@ -40,6 +40,19 @@ impl Marks {
         }
     }
 
+    /// The triple whose mark stands at `place` where marks are bits: triple_at of tile_order.glsl.
+    pub(super) fn triple_at(pyramid: &Pyramid, keying: Keying, place: u32) -> [u32; 3] {
+        let (mut level, mut at) = (0, u64::from(place));
+        loop {
+            let grid = pyramid.tile_grid(if keying == Keying::Native { level } else { 0 });
+            let [columns, rows] = grid.map(u64::from);
+            if at < columns * rows {
+                return [level, (at / columns) as u32, (at % columns) as u32];
+            }
+            (level, at) = (level + 1, at - columns * rows);
+        }
+    }
+
     /// Nothing is marked before the first [`Marks::begin`].
     ///
     /// # Errors
@@ -52,7 +65,10 @@ impl Marks {
                 let info = ImageInfo { storage, ..ImageInfo::target(pyramid.tile_grid(0), Format::R32Uint) };
                 Store::U2(gpu.image("U2", info)?)
             }
-            Layout::Bits => Store::Bits(gpu.buffer("tile bits", bytes, BufferUse::Storage)?),
+            Layout::Bits => {
+                let usage = if config.dedup.fused() { BufferUse::FetchedStorage } else { BufferUse::Storage };
+                Store::Bits(gpu.buffer("tile bits", bytes, usage)?)
+            }
             Layout::Bytes => Store::Bytes {
                 buffer: gpu.buffer("tile bytes", bytes, BufferUse::Storage)?,
                 frame: Cell::new(0),

@@ -11,6 +11,7 @@
 //! - [`resident`]: `J1` and `G1` in video memory; [`display`]: the table that says which tile shows what;
 //! - [`fade`]: tiles that arrive are mixed in over some frames (ours, an option);
 //! - [`texturing`], section 4: the picture from what is resident; [`fused`]: stages 1, 2 and 4 in one draw;
+//!   [`prepass`]: what the draw of depth alone before it can leave out;
 //! - [`scout`]: the tiles that the camera will see (ours, an option);
 //! - [`session`]: frames, one after the other; [`figures`]: what is measured of all this;
 //! - [`reference`]: the same in integers and f64 on the CPU; [`ruler`]: the proof that each texel is the right one.
@@ -32,6 +33,7 @@ pub mod list;
 pub mod lister;
 pub mod marks;
 pub mod pipeline;
+pub mod prepass;
 pub mod reference;
 pub mod resident;
 pub mod ruler;

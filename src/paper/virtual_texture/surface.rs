@@ -1,7 +1,7 @@
 //! The mesh in video memory, and the camera as its vertex shader wants it.
 
 use crate::math::camera::Pose;
-use crate::scene::mesh::{Mesh, MeshPosition, MeshVertex};
+use crate::scene::mesh::{Cluster, Mesh, MeshPosition, MeshVertex};
 use crate::vk::shader::virtual_texture::{depth_vert, mesh_vert};
 use crate::vk::shader::{VertexFormat, View};
 use crate::vk::{Buffer, BufferUse, Gpu, Result};
@@ -10,8 +10,15 @@ use std::mem::offset_of;
 pub struct Surface {
     pub(super) vertices: Buffer,
     pub(super) indices: Buffer,
-    /// Vertices and indices of positions alone, where a pass draws depth alone.
-    pub(super) positions: Option<[Buffer; 2]>,
+    /// Where a pass draws depth alone.
+    pub(super) positions: Option<Positions>,
+}
+
+/// The mesh as positions alone, its triangles in the same order.
+pub(super) struct Positions {
+    pub(super) vertices: Buffer,
+    pub(super) indices: Buffer,
+    pub(super) clusters: Vec<Cluster>,
 }
 
 impl Surface {
@@ -45,16 +52,17 @@ impl Surface {
         assert_eq!(read, [VertexFormat::Float3; 2], "depth.vert's inputs");
         assert_eq!([offset_of!(MeshPosition, high), offset_of!(MeshPosition, low)], [0, 12]);
         let (positions, indices) = mesh.positions();
-        let positions = [
-            gpu.buffer_with("mesh positions", &positions, BufferUse::Vertices)?,
-            gpu.buffer_with("mesh position indices", &indices, BufferUse::Indices)?,
-        ];
+        let positions = Positions {
+            vertices: gpu.buffer_with("mesh positions", &positions, BufferUse::Vertices)?,
+            indices: gpu.buffer_with("mesh position indices", &indices, BufferUse::Indices)?,
+            clusters: mesh.clusters(),
+        };
         Ok(Surface { positions: Some(positions), ..Surface::new(gpu, mesh)? })
     }
 
     /// Bytes in video memory.
     pub fn bytes(&self) -> u64 {
-        let positions = self.positions.iter().flatten();
+        let positions = self.positions.iter().flat_map(|positions| [&positions.vertices, &positions.indices]);
         [&self.vertices, &self.indices].into_iter().chain(positions).map(Buffer::bytes).sum()
     }
 }

@@ -1,0 +1,270 @@
+//! The exact fused draw leaves parts of the mesh out of its depth pass: what it lists, and the depth that it shades for,
+//! stay those of stage 1, which draws everything, whatever the mesh and the camera.
+
+use crate::lists::assert_lists;
+use crate::{Device, scene};
+use glam::DVec3;
+use ortelius::math::camera::Pose;
+use ortelius::math::pyramid::Pyramid;
+use ortelius::paper::virtual_texture::footprint::Footprint;
+use ortelius::paper::virtual_texture::fused::Fused;
+use ortelius::paper::virtual_texture::lister::Lister;
+use ortelius::paper::virtual_texture::prepass::Culling;
+use ortelius::paper::virtual_texture::resident::Resident;
+use ortelius::paper::virtual_texture::session::read_u1;
+use ortelius::paper::virtual_texture::surface::{self, Surface};
+use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Keying, PAPER, U1Format};
+use ortelius::scene::mesh::{Cluster, Mesh, SourceMesh, earth, gpu_mesh, plane};
+use ortelius::scene::source::ruler::Ruler;
+use ortelius::vk::{Format, Gpu, Image, ImageInfo};
+use std::time::Instant;
+
+const SIZE: [u32; 2] = [250, 141];
+
+/// The same numbers in every run (splitmix64).
+struct Chance(u64);
+
+impl Chance {
+    /// Of [0, 1).
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut bits = self.0;
+        bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        bits = (bits ^ bits >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (bits ^ bits >> 31) as f64 / 2f64.powi(64)
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+
+    fn direction(&mut self) -> DVec3 {
+        let (z, turn) = (self.between(-1.0, 1.0), self.between(0.0, std::f64::consts::TAU));
+        DVec3::new(turn.cos(), turn.sin(), 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z
+    }
+
+    /// An eye at `eye` that looks near `target`, from a keyhole to a fish's eye.
+    fn pose(&mut self, eye: DVec3, target: DVec3, altitude: f64) -> Pose {
+        let forward = (target - eye).normalize();
+        let right = forward.cross(self.direction()).normalize();
+        let angle_deg = 10f64.powf(self.between(-1.0, 2.17));
+        Pose {
+            eye,
+            right,
+            up: right.cross(forward),
+            forward,
+            vertical_fov_rad: angle_deg.to_radians(),
+            near_m: altitude / 64.0,
+        }
+    }
+
+    /// From a hair above a ball of radius 1 metre (times `scale`) to far away, at it, over it or past it.
+    fn about_a_ball(&mut self, scale: f64) -> Pose {
+        let (up, altitude) = (self.direction(), scale * 10f64.powf(self.between(-3.0, 1.0)));
+        let eye = up * (scale + altitude);
+        let target = self.direction() * scale * self.between(0.0, 1.3);
+        self.pose(eye, target, altitude)
+    }
+}
+
+/// Everything for one mesh.
+struct Drawn<'a> {
+    gpu: &'a Gpu,
+    config: Config,
+    pyramid: Pyramid,
+    resident: Resident,
+    target: Image,
+    surface: Surface,
+    clusters: Vec<Cluster>,
+    stage1: Footprint,
+    fused: Fused,
+    lister: Lister,
+}
+
+impl Drawn<'_> {
+    fn new<'a>(gpu: &'a Gpu, source: &SourceMesh) -> Drawn<'a> {
+        let config = Config {
+            dedup: Dedup::FusedExact,
+            compact: Compaction::FusedAppend,
+            keying: Keying::Native,
+            u1: Some(U1Format::Packed),
+            ..PAPER
+        };
+        let pyramid = Pyramid::new(18, 17, 9, 4, None).unwrap();
+        let resident = Resident::new(gpu, &Ruler::new(pyramid), 1).unwrap();
+        let target = gpu.image("picture", ImageInfo::target(SIZE, Format::Rgba8Srgb)).unwrap();
+        let mesh = gpu_mesh(source).unwrap();
+        Drawn {
+            surface: Surface::with_positions(gpu, &mesh).unwrap(),
+            clusters: mesh.clusters(),
+            stage1: Footprint::new(gpu, &pyramid, &config, SIZE).unwrap(),
+            fused: Fused::new(gpu, &pyramid, &config, &resident, &target).unwrap(),
+            lister: Lister::new(gpu, &pyramid, &config, None).unwrap(),
+            gpu,
+            config,
+            pyramid,
+            resident,
+            target,
+        }
+    }
+
+    /// Holds one camera's depth and list against stage 1's; returns the share of the indices that were left out.
+    fn check(&mut self, pose: &Pose, what: &str) -> f64 {
+        let (gpu, view) = (self.gpu, surface::view(pose, SIZE, 0));
+        let mut listed = self.lister.listed(gpu, None).unwrap();
+        let into = listed.on_the_device().unwrap();
+        let mut frame = gpu.frame().unwrap();
+        frame.pass("footprint", |cmd| self.stage1.draw(cmd, &self.surface, &view)).unwrap();
+        let Drawn { fused, resident, surface, target, .. } = &*self;
+        frame.pass("fused", |cmd| fused.draw(cmd, resident, surface, into, &view, target)).unwrap();
+        self.lister.record(&mut frame, None, &listed).unwrap();
+        frame.submit().unwrap().wait().unwrap();
+        let triples = self.lister.collect(gpu, &mut listed).unwrap().0;
+        let what = format!("{what}: {pose:?}");
+        let [whole, culled] = [&self.stage1.depth, self.fused.depth()].map(|d| gpu.read_image(d).unwrap());
+        let differing = whole.chunks(4).zip(culled.chunks(4)).filter(|(a, b)| a != b).count();
+        assert_eq!(differing, 0, "{what}: pixels with another depth");
+        let u1 = read_u1(gpu, &self.stage1, &self.pyramid).unwrap();
+        assert_lists(&u1, &self.pyramid, &triples, self.config.keying, &what);
+        let runs = Culling::new(&view, SIZE).runs(&self.clusters);
+        let drawn: u32 = runs.iter().map(|run| run.end - run.start).sum();
+        let all: u32 = self.clusters.iter().map(|cluster| cluster.count).sum();
+        1.0 - f64::from(drawn) / f64::from(all)
+    }
+
+    /// All the cameras; returns the mean of the shares.
+    fn check_all(&mut self, poses: impl IntoIterator<Item = Pose>, what: &str) -> f64 {
+        let shares: Vec<f64> = poses.into_iter().map(|pose| self.check(&pose, what)).collect();
+        let mean = shares.iter().sum::<f64>() / shares.len() as f64;
+        println!("{what}: {} cameras, left out on average {mean:.3}", shares.len());
+        mean
+    }
+}
+
+/// A ball of radius 1 with ridges and needles: each vertex moved along its radius by up to `height`, waves and chance.
+fn bumpy_ball(chance: &mut Chance, [columns, rows]: [u32; 2], height: f64) -> SourceMesh {
+    let mut mesh = earth(columns, rows).unwrap();
+    let waves: Vec<(DVec3, f64)> =
+        (0..4).map(|_| (chance.direction() * chance.between(2.0, 40.0), chance.next())).collect();
+    let lift = |place: DVec3| {
+        let wave = |(k, phase): &(DVec3, f64)| (k.dot(place) + phase).sin();
+        // A needle here and there, the same on both sides of the seam.
+        let needle = if (place * 1e3).round().length_squared() % 11.0 < 1.0 { 1.0 } else { 0.0 };
+        waves.iter().map(wave).sum::<f64>() / 8.0 + 0.5 * needle
+    };
+    for place in &mut mesh.positions {
+        *place = place.normalize();
+        *place *= 1.0 + height * lift(*place);
+    }
+    mesh
+}
+
+/// Corners of a cluster's triangles, as the GPU has them.
+fn corners(mesh: &Mesh, cluster: &Cluster) -> Vec<[DVec3; 3]> {
+    let place = |&index: &u32| {
+        let vertex = mesh.vertices[index as usize];
+        let [high, low] = [vertex.position_high, vertex.position_low];
+        DVec3::from_array(high.map(f64::from)) + DVec3::from_array(low.map(f64::from))
+    };
+    let indices = &mesh.indices[cluster.first_index as usize..][..cluster.count as usize];
+    indices.chunks_exact(3).map(|t| [place(&t[0]), place(&t[1]), place(&t[2])]).collect()
+}
+
+#[test]
+fn clusters_are_all_triangles_once_and_their_bounds_hold_every_place_and_normal() {
+    for [columns, rows] in [[3, 2], [40, 23], [388, 194]] {
+        let mesh = gpu_mesh(&earth(columns, rows).unwrap()).unwrap();
+        let (mut next, mut largest) = (0, 0f64);
+        for cluster in mesh.clusters() {
+            assert_eq!(cluster.first_index, next);
+            assert!(cluster.count > 0 && cluster.count.is_multiple_of(3));
+            next += cluster.count;
+            for [a, b, c] in corners(&mesh, &cluster) {
+                let normal = (b - a).cross(c - a);
+                let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+                assert!([a, b, c].iter().all(|p| p.distance(cluster.centre) <= cluster.radius_m));
+                assert!(normal.normalize().dot(cluster.axis).min(1.0).acos() <= cluster.spread_rad);
+                assert!(normal.length() / longest >= cluster.least_height_m * (1.0 - 1e-12));
+            }
+            largest = largest.max(cluster.radius_m);
+        }
+        assert_eq!(next as usize, mesh.indices.len());
+        // 8 x 2 quads of 0.93 degrees, or as many on the way to the next block: none runs around the earth.
+        assert!(columns < 388 || largest < 1.2e6, "{largest}");
+    }
+}
+
+#[test]
+fn a_cluster_of_no_number_or_no_area_is_bounded_by_nothing() {
+    let mut mesh = gpu_mesh(&plane(30.0, 40.0, 1, 1).unwrap()).unwrap();
+    let [cluster] = mesh.clusters()[..] else { panic!("two triangles are one cluster") };
+    assert!((cluster.least_height_m - 24.0).abs() < 1e-12, "3, 4 and 5: {cluster:?}");
+    assert!((cluster.radius_m - 25.0).abs() < 1e-12);
+    assert!((cluster.axis - DVec3::Z).length() < 1e-15 && cluster.spread_rad < 1e-6);
+    let whole = mesh.clone();
+    mesh.vertices[2].position_high[1] = f32::NAN;
+    let [cluster] = mesh.clusters()[..] else { panic!("two triangles are one cluster") };
+    assert_eq!((cluster.radius_m, cluster.least_height_m), (f64::INFINITY, 0.0));
+    mesh = whole;
+    mesh.indices[1] = mesh.indices[0];
+    let [cluster] = mesh.clusters()[..] else { panic!("two triangles are one cluster") };
+    assert_eq!(cluster.least_height_m, 0.0);
+    assert!(cluster.spread_rad > 1.5, "a normal that is none is in no cone: {}", cluster.spread_rad);
+}
+
+#[test]
+fn what_the_depth_pass_leaves_out_changes_neither_depth_nor_list() {
+    let gpu = Device::open();
+    let mut chance = Chance(3);
+    for (name, height) in [("ball", 0.0), ("hills", 0.02), ("ridges", 0.3)] {
+        for grid in [[97, 48], [24, 12]] {
+            let mut drawn = Drawn::new(&gpu, &bumpy_ball(&mut chance, grid, height));
+            let poses: Vec<Pose> = (0..60).map(|_| chance.about_a_ball(1.0)).collect();
+            let left_out = drawn.check_all(poses, &format!("{name} of {grid:?}"));
+            let least = if grid[0] > 50 { 0.2 } else { 0.0 };
+            assert!(left_out > least, "{left_out}: nothing is left out, and it proves nothing");
+        }
+    }
+}
+
+#[test]
+fn open_surfaces_above_each_other_and_seen_from_below_keep_their_depth() {
+    let gpu = Device::open();
+    let mut chance = Chance(4);
+    let mut sheets = plane(2.0, 2.0, 40, 40).unwrap();
+    let first = sheets.positions.len() as u32;
+    sheets.positions.extend_from_within(..);
+    sheets.coordinates.extend_from_within(..);
+    sheets.triangles.extend_from_within(..);
+    let half = sheets.triangles.len() / 2;
+    for corner in sheets.triangles[half..].as_flattened_mut() {
+        *corner += first;
+    }
+    for (n, place) in sheets.positions.iter_mut().enumerate() {
+        let above = if n as u32 >= first { 0.2 } else { 0.0 };
+        place.z = above + 0.15 * (5.0 * place.x).sin() * (7.0 * place.y).cos();
+    }
+    let mut drawn = Drawn::new(&gpu, &sheets);
+    let poses: Vec<Pose> = (0..80).map(|_| chance.about_a_ball(0.6)).collect();
+    assert!(drawn.check_all(poses, "sheets") > 0.2);
+}
+
+#[test]
+fn the_shipped_earth_is_left_out_but_for_what_is_seen() {
+    let gpu = Device::open();
+    let mut chance = Chance(5);
+    let earth = scene("earth");
+    let mut drawn = Drawn::new(&gpu, &earth.source_mesh().unwrap());
+    let globe = scene("globe");
+    for (name, camera) in earth.cameras.iter().chain(&globe.cameras) {
+        let left_out = drawn.check(&camera.pose(), name);
+        println!("{name}: {left_out:.3}");
+        // From far away a triangle is hardly higher than what snapping moves.
+        assert!(left_out > 0.5 || globe.cameras.contains_key(name), "{name}: {left_out}");
+    }
+    drawn.check_all((0..20).map(|_| chance.about_a_ball(6.4e6)), "cameras about the earth");
+    let view = surface::view(&earth.cameras["oblique"].pose(), [1920, 1080], 0);
+    let begun = Instant::now();
+    let runs = (0..100).map(|_| Culling::new(&view, [1920, 1080]).runs(&drawn.clusters).len()).sum::<usize>();
+    println!("{} draws, {:?} on the host", runs / 100, begun.elapsed() / 100);
+}
