@@ -23,7 +23,7 @@ pub struct ProgressiveSurface {
     pub instances: u32,
     pub layout: Layout,
     /// The deviation from the full model that is wanted, in pixels of the picture, >= 0; 0 draws the full model. The
-    /// levels' errors are estimates from above, no bounds.
+    /// levels' errors are estimates, mostly from above, no bounds.
     pub error_pixels: f64,
     /// Vertices that appear move to their place instead of jumping there.
     pub geomorph: bool,

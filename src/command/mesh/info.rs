@@ -10,7 +10,7 @@ use ortelius::paper::progressive_mesh::mesh::{Level, ProgressiveMesh};
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Levels, errors (estimates from above of a level's deviation, no bounds), sizes by content, and what the order of
+/// Levels, errors (estimates of a level's deviation, mostly from above, no bounds), sizes by content, and what the order of
 /// faces costs a vertex cache.
 #[derive(Args, Debug)]
 pub struct InfoArgs {
@@ -112,7 +112,7 @@ impl Info {
             levels: mesh.levels.len(),
             coarsest: mesh.levels[0].into(),
             finest: mesh.levels[mesh.levels.len() - 1].into(),
-            errors_are: "object units; estimates from above of the distance from the finest level, no bounds",
+            errors_are: "object units; estimates of the distance from the finest level, mostly from above, no bounds",
             attributes: attributes.iter().filter(|(_, count)| *count > 0).map(|(name, _)| *name).collect(),
             permutations: mesh.swaps.levels.len(),
             moved_faces_per_split: mesh.swaps.cycles.items().len() as f64 / splits,
