@@ -8,6 +8,10 @@ use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::order::{OrderOptions, classical, order};
 use crate::paper::progressive_mesh::run::{Instances, Program, State, Untold};
 use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
+use crate::math::camera::Pose;
+use crate::paper::progressive_mesh::session::{Model, Session, Settings};
+use crate::picture::Target;
+use crate::scene::Scene;
 use crate::stats::Summary;
 use crate::vk::{Gpu, PassTime};
 use std::hint::black_box;
@@ -20,11 +24,14 @@ pub const FLAT: &str = "flat lists, splits only";
 pub const FLAT_FEW: &str = "flat lists, 10 moves";
 pub const FLAT_SWAPS: &str = "flat lists, 23 moves";
 pub const COPY: &str = "memory copy of the index buffer";
-pub const FRAME: &str = "a frame that draws nothing";
+/// A whole frame of one instance, in which no level changes.
+pub const FRAME: &str = "a drawn frame";
 
 pub const SPLITS_UP: &str = "splits a second";
 pub const SPLITS_DOWN: &str = "collapses a second";
 pub const STEP: &str = "a hundredth of the way";
+pub const FRAME_HOST: &str = "the host's share of a frame";
+pub const FRAME_WHOLE: &str = "a frame until it is drawn";
 pub const MOVED: &str = "moved faces for each split";
 pub const COMMANDS: &str = "bytes of commands for each split";
 pub const WRITTEN: &str = "bytes written for each split";
@@ -35,6 +42,7 @@ const UP: &str = "all splits";
 const DOWN: &str = "all collapses";
 const STEPS: &str = "all splits in 100 steps";
 const ALONE: &str = "host";
+const DRAWN: &str = "until it is drawn";
 
 /// One mesh in the orders that are compared.
 pub struct Orders {
@@ -110,7 +118,11 @@ pub fn hundredth(last: u32, n: u32) -> u32 {
 }
 
 /// What is timed on one core.
-pub fn contenders<'a>(gpu: &'a Gpu, orders: &'a Orders, programs: &'a Programs) -> Vec<Contender<'a>> {
+pub fn contenders<'a>(
+    session: &'a mut (Session, Pose),
+    orders: &'a Orders,
+    programs: &'a Programs,
+) -> Vec<Contender<'a>> {
     let last = orders.best.last_level();
     let mut contenders: Vec<Contender> = Vec::new();
     for (variant, mesh, program, printed) in variants(orders, programs) {
@@ -133,17 +145,30 @@ pub fn contenders<'a>(gpu: &'a Gpu, orders: &'a Orders, programs: &'a Programs) 
         })])
     };
     contenders.push(Contender { variant: COPY.into(), run: Box::new(copy) });
-    let frame = move || {
-        let start = Instant::now();
-        let mut frame = gpu.frame()?;
-        frame.pass("nothing", |_| Ok(()))?;
-        let ticket = frame.submit()?;
-        let ns = Some(start.elapsed().as_nanos() as u64);
-        ticket.wait()?;
-        Ok(vec![PassTime { label: ALONE.into(), ns }])
-    };
-    contenders.push(Contender { variant: FRAME.into(), run: Box::new(frame) });
+    contenders.push(Contender { variant: FRAME.into(), run: Box::new(move || drawn(session)) });
     contenders
+}
+
+/// A session that shows one instance of the mesh, a metre large, as the scene `bunny` shows it.
+pub fn session(gpu: &Gpu, mesh: &ProgressiveMesh, size: [u32; 2]) -> anyhow::Result<(Session, Pose)> {
+    let scene = Scene::embedded("bunny")?;
+    let surface = scene.progressive_meshes["bunny"].clone();
+    let stands = surface.stands(&scene.paths);
+    let model = Model { name: "one".into(), surface, mesh: mesh.clone(), cut_from: None, stands };
+    let settings = Settings { size, ..Settings::of_scene(&scene, Target::Srgb8) };
+    Ok((Session::new(gpu.clone(), &[model], settings)?, scene.camera("near")?.pose()))
+}
+
+/// A frame as scenes draw it: its host's work, and all of it until the device is done.
+fn drawn((session, pose): &mut (Session, Pose)) -> anyhow::Result<Vec<PassTime>> {
+    session.records.clear();
+    let start = Instant::now();
+    session.frame(pose)?;
+    let host = start.elapsed().as_nanos() as u64;
+    session.drain()?;
+    let whole = start.elapsed().as_nanos() as u64;
+    let pass = |label: &str, ns| PassTime { label: label.into(), ns: Some(ns) };
+    Ok(vec![pass(ALONE, host), pass(DRAWN, whole)])
 }
 
 /// Rows of times.
@@ -154,13 +179,18 @@ pub fn time_rows(splits: u32, timed: &[Timed]) -> Vec<Row> {
         let mut row = |quantity: &str, unit: &str, summary: Option<Summary>| {
             rows.extend(summary.map(|s| Row::new(&*one.variant, quantity, unit, Value::Summary(s))));
         };
+        if one.variant == FRAME {
+            row(FRAME_HOST, "ms", of(ALONE));
+            row(FRAME_WHOLE, "ms", of(DRAWN));
+            continue;
+        }
         row("whole way", "ms", of(UP).or(of(ALONE)));
         row("whole way back", "ms", of(DOWN));
         row(STEP, "ms", of(STEPS).map(|s| s.scaled(0.01)).or(of(ALONE)));
         for (quantity, label) in [(SPLITS_UP, UP), (SPLITS_DOWN, DOWN)] {
-            // Of the best run: what else runs on the machine only ever slows one down.
-            let rate = of(label).map(|s| f64::from(splits) / s.min / 1e3);
-            rows.extend(rate.map(|m| Row::new(&*one.variant, quantity, "millions", Value::Number(m))));
+            let rate = |ms: f64| f64::from(splits) / ms / 1e3;
+            let rates = one.pass_of_rounds(label).map(|rounds| rounds.into_iter().map(rate).collect::<Vec<_>>());
+            row(quantity, "millions", rates.and_then(|rates| Summary::of(&rates)));
         }
     }
     rows
