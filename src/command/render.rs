@@ -37,7 +37,7 @@ pub struct RenderArgs {
     /// After --frames, go on from the last pose until nothing is missing
     #[arg(long)]
     settle: bool,
-    /// Budgets count tiles instead of time: the same frames on every run
+    /// Budgets count tiles and faces instead of time: the same frames on every run
     #[arg(long)]
     deterministic: bool,
     /// Measure the settled frame against the same mesh with one plain trilinear texture (not of bc1 tiles)

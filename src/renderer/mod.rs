@@ -5,6 +5,7 @@
 pub mod report;
 
 use crate::math::camera::Pose;
+use crate::paper::progressive_mesh::governor::Budget;
 use crate::paper::progressive_mesh::session as surfaces;
 use crate::paper::virtual_texture::session as landscape;
 use crate::paper::virtual_texture::{Unfit, session::SessionError};
@@ -29,6 +30,11 @@ pub enum RenderError {
     Load(#[from] surfaces::LoadError),
     #[error(transparent)]
     Surfaces(#[from] surfaces::SurfaceError),
+    #[error(
+        "--deterministic: governor.frame_ms follows measured times, which no two runs have alike; set governor.frame_faces, a \
+         budget in faces"
+    )]
+    MeasuredBudget,
     #[error(transparent)]
     Vulkan(#[from] vk::Error),
 }
@@ -56,7 +62,7 @@ pub struct Options<'a> {
     /// Part of a device's name, or its index.
     pub device: Option<&'a str>,
     pub validate: bool,
-    /// Streaming's budgets count tiles instead of time: the same frames on every run.
+    /// Budgets count tiles and faces instead of time: the same frames on every run.
     pub deterministic: bool,
 }
 
@@ -218,9 +224,21 @@ fn open_landscape(scene: &Scene, options: &Options<'_>) -> Result<Renderer, Rend
 fn open_surfaces(scene: &Scene, options: &Options<'_>) -> Result<Renderer, RenderError> {
     let settings = surfaces::Settings {
         size: options.size.unwrap_or([scene.view.width, scene.view.height]),
+        budget: budget(scene, options.deterministic)?,
         ..surfaces::Settings::of_scene(scene, options.target)
     };
     let models = surfaces::load(scene)?;
     let gpu = gpu(options, &surfaces::needs(&settings))?;
     Ok(Renderer::Surfaces(Box::new(surfaces::Session::new(gpu, &models, settings)?)))
+}
+
+/// The governor's budget: without the time, where frames must be the same on every run.
+fn budget(scene: &Scene, deterministic: bool) -> Result<Option<Budget>, RenderError> {
+    let Some(governor) = scene.governor else { return Ok(None) };
+    let frame_faces = governor.frame_faces;
+    match (deterministic, frame_faces) {
+        (true, None) => Err(RenderError::MeasuredBudget),
+        (true, Some(_)) => Ok(Some(Budget { frame_ms: None, frame_faces })),
+        (false, _) => Ok(Some(Budget { frame_ms: governor.frame_ms, frame_faces })),
+    }
 }

@@ -6,7 +6,7 @@ use super::choice::{Compaction, Listing};
 use super::error::list;
 use super::file::{CameraFile, MeshFile, MeshKind, PathFile, PathKind, SceneFile, SourceKind, TextureFile};
 use super::path::{self, Motion};
-use super::progressive_mesh::check_surface;
+use super::progressive_mesh::{GovernorSettings, check_surface};
 use super::settings::{Cache, Disk, MeshSpec, Texture, TextureSource, Variant, View};
 use super::source::TileFormat;
 use crate::math::pyramid::PyramidError;
@@ -54,9 +54,7 @@ pub(super) fn check(
         let folder = folder(&["progressive_mesh", name, "source"]);
         progressive_meshes.insert(name.clone(), check_surface(name, surface, &paths, &folder)?);
     }
-    if let Some(governor) = &file.governor {
-        within(&["governor", "frame_ms"], governor.frame_ms, 1e-3..=1e6)?;
-    }
+    check_governor(file.governor.as_ref())?;
     let (cache, disk, variant) =
         (file.cache.unwrap_or_default(), file.disk.unwrap_or_default(), file.variant.unwrap_or_default());
     check_cache(&cache)?;
@@ -82,6 +80,16 @@ pub(super) fn check(
         paths,
         variant,
     })
+}
+
+fn check_governor(governor: Option<&GovernorSettings>) -> Result<(), Fault> {
+    let Some(&GovernorSettings { frame_ms, frame_faces }) = governor else { return Ok(()) };
+    if frame_ms.is_none() && frame_faces.is_none() {
+        return Err(Fault::new(&["governor"], "a governor needs a budget: frame_ms, frame_faces, or both"));
+    }
+    frame_ms.map(|ms| within(&["governor", "frame_ms"], ms, 1e-3..=1e6)).transpose()?;
+    frame_faces.map(|faces| within(&["governor", "frame_faces"], faces, 1..=u32::MAX)).transpose()?;
+    Ok(())
 }
 
 /// Whether a scene has paper 1's landscape; else it has paper 2's surfaces.

@@ -88,11 +88,15 @@ pub enum Apply {
     Gpu,
 }
 
-/// `[governor]`: the wanted errors of all surfaces are raised and lowered so that a frame takes so long.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// `[governor]`: the wanted errors of all surfaces are raised as far as frames need it to keep a budget; at least one of
+/// the two is there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct GovernorSettings {
-    pub frame_ms: f64,
+    /// Measured milliseconds.
+    pub frame_ms: Option<f64>,
+    /// Faces: the budget where frames must be the same on every run.
+    pub frame_faces: Option<u32>,
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]

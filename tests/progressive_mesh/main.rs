@@ -3,6 +3,7 @@
 mod built;
 mod check;
 mod device;
+mod governed;
 mod made;
 mod model;
 mod pictures;

@@ -36,6 +36,8 @@ fn what_a_herd_cannot_be_is_refused_at_its_key() {
         ("seed = 3", "a grid has no seed"),
         ("east_m = 1e10", "10000000000 is outside"),
         ("\n[governor]\nframe_ms = 0.0", "0 is outside 0.001 ..="),
+        ("\n[governor]\nframe_faces = 0", "0 is outside 1 ..="),
+        ("\n[governor]\n", "a governor needs a budget"),
         ("\n[cache]\ngpu_tiles = 9", "a scene without a texture has no cache"),
         (
             "\n[mesh]\nkind = \"plane\"\ncolumns = 2\nrows = 2",

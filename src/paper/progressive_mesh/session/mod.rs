@@ -15,10 +15,10 @@ pub use load::{LoadError, load, ordered};
 pub use record::FrameRecord;
 pub use surface::{Change, Model, Surface, SurfaceError, SurfaceMemory};
 
-use super::governor::Governor;
+use super::governor::{Budget, Governor, Rule};
 use crate::math::camera::Pose;
 use crate::picture::Target;
-use crate::scene::Scene;
+use crate::scene::{GovernorSettings, Scene};
 use crate::vk::shader::Shader;
 use crate::vk::shader::progressive_mesh::{geomorph_vert, surface_frag, surface_vert};
 use crate::vk::{
@@ -51,8 +51,9 @@ pub struct Settings {
     pub count_shaders: bool,
     /// Rounds of needless work for each vertex: for figures in which vertices are to be the bottleneck.
     pub vertex_work: u32,
-    /// Holds this time of a frame.
-    pub frame_ms: Option<f64>,
+    /// What a frame may take, and how that is held.
+    pub budget: Option<Budget>,
+    pub rule: Rule,
 }
 
 impl Settings {
@@ -63,7 +64,8 @@ impl Settings {
             target,
             count_shaders: false,
             vertex_work: 0,
-            frame_ms: scene.governor.map(|governor| governor.frame_ms),
+            budget: scene.governor.map(|GovernorSettings { frame_ms, frame_faces }| Budget { frame_ms, frame_faces }),
+            rule: Rule::default(),
         }
     }
 }
@@ -152,7 +154,7 @@ impl Session {
                 false => None,
             },
             in_flight: Default::default(),
-            governor: settings.frame_ms.map(Governor::new),
+            governor: settings.budget.map(|budget| Governor::new(budget, settings.rule)),
             records: Vec::new(),
             next: 0,
             surfaces,
@@ -175,7 +177,7 @@ impl Session {
         self.finish(flight)?;
         let start = Instant::now();
         let (mut copies, mut change) = (Copies::default(), Change::default());
-        let error_factor = self.governor.as_ref().map_or(1.0, Governor::factor);
+        let error_factor = self.plan(pose);
         for (n, surface) in self.surfaces.iter_mut().enumerate() {
             let pixels = surface.settings.error_pixels * error_factor;
             let mut upload = |words: &[u32], at| copies.add(n, words, at);
@@ -195,6 +197,14 @@ impl Session {
         self.in_flight[flight] = Some((ticket, record));
         self.next += 1;
         Ok(())
+    }
+
+    /// The governor's factor on all wanted errors for a frame from `pose`.
+    fn plan(&mut self, pose: &Pose) -> f64 {
+        let Some(governor) = &mut self.governor else { return 1.0 };
+        let of_surface = |surface| (surface, Surface::wanted_errors(surface, pose, self.settings.size));
+        let wanted: Vec<_> = self.surfaces.iter().map(of_surface).collect();
+        governor.plan(|factor| wanted.iter().map(|(surface, wanted)| surface.live_faces(wanted, factor)).sum())
     }
 
     fn record(&self, pose: &Pose, flight: usize, copies: &Copies) -> Result<Ticket> {
@@ -246,7 +256,7 @@ impl Session {
         record.passes = ticket.wait()?;
         record.counts = self.queries.as_ref().map(|query| query.read(flight as u32)).transpose()?;
         if let (Some(governor), Some(ms)) = (&mut self.governor, record.milliseconds()) {
-            governor.frame_took(ms);
+            governor.frame_took(ms, record.change.faces);
         }
         self.records.push(record);
         Ok(())

@@ -110,6 +110,19 @@ impl Surface {
         })
     }
 
+    /// The error that each instance may have that the eye sees, object units.
+    pub(super) fn wanted_errors(&self, pose: &Pose, size: [u32; 2]) -> Vec<f64> {
+        let seen = self.members.iter().filter(|member| member.place.is_seen(pose, size));
+        seen.map(|member| member.place.wanted_error(pose, size[1], self.settings.error_pixels)).collect()
+    }
+
+    /// Live faces of instances that may have `factor` times these errors.
+    pub(super) fn live_faces(&self, wanted_errors: &[f64], factor: f64) -> u64 {
+        let levels = self.program.levels();
+        let live = |wanted: &f64| u64::from(levels[level_for_error(levels, (wanted * factor) as f32) as usize].faces);
+        wanted_errors.iter().map(live).sum()
+    }
+
     /// Brings every instance that the eye sees to its level: the coarsest whose error is at most `pixels` in the
     /// picture. `upload` is given words and where they belong in [`Surface::indices`], in words.
     pub(super) fn go(

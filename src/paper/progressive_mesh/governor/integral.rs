@@ -1,18 +1,16 @@
-//! The governor, section 4: "for scalability the wanted deviation is changed according to the platform's performance"
-//! (how is a gap of the paper).
+//! The simple rule: an integral controller on log2 of the factor, which knows nothing but times.
 //!
-//! A controller on log2 of a factor on all wanted errors. A frame's time falls with the error by some power, so in
-//! logarithms the frame is a straight line with a slope `k` (0.5 to 1 where faces decide, 0 where they do not), read
-//! two frames late. An integral controller of gain `g` on such a plant neither overshoots nor rings up to
-//! `g k = 4/27` (for two frames of delay; `d^d / (d + 1)^(d + 1)` in general). What frames vary by chance is smoothed
-//! by a mean that forgets half a frame ago, and inside a dead band nothing moves at all: the error rests, and with
-//! it every level of detail.
+//! A frame's time falls with the error by some power, so in logarithms the frame is a straight line with a slope `k`
+//! (0.5 to 1 where faces decide, 0 where they do not), read two frames late. A gain `g` on such a plant neither overshoots nor
+//! rings up to `g k = 4/27` (for two frames of delay; `d^d / (d + 1)^(d + 1)` in general). What frames vary by chance is
+//! smoothed by a mean that forgets half a frame ago, and inside a dead band nothing moves at all. What it cannot know is
+//! that all instances are as coarse as they get: there it winds up.
 
 /// Octaves of error for an octave of frame time: 4/27 = 0.148 less what the smoothing delays.
 const GAIN: f64 = 0.12;
 /// Share of the newest frame in the mean.
 const NEWEST: f64 = 0.5;
-/// Octaves from the aim at which the governor starts to move, 7 %, and at which it rests again, 2 %.
+/// Octaves from the aim at which it starts to move, 7 %, and at which it rests again, 2 %.
 const STARTS: f64 = 0.10;
 const RESTS: f64 = 0.03;
 /// It aims below the budget, by less than what it starts to move at: frames at rest are within the budget.
@@ -22,23 +20,23 @@ const FASTEST: f64 = 0.25;
 /// The coarsest: 1024 times the scene's error.
 const MOST_LOG2: f64 = 10.0;
 
-/// Holds a frame budget.
+/// The controller.
 #[derive(Clone, Debug)]
-pub struct Governor {
+pub struct Integral {
     budget_ms: f64,
     factor_log2: f64,
     mean: Option<f64>,
     moving: bool,
 }
 
-impl Governor {
+impl Integral {
     /// Starts at the scene's own errors.
     ///
     /// # Panics
     /// If the budget is not positive.
-    pub fn new(budget_ms: f64) -> Governor {
+    pub fn new(budget_ms: f64) -> Integral {
         assert!(budget_ms > 0.0, "a budget of {budget_ms} ms");
-        Governor { budget_ms, factor_log2: 0.0, mean: None, moving: false }
+        Integral { budget_ms, factor_log2: 0.0, mean: None, moving: false }
     }
 
     /// By what wanted errors are multiplied, 1 ..= 1024.
@@ -86,15 +84,15 @@ mod tests {
 
         /// Time and factor of each frame.
         fn run(&mut self, frames: usize, load_ms: impl Fn(usize) -> f64) -> Vec<(f64, f64)> {
-            let mut governor = Governor::new(BUDGET_MS);
+            let mut controller = Integral::new(BUDGET_MS);
             let mut in_flight = VecDeque::new();
             let mut frame = |n| {
-                let factor = governor.factor();
+                let factor = controller.factor();
                 let noise = 1.0 + self.noise * self.chance();
                 let ms = (self.fixed_ms + load_ms(n) * factor.powf(-self.slope)) * noise;
                 in_flight.push_back(ms);
                 if in_flight.len() > 2 {
-                    governor.frame_took(in_flight.pop_front().expect("three frames"));
+                    controller.frame_took(in_flight.pop_front().expect("three frames"));
                 }
                 (ms, factor)
             };
@@ -149,19 +147,19 @@ mod tests {
         let mut hopeless = Plant { fixed_ms: 20.0, ..plant(1.0) };
         assert_eq!(hopeless.run(300, |_| 20.0)[299].1, 1024.0);
         // No wind-up: the factor falls with the first frames that have room.
-        let mut governor = Governor::new(BUDGET_MS);
-        (0..300).for_each(|_| governor.frame_took(40.0));
-        (0..8).for_each(|_| governor.frame_took(1.0));
-        assert!(governor.factor() < 1024.0);
+        let mut controller = Integral::new(BUDGET_MS);
+        (0..300).for_each(|_| controller.frame_took(40.0));
+        (0..8).for_each(|_| controller.frame_took(1.0));
+        assert!(controller.factor() < 1024.0);
     }
 
     #[test]
     fn one_frame_that_hangs_costs_a_quarter_of_an_octave_a_frame_and_no_number_is_no_frame() {
-        let mut governor = Governor::new(BUDGET_MS);
-        governor.frame_took(1e6);
-        assert_eq!(governor.factor(), FASTEST.exp2());
-        let before = governor.factor();
-        [f64::NAN, f64::INFINITY, 0.0, -1.0].into_iter().for_each(|ms| governor.frame_took(ms));
-        assert_eq!(governor.factor(), before);
+        let mut controller = Integral::new(BUDGET_MS);
+        controller.frame_took(1e6);
+        assert_eq!(controller.factor(), FASTEST.exp2());
+        let before = controller.factor();
+        [f64::NAN, f64::INFINITY, 0.0, -1.0].into_iter().for_each(|ms| controller.frame_took(ms));
+        assert_eq!(controller.factor(), before);
     }
 }

@@ -1,0 +1,52 @@
+//! Frames under a governor.
+
+use ortelius::picture::Target;
+use ortelius::renderer::{Options, RenderError, Renderer};
+use ortelius::scene::Scene;
+
+const FACES: u64 = 3000;
+
+fn open(budget: &str, deterministic: bool) -> Result<(Scene, Renderer), RenderError> {
+    let changes = ["progressive_mesh.herd.instances=40", "progressive_mesh.herd.error_pixels=0.1", budget];
+    let scene = Scene::load_with("herd", &changes.map(String::from)).unwrap();
+    let options =
+        Options { target: Target::Srgb8, size: Some([160, 90]), device: None, validate: true, deterministic };
+    let renderer = Renderer::open(&scene, &options)?;
+    Ok((scene, renderer))
+}
+
+/// Faces, factor and picture of each frame of a walk.
+fn walk(budget: &str, deterministic: bool) -> Vec<(u64, f64, Vec<u8>)> {
+    let (scene, mut renderer) = open(budget, deterministic).unwrap();
+    let path = scene.path("walk").unwrap();
+    let mut pictures = Vec::new();
+    for frame in (0..240).step_by(16) {
+        renderer.frame(&path.pose(frame)).unwrap();
+        pictures.push(renderer.picture_bytes().unwrap());
+    }
+    let messages = renderer.gpu().messages();
+    assert!(messages.is_empty(), "{messages:#?}");
+    let Renderer::Surfaces(session) = renderer else { panic!("a herd has no landscape") };
+    let of_frame = |(record, picture): (&ortelius::paper::progressive_mesh::session::FrameRecord, _)| {
+        (record.change.faces, record.error_factor, picture)
+    };
+    session.records.iter().zip(pictures).map(of_frame).collect()
+}
+
+#[test]
+fn a_budget_in_faces_is_held_in_every_frame_and_two_runs_are_alike() {
+    let budget = format!("governor.frame_faces={FACES}");
+    let first = walk(&budget, true);
+    assert!(first.iter().all(|(faces, ..)| *faces <= FACES), "{:?}", first.iter().map(|f| f.0).collect::<Vec<_>>());
+    assert!(first.iter().any(|(faces, factor, _)| *faces > FACES / 2 && *factor > 1.0), "the budget is used");
+    assert!(first == walk(&budget, true));
+    let free = walk("governor.frame_faces=4000000000", true);
+    assert!(free.iter().all(|(_, factor, _)| *factor == 1.0) && free.iter().any(|(faces, ..)| *faces > FACES));
+}
+
+#[test]
+fn a_budget_in_milliseconds_alone_is_refused_where_runs_must_be_alike() {
+    let refused = open("governor.frame_ms=5", true).err().unwrap().to_string();
+    assert!(refused.contains("--deterministic") && refused.contains("governor.frame_faces"), "{refused}");
+    assert!(open("governor.frame_ms=5", false).is_ok());
+}
