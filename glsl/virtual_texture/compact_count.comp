@@ -9,7 +9,7 @@ layout(local_size_x = 64) in;
 
 #include "virtual_texture/marks.glsl"
 #include "virtual_texture/words.glsl"
-#include "virtual_texture/group_prefix.glsl"
+#include "common/group_prefix.glsl"
 
 layout(binding = 2, scalar) writeonly buffer Sums { uint words[]; } sums;
 

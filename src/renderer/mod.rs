@@ -178,7 +178,7 @@ impl Renderer {
     pub fn passes(&self) -> Vec<String> {
         match self {
             Renderer::Landscape(session) => session.pipeline.passes().into_iter().map(Into::into).collect(),
-            Renderer::Surfaces(_) => surfaces::Session::passes().map(Into::into).to_vec(),
+            Renderer::Surfaces(session) => session.passes().into_iter().map(Into::into).collect(),
         }
     }
 

@@ -11,6 +11,7 @@ mod check;
 mod choice;
 mod edit;
 mod error;
+mod face_order;
 mod file;
 pub mod mesh;
 pub mod model;
@@ -25,10 +26,9 @@ pub mod tiles;
 pub use choice::{Compaction, Dedup, Listing};
 pub use edit::write_changes;
 pub use error::{SceneError, nearest};
+pub use face_order::FaceOrder;
 pub use open::TextureError;
-pub use progressive_mesh::{
-    Apply, FaceOrder, GovernorSettings, Layout, ModelSource, ProgressiveSurface, Stand, UpAxis,
-};
+pub use progressive_mesh::{Apply, GovernorSettings, Layout, ModelSource, ProgressiveSurface, Stand, UpAxis};
 pub use settings::{
     Cache, Disk, Filtering, Interpolation, Keying, MeshSpec, Order, Texture, TextureSource, TriplesFormat,
     Variant, View,

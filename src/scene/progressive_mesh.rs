@@ -1,6 +1,7 @@
 //! `[progressive_mesh.NAME]`: surfaces of paper 2, and where their instances stand.
 
 use super::check::{Fault, absent, needed, within};
+use super::face_order::FaceOrder;
 use super::path::Path;
 use crate::math::camera::Pose;
 use glam::{DVec2, DVec3};
@@ -62,19 +63,6 @@ pub enum Layout {
     Scatter { area_m: [f64; 2], seed: u32 },
     /// Below the eye's way along a path, evenly, each up to `aside_m` to its side by chance.
     Along { path: String, aside_m: f64, seed: u32 },
-}
-
-/// The order of faces in the index buffer (paper 2, section 5).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum FaceOrder {
-    /// Last removed first, and no permutations: the standard algorithm.
-    Classical,
-    /// The paper's greedy as printed.
-    Literal,
-    /// With a weight for vertices that have few faces left, and groups that grow with the mesh.
-    #[default]
-    Ours,
 }
 
 /// Who executes splits, collapses and permutations.
@@ -167,6 +155,7 @@ pub(super) fn check_surface(
         true => ModelSource::File(folder.join(path)),
         false => ModelSource::Named(file.source.clone()),
     };
+    check_order(name, file)?;
     Ok(ProgressiveSurface {
         source,
         size_m: within(&key("size_m"), file.size_m, 1e-6..=1e9)?,
@@ -184,6 +173,23 @@ pub(super) fn check_surface(
         order: file.order,
         apply: file.apply,
     })
+}
+
+/// Whether what is asked for beside an order is its business.
+fn check_order(name: &str, file: &ProgressiveSurfaceFile) -> Result<(), Fault> {
+    let order = file.order;
+    if order.is_rival() && file.apply == Apply::Gpu {
+        let what = format!(
+            "order = {:?} executes no splits that a device could apply; leave apply out",
+            order.name()
+        );
+        return Err(Fault::new(&["progressive_mesh", name, "apply"], what));
+    }
+    if order == FaceOrder::Discrete && file.geomorph {
+        let what = "the meshes of a discrete chain know no splits, and none moves; leave geomorph out";
+        return Err(Fault::new(&["progressive_mesh", name, "geomorph"], what));
+    }
+    Ok(())
 }
 
 fn check_layout(

@@ -37,11 +37,17 @@ fn walk(budget: &str, deterministic: bool) -> Vec<(u64, f64, Vec<u8>)> {
 fn a_budget_in_faces_is_held_in_every_frame_and_two_runs_are_alike() {
     let budget = format!("governor.frame_faces={FACES}");
     let first = walk(&budget, true);
-    assert!(first.iter().all(|(faces, ..)| *faces <= FACES), "{:?}", first.iter().map(|f| f.0).collect::<Vec<_>>());
+    assert!(
+        first.iter().all(|(faces, ..)| *faces <= FACES),
+        "{:?}",
+        first.iter().map(|f| f.0).collect::<Vec<_>>()
+    );
     assert!(first.iter().any(|(faces, factor, _)| *faces > FACES / 2 && *factor > 1.0), "the budget is used");
     assert!(first == walk(&budget, true));
     let free = walk("governor.frame_faces=4000000000", true);
-    assert!(free.iter().all(|(_, factor, _)| *factor == 1.0) && free.iter().any(|(faces, ..)| *faces > FACES));
+    assert!(
+        free.iter().all(|(_, factor, _)| *factor == 1.0) && free.iter().any(|(faces, ..)| *faces > FACES)
+    );
 }
 
 #[test]

@@ -7,4 +7,5 @@ mod governed;
 mod made;
 mod model;
 mod pictures;
+mod rivals;
 mod run;

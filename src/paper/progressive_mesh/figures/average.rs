@@ -3,7 +3,7 @@
 use super::super::cache::{CACHES, Cache, LevelCosts, sampled_levels};
 use super::super::mesh::{Level, ProgressiveMesh};
 use super::super::order::OrderOptions;
-use super::super::rivals::{RIVALS, rival_costs};
+use super::super::rivals::{RIVALS, Rival, rival_costs};
 use super::super::simplify::Collapses;
 use super::orders::{
     CLASSICAL, CLOSED, FEW, ORDERS, OURS, PAPER, WITH_SCANS, costs, judged, mean_of, moved_per_split,
@@ -93,7 +93,7 @@ const ERROR: &str = "error over the classical one";
 const PER_VERTEX: &str = "transforms per vertex";
 
 fn variants() -> Vec<String> {
-    let rivals = RIVALS.iter().map(|rival| rival.name());
+    let rivals = RIVALS.iter().map(|rival| rival.name().to_string());
     ORDERS.iter().map(|(name, _)| name.to_string()).chain(rivals).collect()
 }
 
@@ -130,15 +130,10 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     for rival in RIVALS {
         let (name, found) = (rival.name(), rival_costs(&plain, rival, &CACHES, &levels));
         let means = CACHES.iter().zip(&found.costs);
-        rows.extend(means.map(|(cache, costs)| number(&name, cache.name(), PER_VERTEX, costs.mean())));
-        rows.push(number(&name, MOVED, "faces", found.copied_per_split));
-        rows.push(number(
-            &name,
-            MEMORY,
-            "bytes per face",
-            found.list_bytes as f64 / model.faces.len() as f64,
-        ));
-        rows.push(number(&name, DRAWN, "faces", found.traffic));
+        rows.extend(means.map(|(cache, costs)| number(name, cache.name(), PER_VERTEX, costs.mean())));
+        rows.push(number(name, MOVED, "faces", found.copied_per_split));
+        rows.push(number(name, MEMORY, "bytes per face", found.list_bytes as f64 / model.faces.len() as f64));
+        rows.push(number(name, DRAWN, "faces", found.traffic));
     }
     Ok(rows)
 }
@@ -242,7 +237,7 @@ fn bar(table: &Table, variant: &str, most: f64, moves: f64) -> Finding {
 
 fn near_the_bound(table: &Table) -> Finding {
     let of = |variant| mean_of(table, None, variant, FIFO_16, &CLOSED);
-    let bounds = [of("re-optimised"), of("re-optimised FIFO")];
+    let bounds = [Rival::Reoptimised, Rival::ReoptimisedFifo].map(|rival| of(rival.name()));
     let ours = of(OURS);
     let bound =
         bounds.into_iter().collect::<Option<Vec<f64>>>().and_then(|b| b.into_iter().min_by(f64::total_cmp));

@@ -193,7 +193,8 @@ fn told(variant: &str, runs: &[&[FrameRecord]], budget_ms: f64) -> anyhow::Resul
         let each: Vec<f64> = shown.iter().map(of).collect();
         Some(Row::new(variant, quantity, unit, Value::Summary(Summary::of(&each)?)))
     };
-    let exceeded = |shown: &Shown| crate::stats::percentile(&shown.times, 0.95).map_or(0.0, |ms| ms / budget_ms);
+    let exceeded =
+        |shown: &Shown| crate::stats::percentile(&shown.times, 0.95).map_or(0.0, |ms| ms / budget_ms);
     let mut rows = vec![
         Row::new(variant, TIME, "ms", series(times(first).context("timed before")?)),
         Row::new(variant, FACTOR, "", series(first.iter().map(|record| record.error_factor).collect())),
@@ -243,7 +244,8 @@ fn budget_held(table: &Table) -> Finding {
         with.1, budget.1, nearly.1, without.1
     );
     if let (Some(beyond), Some(price)) = (of(PLANNED, OVERSHOOT), of(PLANNED, PRICE)) {
-        numbers += &format!("; one of twenty takes over {} of the budget; {} times the error", beyond.1, price.1);
+        numbers +=
+            &format!("; one of twenty takes over {} of the budget; {} times the error", beyond.1, price.1);
     }
     let why = "median of the walks (least .. most); the plan covers nine of ten frames as the last 30 were, and neighbours of a \
                shared machine come in bursts";

@@ -56,7 +56,7 @@ const fn plot(quantity: &'static str) -> Plot {
 }
 
 fn variants() -> Vec<String> {
-    let rivals = RIVALS.iter().map(|rival| rival.name());
+    let rivals = RIVALS.iter().map(|rival| rival.name().to_string());
     ORDERS.iter().map(|(name, _)| name.to_string()).chain(rivals).collect()
 }
 
@@ -87,7 +87,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         worst.extend(extremes(name, &every(&mesh), &classical));
     }
     for rival in RIVALS {
-        add(&rival.name(), &rival_costs(&plain, rival, &CACHES, &levels).costs);
+        add(rival.name(), &rival_costs(&plain, rival, &CACHES, &levels).costs);
     }
     rows.extend(worst);
     Ok(rows)

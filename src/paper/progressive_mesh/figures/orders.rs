@@ -2,10 +2,11 @@
 
 use super::super::cache::{Cache, LevelCosts, level_costs};
 use super::super::mesh::ProgressiveMesh;
-use super::super::order::{Groups, OrderOptions, classical, order};
+use super::super::order::{OrderOptions, classical, order};
 use super::super::simplify::{Collapses, SimplifyOptions, simplify};
 use super::scans;
 use crate::figure::{Finding, Table, Verdict};
+use crate::scene::FaceOrder;
 use crate::scene::model::Model;
 
 /// The shipped models that are closed; each has at least 3000 faces.
@@ -17,10 +18,10 @@ pub const WITH_SCANS: [&str; 7] = ["bunny", "sphere", "torus", "knot", "solid", 
 /// The name of an order, and its options; none: the classical one.
 pub type Named = (&'static str, Option<OrderOptions>);
 
-pub const CLASSICAL: &str = "classical";
-pub const PAPER: &str = "paper";
-pub const OURS: &str = "ours";
-pub const FEW: &str = "ours, 10 moves";
+pub const CLASSICAL: &str = FaceOrder::Classical.name();
+pub const PAPER: &str = FaceOrder::Paper.name();
+pub const OURS: &str = FaceOrder::Ours.name();
+pub const FEW: &str = FaceOrder::OursFewMoves.name();
 
 /// The orders that are prefixes of one buffer at every level.
 pub const ORDERS: [Named; 6] = [
@@ -28,8 +29,8 @@ pub const ORDERS: [Named; 6] = [
     (PAPER, Some(OrderOptions::PAPER)),
     (OURS, Some(OrderOptions::BEST)),
     (FEW, Some(OrderOptions::FEW_MOVES)),
-    ("coherent", Some(OrderOptions::COHERENT)),
-    ("coherent, 10 moves", Some(OrderOptions { groups: Groups::Budget(10.0), ..OrderOptions::COHERENT })),
+    (FaceOrder::Coherent.name(), Some(OrderOptions::COHERENT)),
+    (FaceOrder::CoherentFewMoves.name(), Some(OrderOptions::COHERENT_FEW_MOVES)),
 ];
 
 /// A shipped or fetched model and its collapses down to 64 faces.

@@ -240,7 +240,8 @@ mod tests {
         let found = |first: f64, second: f64| {
             let row =
                 |scene, percent| [(scene, VARIANTS[0], VISIBLE, percent), (scene, VARIANTS[1], VISIBLE, 0.1)];
-            few_see_it(&table("cpu", &[row(SCENES[0], first), row(SCENES[1], second)].concat()), VISIBLE).verdict
+            few_see_it(&table("cpu", &[row(SCENES[0], first), row(SCENES[1], second)].concat()), VISIBLE)
+                .verdict
         };
         assert_eq!(found(1.0, 0.5), Verdict::Reproduced);
         assert_eq!(found(1.1, 0.5), Verdict::InPart);

@@ -2,63 +2,138 @@
 
 use super::Rival;
 use crate::paper::progressive_mesh::cache::live_faces;
-use crate::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh};
+use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
 use std::collections::HashMap;
 
-/// What a rival prepares once for a mesh.
-pub(super) struct Lists {
+/// A rival with what it prepared once for a mesh in [classical](crate::paper::progressive_mesh::order::classical) order,
+/// whose slots name the faces once and for all.
+pub struct Prepared {
+    rival: Rival,
     /// Coarsest first.
     lists: Vec<List>,
     /// For each slot of the classical order its rank in the full mesh's best order.
     ranks: Vec<u32>,
+    /// The index of each vertex: its own, or that of the first vertex at its position.
+    space: Vec<u32>,
+    levels: Vec<Level>,
+    /// Of the mesh's vertices beyond level 0's: which one each replaces.
+    split_vertices: Vec<u32>,
 }
 
 struct List {
     /// The finest level that it serves.
     level: u32,
-    /// Faces as positions, as they are at that level.
+    /// As they are at that level.
     faces: Vec<[u32; 3]>,
 }
 
-impl Lists {
-    /// Of all lists.
-    pub fn faces(&self) -> u64 {
-        self.lists.iter().map(|list| list.faces.len() as u64).sum()
+impl Prepared {
+    /// Of all vertices, or of positions where `space` is [`Vertices::welded`]: for each vertex the index that stands for it.
+    ///
+    /// [`Vertices::welded`]: crate::paper::progressive_mesh::mesh::Vertices::welded
+    ///
+    /// # Panics
+    /// If the mesh has tswaps, or `space` not its vertices.
+    pub fn new(mesh: &ProgressiveMesh, rival: Rival, space: Vec<u32>) -> Prepared {
+        assert!(mesh.swaps.levels.is_empty(), "a mesh in classical order has no tswaps");
+        assert_eq!(space.len(), mesh.vertices.positions.len(), "an index for each vertex");
+        let (mut lists, mut ranks) = (Vec::new(), Vec::new());
+        match rival {
+            Rival::Random | Rival::Reoptimised | Rival::ReoptimisedFifo => {}
+            Rival::Compacted => ranks = full_ranks(mesh, &space),
+            Rival::SkipLists { ratio } => lists = skip_lists(mesh, &space, ratio),
+            Rival::Discrete { ratio } => lists = chain(mesh, &space, ratio),
+        }
+        let split_vertices = mesh.splits.split_vertices.clone();
+        Prepared { rival, lists, ranks, space, levels: mesh.levels.clone(), split_vertices }
+    }
+
+    pub fn rival(&self) -> Rival {
+        self.rival
+    }
+
+    /// The faces that are drawn at a level, of which `live` are the live ones in classical order, as vertices.
+    pub fn drawn(&self, level: u32, live: &[[u32; 3]]) -> Vec<[u32; 3]> {
+        let vertices = self.space.len();
+        let live = || in_space(live, &self.space);
+        match self.rival {
+            Rival::Random => shuffled(live(), u64::from(level)),
+            Rival::Reoptimised => lru_order(&live(), vertices),
+            Rival::ReoptimisedFifo => fifo_order(&live(), vertices, 16),
+            Rival::Compacted => self.ranked(&live()),
+            Rival::SkipLists { .. } => self.degenerate_and_live(level),
+            Rival::Discrete { .. } => self.lists[self.simplified(live().len())].faces.clone(),
+        }
+    }
+
+    /// Its lists, coarsest first: none where every level has its own.
+    pub fn lists(&self) -> impl ExactSizeIterator<Item = &[[u32; 3]]> {
+        self.lists.iter().map(|list| &*list.faces)
+    }
+
+    /// Faces of all lists.
+    pub fn listed_faces(&self) -> u64 {
+        self.lists().map(|faces| faces.len() as u64).sum()
+    }
+
+    /// For each slot of the classical order its rank in the full mesh's best order; empty where no rival asks for it.
+    pub fn ranks(&self) -> &[u32] {
+        &self.ranks
+    }
+
+    /// The coarsest mesh of a discrete chain that has at least `wanted` faces.
+    pub fn simplified(&self, wanted: usize) -> usize {
+        let enough = self.lists.iter().position(|list| list.faces.len() >= wanted);
+        enough.expect("the full mesh has all faces")
+    }
+
+    /// The live faces by rank.
+    fn ranked(&self, live: &[[u32; 3]]) -> Vec<[u32; 3]> {
+        let mut slots: Vec<u32> = (0..live.len() as u32).collect();
+        slots.sort_unstable_by_key(|&slot| self.ranks[slot as usize]);
+        slots.into_iter().map(|slot| live[slot as usize]).collect()
+    }
+
+    /// The faces of the coarsest list that serves the level, with the vertices that they have at the level.
+    fn degenerate_and_live(&self, level: u32) -> Vec<[u32; 3]> {
+        let list = self.lists.iter().find(|list| list.level >= level).expect("the full mesh has a list");
+        let base = self.levels[0].vertices;
+        let live = self.levels[level as usize].vertices;
+        let now = |mut vertex: u32| {
+            while vertex >= live && vertex != NOWHERE {
+                vertex = self.split_vertices[(vertex - base) as usize];
+            }
+            // A component that is not there yet stands at the first vertex, and has no area.
+            if vertex == NOWHERE { 0 } else { self.space[vertex as usize] }
+        };
+        list.faces.iter().map(|face| face.map(now)).collect()
     }
 }
 
-pub(super) fn lists(mesh: &ProgressiveMesh, rival: Rival) -> Lists {
-    let mut lists = Lists { lists: Vec::new(), ranks: Vec::new() };
-    match rival {
-        Rival::Random | Rival::Reoptimised | Rival::ReoptimisedFifo => {}
-        Rival::Compacted => lists.ranks = ranks(mesh),
-        Rival::SkipLists { ratio } => lists.lists = skip_lists(mesh, ratio),
-        Rival::Discrete { ratio } => lists.lists = chain(mesh, ratio),
-    }
-    lists
+fn in_space(faces: &[[u32; 3]], space: &[u32]) -> Vec<[u32; 3]> {
+    faces.iter().map(|face| face.map(|vertex| space[vertex as usize])).collect()
 }
 
-fn welded(mesh: &ProgressiveMesh, level: u32) -> Vec<[u32; 3]> {
-    let weld = |face: [u32; 3]| face.map(|vertex| mesh.vertices.welded[vertex as usize]);
-    live_faces(mesh, level).into_iter().map(weld).collect()
+fn of_level(mesh: &ProgressiveMesh, space: &[u32], level: u32) -> Vec<[u32; 3]> {
+    in_space(&live_faces(mesh, level), space)
 }
 
 fn faces(indices: &[u32]) -> Vec<[u32; 3]> {
-    indices.chunks_exact(3).map(|face| [face[0], face[1], face[2]]).collect()
+    indices.as_chunks().0.to_vec()
 }
 
 /// By meshoptimizer's general optimizer (`meshopt_optimizeVertexCache`).
-pub(super) fn lru_order(list: &[[u32; 3]], vertices: usize) -> Vec<[u32; 3]> {
+fn lru_order(list: &[[u32; 3]], vertices: usize) -> Vec<[u32; 3]> {
     faces(&meshopt::optimize_vertex_cache(list.as_flattened(), vertices))
 }
 
 /// By meshoptimizer's optimizer for a FIFO (`meshopt_optimizeVertexCacheFifo`).
-pub(super) fn fifo_order(list: &[[u32; 3]], vertices: usize, entries: u32) -> Vec<[u32; 3]> {
+fn fifo_order(list: &[[u32; 3]], vertices: usize, entries: u32) -> Vec<[u32; 3]> {
     faces(&meshopt::optimize_vertex_cache_fifo(list.as_flattened(), vertices, entries))
 }
 
 /// In a random order that `seed` decides (Fisher and Yates, splitmix64).
-pub(super) fn shuffled(mut list: Vec<[u32; 3]>, seed: u64) -> Vec<[u32; 3]> {
+fn shuffled(mut list: Vec<[u32; 3]>, seed: u64) -> Vec<[u32; 3]> {
     let mut state = seed;
     let mut next = || {
         state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
@@ -73,24 +148,17 @@ pub(super) fn shuffled(mut list: Vec<[u32; 3]>, seed: u64) -> Vec<[u32; 3]> {
     list
 }
 
-fn ranks(mesh: &ProgressiveMesh) -> Vec<u32> {
-    let full = welded(mesh, mesh.last_level());
+fn full_ranks(mesh: &ProgressiveMesh, space: &[u32]) -> Vec<u32> {
+    let full = of_level(mesh, space, mesh.last_level());
     // Two wedges' faces may be one face of positions: a slot for each.
     let mut slots: HashMap<[u32; 3], Vec<u32>> = HashMap::new();
     full.iter().enumerate().for_each(|(slot, face)| slots.entry(*face).or_default().push(slot as u32));
     let mut ranks = vec![NOWHERE; full.len()];
-    for (rank, face) in lru_order(&full, mesh.vertices.welded.len()).iter().enumerate() {
+    for (rank, face) in lru_order(&full, space.len()).iter().enumerate() {
         let slot = slots.get_mut(face).and_then(Vec::pop).expect("an order has the faces that it was given");
         ranks[slot as usize] = rank as u32;
     }
     ranks
-}
-
-/// The live faces by rank.
-pub(super) fn ranked(live: &[[u32; 3]], lists: &Lists) -> Vec<[u32; 3]> {
-    let mut slots: Vec<u32> = (0..live.len() as u32).collect();
-    slots.sort_unstable_by_key(|&slot| lists.ranks[slot as usize]);
-    slots.into_iter().map(|slot| live[slot as usize]).collect()
 }
 
 /// Levels whose faces fall by `ratio` from one to the next, down to M0's; the last first.
@@ -107,31 +175,14 @@ fn falling(mesh: &ProgressiveMesh, ratio: f64) -> Vec<u32> {
     levels
 }
 
-fn skip_lists(mesh: &ProgressiveMesh, ratio: f64) -> Vec<List> {
-    let vertices = mesh.vertices.welded.len();
-    let list = |level| List { level, faces: lru_order(&welded(mesh, level), vertices) };
+fn skip_lists(mesh: &ProgressiveMesh, space: &[u32], ratio: f64) -> Vec<List> {
+    let list = |level| List { level, faces: lru_order(&of_level(mesh, space, level), space.len()) };
     falling(mesh, ratio).into_iter().rev().map(list).collect()
 }
 
-/// The faces of the coarsest list that serves the level, with the positions that they have at the level.
-pub(super) fn degenerate_and_live(mesh: &ProgressiveMesh, lists: &Lists, level: u32) -> Vec<[u32; 3]> {
-    let list = lists.lists.iter().find(|list| list.level >= level).expect("the full mesh has a list");
-    let base = mesh.levels[0].vertices;
-    let live = mesh.levels[level as usize].vertices;
-    let now = |mut vertex: u32| {
-        while vertex >= live && vertex != NOWHERE {
-            vertex = mesh.splits.split_vertices[(vertex - base) as usize];
-        }
-        // A component that is not there yet stands at the first vertex, and has no area.
-        if vertex == NOWHERE { 0 } else { mesh.vertices.welded[vertex as usize] }
-    };
-    list.faces.iter().map(|face| face.map(now)).collect()
-}
-
 /// Full mesh and simplified ones, each made from the full one.
-fn chain(mesh: &ProgressiveMesh, ratio: f64) -> Vec<List> {
-    let full = welded(mesh, mesh.last_level());
-    let vertices = mesh.vertices.welded.len();
+fn chain(mesh: &ProgressiveMesh, space: &[u32], ratio: f64) -> Vec<List> {
+    let full = of_level(mesh, space, mesh.last_level());
     let bytes: &[u8] = bytemuck::cast_slice(&mesh.vertices.positions);
     let adapter = meshopt::VertexDataAdapter::new(bytes, 12, 0).expect("12 bytes a position");
     let mut lists = Vec::new();
@@ -144,14 +195,8 @@ fn chain(mesh: &ProgressiveMesh, ratio: f64) -> Vec<List> {
             let options = meshopt::SimplifyOptions::None;
             faces(&meshopt::simplify(full.as_flattened(), &adapter, target, f32::MAX, options, None))
         };
-        lists.push(List { level, faces: lru_order(&simplified, vertices) });
+        lists.push(List { level, faces: lru_order(&simplified, space.len()) });
     }
     lists.reverse();
     lists
-}
-
-/// The coarsest mesh of a chain that has as many faces as are wanted.
-pub(super) fn simplified(lists: &Lists, wanted: usize) -> Vec<[u32; 3]> {
-    let enough = lists.lists.iter().find(|list| list.faces.len() >= wanted);
-    enough.expect("the full mesh has all faces").faces.clone()
 }

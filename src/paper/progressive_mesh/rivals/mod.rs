@@ -1,15 +1,20 @@
 //! What else draws a mesh at every level of detail: the orders that the paper's must be compared with.
 //!
 //! Each takes a progressive mesh in [classical](super::order::classical) order, whose slots name the faces once and
-//! for all, and says which faces it draws at a level, how many faces it copies when levels change, and what memory
-//! its lists take. All work on positions ([`Vertices::welded`](super::mesh::Vertices::welded)).
+//! for all, and says which faces it draws at a level ([`Prepared`]), how many faces it copies when levels change, and what
+//! memory its lists take ([`rival_costs`], on positions: [`Vertices::welded`](super::mesh::Vertices::welded)). A scene's
+//! surface may be drawn so (`progressive_mesh.NAME.order`): see `session/rival.rs`, and [`compaction`] for the one that
+//! the device executes.
 
+pub mod compaction;
 mod lists;
 
 use super::cache::{Cache, Counter, LevelCosts, live_faces};
 use super::mesh::ProgressiveMesh;
-use lists::{Lists, degenerate_and_live, fifo_order, lists, lru_order, ranked, shuffled, simplified};
+use crate::scene::FaceOrder;
 use rayon::prelude::*;
+
+pub use lists::Prepared;
 
 /// Another way to draw a mesh at a level of detail.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,15 +47,25 @@ pub const RIVALS: [Rival; 6] = [
 ];
 
 impl Rival {
-    pub fn name(self) -> String {
+    /// The rival that an order names; none for those that splits and tswaps make.
+    pub fn of(order: FaceOrder) -> Option<Rival> {
+        RIVALS.into_iter().find(|rival| rival.order() == order)
+    }
+
+    /// As scenes and figures call it.
+    pub const fn order(self) -> FaceOrder {
         match self {
-            Rival::Random => "random".into(),
-            Rival::Reoptimised => "re-optimised".into(),
-            Rival::ReoptimisedFifo => "re-optimised FIFO".into(),
-            Rival::Compacted => "compacted".into(),
-            Rival::SkipLists { .. } => "skip lists".into(),
-            Rival::Discrete { .. } => "discrete".into(),
+            Rival::Random => FaceOrder::Random,
+            Rival::Reoptimised => FaceOrder::ReOptimised,
+            Rival::ReoptimisedFifo => FaceOrder::ReOptimisedFifo,
+            Rival::Compacted => FaceOrder::Compacted,
+            Rival::SkipLists { .. } => FaceOrder::SkipLists,
+            Rival::Discrete { .. } => FaceOrder::Discrete,
         }
+    }
+
+    pub const fn name(self) -> &'static str {
+        self.order().name()
     }
 }
 
@@ -72,15 +87,15 @@ pub struct RivalCosts {
 /// # Panics
 /// If the mesh has tswaps, or a level is beyond its last.
 pub fn rival_costs(mesh: &ProgressiveMesh, rival: Rival, caches: &[Cache], levels: &[u32]) -> RivalCosts {
-    assert!(mesh.swaps.levels.is_empty(), "a mesh in classical order has no tswaps");
-    let lists = lists(mesh, rival);
+    let prepared = Prepared::new(mesh, rival, mesh.vertices.welded.clone());
     let drawn: Vec<(Vec<f64>, f64)> = levels
         .par_iter()
         .map(|&level| {
-            let (faces, live) = drawn(mesh, rival, &lists, level);
+            let live = live_faces(mesh, level);
+            let faces = prepared.drawn(level, &live);
             let count = |&cache| Counter::new(cache, mesh.vertices.welded.len()).count(faces.iter().copied());
             let costs = caches.iter().map(|cache| count(cache).per_vertex()).collect();
-            (costs, faces.len() as f64 / live as f64)
+            (costs, faces.len() as f64 / live.len() as f64)
         })
         .collect();
     let of = |cache: usize| drawn.iter().map(|(costs, _)| costs[cache]).collect();
@@ -95,29 +110,11 @@ pub fn rival_costs(mesh: &ProgressiveMesh, rival: Rival, caches: &[Cache], level
         // The same, beside the list that it goes through.
         Rival::Compacted => (faces_of_all_levels, 2 * full),
         // Once for each list, at the level that comes to it; the full list is only read.
-        Rival::SkipLists { .. } => (lists.faces(), lists.faces()),
-        Rival::Discrete { .. } => (0, lists.faces()),
+        Rival::SkipLists { .. } => (prepared.listed_faces(), prepared.listed_faces()),
+        Rival::Discrete { .. } => (0, prepared.listed_faces()),
     };
     let traffic = drawn.iter().map(|(_, traffic)| traffic).sum::<f64>() / drawn.len() as f64;
     RivalCosts { costs, copied_per_split: copied as f64 / last, list_bytes: 12 * listed, traffic }
-}
-
-/// The faces that a rival draws at a level, as positions, and how many live faces there are.
-fn drawn(mesh: &ProgressiveMesh, rival: Rival, lists: &Lists, level: u32) -> (Vec<[u32; 3]>, usize) {
-    let faces = live_faces(mesh, level);
-    let live = faces.len();
-    let welded: Vec<[u32; 3]> =
-        faces.into_iter().map(|face| face.map(|vertex| mesh.vertices.welded[vertex as usize])).collect();
-    let count = mesh.vertices.welded.len();
-    let drawn = match rival {
-        Rival::Random => shuffled(welded, u64::from(level)),
-        Rival::Reoptimised => lru_order(&welded, count),
-        Rival::ReoptimisedFifo => fifo_order(&welded, count, 16),
-        Rival::Compacted => ranked(&welded, lists),
-        Rival::SkipLists { .. } => degenerate_and_live(mesh, lists, level),
-        Rival::Discrete { .. } => simplified(lists, live),
-    };
-    (drawn, live)
 }
 
 #[cfg(test)]
@@ -132,9 +129,11 @@ mod tests {
         let levels: Vec<u32> = (0..=8).map(|n| n * mesh.last_level() / 8).collect();
         let mut costs = Vec::new();
         for rival in RIVALS {
-            let lists = lists(&mesh, rival);
+            assert_eq!(Rival::of(rival.order()), Some(rival));
+            let prepared = Prepared::new(&mesh, rival, mesh.vertices.welded.clone());
             for &level in &levels {
-                let (drawn, live) = drawn(&mesh, rival, &lists, level);
+                let live = live_faces(&mesh, level);
+                let (drawn, live) = (prepared.drawn(level, &live), live.len());
                 let key = |face: &[u32; 3]| {
                     let mut key = *face;
                     key.sort_unstable();

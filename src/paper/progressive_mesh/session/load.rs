@@ -16,6 +16,11 @@ pub enum LoadError {
     Pmesh { surface: String, error: PmeshError },
     #[error("progressive_mesh.{surface}.source: {error}")]
     Model { surface: String, error: ModelError },
+    #[error(
+        "progressive_mesh.{surface}.order: {order} goes through the faces of a .pmesh in classical order, and {file} has \
+         another; build it with --order classical"
+    )]
+    Order { surface: String, order: &'static str, file: String },
 }
 
 /// All surfaces of a scene, simplified and ordered as it says.
@@ -44,6 +49,10 @@ fn mesh(name: &str, surface: &ProgressiveSurface) -> Result<(ProgressiveMesh, Op
         // Its order was chosen when it was built.
         let read = ProgressiveMesh::read(path);
         let read = read.map_err(|error| LoadError::Pmesh { surface: name.to_owned(), error })?;
+        if surface.order.is_rival() && !read.mesh.swaps.levels.is_empty() {
+            let (order, file) = (surface.order.name(), path.display().to_string());
+            return Err(LoadError::Order { surface: name.to_owned(), order, file });
+        }
         let Some(missing) = read.contents.missing() else { return Ok((read.mesh, None)) };
         tracing::warn!("progressive_mesh.{name}.source: {}: {missing}", path.display());
         return Ok((read.mesh, Some(read.contents.whole)));
@@ -58,12 +67,21 @@ fn mesh(name: &str, surface: &ProgressiveSurface) -> Result<(ProgressiveMesh, Op
     Ok((ordered(&model, &simplified.collapses, surface.order), None))
 }
 
-/// A model's progressive mesh with its faces in one of the orders.
+/// A model's progressive mesh with its faces in one of the orders; for a rival in the classical one, which it goes through.
 pub fn ordered(model: &model::Model, collapses: &Collapses, face_order: FaceOrder) -> ProgressiveMesh {
     let by = |options: &OrderOptions| order(model, collapses, options, &mut |_, _| ());
     match face_order {
-        FaceOrder::Classical => classical(model, collapses),
-        FaceOrder::Literal => by(&OrderOptions::PAPER),
+        FaceOrder::Paper => by(&OrderOptions::PAPER),
         FaceOrder::Ours => by(&OrderOptions::BEST),
+        FaceOrder::OursFewMoves => by(&OrderOptions::FEW_MOVES),
+        FaceOrder::Coherent => by(&OrderOptions::COHERENT),
+        FaceOrder::CoherentFewMoves => by(&OrderOptions::COHERENT_FEW_MOVES),
+        FaceOrder::Classical
+        | FaceOrder::Random
+        | FaceOrder::ReOptimised
+        | FaceOrder::ReOptimisedFifo
+        | FaceOrder::Compacted
+        | FaceOrder::SkipLists
+        | FaceOrder::Discrete => classical(model, collapses),
     }
 }

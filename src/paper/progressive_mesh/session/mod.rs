@@ -4,10 +4,12 @@
 //! A vertex is shaded as in a plain renderer: nothing of the levels is left in the shaders, unless vertices that
 //! appear are to move to their places (geomorphing): see [`vertices`].
 
+mod levels;
 mod load;
 pub mod place;
 mod record;
 mod resident;
+mod rival;
 pub mod surface;
 pub mod vertices;
 
@@ -64,7 +66,9 @@ impl Settings {
             target,
             count_shaders: false,
             vertex_work: 0,
-            budget: scene.governor.map(|GovernorSettings { frame_ms, frame_faces }| Budget { frame_ms, frame_faces }),
+            budget: scene
+                .governor
+                .map(|GovernorSettings { frame_ms, frame_faces }| Budget { frame_ms, frame_faces }),
             rule: Rule::default(),
         }
     }
@@ -79,6 +83,11 @@ pub fn needs(settings: &Settings) -> Vec<Need> {
     };
     settings.count_shaders.then_some(counts).into_iter().collect()
 }
+
+/// A frame's passes.
+const LEVELS: &str = "levels";
+const COMPACT: &str = "compact";
+const SURFACES: &str = "surfaces";
 
 /// Runs the frames of progressive meshes on one device.
 pub struct Session {
@@ -163,9 +172,11 @@ impl Session {
         })
     }
 
-    /// Names of a frame's passes, in order.
-    pub fn passes() -> [&'static str; 2] {
-        ["levels", "surfaces"]
+    /// Names of a frame's passes, in order: levels are executed, or copied; a rival that the device executes has a pass
+    /// of its own; surfaces are drawn.
+    pub fn passes(&self) -> Vec<&'static str> {
+        let compacts = self.surfaces.iter().any(Surface::compacts);
+        [Some(LEVELS), compacts.then_some(COMPACT), Some(SURFACES)].into_iter().flatten().collect()
     }
 
     /// One frame from `pose`: levels, copies, draws.
@@ -204,13 +215,13 @@ impl Session {
         let Some(governor) = &mut self.governor else { return 1.0 };
         let of_surface = |surface| (surface, Surface::wanted_errors(surface, pose, self.settings.size));
         let wanted: Vec<_> = self.surfaces.iter().map(of_surface).collect();
-        governor.plan(|factor| wanted.iter().map(|(surface, wanted)| surface.live_faces(wanted, factor)).sum())
+        governor
+            .plan(|factor| wanted.iter().map(|(surface, wanted)| surface.live_faces(wanted, factor)).sum())
     }
 
     fn record(&self, pose: &Pose, flight: usize, copies: &Copies) -> Result<Ticket> {
         let mut frame = self.gpu.frame()?;
-        let [levels, surfaces] = Session::passes();
-        frame.pass(levels, |cmd| {
+        frame.pass(LEVELS, |cmd| {
             let mut from = 0;
             for (n, surface) in self.surfaces.iter().enumerate() {
                 let mut ranges = Vec::new();
@@ -222,7 +233,10 @@ impl Session {
             }
             Ok(())
         })?;
-        frame.pass(surfaces, |cmd| match &self.queries {
+        if self.surfaces.iter().any(Surface::compacts) {
+            frame.pass(COMPACT, |cmd| self.surfaces.iter().try_for_each(|surface| surface.compact(cmd)))?;
+        }
+        frame.pass(SURFACES, |cmd| match &self.queries {
             Some(query) => cmd.counted(query, flight as u32, |cmd| self.draw(cmd, pose)),
             None => self.draw(cmd, pose),
         })?;
@@ -256,7 +270,7 @@ impl Session {
         record.passes = ticket.wait()?;
         record.counts = self.queries.as_ref().map(|query| query.read(flight as u32)).transpose()?;
         if let (Some(governor), Some(ms)) = (&mut self.governor, record.milliseconds()) {
-            governor.frame_took(ms, record.change.faces);
+            governor.frame_took(ms, record.change.live_faces);
         }
         self.records.push(record);
         Ok(())
@@ -286,7 +300,7 @@ impl Session {
     pub fn memory(&self) -> Vec<(String, u64)> {
         let of_surface = |surface: &Surface| {
             let buffers = [("vertices", surface.vertices.bytes()), ("indices", surface.indices.bytes())];
-            let program = surface.program_bytes().map(|bytes| ("splits and permutations", bytes));
+            let program = surface.program_bytes();
             let named = |(what, bytes)| (format!("{}: {what}", surface.name), bytes);
             buffers.into_iter().chain(program).map(named).collect::<Vec<_>>()
         };
@@ -320,6 +334,7 @@ impl std::ops::AddAssign for Change {
     fn add_assign(&mut self, other: Change) {
         self.instances_seen += other.instances_seen;
         self.faces += other.faces;
+        self.live_faces += other.live_faces;
         self.vertices += other.vertices;
         self.splits += other.splits;
         self.collapses += other.collapses;

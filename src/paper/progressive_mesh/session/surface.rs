@@ -3,22 +3,22 @@
 //! All instances share the vertex buffer and the program of splits and permutations. Of its own an instance has its
 //! place, its level and a slice of one index buffer on the device, as large as its live faces need ([`Slices`]): 500
 //! instances of the bunny that mostly are far take a tenth of 500 full meshes. Where the host executes, it has the same
-//! faces once more, and what was touched is copied; where the device does, the host knows no face ([`Resident`]).
+//! faces once more, and what was touched is copied; where the device does, the host knows no face.
 //!
 //! [`Slices`]: crate::paper::progressive_mesh::run::Slices
 
+use super::levels::{Levels, limit};
 use super::place::{Bounds, Place};
-use super::resident::Resident;
 use super::vertices::{ALWAYS_LOG2, EXACT_LOG2, VertexBuffer, normals};
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::check::Flaw;
 use crate::paper::progressive_mesh::file::Extent;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
-use crate::paper::progressive_mesh::run::{Instances, Program, TooMany, level_for_error};
-use crate::scene::{Apply, ProgressiveSurface, Stand};
+use crate::paper::progressive_mesh::run::{Program, level_for_error};
+use crate::scene::{ProgressiveSurface, Stand};
 use crate::vk::shader::SurfaceView;
-use crate::vk::{Buffer, BufferUse, Cmd, Error, Gpu, Slice};
+use crate::vk::{Buffer, Cmd, Error, Gpu, Slice};
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -67,17 +67,14 @@ struct Member {
     seen: Option<f64>,
 }
 
-/// The instances' levels and slices, and who executes.
-enum Levels {
-    Host(Instances),
-    Device(Box<Resident>),
-}
-
 /// What one frame changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Change {
     pub instances_seen: usize,
+    /// Faces that are drawn; of a rival also those that have no area.
     pub faces: u64,
+    /// Of the instances' levels.
+    pub live_faces: u64,
     /// Vertices that the drawn faces can name, summed over the instances: shaded once each, this is the least work.
     pub vertices: u64,
     pub splits: u64,
@@ -96,7 +93,7 @@ impl Surface {
         let bounds = Bounds::of(&mesh.vertices.positions);
         let member = |stand: &Stand| Member { place: Place::new(surface, &bounds, stand), seen: None };
         let (vertices, indices) = (format!("{name}: vertices"), format!("{name}: indices"));
-        let levels = Levels::new(gpu, program.clone(), surface.apply, stands.len(), &indices)?;
+        let levels = Levels::new(gpu, mesh, program.clone(), surface, stands.len(), &indices)?;
         Ok(Surface {
             name: name.clone(),
             settings: surface.clone(),
@@ -119,7 +116,9 @@ impl Surface {
     /// Live faces of instances that may have `factor` times these errors.
     pub(super) fn live_faces(&self, wanted_errors: &[f64], factor: f64) -> u64 {
         let levels = self.program.levels();
-        let live = |wanted: &f64| u64::from(levels[level_for_error(levels, (wanted * factor) as f32) as usize].faces);
+        let live = |wanted: &f64| {
+            u64::from(levels[level_for_error(levels, (wanted * factor) as f32) as usize].faces)
+        };
         wanted_errors.iter().map(live).sum()
     }
 
@@ -148,14 +147,19 @@ impl Surface {
             change.collapses += u64::from(from.saturating_sub(to));
             change.instances_seen += 1;
             let live = &program.levels()[to as usize];
-            change.faces += u64::from(live.faces);
+            change.faces += u64::from(levels.drawn(n, program));
+            change.live_faces += u64::from(live.faces);
             change.vertices += u64::from(live.vertices);
         }
-        if let Levels::Host(instances) = levels {
-            for range in instances.take_touched() {
-                change.upload_bytes += 4 * range.len() as u64;
-                upload(&instances.buffer().as_flattened()[range.clone()], range.start);
+        match levels {
+            Levels::Host(instances) => {
+                for range in instances.take_touched() {
+                    change.upload_bytes += 4 * range.len() as u64;
+                    upload(&instances.buffer().as_flattened()[range.clone()], range.start);
+                }
             }
+            Levels::Rival(rivals) => change.upload_bytes += rivals.upload(upload),
+            Levels::Device(_) => {}
         }
         self.grow(gpu)?;
         Ok(change)
@@ -186,7 +190,7 @@ impl Surface {
             cmd.sync();
         }
         match &self.levels {
-            Levels::Host(_) => cmd.copy_ranges(staging, &self.indices, uploads),
+            Levels::Host(_) | Levels::Rival(_) => cmd.copy_ranges(staging, &self.indices, uploads),
             Levels::Device(resident) => resident.run(cmd, &self.indices)?,
         }
         Ok(())
@@ -195,8 +199,23 @@ impl Surface {
     /// What [`Surface::record`] recorded is on its way to the device.
     pub(super) fn submitted(&mut self) {
         self.outgrown = None;
-        if let Levels::Device(resident) = &mut self.levels {
-            resident.done();
+        match &mut self.levels {
+            Levels::Host(_) => {}
+            Levels::Device(resident) => resident.done(),
+            Levels::Rival(rivals) => rivals.done(),
+        }
+    }
+
+    /// Whether a rival asks for a pass of its own.
+    pub(super) fn compacts(&self) -> bool {
+        matches!(&self.levels, Levels::Rival(rivals) if rivals.compacts())
+    }
+
+    /// That pass, behind [`Surface::record`].
+    pub(super) fn compact(&self, cmd: &mut Cmd<'_>) -> Result<(), Error> {
+        match &self.levels {
+            Levels::Rival(rivals) => rivals.compact(cmd, &self.indices),
+            _ => Ok(()),
         }
     }
 
@@ -211,7 +230,7 @@ impl Surface {
                 wanted_log2: wanted_log2.clamp(EXACT_LOG2, ALWAYS_LOG2),
                 band_log2: super::MORPH_BAND_LOG2,
             };
-            Some(Slice { push, first_index: 3 * self.levels.first(n), count: 3 * self.live(n) })
+            Some(Slice { push, first_index: 3 * self.levels.first(n), count: 3 * self.drawn(n) })
         };
         self.members.iter().enumerate().filter_map(slice).collect()
     }
@@ -221,12 +240,17 @@ impl Surface {
         self.program.levels()[self.levels.level(instance) as usize].faces
     }
 
+    /// Faces that it draws.
+    fn drawn(&self, instance: usize) -> u32 {
+        self.levels.drawn(instance, &self.program)
+    }
+
     /// Where the instances stand, and their levels.
     pub fn instances(&self) -> impl Iterator<Item = (&Place, u32)> {
         self.members.iter().enumerate().map(|(n, member)| (&member.place, self.levels.level(n)))
     }
 
-    /// The live faces of one instance, in the order in which they are drawn; `None` where the device executes.
+    /// The faces of one instance, in the order in which they are drawn; `None` where the device executes.
     ///
     /// # Panics
     /// If there is no such instance.
@@ -234,14 +258,16 @@ impl Surface {
         match &self.levels {
             Levels::Host(instances) => Some(instances.faces(instance)),
             Levels::Device(_) => None,
+            Levels::Rival(rivals) => rivals.faces(instance),
         }
     }
 
-    /// Bytes of the program in video memory, where the device executes.
-    pub(super) fn program_bytes(&self) -> Option<u64> {
+    /// What the device executes takes in video memory, with its name.
+    pub(super) fn program_bytes(&self) -> Option<(&'static str, u64)> {
         match &self.levels {
             Levels::Host(_) => None,
-            Levels::Device(resident) => Some(resident.shared_bytes()),
+            Levels::Device(resident) => Some(("splits and permutations", resident.shared_bytes())),
+            Levels::Rival(rivals) => rivals.shared_bytes().map(|bytes| ("faces by rank", bytes)),
         }
     }
 
@@ -251,14 +277,16 @@ impl Surface {
         let [least, most] =
             [0, self.program.last_level()].map(|level| self.program.levels()[level as usize].faces);
         let state = memory.state.div_ceil(memory.instances);
-        let places = match &self.levels {
-            Levels::Host(_) => "in main and in video memory",
-            Levels::Device(_) => "in video memory",
+        let (places, rival) = match &self.levels {
+            Levels::Host(_) => ("in main and in video memory", None),
+            Levels::Device(_) => ("in video memory", None),
+            Levels::Rival(rivals) => ("in video memory", Some(rivals.adds())),
         };
-        format!(
-            "{}: {} of {least} to {most} faces; each {state} bytes of state, and {places} 12 bytes for each live face",
+        let own = format!(
+            "{}: {} of {least} to {most} faces; each {state} bytes of state, and {places} 12 bytes for each face",
             self.name, memory.instances
-        )
+        );
+        rival.map_or(own.clone(), |adds| format!("{own}; {adds}"))
     }
 
     /// What the instances share, and have of their own.
@@ -266,12 +294,13 @@ impl Surface {
         let (state, host_indices) = match &self.levels {
             Levels::Host(instances) => (instances.state_bytes(), size_of_val(instances.buffer())),
             Levels::Device(resident) => (resident.state_bytes(), 0),
+            Levels::Rival(rivals) => (rivals.state_bytes(), rivals.host_bytes()),
         };
         SurfaceMemory {
             instances: self.members.len(),
             live_faces: (0..self.members.len()).map(|n| u64::from(self.live(n))).sum(),
             shared_host: self.program.bytes(),
-            shared_device: self.vertices.bytes() + self.program_bytes().unwrap_or(0),
+            shared_device: self.vertices.bytes() + self.program_bytes().map_or(0, |(_, bytes)| bytes),
             state: size_of_val(&*self.members) + state,
             host_indices,
             device_indices: self.indices.bytes(),
@@ -291,77 +320,8 @@ pub struct SurfaceMemory {
     pub shared_device: u64,
     /// Main memory of their own but for faces: place, level, slice, marks of what was touched.
     pub state: usize,
-    /// Their slices in main memory, where the host executes.
+    /// Their slices in main memory, where the host executes; of a rival its lists, which they share.
     pub host_indices: usize,
     /// Their slices in video memory.
     pub device_indices: u64,
-}
-
-fn limit(indices: &str, error: TooMany) -> Error {
-    Error::Limit { object: indices.to_owned(), what: error.to_string() }
-}
-
-impl Levels {
-    fn new(
-        gpu: &Gpu,
-        program: Arc<Program>,
-        apply: Apply,
-        count: usize,
-        indices: &str,
-    ) -> Result<Levels, Error> {
-        let limit = |error| limit(indices, error);
-        Ok(match apply {
-            Apply::Cpu => Levels::Host(Instances::new(program, count).map_err(limit)?),
-            Apply::Gpu => {
-                let mut resident = Resident::new(gpu, program)?;
-                (0..count).try_for_each(|_| resident.push()).map_err(limit)?;
-                Levels::Device(Box::new(resident))
-            }
-        })
-    }
-
-    fn go_to(&mut self, instance: usize, level: u32) -> Result<(), TooMany> {
-        match self {
-            Levels::Host(instances) => instances.go_to(instance, level),
-            Levels::Device(resident) => resident.go_to(instance, level),
-        }
-    }
-
-    fn level(&self, instance: usize) -> u32 {
-        match self {
-            Levels::Host(instances) => instances.level(instance),
-            Levels::Device(resident) => resident.level(instance),
-        }
-    }
-
-    /// Where an instance's faces begin in the index buffer, in faces.
-    fn first(&self, instance: usize) -> u32 {
-        match self {
-            Levels::Host(instances) => instances.slots(instance).start as u32,
-            Levels::Device(resident) => resident.first(instance),
-        }
-    }
-
-    /// Of the index buffer.
-    fn faces(&self) -> u32 {
-        match self {
-            Levels::Host(instances) => instances.buffer().len() as u32,
-            Levels::Device(resident) => resident.end(),
-        }
-    }
-
-    /// The first index buffer. The host uploads to it what is touched, which at first is all.
-    fn buffer(&self, gpu: &Gpu, name: &str) -> Result<Buffer, Error> {
-        match self {
-            Levels::Host(_) => gpu.buffer(name, 12 * u64::from(self.faces()), self.buffer_use()),
-            Levels::Device(resident) => gpu.buffer_with(name, &resident.content(), self.buffer_use()),
-        }
-    }
-
-    fn buffer_use(&self) -> BufferUse {
-        match self {
-            Levels::Host(_) => BufferUse::Indices,
-            Levels::Device(_) => BufferUse::WritableIndices,
-        }
-    }
 }

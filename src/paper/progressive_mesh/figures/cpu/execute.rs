@@ -2,14 +2,14 @@
 
 use super::lines::{self, LINES};
 use crate::figure::{Contender, Row, Timed, Value};
+use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::check::Flaw;
 use crate::paper::progressive_mesh::figures::scans;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::order::{OrderOptions, classical, order};
 use crate::paper::progressive_mesh::run::{Instances, Program, State, Untold};
-use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
-use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::session::{Model, Session, Settings};
+use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
 use crate::picture::Target;
 use crate::scene::Scene;
 use crate::stats::Summary;
@@ -189,7 +189,8 @@ pub fn time_rows(splits: u32, timed: &[Timed]) -> Vec<Row> {
         row(STEP, "ms", of(STEPS).map(|s| s.scaled(0.01)).or(of(ALONE)));
         for (quantity, label) in [(SPLITS_UP, UP), (SPLITS_DOWN, DOWN)] {
             let rate = |ms: f64| f64::from(splits) / ms / 1e3;
-            let rates = one.pass_of_rounds(label).map(|rounds| rounds.into_iter().map(rate).collect::<Vec<_>>());
+            let rates =
+                one.pass_of_rounds(label).map(|rounds| rounds.into_iter().map(rate).collect::<Vec<_>>());
             row(quantity, "millions", rates.and_then(|rates| Summary::of(&rates)));
         }
     }

@@ -1,7 +1,10 @@
 //! What the numbers of pm.draw say.
 
 use super::super::short;
-use super::{CELLS, CLASSICAL, OURS, RANDOM, RE_OPTIMISED, SHADED, SIMULATED, TIME, VARIANTS};
+use super::{
+    CELLS, CLASSICAL, COMPACTED, DISCRETE, OURS, RANDOM, RE_OPTIMISED, SHADED, SIMULATED, SKIP_LISTS, TIME,
+    VARIANTS,
+};
 use crate::figure::{Finding, Table, Verdict};
 
 /// `dear` over `cheap` in a cell.
@@ -26,10 +29,12 @@ pub fn device_counts(table: &Table) -> Finding {
     let invocations =
         |variant| table.number(CELLS[0].0, None, variant, SHADED).map_or_else(String::new, short);
     let numbers = format!(
-        "classical {}, ours {}, re-optimised {}, random {}: {} times fewer",
+        "classical {}, ours {}, re-optimised {}, skip lists {}, compacted {}, random {}: {} times fewer",
         invocations(CLASSICAL),
         invocations(OURS),
         invocations(RE_OPTIMISED),
+        invocations(SKIP_LISTS),
+        invocations(COMPACTED),
         invocations(RANDOM),
         short(found)
     );
@@ -69,14 +74,18 @@ pub fn vertex_bound(table: &Table) -> Finding {
     Finding::new(verdict, numbers.join(", "), why)
 }
 
+/// The orders of the faces that ours draws too.
+fn others() -> impl Iterator<Item = &'static &'static str> {
+    VARIANTS.iter().filter(|variant| ![OURS, DISCRETE].contains(*variant))
+}
+
 pub fn time_follows_vertices(table: &Table) -> Finding {
     let cell = CELLS[1].0;
     let of = |variant: &&str| {
         let of = |quantity| ratio(table, cell, quantity, [variant, OURS]);
         Some((of(TIME)?, of(SHADED)?))
     };
-    let found: Option<Vec<(f64, f64)>> =
-        VARIANTS.iter().filter(|variant| **variant != OURS).map(of).collect();
+    let found: Option<Vec<(f64, f64)>> = others().map(of).collect();
     let (Some(found), Some((bound, _))) = (found, heavy_share(table)) else {
         return Finding::new(Verdict::NotMeasurable, "", NONE);
     };
@@ -87,8 +96,7 @@ pub fn time_follows_vertices(table: &Table) -> Finding {
         0 => Verdict::NotReproduced,
         _ => Verdict::InPart,
     };
-    let others = VARIANTS.iter().filter(|variant| **variant != OURS);
-    let words = others.zip(&found).map(|(variant, (time, shaded))| {
+    let words = others().zip(&found).map(|(variant, (time, shaded))| {
         format!("{variant} {}x the time at {}x the vertices", short(*time), short(*shaded))
     });
     let why = "over ours, `heavy vertices`; the rest of a draw does not grow with them";

@@ -6,6 +6,7 @@ use crate::figure::{Axis, Bench, Cell, Claim, Contender, Effort, Figure, Origin,
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::cache::{Cache, live_faces, transforms};
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
+use crate::paper::progressive_mesh::rivals::{Prepared, Rival};
 use crate::paper::progressive_mesh::session::place::{Bounds, Place};
 use crate::paper::progressive_mesh::session::vertices::{EXACT_LOG2, VertexBuffer, normals};
 use crate::paper::progressive_mesh::session::{BACKGROUND, MORPH_BAND_LOG2, ordered, sun, surfaces_pipeline};
@@ -21,15 +22,27 @@ use crate::vk::{
 use anyhow::Context;
 use glam::DVec3;
 
-const VARIANTS: [&str; 5] =
-    ["classical", "the paper's greedy", "ours", "re-optimised (meshoptimizer)", "random"];
+const VARIANTS: [&str; FaceOrder::ALL.len()] = {
+    let mut names = [""; FaceOrder::ALL.len()];
+    let mut n = 0;
+    while n < names.len() {
+        names[n] = FaceOrder::ALL[n].name();
+        n += 1;
+    }
+    names
+};
 /// Among them.
-const CLASSICAL: &str = VARIANTS[0];
-const OURS: &str = VARIANTS[2];
-const RE_OPTIMISED: &str = VARIANTS[3];
-const RANDOM: &str = VARIANTS[4];
+const CLASSICAL: &str = FaceOrder::Classical.name();
+const OURS: &str = FaceOrder::Ours.name();
+const RE_OPTIMISED: &str = FaceOrder::ReOptimised.name();
+const SKIP_LISTS: &str = FaceOrder::SkipLists.name();
+const COMPACTED: &str = FaceOrder::Compacted.name();
+const RANDOM: &str = FaceOrder::Random.name();
+/// It draws other faces than the rest.
+const DISCRETE: &str = FaceOrder::Discrete.name();
 
 const SHADED: &str = "vertex invocations for each vertex";
+const DRAWN: &str = "faces drawn for each live one";
 const SIMULATED: &str = "FIFO-16 transforms for each vertex";
 const TIME: &str = "draw";
 
@@ -44,12 +57,14 @@ const DRAWS: usize = 16;
 pub const DRAW: Figure = Figure {
     id: "pm.draw",
     title: "Vertices that the device shades, and the time of a draw, by the order of faces",
-    about: "One level of the knot (half of its splits) drawn 16 times over, its faces in several orders: as standard \
-            progressive meshes have them, as the paper's permutations and ours leave them, as meshoptimizer arranges this \
-            one level, and at random. `vertices`: a picture of \
+    about: "One level of the knot (half of its splits) drawn 16 times over, its faces in every order that a scene can name \
+            (docs/scenes.md): as splits and tswaps leave them, and as rivals draw that level: at random, re-optimised by \
+            meshoptimizer, compacted, from a skip list with its faces that have no area, and the discrete mesh that has as many \
+            faces at least (of faces and vertices of its own). `vertices`: a picture of \
             64 x 36; `heavy vertices`: the same with 1000 rounds of three multiplications for each vertex, which makes vertices \
             the bottleneck of any device, a software one too: time then goes by what is shaded; `pixels`: a large \
-            picture, filled. How often does the device say that it ran the vertex shader (pipeline statistics), and how \
+            picture, filled. How often does the device say that it ran the vertex shader (pipeline statistics) for each vertex \
+            that the faces name, and how \
             long does the pass take? The paper (headline): the cache alone wins 2 to 3.5 times, the whole draw up to 2 times \
             where vertices are the bottleneck. llvmpipe, a software device, keeps no transformed \
             vertices as GPUs do: it takes 1024 indices at a time, and finds repeats among them by a table of 256.",
@@ -98,15 +113,15 @@ struct Still {
     pipeline: GraphicsPipeline,
     target: Image,
     depth: Image,
-    slices: Vec<Slice<SurfaceView>>,
+    views: Vec<SurfaceView>,
 }
 
 /// A level with its faces in one order.
 struct Ordered {
     variant: &'static str,
     faces: Vec<[u32; 3]>,
-    /// Of all faces that were given.
-    live_vertices: u32,
+    /// Of the level.
+    live_faces: u32,
     vertices: Buffer,
     indices: Buffer,
 }
@@ -123,8 +138,8 @@ impl Ordered {
         let vertices = VertexBuffer::new(gpu, "pm.draw: vertices", mesh, &normals, false)?;
         let VertexBuffer::Plain(vertices) = vertices else { unreachable!("nothing moves here") };
         let indices = gpu.buffer_with("pm.draw: indices", &faces, BufferUse::Indices)?;
-        let live_vertices = mesh.levels[level as usize].vertices;
-        Ok(Ordered { variant, faces, live_vertices, vertices, indices })
+        let live_faces = mesh.levels[level as usize].faces;
+        Ok(Ordered { variant, faces, live_faces, vertices, indices })
     }
 }
 
@@ -132,9 +147,11 @@ impl Still {
     fn draw(&self, cmd: &mut Cmd<'_>, ordered: &Ordered) -> crate::vk::Result<()> {
         let color = ColorTarget { image: &self.target, clear: Clear::Float(BACKGROUND) };
         let depth = DepthTarget { image: &self.depth, clear: true };
+        let count = 3 * ordered.faces.len() as u32;
+        let slices: Vec<_> = self.views.iter().map(|&push| Slice { push, first_index: 0, count }).collect();
         cmd.render(self.target.info().size, &[color], Some(depth), |render| {
             let geometry = Geometry { vertices: Some(&ordered.vertices), indices: &ordered.indices };
-            render.draw_slices(&self.pipeline, &[], geometry, &self.slices)
+            render.draw_slices(&self.pipeline, &[], geometry, &slices)
         })
     }
 }
@@ -158,16 +175,18 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         pipeline: surfaces_pipeline(&gpu, &surface_vert::SHADER, Target::Srgb8, work)?,
         target: gpu.image("picture", ImageInfo::target(size, Format::Rgba8Srgb))?,
         depth: gpu.image("depth", ImageInfo::target(size, Format::Depth32Float))?,
-        slices: slices(&place(&bounds)?, size, 3 * orders[0].faces.len() as u32),
+        views: views(&place(&bounds)?, size),
     };
     let query = gpu.shader_query("pm.draw: counts", 1)?;
     let mut rows = Vec::new();
     for ordered in &orders {
         let shaded = counted(&gpu, &still, &query, ordered)? as f64;
-        let least = f64::from(ordered.live_vertices) * DRAWS as f64;
-        let simulated = transforms(Cache::Fifo(16), &ordered.faces).per_vertex();
-        rows.push(Row::new(ordered.variant, SHADED, "", Value::Number(shaded / least)));
-        rows.push(Row::new(ordered.variant, SIMULATED, "", Value::Number(simulated)));
+        let simulated = transforms(Cache::Fifo(16), &ordered.faces);
+        let mut row =
+            |quantity, number| rows.push(Row::new(ordered.variant, quantity, "", Value::Number(number)));
+        row(SHADED, shaded / (simulated.vertices * DRAWS as u64) as f64);
+        row(SIMULATED, simulated.per_vertex());
+        row(DRAWN, ordered.faces.len() as f64 / f64::from(ordered.live_faces));
     }
     let contenders = orders.iter().map(|ordered| {
         let (gpu, still) = (&gpu, &still);
@@ -186,18 +205,24 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 /// The knot's middle level in the order of each variant.
 fn orders(gpu: &Gpu) -> anyhow::Result<(Vec<Ordered>, Bounds)> {
     let model = model::named("knot").context("a shipped model")?;
-    let simplified = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ());
-    let meshes = [FaceOrder::Classical, FaceOrder::Literal, FaceOrder::Ours]
-        .map(|face_order| ordered(&model, &simplified.collapses, face_order));
-    let level = meshes[0].last_level() / 2;
-    let faces = live_faces(&meshes[0], level);
-    let vertices = meshes[0].vertices.positions.len();
-    let others = [optimised(&faces, vertices), shuffled(&faces)];
-    let made = meshes.iter().map(|mesh| (mesh, live_faces(mesh, level)));
-    let all = made.chain(others.into_iter().map(|faces| (&meshes[0], faces)));
-    let named = VARIANTS.into_iter().zip(all);
-    let orders = named.map(|(variant, (mesh, faces))| Ordered::new(gpu, variant, mesh, faces, level));
-    Ok((orders.collect::<Result<_, _>>()?, Bounds::of(&meshes[0].vertices.positions)))
+    let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ()).collapses;
+    let plain = ordered(&model, &collapses, FaceOrder::Classical);
+    let level = plain.last_level() / 2;
+    let live = live_faces(&plain, level);
+    let every_vertex: Vec<u32> = (0..plain.vertices.positions.len() as u32).collect();
+    let of_order = |order: FaceOrder| match Rival::of(order) {
+        Some(rival) => {
+            let faces = Prepared::new(&plain, rival, every_vertex.clone()).drawn(level, &live);
+            Ordered::new(gpu, order.name(), &plain, faces, level)
+        }
+        None => {
+            let mesh = ordered(&model, &collapses, order);
+            let faces = live_faces(&mesh, level);
+            Ordered::new(gpu, order.name(), &mesh, faces, level)
+        }
+    };
+    let orders = FaceOrder::ALL.into_iter().map(of_order).collect::<anyhow::Result<_>>()?;
+    Ok((orders, Bounds::of(&plain.vertices.positions)))
 }
 
 /// A metre of model on the ground.
@@ -208,8 +233,8 @@ fn place(bounds: &Bounds) -> anyhow::Result<Place> {
 
 /// The whole level, so near that it fills the picture's height, 16 times: each draw is a hair nearer than the one
 /// before, so that depth hides none.
-fn slices(place: &Place, size: [u32; 2], count: u32) -> Vec<Slice<SurfaceView>> {
-    let slice = |n: usize| {
+fn views(place: &Place, size: [u32; 2]) -> Vec<SurfaceView> {
+    let view = |n: usize| {
         let pose = Pose {
             eye: place.centre - DVec3::Y * (place.radius * (2.0 - 1e-3 * n as f64)),
             right: DVec3::X,
@@ -218,15 +243,14 @@ fn slices(place: &Place, size: [u32; 2], count: u32) -> Vec<Slice<SurfaceView>> 
             vertical_fov_rad: 1.0,
             near_m: 0.01,
         };
-        let push = SurfaceView {
+        SurfaceView {
             object_to_clip: place.object_to_clip(&pose, size).as_mat4().to_cols_array_2d(),
             sun: (place.rotation.transpose() * sun()).as_vec3().to_array(),
             wanted_log2: EXACT_LOG2,
             band_log2: MORPH_BAND_LOG2,
-        };
-        Slice { push, first_index: 0, count }
+        }
     };
-    (0..DRAWS).map(slice).collect()
+    (0..DRAWS).map(view).collect()
 }
 
 fn counted(gpu: &Gpu, still: &Still, query: &ShaderQuery, ordered: &Ordered) -> anyhow::Result<u64> {
@@ -234,33 +258,4 @@ fn counted(gpu: &Gpu, still: &Still, query: &ShaderQuery, ordered: &Ordered) -> 
     frame.pass("count", |cmd| cmd.counted(query, 0, |cmd| still.draw(cmd, ordered)))?;
     frame.submit()?.wait()?;
     Ok(query.read(0)?.vertex_invocations)
-}
-
-fn optimised(faces: &[[u32; 3]], vertices: usize) -> Vec<[u32; 3]> {
-    let indices = meshopt::optimize_vertex_cache(faces.as_flattened(), vertices);
-    indices.chunks_exact(3).map(|face| [face[0], face[1], face[2]]).collect()
-}
-
-/// In an order that looks like chance and is the same everywhere (Fisher and Yates; a linear congruence).
-fn shuffled(faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
-    let (mut faces, mut state) = (faces.to_vec(), 1u64);
-    for last in (1..faces.len()).rev() {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        faces.swap(last, ((state >> 33) % (last as u64 + 1)) as usize);
-    }
-    faces
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_shuffle_loses_no_face() {
-        let faces: Vec<[u32; 3]> = (0..100).map(|n| [n, n + 1, n + 2]).collect();
-        let mut shuffled = shuffled(&faces);
-        assert_ne!(shuffled, faces);
-        shuffled.sort_unstable();
-        assert_eq!(shuffled, faces);
-    }
 }

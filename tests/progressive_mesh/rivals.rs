@@ -1,0 +1,189 @@
+//! Rivals on the device: each draws the faces of the level that ours draws, in its own order and by its own means.
+
+use crate::pictures::{Device, open};
+use ortelius::paper::progressive_mesh::session::{Session, Settings, load};
+use ortelius::picture::Target;
+use ortelius::renderer::{Options, Renderer};
+use ortelius::scene::{FaceOrder, Scene};
+
+fn scene(name: &str, changes: &[String]) -> Scene {
+    Scene::load_with(name, changes).unwrap()
+}
+
+fn bunny(source: &str, order: FaceOrder, more: &[&str]) -> Scene {
+    let of = |change: &str| format!("progressive_mesh.bunny.{change}");
+    let mut changes = vec![of(&format!("source={source}")), of(&format!("order={}", order.name()))];
+    changes.extend(more.iter().map(|change| of(change)));
+    scene("bunny", &changes)
+}
+
+/// A face by what its corners are: orders number vertices differently.
+type ByPosition = [[u32; 3]; 3];
+
+/// Faces with an area, each from its least corner on, sorted.
+fn as_a_set(faces: &[[u32; 3]], positions: &[[f32; 3]]) -> Vec<ByPosition> {
+    let with_area = |face: &&[u32; 3]| face[0] != face[1] && face[1] != face[2] && face[2] != face[0];
+    let turned = |face: &[u32; 3]| {
+        let mut face = face.map(|vertex| positions[vertex as usize].map(f32::to_bits));
+        let least = (0..3).min_by_key(|&corner| face[corner]).unwrap();
+        face.rotate_left(least);
+        face
+    };
+    let mut set: Vec<_> = faces.iter().filter(with_area).map(turned).collect();
+    set.sort_unstable();
+    set
+}
+
+fn different_pixels(a: &[u8], b: &[u8]) -> usize {
+    a.chunks_exact(16).zip(b.chunks_exact(16)).filter(|(a, b)| a != b).count()
+}
+
+/// A pixel shows another face where two have the same depth in f32, and the first of them stays: at outlines, where a face
+/// that looks away meets one that looks here.
+const TIES: usize = 4;
+
+#[test]
+fn every_order_draws_the_faces_and_the_picture_of_the_same_level() {
+    let gpu = Device::open();
+    // The solid has seams: positions of several wedges.
+    for source in ["bunny", "solid"] {
+        let opened = |order| {
+            let scene = bunny(source, order, &[]);
+            let models = load(&scene).unwrap();
+            let own = Settings::of_scene(&scene, Target::Linear32);
+            let session = Session::new(gpu.clone(), &models, Settings { size: [320, 180], ..own }).unwrap();
+            (session, models[0].mesh.vertices.positions.clone(), scene.camera("near").unwrap().pose())
+        };
+        let (mut classical, positions, pose) = opened(FaceOrder::Classical);
+        // Up, down and up again; then a neighbour, which must be another picture.
+        let errors = [8.0, 1.0, 3.0, 0.0, 3.0];
+        let expected: Vec<_> = errors.iter().map(|&pixels| shown(&mut classical, &pose, pixels)).collect();
+        let set = |shown: &Shown, positions: &[[f32; 3]]| as_a_set(shown.faces.as_ref().unwrap(), positions);
+        assert!(different_pixels(&expected[0].picture, &expected[1].picture) > 100 * TIES);
+        for order in FaceOrder::ALL {
+            if matches!(order, FaceOrder::Coherent | FaceOrder::CoherentFewMoves | FaceOrder::Discrete) {
+                continue; // They have levels of their own.
+            }
+            let (mut session, own_positions, _) = opened(order);
+            for (pixels, expected) in errors.iter().zip(&expected) {
+                let found = shown(&mut session, &pose, *pixels);
+                let place = format!("{source}, {}, {pixels} pixels", order.name());
+                assert_eq!(found.level, expected.level, "{place}");
+                if order != FaceOrder::Compacted {
+                    assert!(set(&found, &own_positions) == set(expected, &positions), "{place}");
+                }
+                let different = different_pixels(&found.picture, &expected.picture);
+                assert!(different <= TIES, "{place}: {different} pixels");
+                let (drawn, live) = (found.drawn, expected.drawn);
+                let exact = order != FaceOrder::SkipLists;
+                assert!(if exact { drawn == live } else { live <= drawn && drawn < 2 * live }, "{place}");
+            }
+        }
+    }
+}
+
+struct Shown {
+    level: u32,
+    drawn: u64,
+    /// As vertices; none where the device alone knows.
+    faces: Option<Vec<[u32; 3]>>,
+    picture: Vec<u8>,
+}
+
+fn shown(session: &mut Session, pose: &ortelius::math::camera::Pose, pixels: f64) -> Shown {
+    session.surfaces[0].settings.error_pixels = pixels;
+    session.frame(pose).unwrap();
+    let picture = session.picture_bytes().unwrap();
+    Shown {
+        level: session.surfaces[0].instances().next().unwrap().1,
+        drawn: session.records.last().unwrap().change.faces,
+        faces: session.surfaces[0].faces(0).map(<[_]>::to_vec),
+        picture,
+    }
+}
+
+#[test]
+fn a_discrete_chain_draws_the_coarsest_mesh_that_has_the_levels_faces_and_copies_nothing() {
+    let gpu = Device::open();
+    let scene = bunny("bunny", FaceOrder::Discrete, &[]);
+    let pose = scene.camera("near").unwrap().pose();
+    let mut session = open(&gpu, &scene);
+    let mut meshes = Vec::new();
+    for pixels in [20.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.0] {
+        let found = shown(&mut session, &pose, pixels);
+        let live = u64::from(session.surfaces[0].program.levels()[found.level as usize].faces);
+        assert!(
+            live <= found.drawn && found.drawn < 3 * live,
+            "{} of {live} at {pixels} pixels",
+            found.drawn
+        );
+        assert_eq!(session.surfaces[0].faces(0).unwrap().len() as u64, found.drawn);
+        assert_eq!(session.records.last().unwrap().change.upload_bytes, 0);
+        meshes.push(found.drawn);
+    }
+    assert!(meshes.is_sorted() && *meshes.last().unwrap() == 3674, "{meshes:?}");
+    meshes.dedup();
+    assert!(meshes.len() >= 4, "{meshes:?}");
+}
+
+#[test]
+fn a_herd_that_a_rival_has_drawn_for_a_walk_shows_what_one_that_just_came_shows() {
+    let gpu = Device::open();
+    for order in [FaceOrder::ReOptimised, FaceOrder::SkipLists, FaceOrder::Compacted, FaceOrder::Discrete] {
+        let changes = ["instances=30".into(), "aside_m=8".into(), format!("order={}", order.name())];
+        let scene = scene("herd", &changes.map(|change: String| format!("progressive_mesh.herd.{change}")));
+        let path = scene.path("walk").unwrap();
+        let mut walked = open(&gpu, &scene);
+        for frame in [0, 30, 60, 90, 120, 60, 20] {
+            walked.frame(&path.pose(frame)).unwrap();
+            if frame == 120 || frame == 20 {
+                let mut fresh = open(&gpu, &scene);
+                fresh.frame(&path.pose(frame)).unwrap();
+                let same = walked.picture_bytes().unwrap() == fresh.picture_bytes().unwrap();
+                assert!(same, "{}, frame {frame}", order.name());
+            }
+        }
+        walked.frame(&path.pose(20)).unwrap();
+        walked.drain().unwrap();
+        assert_eq!(walked.records.last().unwrap().change.upload_bytes, 0, "{}", order.name());
+    }
+}
+
+#[test]
+fn a_rival_adds_its_pass_and_its_memory_and_says_so() {
+    let added = |order: FaceOrder| {
+        let options = Options {
+            target: Target::Srgb8,
+            size: Some([64, 36]),
+            device: None,
+            validate: true,
+            deterministic: false,
+        };
+        let renderer = Renderer::open(&bunny("bunny", order, &[]), &options).unwrap();
+        let memory = renderer.memory().into_iter().map(|(name, bytes)| (name, bytes > 0));
+        (renderer.passes(), memory.collect::<Vec<_>>(), renderer.instances()[0].clone())
+    };
+    let (passes, memory, words) = added(FaceOrder::Compacted);
+    assert_eq!(passes, ["levels", "compact", "surfaces"]);
+    assert!(memory.contains(&("bunny: faces by rank".into(), true)), "{memory:?}");
+    assert!(words.contains("compacted"), "{words}");
+    let (passes, _, words) = added(FaceOrder::SkipLists);
+    assert_eq!(passes, ["levels", "surfaces"]);
+    assert!(words.contains("skip-lists") && words.contains("lists of"), "{words}");
+    assert!(!added(FaceOrder::Ours).2.contains("lists"));
+}
+
+#[test]
+fn a_file_whose_faces_change_places_is_no_mesh_for_a_rival() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |order| {
+        let mesh = load(&bunny("sphere:6", order, &[])).unwrap().remove(0).mesh;
+        let path = folder.path().join(format!("{}.pmesh", order.name()));
+        mesh.write(&path).unwrap();
+        path.display().to_string()
+    };
+    let of_file = |file: &str| load(&bunny(file, FaceOrder::ReOptimised, &[]));
+    assert!(of_file(&file(FaceOrder::Classical)).is_ok());
+    let error = of_file(&file(FaceOrder::Ours)).unwrap_err().to_string();
+    assert!(error.contains("progressive_mesh.bunny.order") && error.contains("--order classical"), "{error}");
+}
