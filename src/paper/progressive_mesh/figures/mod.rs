@@ -4,6 +4,7 @@ mod average;
 mod build;
 mod cpu;
 mod draw;
+mod equal_memory;
 mod error;
 mod extremes;
 mod governor;

@@ -20,7 +20,7 @@ pub const ORDER: Figure = Figure {
             described (greedy without a look at what is left of a vertex; 64 equal groups). Ours: with that look, and \
             groups of one ratio. Coherent: splits of a group in an order that suits the cache. And rivals: random, \
             re-optimised at every level by meshoptimizer, the full mesh's order compacted, skip lists, a discrete \
-            chain. Vertices are positions. Where they have been fetched, also the scans `dragon_res4` and, with --full, \
+            chain. Vertices are positions; `solid` has seams, and pm.average tells its cost on wedges, which a device shades, too. Where they have been fetched, also the scans `dragon_res4` and, with --full, \
             `dragon`; claims speak of the shipped models alone.",
     scenes: &WITH_SCANS,
     variants,

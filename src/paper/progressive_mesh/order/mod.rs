@@ -128,19 +128,16 @@ impl OrderOptions {
     pub const COHERENT: OrderOptions =
         OrderOptions { within: Within::Coherent, run_faces: Some(2400), ..OrderOptions::BEST };
 
+    /// The same with at most 10 moved faces for each split.
+    pub const COHERENT_FEW_MOVES: OrderOptions =
+        OrderOptions { groups: Groups::Budget(10.0), ..OrderOptions::COHERENT };
+
     /// Ours with at most so many moved faces for each split. Below 20 of them the levels just before a tswap of all
     /// faces cost 0.2 more than the mean: there regions take turns.
     pub const fn of_moves(moves: f64) -> OrderOptions {
         let regions = if moves < 20.0 { 3 } else { 1 };
         OrderOptions { groups: Groups::Budget(moves), regions, ..OrderOptions::BEST }
     }
-
-    /// As [`OrderOptions::BEST`], the splits of a group in an order that suits the cache.
-    pub const COHERENT: OrderOptions = OrderOptions { within: Within::Coherent, ..OrderOptions::BEST };
-
-    /// The same with at most 10 moved faces for each split, in runs of about 2400 faces.
-    pub const COHERENT_FEW_MOVES: OrderOptions =
-        OrderOptions { groups: Groups::Budget(10.0), run_faces: Some(2400), ..OrderOptions::COHERENT };
 
     /// The entries of the cache in the optimizer.
     fn simulated_entries(&self) -> u32 {
