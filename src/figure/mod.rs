@@ -172,7 +172,7 @@ impl Figure {
 
     /// What a quick run leaves out of a full one beside what [`Figure::about`] says, in words.
     pub fn quick_leaves_out(&self) -> String {
-        let runs = "two thirds of the runs of each time".to_string();
+        let runs = "two thirds of the runs of each timed pass".to_string();
         let Some(Sweep { name, quick, full }) = &self.sweep else { return runs };
         let left: Vec<String> = full.iter().filter(|x| !quick.contains(x)).map(ToString::to_string).collect();
         match left.is_empty() {

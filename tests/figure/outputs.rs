@@ -102,7 +102,7 @@ fn the_page_holds_every_claim_with_its_verdict_every_plot_and_no_other_file() {
         assert!(page.contains(&format!(">{verdict}</span>")), "no {verdict:?}");
     }
     assert!(page.contains(
-        "A quick run: it leaves out two thirds of the runs of each time, and side, texels: 2, 3, 4."
+        "A quick run: it leaves out two thirds of the runs of each timed pass, and side, texels: 2, 3, 4."
     ));
     assert!(page.contains("the disk is on fire") && page.contains("its times rank nothing on a GPU"));
     // Plots: a sweep for each of two scenes; bars and a series; a sweep and bars for each of 5 values, in two scenes.

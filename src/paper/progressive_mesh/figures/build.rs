@@ -19,7 +19,7 @@ pub const BUILD: Figure = Figure {
             one core but for what the counting of levels would use, and how much memory: reading and cleaning a file, \
             simplifying to 64 faces, ordering (ours, at most 23 moved faces a split), writing the .pmesh file, and reading \
             it? `torus` is generated in about as many faces as the scan `dragon` has in its four resolutions; the dragon \
-            is measured where `ortelius fetch` has fetched it. Each build runs three times, each in a process of its \
+            is measured where `ortelius fetch` has fetched it. Each build runs three times (quick: large models once), each in a process of its \
             own (`ortelius mesh build`); memory is the most that this had resident.",
     scenes: &["torus", "dragon"],
     variants,
