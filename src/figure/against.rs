@@ -46,7 +46,8 @@ pub struct ValueChange {
 
 impl Changes {
     /// What is different in `after`, in its figures: what else `before` holds was not asked for. Repeated measurements
-    /// differ where not even their p5 .. p95 meet; all else where it is not equal.
+    /// differ where not even their p5 .. p95 meet, along a curve at any place that both have; all else where it is not
+    /// equal.
     pub fn between(before: &Results, after: &Results) -> Changes {
         let asked = |id: &str| after.figures.iter().any(|figure| figure.id == id);
         let before = &Results {
@@ -136,8 +137,10 @@ fn change([figure, what]: &Key, before: &Row, after: &Row) -> Option<ValueChange
     let same = match (&before.value, &after.value) {
         (Value::Summary(then), Value::Summary(now)) => meet(then, now),
         (Value::Spreads(then), Value::Spreads(now)) => {
-            let pairs = || then.iter().zip(now);
-            then.len() == now.len() && pairs().all(|((a, then), (b, now))| a == b && meet(then, now))
+            // Where one goes on further than the other, nothing stands beside it.
+            let beside = |x: f64| now.iter().find(|(other, _)| *other == x).map(|(_, now)| now);
+            let mut pairs = then.iter().filter_map(|(x, then)| Some((then, beside(*x)?))).peekable();
+            pairs.peek().is_some() && pairs.all(|(then, now)| meet(then, now))
         }
         // NaN equals nothing; two of them are no change.
         (Value::Number(then), Value::Number(now)) => then == now || (then.is_nan() && now.is_nan()),

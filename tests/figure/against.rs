@@ -63,8 +63,14 @@ fn a_curve_of_repeated_measurements_changed_where_one_spread_does_not_meet_its_o
         let value = Value::Spreads(points);
         changed(move |row| row.value = value.clone())[1].clone()
     };
+    let elsewhere = || {
+        let spread = Summary::of(&[1.0]).unwrap();
+        changed(move |row| row.value = Value::Spreads(vec![(7.0, spread)]))[1].clone()
+    };
     let values = |after: Results| Changes::between(&curve(2.0, 2.0), &after).values.len();
-    assert_eq!([values(curve(2.2, 2.0)), values(curve(3.0, 2.0)), values(curve(2.0, 2.5))], [0, 7, 7]);
+    assert_eq!([values(curve(2.2, 2.0)), values(curve(3.0, 2.0))], [0, 7]);
+    // The end of a longer curve has nothing beside it; a curve elsewhere is another one.
+    assert_eq!([values(curve(9.0, 2.5)), values(elsewhere())], [0, 7]);
     let text = serde_json::to_string(&curve(2.0, 2.0)).unwrap();
     assert_eq!(Results::parse(&text).unwrap().figures[1].cells[0], curve(2.0, 2.0).figures[1].cells[0]);
 }
