@@ -19,7 +19,7 @@ pub const FILTER: Figure = Figure {
             the tile's border; and single texels chosen by chance through the page table, which need no border (Pharr et \
             al. 2024), 1 to 64 a pixel, also along the footprint. Each picture stands against the f64 picture of the same \
             filter (what the device adds: rounding, and noise) and against the f64 mean of all that a pixel covers (what \
-            the filter itself is off by). Pixels at the landscape's outline count on neither side; their share is told. The time \
+            the filter itself is off by). Pixels beyond the landscape and at its outline count on neither side; their share is told. The time \
             is the texturing pass's. 320 x 180 (quick) or 640 x 360 pixels: an f64 picture takes seconds.",
     scenes: &["earth/oblique", "earth/low"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
@@ -81,7 +81,7 @@ const AREA_FLIP: &str = "FLIP against what pixels cover";
 const AREA_PSNR: &str = "PSNR against what pixels cover";
 const OWN_NMSE: &str = "NMSE against the same filter in f64";
 const OWN_OUTLIERS: &str = "pixels off by more than 5/256 from the same filter in f64";
-const EXCUSED: &str = "pixels at the outline, left out";
+const EXCUSED: &str = "pixels beyond the landscape or at its outline, left out";
 const TIME: &str = "texturing";
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
