@@ -1,5 +1,7 @@
-//! Real models through simplifier, order and execution: at every level looked at the faces of a fresh build.
+//! Real models through simplifier, order and execution: at every level of small ones, and on walks through large ones,
+//! the faces of a fresh build.
 
+use super::made::Random;
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use ortelius::paper::progressive_mesh::order::{OrderOptions, classical, order};
 use ortelius::paper::progressive_mesh::reference::{face_set, faces_at};
@@ -21,6 +23,17 @@ fn content(position: [f32; 3], attributes: &Attributes, at: usize) -> Content {
 
 /// The first of some levels at which a mesh is not a fresh build of its model.
 pub fn level_that_differs(mesh: &ProgressiveMesh, model: &Model, collapses: &Collapses) -> Option<u32> {
+    let last = mesh.last_level();
+    visit_that_differs(mesh, model, collapses, (0..=12).map(|n| last * n / 12))
+}
+
+/// The first of the levels visited, in that order, at which a mesh is not a fresh build of its model.
+fn visit_that_differs(
+    mesh: &ProgressiveMesh,
+    model: &Model,
+    collapses: &Collapses,
+    visits: impl IntoIterator<Item = u32>,
+) -> Option<u32> {
     let vertices = &mesh.vertices;
     let vertex = |at: u32| content(vertices.positions[at as usize], &vertices.attributes, at as usize);
     let wedge = |at: u32| {
@@ -28,44 +41,77 @@ pub fn level_that_differs(mesh: &ProgressiveMesh, model: &Model, collapses: &Col
         content(position.as_vec3().to_array(), &model.attributes, at as usize)
     };
     let mut instance = Instances::new(Arc::new(Program::new(mesh).unwrap()), 1).unwrap();
-    let last = mesh.last_level();
-    (0..=12).map(|n| last * n / 12).find(|&level| {
+    visits.into_iter().find(|&level| {
         instance.go_to(0, level).unwrap();
         let shown = face_set(instance.faces(0).iter().map(|face| face.map(vertex)));
         shown != face_set(faces_at(model, collapses, level).into_iter().map(|face| face.map(wedge)))
     })
 }
 
-fn built(name: &str) -> (Model, Collapses) {
+fn built(name: &str, target_faces: usize) -> (Model, Collapses) {
     let model = named(name).unwrap();
-    let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ()).collapses;
+    let collapses = simplify(&model, &SimplifyOptions { target_faces }, &mut |_, _| ()).collapses;
     (model, collapses)
 }
 
+/// A model in every order that keeps that of the errors. (Coherent splits pass through levels of their own.)
+fn orders(model: &Model, collapses: &Collapses) -> [(&'static str, ProgressiveMesh); 4] {
+    let with = |options: OrderOptions| order(model, collapses, &options, &mut |_, _| ());
+    [
+        ("classical", classical(model, collapses)),
+        ("paper's", with(OrderOptions::PAPER)),
+        ("best", with(OrderOptions::BEST)),
+        ("few moves", with(OrderOptions::FEW_MOVES)),
+    ]
+}
+
 #[test]
-fn every_order_of_real_models_holds_the_faces_of_fresh_builds() {
+fn every_level_of_small_models_is_a_fresh_build_in_every_order() {
+    // Closed, with seams, with a boundary, with seams that close.
+    for name in ["sphere:4", "solid:4", "grid:12", "knot:4"] {
+        let (model, collapses) = built(name, 20);
+        for (order, mesh) in orders(&model, &collapses) {
+            let last = mesh.last_level();
+            assert!(last > 60, "{name}: {last} splits");
+            let random = &mut Random(u64::from(last));
+            let walk: Vec<u32> = (0..40).map(|_| random.below(last as usize + 1) as u32).collect();
+            let visits = (0..=last).chain((0..last).rev().step_by(7)).chain(walk);
+            assert_eq!(visit_that_differs(&mesh, &model, &collapses, visits), None, "{name}, {order}");
+        }
+    }
+}
+
+#[test]
+fn walks_through_real_models_meet_the_faces_of_fresh_builds() {
     // A scan, seams, a boundary.
     for name in ["bunny", "solid:8", "grid:24"] {
-        let (model, collapses) = built(name);
-        let with = |options: OrderOptions| order(&model, &collapses, &options, &mut |_, _| ());
-        let meshes = [
-            ("classical", classical(&model, &collapses)),
-            ("paper's", with(OrderOptions::PAPER)),
-            ("best", with(OrderOptions::BEST)),
-            ("few moves", with(OrderOptions::FEW_MOVES)),
-        ];
-        for (order, mesh) in meshes {
-            assert_eq!(level_that_differs(&mesh, &model, &collapses), None, "{name}, {order} order");
-            assert_eq!(mesh.swaps.levels.is_empty(), order == "classical", "{name}, {order} order");
+        let (model, collapses) = built(name, 64);
+        for (order, mesh) in orders(&model, &collapses) {
+            let last = mesh.last_level();
+            let random = &mut Random(u64::from(last));
+            let walk: Vec<u32> = (0..20).map(|_| random.below(last as usize + 1) as u32).collect();
+            let visits = walk.into_iter().chain((0..=12).map(|n| last * n / 12));
+            assert_eq!(visit_that_differs(&mesh, &model, &collapses, visits), None, "{name}, {order}");
+            assert_eq!(mesh.swaps.levels.is_empty(), order == "classical", "{name}, {order}");
         }
     }
 }
 
 #[test]
 fn another_permutation_of_vertices_is_another_mesh() {
-    let (model, collapses) = built("grid:12");
+    let (model, collapses) = built("grid:12", 64);
     let mut mesh = classical(&model, &collapses);
-    assert_eq!(level_that_differs(&mesh, &model, &collapses), None);
+    assert_eq!(visit_that_differs(&mesh, &model, &collapses, 0..=mesh.last_level()), None);
     mesh.vertices.positions.swap(0, 1);
-    assert_eq!(level_that_differs(&mesh, &model, &collapses), Some(0));
+    assert_eq!(visit_that_differs(&mesh, &model, &collapses, 0..=mesh.last_level()), Some(0));
+}
+
+#[test]
+fn one_level_that_is_wrong_is_found() {
+    let (model, collapses) = built("grid:12", 64);
+    let mut mesh = classical(&model, &collapses);
+    let last = mesh.last_level();
+    // The face that appears last, seen from behind.
+    mesh.faces.last_mut().unwrap().swap(0, 1);
+    assert_eq!(visit_that_differs(&mesh, &model, &collapses, 0..=last), Some(last));
 }
