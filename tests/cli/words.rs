@@ -140,7 +140,10 @@ fn a_scene_of_meshes_is_rendered_explained_and_reported() {
         &["pass       levels", "pass       surfaces", "memory     herd: indices: 384000 bytes"],
     );
     // Not 500 full meshes: 64 faces each until they are seen.
-    holds(&explained, &["instances  herd: 500 of 64 to 3674 faces; each ", "12 bytes for each live face"]);
+    holds(
+        &explained,
+        &["instances  herd: 500 of 64 to 3674 faces at 1806 levels; each ", "12 bytes for each live face"],
+    );
     assert!(!explained.contains("feature"), "{explained}");
     let report: serde_json::Value = serde_json::from_str(&crate::read(&folder, "r.json")).unwrap();
     assert_eq!(report["frames"].as_array().unwrap().len(), 2);

@@ -35,8 +35,9 @@ pub struct Culling {
     planes: [DVec4; 5],
     /// Times a place relative to the eye: w.
     depth: DVec3,
-    /// Pixels, and pixels squared, that a square before the eye covers at w = 1.
+    /// Pixels that a metre covers at most at w = 1, across the view and by a change of w alone.
     px: f64,
+    /// Pixels squared that a square before the eye covers at w = 1.
     squared_px: f64,
     /// Pixels by which the viewport's transform may be wrong.
     viewport_px: f64,
@@ -48,14 +49,14 @@ impl Culling {
         let [x, y, z, w] = [0, 1, 2, 3].map(|n| clip.row(n));
         let plane = |row: DVec4| row / row.truncate().length();
         let [width, height] = size.map(f64::from);
-        let (x_px, y_px) = (0.5 * width * x.truncate(), 0.5 * height * y.truncate());
+        let (x_px, y_px, depth) = (0.5 * width * x.truncate(), 0.5 * height * y.truncate(), w.truncate());
         Culling {
             eye: DVec3::from_array(view.eye_high.map(f64::from))
                 + DVec3::from_array(view.eye_low.map(f64::from)),
             planes: [w + x, w - x, w + y, w - y, w - z].map(plane),
-            depth: w.truncate(),
-            px: x_px.length().hypot(y_px.length()),
-            squared_px: DMat3::from_cols(x_px, y_px, w.truncate()).determinant(),
+            depth,
+            px: most_stretch(x_px, y_px) + 0.5 * width.hypot(height) * depth.length(),
+            squared_px: DMat3::from_cols(x_px, y_px, depth).determinant(),
             viewport_px: (width + height) / f64::from(1 << 20),
         }
     }
@@ -90,24 +91,30 @@ impl Culling {
         ROUNDING * (distance_m + cluster.radius_m) + DOUBLE_SINGLE * world_m
     }
 
-    /// Whether each triangle is a back face, also after rounding and snapping.
+    /// Whether each triangle of a cluster in the frustum is a back face, also after rounding and snapping.
     fn shows_its_back(&self, cluster: &Cluster, from_eye: DVec3, doubt_m: f64) -> bool {
         let (distance, radius) = (from_eye.length(), cluster.radius_m);
         let angle = cluster.axis.angle_between(from_eye) + cluster.spread_rad;
         // The planes of the triangles pass the eye at least so far off, all on their inner side.
         let behind_m = distance * angle.cos() - radius;
-        let (middle_w, half_w) = (self.depth.dot(from_eye), self.depth.length() * radius);
+        let (middle_w, half_w) = (self.depth.dot(from_eye), self.depth.length() * (radius + doubt_m));
         let (least_w, most_w) = (middle_w - half_w, middle_w + half_w);
         if !(angle < FRAC_PI_2 && behind_m > 0.0 && least_w > 0.0) {
             return false;
         }
-        // d / w - d' / w' = ((d - d') w' - d' (w - w')) / (w w'), and w is at most |d| times the length of `depth`.
-        let most_px_of_a_metre =
-            self.px * 2.0 * (distance + radius) * self.depth.length() / (least_w * least_w);
+        // With d / w a vertex's pixels from the middle: d / w - d' / w' = (d - d' - (d' / w') (w - w')) / w, and in the
+        // frustum d' / w' is at most half a diagonal of the picture.
+        let most_px_of_a_metre = self.px / least_w;
         // Twice a triangle's area in pixels is the determinant of its corners, which is twice its area in the world times
         // its plane's distance from the eye, over their three w; the height is that over the longest side.
         let least_height_px =
             self.squared_px * cluster.least_height_m * behind_m / (most_w.powi(3) * most_px_of_a_metre);
         least_height_px > 2.0 * (SNAPPING_PX + self.viewport_px + most_px_of_a_metre * doubt_m)
     }
+}
+
+/// The longest image of a unit vector under the rows `x` and `y`: the greatest singular value.
+fn most_stretch(x: DVec3, y: DVec3) -> f64 {
+    let (xx, xy, yy) = (x.dot(x), x.dot(y), y.dot(y));
+    (0.5 * (xx + yy) + (0.5 * (xx - yy)).hypot(xy)).sqrt()
 }

@@ -277,14 +277,17 @@ impl Surface {
         let [least, most] =
             [0, self.program.last_level()].map(|level| self.program.levels()[level as usize].faces);
         let state = memory.state.div_ceil(memory.instances);
-        let (places, rival) = match &self.levels {
-            Levels::Host(_) => ("in main and in video memory", None),
-            Levels::Device(_) => ("in video memory", None),
-            Levels::Rival(rivals) => ("in video memory", Some(rivals.adds())),
+        let (places, faces, rival) = match &self.levels {
+            Levels::Host(_) => ("in main and in video memory", "live", None),
+            Levels::Device(_) => ("in video memory", "live", None),
+            Levels::Rival(rivals) => ("in video memory", "drawn", Some(rivals.adds())),
         };
         let own = format!(
-            "{}: {} of {least} to {most} faces; each {state} bytes of state, and {places} 12 bytes for each face",
-            self.name, memory.instances
+            "{}: {} of {least} to {most} faces at {} levels; each {state} bytes of state, and {places} 12 bytes for \
+             each {faces} face",
+            self.name,
+            memory.instances,
+            self.program.levels().len()
         );
         rival.map_or(own.clone(), |adds| format!("{own}; {adds}"))
     }
