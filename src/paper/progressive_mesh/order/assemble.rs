@@ -7,7 +7,6 @@ use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh, Spli
 use crate::paper::progressive_mesh::simplify::Collapses;
 use crate::scene::model::{Attributes, Model};
 use glam::DVec3;
-use std::collections::HashMap;
 
 /// Where every face of a model stands at every level. Faces are the model's.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -108,6 +107,7 @@ fn slots(
         assert_eq!(twice, NOWHERE, "face {face} has slots {twice} and {slot}");
     }
     let (mut splits, mut swaps) = (Splits::default(), Swaps::default());
+    let mut source = vec![NOWHERE; slot_of.len()];
     let mut moves = arrangement.moves.iter().peekable();
     let mut row = changed.len();
     for level in 0..levels.len() as u32 {
@@ -129,29 +129,35 @@ fn slots(
             }
         }
         while let Some((_, moved)) = moves.next_if(|(at, _)| *at == level) {
-            swap(&mut swaps, level, moved, &mut slot_of);
+            swap(&mut swaps, level, moved, &mut slot_of, &mut source);
         }
     }
     assert_eq!(moves.next(), None, "moves at a level that is not there, or not in order");
     (splits, swaps)
 }
 
-/// A table of moves becomes cycles: F[f1] = F[f2] …, the last gets what stood at the first.
-fn swap(swaps: &mut Swaps, level: u32, moved: &[Move], slot_of: &mut [u32]) {
-    let mut source: HashMap<u32, u32> =
-        moved.iter().map(|m| (m.slot, slot_of[m.face as usize])).filter(|(to, from)| to != from).collect();
-    let mut slots: Vec<u32> = source.keys().copied().collect();
+/// A table of moves becomes cycles: F[f1] = F[f2] …, the last gets what stood at the first. `source`, by slot, has
+/// nothing before and after. (10 million moves of a dragon: a hash map would take seconds.)
+fn swap(swaps: &mut Swaps, level: u32, moved: &[Move], slot_of: &mut [u32], source: &mut [u32]) {
+    let mut slots = Vec::with_capacity(moved.len());
+    for &Move { slot, face } in moved {
+        let from = slot_of[face as usize];
+        if from != slot {
+            source[slot as usize] = from;
+            slots.push(slot);
+        }
+    }
     slots.sort_unstable();
+    let mut cycle = Vec::new();
     for first in slots {
-        let mut cycle = Vec::new();
         let mut slot = first;
-        while let Some(from) = source.remove(&slot) {
+        while source[slot as usize] != NOWHERE {
             cycle.push(slot);
-            slot = from;
+            slot = std::mem::replace(&mut source[slot as usize], NOWHERE);
         }
         assert!(cycle.is_empty() || slot == first, "the moves at level {level} are no permutation");
         if !cycle.is_empty() {
-            swaps.cycles.push(cycle);
+            swaps.cycles.push(cycle.drain(..));
         }
     }
     moved.iter().for_each(|m| slot_of[m.face as usize] = m.slot);

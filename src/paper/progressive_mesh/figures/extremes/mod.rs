@@ -15,8 +15,8 @@ pub const EXTREMES: Figure = Figure {
     id: "pm.extremes",
     title: "Hostile meshes",
     about: "What becomes of meshes that files hold and no simplifier likes. The bunny (3674 faces) as it is (`clean`); \
-            moved (`offset 1e4`; at 1e7 a step of f32 is 1 and the bunny 10 across, at 1e9 all its vertices are one) and \
-            scaled (`scale 1e-38` to `1e30`); with a vertex that is not finite or absurdly far (`one NaN`, `one \
+            moved (`offset 1e4`; `offset 1e7`, where a step of f32 is 1 and the bunny 10 across; `offset 1e9`, where all its \
+            vertices are one) and scaled (`scale 1e-38`, `scale 1e-20`, `scale 1e-9`, `scale 1e15`, `scale 1e30`); with a vertex that is not finite or absurdly far (`one NaN`, `one \
             infinity`, `one at 1e30`, `one 1000 times out`); with 500 `degenerate faces`, 500 `flat caps` on its \
             edges, 200 `fins`, `every face twice`, a tenth of the faces with `backs`; as a `soup` of triangles; with \
             texture `seams` between charts, down to 1 %; 1000 `tetrahedra`; and `bow-ties`, 20 cubes that touch in \
