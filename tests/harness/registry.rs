@@ -241,8 +241,24 @@ const COMPARERS: &[Comparer] = &[
     },
     Comparer {
         judges: "levels of real models in every order against fresh builds",
+        function: ("tests/progressive_mesh/built.rs", "visit_that_differs"),
+        rejects: &[
+            ("tests/progressive_mesh/built.rs", "another_permutation_of_vertices_is_another_mesh"),
+            ("tests/progressive_mesh/built.rs", "one_level_that_is_wrong_is_found"),
+        ],
+    },
+    Comparer {
+        judges: "the first such level",
         function: ("tests/progressive_mesh/built.rs", "level_that_differs"),
         rejects: &[("tests/progressive_mesh/built.rs", "another_permutation_of_vertices_is_another_mesh")],
+    },
+    Comparer {
+        judges: "pictures of a level in one order against another's",
+        function: ("tests/progressive_mesh/rivals.rs", "different_pixels"),
+        rejects: &[(
+            "tests/progressive_mesh/rivals.rs",
+            "every_order_draws_the_faces_and_the_picture_of_the_same_level",
+        )],
     },
     Comparer {
         judges: "imports between modules",

@@ -35,6 +35,7 @@ fn as_a_set(faces: &[[u32; 3]], positions: &[[f32; 3]]) -> Vec<ByPosition> {
 }
 
 fn different_pixels(a: &[u8], b: &[u8]) -> usize {
+    assert_eq!(a.len(), b.len());
     a.chunks_exact(16).zip(b.chunks_exact(16)).filter(|(a, b)| a != b).count()
 }
 
