@@ -9,7 +9,7 @@
 //!
 //! | order | transforms | 95 % | full | moved |
 //! |---|---|---|---|---|
-//! | classical | 4.40 | 4.54 | | 0 |
+//! | classical | 4.57 | 4.67 | | 0 |
 //! | the paper's greedy, 64 equal groups ([`OrderOptions::PAPER`]) | 2.09 | 2.88 | 1.72 | 59.2 |
 //! | + valence term, geometric groups, a cache of 15 in the optimizer | 1.50 | 1.68 | 1.51 | 22.5 |
 //! | + orders for the level half-way to the next ([`OrderOptions::BEST`]) | 1.49 | 1.65 | 1.26 | 22.7 |
