@@ -18,8 +18,12 @@ use std::path::{Path, PathBuf};
 fn main() {
     println!("cargo:rerun-if-changed=glsl");
     println!("cargo:rerun-if-changed=build.rs");
-    if std::path::Path::new(".git/logs/HEAD").exists() {
-        println!("cargo:rerun-if-changed=.git/logs/HEAD");
+    // What the program says of its commit depends on these too.
+    for path in ["src", "Cargo.toml", "Cargo.lock"] {
+        println!("cargo:rerun-if-changed={path}");
+    }
+    if let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"]).filter(|log| Path::new(log).exists()) {
+        println!("cargo:rerun-if-changed={log}");
     }
     println!("cargo:rustc-env=ORTELIUS_COMMIT={}", commit());
     let mut generated = Generated::default();
@@ -40,16 +44,21 @@ fn main() {
     }
 }
 
-/// The commit that is built, for the manifests of reports; "unknown" in a tree without history.
+/// The commit that is built, for the manifests of reports; "+changes" behind it where what is compiled is not what
+/// was committed; "unknown" in a tree without history.
 fn commit() -> String {
-    let git = |arguments: &[&str]| {
-        let output = std::process::Command::new("git").args(arguments).output().ok()?;
-        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_string())
-    };
     // A tarball unpacked inside another repository must not pass for that one's commit.
     let ours = git(&["rev-parse", "--show-prefix"]).is_some_and(|prefix| prefix.is_empty());
-    let commit = if ours { git(&["rev-parse", "HEAD"]) } else { None };
-    commit.unwrap_or_else(|| "unknown".to_string())
+    let Some(commit) = git(&["rev-parse", "HEAD"]).filter(|_| ours) else { return "unknown".to_string() };
+    let compiled = ["src", "glsl", "build.rs", "Cargo.toml", "Cargo.lock"];
+    let changes = git(&[&["status", "--porcelain", "--"], &compiled[..]].concat());
+    if changes.is_none_or(|changes| changes.is_empty()) { commit } else { commit + "+changes" }
+}
+
+/// What git prints, if it can.
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = std::process::Command::new("git").args(arguments).output().ok()?;
+    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_string())
 }
 
 /// Every `STEM.STAGE` below `folder`, sorted, so that the output is the same on every machine.

@@ -1,6 +1,6 @@
 //! The device itself: does the driver do what it says, and is the validation layer alive?
 
-use ortelius::vk::{BufferUse, Error, Format, Gpu, GpuOptions, ImageInfo, self_test};
+use ortelius::vk::{BufferUse, Error, Format, Gpu, GpuOptions, ImageInfo, Watched, self_test};
 
 fn validating<'a>() -> GpuOptions<'a> {
     GpuOptions { validate: true, ..GpuOptions::default() }
@@ -57,6 +57,22 @@ fn the_same_copies_with_a_barrier_are_silent() {
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
     assert!(gpu.messages().is_empty(), "{:?}", gpu.messages());
+}
+
+#[test]
+#[should_panic(expected = "SYNC-HAZARD")]
+fn a_watched_device_fails_a_test_that_ends_with_messages() {
+    let gpu = Watched::open(&GpuOptions::default());
+    let [from, to] = ["from", "to"].map(|name| gpu.buffer(name, 1024, BufferUse::Storage).unwrap());
+    let mut frame = gpu.frame().unwrap();
+    frame
+        .pass("hazard", |cmd| {
+            cmd.copy_buffer(&from, 0, &to, 0, 1024);
+            cmd.copy_buffer(&to, 0, &from, 0, 1024);
+            Ok(())
+        })
+        .unwrap();
+    frame.submit().unwrap().wait().unwrap();
 }
 
 fn clear(gpu: &Gpu, value: u32, made_in_the_frame: bool, submit: bool) {

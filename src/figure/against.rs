@@ -1,5 +1,6 @@
 //! What changed between two results: verdicts, and values further apart than their spreads explain.
 
+use super::machine::short_commit;
 use super::words::human;
 use super::{Outcome, Results, Row, Value};
 use crate::stats::Summary;
@@ -104,8 +105,7 @@ impl Changes {
 
 fn described(results: &Results) -> String {
     let of = |m: &super::Machine| {
-        let commit: String = m.commit.chars().take(12).collect();
-        format!("{}, {}, {}, commit {commit}", m.device, m.processor, m.date)
+        format!("{}, {}, {}, commit {}", m.device, m.processor, m.date, short_commit(&m.commit))
     };
     let machines: Vec<String> = results.machines.iter().map(of).collect();
     format!("{} ({})", machines.join("; "), results.effort.name())

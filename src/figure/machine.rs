@@ -67,9 +67,23 @@ fn day(since_1970: u64) -> String {
     format!("{year:04}-{month:02}-{day:02}")
 }
 
+/// A commit's first twelve digits, with the mark of what was not committed.
+pub fn short_commit(commit: &str) -> String {
+    let (digits, mark) = commit.split_at(commit.find('+').unwrap_or(commit.len()));
+    digits.chars().take(12).chain(mark.chars()).collect()
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{day, most_memory};
+    use super::{day, most_memory, short_commit};
+
+    #[test]
+    fn a_short_commit_still_tells_of_changes() {
+        let long = "0123456789abcdef0123456789abcdef01234567";
+        assert_eq!(short_commit(long), "0123456789ab");
+        assert_eq!(short_commit(&format!("{long}+changes")), "0123456789ab+changes");
+        assert_eq!(short_commit("unknown"), "unknown");
+    }
 
     #[test]
     fn the_most_memory_is_remembered_when_it_is_gone() {

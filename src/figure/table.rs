@@ -52,7 +52,7 @@ pub struct Machine {
     pub vulkan: String,
     pub processor: String,
     pub cores: usize,
-    /// Commit of the program.
+    /// Commit of the program, "+changes" behind it where it was built with what was not committed.
     pub commit: String,
     /// Day, UTC, as 2026-11-21.
     pub date: String,

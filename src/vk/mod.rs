@@ -18,6 +18,7 @@ mod query;
 mod render;
 pub mod self_test;
 pub mod shader;
+mod watched;
 
 pub use buffer::{Buffer, BufferUse};
 pub use command::{Cmd, Resource, TexelCopy};
@@ -31,6 +32,7 @@ pub use message::{Message, Severity};
 pub use pipeline::{ComputePipeline, Depth, GraphicsInfo, GraphicsPipeline};
 pub use query::{ShaderCounts, ShaderQuery, StreamCount, StreamQuery};
 pub use render::{Clear, ColorTarget, DepthTarget, Geometry, Render, Slice, TransformFeedback};
+pub use watched::Watched;
 
 pub(crate) use error::Check;
 

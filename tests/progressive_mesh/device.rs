@@ -4,34 +4,7 @@ use super::made::{Random, arrange, collapse, torus};
 use ortelius::paper::progressive_mesh::apply::{Apply, Change, ChangedSlots, Scatter};
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use ortelius::paper::progressive_mesh::run::Program;
-use ortelius::vk::{Buffer, BufferUse, Gpu, GpuOptions};
-use std::ops::Deref;
-
-/// A validating device; dropping it fails the test where a message came.
-struct Device(Gpu);
-
-impl Device {
-    fn open() -> Device {
-        let options = GpuOptions { validate: true, ..GpuOptions::default() };
-        Device(Gpu::new(&options).unwrap_or_else(|e| panic!("{e}; `./x test` installs what is missing")))
-    }
-}
-
-impl Deref for Device {
-    type Target = Gpu;
-    fn deref(&self) -> &Gpu {
-        &self.0
-    }
-}
-
-impl Drop for Device {
-    fn drop(&mut self) {
-        if !std::thread::panicking() {
-            let messages = self.0.messages();
-            assert!(messages.is_empty(), "{messages:#?}");
-        }
-    }
-}
+use ortelius::vk::{Buffer, BufferUse, Gpu, GpuOptions, Watched};
 
 fn read(gpu: &Gpu, buffer: &Buffer) -> Vec<u32> {
     let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback).unwrap();
@@ -55,7 +28,7 @@ fn mesh(seed: u64, swap_every: usize) -> ProgressiveMesh {
 
 #[test]
 fn the_device_applies_levels_of_many_instances_as_the_host_does() {
-    let gpu = Device::open();
+    let gpu = Watched::open(&GpuOptions::default());
     // Many permutations, few, and none.
     for (seed, swap_every) in [(1, 3), (2, 30), (3, usize::MAX)] {
         let program = Program::new(&mesh(seed, swap_every)).unwrap();
@@ -100,7 +73,7 @@ fn the_device_applies_levels_of_many_instances_as_the_host_does() {
 
 #[test]
 fn scattered_faces_are_the_hosts_buffer() {
-    let gpu = Device::open();
+    let gpu = Watched::open(&GpuOptions::default());
     let program = Program::new(&mesh(4, 5)).unwrap();
     let scatter = Scatter::new(&gpu).unwrap();
     let mut faces = program.faces().to_vec();

@@ -12,34 +12,11 @@ use ortelius::reference::{Sample, View};
 use ortelius::renderer::{Options, Renderer};
 use ortelius::scene::Scene;
 use ortelius::scene::mesh::SourceMesh;
-use ortelius::vk::{Feature, Gpu, GpuOptions};
-use std::ops::Deref;
+use ortelius::vk::{Feature, Gpu, GpuOptions, Watched};
 
-/// A validating device; dropping it fails the test where a message came.
-pub struct Device(Gpu);
-
-impl Device {
-    pub fn open() -> Device {
-        let options =
-            GpuOptions { validate: true, wishes: &[Feature::PipelineStatistics], ..GpuOptions::default() };
-        Device(Gpu::new(&options).unwrap_or_else(|e| panic!("{e}; `./x test` installs what is missing")))
-    }
-}
-
-impl Deref for Device {
-    type Target = Gpu;
-    fn deref(&self) -> &Gpu {
-        &self.0
-    }
-}
-
-impl Drop for Device {
-    fn drop(&mut self) {
-        if !std::thread::panicking() {
-            let messages = self.0.messages();
-            assert!(messages.is_empty(), "{messages:#?}");
-        }
-    }
+/// A device that counts shader invocations, if it can.
+pub fn device() -> Watched {
+    Watched::open(&GpuOptions { wishes: &[Feature::PipelineStatistics], ..GpuOptions::default() })
 }
 
 const SIZE: [u32; 2] = [320, 180];
@@ -140,7 +117,7 @@ fn beyond_f64(session: &mut Session, pose: &Pose, seen: &[(DVec3, DVec3)]) -> (u
 
 #[test]
 fn a_level_is_drawn_as_f64_draws_it() {
-    let gpu = Device::open();
+    let gpu = device();
     for (source, pixels) in [("bunny", "1.0"), ("bunny", "6.0"), ("solid", "1.0"), ("torus", "2.0")] {
         let changes = [
             format!("progressive_mesh.bunny.source={source}"),
@@ -160,7 +137,7 @@ fn a_level_is_drawn_as_f64_draws_it() {
 /// The neighbour that must be rejected: the picture of other vertices, each a hundredth of the model away.
 #[test]
 fn a_hundredth_of_the_models_size_is_not_the_f64_picture() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("bunny", &[]);
     let pose = scene.camera("near").unwrap().pose();
     let mut session = open(&gpu, &scene);
@@ -174,7 +151,7 @@ fn a_hundredth_of_the_models_size_is_not_the_f64_picture() {
 
 #[test]
 fn a_vertex_on_its_way_is_drawn_where_f64_puts_it() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene =
         scene("bunny", &["progressive_mesh.bunny.geomorph=true", "progressive_mesh.bunny.error_pixels=8"]);
     let pose = scene.camera("near").unwrap().pose();
@@ -191,7 +168,7 @@ fn a_vertex_on_its_way_is_drawn_where_f64_puts_it() {
 
 #[test]
 fn a_herd_that_has_walked_shows_what_one_that_just_came_shows() {
-    let gpu = Device::open();
+    let gpu = device();
     let changes = ["progressive_mesh.herd.instances=40", "progressive_mesh.herd.aside_m=8"];
     let scene = scene("herd", &changes);
     let path = scene.path("walk").unwrap();
@@ -224,7 +201,7 @@ fn a_herd_that_has_walked_shows_what_one_that_just_came_shows() {
 
 #[test]
 fn levels_that_the_device_applies_are_the_hosts() {
-    let gpu = Device::open();
+    let gpu = device();
     let herd = |apply: &str| {
         let apply = format!("progressive_mesh.herd.apply={apply}");
         scene("herd", &["progressive_mesh.herd.instances=40", "progressive_mesh.herd.aside_m=8", &apply])
@@ -252,7 +229,7 @@ fn levels_that_the_device_applies_are_the_hosts() {
 
 #[test]
 fn the_device_counts_every_index_and_no_more_vertices_than_those() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("herd", &["progressive_mesh.herd.instances=20"]);
     let settings = Settings { size: SIZE, count_shaders: true, ..Settings::of_scene(&scene, Target::Srgb8) };
     let mut session = Session::new(gpu.clone(), &load(&scene).unwrap(), settings).unwrap();

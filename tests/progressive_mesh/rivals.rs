@@ -1,6 +1,6 @@
 //! Rivals on the device: each draws the faces of the level that ours draws, in its own order and by its own means.
 
-use crate::pictures::{Device, open};
+use crate::pictures::{device, open};
 use ortelius::paper::progressive_mesh::session::{Session, Settings, load};
 use ortelius::picture::Target;
 use ortelius::renderer::{Options, Renderer};
@@ -45,7 +45,7 @@ const TIES: usize = 4;
 
 #[test]
 fn every_order_draws_the_faces_and_the_picture_of_the_same_level() {
-    let gpu = Device::open();
+    let gpu = device();
     // The solid has seams: positions of several wedges.
     for source in ["bunny", "solid"] {
         let opened = |order| {
@@ -105,7 +105,7 @@ fn shown(session: &mut Session, pose: &ortelius::math::camera::Pose, pixels: f64
 
 #[test]
 fn a_discrete_chain_draws_the_coarsest_mesh_that_has_the_levels_faces_and_copies_nothing() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = bunny("bunny", FaceOrder::Discrete, &[]);
     let pose = scene.camera("near").unwrap().pose();
     let mut session = open(&gpu, &scene);
@@ -129,7 +129,7 @@ fn a_discrete_chain_draws_the_coarsest_mesh_that_has_the_levels_faces_and_copies
 
 #[test]
 fn a_herd_that_a_rival_has_drawn_for_a_walk_shows_what_one_that_just_came_shows() {
-    let gpu = Device::open();
+    let gpu = device();
     for order in [FaceOrder::ReOptimised, FaceOrder::SkipLists, FaceOrder::Compacted, FaceOrder::Discrete] {
         let changes = ["instances=30".into(), "aside_m=8".into(), format!("order={}", order.name())];
         let scene = scene("herd", &changes.map(|change: String| format!("progressive_mesh.herd.{change}")));

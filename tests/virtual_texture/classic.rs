@@ -1,12 +1,12 @@
 //! The list on the host, from all of U1 and from few of its pixels.
 
-use crate::{Device, open, pose, scene};
+use crate::{device, open, pose, scene};
 use ortelius::math::pyramid::TileId;
 use ortelius::paper::virtual_texture::classic::{HostCopy, HostList, HostPass};
 use ortelius::paper::virtual_texture::feedback::{self, Feedback};
 use ortelius::paper::virtual_texture::session::Session as Renderer;
 use ortelius::paper::virtual_texture::{Keying, Listing, U1Format, reference};
-use ortelius::vk::{FRAMES_IN_FLIGHT, Feature, Gpu, GpuOptions};
+use ortelius::vk::{FRAMES_IN_FLIGHT, Feature, Gpu, GpuOptions, Watched};
 use std::collections::BTreeSet;
 
 /// U1 of the renderer's last frame as the host gets it.
@@ -46,7 +46,7 @@ fn gathered(gpu: &Gpu, renderer: &Renderer, n: u32, frames: std::ops::Range<u64>
 
 #[test]
 fn the_host_lists_the_reference_set_from_every_format() {
-    let gpu = Device::open();
+    let gpu = device();
     for name in ["earth", "globe", "pole"] {
         let scene = scene(name);
         for format in U1Format::ALL.into_iter().filter(|format| gpu.renders_to(format.image_format())) {
@@ -73,7 +73,7 @@ fn the_host_lists_the_reference_set_from_every_format() {
 
 #[test]
 fn a_cycle_of_samples_is_the_picture_each_pixel_once() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("earth");
     // Blocks of no size divide it.
     let (width, height) = (125, 71);
@@ -112,7 +112,7 @@ fn a_cycle_of_samples_is_the_picture_each_pixel_once() {
 
 #[test]
 fn samples_name_no_tile_too_many_and_a_cycle_of_them_all() {
-    let gpu = Device::open();
+    let gpu = device();
     for (name, camera) in [("earth", "oblique"), ("globe", "africa"), ("ruler", "corner-oblique")] {
         let scene = scene(name);
         let mut renderer = open(&gpu, &scene, [320, 180], |_| ());
@@ -140,8 +140,7 @@ fn samples_name_no_tile_too_many_and_a_cycle_of_them_all() {
 
 #[test]
 fn every_list_settles_to_the_same_picture_and_none_on_the_host_needs_a_feature() {
-    let options = GpuOptions { validate: true, ..GpuOptions::default() };
-    let bare = Device(Gpu::new(&options).unwrap());
+    let bare = Watched::open(&GpuOptions::default());
     assert!(!bare.has(Feature::GeometryShader) && !bare.has(Feature::TransformFeedback));
     let scene = scene("ruler");
     let pose = pose(&scene, "corner-oblique");
@@ -161,7 +160,7 @@ fn every_list_settles_to_the_same_picture_and_none_on_the_host_needs_a_feature()
         assert_eq!(passes, renderer.pipeline.passes(), "{list:?}");
         (frames, picture)
     };
-    let (_, picture) = settled(&Device::open(), Listing::Device);
+    let (_, picture) = settled(&device(), Listing::Device);
     for &list in Listing::ALL.iter().filter(|list| **list != Listing::Device) {
         let (frames, on_the_host) = settled(&bare, list);
         assert!(on_the_host == picture, "{list:?}");
@@ -173,7 +172,7 @@ fn every_list_settles_to_the_same_picture_and_none_on_the_host_needs_a_feature()
 
 #[test]
 fn a_tile_that_left_the_picture_is_remembered_for_a_cycle() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("ruler");
     let mut renderer = open(&gpu, &scene, [160, 90], |settings| {
         settings.config.list = Listing::Feedback;

@@ -1,6 +1,6 @@
 //! Every extreme of vt.extremes: the sets are exact, stage 1 is explained, the settled picture is right.
 
-use crate::Device;
+use crate::device;
 use ortelius::paper::virtual_texture::figures::extremes::{EXTREMES, Examiner, Extreme, Outcome};
 use std::collections::BTreeSet;
 use std::process::Command;
@@ -16,7 +16,7 @@ fn size(extreme: &Extreme) -> [u32; 2] {
 
 #[test]
 fn nothing_is_lost_invented_or_unexplained_at_any_extreme() {
-    let gpu = Device::open();
+    let gpu = device();
     let mut examiner = Examiner::new(gpu.clone());
     let (mut faults, mut never_ran) = (Vec::new(), None::<BTreeSet<String>>);
     for extreme in EXTREMES {
@@ -49,7 +49,7 @@ fn nothing_is_lost_invented_or_unexplained_at_any_extreme() {
 /// Pictures whose groups are cut short, small enough for three runs.
 #[test]
 fn the_edges_of_groups_are_exact() {
-    let gpu = Device::open();
+    let gpu = device();
     if let Ok(lanes) = std::env::var(LANES) {
         assert_eq!(gpu.physical().subgroup_size.to_string(), lanes, "the driver does as the test asks");
     }
@@ -75,7 +75,7 @@ const LANES: &str = "ORTELIUS_TEST_LANES";
 /// crashes as it compiles stage 1's fragment shader for them.
 #[test]
 fn the_edges_of_groups_are_exact_with_subgroups_of_4() {
-    let gpu = Device::open();
+    let gpu = device();
     if gpu.physical().kind != "cpu" {
         // A GPU has the subgroups that it has.
         return;

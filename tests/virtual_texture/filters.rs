@@ -1,7 +1,7 @@
 //! Borders and filters: which texels they take, and what they come to on average.
 
 use crate::truth::{RADIUS_PX, tolerance, view_of};
-use crate::{Device, open, pose, scene};
+use crate::{device, open, pose, scene};
 use ortelius::math::pyramid::Pyramid;
 use ortelius::paper::virtual_texture::Filtering;
 use ortelius::paper::virtual_texture::reference::picture::{Texels, footprint, sides};
@@ -22,7 +22,7 @@ fn picture(renderer: &mut Renderer) -> Picture {
 
 #[test]
 fn two_texels_of_border_are_enough_for_two_levels_and_fewer_are_not() {
-    let gpu = Device::open();
+    let gpu = device();
     let mut scene = scene("ruler");
     let wrong = [0, 1, 2, 3].map(|border| {
         scene.texture_mut().unwrap().border = border;
@@ -64,7 +64,7 @@ fn is_mixed_there(texel: u32, sample: &Sample, pyramid: &Pyramid) -> bool {
 
 /// Pixels of a settled ruler, filtered by one tap, that show no texel which the trilinear filter would mix there.
 fn wrong_taps(camera: &str, border: u32, spoil: impl Fn(&mut [u8; 4])) -> usize {
-    let gpu = Device::open();
+    let gpu = device();
     let (mut scene, size) = (scene("ruler"), [240, 135]);
     scene.texture_mut().unwrap().border = border;
     let mut renderer = open(&gpu, &scene, size, |settings| {
@@ -104,7 +104,7 @@ fn a_tap_with_a_wrong_bit_is_found() {
 
 #[test]
 fn the_mean_of_taps_is_the_trilinear_filter_and_its_noise_falls_with_their_number() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("earth");
     let pose = pose(&scene, "oblique");
     let open = |filter, samples| {
@@ -152,7 +152,7 @@ fn beyond(
     change: impl FnOnce(&mut Settings),
     possible: impl Fn(&Texels<'_>, &Sample, &Pyramid) -> Vec<[f64; 4]>,
 ) -> usize {
-    let gpu = Device::open();
+    let gpu = device();
     let (mut scene, size) = (scene("earth"), [320, 180]);
     scene.texture_mut().unwrap().border = border;
     let mut renderer = open(&gpu, &scene, size, |settings| {

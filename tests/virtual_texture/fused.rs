@@ -1,7 +1,7 @@
 //! Marking in the fragment shader that textures: the list beside stage 1's own triples, and the picture beside the paper's.
 
 use crate::lists::assert_lists;
-use crate::{Device, landscapes, open, pose, scene};
+use crate::{device, landscapes, open, pose, scene};
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::TileId;
 use ortelius::paper::virtual_texture::fused::Fused;
@@ -100,7 +100,7 @@ const KEYINGS: [Keying; 2] = [Keying::Paper, Keying::Native];
 
 #[test]
 fn behind_depth_alone_the_list_is_the_reference_set_and_without_it_a_superset() {
-    let gpu = Device::open();
+    let gpu = device();
     for name in landscapes() {
         let scene = scene(name);
         let mut renderer = open(&gpu, &scene, [250, 141], |_| ());
@@ -122,7 +122,7 @@ fn behind_depth_alone_the_list_is_the_reference_set_and_without_it_a_superset() 
 
 #[test]
 fn every_compaction_behind_a_fused_draw_lists_by_either_keying() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("earth");
     let pose = pose(&scene, "oblique");
     let mut renderer = open(&gpu, &scene, [250, 141], |_| ());
@@ -163,7 +163,7 @@ fn hidden_plane(scene: &Scene) -> SourceMesh {
 
 #[test]
 fn what_is_hidden_is_marked_only_without_depth_alone() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("plane");
     let mesh = gpu_mesh(&hidden_plane(&scene)).unwrap();
     let pose = pose(&scene, "nadir");
@@ -188,7 +188,7 @@ fn what_is_hidden_is_marked_only_without_depth_alone() {
 
 #[test]
 fn the_settled_picture_is_the_papers_bit_for_bit() {
-    let gpu = Device::open();
+    let gpu = device();
     for (name, camera) in [("earth", "oblique"), ("globe", "africa"), ("ruler", "antimeridian")] {
         let scene = scene(name);
         let pose = pose(&scene, camera);
@@ -212,7 +212,7 @@ fn the_settled_picture_is_the_papers_bit_for_bit() {
 
 #[test]
 fn a_list_that_overflows_is_compacted_again_and_a_fused_frame_has_no_u1() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("earth");
     let passes: [&[&str]; 2] =
         [&["upload", "fused", "compact", "read-back"], &["upload", "fused", "read-back"]];

@@ -1,6 +1,6 @@
 //! Stages 1 to 3: the list equals the integer reference that is computed from the same U1.
 
-use crate::{Device, landscapes, open, pose, scene};
+use crate::{device, landscapes, open, pose, scene};
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::compact::CompactPass;
@@ -82,7 +82,7 @@ pub(crate) fn assert_lists(
 
 #[test]
 fn every_camera_of_every_scene_lists_the_reference_set() {
-    let gpu = Device::open();
+    let gpu = device();
     for name in landscapes() {
         let scene = scene(name);
         let mut renderer = open(&gpu, &scene, [320, 180], |_| ());
@@ -101,7 +101,7 @@ fn every_camera_of_every_scene_lists_the_reference_set() {
 
 #[test]
 fn every_block_size_memo_and_keying_lists_the_reference_set_in_all_scenes() {
-    let gpu = Device::open();
+    let gpu = device();
     for name in landscapes() {
         let scene = scene(name);
         let mut renderer = open(&gpu, &scene, [250, 141], |_| ());
@@ -123,7 +123,7 @@ fn every_block_size_memo_and_keying_lists_the_reference_set_in_all_scenes() {
 
 #[test]
 fn every_format_of_u1_lists_the_reference_set() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("earth");
     let mut sets = Vec::new();
     for format in U1Format::ALL.into_iter().filter(|format| gpu.renders_to(format.image_format())) {
@@ -145,7 +145,7 @@ fn every_format_of_u1_lists_the_reference_set() {
 
 #[test]
 fn a_list_that_overflows_is_run_again_and_loses_no_tile() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("earth");
     for compact in [Compaction::TransformFeedback, Compaction::Append, Compaction::Ordered] {
         let mut renderer = open(&gpu, &scene, [320, 180], |settings| {
@@ -168,7 +168,7 @@ fn a_list_that_overflows_is_run_again_and_loses_no_tile() {
 /// The host copies little more than the frame before had; a cut must not cost the tiles beyond.
 #[test]
 fn a_list_that_grows_beyond_what_the_host_reads_is_read_again() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("globe");
     let globe = pose(&scene, &scene.view.camera);
     let away = Pose { forward: -globe.forward, right: -globe.right, ..globe };
@@ -197,7 +197,7 @@ fn a_list_that_grows_beyond_what_the_host_reads_is_read_again() {
 
 #[test]
 fn an_empty_frame_lists_no_tile() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("globe");
     let mut renderer = open(&gpu, &scene, [64, 64], |_| ());
     let mut away = pose(&scene, &scene.view.camera);
@@ -211,7 +211,7 @@ fn an_empty_frame_lists_no_tile() {
 
 #[test]
 fn a_picture_of_one_pixel_and_a_long_thin_one_list_the_reference_set() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("earth");
     for size in [[1, 1], [4096, 16]] {
         let mut renderer = open(&gpu, &scene, size, |_| ());

@@ -19,34 +19,12 @@ use ortelius::paper::virtual_texture::all_needs;
 use ortelius::paper::virtual_texture::session::{Session as Renderer, Settings, Target};
 use ortelius::scene::source::TileSource;
 use ortelius::scene::{SHIPPED, Scene, mesh};
-use ortelius::vk::{Gpu, GpuOptions};
-use std::ops::Deref;
+use ortelius::vk::{Gpu, GpuOptions, Watched};
 use std::sync::Arc;
 
-/// A validating device; dropping it fails the test where a message came.
-struct Device(Gpu);
-
-impl Device {
-    fn open() -> Device {
-        let options = GpuOptions { validate: true, needs: &all_needs(), ..GpuOptions::default() };
-        Device(Gpu::new(&options).unwrap_or_else(|e| panic!("{e}; `./x test` installs what is missing")))
-    }
-}
-
-impl Deref for Device {
-    type Target = Gpu;
-    fn deref(&self) -> &Gpu {
-        &self.0
-    }
-}
-
-impl Drop for Device {
-    fn drop(&mut self) {
-        if !std::thread::panicking() {
-            let messages = self.0.messages();
-            assert!(messages.is_empty(), "{messages:#?}");
-        }
-    }
+/// A device with all that any variant needs.
+fn device() -> Watched {
+    Watched::open(&GpuOptions { needs: &all_needs(), ..GpuOptions::default() })
 }
 
 /// A shipped scene's renderer at a test's size, with changed settings and perhaps another texture.

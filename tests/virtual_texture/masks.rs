@@ -1,7 +1,7 @@
 //! U2's mask, all 32 bits of it. No texture streams more than 17 levels, so no `Pyramid` has a q of 31: the shaders of
 //! stage 2 are specialized here with 32 streamed levels, and get a U1 that no mesh could draw.
 
-use crate::Device;
+use crate::device;
 use ortelius::math::pyramid::Pyramid;
 use ortelius::paper::virtual_texture::compact::CompactPass;
 use ortelius::paper::virtual_texture::footprint::Footprint;
@@ -162,7 +162,7 @@ fn expected(triples: &[[u32; 3]], native: bool) -> BTreeSet<[u32; 3]> {
 
 #[test]
 fn bit_31_of_the_mask_is_a_bit_like_any_other() {
-    let gpu = Device::open();
+    let gpu = device();
     let [m, n, k] = TEXTURE;
     let pyramid = Pyramid::new(m, n, k, 2, None).unwrap();
     let config = Config { u1: Some(U1Format::Rgba32), ..PAPER };

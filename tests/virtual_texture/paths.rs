@@ -1,6 +1,6 @@
 //! Moving cameras: too little room, tiles fetched ahead, a disk that fails.
 
-use crate::{Device, open, open_with};
+use crate::{device, open, open_with};
 use ortelius::paper::virtual_texture::session::Session as Renderer;
 use ortelius::scene::source::disk::BadDisk;
 use ortelius::scene::{Disk, Scene};
@@ -30,7 +30,7 @@ fn go(renderer: &mut Renderer, scene: &Scene, path: &str) -> usize {
 
 #[test]
 fn half_of_the_room_that_a_path_needs_shows_it_coarser_and_comes_to_rest() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = earth_of_ruler();
     let mut roomy = open(&gpu, &scene, SIZE, |_| ());
     for path in PATHS {
@@ -64,7 +64,7 @@ fn half_of_the_room_that_a_path_needs_shows_it_coarser_and_comes_to_rest() {
 
 #[test]
 fn tiles_fetched_ahead_are_there_sooner_and_change_no_picture_at_rest() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = earth_of_ruler();
     let path = scene.path("pan").unwrap();
     let run = |prefetch_frames| {
@@ -94,7 +94,7 @@ fn tiles_fetched_ahead_are_there_sooner_and_change_no_picture_at_rest() {
 
 #[test]
 fn frames_go_on_while_the_disk_is_down_and_the_picture_recovers() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = earth_of_ruler();
     let pose = scene.camera("headline").unwrap().pose();
     let mut healthy = open(&gpu, &scene, SIZE, |_| ());

@@ -2,7 +2,7 @@
 //! stay those of stage 1, which draws everything, whatever the mesh and the camera.
 
 use crate::lists::assert_lists;
-use crate::{Device, scene};
+use crate::{device, scene};
 use glam::DVec3;
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::Pyramid;
@@ -214,7 +214,7 @@ fn a_cluster_of_no_number_or_no_area_is_bounded_by_nothing() {
 
 #[test]
 fn what_the_depth_pass_leaves_out_changes_neither_depth_nor_list() {
-    let gpu = Device::open();
+    let gpu = device();
     let mut chance = Chance(3);
     for (name, height) in [("ball", 0.0), ("hills", 0.02), ("ridges", 0.3)] {
         for grid in [[97, 48], [24, 12]] {
@@ -229,7 +229,7 @@ fn what_the_depth_pass_leaves_out_changes_neither_depth_nor_list() {
 
 #[test]
 fn open_surfaces_above_each_other_and_seen_from_below_keep_their_depth() {
-    let gpu = Device::open();
+    let gpu = device();
     let mut chance = Chance(4);
     let mut sheets = plane(2.0, 2.0, 40, 40).unwrap();
     let first = sheets.positions.len() as u32;
@@ -251,7 +251,7 @@ fn open_surfaces_above_each_other_and_seen_from_below_keep_their_depth() {
 
 #[test]
 fn the_shipped_earth_is_left_out_but_for_what_is_seen() {
-    let gpu = Device::open();
+    let gpu = device();
     let mut chance = Chance(5);
     let earth = scene("earth");
     let mut drawn = Drawn::new(&gpu, &earth.source_mesh().unwrap());

@@ -1,6 +1,6 @@
 //! Caches on the device: too small, too slow, broken, and the same twice.
 
-use crate::{Device, open, open_with, pose, scene};
+use crate::{device, open, open_with, pose, scene};
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::session::{Session as Renderer, Target};
 use ortelius::scene::source::{TileError, TileFormat, TileSource};
@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 #[test]
 fn caches_that_are_too_small_degrade_say_so_and_recover() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("ruler");
     let mut renderer = open(&gpu, &scene, [320, 180], |settings| settings.streaming.gpu_tiles = 6);
     let (wide, narrow) = (pose(&scene, "corner-oblique"), pose(&scene, "antimeridian"));
@@ -58,7 +58,7 @@ impl TileSource for Broken {
 
 #[test]
 fn an_unreadable_tile_is_reported_once_and_shown_from_the_next_coarser() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("ruler");
     let pose = pose(&scene, "corner");
     let mut renderer = open(&gpu, &scene, [320, 180], |_| ());
@@ -84,7 +84,7 @@ fn an_unreadable_tile_is_reported_once_and_shown_from_the_next_coarser() {
 
 #[test]
 fn a_deterministic_run_shows_the_same_frames_twice() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("earth");
     let path = scene.path("teleport").unwrap();
     let run = || {
@@ -122,7 +122,7 @@ fn floats(renderer: &mut Renderer) -> Vec<f32> {
 
 #[test]
 fn tiles_that_fade_in_are_mixed_with_what_was_shown_before_in_equal_steps() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("ruler");
     // Tiles of one level: none stands in for another, or their shares would multiply.
     let pose = pose(&scene, "corner");

@@ -1,12 +1,12 @@
 //! The ruler: every texel that texturing would filter is the one that the pixel's own (s, t) and level ask for.
 
-use crate::{Device, open, pose, scene};
+use crate::{device, open, pose, scene};
 use ortelius::paper::virtual_texture::session::{Session as Renderer, Settings, Target};
 use ortelius::scene::mesh;
 
 #[test]
 fn every_texel_of_every_camera_of_the_ruler_is_right() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("ruler");
     let mut renderer = open(&gpu, &scene, [640, 360], |_| ());
     for camera in scene.cameras.keys() {
@@ -22,7 +22,7 @@ fn every_texel_of_every_camera_of_the_ruler_is_right() {
 /// The neighbour that must be rejected: the same frame before its tiles came.
 #[test]
 fn a_frame_without_its_tiles_is_found_wanting() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("ruler");
     let mut renderer = open(&gpu, &scene, [160, 90], |_| ());
     let pose = pose(&scene, "corner");
@@ -35,7 +35,7 @@ fn a_frame_without_its_tiles_is_found_wanting() {
 /// And the comparer's own: another texture than the ruler is wrong almost everywhere.
 #[test]
 fn the_earth_is_no_ruler() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("earth");
     let mut renderer = open(&gpu, &scene, [160, 90], |_| ());
     let pose = pose(&scene, "headline");
@@ -46,7 +46,7 @@ fn the_earth_is_no_ruler() {
 
 #[test]
 fn texels_stay_right_on_the_largest_texture_and_with_small_tiles() {
-    let gpu = Device::open();
+    let gpu = device();
     for (change, camera) in [
         (["texture.width_log2=20", "texture.height_log2=19"], "corner"),
         (["texture.width_log2=20", "texture.height_log2=19"], "antimeridian"),
@@ -71,7 +71,7 @@ fn texels_stay_right_on_the_largest_texture_and_with_small_tiles() {
 
 #[test]
 fn samples_that_would_leave_the_border_are_refused() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("earth");
     let mut settings = Settings::of_scene(&scene, Target::Srgb8);
     settings.size = [64, 36];

@@ -1,6 +1,6 @@
 //! Stage 1 and the settled picture against the f64 reference, which shares no code with the shaders.
 
-use crate::{Device, landscapes, open, pose, scene};
+use crate::{device, landscapes, open, pose, scene};
 use ortelius::math::camera::Pose;
 use ortelius::paper::virtual_texture::Interpolation;
 use ortelius::paper::virtual_texture::figures::stage1::{self, compare_triples};
@@ -26,7 +26,7 @@ pub fn view_of(scene: &Scene, pose: &Pose, size: [u32; 2]) -> View {
 
 #[test]
 fn stage_1_differs_from_f64_only_at_borders_of_a_decision() {
-    let gpu = Device::open();
+    let gpu = device();
     let size = [320, 180];
     for name in landscapes() {
         let scene = scene(name);
@@ -52,7 +52,7 @@ fn stage_1_differs_from_f64_only_at_borders_of_a_decision() {
 /// The neighbour that must be rejected: the same comparison with an eye that stands a tenth of a pixel elsewhere.
 #[test]
 fn a_tenth_of_a_pixel_is_not_explained() {
-    let gpu = Device::open();
+    let gpu = device();
     let size = [320, 180];
     let scene = scene("earth");
     let mut renderer = open(&gpu, &scene, size, |_| ());
@@ -79,7 +79,7 @@ fn settled_beside_truth(
     camera: &str,
     change: impl FnOnce(&mut Settings),
 ) -> (Difference, usize) {
-    let gpu = Device::open();
+    let gpu = device();
     let size = [640, 360];
     let pose = pose(scene, camera);
     let mut renderer = open(&gpu, scene, size, |settings| {

@@ -2,7 +2,7 @@
 //! that cannot be are refused.
 
 use crate::lists::{assert_equals_reference, assert_lists, list, run};
-use crate::{Device, landscapes, open, pose, scene};
+use crate::{device, landscapes, open, pose, scene};
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::compact::CompactPass;
 use ortelius::paper::virtual_texture::dedup::DedupPass;
@@ -11,7 +11,7 @@ use ortelius::paper::virtual_texture::session::{Session as Renderer, needs};
 use ortelius::paper::virtual_texture::streaming::Keying;
 use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Layout, PAPER, U1Format, reference};
 use ortelius::scene::source::TileFormat;
-use ortelius::vk::{BufferUse, Feature, Gpu, GpuOptions, Need, TexelCopy};
+use ortelius::vk::{BufferUse, Feature, Gpu, GpuOptions, Need, TexelCopy, Watched};
 use std::collections::BTreeSet;
 
 /// Every pair of stages 2 and 3 with both keyings, where the pair can be.
@@ -55,7 +55,7 @@ impl Passes {
 
 #[test]
 fn every_pair_of_variants_lists_the_reference_set() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("earth");
     // 141 rows: the last groups reach over the picture's edge.
     let mut renderer = open(&gpu, &scene, [250, 141], |settings| settings.config.u1 = Some(U1Format::Packed));
@@ -80,7 +80,7 @@ fn assert_is_in_order(triples: &[[u32; 3]], dedup: Dedup) {
 
 #[test]
 fn every_variant_of_either_stage_lists_the_reference_set_in_all_scenes_and_formats() {
-    let gpu = Device::open();
+    let gpu = device();
     let mut passes = Passes::default();
     for name in landscapes() {
         let scene = scene(name);
@@ -111,7 +111,7 @@ fn one_of_each(renderer: &Renderer) -> Vec<Config> {
 
 #[test]
 fn frames_in_flight_do_not_share_their_marks() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("earth");
     let poses = ["oblique", "headline"].map(|camera| pose(&scene, camera));
     for dedup in Dedup::staged() {
@@ -140,7 +140,7 @@ fn frames_in_flight_do_not_share_their_marks() {
 /// other's.
 #[test]
 fn bytes_of_the_frame_255_ago_are_no_marks() {
-    let gpu = Device::open();
+    let gpu = device();
     let scene = scene("earth");
     let mut renderers = ["oblique", "headline"].map(|camera| {
         let mut renderer =
@@ -189,7 +189,7 @@ fn hashed_triples(pyramid: &Pyramid, size: [u32; 2]) -> Vec<[u32; 3]> {
 /// U1 is copied in, not drawn: with 16 lanes lavapipe 22.3 crashes where it rasterises.
 #[test]
 fn variants_with_subgroups_list_the_reference_set() {
-    let gpu = Device::open();
+    let gpu = device();
     println!("{} has subgroups of {}", gpu.physical().name, gpu.physical().subgroup_size);
     let pyramid = Pyramid::new(18, 17, 9, 4, None).unwrap();
     let size = [122, 67];
@@ -228,7 +228,7 @@ fn variants_with_subgroups_list_the_reference_set() {
 /// lavapipe's subgroups are as wide as its vectors, 32 bits a lane; a process chooses before it loads the driver.
 #[test]
 fn subgroups_of_4_and_of_16_lanes_list_the_reference_set() {
-    let software = Device::open().physical().name.contains("llvmpipe");
+    let software = device().physical().name.contains("llvmpipe");
     for (bits, lanes) in [(128, 4), (512, 16)] {
         let ran = std::process::Command::new(std::env::current_exe().unwrap())
             .args(["variants::variants_with_subgroups_list_the_reference_set", "--exact", "--nocapture"])
@@ -269,7 +269,7 @@ fn variants_that_cannot_be_are_refused_with_the_reason_and_the_way_out() {
         assert_eq!(config.check(&pyramid), Ok(()));
     }
     // 2^20 x 2^19 texels have 350 KB of bits, more than any device shares.
-    let gpu = Device::open();
+    let gpu = device();
     let large = Pyramid::new(20, 19, 9, 4, None).unwrap();
     let stage1 = Footprint::new(&gpu, &large, &bits, [16, 16]).unwrap();
     let line = DedupPass::new(&gpu, &large, &bits, &stage1).err().unwrap().to_string();
@@ -283,8 +283,7 @@ fn variants_that_cannot_be_are_refused_with_the_reason_and_the_way_out() {
 fn a_device_opened_for_compute_variants_has_no_geometry_shader_and_runs_them() {
     let compute = Config { dedup: Dedup::TestOr, compact: Compaction::Append, ..PAPER };
     assert!(needs(&compute, TileFormat::Rgba8).is_empty());
-    let options = GpuOptions { validate: true, ..GpuOptions::default() };
-    let gpu = Device(Gpu::new(&options).unwrap());
+    let gpu = Watched::open(&GpuOptions::default());
     let scene = scene("earth");
     let mut renderer = open(&gpu, &scene, [64, 36], |settings| settings.config = compute);
     renderer.frame(&pose(&scene, "oblique")).unwrap();

@@ -4,6 +4,7 @@ mod pictures;
 mod tables;
 pub mod trade;
 
+use super::machine::short_commit;
 use super::plot::{self, Drawn};
 use super::words::human;
 use super::{Changes, ClaimResult, Effort, Figure, FigureResult, Machine, Outcome, Results, Store, Verdict};
@@ -151,6 +152,7 @@ fn filled(name: &str, template: &str, values: impl Serialize) -> anyhow::Result<
     let mut environment = Environment::new();
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
     environment.add_filter("code", code);
+    environment.add_filter("short", short_commit);
     environment.add_template(name, template)?;
     Ok(environment.get_template(name)?.render(Serde(values))?)
 }

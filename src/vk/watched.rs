@@ -1,0 +1,35 @@
+//! A device that lets no message of the validation layer pass: for tests.
+
+use super::{Gpu, GpuOptions};
+use std::ops::Deref;
+
+/// A device with validation and synchronisation validation. Dropping it panics where a message came, unless a panic
+/// is under way.
+pub struct Watched(Gpu);
+
+impl Watched {
+    /// Opens a device; validation is on whatever `options` say.
+    ///
+    /// # Panics
+    /// If there is no such device, or no validation layer.
+    pub fn open(options: &GpuOptions) -> Watched {
+        let options = GpuOptions { validate: true, ..options.clone() };
+        Watched(Gpu::new(&options).unwrap_or_else(|e| panic!("{e}; `./x test` installs what is missing")))
+    }
+}
+
+impl Deref for Watched {
+    type Target = Gpu;
+    fn deref(&self) -> &Gpu {
+        &self.0
+    }
+}
+
+impl Drop for Watched {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            let messages = self.0.messages();
+            assert!(messages.is_empty(), "{messages:#?}");
+        }
+    }
+}
