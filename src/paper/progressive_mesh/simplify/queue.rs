@@ -1,74 +1,83 @@
 //! A priority queue of positions whose keys change.
 
-/// Positions in the order of their keys, least first; equal keys in the order of the positions. A binary heap that
-/// knows where each position stands in it.
+/// Positions in the order of their keys, least first; equal keys in the order of the positions. A heap that knows where
+/// each position stands in it: of four children, as a parent's then stand in one or two lines of the CPU's cache.
 pub struct Queue {
-    heap: Vec<u32>,
-    keys: Vec<f64>,
+    heap: Vec<Entry>,
     /// Where each position stands in the heap, [`OUT`] if it does not.
     places: Vec<u32>,
 }
 
+#[derive(Clone, Copy)]
+struct Entry {
+    key: f64,
+    position: u32,
+}
+
 const OUT: u32 = u32::MAX;
+
+const CHILDREN: usize = 4;
+
+impl Entry {
+    fn is_before(self, other: Entry) -> bool {
+        self.key < other.key || (self.key == other.key && self.position < other.position)
+    }
+}
 
 impl Queue {
     /// Empty, for positions below `count`.
     pub fn new(count: usize) -> Queue {
-        Queue { heap: Vec::with_capacity(count), keys: vec![0.0; count], places: vec![OUT; count] }
+        Queue { heap: Vec::with_capacity(count), places: vec![OUT; count] }
     }
 
-    fn before(&self, a: u32, b: u32) -> bool {
-        let (key_a, key_b) = (self.keys[a as usize], self.keys[b as usize]);
-        key_a < key_b || (key_a == key_b && a < b)
+    fn put(&mut self, place: usize, entry: Entry) {
+        self.heap[place] = entry;
+        self.places[entry.position as usize] = place as u32;
     }
 
-    fn put(&mut self, place: usize, position: u32) {
-        self.heap[place] = position;
-        self.places[position as usize] = place as u32;
-    }
-
-    fn up(&mut self, mut place: usize, position: u32) {
+    fn up(&mut self, mut place: usize, entry: Entry) {
         while place > 0 {
-            let parent = (place - 1) / 2;
-            if !self.before(position, self.heap[parent]) {
+            let parent = (place - 1) / CHILDREN;
+            if !entry.is_before(self.heap[parent]) {
                 break;
             }
             self.put(place, self.heap[parent]);
             place = parent;
         }
-        self.put(place, position);
+        self.put(place, entry);
     }
 
-    fn down(&mut self, mut place: usize, position: u32) {
+    fn down(&mut self, mut place: usize, entry: Entry) {
         loop {
-            let mut child = 2 * place + 1;
-            if child >= self.heap.len() {
+            let start = CHILDREN * place + 1;
+            let children = &self.heap[start.min(self.heap.len())..self.heap.len().min(start + CHILDREN)];
+            let [first, rest @ ..] = children else { break };
+            let (mut child, mut least) = (start, *first);
+            for (index, &other) in rest.iter().enumerate() {
+                if other.is_before(least) {
+                    (child, least) = (start + 1 + index, other);
+                }
+            }
+            if !least.is_before(entry) {
                 break;
             }
-            if child + 1 < self.heap.len() && self.before(self.heap[child + 1], self.heap[child]) {
-                child += 1;
-            }
-            if !self.before(self.heap[child], position) {
-                break;
-            }
-            self.put(place, self.heap[child]);
+            self.put(place, least);
             place = child;
         }
-        self.put(place, position);
+        self.put(place, entry);
     }
 
     /// Puts a position in, or gives it another key.
     pub fn set(&mut self, position: u32, key: f64) {
         assert!(!key.is_nan(), "the key of position {position} is no number");
-        let place = self.places[position as usize];
-        let old = std::mem::replace(&mut self.keys[position as usize], key);
+        let (entry, place) = (Entry { key, position }, self.places[position as usize]);
         if place == OUT {
-            self.heap.push(position);
-            self.up(self.heap.len() - 1, position);
-        } else if key < old {
-            self.up(place as usize, position);
+            self.heap.push(entry);
+            self.up(self.heap.len() - 1, entry);
+        } else if key < self.heap[place as usize].key {
+            self.up(place as usize, entry);
         } else {
-            self.down(place as usize, position);
+            self.down(place as usize, entry);
         }
     }
 
@@ -79,9 +88,9 @@ impl Queue {
             return;
         }
         let last = self.heap.pop().expect("a position with a place is in the heap");
-        if last != position {
+        if last.position != position {
             let place = place as usize;
-            if place > 0 && self.before(last, self.heap[(place - 1) / 2]) {
+            if place > 0 && last.is_before(self.heap[(place - 1) / CHILDREN]) {
                 self.up(place, last);
             } else {
                 self.down(place, last);
@@ -91,14 +100,14 @@ impl Queue {
 
     /// The position with the least key, taken out.
     pub fn pop(&mut self) -> Option<u32> {
-        let first = *self.heap.first()?;
+        let first = self.heap.first()?.position;
         self.remove(first);
         Some(first)
     }
 
     /// The least key.
     pub fn least_key(&self) -> Option<f64> {
-        self.heap.first().map(|&position| self.keys[position as usize])
+        self.heap.first().map(|entry| entry.key)
     }
 
     /// Whether the position is in.
