@@ -69,38 +69,6 @@ impl Lost {
     }
 }
 
-/// The squared distance from a point to a triangle, which may be a segment or a point (Ericson, "Real-Time
-/// Collision Detection", 5.1.5).
-pub fn squared_to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
-    let (ab, ac, ap) = (b - a, c - a, p - a);
-    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return ap.length_squared();
-    }
-    let bp = p - b;
-    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
-    if d3 >= 0.0 && d4 <= d3 {
-        return bp.length_squared();
-    }
-    let cp = p - c;
-    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
-    if d6 >= 0.0 && d5 <= d6 {
-        return cp.length_squared();
-    }
-    let (va, vb, vc) = (d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2);
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        return squared_to_segment(p, [a, b]);
-    }
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        return squared_to_segment(p, [a, c]);
-    }
-    let sum = va + vb + vc;
-    if (va <= 0.0 && d4 >= d3 && d5 >= d6) || sum <= 0.0 {
-        return squared_to_segment(p, [b, c]);
-    }
-    (ap - ab * (vb / sum) - ac * (vc / sum)).length_squared()
-}
-
 /// The squared distance from a point to a segment, which may be a point.
 pub fn squared_to_segment(p: DVec3, [a, b]: [DVec3; 2]) -> f64 {
     let (ab, ap) = (b - a, p - a);

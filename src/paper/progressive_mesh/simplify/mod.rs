@@ -19,6 +19,7 @@ mod shape;
 mod start;
 mod step;
 mod surface;
+mod triangle;
 
 use crate::math::ragged::Ragged;
 use crate::scene::model::Model;

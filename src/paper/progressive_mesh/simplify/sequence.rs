@@ -172,7 +172,8 @@ impl<'a> Sequence<'a> {
         }
         self.look(position);
         let spoke = *self.hub.spoke_to(to)?;
-        let step = self.allowed(&spoke, 0.0, self.flips(to))?;
+        self.shape.spread(&self.hub, &self.surface, to);
+        let step = self.allowed(&spoke, 0.0, self.shape.flips)?;
         self.gather_points();
         (step.link == Link::Surface).then_some(step)
     }
@@ -253,7 +254,7 @@ impl<'a> Sequence<'a> {
         self.hub.blades.iter().for_each(|blade| self.lost.clear_face(blade.face));
         let mut most: f64 = 0.0;
         for near in &self.points {
-            let (squared, face) = self.shape.nearest(near.point);
+            let (squared, face) = self.shape.nearest(near.point, near.blade);
             most = most.max(squared.sqrt());
             self.lost.give_to_face(near.position, face);
         }

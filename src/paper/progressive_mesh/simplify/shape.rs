@@ -1,31 +1,45 @@
 //! The triangles around a hub, before a collapse and after it.
 
 use super::hub::Hub;
-use super::lost::squared_to_triangle;
 use super::surface::{Blade, Surface};
+use super::triangle::Triangle;
 use glam::DVec3;
+
+/// Cosine of the most that a face may turn, in one collapse and from where it was in the model: about 75 degrees.
+const LEAST_COSINE: f64 = 0.25;
 
 /// Triangles that are looked at many times, once for each vanished position; its lists are reused.
 #[derive(Default)]
 pub struct Shape {
     /// Of each of the hub's blades, the hub first.
-    pub old: Vec<[DVec3; 3]>,
+    pub old: Vec<Triangle>,
+    /// Their normals, twice their area long, and those that they had in the model.
+    normals: Vec<[DVec3; 2]>,
     /// What takes their place, by face: the fan around the end; or where a corner vanishes and leaves no fan, the faces
     /// beside it.
-    pub new: Vec<(u32, [DVec3; 3])>,
+    pub new: Vec<(u32, Triangle)>,
     /// How many of [`Self::new`] are the fan.
     pub fan: usize,
+    /// Whether one of the fan turned too far, or lost its area.
+    pub flips: bool,
     /// For each blade the first place in [`Self::new`] to look for what was near it.
     heirs: Vec<u32>,
+    /// For each of the fan its blade.
+    parents: Vec<u32>,
 }
 
 impl Shape {
-    /// Looks at the hub as it is.
-    pub fn look(&mut self, hub: &Hub, surface: &Surface) {
+    /// Looks at the hub as it is; `normals` are the model's faces'.
+    pub fn look(&mut self, hub: &Hub, surface: &Surface, normals: &[DVec3]) {
         let point = surface.point(hub.position);
-        let triangle = |x: &Blade| [point, surface.point(x.a), surface.point(x.b)];
         self.old.clear();
-        self.old.extend(hub.blades.iter().map(triangle));
+        self.normals.clear();
+        for &Blade { face, a, b, .. } in &hub.blades {
+            let (a, b) = (surface.point(a), surface.point(b));
+            let cross = (a - point).cross(b - point);
+            self.old.push(Triangle::with_cross([point, a, b], cross));
+            self.normals.push([cross, normals[face as usize]]);
+        }
     }
 
     /// Looks at what a collapse onto `end` would leave.
@@ -33,16 +47,25 @@ impl Shape {
         let to = surface.point(end);
         self.new.clear();
         self.heirs.clear();
-        for (blade, [_, a, b]) in hub.blades.iter().zip(&self.old) {
+        self.parents.clear();
+        self.flips = false;
+        for (index, blade) in hub.blades.iter().enumerate() {
             self.heirs.push(self.new.len() as u32);
-            if blade.a != end && blade.b != end {
-                self.new.push((blade.face, [to, *a, *b]));
+            if blade.a == end || blade.b == end {
+                continue;
             }
+            let [_, a, b] = self.old[index].corners();
+            let cross = (a - to).cross(b - to);
+            let [old, first] = self.normals[index];
+            self.flips |= (old != DVec3::ZERO && turns(old, cross, old.length_squared()))
+                || (first != DVec3::ZERO && turns(first, cross, 1.0));
+            self.new.push((blade.face, Triangle::with_cross([to, a, b], cross)));
+            self.parents.push(index as u32);
         }
         self.fan = self.new.len();
         if self.fan == 0 {
             let beside = surface.blades(end).filter(|x| hub.is_not(x));
-            self.new.extend(beside.map(|x| (x.face, surface.triangle(x.face))));
+            self.new.extend(beside.map(|x| (x.face, Triangle::new(surface.triangle(x.face)))));
         }
         let last = self.new.len().saturating_sub(1) as u32;
         self.heirs.iter_mut().for_each(|heir| *heir = last.min(*heir));
@@ -50,39 +73,63 @@ impl Shape {
 
     /// The larger of `most` and the squared distance from a point near a blade to the nearest new triangle.
     pub fn raised_by_point(&self, most: f64, point: DVec3, blade: u32) -> f64 {
+        raised(most, point, &self.new, self.heirs[blade as usize], |(_, triangle)| triangle)
+    }
+
+    /// The same of a sample of one of the fan, and the old triangles.
+    pub fn raised_by_sample(&self, most: f64, sample: DVec3, index: usize) -> f64 {
+        raised(most, sample, &self.old, self.parents[index], |triangle| triangle)
+    }
+
+    /// The new face that is nearest to a point near a blade, the first of several, and the squared distance.
+    pub fn nearest(&self, point: DVec3, blade: u32) -> (f64, u32) {
         let heir = self.heirs[blade as usize] as usize;
-        raised(most, point, self.new[heir..].iter().chain(&self.new[..heir]).map(|(_, triangle)| triangle))
-    }
-
-    /// The larger of `most` and the squared distance from a point to the nearest old triangle.
-    pub fn raised_by_sample(&self, most: f64, sample: DVec3) -> f64 {
-        raised(most, sample, self.old.iter())
-    }
-
-    /// The new face that is nearest to a point, and the squared distance.
-    pub fn nearest(&self, point: DVec3) -> (f64, u32) {
-        let near = self.new.iter().map(|&(face, triangle)| (squared_to_triangle(point, triangle), face));
-        near.min_by(|x, y| x.0.total_cmp(&y.0)).expect("a collapse leaves faces around")
+        let mut least = (self.new[heir].1.squared_to(point), heir);
+        for (index, (_, triangle)) in self.new.iter().enumerate() {
+            if index != heir && !triangle.is_beyond(point, least.0) {
+                let squared = triangle.squared_to(point);
+                if squared < least.0 || (squared == least.0 && index < least.1) {
+                    least = (squared, index);
+                }
+            }
+        }
+        (least.0, self.new[least.1].0)
     }
 
     /// Half the sum of the old triangles' cross products.
     pub fn area(&self) -> f64 {
-        self.old.iter().map(|[hub, a, b]| (a - hub).cross(b - hub).length() / 2.0).sum()
+        self.normals.iter().map(|[cross, _]| cross.length() / 2.0).sum()
     }
 }
 
 /// Where a new triangle, whose first corner is the one that others moved to, may stand off the old ones.
-pub fn samples([to, a, b]: [DVec3; 3]) -> [DVec3; 2] {
+pub fn samples(triangle: &Triangle) -> [DVec3; 2] {
+    let [to, a, b] = triangle.corners();
     [(to + a + b) / 3.0, (to + a) / 2.0]
 }
 
-fn raised<'a>(most: f64, point: DVec3, triangles: impl Iterator<Item = &'a [DVec3; 3]>) -> f64 {
+/// The larger of `most` and the squared distance from a point to the nearest triangle, which likely is the one at
+/// `first`.
+fn raised<T>(most: f64, point: DVec3, triangles: &[T], first: u32, of: impl Fn(&T) -> &Triangle) -> f64 {
+    let (before, after) = triangles.split_at(first as usize);
+    // Nine points of ten are not so far off, and their distances need not be known.
+    if after.iter().chain(before).any(|item| of(item).at_most(point) <= most) {
+        return most;
+    }
     let mut least = f64::INFINITY;
-    for &triangle in triangles {
-        least = least.min(squared_to_triangle(point, triangle));
+    for triangle in after.iter().chain(before).map(of) {
+        if !triangle.is_beyond(point, least) {
+            least = least.min(triangle.squared_to(point));
+        }
         if least <= most {
             return most;
         }
     }
     if least < f64::INFINITY { least } else { most }
+}
+
+/// Whether the angle between two directions is too large, or the second has no length.
+fn turns(first: DVec3, second: DVec3, first_squared: f64) -> bool {
+    let dot = first.dot(second);
+    dot <= 0.0 || dot * dot <= LEAST_COSINE * LEAST_COSINE * first_squared * second.length_squared()
 }

@@ -1,13 +1,10 @@
 //! One collapse: whether it may be done, what it costs, and how far it leads away from the model.
 
 use super::hub::{Kind, Link, Path, Spoke, WedgePairs};
-use super::lost::{squared_to_segment, squared_to_triangle};
+use super::lost::squared_to_segment;
 use super::sequence::{Rules, Sequence};
 use super::shape::samples;
 use glam::DVec3;
-
-/// Cosine of the most that a face may turn, in one collapse and from where it was in the model: about 75 degrees.
-const LEAST_COSINE: f64 = 0.25;
 
 /// How often the squared deviation, times the area that moves, counts beside the quadrics: 0, 0.3, 1, 3 and 10 give mean
 /// errors of 0.97, 0.83, 0.82, 0.81 and 0.80 of `meshopt_simplify`'s on closed meshes; the Hausdorff distance is least from
@@ -68,12 +65,12 @@ impl Sequence<'_> {
             if dearest <= *least {
                 break;
             }
-            let flips = self.flips(spoke.end);
+            self.shape.spread(&self.hub, &self.surface, spoke.end);
+            let flips = self.shape.flips;
             if flips && self.rules == Rules::Strict {
                 continue;
             }
             let factor = if flips { FLIP_FACTOR } else { 1.0 };
-            self.shape.spread(&self.hub, &self.surface, spoke.end);
             let cost = factor * self.with_deviation(spoke, *least, area, dearest / factor);
             if cost >= dearest {
                 continue;
@@ -87,7 +84,7 @@ impl Sequence<'_> {
     /// Looks at a position, and at the triangles around it.
     pub(super) fn look(&mut self, position: u32) {
         self.hub.look(&mut self.surface, position);
-        self.shape.look(&self.hub, &self.surface);
+        self.shape.look(&self.hub, &self.surface, &self.normals);
     }
 
     pub(super) fn gather_points(&mut self) {
@@ -115,19 +112,6 @@ impl Sequence<'_> {
         (link != Link::Forbidden).then_some(Step { spoke: *spoke, cost, pairs, link, flips })
     }
 
-    /// Whether a face that stays would turn too far, or lose its area.
-    pub(super) fn flips(&self, end: u32) -> bool {
-        let to = self.surface.point(end);
-        self.hub.blades.iter().zip(&self.shape.old).filter(|(x, _)| x.a != end && x.b != end).any(
-            |(x, &[hub, a, b])| {
-                let (old, new) = ((a - hub).cross(b - hub), (a - to).cross(b - to));
-                let first = self.normals[x.face as usize];
-                (old != DVec3::ZERO && turns(old, new, old.length_squared()))
-                    || (first != DVec3::ZERO && turns(first, new, 1.0))
-            },
-        )
-    }
-
     /// What a collapse costs with its deviation; stops where that exceeds `limit`.
     fn with_deviation(&self, spoke: &Spoke, least: f64, area: f64, limit: f64) -> f64 {
         let factor = DEVIATION_WEIGHT * area;
@@ -144,11 +128,13 @@ impl Sequence<'_> {
             }
             most = self.shape.raised_by_point(most, near.point, near.blade);
         }
-        for sample in self.shape.new[..self.shape.fan].iter().flat_map(|&(_, triangle)| samples(triangle)) {
-            if enough(most) {
-                break;
+        for (index, (_, triangle)) in self.shape.new[..self.shape.fan].iter().enumerate() {
+            for sample in samples(triangle) {
+                if enough(most) {
+                    break;
+                }
+                most = self.shape.raised_by_sample(most, sample, index);
             }
-            most = self.shape.raised_by_sample(most, sample);
         }
         least + factor * most
     }
@@ -157,22 +143,19 @@ impl Sequence<'_> {
     /// but no farther than to the vanished positions, which are the model's own.
     pub(super) fn off_model(&self, off: &mut Vec<(u32, f64)>) {
         off.clear();
-        for &(face, triangle) in &self.shape.new[..self.shape.fan] {
+        for (face, triangle) in &self.shape.new[..self.shape.fan] {
             let of_sample = |sample: DVec3| {
-                let old = self.hub.blades.iter().zip(&self.shape.old).map(|(x, &old)| {
-                    squared_to_triangle(sample, old).sqrt() + self.off_model[x.face as usize]
-                });
+                let old = self
+                    .hub
+                    .blades
+                    .iter()
+                    .zip(&self.shape.old)
+                    .map(|(x, old)| old.squared_to(sample).sqrt() + self.off_model[x.face as usize]);
                 let points = self.points.iter().map(|near| near.point.distance_squared(sample));
                 let nearest = points.fold(f64::INFINITY, f64::min).sqrt();
                 old.fold(nearest, f64::min)
             };
-            off.push((face, samples(triangle).into_iter().map(of_sample).fold(0.0, f64::max)));
+            off.push((*face, samples(triangle).into_iter().map(of_sample).fold(0.0, f64::max)));
         }
     }
-}
-
-/// Whether the angle between two directions is too large, or the second has no length.
-fn turns(first: DVec3, second: DVec3, first_squared: f64) -> bool {
-    let dot = first.dot(second);
-    dot <= 0.0 || dot * dot <= LEAST_COSINE * LEAST_COSINE * first_squared * second.length_squared()
 }

@@ -1,6 +1,6 @@
 //! What every sequence of collapses must be, and what becomes of holes, seams, components and hopeless cases.
 
-use super::lost::squared_to_triangle;
+use super::triangle::Triangle;
 use super::*;
 use crate::scene::model::named;
 use glam::DVec3;
@@ -103,7 +103,7 @@ fn no_position_is_farther_from_the_mesh_than_stated() {
             let at = |wedge: u32| model.positions[model.wedge_positions[wedge as usize] as usize];
             let triangles: Vec<[DVec3; 3]> = faces.iter().map(|face| face.map(at)).collect();
             let distance = |&p: &DVec3| {
-                let squared = triangles.iter().map(|&triangle| squared_to_triangle(p, triangle));
+                let squared = triangles.iter().map(|&triangle| Triangle::new(triangle).squared_to(p));
                 squared.fold(f64::INFINITY, f64::min).sqrt()
             };
             let most = model.positions.iter().map(distance).fold(0.0, f64::max);
