@@ -21,6 +21,17 @@ pub fn device() -> Watched {
 
 const SIZE: [u32; 2] = [320, 180];
 
+/// A small picture by the renderer.
+pub fn options() -> Options<'static> {
+    Options {
+        target: Target::Srgb8,
+        size: Some([64, 36]),
+        device: None,
+        validate: true,
+        deterministic: false,
+    }
+}
+
 fn scene(name: &str, changes: &[&str]) -> Scene {
     let changes: Vec<String> = changes.iter().map(|change| change.to_string()).collect();
     Scene::load_with(name, &changes).unwrap()
@@ -247,14 +258,7 @@ fn the_device_counts_every_index_and_no_more_vertices_than_those() {
 fn a_scene_asks_for_what_it_shows_and_nothing_else() {
     let opened = |name: &str, changes: &[&str]| {
         let scene = scene(name, changes);
-        let options = Options {
-            target: Target::Srgb8,
-            size: Some([64, 36]),
-            device: None,
-            validate: true,
-            deterministic: false,
-        };
-        let renderer = Renderer::open(&scene, &options).unwrap();
+        let renderer = Renderer::open(&scene, &options()).unwrap();
         let names = |list: Vec<(String, u64)>| list.into_iter().map(|(name, _)| name).collect::<Vec<_>>();
         (renderer.needs().len(), renderer.passes(), names(renderer.memory()))
     };

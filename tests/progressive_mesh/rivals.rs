@@ -1,9 +1,9 @@
 //! Rivals on the device: each draws the faces of the level that ours draws, in its own order and by its own means.
 
-use crate::pictures::{device, open};
+use crate::pictures::{device, open, options};
 use ortelius::paper::progressive_mesh::session::{Session, Settings, load};
 use ortelius::picture::Target;
-use ortelius::renderer::{Options, Renderer};
+use ortelius::renderer::Renderer;
 use ortelius::scene::{FaceOrder, Scene};
 
 fn scene(name: &str, changes: &[String]) -> Scene {
@@ -128,6 +128,35 @@ fn a_discrete_chain_draws_the_coarsest_mesh_that_has_the_levels_faces_and_copies
 }
 
 #[test]
+fn skip_lists_send_the_blocks_that_a_level_changes_and_a_list_where_it_comes_to_another() {
+    let gpu = device();
+    let scene = bunny("bunny", FaceOrder::SkipLists, &[]);
+    let pose = scene.camera("near").unwrap().pose();
+    let (mut walked, mut fresh) = (open(&gpu, &scene), open(&gpu, &scene));
+    fresh.frame(&pose).unwrap();
+    let shown = fresh.surfaces[0].instances().next().unwrap().1;
+    walked.change_level(0, shown - 700).unwrap();
+    let mut drawn = walked.surfaces[0].faces(0).unwrap().len();
+    let mut lists = 0;
+    for level in (shown - 700..shown).rev().chain(shown - 700..shown).skip(1) {
+        walked.change_level(0, level).unwrap();
+        walked.drain().unwrap();
+        let sent = walked.records.last().unwrap().change.upload_bytes;
+        let now = walked.surfaces[0].faces(0).unwrap().len();
+        let whole = 12 * now as u64;
+        match std::mem::replace(&mut drawn, now) == now {
+            true => assert!(sent < whole / 2, "level {level}: {sent} of {whole} bytes"),
+            false => assert_eq!(sent, whole, "level {level}"),
+        }
+        lists += u32::from(sent == whole);
+    }
+    assert!((2..20).contains(&lists), "{lists} lists were copied");
+    // One split from there: the picture is that of one which came at once.
+    walked.frame(&pose).unwrap();
+    assert!(walked.picture_bytes().unwrap() == fresh.picture_bytes().unwrap());
+}
+
+#[test]
 fn a_herd_that_a_rival_has_drawn_for_a_walk_shows_what_one_that_just_came_shows() {
     let gpu = device();
     for order in [FaceOrder::ReOptimised, FaceOrder::SkipLists, FaceOrder::Compacted, FaceOrder::Discrete] {
@@ -153,14 +182,7 @@ fn a_herd_that_a_rival_has_drawn_for_a_walk_shows_what_one_that_just_came_shows(
 #[test]
 fn a_rival_adds_its_pass_and_its_memory_and_says_so() {
     let added = |order: FaceOrder| {
-        let options = Options {
-            target: Target::Srgb8,
-            size: Some([64, 36]),
-            device: None,
-            validate: true,
-            deterministic: false,
-        };
-        let renderer = Renderer::open(&bunny("bunny", order, &[]), &options).unwrap();
+        let renderer = Renderer::open(&bunny("bunny", order, &[]), &options()).unwrap();
         let memory = renderer.memory().into_iter().map(|(name, bytes)| (name, bytes > 0));
         (renderer.passes(), memory.collect::<Vec<_>>(), renderer.instances()[0].clone())
     };

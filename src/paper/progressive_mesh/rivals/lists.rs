@@ -1,34 +1,30 @@
 //! The lists that rivals prepare, and the orders that they take from meshoptimizer.
 
 use super::Rival;
+use super::skip::SkipList;
 use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
+use crate::paper::progressive_mesh::run::Untold;
 use std::collections::HashMap;
 
-/// A rival with what it prepared once for a mesh in [classical](crate::paper::progressive_mesh::order::classical) order,
-/// whose slots name the faces once and for all.
+/// A rival with what it prepared once for a mesh in [classical](crate::paper::progressive_mesh::order::classical)
+/// order, whose slots name the faces once and for all.
 pub struct Prepared {
     rival: Rival,
+    /// Meshes of a discrete chain, coarsest first.
+    chain: Vec<Vec<[u32; 3]>>,
     /// Coarsest first.
-    lists: Vec<List>,
+    skip: Vec<SkipList>,
     /// For each slot of the classical order its rank in the full mesh's best order.
     ranks: Vec<u32>,
     /// The index of each vertex: its own, or that of the first vertex at its position.
     space: Vec<u32>,
     levels: Vec<Level>,
-    /// Of the mesh's vertices beyond level 0's: which one each replaces.
-    split_vertices: Vec<u32>,
-}
-
-struct List {
-    /// The finest level that it serves.
-    level: u32,
-    /// As they are at that level.
-    faces: Vec<[u32; 3]>,
 }
 
 impl Prepared {
-    /// Of all vertices, or of positions where `space` is [`Vertices::welded`]: for each vertex the index that stands for it.
+    /// Of all vertices, or of positions where `space` is [`Vertices::welded`]: for each vertex the index that stands
+    /// for it.
     ///
     /// [`Vertices::welded`]: crate::paper::progressive_mesh::mesh::Vertices::welded
     ///
@@ -37,15 +33,14 @@ impl Prepared {
     pub fn new(mesh: &ProgressiveMesh, rival: Rival, space: Vec<u32>) -> Prepared {
         assert!(mesh.swaps.levels.is_empty(), "a mesh in classical order has no tswaps");
         assert_eq!(space.len(), mesh.vertices.positions.len(), "an index for each vertex");
-        let (mut lists, mut ranks) = (Vec::new(), Vec::new());
+        let (mut chain, mut skip, mut ranks) = (Vec::new(), Vec::new(), Vec::new());
         match rival {
             Rival::Random | Rival::Reoptimised | Rival::ReoptimisedFifo => {}
             Rival::Compacted => ranks = full_ranks(mesh, &space),
-            Rival::SkipLists { ratio } => lists = skip_lists(mesh, &space, ratio),
-            Rival::Discrete { ratio } => lists = chain(mesh, &space, ratio),
+            Rival::SkipLists { ratio } => skip = skip_lists(mesh, &space, ratio),
+            Rival::Discrete { ratio } => chain = simplified(mesh, &space, ratio),
         }
-        let split_vertices = mesh.splits.split_vertices.clone();
-        Prepared { rival, lists, ranks, space, levels: mesh.levels.clone(), split_vertices }
+        Prepared { rival, chain, skip, ranks, space, levels: mesh.levels.clone() }
     }
 
     pub fn rival(&self) -> Rival {
@@ -61,19 +56,36 @@ impl Prepared {
             Rival::Reoptimised => lru_order(&live(), vertices),
             Rival::ReoptimisedFifo => fifo_order(&live(), vertices, 16),
             Rival::Compacted => self.ranked(&live()),
-            Rival::SkipLists { .. } => self.degenerate_and_live(level),
-            Rival::Discrete { .. } => self.lists[self.simplified(live().len())].faces.clone(),
+            Rival::SkipLists { .. } => self.skip_list_at(level),
+            Rival::Discrete { .. } => self.chain[self.simplified(live().len())].clone(),
         }
     }
 
     /// Its lists, coarsest first: none where every level has its own.
     pub fn lists(&self) -> impl ExactSizeIterator<Item = &[[u32; 3]]> {
-        self.lists.iter().map(|list| &*list.faces)
+        let skip = self.skip.iter().map(|list| &*list.faces);
+        let lists: Vec<_> = self.chain.iter().map(|faces| &**faces).chain(skip).collect();
+        lists.into_iter()
+    }
+
+    /// The skip list that serves a level, by its place in [`Prepared::lists`].
+    ///
+    /// # Panics
+    /// If the rival has none.
+    pub fn skip_list(&self, level: u32) -> (usize, &SkipList) {
+        let found = self.skip.iter().enumerate().find(|(_, list)| list.serves(level));
+        found.expect("the full mesh has a list")
     }
 
     /// Faces of all lists.
     pub fn listed_faces(&self) -> u64 {
         self.lists().map(|faces| faces.len() as u64).sum()
+    }
+
+    /// Bytes of main memory of all lists, with what changes of level write.
+    pub fn list_bytes(&self) -> u64 {
+        let chain = self.chain.iter().map(|faces| size_of_val(&**faces));
+        chain.chain(self.skip.iter().map(SkipList::bytes)).sum::<usize>() as u64
     }
 
     /// For each slot of the classical order its rank in the full mesh's best order; empty where no rival asks for it.
@@ -83,7 +95,7 @@ impl Prepared {
 
     /// The coarsest mesh of a discrete chain that has at least `wanted` faces.
     pub fn simplified(&self, wanted: usize) -> usize {
-        let enough = self.lists.iter().position(|list| list.faces.len() >= wanted);
+        let enough = self.chain.iter().position(|faces| faces.len() >= wanted);
         enough.expect("the full mesh has all faces")
     }
 
@@ -94,19 +106,12 @@ impl Prepared {
         slots.into_iter().map(|slot| live[slot as usize]).collect()
     }
 
-    /// The faces of the coarsest list that serves the level, with the vertices that they have at the level.
-    fn degenerate_and_live(&self, level: u32) -> Vec<[u32; 3]> {
-        let list = self.lists.iter().find(|list| list.level >= level).expect("the full mesh has a list");
-        let base = self.levels[0].vertices;
-        let live = self.levels[level as usize].vertices;
-        let now = |mut vertex: u32| {
-            while vertex >= live && vertex != NOWHERE {
-                vertex = self.split_vertices[(vertex - base) as usize];
-            }
-            // A component that is not there yet stands at the first vertex, and has no area.
-            if vertex == NOWHERE { 0 } else { self.space[vertex as usize] }
-        };
-        list.faces.iter().map(|face| face.map(now)).collect()
+    /// The list that serves a level, as it is there.
+    fn skip_list_at(&self, level: u32) -> Vec<[u32; 3]> {
+        let (_, list) = self.skip_list(level);
+        let mut faces = list.faces.clone();
+        list.run(&self.levels, &mut faces, [list.levels[1], level], &mut Untold);
+        faces
     }
 }
 
@@ -175,17 +180,23 @@ fn falling(mesh: &ProgressiveMesh, ratio: f64) -> Vec<u32> {
     levels
 }
 
-fn skip_lists(mesh: &ProgressiveMesh, space: &[u32], ratio: f64) -> Vec<List> {
-    let list = |level| List { level, faces: lru_order(&of_level(mesh, space, level), space.len()) };
-    falling(mesh, ratio).into_iter().rev().map(list).collect()
+fn skip_lists(mesh: &ProgressiveMesh, space: &[u32], ratio: f64) -> Vec<SkipList> {
+    let mut finest = falling(mesh, ratio);
+    finest.reverse();
+    let coarsest = [0].into_iter().chain(finest.iter().map(|level| level + 1));
+    let list = |(coarsest, &finest): (u32, &u32)| {
+        let faces = lru_order(&of_level(mesh, space, finest), space.len());
+        SkipList::new(mesh, space, [coarsest, finest], faces)
+    };
+    coarsest.zip(&finest).map(list).collect()
 }
 
 /// Full mesh and simplified ones, each made from the full one.
-fn chain(mesh: &ProgressiveMesh, space: &[u32], ratio: f64) -> Vec<List> {
+fn simplified(mesh: &ProgressiveMesh, space: &[u32], ratio: f64) -> Vec<Vec<[u32; 3]>> {
     let full = of_level(mesh, space, mesh.last_level());
     let bytes: &[u8] = bytemuck::cast_slice(&mesh.vertices.positions);
     let adapter = meshopt::VertexDataAdapter::new(bytes, 12, 0).expect("12 bytes a position");
-    let mut lists = Vec::new();
+    let mut chain = Vec::new();
     for level in falling(mesh, ratio) {
         let target = 3 * mesh.levels[level as usize].faces as usize;
         let simplified = if level == mesh.last_level() {
@@ -195,8 +206,8 @@ fn chain(mesh: &ProgressiveMesh, space: &[u32], ratio: f64) -> Vec<List> {
             let options = meshopt::SimplifyOptions::None;
             faces(&meshopt::simplify(full.as_flattened(), &adapter, target, f32::MAX, options, None))
         };
-        lists.push(List { level, faces: lru_order(&simplified, space.len()) });
+        chain.push(lru_order(&simplified, space.len()));
     }
-    lists.reverse();
-    lists
+    chain.reverse();
+    chain
 }

@@ -1,13 +1,14 @@
 //! What else draws a mesh at every level of detail: the orders that the paper's must be compared with.
 //!
 //! Each takes a progressive mesh in [classical](super::order::classical) order, whose slots name the faces once and
-//! for all, and says which faces it draws at a level ([`Prepared`]), how many faces it copies when levels change, and what
-//! memory its lists take ([`rival_costs`], on positions: [`Vertices::welded`](super::mesh::Vertices::welded)). A scene's
-//! surface may be drawn so (`progressive_mesh.NAME.order`): see `session/rival.rs`, and [`compaction`] for the one that
-//! the device executes.
+//! for all, and says which faces it draws at a level ([`Prepared`]), how many faces it copies when levels change, and
+//! what memory its lists take ([`rival_costs`], on positions: [`Vertices::welded`](super::mesh::Vertices::welded)). A
+//! scene's surface may be drawn so (`progressive_mesh.NAME.order`): see `session/rival.rs`, and [`compaction`] for the
+//! one that the device executes.
 
 pub mod compaction;
 mod lists;
+mod skip;
 
 use super::cache::{Cache, Counter, LevelCosts, live_faces};
 use super::mesh::ProgressiveMesh;
@@ -15,6 +16,7 @@ use crate::scene::FaceOrder;
 use rayon::prelude::*;
 
 pub use lists::Prepared;
+pub use skip::SkipList;
 
 /// Another way to draw a mesh at a level of detail.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,7 +111,8 @@ pub fn rival_costs(mesh: &ProgressiveMesh, rival: Rival, caches: &[Cache], level
         Rival::Random | Rival::Reoptimised | Rival::ReoptimisedFifo => (faces_of_all_levels, full),
         // The same, beside the list that it goes through.
         Rival::Compacted => (faces_of_all_levels, 2 * full),
-        // Once for each list, at the level that comes to it; the full list is only read.
+        // Once for each list, at the level that comes to it: on the way up from nothing. On the way down the full one,
+        // the first, is there already.
         Rival::SkipLists { .. } => (prepared.listed_faces(), prepared.listed_faces()),
         Rival::Discrete { .. } => (0, prepared.listed_faces()),
     };

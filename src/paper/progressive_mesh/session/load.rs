@@ -67,7 +67,8 @@ fn mesh(name: &str, surface: &ProgressiveSurface) -> Result<(ProgressiveMesh, Op
     Ok((ordered(&model, &simplified.collapses, surface.order), None))
 }
 
-/// A model's progressive mesh with its faces in one of the orders; for a rival in the classical one, which it goes through.
+/// A model's progressive mesh with its faces in one of the orders; for a rival in the classical one, which it goes
+/// through.
 pub fn ordered(model: &model::Model, collapses: &Collapses, face_order: FaceOrder) -> ProgressiveMesh {
     let by = |options: &OrderOptions| order(model, collapses, options, &mut |_, _| ());
     match face_order {

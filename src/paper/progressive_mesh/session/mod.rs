@@ -184,8 +184,7 @@ impl Session {
     /// # Errors
     /// Device lost, out of memory.
     pub fn frame(&mut self, pose: &Pose) -> Result<()> {
-        let flight = (self.next % FRAMES_IN_FLIGHT as u64) as usize;
-        self.finish(flight)?;
+        self.finish(self.flight())?;
         let start = Instant::now();
         let (mut copies, mut change) = (Copies::default(), Change::default());
         let error_factor = self.plan(pose);
@@ -194,6 +193,41 @@ impl Session {
             let mut upload = |words: &[u32], at| copies.add(n, words, at);
             change += surface.go(&self.gpu, pose, self.settings.size, pixels, &mut upload)?;
         }
+        self.send(start, Some(pose), &copies, change, error_factor)
+    }
+
+    /// A frame that draws nothing: an instance of the first surface goes to a level. For what that alone costs.
+    ///
+    /// # Errors
+    /// As [`Session::frame`].
+    ///
+    /// # Panics
+    /// If shaders are to be counted: none runs.
+    pub fn change_level(&mut self, instance: usize, level: u32) -> Result<()> {
+        assert!(self.queries.is_none(), "no draw to count in");
+        self.finish(self.flight())?;
+        let start = Instant::now();
+        let mut copies = Copies::default();
+        let mut upload = |words: &[u32], at| copies.add(0, words, at);
+        let change = self.surfaces[0].go_to(&self.gpu, (instance, level), &mut upload)?;
+        self.send(start, None, &copies, change, 1.0)
+    }
+
+    /// The place in flight of the next frame.
+    fn flight(&self) -> usize {
+        (self.next % FRAMES_IN_FLIGHT as u64) as usize
+    }
+
+    /// Submits a frame whose levels were begun at `start`.
+    fn send(
+        &mut self,
+        start: Instant,
+        pose: Option<&Pose>,
+        copies: &Copies,
+        change: Change,
+        error_factor: f64,
+    ) -> Result<()> {
+        let flight = self.flight();
         copies.stage(&self.gpu, &mut self.staging[flight])?;
         let record = FrameRecord {
             index: self.next,
@@ -203,7 +237,7 @@ impl Session {
             passes: Vec::new(),
             counts: None,
         };
-        let ticket = self.record(pose, flight, &copies)?;
+        let ticket = self.record(pose, flight, copies)?;
         self.surfaces.iter_mut().for_each(Surface::submitted);
         self.in_flight[flight] = Some((ticket, record));
         self.next += 1;
@@ -219,7 +253,7 @@ impl Session {
             .plan(|factor| wanted.iter().map(|(surface, wanted)| surface.live_faces(wanted, factor)).sum())
     }
 
-    fn record(&self, pose: &Pose, flight: usize, copies: &Copies) -> Result<Ticket> {
+    fn record(&self, pose: Option<&Pose>, flight: usize, copies: &Copies) -> Result<Ticket> {
         let mut frame = self.gpu.frame()?;
         frame.pass(LEVELS, |cmd| {
             let mut from = 0;
@@ -236,10 +270,12 @@ impl Session {
         if self.surfaces.iter().any(Surface::compacts) {
             frame.pass(COMPACT, |cmd| self.surfaces.iter().try_for_each(|surface| surface.compact(cmd)))?;
         }
-        frame.pass(SURFACES, |cmd| match &self.queries {
-            Some(query) => cmd.counted(query, flight as u32, |cmd| self.draw(cmd, pose)),
-            None => self.draw(cmd, pose),
-        })?;
+        if let Some(pose) = pose {
+            frame.pass(SURFACES, |cmd| match &self.queries {
+                Some(query) => cmd.counted(query, flight as u32, |cmd| self.draw(cmd, pose)),
+                None => self.draw(cmd, pose),
+            })?;
+        }
         frame.submit()
     }
 

@@ -1,15 +1,18 @@
 //! Instances that a rival draws: which faces each shows, and how they come to the device.
 //!
-//! - An order made anew for each level, or a skip list's: the host makes the faces of a level once for all instances that
-//!   show it, and copies them to the instance's slice whenever its level changes, all of them.
+//! - An order made anew for each level: the host makes the faces of a level once for all instances that show it, and
+//!   copies them to the instance's slice whenever its level changes, all of them.
+//! - Skip lists: each instance has a copy of its list. Where the level goes to another list all of that is copied; else
+//!   the blocks that the change has written.
 //! - Compacted: the device fills the slices, in a pass of its own.
-//! - A discrete chain: its meshes stand in the index buffer once, and an instance shows one of them. Wanted is a level of the
-//!   progressive mesh, as ever; shown is the coarsest mesh that has at least as many faces: a level of the chain's own.
+//! - A discrete chain: its meshes stand in the index buffer once, and an instance shows one of them. Wanted is a level
+//!   of the progressive mesh, as ever; shown is the coarsest mesh that has at least as many faces: a level of the
+//!   chain's own.
 
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::rivals::compaction::{Compact, Compaction};
 use crate::paper::progressive_mesh::rivals::{Prepared, Rival};
-use crate::paper::progressive_mesh::run::{Program, Slices, TooMany, Untold};
+use crate::paper::progressive_mesh::run::{Program, Slices, TooMany, Touched, Untold};
 use crate::vk::{Buffer, BufferUse, Cmd, Gpu, Result};
 use std::collections::HashMap;
 use std::sync::{Arc, Weak};
@@ -35,10 +38,36 @@ struct Member {
     /// In the index buffer, in faces.
     first: u32,
     drawn: u32,
-    /// None where the device fills the slice.
-    faces: Option<Faces>,
+    shown: Shown,
     /// The slice is to be filled.
     stale: bool,
+}
+
+/// Who knows the faces of an instance.
+enum Shown {
+    /// The device alone, or the chain.
+    Elsewhere,
+    /// Instances at the same level.
+    Level(Faces),
+    /// It itself.
+    Skip(Box<Skip>),
+}
+
+/// An instance's copy of a skip list.
+struct Skip {
+    /// Its place among the lists.
+    list: usize,
+    faces: Vec<[u32; 3]>,
+    touched: Touched,
+}
+
+impl Skip {
+    /// Of a list as it is at a level: all of it is new.
+    fn new(list: usize, faces: Vec<[u32; 3]>) -> Skip {
+        let mut touched = Touched::new(faces.len());
+        touched.faces(0..faces.len());
+        Skip { list, faces, touched }
+    }
 }
 
 /// The mesh's faces in classical order at the level asked for last.
@@ -104,18 +133,30 @@ impl Rivals {
                 level,
                 first: self.meshes[mesh],
                 drawn: faces as u32,
-                faces: None,
+                shown: Shown::Elsewhere,
                 stale: false,
             };
         }
         if self.compaction.is_some() {
-            return Member { level, first: 0, drawn: live, faces: None, stale: true };
+            return Member { level, first: 0, drawn: live, shown: Shown::Elsewhere, stale: true };
+        }
+        if let Rival::SkipLists { .. } = self.prepared.rival() {
+            let (list, _) = self.prepared.skip_list(level);
+            let faces = self.prepared.drawn(level, &[]);
+            let drawn = faces.len() as u32;
+            return Member {
+                level,
+                first: 0,
+                drawn,
+                shown: Shown::Skip(Skip::new(list, faces).into()),
+                stale: true,
+            };
         }
         let made = self.made.get(&level).and_then(Weak::upgrade);
         let made: Faces =
             made.unwrap_or_else(|| self.prepared.drawn(level, self.walker.live(&self.program, level)).into());
         self.made.insert(level, Arc::downgrade(&made));
-        Member { level, first: 0, drawn: made.len() as u32, faces: Some(made), stale: true }
+        Member { level, first: 0, drawn: made.len() as u32, shown: Shown::Level(made), stale: true }
     }
 
     /// Brings an instance to a level in the next frame, at most once in it.
@@ -123,8 +164,17 @@ impl Rivals {
     /// # Errors
     /// [`TooMany`]; the instance stays at its level.
     pub fn go_to(&mut self, instance: usize, level: u32) -> std::result::Result<(), TooMany> {
-        if self.members[instance].level == level {
+        let Member { level: before, shown, stale, .. } = &mut self.members[instance];
+        if *before == level {
             return Ok(());
+        }
+        if let Shown::Skip(skip) = shown {
+            let (at, list) = self.prepared.skip_list(level);
+            if at == skip.list {
+                list.run(self.program.levels(), &mut skip.faces, [*before, level], &mut skip.touched);
+                (*before, *stale) = (level, true);
+                return Ok(());
+            }
         }
         let mut member = self.member(level);
         if member.stale {
@@ -154,7 +204,11 @@ impl Rivals {
         let member = &self.members[instance];
         match self.meshes.iter().position(|&first| first == member.first) {
             Some(mesh) => self.prepared.lists().nth(mesh),
-            None => member.faces.as_deref(),
+            None => match &member.shown {
+                Shown::Elsewhere => None,
+                Shown::Level(faces) => Some(faces),
+                Shown::Skip(skip) => Some(&skip.faces),
+            },
         }
     }
 
@@ -185,12 +239,24 @@ impl Rivals {
     }
 
     /// Gives `upload` the words that the host has for slices, and where they go, in words; returns their bytes.
-    pub fn upload(&self, upload: &mut impl FnMut(&[u32], usize)) -> u64 {
+    pub fn upload(&mut self, upload: &mut impl FnMut(&[u32], usize)) -> u64 {
         let mut bytes = 0;
-        for member in self.members.iter().filter(|member| member.stale) {
-            if let Some(faces) = &member.faces {
-                upload(faces.as_flattened(), 3 * member.first as usize);
-                bytes += size_of_val(&**faces) as u64;
+        for member in self.members.iter_mut().filter(|member| member.stale) {
+            let first = 3 * member.first as usize;
+            let mut send = |words: &[u32], at: usize| {
+                upload(words, first + at);
+                bytes += size_of_val(words) as u64;
+            };
+            match &mut member.shown {
+                Shown::Elsewhere => {}
+                Shown::Level(faces) => send(faces.as_flattened(), 0),
+                Shown::Skip(skip) => {
+                    let words = skip.faces.as_flattened();
+                    skip.touched
+                        .take()
+                        .into_iter()
+                        .for_each(|range| send(&words[range.clone()], range.start));
+                }
             }
         }
         bytes
@@ -222,18 +288,29 @@ impl Rivals {
         self.made.retain(|_, faces| faces.strong_count() > 0);
     }
 
-    /// Bytes of main memory of the instances' own.
+    /// Bytes of main memory of the instances' own, but for faces.
     pub fn state_bytes(&self) -> usize {
-        size_of_val(&*self.members) + self.slices.bytes()
+        let touched = self.skips().map(|skip| size_of_val(skip) + skip.touched.bytes());
+        size_of_val(&*self.members) + self.slices.bytes() + touched.sum::<usize>()
     }
 
-    /// Bytes of main memory that they share: lists, ranks, and what the levels draw that are shown.
+    fn skips(&self) -> impl Iterator<Item = &Skip> {
+        self.members.iter().filter_map(|member| match &member.shown {
+            Shown::Skip(skip) => Some(&**skip),
+            _ => None,
+        })
+    }
+
+    /// Bytes of main memory of faces: lists and ranks, which they share, what the levels draw that are shown, and the
+    /// instances' own copies of lists.
     pub fn host_bytes(&self) -> usize {
         let shown = self.made.values().filter_map(Weak::upgrade).map(|faces| size_of_val(&*faces));
-        12 * self.prepared.listed_faces() as usize
+        let copies = self.skips().map(|skip| size_of_val(&*skip.faces));
+        self.prepared.list_bytes() as usize
             + size_of_val(self.prepared.ranks())
             + size_of_val(&*self.walker.faces)
             + shown.sum::<usize>()
+            + copies.sum::<usize>()
     }
 
     /// Bytes of video memory that they share beside vertices.
@@ -244,7 +321,7 @@ impl Rivals {
     /// What the rival adds, in words.
     pub fn adds(&self) -> String {
         let name = self.prepared.rival().name();
-        let (lists, bytes) = (self.prepared.lists().len(), 12 * self.prepared.listed_faces());
+        let (lists, bytes) = (self.prepared.lists().len(), self.prepared.list_bytes());
         match self.prepared.rival() {
             Rival::Compacted => {
                 format!("{name}: a pass, and a slot and three corners of each face on the device")
@@ -255,7 +332,10 @@ impl Rivals {
                 )
             }
             Rival::SkipLists { .. } => {
-                format!("{name}: {lists} lists of {bytes} bytes on the host; a level change copies a list")
+                format!(
+                    "{name}: {lists} lists of {bytes} bytes on the host, and each instance's copy of one; levels of another \
+                     list copy it"
+                )
             }
             _ => format!("{name}: a level change orders and copies all faces"),
         }

@@ -151,18 +151,42 @@ impl Surface {
             change.live_faces += u64::from(live.faces);
             change.vertices += u64::from(live.vertices);
         }
-        match levels {
+        change.upload_bytes = self.collect(gpu, upload)?;
+        Ok(change)
+    }
+
+    /// Brings one instance to a level, whoever sees it; else as [`Surface::go`].
+    pub(super) fn go_to(
+        &mut self,
+        gpu: &Gpu,
+        (instance, level): (usize, u32),
+        upload: &mut impl FnMut(&[u32], usize),
+    ) -> Result<Change, Error> {
+        let from = self.levels.level(instance);
+        self.levels.go_to(instance, level).map_err(|error| limit(self.indices.name(), error))?;
+        Ok(Change {
+            splits: u64::from(level.saturating_sub(from)),
+            collapses: u64::from(from.saturating_sub(level)),
+            upload_bytes: self.collect(gpu, upload)?,
+            ..Change::default()
+        })
+    }
+
+    /// Uploads what the levels have written, and sees to room for it; returns its bytes.
+    fn collect(&mut self, gpu: &Gpu, upload: &mut impl FnMut(&[u32], usize)) -> Result<u64, Error> {
+        let mut bytes = 0;
+        match &mut self.levels {
             Levels::Host(instances) => {
                 for range in instances.take_touched() {
-                    change.upload_bytes += 4 * range.len() as u64;
+                    bytes += 4 * range.len() as u64;
                     upload(&instances.buffer().as_flattened()[range.clone()], range.start);
                 }
             }
-            Levels::Rival(rivals) => change.upload_bytes += rivals.upload(upload),
+            Levels::Rival(rivals) => bytes += rivals.upload(upload),
             Levels::Device(_) => {}
         }
         self.grow(gpu)?;
-        Ok(change)
+        Ok(bytes)
     }
 
     /// An index buffer for all slices: half as large again as the one before, so that few frames wait for one.
