@@ -2,6 +2,7 @@
 
 mod average;
 mod build;
+mod change;
 mod cpu;
 mod draw;
 mod equal_memory;
@@ -31,6 +32,7 @@ pub const FIGURES: &[&Figure] = &[
     &size::SIZE,
     &build::BUILD,
     &draw::DRAW,
+    &change::CHANGE,
     &pop::POP,
     &governor::GOVERNOR,
     &error::ERROR,

@@ -1,0 +1,209 @@
+//! pm.change: what a change of level costs each way of drawing levels: bytes, and the time of device and host.
+
+mod claims;
+mod ways;
+mod written;
+
+use super::orders::simplified;
+use crate::figure::{Axis, Bench, Cell, Claim, Figure, Origin, Plot, Row, Sweep, Timed, Value};
+use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
+use crate::paper::progressive_mesh::run::Program;
+use crate::paper::progressive_mesh::session::ordered;
+use crate::scene::FaceOrder;
+use crate::stats::Summary;
+use std::cell::RefCell;
+use ways::{WAYS, Way};
+use written::Written;
+
+/// The figure.
+pub const CHANGE: Figure = Figure {
+    id: "pm.change",
+    title: "What a change of level costs each way of drawing levels",
+    about: "One instance of `bunny` (3674 faces) or of `torus:96` (36 864) goes from level to level: by one split, by 1 % and by 10 % of \
+            all splits, and through all of them at once. The host executes splits, and tswaps where the order has them, and sends \
+            the blocks of 512 bytes that were written (classical; ours), or writes into the buffer from which the device draws \
+            (mapped); or the device executes them. Rivals draw the same levels: each anew at random or by meshoptimizer, \
+            sent whole; compacted by a pass of shaders; from skip lists, each faces by 0.707 fewer than the next: a change \
+            writes its corners, of faces without area too, and another list is copied whole; from a discrete chain, which stands in the \
+            buffer. Beside them a copy of all live faces. Written is what a change writes of the index buffer, faces that come to \
+            life included, counted on the way up through all levels and back, the mean and the worst change; sent is what the host \
+            sends for a change in the middle, whole blocks, and faces that move to a slice of another size. Times \
+            are of single changes, up to five in the middle of the range, there and back: the host's until the frame is submitted, the device's \
+            passes, and both. Only one of some hundred splits carries tswaps, and they may be of all faces: the mean says what \
+            a walk costs, the worst what one frame of it does.",
+    scenes: &["bunny", "torus:96"],
+    variants,
+    sweep: Some(Sweep { name: "step, % of all splits (at least one)", quick: &STEPS, full: &STEPS }),
+    measure,
+    plots: &[
+        Plot { quantity: WRITTEN, x: Axis::Sweep, log_x: true, log_y: true, floor: None },
+        Plot { quantity: WORST, x: Axis::Sweep, log_x: true, log_y: true, floor: None },
+        Plot { quantity: DEVICE, x: Axis::Sweep, log_x: true, log_y: true, floor: None },
+        Plot { quantity: HOST, x: Axis::Sweep, log_x: true, log_y: true, floor: None },
+    ],
+    claims: &[
+        Claim {
+            id: "moves-of-ours",
+            text: "A split in our order writes 23 faces of 12 bytes at most beside what splits without tswaps write.",
+            from: Origin::Ours,
+            check: claims::moves_of_ours,
+        },
+        Claim {
+            id: "copies-of-lists",
+            text: "Skip lists that fall by 0.707 copy 4.8 faces for each split: lists, where the level comes to another one.",
+            from: Origin::Ours,
+            check: claims::copies_of_lists,
+        },
+        Claim {
+            id: "lists-write-less",
+            text: "Skip lists write less than our order on a walk through all levels by single splits.",
+            from: Origin::Ours,
+            check: claims::lists_write_less,
+        },
+        Claim {
+            id: "small-steps",
+            text: "Our order writes less than a copy of all live faces for steps of up to 1 % of all splits.",
+            from: Origin::Ours,
+            check: claims::small_steps,
+        },
+        Claim {
+            id: "worst-split",
+            text: "The worst split of every way writes no more than a copy of all live faces, and its own corners.",
+            from: Origin::Ours,
+            check: claims::bursts,
+        },
+        Claim {
+            id: "compaction-looks-at-all",
+            text: "A compaction goes through all faces for every change: one split takes the device at least half as long as all.",
+            from: Origin::Ours,
+            check: claims::compaction_looks_at_all,
+        },
+        Claim {
+            id: "less-than-a-copy",
+            text: "A change of 1 % in our order takes host and device less than a copy of all live faces, the best of its three \
+                   ways.",
+            from: Origin::Ours,
+            check: claims::less_than_a_copy,
+        },
+    ],
+};
+
+const STEPS: [f64; 4] = [ONE, 1.0, 10.0, ALL];
+/// Of the largest mesh less than a split.
+const ONE: f64 = 0.001;
+const ALL: f64 = 100.0;
+
+const WRITTEN: &str = "bytes written for a change";
+const WORST: &str = "bytes written for the worst change";
+const SENT: &str = "bytes sent for a change";
+const COPIED: [&str; 2] =
+    ["faces of lists copied for each split up", "faces of lists copied for each split down"];
+const DEVICE: &str = "device, a change";
+const HOST: &str = "host, a change";
+const BOTH: &str = "host and device, a change";
+
+fn variants() -> Vec<String> {
+    WAYS.iter().map(|way| way.name.to_string()).collect()
+}
+
+/// Splits of a step.
+fn splits(last: u32, percent: f64) -> u32 {
+    ((f64::from(last) * percent / 100.0) as u32).max(1)
+}
+
+/// Levels of up to five steps in the middle of the range.
+fn middle(last: u32, step: u32) -> Vec<u32> {
+    let steps = (last / step).clamp(1, 5);
+    let first = (last - steps * step) / 2;
+    (0..=steps).map(|n| first + n * step).collect()
+}
+
+/// A model in the two orders that changes go through.
+struct Meshes {
+    classical: ProgressiveMesh,
+    ours: ProgressiveMesh,
+}
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let (model, collapses) = simplified(&cell.scene)?;
+    let of = |order| ordered(&model, &collapses, order);
+    let meshes = Meshes { classical: of(FaceOrder::Classical), ours: of(FaceOrder::Ours) };
+    let step = splits(meshes.ours.last_level(), cell.x.expect("the sweep has values"));
+    let mut rows = written_rows(&meshes, step)?;
+    let levels = middle(meshes.ours.last_level(), step);
+    let gpu = bench.gpu(&[])?;
+    let mut ways = Vec::new();
+    for way in &WAYS {
+        let mut way = Way::open(&gpu, way, &meshes, &levels)?;
+        let sent = way.sent()? as f64 / (2 * (levels.len() - 1)) as f64;
+        rows.push(Row::new(way.name, SENT, "bytes", Value::Number(sent)));
+        ways.push(RefCell::new(way));
+    }
+    let timed = bench.interleave(&gpu, ways.iter().map(Way::contender).collect())?;
+    rows.extend(timed.iter().flat_map(time_rows));
+    Ok(rows)
+}
+
+fn written_rows(meshes: &Meshes, step: u32) -> anyhow::Result<Vec<Row>> {
+    let programs = [Program::new(&meshes.classical)?, Program::new(&meshes.ours)?];
+    let mut rows = Vec::new();
+    for way in &WAYS {
+        let Written { bytes, changes, worst, copied } = written::walk(way, meshes, &programs, step);
+        let mut row = |quantity: &str, unit: &str, number: f64| {
+            rows.push(Row::new(way.name, quantity, unit, Value::Number(number)));
+        };
+        row(WRITTEN, "bytes", bytes as f64 / changes as f64);
+        row(WORST, "bytes", worst as f64);
+        if step == 1 && way.order == Some(FaceOrder::SkipLists) {
+            let splits = f64::from(meshes.classical.last_level());
+            COPIED
+                .into_iter()
+                .zip(copied)
+                .for_each(|(name, faces)| row(name, "faces", faces as f64 / splits));
+        }
+    }
+    Ok(rows)
+}
+
+/// All single changes of all rounds.
+fn time_rows(timed: &Timed) -> Vec<Row> {
+    let of = |labels: &[&str]| -> Option<Vec<f64>> {
+        let passes = timed.rounds.iter().flatten().filter(|pass| labels.contains(&&*pass.label));
+        passes.map(|pass| Some(pass.ns? as f64 / 1e6)).collect()
+    };
+    let (host, device) = (of(&[HOST]), of(&[DEVICE]));
+    let both = host.as_ref().zip(device.as_ref()).map(|(host, device)| {
+        host.iter().zip(device).map(|(host, device)| host + device).collect::<Vec<f64>>()
+    });
+    let row = |(quantity, samples): (&str, Option<Vec<f64>>)| {
+        let summary = Summary::of(&samples?)?;
+        Some(Row::new(&*timed.variant, quantity, "ms", Value::Summary(summary)))
+    };
+    [(HOST, host), (DEVICE, device), (BOTH, both)].into_iter().filter_map(row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_one_split_at_least_and_lie_in_the_middle() {
+        assert_eq!([ONE, 1.0, 10.0, ALL].map(|x| splits(1805, x)), [1, 18, 180, 1805]);
+        assert_eq!(middle(1805, 1805), [0, 1805]);
+        assert_eq!(middle(1000, 10), [475, 485, 495, 505, 515, 525]);
+        assert_eq!(middle(1000, 300), [50, 350, 650, 950]);
+    }
+
+    #[test]
+    fn a_change_is_a_sample_and_its_time_that_of_host_and_device() {
+        let pass =
+            |label: &str, ms: u64| crate::vk::PassTime { label: label.into(), ns: Some(ms * 1_000_000) };
+        let round = |ms: u64| vec![pass(HOST, ms), pass(DEVICE, 10), pass(HOST, ms + 1), pass(DEVICE, 20)];
+        let rows = time_rows(&Timed::of("ours", vec![round(1), round(3)]));
+        let of = |quantity: &str| match &rows.iter().find(|row| row.quantity == quantity).unwrap().value {
+            Value::Summary(summary) => (summary.count, summary.min, summary.max),
+            value => panic!("{value:?}"),
+        };
+        assert_eq!([of(HOST), of(DEVICE), of(BOTH)], [(4, 1.0, 4.0), (4, 10.0, 20.0), (4, 11.0, 24.0)]);
+    }
+}

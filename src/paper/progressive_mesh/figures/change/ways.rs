@@ -1,0 +1,181 @@
+//! The ways, as they run: what scenes draw by, and two beside them.
+
+use super::{DEVICE, HOST, Meshes};
+use crate::figure::Contender;
+use crate::paper::progressive_mesh::run::{Program, Untold};
+use crate::paper::progressive_mesh::session::{Model, Session, Settings};
+use crate::picture::Target;
+use crate::scene::{Apply, FaceOrder, Scene};
+use crate::vk::{Buffer, BufferUse, Gpu, PassTime};
+use std::cell::RefCell;
+use std::time::Instant;
+
+/// A way by its name.
+pub struct Named {
+    pub name: &'static str,
+    /// None: a copy.
+    pub order: Option<FaceOrder>,
+    pub by: By,
+}
+
+/// Who writes the index buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum By {
+    /// As a scene asks for it.
+    Scene(Apply),
+    /// The host, where the device reads: no scene asks for it.
+    Mapped,
+    /// A copy of all live faces.
+    Copy,
+}
+
+const fn of_scene(order: FaceOrder) -> Named {
+    Named { name: order.name(), order: Some(order), by: By::Scene(Apply::Cpu) }
+}
+
+pub const OURS: &str = FaceOrder::Ours.name();
+pub const MAPPED: &str = "ours, mapped";
+pub const ON_DEVICE: &str = "ours, on the device";
+pub const CLASSICAL: &str = FaceOrder::Classical.name();
+pub const COMPACTED: &str = FaceOrder::Compacted.name();
+pub const SKIP_LISTS: &str = FaceOrder::SkipLists.name();
+pub const COPY: &str = "copy of the live faces";
+
+/// In the order of the report.
+pub const WAYS: [Named; 10] = [
+    of_scene(FaceOrder::Classical),
+    of_scene(FaceOrder::Ours),
+    Named { name: MAPPED, order: Some(FaceOrder::Ours), by: By::Mapped },
+    Named { name: ON_DEVICE, order: Some(FaceOrder::Ours), by: By::Scene(Apply::Gpu) },
+    of_scene(FaceOrder::Random),
+    of_scene(FaceOrder::ReOptimised),
+    of_scene(FaceOrder::Compacted),
+    of_scene(FaceOrder::SkipLists),
+    of_scene(FaceOrder::Discrete),
+    Named { name: COPY, order: None, by: By::Copy },
+];
+
+/// A way on the device, with the levels that it walks through.
+pub struct Way<'a> {
+    pub name: &'static str,
+    gpu: &'a Gpu,
+    runs: Runs,
+    levels: &'a [u32],
+    /// It stands at the first of `levels`, not at the last.
+    up: bool,
+}
+
+enum Runs {
+    Scene(Box<Session>),
+    Mapped { program: Program, indices: Buffer, level: u32, kept: Vec<[u32; 3]> },
+    Copy { program: Program, staging: Buffer, indices: Buffer },
+}
+
+impl<'a> Way<'a> {
+    /// At the first of `levels`.
+    pub fn open(gpu: &'a Gpu, named: &Named, meshes: &Meshes, levels: &'a [u32]) -> anyhow::Result<Way<'a>> {
+        let ours = || Program::new(&meshes.ours);
+        let runs = match named.by {
+            By::Scene(apply) => {
+                let order = named.order.expect("a scene has an order");
+                Runs::Scene(Box::new(session(gpu, meshes, order, apply)?))
+            }
+            By::Mapped => {
+                let (program, kept) = (ours()?, Vec::new());
+                let bytes = size_of_val(program.faces()) as u64;
+                let mut indices = gpu.buffer("mapped indices", bytes, BufferUse::MappedIndices)?;
+                indices.mapped_mut().copy_from_slice(bytemuck::cast_slice(program.faces()));
+                Runs::Mapped { program, indices, level: 0, kept }
+            }
+            By::Copy => {
+                let program = ours()?;
+                let bytes = size_of_val(program.faces()) as u64;
+                let staging = gpu.buffer("staging", bytes, BufferUse::Upload)?;
+                let indices = gpu.buffer("indices", bytes, BufferUse::Indices)?;
+                Runs::Copy { program, staging, indices }
+            }
+        };
+        let mut way = Way { name: named.name, gpu, runs, levels, up: true };
+        way.go_to(levels[0])?;
+        Ok(way)
+    }
+
+    pub fn contender(way: &'a RefCell<Way<'a>>) -> Contender<'a> {
+        let name = way.borrow().name;
+        Contender { variant: name.into(), run: Box::new(move || Ok(way.borrow_mut().walk()?.0)) }
+    }
+
+    /// Bytes that the host sends there and back, when it has been there before.
+    pub fn sent(&mut self) -> anyhow::Result<u64> {
+        // The first time it takes its slices.
+        self.walk()?;
+        self.walk()?;
+        Ok(self.walk()?.1 + self.walk()?.1)
+    }
+
+    /// All levels up, or where it has been up, down: host's and device's time of each change, and bytes sent.
+    fn walk(&mut self) -> anyhow::Result<(Vec<PassTime>, u64)> {
+        let mut levels = self.levels.to_vec();
+        if !self.up {
+            levels.reverse();
+        }
+        self.up = !self.up;
+        let (mut passes, mut sent) = (Vec::new(), 0);
+        for &level in &levels[1..] {
+            let (host, device, bytes) = self.go_to(level)?;
+            sent += bytes;
+            passes.push(PassTime { label: HOST.into(), ns: Some(host) });
+            passes.push(PassTime { label: DEVICE.into(), ns: device });
+        }
+        Ok((passes, sent))
+    }
+
+    /// Nanoseconds of the host and of the device, and bytes sent.
+    fn go_to(&mut self, to: u32) -> anyhow::Result<(u64, Option<u64>, u64)> {
+        let start = Instant::now();
+        let nanoseconds = || start.elapsed().as_nanos() as u64;
+        let sum = |passes: &[PassTime]| passes.iter().map(|pass| pass.ns).sum::<Option<u64>>();
+        match &mut self.runs {
+            Runs::Scene(session) => {
+                session.change_level(0, to)?;
+                let host = nanoseconds();
+                session.drain()?;
+                let record = session.records.pop().expect("the frame that was drained");
+                Ok((host, sum(&record.passes), record.change.upload_bytes))
+            }
+            Runs::Mapped { program, indices, level, kept } => {
+                let faces: &mut [[u32; 3]] = bytemuck::cast_slice_mut(indices.mapped_mut());
+                program.run(faces, std::mem::replace(level, to), to, kept, &mut Untold);
+                let mut frame = self.gpu.frame()?;
+                frame.pass("levels", |_| Ok(()))?;
+                let ticket = frame.submit()?;
+                Ok((nanoseconds(), sum(&ticket.wait()?), 0))
+            }
+            Runs::Copy { program, staging, indices } => {
+                let live = &program.faces()[..program.levels()[to as usize].faces as usize];
+                let bytes = size_of_val(live);
+                staging.mapped_mut()[..bytes].copy_from_slice(bytemuck::cast_slice(live));
+                let mut frame = self.gpu.frame()?;
+                frame.pass("levels", |cmd| {
+                    cmd.copy_buffer(staging, 0, indices, 0, bytes as u64);
+                    Ok(())
+                })?;
+                let ticket = frame.submit()?;
+                Ok((nanoseconds(), sum(&ticket.wait()?), bytes as u64))
+            }
+        }
+    }
+}
+
+/// A session of one instance.
+fn session(gpu: &Gpu, meshes: &Meshes, order: FaceOrder, apply: Apply) -> anyhow::Result<Session> {
+    let mesh = if order == FaceOrder::Ours { &meshes.ours } else { &meshes.classical };
+    let scene = Scene::embedded("bunny")?;
+    let mut surface = scene.progressive_meshes["bunny"].clone();
+    (surface.order, surface.apply, surface.instances) = (order, apply, 1);
+    let stands = surface.stands(&scene.paths);
+    let model = Model { name: order.name().into(), surface, mesh: mesh.clone(), cut_from: None, stands };
+    // Nothing is drawn.
+    let settings = Settings { size: [64, 36], ..Settings::of_scene(&scene, Target::Srgb8) };
+    Ok(Session::new(gpu.clone(), &[model], settings)?)
+}

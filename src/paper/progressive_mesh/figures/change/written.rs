@@ -1,0 +1,145 @@
+//! What changes of level write of the index buffer, counted without a device.
+
+use super::Meshes;
+use super::ways::{By, Named};
+use crate::paper::progressive_mesh::mesh::Level;
+use crate::paper::progressive_mesh::rivals::{Prepared, Rival, SkipList};
+use crate::paper::progressive_mesh::run::{Program, Step, Untold};
+use crate::scene::FaceOrder;
+
+/// A walk through all levels and back.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Written {
+    pub bytes: u64,
+    pub changes: u64,
+    /// Bytes of the change that writes most.
+    pub worst: u64,
+    /// Faces of lists that were copied, up and down.
+    pub copied: [u64; 2],
+}
+
+impl Written {
+    fn add(&mut self, bytes: u64) {
+        self.bytes += bytes;
+        self.changes += 1;
+        self.worst = self.worst.max(bytes);
+    }
+}
+
+/// `way` in steps of so many splits, of which the last one up and the first one down may be a smaller one; `programs` are of
+/// the meshes.
+pub fn walk(way: &Named, meshes: &Meshes, [classical, ours]: &[Program; 2], step: u32) -> Written {
+    let last = meshes.classical.last_level();
+    let mut levels: Vec<u32> = (0..last).step_by(step as usize).collect();
+    levels.push(last);
+    let back = levels.iter().rev().skip(1).copied().collect::<Vec<u32>>();
+    levels.extend(back);
+    let changes = levels.windows(2).map(|pair| [pair[0], pair[1]]);
+    let mut written = Written::default();
+    match way.order {
+        Some(FaceOrder::Classical) => {
+            changes.for_each(|change| written.add(executed(classical, change, true)))
+        }
+        Some(FaceOrder::Ours) => {
+            // A mapped buffer holds the faces that are not live, too.
+            changes.for_each(|change| written.add(executed(ours, change, way.by != By::Mapped)));
+        }
+        Some(FaceOrder::Discrete) => changes.for_each(|_| written.add(0)),
+        Some(FaceOrder::SkipLists) => {
+            let every_vertex = (0..meshes.classical.vertices.positions.len() as u32).collect();
+            let rival = Rival::of(FaceOrder::SkipLists).expect("they are a rival");
+            let lists = Prepared::new(&meshes.classical, rival, every_vertex);
+            let mut walker = Walker::new(&lists, classical.levels());
+            changes.for_each(|change| walker.go(change, &mut written));
+        }
+        // All live faces.
+        _ => changes.for_each(|[_, to]| written.add(12 * u64::from(classical.levels()[to as usize].faces))),
+    }
+    written
+}
+
+/// Corners, moved faces, and where they are `born` by a copy the faces that come to life.
+fn executed(program: &Program, [from, to]: [u32; 2], born: bool) -> u64 {
+    let [before, after] = [from, to].map(|level| program.levels()[level as usize].faces);
+    let of_step = |step: &Step| match step {
+        Step::Write { corners, .. } => 4 * corners.len(),
+        Step::Move { faces, .. } => 12 * faces.len(),
+    };
+    let steps = program.steps(from, to).iter().map(of_step).sum::<usize>() as u64;
+    steps + if born { 12 * u64::from(after.saturating_sub(before)) } else { 0 }
+}
+
+/// An instance's copy of a skip list.
+struct Walker<'a> {
+    lists: &'a Prepared,
+    levels: &'a [Level],
+    at: usize,
+    list: &'a SkipList,
+    faces: Vec<[u32; 3]>,
+}
+
+impl<'a> Walker<'a> {
+    /// At level 0.
+    fn new(lists: &'a Prepared, levels: &'a [Level]) -> Walker<'a> {
+        let (at, list) = lists.skip_list(0);
+        Walker { lists, levels, at, list, faces: lists.drawn(0, &[]) }
+    }
+
+    fn go(&mut self, [from, to]: [u32; 2], written: &mut Written) {
+        let (at, list) = self.lists.skip_list(to);
+        if at == self.at {
+            let corners = list.run(self.levels, &mut self.faces, [from, to], &mut Untold);
+            return written.add(4 * corners as u64);
+        }
+        // What it is at the level is written at once.
+        (self.at, self.list) = (at, list);
+        self.faces = self.lists.drawn(to, &[]);
+        written.copied[usize::from(to < from)] += self.faces.len() as u64;
+        written.add(12 * self.faces.len() as u64);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ways::WAYS;
+    use super::*;
+    use crate::paper::progressive_mesh::figures::orders::simplified;
+    use crate::paper::progressive_mesh::session::ordered;
+
+    fn meshes() -> Meshes {
+        let (model, collapses) = simplified("sphere:8").unwrap();
+        let of = |order| ordered(&model, &collapses, order);
+        Meshes { classical: of(FaceOrder::Classical), ours: of(FaceOrder::Ours) }
+    }
+
+    #[test]
+    fn a_walk_writes_each_corner_each_move_and_each_list_once_in_each_direction() {
+        let meshes = meshes();
+        let programs = [&meshes.classical, &meshes.ours].map(|mesh| Program::new(mesh).unwrap());
+        let [last, base] = [meshes.ours.last_level(), 0].map(|level| meshes.ours.levels[level as usize]);
+        let by = |name: &str, step| {
+            let way = WAYS.iter().find(|way| way.name == name).unwrap();
+            walk(way, &meshes, &programs, step)
+        };
+        let corners = 4 * programs[0].corners().words.len() as u64;
+        let moves = 12 * programs[1].moves().from.len() as u64;
+        let born = 12 * u64::from(last.faces - base.faces);
+        let splits = u64::from(meshes.ours.last_level());
+        let found = by("classical", 1);
+        assert_eq!((found.bytes, found.changes), (2 * corners + born, 2 * splits));
+        let all = |step| by("ours", step).bytes;
+        assert_eq!(
+            [all(1), all(7), all(1 << 20)],
+            [2 * (4 * programs[1].corners().words.len() as u64 + moves) + born; 3]
+        );
+        assert_eq!(by("ours, mapped", 1).bytes + born, all(1));
+        // All faces of the last level, and those of the first.
+        assert_eq!(by("compacted", 1 << 20).bytes, 12 * u64::from(last.faces + base.faces));
+        assert_eq!((by("discrete", 3).bytes, by("copy of the live faces", 5)), (0, by("random", 5)));
+        let lists = by("skip-lists", 1);
+        let [up, down] = lists.copied;
+        // Up, all but the coarsest; down, all but the finest.
+        assert!(up > down && lists.worst == 12 * u64::from(last.faces), "{lists:?}");
+        assert!(lists.bytes > 12 * (up + down) && lists.bytes < 12 * (up + down) + 6 * corners, "{lists:?}");
+    }
+}
