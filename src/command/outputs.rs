@@ -154,6 +154,9 @@ pub(super) fn ending(path: &Path) -> &str {
 pub(super) fn check_place(path: &Path) -> anyhow::Result<PathBuf> {
     let shown = path.display();
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if folder.exists() && !folder.is_dir() {
+        bail!("{shown}: {} is a file and no folder; name another place", folder.display());
+    }
     if !folder.is_dir() {
         bail!("{shown}: there is no folder {}; create it first", folder.display());
     }
@@ -177,6 +180,15 @@ pub(super) fn check_place(path: &Path) -> anyhow::Result<PathBuf> {
     tempfile::tempfile_in(beside)
         .with_context(|| format!("{shown}: no file can be written in {}", beside.display()))?;
     Ok(place)
+}
+
+/// Refuses to write over what is read: a scan, say, by its own report.
+pub(super) fn check_apart(output: &Path, input: &Path) -> anyhow::Result<()> {
+    let real = |path: &Path| path.canonicalize().ok();
+    if real(output).is_some_and(|output| real(input) == Some(output)) {
+        bail!(Usage(format!("{}: that is the file that is read; name another", output.display())));
+    }
+    Ok(())
 }
 
 /// Whether a folder is there or can be made, and written into: asked before minutes are spent, and nothing is made.

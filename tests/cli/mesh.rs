@@ -193,7 +193,7 @@ fn damage_is_told_with_its_chunk() {
 fn what_cannot_be_is_told_in_one_line() {
     let folder = built();
     write(&folder, "text.pmesh", "a text, and no mesh");
-    let cases: [(&[&str], i32, &[&str]); 20] = [
+    let cases: [(&[&str], i32, &[&str]); 21] = [
         (&["info", "none.pmesh"], 1, &["none.pmesh", "cannot read"]),
         (&["info", "."], 1, &["not a regular file"]),
         (&["info", "text.pmesh"], 3, &["text.pmesh: no .pmesh file"]),
@@ -203,6 +203,11 @@ fn what_cannot_be_is_told_in_one_line() {
         (&["export", "b.pmesh", "--faces", "9", "-o", "x.stl"], 2, &["x.stl: export writes .ply and .obj"]),
         (&["export", "b.pmesh", "--faces", "9", "-o", "no/x.ply"], 1, &["no/x.ply", "create it first"]),
         (&["build", "text.pmesh", "-o", "x.pmesh"], 1, &["text.pmesh"]),
+        (
+            &["export", "b.pmesh", "--faces", "9", "-o", "b.pmesh/x.ply"],
+            1,
+            &["b.pmesh is a file and no folder"],
+        ),
         // Before a build of minutes: the model is not even looked for.
         (&["build", "none.ply", "-o", "x.txt"], 2, &["-o x.txt: the name must end in .pmesh"]),
         (&["build", "none.ply", "-o", "no/x.pmesh"], 1, &["no/x.pmesh", "create it first"]),
@@ -242,4 +247,33 @@ fn what_cannot_be_is_told_in_one_line() {
         holds(&line, words);
     }
     assert_eq!(names(&folder), ["b.pmesh", "text.pmesh"], "nothing was written");
+}
+
+#[test]
+fn what_is_read_is_never_written_over() {
+    let folder = built();
+    told(&folder, &["export", "b.pmesh", "--level", "9", "-o", "m.ply"]);
+    std::fs::copy(folder.path().join("b.pmesh"), folder.path().join("p.ply")).unwrap();
+    let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    let [model, mesh] = ["m.ply", "p.ply"].map(bytes);
+    let cases: [&[&str]; 2] = [
+        &["build", "m.ply", "-o", "x.pmesh", "--report", "./m.ply"],
+        &["export", "p.ply", "--level", "9", "-o", "p.ply"],
+    ];
+    for arguments in cases {
+        let (code, line) = mesh_failure(&folder, arguments);
+        assert_eq!(code, 2, "{arguments:?}: {line}");
+        holds(&line, &["that is the file that is read; name another"]);
+    }
+    assert!(bytes("m.ply") == model && bytes("p.ply") == mesh);
+    assert_eq!(names(&folder), ["b.pmesh", "m.ply", "p.ply"]);
+}
+
+#[test]
+fn a_level_without_faces_is_refused() {
+    let folder = built();
+    let ran = run(&folder, &["mesh", "export", "b.pmesh", "--faces", "0", "-o", "x.ply"]);
+    assert_eq!(ran.status.code(), Some(2));
+    holds(&String::from_utf8(ran.stderr).unwrap(), &["--faces", "0 is not in 1"]);
+    assert_eq!(names(&folder), ["b.pmesh"]);
 }

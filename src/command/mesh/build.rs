@@ -2,7 +2,7 @@
 
 use super::report::{BuildReport, Laps, Steps};
 use crate::command::Usage;
-use crate::command::outputs::{check_place, ending};
+use crate::command::outputs::{check_apart, check_place, ending};
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -10,7 +10,7 @@ use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions, classical, order};
 use ortelius::paper::progressive_mesh::simplify::{Collapses, Report, SimplifyOptions, simplify};
 use ortelius::scene::model::Model;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Simplifies a model to a progressive mesh and writes it, coarsest level first.
 #[derive(Args, Debug)]
@@ -67,6 +67,9 @@ pub fn run(args: &BuildArgs) -> Result<()> {
     let (output, report) = (check(args)?, args.report.as_deref().map(check_place).transpose()?);
     if report.as_ref() == Some(&output) {
         bail!(Usage(format!("--report {}: that is the mesh's own name; give it another", output.display())));
+    }
+    for written in [Some(&output), report.as_ref()].into_iter().flatten() {
+        check_apart(written, Path::new(&args.input))?;
     }
     let mut laps = Laps::start();
     let (model, cleaned) = Model::open(&args.input)?;

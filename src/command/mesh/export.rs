@@ -2,7 +2,7 @@
 
 use super::load;
 use crate::command::Usage;
-use crate::command::outputs::check_place;
+use crate::command::outputs::{check_apart, check_place};
 use anyhow::Result;
 use clap::{ArgGroup, Args};
 use glam::DVec3;
@@ -23,13 +23,13 @@ pub struct ExportArgs {
     #[arg(long, group = "which", value_name = "L", allow_negative_numbers = true)]
     level: Option<u32>,
 
-    /// The coarsest level whose error is at most so much, in object units: an estimate of its deviation, mostly from above
-    /// (two samples a face and all vertices are measured), no bound
+    /// The coarsest level whose error is at most so much, in object units: an estimate of its deviation, mostly from
+    /// above (two samples a face and all vertices are measured), no bound
     #[arg(long, group = "which", value_name = "E", allow_negative_numbers = true)]
     error: Option<f32>,
 
     /// The level whose number of faces is nearest
-    #[arg(long, group = "which", value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, group = "which", value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     faces: Option<u32>,
 
     /// The file to write; its folder must exist
@@ -43,6 +43,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     let format = Format::of(&args.output)
         .ok_or_else(|| Usage(format!("-o {}: export writes .ply and .obj", args.output.display())))?;
     let output = check_place(&args.output)?;
+    check_apart(&output, &args.file)?;
     let mesh = load(&args.file)?.mesh;
     let level = level(args, &mesh)?;
     let model = at_level(&mesh, level, format);

@@ -10,8 +10,8 @@ use ortelius::paper::progressive_mesh::mesh::{Level, ProgressiveMesh};
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Levels, errors (estimates of a level's deviation, mostly from above, no bounds), sizes by content, and what the order of
-/// faces costs a vertex cache.
+/// Levels, errors (estimates of a level's deviation, mostly from above, no bounds), sizes by content, and what the
+/// order of faces costs a vertex cache.
 #[derive(Args, Debug)]
 pub struct InfoArgs {
     /// The file to describe
