@@ -2,8 +2,8 @@
 //!
 //! [`Apply`] runs a [`Program`] there: the host sends a few words for each step. All splits between two permutations are
 //! one dispatch although they build upon each other, since the order does not count: see `apply.comp`. A
-//! permutation is two. [`Scatter`] is the plain variant beside it: the host executes, and sends each face that has changed
-//! with its slot.
+//! permutation is two. [`Scatter`] is the plain variant beside it: the host executes, and sends each face that has
+//! changed with its slot.
 
 use super::run::{Program, Step, Touch};
 use crate::vk::shader::progressive_mesh::{apply_comp, scatter_comp};

@@ -31,8 +31,8 @@ pub(super) type Corner = (u32, u32, u32);
 
 impl ProgressiveMesh {
     /// Whether every level can be reached: levels grow, every slot and vertex is in range and live when it is used, a
-    /// split's slots show its `splitVert`, welded vertices stand at one place, a permutation's cycles share no slot, both are spelt as [`super::mesh`] says, and all faces have three different
-    /// live vertices.
+    /// split's slots show its `splitVert`, welded vertices stand at one place, a permutation's cycles share no slot,
+    /// both are spelt as [`super::mesh`] says, and all faces have three different live vertices.
     ///
     /// # Errors
     /// The first flaw, in one line.

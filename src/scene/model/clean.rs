@@ -1,7 +1,8 @@
 //! Cleaning: what a file holds becomes a [`Model`], and everything that had to be done to it is counted.
 //!
 //! Vertices that no shape can have are set aside with their faces; equal positions are welded; faces that cover no
-//! triangle of their own are dropped; and what is left is made a manifold. A hole is never closed: that would be a guess.
+//! triangle of their own are dropped; and what is left is made a manifold. A hole is never closed: that would be a
+//! guess.
 
 use super::attributes::{finite_coordinates, first_alike, usable_normals};
 use super::manifold::Faces;

@@ -19,8 +19,8 @@ impl Model {
     /// (`./bunny` for a file of that name).
     ///
     /// # Errors
-    /// As [`Self::load`]; [`ModelError::Size`] for a size that a generated model cannot have; [`ModelError::NotFetched`] for a name whose file is not here; [`ModelError::Unknown`] lists
-    /// the names.
+    /// As [`Self::load`]; [`ModelError::Size`] for a size that a generated model cannot have;
+    /// [`ModelError::NotFetched`] for a name whose file is not here; [`ModelError::Unknown`] lists the names.
     pub fn open(name_or_path: &str) -> Result<(Model, Report), ModelError> {
         if let Some(model) = named(name_or_path) {
             let mut report = Report {

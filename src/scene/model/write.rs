@@ -1,5 +1,5 @@
-//! Models as files: PLY (binary, little-endian) and OBJ (plain triangles). Faces keep their order. Positions are welded:
-//! in PLY, whose vertices carry their attributes, unless attributes part them; in OBJ always, but for colours.
+//! Models as files: PLY (binary, little-endian) and OBJ (plain triangles). Faces keep their order. Positions are
+//! welded: in PLY, whose vertices carry their attributes, unless attributes part them; in OBJ always, but for colours.
 
 use super::Model;
 use crate::picture::write::{FileError, write_whole};

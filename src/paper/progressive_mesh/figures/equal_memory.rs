@@ -1,5 +1,5 @@
-//! Of pm.average: skip lists that take no more memory than an order needs for its commands. At the usual ratio of 0.707 they
-//! take less than half of it, and a comparison at unequal memory says little either way.
+//! Of pm.average: skip lists that take no more memory than an order needs for its commands. At the usual ratio of 0.707
+//! they take less than half of it, and a comparison at unequal memory says little either way.
 
 use super::super::cache::Cache;
 use super::super::mesh::ProgressiveMesh;
@@ -9,8 +9,8 @@ use super::average::{DRAWN, FIFO_16, MOVED, number};
 use super::orders::{CLOSED, FEW, OURS, judged, mean_of};
 use crate::figure::{Finding, Row, Table};
 
-/// Of what all instances need to change their levels and to begin with: commands and M0's buffer, or lists and the table of
-/// split vertices.
+/// Of what all instances need to change their levels and to begin with: commands and M0's buffer, or lists and the
+/// table of split vertices.
 const SHARED: &str = "memory that instances share";
 const UNIT: &str = "bytes per face";
 

@@ -76,8 +76,8 @@ const FACES: &str = "faces";
 /// Distances in diagonals that are rounding: a flat part may lose its faces and stay where it is.
 const ROUNDING: f64 = 1e-9;
 
-/// By how many diagonals two computations of one distance may differ: coordinates are at most 1, and some dozen operations
-/// lead from them to a distance.
+/// By how many diagonals two computations of one distance may differ: coordinates are at most 1, and some dozen
+/// operations lead from them to a distance.
 const TWO_WAYS: f64 = 64.0 * f64::EPSILON;
 
 fn variants() -> Vec<String> {

@@ -8,7 +8,8 @@ pub const SMALL: &str = "dragon_res4";
 /// The one of 871 414 faces, too large for a quick run.
 pub const LARGE: &str = "dragon";
 
-/// Rows that stand where a scan's would, each with why `quantity` of a variant is not there; `None` for what can be measured.
+/// Rows that stand where a scan's would, each with why `quantity` of a variant is not there; `None` for what can be
+/// measured.
 pub fn absent(cell: &Cell, effort: Effort, variants: &[String], quantity: &str) -> Option<Vec<Row>> {
     let name = &*cell.scene;
     FETCHED.iter().find(|scan| scan.name == name)?;

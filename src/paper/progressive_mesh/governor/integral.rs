@@ -1,10 +1,13 @@
 //! The simple rule: an integral controller on log2 of the factor, which knows nothing but times.
 //!
 //! A frame's time falls with the error by some power, so in logarithms the frame is a straight line with a slope `k`
-//! (0.5 to 1 where faces decide, 0 where they do not), read two frames late. A gain `g` on such a plant neither overshoots nor
-//! rings up to `g k = 4/27` (for two frames of delay; `d^d / (d + 1)^(d + 1)` in general). What frames vary by chance is
-//! smoothed by a mean that forgets half a frame ago, and inside a dead band nothing moves at all. What it cannot know is
-//! that all instances are as coarse as they get: there it winds up.
+//! (0.5 to 1 where faces decide, 0 where they do not), read two frames late. A gain `g` on such a plant neither
+//! overshoots nor rings up to `g k = 4/27` (for two frames of delay; `d^d / (d + 1)^(d + 1)` in general). What frames
+//! vary by chance is smoothed by a mean that forgets half of what it knew in each frame, and inside a dead band nothing
+//! moves at all. What it cannot know is that all instances are as coarse as they get: there it winds up, to
+//! [`MOST_LOG2`].
+
+use super::MOST_LOG2;
 
 /// Octaves of error for an octave of frame time: 4/27 = 0.148 less what the smoothing delays.
 const GAIN: f64 = 0.12;
@@ -17,9 +20,6 @@ const RESTS: f64 = 0.03;
 const AIM: f64 = 0.95;
 /// Octaves a frame at most: one frame that hung must not empty the scene.
 const FASTEST: f64 = 0.25;
-/// The coarsest: 1024 times the scene's error.
-const MOST_LOG2: f64 = 10.0;
-
 /// The controller.
 #[derive(Clone, Debug)]
 pub struct Integral {

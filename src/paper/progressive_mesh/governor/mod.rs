@@ -1,20 +1,22 @@
 //! The governor, section 4: "for scalability the wanted deviation is changed according to the platform's performance"
 //! (how is a gap of the paper).
 //!
-//! It plans. Before a frame it is known where the eye stands, and so how many faces would be drawn with all wanted errors
-//! multiplied by any factor; not known is what a face will cost. That is taken from the last frames: the time for each
-//! face that nine of ten will not exceed. The factor is the least with which faces times that cost fit the budget.
+//! It plans. Before a frame it is known where the eye stands, and so how many faces would be drawn with all wanted
+//! errors multiplied by any factor; not known is what a face will cost. That is taken from the last frames: the time
+//! for each face that nine of ten will not exceed. The factor is the least with which faces times that cost fit the
+//! budget.
 //!
 //! - A budget that nine of ten frames are to keep is planned with the tenth frame; planned with the mean it would be
 //!   broken by every other one. A frame that hangs is one of thirty and counts for nothing.
-//! - A machine that becomes slower is noticed within three frames, one that becomes faster after all thirty: detail goes
-//!   fast and comes back slowly.
-//! - For the camera it does not wait: a crowd that comes into view costs detail in that very frame. A loop on times alone
-//!   learns of it two frames late, and must be slow so that it does not ring ([`Integral`]: the simple rule).
-//! - Nothing is summed up, so nothing winds up: the factor never exceeds what makes all instances as coarse as they get.
+//! - A machine that becomes slower is noticed within three frames, one that becomes faster after all thirty: detail
+//!   goes fast and comes back slowly.
+//! - For the camera it does not wait: a crowd that comes into view costs detail in that very frame. A loop on times
+//!   alone learns of it two frames late, and must be slow so that it does not ring ([`Integral`]: the simple rule).
+//! - Nothing is summed up, so nothing winds up: the factor never exceeds what makes all instances as coarse as they
+//!   get.
 //! - It does not ring. A frame of n faces takes a + b n and is taken for c n, where c = b + a / n was right for frames
-//!   before. Where the plan rests it is right whatever a is, and from plan to plan its mistake shrinks to the share that
-//!   a has in the budget, with the same sign. Where a alone is more than the budget, all ends at the coarsest.
+//!   before. Where the plan rests it is right whatever a is, and from plan to plan its mistake shrinks to the share
+//!   that a has in the budget, with the same sign. Where a alone is more than the budget, all ends at the coarsest.
 
 mod integral;
 
@@ -24,15 +26,18 @@ use std::collections::VecDeque;
 
 /// Frames whose times are remembered: half a second at 60 a second.
 const FRAMES: usize = 30;
-/// The cost of a face is the one at this place among theirs: the 28th of 30, which the next frame exceeds in 3 of 31 cases.
+/// The cost of a face is the one at this place among theirs: the 28th of 30, which the next frame exceeds in 3 of 31
+/// cases.
 const COVERED: f64 = 0.95;
 /// A plan is made for this share of the faces that fit ...
 const AIM: f64 = 0.95;
-/// ... and kept while there are at most all, and at least this share: the error rests, and with it every level of detail.
+/// ... and kept while there are at most all, and at least this share: the error rests, and with it every level of
+/// detail.
 const KEPT_FROM: f64 = 0.85;
 /// Detail comes back where so many frames in a row had room for it: what a glance at less shows is not worth a turn.
 const ROOMY_FRAMES: u32 = 4;
-/// Octaves by which the error falls in a frame at most: what comes back is executed, copied and, unless it moves, seen to jump.
+/// Octaves by which the error falls in a frame at most: what comes back is executed, copied and, unless it moves, seen
+/// to jump.
 const FINER_LOG2: f64 = 0.25;
 /// The coarsest: 1024 times the scene's error.
 const MOST_LOG2: f64 = 10.0;

@@ -86,8 +86,8 @@ fn corner(values: &mut Values, kind: Kind) -> Result<u32, Trouble> {
     if f64::from(index) == value { Ok(index) } else { Err(values.trouble(format!("{value} is no vertex"))) }
 }
 
-/// Strips, as the Stanford repository packs scans: each vertex makes a triangle with the two before it, every second one
-/// turned, and -1 begins anew.
+/// Strips, as the Stanford repository packs scans: each vertex makes a triangle with the two before it, every second
+/// one turned, and -1 begins anew.
 pub(super) fn strips(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(), Trouble> {
     needs_corners(element, "tristrips")?;
     for _ in 0..element.count {

@@ -1,6 +1,7 @@
 //! PLY, the Stanford polygon format: ascii and both binary orders, in any order of elements and properties; polygons
 //! become fans, strips of triangles their triangles. Of vertices it reads x y z, nx ny nz, s t (also u v, texture_u
-//! texture_v) and red green blue alpha, of faces the texture coordinates of their corners; everything else is passed over.
+//! texture_v) and red green blue alpha, of faces the texture coordinates of their corners; everything else is passed
+//! over.
 
 mod faces;
 

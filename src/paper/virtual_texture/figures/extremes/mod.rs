@@ -109,56 +109,64 @@ fn rows(examined: &Examination) -> Vec<Row> {
     rows.push(number(STAGE_1, LOOKED_AT, "pixels", check.pixels));
     rows.push(number(STAGE_1, "differing", "pixels", differing));
     rows.push(number(STAGE_1, "unexplained", "pixels", unexplained));
-    for (name, outcome) in &examined.variants {
-        match outcome {
-            Outcome::Refused(line) => {
-                rows.push(Row::new(name, "outcome", "", Value::Missing(line.clone())));
-            }
-            &Outcome::Listed { lost, extra, entries, right_entries } => {
-                let words = match (lost, extra) {
-                    (0, 0) if entries == right_entries => format!("equal, {} tiles", examined.tiles),
-                    (0, 0) => format!("{entries} entries, {right_entries} are right"),
-                    _ => format!("{lost} tiles lost, {extra} too many, of {}", examined.tiles),
-                };
-                rows.push(Row::new(name, "outcome", "", Value::Text(words)));
-                rows.push(number(name, "lost", "tiles", lost));
-                rows.push(number(name, "extra", "tiles", extra));
-                rows.push(number(name, "list length", "triples", entries));
-                rows.push(number(name, "repeated", "triples", entries.abs_diff(right_entries)));
-            }
-            &Outcome::Superset { lost, beyond, repeated } => {
-                let words = match lost {
-                    0 => format!("all {} tiles, {beyond} hidden ones", examined.tiles),
-                    _ => format!("{lost} tiles lost of {}", examined.tiles),
-                };
-                rows.push(Row::new(name, "outcome", "", Value::Text(words)));
-                rows.push(number(name, "lost", "tiles", lost));
-                rows.push(number(name, BEYOND, "tiles", beyond));
-                rows.push(number(name, "repeated", "triples", repeated));
-            }
+    examined
+        .variants
+        .iter()
+        .for_each(|(name, outcome)| rows.extend(of_variant(name, outcome, examined.tiles)));
+    rows.extend(examined.settled.iter().flat_map(of_picture));
+    rows
+}
+
+fn of_variant(name: &str, outcome: &Outcome, tiles: usize) -> Vec<Row> {
+    let text = |words| Row::new(name, "outcome", "", Value::Text(words));
+    let count = |quantity, unit, count| number(name, quantity, unit, count);
+    match outcome {
+        Outcome::Refused(line) => vec![Row::new(name, "outcome", "", Value::Missing(line.clone()))],
+        &Outcome::Listed { lost, extra, entries, right_entries } => {
+            let words = match (lost, extra) {
+                (0, 0) if entries == right_entries => format!("equal, {tiles} tiles"),
+                (0, 0) => format!("{entries} entries, {right_entries} are right"),
+                _ => format!("{lost} tiles lost, {extra} too many, of {tiles}"),
+            };
+            vec![
+                text(words),
+                count("lost", "tiles", lost),
+                count("extra", "tiles", extra),
+                count("list length", "triples", entries),
+                count("repeated", "triples", entries.abs_diff(right_entries)),
+            ]
+        }
+        &Outcome::Superset { lost, beyond, repeated } => {
+            let words = match lost {
+                0 => format!("all {tiles} tiles, {beyond} hidden ones"),
+                _ => format!("{lost} tiles lost of {tiles}"),
+            };
+            vec![
+                text(words),
+                count("lost", "tiles", lost),
+                count(BEYOND, "tiles", beyond),
+                count("repeated", "triples", repeated),
+            ]
         }
     }
-    if let Some(settled) = &examined.settled {
-        let (wrong, not_finite) = (settled.wrong() as usize, settled.not_finite);
-        let coarser =
-            if settled.bias > 0 { format!(", {} levels coarser", settled.bias) } else { String::new() };
-        let words = match settled.verdicts {
-            _ if not_finite > 0 => format!("{not_finite} pixels hold no number"),
-            None => format!("every pixel holds a number{coarser}"),
-            Some(verdicts) if wrong > 0 => format!("{wrong} of {} pixels wrong{coarser}", verdicts.covered),
-            Some(verdicts) => format!("every texel of {} pixels right{coarser}", verdicts.covered),
-        };
-        rows.push(Row::new(PICTURE, "outcome", "", Value::Text(words)));
-        rows.push(number(PICTURE, "wrong", "pixels", wrong));
-        rows.push(number(
-            PICTURE,
-            COMPARED,
-            "pixels",
-            settled.verdicts.map_or(0, |verdicts| verdicts.covered as usize),
-        ));
-        rows.push(number(PICTURE, "not finite", "pixels", not_finite));
-    }
-    rows
+}
+
+fn of_picture(settled: &Settled) -> Vec<Row> {
+    let (wrong, not_finite) = (settled.wrong() as usize, settled.not_finite);
+    let coarser = if settled.bias > 0 { format!(", {} levels coarser", settled.bias) } else { String::new() };
+    let words = match settled.verdicts {
+        _ if not_finite > 0 => format!("{not_finite} pixels hold no number"),
+        None => format!("every pixel holds a number{coarser}"),
+        Some(verdicts) if wrong > 0 => format!("{wrong} of {} pixels wrong{coarser}", verdicts.covered),
+        Some(verdicts) => format!("every texel of {} pixels right{coarser}", verdicts.covered),
+    };
+    let compared = settled.verdicts.map_or(0, |verdicts| verdicts.covered as usize);
+    vec![
+        Row::new(PICTURE, "outcome", "", Value::Text(words)),
+        number(PICTURE, "wrong", "pixels", wrong),
+        number(PICTURE, COMPARED, "pixels", compared),
+        number(PICTURE, "not finite", "pixels", not_finite),
+    ]
 }
 
 /// (sum, number of records) of a quantity over some cells.
