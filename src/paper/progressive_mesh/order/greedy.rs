@@ -6,7 +6,6 @@
 //! orders know: a vertex of which few faces are left should be finished now.
 
 use super::patch::Patch;
-use std::collections::VecDeque;
 
 /// What a face is worth at a place, in transforms: one transform costs 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,52 +76,88 @@ pub(super) fn greedy(
 
 struct Greedy<'a> {
     patch: &'a Patch,
-    entries: u32,
+    entries: usize,
     weights: Weights,
     /// The face at each place, and the place of each face: final before the current place.
     at: Vec<u32>,
     place_of: Vec<u32>,
-    done: Vec<bool>,
-    /// For each vertex how many of its faces are not drawn yet.
-    left: Vec<u32>,
-    /// When each vertex entered the cache, by the count of all that did; those in it, the oldest first.
+    corners: Vec<Corner>,
+    /// The faces around each vertex as the patch has them, but without those that are drawn.
+    around: Vec<u32>,
+    /// All vertices that entered the cache, the oldest first: the last ones are in it, none before `cold`.
     entered: Vec<u32>,
-    clock: u32,
-    cache: VecDeque<u32>,
+    cold: usize,
+}
+
+/// A vertex. (Its worth is kept: a face is looked at from each of its corners, at a dozen places or more.)
+struct Corner {
+    /// What it adds to the worth of each of its faces.
+    worth: f64,
+    /// Its first face in `around`, and how many are not drawn yet.
+    start: u32,
+    left: u32,
+    is_cached: bool,
+}
+
+impl Corner {
+    fn renew(&mut self, weights: &Weights) {
+        self.worth = weights.valence / f64::from(self.left) - f64::from(u8::from(!self.is_cached));
+    }
 }
 
 impl<'a> Greedy<'a> {
     fn new(patch: &'a Patch, entries: u32, weights: &Weights) -> Self {
         let faces: Vec<u32> = (0..patch.faces.len() as u32).collect();
+        let corner = |vertex: usize| {
+            let [start, end] = [patch.starts[vertex], patch.starts[vertex + 1]];
+            let mut corner = Corner { worth: 0.0, start, left: end - start, is_cached: false };
+            corner.renew(weights);
+            corner
+        };
         Self {
             patch,
-            entries,
+            entries: entries as usize,
             weights: *weights,
             place_of: faces.clone(),
-            done: vec![false; faces.len()],
             at: faces,
-            left: (0..patch.vertices as u32).map(|vertex| patch.around(vertex).len() as u32).collect(),
-            entered: vec![0; patch.vertices],
-            clock: entries,
-            cache: VecDeque::new(),
+            corners: (0..patch.vertices).map(corner).collect(),
+            around: patch.around.clone(),
+            entered: Vec::with_capacity(patch.vertices),
+            cold: 0,
         }
     }
 
+    /// The vertices in the cache, the oldest first.
+    fn cache(&self) -> &[u32] {
+        &self.entered[self.cold.max(self.entered.len().saturating_sub(self.entries))..]
+    }
+
     fn restart(&mut self, warm: &[u32]) {
-        self.clock += self.entries;
-        self.cache.clear();
+        for vertex in self.cache().to_vec() {
+            self.leave(vertex);
+        }
+        self.cold = self.entered.len();
         warm.iter().for_each(|&vertex| self.enter(vertex));
     }
 
     fn enter(&mut self, vertex: u32) {
-        if self.clock - self.entered[vertex as usize] >= self.entries {
-            self.clock += 1;
-            self.entered[vertex as usize] = self.clock;
-            self.cache.push_back(vertex);
-            if self.cache.len() > self.entries as usize {
-                self.cache.pop_front();
+        let corner = &mut self.corners[vertex as usize];
+        let was_cached = std::mem::replace(&mut corner.is_cached, true);
+        corner.renew(&self.weights);
+        if !was_cached {
+            if let [oldest, rest @ ..] = self.cache()
+                && rest.len() + 1 == self.entries
+            {
+                self.leave(*oldest);
             }
+            self.entered.push(vertex);
         }
+    }
+
+    fn leave(&mut self, vertex: u32) {
+        let corner = &mut self.corners[vertex as usize];
+        corner.is_cached = false;
+        corner.renew(&self.weights);
     }
 
     /// The best of the face in place and all faces at vertices in the cache; of equal ones the first found. (To
@@ -131,19 +166,13 @@ impl<'a> Greedy<'a> {
     fn best(&self, place: usize, lines: &Lines) -> u32 {
         let in_place = self.at[place];
         let mut best = (self.worth(in_place) + self.weights.in_place, in_place);
-        for &vertex in &self.cache {
-            if self.left[vertex as usize] == 0 {
-                continue;
-            }
-            for &face in self.patch.around(vertex) {
-                if self.done[face as usize] || face == in_place {
-                    continue;
-                }
+        for &vertex in self.cache() {
+            for &face in self.around(vertex) {
                 let mut worth = self.worth(face);
                 if self.weights.line != 0.0 && lines.known(self.place_of[face as usize] as usize) {
                     worth += self.weights.line;
                 }
-                if worth > best.0 {
+                if worth > best.0 && face != in_place {
                     best = (worth, face);
                 }
             }
@@ -152,11 +181,14 @@ impl<'a> Greedy<'a> {
     }
 
     fn worth(&self, face: u32) -> f64 {
-        let corner = |&vertex: &u32| {
-            let missed = self.clock - self.entered[vertex as usize] >= self.entries;
-            self.weights.valence / f64::from(self.left[vertex as usize]) - f64::from(u8::from(missed))
-        };
-        self.patch.faces[face as usize].iter().map(corner).sum()
+        let [a, b, c] = self.patch.faces[face as usize].map(|vertex| self.corners[vertex as usize].worth);
+        a + b + c
+    }
+
+    /// The faces of a vertex that are not drawn yet.
+    fn around(&self, vertex: u32) -> &[u32] {
+        let Corner { start, left, .. } = self.corners[vertex as usize];
+        &self.around[start as usize..(start + left) as usize]
     }
 
     /// Swaps the face with that in place.
@@ -166,15 +198,22 @@ impl<'a> Greedy<'a> {
             let displaced = self.at[place];
             (self.at[from], self.at[place]) = (displaced, face);
             (self.place_of[displaced as usize], self.place_of[face as usize]) = (from as u32, place as u32);
-            lines.touch(from);
-            lines.touch(place);
+            if self.weights.line != 0.0 {
+                lines.touch(from);
+                lines.touch(place);
+            }
         }
     }
 
     fn draw(&mut self, face: u32) {
-        self.done[face as usize] = true;
         for vertex in self.patch.faces[face as usize] {
-            self.left[vertex as usize] -= 1;
+            let at = self.around(vertex).iter().position(|&other| other == face);
+            let corner = &mut self.corners[vertex as usize];
+            let at = corner.start as usize + at.expect("a face is drawn once");
+            let end = (corner.start + corner.left) as usize;
+            // In their order: of equal faces the first found is the best.
+            self.around.copy_within(at + 1..end, at);
+            corner.left -= 1;
             self.enter(vertex);
         }
     }

@@ -5,8 +5,8 @@ pub(super) struct Patch {
     pub faces: Vec<[u32; 3]>,
     pub vertices: usize,
     /// Vertex v's faces are `around[starts[v] .. starts[v + 1]]`.
-    starts: Vec<u32>,
-    around: Vec<u32>,
+    pub starts: Vec<u32>,
+    pub around: Vec<u32>,
 }
 
 /// Numbers vertices of a large mesh for one patch after another, without clearing anything large.
@@ -70,10 +70,5 @@ impl Patch {
         let mut faces = self.faces.clone();
         faces.rotate_left(first);
         Self::new(faces, self.vertices)
-    }
-
-    pub fn around(&self, vertex: u32) -> &[u32] {
-        let [start, end] = [0, 1].map(|next| self.starts[vertex as usize + next] as usize);
-        &self.around[start..end]
     }
 }
