@@ -6,6 +6,7 @@
 use super::coder::{Coder, tree};
 use super::live::{Live, Spoke};
 use super::models::{Models, Sizes};
+use super::moving::Moving;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
 
 /// What a payload says and cannot be.
@@ -31,13 +32,7 @@ pub(super) struct Growing<'a> {
     pub(super) live: Live,
     pub(super) models: Models,
     pub sizes: Sizes,
-    /// For each slot its place among those that move; scratch of a permutation.
-    pub(super) moving: Vec<u32>,
-    /// For each face the last search that suggested it, above all of them once it has its place; scratch of a
-    /// permutation.
-    pub(super) suggested: Vec<u64>,
-    /// Searches for a slot's face so far.
-    pub(super) searches: u64,
+    pub(super) moving: Moving,
 }
 
 /// Which attributes the vertices have.
@@ -64,9 +59,7 @@ impl<'a> Growing<'a> {
             live: Live::default(),
             models: Models::default(),
             sizes: Sizes::default(),
-            moving: Vec::new(),
-            suggested: Vec::new(),
-            searches: 0,
+            moving: Moving::default(),
         }
     }
 

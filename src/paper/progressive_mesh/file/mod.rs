@@ -14,6 +14,7 @@ mod coder;
 mod level;
 mod live;
 mod models;
+mod moving;
 mod permutation;
 mod read;
 #[cfg(test)]
