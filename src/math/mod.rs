@@ -4,3 +4,4 @@ pub mod camera;
 pub mod geodesy;
 pub mod pyramid;
 pub mod ragged;
+pub mod rows;

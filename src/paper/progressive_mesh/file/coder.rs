@@ -115,6 +115,7 @@ impl Encoder {
 }
 
 impl Coder for Encoder {
+    #[inline]
     fn bit(&mut self, model: &mut Bit, value: bool) -> bool {
         let bound = (self.range >> SCALE_BITS) * model.probability();
         if value {
@@ -183,6 +184,7 @@ impl<'a> Decoder<'a> {
 }
 
 impl Coder for Decoder<'_> {
+    #[inline]
     fn bit(&mut self, model: &mut Bit, _: bool) -> bool {
         let bound = (self.range >> SCALE_BITS) * model.probability();
         let value = self.code < bound;

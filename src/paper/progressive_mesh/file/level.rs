@@ -169,7 +169,7 @@ impl<'a> Growing<'a> {
         self.mesh.splits.split_vertices.push(row.split);
         self.mesh.splits.slots.push(slots);
         if !faces.is_empty() {
-            self.live.replace(row.split, faces);
+            self.live.replace(row.split, &faces);
         }
     }
 
@@ -221,7 +221,7 @@ impl<'a> Growing<'a> {
 fn neighbours(live: &Live, old: u32) -> Vec<u32> {
     let Some(newest) = live.around.len().checked_sub(1) else { return Vec::new() };
     let mut near = Vec::new();
-    for &face in &live.around[newest] {
+    for &face in live.around.row(newest) {
         for vertex in live.corners[face as usize] {
             if vertex < old && !near.contains(&vertex) {
                 near.push(vertex);

@@ -3,6 +3,8 @@
 //! Here a face has a number that never changes: the slot in which it comes to life. Splits come before the
 //! permutations that move it, so this is also its place in the file.
 
+use crate::math::rows::Rows;
+
 /// No face, no place.
 pub(super) const NONE: u32 = u32::MAX;
 
@@ -13,7 +15,7 @@ pub(super) struct Live {
     pub slot_of: Vec<u32>,
     pub face_at: Vec<u32>,
     /// For each vertex its faces, in ascending order.
-    pub around: Vec<Vec<u32>>,
+    pub around: Rows,
 }
 
 /// A face at a vertex s, seen from there: corners (s, first, second).
@@ -26,7 +28,7 @@ pub(super) struct Spoke {
 
 impl Live {
     pub(super) fn add_vertex(&mut self) {
-        self.around.push(Vec::new());
+        self.around.grow(self.around.len() + 1);
     }
 
     /// A face comes to life in the next slot.
@@ -35,18 +37,18 @@ impl Live {
         self.corners.push(corners);
         self.slot_of.push(face);
         self.face_at.push(face);
-        corners.iter().for_each(|&vertex| self.around[vertex as usize].push(face));
+        corners.iter().for_each(|&vertex| self.around.push(vertex as usize, face));
     }
 
     /// The paper's replacement of `split` by the newest vertex, in some of the faces around `split`, ascending.
-    pub(super) fn replace(&mut self, split: u32, faces: Vec<u32>) {
+    pub(super) fn replace(&mut self, split: u32, faces: &[u32]) {
         let new = self.around.len() as u32 - 1;
-        for &face in &faces {
+        for &face in faces {
+            self.around.push(new as usize, face);
             let corners = &mut self.corners[face as usize];
             *corners = corners.map(|vertex| if vertex == split { new } else { vertex });
         }
-        self.around[split as usize].retain(|face| faces.binary_search(face).is_err());
-        self.around[new as usize] = faces;
+        self.around.retain(split as usize, |face| faces.binary_search(&face).is_err());
     }
 
     /// The faces around `vertex` in the order in which they follow each other there: each fan from its beginning,
@@ -62,7 +64,7 @@ impl Live {
             };
             Spoke { face, first, second }
         };
-        let spokes: Vec<Spoke> = self.around[vertex as usize].iter().map(spoke).collect();
+        let spokes: Vec<Spoke> = self.around.row(vertex as usize).iter().map(spoke).collect();
         let mut by_first: Vec<u32> = (0..spokes.len() as u32).collect();
         by_first.sort_by_key(|&at| spokes[at as usize].first);
         let mut seconds: Vec<u32> = spokes.iter().map(|spoke| spoke.second).collect();
@@ -118,8 +120,8 @@ mod tests {
     fn a_replaced_vertex_gives_its_faces_away() {
         let mut mesh = live(5, &[[0, 1, 2], [3, 4, 0], [2, 3, 0], [4, 1, 0]]);
         mesh.add_vertex();
-        mesh.replace(0, vec![1, 2]);
-        assert_eq!((&*mesh.around[0], &*mesh.around[5]), ([0, 3].as_slice(), [1, 2].as_slice()));
+        mesh.replace(0, &[1, 2]);
+        assert_eq!((mesh.around.row(0), mesh.around.row(5)), ([0, 3].as_slice(), [1, 2].as_slice()));
         assert_eq!(mesh.corners, [[0, 1, 2], [3, 4, 5], [2, 3, 5], [4, 1, 0]]);
     }
 }

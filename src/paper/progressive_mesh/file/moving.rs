@@ -74,7 +74,7 @@ impl Moving {
         self.around.clear();
         self.starts.push(0);
         for &vertex in &*vertices {
-            let faces = live.around[vertex as usize].iter().map(|&face| self.at_face[face as usize]);
+            let faces = live.around.row(vertex as usize).iter().map(|&face| self.at_face[face as usize]);
             self.around.extend(faces.filter(|&at| at != NONE));
             self.starts.push(self.around.len() as u32);
         }

@@ -1,6 +1,7 @@
 //! A model taken down to M0: what each collapse changes.
 
 use crate::math::ragged::Ragged;
+use crate::math::rows::Rows;
 use crate::paper::progressive_mesh::mesh::NOWHERE;
 use crate::paper::progressive_mesh::simplify::Collapses;
 use crate::scene::model::Model;
@@ -11,7 +12,7 @@ pub(super) struct Descent {
     pub faces: Vec<[u32; 3]>,
     alive: Vec<bool>,
     /// For each wedge the faces that had it as a corner at some level; dead ones are among them.
-    around: Vec<Vec<u32>>,
+    around: Rows,
     /// For each removed wedge, in the order of removal, the live faces in which another took its place.
     pub changed: Ragged<u32>,
 }
@@ -20,9 +21,10 @@ impl Descent {
     /// # Panics
     /// If `collapses` are not of `model`: a face removed twice, or one that lives on without a vertex.
     pub fn new(model: &Model, collapses: &Collapses) -> Self {
-        let mut around = vec![Vec::new(); model.wedge_positions.len()];
+        let mut around = Rows::default();
+        around.grow(model.wedge_positions.len());
         for (face, corners) in model.faces.iter().enumerate() {
-            corners.iter().for_each(|&wedge| around[wedge as usize].push(face as u32));
+            corners.iter().for_each(|&wedge| around.push(wedge as usize, face as u32));
         }
         let alive = vec![true; model.faces.len()];
         let mut descent = Self { faces: model.faces.clone(), alive, around, changed: Ragged::default() };
@@ -37,13 +39,13 @@ impl Descent {
             assert!(std::mem::take(&mut self.alive[face as usize]), "face {face} is removed twice");
         }
         for &[wedge, target] in collapses.wedges.row(collapse) {
-            let mut around = std::mem::take(&mut self.around[wedge as usize]);
-            around.retain(|&face| self.alive[face as usize]);
+            let here = self.around.row(wedge as usize).iter().copied();
+            let around: Vec<u32> = here.filter(|&face| self.alive[face as usize]).collect();
             assert!(around.is_empty() || target != NOWHERE, "wedge {wedge} vanishes, but not its faces");
             for &face in &around {
                 let corners = &mut self.faces[face as usize];
                 corners.iter_mut().filter(|corner| **corner == wedge).for_each(|corner| *corner = target);
-                self.around[target as usize].push(face);
+                self.around.push(target as usize, face);
             }
             self.changed.push(around);
         }

@@ -1,0 +1,102 @@
+//! Rows that grow, in one vector.
+
+/// Rows of items that come and go, without an allocation for each: hundreds of thousands of short lists.
+#[derive(Clone, Debug, Default)]
+pub struct Rows {
+    rows: Vec<Row>,
+    items: Vec<u32>,
+}
+
+/// Where a row stands among the items, and how many it may have there.
+#[derive(Clone, Copy, Debug, Default)]
+struct Row {
+    start: usize,
+    length: u32,
+    room: u32,
+}
+
+/// A row that outgrows its room gets at least so much: a vertex of a triangle mesh has six faces.
+const LEAST_ROOM: u32 = 8;
+
+impl Rows {
+    /// How many rows there are.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Appends rows without items until there are so many.
+    pub fn grow(&mut self, rows: usize) {
+        self.rows.resize(rows.max(self.rows.len()), Row::default());
+    }
+
+    /// Row `index`.
+    ///
+    /// # Panics
+    /// If there is no such row.
+    pub fn row(&self, index: usize) -> &[u32] {
+        let Row { start, length, .. } = self.rows[index];
+        &self.items[start..][..length as usize]
+    }
+
+    /// Appends an item to row `index`. What the row leaves, where it outgrows its room, is never used again: all rows
+    /// together leave less than they have at most.
+    ///
+    /// # Panics
+    /// If there is no such row.
+    pub fn push(&mut self, index: usize, item: u32) {
+        let row = &mut self.rows[index];
+        if row.length == row.room {
+            let from = std::mem::replace(&mut row.start, self.items.len());
+            row.room = LEAST_ROOM.max(2 * row.room);
+            self.items.extend_from_within(from..from + row.length as usize);
+            self.items.resize(row.start + row.room as usize, 0);
+        }
+        self.items[row.start + row.length as usize] = item;
+        row.length += 1;
+    }
+
+    /// Leaves row `index` the items that `keep` wants, in their order.
+    ///
+    /// # Panics
+    /// If there is no such row.
+    pub fn retain(&mut self, index: usize, mut keep: impl FnMut(u32) -> bool) {
+        let row = &mut self.rows[index];
+        let items = &mut self.items[row.start..][..row.length as usize];
+        let mut kept = 0;
+        for at in 0..items.len() {
+            if keep(items[at]) {
+                items[kept] = items[at];
+                kept += 1;
+            }
+        }
+        row.length = kept as u32;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_grow_and_shrink_apart() {
+        let mut rows = Rows::default();
+        rows.grow(2);
+        let mut wanted = [Vec::new(), Vec::new()];
+        for n in 0..100 {
+            let row = usize::from(n % 3 == 0);
+            rows.push(row, n);
+            wanted[row].push(n);
+        }
+        rows.retain(1, |item| item % 2 == 0);
+        wanted[1].retain(|item| item % 2 == 0);
+        rows.grow(3);
+        rows.push(1, 7);
+        wanted[1].push(7);
+        assert_eq!([rows.row(0), rows.row(1), rows.row(2)], [&*wanted[0], &*wanted[1], &[]]);
+        assert_eq!(rows.len(), 3);
+    }
+}
