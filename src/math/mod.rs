@@ -5,3 +5,4 @@ pub mod geodesy;
 pub mod pyramid;
 pub mod ragged;
 pub mod rows;
+pub mod splitmix;

@@ -50,7 +50,9 @@ fn visit_that_differs(
 
 fn built(name: &str, target_faces: usize) -> (Model, Collapses) {
     let model = named(name).unwrap();
-    let collapses = simplify(&model, &SimplifyOptions { target_faces }, &mut |_, _| ()).collapses;
+    let collapses =
+        simplify(&model, &SimplifyOptions { target_faces, ..SimplifyOptions::default() }, &mut |_, _| ())
+            .collapses;
     (model, collapses)
 }
 

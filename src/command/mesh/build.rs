@@ -27,6 +27,10 @@ pub struct BuildArgs {
     #[arg(long, value_name = "N", default_value_t = SimplifyOptions::default().target_faces, allow_negative_numbers = true)]
     target_faces: usize,
 
+    /// Decides by lot which of collapses that cost the same comes first; 0: where they stand in space
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    seed: u64,
+
     /// How faces are ordered
     #[arg(long, value_enum, default_value_t = Order::Ours)]
     order: Order,
@@ -77,7 +81,7 @@ pub fn run(args: &BuildArgs) -> Result<()> {
     check_moves(args, model.faces.len())?;
     let load = laps.lap();
     let bar = Bar::new();
-    let options = SimplifyOptions { target_faces: args.target_faces };
+    let options = SimplifyOptions { target_faces: args.target_faces, seed: args.seed };
     let simplified = simplify(&model, &options, &mut bar.phase("simplify"));
     let simplify = laps.lap();
     let mesh = ordered(options_of(args), &model, &simplified.collapses, &bar);

@@ -92,7 +92,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let part = cell.x.context("the sweep has values")? / 100.0;
     let target_faces = (model.faces.len() as f64 * part) as usize;
     let samples = if bench.effort == Effort::Quick { 50_000 } else { 400_000 };
-    let simplified = simplify(&model, &SimplifyOptions { target_faces }, &mut |_, _| {});
+    let simplified =
+        simplify(&model, &SimplifyOptions { target_faces, ..SimplifyOptions::default() }, &mut |_, _| {});
     let steps = simplified.collapses.steps_to(&model, target_faces);
     let ours = simplified.collapses.faces_after(&model, steps);
     let wedges: Vec<DVec3> =

@@ -354,7 +354,7 @@ mod tests {
     fn seams_and_boundaries_are_ordered_too() {
         for name in ["solid:4", "knot:6", "grid:12"] {
             let model = named(name).expect("a generated model");
-            let options = SimplifyOptions { target_faces: 40 };
+            let options = SimplifyOptions { target_faces: 40, ..SimplifyOptions::default() };
             let collapses = simplify(&model, &options, &mut |_, _| {}).collapses;
             let coherent =
                 OrderOptions { within: Within::Coherent, run_faces: Some(100), ..OrderOptions::BEST };

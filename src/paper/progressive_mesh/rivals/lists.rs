@@ -2,6 +2,7 @@
 
 use super::Rival;
 use super::skip::SkipList;
+use crate::math::splitmix::SplitMix64;
 use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
 use crate::paper::progressive_mesh::run::Untold;
@@ -137,18 +138,11 @@ fn fifo_order(list: &[[u32; 3]], vertices: usize, entries: u32) -> Vec<[u32; 3]>
     faces(&meshopt::optimize_vertex_cache_fifo(list.as_flattened(), vertices, entries))
 }
 
-/// In a random order that `seed` decides (Fisher and Yates, splitmix64).
+/// In a random order that `seed` decides (Fisher and Yates).
 fn shuffled(mut list: Vec<[u32; 3]>, seed: u64) -> Vec<[u32; 3]> {
-    let mut state = seed;
-    let mut next = || {
-        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut bits = state;
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        bits ^ (bits >> 31)
-    };
+    let mut random = SplitMix64(seed);
     for last in (1..list.len()).rev() {
-        list.swap(last, (next() % (last as u64 + 1)) as usize);
+        list.swap(last, (random.draw() % (last as u64 + 1)) as usize);
     }
     list
 }

@@ -85,11 +85,14 @@ pub const NOWHERE: u32 = u32::MAX;
 pub struct SimplifyOptions {
     /// Faces of the base mesh: no collapse begins when there are no more than these.
     pub target_faces: usize,
+    /// Which of collapses that cost the same comes first: with 0 the one that stands first along a curve through space,
+    /// with any other seed it is decided by lot. What differs between seeds is what chance decides of a result.
+    pub seed: u64,
 }
 
 impl Default for SimplifyOptions {
     fn default() -> Self {
-        SimplifyOptions { target_faces: 64 }
+        SimplifyOptions { target_faces: 64, seed: 0 }
     }
 }
 
@@ -104,6 +107,7 @@ pub struct Simplified {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Report {
     pub target_faces: usize,
+    pub seed: u64,
     /// Faces of the base mesh.
     pub faces: usize,
     /// Collapses of one position onto another.

@@ -1,8 +1,11 @@
 //! A priority queue of positions whose keys change.
 
-/// Positions in the order of their keys, least first; equal keys in the order of the positions. A heap that knows where
+use crate::math::splitmix::SplitMix64;
+
+/// Positions in the order of their keys, least first; equal keys as [`Ties`] say. A heap that knows where
 /// each position stands in it: of four children, as a parent's then stand in one or two lines of the CPU's cache.
 pub struct Queue {
+    ties: Ties,
     heap: Vec<Entry>,
     /// Where each position stands in the heap, [`OUT`] if it does not.
     places: Vec<u32>,
@@ -11,7 +14,22 @@ pub struct Queue {
 #[derive(Clone, Copy)]
 struct Entry {
     key: f64,
-    position: u32,
+    /// (rank, position)
+    tie: (u32, u32),
+}
+
+/// Which of equals comes first: with seed 0 the lower position, with any other seed by lot.
+#[derive(Clone, Copy)]
+pub struct Ties {
+    pub seed: u64,
+}
+
+impl Ties {
+    /// Least first.
+    pub fn rank(self, position: u32) -> (u32, u32) {
+        let lot = if self.seed == 0 { 0 } else { SplitMix64::nth(self.seed, u64::from(position)) as u32 };
+        (lot, position)
+    }
 }
 
 const OUT: u32 = u32::MAX;
@@ -20,19 +38,19 @@ const CHILDREN: usize = 4;
 
 impl Entry {
     fn is_before(self, other: Entry) -> bool {
-        self.key < other.key || (self.key == other.key && self.position < other.position)
+        self.key < other.key || (self.key == other.key && self.tie < other.tie)
     }
 }
 
 impl Queue {
     /// Empty, for positions below `count`.
-    pub fn new(count: usize) -> Queue {
-        Queue { heap: Vec::with_capacity(count), places: vec![OUT; count] }
+    pub fn new(count: usize, ties: Ties) -> Queue {
+        Queue { ties, heap: Vec::with_capacity(count), places: vec![OUT; count] }
     }
 
     fn put(&mut self, place: usize, entry: Entry) {
         self.heap[place] = entry;
-        self.places[entry.position as usize] = place as u32;
+        self.places[entry.tie.1 as usize] = place as u32;
     }
 
     fn up(&mut self, mut place: usize, entry: Entry) {
@@ -70,7 +88,7 @@ impl Queue {
     /// Puts a position in, or gives it another key.
     pub fn set(&mut self, position: u32, key: f64) {
         assert!(!key.is_nan(), "the key of position {position} is no number");
-        let (entry, place) = (Entry { key, position }, self.places[position as usize]);
+        let (entry, place) = (Entry { key, tie: self.ties.rank(position) }, self.places[position as usize]);
         if place == OUT {
             self.heap.push(entry);
             self.up(self.heap.len() - 1, entry);
@@ -88,7 +106,7 @@ impl Queue {
             return;
         }
         let last = self.heap.pop().expect("a position with a place is in the heap");
-        if last.position != position {
+        if last.tie.1 != position {
             let place = place as usize;
             if place > 0 && last.is_before(self.heap[(place - 1) / CHILDREN]) {
                 self.up(place, last);
@@ -100,7 +118,7 @@ impl Queue {
 
     /// The position with the least key, taken out.
     pub fn pop(&mut self) -> Option<u32> {
-        let first = self.heap.first()?.position;
+        let first = self.heap.first()?.tie.1;
         self.remove(first);
         Some(first)
     }
@@ -122,7 +140,7 @@ mod tests {
 
     #[test]
     fn positions_come_in_the_order_of_their_last_keys_and_removed_ones_do_not() {
-        let mut queue = Queue::new(1000);
+        let mut queue = Queue::new(1000, Ties { seed: 0 });
         let key = |n: u32, round: u32| f64::from((n * 7919 + round * 104_729) % 257);
         for round in 0..3 {
             (0..1000).for_each(|n| queue.set(n, key(n, round)));

@@ -6,7 +6,7 @@ use super::curve::Curve;
 use super::hub::{Hub, Kind, Link, Spoke};
 use super::lost::{Lost, squared_to_segment};
 use super::quadric::Quadric;
-use super::queue::Queue;
+use super::queue::{Queue, Ties};
 use super::shape::Shape;
 use super::start::{WedgeLists, nearest_wedge, normals, quadrics};
 use super::step::{Near, Step};
@@ -24,7 +24,7 @@ pub const SHORTFALL: &str =
 pub struct Sequence<'a> {
     model: &'a Model,
     curve: Curve,
-    options: SimplifyOptions,
+    pub(super) options: SimplifyOptions,
     pub(super) rules: Rules,
     pub(super) surface: Surface,
     frame: Frame,
@@ -80,7 +80,7 @@ impl<'a> Sequence<'a> {
             quadrics: quadrics(&mut surface, &mut hub, positions),
             lost: Lost::new(positions, model.faces.len()),
             off_model: vec![0.0; model.faces.len()],
-            queue: Queue::new(positions),
+            queue: Queue::new(positions, Ties { seed: options.seed }),
             exact: vec![(NOWHERE, 0.0); positions],
             hub,
             points: Vec::new(),
@@ -97,7 +97,7 @@ impl<'a> Sequence<'a> {
             frame,
             worst: 0.0,
             collapses: Collapses::default(),
-            report: Report { target_faces: options.target_faces, ..Report::default() },
+            report: Report { target_faces: options.target_faces, seed: options.seed, ..Report::default() },
         };
         sequence.renew_all();
         sequence

@@ -2,6 +2,7 @@
 
 use super::hub::{Kind, Link, Path, Spoke, WedgePairs};
 use super::lost::squared_to_segment;
+use super::queue::Ties;
 use super::sequence::{Rules, Sequence};
 use super::shape::samples;
 use glam::DVec3;
@@ -56,7 +57,10 @@ impl Sequence<'_> {
         for spoke in self.hub.spokes.iter().filter(|spoke| path.allows(spoke.kind)) {
             candidates.push((self.quadric_cost(position, spoke.end), *spoke));
         }
-        candidates.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then(x.1.end.cmp(&y.1.end)));
+        let ties = Ties { seed: self.options.seed };
+        candidates.sort_unstable_by(|x, y| {
+            x.0.total_cmp(&y.0).then_with(|| ties.rank(x.1.end).cmp(&ties.rank(y.1.end)))
+        });
         self.gather_points();
         let mut best: Option<Step> = None;
         let area = self.shape.area();

@@ -4,6 +4,7 @@ use super::common::{Place, pixels_of};
 use super::side_by_side::{device, lacks};
 use crate::figure::{Bench, Effort};
 use crate::math::pyramid::Pyramid;
+use crate::math::splitmix::SplitMix64;
 use crate::paper::virtual_texture::footprint::Footprint;
 use crate::paper::virtual_texture::surface::{self, Surface};
 use crate::paper::virtual_texture::{Config, PAPER, U1Format, all_needs};
@@ -90,19 +91,11 @@ fn noise(size: [u32; 2], pyramid: &Pyramid) -> Vec<u32> {
     let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
     let levels = u64::from(pyramid.first_resident_level());
     let word = |pixel: u64| {
-        let hash = mixed(pixel);
+        let hash = SplitMix64::nth(0, pixel);
         let (q, i, j) = ((hash >> 48) % levels, (hash >> 24) % rows, hash % columns);
         ((q * rows + i) * columns + j) as u32
     };
     (0..u64::from(size[0]) * u64::from(size[1])).map(word).collect()
-}
-
-/// SplitMix64's output function (Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014).
-fn mixed(n: u64) -> u64 {
-    let n = n.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let n = (n ^ n >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let n = (n ^ n >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    n ^ n >> 31
 }
 
 #[cfg(test)]

@@ -109,7 +109,7 @@ fn own_rows(hostile: &Hostile, samples: usize) -> Vec<Row> {
         let zero = Row::new(OURS, FACES, "faces", Value::Number(0.0));
         return vec![zero, text(OUTCOME, format!("{REFUSED}no face is left: {changes}"))];
     }
-    let options = SimplifyOptions { target_faces: hostile.target_faces };
+    let options = SimplifyOptions { target_faces: hostile.target_faces, ..SimplifyOptions::default() };
     let Simplified { collapses, report: relaxed } = simplify(&model, &options, &mut |_, _| {});
     let positions = model.wedge_positions.iter().map(|&position| model.positions[position as usize]);
     let positions: Vec<DVec3> = positions.collect();
