@@ -9,6 +9,10 @@ use super::models::{Models, Sizes};
 use super::moving::Moving;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
 
+/// A split suggests no faces where those before it in its level have suggested so many: each kept face of a hub can be one
+/// for every split, for a hundredth of a bit.
+const ENOUGH_SUGGESTIONS: usize = 1 << 16;
+
 /// What a payload says and cannot be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Fault(pub &'static str);
@@ -33,6 +37,8 @@ pub(super) struct Growing<'a> {
     pub(super) models: Models,
     pub sizes: Sizes,
     pub(super) moving: Moving,
+    /// Corners that splits may still replace in the chunk.
+    pub(super) room: u64,
 }
 
 /// Which attributes the vertices have.
@@ -60,6 +66,7 @@ impl<'a> Growing<'a> {
             models: Models::default(),
             sizes: Sizes::default(),
             moving: Moving::default(),
+            room: 0,
         }
     }
 
@@ -79,7 +86,7 @@ impl<'a> Growing<'a> {
             let split = if before.is_some() { self.split_vertex(coder, old.vertices)? } else { NOWHERE };
             self.live.add_vertex();
             if before.is_some() {
-                self.taken_faces(coder, Row { new, split }, &mut suggestions);
+                self.taken_faces(coder, Row { new, split }, &mut suggestions)?;
             }
             spent(coder, &mut self.sizes.splits);
             self.position(coder, Row { new, split })?;
@@ -147,7 +154,12 @@ impl<'a> Growing<'a> {
     }
 
     /// In which faces the vertex is replaced. Suggests faces that close the gap.
-    fn taken_faces(&mut self, coder: &mut impl Coder, row: Row, suggestions: &mut Vec<(u8, [u32; 3])>) {
+    fn taken_faces(
+        &mut self,
+        coder: &mut impl Coder,
+        row: Row,
+        suggestions: &mut Vec<(u8, [u32; 3])>,
+    ) -> Result<(), Fault> {
         let slots = self.source.map(|source| source.splits.slots.row(self.mesh.splits.slots.len()));
         let ring = if row.split == NOWHERE { Vec::new() } else { self.live.ring(row.split) };
         let (mut changes, mut last) = (0, 2);
@@ -160,7 +172,15 @@ impl<'a> Growing<'a> {
             last = usize::from(takes);
             taken.push(takes);
         }
-        suggest(&ring, &taken, row, suggestions);
+        let count = taken.iter().filter(|taken| **taken).count();
+        let room = self.room.checked_sub(count as u64);
+        self.room = room.ok_or(Fault("more corners change than its bytes can hold"))?;
+        if self.mesh.splits.slots.items().len() + count > u32::MAX as usize {
+            return Err(Fault("2^32 corners change"));
+        }
+        if suggestions.len() < ENOUGH_SUGGESTIONS {
+            suggest(&ring, &taken, row, suggestions);
+        }
         let mut faces: Vec<u32> =
             ring.iter().zip(&taken).filter(|(_, taken)| **taken).map(|(spoke, _)| spoke.face).collect();
         let mut slots: Vec<u32> = faces.iter().map(|&face| self.live.slot_of[face as usize]).collect();
@@ -171,6 +191,7 @@ impl<'a> Growing<'a> {
         if !faces.is_empty() {
             self.live.replace(row.split, &faces);
         }
+        Ok(())
     }
 
     /// A face that appears.
@@ -186,7 +207,9 @@ impl<'a> Growing<'a> {
             let turned = [[a, b, c], [b, c, a], [c, a, b]];
             turned.iter().position(|&corners| Some(corners) == want)
         };
-        let found = suggestions.iter().enumerate().find_map(|(at, s)| Some((at, fits(s)?)));
+        // Who reads looks for nothing: a hostile level has as many suggestions, and as many faces, as its bytes.
+        let found =
+            want.and_then(|_| suggestions.iter().enumerate().find_map(|(at, s)| Some((at, fits(s)?))));
         let (place, rotation) = found.unwrap_or((suggestions.len(), 0));
         let place = models.place[usize::from(later)].code(coder, place as u32);
         let vertices = self.live.around.len() as u32;

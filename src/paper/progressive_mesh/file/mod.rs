@@ -11,6 +11,8 @@
 //! index against what is live.
 
 mod coder;
+#[cfg(test)]
+mod hostile;
 mod level;
 mod live;
 mod models;
@@ -38,6 +40,9 @@ const CHUNK_HEAD_BYTES: usize = 28;
 /// where they took less. Real ones take some bits each; a hostile file so gets at most some hundred bytes of memory
 /// for each of its own.
 const ITEMS_PER_BYTE: u64 = 4;
+/// Corners that splits replace for each byte of a payload, at most; padded likewise. A vertex may take all faces of a hub
+/// for a hundredth of a bit each.
+const CORNERS_PER_BYTE: u64 = 16;
 
 /// What a file said.
 #[derive(Clone, Debug, PartialEq)]

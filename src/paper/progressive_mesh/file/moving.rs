@@ -12,6 +12,10 @@ const PLACED: u32 = u32::MAX;
 /// Slots before a slot whose faces' neighbours are suggested for it.
 const WINDOW: usize = 8;
 
+/// Where the moving faces' vertices have more faces than so many for each that moves, all of these are not looked at: a
+/// hub of thousands of faces, two of which change places.
+const LONG: usize = 64;
+
 /// Scratch of a permutation; between two of them the tables by slot, face and vertex have [`NONE`] throughout.
 #[derive(Default)]
 pub(super) struct Moving {
@@ -25,8 +29,10 @@ pub(super) struct Moving {
     corners: Vec<[u32; 3]>,
     vertices: Vec<u32>,
     at_vertex: Vec<u32>,
-    /// Vertex n's moving faces are `around[starts[n] .. starts[n + 1]]`, ascending by their true numbers.
+    /// Vertex n's moving faces are `around[starts[n] .. ends[n]]`, ascending by their true numbers. Those that have
+    /// their place leave it when a search meets them, else searches around a hub would pass them again and again.
     starts: Vec<u32>,
+    ends: Vec<u32>,
     around: Vec<u32>,
     /// For each face the last search that suggested it, above all of them once it has its place.
     suggested: Vec<u32>,
@@ -71,12 +77,38 @@ impl Moving {
             })
         }));
         self.starts.clear();
+        self.ends.clear();
         self.around.clear();
-        self.starts.push(0);
-        for &vertex in &*vertices {
-            let faces = live.around.row(vertex as usize).iter().map(|&face| self.at_face[face as usize]);
-            self.around.extend(faces.filter(|&at| at != NONE));
+        let rows = self.vertices.iter().map(|&vertex| live.around.row(vertex as usize));
+        if rows.clone().map(<[u32]>::len).sum::<usize>() > LONG * self.faces.len() {
+            return self.gather();
+        }
+        for row in rows {
             self.starts.push(self.around.len() as u32);
+            let faces = row.iter().map(|&face| self.at_face[face as usize]);
+            self.around.extend(faces.filter(|&at| at != NONE));
+            self.ends.push(self.around.len() as u32);
+        }
+    }
+
+    /// The same `around`, from the moving faces alone.
+    fn gather(&mut self) {
+        self.ends.resize(self.vertices.len(), 0);
+        self.corners.as_flattened().iter().for_each(|&vertex| self.ends[vertex as usize] += 1);
+        let mut sum = 0;
+        for end in &mut self.ends {
+            self.starts.push(sum);
+            sum += std::mem::replace(end, sum);
+        }
+        self.around.resize(sum as usize, 0);
+        let mut ascending: Vec<u32> = (0..self.faces.len() as u32).collect();
+        ascending.sort_unstable_by_key(|&at| self.faces[at as usize]);
+        for at in ascending {
+            for vertex in self.corners[at as usize] {
+                let end = &mut self.ends[vertex as usize];
+                self.around[*end as usize] = at;
+                *end += 1;
+            }
         }
     }
 
@@ -115,9 +147,9 @@ impl Moving {
     pub fn suggest(&mut self, mut enough: impl FnMut(usize) -> bool) {
         self.searches += 1;
         let (searches, suggested) = (self.searches, &mut self.suggested);
-        let mut offer = |at: u32| {
+        // Who has its place has a number above all searches.
+        let mut offer = |suggested: &mut [u32], at: u32| {
             let last = &mut suggested[at as usize];
-            // A face that is placed has a number above all searches.
             let is_new = *last < searches;
             if is_new {
                 *last = searches;
@@ -128,17 +160,78 @@ impl Moving {
             return;
         }
         if let Some(&at) = self.at_slot.get(self.came_from as usize + 1).filter(|&&at| at != NONE)
-            && offer(at)
+            && offer(suggested, at)
         {
             return;
         }
         for before in (self.reached.saturating_sub(WINDOW as u32)..self.reached).rev() {
             for vertex in self.window[before as usize % WINDOW].into_iter().filter(|&vertex| vertex != NONE) {
-                let [start, end] = [0, 1].map(|next| self.starts[vertex as usize + next] as usize);
-                if self.around[start..end].iter().any(|&at| offer(at)) {
-                    return;
+                let start = &mut self.starts[vertex as usize];
+                for place in *start as usize..self.ends[vertex as usize] as usize {
+                    let at = self.around[place];
+                    if suggested[at as usize] == PLACED {
+                        // No more than have been offered in this search.
+                        self.around.copy_within(*start as usize..place, *start as usize + 1);
+                        *start += 1;
+                    } else if offer(suggested, at) {
+                        return;
+                    }
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_vertex_has_its_moving_faces_in_ascending_order_whether_few_of_many_move_or_all() {
+        let (count, mut live) = (400, Live::default());
+        (0..=2 * count).for_each(|_| live.add_vertex());
+        // Around vertex 0; the faces' slots are not their numbers.
+        (0..count).for_each(|face| live.add_face([2 * face + 1, 0, (2 * face + 4) % (2 * count) + 1]));
+        live.face_at.rotate_left(150);
+        let mut moving = Moving::default();
+        for slots in [vec![7, 8, 251, 300], (0..count).collect::<Vec<u32>>()] {
+            moving.begin(&live, slots);
+            for (at, &vertex) in moving.vertices.iter().enumerate() {
+                let found = &moving.around[moving.starts[at] as usize..moving.ends[at] as usize];
+                let faces: Vec<u32> = found.iter().map(|&at| moving.faces[at as usize]).collect();
+                let row = live.around.row(vertex as usize).iter().copied();
+                assert!(row.filter(|face| moving.faces.contains(face)).eq(faces));
+            }
+            moving.end();
+        }
+    }
+
+    #[test]
+    fn faces_with_a_place_are_passed_once_and_the_others_stay_in_order() {
+        let mut live = Live::default();
+        (0..12).for_each(|_| live.add_vertex());
+        (0..10).for_each(|face| live.add_face([0, face + 1, face + 2]));
+        let mut moving = Moving::default();
+        moving.begin(&live, (0..10).collect());
+        let suggested = |moving: &mut Moving, most: usize| {
+            let mut found = Vec::new();
+            moving.suggest(|at| {
+                found.push(at);
+                found.len() == most
+            });
+            found
+        };
+        moving.place(4);
+        assert_eq!(
+            suggested(&mut moving, 4),
+            [5, 0, 1, 2],
+            "the one that follows, then those around vertex 0"
+        );
+        moving.place(1);
+        moving.place(6);
+        assert_eq!(suggested(&mut moving, 3), [7, 0, 2]);
+        assert_eq!(suggested(&mut moving, 9), [7, 0, 2, 3, 5, 8, 9]);
+        let hub = moving.corners[0][0] as usize;
+        assert_eq!(moving.ends[hub] - moving.starts[hub], 7);
     }
 }

@@ -47,6 +47,9 @@ impl Growing<'_> {
         let models = &mut self.models.permutation;
         let count = models.moved.code(coder, want.len() as u32);
         left.moved = left.moved.checked_sub(count).ok_or(Fault("more faces move than declared"))?;
+        if self.mesh.swaps.cycles.items().len() + count as usize > u32::MAX as usize {
+            return Err(Fault("2^32 faces move"));
+        }
         let live = self.live.corners.len();
         let (mut slots, mut next) = (Vec::with_capacity(count as usize), 0_u32);
         for at in 0..count as usize {

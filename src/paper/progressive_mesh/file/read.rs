@@ -3,7 +3,10 @@
 use super::coder::Decoder;
 use super::level::{Growing, Has, Left};
 use super::write::chunk_checksum;
-use super::{CHUNK_HEAD_BYTES, Contents, Extent, HEADER_BYTES, ITEMS_PER_BYTE, Loaded, MAGIC, VERSION};
+use super::{
+    CHUNK_HEAD_BYTES, CORNERS_PER_BYTE, Contents, Extent, HEADER_BYTES, ITEMS_PER_BYTE, Loaded, MAGIC,
+    VERSION,
+};
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use glam::DVec3;
 use std::fs::File;
@@ -149,6 +152,7 @@ fn read_chunk(growing: &mut Growing, chunk: &[u8], whole: Extent) -> Result<(), 
     if levels == 0 || u64::from(levels) + growing.mesh.levels.len() as u64 > u64::from(whole.levels) {
         return Err("it has no level, or more than the header declares");
     }
+    growing.room = CORNERS_PER_BYTE * u64::from(payload_bytes);
     let mut coder = Decoder::new(&chunk[CHUNK_HEAD_BYTES..]);
     for _ in 0..levels {
         growing.level(&mut coder, &mut left).map_err(|fault| fault.0)?;

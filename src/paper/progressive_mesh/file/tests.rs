@@ -250,7 +250,7 @@ fn every_byte_is_under_a_checksum() {
 }
 
 /// Gives the header and each chunk, as far as there are any, the checksums that they need.
-fn reseal(bytes: &mut [u8]) {
+pub(super) fn reseal(bytes: &mut [u8]) {
     if bytes.len() < HEADER_BYTES {
         return;
     }

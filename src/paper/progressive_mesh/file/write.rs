@@ -2,7 +2,9 @@
 
 use super::coder::{Coder, Encoder};
 use super::level::{Growing, Has, Left};
-use super::{CHUNK_HEAD_BYTES, Contents, Extent, HEADER_BYTES, ITEMS_PER_BYTE, MAGIC, VERSION};
+use super::{
+    CHUNK_HEAD_BYTES, CORNERS_PER_BYTE, Contents, Extent, HEADER_BYTES, ITEMS_PER_BYTE, MAGIC, VERSION,
+};
 use crate::paper::progressive_mesh::mesh::{Level, ProgressiveMesh};
 use crate::picture::write::{FileError, write_whole};
 use std::io::Write;
@@ -93,6 +95,7 @@ fn push_chunk(growing: &mut Growing, number: usize, levels: Range<usize>, bytes:
         moved: u32::try_from(moved).expect("fewer than 2^32 moved faces in a chunk"),
     };
     let (mut coder, mut left) = (Encoder::new(), declared);
+    growing.room = u64::MAX;
     for level in levels.clone() {
         if let Err(fault) = growing.level(&mut coder, &mut left) {
             panic!("level {level} of a progressive mesh breaks a rule of its type: {}", fault.0);
@@ -101,7 +104,9 @@ fn push_chunk(growing: &mut Growing, number: usize, levels: Range<usize>, bytes:
     assert!(!coder.is_overrun() && left == Left::default(), "{left:?} of {declared:?}");
     let mut payload = coder.finish();
     let items = declared.items(levels.len() as u32);
-    payload.resize(payload.len().max(items.div_ceil(ITEMS_PER_BYTE) as usize), 0);
+    let corners = u64::MAX - growing.room;
+    let least = items.div_ceil(ITEMS_PER_BYTE).max(corners.div_ceil(CORNERS_PER_BYTE));
+    payload.resize(payload.len().max(least as usize), 0);
     let length = u32::try_from(payload.len()).expect("fewer than 2^32 bytes in a chunk");
     let at = bytes.len();
     let numbers = [length, levels.len() as u32, declared.vertices, declared.faces, declared.moved];

@@ -1,0 +1,79 @@
+//! Files in which a byte stands for as much as it can: around a hub.
+
+use super::super::mesh::{Level, ProgressiveMesh, Swaps, Vertices};
+use super::tests::reseal;
+use super::{CHUNK_HEAD_BYTES, CORNERS_PER_BYTE, Flaw, HEADER_BYTES};
+use crate::math::ragged::Ragged;
+
+/// `faces` that share vertex 0 and nothing else; then a level for each of `levels`, with so many splits of a vertex in so
+/// many of the first slots.
+fn hub(faces: u32, levels: &[(u32, u32, u32)]) -> ProgressiveMesh {
+    let base = Level { vertices: 2 * faces + 1, faces, error: 0.0 };
+    let mut mesh = ProgressiveMesh {
+        faces: (0..faces).map(|face| [0, 2 * face + 1, 2 * face + 2]).collect(),
+        levels: vec![base],
+        ..ProgressiveMesh::default()
+    };
+    for &(splits, split, slots) in levels {
+        let before = mesh.levels[mesh.levels.len() - 1];
+        mesh.levels.push(Level { vertices: before.vertices + splits, ..before });
+        for _ in 0..splits {
+            mesh.splits.split_vertices.push(split);
+            mesh.splits.slots.push(0..slots);
+        }
+    }
+    let vertices = mesh.levels[mesh.levels.len() - 1].vertices;
+    let positions = vec![[0.5; 3]; vertices as usize];
+    mesh.vertices = Vertices { positions, welded: (0..vertices).collect(), ..Vertices::default() };
+    mesh
+}
+
+fn back(bytes: &[u8]) -> ProgressiveMesh {
+    ProgressiveMesh::from_bytes(bytes).unwrap().mesh
+}
+
+#[test]
+fn a_hub_that_goes_from_vertex_to_vertex_takes_bytes() {
+    let (faces, count) = (500, 200);
+    let levels: Vec<(u32, u32, u32)> =
+        (0..count).map(|level| (1, if level == 0 { 0 } else { 2 * faces + level }, faces)).collect();
+    let mesh = hub(faces, &levels);
+    let (mut bytes, _) = mesh.to_bytes();
+    assert!(back(&bytes) == mesh);
+    let corners = u64::from(faces * count);
+    assert!(bytes.len() as u64 * CORNERS_PER_BYTE >= corners, "{} bytes", bytes.len());
+    assert_eq!(bytes.pop(), Some(0), "the coder needs less");
+    let first = u32::from_le_bytes(bytes[HEADER_BYTES..HEADER_BYTES + 4].try_into().unwrap()) as usize;
+    let last = HEADER_BYTES + CHUNK_HEAD_BYTES + first;
+    let payload = (bytes.len() - last - CHUNK_HEAD_BYTES) as u32;
+    bytes[last..last + 4].copy_from_slice(&payload.to_le_bytes());
+    let length = bytes.len() as u64;
+    bytes[56..64].copy_from_slice(&length.to_le_bytes());
+    reseal(&mut bytes);
+    let what = "more corners change than its bytes can hold";
+    assert_eq!(ProgressiveMesh::from_bytes(&bytes), Err(Flaw::Chunk { chunk: 1, offset: last as u64, what }));
+}
+
+#[test]
+fn splits_of_one_hub_suggest_no_more_than_enough() {
+    let mut mesh = hub(400, &[(200, 0, 0)]);
+    // The first face is suggested, the last ones are not.
+    let vertices = mesh.levels[1].vertices;
+    let born = [[801, 1, 0], [vertices - 1, 0, 799], [1, vertices - 1, 5]];
+    mesh.faces.extend(born);
+    mesh.levels[1].faces += born.len() as u32;
+    assert!(back(&mesh.to_bytes().0) == mesh);
+}
+
+#[test]
+fn two_faces_of_a_hub_move_and_then_all() {
+    let mut mesh = hub(600, &[(1, 0, 0), (1, 0, 300), (1, 0, 0)]);
+    let all = (0..600).map(|n| n * 7 % 600);
+    mesh.swaps = Swaps {
+        levels: vec![1, 3],
+        cycle_ends: vec![1, 2],
+        cycles: Ragged::from_iter([vec![11, 590], all.collect()]),
+    };
+    // After the first permutation slot 11 has another of the hub's faces.
+    assert!(back(&mesh.to_bytes().0) == mesh);
+}
