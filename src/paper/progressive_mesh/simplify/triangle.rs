@@ -8,6 +8,10 @@ use glam::DVec3;
 /// anything: what cancels in them is the square's reciprocal times as large, so that 1e-12 of a side remains.
 const LEAST_SINE_SQUARED: f64 = 1e-4;
 
+/// Squared ratio of the sides at the first corner below which the same holds: the shorter one's coordinate loses as many
+/// digits as the longer one has more. The exact formula loses them too, and a bound may not cross what it gives.
+const LEAST_SIDES_SQUARED: f64 = 1e-4;
+
 /// What rounding may make of a bound's barycentric coordinates: 50 times what [`LEAST_SINE_SQUARED`] leaves.
 const SLACK: f64 = 1e-10;
 
@@ -29,7 +33,7 @@ pub struct Triangle {
     ab_dot_ac: f64,
     /// Squared length of [`Self::cross`].
     cross_squared: f64,
-    /// Its reciprocal, 0 where the triangle is too thin.
+    /// Its reciprocal, 0 where the triangle is too thin or a needle.
     inverse: f64,
     /// What rounding may add to squared distances.
     rounding: f64,
@@ -46,6 +50,7 @@ impl Triangle {
         let (ab_squared, ac_squared) = (ab.length_squared(), ac.length_squared());
         let cross_squared = cross.length_squared();
         let thin = LEAST_SINE_SQUARED * ab_squared * ac_squared + f64::MIN_POSITIVE;
+        let is_needle = least(ab_squared, ac_squared) < LEAST_SIDES_SQUARED * most(ab_squared, ac_squared);
         Triangle {
             corners: [a, b, c],
             ab,
@@ -54,7 +59,7 @@ impl Triangle {
             ac_squared,
             ab_dot_ac: ab.dot(ac),
             cross_squared,
-            inverse: if cross_squared > thin { 1.0 / cross_squared } else { 0.0 },
+            inverse: if cross_squared > thin && !is_needle { 1.0 / cross_squared } else { 0.0 },
             rounding: ROUNDING * (ab_squared + ac_squared),
         }
     }
@@ -63,7 +68,7 @@ impl Triangle {
         self.corners
     }
 
-    /// How much of `ab` and `ac` leads to where a point stands over the plane; nothing of both if the triangle is thin.
+    /// How much of `ab` and `ac` leads to where a point stands over the plane; nothing of both if it is thin.
     fn barycentric(&self, ap: DVec3) -> (f64, f64) {
         let (d1, d2) = (self.ab.dot(ap), self.ac.dot(ap));
         let v = (self.ac_squared * d1 - self.ab_dot_ac * d2) * self.inverse;
@@ -92,7 +97,7 @@ impl Triangle {
     }
 
     /// The squared distance from a point (Ericson, "Real-Time Collision Detection", 5.1.5); too large where the sine at
-    /// the first corner is below 1e-7, but not 0: then what cancels is all there is.
+    /// the first corner, or the ratio of the sides there, is below 1e-7, but not 0: then what cancels is all there is.
     pub fn squared_to(&self, p: DVec3) -> f64 {
         let Triangle { corners: [a, b, c], ab, ac, .. } = *self;
         let ap = p - a;
@@ -158,6 +163,7 @@ mod tests {
                 1 => ab,
                 2 => ab * -0.5,
                 3 => ab + ac * thin,
+                4 => (ab * number() + ac) * thin,
                 _ => ab * number() + ac * thin,
             };
             Triangle::new([a, a + ab * size, a + ac * size])
@@ -184,7 +190,9 @@ mod tests {
     /// Whether the exact formula loses no more than half of its digits.
     fn is_exact(triangle: &Triangle) -> bool {
         triangle.cross_squared == 0.0
-            || triangle.cross_squared > 1e-8 * triangle.ab_squared * triangle.ac_squared
+            || (triangle.cross_squared > 1e-8 * triangle.ab_squared * triangle.ac_squared
+                && least(triangle.ab_squared, triangle.ac_squared)
+                    > 1e-16 * most(triangle.ab_squared, triangle.ac_squared))
     }
 
     #[test]
