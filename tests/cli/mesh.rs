@@ -90,6 +90,10 @@ fn an_order_is_chosen_and_told() {
     assert!((2.0..=8.0).contains(&few.0) && few.1 < 2.2, "{few:?}");
     // Two faces a split, of which 1/3, 2/3 and 3/3 move; and the coarsest level's.
     assert!((3.0..4.2).contains(&groups.0), "three groups: {groups:?}");
+    for order in ["ours-few-moves", "coherent-few-moves"] {
+        let few = moved(&["--order", order]);
+        assert!((4.0..=10.0).contains(&few.0) && few.1 < 2.2, "{order}: {few:?}");
+    }
     // At most one group a split, however many are wanted.
     for many in ["4000000000", "0.000001%"] {
         let all = moved(&["--groups", many]);

@@ -4,11 +4,13 @@ use super::report::{BuildReport, Laps, Steps};
 use crate::command::Usage;
 use crate::command::outputs::{check_apart, check_place, ending};
 use anyhow::{Result, bail};
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::{ProgressBar, ProgressStyle};
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions, classical, order};
 use ortelius::paper::progressive_mesh::simplify::{Collapses, Report, SimplifyOptions, simplify};
+use ortelius::scene::FaceOrder;
 use ortelius::scene::model::Model;
 use std::path::{Path, PathBuf};
 
@@ -32,8 +34,8 @@ pub struct BuildArgs {
     seed: u64,
 
     /// How faces are ordered
-    #[arg(long, value_enum, default_value_t = Order::Ours)]
-    order: Order,
+    #[arg(long, value_parser = orders(), default_value = FaceOrder::default().name())]
+    order: FaceOrder,
 
     /// Where the order is renewed: N equal groups of splits, or P%: whenever so many faces more are there
     #[arg(long, value_name = "N|P%", value_parser = groups, conflicts_with = "moves_budget")]
@@ -53,16 +55,26 @@ pub struct BuildArgs {
     report: Option<PathBuf>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Order {
-    /// As splits bring the faces; nothing moves
-    Classical,
-    /// The paper's greedy
-    Paper,
-    /// With an eye on what is left at a vertex
-    Ours,
-    /// As ours, and splits that are neighbours follow each other: errors inside a group are the worst one's
-    Coherent,
+/// The orders that a file can have, by their names everywhere.
+fn orders() -> impl TypedValueParser<Value = FaceOrder> {
+    let named = |order: FaceOrder| PossibleValue::new(order.name()).help(about(order));
+    let names = FaceOrder::ALL.into_iter().filter(|order| !order.is_rival()).map(named);
+    let order = |name: String| FaceOrder::ALL.into_iter().find(|order| order.name() == name);
+    PossibleValuesParser::new(names).try_map(move |name| order(name).ok_or("no order has this name"))
+}
+
+fn about(order: FaceOrder) -> &'static str {
+    match order {
+        FaceOrder::Classical => "As splits bring the faces; nothing moves",
+        FaceOrder::Paper => "The paper's greedy",
+        FaceOrder::Ours => "With an eye on what is left at a vertex: 23 moved faces for each split",
+        FaceOrder::OursFewMoves => "The same, a region at a time: 10 moved faces for each split",
+        FaceOrder::Coherent => {
+            "As ours, and splits that are neighbours follow each other: errors inside a group are the worst one's"
+        }
+        FaceOrder::CoherentFewMoves => "The same with 10 moved faces for each split",
+        _ => "Drawn another way",
+    }
 }
 
 /// Runs the subcommand. A failure names the file.
@@ -110,7 +122,7 @@ fn check(args: &BuildArgs) -> Result<PathBuf> {
         ("--moves-budget", args.moves_budget.is_some()),
         ("--cache", args.cache.is_some()),
     ];
-    if let (Order::Classical, Some((option, _))) = (args.order, given.iter().find(|(_, given)| *given)) {
+    if let (FaceOrder::Classical, Some((option, _))) = (args.order, given.iter().find(|(_, given)| *given)) {
         bail!(Usage(format!(
             "{option} says nothing to --order classical, in which no face moves; leave it out"
         )));
@@ -143,11 +155,9 @@ fn told(report: &Report) {
 
 /// What the arguments say of the order; none: the classical one.
 fn options_of(args: &BuildArgs) -> Option<OrderOptions> {
-    let mut options = match args.order {
-        Order::Classical => return None,
-        Order::Paper => OrderOptions::PAPER,
-        Order::Ours => args.moves_budget.map_or(OrderOptions::BEST, OrderOptions::of_moves),
-        Order::Coherent => OrderOptions::COHERENT,
+    let mut options = match (args.order, args.moves_budget) {
+        (FaceOrder::Ours | FaceOrder::OursFewMoves, Some(moves)) => OrderOptions::of_moves(moves),
+        (order, _) => OrderOptions::of(order)?,
     };
     options.groups = args.groups.or(args.moves_budget.map(Groups::Budget)).unwrap_or(options.groups);
     options.cache_entries = args.cache.unwrap_or(options.cache_entries);

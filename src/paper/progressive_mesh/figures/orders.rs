@@ -25,13 +25,17 @@ pub const FEW: &str = FaceOrder::OursFewMoves.name();
 
 /// The orders that are prefixes of one buffer at every level.
 pub const ORDERS: [Named; 6] = [
-    (CLASSICAL, None),
-    (PAPER, Some(OrderOptions::PAPER)),
-    (OURS, Some(OrderOptions::BEST)),
-    (FEW, Some(OrderOptions::FEW_MOVES)),
-    (FaceOrder::Coherent.name(), Some(OrderOptions::COHERENT)),
-    (FaceOrder::CoherentFewMoves.name(), Some(OrderOptions::COHERENT_FEW_MOVES)),
+    named(FaceOrder::Classical),
+    named(FaceOrder::Paper),
+    named(FaceOrder::Ours),
+    named(FaceOrder::OursFewMoves),
+    named(FaceOrder::Coherent),
+    named(FaceOrder::CoherentFewMoves),
 ];
+
+const fn named(order: FaceOrder) -> Named {
+    (order.name(), OrderOptions::of(order))
+}
 
 /// A shipped or fetched model and its collapses down to 64 faces.
 pub fn simplified(name: &str) -> anyhow::Result<(Model, Collapses)> {

@@ -57,6 +57,7 @@ mod turns;
 
 use super::mesh::ProgressiveMesh;
 use super::simplify::Collapses;
+use crate::scene::FaceOrder;
 use crate::scene::model::Model;
 use assemble::{Arrangement, assemble};
 
@@ -131,6 +132,24 @@ impl OrderOptions {
     /// The same with at most 10 moved faces for each split.
     pub const COHERENT_FEW_MOVES: OrderOptions =
         OrderOptions { groups: Groups::Budget(10.0), ..OrderOptions::COHERENT };
+
+    /// Those of an order by its name; none where no face ever moves: the classical one, and that which rivals go through.
+    pub const fn of(order: FaceOrder) -> Option<OrderOptions> {
+        match order {
+            FaceOrder::Paper => Some(OrderOptions::PAPER),
+            FaceOrder::Ours => Some(OrderOptions::BEST),
+            FaceOrder::OursFewMoves => Some(OrderOptions::FEW_MOVES),
+            FaceOrder::Coherent => Some(OrderOptions::COHERENT),
+            FaceOrder::CoherentFewMoves => Some(OrderOptions::COHERENT_FEW_MOVES),
+            FaceOrder::Classical
+            | FaceOrder::Random
+            | FaceOrder::ReOptimised
+            | FaceOrder::ReOptimisedFifo
+            | FaceOrder::Compacted
+            | FaceOrder::SkipLists
+            | FaceOrder::Discrete => None,
+        }
+    }
 
     /// Ours with at most so many moved faces for each split. Below 20 of them the levels just before a tswap of all
     /// faces cost 0.2 more than the mean: there regions take turns.

@@ -70,19 +70,8 @@ fn mesh(name: &str, surface: &ProgressiveSurface) -> Result<(ProgressiveMesh, Op
 /// A model's progressive mesh with its faces in one of the orders; for a rival in the classical one, which it goes
 /// through.
 pub fn ordered(model: &model::Model, collapses: &Collapses, face_order: FaceOrder) -> ProgressiveMesh {
-    let by = |options: &OrderOptions| order(model, collapses, options, &mut |_, _| ());
-    match face_order {
-        FaceOrder::Paper => by(&OrderOptions::PAPER),
-        FaceOrder::Ours => by(&OrderOptions::BEST),
-        FaceOrder::OursFewMoves => by(&OrderOptions::FEW_MOVES),
-        FaceOrder::Coherent => by(&OrderOptions::COHERENT),
-        FaceOrder::CoherentFewMoves => by(&OrderOptions::COHERENT_FEW_MOVES),
-        FaceOrder::Classical
-        | FaceOrder::Random
-        | FaceOrder::ReOptimised
-        | FaceOrder::ReOptimisedFifo
-        | FaceOrder::Compacted
-        | FaceOrder::SkipLists
-        | FaceOrder::Discrete => classical(model, collapses),
+    match OrderOptions::of(face_order) {
+        Some(options) => order(model, collapses, &options, &mut |_, _| ()),
+        None => classical(model, collapses),
     }
 }

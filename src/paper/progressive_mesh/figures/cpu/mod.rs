@@ -15,7 +15,7 @@ use std::cell::RefCell;
 /// The figure.
 pub const CPU: Figure = Figure {
     id: "pm.cpu",
-    title: "What a change of level costs",
+    title: "What a core does to change levels",
     about: "All splits of a mesh are executed on one core, and all collapses, as the paper's pseudocode and as flat lists; \
             without tswaps, and with about 10 and 23 moved faces for each split. `bunny` has 3674 faces, `torus:48` 9216, \
             `torus:128` 65 536, and `torus:466`, as large as the Stanford dragon, 868 624; the scans `dragon_res4` and, with --full, `dragon` itself are looked at where they have been fetched. Then ten frames of a hundredth \
