@@ -24,7 +24,7 @@ pub struct ExportArgs {
     level: Option<u32>,
 
     /// The coarsest level whose error is at most so much, in object units: an estimate of its deviation, mostly from
-    /// above (two samples a face and all vertices are measured), no bound
+    /// above (six samples a face and all vertices are measured), no bound
     #[arg(long, group = "which", value_name = "E", allow_negative_numbers = true)]
     error: Option<f32>,
 

@@ -30,8 +30,9 @@ use serde::Serialize;
 pub struct Collapses {
     /// For each collapse the deviation from the full model after it, in object units; never decreases. An estimate from
     /// above of the Hausdorff distance: for the model's positions it is their distance to the nearest of the faces
-    /// near them, which bounds theirs to the whole; for the faces that are left, two samples of each were measured
-    /// against the faces before, and the distances of these added. Where a component vanishes, its extent.
+    /// near them, which bounds theirs to the whole; for the faces that are left, six samples of each were measured
+    /// against the faces before, and the distances of these added. Where a component vanishes, its extent, however far
+    /// it was from what is left.
     pub errors: Vec<f64>,
     /// For each collapse the wedges that it removes, each with the wedge that takes its place in the faces that
     /// stay; [`NOWHERE`] where none stays (a component vanishes as a whole). All wedges of one position, or of all

@@ -108,6 +108,21 @@ pub fn samples(triangle: &Triangle) -> [DVec3; 2] {
     [(to + a + b) / 3.0, (to + a) / 2.0]
 }
 
+/// More of them, for what is stated: with those two alone 7 of 48 stated errors were below the distance that points find,
+/// down to 0.92 of it.
+pub fn more_samples(triangle: &Triangle) -> [DVec3; 6] {
+    let [to, a, b] = triangle.corners();
+    let sum = to + a + b;
+    [
+        sum / 3.0,
+        (to + a) / 2.0,
+        (to + b) / 2.0,
+        (sum + 3.0 * to) / 6.0,
+        (sum + 3.0 * a) / 6.0,
+        (sum + 3.0 * b) / 6.0,
+    ]
+}
+
 /// The larger of `most` and the squared distance from a point to the nearest triangle, which likely is the one at
 /// `first`.
 fn raised<T>(most: f64, point: DVec3, triangles: &[T], first: u32, of: impl Fn(&T) -> &Triangle) -> f64 {

@@ -4,7 +4,7 @@ use super::hub::{Kind, Link, Path, Spoke, WedgePairs};
 use super::lost::squared_to_segment;
 use super::queue::Ties;
 use super::sequence::{Rules, Sequence};
-use super::shape::samples;
+use super::shape::{more_samples, samples};
 use glam::DVec3;
 
 /// How often the squared deviation, times the area that moves, counts beside the quadrics: 0, 0.3, 1, 3 and 10 give mean
@@ -148,18 +148,25 @@ impl Sequence<'_> {
     pub(super) fn off_model(&self, off: &mut Vec<(u32, f64)>) {
         off.clear();
         for (face, triangle) in &self.shape.new[..self.shape.fan] {
-            let of_sample = |sample: DVec3| {
-                let old = self
-                    .hub
-                    .blades
-                    .iter()
-                    .zip(&self.shape.old)
-                    .map(|(x, old)| old.squared_to(sample).sqrt() + self.off_model[x.face as usize]);
-                let points = self.points.iter().map(|near| near.point.distance_squared(sample));
-                let nearest = points.fold(f64::INFINITY, f64::min).sqrt();
-                old.fold(nearest, f64::min)
-            };
-            off.push((*face, samples(triangle).into_iter().map(of_sample).fold(0.0, f64::max)));
+            let own =
+                self.hub.blades.iter().position(|x| x.face == *face).expect("a fan's face is the hub's");
+            let farthest =
+                more_samples(triangle).into_iter().fold(0.0, |most, p| self.raised_off(most, p, own));
+            off.push((*face, farthest));
         }
+    }
+
+    /// The larger of `most` and how far a sample is off the model; the old triangle at `own` likely is the nearest.
+    fn raised_off(&self, most: f64, sample: DVec3, own: usize) -> f64 {
+        let mut least = f64::INFINITY;
+        for at in (own..self.shape.old.len()).chain(0..own) {
+            let known = self.off_model[self.hub.blades[at].face as usize];
+            least = least.min(self.shape.old[at].squared_to(sample).sqrt() + known);
+            if least <= most {
+                return most;
+            }
+        }
+        let points = self.points.iter().map(|near| near.point.distance_squared(sample));
+        most.max(least.min(points.fold(f64::INFINITY, f64::min).sqrt()))
     }
 }
