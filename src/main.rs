@@ -11,9 +11,9 @@ use command::{
 };
 use ortelius::paper::progressive_mesh::file::PmeshError;
 use ortelius::renderer::RenderError;
-use ortelius::scene::bake::BakeError;
-use ortelius::scene::tiles::TileFileError;
 use ortelius::scene::{SceneError, TextureError};
+use ortelius::texture::bake::BakeError;
+use ortelius::texture::tiles::TileFileError;
 use ortelius::vk;
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;

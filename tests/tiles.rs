@@ -1,11 +1,11 @@
 //! The `.tiles` file: what is stored comes back, and any damage to any byte is found.
 
 use ortelius::math::pyramid::{Pyramid, TileId};
-use ortelius::scene::bake::{Settings, SourceName, bake};
-use ortelius::scene::source::earth::Earth;
-use ortelius::scene::source::ruler::Ruler;
-use ortelius::scene::source::{TileError, TileFormat, TileSource};
-use ortelius::scene::tiles::{HEADER_BYTES, Layout, PAGE_BYTES, Record, TileFile, TileFileError, verify};
+use ortelius::texture::bake::{Settings, SourceName, bake};
+use ortelius::texture::source::earth::Earth;
+use ortelius::texture::source::ruler::Ruler;
+use ortelius::texture::source::{TileError, TileFormat, TileSource};
+use ortelius::texture::tiles::{HEADER_BYTES, Layout, PAGE_BYTES, Record, TileFile, TileFileError, verify};
 use std::fs::{self, File, OpenOptions};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};

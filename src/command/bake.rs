@@ -3,8 +3,8 @@
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use ortelius::scene::bake::{self, Progress, Settings, SourceName};
-use ortelius::scene::source::TileFormat;
+use ortelius::texture::bake::{self, Progress, Settings, SourceName};
+use ortelius::texture::source::TileFormat;
 use std::path::PathBuf;
 
 /// Bakes a picture, or a synthetic source, into a .tiles file.

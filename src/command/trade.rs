@@ -7,8 +7,9 @@ use super::{Usage, say};
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, ValueEnum};
 use ortelius::figure::{Bench, Effort, Same, Trade, Traded};
+use ortelius::math::nearest::nearest;
 use ortelius::paper::virtual_texture::figures::trade::{Knob, Measure, Sweep};
-use ortelius::scene::{SHIPPED, nearest, write_changes};
+use ortelius::scene::{SHIPPED, write_changes};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 

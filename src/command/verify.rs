@@ -3,8 +3,8 @@
 use super::{bake::Bar, say};
 use anyhow::Result;
 use clap::Args;
-use ortelius::scene::bake::Progress;
-use ortelius::scene::tiles::{TileFile, verify};
+use ortelius::texture::bake::Progress;
+use ortelius::texture::tiles::{TileFile, verify};
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -26,7 +26,7 @@ pub struct Damaged {
 }
 
 /// Runs the subcommand: one line on stdout for each bad record. A failure carries [`Damaged`] or a
-/// [`ortelius::scene::tiles::TileFileError`].
+/// [`ortelius::texture::tiles::TileFileError`].
 pub fn run(args: &VerifyArgs) -> Result<()> {
     let bar = Bar::new();
     let total_bytes = TileFile::open(&args.file)?.layout().total_bytes();

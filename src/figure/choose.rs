@@ -1,7 +1,7 @@
 //! Figures by the names that people give.
 
 use super::Figure;
-use crate::scene::nearest;
+use crate::math::nearest::nearest;
 use thiserror::Error;
 
 /// A family's name, and its figures in the order of the report.

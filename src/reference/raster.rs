@@ -4,7 +4,7 @@
 //! or on the plane of the eye need no case of their own.
 
 use super::orientation::{orientation, orientation_without_ties};
-use crate::scene::mesh::SourceMesh;
+use crate::model::mesh::SourceMesh;
 use glam::{DMat4, DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 

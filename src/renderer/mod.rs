@@ -5,12 +5,12 @@
 pub mod report;
 
 use crate::math::camera::Pose;
+use crate::model::mesh::{MeshError, gpu_mesh};
 use crate::paper::progressive_mesh::governor::Budget;
 use crate::paper::progressive_mesh::session as surfaces;
 use crate::paper::virtual_texture::session as landscape;
 use crate::paper::virtual_texture::{Unfit, session::SessionError};
 use crate::picture::Target;
-use crate::scene::mesh::{MeshError, gpu_mesh};
 use crate::scene::{Scene, TextureError};
 use crate::vk::{self, Gpu, GpuOptions, Need};
 use thiserror::Error;

@@ -62,26 +62,6 @@ pub(super) fn list<T: AsRef<str>>(names: impl IntoIterator<Item = T>) -> String 
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
-/// Of the names, the one with the fewest letters to insert, delete or replace (Levenshtein 1966).
-pub fn nearest<'a>(wanted: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    names.into_iter().min_by_key(|name| edit_distance(wanted, name))
-}
-
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    // row[j]: the distance between the letters of `a` so far and the first j letters of `b`.
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, letter) in a.chars().enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for j in 0..b.len() {
-            let replaced = diagonal + usize::from(letter != b[j]);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,13 +79,5 @@ mod tests {
         let error = SceneError::at("s.toml", "a = ", 4..4, "ends").to_string();
         assert_eq!(error, "s.toml:1:5: ends\n1 | a = \n  |     ^");
         assert!(SceneError::at("s.toml", "", 7..9, "ends").to_string().starts_with("s.toml:1:1: ends"));
-    }
-
-    #[test]
-    fn distances_are_levenshteins() {
-        assert_eq!(edit_distance("kitten", "sitting"), 3);
-        assert_eq!(edit_distance("", "abc"), 3);
-        assert_eq!(nearest("heigth", ["width", "height", "camera"]), Some("height"));
-        assert_eq!(nearest("x", []), None);
     }
 }

@@ -5,7 +5,6 @@
 //! (`[progressive_mesh.NAME]` and `[governor]`). Everything in a [`Scene`] has been checked: a value of this type can be
 //! drawn, as far as that can be known without its texture file and without a device.
 
-pub mod bake;
 pub mod camera;
 mod check;
 mod choice;
@@ -13,30 +12,27 @@ mod edit;
 mod error;
 mod face_order;
 mod file;
-pub mod mesh;
-pub mod model;
 mod open;
 mod overrides;
 pub mod path;
 mod progressive_mesh;
 mod settings;
-pub mod source;
-pub mod tiles;
 
 pub use choice::{Compaction, Dedup, Listing};
 pub use edit::write_changes;
-pub use error::{SceneError, nearest};
+pub use error::SceneError;
 pub use face_order::FaceOrder;
 pub use open::TextureError;
 pub use progressive_mesh::{Apply, GovernorSettings, Layout, ModelSource, ProgressiveSurface, Stand, UpAxis};
 pub use settings::{
-    Cache, Disk, Filtering, Interpolation, Keying, MeshSpec, Order, Texture, TextureSource, TriplesFormat,
-    Variant, View,
+    Cache, Filtering, Interpolation, Keying, MeshSpec, Order, Texture, TextureSource, TriplesFormat, Variant,
+    View,
 };
 
 use crate::math::camera::Pose;
+use crate::model::mesh::{self, MeshError, SourceMesh};
+use crate::texture::source::disk::Disk;
 use camera::Camera;
-use mesh::{MeshError, SourceMesh};
 use serde::Serialize;
 use std::collections::BTreeMap;
 

@@ -1,11 +1,15 @@
 //! From a scene's `[texture]` to tiles.
 
-use super::source::earth::{Earth, EarthError};
-use super::source::encoded::Encoded;
-use super::source::{TileFormat, TileSource, disk::BadDisk, ruler::Ruler};
-use super::tiles::{TileFile, TileFileError};
-use super::{Disk, Scene, Texture, TextureSource};
+use super::{Scene, Texture, TextureSource};
 use crate::math::pyramid::PyramidError;
+use crate::texture::source::earth::{Earth, EarthError};
+use crate::texture::source::encoded::Encoded;
+use crate::texture::source::{
+    TileFormat, TileSource,
+    disk::{BadDisk, Disk},
+    ruler::Ruler,
+};
+use crate::texture::tiles::{TileFile, TileFileError};
 use std::sync::Arc;
 use thiserror::Error;
 

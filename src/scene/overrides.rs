@@ -1,9 +1,11 @@
 //! Changes beside a scene: `-D variant.block_log2=2`.
 
-use super::error::{SceneError, list, nearest};
+use super::error::{SceneError, list};
 use super::file::{CameraFile, MeshFile, PathFile, SceneFile, TextureFile};
 use super::progressive_mesh::{GovernorSettings, ProgressiveSurfaceFile};
-use super::settings::{Cache, Disk, Variant, View};
+use super::settings::{Cache, Variant, View};
+use crate::math::nearest::nearest;
+use crate::texture::source::disk::Disk;
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, Deserializer, Error as _, Visitor};
 use serde::forward_to_deserialize_any;

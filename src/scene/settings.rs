@@ -1,8 +1,8 @@
 //! The settings of a scene: texture, caches, mesh, view, and the variant of the pipeline.
 
 use super::choice::{Compaction, Dedup, Listing};
-use super::source::TileFormat;
 use crate::math::pyramid::{Pyramid, PyramidError};
+use crate::texture::source::TileFormat;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -84,22 +84,6 @@ pub enum Order {
     Coarsest,
 }
 
-/// What is wrong with the disk: a trouble that is put on, to see how the frames fare with it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Disk {
-    /// Time that each tile takes beside its own.
-    pub delay_ms: f64,
-    /// From this time after the first tile was asked for ...
-    pub fails_from_s: f64,
-    /// ... no tile can be read for so long.
-    pub fails_for_s: f64,
-    /// Share of reads that fail at any time, 0 ..= 1.
-    pub fails_share: f64,
-    /// Another seed, other reads that fail.
-    pub seed: u32,
-}
-
 impl Default for Cache {
     /// A 512 tile of RGBA8 with border and its second picture takes 1.35 MB: 260 MB and 520 MB.
     fn default() -> Self {
@@ -122,9 +106,9 @@ impl Default for Cache {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum MeshSpec {
-    /// [`super::mesh::earth`].
+    /// [`crate::model::mesh::earth`].
     Earth { columns: u32, rows: u32 },
-    /// [`super::mesh::plane`].
+    /// [`crate::model::mesh::plane`].
     Plane { width_m: f64, height_m: f64, columns: u32, rows: u32 },
 }
 

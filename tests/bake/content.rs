@@ -5,8 +5,8 @@ use super::png_by_hand::{self, Raw};
 use super::*;
 use ortelius::math::pyramid::TileId;
 use ortelius::picture::srgb;
-use ortelius::scene::source::TileSource;
-use ortelius::scene::tiles::TileFile;
+use ortelius::texture::source::TileSource;
+use ortelius::texture::tiles::TileFile;
 
 /// A level of a baked file, RGBA8, put together from the tiles' payloads (or from the resident level).
 fn level(file: &TileFile, level: u32) -> Picture {

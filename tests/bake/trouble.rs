@@ -2,9 +2,9 @@
 
 use super::pictures::{dotted, write_png, write_tall_tiff, write_tiff_strips, write_tiff_tiles};
 use super::*;
-use ortelius::scene::bake::{Settings, SourceName};
-use ortelius::scene::source::TileFormat;
-use ortelius::scene::tiles::TileFile;
+use ortelius::texture::bake::{Settings, SourceName};
+use ortelius::texture::source::TileFormat;
+use ortelius::texture::tiles::TileFile;
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
@@ -287,9 +287,9 @@ fn sources_with_random_damage_give_errors_or_pictures_and_never_a_panic() {
                 force: true,
             };
             // A size that damage has made huge is left alone: only how the header is read is of interest.
-            let small =
-                ortelius::scene::bake::plan(&settings).is_ok_and(|plan| plan.layout.total_bytes() < 16 << 20);
-            if !small || ortelius::scene::bake::bake(&settings, &()).is_err() {
+            let small = ortelius::texture::bake::plan(&settings)
+                .is_ok_and(|plan| plan.layout.total_bytes() < 16 << 20);
+            if !small || ortelius::texture::bake::bake(&settings, &()).is_err() {
                 refused += 1;
                 assert_eq!(leftovers(&path("out.tiles")), Vec::<String>::new(), "{name}");
             } else {

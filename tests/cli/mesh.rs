@@ -1,8 +1,8 @@
 //! `ortelius mesh`: from a model to a file, and back to plain meshes.
 
 use super::*;
+use ortelius::model::Model;
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
-use ortelius::scene::model::Model;
 
 /// A folder with the bunny as `b.pmesh`.
 fn built() -> TempDir {

@@ -2,8 +2,8 @@
 
 use super::*;
 use ortelius::math::pyramid::TileId;
-use ortelius::scene::source::TileSource;
-use ortelius::scene::tiles::TileFile;
+use ortelius::texture::source::TileSource;
+use ortelius::texture::tiles::TileFile;
 use std::os::unix::fs::FileExt;
 
 /// A folder with the small scene over a baked file: `s.toml` and `t.tiles`.

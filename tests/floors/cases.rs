@@ -17,7 +17,7 @@ fn passes(file: &str, text: &str) {
 #[test]
 fn an_import_that_points_up_is_found() {
     objects("src/math/a.rs", "use crate::vk::Gpu;", "math (floor 0) names vk (floor 1)");
-    objects("src/scene/mod.rs", "use crate::{math::b, figure};", "scene (floor 1) names figure (floor 2)");
+    objects("src/scene/mod.rs", "use crate::{math::b, paper};", "scene (floor 2) names paper (floor 3)");
     objects(
         "src/figure/run.rs",
         "fn f() { crate::paper::x::draw() }",
@@ -27,7 +27,7 @@ fn an_import_that_points_up_is_found() {
     objects("src/stats/mod.rs", "mod tests { use super::super::scene; }", "stats (floor 0) names scene");
     passes("src/renderer.rs", "use crate::{figure, math, paper::x, picture, scene, vk, view};");
     passes("src/paper/x/a.rs", "use crate::{figure, scene::b, vk};");
-    passes("src/figure/run.rs", "use crate::{picture, reference, scene, stats, vk};");
+    passes("src/figure/run.rs", "use crate::{model, picture, reference, stats, texture, vk};");
     passes("src/stats/mod.rs", "mod tests { use super::*; } fn f() { crate::math::g() }");
 }
 
@@ -38,11 +38,12 @@ fn an_import_that_points_up_is_named_with_its_line() {
 
 #[test]
 fn worlds_of_one_floor_do_not_know_each_other() {
-    objects("src/vk/a.rs", "use crate::scene::Scene;", "vk and scene (floor 1) do not know each other");
-    objects("src/scene/a.rs", "use crate::vk::Gpu;", "scene and vk (floor 1) do not know each other");
-    objects("src/scene/a.rs", "use crate::reference::raster;", "scene and reference (floor 1)");
+    objects("src/vk/a.rs", "use crate::model::Model;", "vk and model (floor 1) do not know each other");
+    objects("src/texture/a.rs", "use crate::vk::Gpu;", "texture and vk (floor 1) do not know each other");
+    objects("src/frame/a.rs", "use crate::scene::Scene;", "frame and scene (floor 2) do not know each other");
+    objects("src/model/a.rs", "use crate::reference::raster;", "model and reference (floor 1)");
     objects("src/vk/a.rs", "use crate::reference::raster;", "vk and reference (floor 1)");
-    passes("src/reference/a.rs", "use crate::scene::Mesh;");
+    passes("src/reference/a.rs", "use crate::model::mesh::Mesh;");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use crate::lexer::Token;
 
-/// A path that starts in the crate's root: `crate::scene::source`, or what `super::` comes to.
+/// A path that starts in the crate's root: `crate::texture::source`, or what `super::` comes to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reference {
     /// At least one segment; `*` for a glob import of the root itself. Further segments as far as they

@@ -2,14 +2,14 @@
 
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::{Pyramid, TileId};
+use ortelius::model::mesh;
 use ortelius::paper::virtual_texture::ruler::Verdicts;
 use ortelius::paper::virtual_texture::session::{Session as Renderer, Settings, Target};
 use ortelius::paper::virtual_texture::streaming::StreamingConfig;
 use ortelius::paper::virtual_texture::{PAPER, all_needs};
 use ortelius::scene::camera::{Camera, Place};
-use ortelius::scene::mesh;
-use ortelius::scene::source::ruler::Ruler;
-use ortelius::scene::source::{TileError, TileFormat, TileSource};
+use ortelius::texture::source::ruler::Ruler;
+use ortelius::texture::source::{TileError, TileFormat, TileSource};
 use ortelius::vk::{GpuOptions, Watched};
 use std::sync::Arc;
 

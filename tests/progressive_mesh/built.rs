@@ -2,12 +2,12 @@
 //! the faces of a fresh build.
 
 use super::made::Random;
+use ortelius::model::{Attributes, Model, named};
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use ortelius::paper::progressive_mesh::order::{OrderOptions, classical, order};
 use ortelius::paper::progressive_mesh::reference::{face_set, faces_at};
 use ortelius::paper::progressive_mesh::run::{Instances, Program};
 use ortelius::paper::progressive_mesh::simplify::{Collapses, SimplifyOptions, simplify};
-use ortelius::scene::model::{Attributes, Model, named};
 use std::sync::Arc;
 
 /// A vertex by its content, bits of position and attributes: no order of vertices is assumed.

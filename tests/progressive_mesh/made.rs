@@ -3,9 +3,9 @@
 
 use glam::DVec3;
 use ortelius::math::ragged::Ragged;
+use ortelius::model::{Attributes, Model};
 use ortelius::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh, Splits, Swaps, Vertices};
 use ortelius::paper::progressive_mesh::simplify::Collapses;
-use ortelius::scene::model::{Attributes, Model};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The same numbers in every run (splitmix64).

@@ -3,6 +3,7 @@
 
 use glam::{DVec2, DVec3};
 use ortelius::math::camera::Pose;
+use ortelius::model::mesh::SourceMesh;
 use ortelius::paper::progressive_mesh::session::{
     BACKGROUND, MORPH_BAND_LOG2, Session, Settings, load, place::Place, sun, vertices,
 };
@@ -11,7 +12,6 @@ use ortelius::picture::{Picture, error::compare};
 use ortelius::reference::{Sample, View};
 use ortelius::renderer::{Options, Renderer};
 use ortelius::scene::Scene;
-use ortelius::scene::mesh::SourceMesh;
 use ortelius::vk::{Feature, Gpu, GpuOptions, Watched};
 
 /// A device that counts shader invocations, if it can.

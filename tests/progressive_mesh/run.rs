@@ -1,11 +1,11 @@
 //! Buffers at every level: bit-equal on every way there, and the faces of a fresh build.
 
 use super::made::{Made, Random, arrange, collapse, quad, torus};
+use ortelius::model::Model;
 use ortelius::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh};
 use ortelius::paper::progressive_mesh::reference::{face_set, faces_at, wedges_at};
 use ortelius::paper::progressive_mesh::run::{Instances, Program, State, Touched, Untold};
 use ortelius::paper::progressive_mesh::simplify::Collapses;
-use ortelius::scene::model::Model;
 use proptest::prelude::*;
 use std::sync::Arc;
 

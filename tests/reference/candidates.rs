@@ -2,8 +2,8 @@
 
 use crate::{over_earth, over_plane, straight_on, view};
 use glam::{DMat4, DVec2, DVec3};
+use ortelius::model::mesh;
 use ortelius::reference::{Candidates, View};
-use ortelius::scene::mesh;
 use proptest::prelude::*;
 
 proptest! {

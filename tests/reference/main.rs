@@ -6,9 +6,9 @@ mod shapes;
 
 use glam::{DMat4, DVec2, DVec3};
 use ortelius::math::camera::Pose;
+use ortelius::model::mesh::SourceMesh;
 use ortelius::reference::View;
 use ortelius::scene::camera::{Camera, Place};
-use ortelius::scene::mesh::SourceMesh;
 
 fn camera(place: Place, altitude_m: f64, tilt_deg: f64) -> Camera {
     Camera { place, altitude_m, heading_deg: 0.0, tilt_deg, vertical_fov_deg: 60.0, magnification: 1.0 }

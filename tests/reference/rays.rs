@@ -2,9 +2,9 @@
 
 use crate::{camera, ray, straight_on, view};
 use glam::{DVec2, DVec3};
+use ortelius::model::mesh::{self, SourceMesh};
 use ortelius::reference::rasterise;
 use ortelius::scene::camera::{Camera, Place};
-use ortelius::scene::mesh::{self, SourceMesh};
 use proptest::prelude::*;
 
 /// Nearest triangle along a ray and (s, t) there (Moeller and Trumbore 1997): another method than the

@@ -3,8 +3,8 @@
 use crate::{on_plane, over_earth, over_plane, ray, view};
 use glam::DVec2;
 use ortelius::math::geodesy;
+use ortelius::model::mesh;
 use ortelius::reference::Sample;
-use ortelius::scene::mesh;
 
 #[test]
 fn a_plane_seen_straight_on_has_exact_derivatives() {

@@ -3,7 +3,7 @@
 use crate::source::{Bench, TestSource, block, counting, pyramid, tile, timed};
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::streaming::{Streaming, StreamingConfig, StreamingError, TileFailure};
-use ortelius::scene::source::{TileError, TileFormat, TileSource};
+use ortelius::texture::source::{TileError, TileFormat, TileSource};
 use std::sync::Arc;
 use std::time::Duration;
 

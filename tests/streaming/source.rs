@@ -2,7 +2,7 @@
 
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::streaming::{FrameReport, Streaming, StreamingConfig, Uploader};
-use ortelius::scene::source::{TileError, TileFormat, TileSource};
+use ortelius::texture::source::{TileError, TileFormat, TileSource};
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::Duration;

@@ -12,7 +12,7 @@ use ortelius::picture::error::compare;
 use ortelius::picture::srgb::from_linear_f64;
 use ortelius::reference::Sample;
 use ortelius::reference::filter::sample_count;
-use ortelius::scene::source::{border::true_texel, ruler::ruler_hash};
+use ortelius::texture::source::{border::true_texel, ruler::ruler_hash};
 
 fn picture(renderer: &mut Renderer) -> Picture {
     let [width, height] = renderer.settings.size;

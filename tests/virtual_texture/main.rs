@@ -15,10 +15,11 @@ mod truth;
 mod variants;
 
 use ortelius::math::camera::Pose;
+use ortelius::model::mesh;
 use ortelius::paper::virtual_texture::all_needs;
 use ortelius::paper::virtual_texture::session::{Session as Renderer, Settings, Target};
-use ortelius::scene::source::TileSource;
-use ortelius::scene::{SHIPPED, Scene, mesh};
+use ortelius::scene::{SHIPPED, Scene};
+use ortelius::texture::source::TileSource;
 use ortelius::vk::{Gpu, GpuOptions, Watched};
 use std::sync::Arc;
 

@@ -2,8 +2,9 @@
 
 use crate::{device, open, open_with};
 use ortelius::paper::virtual_texture::session::Session as Renderer;
-use ortelius::scene::source::disk::BadDisk;
-use ortelius::scene::{Disk, Scene};
+use ortelius::scene::Scene;
+use ortelius::texture::source::disk::BadDisk;
+use ortelius::texture::source::disk::Disk;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 

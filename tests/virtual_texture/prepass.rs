@@ -6,6 +6,7 @@ use crate::{device, scene};
 use glam::DVec3;
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::Pyramid;
+use ortelius::model::mesh::{Cluster, Mesh, SourceMesh, earth, gpu_mesh, plane};
 use ortelius::paper::virtual_texture::footprint::Footprint;
 use ortelius::paper::virtual_texture::fused::Fused;
 use ortelius::paper::virtual_texture::lister::Lister;
@@ -14,8 +15,7 @@ use ortelius::paper::virtual_texture::resident::Resident;
 use ortelius::paper::virtual_texture::session::read_u1;
 use ortelius::paper::virtual_texture::surface::{self, Surface};
 use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Keying, PAPER, U1Format};
-use ortelius::scene::mesh::{Cluster, Mesh, SourceMesh, earth, gpu_mesh, plane};
-use ortelius::scene::source::ruler::Ruler;
+use ortelius::texture::source::ruler::Ruler;
 use ortelius::vk::{Format, Gpu, Image, ImageInfo};
 use std::time::Instant;
 

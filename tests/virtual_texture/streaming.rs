@@ -3,7 +3,7 @@
 use crate::{device, open, open_with, pose, scene};
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::session::{Session as Renderer, Target};
-use ortelius::scene::source::{TileError, TileFormat, TileSource};
+use ortelius::texture::source::{TileError, TileFormat, TileSource};
 use std::sync::Arc;
 
 #[test]

@@ -1,8 +1,8 @@
 //! The ruler: every texel that texturing would filter is the one that the pixel's own (s, t) and level ask for.
 
 use crate::{device, open, pose, scene};
+use ortelius::model::mesh;
 use ortelius::paper::virtual_texture::session::{Session as Renderer, Settings, Target};
-use ortelius::scene::mesh;
 
 #[test]
 fn every_texel_of_every_camera_of_the_ruler_is_right() {

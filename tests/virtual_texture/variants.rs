@@ -10,7 +10,7 @@ use ortelius::paper::virtual_texture::footprint::Footprint;
 use ortelius::paper::virtual_texture::session::{Session as Renderer, needs};
 use ortelius::paper::virtual_texture::streaming::Keying;
 use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Layout, PAPER, U1Format, reference};
-use ortelius::scene::source::TileFormat;
+use ortelius::texture::source::TileFormat;
 use ortelius::vk::{BufferUse, Feature, Gpu, GpuOptions, Need, TexelCopy, Watched};
 use std::collections::BTreeSet;
 

@@ -7,11 +7,11 @@ use anyhow::{Result, bail};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::{ProgressBar, ProgressStyle};
+use ortelius::model::Model;
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions, classical, order};
 use ortelius::paper::progressive_mesh::simplify::{Collapses, Report, SimplifyOptions, simplify};
 use ortelius::scene::FaceOrder;
-use ortelius::scene::model::Model;
 use std::path::{Path, PathBuf};
 
 /// Simplifies a model to a progressive mesh and writes it, coarsest level first.

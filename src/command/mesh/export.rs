@@ -6,9 +6,9 @@ use crate::command::outputs::{check_apart, check_place};
 use anyhow::Result;
 use clap::{ArgGroup, Args};
 use glam::DVec3;
+use ortelius::model::{Attributes, Format, Model};
 use ortelius::paper::progressive_mesh::mesh::{Level, ProgressiveMesh};
 use ortelius::paper::progressive_mesh::run::{State, level_for_error};
-use ortelius::scene::model::{Attributes, Format, Model};
 use std::path::PathBuf;
 
 /// Writes one level as a plain mesh, its faces in the order of the index buffer.

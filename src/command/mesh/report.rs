@@ -1,10 +1,10 @@
 //! What `mesh build --report` writes.
 
 use ortelius::figure::most_memory;
+use ortelius::model;
 use ortelius::paper::progressive_mesh::file::Contents;
 use ortelius::paper::progressive_mesh::simplify;
 use ortelius::picture::write::{FileError, write_whole};
-use ortelius::scene::model;
 use serde::Serialize;
 use std::io::Write;
 use std::path::Path;

@@ -6,7 +6,7 @@
 //! nothing).
 
 use crate::math::ragged::Ragged;
-use crate::scene::model::Attributes;
+use crate::model::Attributes;
 use glam::DVec3;
 
 pub use super::simplify::NOWHERE;

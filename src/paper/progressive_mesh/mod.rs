@@ -16,6 +16,7 @@
 pub mod apply;
 pub mod cache;
 pub mod check;
+pub mod config;
 pub mod figures;
 pub mod file;
 pub mod governor;

@@ -2,7 +2,7 @@
 //! that the run-time part holds.
 
 use super::simplify::{Collapses, NOWHERE};
-use crate::scene::model::Model;
+use crate::model::Model;
 use std::collections::BTreeSet;
 
 /// The faces of a level, in wedges of the model, in the model's order: the full mesh, and `ecol` from the last level down

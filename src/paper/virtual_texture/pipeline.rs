@@ -10,7 +10,8 @@ use super::{
     texturing::Texturing,
 };
 use crate::math::pyramid::TileId;
-use crate::scene::{mesh::Mesh, source::TileSource};
+use crate::model::mesh::Mesh;
+use crate::texture::source::TileSource;
 use crate::vk::shader::View;
 use crate::vk::{FRAMES_IN_FLIGHT, Frame, Gpu, Image, PassTime, Result, Ticket};
 use std::time::{Duration, Instant};

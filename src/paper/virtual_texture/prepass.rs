@@ -9,7 +9,7 @@
 //!
 //! The draw that shades goes over the whole mesh, as that of the plain texture does with which it is compared.
 
-use crate::scene::mesh::{CLUSTER_TRIANGLES, Cluster};
+use crate::model::mesh::{CLUSTER_TRIANGLES, Cluster};
 use crate::vk::shader::View;
 use glam::{DMat3, DMat4, DVec3, DVec4};
 use std::f64::consts::FRAC_PI_2;

@@ -7,8 +7,8 @@
 
 use super::display::Display;
 use crate::math::pyramid::{Pyramid, TileId};
-use crate::scene::bake::encode_bc1;
-use crate::scene::source::{TileError, TileFormat, TileSource};
+use crate::texture::bake::encode_bc1;
+use crate::texture::source::{TileError, TileFormat, TileSource};
 use crate::vk::{
     Buffer, BufferUse, Cmd, Filter, Format, Gpu, Image, ImageInfo, Result, Sampler, SamplerInfo, TexelCopy,
 };

@@ -1,7 +1,7 @@
 //! The mesh in video memory, and the camera as its vertex shader wants it.
 
 use crate::math::camera::Pose;
-use crate::scene::mesh::{Cluster, Mesh, MeshPosition, MeshVertex};
+use crate::model::mesh::{Cluster, Mesh, MeshPosition, MeshVertex};
 use crate::vk::shader::virtual_texture::{depth_vert, mesh_vert};
 use crate::vk::shader::{VertexFormat, View};
 use crate::vk::{Buffer, BufferUse, Gpu, Result};

@@ -8,7 +8,7 @@ use super::{
     resident::fill_levels, surface::Surface, with,
 };
 use crate::math::pyramid::{Pyramid, TileId};
-use crate::scene::source::{TileError, TileFormat, TileSource};
+use crate::texture::source::{TileError, TileFormat, TileSource};
 use crate::vk::shader::View as ViewConstants;
 use crate::vk::shader::virtual_texture::{mesh_vert, plain_frag, texturing_frag};
 use crate::vk::{

@@ -1,7 +1,7 @@
 //! PLY and OBJ, and what is written.
 
 use super::*;
-use ortelius::scene::model::{NAMES, named};
+use ortelius::model::{NAMES, named};
 use std::io::Write;
 
 #[test]

@@ -7,7 +7,7 @@ mod mutated;
 mod pipeline;
 mod trouble;
 
-use ortelius::scene::model::{Format, Model};
+use ortelius::model::{Format, Model};
 use std::path::Path;
 
 /// A cube with the normals and coordinates of its sides, in quads.

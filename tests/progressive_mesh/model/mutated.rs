@@ -4,7 +4,7 @@
 use super::glb::cube_glb;
 use super::pipeline::goes_all_the_way;
 use super::*;
-use ortelius::scene::model::{Raw, clean};
+use ortelius::model::{Raw, clean};
 
 /// xorshift64*: the same files everywhere.
 struct Random(u64);

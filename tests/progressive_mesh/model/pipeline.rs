@@ -5,11 +5,11 @@ use super::super::built::level_that_differs;
 use super::super::made::Random;
 use super::*;
 use glam::DVec3;
+use ortelius::model::{Raw, clean};
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use ortelius::paper::progressive_mesh::order::{OrderOptions, classical, order};
 use ortelius::paper::progressive_mesh::run::State;
 use ortelius::paper::progressive_mesh::simplify::{Simplified, SimplifyOptions, simplify};
-use ortelius::scene::model::{Raw, clean};
 
 /// A clean model as a progressive mesh, in each order; nothing on the way may fail. Returns its levels.
 pub fn goes_all_the_way(model: &Model, name: &dyn Fn() -> String) -> usize {

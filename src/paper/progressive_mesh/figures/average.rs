@@ -14,8 +14,8 @@ use super::scans;
 use crate::figure::{
     Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict,
 };
+use crate::model::Model;
 use crate::scene::FaceOrder;
-use crate::scene::model::Model;
 
 pub const AVERAGE: Figure = Figure {
     id: "pm.average",

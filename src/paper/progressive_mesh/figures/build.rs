@@ -5,7 +5,7 @@ use super::orders::judged;
 use crate::figure::{
     Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Sweep, Table, Value, Verdict,
 };
-use crate::scene::model::fetched;
+use crate::model::fetched;
 use crate::stats::Summary;
 use anyhow::Context;
 use std::path::Path;

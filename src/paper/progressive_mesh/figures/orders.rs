@@ -6,8 +6,8 @@ use super::super::order::{OrderOptions, classical, order};
 use super::super::simplify::{Collapses, SimplifyOptions, simplify};
 use super::scans;
 use crate::figure::{Finding, Table, Verdict};
+use crate::model::Model;
 use crate::scene::FaceOrder;
-use crate::scene::model::Model;
 
 /// The shipped models that are closed; each has at least 3000 faces.
 pub const CLOSED: [&str; 5] = ["bunny", "sphere", "torus", "knot", "solid"];

@@ -1,7 +1,7 @@
 //! Scans that may not be shipped, in figures: looked at where `ortelius fetch` has brought them, else told of.
 
 use crate::figure::{Cell, Effort, Row, Value};
-use crate::scene::model::{FETCHED, Model, fetched};
+use crate::model::{FETCHED, Model, fetched};
 
 /// The scan of 11 102 faces that quick runs look at too.
 pub const SMALL: &str = "dragon_res4";

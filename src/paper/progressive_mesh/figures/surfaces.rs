@@ -1,7 +1,7 @@
 //! What the figures on simplification share: the rival, and distances that no scale disturbs.
 
+use crate::model::Model;
 use crate::reference::distance::{Distances, Triangles, compare_surfaces};
-use crate::scene::model::Model;
 use anyhow::Context;
 use glam::DVec3;
 use meshopt::{SimplifyOptions, VertexDataAdapter};

@@ -7,7 +7,7 @@ use super::super::simplify::{SimplifyOptions, simplify};
 use super::write::chunk_checksum;
 use super::{CHUNK_HEAD_BYTES, Flaw, HEADER_BYTES};
 use crate::math::ragged::Ragged;
-use crate::scene::model::named;
+use crate::model::named;
 use glam::DVec3;
 use xxhash_rust::xxh3::xxh3_64;
 

@@ -3,9 +3,9 @@
 
 use super::descent::Descent;
 use crate::math::ragged::Ragged;
+use crate::model::{Attributes, Model};
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh, Splits, Swaps, Vertices};
 use crate::paper::progressive_mesh::simplify::Collapses;
-use crate::scene::model::{Attributes, Model};
 use glam::DVec3;
 
 /// Where every face of a model stands at every level. Faces are the model's.

@@ -1,9 +1,9 @@
 //! Which splits must have been executed before which.
 
 use crate::math::ragged::Ragged;
+use crate::model::Model;
 use crate::paper::progressive_mesh::mesh::NOWHERE;
 use crate::paper::progressive_mesh::simplify::Collapses;
-use crate::scene::model::Model;
 
 /// For each collapse the later ones that must be undone before it can be: those that changed or removed a face
 /// around its position or around its target. In every order that respects this each split finds its surroundings

@@ -2,9 +2,9 @@
 
 use crate::math::ragged::Ragged;
 use crate::math::rows::Rows;
+use crate::model::Model;
 use crate::paper::progressive_mesh::mesh::NOWHERE;
 use crate::paper::progressive_mesh::simplify::Collapses;
-use crate::scene::model::Model;
 
 /// From the full mesh down: the model's faces with their corners' wedges.
 pub(super) struct Descent {

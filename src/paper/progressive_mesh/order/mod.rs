@@ -57,8 +57,8 @@ mod turns;
 
 use super::mesh::ProgressiveMesh;
 use super::simplify::Collapses;
+use crate::model::Model;
 use crate::scene::FaceOrder;
-use crate::scene::model::Model;
 use assemble::{Arrangement, assemble};
 
 pub use greedy::Weights;
@@ -216,9 +216,9 @@ fn base(model: &Model, collapses: &Collapses) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::named;
     use crate::paper::progressive_mesh::cache::{Cache, level_costs, live_faces, sampled_levels};
     use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
-    use crate::scene::model::named;
     use std::collections::HashSet;
 
     fn cost(mesh: &ProgressiveMesh) -> (f64, f64) {

@@ -1,8 +1,8 @@
 //! Meshes and collapses for tests of the order: it takes any simplifier's.
 
 use crate::math::ragged::Ragged;
+use crate::model::Model;
 use crate::paper::progressive_mesh::simplify::Collapses;
-use crate::scene::model::Model;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeSet;
 

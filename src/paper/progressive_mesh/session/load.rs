@@ -1,11 +1,11 @@
 //! From a scene's names to progressive meshes.
 
 use super::surface::Model;
+use crate::model::{self, ModelError};
 use crate::paper::progressive_mesh::file::{Extent, PmeshError};
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::order::{OrderOptions, classical, order};
 use crate::paper::progressive_mesh::simplify::{Collapses, SimplifyOptions, simplify};
-use crate::scene::model::{self, ModelError};
 use crate::scene::{FaceOrder, ModelSource, ProgressiveSurface, Scene};
 use thiserror::Error;
 

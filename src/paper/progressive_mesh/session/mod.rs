@@ -13,19 +13,19 @@ mod rival;
 pub mod surface;
 pub mod vertices;
 
+pub use super::config::{Settings, needs};
 pub use load::{LoadError, load, ordered};
 pub use record::FrameRecord;
 pub use surface::{Change, Model, Surface, SurfaceError, SurfaceMemory};
 
-use super::governor::{Budget, Governor, Rule};
+use super::governor::Governor;
 use crate::math::camera::Pose;
 use crate::picture::Target;
-use crate::scene::{GovernorSettings, Scene};
 use crate::vk::shader::Shader;
 use crate::vk::shader::progressive_mesh::{geomorph_vert, surface_frag, surface_vert};
 use crate::vk::{
-    Buffer, BufferUse, Clear, ColorTarget, Depth, DepthTarget, FRAMES_IN_FLIGHT, Feature, Format, Geometry,
-    Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo, Need, Resource, Result, ShaderQuery, Ticket,
+    Buffer, BufferUse, Clear, ColorTarget, Depth, DepthTarget, FRAMES_IN_FLIGHT, Format, Geometry, Gpu,
+    GraphicsInfo, GraphicsPipeline, Image, ImageInfo, Resource, Result, ShaderQuery, Ticket,
 };
 use glam::DVec3;
 use std::time::Instant;
@@ -42,47 +42,6 @@ pub fn sun() -> DVec3 {
 
 /// What is behind everything, linear light.
 pub const BACKGROUND: [f32; 4] = [0.02, 0.03, 0.05, 1.0];
-
-/// How frames are made.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// Pixels.
-    pub size: [u32; 2],
-    pub target: Target,
-    /// The device counts invocations of shaders: needs its feature.
-    pub count_shaders: bool,
-    /// Rounds of needless work for each vertex: for figures in which vertices are to be the bottleneck.
-    pub vertex_work: u32,
-    /// What a frame may take, and how that is held.
-    pub budget: Option<Budget>,
-    pub rule: Rule,
-}
-
-impl Settings {
-    /// What a scene asks for.
-    pub fn of_scene(scene: &Scene, target: Target) -> Settings {
-        Settings {
-            size: [scene.view.width, scene.view.height],
-            target,
-            count_shaders: false,
-            vertex_work: 0,
-            budget: scene
-                .governor
-                .map(|GovernorSettings { frame_ms, frame_faces }| Budget { frame_ms, frame_faces }),
-            rule: Rule::default(),
-        }
-    }
-}
-
-/// Device features that frames need: give them to [`Gpu::new`].
-pub fn needs(settings: &Settings) -> Vec<Need> {
-    let counts = Need {
-        feature: Feature::PipelineStatistics,
-        pass: "surfaces",
-        without: "do without counts, or choose another --device",
-    };
-    settings.count_shaders.then_some(counts).into_iter().collect()
-}
 
 /// A frame's passes.
 const LEVELS: &str = "levels";

@@ -1,7 +1,7 @@
 //! The order in which positions and faces stand in memory: along a curve that fills space, so that what is looked at
 //! together stands together. The dragon's collapses take a quarter less time than in the order of its file.
 
-use crate::scene::model::Model;
+use crate::model::Model;
 use glam::DVec3;
 
 /// Bits of each coordinate: cells of a millionth of the box; what shares a cell keeps the model's order.
@@ -48,7 +48,7 @@ fn morton(point: DVec3) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::model::named;
+    use crate::model::named;
 
     #[test]
     fn every_position_and_face_has_one_place_and_one_octant_comes_after_the_other() {

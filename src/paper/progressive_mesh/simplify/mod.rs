@@ -22,7 +22,7 @@ mod surface;
 mod triangle;
 
 use crate::math::ragged::Ragged;
-use crate::scene::model::Model;
+use crate::model::Model;
 use serde::Serialize;
 
 /// Collapses from the full model down to the base mesh M0, the first one first. Indices are the model's.

@@ -12,7 +12,7 @@ use super::start::{WedgeLists, nearest_wedge, normals, quadrics};
 use super::step::{Near, Step};
 use super::surface::{Blade, Frame, Surface};
 use super::{Collapses, NOWHERE, Report, Simplified, SimplifyOptions};
-use crate::scene::model::Model;
+use crate::model::Model;
 use glam::DVec3;
 
 /// Why a target was not reached.

@@ -4,7 +4,7 @@ use super::curve::Curve;
 use super::hub::{Hub, Kind};
 use super::quadric::Quadric;
 use super::surface::Surface;
-use crate::scene::model::Model;
+use crate::model::Model;
 use glam::DVec3;
 
 /// Of the planes that hold a border in place: times the squared length of its edge.

@@ -1,7 +1,7 @@
 //! The mesh while it is simplified: faces, and for each position the corners of faces that lie there.
 
 use super::curve::Curve;
-use crate::scene::model::Model;
+use crate::model::Model;
 use glam::DVec3;
 
 /// No corner.

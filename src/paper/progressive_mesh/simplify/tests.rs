@@ -2,7 +2,7 @@
 
 use super::triangle::Triangle;
 use super::*;
-use crate::scene::model::named;
+use crate::model::named;
 use glam::DVec3;
 use std::collections::HashSet;
 

@@ -2,8 +2,9 @@
 
 use crate::figure::{Bench, Contender};
 use crate::math::camera::Pose;
+use crate::model::mesh;
 use crate::paper::virtual_texture::session::{Session, Settings, Target, needs};
-use crate::scene::{Scene, mesh, path::Path};
+use crate::scene::{Scene, path::Path};
 use crate::vk::{Frame, Gpu};
 use anyhow::Context;
 

@@ -8,7 +8,7 @@ use super::side_by_side::{Combination, SideBySide, THE_PAPER, combinations};
 use crate::figure::{
     Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Sweep, Table, Value, Verdict,
 };
-use crate::scene::source::TileSource;
+use crate::texture::source::TileSource;
 use std::collections::BTreeMap;
 
 /// The variant that does nothing: no time is less.

@@ -2,10 +2,10 @@
 //! do at a border of a decision, or not explained.
 
 use crate::math::pyramid::Pyramid;
+use crate::model::mesh::SourceMesh;
 use crate::paper::virtual_texture::reference::picture::footprint;
 use crate::paper::virtual_texture::reference::{Tolerance, possible_triples, triple};
 use crate::reference::{Sample, View};
-use crate::scene::mesh::SourceMesh;
 
 /// How stage 1 stood beside the reference.
 #[derive(Clone, Debug, Default)]
@@ -39,7 +39,7 @@ pub fn tolerance(sample: &Sample, largest_offset: f64, radius_px: f64) -> Tolera
     }
 }
 
-/// How far a triangle's (s, t) reach from the corner of its cell of 2^-10 of the texture (see [`crate::scene::mesh`]).
+/// How far a triangle's (s, t) reach from the corner of its cell of 2^-10 of the texture (see [`crate::model::mesh`]).
 fn largest_offset(mesh: &SourceMesh, triangle: u32) -> f64 {
     let [a, b, c] = mesh.triangles[triangle as usize].map(|vertex| mesh.coordinates[vertex as usize]);
     (a.max(b).max(c) - a.min(b).min(c)).max_element() + 2f64.powi(-10)

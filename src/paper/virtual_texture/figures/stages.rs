@@ -5,11 +5,11 @@ use super::side_by_side::{device, lacks};
 use crate::figure::{Bench, Effort};
 use crate::math::pyramid::Pyramid;
 use crate::math::splitmix::SplitMix64;
+use crate::model::mesh;
 use crate::paper::virtual_texture::footprint::Footprint;
 use crate::paper::virtual_texture::surface::{self, Surface};
 use crate::paper::virtual_texture::{Config, PAPER, U1Format, all_needs};
-use crate::scene::mesh;
-use crate::scene::source::TileFormat;
+use crate::texture::source::TileFormat;
 use crate::vk::{BufferUse, Gpu, TexelCopy};
 use anyhow::Context;
 

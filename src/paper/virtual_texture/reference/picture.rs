@@ -6,7 +6,7 @@ use crate::math::pyramid::{Pyramid, TileId};
 use crate::picture::Picture;
 use crate::reference::filter::{Edges, Parallelogram, Texture, sample_count, srgb8_to_linear};
 use crate::reference::{Sample, View};
-use crate::scene::source::{TileError, TileFormat, TileSource};
+use crate::texture::source::{TileError, TileFormat, TileSource};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;

@@ -11,18 +11,19 @@ pub use record::FrameRecord;
 
 pub use crate::picture::Target;
 
+pub use super::config::{Settings, needs};
 use super::feedback::{self, Memory};
 use super::pipeline::{Finished, Pipeline};
 use super::resident::ResidentError;
 use super::scout::Scout;
-use super::streaming::{FrameReport, Order, Streaming, StreamingConfig, StreamingError, distinct_tiles};
-use super::{Config, Filtering, Interpolation, Keying, Listing, U1Format, Unfit, surface};
+use super::streaming::{FrameReport, Streaming, StreamingError, distinct_tiles};
+use super::{Filtering, Listing, Unfit, surface};
 use crate::math::camera::Pose;
+use crate::model::mesh::Mesh;
 use crate::scene::camera::continued;
-use crate::scene::source::{TileFormat, TileSource};
-use crate::scene::{self, Scene, TriplesFormat, mesh::Mesh};
+use crate::texture::source::TileSource;
 use crate::vk::shader::View;
-use crate::vk::{self, FRAMES_IN_FLIGHT, Feature, Gpu, Image, ImageInfo, Need};
+use crate::vk::{self, FRAMES_IN_FLIGHT, Gpu, Image, ImageInfo};
 use record::Lists;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -67,85 +68,6 @@ impl SessionError {
 /// Nothing loaded and nothing copied for so long: something is broken, and waiting will not mend it. A source may
 /// take seconds for one tile, not a minute.
 const STALL: Duration = Duration::from_secs(60);
-
-/// Device features that a scene of this variant needs whose texture has tiles of `format`: give them to [`Gpu::new`].
-pub fn needs(config: &Config, format: TileFormat) -> Vec<Need> {
-    let blocks = Need {
-        feature: Feature::TextureCompressionBc,
-        pass: "texturing",
-        without: "bake the texture with --format rgba8, or choose another --device",
-    };
-    let blocks = (format == TileFormat::Bc1).then_some(blocks);
-    config.needs().into_iter().chain(blocks).collect()
-}
-
-/// All that a renderer needs besides the mesh and the texture.
-#[derive(Clone, Debug)]
-pub struct Settings {
-    /// Pixels.
-    pub size: [u32; 2],
-    pub config: Config,
-    pub streaming: StreamingConfig,
-    /// Tiles are fetched ahead that the camera will see in so many frames, if it goes on as it does; 0: none are.
-    pub prefetch_frames: u32,
-    pub target: Target,
-}
-
-impl Settings {
-    /// What a scene asks for.
-    pub fn of_scene(scene: &Scene, target: Target) -> Settings {
-        let (variant, cache) = (&scene.variant, &scene.cache);
-        let milliseconds = |ms: f64| Duration::from_secs_f64(ms / 1e3);
-        Settings {
-            size: [scene.view.width, scene.view.height],
-            config: Config {
-                u1: match variant.u1 {
-                    TriplesFormat::Auto => None,
-                    TriplesFormat::Rgb32 => Some(U1Format::Rgb32),
-                    TriplesFormat::Rgba32 => Some(U1Format::Rgba32),
-                    TriplesFormat::Packed => Some(U1Format::Packed),
-                },
-                list: variant.list,
-                feedback_log2: variant.feedback_log2,
-                dedup: variant.dedup,
-                block_log2: variant.block_log2,
-                memo: variant.memo,
-                keying: match variant.keying {
-                    scene::Keying::Paper => Keying::Paper,
-                    scene::Keying::Native => Keying::Native,
-                },
-                compact: variant.compact,
-                compact_block_log2: variant.compact_block_log2,
-                max_anisotropy: variant.max_anisotropy,
-                filter: variant.filter,
-                samples: variant.samples,
-                interpolation: match variant.interpolation {
-                    scene::Interpolation::Corrected => Interpolation::Corrected,
-                    scene::Interpolation::Literal => Interpolation::Literal,
-                },
-                fade_in_frames: cache.fade_in_frames,
-                list_capacity: variant.list_capacity,
-            },
-            streaming: StreamingConfig {
-                gpu_tiles: cache.gpu_tiles,
-                host_tiles: cache.host_tiles,
-                upload_budget: milliseconds(cache.upload_budget_ms),
-                load_budget: milliseconds(cache.load_budget_ms),
-                upload_tiles_per_frame: cache.upload_tiles_per_frame,
-                load_tiles_per_frame: cache.load_tiles_per_frame,
-                deterministic: false,
-                level_bias: variant.level_bias,
-                order: match cache.order {
-                    scene::Order::Finest => Order::Finest,
-                    scene::Order::Coarsest => Order::Coarsest,
-                },
-                retry_after: milliseconds(cache.retry_after_ms),
-            },
-            prefetch_frames: cache.prefetch_frames,
-            target,
-        }
-    }
-}
 
 /// Runs the frames of one scene on one device.
 pub struct Session {

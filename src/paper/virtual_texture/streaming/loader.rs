@@ -1,7 +1,7 @@
 //! A3: threads that load tiles into main memory, with a time budget of their own (paper 1, section 3).
 
 use crate::math::pyramid::TileId;
-use crate::scene::source::{TileError, TileSource};
+use crate::texture::source::{TileError, TileSource};
 use crossbeam_channel::{Receiver, Sender, bounded};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -217,7 +217,7 @@ fn load_tiles(source: &dyn TileSource, pace: &Pace, requests: &Receiver<Request>
 mod tests {
     use super::*;
     use crate::math::pyramid::Pyramid;
-    use crate::scene::source::TileFormat;
+    use crate::texture::source::TileFormat;
 
     /// The larger a tile's column, the sooner it is read: requests in order of column come back in another.
     struct LateFirst;

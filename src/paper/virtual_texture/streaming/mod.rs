@@ -49,7 +49,7 @@ pub use upload::Uploader;
 pub use wanted::{Keying, distinct_tiles, fitting_bias, wanted_tiles};
 
 use crate::math::pyramid::{Pyramid, TileId};
-use crate::scene::source::TileSource;
+use crate::texture::source::TileSource;
 use host::HostCache;
 use load::UnderWay;
 use loader::Loader;

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 /// The layer that copies texels into video memory.
 pub trait Uploader {
-    /// Copies one stored tile (as [`read_tile`](crate::scene::source::TileSource::read_tile) gives it) into slot `slot` of `J1`, in this frame,
+    /// Copies one stored tile (as [`read_tile`](crate::texture::source::TileSource::read_tile) gives it) into slot `slot` of `J1`, in this frame,
     /// before anything of this frame is textured. False: no room in this frame; nothing was copied, and the
     /// tile is offered again in the next.
     fn upload(&mut self, slot: u32, tile: TileId, bytes: &[u8]) -> bool;

@@ -4,6 +4,7 @@ mod claims;
 
 use crate::figure::{Axis, Bench, Cell, Claim, Contender, Effort, Figure, Origin, Plot, Row, Value};
 use crate::math::camera::Pose;
+use crate::model;
 use crate::paper::progressive_mesh::cache::{Cache, live_faces, transforms};
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::rivals::{Prepared, Rival};
@@ -12,7 +13,7 @@ use crate::paper::progressive_mesh::session::vertices::{EXACT_LOG2, VertexBuffer
 use crate::paper::progressive_mesh::session::{BACKGROUND, MORPH_BAND_LOG2, ordered, sun, surfaces_pipeline};
 use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
 use crate::picture::Target;
-use crate::scene::{FaceOrder, Scene, Stand, model};
+use crate::scene::{FaceOrder, Scene, Stand};
 use crate::vk::shader::SurfaceView;
 use crate::vk::shader::progressive_mesh::surface_vert;
 use crate::vk::{

@@ -1,7 +1,7 @@
 //! Hostile meshes, each with the shape that it was made from.
 
 use super::super::surfaces::Size;
-use crate::scene::model::{Attributes, Raw, named};
+use crate::model::{Attributes, Raw, named};
 use anyhow::Context;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -173,7 +173,7 @@ fn charts(raw: &Raw) -> Raw {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::model::clean;
+    use crate::model::clean;
 
     #[test]
     fn every_case_has_its_mesh() {

@@ -17,7 +17,7 @@ use crate::paper::virtual_texture::{Config, Keying, PAPER, reference};
 use crate::picture::write::Srgb8Picture;
 use crate::reference::View;
 use crate::scene::Scene;
-use crate::scene::source::ruler::Ruler;
+use crate::texture::source::ruler::Ruler;
 use crate::vk::shader::View as ViewConstants;
 use crate::vk::{self, Format, Gpu, Image, ImageInfo};
 use std::collections::BTreeSet;

@@ -3,7 +3,7 @@
 use super::shapes;
 use crate::math::camera::Pose;
 use crate::math::pyramid::{Pyramid, TileId};
-use crate::scene::mesh::{Mesh, SourceMesh, gpu_mesh};
+use crate::model::mesh::{Mesh, SourceMesh, gpu_mesh};
 use crate::scene::{Scene, SceneError};
 
 /// An input at the edge of what the pipeline must bear.

@@ -5,7 +5,7 @@
 
 use crate::math::camera::Pose;
 use crate::math::pyramid::{Pyramid, TileId};
-use crate::scene::mesh::{Mesh, MeshVertex, SourceMesh};
+use crate::model::mesh::{Mesh, MeshVertex, SourceMesh};
 use glam::{DVec2, DVec3};
 
 /// The eye of all these landscapes.
@@ -171,7 +171,7 @@ pub fn noise(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
     canvas.mesh
 }
 
-/// As [`crate::scene::mesh::gpu_mesh`], without its checks: what is to be found out is what the device does with
+/// As [`crate::model::mesh::gpu_mesh`], without its checks: what is to be found out is what the device does with
 /// values that the checks keep away from it.
 pub fn unchecked_gpu_mesh(source: &SourceMesh) -> Mesh {
     let mut mesh = Mesh { vertices: Vec::new(), indices: Vec::new() };
@@ -199,7 +199,7 @@ pub fn unchecked_gpu_mesh(source: &SourceMesh) -> Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::mesh::{gpu_mesh, plane};
+    use crate::model::mesh::{gpu_mesh, plane};
     use std::collections::BTreeSet;
 
     #[test]

@@ -8,9 +8,10 @@ use crate::figure::{
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::session::Session;
 use crate::picture::{Picture, error::compare};
-use crate::scene::source::{TileSource, disk::BadDisk};
-use crate::scene::{Disk, Scene};
+use crate::scene::Scene;
 use crate::stats::Summary;
+use crate::texture::source::disk::Disk;
+use crate::texture::source::{TileSource, disk::BadDisk};
 use anyhow::Context;
 use std::sync::Arc;
 use std::time::{Duration, Instant};

@@ -20,15 +20,16 @@ pub use prefetch::PREFETCH;
 
 use crate::figure::{Bench, Effort, Table};
 use crate::math::pyramid::{Pyramid, TileId};
+use crate::model::mesh;
 use crate::paper::virtual_texture::session::{FrameRecord, Session, Settings, Target, needs};
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, PAPER};
 use crate::picture::error::compare;
 use crate::picture::map::error_maps;
 use crate::picture::write::Srgb8Picture;
 use crate::picture::{Picture, srgb};
+use crate::scene::Scene;
 use crate::scene::path::Path;
-use crate::scene::source::{TileError, TileFormat, TileSource};
-use crate::scene::{Scene, mesh};
+use crate::texture::source::{TileError, TileFormat, TileSource};
 use anyhow::Context;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};

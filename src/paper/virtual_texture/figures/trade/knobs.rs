@@ -1,10 +1,10 @@
 //! What can be turned on a scene to trade time for accuracy, and which turns go together.
 
 use crate::figure::Refused;
-use crate::scene::source::TileFormat;
 use crate::scene::{
     Compaction, Dedup, Filtering, Keying, Listing, Scene, Texture, TextureError, TextureSource,
 };
+use crate::texture::source::TileFormat;
 
 /// A key of the scene, or several that go together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,11 +1,11 @@
 //! What the settled picture is held against: the f64 mean of all that a pixel covers, in windows spread over the picture.
 
 use crate::math::camera::Pose;
+use crate::model::mesh::SourceMesh;
 use crate::paper::virtual_texture::reference::picture::{Filter, Texels};
 use crate::picture::{Picture, srgb};
 use crate::reference::{Sample, View};
-use crate::scene::mesh::SourceMesh;
-use crate::scene::source::TileSource;
+use crate::texture::source::TileSource;
 
 /// Pixels that are looked at, at most: at 10 to 200 us each the truth takes seconds.
 const MOST_PIXELS: u32 = 57_600;

@@ -11,8 +11,8 @@ use super::source::{Source, synthetic};
 use super::{Files, Progress, Settings};
 use crate::math::pyramid::TileId;
 use crate::picture::srgb;
-use crate::scene::source::{TileFormat, TileSource};
-use crate::scene::tiles::{Layout, TileFile, index_page};
+use crate::texture::source::{TileFormat, TileSource};
+use crate::texture::tiles::{Layout, TileFile, index_page};
 use rayon::prelude::*;
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -313,7 +313,7 @@ fn mean_level(finer: &[u8], [finer_width, finer_height]: [u32; 2], [width, heigh
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::bake::{SourceName, bake};
+    use crate::texture::bake::{SourceName, bake};
 
     /// The only moment that a killed process in tests/bake hardly meets: after the rename, before the tidying up.
     #[test]

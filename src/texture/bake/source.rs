@@ -3,9 +3,9 @@
 use super::error::{BakeError, SourceError};
 use super::input::{self, Rows};
 use crate::math::pyramid::Pyramid;
-use crate::scene::source::TileSource;
-use crate::scene::source::earth::Earth;
-use crate::scene::source::ruler::Ruler;
+use crate::texture::source::TileSource;
+use crate::texture::source::earth::Earth;
+use crate::texture::source::ruler::Ruler;
 use std::fs::File;
 use std::os::unix::fs::{FileExt, MetadataExt};
 use std::path::{Path, PathBuf};

@@ -16,7 +16,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 /// A file that cannot be used as `.tiles`. One bad record alone is no such error: see
-/// [`crate::scene::source::TileError`].
+/// [`crate::texture::source::TileError`].
 #[derive(Debug, Error)]
 pub enum TileFileError {
     #[error("{path}: cannot be opened: {source}")]

@@ -1,7 +1,7 @@
 //! Where every byte of a `.tiles` file lies: a pure function of the pyramid and the texel format.
 
 use crate::math::pyramid::{Pyramid, PyramidError, TileId};
-use crate::scene::source::TileFormat;
+use crate::texture::source::TileFormat;
 use thiserror::Error;
 use xxhash_rust::xxh3::xxh3_64;
 

@@ -2,7 +2,7 @@
 
 use super::{TileError, TileFormat, TileSource};
 use crate::math::pyramid::{Pyramid, TileId};
-use crate::scene::bake::encode_bc1;
+use crate::texture::bake::encode_bc1;
 use std::sync::Arc;
 
 /// RGBA8 tiles of another source as BC1; the resident levels, which stay RGBA8, are encoded by whoever cuts them.

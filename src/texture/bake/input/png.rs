@@ -1,7 +1,7 @@
 //! PNG, a row at a time; an interlaced one has no rows to stream and is decoded whole, up to a limit.
 
 use super::{MOST_SIDE, Rows, Samples, check_size};
-use crate::scene::bake::error::SourceError;
+use crate::texture::bake::error::SourceError;
 use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Reader, Transformations};
 use std::fs::File;
 use std::io::BufReader;

@@ -28,7 +28,7 @@ pub use error::{BakeError, SourceError};
 pub use plan::Plan;
 pub use source::SourceName;
 
-use crate::scene::source::TileFormat;
+use crate::texture::source::TileFormat;
 use source::Source;
 use std::path::{Path, PathBuf};
 

@@ -1,8 +1,8 @@
 //! Accessors: numbers in the binary chunk, every bound checked before the first is read.
 
 use super::json::{Accessor, Document};
-use crate::scene::model::error::Trouble;
-use crate::scene::model::number::{Endian, Kind};
+use crate::model::error::Trouble;
+use crate::model::number::{Endian, Kind};
 
 /// Rows of numbers.
 pub(super) struct Numbers<'a> {

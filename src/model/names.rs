@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 pub const NAMES: [&str; 7] = ["bunny", "sphere", "torus", "knot", "solid", "grid", "everest"];
 
 /// The Stanford bunny with 3674 faces (scenes/bunny.NOTICE).
-const BUNNY: &[u8] = include_bytes!("../../../scenes/bunny.obj");
+const BUNNY: &[u8] = include_bytes!("../../scenes/bunny.obj");
 
 /// A model by name; `NAME:SIZE` gives a generated one another size, as its function in [`generate`] takes it. `None`
 /// for a name that is not among [`NAMES`], and for a size that it cannot have.

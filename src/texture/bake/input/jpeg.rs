@@ -2,7 +2,7 @@
 //! Scalar code (the crate is built without SIMD), so that every machine bakes the same bytes.
 
 use super::{Rows, Samples, check_size};
-use crate::scene::bake::error::SourceError;
+use crate::texture::bake::error::SourceError;
 use std::fs;
 use std::path::{Path, PathBuf};
 use zune_jpeg::JpegDecoder;

@@ -3,7 +3,7 @@
 use super::{Model, generate};
 use glam::DVec3;
 
-const PICTURE: &[u8] = include_bytes!("../../../scenes/everest.png");
+const PICTURE: &[u8] = include_bytes!("../../scenes/everest.png");
 /// Samples on a side, the middle one being the summit.
 const SIDE: u32 = 129;
 /// 30" on a sphere of 6371 km, and their part along the parallel of 27.9875 degrees.

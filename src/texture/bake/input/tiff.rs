@@ -1,7 +1,7 @@
 //! TIFF and BigTIFF in strips or tiles: one row of them is in memory at a time.
 
 use super::{Rows, Samples, check_size};
-use crate::scene::bake::error::SourceError;
+use crate::texture::bake::error::SourceError;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};

@@ -5,8 +5,8 @@ use super::resample::Enlarged;
 use super::source::{Source, SourceName};
 use super::{Settings, scratch};
 use crate::math::pyramid::Pyramid;
-use crate::scene::source::TileFormat;
-use crate::scene::tiles::Layout;
+use crate::texture::source::TileFormat;
+use crate::texture::tiles::Layout;
 use std::fmt;
 
 /// A band of level 0 is at most this large, and at least one row.

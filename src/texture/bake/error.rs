@@ -1,9 +1,9 @@
 //! What can go wrong in a bake; each is one line that names the file.
 
 use crate::math::pyramid::PyramidError;
-use crate::scene::source::TileError;
-use crate::scene::source::earth::EarthError;
-use crate::scene::tiles::{LayoutError, TileFileError};
+use crate::texture::source::TileError;
+use crate::texture::source::earth::EarthError;
+use crate::texture::tiles::{LayoutError, TileFileError};
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;

@@ -4,7 +4,7 @@ use super::error::BakeError;
 use super::journal::Job;
 use super::scratch::{Scratch, payload_bytes};
 use super::work::Work;
-use crate::scene::tiles::Layout;
+use crate::texture::tiles::Layout;
 use rayon::prelude::*;
 use std::fs::File;
 use std::io;

@@ -4,7 +4,7 @@
 use super::layout::{HEADER_BYTES, HeaderFault, Layout, VERSION, is_sealed};
 use super::{PAGE_BYTES, TileFileError};
 use crate::math::pyramid::{Pyramid, TileId};
-use crate::scene::source::{TileError, TileFormat, TileSource};
+use crate::texture::source::{TileError, TileFormat, TileSource};
 use std::fs::File;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};

@@ -25,6 +25,7 @@ pub use clean::{Raw, clean};
 pub use error::{ModelError, Place};
 pub use fetch::{FETCHED, fetched};
 pub use names::{NAMES, named};
+pub mod mesh;
 pub use report::Report;
 pub use topology::Topology;
 pub use write::Format;

@@ -94,7 +94,7 @@ fn f32_steps(positions: &[DVec3], usable: &[bool]) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::model::{Model, clean, generate};
+    use crate::model::{Model, clean, generate};
 
     fn cleaned(raw: &Raw) -> (Model, Report) {
         let (model, report) = clean(raw);

@@ -179,7 +179,7 @@ impl Faces {
 
 #[cfg(test)]
 mod tests {
-    use crate::scene::model::{Model, Raw, Report, clean, generate, named};
+    use crate::model::{Model, Raw, Report, clean, generate, named};
     use glam::DVec3;
 
     fn raw(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> Raw {

@@ -3,10 +3,26 @@
 use super::ruler::ruler_hash;
 use super::{TileError, TileFormat, TileSource};
 use crate::math::pyramid::{Pyramid, TileId};
-use crate::scene::Disk;
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
+
+/// What is wrong with the disk: a trouble that is put on, to see how the frames fare with it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Disk {
+    /// Time that each tile takes beside its own.
+    pub delay_ms: f64,
+    /// From this time after the first tile was asked for ...
+    pub fails_from_s: f64,
+    /// ... no tile can be read for so long.
+    pub fails_for_s: f64,
+    /// Share of reads that fail at any time, 0 ..= 1.
+    pub fails_share: f64,
+    /// Another seed, other reads that fail.
+    pub seed: u32,
+}
 
 /// Reads another source's tiles late, or not at all. The resident levels are read as they are: without them there is
 /// no picture to go on with.

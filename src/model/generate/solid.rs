@@ -2,7 +2,7 @@
 //! normal.
 
 use super::welded;
-use crate::scene::model::{Model, Raw};
+use crate::model::{Model, Raw};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
