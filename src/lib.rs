@@ -14,6 +14,7 @@ pub mod texture;
 pub mod vk;
 // floor 2: what is shown, how frames are made, what is measured
 pub mod figure;
+pub mod frame;
 pub mod scene;
 // floor 3: the papers; none names another
 pub mod paper;

@@ -1,9 +1,10 @@
 #version 460
+// variants LIT: 0 1
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/footprint.glsl"
-#include "virtual_texture/view.glsl"
+#include "common/view.glsl"
 #include "virtual_texture/tile_order.glsl"
 #include "virtual_texture/resident.glsl"
 #include "virtual_texture/filter.glsl"
@@ -23,6 +24,10 @@ layout(binding = 5) uniform utextureBuffer seen;
 
 layout(location = 0) flat in uvec2 triangle_origin;
 layout(location = 1) in vec2 from_origin;
+#if LIT
+layout(location = 2) in vec3 normal;
+#include "common/light.glsl"
+#endif
 layout(location = 0) out vec4 colour;  // linear light
 
 // The test may read an old value: then the OR is done once too often. A bit that is read as set is set. The OR tells
@@ -43,4 +48,7 @@ void main() {
     uvec3 qij = uvec3(level(squared_sides(f)), tile_row_column(at));
     if (LISTS != 0 && qij.x < FIRST_RESIDENT_LEVEL) mark(qij);
     colour = filtered(wish(qij, at, f, view.level_bias), uvec3(gl_FragCoord.xy, view.frame));
+#if LIT
+    colour.rgb *= light(normal, view.sun);
+#endif
 }

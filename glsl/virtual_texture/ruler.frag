@@ -3,7 +3,7 @@
 #include "common/extensions.glsl"
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/footprint.glsl"
-#include "virtual_texture/view.glsl"
+#include "common/view.glsl"
 #include "virtual_texture/resident.glsl"
 
 // Is each texel that texturing would filter the one that the pixel's own (s, t) and level ask for? The texture's

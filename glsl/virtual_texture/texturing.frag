@@ -1,9 +1,10 @@
 #version 460
+// variants LIT: 0 1
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/footprint.glsl"
-#include "virtual_texture/view.glsl"
+#include "common/view.glsl"
 #include "virtual_texture/resident.glsl"
 #include "virtual_texture/filter.glsl"
 
@@ -11,6 +12,10 @@ layout(binding = 0) uniform utexture2D u1;
 
 layout(location = 0) flat in uvec2 triangle_origin;
 layout(location = 1) in vec2 from_origin;
+#if LIT
+layout(location = 2) in vec3 normal;
+#include "common/light.glsl"
+#endif
 layout(location = 0) out vec4 colour;  // linear light
 
 void main() {
@@ -19,4 +24,7 @@ void main() {
     Coordinate at = coordinate(triangle_origin, from_origin);
     Footprint f = footprint(dFdxFine(from_origin), dFdyFine(from_origin));
     colour = filtered(wish(qij, at, f, view.level_bias), uvec3(gl_FragCoord.xy, view.frame));
+#if LIT
+    colour.rgb *= light(normal, view.sun);
+#endif
 }

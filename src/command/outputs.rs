@@ -2,11 +2,9 @@
 
 use super::Usage;
 use anyhow::{Context, bail};
-use ortelius::math::camera::Pose;
-use ortelius::paper::virtual_texture::session::{FrameRecord, Session};
 use ortelius::picture::Target;
 use ortelius::picture::write::{Planes, Srgb8Picture, write_exr, write_png, write_whole};
-use ortelius::renderer::Renderer;
+use ortelius::renderer::{Record, Renderer};
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -66,6 +64,11 @@ impl Outputs {
         dumps.into_iter().find(|(_, path)| path.is_some()).map(|(option, _)| option)
     }
 
+    /// Whether a file is asked for that every frame has a part in.
+    pub fn of_all_frames(&self) -> bool {
+        self.report.is_some() || self.visible.is_some()
+    }
+
     /// Where `--dump-visible` goes.
     pub fn visible(&self) -> Option<&Path> {
         self.visible.as_deref()
@@ -107,10 +110,12 @@ impl Outputs {
 
     /// # Errors
     /// The disk, with the path; device lost.
-    pub fn write_footprint(&self, session: &mut Session, pose: &Pose) -> anyhow::Result<()> {
-        let Some(path) = &self.footprint else { return Ok(()) };
-        let dump = session.footprint(pose)?;
-        let first_resident = session.source.pyramid().first_resident_level();
+    pub fn write_footprint(&self, renderer: &Renderer) -> anyhow::Result<()> {
+        let (Some(path), Some(texture)) = (&self.footprint, &renderer.technique.texture) else {
+            return Ok(());
+        };
+        let dump = texture.footprint(&renderer.gpu, renderer.target())?;
+        let first_resident = texture.source.pyramid().first_resident_level();
         // (i, j) of the tile itself: M0's, shifted by the streamed q. G1 and the background have none.
         let native = |index: usize| {
             move |&triple: &[u32; 3]| match triple[0] {
@@ -132,7 +137,7 @@ impl Outputs {
             ("i", dump.triples.iter().map(native(1)).collect()),
             ("j", dump.triples.iter().map(native(2)).collect()),
         ];
-        let [width, height] = session.settings.size;
+        let [width, height] = renderer.size();
         let channels = channels.into_iter().map(|(name, samples)| (name.to_string(), samples)).collect();
         Ok(write_exr(path, &Planes { width, height, channels })?)
     }
@@ -209,7 +214,7 @@ pub(super) fn check_folder(path: &Path) -> anyhow::Result<()> {
 fn write_picture(renderer: &mut Renderer, path: &Path) -> anyhow::Result<()> {
     let bytes = renderer.picture_bytes()?;
     let [width, height] = renderer.size();
-    match renderer.target() {
+    match renderer.kind() {
         Target::Srgb8 => write_png(path, &Srgb8Picture { width, height, rgba: bytes })?,
         Target::Linear32 => {
             let floats: Vec<f32> = bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
@@ -226,10 +231,10 @@ fn write_picture(renderer: &mut Renderer, path: &Path) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// The disk, with the path.
-pub fn write_visible(path: &Path, records: &[FrameRecord], only_last: bool) -> anyhow::Result<()> {
+pub fn write_visible(path: &Path, records: &[Record], only_last: bool) -> anyhow::Result<()> {
     let first = if only_last { records.len().saturating_sub(1) } else { 0 };
     let mut text = String::from("frame,q,i,j\n");
-    for record in &records[first..] {
+    for record in records[first..].iter().filter_map(|record| record.texture.as_ref()) {
         for tile in &record.visible {
             writeln!(text, "{},{},{},{}", record.index, tile.level, tile.row, tile.column)?;
         }

@@ -5,10 +5,11 @@ use super::outputs::{Outputs, write_visible};
 use super::{Usage, say};
 use anyhow::bail;
 use clap::Args;
+use ortelius::frame::{Records, Technique, View};
 use ortelius::math::camera::Pose;
-use ortelius::paper::virtual_texture::session::{PlainComparison, Session};
-use ortelius::renderer::report::SurfacesReport;
-use ortelius::renderer::{Options, RenderError, Renderer};
+use ortelius::paper::virtual_texture::PlainComparison;
+use ortelius::renderer::report::Report;
+use ortelius::renderer::{self, Options, RenderError, Renderer};
 use ortelius::scene::Scene;
 use ortelius::texture::source::TileFormat;
 use std::path::PathBuf;
@@ -105,21 +106,14 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let frames = run_frames(args, &mut renderer, &poses, &outputs)?;
     let last = poses.last().expect("there is at least one pose");
     outputs.write_last(&mut renderer, args.settles().then_some(frames))?;
-    match &mut renderer {
-        Renderer::Landscape(session) => {
-            let plain = compare_plain(args, session, last);
-            if let Some(path) = outputs.visible() {
-                // --settle: the settled frame alone; it is the last one.
-                write_visible(path, &session.records, args.settles())?;
-            }
-            outputs.write_footprint(session, last)?;
-            outputs.write_report(&session.report(&args.scene, &view_name, plain))?;
-        }
-        Renderer::Surfaces(session) => {
-            outputs.write_report(&SurfacesReport::of(session, &args.scene, &view_name))?;
-        }
+    if let Some(path) = outputs.visible() {
+        // --settle: the settled frame alone; it is the last one.
+        write_visible(path, &renderer.records, args.settles())?;
     }
-    let messages = renderer.gpu().messages();
+    outputs.write_footprint(&renderer)?;
+    let plain = compare_plain(args, &mut renderer, last);
+    outputs.write_report(&Report::of(&renderer, &args.scene, &view_name, plain))?;
+    let messages = renderer.gpu.messages();
     match messages.first() {
         Some(first) if args.device.validate => {
             bail!(
@@ -145,11 +139,13 @@ fn check_options(args: &RenderArgs, scene: &Scene, outputs: &Outputs) -> anyhow:
 }
 
 /// `--compare-plain`, once the picture is safe: what fails here costs only the comparison.
-fn compare_plain(args: &RenderArgs, session: &mut Session, pose: &Pose) -> Option<PlainComparison> {
+fn compare_plain(args: &RenderArgs, renderer: &mut Renderer, pose: &Pose) -> Option<PlainComparison> {
     if !args.compare_plain {
         return None;
     }
-    match session.compare_plain(pose) {
+    let (gpu, target) = (renderer.gpu.clone(), renderer.target().clone());
+    let texture = renderer.technique.texture.as_mut()?;
+    match texture.compare_plain(&gpu, &View::new(pose, target.size()), &target) {
         Ok(Some(plain)) => {
             let (settled_ms, plain_ms) = (plain.settled.median / 1e6, plain.plain.median / 1e6);
             let ratio = plain.ratio.median;
@@ -157,7 +153,7 @@ fn compare_plain(args: &RenderArgs, session: &mut Session, pose: &Pose) -> Optio
             Some(plain)
         }
         Ok(None) => {
-            tracing::warn!("{} keeps no time: nothing is compared", session.gpu.physical().name);
+            tracing::warn!("{} keeps no time: nothing is compared", gpu.physical().name);
             None
         }
         Err(error) => {
@@ -201,13 +197,17 @@ fn open(args: &RenderArgs, scene: &Scene, outputs: &Outputs) -> anyhow::Result<R
         RenderError::Texture(_) => anyhow::Error::new(error).context(format!("scene {}", args.scene)),
         error => error.into(),
     };
-    let mut renderer = Renderer::open(scene, &options).map_err(named)?;
-    if let Some(session) = renderer.landscape()
+    let mut renderer = renderer::open(scene, &options).map_err(named)?;
+    if let Some(texture) = &renderer.technique.texture
         && args.compare_plain
-        && session.source.format() != TileFormat::Rgba8
+        && texture.source.format() != TileFormat::Rgba8
     {
         let what = "--compare-plain: a bc1 texture has no level in RGBA8 to compare with";
-        bail!(Usage(format!("{what} ({}); bake it with --format rgba8", session.source.describe())));
+        bail!(Usage(format!("{what} ({}); bake it with --format rgba8", texture.source.describe())));
+    }
+    // Only a file that holds every frame needs every frame's record.
+    if !outputs.of_all_frames() {
+        renderer.keep(Records::last_ones(1));
     }
     Ok(renderer)
 }
@@ -227,8 +227,8 @@ fn run_frames(
     }
     if args.settles() {
         let frames = renderer.settle(poses.last().expect("there is at least one pose"))?;
-        if let Some(session) = renderer.landscape() {
-            tracing::info!("settled after {frames} frames, level bias {}", session.bias());
+        if let Some(texture) = &renderer.technique.texture {
+            tracing::info!("settled after {frames} frames, level bias {}", texture.bias());
         }
     }
     renderer.drain()?;
@@ -236,15 +236,15 @@ fn run_frames(
 }
 
 fn explain(renderer: &Renderer) -> anyhow::Result<()> {
-    say(format_args!("device     {}", renderer.gpu().physical().name))?;
-    for need in renderer.needs() {
+    say(format_args!("device     {}", renderer.gpu.physical().name))?;
+    for need in renderer.technique.needs() {
         say(format_args!("feature    {}: pass {:?}", need.feature.name(), need.pass))?;
     }
-    for pass in renderer.passes() {
+    for pass in renderer.technique.passes() {
         say(format_args!("pass       {pass}"))?;
     }
-    for line in renderer.instances() {
-        say(format_args!("instances  {line}"))?;
+    for surface in renderer.technique.meshes.iter().flat_map(|meshes| &meshes.surfaces) {
+        say(format_args!("instances  {}", surface.of_an_instance()))?;
     }
     for (name, bytes) in renderer.memory() {
         say(format_args!("memory     {name}: {bytes} bytes"))?;

@@ -4,12 +4,15 @@
 
 pub mod report;
 
-use crate::math::camera::Pose;
+mod technique;
+
+pub use technique::{Carrier, Record, Surfaces};
+
+use crate::frame::{Run, Shape, Stalled};
 use crate::model::mesh::{MeshError, gpu_mesh};
 use crate::paper::progressive_mesh::governor::Budget;
-use crate::paper::progressive_mesh::session as surfaces;
-use crate::paper::virtual_texture::session as landscape;
-use crate::paper::virtual_texture::{Unfit, session::SessionError};
+use crate::paper::progressive_mesh::{self, LoadError, ProgressiveMeshes, SurfaceError};
+use crate::paper::virtual_texture::{self, Unfit, VirtualTexture, VirtualTextureError};
 use crate::picture::Target;
 use crate::scene::{Scene, TextureError};
 use crate::vk::{self, Gpu, GpuOptions, Need};
@@ -25,11 +28,13 @@ pub enum RenderError {
     #[error(transparent)]
     Unfit(#[from] Unfit),
     #[error(transparent)]
-    Landscape(#[from] SessionError),
+    VirtualTexture(#[from] VirtualTextureError),
     #[error(transparent)]
-    Load(#[from] surfaces::LoadError),
+    Load(#[from] LoadError),
     #[error(transparent)]
-    Surfaces(#[from] surfaces::SurfaceError),
+    Surface(#[from] SurfaceError),
+    #[error(transparent)]
+    Stalled(#[from] Stalled),
     #[error(
         "--deterministic: governor.frame_ms follows measured times, which no two runs have alike; set governor.frame_faces, a \
          budget in faces"
@@ -44,8 +49,8 @@ impl RenderError {
     pub fn exit_code(&self) -> Option<u8> {
         match self {
             RenderError::Texture(error) => error.exit_code(),
-            RenderError::Landscape(error) => error.exit_code(),
-            RenderError::Surfaces(surfaces::SurfaceError::Vulkan(error)) | RenderError::Vulkan(error) => {
+            RenderError::VirtualTexture(error) => error.exit_code(),
+            RenderError::Surface(SurfaceError::Vulkan(error)) | RenderError::Vulkan(error) => {
                 Some(error.exit_code())
             }
             _ => None,
@@ -67,140 +72,60 @@ pub struct Options<'a> {
 }
 
 /// A scene on a device.
-pub enum Renderer {
-    /// Paper 1.
-    Landscape(Box<landscape::Session>),
-    /// Paper 2.
-    Surfaces(Box<surfaces::Session>),
+pub type Renderer = Run<Surfaces>;
+
+/// Opens a device with what the scene needs, and the scene on it.
+///
+/// # Errors
+/// [`RenderError`] names the key, the file, or what the device lacks.
+pub fn open(scene: &Scene, options: &Options<'_>) -> Result<Renderer, RenderError> {
+    let size = options.size.unwrap_or([scene.view.width, scene.view.height]);
+    let mut meshes =
+        progressive_mesh::Settings { size, ..progressive_mesh::Settings::of_scene(scene, options.target) };
+    meshes.budget = budget(scene, options.deterministic)?;
+    let models = progressive_mesh::load(scene)?;
+    let texture = texture(scene, options, size)?;
+    let mut needs = progressive_mesh::needs(&meshes);
+    if let Some((settings, source)) = &texture {
+        needs.extend(virtual_texture::needs(&settings.config, source.format()));
+    }
+    let gpu = gpu(options, &needs)?;
+    let target = crate::frame::Target::new(&gpu, size, options.target)?;
+    let mut surfaces = Surfaces { meshes: None, texture: None, carriers: Vec::new(), background: [0.0; 3] };
+    if !models.is_empty() {
+        surfaces.meshes = Some(ProgressiveMeshes::new(&gpu, &models, meshes)?);
+        surfaces.background = [0.02, 0.03, 0.05];
+    }
+    if let Some((settings, source)) = texture {
+        let mesh = gpu_mesh(&scene.source_mesh()?)?;
+        let shape = match settings.config.draws_depth_alone() {
+            true => Shape::with_depth_alone(&gpu, &mesh)?,
+            false => Shape::new(&gpu, &mesh)?,
+        };
+        surfaces.carriers.push(Carrier { name: "land".into(), shape: Some(shape.clone()) });
+        surfaces.texture = Some(VirtualTexture::new(&gpu, source, vec![shape], settings, &target)?);
+    }
+    Ok(Run::new(gpu, surfaces, target))
 }
 
-impl Renderer {
-    /// Opens a device with what the scene needs, and the scene on it.
-    ///
-    /// # Errors
-    /// [`RenderError`] names the key, the file, or what the device lacks.
-    pub fn open(scene: &Scene, options: &Options<'_>) -> Result<Renderer, RenderError> {
-        match scene.texture {
-            Some(_) => open_landscape(scene, options),
-            None => open_surfaces(scene, options),
-        }
+/// What the scene's virtual texture asks for, and where its tiles come from.
+fn texture(
+    scene: &Scene,
+    options: &Options<'_>,
+    size: [u32; 2],
+) -> Result<
+    Option<(virtual_texture::Settings, std::sync::Arc<dyn crate::texture::source::TileSource>)>,
+    RenderError,
+> {
+    if scene.texture.is_none() {
+        return Ok(None);
     }
-
-    pub fn gpu(&self) -> &Gpu {
-        match self {
-            Renderer::Landscape(session) => &session.gpu,
-            Renderer::Surfaces(session) => &session.gpu,
-        }
-    }
-
-    /// Pixels.
-    pub fn size(&self) -> [u32; 2] {
-        match self {
-            Renderer::Landscape(session) => session.settings.size,
-            Renderer::Surfaces(session) => session.settings.size,
-        }
-    }
-
-    pub fn target(&self) -> Target {
-        match self {
-            Renderer::Landscape(session) => session.settings.target,
-            Renderer::Surfaces(session) => session.settings.target,
-        }
-    }
-
-    /// Paper 1's session, where the scene has a texture.
-    pub fn landscape(&mut self) -> Option<&mut landscape::Session> {
-        match self {
-            Renderer::Landscape(session) => Some(session),
-            Renderer::Surfaces(_) => None,
-        }
-    }
-
-    /// One frame from `pose`.
-    ///
-    /// # Errors
-    /// Device lost, out of memory.
-    pub fn frame(&mut self, pose: &Pose) -> Result<(), RenderError> {
-        match self {
-            Renderer::Landscape(session) => Ok(session.frame(pose)?),
-            Renderer::Surfaces(session) => Ok(session.frame(pose)?),
-        }
-    }
-
-    /// Frames from one pose until nothing is missing; returns how many it took. Progressive meshes are at their level at
-    /// once: one.
-    ///
-    /// # Errors
-    /// As [`Renderer::frame`]; tiles that never arrive.
-    pub fn settle(&mut self, pose: &Pose) -> Result<u64, RenderError> {
-        match self {
-            Renderer::Landscape(session) => Ok(session.settle(pose)?),
-            Renderer::Surfaces(session) => {
-                session.frame(pose)?;
-                Ok(1)
-            }
-        }
-    }
-
-    /// Waits for every frame in flight, so that the report holds all of them.
-    ///
-    /// # Errors
-    /// Device lost.
-    pub fn drain(&mut self) -> Result<(), RenderError> {
-        match self {
-            Renderer::Landscape(session) => Ok(session.drain()?),
-            Renderer::Surfaces(session) => Ok(session.drain()?),
-        }
-    }
-
-    /// The last frame's picture, rows from the top: sRGB bytes or f32 of linear light, RGBA.
-    ///
-    /// # Errors
-    /// Device lost, out of memory.
-    pub fn picture_bytes(&mut self) -> Result<Vec<u8>, RenderError> {
-        match self {
-            Renderer::Landscape(session) => Ok(session.picture_bytes()?),
-            Renderer::Surfaces(session) => Ok(session.picture_bytes()?),
-        }
-    }
-
-    /// Device features that the scene asked for.
-    pub fn needs(&self) -> Vec<Need> {
-        match self {
-            Renderer::Landscape(session) => {
-                landscape::needs(&session.settings.config, session.source.format())
-            }
-            Renderer::Surfaces(session) => surfaces::needs(&session.settings),
-        }
-    }
-
-    /// Names of a frame's passes, in order.
-    pub fn passes(&self) -> Vec<String> {
-        match self {
-            Renderer::Landscape(session) => session.pipeline.passes().into_iter().map(Into::into).collect(),
-            Renderer::Surfaces(session) => session.passes().into_iter().map(Into::into).collect(),
-        }
-    }
-
-    /// What each instance of a progressive mesh takes of its own, a line for each surface.
-    pub fn instances(&self) -> Vec<String> {
-        match self {
-            Renderer::Landscape(_) => Vec::new(),
-            Renderer::Surfaces(session) => {
-                session.surfaces.iter().map(surfaces::Surface::of_an_instance).collect()
-            }
-        }
-    }
-
-    /// (name, bytes) of all that the scene made in video memory.
-    pub fn memory(&self) -> Vec<(String, u64)> {
-        match self {
-            Renderer::Landscape(session) => {
-                session.memory().into_iter().map(|(name, bytes)| (name.to_owned(), bytes)).collect()
-            }
-            Renderer::Surfaces(session) => session.memory(),
-        }
-    }
+    let source = scene.open_texture()?;
+    let mut settings = virtual_texture::Settings::of_scene(scene, options.target);
+    settings.config.check(&source.pyramid())?;
+    settings.size = size;
+    settings.streaming.deterministic = options.deterministic;
+    Ok(Some((settings, source)))
 }
 
 fn gpu(options: &Options<'_>, needs: &[Need]) -> vk::Result<Gpu> {
@@ -208,28 +133,6 @@ fn gpu(options: &Options<'_>, needs: &[Need]) -> vk::Result<Gpu> {
     let gpu = Gpu::new(&GpuOptions { device, validate, needs, ..GpuOptions::default() })?;
     tracing::info!("{}, {}", gpu.physical().name, gpu.physical().driver);
     Ok(gpu)
-}
-
-fn open_landscape(scene: &Scene, options: &Options<'_>) -> Result<Renderer, RenderError> {
-    let source = scene.open_texture()?;
-    let mut settings = landscape::Settings::of_scene(scene, options.target);
-    settings.config.check(&source.pyramid())?;
-    settings.size = options.size.unwrap_or(settings.size);
-    settings.streaming.deterministic = options.deterministic;
-    let gpu = gpu(options, &landscape::needs(&settings.config, source.format()))?;
-    let mesh = gpu_mesh(&scene.source_mesh()?)?;
-    Ok(Renderer::Landscape(Box::new(landscape::Session::new(gpu, source, &mesh, settings)?)))
-}
-
-fn open_surfaces(scene: &Scene, options: &Options<'_>) -> Result<Renderer, RenderError> {
-    let settings = surfaces::Settings {
-        size: options.size.unwrap_or([scene.view.width, scene.view.height]),
-        budget: budget(scene, options.deterministic)?,
-        ..surfaces::Settings::of_scene(scene, options.target)
-    };
-    let models = surfaces::load(scene)?;
-    let gpu = gpu(options, &surfaces::needs(&settings))?;
-    Ok(Renderer::Surfaces(Box::new(surfaces::Session::new(gpu, &models, settings)?)))
 }
 
 /// The governor's budget: without the time, where frames must be the same on every run.

@@ -59,6 +59,7 @@ pub(crate) enum Dead {
     Image(vk::Image, Vec<vk::ImageView>, Option<Allocation>),
     Sampler(vk::Sampler),
     Queries(vk::QueryPool),
+    Semaphore(vk::Semaphore),
     Pipeline(vk::Pipeline, vk::PipelineLayout, vk::DescriptorSetLayout),
 }
 
@@ -261,6 +262,10 @@ impl Device {
                 }
                 Dead::Queries(pool) => {
                     self.handle.destroy_query_pool(pool, None);
+                    None
+                }
+                Dead::Semaphore(semaphore) => {
+                    self.handle.destroy_semaphore(semaphore, None);
                     None
                 }
                 Dead::Pipeline(pipeline, layout, set_layout) => {

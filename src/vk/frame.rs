@@ -5,7 +5,7 @@
 
 use super::command::Cmd;
 use super::device::Device;
-use super::{Check, Error, Gpu, Result};
+use super::{Check, Error, Gpu, Result, Semaphore};
 use ash::vk;
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -241,7 +241,16 @@ impl Frame<'_> {
     ///
     /// # Errors
     /// [`Error::DeviceLost`].
-    pub fn submit(mut self) -> Result<Ticket> {
+    pub fn submit(self) -> Result<Ticket> {
+        self.submit_between(&[], &[])
+    }
+
+    /// As [`Frame::submit`]: the GPU begins once all of `waits` are signalled, and signals all of `signals` at the end.
+    /// They must live until the frame has ended.
+    ///
+    /// # Errors
+    /// As [`Frame::submit`].
+    pub fn submit_between(mut self, waits: &[&Semaphore], signals: &[&Semaphore]) -> Result<Ticket> {
         let device = &self.gpu.device;
         let value = self.ring.submitted + 1;
         let buffer = self.ring.slots[self.slot].buffer;
@@ -252,12 +261,18 @@ impl Frame<'_> {
             .dst_access_mask(vk::AccessFlags2::HOST_READ)];
         let dependency = vk::DependencyInfo::default().memory_barriers(&to_host);
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(buffer)];
-        let signals = [vk::SemaphoreSubmitInfo::default()
-            .semaphore(device.timeline)
-            .value(value)
-            .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
-        let submit =
-            [vk::SubmitInfo2::default().command_buffer_infos(&commands).signal_semaphore_infos(&signals)];
+        let semaphore = |handle| {
+            vk::SemaphoreSubmitInfo::default()
+                .semaphore(handle)
+                .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+        };
+        let waits: Vec<_> = waits.iter().map(|wait| semaphore(wait.handle)).collect();
+        let mut signals: Vec<_> = signals.iter().map(|signal| semaphore(signal.handle)).collect();
+        signals.push(semaphore(device.timeline).value(value));
+        let submit = [vk::SubmitInfo2::default()
+            .wait_semaphore_infos(&waits)
+            .command_buffer_infos(&commands)
+            .signal_semaphore_infos(&signals)];
         // SAFETY: recording is complete; every object named by it is kept until the timeline passes `value`.
         unsafe {
             device.handle.cmd_pipeline_barrier2(buffer, &dependency);

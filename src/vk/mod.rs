@@ -17,6 +17,7 @@ mod pipeline;
 mod query;
 mod render;
 pub mod self_test;
+mod semaphore;
 pub mod shader;
 mod watched;
 
@@ -32,6 +33,7 @@ pub use message::{Message, Severity};
 pub use pipeline::{ComputePipeline, Depth, GraphicsInfo, GraphicsPipeline};
 pub use query::{ShaderCounts, ShaderQuery, StreamCount, StreamQuery};
 pub use render::{Clear, ColorTarget, DepthTarget, Geometry, Render, Slice, TransformFeedback};
+pub use semaphore::Semaphore;
 pub use watched::Watched;
 
 pub(crate) use error::Check;

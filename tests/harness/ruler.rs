@@ -4,9 +4,10 @@ use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::model::mesh;
 use ortelius::paper::virtual_texture::ruler::Verdicts;
-use ortelius::paper::virtual_texture::session::{Session as Renderer, Settings, Target};
 use ortelius::paper::virtual_texture::streaming::StreamingConfig;
 use ortelius::paper::virtual_texture::{PAPER, all_needs};
+use ortelius::paper::virtual_texture::{Settings, VirtualTexture};
+use ortelius::picture::Target;
 use ortelius::scene::camera::{Camera, Place};
 use ortelius::texture::source::ruler::Ruler;
 use ortelius::texture::source::{TileError, TileFormat, TileSource};
@@ -65,9 +66,9 @@ fn verdicts(spoil: fn(usize, usize, &mut [u8]), instead: fn(TileId) -> TileId) -
     let settings =
         Settings { size: [320, 180], config: PAPER, streaming, prefetch_frames: 0, target: Target::Srgb8 };
     let source = Arc::new(Spoilt { ruler, spoil, instead });
-    let mut renderer = Renderer::new(gpu.clone(), source, &mesh, settings).unwrap();
+    let mut renderer = VirtualTexture::run(gpu.clone(), source, &mesh, settings).unwrap();
     renderer.settle(&pose()).unwrap();
-    let verdicts = renderer.ruler_verdicts(&pose()).unwrap();
+    let verdicts = renderer.ruler_verdicts().unwrap();
     // Straight down from 300 km the ground fills the frame, and none of it is so coarse as to be G1's.
     assert_eq!((verdicts.covered, verdicts.from_g1, verdicts.not_resident), (320 * 180, 0, 0));
     verdicts

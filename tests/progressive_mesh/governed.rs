@@ -1,7 +1,7 @@
 //! Frames under a governor.
 
 use ortelius::picture::Target;
-use ortelius::renderer::{Options, RenderError, Renderer};
+use ortelius::renderer::{self, Options, RenderError, Renderer};
 use ortelius::scene::Scene;
 
 const FACES: u64 = 3000;
@@ -11,7 +11,7 @@ fn open(budget: &str, deterministic: bool) -> Result<(Scene, Renderer), RenderEr
     let scene = Scene::load_with("herd", &changes.map(String::from)).unwrap();
     let options =
         Options { target: Target::Srgb8, size: Some([160, 90]), device: None, validate: true, deterministic };
-    let renderer = Renderer::open(&scene, &options)?;
+    let renderer = renderer::open(&scene, &options)?;
     Ok((scene, renderer))
 }
 
@@ -24,13 +24,12 @@ fn walk(budget: &str, deterministic: bool) -> Vec<(u64, f64, Vec<u8>)> {
         renderer.frame(&path.pose(frame)).unwrap();
         pictures.push(renderer.picture_bytes().unwrap());
     }
-    let messages = renderer.gpu().messages();
+    let messages = renderer.gpu.messages();
     assert!(messages.is_empty(), "{messages:#?}");
-    let Renderer::Surfaces(session) = renderer else { panic!("a herd has no landscape") };
-    let of_frame = |(record, picture): (&ortelius::paper::progressive_mesh::session::FrameRecord, _)| {
+    let of_frame = |(record, picture): (&ortelius::paper::progressive_mesh::FrameRecord, _)| {
         (record.change.faces, record.error_factor, picture)
     };
-    session.records.iter().zip(pictures).map(of_frame).collect()
+    renderer.records.iter().filter_map(|record| record.meshes.as_ref()).zip(pictures).map(of_frame).collect()
 }
 
 #[test]

@@ -2,15 +2,18 @@
 //! past.
 
 use glam::{DVec2, DVec3};
+use ortelius::frame::Run;
+use ortelius::frame::Technique;
 use ortelius::math::camera::Pose;
 use ortelius::model::mesh::SourceMesh;
-use ortelius::paper::progressive_mesh::session::{
-    BACKGROUND, MORPH_BAND_LOG2, Session, Settings, load, place::Place, sun, vertices,
-};
+use ortelius::paper::progressive_mesh::place::Place;
+use ortelius::paper::progressive_mesh::surface::vertices;
+use ortelius::paper::progressive_mesh::technique::{BACKGROUND, MORPH_BAND_LOG2, sun};
+use ortelius::paper::progressive_mesh::{ProgressiveMeshes, Settings, load};
 use ortelius::picture::Target;
 use ortelius::picture::{Picture, error::compare};
 use ortelius::reference::{Sample, View};
-use ortelius::renderer::{Options, Renderer};
+use ortelius::renderer::{self, Options};
 use ortelius::scene::Scene;
 use ortelius::vk::{Feature, Gpu, GpuOptions, Watched};
 
@@ -37,12 +40,12 @@ fn scene(name: &str, changes: &[&str]) -> Scene {
     Scene::load_with(name, &changes).unwrap()
 }
 
-pub fn open(gpu: &Gpu, scene: &Scene) -> Session {
+pub fn open(gpu: &Gpu, scene: &Scene) -> Run<ProgressiveMeshes> {
     let settings = Settings { size: SIZE, ..Settings::of_scene(scene, Target::Linear32) };
-    Session::new(gpu.clone(), &load(scene).unwrap(), settings).unwrap()
+    ProgressiveMeshes::run(gpu.clone(), &load(scene).unwrap(), settings).unwrap()
 }
 
-fn picture(session: &mut Session) -> Picture {
+fn picture(session: &mut Run<ProgressiveMeshes>) -> Picture {
     let bytes = session.picture_bytes().unwrap();
     Picture::new(SIZE[0], SIZE[1], bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect())
 }
@@ -78,11 +81,11 @@ fn seen_vertices(scene: &Scene, wanted: f64, band_log2: Option<f64>) -> Vec<(DVe
 }
 
 /// The f64 view of what the session's one instance shows at its level, and each triangle's normals.
-fn truth(session: &Session, pose: &Pose, seen: &[(DVec3, DVec3)]) -> (View, Vec<[DVec3; 3]>) {
-    let (place, _) = session.surfaces[0].instances().next().unwrap();
+fn truth(session: &Run<ProgressiveMeshes>, pose: &Pose, seen: &[(DVec3, DVec3)]) -> (View, Vec<[DVec3; 3]>) {
+    let (place, _) = session.technique.surfaces[0].instances().next().unwrap();
     let place: Place = *place;
     let (mut mesh, mut normals) = (SourceMesh::default(), Vec::new());
-    for (n, face) in session.surfaces[0].faces(0).unwrap().iter().enumerate() {
+    for (n, face) in session.technique.surfaces[0].faces(0).unwrap().iter().enumerate() {
         mesh.positions.extend(face.map(|vertex| place.to_world(seen[vertex as usize].0)));
         // Texture coordinates that are the barycentric ones: the rasteriser interpolates them.
         mesh.coordinates.extend([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(DVec2::from));
@@ -107,7 +110,7 @@ const RADIUS_PX: f64 = 1.0 / 128.0;
 const BOUND: f64 = 0.45 / 85.0;
 
 /// Pixels of the session's picture beyond BOUND from the f64 picture inside one triangle or outside all, and the worst.
-fn beyond_f64(session: &mut Session, pose: &Pose, seen: &[(DVec3, DVec3)]) -> (usize, f64) {
+fn beyond_f64(session: &mut Run<ProgressiveMeshes>, pose: &Pose, seen: &[(DVec3, DVec3)]) -> (usize, f64) {
     let picture = picture(session);
     let (view, normals) = truth(session, pose, seen);
     let samples = view.samples();
@@ -138,8 +141,11 @@ fn a_level_is_drawn_as_f64_draws_it() {
         let pose = scene.camera("near").unwrap().pose();
         let mut session = open(&gpu, &scene);
         session.frame(&pose).unwrap();
-        let level = session.surfaces[0].instances().next().unwrap().1;
-        assert!(0 < level && level < session.surfaces[0].program.last_level(), "{source}: level {level}");
+        let level = session.technique.surfaces[0].instances().next().unwrap().1;
+        assert!(
+            0 < level && level < session.technique.surfaces[0].program.last_level(),
+            "{source}: level {level}"
+        );
         let (beyond, worst) = beyond_f64(&mut session, &pose, &seen_vertices(&scene, 1.0, None));
         assert_eq!(beyond, 0, "{source}, {pixels} pixels: worst {worst}");
     }
@@ -168,7 +174,8 @@ fn a_vertex_on_its_way_is_drawn_where_f64_puts_it() {
     let pose = scene.camera("near").unwrap().pose();
     let mut session = open(&gpu, &scene);
     session.frame(&pose).unwrap();
-    let wanted = session.surfaces[0].instances().next().unwrap().0.wanted_error(&pose, SIZE[1], 8.0);
+    let wanted =
+        session.technique.surfaces[0].instances().next().unwrap().0.wanted_error(&pose, SIZE[1], 8.0);
     let moved = seen_vertices(&scene, wanted, Some(f64::from(MORPH_BAND_LOG2)));
     let (beyond, worst) = beyond_f64(&mut session, &pose, &moved);
     assert_eq!(beyond, 0, "worst {worst}");
@@ -193,7 +200,7 @@ fn a_herd_that_has_walked_shows_what_one_that_just_came_shows() {
         }
     }
     walked.drain().unwrap();
-    let sum = |of: fn(&ortelius::paper::progressive_mesh::session::Change) -> u64| -> u64 {
+    let sum = |of: fn(&ortelius::paper::progressive_mesh::Change) -> u64| -> u64 {
         walked.records.iter().map(|record| of(&record.change)).sum()
     };
     assert!(sum(|c| c.splits) > 1000 && sum(|c| c.collapses) > 1000, "levels went up and down");
@@ -226,12 +233,14 @@ fn levels_that_the_device_applies_are_the_hosts() {
         }
         assert!(host.picture_bytes().unwrap() == device.picture_bytes().unwrap(), "frame {frame}");
     }
-    let changes = |session: &Session| session.records.iter().map(|r| r.change.splits).collect::<Vec<_>>();
+    let changes = |session: &Run<ProgressiveMeshes>| {
+        session.records.iter().map(|r| r.change.splits).collect::<Vec<_>>()
+    };
     assert_eq!(changes(&host), changes(&device));
     assert!(device.records.iter().all(|record| record.change.upload_bytes == 0));
     // Slices were exchanged and the buffer grew, and neither is as large as 40 full meshes.
     for session in [&host, &device] {
-        let (surface, memory) = (&session.surfaces[0], session.surfaces[0].memory());
+        let (surface, memory) = (&session.technique.surfaces[0], session.technique.surfaces[0].memory());
         let (first, full) = (40 * 12 * 64, 40 * 12 * surface.program.faces().len() as u64);
         assert!(first < memory.device_indices && 2 * memory.device_indices < full, "{memory:?}");
         assert!(12 * memory.live_faces <= memory.device_indices, "{memory:?}");
@@ -243,7 +252,7 @@ fn the_device_counts_every_index_and_no_more_vertices_than_those() {
     let gpu = device();
     let scene = scene("herd", &["progressive_mesh.herd.instances=20"]);
     let settings = Settings { size: SIZE, count_shaders: true, ..Settings::of_scene(&scene, Target::Srgb8) };
-    let mut session = Session::new(gpu.clone(), &load(&scene).unwrap(), settings).unwrap();
+    let mut session = ProgressiveMeshes::run(gpu.clone(), &load(&scene).unwrap(), settings).unwrap();
     session.frame(&scene.camera("start").unwrap().pose()).unwrap();
     session.drain().unwrap();
     let record = &session.records[0];
@@ -258,15 +267,15 @@ fn the_device_counts_every_index_and_no_more_vertices_than_those() {
 fn a_scene_asks_for_what_it_shows_and_nothing_else() {
     let opened = |name: &str, changes: &[&str]| {
         let scene = scene(name, changes);
-        let renderer = Renderer::open(&scene, &options()).unwrap();
+        let renderer = renderer::open(&scene, &options()).unwrap();
         let names = |list: Vec<(String, u64)>| list.into_iter().map(|(name, _)| name).collect::<Vec<_>>();
-        (renderer.needs().len(), renderer.passes(), names(renderer.memory()))
+        (renderer.technique.needs().len(), renderer.technique.passes(), names(renderer.memory()))
     };
     let (features, passes, memory) = opened("bunny", &[]);
-    assert_eq!((features, passes), (0, vec!["levels".to_owned(), "surfaces".to_owned()]));
+    assert_eq!((features, passes), (0, vec!["levels", "surfaces"]));
     assert_eq!(memory, ["bunny: vertices", "bunny: indices", "levels: staging", "depth", "picture"]);
     let (_, passes, memory) = opened("plane", &["texture.width_log2=12", "texture.height_log2=11"]);
-    assert!(!passes.iter().any(|pass| pass == "levels" || pass == "surfaces"), "{passes:?}");
+    assert!(!passes.iter().any(|pass| ["levels", "surfaces"].contains(pass)), "{passes:?}");
     assert!(
         !memory.iter().any(|name| name.starts_with("levels") || name.ends_with("vertices")),
         "{memory:?}"

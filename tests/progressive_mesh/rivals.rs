@@ -1,9 +1,11 @@
 //! Rivals on the device: each draws the faces of the level that ours draws, in its own order and by its own means.
 
 use crate::pictures::{device, open, options};
-use ortelius::paper::progressive_mesh::session::{Session, Settings, load};
+use ortelius::frame::Run;
+use ortelius::frame::Technique;
+use ortelius::paper::progressive_mesh::{ProgressiveMeshes, Settings, load};
 use ortelius::picture::Target;
-use ortelius::renderer::Renderer;
+use ortelius::renderer;
 use ortelius::scene::{FaceOrder, Scene};
 
 fn scene(name: &str, changes: &[String]) -> Scene {
@@ -52,7 +54,8 @@ fn every_order_draws_the_faces_and_the_picture_of_the_same_level() {
             let scene = bunny(source, order, &[]);
             let models = load(&scene).unwrap();
             let own = Settings::of_scene(&scene, Target::Linear32);
-            let session = Session::new(gpu.clone(), &models, Settings { size: [320, 180], ..own }).unwrap();
+            let session =
+                ProgressiveMeshes::run(gpu.clone(), &models, Settings { size: [320, 180], ..own }).unwrap();
             (session, models[0].mesh.vertices.positions.clone(), scene.camera("near").unwrap().pose())
         };
         let (mut classical, positions, pose) = opened(FaceOrder::Classical);
@@ -91,14 +94,14 @@ struct Shown {
     picture: Vec<u8>,
 }
 
-fn shown(session: &mut Session, pose: &ortelius::math::camera::Pose, pixels: f64) -> Shown {
-    session.surfaces[0].settings.error_pixels = pixels;
+fn shown(session: &mut Run<ProgressiveMeshes>, pose: &ortelius::math::camera::Pose, pixels: f64) -> Shown {
+    session.technique.surfaces[0].settings.error_pixels = pixels;
     session.frame(pose).unwrap();
     let picture = session.picture_bytes().unwrap();
     Shown {
-        level: session.surfaces[0].instances().next().unwrap().1,
+        level: session.technique.surfaces[0].instances().next().unwrap().1,
         drawn: session.records.last().unwrap().change.faces,
-        faces: session.surfaces[0].faces(0).map(<[_]>::to_vec),
+        faces: session.technique.surfaces[0].faces(0).map(<[_]>::to_vec),
         picture,
     }
 }
@@ -112,13 +115,13 @@ fn a_discrete_chain_draws_the_coarsest_mesh_that_has_the_levels_faces_and_copies
     let mut meshes = Vec::new();
     for pixels in [20.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.0] {
         let found = shown(&mut session, &pose, pixels);
-        let live = u64::from(session.surfaces[0].program.levels()[found.level as usize].faces);
+        let live = u64::from(session.technique.surfaces[0].program.levels()[found.level as usize].faces);
         assert!(
             live <= found.drawn && found.drawn < 3 * live,
             "{} of {live} at {pixels} pixels",
             found.drawn
         );
-        assert_eq!(session.surfaces[0].faces(0).unwrap().len() as u64, found.drawn);
+        assert_eq!(session.technique.surfaces[0].faces(0).unwrap().len() as u64, found.drawn);
         assert_eq!(session.records.last().unwrap().change.upload_bytes, 0);
         meshes.push(found.drawn);
     }
@@ -134,15 +137,15 @@ fn skip_lists_send_the_blocks_that_a_level_changes_and_a_list_where_it_comes_to_
     let pose = scene.camera("near").unwrap().pose();
     let (mut walked, mut fresh) = (open(&gpu, &scene), open(&gpu, &scene));
     fresh.frame(&pose).unwrap();
-    let shown = fresh.surfaces[0].instances().next().unwrap().1;
+    let shown = fresh.technique.surfaces[0].instances().next().unwrap().1;
     walked.change_level(0, shown - 700).unwrap();
-    let mut drawn = walked.surfaces[0].faces(0).unwrap().len();
+    let mut drawn = walked.technique.surfaces[0].faces(0).unwrap().len();
     let mut lists = 0;
     for level in (shown - 700..shown).rev().chain(shown - 700..shown).skip(1) {
         walked.change_level(0, level).unwrap();
         walked.drain().unwrap();
         let sent = walked.records.last().unwrap().change.upload_bytes;
-        let now = walked.surfaces[0].faces(0).unwrap().len();
+        let now = walked.technique.surfaces[0].faces(0).unwrap().len();
         let whole = 12 * now as u64;
         match std::mem::replace(&mut drawn, now) == now {
             true => assert!(sent < whole / 2, "level {level}: {sent} of {whole} bytes"),
@@ -182,9 +185,10 @@ fn a_herd_that_a_rival_has_drawn_for_a_walk_shows_what_one_that_just_came_shows(
 #[test]
 fn a_rival_adds_its_pass_and_its_memory_and_says_so() {
     let added = |order: FaceOrder| {
-        let renderer = Renderer::open(&bunny("bunny", order, &[]), &options()).unwrap();
+        let renderer = renderer::open(&bunny("bunny", order, &[]), &options()).unwrap();
         let memory = renderer.memory().into_iter().map(|(name, bytes)| (name, bytes > 0));
-        (renderer.passes(), memory.collect::<Vec<_>>(), renderer.instances()[0].clone())
+        let surface = &renderer.technique.meshes.as_ref().unwrap().surfaces[0];
+        (renderer.technique.passes(), memory.collect::<Vec<_>>(), surface.of_an_instance())
     };
     let (passes, memory, words) = added(FaceOrder::Compacted);
     assert_eq!(passes, ["levels", "compact", "surfaces"]);

@@ -1,17 +1,18 @@
 //! The list on the host, from all of U1 and from few of its pixels.
 
+use crate::Renderer;
 use crate::{device, open, pose, scene};
+use ortelius::frame::Technique;
 use ortelius::math::pyramid::TileId;
 use ortelius::paper::virtual_texture::classic::{HostCopy, HostList, HostPass};
 use ortelius::paper::virtual_texture::feedback::{self, Feedback};
-use ortelius::paper::virtual_texture::session::Session as Renderer;
 use ortelius::paper::virtual_texture::{Keying, Listing, U1Format, reference};
 use ortelius::vk::{FRAMES_IN_FLIGHT, Feature, Gpu, GpuOptions, Watched};
 use std::collections::BTreeSet;
 
 /// U1 of the renderer's last frame as the host gets it.
 fn copied(gpu: &Gpu, renderer: &Renderer) -> HostCopy {
-    let stage1 = renderer.pipeline.stage1().unwrap();
+    let stage1 = renderer.technique.stage1().unwrap();
     let copy = HostCopy::new(gpu, stage1.u1.info().size, stage1.format).unwrap();
     let mut frame = gpu.frame().unwrap();
     frame
@@ -26,7 +27,7 @@ fn copied(gpu: &Gpu, renderer: &Renderer) -> HostCopy {
 
 /// A frame's samples as the host gets them.
 fn gathered(gpu: &Gpu, renderer: &Renderer, n: u32, frames: std::ops::Range<u64>) -> Vec<Vec<u32>> {
-    let stage1 = renderer.pipeline.stage1().unwrap();
+    let stage1 = renderer.technique.stage1().unwrap();
     let gather = Feedback::new(gpu, stage1.format, n).unwrap();
     let samples = gather.samples(gpu, stage1.u1.info().size).unwrap();
     let take = |number| {
@@ -53,7 +54,7 @@ fn the_host_lists_the_reference_set_from_every_format() {
             let mut renderer = open(&gpu, &scene, [250, 141], |settings| settings.config.u1 = Some(format));
             renderer.frame(&pose(&scene, &scene.view.camera)).unwrap();
             let u1 = renderer.u1().unwrap();
-            let pyramid = renderer.source.pyramid();
+            let pyramid = renderer.technique.source.pyramid();
             let copy = copied(&gpu, &renderer);
             for pass in [HostPass::Hash, HostPass::Bitmap] {
                 let list = |keying| {
@@ -117,9 +118,9 @@ fn samples_name_no_tile_too_many_and_a_cycle_of_them_all() {
         let scene = scene(name);
         let mut renderer = open(&gpu, &scene, [320, 180], |_| ());
         renderer.frame(&pose(&scene, camera)).unwrap();
-        let pyramid = renderer.source.pyramid();
+        let pyramid = renderer.technique.source.pyramid();
         let exact = reference::visible_tiles(&renderer.u1().unwrap(), &pyramid);
-        let format = renderer.pipeline.stage1().unwrap().format;
+        let format = renderer.technique.stage1().unwrap().format;
         let mut host = HostList::new(HostPass::Bitmap, &pyramid, format, Keying::Native).unwrap();
         for n in [2, 4, 6, 8] {
             let mut memory = feedback::Memory::new(feedback::cycle(n));
@@ -151,13 +152,14 @@ fn every_list_settles_to_the_same_picture_and_none_on_the_host_needs_a_feature()
         });
         let frames = renderer.settle(&pose).unwrap();
         let picture = renderer.picture_bytes().unwrap();
-        let expected = reference::visible_tiles(&renderer.u1().unwrap(), &renderer.source.pyramid());
+        let expected =
+            reference::visible_tiles(&renderer.u1().unwrap(), &renderer.technique.source.pyramid());
         let record = renderer.records.last().unwrap();
         assert_eq!(record.visible, expected.into_iter().collect::<Vec<_>>(), "{list:?}");
-        let verdicts = renderer.ruler_verdicts(&pose).unwrap();
+        let verdicts = renderer.ruler_verdicts().unwrap();
         assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "{list:?}");
         let passes: Vec<_> = renderer.records[0].passes.iter().map(|pass| pass.label.clone()).collect();
-        assert_eq!(passes, renderer.pipeline.passes(), "{list:?}");
+        assert_eq!(passes, renderer.technique.passes(), "{list:?}");
         (frames, picture)
     };
     let (_, picture) = settled(&device(), Listing::Device);

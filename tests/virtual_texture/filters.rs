@@ -1,13 +1,15 @@
 //! Borders and filters: which texels they take, and what they come to on average.
 
+use crate::Renderer;
 use crate::truth::{RADIUS_PX, tolerance, view_of};
 use crate::{device, open, pose, scene};
 use ortelius::math::pyramid::Pyramid;
 use ortelius::paper::virtual_texture::Filtering;
+use ortelius::paper::virtual_texture::Settings;
 use ortelius::paper::virtual_texture::reference::picture::{Texels, footprint, sides};
 use ortelius::paper::virtual_texture::reference::triple;
-use ortelius::paper::virtual_texture::session::{Session as Renderer, Settings, Target};
 use ortelius::picture::Picture;
+use ortelius::picture::Target;
 use ortelius::picture::error::compare;
 use ortelius::picture::srgb::from_linear_f64;
 use ortelius::reference::Sample;
@@ -15,7 +17,7 @@ use ortelius::reference::filter::sample_count;
 use ortelius::texture::source::{border::true_texel, ruler::ruler_hash};
 
 fn picture(renderer: &mut Renderer) -> Picture {
-    let [width, height] = renderer.settings.size;
+    let [width, height] = renderer.technique.settings.size;
     let bytes = renderer.picture_bytes().unwrap();
     Picture::new(width, height, bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect())
 }
@@ -29,7 +31,7 @@ fn two_texels_of_border_are_enough_for_two_levels_and_fewer_are_not() {
         let mut renderer = open(&gpu, &scene, [320, 180], |_| ());
         let pose = pose(&scene, "corner-oblique");
         renderer.settle(&pose).unwrap();
-        let verdicts = renderer.ruler_verdicts(&pose).unwrap();
+        let verdicts = renderer.ruler_verdicts().unwrap();
         assert_eq!(verdicts.not_resident, 0);
         verdicts.wrong
     });
@@ -73,7 +75,7 @@ fn wrong_taps(camera: &str, border: u32, spoil: impl Fn(&mut [u8; 4])) -> usize 
     });
     let pose = pose(&scene, camera);
     renderer.settle(&pose).unwrap();
-    let (picture, pyramid) = (picture(&mut renderer), renderer.source.pyramid());
+    let (picture, pyramid) = (picture(&mut renderer), renderer.technique.source.pyramid());
     let view = view_of(&scene, &pose, size);
     let wrong = |&(x, y): &(u32, u32)| {
         let [r, g, b, a] = picture.at(x, y);
@@ -162,9 +164,9 @@ fn beyond(
     });
     let pose = pose(&scene, camera);
     renderer.settle(&pose).unwrap();
-    assert_eq!(renderer.bias(), 0);
-    let (picture, pyramid) = (picture(&mut renderer), renderer.source.pyramid());
-    let (view, texels) = (view_of(&scene, &pose, size), Texels::new(&*renderer.source));
+    assert_eq!(renderer.technique.bias(), 0);
+    let (picture, pyramid) = (picture(&mut renderer), renderer.technique.source.pyramid());
+    let (view, texels) = (view_of(&scene, &pose, size), Texels::new(&*renderer.technique.source));
     let error = |found: [f32; 4], colour: &[f64; 4]| {
         (0..3).map(|c| (f64::from(found[c]) - colour[c]).abs()).fold(0.0, f64::max)
     };

@@ -1,15 +1,16 @@
 //! Marking in the fragment shader that textures: the list beside stage 1's own triples, and the picture beside the paper's.
 
+use crate::Renderer;
 use crate::lists::assert_lists;
 use crate::{device, landscapes, open, pose, scene};
+use ortelius::frame::{Seen, Shape, Slot, Technique, View};
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::TileId;
 use ortelius::model::mesh::{SourceMesh, gpu_mesh};
 use ortelius::paper::virtual_texture::fused::Fused;
-use ortelius::paper::virtual_texture::lister::Lister;
-use ortelius::paper::virtual_texture::session::{Session as Renderer, Settings};
-use ortelius::paper::virtual_texture::surface::{self, Surface};
+use ortelius::paper::virtual_texture::lister::Stage3;
 use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Keying, reference};
+use ortelius::paper::virtual_texture::{Settings, VirtualTexture};
 use ortelius::scene::Scene;
 use ortelius::vk::Gpu;
 use std::collections::BTreeSet;
@@ -24,58 +25,63 @@ fn fuse(settings: &mut Settings, dedup: Dedup) {
 /// The last frame's tiles, and those that its pixels ask for.
 fn listed_and_seen(renderer: &mut Renderer) -> (BTreeSet<TileId>, BTreeSet<TileId>) {
     renderer.drain().unwrap();
-    let seen = reference::visible_tiles(&renderer.u1().unwrap(), &renderer.source.pyramid());
+    let seen = reference::visible_tiles(&renderer.u1().unwrap(), &renderer.technique.source.pyramid());
     let record = renderer.records.last().unwrap();
     assert_eq!(record.triples, record.visible.len(), "a tile seen twice is listed once");
     (record.visible.iter().copied().collect(), seen)
 }
 
 /// The scene's mesh with what drawing depth alone takes.
-fn with_positions(gpu: &Gpu, scene: &Scene) -> Rc<Surface> {
+fn shape(gpu: &Gpu, scene: &Scene) -> Rc<Shape> {
     let mesh = gpu_mesh(&scene.source_mesh().unwrap()).unwrap();
-    Rc::new(Surface::with_positions(gpu, &mesh).unwrap())
+    Rc::new(Shape::with_depth_alone(gpu, &mesh).unwrap())
 }
 
 /// A fused variant beside a renderer's own, over what the renderer has resident.
 struct Beside {
     config: Config,
-    surface: Rc<Surface>,
+    shape: Rc<Shape>,
     fused: Fused,
-    lister: Lister,
+    stage3: Stage3,
 }
 
 impl Beside {
-    fn new(gpu: &Gpu, renderer: &Renderer, surface: &Rc<Surface>, config: Config) -> Beside {
-        let pyramid = renderer.source.pyramid();
-        let resident = &renderer.pipeline.resident;
+    fn new(gpu: &Gpu, renderer: &Renderer, shape: &Rc<Shape>, config: Config) -> Beside {
+        let pyramid = renderer.technique.source.pyramid();
+        let resident = &renderer.technique.resident;
         Beside {
-            fused: Fused::new(gpu, &pyramid, &config, resident, renderer.target()).unwrap(),
-            lister: Lister::new(gpu, &pyramid, &config, None).unwrap(),
-            surface: surface.clone(),
+            fused: Fused::new(
+                gpu,
+                &pyramid,
+                &config,
+                resident,
+                (renderer.target().color.info().format, false),
+            )
+            .unwrap(),
+            stage3: Stage3::new(gpu, &pyramid, &config).unwrap(),
+            shape: shape.clone(),
             config,
         }
     }
 
     /// Draws `pose` and takes `U3`.
     fn list(&mut self, gpu: &Gpu, renderer: &Renderer, pose: &Pose) -> Vec<[u32; 3]> {
-        let mut listed = self.lister.listed(gpu, None).unwrap();
-        let view = surface::view(pose, renderer.settings.size, 0);
-        let (resident, surface) = (&renderer.pipeline.resident, &self.surface);
-        let into = listed.on_the_device().unwrap();
+        let (resident, target) = (&renderer.technique.resident, renderer.target());
+        let seen = Seen::new([&*self.shape], View::new(pose, target.size()), 0);
+        let (room, images) = (self.stage3.room(Slot::FIRST), (&*target.color, &*target.depth));
         let mut frame = gpu.frame().unwrap();
-        frame
-            .pass("fused", |cmd| self.fused.draw(cmd, resident, surface, into, &view, renderer.target()))
-            .unwrap();
-        self.lister.record(&mut frame, None, &listed).unwrap();
+        frame.pass("fused", |cmd| self.fused.draw(cmd, resident, &seen, room, images)).unwrap();
+        self.stage3.record(&mut frame, Slot::FIRST).unwrap();
         frame.submit().unwrap().wait().unwrap();
-        self.lister.collect(gpu, &mut listed).unwrap().0
+        self.stage3.collect(gpu, Slot::FIRST).unwrap().0
     }
 
     /// Lists `pose`, which the renderer has drawn last, and holds the list against the renderer's `U1`; returns how
     /// many triples are too many.
     fn check(&mut self, gpu: &Gpu, renderer: &mut Renderer, pose: &Pose, what: &str) -> usize {
         let triples = self.list(gpu, renderer, pose);
-        let (u1, pyramid, keying) = (renderer.u1().unwrap(), renderer.source.pyramid(), self.config.keying);
+        let (u1, pyramid, keying) =
+            (renderer.u1().unwrap(), renderer.technique.source.pyramid(), self.config.keying);
         let what = format!("{what}: {:?}", self.config);
         if self.config.dedup == Dedup::FusedExact {
             assert_lists(&u1, &pyramid, &triples, keying, &what);
@@ -104,10 +110,10 @@ fn behind_depth_alone_the_list_is_the_reference_set_and_without_it_a_superset() 
     for name in landscapes() {
         let scene = scene(name);
         let mut renderer = open(&gpu, &scene, [250, 141], |_| ());
-        let config = renderer.settings.config;
+        let config = renderer.technique.settings.config;
         let of = |dedup, keying| Config { dedup, keying, compact: Compaction::FusedAppend, ..config };
         let configs = FUSED.into_iter().flat_map(|dedup| KEYINGS.map(|keying| of(dedup, keying)));
-        let surface = with_positions(&gpu, &scene);
+        let surface = shape(&gpu, &scene);
         let mut variants: Vec<Beside> =
             configs.map(|config| Beside::new(&gpu, &renderer, &surface, config)).collect();
         for camera in scene.cameras.keys() {
@@ -128,11 +134,11 @@ fn every_compaction_behind_a_fused_draw_lists_by_either_keying() {
     let mut renderer = open(&gpu, &scene, [250, 141], |_| ());
     renderer.frame(&pose).unwrap();
     renderer.drain().unwrap();
-    let (pyramid, surface) = (renderer.source.pyramid(), with_positions(&gpu, &scene));
+    let (pyramid, surface) = (renderer.technique.source.pyramid(), shape(&gpu, &scene));
     let mut ran = 0;
     for &compact in Compaction::ALL {
         for (dedup, keying) in FUSED.into_iter().flat_map(|dedup| KEYINGS.map(|keying| (dedup, keying))) {
-            let config = Config { dedup, keying, compact, ..renderer.settings.config };
+            let config = Config { dedup, keying, compact, ..renderer.technique.settings.config };
             if config.check(&pyramid).is_err() {
                 assert_eq!(compact, Compaction::TransformFeedback);
                 continue;
@@ -169,13 +175,12 @@ fn what_is_hidden_is_marked_only_without_depth_alone() {
     let pose = pose(&scene, "nadir");
     let mut extra = Vec::new();
     for dedup in [Dedup::FusedExact, Dedup::Fused] {
-        let mut settings =
-            Settings::of_scene(&scene, ortelius::paper::virtual_texture::session::Target::Srgb8);
+        let mut settings = Settings::of_scene(&scene, ortelius::picture::Target::Srgb8);
         settings.size = [320, 180];
         settings.streaming.gpu_tiles = 64;
         fuse(&mut settings, dedup);
         let source = scene.open_texture().unwrap();
-        let mut renderer = Renderer::new(gpu.clone(), source, &mesh, settings).unwrap();
+        let mut renderer = VirtualTexture::run(gpu.clone(), source, &mesh, settings).unwrap();
         renderer.frame(&pose).unwrap();
         let (listed, seen) = listed_and_seen(&mut renderer);
         assert!(listed.is_superset(&seen));
@@ -198,7 +203,7 @@ fn the_settled_picture_is_the_papers_bit_for_bit() {
                 change(settings);
             });
             renderer.settle(&pose).unwrap();
-            assert_eq!(renderer.bias(), 0);
+            assert_eq!(renderer.technique.bias(), 0);
             renderer.picture_bytes().unwrap()
         };
         let paper = picture(&|_| ());
@@ -229,13 +234,13 @@ fn a_list_that_overflows_is_compacted_again_and_a_fused_frame_has_no_u1() {
             assert!(listed.len() > 4);
             assert_eq!(listed, seen, "{compact:?}");
         }
-        assert!(renderer.memory().iter().all(|(name, _)| *name != "U1"));
+        assert!(renderer.memory().iter().all(|(name, _)| name != "U1"));
         // Positions stand apart where depth alone is drawn: 74 886 of 24 bytes, and an index for each corner.
         let mesh = |dedup| {
             let renderer = open(&gpu, &scene, [320, 180], |settings| fuse(settings, dedup));
-            renderer.memory().iter().find(|(name, _)| *name == "mesh").unwrap().1
+            renderer.memory().iter().find(|(name, _)| name == "mesh").unwrap().1
         };
         assert_eq!(mesh(Dedup::FusedExact), mesh(Dedup::Fused) + 74_886 * 24 + 149_768 * 12);
-        assert_eq!(renderer.pipeline.passes(), passes);
+        assert_eq!(renderer.technique.passes(), passes);
     }
 }

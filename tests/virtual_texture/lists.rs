@@ -1,5 +1,6 @@
 //! Stages 1 to 3: the list equals the integer reference that is computed from the same U1.
 
+use crate::Renderer;
 use crate::{device, landscapes, open, pose, scene};
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::{Pyramid, TileId};
@@ -7,7 +8,6 @@ use ortelius::paper::virtual_texture::compact::CompactPass;
 use ortelius::paper::virtual_texture::dedup::DedupPass;
 use ortelius::paper::virtual_texture::footprint::Footprint;
 use ortelius::paper::virtual_texture::marks::Marks;
-use ortelius::paper::virtual_texture::session::Session as Renderer;
 use ortelius::paper::virtual_texture::streaming::{Keying, distinct_tiles};
 use ortelius::paper::virtual_texture::{Compaction, Config, U1Format, reference};
 use ortelius::vk::Gpu;
@@ -15,8 +15,8 @@ use std::collections::BTreeSet;
 
 /// Runs stages 2 and 3 of a variant on the U1 that the renderer's last frame left.
 pub(crate) fn list(gpu: &Gpu, renderer: &Renderer, config: &Config) -> Vec<[u32; 3]> {
-    let pyramid = renderer.source.pyramid();
-    let stage1 = renderer.pipeline.stage1().unwrap();
+    let pyramid = renderer.technique.source.pyramid();
+    let stage1 = renderer.technique.stage1().unwrap();
     let dedup = DedupPass::new(gpu, &pyramid, config, stage1).unwrap();
     let compact = CompactPass::new(gpu, &pyramid, config).unwrap();
     run(gpu, stage1, config, &dedup, &compact, &dedup.marks(gpu).unwrap())
@@ -52,7 +52,7 @@ pub(crate) fn assert_equals_reference(
     keying: Keying,
     what: &str,
 ) -> usize {
-    let pyramid = renderer.source.pyramid();
+    let pyramid = renderer.technique.source.pyramid();
     let u1 = renderer.u1().unwrap();
     assert_lists(&u1, &pyramid, triples, keying, what)
 }
@@ -89,7 +89,7 @@ fn every_camera_of_every_scene_lists_the_reference_set() {
         for camera in scene.cameras.keys() {
             renderer.frame(&pose(&scene, camera)).unwrap();
             renderer.drain().unwrap();
-            let triples = list(&gpu, &renderer, &renderer.settings.config.clone());
+            let triples = list(&gpu, &renderer, &renderer.technique.settings.config.clone());
             let what = format!("{name}, {camera}");
             let tiles = assert_equals_reference(&mut renderer, &triples, Keying::Paper, &what);
             let record = renderer.records.last().unwrap();
@@ -111,8 +111,13 @@ fn every_block_size_memo_and_keying_lists_the_reference_set_in_all_scenes() {
             for memo in [false, true] {
                 for keying in [Keying::Paper, Keying::Native] {
                     let compact_block_log2 = block_log2 % 3;
-                    let config =
-                        Config { block_log2, memo, keying, compact_block_log2, ..renderer.settings.config };
+                    let config = Config {
+                        block_log2,
+                        memo,
+                        keying,
+                        compact_block_log2,
+                        ..renderer.technique.settings.config
+                    };
                     let triples = list(&gpu, &renderer, &config);
                     assert_equals_reference(&mut renderer, &triples, keying, &format!("{name}: {config:?}"));
                 }
@@ -130,7 +135,7 @@ fn every_format_of_u1_lists_the_reference_set() {
         let mut renderer = open(&gpu, &scene, [320, 180], |settings| settings.config.u1 = Some(format));
         renderer.frame(&pose(&scene, "oblique")).unwrap();
         renderer.drain().unwrap();
-        let triples = list(&gpu, &renderer, &renderer.settings.config.clone());
+        let triples = list(&gpu, &renderer, &renderer.technique.settings.config.clone());
         assert_equals_reference(&mut renderer, &triples, Keying::Paper, format.name());
         sets.push(renderer.u1().unwrap());
     }
@@ -158,7 +163,7 @@ fn a_list_that_overflows_is_run_again_and_loses_no_tile() {
             // Each frame in flight has its own list, and each learns once.
             assert_eq!(record.overflowed, frame < 2, "{compact:?}, frame {frame}");
             assert!(record.triples > 16);
-            let pyramid = renderer.source.pyramid();
+            let pyramid = renderer.technique.source.pyramid();
             let expected = reference::visible_tiles(&renderer.u1().unwrap(), &pyramid);
             assert_eq!(record.visible.iter().copied().collect::<BTreeSet<_>>(), expected, "{compact:?}");
         }
@@ -188,7 +193,7 @@ fn a_list_that_grows_beyond_what_the_host_reads_is_read_again() {
                 record.triples
             );
             assert!(!record.overflowed, "{compact:?}, frame {frame}");
-            let pyramid = renderer.source.pyramid();
+            let pyramid = renderer.technique.source.pyramid();
             let expected = reference::visible_tiles(&renderer.u1().unwrap(), &pyramid);
             assert_eq!(record.visible.iter().copied().collect::<BTreeSet<_>>(), expected, "{compact:?}");
         }
@@ -217,7 +222,7 @@ fn a_picture_of_one_pixel_and_a_long_thin_one_list_the_reference_set() {
         let mut renderer = open(&gpu, &scene, size, |_| ());
         renderer.frame(&pose(&scene, "oblique")).unwrap();
         renderer.drain().unwrap();
-        let triples = list(&gpu, &renderer, &renderer.settings.config.clone());
+        let triples = list(&gpu, &renderer, &renderer.technique.settings.config.clone());
         assert_equals_reference(&mut renderer, &triples, Keying::Paper, &format!("{size:?}"));
     }
 }

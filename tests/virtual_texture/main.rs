@@ -14,14 +14,19 @@ mod texels;
 mod truth;
 mod variants;
 
+use ortelius::frame::Run;
 use ortelius::math::camera::Pose;
 use ortelius::model::mesh;
 use ortelius::paper::virtual_texture::all_needs;
-use ortelius::paper::virtual_texture::session::{Session as Renderer, Settings, Target};
+use ortelius::paper::virtual_texture::{Settings, VirtualTexture};
+use ortelius::picture::Target;
 use ortelius::scene::{SHIPPED, Scene};
 use ortelius::texture::source::TileSource;
 use ortelius::vk::{Gpu, GpuOptions, Watched};
 use std::sync::Arc;
+
+/// Frames of one landscape.
+type Renderer = Run<VirtualTexture>;
 
 /// A device with all that any variant needs.
 fn device() -> Watched {
@@ -42,7 +47,7 @@ fn open_with(
     settings.streaming.deterministic = true;
     change(&mut settings);
     let mesh = mesh::gpu_mesh(&scene.source_mesh().unwrap()).unwrap();
-    Renderer::new(gpu.clone(), source, &mesh, settings).unwrap()
+    VirtualTexture::run(gpu.clone(), source, &mesh, settings).unwrap()
 }
 
 fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], change: impl FnOnce(&mut Settings)) -> Renderer {

@@ -6,7 +6,7 @@ use ortelius::math::pyramid::Pyramid;
 use ortelius::paper::virtual_texture::compact::CompactPass;
 use ortelius::paper::virtual_texture::footprint::Footprint;
 use ortelius::paper::virtual_texture::marks::Marks;
-use ortelius::paper::virtual_texture::session::read_words;
+use ortelius::paper::virtual_texture::read_words;
 use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Layout, PAPER, U1Format};
 use ortelius::vk::shader::{Blocks, Shader, virtual_texture as glsl};
 use ortelius::vk::{

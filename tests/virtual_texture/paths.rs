@@ -1,7 +1,7 @@
 //! Moving cameras: too little room, tiles fetched ahead, a disk that fails.
 
+use crate::Renderer;
 use crate::{device, open, open_with};
-use ortelius::paper::virtual_texture::session::Session as Renderer;
 use ortelius::scene::Scene;
 use ortelius::texture::source::disk::BadDisk;
 use ortelius::texture::source::disk::Disk;
@@ -49,7 +49,7 @@ fn half_of_the_room_that_a_path_needs_shows_it_coarser_and_comes_to_rest() {
         assert!(frames <= 16, "{path}: {frames} frames to rest");
         // Once is enough: it compiles the check's shader.
         if path == "pole-crossing" {
-            let verdicts = halved.ruler_verdicts(&last).unwrap();
+            let verdicts = halved.ruler_verdicts().unwrap();
             assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "{path}: coarser, but whole");
         }
         let picture = halved.picture_bytes().unwrap();

@@ -4,16 +4,16 @@
 use crate::lists::assert_lists;
 use crate::{device, scene};
 use glam::DVec3;
+use ortelius::frame::{Seen, Shape, Slot, View, world_view};
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::Pyramid;
 use ortelius::model::mesh::{Cluster, Mesh, SourceMesh, earth, gpu_mesh, plane};
 use ortelius::paper::virtual_texture::footprint::Footprint;
 use ortelius::paper::virtual_texture::fused::Fused;
-use ortelius::paper::virtual_texture::lister::Lister;
+use ortelius::paper::virtual_texture::lister::Stage3;
 use ortelius::paper::virtual_texture::prepass::Culling;
+use ortelius::paper::virtual_texture::read_u1;
 use ortelius::paper::virtual_texture::resident::Resident;
-use ortelius::paper::virtual_texture::session::read_u1;
-use ortelius::paper::virtual_texture::surface::{self, Surface};
 use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Keying, PAPER, U1Format};
 use ortelius::texture::source::ruler::Ruler;
 use ortelius::vk::{Format, Gpu, Image, ImageInfo};
@@ -74,11 +74,12 @@ struct Drawn<'a> {
     pyramid: Pyramid,
     resident: Resident,
     target: Image,
-    surface: Surface,
+    shape: Shape,
     clusters: Vec<Cluster>,
     stage1: Footprint,
     fused: Fused,
-    lister: Lister,
+    stage3: Stage3,
+    depth: Image,
 }
 
 impl Drawn<'_> {
@@ -95,11 +96,12 @@ impl Drawn<'_> {
         let target = gpu.image("picture", ImageInfo::target(SIZE, Format::Rgba8Srgb)).unwrap();
         let mesh = gpu_mesh(source).unwrap();
         Drawn {
-            surface: Surface::with_positions(gpu, &mesh).unwrap(),
+            shape: Shape::with_depth_alone(gpu, &mesh).unwrap(),
             clusters: mesh.clusters(),
             stage1: Footprint::new(gpu, &pyramid, &config, SIZE).unwrap(),
-            fused: Fused::new(gpu, &pyramid, &config, &resident, &target).unwrap(),
-            lister: Lister::new(gpu, &pyramid, &config, None).unwrap(),
+            fused: Fused::new(gpu, &pyramid, &config, &resident, (Format::Rgba8Srgb, false)).unwrap(),
+            stage3: Stage3::new(gpu, &pyramid, &config).unwrap(),
+            depth: gpu.image("depth", ImageInfo::target(SIZE, Format::Depth32Float)).unwrap(),
             gpu,
             config,
             pyramid,
@@ -110,23 +112,23 @@ impl Drawn<'_> {
 
     /// Holds one camera's depth and list against stage 1's; returns the share of the indices that were left out.
     fn check(&mut self, pose: &Pose, what: &str) -> f64 {
-        let (gpu, view) = (self.gpu, surface::view(pose, SIZE, 0));
-        let mut listed = self.lister.listed(gpu, None).unwrap();
-        let into = listed.on_the_device().unwrap();
+        let gpu = self.gpu;
+        let Drawn { fused, resident, shape, target, depth, stage3, .. } = &*self;
+        let seen = Seen::new([shape], View::new(pose, SIZE), 0);
         let mut frame = gpu.frame().unwrap();
-        frame.pass("footprint", |cmd| self.stage1.draw(cmd, &self.surface, &view)).unwrap();
-        let Drawn { fused, resident, surface, target, .. } = &*self;
-        frame.pass("fused", |cmd| fused.draw(cmd, resident, surface, into, &view, target)).unwrap();
-        self.lister.record(&mut frame, None, &listed).unwrap();
+        frame.pass("footprint", |cmd| self.stage1.draw(cmd, &seen)).unwrap();
+        let room = stage3.room(Slot::FIRST);
+        frame.pass("fused", |cmd| fused.draw(cmd, resident, &seen, room, (target, depth))).unwrap();
+        stage3.record(&mut frame, Slot::FIRST).unwrap();
         frame.submit().unwrap().wait().unwrap();
-        let triples = self.lister.collect(gpu, &mut listed).unwrap().0;
+        let triples = self.stage3.collect(gpu, Slot::FIRST).unwrap().0;
         let what = format!("{what}: {pose:?}");
-        let [whole, culled] = [&self.stage1.depth, self.fused.depth()].map(|d| gpu.read_image(d).unwrap());
+        let [whole, culled] = [&*self.stage1.depth, &self.depth].map(|d| gpu.read_image(d).unwrap());
         let differing = whole.chunks(4).zip(culled.chunks(4)).filter(|(a, b)| a != b).count();
         assert_eq!(differing, 0, "{what}: pixels with another depth");
         let u1 = read_u1(gpu, &self.stage1, &self.pyramid).unwrap();
         assert_lists(&u1, &self.pyramid, &triples, self.config.keying, &what);
-        let runs = Culling::new(&view, SIZE).runs(&self.clusters);
+        let runs = Culling::new(&world_view(pose, SIZE, 0), SIZE).runs(&self.clusters);
         let drawn: u32 = runs.iter().map(|run| run.end - run.start).sum();
         let all: u32 = self.clusters.iter().map(|cluster| cluster.count).sum();
         1.0 - f64::from(drawn) / f64::from(all)
@@ -263,7 +265,7 @@ fn the_shipped_earth_is_left_out_but_for_what_is_seen() {
         assert!(left_out > 0.5 || globe.cameras.contains_key(name), "{name}: {left_out}");
     }
     drawn.check_all((0..20).map(|_| chance.about_a_ball(6.4e6)), "cameras about the earth");
-    let view = surface::view(&earth.cameras["oblique"].pose(), [1920, 1080], 0);
+    let view = world_view(&earth.cameras["oblique"].pose(), [1920, 1080], 0);
     let begun = Instant::now();
     let runs = (0..100).map(|_| Culling::new(&view, [1920, 1080]).runs(&drawn.clusters).len()).sum::<usize>();
     println!("{} draws, {:?} on the host", runs / 100, begun.elapsed() / 100);

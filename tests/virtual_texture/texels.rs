@@ -2,7 +2,8 @@
 
 use crate::{device, open, pose, scene};
 use ortelius::model::mesh;
-use ortelius::paper::virtual_texture::session::{Session as Renderer, Settings, Target};
+use ortelius::paper::virtual_texture::{Settings, VirtualTexture};
+use ortelius::picture::Target;
 
 #[test]
 fn every_texel_of_every_camera_of_the_ruler_is_right() {
@@ -12,7 +13,7 @@ fn every_texel_of_every_camera_of_the_ruler_is_right() {
     for camera in scene.cameras.keys() {
         let pose = pose(&scene, camera);
         renderer.settle(&pose).unwrap();
-        let verdicts = renderer.ruler_verdicts(&pose).unwrap();
+        let verdicts = renderer.ruler_verdicts().unwrap();
         println!("{camera}: {verdicts:?}");
         assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "{camera}: {verdicts:?}");
         assert!(verdicts.covered > 640 * 360 / 5, "{camera}: {verdicts:?}");
@@ -27,7 +28,7 @@ fn a_frame_without_its_tiles_is_found_wanting() {
     let mut renderer = open(&gpu, &scene, [160, 90], |_| ());
     let pose = pose(&scene, "corner");
     renderer.frame(&pose).unwrap();
-    let verdicts = renderer.ruler_verdicts(&pose).unwrap();
+    let verdicts = renderer.ruler_verdicts().unwrap();
     assert_eq!(verdicts.not_resident, verdicts.covered);
     assert_eq!(verdicts.wrong, 0, "G1 is always right");
 }
@@ -40,7 +41,7 @@ fn the_earth_is_no_ruler() {
     let mut renderer = open(&gpu, &scene, [160, 90], |_| ());
     let pose = pose(&scene, "headline");
     renderer.settle(&pose).unwrap();
-    let verdicts = renderer.ruler_verdicts(&pose).unwrap();
+    let verdicts = renderer.ruler_verdicts().unwrap();
     assert!(verdicts.wrong * 1000 > verdicts.covered * 999, "{verdicts:?}");
 }
 
@@ -63,8 +64,8 @@ fn texels_stay_right_on_the_largest_texture_and_with_small_tiles() {
             open(&gpu, &scene, [320, 180], |settings| settings.streaming.gpu_tiles = gpu_tiles.min(1000));
         let pose = pose(&scene, camera);
         renderer.settle(&pose).unwrap();
-        let verdicts = renderer.ruler_verdicts(&pose).unwrap();
-        println!("{change:?}, {camera}: {verdicts:?}, bias {}", renderer.bias());
+        let verdicts = renderer.ruler_verdicts().unwrap();
+        println!("{change:?}, {camera}: {verdicts:?}, bias {}", renderer.technique.bias());
         assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "{change:?}: {verdicts:?}");
     }
 }
@@ -79,7 +80,8 @@ fn samples_that_would_leave_the_border_are_refused() {
     let mesh = mesh::gpu_mesh(&scene.source_mesh().unwrap()).unwrap();
     for (max_anisotropy, refused) in [(1, false), (4, false), (5, true), (16, true)] {
         settings.config.max_anisotropy = max_anisotropy;
-        let renderer = Renderer::new(gpu.clone(), scene.open_texture().unwrap(), &mesh, settings.clone());
+        let renderer =
+            VirtualTexture::run(gpu.clone(), scene.open_texture().unwrap(), &mesh, settings.clone());
         assert_eq!(renderer.is_err(), refused, "NA = {max_anisotropy} with a border of 4");
     }
 }

@@ -3,11 +3,12 @@
 use crate::{device, landscapes, open, pose, scene};
 use ortelius::math::camera::Pose;
 use ortelius::paper::virtual_texture::Interpolation;
+use ortelius::paper::virtual_texture::Settings;
 use ortelius::paper::virtual_texture::figures::stage1::{self, compare_triples};
 use ortelius::paper::virtual_texture::reference::Tolerance;
 use ortelius::paper::virtual_texture::reference::picture::{Filter, Texels};
-use ortelius::paper::virtual_texture::session::{Settings, Target};
 use ortelius::picture::Picture;
+use ortelius::picture::Target;
 use ortelius::picture::error::{Difference, compare};
 use ortelius::reference::{Sample, View};
 use ortelius::scene::Scene;
@@ -33,10 +34,10 @@ fn stage_1_differs_from_f64_only_at_borders_of_a_decision() {
         let mut renderer = open(&gpu, &scene, size, |_| ());
         for camera in scene.cameras.keys() {
             let pose = pose(&scene, camera);
-            let dump = renderer.footprint(&pose).unwrap();
+            let dump = renderer.footprint().unwrap();
             let view = view_of(&scene, &pose, size);
             let mesh = scene.source_mesh().unwrap();
-            let check = compare_triples(&dump.triples, &view, &mesh, &renderer.source.pyramid());
+            let check = compare_triples(&dump.triples, &view, &mesh, &renderer.technique.source.pyramid());
             println!("{name}, {camera}: {} of {} pixels differ", check.differing, check.pixels);
             let unexplained = &check.unexplained;
             assert!(
@@ -57,13 +58,13 @@ fn a_tenth_of_a_pixel_is_not_explained() {
     let scene = scene("earth");
     let mut renderer = open(&gpu, &scene, size, |_| ());
     let pose = pose(&scene, "oblique");
-    let dump = renderer.footprint(&pose).unwrap();
+    let dump = renderer.footprint().unwrap();
     let mut beside = pose;
     let angle = 0.1 * pose.vertical_fov_rad / f64::from(size[1]);
     beside.forward = (pose.forward + pose.right * angle).normalize();
     beside.right = (pose.right - pose.forward * angle).normalize();
     let (mesh, view) = (scene.source_mesh().unwrap(), view_of(&scene, &beside, size));
-    let check = compare_triples(&dump.triples, &view, &mesh, &renderer.source.pyramid());
+    let check = compare_triples(&dump.triples, &view, &mesh, &renderer.technique.source.pyramid());
     assert!(!check.unexplained.is_empty());
 }
 
@@ -88,11 +89,11 @@ fn settled_beside_truth(
         change(settings);
     });
     renderer.settle(&pose).unwrap();
-    assert_eq!(renderer.bias(), 0);
+    assert_eq!(renderer.technique.bias(), 0);
     let floats: Vec<[f32; 4]> =
         renderer.picture_bytes().unwrap().chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
     let view = view_of(scene, &pose, size);
-    let truth = Texels::new(&*renderer.source).picture(&view, Filter::Samples(1)).unwrap();
+    let truth = Texels::new(&*renderer.technique.source).picture(&view, Filter::Samples(1)).unwrap();
     let difference = compare(&Picture::new(size[0], size[1], floats), &truth).unwrap();
     let one_triangle = |x, y| {
         let candidates = view.candidates(x, y, RADIUS_PX);

@@ -1,13 +1,14 @@
 //! The variants of stages 2 and 3: each pair that can be lists the reference set, whatever the subgroup's size; pairs
 //! that cannot be are refused.
 
+use crate::Renderer;
 use crate::lists::{assert_equals_reference, assert_lists, list, run};
 use crate::{device, landscapes, open, pose, scene};
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::compact::CompactPass;
 use ortelius::paper::virtual_texture::dedup::DedupPass;
 use ortelius::paper::virtual_texture::footprint::Footprint;
-use ortelius::paper::virtual_texture::session::{Session as Renderer, needs};
+use ortelius::paper::virtual_texture::needs;
 use ortelius::paper::virtual_texture::streaming::Keying;
 use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Layout, PAPER, U1Format, reference};
 use ortelius::texture::source::TileFormat;
@@ -16,7 +17,7 @@ use std::collections::BTreeSet;
 
 /// Every pair of stages 2 and 3 with both keyings, where the pair can be.
 fn all_variants(renderer: &Renderer) -> Vec<Config> {
-    variants_of(&renderer.settings.config, &renderer.source.pyramid())
+    variants_of(&renderer.technique.settings.config, &renderer.technique.source.pyramid())
 }
 
 fn variants_of(base: &Config, pyramid: &Pyramid) -> Vec<Config> {
@@ -38,7 +39,7 @@ struct Passes(Vec<(Pyramid, U1Format, Config, DedupPass, CompactPass)>);
 
 impl Passes {
     fn list(&mut self, gpu: &Gpu, renderer: &Renderer, config: &Config) -> Vec<[u32; 3]> {
-        let (pyramid, stage1) = (renderer.source.pyramid(), renderer.pipeline.stage1().unwrap());
+        let (pyramid, stage1) = (renderer.technique.source.pyramid(), renderer.technique.stage1().unwrap());
         let same = |known: &(Pyramid, U1Format, Config, _, _)| {
             (known.0, known.1, known.2) == (pyramid, stage1.format, Config { u1: None, ..*config })
         };
@@ -122,7 +123,7 @@ fn frames_in_flight_do_not_share_their_marks() {
         let alone = poses.map(|pose| {
             renderer.frame(&pose).unwrap();
             let u1 = renderer.u1().unwrap();
-            reference::visible_tiles(&u1, &renderer.source.pyramid())
+            reference::visible_tiles(&u1, &renderer.technique.source.pyramid())
         });
         assert_ne!(alone[0], alone[1]);
         for pose in poses.iter().cycle().take(6) {
@@ -154,15 +155,16 @@ fn bytes_of_the_frame_255_ago_are_no_marks() {
             dedup: Dedup::MarkBytes,
             compact: Compaction::Append,
             keying,
-            ..renderers[0].settings.config
+            ..renderers[0].technique.settings.config
         };
-        let (pyramid, stage1) = (renderers[0].source.pyramid(), renderers[0].pipeline.stage1().unwrap());
+        let (pyramid, stage1) =
+            (renderers[0].technique.source.pyramid(), renderers[0].technique.stage1().unwrap());
         let dedup = DedupPass::new(&gpu, &pyramid, &config, stage1).unwrap();
         let compact = CompactPass::new(&gpu, &pyramid, &config).unwrap();
         let marks = dedup.marks(&gpu).unwrap();
         for n in 0..259 {
             let renderer = &mut renderers[n % 2];
-            let triples = run(&gpu, renderer.pipeline.stage1().unwrap(), &config, &dedup, &compact, &marks);
+            let triples = run(&gpu, renderer.technique.stage1().unwrap(), &config, &dedup, &compact, &marks);
             if !(2..=252).contains(&n) {
                 assert_equals_reference(renderer, &triples, keying, &format!("{keying:?}, run {n}"));
             }
@@ -288,12 +290,16 @@ fn a_device_opened_for_compute_variants_has_no_geometry_shader_and_runs_them() {
     let mut renderer = open(&gpu, &scene, [64, 36], |settings| settings.config = compute);
     renderer.frame(&pose(&scene, "oblique")).unwrap();
     renderer.drain().unwrap();
-    let expected = reference::visible_tiles(&renderer.u1().unwrap(), &renderer.source.pyramid());
+    let expected = reference::visible_tiles(&renderer.u1().unwrap(), &renderer.technique.source.pyramid());
     assert_eq!(renderer.records[0].visible.iter().copied().collect::<BTreeSet<_>>(), expected);
-    let refused =
-        DedupPass::new(&gpu, &renderer.source.pyramid(), &PAPER, renderer.pipeline.stage1().unwrap())
-            .err()
-            .unwrap();
+    let refused = DedupPass::new(
+        &gpu,
+        &renderer.technique.source.pyramid(),
+        &PAPER,
+        renderer.technique.stage1().unwrap(),
+    )
+    .err()
+    .unwrap();
     for word in ["geometryShader", "\"dedup\"", "test-or"] {
         assert!(refused.to_string().contains(word), "{refused}");
     }

@@ -10,8 +10,8 @@
 //! Steps, one file or folder each: [`simplify`] finds the collapses, [`order`] arranges faces and finds the
 //! tswaps, [`mesh`] is the result, and [`run`] executes it, once [`check`] has found it sound. [`cache`] counts what an
 //! order costs, and [`rivals`] what else could be done; [`apply`] runs it on the GPU; [`reference`](mod@reference)
-//! builds a level afresh; [`file`](mod@file) is how it is stored. A [`session`] draws frames of many instances, and the
-//! [`governor`] holds their time.
+//! builds a level afresh; [`file`](mod@file) is how it is stored. A [`surface`] has many instances, [`technique`] is the
+//! paper's part of a frame, and the [`governor`] holds its time.
 
 pub mod apply;
 pub mod cache;
@@ -20,10 +20,20 @@ pub mod config;
 pub mod figures;
 pub mod file;
 pub mod governor;
+mod load;
 pub mod mesh;
 pub mod order;
+pub mod place;
+mod record;
 pub mod reference;
 pub mod rivals;
 pub mod run;
-pub mod session;
 pub mod simplify;
+pub mod surface;
+pub mod technique;
+
+pub use config::{Settings, needs};
+pub use load::{LoadError, load, ordered};
+pub use record::FrameRecord;
+pub use surface::{Change, Model, Surface, SurfaceError, SurfaceMemory, Textured};
+pub use technique::ProgressiveMeshes;

@@ -35,6 +35,11 @@ impl FadeIn {
         FadeIn { frames, arriving: Vec::new() }
     }
 
+    /// Fades over another number of frames from now on, also those that are under way.
+    pub fn set_frames(&mut self, frames: u32) {
+        self.frames = frames;
+    }
+
     /// Steps by a frame: from the frame's changes of the display, as streaming reports them, to the cells that are to
     /// be written, the last word about a tile last.
     pub fn cells(&mut self, changes: &[(TileId, Option<u32>)]) -> Vec<(TileId, u32)> {

@@ -4,14 +4,17 @@
 //! Where we differ: `floor(log2)` is read off the float's exponent, so that q is exact; zero, infinite and NaN
 //! derivatives have a stated outcome (dmax = 0: level 0; not finite: G1); pixels without landscape hold q = -1.
 
-use super::{Config, U1Format, pyramid_constants, surface::Surface, with};
+use super::{Config, U1Format, pyramid_constants, with};
+use crate::frame::{Onto, Seen};
 use crate::math::pyramid::Pyramid;
-use crate::vk::shader::virtual_texture::{footprint_dump_frag, footprint_frag, mesh_vert};
-use crate::vk::shader::{Shader, View};
+use crate::vk::shader::Shader;
+use crate::vk::shader::common::mesh_vert;
+use crate::vk::shader::virtual_texture::{footprint_dump_frag, footprint_frag};
 use crate::vk::{
     Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
     ImageInfo, Result,
 };
+use std::sync::Arc;
 
 /// q of a pixel that the mesh does not cover.
 pub const BACKGROUND: u32 = u32::MAX;
@@ -19,7 +22,7 @@ pub const BACKGROUND: u32 = u32::MAX;
 /// `U1`, the depth of what it shows, and the pass that draws both.
 pub struct Footprint {
     pub u1: Image,
-    pub depth: Image,
+    pub depth: Arc<Image>,
     pub format: U1Format,
     pipeline: GraphicsPipeline,
 }
@@ -30,7 +33,7 @@ fn pipeline(
     pyramid: &Pyramid,
     config: &Config,
     format: U1Format,
-    colors: &[Format],
+    (colors, depth): (&[Format], Depth),
     pixel_log2: u32,
 ) -> Result<GraphicsPipeline> {
     gpu.graphics_pipeline(&GraphicsInfo {
@@ -43,7 +46,7 @@ fn pipeline(
             &[("MAX_ANISOTROPY", config.max_anisotropy), ("PIXEL_LOG2", pixel_log2)],
         ),
         points: false,
-        depth: Some(Depth::Write),
+        depth: Some(depth),
         colors,
         logic_or: false,
     })
@@ -68,10 +71,25 @@ impl Footprint {
         size: [u32; 2],
         pixel_log2: u32,
     ) -> Result<Footprint> {
+        let depth = Arc::new(gpu.image("depth", ImageInfo::target(size, Format::Depth32Float))?);
+        Footprint::on(gpu, pyramid, config, (depth, Depth::Write), pixel_log2)
+    }
+
+    /// A `U1` over a depth image that other passes draw into too; with [`Depth::Equal`] one that is complete.
+    ///
+    /// # Errors
+    /// As [`Footprint::new`].
+    pub fn on(
+        gpu: &Gpu,
+        pyramid: &Pyramid,
+        config: &Config,
+        (depth, test): (Arc<Image>, Depth),
+        pixel_log2: u32,
+    ) -> Result<Footprint> {
         let format = U1Format::choose(gpu, config.u1, pyramid)?;
         Ok(Footprint {
-            u1: gpu.image("U1", ImageInfo::target(size, format.image_format()))?,
-            depth: gpu.image("depth", ImageInfo::target(size, Format::Depth32Float))?,
+            u1: gpu.image("U1", ImageInfo::target(depth.info().size, format.image_format()))?,
+            depth,
             format,
             pipeline: pipeline(
                 gpu,
@@ -79,27 +97,21 @@ impl Footprint {
                 pyramid,
                 config,
                 format,
-                &[format.image_format()],
+                (&[format.image_format()], test),
                 pixel_log2,
             )?,
         })
     }
 
-    /// Draws the mesh into `U1`.
+    /// Draws the shapes into `U1`, where nothing that was drawn before hides them.
     ///
     /// # Errors
     /// Out of memory.
-    pub fn draw(&self, cmd: &mut Cmd<'_>, surface: &Surface, view: &View) -> Result<()> {
+    pub fn draw(&self, cmd: &mut Cmd<'_>, seen: &Seen<'_>) -> Result<()> {
         let u1 = ColorTarget { image: &self.u1, clear: Clear::Uint([BACKGROUND; 4]) };
-        let depth = DepthTarget { image: &self.depth, clear: true };
+        let depth = DepthTarget { image: &self.depth, clear: seen.onto != Onto::Drawn };
         cmd.render(self.u1.info().size, &[u1], Some(depth), |render| {
-            render.draw_mesh(
-                &self.pipeline,
-                &[],
-                bytemuck::bytes_of(view),
-                &surface.vertices,
-                &surface.indices,
-            )
+            seen.draw(render, &[], |_| &self.pipeline)
         })
     }
 }
@@ -122,30 +134,32 @@ impl FootprintDump {
         Ok(FootprintDump {
             coordinates: gpu.image("dump of (s, t)", ImageInfo::target(size, Format::Rgba32Float))?,
             derivatives: gpu.image("dump of derivatives", ImageInfo::target(size, Format::Rgba32Float))?,
-            pipeline: pipeline(gpu, &footprint_dump_frag::SHADER, pyramid, config, stage.format, &colors, 0)?,
+            pipeline: pipeline(
+                gpu,
+                &footprint_dump_frag::SHADER,
+                pyramid,
+                config,
+                stage.format,
+                (&colors, Depth::Equal),
+                0,
+            )?,
         })
     }
 
-    /// Draws the mesh into `stage`'s `U1` and into the two dumps.
+    /// Draws the shapes, whose view `stage` has drawn, into its `U1` and into the two dumps.
     ///
     /// # Errors
     /// Out of memory.
-    pub fn draw(&self, cmd: &mut Cmd<'_>, stage: &Footprint, surface: &Surface, view: &View) -> Result<()> {
+    pub fn draw(&self, cmd: &mut Cmd<'_>, stage: &Footprint, seen: &Seen<'_>) -> Result<()> {
         let nothing = Clear::Float([f32::NAN; 4]);
         let targets = [
             ColorTarget { image: &stage.u1, clear: Clear::Uint([BACKGROUND; 4]) },
             ColorTarget { image: &self.coordinates, clear: nothing },
             ColorTarget { image: &self.derivatives, clear: nothing },
         ];
-        let depth = DepthTarget { image: &stage.depth, clear: true };
+        let depth = DepthTarget { image: &stage.depth, clear: false };
         cmd.render(stage.u1.info().size, &targets, Some(depth), |render| {
-            render.draw_mesh(
-                &self.pipeline,
-                &[],
-                bytemuck::bytes_of(view),
-                &surface.vertices,
-                &surface.indices,
-            )
+            seen.draw(render, &[], |_| &self.pipeline)
         })
     }
 }

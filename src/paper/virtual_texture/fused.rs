@@ -9,27 +9,32 @@
 //! turns slivers at the limb around, and then their neighbours overlap. What depth alone can leave out of the mesh,
 //! [`super::prepass`] says.
 
-use super::list::List;
-use super::texturing::{SKY, constants};
-use super::{
-    Config, Keying, U1Format, marks::Marks, prepass::Culling, pyramid_constants, resident::Resident,
-    surface::Surface,
-};
+use super::lister::Room;
+use super::texturing::{Shading, constants};
+use super::{Config, Keying, U1Format, prepass::Culling, pyramid_constants, resident::Resident};
+use crate::frame::{Onto, Seen};
 use crate::math::pyramid::Pyramid;
 use crate::scene::{Compaction, Dedup};
-use crate::vk::shader::View as ViewConstants;
-use crate::vk::shader::virtual_texture::{depth_vert, fused_frag, mesh_vert};
+use crate::vk::shader::common::{depth_vert, mesh_vert};
+use crate::vk::shader::virtual_texture::fused_frag;
 use crate::vk::{
     Cmd, ColorTarget, Depth, DepthTarget, Format, Geometry, Gpu, GraphicsInfo, GraphicsPipeline, Image,
-    ImageInfo, Resource, Result, Slice,
+    Render, Resource, Result, Slice,
 };
 
 pub struct Fused {
-    depth: Image,
     /// Where the variant is exact.
-    depth_alone: Option<GraphicsPipeline>,
-    shade: GraphicsPipeline,
+    depth_alone: Option<DepthAlone>,
+    shading: Shading,
     lists: Lists,
+}
+
+/// Draws that leave depth and nothing else.
+struct DepthAlone {
+    /// Of shapes that have positions for it.
+    positions: GraphicsPipeline,
+    /// Of the others.
+    vertices: GraphicsPipeline,
 }
 
 /// What the draw leaves of its tiles, in the order of LISTS in fused.frag.
@@ -41,6 +46,8 @@ enum Lists {
 }
 
 impl Fused {
+    /// For a target of this format, on which some shapes are lit or none.
+    ///
     /// # Errors
     /// The device stores nothing from fragment shaders; out of memory.
     pub fn new(
@@ -48,7 +55,7 @@ impl Fused {
         pyramid: &Pyramid,
         config: &Config,
         resident: &Resident,
-        target: &Image,
+        target: (Format, bool),
     ) -> Result<Fused> {
         let lists = match config.compact {
             Compaction::FusedAppend => Lists::MarksAndU3,
@@ -66,7 +73,7 @@ impl Fused {
         pyramid: &Pyramid,
         config: &Config,
         resident: &Resident,
-        target: &Image,
+        target: (Format, bool),
     ) -> Result<Fused> {
         let config = Config { dedup: Dedup::Fused, ..*config };
         Fused::leaving(Lists::Nothing, gpu, pyramid, &config, resident, target)
@@ -78,7 +85,7 @@ impl Fused {
         pyramid: &Pyramid,
         config: &Config,
         resident: &Resident,
-        target: &Image,
+        (target, lit): (Format, bool),
     ) -> Result<Fused> {
         assert_eq!(config.check(pyramid), Ok(()), "asked before");
         gpu.require(&config.dedup.needs())?;
@@ -89,28 +96,19 @@ impl Fused {
         specialization.push(("NATIVE_KEYING", u32::from(config.keying == Keying::Native)));
         specialization.push(("LISTS", lists as u32));
         let shade = GraphicsInfo {
-            name: fused_frag::SHADER.name,
+            name: fused_frag::SHADERS[0].name,
             vertex: &mesh_vert::SHADER,
             geometry: None,
-            fragment: Some(&fused_frag::SHADER),
+            fragment: Some(&fused_frag::SHADERS[0]),
             specialization: &specialization,
             points: false,
             depth: Some(if exact { Depth::Equal } else { Depth::Write }),
-            colors: &[target.info().format],
+            colors: &[target],
             logic_or: false,
         };
-        let depth_alone = GraphicsInfo {
-            name: "depth alone",
-            vertex: &depth_vert::SHADER,
-            fragment: None,
-            specialization: &[],
-            depth: Some(Depth::Write),
-            ..shade
-        };
         Ok(Fused {
-            depth: gpu.image("depth", ImageInfo::target(target.info().size, Format::Depth32Float))?,
-            depth_alone: if exact { Some(gpu.graphics_pipeline(&depth_alone)?) } else { None },
-            shade: gpu.graphics_pipeline(&shade)?,
+            depth_alone: if exact { Some(DepthAlone::new(gpu, &shade)?) } else { None },
+            shading: Shading::new(gpu, &shade, &fused_frag::SHADERS, lit)?,
             lists,
         })
     }
@@ -123,10 +121,9 @@ impl Fused {
         &self,
         cmd: &mut Cmd<'_>,
         resident: &Resident,
-        surface: &Surface,
-        (marks, list): (&Marks, &List),
-        view: &ViewConstants,
-        target: &Image,
+        seen: &Seen<'_>,
+        Room { marks, list }: &Room,
+        (color, depth): (&Image, &Image),
     ) -> Result<()> {
         if self.lists != Lists::Nothing {
             marks.begin(cmd);
@@ -134,8 +131,9 @@ impl Fused {
         if self.lists == Lists::MarksAndU3 {
             list.begin(cmd);
         }
-        let color = ColorTarget { image: target, clear: SKY };
-        let depth = DepthTarget { image: &self.depth, clear: true };
+        let size = color.info().size;
+        let color = ColorTarget { image: color, clear: seen.clear() };
+        let depth = DepthTarget { image: depth, clear: seen.onto != Onto::Drawn };
         let resources = [
             (fused_frag::H1, Resource::Buffer(&resident.h1)),
             (fused_frag::J1, Resource::Sampled(&resident.j1, &resident.sampler)),
@@ -143,30 +141,48 @@ impl Fused {
             (fused_frag::SEEN, marks.resource()),
             (fused_frag::U3, Resource::Buffer(&list.u3)),
         ];
-        cmd.render(target.info().size, &[color], Some(depth), |render| {
-            let push = bytemuck::bytes_of(view);
-            // Both draws stand in one rendering, whose order of primitives is barrier enough for depth.
+        cmd.render(size, &[color], Some(depth), |render| {
+            // Both draws are in one rendering, whose order of primitives is barrier enough for depth.
             if let Some(depth_alone) = &self.depth_alone {
-                let positions = surface.positions.as_ref().expect("made for drawing depth alone");
-                let runs = Culling::new(view, target.info().size).runs(&positions.clusters);
-                let slices: Vec<_> = runs
-                    .into_iter()
-                    .map(|run| Slice { push: *view, first_index: run.start, count: run.end - run.start })
-                    .collect();
-                let geometry = Geometry { vertices: Some(&positions.vertices), indices: &positions.indices };
-                render.draw_slices(depth_alone, &[], geometry, &slices)?;
+                depth_alone.draw(render, seen)?;
             }
-            render.draw_mesh(&self.shade, &resources, push, &surface.vertices, &surface.indices)
+            seen.draw(render, &resources, |shape| self.shading.of(shape))
         })
     }
+}
 
-    /// What the last frame's fragments that are seen left.
-    pub fn depth(&self) -> &Image {
-        &self.depth
+impl DepthAlone {
+    /// For the draw that then shades.
+    fn new(gpu: &Gpu, shade: &GraphicsInfo<'_>) -> Result<DepthAlone> {
+        let pipeline = |vertex| {
+            gpu.graphics_pipeline(&GraphicsInfo {
+                name: "depth alone",
+                vertex,
+                fragment: None,
+                specialization: &[],
+                depth: Some(Depth::Write),
+                ..*shade
+            })
+        };
+        Ok(DepthAlone { positions: pipeline(&depth_vert::SHADER)?, vertices: pipeline(&mesh_vert::SHADER)? })
     }
 
-    /// Bytes of the depth that it needs for itself.
-    pub fn bytes(&self) -> u64 {
-        self.depth.bytes()
+    fn draw(&self, render: &mut Render<'_, '_>, seen: &Seen<'_>) -> Result<()> {
+        for (shape, slices) in seen.shapes() {
+            let Some(alone) = &shape.depth_alone else {
+                let geometry = Geometry { vertices: Some(&shape.vertices), indices: &shape.indices };
+                render.draw_slices(&self.vertices, &[], geometry, slices)?;
+                continue;
+            };
+            let push = slices.first().expect("a mesh in the world is drawn once").push;
+            let runs = Culling::new(&push, seen.view.size).runs(&alone.clusters);
+            let runs: Vec<_> = runs
+                .into_iter()
+                .map(|run| Slice { push, first_index: run.start, count: run.end - run.start })
+                .collect();
+            let geometry = Geometry { vertices: Some(&alone.vertices), indices: &alone.indices };
+            render.draw_slices(&self.positions, &[], geometry, &runs)?;
+        }
+        Ok(())
     }
 }

@@ -9,172 +9,209 @@ use super::footprint::Footprint;
 use super::list::List;
 use super::marks::Marks;
 use super::{Compaction, Config, Listing};
+use crate::frame::{PerFrame, Slot};
 use crate::math::pyramid::Pyramid;
-use crate::vk::{Frame, Gpu, Image, Result};
+use crate::vk::{Cmd, Frame, Gpu, Image, Result};
 use std::cell::Cell;
 
-/// The passes between stage 1 and the host's list.
+/// The passes between stage 1 and the host's list, and the room that each frame in flight has for its own.
 pub enum Lister {
-    /// Stages 2 and 3, each where it is a pass: a fused draw marks, and may append, itself.
-    Device(Box<Stages>),
+    /// Stages 2 and 3.
+    Device(Box<DedupPass>, Stage3),
     /// All of `U1` goes to the host.
-    Host(HostList),
+    Host(HostList, PerFrame<HostCopy>),
     /// One pixel of each block does; the number of frames recorded so far says which.
-    Feedback(Feedback, HostList, Cell<u64>),
+    Feedback { gather: Feedback, list: HostList, frame: Cell<u64>, samples: PerFrame<Samples> },
 }
 
-/// Stages 2 and 3, and what their marks and lists are made for.
-pub struct Stages {
-    dedup: Option<DedupPass>,
+/// What comes after the marks, whoever sets them: stage 3 and its read-back.
+pub struct Stage3 {
     compact: CompactPass,
+    /// The draw that marks appends, too: no pass compacts.
+    appended: bool,
+    rooms: PerFrame<Room>,
     pyramid: Pyramid,
     config: Config,
 }
 
 /// What a frame in flight keeps of its list.
-pub enum Listed {
-    Device { marks: Marks, list: Box<List> },
-    Host(HostCopy),
-    Feedback(Samples),
+pub struct Room {
+    pub marks: Marks,
+    pub list: List,
+}
+
+/// A list that the device or the host made: triples in the keying's grid, and whether `U3` was too short at first.
+pub type Collected = (Vec<[u32; 3]>, bool);
+
+impl Stage3 {
+    /// # Errors
+    /// A limit or memory that the device lacks.
+    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config) -> Result<Stage3> {
+        let compact = CompactPass::new(gpu, pyramid, config)?;
+        let rooms = rooms(gpu, &compact, (pyramid, config))?;
+        let appended = config.compact == Compaction::FusedAppend;
+        Ok(Stage3 { compact, appended, rooms, pyramid: *pyramid, config: *config })
+    }
+
+    /// What the frame in `slot` marks.
+    pub fn room(&self, slot: Slot) -> &Room {
+        &self.rooms[slot]
+    }
+
+    /// Records the passes behind the marks.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn record(&self, frame: &mut Frame<'_>, slot: Slot) -> Result<()> {
+        if !self.appended {
+            frame.pass("compact", |cmd| self.compact(cmd, slot))?;
+        }
+        frame.pass("read-back", |cmd| {
+            self.rooms[slot].list.read_back(cmd);
+            Ok(())
+        })
+    }
+
+    /// From the marks of the frame in `slot` to its list.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn compact(&self, cmd: &mut Cmd<'_>, slot: Slot) -> Result<()> {
+        let Room { marks, list } = &self.rooms[slot];
+        self.compact.run(cmd, marks, list)
+    }
+
+    /// Labels of the passes, in order.
+    pub fn passes(&self) -> Vec<&'static str> {
+        if self.appended { vec!["read-back"] } else { vec!["compact", "read-back"] }
+    }
+
+    /// The list of the frame in `slot`, which has ended.
+    ///
+    /// # Errors
+    /// Out of memory, device lost.
+    pub fn collect(&mut self, gpu: &Gpu, slot: Slot) -> Result<Collected> {
+        let Room { marks, list } = &mut self.rooms[slot];
+        self.compact.collect(gpu, marks, list)
+    }
+
+    /// (name, bytes) of all frames in flight.
+    pub fn memory(&self) -> Vec<(&'static str, u64)> {
+        let sum = |bytes: fn(&Room) -> u64| self.rooms.iter().map(bytes).sum();
+        vec![
+            ("U2", sum(|room| room.marks.bytes())),
+            ("U3", sum(|room| room.list.bytes()[0])),
+            ("U3 on the host", sum(|room| room.list.bytes()[1])),
+        ]
+    }
+}
+
+fn rooms(gpu: &Gpu, compact: &CompactPass, (pyramid, config): (&Pyramid, &Config)) -> Result<PerFrame<Room>> {
+    PerFrame::new(|| {
+        let list = compact.list(gpu, u64::from(config.list_capacity))?;
+        Ok(Room { marks: Marks::new(gpu, pyramid, config)?, list })
+    })
 }
 
 impl Lister {
-    /// `stage1`: all but fused variants have one.
+    /// A list of what `stage1` draws.
     ///
     /// # Errors
     /// A limit or memory that the device lacks.
-    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage1: Option<&Footprint>) -> Result<Lister> {
-        let format = || stage1.expect("the host's lists are of U1").format;
-        let host = |pass| HostList::new(pass, pyramid, format(), config.keying);
+    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage1: &Footprint) -> Result<Lister> {
+        let (format, size) = (stage1.format, stage1.u1.info().size);
+        let list = |pass| HostList::new(pass, pyramid, format, config.keying);
+        let host = |pass| -> Result<Lister> {
+            Ok(Lister::Host(list(pass)?, PerFrame::new(|| HostCopy::new(gpu, size, format))?))
+        };
         Ok(match config.list {
-            Listing::Device => Lister::Device(Box::new(Stages {
-                dedup: stage1.map(|stage1| DedupPass::new(gpu, pyramid, config, stage1)).transpose()?,
-                compact: CompactPass::new(gpu, pyramid, config)?,
-                pyramid: *pyramid,
-                config: *config,
-            })),
-            Listing::HostHash => Lister::Host(host(HostPass::Hash)?),
-            Listing::HostBitmap => Lister::Host(host(HostPass::Bitmap)?),
+            Listing::Device => {
+                let dedup = DedupPass::new(gpu, pyramid, config, stage1)?;
+                Lister::Device(Box::new(dedup), Stage3::new(gpu, pyramid, config)?)
+            }
+            Listing::HostHash => host(HostPass::Hash)?,
+            Listing::HostBitmap => host(HostPass::Bitmap)?,
             Listing::Feedback => {
-                let feedback = Feedback::new(gpu, format(), config.feedback_log2)?;
-                Lister::Feedback(feedback, host(HostPass::Bitmap)?, Cell::new(0))
+                let gather = Feedback::new(gpu, format, config.feedback_log2)?;
+                let samples = PerFrame::new(|| gather.samples(gpu, size))?;
+                Lister::Feedback { gather, list: list(HostPass::Bitmap)?, frame: Cell::new(0), samples }
             }
         })
     }
 
-    /// Room for one frame in flight.
+    /// Makes new room, for the lists of a `stage1` of another size.
     ///
     /// # Errors
     /// Out of memory.
-    pub fn listed(&self, gpu: &Gpu, stage1: Option<&Footprint>) -> Result<Listed> {
-        Ok(match (self, stage1) {
-            (Lister::Device(stages), _) => Listed::Device {
-                marks: Marks::new(gpu, &stages.pyramid, &stages.config)?,
-                list: Box::new(stages.compact.list(gpu, u64::from(stages.config.list_capacity))?),
-            },
-            (Lister::Host(_), Some(Footprint { u1, format, .. })) => {
-                Listed::Host(HostCopy::new(gpu, u1.info().size, *format)?)
+    pub fn renew(&mut self, gpu: &Gpu, stage1: &Footprint) -> Result<()> {
+        let (format, size) = (stage1.format, stage1.u1.info().size);
+        match self {
+            Lister::Device(_, stage3) => {
+                stage3.rooms = rooms(gpu, &stage3.compact, (&stage3.pyramid, &stage3.config))?;
             }
-            (Lister::Feedback(feedback, ..), Some(Footprint { u1, .. })) => {
-                Listed::Feedback(feedback.samples(gpu, u1.info().size)?)
+            Lister::Host(_, copies) => *copies = PerFrame::new(|| HostCopy::new(gpu, size, format))?,
+            Lister::Feedback { gather, samples, .. } => {
+                *samples = PerFrame::new(|| gather.samples(gpu, size))?;
             }
-            (_, None) => panic!("the host's lists are of U1"),
-        })
+        }
+        Ok(())
     }
 
-    /// Records the passes; `u1` where there is one.
+    /// Records the passes over `u1`.
     ///
     /// # Errors
     /// Out of memory.
-    pub fn record(&self, frame: &mut Frame<'_>, u1: Option<&Image>, into: &Listed) -> Result<()> {
-        let [first, second, third] = self.labels();
-        let of_u1 = || u1.expect("stage 1 has drawn U1");
-        match (self, into) {
-            (Lister::Device(stages), Listed::Device { marks, list }) => {
-                if let Some(dedup) = &stages.dedup {
-                    frame.pass(first, |cmd| dedup.run(cmd, of_u1(), marks))?;
-                }
-                if !second.is_empty() {
-                    frame.pass(second, |cmd| stages.compact.run(cmd, marks, list))?;
-                }
-                frame.pass(third, |cmd| {
-                    list.read_back(cmd);
-                    Ok(())
-                })
+    pub fn record(&self, frame: &mut Frame<'_>, u1: &Image, slot: Slot) -> Result<()> {
+        match self {
+            Lister::Device(dedup, stage3) => {
+                frame.pass("dedup", |cmd| dedup.run(cmd, u1, &stage3.room(slot).marks))?;
+                stage3.record(frame, slot)
             }
-            (Lister::Host(_), Listed::Host(copy)) => frame.pass(first, |cmd| {
-                copy.run(cmd, of_u1());
+            Lister::Host(_, copies) => frame.pass("copy U1", |cmd| {
+                copies[slot].run(cmd, u1);
                 Ok(())
             }),
-            (Lister::Feedback(feedback, _, number), Listed::Feedback(samples)) => {
-                frame.pass(first, |cmd| {
-                    feedback.run(cmd, of_u1(), samples, number.replace(number.get() + 1))
-                })?;
-                frame.pass(second, |cmd| {
+            Lister::Feedback { gather, frame: number, samples, .. } => {
+                let samples = &samples[slot];
+                let number = number.replace(number.get() + 1);
+                frame.pass("feedback", |cmd| gather.run(cmd, u1, samples, number))?;
+                frame.pass("read-back", |cmd| {
                     samples.read_back(cmd);
                     Ok(())
                 })
             }
-            _ => panic!("the room was made for another variant"),
-        }
-    }
-
-    fn labels(&self) -> [&'static str; 3] {
-        match self {
-            Lister::Device(stages) => [
-                if stages.dedup.is_some() { "dedup" } else { "" },
-                // The draw has appended.
-                if stages.config.compact == Compaction::FusedAppend { "" } else { "compact" },
-                "read-back",
-            ],
-            Lister::Host(_) => ["copy U1", "", ""],
-            Lister::Feedback(..) => ["feedback", "read-back", ""],
         }
     }
 
     /// Labels of the passes, in order.
-    pub fn passes(&self) -> impl Iterator<Item = &'static str> {
-        self.labels().into_iter().filter(|label| !label.is_empty())
+    pub fn passes(&self) -> Vec<&'static str> {
+        match self {
+            Lister::Device(_, stage3) => [vec!["dedup"], stage3.passes()].concat(),
+            Lister::Host(..) => vec!["copy U1"],
+            Lister::Feedback { .. } => vec!["feedback", "read-back"],
+        }
     }
 
-    /// The triples of a frame that has ended, in the keying's grid; and whether `U3` was too short at first.
+    /// The list of the frame in `slot`, which has ended.
     ///
     /// # Errors
     /// Out of memory, device lost.
-    pub fn collect(&mut self, gpu: &Gpu, from: &mut Listed) -> Result<(Vec<[u32; 3]>, bool)> {
-        match (self, from) {
-            (Lister::Device(stages), Listed::Device { marks, list }) => {
-                stages.compact.collect(gpu, marks, list)
-            }
-            (Lister::Host(host), Listed::Host(copy)) => Ok((host.list(copy.words()), false)),
-            (Lister::Feedback(_, host, _), Listed::Feedback(samples)) => {
-                Ok((host.list(samples.words()), false))
-            }
-            _ => panic!("the room was made for another variant"),
-        }
-    }
-}
-
-impl Listed {
-    /// What stages 2 and 3 fill, or the draw that marks.
-    pub fn on_the_device(&self) -> Option<(&Marks, &List)> {
+    pub fn collect(&mut self, gpu: &Gpu, slot: Slot) -> Result<Collected> {
         match self {
-            Listed::Device { marks, list } => Some((marks, list)),
-            _ => None,
+            Lister::Device(_, stage3) => stage3.collect(gpu, slot),
+            Lister::Host(host, copies) => Ok((host.list(copies[slot].words()), false)),
+            Lister::Feedback { list, samples, .. } => Ok((list.list(samples[slot].words()), false)),
         }
     }
 
     /// (name, bytes) on the device, and where the host reads.
     pub fn memory(&self) -> Vec<(&'static str, u64)> {
         match self {
-            Listed::Device { marks, list } => {
-                let [device, host] = list.bytes();
-                vec![("U2", marks.bytes()), ("U3", device), ("U3 on the host", host)]
-            }
-            Listed::Host(copy) => vec![("U1 on the host", copy.bytes())],
-            Listed::Feedback(samples) => {
-                let [device, host] = samples.bytes();
-                vec![("feedback", device), ("feedback on the host", host)]
+            Lister::Device(_, stage3) => stage3.memory(),
+            Lister::Host(_, copies) => vec![("U1 on the host", copies.iter().map(HostCopy::bytes).sum())],
+            Lister::Feedback { samples, .. } => {
+                let sum = |which: usize| samples.iter().map(|samples| samples.bytes()[which]).sum();
+                vec![("feedback", sum(0)), ("feedback on the host", sum(1))]
             }
         }
     }

@@ -13,7 +13,8 @@
 //! - [`texturing`], section 4: the picture from what is resident; [`fused`]: stages 1, 2 and 4 in one draw;
 //!   [`prepass`]: what the draw of depth alone before it can leave out;
 //! - [`scout`]: the tiles that the camera will see (ours, an option);
-//! - [`session`]: frames, one after the other; [`figures`]: what is measured of all this;
+//! - [`method`]: a variant's passes together; [`technique`]: the paper's part of a frame;
+//!   [`figures`]: what is measured of all this;
 //! - [`reference`]: the same in integers and f64 on the CPU; [`ruler`]: the proof that each texel is the right one.
 //!
 //! Where we differ from the print (errata; papers/1 of the design names each):
@@ -22,9 +23,11 @@
 
 pub mod classic;
 pub mod compact;
+mod compare;
 pub mod config;
 pub mod dedup;
 pub mod display;
+mod dump;
 pub mod fade;
 pub mod feedback;
 pub mod figures;
@@ -33,21 +36,25 @@ pub mod fused;
 pub mod list;
 pub mod lister;
 pub mod marks;
-pub mod pipeline;
+pub mod method;
 pub mod prepass;
+mod record;
 pub mod reference;
 pub mod resident;
 pub mod ruler;
 pub mod scout;
-pub mod session;
 pub mod streaming;
-pub mod surface;
+pub mod technique;
 pub mod texturing;
 pub mod variants;
 
 pub use crate::scene::{Compaction, Dedup, Filtering, Listing};
+pub use compare::{Again, PlainComparison};
 pub use config::{Config, Interpolation, PAPER, Settings, U1Format, needs};
+pub use dump::{FootprintPicture, read_u1, read_words};
+pub use record::FrameRecord;
 pub use streaming::Keying;
+pub use technique::{VirtualTexture, VirtualTextureError};
 pub use variants::{Layout, Unfit, all_needs};
 
 use crate::math::pyramid::Pyramid;

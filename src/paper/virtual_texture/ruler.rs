@@ -2,10 +2,11 @@
 //! compared with the hash of the level and place that the pixel's own (s, t) asks for: own level, next coarser,
 //! borders, wrapping, poles, and `G1`.
 
-use super::{Config, footprint::Footprint, pyramid_constants, resident::Resident, surface::Surface, with};
+use super::{Config, footprint::Footprint, pyramid_constants, resident::Resident, with};
+use crate::frame::Seen;
 use crate::math::pyramid::Pyramid;
-use crate::vk::shader::View as ViewConstants;
-use crate::vk::shader::virtual_texture::{mesh_vert, ruler_frag};
+use crate::vk::shader::common::mesh_vert;
+use crate::vk::shader::virtual_texture::ruler_frag;
 use crate::vk::{
     Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
     ImageInfo, Resource, Result, View,
@@ -65,8 +66,7 @@ impl RulerCheck {
         cmd: &mut Cmd<'_>,
         stage1: &Footprint,
         resident: &Resident,
-        surface: &Surface,
-        view: &ViewConstants,
+        seen: &Seen<'_>,
     ) -> Result<()> {
         let color = ColorTarget { image: &self.verdict, clear: Clear::Uint([0; 4]) };
         let depth = DepthTarget { image: &stage1.depth, clear: false };
@@ -76,8 +76,7 @@ impl RulerCheck {
             (ruler_frag::J1, Resource::Texture(&resident.j1, View::Raw)),
         ];
         cmd.render(self.verdict.info().size, &[color], Some(depth), |render| {
-            let push = bytemuck::bytes_of(view);
-            render.draw_mesh(&self.pipeline, &resources, push, &surface.vertices, &surface.indices)
+            seen.draw(render, &resources, |_| &self.pipeline)
         })
     }
 }

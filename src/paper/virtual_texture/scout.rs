@@ -6,13 +6,12 @@
 //! nearer. The eye's way is the rigid motion of its last frame, repeated: a turn, a flight around the globe and a
 //! straight line go on exactly.
 
-use super::{
-    Compaction, Config, Dedup, compact::CompactPass, dedup::DedupPass, footprint::Footprint, list::List,
-    marks::Marks, surface, surface::Surface,
-};
+use super::lister::{Room, Stage3};
+use super::{Compaction, Config, Dedup, dedup::DedupPass, footprint::Footprint};
+use crate::frame::{PerFrame, Seen, Shape, Slot, View};
 use crate::math::camera::Pose;
 use crate::math::pyramid::Pyramid;
-use crate::vk::{FRAMES_IN_FLIGHT, Frame, Gpu, Result};
+use crate::vk::{Frame, Gpu, Result};
 
 /// A pixel of the small picture stands for 4 x 4.
 const PIXEL_LOG2: u32 = 2;
@@ -21,16 +20,9 @@ const PIXEL_LOG2: u32 = 2;
 pub struct Scout {
     stage1: Footprint,
     stage2: DedupPass,
-    stage3: CompactPass,
-    flights: Vec<Flight>,
-}
-
-/// What each frame in flight has for itself.
-struct Flight {
-    marks: Marks,
-    list: List,
+    stage3: Stage3,
     /// Whether the frame has a list.
-    ran: bool,
+    ran: PerFrame<bool>,
 }
 
 impl Scout {
@@ -43,57 +35,53 @@ impl Scout {
         let config = Config { dedup: Dedup::TestOr, compact: Compaction::Append, ..*config };
         let size = size.map(|side| side.div_ceil(1 << PIXEL_LOG2));
         let stage1 = Footprint::coarse(gpu, pyramid, &config, size, PIXEL_LOG2)?;
-        let stage2 = DedupPass::new(gpu, pyramid, &config, &stage1)?;
-        let stage3 = CompactPass::new(gpu, pyramid, &config)?;
-        let flights = (0..FRAMES_IN_FLIGHT)
-            .map(|_| {
-                let list = stage3.list(gpu, u64::from(config.list_capacity))?;
-                Ok(Flight { marks: stage2.marks(gpu)?, list, ran: false })
-            })
-            .collect::<Result<_>>()?;
-        Ok(Scout { stage1, stage2, stage3, flights })
+        Ok(Scout {
+            stage2: DedupPass::new(gpu, pyramid, &config, &stage1)?,
+            stage3: Stage3::new(gpu, pyramid, &config)?,
+            stage1,
+            ran: PerFrame::default(),
+        })
     }
 
-    /// Records the pass for place `flight`; nothing where there is no way to go on.
+    /// Records the passes of the frame in `slot`; none where there is no way to go on.
     ///
     /// # Errors
     /// Out of memory.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        flight: usize,
-        mesh: &Surface,
+        slot: Slot,
+        shapes: &[Shape],
         pose: Option<&Pose>,
     ) -> Result<()> {
-        let Scout { stage1, stage2, stage3, flights } = self;
-        let Flight { marks, list, ran } = &mut flights[flight];
-        *ran = pose.is_some();
+        let Scout { stage1, stage2, stage3, ran } = self;
+        ran[slot] = pose.is_some();
         let Some(pose) = pose else { return Ok(()) };
-        let view = surface::view(pose, stage1.u1.info().size, 0);
-        frame.pass("scout: footprint", |cmd| stage1.draw(cmd, mesh, &view))?;
+        let seen = Seen::new(shapes, View::new(pose, stage1.u1.info().size), 0);
+        let Room { marks, list } = stage3.room(slot);
+        frame.pass("scout: footprint", |cmd| stage1.draw(cmd, &seen))?;
         frame.pass("scout: dedup", |cmd| stage2.run(cmd, &stage1.u1, marks))?;
-        frame.pass("scout: compact", |cmd| stage3.run(cmd, marks, list))?;
+        frame.pass("scout: compact", |cmd| stage3.compact(cmd, slot))?;
         frame.pass("scout: read-back", |cmd| {
             list.read_back(cmd);
             Ok(())
         })
     }
 
-    /// The triples of the frame that used place `flight` last, which has ended; empty where it had none.
+    /// The triples of the frame in `slot`, which has ended; empty where it had none.
     ///
     /// # Errors
     /// Device lost.
-    pub fn collect(&mut self, gpu: &Gpu, flight: usize) -> Result<Vec<[u32; 3]>> {
-        let Flight { marks, list, ran } = &mut self.flights[flight];
-        if !std::mem::take(ran) {
+    pub fn collect(&mut self, gpu: &Gpu, slot: Slot) -> Result<Vec<[u32; 3]>> {
+        if !std::mem::take(&mut self.ran[slot]) {
             return Ok(Vec::new());
         }
-        Ok(self.stage3.collect(gpu, marks, list)?.0)
+        Ok(self.stage3.collect(gpu, slot)?.0)
     }
 
     /// Bytes on the device.
     pub fn bytes(&self) -> u64 {
-        let lists = self.flights.iter().map(|flight| flight.marks.bytes() + flight.list.bytes()[0]);
-        self.stage1.u1.bytes() + self.stage1.depth.bytes() + lists.sum::<u64>()
+        let lists = self.stage3.memory().into_iter().filter(|(name, _)| *name != "U3 on the host");
+        self.stage1.u1.bytes() + self.stage1.depth.bytes() + lists.map(|(_, bytes)| bytes).sum::<u64>()
     }
 }

@@ -5,19 +5,18 @@
 
 use super::{
     Config, Interpolation, footprint::Footprint, pyramid_constants, resident::Resident,
-    resident::fill_levels, surface::Surface, with,
+    resident::fill_levels, with,
 };
+use crate::frame::{Seen, Shape};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::texture::source::{TileError, TileFormat, TileSource};
-use crate::vk::shader::View as ViewConstants;
-use crate::vk::shader::virtual_texture::{mesh_vert, plain_frag, texturing_frag};
+use crate::vk::shader::Shader;
+use crate::vk::shader::common::{lit_mesh_vert, mesh_vert};
+use crate::vk::shader::virtual_texture::{plain_frag, texturing_frag};
 use crate::vk::{
-    Clear, Cmd, ColorTarget, Depth, DepthTarget, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    Cmd, ColorTarget, Depth, DepthTarget, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
     ImageInfo, Resource, Result, Sampler, SamplerInfo, View,
 };
-
-/// Linear light of what is no landscape.
-pub(super) const SKY: Clear = Clear::Float([0.0, 0.0, 0.0, 1.0]);
 
 /// What `filter.glsl` is specialized with.
 pub(super) fn constants(config: &Config, resident: &Resident) -> Vec<(&'static str, u32)> {
@@ -31,11 +30,46 @@ pub(super) fn constants(config: &Config, resident: &Resident) -> Vec<(&'static s
     resident.constants().into_iter().chain(filter).collect()
 }
 
+/// The pipelines of a pass that shades: for shapes without light, and for those that the sun lights.
+pub(super) struct Shading {
+    unlit: GraphicsPipeline,
+    lit: Option<GraphicsPipeline>,
+}
+
+impl Shading {
+    /// `info` is that of the unlit one; `fragment` are its fragment shader's two variants.
+    ///
+    /// # Errors
+    /// The driver's compiler fails.
+    pub fn new(
+        gpu: &Gpu,
+        info: &GraphicsInfo<'_>,
+        fragment: &'static [Shader; 2],
+        lit: bool,
+    ) -> Result<Shading> {
+        let lit = lit.then(|| {
+            let lit = GraphicsInfo { vertex: &lit_mesh_vert::SHADER, fragment: Some(&fragment[1]), ..*info };
+            gpu.graphics_pipeline(&lit)
+        });
+        Ok(Shading { unlit: gpu.graphics_pipeline(info)?, lit: lit.transpose()? })
+    }
+
+    /// The one that suits a shape.
+    pub fn of(&self, shape: &Shape) -> &GraphicsPipeline {
+        match &shape.normals {
+            Some(_) => self.lit.as_ref().expect("made for lit shapes"),
+            None => &self.unlit,
+        }
+    }
+}
+
 pub struct Texturing {
-    pipeline: GraphicsPipeline,
+    shading: Shading,
 }
 
 impl Texturing {
+    /// `lit`: some shapes are lit.
+    ///
     /// # Errors
     /// Out of memory.
     pub fn new(
@@ -44,21 +78,21 @@ impl Texturing {
         config: &Config,
         stage1: &Footprint,
         resident: &Resident,
-        target: Format,
+        (target, lit): (Format, bool),
     ) -> Result<Texturing> {
         let constants = constants(config, resident);
-        let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
-            name: texturing_frag::SHADER.name,
+        let info = GraphicsInfo {
+            name: texturing_frag::SHADERS[0].name,
             vertex: &mesh_vert::SHADER,
             geometry: None,
-            fragment: Some(&texturing_frag::SHADER),
+            fragment: Some(&texturing_frag::SHADERS[0]),
             specialization: &with(pyramid_constants(pyramid, stage1.format), &constants),
             points: false,
             depth: Some(Depth::Equal),
             colors: &[target],
             logic_or: false,
-        })?;
-        Ok(Texturing { pipeline })
+        };
+        Ok(Texturing { shading: Shading::new(gpu, &info, &texturing_frag::SHADERS, lit)? })
     }
 
     /// Draws the picture; `stage1` must have drawn the same view.
@@ -70,11 +104,10 @@ impl Texturing {
         cmd: &mut Cmd<'_>,
         stage1: &Footprint,
         resident: &Resident,
-        surface: &Surface,
-        view: &ViewConstants,
+        seen: &Seen<'_>,
         target: &Image,
     ) -> Result<()> {
-        let color = ColorTarget { image: target, clear: SKY };
+        let color = ColorTarget { image: target, clear: seen.clear() };
         let depth = DepthTarget { image: &stage1.depth, clear: false };
         let resources = [
             (texturing_frag::U1, Resource::Texture(&stage1.u1, View::Whole)),
@@ -82,8 +115,7 @@ impl Texturing {
             (texturing_frag::J1, Resource::Sampled(&resident.j1, &resident.sampler)),
         ];
         cmd.render(target.info().size, &[color], Some(depth), |render| {
-            let push = bytemuck::bytes_of(view);
-            render.draw_mesh(&self.pipeline, &resources, push, &surface.vertices, &surface.indices)
+            seen.draw(render, &resources, |shape| self.shading.of(shape))
         })
     }
 }
@@ -145,19 +177,12 @@ impl Plain {
 
     /// # Errors
     /// Out of memory.
-    pub fn draw(
-        &self,
-        cmd: &mut Cmd<'_>,
-        surface: &Surface,
-        view: &ViewConstants,
-        target: &Image,
-    ) -> Result<()> {
-        let color = ColorTarget { image: target, clear: SKY };
+    pub fn draw(&self, cmd: &mut Cmd<'_>, seen: &Seen<'_>, target: &Image) -> Result<()> {
+        let color = ColorTarget { image: target, clear: seen.clear() };
         let depth = DepthTarget { image: &self.depth, clear: true };
         let resources = [(plain_frag::PLAIN, Resource::Sampled(&self.texture, &self.sampler))];
         cmd.render(target.info().size, &[color], Some(depth), |render| {
-            let push = bytemuck::bytes_of(view);
-            render.draw_mesh(&self.pipeline, &resources, push, &surface.vertices, &surface.indices)
+            seen.draw(render, &resources, |_| &self.pipeline)
         })
     }
 }

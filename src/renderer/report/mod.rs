@@ -2,25 +2,57 @@
 
 mod surfaces;
 
-pub use surfaces::SurfacesReport;
+pub use surfaces::{InstanceBytes, SurfaceReport, SurfacesFrame};
 
-use crate::paper::virtual_texture::Interpolation;
-use crate::paper::virtual_texture::session::{FrameRecord, PlainComparison, Session};
-use crate::paper::virtual_texture::streaming::Keying;
+use super::{Record, Renderer};
+use crate::paper::virtual_texture::streaming::{Keying, Order};
+use crate::paper::virtual_texture::{
+    Filtering, FrameRecord, Interpolation, PlainComparison, Settings, VirtualTexture,
+};
 use crate::stats::Summary;
 use crate::vk::{FRAMES_IN_FLIGHT, PassTime};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// The whole file. Sizes in texels, times in nanoseconds, memory in bytes; levels as in the paper.
+/// The whole file. Times in nanoseconds, memory in bytes.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
+    /// [`FORMAT`]
+    pub format: &'static str,
+    /// [`VERSION`]
+    pub version: u32,
     pub device: String,
     pub device_kind: &'static str,
     pub driver: String,
     pub vulkan: String,
     pub scene: String,
     pub camera: String,
+    pub picture_width: u32,
+    pub picture_height: u32,
+    /// A frame's list is used so many frames later.
+    pub latency_frames: usize,
+    /// Whether the last frame shows everything that its pose needs (unreadable tiles apart).
+    pub settled: bool,
+    #[serde(flatten)]
+    pub texture: Option<TextureReport>,
+    /// Progressive meshes by the name of their surface.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub surfaces: BTreeMap<String, SurfaceReport>,
+    /// By surface, in video memory where the name does not say otherwise.
+    pub memory_bytes: BTreeMap<String, u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plain: Option<PlainReport>,
+    pub frames: Vec<FrameReport>,
+    pub manifest: Manifest,
+}
+
+/// What this file is, and which keys it has.
+pub const FORMAT: &str = "ortelius-render-report";
+pub const VERSION: u32 = 2;
+
+/// The virtual texture. Sizes in texels; levels as in the paper.
+#[derive(Clone, Debug, Serialize)]
+pub struct TextureReport {
     pub texture: String,
     pub texture_width: u32,
     pub texture_height: u32,
@@ -32,23 +64,12 @@ pub struct Report {
     pub resident_levels: u32,
     /// NA
     pub max_anisotropy: u32,
-    pub picture_width: u32,
-    pub picture_height: u32,
     pub variant: VariantReport,
     pub cache: CacheReport,
-    /// A frame's list is used so many frames later.
-    pub latency_frames: usize,
-    /// Whether the last frame shows every tile that its pose needs (unreadable ones apart).
-    pub settled: bool,
-    /// Tiles that could not be read in the whole run; each was reported once.
+    /// Tiles that could not be read in the frames of this report; each was reported once.
     pub unreadable_tiles: usize,
     /// Frames in which `U3` was too short and stage 3 ran twice.
     pub list_overflows: usize,
-    pub memory_bytes: BTreeMap<&'static str, u64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub plain: Option<PlainReport>,
-    pub frames: Vec<FrameReport>,
-    pub manifest: Manifest,
 }
 
 /// Which variant ran.
@@ -65,6 +86,13 @@ pub struct VariantReport {
     pub compact: &'static str,
     pub compact_block_log2: u32,
     pub interpolation: &'static str,
+    pub filter: Filtering,
+    /// Of the stochastic filter.
+    pub samples: u32,
+    /// Levels that the user adds to every tile's.
+    pub level_bias: u32,
+    pub fade_in_frames: u32,
+    pub list_capacity: u32,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -79,6 +107,9 @@ pub struct CacheReport {
     pub load_tiles_per_frame: u32,
     /// Budgets counted tiles instead of time.
     pub deterministic: bool,
+    pub order: &'static str,
+    pub prefetch_frames: u32,
+    pub retry_after_ms: f64,
 }
 
 /// `--compare-plain`: medians over interleaved runs in this process.
@@ -98,6 +129,15 @@ pub struct PlainReport {
 pub struct FrameReport {
     pub frame: u64,
     pub passes: Vec<PassReport>,
+    #[serde(flatten)]
+    pub texture: Option<TextureFrame>,
+    #[serde(flatten)]
+    pub surfaces: Option<SurfacesFrame>,
+}
+
+/// What a frame's virtual texture did.
+#[derive(Clone, Debug, Serialize)]
+pub struct TextureFrame {
     /// The host's time from the frame's end to its list of tiles.
     pub host_list_ns: u64,
     /// The frame's own list, and its distinct tiles (subsampled: those that the cycle's frames saw together).
@@ -172,15 +212,22 @@ impl From<PlainComparison> for PlainReport {
     }
 }
 
-impl From<&FrameRecord> for FrameReport {
-    fn from(record: &FrameRecord) -> Self {
-        let FrameRecord { streaming, passes, .. } = record;
+impl From<&Record> for FrameReport {
+    fn from(record: &Record) -> Self {
+        let pass = |PassTime { label, ns }: &PassTime| PassReport { label: label.clone(), ns: *ns };
         FrameReport {
-            frame: record.index,
-            passes: passes
-                .iter()
-                .map(|PassTime { label, ns }| PassReport { label: label.clone(), ns: *ns })
-                .collect(),
+            frame: record.frame,
+            passes: record.passes.iter().map(pass).collect(),
+            texture: record.texture.as_ref().map(TextureFrame::from),
+            surfaces: record.meshes.as_ref().map(SurfacesFrame::from),
+        }
+    }
+}
+
+impl From<&FrameRecord> for TextureFrame {
+    fn from(record: &FrameRecord) -> Self {
+        let streaming = &record.streaming;
+        TextureFrame {
             host_list_ns: record.host_list.as_nanos() as u64,
             triples: record.triples,
             tiles: record.visible.len(),
@@ -202,66 +249,108 @@ impl From<&FrameRecord> for FrameReport {
     }
 }
 
-impl Session {
-    /// The report of all frames so far. `scene` and `camera` are the names that the user gave.
-    pub fn report(&self, scene: &str, camera: &str, plain: Option<PlainComparison>) -> Report {
-        let physical = self.gpu.physical();
-        let pyramid = self.source.pyramid();
-        let (config, streaming) = (&self.settings.config, &self.settings.streaming);
+impl From<&VirtualTexture> for VariantReport {
+    fn from(technique: &VirtualTexture) -> Self {
+        let (config, streaming) = (&technique.settings.config, &technique.settings.streaming);
+        VariantReport {
+            u1: technique.stage1().map_or("none", |stage1| stage1.format.name()),
+            list: config.list.name(),
+            feedback_log2: config.feedback_log2,
+            dedup: config.dedup.name(),
+            block_log2: config.block_log2,
+            memo: config.memo,
+            keying: match config.keying {
+                Keying::Paper => "paper",
+                Keying::Native => "native",
+            },
+            compact: config.compact.name(),
+            compact_block_log2: config.compact_block_log2,
+            interpolation: match config.interpolation {
+                Interpolation::Corrected => "corrected",
+                Interpolation::Literal => "literal",
+            },
+            filter: config.filter,
+            samples: config.samples,
+            level_bias: streaming.level_bias,
+            fade_in_frames: config.fade_in_frames,
+            list_capacity: config.list_capacity,
+        }
+    }
+}
+
+impl From<&Settings> for CacheReport {
+    fn from(settings: &Settings) -> Self {
+        let streaming = &settings.streaming;
+        CacheReport {
+            gpu_tiles: streaming.gpu_tiles,
+            host_tiles: streaming.host_tiles,
+            upload_budget_ms: streaming.upload_budget.as_secs_f64() * 1e3,
+            load_budget_ms: streaming.load_budget.as_secs_f64() * 1e3,
+            upload_tiles_per_frame: streaming.upload_tiles_per_frame,
+            load_tiles_per_frame: streaming.load_tiles_per_frame,
+            deterministic: streaming.deterministic,
+            order: match streaming.order {
+                Order::Finest => "finest",
+                Order::Coarsest => "coarsest",
+            },
+            prefetch_frames: settings.prefetch_frames,
+            retry_after_ms: streaming.retry_after.as_secs_f64() * 1e3,
+        }
+    }
+}
+
+impl TextureReport {
+    /// Of the frames that are kept.
+    fn of(technique: &VirtualTexture, records: &[Record]) -> TextureReport {
+        let pyramid = technique.source.pyramid();
         let [texture_width, texture_height] = pyramid.level_size(0);
-        let (major, minor, patch) = physical.api;
-        let frames: Vec<FrameReport> = self.records.iter().map(FrameReport::from).collect();
-        Report {
-            device: physical.name.clone(),
-            device_kind: physical.kind,
-            driver: physical.driver.clone(),
-            vulkan: format!("{major}.{minor}.{patch}"),
-            scene: scene.to_string(),
-            camera: camera.to_string(),
-            texture: self.source.describe(),
+        let frames = || records.iter().filter_map(|record| record.texture.as_ref());
+        TextureReport {
+            texture: technique.source.describe(),
             texture_width,
             texture_height,
             tile_size: pyramid.tile_size(),
             border: pyramid.border_texels(),
             levels: pyramid.coarsest_level(),
             resident_levels: pyramid.resident_levels(),
-            max_anisotropy: config.max_anisotropy,
-            picture_width: self.settings.size[0],
-            picture_height: self.settings.size[1],
-            variant: VariantReport {
-                u1: self.pipeline.stage1().map_or("none", |stage1| stage1.format.name()),
-                list: config.list.name(),
-                feedback_log2: config.feedback_log2,
-                dedup: config.dedup.name(),
-                block_log2: config.block_log2,
-                memo: config.memo,
-                keying: match config.keying {
-                    Keying::Paper => "paper",
-                    Keying::Native => "native",
-                },
-                compact: config.compact.name(),
-                compact_block_log2: config.compact_block_log2,
-                interpolation: match config.interpolation {
-                    Interpolation::Corrected => "corrected",
-                    Interpolation::Literal => "literal",
-                },
-            },
-            cache: CacheReport {
-                gpu_tiles: streaming.gpu_tiles,
-                host_tiles: streaming.host_tiles,
-                upload_budget_ms: streaming.upload_budget.as_secs_f64() * 1e3,
-                load_budget_ms: streaming.load_budget.as_secs_f64() * 1e3,
-                upload_tiles_per_frame: streaming.upload_tiles_per_frame,
-                load_tiles_per_frame: streaming.load_tiles_per_frame,
-                deterministic: streaming.deterministic,
-            },
+            max_anisotropy: technique.settings.config.max_anisotropy,
+            variant: VariantReport::from(technique),
+            cache: CacheReport::from(&technique.settings),
+            unreadable_tiles: frames().map(|frame| frame.streaming.failures.len()).sum(),
+            list_overflows: frames().filter(|frame| frame.overflowed).count(),
+        }
+    }
+}
+
+impl Report {
+    /// Of all frames so far. `scene` and `camera` are the names that the user gave.
+    pub fn of(renderer: &Renderer, scene: &str, camera: &str, plain: Option<PlainComparison>) -> Report {
+        let physical = renderer.gpu.physical();
+        let (major, minor, patch) = physical.api;
+        let surfaces = renderer.technique.meshes.iter().flat_map(|meshes| &meshes.surfaces);
+        let [picture_width, picture_height] = renderer.size();
+        Report {
+            format: FORMAT,
+            version: VERSION,
+            device: physical.name.clone(),
+            device_kind: physical.kind,
+            driver: physical.driver.clone(),
+            vulkan: format!("{major}.{minor}.{patch}"),
+            scene: scene.to_string(),
+            camera: camera.to_string(),
+            picture_width,
+            picture_height,
             latency_frames: FRAMES_IN_FLIGHT,
-            settled: self.settled(),
-            unreadable_tiles: frames.iter().map(|frame| frame.failures.len()).sum(),
-            list_overflows: self.records.iter().filter(|record| record.overflowed).count(),
-            memory_bytes: self.memory().into_iter().collect(),
+            settled: renderer.settled(),
+            texture: renderer
+                .technique
+                .texture
+                .as_ref()
+                .map(|technique| TextureReport::of(technique, &renderer.records)),
+            surfaces: surfaces.map(|surface| (surface.name.clone(), SurfaceReport::from(surface))).collect(),
+            memory_bytes: renderer.memory().into_iter().collect(),
             plain: plain.map(PlainReport::from),
-            frames,
+            frames: renderer.records.iter().map(FrameReport::from).collect(),
             manifest: Manifest::of_this_process(),
         }
     }

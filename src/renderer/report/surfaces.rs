@@ -1,30 +1,9 @@
-//! The report of frames of progressive meshes.
+//! The report's part about progressive meshes.
 
-use super::{Manifest, PassReport};
 use crate::paper::progressive_mesh::file::Extent;
-use crate::paper::progressive_mesh::session::{FrameRecord, Session, Surface, SurfaceMemory};
+use crate::paper::progressive_mesh::{FrameRecord, Surface, SurfaceMemory};
 use crate::scene::ProgressiveSurface;
-use crate::vk::PassTime;
 use serde::Serialize;
-use std::collections::BTreeMap;
-
-/// The whole file. Times in nanoseconds, memory in bytes.
-#[derive(Clone, Debug, Serialize)]
-pub struct SurfacesReport {
-    pub device: String,
-    pub device_kind: &'static str,
-    pub driver: String,
-    pub vulkan: String,
-    pub scene: String,
-    pub camera: String,
-    pub picture_width: u32,
-    pub picture_height: u32,
-    pub surfaces: BTreeMap<String, SurfaceReport>,
-    /// In video memory.
-    pub memory_bytes: BTreeMap<String, u64>,
-    pub frames: Vec<SurfacesFrame>,
-    pub manifest: Manifest,
-}
 
 /// One surface.
 #[derive(Clone, Debug, Serialize)]
@@ -62,8 +41,6 @@ pub struct InstanceBytes {
 /// One frame, all surfaces together.
 #[derive(Clone, Debug, Serialize)]
 pub struct SurfacesFrame {
-    pub frame: u64,
-    pub passes: Vec<PassReport>,
     /// The host's time for levels and their copies.
     pub host_ns: u64,
     pub instances_seen: usize,
@@ -81,12 +58,6 @@ impl From<&FrameRecord> for SurfacesFrame {
     fn from(record: &FrameRecord) -> Self {
         let change = &record.change;
         SurfacesFrame {
-            frame: record.index,
-            passes: record
-                .passes
-                .iter()
-                .map(|PassTime { label, ns }| PassReport { label: label.clone(), ns: *ns })
-                .collect(),
             host_ns: record.host.as_nanos() as u64,
             instances_seen: change.instances_seen,
             faces: change.faces,
@@ -124,29 +95,6 @@ impl From<SurfaceMemory> for InstanceBytes {
             host_indices_of_an_instance: of_one(memory.host_indices as u64),
             device_indices_of_an_instance: of_one(memory.device_indices),
             live_faces_of_an_instance: of_one(memory.live_faces),
-        }
-    }
-}
-
-impl SurfacesReport {
-    /// Of all frames so far. `scene` and `camera` are the names that the user gave.
-    pub fn of(session: &Session, scene: &str, camera: &str) -> SurfacesReport {
-        let physical = session.gpu.physical();
-        let (major, minor, patch) = physical.api;
-        let surface = |surface: &Surface| (surface.name.clone(), SurfaceReport::from(surface));
-        SurfacesReport {
-            device: physical.name.clone(),
-            device_kind: physical.kind,
-            driver: physical.driver.clone(),
-            vulkan: format!("{major}.{minor}.{patch}"),
-            scene: scene.to_owned(),
-            camera: camera.to_owned(),
-            picture_width: session.settings.size[0],
-            picture_height: session.settings.size[1],
-            surfaces: session.surfaces.iter().map(surface).collect(),
-            memory_bytes: session.memory().into_iter().collect(),
-            frames: session.records.iter().map(SurfacesFrame::from).collect(),
-            manifest: Manifest::of_this_process(),
         }
     }
 }

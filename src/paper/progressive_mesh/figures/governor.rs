@@ -4,8 +4,9 @@ use super::{scene, short};
 use crate::figure::{
     Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict,
 };
+use crate::frame::Run;
 use crate::paper::progressive_mesh::governor::{Budget, Rule};
-use crate::paper::progressive_mesh::session::{FrameRecord, Model, Session, Settings, load};
+use crate::paper::progressive_mesh::{FrameRecord, Model, ProgressiveMeshes, Settings, load};
 use crate::picture::Target;
 use crate::scene::Scene;
 use crate::scene::path::Path;
@@ -129,14 +130,14 @@ impl Walk<'_> {
             let own = Settings::of_scene(&self.scene, Target::Srgb8);
             let (budget, rule) = held.unzip();
             let settings = Settings { size: self.size, budget, rule: rule.unwrap_or_default(), ..own };
-            Session::new(self.gpu.clone(), &self.models, settings)
+            ProgressiveMeshes::run(self.gpu.clone(), &self.models, settings)
         };
         let mut sessions = budgets.iter().map(session).collect::<Result<Vec<_>, _>>()?;
         // What shaders and memory cost at their first use is not a frame's.
         for session in &mut sessions {
             session.frame(&path.pose(0))?;
             session.drain()?;
-            session.records.clear();
+            session.records.take();
         }
         for (turn, frame) in (0..path.frames).step_by(self.step).enumerate() {
             let count = sessions.len();
@@ -144,9 +145,9 @@ impl Walk<'_> {
                 sessions[(turn + n) % count].frame(&path.pose(frame))?;
             }
         }
-        let records = |mut session: Session| {
+        let records = |mut session: Run<ProgressiveMeshes>| {
             session.drain()?;
-            Ok(std::mem::take(&mut session.records))
+            Ok(session.records.take())
         };
         sessions.into_iter().map(records).collect()
     }

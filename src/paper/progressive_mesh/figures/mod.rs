@@ -18,7 +18,8 @@ mod size;
 mod surfaces;
 
 use crate::figure::{Bench, Effort, Figure};
-use crate::paper::progressive_mesh::session::{Session, Settings, load, needs};
+use crate::frame::Run;
+use crate::paper::progressive_mesh::{ProgressiveMeshes, Settings, load, needs};
 use crate::picture::Target;
 use crate::scene::Scene;
 use anyhow::Context;
@@ -46,7 +47,11 @@ fn scene<'a>(name: &'a str, changes: &[String]) -> anyhow::Result<(Scene, &'a st
 }
 
 /// A session of a scene on the run's device; `change` has the last word on the settings.
-fn session(bench: &Bench, scene: &Scene, change: impl FnOnce(&mut Settings)) -> anyhow::Result<Session> {
+fn session(
+    bench: &Bench,
+    scene: &Scene,
+    change: impl FnOnce(&mut Settings),
+) -> anyhow::Result<Run<ProgressiveMeshes>> {
     let mut settings = Settings::of_scene(scene, Target::Srgb8);
     settings.size = match bench.effort {
         Effort::Quick => [320, 180],
@@ -54,7 +59,7 @@ fn session(bench: &Bench, scene: &Scene, change: impl FnOnce(&mut Settings)) -> 
     };
     change(&mut settings);
     let gpu = bench.gpu(&needs(&settings))?;
-    Ok(Session::new(gpu, &load(scene)?, settings)?)
+    Ok(ProgressiveMeshes::run(gpu, &load(scene)?, settings)?)
 }
 
 /// Three digits: 0.0123, 1.23, 12.3, 123, 1234.

@@ -2,8 +2,9 @@
 
 use super::{scene, session, short};
 use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict};
+use crate::frame::Run;
 use crate::math::camera::Pose;
-use crate::paper::progressive_mesh::session::{Session, Settings};
+use crate::paper::progressive_mesh::{ProgressiveMeshes, Settings};
 use crate::picture::Target;
 use crate::picture::srgb::from_linear_f64;
 use crate::stats::Summary;
@@ -101,10 +102,10 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 const SAMPLES: u32 = 4;
 
 /// sRGB bytes, one a pixel, for all is grey, of the surface at a wanted error in pixels.
-fn at(session: &mut Session, pose: &Pose, pixels: f64) -> anyhow::Result<Vec<u8>> {
-    session.surfaces[0].settings.error_pixels = pixels * f64::from(SAMPLES);
+fn at(session: &mut Run<ProgressiveMeshes>, pose: &Pose, pixels: f64) -> anyhow::Result<Vec<u8>> {
+    session.technique.surfaces[0].settings.error_pixels = pixels * f64::from(SAMPLES);
     session.frame(pose)?;
-    let [width, height] = session.settings.size.map(|side| (side / SAMPLES) as usize);
+    let [width, height] = session.technique.settings.size.map(|side| (side / SAMPLES) as usize);
     let bytes = session.picture_bytes()?;
     Ok(averaged(bytemuck::cast_slice(&bytes), [width, height], SAMPLES as usize))
 }
@@ -120,7 +121,12 @@ fn averaged(samples: &[[f32; 4]], [width, height]: [usize; 2], side: usize) -> V
     (0..width * height).map(pixel).collect()
 }
 
-fn approach(session: &mut Session, pose: &Pose, errors: &[f64], variant: &str) -> anyhow::Result<Vec<Row>> {
+fn approach(
+    session: &mut Run<ProgressiveMeshes>,
+    pose: &Pose,
+    errors: &[f64],
+    variant: &str,
+) -> anyhow::Result<Vec<Row>> {
     let full = at(session, pose, 0.0)?;
     let pictures: Vec<Vec<u8>> =
         errors.iter().map(|&pixels| at(session, pose, pixels)).collect::<anyhow::Result<_>>()?;

@@ -1,9 +1,11 @@
 //! What this paper's figures share: a scene by its name, a session on the run's device, passes timed alone.
 
 use crate::figure::{Bench, Contender};
+use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::model::mesh;
-use crate::paper::virtual_texture::session::{Session, Settings, Target, needs};
+use crate::paper::virtual_texture::{Settings, VirtualTexture, needs};
+use crate::picture::Target;
 use crate::scene::{Scene, path::Path};
 use crate::vk::{Frame, Gpu};
 use anyhow::Context;
@@ -18,7 +20,7 @@ pub struct Place {
 
 /// A session that looks at a place.
 pub struct Opened {
-    pub session: Session,
+    pub session: Run<VirtualTexture>,
     pub scene: Scene,
     pub pose: Pose,
     pub path: Option<Path>,
@@ -56,7 +58,7 @@ impl Place {
         let source = scene.open_texture()?;
         let gpu = bench.gpu(&needs(&settings.config, source.format()))?;
         let mesh = mesh::gpu_mesh(&scene.source_mesh()?)?;
-        Ok(Opened { session: Session::new(gpu, source, &mesh, settings)?, scene, pose, path })
+        Ok(Opened { session: VirtualTexture::run(gpu, source, &mesh, settings)?, scene, pose, path })
     }
 }
 
@@ -73,7 +75,7 @@ impl Opened {
     /// Frames until every visible tile is resident; returns how many.
     ///
     /// # Errors
-    /// As [`Session::settle`].
+    /// As [`Run<VirtualTexture>::settle`].
     pub fn settle(&mut self) -> anyhow::Result<u64> {
         let frames = self.session.settle(&self.pose)?;
         self.session.drain()?;

@@ -9,7 +9,7 @@ use crate::paper::virtual_texture::compact::CompactPass;
 use crate::paper::virtual_texture::dedup::DedupPass;
 use crate::paper::virtual_texture::list::List;
 use crate::paper::virtual_texture::marks::Marks;
-use crate::paper::virtual_texture::session::read_u1;
+use crate::paper::virtual_texture::read_u1;
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, PAPER, reference};
 use crate::stats::Summary;
 use anyhow::Context;

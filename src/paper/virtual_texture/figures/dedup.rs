@@ -5,7 +5,7 @@ use super::judge::{Bound, Ratio, judge, on_a_gpu, ratios, why_none};
 use super::stages::{NOISE, SCENES, Stage1};
 use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict};
 use crate::paper::virtual_texture::dedup::DedupPass;
-use crate::paper::virtual_texture::session::read_u1;
+use crate::paper::virtual_texture::read_u1;
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, PAPER, reference};
 use crate::vk::Error;
 

@@ -6,8 +6,10 @@ use super::side_by_side::{Combination, PAPER_NATIVE, PLAIN, SideBySide, THE_PAPE
 use crate::figure::{
     Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict,
 };
+use crate::frame::Run;
 use crate::math::camera::Pose;
-use crate::paper::virtual_texture::session::{Session, Settings, Target};
+use crate::paper::virtual_texture::{Settings, VirtualTexture};
+use crate::picture::Target;
 use crate::picture::write::Srgb8Picture;
 use crate::scene::path::Path;
 use crate::stats::Summary;
@@ -151,7 +153,11 @@ struct Walk {
 }
 
 impl Walk {
-    fn run(session: &mut Session, frames: u32, pose: impl Fn(u32) -> Pose) -> anyhow::Result<Walk> {
+    fn run(
+        session: &mut Run<VirtualTexture>,
+        frames: u32,
+        pose: impl Fn(u32) -> Pose,
+    ) -> anyhow::Result<Walk> {
         session.drain()?;
         let before = session.records.len();
         let mut ms = Vec::new();

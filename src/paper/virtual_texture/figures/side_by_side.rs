@@ -3,16 +3,19 @@
 use super::common::{Place, passes};
 use super::cost::{self, FRAME};
 use crate::figure::{Bench, Contender, Row, Value};
+use crate::frame::Run;
+use crate::frame::{Seen, Shape, Slot, View};
 use crate::math::camera::Pose;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::model::mesh::{self, Mesh};
 use crate::paper::virtual_texture::fused::Fused;
-use crate::paper::virtual_texture::lister::Lister;
-use crate::paper::virtual_texture::pipeline::{Finished, Pipeline};
-use crate::paper::virtual_texture::session::{Session, Settings, Target, needs};
-use crate::paper::virtual_texture::surface::{self, Surface};
+use crate::paper::virtual_texture::lister::Stage3;
 use crate::paper::virtual_texture::texturing::Plain;
-use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, Listing, PAPER, U1Format, all_needs};
+use crate::paper::virtual_texture::{
+    Again, Compaction, Config, Dedup, Keying, Listing, PAPER, U1Format, all_needs,
+};
+use crate::paper::virtual_texture::{Settings, VirtualTexture, needs};
+use crate::picture::Target;
 use crate::texture::source::{TileError, TileFormat, TileSource};
 use crate::vk::{Gpu, Need, PassTime};
 use std::cell::RefCell;
@@ -96,7 +99,7 @@ pub struct SideBySide {
     mesh: Mesh,
     /// [`PLAIN`], [`UNLISTED`]: frames without a list that are timed too.
     floors: &'static [&'static str],
-    pub sessions: Vec<(String, Session)>,
+    pub sessions: Vec<(String, Run<VirtualTexture>)>,
     /// The others, and why not.
     pub missing: Vec<(String, String)>,
 }
@@ -137,7 +140,7 @@ impl SideBySide {
         let gpu = device(bench, &all_needs())?;
         let source = Arc::new(Kept::new(scene.open_texture()?));
         let mesh = mesh::gpu_mesh(&scene.source_mesh()?)?;
-        let open = |config: Config| -> anyhow::Result<Session> {
+        let open = |config: Config| -> anyhow::Result<Run<VirtualTexture>> {
             let mut settings = Settings::of_scene(&scene, Target::Srgb8);
             (settings.size, settings.config) = (size, config);
             // Nobody watches it settle: as many tiles a frame as the staging memory is worth.
@@ -145,7 +148,7 @@ impl SideBySide {
             settings.streaming.upload_tiles_per_frame = 32;
             settings.streaming.load_tiles_per_frame = 32;
             change(&mut settings);
-            let mut session = Session::new(gpu.clone(), source.clone(), &mesh, settings)?;
+            let mut session = VirtualTexture::run(gpu.clone(), source.clone(), &mesh, settings)?;
             session.settle(&pose)?;
             session.drain()?;
             Ok(session)
@@ -176,9 +179,9 @@ impl SideBySide {
     ///
     /// # Errors
     /// As [`SideBySide::settled`].
-    pub fn afresh(&self, at: usize, pose: &Pose) -> anyhow::Result<Session> {
-        let settings = self.sessions[at].1.settings.clone();
-        let mut session = Session::new(self.gpu.clone(), self.source.clone(), &self.mesh, settings)?;
+    pub fn afresh(&self, at: usize, pose: &Pose) -> anyhow::Result<Run<VirtualTexture>> {
+        let settings = self.sessions[at].1.technique.settings.clone();
+        let mut session = VirtualTexture::run(self.gpu.clone(), self.source.clone(), &self.mesh, settings)?;
         session.settle(pose)?;
         session.drain()?;
         Ok(session)
@@ -200,13 +203,13 @@ impl SideBySide {
         let mut unlisted = self.floors.contains(&UNLISTED);
         for (name, session) in &mut self.sessions {
             let session = Rc::new(RefCell::new(session));
-            if session.borrow().settings.config.fused() && std::mem::take(&mut unlisted) {
+            if session.borrow().technique.settings.config.fused() && std::mem::take(&mut unlisted) {
                 contenders.push(unlisted_frame(gpu, session.clone(), &pose)?);
             }
             contenders.push(Contender {
                 variant: name.clone(),
                 run: Box::new(move || {
-                    let Finished { mut times, host_time, .. } = session.borrow_mut().again(&pose)?;
+                    let Again { mut times, host_time, .. } = session.borrow_mut().again(&pose)?;
                     times.push(PassTime {
                         label: "list on the host".into(),
                         ns: Some(host_time.as_nanos() as u64),
@@ -235,36 +238,40 @@ impl SideBySide {
 /// The plain frame, into a picture of its own.
 fn plain_frame<'a>(
     gpu: &'a Gpu,
-    session: &Session,
+    session: &Run<VirtualTexture>,
     mesh: &Mesh,
     pose: &Pose,
 ) -> anyhow::Result<Contender<'a>> {
-    let target = gpu.image("plain picture", *session.target().info())?;
-    let plain = Plain::new(gpu, &*session.source, &target)?;
-    let surface = Surface::new(gpu, mesh)?;
-    let view = surface::view(pose, session.settings.size, 0);
-    Ok(passes(gpu, PLAIN, move |frame| frame.pass("plain", |cmd| plain.draw(cmd, &surface, &view, &target))))
+    let target = gpu.image("plain picture", *session.target().color.info())?;
+    let plain = Plain::new(gpu, &*session.technique.source, &target)?;
+    let shape = Shape::new(gpu, mesh)?;
+    let view = View::new(pose, session.size());
+    Ok(passes(gpu, PLAIN, move |frame| {
+        frame.pass("plain", |cmd| plain.draw(cmd, &Seen::new([&shape], view, 0), &target))
+    }))
 }
 
 /// The frame of a fused session without its list, into the session's own picture.
 fn unlisted_frame<'a>(
     gpu: &'a Gpu,
-    session: Rc<RefCell<&'a mut Session>>,
+    session: Rc<RefCell<&'a mut Run<VirtualTexture>>>,
     pose: &Pose,
 ) -> anyhow::Result<Contender<'a>> {
     let of = session.borrow();
-    let (config, pyramid) = (&of.settings.config, of.source.pyramid());
-    let draw = Fused::unlisted(gpu, &pyramid, config, &of.pipeline.resident, of.target())?;
+    let VirtualTexture { settings, source, resident, .. } = &of.technique;
+    let (config, pyramid) = (&settings.config, source.pyramid());
+    let draw = Fused::unlisted(gpu, &pyramid, config, resident, (of.target().color.info().format, false))?;
     // Bound, never written.
-    let listed = Lister::new(gpu, &pyramid, config, None)?.listed(gpu, None)?;
-    let view = surface::view(pose, of.settings.size, of.bias());
+    let unwritten = Stage3::new(gpu, &pyramid, config)?;
+    let view = View::new(pose, of.size());
     drop(of);
     Ok(passes(gpu, UNLISTED, move |frame| {
         let session = session.borrow();
-        let Pipeline { resident, surface, .. } = &session.pipeline;
-        let unwritten = listed.on_the_device().expect("a fused variant's list is the device's");
+        let (texture, target) = (&session.technique, session.target());
+        let (seen, images) = (texture.seen(view), (&*target.color, &*target.depth));
+        let room = unwritten.room(Slot::FIRST);
         frame.pass("upload", |_| Ok(()))?;
-        frame.pass("fused", |cmd| draw.draw(cmd, resident, surface, unwritten, &view, session.target()))
+        frame.pass("fused", |cmd| draw.draw(cmd, &texture.resident, &seen, room, images))
     }))
 }
 

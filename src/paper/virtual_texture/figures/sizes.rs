@@ -162,7 +162,7 @@ fn measure(bench: &mut Bench, place: Place, pixel_rows: f64, tiles: u32) -> anyh
         let row = |quantity: &str, unit, number| Row::new(&**name, quantity, unit, Value::Number(number));
         let visible = session.records.last().map_or(0, |record| record.visible.len());
         rows.push(row(WORKING_SET, "MiB", visible as f64 * tile_mib));
-        rows.push(row("level bias", "levels", f64::from(session.bias())));
+        rows.push(row("level bias", "levels", f64::from(session.technique.bias())));
         let memory: BTreeMap<_, _> = session.memory().into_iter().collect();
         let on_device = memory.iter().filter(|(object, _)| !object.contains("host"));
         rows.push(row(MEMORY, "MiB", on_device.map(|(_, bytes)| *bytes as f64 / MIB).sum()));

@@ -3,11 +3,11 @@
 use super::common::{Place, pixels_of};
 use super::side_by_side::{device, lacks};
 use crate::figure::{Bench, Effort};
+use crate::frame::{Seen, Shape, View};
 use crate::math::pyramid::Pyramid;
 use crate::math::splitmix::SplitMix64;
 use crate::model::mesh;
 use crate::paper::virtual_texture::footprint::Footprint;
-use crate::paper::virtual_texture::surface::{self, Surface};
 use crate::paper::virtual_texture::{Config, PAPER, U1Format, all_needs};
 use crate::texture::source::TileFormat;
 use crate::vk::{BufferUse, Gpu, TexelCopy};
@@ -58,10 +58,11 @@ impl Stage1 {
         if scene == NOISE {
             stage1.fill(&noise(size, &pyramid))?;
         } else {
-            let surface = Surface::new(&stage1.gpu, &mesh::gpu_mesh(&description.source_mesh()?)?)?;
-            let view = surface::view(&pose, size, 0);
+            let shape = Shape::new(&stage1.gpu, &mesh::gpu_mesh(&description.source_mesh()?)?)?;
             let mut frame = stage1.gpu.frame()?;
-            frame.pass("footprint", |cmd| stage1.footprint.draw(cmd, &surface, &view))?;
+            frame.pass("footprint", |cmd| {
+                stage1.footprint.draw(cmd, &Seen::new([&shape], View::new(&pose, size), 0))
+            })?;
             frame.submit()?.wait()?;
         }
         Ok(stage1)

@@ -2,8 +2,9 @@
 
 use super::{DEVICE, HOST, Meshes};
 use crate::figure::Contender;
+use crate::frame::Run;
 use crate::paper::progressive_mesh::run::{Program, Untold};
-use crate::paper::progressive_mesh::session::{Model, Session, Settings};
+use crate::paper::progressive_mesh::{Model, ProgressiveMeshes, Settings};
 use crate::picture::Target;
 use crate::scene::{Apply, FaceOrder, Scene};
 use crate::vk::{Buffer, BufferUse, Gpu, PassTime};
@@ -66,7 +67,7 @@ pub struct Way<'a> {
 }
 
 enum Runs {
-    Scene(Box<Session>),
+    Scene(Box<Run<ProgressiveMeshes>>),
     Mapped { program: Program, indices: Buffer, level: u32, kept: Vec<[u32; 3]> },
     Copy { program: Program, staging: Buffer, indices: Buffer },
 }
@@ -140,7 +141,7 @@ impl<'a> Way<'a> {
                 session.change_level(0, to)?;
                 let host = nanoseconds();
                 session.drain()?;
-                let record = session.records.pop().expect("the frame that was drained");
+                let record = session.records.take().pop().expect("the frame that was drained");
                 Ok((host, sum(&record.passes), record.change.upload_bytes))
             }
             Runs::Mapped { program, indices, level, kept } => {
@@ -168,14 +169,26 @@ impl<'a> Way<'a> {
 }
 
 /// A session of one instance.
-fn session(gpu: &Gpu, meshes: &Meshes, order: FaceOrder, apply: Apply) -> anyhow::Result<Session> {
+fn session(
+    gpu: &Gpu,
+    meshes: &Meshes,
+    order: FaceOrder,
+    apply: Apply,
+) -> anyhow::Result<Run<ProgressiveMeshes>> {
     let mesh = if order == FaceOrder::Ours { &meshes.ours } else { &meshes.classical };
     let scene = Scene::embedded("bunny")?;
     let mut surface = scene.progressive_meshes["bunny"].clone();
     (surface.order, surface.apply, surface.instances) = (order, apply, 1);
     let stands = surface.stands(&scene.paths);
-    let model = Model { name: order.name().into(), surface, mesh: mesh.clone(), cut_from: None, stands };
+    let model = Model {
+        name: order.name().into(),
+        surface,
+        mesh: mesh.clone(),
+        cut_from: None,
+        stands,
+        textured: None,
+    };
     // Nothing is drawn.
     let settings = Settings { size: [64, 36], ..Settings::of_scene(&scene, Target::Srgb8) };
-    Ok(Session::new(gpu.clone(), &[model], settings)?)
+    Ok(ProgressiveMeshes::run(gpu.clone(), &[model], settings)?)
 }

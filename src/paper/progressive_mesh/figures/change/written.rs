@@ -104,7 +104,7 @@ mod tests {
     use super::super::ways::WAYS;
     use super::*;
     use crate::paper::progressive_mesh::figures::orders::simplified;
-    use crate::paper::progressive_mesh::session::ordered;
+    use crate::paper::progressive_mesh::ordered;
 
     fn meshes() -> Meshes {
         let (model, collapses) = simplified("sphere:8").unwrap();

@@ -2,14 +2,15 @@
 
 use super::lines::{self, LINES};
 use crate::figure::{Contender, Row, Timed, Value};
+use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::check::Flaw;
 use crate::paper::progressive_mesh::figures::scans;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::order::{OrderOptions, classical, order};
 use crate::paper::progressive_mesh::run::{Instances, Program, State, Untold};
-use crate::paper::progressive_mesh::session::{Model, Session, Settings};
 use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
+use crate::paper::progressive_mesh::{Model, ProgressiveMeshes, Settings};
 use crate::picture::Target;
 use crate::scene::Scene;
 use crate::stats::Summary;
@@ -119,7 +120,7 @@ pub fn hundredth(last: u32, n: u32) -> u32 {
 
 /// What is timed on one core.
 pub fn contenders<'a>(
-    session: &'a mut (Session, Pose),
+    session: &'a mut (Run<ProgressiveMeshes>, Pose),
     orders: &'a Orders,
     programs: &'a Programs,
 ) -> Vec<Contender<'a>> {
@@ -150,18 +151,23 @@ pub fn contenders<'a>(
 }
 
 /// A session that shows one instance of the mesh, a metre large, as the scene `bunny` shows it.
-pub fn session(gpu: &Gpu, mesh: &ProgressiveMesh, size: [u32; 2]) -> anyhow::Result<(Session, Pose)> {
+pub fn session(
+    gpu: &Gpu,
+    mesh: &ProgressiveMesh,
+    size: [u32; 2],
+) -> anyhow::Result<(Run<ProgressiveMeshes>, Pose)> {
     let scene = Scene::embedded("bunny")?;
     let surface = scene.progressive_meshes["bunny"].clone();
     let stands = surface.stands(&scene.paths);
-    let model = Model { name: "one".into(), surface, mesh: mesh.clone(), cut_from: None, stands };
+    let model =
+        Model { name: "one".into(), surface, mesh: mesh.clone(), cut_from: None, stands, textured: None };
     let settings = Settings { size, ..Settings::of_scene(&scene, Target::Srgb8) };
-    Ok((Session::new(gpu.clone(), &[model], settings)?, scene.camera("near")?.pose()))
+    Ok((ProgressiveMeshes::run(gpu.clone(), &[model], settings)?, scene.camera("near")?.pose()))
 }
 
 /// A frame as scenes draw it: its host's work, and all of it until the device is done.
-fn drawn((session, pose): &mut (Session, Pose)) -> anyhow::Result<Vec<PassTime>> {
-    session.records.clear();
+fn drawn((session, pose): &mut (Run<ProgressiveMeshes>, Pose)) -> anyhow::Result<Vec<PassTime>> {
+    session.records.take();
     let start = Instant::now();
     session.frame(pose)?;
     let host = start.elapsed().as_nanos() as u64;

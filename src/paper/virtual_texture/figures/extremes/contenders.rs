@@ -101,7 +101,7 @@ pub fn contenders(gpu: &Gpu, pyramid: &Pyramid, stage1: &Footprint) -> vk::Resul
         let way = match config.check(pyramid) {
             Err(unfit) => Err(unfit.to_string()),
             Ok(()) if config.fused() => Ok(Way::Fused),
-            Ok(()) => match Lister::new(gpu, pyramid, &config, Some(stage1)) {
+            Ok(()) => match Lister::new(gpu, pyramid, &config, stage1) {
                 Ok(lister) => Ok(Way::OverU1(lister)),
                 Err(error) => Err(refused(error)?),
             },

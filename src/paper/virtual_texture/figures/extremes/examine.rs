@@ -4,21 +4,21 @@
 use super::super::stage1::{Stage1Check, compare_triples};
 use super::contenders::{Contender, Way, contenders, is_superset};
 use super::scenes::{Expected, Extreme, Landscape, Sight};
+use crate::frame::{Seen, Shape, Slot, View};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::paper::virtual_texture::footprint::Footprint;
 use crate::paper::virtual_texture::fused::Fused;
-use crate::paper::virtual_texture::lister::Lister;
+use crate::paper::virtual_texture::lister::{Lister, Stage3};
 use crate::paper::virtual_texture::resident::{Resident, ResidentError};
 use crate::paper::virtual_texture::ruler::Verdicts;
-use crate::paper::virtual_texture::session::{Session, SessionError, Settings, Target, read_u1};
 use crate::paper::virtual_texture::streaming::distinct_tiles;
-use crate::paper::virtual_texture::surface::{self, Surface};
 use crate::paper::virtual_texture::{Config, Keying, PAPER, reference};
+use crate::paper::virtual_texture::{Settings, VirtualTexture, VirtualTextureError, read_u1};
+use crate::picture::Target;
 use crate::picture::write::Srgb8Picture;
-use crate::reference::View;
+use crate::reference::View as ReferenceView;
 use crate::scene::Scene;
 use crate::texture::source::ruler::Ruler;
-use crate::vk::shader::View as ViewConstants;
 use crate::vk::{self, Format, Gpu, Image, ImageInfo};
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -66,8 +66,8 @@ pub struct Settled {
 /// Stage 1 as all variants get it.
 struct Drawn {
     pyramid: Pyramid,
-    surface: Surface,
-    view: ViewConstants,
+    shape: Shape,
+    view: View,
     stage1: Footprint,
     triples: Vec<[u32; 3]>,
     /// Sorted.
@@ -145,15 +145,15 @@ fn draw(gpu: &Gpu, sight: &Sight) -> vk::Result<Drawn> {
     let pyramid = sight.pyramid;
     let stage1 = Footprint::new(gpu, &pyramid, &PAPER, sight.size)?;
     // Fused draws want the positions, too.
-    let surface = Surface::with_positions(gpu, &sight.mesh)?;
+    let shape = Shape::with_depth_alone(gpu, &sight.mesh)?;
     let mut frame = gpu.frame()?;
-    let view = surface::view(&sight.pose, sight.size, 0);
-    frame.pass("footprint", |cmd| stage1.draw(cmd, &surface, &view))?;
+    let view = View::new(&sight.pose, sight.size);
+    frame.pass("footprint", |cmd| stage1.draw(cmd, &Seen::new([&shape], view, 0)))?;
     frame.submit()?.wait()?;
     let triples = read_u1(gpu, &stage1, &pyramid)?;
     let visible = reference::visible_tiles(&triples, &pyramid).into_iter().collect();
     let distinct_triples = reference::distinct_triples(&triples, &pyramid).len();
-    Ok(Drawn { pyramid, surface, view, stage1, triples, visible, distinct_triples })
+    Ok(Drawn { pyramid, shape, view, stage1, triples, visible, distinct_triples })
 }
 
 fn stage1(extreme: &Extreme, sight: &Sight, drawn: &Drawn) -> Stage1Check {
@@ -168,7 +168,7 @@ fn stage1(extreme: &Extreme, sight: &Sight, drawn: &Drawn) -> Stage1Check {
     }
     let [width, height] = sight.size;
     let clip = sight.pose.world_to_clip(width, height);
-    let view = View::new(&sight.source, &clip, sight.pose.eye, sight.size);
+    let view = ReferenceView::new(&sight.source, &clip, sight.pose.eye, sight.size);
     compare_triples(&drawn.triples, &view, &sight.source, &sight.pyramid)
 }
 
@@ -226,43 +226,43 @@ fn compared(drawn: &Drawn, triples: &[[u32; 3]], config: &Config) -> Outcome {
 
 /// The list of a variant from the `U1` that was drawn.
 fn list(gpu: &Gpu, drawn: &Drawn, lister: &mut Lister) -> vk::Result<Vec<[u32; 3]>> {
-    let mut listed = lister.listed(gpu, Some(&drawn.stage1))?;
+    lister.renew(gpu, &drawn.stage1)?;
     let mut frame = gpu.frame()?;
-    lister.record(&mut frame, Some(&drawn.stage1.u1), &listed)?;
+    lister.record(&mut frame, &drawn.stage1.u1, Slot::FIRST)?;
     frame.submit()?.wait()?;
-    Ok(lister.collect(gpu, &mut listed)?.0)
+    Ok(lister.collect(gpu, Slot::FIRST)?.0)
 }
 
 /// The list of a variant that draws for itself.
 fn fused_list(gpu: &Gpu, drawn: &Drawn, textured: &Textured, config: &Config) -> vk::Result<Vec<[u32; 3]>> {
     let Textured { resident, target } = textured;
-    let fused = Fused::new(gpu, &drawn.pyramid, config, resident, target)?;
-    let mut lister = Lister::new(gpu, &drawn.pyramid, config, None)?;
-    let mut listed = lister.listed(gpu, None)?;
-    let into = listed.on_the_device().expect("a fused variant's list is the device's");
+    let fused = Fused::new(gpu, &drawn.pyramid, config, resident, (target.info().format, false))?;
+    let mut stage3 = Stage3::new(gpu, &drawn.pyramid, config)?;
+    let seen = Seen::new([&drawn.shape], drawn.view, 0);
+    let (room, images) = (stage3.room(Slot::FIRST), (target, &*drawn.stage1.depth));
     let mut frame = gpu.frame()?;
-    frame.pass("fused", |cmd| fused.draw(cmd, resident, &drawn.surface, into, &drawn.view, target))?;
-    lister.record(&mut frame, None, &listed)?;
+    frame.pass("fused", |cmd| fused.draw(cmd, resident, &seen, room, images))?;
+    stage3.record(&mut frame, Slot::FIRST)?;
     frame.submit()?.wait()?;
-    Ok(lister.collect(gpu, &mut listed)?.0)
+    Ok(stage3.collect(gpu, Slot::FIRST)?.0)
 }
 
 /// The whole frame on a ruler texture, until nothing is missing.
-fn settled(gpu: &Gpu, extreme: &Extreme, sight: &Sight) -> Result<Settled, SessionError> {
+fn settled(gpu: &Gpu, extreme: &Extreme, sight: &Sight) -> Result<Settled, VirtualTextureError> {
     let scene = Scene::embedded("ruler").expect("shipped");
     let mut settings = Settings::of_scene(&scene, Target::Linear32);
     settings.size = sight.size;
     settings.streaming.gpu_tiles = MOST_SETTLED as u32;
     let source = Arc::new(Ruler::new(sight.pyramid));
-    let mut session = Session::new(gpu.clone(), source, &sight.mesh, settings)?;
+    let mut session = VirtualTexture::run(gpu.clone(), source, &sight.mesh, settings)?;
     session.settle(&sight.pose)?;
     let judged = extreme.expected != Expected::NoTexels;
     let floats = session.picture_bytes()?;
     let finite =
         |pixel: &[u8]| pixel.chunks_exact(4).all(|c| bytemuck::pod_read_unaligned::<f32>(c).is_finite());
     Ok(Settled {
-        bias: session.bias(),
-        verdicts: judged.then(|| session.ruler_verdicts(&sight.pose)).transpose()?,
+        bias: session.technique.bias(),
+        verdicts: judged.then(|| session.ruler_verdicts()).transpose()?,
         not_finite: floats.chunks_exact(16).filter(|pixel| !finite(pixel)).count(),
     })
 }

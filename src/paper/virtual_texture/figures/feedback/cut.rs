@@ -5,7 +5,7 @@ use super::{ALL_PIXELS, FALSE_TILES, PIXELS, RECALL, TO_99, TO_ALL};
 use crate::figure::{Bench, Row, Value};
 use crate::math::pyramid::TileId;
 use crate::paper::virtual_texture::feedback::{MOST_LOG2, blocks, cycle};
-use crate::paper::virtual_texture::session::read_u1;
+use crate::paper::virtual_texture::read_u1;
 use crate::picture::write::Srgb8Picture;
 use crate::stats::Summary;
 
@@ -66,13 +66,16 @@ pub fn measure(bench: &mut Bench, named: &str, watch: &mut Watch) -> anyhow::Res
         }
     }
     let session = &watch.opened.session;
-    let pyramid = session.source.pyramid();
-    let triples = read_u1(&session.gpu, session.pipeline.stage1().expect("a staged variant"), &pyramid)?;
+    let pyramid = session.technique.source.pyramid();
+    let triples = read_u1(&session.gpu, session.technique.stage1().expect("a staged variant"), &pyramid)?;
     let first = seen.last().and_then(|frames| frames.first()).expect("a cycle has frames");
-    bench.picture(named, &map(session.settings.size, &triples, first, pyramid.first_resident_level()))?;
+    bench.picture(
+        named,
+        &map(session.technique.settings.size, &triples, first, pyramid.first_resident_level()),
+    )?;
     let mut rows = vec![Row::new(ALL_PIXELS, "visible tiles", "tiles", Value::Number(tiles.len() as f64))];
     for (n, seen) in SUBSAMPLINGS.into_iter().zip(&seen) {
-        let samples = blocks(n, watch.opened.session.settings.size).map(f64::from);
+        let samples = blocks(n, watch.opened.session.technique.settings.size).map(f64::from);
         let wrong = seen.iter().flatten().filter(|tile| tiles.binary_search(tile).is_err()).count();
         let number = |quantity, unit, number| Row::new(name(n), quantity, unit, Value::Number(number));
         rows.push(number("samples a frame", "pixels", samples[0] * samples[1]));

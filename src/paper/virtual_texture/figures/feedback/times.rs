@@ -10,7 +10,7 @@ use crate::stats::Summary;
 pub fn measure(bench: &Bench, watch: &Watch) -> anyhow::Result<Vec<Row>> {
     let session = &watch.opened.session;
     let (gpu, u1, copy) =
-        (&session.gpu, &session.pipeline.stage1().expect("a staged variant").u1, &watch.copy);
+        (&session.gpu, &session.technique.stage1().expect("a staged variant").u1, &watch.copy);
     let host = &watch.host;
     let mut contenders: Vec<Contender> = Vec::new();
     for Sampler { n, feedback, samples } in &watch.samplers {

@@ -1,11 +1,12 @@
 //! Stage 1 of one pose after the other, with the exact tiles of each frame and those that every subsampling sees.
 
 use super::super::common::Opened;
+use crate::frame::{Seen, View};
 use crate::math::camera::Pose;
 use crate::math::pyramid::TileId;
+use crate::paper::virtual_texture::Keying;
 use crate::paper::virtual_texture::classic::{HostCopy, HostList, HostPass};
 use crate::paper::virtual_texture::feedback::{Feedback, MOST_LOG2, Samples};
-use crate::paper::virtual_texture::{Keying, surface};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
@@ -47,8 +48,8 @@ impl Watch {
         let session = &opened.session;
         let (gpu, format, size) = (
             &session.gpu,
-            session.pipeline.stage1().expect("a staged variant").format,
-            session.settings.size,
+            session.technique.stage1().expect("a staged variant").format,
+            session.technique.settings.size,
         );
         let sampler = |n| {
             let feedback = Feedback::new(gpu, format, n)?;
@@ -58,7 +59,7 @@ impl Watch {
             copy: HostCopy::new(gpu, size, format)?,
             host: RefCell::new(HostList::new(
                 HostPass::Bitmap,
-                &session.source.pyramid(),
+                &session.technique.source.pyramid(),
                 format,
                 Keying::Native,
             )?),
@@ -73,14 +74,12 @@ impl Watch {
     /// Device lost, out of memory.
     pub fn look(&mut self, pose: &Pose) -> anyhow::Result<BTreeMap<TileId, u64>> {
         let session = &self.opened.session;
-        let pipeline = &session.pipeline;
-        let view = surface::view(pose, session.settings.size, 0);
+        let stage1 = session.technique.stage1().expect("a staged variant");
+        let seen = Seen::new(&session.technique.shapes, View::new(pose, session.size()), 0);
         let mut frame = session.gpu.frame()?;
-        frame.pass("footprint", |cmd| {
-            pipeline.stage1().expect("a staged variant").draw(cmd, &pipeline.surface, &view)
-        })?;
+        frame.pass("footprint", |cmd| stage1.draw(cmd, &seen))?;
         frame.pass("copy U1", |cmd| {
-            self.copy.run(cmd, &pipeline.stage1().expect("a staged variant").u1);
+            self.copy.run(cmd, &stage1.u1);
             Ok(())
         })?;
         frame.submit()?.wait()?;
@@ -98,7 +97,7 @@ impl Watch {
     /// Device lost, out of memory.
     pub fn sample(&mut self, frame_number: u64, least: u32) -> anyhow::Result<Vec<Vec<TileId>>> {
         let session = &self.opened.session;
-        let u1 = &session.pipeline.stage1().expect("a staged variant").u1;
+        let u1 = &session.technique.stage1().expect("a staged variant").u1;
         let taken = |sampler: &&Sampler| sampler.n >= least;
         let mut frame = session.gpu.frame()?;
         frame.pass("gather", |cmd| {

@@ -146,7 +146,7 @@ struct Truths {
 impl Truths {
     fn new(shown: &Shown) -> anyhow::Result<Truths> {
         let (session, pose) = (&shown.opened.session, &shown.opened.pose);
-        let [width, height] = session.settings.size;
+        let [width, height] = session.technique.settings.size;
         let mesh = shown.opened.scene.source_mesh()?;
         let view = View::new(&mesh, &pose.world_to_clip(width, height), pose.eye, [width, height]);
         let covered: Vec<bool> = view.samples().iter().map(Option::is_some).collect();
@@ -158,7 +158,7 @@ impl Truths {
             (top..=bottom).all(|y| (left..=right).all(|x| at(x, y)))
         };
         let inside: Vec<bool> = (0..width * height).map(around).collect();
-        let texels = Texels::new(&*session.source);
+        let texels = Texels::new(&*session.technique.source);
         let picture =
             |filter| -> anyhow::Result<Picture> { Ok(blacken(texels.picture(&view, filter)?, &inside)) };
         let samples = [1, 2, 4, 8].map(|most| Ok((most, picture(Filter::Samples(most))?)));

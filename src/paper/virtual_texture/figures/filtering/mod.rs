@@ -5,14 +5,15 @@ pub mod seams;
 
 use super::common::{Opened, Place};
 use crate::figure::{Bench, Contender, Finding, Verdict};
+use crate::frame::{Run, Seen, View};
+use crate::paper::virtual_texture::VirtualTexture;
 use crate::paper::virtual_texture::footprint::Footprint;
-use crate::paper::virtual_texture::session::{Session, Target};
 use crate::paper::virtual_texture::texturing::Texturing;
-use crate::paper::virtual_texture::{Config, Filtering, surface};
+use crate::paper::virtual_texture::{Config, Filtering};
 use crate::picture::Picture;
+use crate::picture::Target;
 use crate::picture::write::Srgb8Picture;
 use crate::vk::Frame;
-use crate::vk::shader::View;
 use std::time::Duration;
 
 /// A filter with its settings.
@@ -71,7 +72,7 @@ impl Shown {
             settings.streaming.load_budget = Duration::from_secs(1);
         })?;
         opened.settle()?;
-        let bias = opened.session.bias();
+        let bias = opened.session.technique.bias();
         anyhow::ensure!(
             bias == 0,
             "{scene}: the visible tiles exceed N1, and the picture is {bias} levels too coarse"
@@ -80,28 +81,27 @@ impl Shown {
     }
 
     fn stage1(&self) -> &Footprint {
-        self.opened.session.pipeline.stage1().expect("the shipped scenes have the paper's stages")
+        self.opened.session.technique.stage1().expect("the shipped scenes have the paper's stages")
     }
 
     fn texturing(&self, variant: &Variant) -> anyhow::Result<Texturing> {
-        let Session { gpu, source, pipeline, settings, .. } = &self.opened.session;
+        let Run { gpu, technique: VirtualTexture { source, resident, settings, .. }, .. } =
+            &self.opened.session;
         let config = Config { filter: variant.filter, samples: variant.taps, ..settings.config };
         assert_eq!(
             config.max_anisotropy, variant.max_anisotropy,
             "the session's NA, which its tiles depend on"
         );
-        let format = self.opened.session.target().info().format;
-        Ok(Texturing::new(gpu, &source.pyramid(), &config, self.stage1(), &pipeline.resident, format)?)
+        let format = self.opened.session.target().color.info().format;
+        Ok(Texturing::new(gpu, &source.pyramid(), &config, self.stage1(), resident, (format, false))?)
     }
 
     fn record(&self, frame: &mut Frame<'_>, texturing: &Texturing, seed: u32) -> crate::vk::Result<()> {
-        let Session { pipeline, settings, .. } = &self.opened.session;
-        let view = surface::view(&self.opened.pose, settings.size, 0);
-        let view = View { frame: seed, ..view };
+        let Run { technique: VirtualTexture { resident, shapes, .. }, .. } = &self.opened.session;
         let target = self.opened.session.target();
-        frame.pass("texturing", |cmd| {
-            texturing.draw(cmd, self.stage1(), &pipeline.resident, &pipeline.surface, &view, target)
-        })
+        let view = View { frame: seed.into(), ..View::new(&self.opened.pose, target.size()) };
+        let seen = Seen::new(shapes, view, 0);
+        frame.pass("texturing", |cmd| texturing.draw(cmd, self.stage1(), resident, &seen, &target.color))
     }
 
     /// The settled picture in linear light.
@@ -111,7 +111,7 @@ impl Shown {
         self.record(&mut frame, &texturing, 0)?;
         frame.submit()?.wait()?;
         let bytes = self.opened.session.picture_bytes()?;
-        let [width, height] = self.opened.session.settings.size;
+        let [width, height] = self.opened.session.technique.settings.size;
         Ok(Picture::new(width, height, bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()))
     }
 

@@ -7,9 +7,9 @@ use crate::figure::{
 };
 use crate::math::pyramid::Pyramid;
 use crate::paper::virtual_texture::Filtering;
+use crate::paper::virtual_texture::FootprintPicture;
 use crate::paper::virtual_texture::footprint::BACKGROUND;
 use crate::paper::virtual_texture::reference::{Footprint, triple};
-use crate::paper::virtual_texture::session::FootprintPicture;
 use crate::picture::Picture;
 use crate::picture::error::{compare, compare_where};
 use crate::picture::map::error_maps;
@@ -153,11 +153,10 @@ struct Near {
 
 impl Near {
     fn of(shown: &mut Shown) -> anyhow::Result<Near> {
-        let pose = shown.opened.pose;
-        let pyramid = shown.opened.session.source.pyramid();
-        let width = shown.opened.session.settings.size[0];
-        let most = shown.opened.session.settings.config.max_anisotropy;
-        let FootprintPicture { coordinates, derivatives, triples } = shown.opened.session.footprint(&pose)?;
+        let pyramid = shown.opened.session.technique.source.pyramid();
+        let width = shown.opened.session.technique.settings.size[0];
+        let most = shown.opened.session.technique.settings.config.max_anisotropy;
+        let FootprintPicture { coordinates, derivatives, triples } = shown.opened.session.footprint()?;
         let near = |((&st, &d), &[q, ..]): ((&[f32; 2], &[f32; 4]), &[u32; 3])| {
             q != BACKGROUND && near_edge(&pyramid, shown_level(&pyramid, q, st, d, most), st)
         };

@@ -5,8 +5,9 @@ use super::{Remembered, picture, session, show_beside};
 use crate::figure::{
     Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict,
 };
+use crate::frame::Run;
 use crate::math::camera::Pose;
-use crate::paper::virtual_texture::session::Session;
+use crate::paper::virtual_texture::VirtualTexture;
 use crate::paper::virtual_texture::streaming::Order;
 use crate::picture::{Picture, error::compare};
 use crate::scene::Scene;
@@ -114,7 +115,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 }
 
 /// Frames from `pose` until nothing is missing, and the first one's picture.
-fn cut(session: &mut Session, pose: &Pose, truth: &Picture) -> anyhow::Result<(Trace, Picture)> {
+fn cut(session: &mut Run<VirtualTexture>, pose: &Pose, truth: &Picture) -> anyhow::Result<(Trace, Picture)> {
     let mut trace = Trace::default();
     let mut first = None;
     let mut spent = Duration::ZERO;

@@ -5,8 +5,9 @@ use super::{Remembered, numbers, picture, session};
 use crate::figure::{
     Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict,
 };
+use crate::frame::Run;
 use crate::math::camera::Pose;
-use crate::paper::virtual_texture::session::Session;
+use crate::paper::virtual_texture::VirtualTexture;
 use crate::picture::{Picture, error::compare};
 use crate::scene::Scene;
 use crate::stats::Summary;
@@ -117,7 +118,12 @@ impl Watched {
 }
 
 /// Frames from `pose` until the picture is whole.
-fn watch(session: &mut Session, disk: &BadDisk, pose: &Pose, truth: &Picture) -> anyhow::Result<Watched> {
+fn watch(
+    session: &mut Run<VirtualTexture>,
+    disk: &BadDisk,
+    pose: &Pose,
+    truth: &Picture,
+) -> anyhow::Result<Watched> {
     let mut watched =
         Watched { errors: Trace::default(), frames_ms: Vec::new(), while_down: 0, works_ms: 0.0 };
     let begin = Instant::now();

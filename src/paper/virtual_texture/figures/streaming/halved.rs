@@ -3,7 +3,9 @@
 use super::cache::{AT_REST, BIASED, DIFFERING, HALVED, MISREPORTED, MOST_BIAS, TO_REST};
 use super::{Remembered, Route, linear, session, show_beside};
 use crate::figure::{Bench, Cell, Row, Value};
-use crate::paper::virtual_texture::session::{FrameRecord, Session, Target};
+use crate::frame::Run;
+use crate::paper::virtual_texture::{FrameRecord, VirtualTexture};
+use crate::picture::Target;
 
 /// Frames at the path's end within which it must come to rest: far more than any number of tiles that are still to come
 /// takes.
@@ -56,7 +58,7 @@ pub(super) fn halved(
     Ok(vec![
         row(BIASED, "% of frames", 100.0 * biased as f64 / records.len() as f64),
         row(MOST_BIAS, "levels", f64::from(most_bias)),
-        row("bias at rest", "levels", f64::from(half.bias())),
+        row("bias at rest", "levels", f64::from(half.technique.bias())),
         row(MISREPORTED, "frames", wrong as f64),
         row("frames of the path", "frames", records.len() as f64),
         row(TO_REST, "frames", to_rest as f64),
@@ -68,8 +70,8 @@ pub(super) fn halved(
 /// Frames from one pose: how many until nothing was missing (of [`LAST_STAYS`] at most), tiles copied in [`REST`] frames
 /// from then on, and the picture before and after these.
 fn rest(
-    session: &mut Session,
-    mut frame: impl FnMut(&mut Session) -> anyhow::Result<()>,
+    session: &mut Run<VirtualTexture>,
+    mut frame: impl FnMut(&mut Run<VirtualTexture>) -> anyhow::Result<()>,
 ) -> anyhow::Result<(usize, usize, [Vec<u8>; 2])> {
     let mut to_rest = 0;
     while to_rest < LAST_STAYS {

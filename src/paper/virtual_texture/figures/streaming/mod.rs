@@ -19,10 +19,12 @@ pub use pop::POP;
 pub use prefetch::PREFETCH;
 
 use crate::figure::{Bench, Effort, Table};
+use crate::frame::Run;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::model::mesh;
-use crate::paper::virtual_texture::session::{FrameRecord, Session, Settings, Target, needs};
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, PAPER};
+use crate::paper::virtual_texture::{FrameRecord, Settings, VirtualTexture, needs};
+use crate::picture::Target;
 use crate::picture::error::compare;
 use crate::picture::map::error_maps;
 use crate::picture::write::Srgb8Picture;
@@ -62,19 +64,19 @@ fn session(
     source: Arc<dyn TileSource>,
     size: [u32; 2],
     change: impl FnOnce(&mut Settings),
-) -> anyhow::Result<Session> {
+) -> anyhow::Result<Run<VirtualTexture>> {
     let mut settings = Settings::of_scene(scene, Target::Linear32);
     settings.size = size;
     settings.config = LISTS;
     change(&mut settings);
     let gpu = bench.gpu(&needs(&settings.config, source.format()))?;
     let mesh = mesh::gpu_mesh(&scene.source_mesh()?)?;
-    Ok(Session::new(gpu, source, &mesh, settings)?)
+    Ok(VirtualTexture::run(gpu, source, &mesh, settings)?)
 }
 
 /// The last frame's picture; the session's target is [`Target::Linear32`].
-fn picture(session: &mut Session) -> anyhow::Result<Picture> {
-    let [width, height] = session.settings.size;
+fn picture(session: &mut Run<VirtualTexture>) -> anyhow::Result<Picture> {
+    let [width, height] = session.technique.settings.size;
     let bytes = session.picture_bytes()?;
     Ok(Picture::new(width, height, bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()))
 }
@@ -152,7 +154,7 @@ impl Route {
             session.frame(&self.path.pose(frame))?;
         }
         session.drain()?;
-        Ok(std::mem::take(&mut session.records))
+        Ok(session.records.take())
     }
 }
 

@@ -4,7 +4,9 @@ use super::{Remembered, Route, UNMAGNIFIED, linear, numbers, session, show_besid
 use crate::figure::{
     Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict,
 };
-use crate::paper::virtual_texture::session::{Session, Target};
+use crate::frame::Run;
+use crate::paper::virtual_texture::VirtualTexture;
+use crate::picture::Target;
 use crate::stats::Summary;
 use anyhow::{Context, ensure};
 use std::sync::Arc;
@@ -114,7 +116,7 @@ type Worst = Option<[Vec<u8>; 2]>;
 
 /// Goes the path from its settled beginning, and stands at each pose for [`STAYS`] frames.
 fn watch(
-    session: &mut Session,
+    session: &mut Run<VirtualTexture>,
     route: &Route,
     frames: &[u32],
     truth: &[Arc<[u8]>],

@@ -4,7 +4,7 @@ use super::cache::Nowhere;
 use super::{Blank, Route, UNMAGNIFIED, extent, numbers};
 use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict};
 use crate::math::pyramid::{Pyramid, TileId};
-use crate::paper::virtual_texture::session::FrameRecord;
+use crate::paper::virtual_texture::FrameRecord;
 use crate::paper::virtual_texture::streaming::{Streaming, StreamingConfig};
 use crate::vk::FRAMES_IN_FLIGHT;
 use anyhow::Context;

@@ -3,7 +3,9 @@
 
 use super::{Stage, Sweep};
 use crate::figure::{Bench, Budgeted, Contender};
-use crate::paper::virtual_texture::session::{Session, Settings, Target};
+use crate::frame::Run;
+use crate::paper::virtual_texture::{Settings, VirtualTexture};
+use crate::picture::Target;
 use crate::scene::Scene;
 use std::time::Instant;
 
@@ -20,7 +22,7 @@ fn changes() -> Vec<(String, bool)> {
 
 struct Settled {
     change: String,
-    session: Session,
+    session: Run<VirtualTexture>,
     frames: u64,
     wall_ms: f64,
     differing_bytes: usize,
@@ -60,7 +62,7 @@ fn settle(stage: &Stage<'_>, change: &str, anew: bool, picture: &[u8]) -> anyhow
         source.forget();
     }
     let settings = Settings { size: stage.size, ..Settings::of_scene(&scene, Target::Srgb8) };
-    let mut session = Session::new(stage.gpu.clone(), source.clone(), &stage.mesh, settings)?;
+    let mut session = VirtualTexture::run(stage.gpu.clone(), source.clone(), &stage.mesh, settings)?;
     let begun = Instant::now();
     let frames = session.settle(&stage.pose)?;
     let wall_ms = begun.elapsed().as_secs_f64() * 1e3;

@@ -10,10 +10,12 @@ pub use knobs::{Knob, Setting, not_turned, settings};
 
 use super::side_by_side::{Kept, device, lacks};
 use crate::figure::{Bench, Errors, Machine, Refused, Trade};
+use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::model::mesh::{self, Mesh};
 use crate::paper::virtual_texture::all_needs;
-use crate::paper::virtual_texture::session::{Session, SessionError, Settings, Target};
+use crate::paper::virtual_texture::{Settings, VirtualTexture, VirtualTextureError};
+use crate::picture::Target;
 use crate::picture::measures::{Comparison, Measures, OUTLIER_BOUND};
 use crate::scene::Scene;
 use crate::texture::source::{TileFormat, TileSource};
@@ -154,7 +156,7 @@ impl Sweep<'_> {
 /// A setting with its settled session.
 struct Open {
     setting: Setting,
-    session: Session,
+    session: Run<VirtualTexture>,
     measures: Measures,
     forced_bias: u32,
     /// See [`Traded::list_frames`](crate::figure::Traded::list_frames).
@@ -185,9 +187,9 @@ impl Stage<'_> {
         if let Some(why) = lacks(&self.gpu, &settings.config, &source.pyramid(), source.format()) {
             return Ok(Err(why));
         }
-        let mut session = match Session::new(self.gpu.clone(), source, &self.mesh, settings) {
+        let mut session = match VirtualTexture::run(self.gpu.clone(), source, &self.mesh, settings) {
             Ok(session) => session,
-            Err(error @ (SessionError::Anisotropy { .. } | SessionError::Variants(_))) => {
+            Err(error @ (VirtualTextureError::Anisotropy { .. } | VirtualTextureError::Variants(_))) => {
                 return Ok(Err(error.to_string()));
             }
             Err(error) => return Err(error.into()),
@@ -198,8 +200,8 @@ impl Stage<'_> {
         session.again(&self.pose)?;
         let picture = self.truth.cut(&session.picture_bytes()?);
         let measures = Comparison::of(&picture, &self.truth.picture)?.measures(OUTLIER_BOUND);
-        let forced_bias = session.bias() - scene.variant.level_bias;
-        let list_frames = session.frames_to_list();
+        let forced_bias = session.technique.bias() - scene.variant.level_bias;
+        let list_frames = session.technique.frames_to_list();
         Ok(Ok(Open { setting: setting.clone(), session, measures, forced_bias, list_frames }))
     }
 }

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
-#include "virtual_texture/view.glsl"
-#include "virtual_texture/clip.glsl"
+#include "common/view.glsl"
+#include "common/clip.glsl"
 
 // mesh.vert for a pass that draws depth alone: no texture coordinates, so triangles share more vertices.
 layout(location = 0) in vec3 position_high;

@@ -35,6 +35,7 @@ pub fn load(scene: &Scene) -> Result<Vec<Model>, LoadError> {
             mesh,
             cut_from,
             stands: surface.stands(&scene.paths),
+            textured: None,
             surface: surface.clone(),
         })
     };

@@ -7,9 +7,13 @@
 //!
 //! [`Slices`]: crate::paper::progressive_mesh::run::Slices
 
-use super::levels::{Levels, limit};
+mod levels;
+mod resident;
+mod rival;
+pub mod vertices;
+
 use super::place::{Bounds, Place};
-use super::vertices::{ALWAYS_LOG2, EXACT_LOG2, VertexBuffer, normals};
+use crate::frame::{Draw, Shape, Stalled};
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::check::Flaw;
@@ -19,16 +23,23 @@ use crate::paper::progressive_mesh::run::{Program, level_for_error};
 use crate::scene::{ProgressiveSurface, Stand};
 use crate::vk::shader::SurfaceView;
 use crate::vk::{Buffer, Cmd, Error, Gpu, Slice};
+use glam::{DMat3, DVec3};
+use levels::{Levels, limit};
 use std::sync::Arc;
 use thiserror::Error;
+use vertices::{ALWAYS_LOG2, EXACT_LOG2, VertexBuffer, normals};
 
 /// A progressive mesh that cannot be shown.
 #[derive(Debug, Error)]
 pub enum SurfaceError {
     #[error("progressive_mesh.{name}: {flaw}")]
     Flaw { name: String, flaw: Flaw },
+    #[error("surface {name}: {what}")]
+    Untexturable { name: String, what: &'static str },
     #[error(transparent)]
     Vulkan(#[from] Error),
+    #[error(transparent)]
+    Stalled(#[from] Stalled),
 }
 
 /// A surface as it is to be shown.
@@ -42,6 +53,15 @@ pub struct Model {
     pub cut_from: Option<Extent>,
     /// One for each instance.
     pub stands: Vec<Stand>,
+    /// Another technique textures it.
+    pub textured: Option<Textured>,
+}
+
+/// How the texture of another technique lies on a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Textured {
+    /// The sun lights it.
+    pub lit: bool,
 }
 
 /// A surface on the device.
@@ -53,9 +73,9 @@ pub struct Surface {
     /// As [`Model::cut_from`].
     pub cut_from: Option<Extent>,
     pub(super) vertices: VertexBuffer,
-    pub(super) indices: Buffer,
+    pub(super) indices: Arc<Buffer>,
     /// The index buffer that was too small, until the frame that copies it is recorded.
-    outgrown: Option<Buffer>,
+    outgrown: Option<Arc<Buffer>>,
     members: Vec<Member>,
     levels: Levels,
 }
@@ -86,7 +106,7 @@ impl Surface {
     /// # Errors
     /// A mesh that is not one, out of memory.
     pub fn new(gpu: &Gpu, model: &Model) -> Result<Surface, SurfaceError> {
-        let Model { name, surface, mesh, cut_from, stands } = model;
+        let Model { name, surface, mesh, cut_from, stands, textured } = model;
         let program = Program::new(mesh).map_err(|flaw| SurfaceError::Flaw { name: name.clone(), flaw })?;
         let program = Arc::new(program);
         let normals = normals(mesh, &live_faces(mesh, mesh.last_level()));
@@ -98,8 +118,21 @@ impl Surface {
             name: name.clone(),
             settings: surface.clone(),
             cut_from: *cut_from,
-            vertices: VertexBuffer::new(gpu, &vertices, mesh, &normals, surface.geomorph)?,
-            indices: levels.buffer(gpu, &indices)?,
+            vertices: match textured {
+                Some(textured) => {
+                    let untexturable = |what| SurfaceError::Untexturable { name: name.clone(), what };
+                    let coordinates = texture_coordinates(model).map_err(untexturable)?;
+                    VertexBuffer::textured(
+                        gpu,
+                        &vertices,
+                        mesh,
+                        coordinates,
+                        textured.lit.then_some(&normals),
+                    )?
+                }
+                None => VertexBuffer::new(gpu, &vertices, mesh, &normals, surface.geomorph)?,
+            },
+            indices: Arc::new(levels.buffer(gpu, &indices)?),
             outgrown: None,
             members: stands.iter().map(member).collect(),
             levels,
@@ -198,7 +231,7 @@ impl Surface {
         let (name, usage) = (self.indices.name().to_owned(), self.levels.buffer_use());
         let roomy = bytes.max(self.indices.bytes() / 2 * 3);
         let grown = gpu.buffer(&name, roomy, usage).or_else(|_| gpu.buffer(&name, bytes, usage))?;
-        self.outgrown = Some(std::mem::replace(&mut self.indices, grown));
+        self.outgrown = Some(std::mem::replace(&mut self.indices, Arc::new(grown)));
         Ok(())
     }
 
@@ -252,11 +285,30 @@ impl Surface {
                 object_to_clip: member.place.object_to_clip(pose, size).as_mat4().to_cols_array_2d(),
                 sun: (member.place.rotation.transpose() * sun).as_vec3().to_array(),
                 wanted_log2: wanted_log2.clamp(EXACT_LOG2, ALWAYS_LOG2),
-                band_log2: super::MORPH_BAND_LOG2,
+                band_log2: super::technique::MORPH_BAND_LOG2,
             };
             Some(Slice { push, first_index: 3 * self.levels.first(n), count: 3 * self.drawn(n) })
         };
         self.members.iter().enumerate().filter_map(slice).collect()
+    }
+
+    /// What [`Surface::go`] found seen, for another technique to texture; `None` where this one draws it.
+    pub(super) fn shape(&self) -> Option<Shape> {
+        let VertexBuffer::Textured { vertices, normals } = &self.vertices else { return None };
+        let seen = self.members.iter().enumerate().filter(|(_, member)| member.seen.is_some());
+        let draw = |(n, Member { place, .. }): (usize, &Member)| Draw::Object {
+            centre: place.centre,
+            axes: place.rotation * DMat3::from_diagonal(DVec3::splat(place.scale)),
+            first_index: 3 * self.levels.first(n),
+            indices: 3 * self.drawn(n),
+        };
+        Some(Shape {
+            vertices: vertices.clone(),
+            indices: self.indices.clone(),
+            normals: normals.clone(),
+            depth_alone: None,
+            draws: seen.map(draw).collect(),
+        })
     }
 
     /// Live faces of an instance.
@@ -335,6 +387,26 @@ impl Surface {
     }
 }
 
+/// A model's texture coordinates, or why it cannot carry a texture.
+fn texture_coordinates(model: &Model) -> Result<&[[f32; 2]], &'static str> {
+    let coordinates = &model.mesh.vertices.attributes.coordinates;
+    if model.surface.geomorph {
+        return Err(
+            "geomorph moves vertices without their texture coordinates; leave out geomorph, or the texture",
+        );
+    }
+    if coordinates.is_empty() {
+        return Err(
+            "the model has no texture coordinates; leave out the texture, or name a model that has them",
+        );
+    }
+    let within = |coordinate: &[f32; 2]| coordinate.iter().all(|x| (0.0..=1.0).contains(x));
+    if !coordinates.iter().all(within) {
+        return Err("texture coordinates of the model lie outside 0 ..= 1, and this texture does not repeat");
+    }
+    Ok(coordinates)
+}
+
 /// Bytes of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SurfaceMemory {
@@ -351,4 +423,16 @@ pub struct SurfaceMemory {
     pub host_indices: usize,
     /// Their slices in video memory.
     pub device_indices: u64,
+}
+
+impl std::ops::AddAssign for Change {
+    fn add_assign(&mut self, other: Change) {
+        self.instances_seen += other.instances_seen;
+        self.faces += other.faces;
+        self.live_faces += other.live_faces;
+        self.vertices += other.vertices;
+        self.splits += other.splits;
+        self.collapses += other.collapses;
+        self.upload_bytes += other.upload_bytes;
+    }
 }

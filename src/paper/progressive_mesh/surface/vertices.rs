@@ -1,10 +1,12 @@
 //! The vertex buffer: one for a mesh, whatever its level and however many its instances.
 
+use crate::model::mesh::MeshVertex;
 use crate::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh, Vertices};
 use crate::vk::shader::{VertexFormat, progressive_mesh::surface_vert};
 use crate::vk::{Buffer, BufferUse, Gpu, Result};
 use glam::DVec3;
 use std::mem::offset_of;
+use std::sync::Arc;
 
 /// What surface.vert reads.
 #[repr(C)]
@@ -72,10 +74,15 @@ pub fn morph_vertices(mesh: &ProgressiveMesh, normals: &[[f32; 3]]) -> Vec<Morph
     births.into_iter().enumerate().map(morph).collect()
 }
 
-/// The vertices in video memory, in the form that one of the two shaders reads.
+/// The vertices in video memory, in the form that whatever draws them reads.
 pub enum VertexBuffer {
     Plain(Buffer),
     Morph(Buffer),
+    /// Another technique's vertices: [`MeshVertex`], and normals where they are lit.
+    Textured {
+        vertices: Arc<Buffer>,
+        normals: Option<Arc<Buffer>>,
+    },
 }
 
 impl VertexBuffer {
@@ -106,9 +113,42 @@ impl VertexBuffer {
         Ok(Self::Plain(gpu.buffer_with(name, &vertices, BufferUse::Vertices)?))
     }
 
+    /// With one texture coordinate for each vertex, each in 0 ..= 1. As f32 it has a step of at most 2^-24: 1/64 texel
+    /// of 2^18.
+    ///
+    /// # Errors
+    /// Out of memory, device lost.
+    pub fn textured(
+        gpu: &Gpu,
+        name: &str,
+        mesh: &ProgressiveMesh,
+        coordinates: &[[f32; 2]],
+        normals: Option<&Vec<[f32; 3]>>,
+    ) -> Result<Self> {
+        gpu.require_indices(name, coordinates.len())?;
+        // A face's corners must share one origin, and any three vertices may become a face.
+        let vertex = |(&position_high, &offset)| MeshVertex {
+            position_high,
+            position_low: [0.0; 3],
+            origin: [0; 2],
+            offset,
+        };
+        let vertices: Vec<_> = mesh.vertices.positions.iter().zip(coordinates).map(vertex).collect();
+        let normals = normals.map(|normals| {
+            gpu.buffer_with(&format!("{name}: normals"), normals, BufferUse::Storage).map(Arc::new)
+        });
+        Ok(Self::Textured {
+            vertices: Arc::new(gpu.buffer_with(name, &vertices, BufferUse::Vertices)?),
+            normals: normals.transpose()?,
+        })
+    }
+
     pub fn bytes(&self) -> u64 {
         match self {
             Self::Plain(buffer) | Self::Morph(buffer) => buffer.bytes(),
+            Self::Textured { vertices, normals } => {
+                vertices.bytes() + normals.as_ref().map_or(0, |normals| normals.bytes())
+            }
         }
     }
 }

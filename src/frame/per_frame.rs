@@ -1,0 +1,55 @@
+//! What exists once for each frame in flight.
+
+use crate::vk::FRAMES_IN_FLIGHT;
+use std::ops::{Index, IndexMut};
+
+/// One of the [`FRAMES_IN_FLIGHT`] places that frames take in turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Slot(usize);
+
+impl Slot {
+    /// For work that never overlaps another frame's.
+    pub const FIRST: Slot = Slot(0);
+
+    /// Its place, 0 ..= [`FRAMES_IN_FLIGHT`] - 1.
+    pub fn index(self) -> u32 {
+        self.0 as u32
+    }
+
+    /// Of frame number `frame`.
+    pub fn of(frame: u64) -> Slot {
+        Slot((frame % FRAMES_IN_FLIGHT as u64) as usize)
+    }
+}
+
+/// One value for each frame in flight, indexed by its [`Slot`].
+#[derive(Debug, Default)]
+pub struct PerFrame<T>([T; FRAMES_IN_FLIGHT]);
+
+impl<T> PerFrame<T> {
+    /// # Errors
+    /// The first that `make` returns.
+    pub fn new<E>(mut make: impl FnMut() -> Result<T, E>) -> Result<PerFrame<T>, E> {
+        let values = (0..FRAMES_IN_FLIGHT).map(|_| make()).collect::<Result<Vec<T>, E>>()?;
+        let values =
+            values.try_into().unwrap_or_else(|_| unreachable!("one was made for each frame in flight"));
+        Ok(PerFrame(values))
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = &T> {
+        self.0.iter()
+    }
+}
+
+impl<T> Index<Slot> for PerFrame<T> {
+    type Output = T;
+    fn index(&self, slot: Slot) -> &T {
+        &self.0[slot.0]
+    }
+}
+
+impl<T> IndexMut<Slot> for PerFrame<T> {
+    fn index_mut(&mut self, slot: Slot) -> &mut T {
+        &mut self.0[slot.0]
+    }
+}

@@ -1,0 +1,74 @@
+//! Where the records of frames go.
+
+/// What frames found out, in their order: all of it, or the last ones; and, where asked for, each on its way to
+/// somewhere else (a file of JSON Lines, say).
+pub struct Records<R> {
+    kept: Vec<R>,
+    most: usize,
+    tap: Option<Box<dyn FnMut(&R)>>,
+}
+
+impl<R> Records<R> {
+    /// Keeps every record.
+    pub fn all() -> Records<R> {
+        Records::last_ones(usize::MAX)
+    }
+
+    /// A ring of the last `most`.
+    pub fn last_ones(most: usize) -> Records<R> {
+        Records { kept: Vec::new(), most, tap: None }
+    }
+
+    /// As these, and each record is also given to `tap` when its frame has ended.
+    pub fn with_tap(self, tap: impl FnMut(&R) + 'static) -> Records<R> {
+        Records { tap: Some(Box::new(tap)), ..self }
+    }
+
+    pub(super) fn push(&mut self, record: R) {
+        if let Some(tap) = &mut self.tap {
+            tap(&record);
+        }
+        if self.most == 0 {
+            return;
+        }
+        if self.kept.len() == self.most {
+            self.kept.remove(0);
+        }
+        self.kept.push(record);
+    }
+
+    /// Takes out what is kept.
+    pub fn take(&mut self) -> Vec<R> {
+        std::mem::take(&mut self.kept)
+    }
+}
+
+/// What is kept, in the order of frames.
+impl<R> std::ops::Deref for Records<R> {
+    type Target = [R];
+    fn deref(&self) -> &[R] {
+        &self.kept
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc;
+
+    #[test]
+    fn a_ring_keeps_the_last_and_the_tap_sees_all() {
+        let (sender, receiver) = mpsc::channel();
+        let mut records = Records::last_ones(2).with_tap(move |n: &u32| sender.send(*n).unwrap());
+        (0..5).for_each(|n| records.push(n));
+        assert_eq!(records.iter().copied().collect::<Vec<_>>(), [3, 4]);
+        assert_eq!(receiver.try_iter().collect::<Vec<_>>(), [0, 1, 2, 3, 4]);
+        let mut none = Records::last_ones(0);
+        none.push(1);
+        assert!(none.is_empty());
+        let mut all = Records::all();
+        (0..5).for_each(|n| all.push(n));
+        assert_eq!((all.len(), all.last(), all[1]), (5, Some(&4), 1));
+        assert_eq!(all.take(), [0, 1, 2, 3, 4]);
+    }
+}

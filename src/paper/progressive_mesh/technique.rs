@@ -1,0 +1,350 @@
+//! The paper's part of a frame: every instance that is seen is brought to the level that its distance asks for, what
+//! that changed of the index buffers is copied, and all are drawn; or handed on as shapes, to what textures them.
+//!
+//! A vertex is shaded as in a plain renderer: nothing of the levels is left in the shaders, unless vertices that
+//! appear are to move to their places (geomorphing): see [`vertices`](super::surface::vertices).
+
+use super::config::{Settings, needs};
+use super::governor::Governor;
+use super::record::FrameRecord;
+use super::surface::vertices::VertexBuffer;
+use super::surface::{Change, Model, Surface, SurfaceError};
+use crate::frame::{Memory, Onto, PerFrame, Progress, Run, Shape, Slot, Target, Technique, View};
+use crate::math::camera::Pose;
+use crate::picture;
+use crate::vk::shader::Shader;
+use crate::vk::shader::progressive_mesh::{geomorph_vert, surface_frag, surface_vert};
+use crate::vk::{
+    Buffer, BufferUse, Clear, Cmd, ColorTarget, Depth, DepthTarget, FRAMES_IN_FLIGHT, Frame, Geometry, Gpu,
+    GraphicsInfo, GraphicsPipeline, Need, PassTime, Resource, Result, ShaderQuery,
+};
+use glam::DVec3;
+use std::time::Instant;
+
+/// A vertex that appears has reached its place when the wanted error has fallen to 2^-0.5 = 0.71 of what it was at its
+/// birth. Wider bands show a mesh that lags behind its level, narrower ones move faster.
+pub const MORPH_BAND_LOG2: f32 = 0.5;
+
+/// Towards the sun: south-west, 50 degrees high, so that slopes towards the eye of a camera that looks north are lit.
+pub fn sun() -> DVec3 {
+    DVec3::new(-0.45, -0.45, 0.77).normalize()
+}
+
+/// What is behind everything, linear light.
+pub const BACKGROUND: [f32; 4] = [0.02, 0.03, 0.05, 1.0];
+
+/// A frame's passes.
+const LEVELS: &str = "levels";
+const COMPACT: &str = "compact";
+const SURFACES: &str = "surfaces";
+
+/// A pipeline of the pass that draws, with one of its two vertex shaders.
+///
+/// # Errors
+/// The driver's compiler fails.
+pub fn surfaces_pipeline(
+    gpu: &Gpu,
+    vertex: &'static Shader,
+    target: picture::Target,
+    vertex_work: u32,
+) -> Result<GraphicsPipeline> {
+    gpu.graphics_pipeline(&GraphicsInfo {
+        name: "surfaces",
+        vertex,
+        geometry: None,
+        fragment: Some(&surface_frag::SHADER),
+        specialization: &[("VERTEX_WORK", vertex_work)],
+        points: false,
+        depth: Some(Depth::Write),
+        colors: &[target.into()],
+        logic_or: false,
+    })
+}
+
+/// Paper 2's technique: progressive meshes, each with any number of instances.
+pub struct ProgressiveMeshes {
+    pub settings: Settings,
+    pub surfaces: Vec<Surface>,
+    /// Towards it.
+    pub sun: DVec3,
+    pub onto: Onto,
+    plain: Option<GraphicsPipeline>,
+    geomorph: Option<GraphicsPipeline>,
+    copies: Copies,
+    staging: PerFrame<Buffer>,
+    queries: Option<ShaderQuery>,
+    pending: PerFrame<Option<FrameRecord>>,
+    governor: Option<Governor>,
+    /// The next frame draws nothing: an instance of the first surface goes to a level.
+    only: Option<(usize, u32)>,
+}
+
+/// Words that a frame copies, and where they go: (surface, first word there, words).
+#[derive(Default)]
+struct Copies {
+    words: Vec<u32>,
+    parts: Vec<(usize, usize, usize)>,
+}
+
+impl ProgressiveMeshes {
+    /// # Errors
+    /// What the device lacks, a mesh that is not one.
+    pub fn new(
+        gpu: &Gpu,
+        models: &[Model],
+        settings: Settings,
+    ) -> std::result::Result<ProgressiveMeshes, SurfaceError> {
+        gpu.require(&needs(&settings))?;
+        let surfaces = models
+            .iter()
+            .map(|model| Surface::new(gpu, model))
+            .collect::<std::result::Result<Vec<_>, _>>()?;
+        let pipeline =
+            |vertex: &'static Shader| surfaces_pipeline(gpu, vertex, settings.target, settings.vertex_work);
+        let any =
+            |wanted: fn(&VertexBuffer) -> bool| surfaces.iter().any(|surface| wanted(&surface.vertices));
+        let plain = any(|vertices| matches!(vertices, VertexBuffer::Plain(_)));
+        let geomorph = any(|vertices| matches!(vertices, VertexBuffer::Morph(_)));
+        Ok(ProgressiveMeshes {
+            plain: plain.then(|| pipeline(&surface_vert::SHADER)).transpose()?,
+            geomorph: geomorph.then(|| pipeline(&geomorph_vert::SHADER)).transpose()?,
+            copies: Copies::default(),
+            staging: PerFrame::new(|| gpu.buffer("levels: staging", 0, BufferUse::Upload))?,
+            queries: match settings.count_shaders {
+                true => Some(gpu.shader_query("surfaces: counts", FRAMES_IN_FLIGHT as u32)?),
+                false => None,
+            },
+            pending: PerFrame::default(),
+            governor: settings.budget.map(|budget| Governor::new(budget, settings.rule)),
+            only: None,
+            sun: sun(),
+            onto: Onto::Cleared([BACKGROUND[0], BACKGROUND[1], BACKGROUND[2]]),
+            surfaces,
+            settings,
+        })
+    }
+
+    /// Frames of these meshes and nothing else.
+    ///
+    /// # Errors
+    /// As [`ProgressiveMeshes::new`].
+    pub fn run(
+        gpu: Gpu,
+        models: &[Model],
+        settings: Settings,
+    ) -> std::result::Result<Run<ProgressiveMeshes>, SurfaceError> {
+        let technique = ProgressiveMeshes::new(&gpu, models, settings)?;
+        let target = Target::new(&gpu, settings.size, settings.target)?;
+        Ok(Run::new(gpu, technique, target))
+    }
+
+    /// Whether it draws pixels itself: some surface has no texture of another technique.
+    pub fn draws(&self) -> bool {
+        self.plain.is_some() || self.geomorph.is_some()
+    }
+
+    /// What the last prepared frame hands on of the surface `name`; `None` where it has none such, or draws it itself.
+    pub fn shape(&self, name: &str) -> Option<Shape> {
+        self.surfaces.iter().find(|surface| surface.name == name)?.shape()
+    }
+
+    /// The governor's factor on all wanted errors for a frame.
+    fn plan(&mut self, view: &View) -> f64 {
+        let Some(governor) = &mut self.governor else { return 1.0 };
+        let of_surface = |surface| (surface, Surface::wanted_errors(surface, &view.pose, view.size));
+        let wanted: Vec<_> = self.surfaces.iter().map(of_surface).collect();
+        governor
+            .plan(|factor| wanted.iter().map(|(surface, wanted)| surface.live_faces(wanted, factor)).sum())
+    }
+
+    /// Brings all instances to their levels; by what their wanted errors were multiplied for that.
+    fn choose_levels(&mut self, gpu: &Gpu, view: &View) -> Result<(Change, f64)> {
+        let Self { surfaces, copies, .. } = self;
+        if let Some(level) = self.only {
+            let mut upload = |words: &[u32], at| copies.add(0, words, at);
+            return Ok((surfaces[0].go_to(gpu, level, &mut upload)?, 1.0));
+        }
+        let error_factor = self.plan(view);
+        let Self { surfaces, copies, .. } = self;
+        let mut change = Change::default();
+        for (n, surface) in surfaces.iter_mut().enumerate() {
+            let pixels = surface.settings.error_pixels * error_factor;
+            let mut upload = |words: &[u32], at| copies.add(n, words, at);
+            change += surface.go(gpu, &view.pose, view.size, pixels, &mut upload)?;
+        }
+        Ok((change, error_factor))
+    }
+
+    /// Copies, or executes, what the levels changed.
+    fn record_levels(&self, cmd: &mut Cmd<'_>, slot: Slot) -> Result<()> {
+        let mut from = 0;
+        for (n, surface) in self.surfaces.iter().enumerate() {
+            let mut ranges = Vec::new();
+            for &(_, at, words) in self.copies.parts.iter().filter(|(surface, ..)| *surface == n) {
+                ranges.push([from, 4 * at as u64, 4 * words as u64]);
+                from += 4 * words as u64;
+            }
+            surface.record(cmd, &self.staging[slot], &ranges)?;
+        }
+        Ok(())
+    }
+
+    fn draw(&self, cmd: &mut Cmd<'_>, view: &View, target: &Target) -> Result<()> {
+        let clear = match self.onto {
+            Onto::Cleared([r, g, b]) => Clear::Float([r, g, b, 1.0]),
+            Onto::Drawn => Clear::Keep,
+        };
+        let color = ColorTarget { image: &target.color, clear };
+        let depth = DepthTarget { image: &target.depth, clear: self.onto != Onto::Drawn };
+        cmd.render(view.size, &[color], Some(depth), |render| {
+            for surface in &self.surfaces {
+                let (pipeline, resources, vertices) = match &surface.vertices {
+                    VertexBuffer::Plain(buffer) => (&self.plain, vec![], Some(buffer)),
+                    VertexBuffer::Morph(buffer) => {
+                        (&self.geomorph, vec![(geomorph_vert::MORPH, Resource::Buffer(buffer))], None)
+                    }
+                    VertexBuffer::Textured { .. } => continue,
+                };
+                let pipeline = pipeline.as_ref().expect("made for the surfaces that there are");
+                let geometry = Geometry { vertices, indices: &surface.indices };
+                let slices = surface.slices(&view.pose, view.size, self.sun);
+                render.draw_slices(pipeline, &resources, geometry, &slices)?;
+            }
+            Ok(())
+        })
+    }
+}
+
+impl Run<ProgressiveMeshes> {
+    /// A frame that draws nothing: an instance of the first surface goes to a level. For what that alone costs.
+    ///
+    /// # Errors
+    /// As [`Run::frame`].
+    ///
+    /// # Panics
+    /// If shaders are to be counted: none runs.
+    pub fn change_level(&mut self, instance: usize, level: u32) -> std::result::Result<(), SurfaceError> {
+        assert!(self.technique.queries.is_none(), "no draw to count in");
+        self.technique.only = Some((instance, level));
+        let nowhere = Pose {
+            eye: DVec3::ZERO,
+            right: DVec3::X,
+            up: DVec3::Z,
+            forward: DVec3::Y,
+            vertical_fov_rad: 1.0,
+            near_m: 1.0,
+        };
+        let done = self.frame(&nowhere);
+        self.technique.only = None;
+        done
+    }
+}
+
+impl Technique for ProgressiveMeshes {
+    type Record = FrameRecord;
+    type Error = SurfaceError;
+
+    fn needs(&self) -> Vec<Need> {
+        needs(&self.settings)
+    }
+
+    /// Levels are executed, or copied; a baseline that the device executes has a pass of its own; surfaces are drawn.
+    fn passes(&self) -> Vec<&'static str> {
+        let compacts = self.surfaces.iter().any(Surface::compacts);
+        let passes = [Some(LEVELS), compacts.then_some(COMPACT), self.draws().then_some(SURFACES)];
+        passes.into_iter().flatten().collect()
+    }
+
+    fn retire(
+        &mut self,
+        _: &Gpu,
+        slot: Slot,
+        times: Vec<PassTime>,
+    ) -> std::result::Result<FrameRecord, SurfaceError> {
+        let mut record = self.pending[slot].take().expect("a frame that has ended was prepared");
+        record.passes = times;
+        record.counts = self.queries.as_ref().map(|query| query.read(slot.index())).transpose()?;
+        if let (Some(governor), Some(ms)) = (&mut self.governor, record.milliseconds()) {
+            governor.frame_took(ms, record.change.live_faces);
+        }
+        Ok(record)
+    }
+
+    fn prepare(&mut self, gpu: &Gpu, view: &View) -> std::result::Result<(), SurfaceError> {
+        let start = Instant::now();
+        self.copies = Copies::default();
+        let (change, error_factor) = self.choose_levels(gpu, view)?;
+        self.copies.stage(gpu, &mut self.staging[view.slot()])?;
+        self.pending[view.slot()] = Some(FrameRecord {
+            index: view.frame,
+            change,
+            host: start.elapsed(),
+            error_factor,
+            passes: Vec::new(),
+            counts: None,
+        });
+        Ok(())
+    }
+
+    fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &View,
+        target: &Target,
+    ) -> std::result::Result<(), SurfaceError> {
+        let slot = view.slot();
+        frame.pass(LEVELS, |cmd| self.record_levels(cmd, slot))?;
+        if self.surfaces.iter().any(Surface::compacts) {
+            frame.pass(COMPACT, |cmd| self.surfaces.iter().try_for_each(|surface| surface.compact(cmd)))?;
+        }
+        if self.draws() && self.only.is_none() {
+            frame.pass(SURFACES, |cmd| match &self.queries {
+                Some(query) => cmd.counted(query, slot.index(), |cmd| self.draw(cmd, view, target)),
+                None => self.draw(cmd, view, target),
+            })?;
+        }
+        self.surfaces.iter_mut().for_each(Surface::submitted);
+        Ok(())
+    }
+
+    fn resize(&mut self, _: &Gpu, target: &Target) -> std::result::Result<(), SurfaceError> {
+        self.settings.size = target.size();
+        Ok(())
+    }
+
+    /// Instances are at their levels at once.
+    fn progress(&self) -> Progress {
+        Progress::Settled
+    }
+
+    /// Staging grows with what a frame changes.
+    fn memory(&self) -> Memory {
+        let of_surface = |surface: &Surface| {
+            let buffers = [("vertices", surface.vertices.bytes()), ("indices", surface.indices.bytes())];
+            let program = surface.program_bytes();
+            let named = |(what, bytes)| (format!("{}: {what}", surface.name), bytes);
+            buffers.into_iter().chain(program).map(named).collect::<Vec<_>>()
+        };
+        let mut memory: Vec<_> = self.surfaces.iter().flat_map(of_surface).collect();
+        memory.push(("levels: staging".into(), self.staging.iter().map(Buffer::bytes).sum()));
+        memory
+    }
+}
+
+impl Copies {
+    fn add(&mut self, surface: usize, words: &[u32], at: usize) {
+        self.words.extend_from_slice(words);
+        self.parts.push((surface, at, words.len()));
+    }
+
+    /// Into mapped memory, a larger one where it does not suffice.
+    fn stage(&self, gpu: &Gpu, staging: &mut Buffer) -> Result<()> {
+        let bytes: &[u8] = bytemuck::cast_slice(&self.words);
+        if staging.bytes() < bytes.len() as u64 {
+            *staging =
+                gpu.buffer("levels: staging", bytes.len().next_power_of_two() as u64, BufferUse::Upload)?;
+        }
+        staging.mapped_mut()[..bytes.len()].copy_from_slice(bytes);
+        Ok(())
+    }
+}

@@ -1,0 +1,139 @@
+//! `--compare-plain`: what the paper's whole frame costs beside the same mesh with one plain texture, in one process.
+
+use super::technique::{VirtualTexture, VirtualTextureError};
+use super::texturing::Plain;
+use crate::frame::{Run, Slot, Target, View};
+use crate::math::camera::Pose;
+use crate::stats::{Summary, median};
+use crate::vk::{Gpu, PassTime};
+use std::time::{Duration, Instant};
+
+/// Runs of each, after the warm-up.
+const RUNS: usize = 30;
+/// First uses compile on software drivers.
+const WARM_UP: usize = 3;
+
+/// Both frames' times, interleaved so that drift hits both alike.
+#[derive(Clone, Debug)]
+pub struct PlainComparison {
+    /// Nanoseconds of GPU time.
+    pub settled: Summary,
+    /// Median of each pass of the settled frame.
+    pub settled_passes: Vec<(String, f64)>,
+    pub plain: Summary,
+    pub empty_pass: Summary,
+    /// Width and height of the plain texture.
+    pub plain_size: [u32; 2],
+    /// Settled over plain, of each turn.
+    pub ratio: Summary,
+}
+
+fn total(passes: &[PassTime]) -> Option<f64> {
+    passes.iter().map(|pass| pass.ns.map(|ns| ns as f64)).sum()
+}
+
+/// A settled frame that was drawn once more.
+pub struct Again {
+    /// `U3`: (q, i, j) in the keying's grid, in the order of whichever method made it.
+    pub triples: Vec<[u32; 3]>,
+    pub times: Vec<PassTime>,
+    /// The host's time to get or make the list.
+    pub host_time: Duration,
+}
+
+impl Run<VirtualTexture> {
+    /// Draws `pose` once more and waits for it and for its list: the frame after [`Run::settle`], with nothing to
+    /// copy.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn again(&mut self, pose: &Pose) -> Result<Again, VirtualTextureError> {
+        self.drain()?;
+        let view = View::new(pose, self.size());
+        let (gpu, target) = (self.gpu.clone(), self.target().clone());
+        self.technique.again(&gpu, &view, &target)
+    }
+
+    /// Measures the settled frame from `pose` against the plain one. `None` where the device keeps no time.
+    ///
+    /// # Errors
+    /// Device lost, out of memory, a plain texture that cannot be read.
+    pub fn compare_plain(&mut self, pose: &Pose) -> Result<Option<PlainComparison>, VirtualTextureError> {
+        self.drain()?;
+        let view = View::new(pose, self.size());
+        let (gpu, target) = (self.gpu.clone(), self.target().clone());
+        self.technique.compare_plain(&gpu, &view, &target)
+    }
+}
+
+impl VirtualTexture {
+    /// As [`Run::again`]; no frame is in flight.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn again(&mut self, gpu: &Gpu, view: &View, target: &Target) -> Result<Again, VirtualTextureError> {
+        let view = View { frame: 0, ..*view };
+        // No copies: all tiles are resident, and the display table is complete.
+        self.without_copies(gpu, Slot::FIRST)?;
+        let mut frame = gpu.frame()?;
+        self.record_frame(&mut frame, &view, target)?;
+        let times = frame.submit()?.wait()?;
+        let start = Instant::now();
+        let (triples, _) = self.method.collect(gpu, Slot::FIRST)?;
+        Ok(Again { triples, times, host_time: start.elapsed() })
+    }
+
+    /// As [`Run::compare_plain`]; no frame is in flight. The picture is the settled one again afterwards.
+    ///
+    /// # Errors
+    /// Device lost, out of memory, a plain texture that cannot be read.
+    pub fn compare_plain(
+        &mut self,
+        gpu: &Gpu,
+        view: &View,
+        target: &Target,
+    ) -> Result<Option<PlainComparison>, VirtualTextureError> {
+        let plain = Plain::new(gpu, &*self.source, &target.color)?;
+        let (mut settled, mut plain_ns, mut empty) = (Vec::new(), Vec::new(), Vec::new());
+        let mut passes: Vec<(String, Vec<f64>)> = Vec::new();
+        for run in 0..WARM_UP + RUNS {
+            let frame_times = self.again(gpu, view, target)?.times;
+            let mut frame = gpu.frame()?;
+            frame.pass("plain", |cmd| plain.draw(cmd, &self.seen(*view), &target.color))?;
+            let plain_times = frame.submit()?.wait()?;
+            let mut frame = gpu.frame()?;
+            frame.pass("empty", |_| Ok(()))?;
+            let empty_times = frame.submit()?.wait()?;
+            let (Some(a), Some(b), Some(c)) = (total(&frame_times), total(&plain_times), total(&empty_times))
+            else {
+                return Ok(None);
+            };
+            if run < WARM_UP {
+                continue;
+            }
+            settled.push(a);
+            plain_ns.push(b);
+            empty.push(c);
+            passes.resize_with(frame_times.len(), Default::default);
+            for ((label, times), pass) in passes.iter_mut().zip(frame_times) {
+                *label = pass.label;
+                times.extend(pass.ns.map(|ns| ns as f64));
+            }
+        }
+        // The plain frame overwrote the picture: draw it again.
+        self.again(gpu, view, target)?;
+        let summary = |times: &[f64]| Summary::of(times).expect("every run was timed");
+        let ratio = Summary::of_pairs(&settled, &plain_ns, |settled, plain| settled / plain);
+        Ok(ratio.map(|ratio| PlainComparison {
+            settled: summary(&settled),
+            settled_passes: passes
+                .into_iter()
+                .filter_map(|(label, times)| Some((label, median(&times)?)))
+                .collect(),
+            plain: summary(&plain_ns),
+            empty_pass: summary(&empty),
+            plain_size: plain.size(),
+            ratio,
+        }))
+    }
+}

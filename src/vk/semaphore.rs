@@ -1,0 +1,31 @@
+//! Binary semaphores: what orders a frame before or after work outside its queue's own order, such as presentation.
+
+use super::device::{Dead, Device};
+use super::{Check, Gpu, Result};
+use ash::vk;
+use std::sync::Arc;
+
+/// Signalled by one submission, and waited for by one that comes later.
+pub struct Semaphore {
+    pub(crate) handle: vk::Semaphore,
+    device: Arc<Device>,
+}
+
+impl Gpu {
+    /// # Errors
+    /// Out of memory.
+    pub fn semaphore(&self, name: &str) -> Result<Semaphore> {
+        let info = vk::SemaphoreCreateInfo::default();
+        // SAFETY: the device lives.
+        let handle = unsafe { self.device.handle.create_semaphore(&info, None) };
+        let handle = handle.check("vkCreateSemaphore", name)?;
+        self.device.name(handle, name);
+        Ok(Semaphore { handle, device: self.device.clone() })
+    }
+}
+
+impl Drop for Semaphore {
+    fn drop(&mut self) {
+        self.device.bury(Dead::Semaphore(self.handle));
+    }
+}
