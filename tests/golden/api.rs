@@ -5,12 +5,12 @@ use crate::store::{Entry, Hash};
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::model::mesh::{Mesh, gpu_mesh};
-use ortelius::paper::progressive_mesh::session::{self as surfaces, Model};
-use ortelius::paper::virtual_texture::{all_needs, session as landscape};
+use ortelius::paper::progressive_mesh::{self, Model, ProgressiveMeshes};
+use ortelius::paper::virtual_texture::{self, VirtualTexture, all_needs};
 use ortelius::picture::Target;
 use ortelius::scene::Scene;
 use ortelius::texture::source::{TileError, TileFormat, TileSource};
-use ortelius::vk::{FRAMES_IN_FLIGHT, Gpu, GpuOptions, Watched};
+use ortelius::vk::{Gpu, GpuOptions, Watched};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
@@ -60,7 +60,7 @@ fn pose(scene: &Scene, view: &View) -> Pose {
 /// Paper 1: of each view the picture, the sorted tiles and, of the last one, `U3` where its order is determined.
 pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry> {
     let scene = scene(case);
-    let mut settings = landscape::Settings::of_scene(&scene, Target::Srgb8);
+    let mut settings = virtual_texture::Settings::of_scene(&scene, Target::Srgb8);
     settings.size = SIZE;
     settings.streaming.gpu_tiles = 64;
     settings.streaming.deterministic = true;
@@ -74,7 +74,7 @@ pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry
         (Arc::new(source), gpu_mesh(&scene.source_mesh().unwrap()).unwrap())
     };
     let (source, mesh) = shared.textured.entry(case.scene).or_insert_with(open);
-    let mut session = landscape::Session::new(gpu.clone(), source.clone(), mesh, settings).unwrap();
+    let mut session = VirtualTexture::run(gpu.clone(), source.clone(), mesh, settings).unwrap();
     let mut entries = Vec::new();
     for view in case.views {
         let (pose, name) = (pose(&scene, view), case.name(view));
@@ -93,10 +93,7 @@ pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry
         entries.push(Entry { name, hashes });
     }
     if case.ordered() {
-        session.frame(&pose(&scene, case.views.last().unwrap())).unwrap();
-        // The session has no use for its frame afterwards: this is its last.
-        let finish = |flight| session.pipeline.finish(gpu, flight).unwrap();
-        let last = (0..FRAMES_IN_FLIGHT).find_map(finish).expect("a frame is in flight");
+        let last = session.again(&pose(&scene, case.views.last().unwrap())).unwrap();
         let list = Hash::of_words(last.triples.into_iter().flatten());
         entries.last_mut().unwrap().hashes.push(("list", list));
     }
@@ -107,14 +104,17 @@ pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry
 pub fn progressive_mesh(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry> {
     let scene = scene(case);
     let model = model(shared, case, &scene);
-    let settings = surfaces::Settings { size: SIZE, ..surfaces::Settings::of_scene(&scene, Target::Srgb8) };
-    let mut session = surfaces::Session::new(gpu.clone(), &[model], settings).unwrap();
+    let settings = progressive_mesh::Settings {
+        size: SIZE,
+        ..progressive_mesh::Settings::of_scene(&scene, Target::Srgb8)
+    };
+    let mut session = ProgressiveMeshes::run(gpu.clone(), &[model], settings).unwrap();
     let mut entries = Vec::new();
     for view in case.views {
         session.frame(&pose(&scene, view)).unwrap();
         let picture = session.picture_bytes().unwrap();
         let mut hashes = vec![("picture", Hash::of_bytes(&picture))];
-        let surface = &session.surfaces[0];
+        let surface = &session.technique.surfaces[0];
         let faces: Option<Vec<_>> =
             (0..surface.instances().count()).map(|instance| surface.faces(instance)).collect();
         if let Some(faces) = faces {
@@ -133,7 +133,7 @@ fn model(shared: &mut Shared, case: &Case, scene: &Scene) -> Model {
     let order = case.changes[0].clone();
     let (name, surface) = scene.progressive_meshes.iter().next().unwrap();
     if shared.mesh.as_ref().is_none_or(|(known, _)| *known != order) {
-        let loaded = surfaces::load(scene).unwrap().remove(0);
+        let loaded = progressive_mesh::load(scene).unwrap().remove(0);
         shared.mesh = Some((order, loaded));
     }
     let (_, known) = shared.mesh.as_ref().unwrap();
