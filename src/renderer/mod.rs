@@ -39,20 +39,6 @@ pub enum RenderError {
     Vulkan(#[from] vk::Error),
 }
 
-impl RenderError {
-    /// The program's exit code where it is not the common 1.
-    pub fn exit_code(&self) -> Option<u8> {
-        match self {
-            RenderError::Texture(error) => error.exit_code(),
-            RenderError::Landscape(error) => error.exit_code(),
-            RenderError::Surfaces(surfaces::SurfaceError::Vulkan(error)) | RenderError::Vulkan(error) => {
-                Some(error.exit_code())
-            }
-            _ => None,
-        }
-    }
-}
-
 /// How a scene is to be opened.
 #[derive(Clone, Copy, Debug)]
 pub struct Options<'a> {

@@ -34,16 +34,6 @@ pub enum TextureError {
     Differs { path: String, found: String, stated: String },
 }
 
-impl TextureError {
-    /// The program's exit code where it is not the common 1.
-    pub fn exit_code(&self) -> Option<u8> {
-        match self {
-            TextureError::File(error) => Some(error.exit_code()),
-            _ => None,
-        }
-    }
-}
-
 impl Scene {
     /// The landscape's texture as the scene describes it.
     ///

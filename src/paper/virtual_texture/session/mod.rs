@@ -51,20 +51,6 @@ pub enum SessionError {
     Stalled { pending: usize },
 }
 
-impl SessionError {
-    /// The program's exit code where it is not the common 1.
-    pub fn exit_code(&self) -> Option<u8> {
-        match self {
-            SessionError::Vulkan(error) | SessionError::Resident(ResidentError::Vulkan(error)) => {
-                Some(error.exit_code())
-            }
-            // G1 lies in the same file as the tiles: what cannot be read there is damage.
-            SessionError::Resident(ResidentError::Source(_)) => Some(3),
-            _ => None,
-        }
-    }
-}
-
 /// Nothing loaded and nothing copied for so long: something is broken, and waiting will not mend it. A source may
 /// take seconds for one tile, not a minute.
 const STALL: Duration = Duration::from_secs(60);
