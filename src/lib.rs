@@ -3,6 +3,8 @@
 //!
 //! Modules are listed by floor: a module may use those of the floors above it in this list, never those below.
 
+#![deny(unsafe_code)]
+
 // floor 0: plain data, no GPU
 pub mod math;
 pub mod picture;
@@ -11,6 +13,7 @@ pub mod stats;
 pub mod model;
 pub mod reference;
 pub mod texture;
+#[allow(unsafe_code)]
 pub mod vk;
 // floor 2: what is shown, how frames are made, what is measured
 pub mod figure;

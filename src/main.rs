@@ -1,5 +1,7 @@
 //! The command line.
 
+#![forbid(unsafe_code)]
+
 mod command;
 
 use clap::{Parser, Subcommand};
