@@ -1,8 +1,8 @@
 //! A model from a file or by its name.
 
-use super::clean::{MOST, Raw};
 use super::error::{ModelError, Place, Trouble};
 use super::names::wrong_size;
+use super::raw::{MOST, Raw};
 use super::{FETCHED, Model, NAMES, Report, clean, fetched, glb, named, obj, ply};
 use flate2::read::MultiGzDecoder;
 use std::io::Read;

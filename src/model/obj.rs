@@ -1,8 +1,8 @@
 //! Wavefront OBJ: `v`, `vt`, `vn` and `f`; polygons become fans. What draws no surface (groups, materials, lines,
 //! points) is passed over. Numbers are read as f64: a scan in map coordinates has no shape in f32.
 
-use super::clean::{MOST, Raw};
 use super::error::Trouble;
+use super::raw::{MOST, Raw};
 use std::collections::HashMap;
 
 /// Reads the text of an OBJ file.

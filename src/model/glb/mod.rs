@@ -4,8 +4,8 @@
 mod accessor;
 mod json;
 
-use super::clean::Raw;
 use super::error::Trouble;
+use super::raw::Raw;
 use accessor::{Numbers, accessor};
 use glam::{DMat3, DMat4, DQuat, DVec3};
 use json::{Document, Node, Primitive};

@@ -5,10 +5,10 @@
 
 mod faces;
 
-use super::clean::{MOST, Raw};
 use super::error::Trouble;
 use super::number::{Endian, Kind};
 use super::obj::{number, shown};
+use super::raw::{MOST, Raw};
 use glam::DVec3;
 
 /// Reads a PLY file.

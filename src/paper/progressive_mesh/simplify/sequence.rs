@@ -3,13 +3,12 @@
 
 use super::components::{Component, lesser_components};
 use super::curve::Curve;
-use super::hub::{Hub, Kind, Link, Spoke};
+use super::hub::{Hub, Kind, Link, Spoke, WedgePairs};
 use super::lost::{Lost, squared_to_segment};
 use super::quadric::Quadric;
 use super::queue::{Queue, Ties};
 use super::shape::Shape;
 use super::start::{WedgeLists, nearest_wedge, normals, quadrics};
-use super::step::{Near, Step};
 use super::surface::{Blade, Frame, Surface};
 use super::{Collapses, NOWHERE, Report, Simplified, SimplifyOptions};
 use crate::model::Model;
@@ -65,6 +64,25 @@ pub enum Rules {
     Folding,
     /// Also leave borders and seams, and move their ends.
     Crossing,
+}
+
+/// A collapse that may be done.
+#[derive(Clone, Copy, Debug)]
+pub struct Step {
+    pub spoke: Spoke,
+    pub cost: f64,
+    pub pairs: WedgePairs,
+    pub link: Link,
+    pub flips: bool,
+}
+
+/// A position that has vanished, or is about to.
+#[derive(Clone, Copy, Debug)]
+pub struct Near {
+    pub position: u32,
+    pub point: DVec3,
+    /// Which of the hub's blades it belongs to; any for the hub itself.
+    pub blade: u32,
 }
 
 impl<'a> Sequence<'a> {

@@ -1,9 +1,9 @@
 //! One collapse: whether it may be done, what it costs, and how far it leads away from the model.
 
-use super::hub::{Kind, Link, Path, Spoke, WedgePairs};
+use super::hub::{Kind, Link, Path, Spoke};
 use super::lost::squared_to_segment;
 use super::queue::Ties;
-use super::sequence::{Rules, Sequence};
+use super::sequence::{Near, Rules, Sequence, Step};
 use super::shape::{more_samples, samples};
 use glam::DVec3;
 
@@ -17,25 +17,6 @@ const PINCH_FACTOR: f64 = 4.0;
 
 /// And one that turns a face too far, where that is allowed at all.
 const FLIP_FACTOR: f64 = 100.0;
-
-/// A collapse that may be done.
-#[derive(Clone, Copy, Debug)]
-pub struct Step {
-    pub spoke: Spoke,
-    pub cost: f64,
-    pub pairs: WedgePairs,
-    pub link: Link,
-    pub flips: bool,
-}
-
-/// A position that has vanished, or is about to.
-#[derive(Clone, Copy, Debug)]
-pub struct Near {
-    pub position: u32,
-    pub point: DVec3,
-    /// Which of the hub's blades it belongs to; any for the hub itself.
-    pub blade: u32,
-}
 
 impl Sequence<'_> {
     pub(super) fn quadric_cost(&self, from: u32, to: u32) -> f64 {
