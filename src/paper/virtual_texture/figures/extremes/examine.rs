@@ -31,7 +31,7 @@ pub struct Examination {
     pub stage1: Stage1Check,
     /// Of the reference, from the device's own `U1`.
     pub tiles: usize,
-    /// In order of [`variants`].
+    /// In order of [`super::contenders::variants`].
     pub variants: Vec<(String, Outcome)>,
     /// The settled picture; `None` where so many tiles are not resident at once.
     pub settled: Option<Settled>,
