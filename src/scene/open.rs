@@ -6,7 +6,7 @@ use crate::texture::source::earth::{Earth, EarthError};
 use crate::texture::source::encoded::Encoded;
 use crate::texture::source::{
     TileFormat, TileSource,
-    disk::{BadDisk, Disk},
+    disk::{Disk, FaultyDisk},
     ruler::Ruler,
 };
 use crate::texture::tiles::{TileFile, TileFileError};
@@ -51,7 +51,7 @@ impl Scene {
         self.texture.as_mut().ok_or_else(|| TextureError::Absent(self.name.clone()))
     }
 
-    /// Opens the texture, behind a bad disk where the scene puts one on: synthetic sources need no file at all.
+    /// Opens the texture, with the disk faults that the scene injects. Synthetic sources need no file.
     ///
     /// # Errors
     /// [`TextureError`] names the key or the file.
@@ -59,7 +59,7 @@ impl Scene {
         let source = self.open_healthy_texture()?;
         Ok(match self.disk == Disk::default() {
             true => source,
-            false => Arc::new(BadDisk::new(source, self.disk.clone())),
+            false => Arc::new(FaultyDisk::new(source, self.disk.clone())),
         })
     }
 
