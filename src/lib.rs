@@ -1,25 +1,57 @@
-//! Ortelius: a research renderer on raw Vulkan. Three papers rebuilt, each beside its modern
-//! variants and a slow exact reference; everything measured.
+//! Ortelius: a research renderer on raw Vulkan. It rebuilds the pipelines of papers, each beside its modern variants and
+//! a slow, exact reference, and measures what every choice costs and what error it makes.
 //!
-//! Modules are listed by floor: a module may use those of the floors above it in this list, never those below.
+//! # The papers
+//!
+//! The question "how does the paper do step Y" is answered by one file, named after the step; the module of each paper
+//! lists them, with the errata.
+//!
+//! - [`paper::virtual_texture`]: super-large textures, whose visible tiles are found wholly on the GPU.
+//! - [`paper::progressive_mesh`]: progressive meshes whose index buffer suits the vertex cache at every level of detail.
+//! - The third paper, on texture mapping, is not rebuilt yet; its exact filters are the reference of the first one.
+//!
+//! # Use as a library
+//!
+//! A [`Scene`] is read from a file or by the name of a shipped one; a [`Renderer`] opens it on a device, a [`Gpu`], with
+//! the features, memory and passes that the scene names and no others. Everything else is internal: public for the
+//! command line and the tests, hidden here, and free to change.
+
+#![deny(unsafe_code)]
+
+// A module may use those of the floors above it in this list, never those below.
 
 // floor 0: plain data, no GPU
+#[doc(hidden)]
 pub mod math;
+#[doc(hidden)]
 pub mod picture;
+#[doc(hidden)]
 pub mod stats;
 // floor 1: worlds that do not know each other
+#[doc(hidden)]
 pub mod model;
+#[doc(hidden)]
 pub mod reference;
+#[doc(hidden)]
 pub mod texture;
+#[allow(unsafe_code)]
+#[doc(hidden)]
 pub mod vk;
 // floor 2: what is shown, how frames are made, what is measured
+#[doc(hidden)]
 pub mod figure;
 pub mod frame;
+#[doc(hidden)]
 pub mod scene;
 // floor 3: the papers; none names another
 pub mod paper;
 // floor 4: a scene becomes passes
+#[doc(hidden)]
 pub mod renderer;
+
+pub use renderer::{Options, RenderError, Renderer};
+pub use scene::{Scene, SceneError};
+pub use vk::Gpu;
 
 /// The README's example compiles.
 #[cfg(doctest)]

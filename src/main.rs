@@ -1,20 +1,13 @@
 //! The command line.
 
+#![forbid(unsafe_code)]
+
 mod command;
 
 use clap::{Parser, Subcommand};
-use command::doctor::Unwell;
-use command::mesh::Unsound;
-use command::verify::Damaged;
 use command::{
-    Usage, bake, compare, demo, doctor, fetch, list, merge, mesh, render, reproduce, trade, verify,
+    bake, compare, demo, doctor, exit, fetch, list, merge, mesh, render, reproduce, trade, verify,
 };
-use ortelius::paper::progressive_mesh::file::PmeshError;
-use ortelius::renderer::RenderError;
-use ortelius::scene::{SceneError, TextureError};
-use ortelius::texture::bake::BakeError;
-use ortelius::texture::tiles::TileFileError;
-use ortelius::vk;
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
@@ -76,7 +69,7 @@ fn main() -> ExitCode {
         .with_max_level(level)
         .with_writer(std::io::stderr)
         .with_ansi(colours)
-        // It would tell of a full stderr on stderr, and panic.
+        // It would report a full stderr on stderr, and panic.
         .log_internal_errors(false)
         .without_time()
         .with_target(false)
@@ -98,55 +91,17 @@ fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // Where stderr is closed or full nobody can be told but by the exit code.
-            let _told = writeln!(std::io::stderr(), "ortelius: {}", one_line(&error));
-            ExitCode::from(exit_code(&error))
+            // stderr may be closed or full: the exit code is then the only report.
+            let _ignored = writeln!(std::io::stderr(), "ortelius: {}", one_line(&error));
+            ExitCode::from(exit::exit_code(&error))
         }
     }
 }
 
-/// An error with its causes; many of ours name their cause themselves, and no word is to be said twice.
+/// An error with its causes. Many of our errors already name their cause: a text that is there is not repeated.
 fn one_line(error: &anyhow::Error) -> String {
     error.chain().skip(1).fold(error.to_string(), |line, cause| match cause.to_string() {
         cause if line.contains(&cause) => line,
         cause => format!("{line}: {cause}"),
     })
-}
-
-/// The first cause that has a code of its own decides.
-fn exit_code(error: &anyhow::Error) -> u8 {
-    error.chain().find_map(code_of).unwrap_or(1)
-}
-
-fn code_of(cause: &(dyn std::error::Error + 'static)) -> Option<u8> {
-    let vulkan = cause.downcast_ref::<vk::Error>().map(vk::Error::exit_code);
-    let render = || cause.downcast_ref::<RenderError>().and_then(RenderError::exit_code);
-    let texture = || cause.downcast_ref::<TextureError>().and_then(TextureError::exit_code);
-    let tiles = || cause.downcast_ref::<TileFileError>().map(TileFileError::exit_code);
-    let bake = || cause.downcast_ref::<BakeError>().map(BakeError::exit_code);
-    let unwell = || cause.downcast_ref::<Unwell>().map(|unwell| unwell.exit_code);
-    let scene = || cause.downcast_ref::<SceneError>().and_then(scene_code);
-    let pmesh = || cause.downcast_ref::<PmeshError>().map(PmeshError::exit_code);
-    let damaged = || (cause.is::<Damaged>() || cause.is::<Unsound>()).then_some(3);
-    vulkan
-        .or_else(render)
-        .or_else(texture)
-        .or_else(tiles)
-        .or_else(bake)
-        .or_else(pmesh)
-        .or_else(damaged)
-        .or_else(scene)
-        .or_else(unwell)
-        .or(cause.is::<Usage>().then_some(2))
-}
-
-/// What the command line names and is not there is usage; what is wrong in a file is an error.
-fn scene_code(error: &SceneError) -> Option<u8> {
-    match error {
-        SceneError::Read { .. } | SceneError::Write(_) | SceneError::Content { .. } => None,
-        SceneError::Unknown { .. }
-        | SceneError::Override { .. }
-        | SceneError::Camera { .. }
-        | SceneError::Path { .. } => Some(2),
-    }
 }

@@ -81,6 +81,17 @@ fn record_at(layout: &Layout, offset: u64) -> Option<Record> {
     (offset >= tiles).then(|| Record::Tile(layout.tile((offset - tiles) / layout.record_bytes() as u64)))
 }
 
+/// The file can be opened and read, and its bytes are wrong.
+fn is_damage(error: &TileFileError) -> bool {
+    match error {
+        TileFileError::NotTiles { .. }
+        | TileFileError::Header { .. }
+        | TileFileError::Length { .. }
+        | TileFileError::Index { .. } => true,
+        TileFileError::Open { .. } | TileFileError::Read { .. } | TileFileError::Version { .. } => false,
+    }
+}
+
 #[test]
 fn a_flip_of_any_byte_is_found_and_put_down_to_its_record() {
     let folder = tempfile::tempdir().unwrap();
@@ -96,7 +107,7 @@ fn a_flip_of_any_byte_is_found_and_put_down_to_its_record() {
         match record_at(&layout, offset as u64) {
             None => {
                 let error = found.expect_err("a flip in header or index");
-                assert_eq!(error.exit_code(), 3, "byte {offset}: {error}");
+                assert!(is_damage(&error), "byte {offset}: {error}");
             }
             Some(record) => {
                 let bad: Vec<Record> = found.unwrap().bad.into_iter().map(|bad| bad.record).collect();
@@ -134,7 +145,7 @@ fn a_file_of_any_other_length_does_not_open() {
         cut.resize(length, 0);
         fs::write(&path, &cut).unwrap();
         let error = TileFile::open(&path).err().unwrap_or_else(|| panic!("{length} bytes open"));
-        assert_eq!(error.exit_code(), 3, "{length} bytes: {error}");
+        assert!(is_damage(&error), "{length} bytes: {error}");
     }
 }
 

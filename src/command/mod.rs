@@ -5,6 +5,7 @@ pub mod compare;
 pub mod demo;
 mod device;
 pub mod doctor;
+pub mod exit;
 pub mod fetch;
 pub mod list;
 pub mod merge;

@@ -1,10 +1,12 @@
 //! What `reproduce` and `merge` end with: the report, and the verdicts on stdout.
 
-use super::reproduce::WORKER;
 use super::say;
 use anyhow::Context;
 use ortelius::figure::{Changes, Effort, Figure, Results, Store, write_outputs};
 use std::path::Path;
+
+/// Precedes the last argument of a `reproduce` that a `reproduce` started; the user did not give it.
+pub const WORKER: &str = "--worker";
 
 /// Lines on stdout for values that changed; the page has all.
 const MOST_CHANGES: usize = 20;
@@ -35,7 +37,6 @@ pub fn report(
     let results = Results::gather(figures, effort, &cells);
     let changes = against.map(|before| Changes::between(before, &results));
     let text = |text: std::ffi::OsString| text.to_string_lossy().into_owned();
-    // A child's own argument is none of the user's.
     let given = std::env::args_os().take_while(|argument| argument != WORKER);
     let command: Vec<String> = given.map(text).collect();
     write_outputs(store, figures, &results, &cells, &command, changes.as_ref())?;

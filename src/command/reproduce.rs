@@ -4,7 +4,7 @@
 use super::Usage;
 use super::device::DeviceArgs;
 use super::outputs::check_folder;
-use super::report::{report, stored};
+use super::report::{WORKER, report, stored};
 use anyhow::{Context, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -49,9 +49,6 @@ pub struct ReproduceArgs {
     #[command(flatten)]
     device: DeviceArgs,
 }
-
-/// Stands before a child's last argument.
-pub const WORKER: &str = "--worker";
 
 fn parse_partition(text: &str) -> Result<Partition, String> {
     let parsed = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));

@@ -1,6 +1,6 @@
 //! All that a run found out, figure by figure: what `results.json` holds, and what the page shows.
 
-use super::{Cell, CellResult, Effort, Figure, Finding, Machine, Origin, Record, Row, Table, Value, Verdict};
+use super::{Cell, CellResult, Effort, Figure, Finding, Machine, Origin, Outcome, Record, Table, Verdict};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -46,19 +46,6 @@ pub struct CellRows {
     pub pictures: Vec<String>,
     #[serde(flatten)]
     pub outcome: Outcome,
-}
-
-/// How the measurement of a cell ended.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Outcome {
-    Rows(Vec<Row>),
-    /// The error.
-    Failed(String),
-    /// The process died in it: how. It is not tried again.
-    Crashed(String),
-    /// Not measured yet, or elsewhere.
-    Absent,
 }
 
 /// A text that holds no results.
@@ -216,35 +203,4 @@ fn tempered(mut finding: Finding, cells: &[CellRows]) -> Finding {
         finding.why = format!("{} ({})", finding.why, notes.join("; ")).trim_start().to_string();
     }
     finding
-}
-
-impl Outcome {
-    /// What a figure measured, or why it is not to be used: a summary or a series that is not finite, a row that
-    /// stands there twice.
-    pub(super) fn of(measured: anyhow::Result<Vec<Row>>) -> Outcome {
-        let rows = match measured {
-            Ok(rows) => rows,
-            // With its causes, in one line.
-            Err(error) => return Outcome::Failed(format!("{error:#}").replace('\n', "; ")),
-        };
-        for (at, row) in rows.iter().enumerate() {
-            let name = format!("{}, {}", row.variant, row.quantity);
-            let finite = match &row.value {
-                Value::Summary(s) => [s.min, s.p5, s.median, s.p95, s.max].iter().all(|v| v.is_finite()),
-                Value::Series(points) => points.iter().flatten().all(|v| v.is_finite()),
-                Value::Spreads(points) => {
-                    points.iter().all(|(x, s)| [*x, s.min, s.max].iter().all(|v| v.is_finite()))
-                }
-                Value::Number(_) | Value::Text(_) | Value::Missing(_) => true,
-            };
-            if !finite {
-                return Outcome::Failed(format!("{name}: not finite: {:?}", row.value));
-            }
-            let same = |other: &&Row| other.variant == row.variant && other.quantity == row.quantity;
-            if rows[..at].iter().any(|other| same(&other)) {
-                return Outcome::Failed(format!("{name}: measured twice in one cell"));
-            }
-        }
-        Outcome::Rows(rows)
-    }
 }

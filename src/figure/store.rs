@@ -1,7 +1,7 @@
 //! A run's folder: one file a cell under `cells/FIGURE/`, each there whole or not at all, so that a run may be killed
 //! at any moment; pictures under `pictures/`, written before the cell that names them.
 
-use super::{Cell, Effort, Figure, Machine, Outcome, json};
+use super::{Cell, Effort, Figure, Machine, Row, Value, json};
 use crate::picture::write::{FileError, write_whole};
 use serde::{Deserialize, Serialize};
 use std::io::Write as _;
@@ -24,6 +24,49 @@ pub struct CellResult {
     pub pictures: Vec<String>,
     #[serde(flatten)]
     pub outcome: Outcome,
+}
+
+/// How the measurement of a cell ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Outcome {
+    Rows(Vec<Row>),
+    /// The error.
+    Failed(String),
+    /// The process died in it: how. It is not tried again.
+    Crashed(String),
+    /// Not measured yet, or elsewhere.
+    Absent,
+}
+
+impl Outcome {
+    /// What a figure measured, or why that cannot be used: a value is not finite, or a row was measured twice.
+    pub(super) fn of(measured: anyhow::Result<Vec<Row>>) -> Outcome {
+        let rows = match measured {
+            Ok(rows) => rows,
+            // With its causes, in one line.
+            Err(error) => return Outcome::Failed(format!("{error:#}").replace('\n', "; ")),
+        };
+        for (at, row) in rows.iter().enumerate() {
+            let name = format!("{}, {}", row.variant, row.quantity);
+            let finite = match &row.value {
+                Value::Summary(s) => [s.min, s.p5, s.median, s.p95, s.max].iter().all(|v| v.is_finite()),
+                Value::Series(points) => points.iter().flatten().all(|v| v.is_finite()),
+                Value::Spreads(points) => {
+                    points.iter().all(|(x, s)| [*x, s.min, s.max].iter().all(|v| v.is_finite()))
+                }
+                Value::Number(_) | Value::Text(_) | Value::Missing(_) => true,
+            };
+            if !finite {
+                return Outcome::Failed(format!("{name}: not finite: {:?}", row.value));
+            }
+            let same = |other: &&Row| other.variant == row.variant && other.quantity == row.quantity;
+            if rows[..at].iter().any(|other| same(&other)) {
+                return Outcome::Failed(format!("{name}: measured twice in one cell"));
+            }
+        }
+        Outcome::Rows(rows)
+    }
 }
 
 /// A folder that cannot be read or written.

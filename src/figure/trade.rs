@@ -1,14 +1,9 @@
 //! What a scene's settings cost and what they are off by: the report of `ortelius trade`.
 
-use super::plot::scatter::{self, Spot};
-use super::plot::{self, Chart, Point};
 use super::table::any_f64;
-use super::{Machine, json, page};
-use crate::picture::write::write_whole;
+use super::{Machine, json};
 use crate::stats::{Choice, Summary, front};
 use serde::{Deserialize, Serialize};
-use std::io::Write as _;
-use std::path::Path;
 
 /// A sweep's result.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -139,44 +134,6 @@ impl Trade {
     /// JSON, with a line for each setting.
     pub fn json(&self) -> String {
         json::text(self, 2)
-    }
-
-    /// `index.html`, `trade.svg` and `trade.json` into an existing folder; `answer` stands at the head of the page.
-    ///
-    /// # Errors
-    /// The disk's.
-    pub fn write(&self, folder: &Path, answer: &str) -> anyhow::Result<()> {
-        let drawn = self.draw();
-        let put = |name: &str, text: String| {
-            write_whole(&folder.join(name), |file| file.write_all(text.as_bytes()))
-        };
-        if let Some(drawn) = &drawn {
-            put("trade.svg", plot::file(drawn))?;
-        }
-        put("trade.json", self.json())?;
-        Ok(put("index.html", page::trade::html(self, drawn.as_deref(), answer)?)?)
-    }
-
-    fn draw(&self) -> Option<String> {
-        let chart = Chart {
-            title: format!("{}, {} x {}: time and error", self.scene, self.size[0], self.size[1]),
-            below: format!(
-                "median of {} to {}, p5 to p95 · {}",
-                self.runs, self.most_runs, self.machine.device
-            ),
-            quantity: self.measure.clone(),
-            unit: String::new(),
-            log: true,
-        };
-        let spot = |setting: &Traded| Spot {
-            name: format!("{}, {} {:.2e}", setting.name, self.measure, setting.error),
-            time: Point { y: setting.ms.median, low: setting.ms.p5, high: setting.ms.p95 },
-            error: setting.error,
-            on_front: setting.on_front,
-        };
-        let others = self.settings.iter().filter(|setting| !setting.on_front);
-        let spots: Vec<Spot> = self.front().into_iter().chain(others).map(spot).collect();
-        scatter::draw(&chart, "settled frame, ms (logarithmic)", &spots)
     }
 }
 

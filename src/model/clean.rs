@@ -7,26 +7,15 @@
 use super::attributes::{finite_coordinates, first_alike, usable_normals};
 use super::manifold::Faces;
 use super::outliers::usable;
+use super::raw::{MOST, Raw};
 use super::report::Report;
 use super::{Attributes, Model};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-/// A mesh as it came. Nothing is known of its values; only the lengths and the indices fit.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Raw {
-    pub positions: Vec<DVec3>,
-    /// Each list empty, or with one entry for each position.
-    pub attributes: Attributes,
-    pub faces: Vec<[u32; 3]>,
-}
-
 /// Twice a triangle's area over its longest side squared: what rounding leaves of collinear points in f64.
 const FLAT: f64 = 1.0 / (1u64 << 48) as f64;
-/// The largest number of vertices, and of faces: corners of faces stay below 2^32 (an index buffer of 1.5 GiB).
-pub const MOST: usize = 1 << 27;
-
 /// Makes a model of a mesh. Positions, and faces where they stay, keep their order; the wedges of a position are
 /// neighbours, in the order in which faces use them. A model without faces may come out.
 ///

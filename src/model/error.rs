@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// A model that cannot be had; each is one line.
+/// A model that cannot be opened. Each message is one line.
 #[derive(Debug, Error)]
 pub enum ModelError {
     #[error("{path}: cannot be read: {source}")]
@@ -29,7 +29,7 @@ pub enum ModelError {
 pub enum Place {
     Line(usize),
     Byte(usize),
-    /// Not at one place.
+    /// The fault has no single place.
     Whole,
 }
 
@@ -43,14 +43,14 @@ impl std::fmt::Display for Place {
     }
 }
 
-/// A [`ModelError::Content`] that does not know its file yet.
+/// A [`ModelError::Content`] without its file: readers see bytes only.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) struct Trouble {
+pub(super) struct Fault {
     pub place: Place,
     pub what: String,
 }
 
-impl Trouble {
+impl Fault {
     pub(super) fn line(line: usize, what: impl Into<String>) -> Self {
         Self { place: Place::Line(line), what: what.into() }
     }

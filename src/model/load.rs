@@ -1,8 +1,8 @@
 //! A model from a file or by its name.
 
-use super::clean::{MOST, Raw};
-use super::error::{ModelError, Place, Trouble};
+use super::error::{Fault, ModelError, Place};
 use super::names::wrong_size;
+use super::raw::{MOST, Raw};
 use super::{FETCHED, Model, NAMES, Report, clean, fetched, glb, named, obj, ply};
 use flate2::read::MultiGzDecoder;
 use std::io::Read;
@@ -82,10 +82,10 @@ impl Model {
     /// As [`Self::load`].
     pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<(Model, Report), ModelError> {
         let (read, _) = kind(path)?;
-        let content = |Trouble { place, what }| ModelError::Content { path: path.to_owned(), place, what };
+        let content = |Fault { place, what }| ModelError::Content { path: path.to_owned(), place, what };
         let raw = read(bytes).map_err(content)?;
         if raw.positions.len() > MOST {
-            return Err(content(Trouble::whole(format!("more than {MOST} vertices"))));
+            return Err(content(Fault::whole(format!("more than {MOST} vertices"))));
         }
         let (model, report) = clean(&raw);
         if model.faces.is_empty() {
@@ -100,7 +100,7 @@ impl Model {
     }
 }
 
-type Reader = fn(&[u8]) -> Result<Raw, Trouble>;
+type Reader = fn(&[u8]) -> Result<Raw, Fault>;
 
 /// By the name's ending: how it is read, and whether it is packed.
 fn kind(path: &Path) -> Result<(Reader, bool), ModelError> {

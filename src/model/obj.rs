@@ -1,15 +1,15 @@
 //! Wavefront OBJ: `v`, `vt`, `vn` and `f`; polygons become fans. What draws no surface (groups, materials, lines,
 //! points) is passed over. Numbers are read as f64: a scan in map coordinates has no shape in f32.
 
-use super::clean::{MOST, Raw};
-use super::error::Trouble;
+use super::error::Fault;
+use super::raw::{MOST, Raw};
 use std::collections::HashMap;
 
 /// Reads the text of an OBJ file.
 ///
 /// # Errors
-/// [`Trouble`] with the line.
-pub(super) fn read(text: &[u8]) -> Result<Raw, Trouble> {
+/// [`Fault`] with the line.
+pub(super) fn read(text: &[u8]) -> Result<Raw, Fault> {
     let mut reader = Reader::default();
     let mut continued: Vec<u8> = Vec::new();
     let mut first_line = 1;
@@ -23,15 +23,15 @@ pub(super) fn read(text: &[u8]) -> Result<Raw, Trouble> {
             // So that a continued line is told from none.
             continued.push(b' ');
         } else if continued.is_empty() {
-            reader.line(line).map_err(|what| Trouble::line(first_line, what))?;
+            reader.line(line).map_err(|what| Fault::line(first_line, what))?;
         } else {
             continued.extend_from_slice(line);
-            reader.line(&continued).map_err(|what| Trouble::line(first_line, what))?;
+            reader.line(&continued).map_err(|what| Fault::line(first_line, what))?;
             continued.clear();
         }
     }
     if !continued.is_empty() {
-        reader.line(&continued).map_err(|what| Trouble::line(first_line, what))?;
+        reader.line(&continued).map_err(|what| Fault::line(first_line, what))?;
     }
     Ok(reader.finish())
 }

@@ -3,7 +3,7 @@
 use super::Model;
 use serde::Serialize;
 
-/// How a model hangs together; all of it in positions, not wedges.
+/// Connectivity of a model, in positions, not wedges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Topology {
     pub edges: usize,

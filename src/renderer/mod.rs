@@ -44,20 +44,6 @@ pub enum RenderError {
     Vulkan(#[from] vk::Error),
 }
 
-impl RenderError {
-    /// The program's exit code where it is not the common 1.
-    pub fn exit_code(&self) -> Option<u8> {
-        match self {
-            RenderError::Texture(error) => error.exit_code(),
-            RenderError::VirtualTexture(error) => error.exit_code(),
-            RenderError::Surface(SurfaceError::Vulkan(error)) | RenderError::Vulkan(error) => {
-                Some(error.exit_code())
-            }
-            _ => None,
-        }
-    }
-}
-
 /// How a scene is to be opened.
 #[derive(Clone, Copy, Debug)]
 pub struct Options<'a> {

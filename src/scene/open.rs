@@ -6,7 +6,7 @@ use crate::texture::source::earth::{Earth, EarthError};
 use crate::texture::source::encoded::Encoded;
 use crate::texture::source::{
     TileFormat, TileSource,
-    disk::{BadDisk, Disk},
+    disk::{Disk, FaultyDisk},
     ruler::Ruler,
 };
 use crate::texture::tiles::{TileFile, TileFileError};
@@ -34,16 +34,6 @@ pub enum TextureError {
     Differs { path: String, found: String, stated: String },
 }
 
-impl TextureError {
-    /// The program's exit code where it is not the common 1.
-    pub fn exit_code(&self) -> Option<u8> {
-        match self {
-            TextureError::File(error) => Some(error.exit_code()),
-            _ => None,
-        }
-    }
-}
-
 impl Scene {
     /// The landscape's texture as the scene describes it.
     ///
@@ -61,7 +51,7 @@ impl Scene {
         self.texture.as_mut().ok_or_else(|| TextureError::Absent(self.name.clone()))
     }
 
-    /// Opens the texture, behind a bad disk where the scene puts one on: synthetic sources need no file at all.
+    /// Opens the texture, with the disk faults that the scene injects. Synthetic sources need no file.
     ///
     /// # Errors
     /// [`TextureError`] names the key or the file.
@@ -69,7 +59,7 @@ impl Scene {
         let source = self.open_healthy_texture()?;
         Ok(match self.disk == Disk::default() {
             true => source,
-            false => Arc::new(BadDisk::new(source, self.disk.clone())),
+            false => Arc::new(FaultyDisk::new(source, self.disk.clone())),
         })
     }
 

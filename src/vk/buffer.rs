@@ -40,6 +40,17 @@ pub struct Buffer {
     name: String,
 }
 
+/// A rectangle of one level and layer of an image, tightly packed in a buffer from `offset` on.
+#[derive(Clone, Copy, Debug)]
+pub struct TexelCopy {
+    pub offset: u64,
+    pub mip: u32,
+    pub layer: u32,
+    /// First column and row.
+    pub at: [u32; 2],
+    pub size: [u32; 2],
+}
+
 impl Gpu {
     /// # Errors
     /// [`super::Error::OutOfMemory`] names the buffer and its bytes.

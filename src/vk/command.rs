@@ -2,7 +2,9 @@
 
 use super::device::Device;
 use super::shader::DescriptorKind;
-use super::{Buffer, Check, ComputePipeline, Image, Result, Sampler, ShaderQuery, StreamQuery, View};
+use super::{
+    Buffer, Check, ComputePipeline, Image, Result, Sampler, ShaderQuery, StreamQuery, TexelCopy, View,
+};
 use ash::vk;
 
 /// The recorder of one pass.
@@ -18,17 +20,6 @@ pub enum Resource<'a> {
     Texture(&'a Image, View),
     Sampled(&'a Image, &'a Sampler),
     Buffer(&'a Buffer),
-}
-
-/// A rectangle of one level and layer of an image, tightly packed in a buffer from `offset` on.
-#[derive(Clone, Copy, Debug)]
-pub struct TexelCopy {
-    pub offset: u64,
-    pub mip: u32,
-    pub layer: u32,
-    /// First column and row.
-    pub at: [u32; 2],
-    pub size: [u32; 2],
 }
 
 impl Cmd<'_> {

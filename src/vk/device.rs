@@ -1,32 +1,11 @@
 //! The device: one queue, one allocator, and the queue of objects that wait for the GPU before they die.
 
-use super::frame::Ring;
 use super::instance::{Instance, PhysicalDevice};
-use super::message::Message;
-use super::{Check, Error, Feature, Need, Result};
+use super::{Check, Error, Feature, Result};
 use ash::{ext, vk};
 use gpu_allocator::vulkan::{Allocation, Allocator, AllocatorCreateDesc};
 use std::mem::ManuallyDrop;
 use std::sync::{Arc, Mutex};
-
-/// How to open a device.
-#[derive(Clone, Debug, Default)]
-pub struct GpuOptions<'a> {
-    /// Part of a device's name, or its index; `None`: the first usable, discrete before integrated before software.
-    pub device: Option<&'a str>,
-    /// Validation with synchronisation validation.
-    pub validate: bool,
-    pub needs: &'a [Need],
-    /// Switched on where the device has them: for runs that compare variants.
-    pub wishes: &'a [Feature],
-}
-
-/// An open device. Cheap to clone; the last clone closes it.
-#[derive(Clone)]
-pub struct Gpu {
-    pub(crate) device: Arc<Device>,
-    pub(crate) ring: Arc<Mutex<Ring>>,
-}
 
 /// What every wrapper keeps alive.
 pub(crate) struct Device {
@@ -68,62 +47,12 @@ unsafe impl Send for Device {}
 // SAFETY: the queue and the command pools are only touched under the ring's lock; all else is behind mutexes.
 unsafe impl Sync for Device {}
 
-impl Gpu {
-    /// Opens the device with exactly the features that `needs` and `wishes` name.
-    ///
-    /// # Errors
-    /// No loader, driver or device; a missing feature, with the pass that wants it and the variant that does without.
-    pub fn new(options: &GpuOptions<'_>) -> Result<Gpu> {
-        let instance = Arc::new(Instance::new(options.validate)?);
-        let physical = instance.choose(options.device)?;
-        if physical.api < (1, 3, 0) {
-            let (major, minor, _) = physical.api;
-            return Err(Error::Limit {
-                object: physical.name,
-                what: format!(
-                    "Vulkan {major}.{minor}; 1.3 is needed. Choose another --device, or update the driver"
-                ),
-            });
-        }
-        physical.offered.require(&physical.name, options.needs)?;
-        let needed = options.needs.iter().map(|need| need.feature);
-        let wished = options.wishes.iter().copied().filter(|wish| physical.features.contains(wish));
-        let features = needed.chain(wished).collect();
-        let device = Arc::new(Device::new(instance, physical, features)?);
-        let ring = Arc::new(Mutex::new(Ring::new(&device)?));
-        Ok(Gpu { device, ring })
-    }
-
-    pub fn physical(&self) -> &PhysicalDevice {
-        &self.device.physical
-    }
-
-    pub fn has(&self, feature: Feature) -> bool {
-        self.device.features.contains(&feature)
-    }
-
-    /// Whether the device was opened with what `needs` names.
-    ///
-    /// # Errors
-    /// [`Error::MissingFeature`] with the pass that wants it and the variant that does without.
-    pub fn require(&self, needs: &[Need]) -> Result<()> {
-        let Some(missing) = needs.iter().find(|need| !self.has(need.feature)) else { return Ok(()) };
-        Err(Error::MissingFeature {
-            device: self.device.physical.name.clone(),
-            feature: missing.feature.name(),
-            pass: missing.pass,
-            without: missing.without,
-        })
-    }
-
-    /// Validation messages so far (none, or the test that caused them fails).
-    pub fn messages(&self) -> Vec<Message> {
-        self.device.instance.messages()
-    }
-}
-
 impl Device {
-    fn new(instance: Arc<Instance>, physical: PhysicalDevice, mut features: Vec<Feature>) -> Result<Device> {
+    pub(super) fn new(
+        instance: Arc<Instance>,
+        physical: PhysicalDevice,
+        mut features: Vec<Feature>,
+    ) -> Result<Device> {
         features.sort();
         features.dedup();
         let (queue_family, timestamp_bits) = queue_family(&instance, &physical)?;

@@ -36,20 +36,6 @@ pub enum Error {
     Call { call: &'static str, object: String, result: vk::Result },
 }
 
-impl Error {
-    /// The program's exit code: 2 no driver, 4 device lost, else 1.
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            Error::Loader(_)
-            | Error::NoDevice { .. }
-            | Error::DeviceChoice { .. }
-            | Error::NoValidationLayer => 2,
-            Error::DeviceLost { .. } => 4,
-            _ => 1,
-        }
-    }
-}
-
 /// Turns a Vulkan result into an [`Error`] that names the call and the object: every call goes through here.
 pub(crate) trait Check<T> {
     fn check(self, call: &'static str, object: &str) -> Result<T, Error>;

@@ -21,9 +21,8 @@ mod semaphore;
 pub mod shader;
 mod watched;
 
-pub use buffer::{Buffer, BufferUse};
-pub use command::{Cmd, Resource, TexelCopy};
-pub use device::{Gpu, GpuOptions};
+pub use buffer::{Buffer, BufferUse, TexelCopy};
+pub use command::{Cmd, Resource};
 pub use error::Error;
 pub use features::{Feature, Need};
 pub use frame::{FRAMES_IN_FLIGHT, Frame, PassTime, Ticket};
@@ -38,4 +37,81 @@ pub use watched::Watched;
 
 pub(crate) use error::Check;
 
+use device::Device;
+use frame::Ring;
+use std::sync::{Arc, Mutex};
+
 pub type Result<T> = std::result::Result<T, Error>;
+
+/// How to open a device.
+#[derive(Clone, Debug, Default)]
+pub struct GpuOptions<'a> {
+    /// Part of a device's name, or its index; `None`: the first usable, discrete before integrated before software.
+    pub device: Option<&'a str>,
+    /// Validation with synchronisation validation.
+    pub validate: bool,
+    pub needs: &'a [Need],
+    /// Switched on where the device has them: for runs that compare variants.
+    pub wishes: &'a [Feature],
+}
+
+/// An open device. Cheap to clone; the last clone closes it.
+#[derive(Clone)]
+pub struct Gpu {
+    pub(crate) device: Arc<Device>,
+    pub(crate) ring: Arc<Mutex<Ring>>,
+}
+
+impl Gpu {
+    /// Opens the device with exactly the features that `needs` and `wishes` name.
+    ///
+    /// # Errors
+    /// No loader, driver or device; a missing feature, with the pass that wants it and the variant that does without.
+    pub fn new(options: &GpuOptions<'_>) -> Result<Gpu> {
+        let instance = Arc::new(Instance::new(options.validate)?);
+        let physical = instance.choose(options.device)?;
+        if physical.api < (1, 3, 0) {
+            let (major, minor, _) = physical.api;
+            return Err(Error::Limit {
+                object: physical.name,
+                what: format!(
+                    "Vulkan {major}.{minor}; 1.3 is needed. Choose another --device, or update the driver"
+                ),
+            });
+        }
+        physical.offered.require(&physical.name, options.needs)?;
+        let needed = options.needs.iter().map(|need| need.feature);
+        let wished = options.wishes.iter().copied().filter(|wish| physical.features.contains(wish));
+        let features = needed.chain(wished).collect();
+        let device = Arc::new(Device::new(instance, physical, features)?);
+        let ring = Arc::new(Mutex::new(Ring::new(&device)?));
+        Ok(Gpu { device, ring })
+    }
+
+    pub fn physical(&self) -> &PhysicalDevice {
+        &self.device.physical
+    }
+
+    pub fn has(&self, feature: Feature) -> bool {
+        self.device.features.contains(&feature)
+    }
+
+    /// Whether the device was opened with what `needs` names.
+    ///
+    /// # Errors
+    /// [`Error::MissingFeature`] with the pass that wants it and the variant that does without.
+    pub fn require(&self, needs: &[Need]) -> Result<()> {
+        let Some(missing) = needs.iter().find(|need| !self.has(need.feature)) else { return Ok(()) };
+        Err(Error::MissingFeature {
+            device: self.device.physical.name.clone(),
+            feature: missing.feature.name(),
+            pass: missing.pass,
+            without: missing.without,
+        })
+    }
+
+    /// Validation messages so far (none, or the test that caused them fails).
+    pub fn messages(&self) -> Vec<Message> {
+        self.device.instance.messages()
+    }
+}

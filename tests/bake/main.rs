@@ -1,9 +1,9 @@
 //! `ortelius bake`, as a user runs it.
 
 mod content;
+mod faults;
 mod pictures;
 mod png_by_hand;
-mod trouble;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -7,6 +7,7 @@ mod fetch;
 mod figures;
 mod mesh;
 mod pictures;
+mod program;
 mod report;
 mod tiles;
 mod trade;

@@ -1,5 +1,6 @@
-//! What the checker must object to, and the neighbours that it must let pass.
+//! What the checkers must reject, and the neighbours that they must accept.
 
+use crate::circles::{Source, circles};
 use crate::rules::objections;
 
 #[track_caller]
@@ -25,7 +26,8 @@ fn an_import_that_points_up_is_found() {
     );
     objects("src/vk/mod.rs", "type T = super::renderer::Renderer;", "vk (floor 1) names renderer (floor 4)");
     objects("src/stats/mod.rs", "mod tests { use super::super::scene; }", "stats (floor 0) names scene");
-    passes("src/renderer.rs", "use crate::{figure, math, paper::x, picture, scene, vk, view};");
+    objects("src/renderer.rs", "use crate::view::Window;", "renderer (floor 4) names view (floor 5)");
+    passes("src/renderer.rs", "use crate::{figure, math, paper::x, picture, scene, vk};");
     passes("src/paper/x/a.rs", "use crate::{figure, scene::b, vk};");
     passes("src/figure/run.rs", "use crate::{model, picture, reference, stats, texture, vk};");
     passes("src/stats/mod.rs", "mod tests { use super::*; } fn f() { crate::math::g() }");
@@ -105,4 +107,81 @@ fn ways_around_the_floors_are_closed() {
     objects("src/math/a.rs", "use { crate::vk::Gpu, std::fmt };", "math (floor 0) names vk");
     objects("src/math/a.rs", "macro_rules! m { () => { $crate::vk::f() } }", "math (floor 0) names vk");
     passes("src/math/a.rs", "#[derive(Path)] struct A { path: B }");
+}
+
+#[track_caller]
+fn circle_of(files: &[(&str, &str)]) -> Option<String> {
+    let sources: Vec<Source> = files.iter().map(|&(path, text)| (path.into(), text.into())).collect();
+    let found = circles(&sources);
+    assert!(found.len() < 2, "{found:?}");
+    found.into_iter().next()
+}
+
+#[track_caller]
+fn is_circle(files: &[(&str, &str)], tie: &str) {
+    let found = circle_of(files).unwrap_or_else(|| panic!("no circle: {files:?}"));
+    assert!(found.contains(tie), "{found}");
+}
+
+#[track_caller]
+fn is_no_circle(files: &[(&str, &str)]) {
+    assert_eq!(circle_of(files), None, "{files:?}");
+}
+
+#[test]
+fn two_files_that_need_each_other_are_a_circle() {
+    let a = ("src/x/a.rs", "use super::b::B; pub struct A;");
+    is_circle(&[a, ("src/x/b.rs", "use super::a::A; pub struct B;")], "src/x/a.rs -> src/x/b.rs: B");
+    is_circle(&[a, ("src/x/b.rs", "fn f() { crate::x::a::g() }")], "src/x/b.rs -> src/x/a.rs: g");
+    is_circle(&[a, ("src/x/b.rs", "use super::{c, a as d}; fn f() { d::g() }")], "src/x/b.rs -> src/x/a.rs");
+    is_circle(&[a, ("src/x/b.rs", "use super::a::*;")], "src/x/b.rs -> src/x/a.rs: *");
+    is_no_circle(&[a, ("src/x/b.rs", "// crate::x::a\n/// [`super::a::A`]\npub struct B;")]);
+    is_no_circle(&[a, ("src/x/b.rs", "use std::a::A; fn f(a: A) { a.b::<A>() }")]);
+}
+
+#[test]
+fn a_circle_may_take_several_steps_and_end_in_another_folder() {
+    is_circle(
+        &[
+            ("src/x/a.rs", "use super::b::B;"),
+            ("src/x/b.rs", "use crate::y::c::C;"),
+            ("src/y/c.rs", "use crate::x::a::A;"),
+        ],
+        "a circle of 3 files",
+    );
+}
+
+#[test]
+fn a_name_that_is_passed_on_leads_to_the_file_that_defines_it() {
+    let parent = ("src/x/mod.rs", "mod a; mod b; pub use a::A; pub use b::{B as C, D};");
+    let a = ("src/x/a.rs", "use super::C; pub struct A;");
+    is_circle(&[parent, a, ("src/x/b.rs", "use super::A; pub struct B;")], "src/x/a.rs -> src/x/b.rs: B");
+    is_circle(&[parent, a, ("src/x/b.rs", "use crate::x; fn f(_: x::A) {}")], "src/x/b.rs -> src/x/a.rs: A");
+    is_no_circle(&[parent, a, ("src/x/b.rs", "pub struct B; pub struct D;")]);
+    is_no_circle(&[parent, ("src/x/a.rs", "use super::D; pub struct A;"), ("src/x/b.rs", "pub struct D;")]);
+}
+
+#[test]
+fn a_child_may_use_what_its_parents_file_defines() {
+    let child = ("src/x/a.rs", "use super::P; pub struct A;");
+    is_no_circle(&[("src/x/mod.rs", "mod a; use a::A; pub struct P(A);"), child]);
+    is_no_circle(&[("src/x.rs", "mod a; pub struct P; fn f() { a::A }"), child]);
+    // But not what another file of the folder is built from.
+    is_circle(
+        &[
+            ("src/x/a.rs", "use crate::y::B; pub struct A;"),
+            ("src/y/mod.rs", "pub struct B(crate::x::a::A);"),
+        ],
+        "src/y/mod.rs -> src/x/a.rs: A",
+    );
+}
+
+#[test]
+fn test_code_ties_no_circle() {
+    let a = ("src/x/a.rs", "use super::b::B; pub struct A;");
+    is_no_circle(&[a, ("src/x/b.rs", "pub struct B; #[cfg(test)] mod tests { use crate::x::a::A; }")]);
+    is_circle(
+        &[a, ("src/x/b.rs", "#[cfg(test)] mod tests { fn f() {} } use crate::x::a::A; pub struct B;")],
+        "src/x/b.rs -> src/x/a.rs: A",
+    );
 }

@@ -270,6 +270,11 @@ const COMPARERS: &[Comparer] = &[
             ("tests/floors/cases.rs", "unsafe_code_and_ash_stay_in_vk"),
         ],
     },
+    Comparer {
+        judges: "dependencies between files",
+        function: ("tests/floors/circles.rs", "circles"),
+        rejects: &[("tests/floors/cases.rs", "two_files_that_need_each_other_are_a_circle")],
+    },
 ];
 
 /// Named like a comparer, but judging nothing.

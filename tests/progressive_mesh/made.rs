@@ -98,7 +98,7 @@ pub fn collapse(model: &Model, least: usize, random: &mut Random) -> Collapses {
 
 type Step = (Vec<[u32; 2]>, Vec<u32>);
 
-/// All faces that hang together with a position, and their wedges; none where they are more than `most`.
+/// The connected component of a position: its faces and their wedges. `None` if there are more than `most`.
 fn component(model: &Model, faces: &[Option<[u32; 3]>], position: u32, most: usize) -> Option<Step> {
     let positions = |face: [u32; 3]| face.map(|wedge| model.wedge_positions[wedge as usize]);
     let mut reached = BTreeSet::from([position]);

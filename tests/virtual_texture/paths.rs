@@ -3,8 +3,8 @@
 use crate::Renderer;
 use crate::{device, open, open_with};
 use ortelius::scene::Scene;
-use ortelius::texture::source::disk::BadDisk;
 use ortelius::texture::source::disk::Disk;
+use ortelius::texture::source::disk::FaultyDisk;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -102,8 +102,8 @@ fn frames_go_on_while_the_disk_is_down_and_the_picture_recovers() {
     healthy.settle(&pose).unwrap();
     let picture = healthy.picture_bytes().unwrap();
     drop(healthy);
-    let trouble = Disk { delay_ms: 1.0, fails_for_s: 1.0, ..Disk::default() };
-    let disk = Arc::new(BadDisk::new(scene.open_texture().unwrap(), trouble));
+    let faults = Disk { delay_ms: 1.0, fails_for_s: 1.0, ..Disk::default() };
+    let disk = Arc::new(FaultyDisk::new(scene.open_texture().unwrap(), faults));
     let mut renderer = open_with(&gpu, &scene, SIZE, disk.clone(), |settings| {
         settings.streaming.deterministic = false;
         settings.streaming.retry_after = Duration::from_millis(50);

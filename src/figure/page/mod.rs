@@ -2,7 +2,7 @@
 
 mod pictures;
 mod tables;
-pub mod trade;
+mod trade;
 
 use super::machine::short_commit;
 use super::plot::{self, Drawn};

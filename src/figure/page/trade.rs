@@ -1,9 +1,14 @@
 //! The page of `ortelius trade`.
 
+use super::super::plot::scatter::{self, Spot};
+use super::super::plot::{self, Chart, Point};
 use super::super::words::human;
 use super::super::{Budgeted, Trade, Traded};
 use super::{STYLES, filled};
+use crate::picture::write::write_whole;
 use serde::Serialize;
+use std::io::Write as _;
+use std::path::Path;
 
 const TEMPLATE: &str = include_str!("trade.html");
 
@@ -75,9 +80,49 @@ impl Line<'_> {
     }
 }
 
+impl Trade {
+    /// `index.html`, `trade.svg` and `trade.json` into an existing folder; `answer` stands at the head of the page.
+    ///
+    /// # Errors
+    /// The disk's.
+    pub fn write(&self, folder: &Path, answer: &str) -> anyhow::Result<()> {
+        let drawn = self.draw();
+        let put = |name: &str, text: String| {
+            write_whole(&folder.join(name), |file| file.write_all(text.as_bytes()))
+        };
+        if let Some(drawn) = &drawn {
+            put("trade.svg", plot::file(drawn))?;
+        }
+        put("trade.json", self.json())?;
+        Ok(put("index.html", html(self, drawn.as_deref(), answer)?)?)
+    }
+
+    fn draw(&self) -> Option<String> {
+        let chart = Chart {
+            title: format!("{}, {} x {}: time and error", self.scene, self.size[0], self.size[1]),
+            below: format!(
+                "median of {} to {}, p5 to p95 · {}",
+                self.runs, self.most_runs, self.machine.device
+            ),
+            quantity: self.measure.clone(),
+            unit: String::new(),
+            log: true,
+        };
+        let spot = |setting: &Traded| Spot {
+            name: format!("{}, {} {:.2e}", setting.name, self.measure, setting.error),
+            time: Point { y: setting.ms.median, low: setting.ms.p5, high: setting.ms.p95 },
+            error: setting.error,
+            on_front: setting.on_front,
+        };
+        let others = self.settings.iter().filter(|setting| !setting.on_front);
+        let spots: Vec<Spot> = self.front().into_iter().chain(others).map(spot).collect();
+        scatter::draw(&chart, "settled frame, ms (logarithmic)", &spots)
+    }
+}
+
 /// # Errors
-/// None but a template that is wrong.
-pub fn html(trade: &Trade, svg: Option<&str>, answer: &str) -> anyhow::Result<String> {
+/// Only a wrong template.
+fn html(trade: &Trade, svg: Option<&str>, answer: &str) -> anyhow::Result<String> {
     let mut all: Vec<&Traded> = trade.settings.iter().collect();
     all.sort_by(|a, b| a.ms.median.total_cmp(&b.ms.median));
     let page = Page {

@@ -1,7 +1,7 @@
 //! Generated models: the same bits on every machine (no transcendental function but `libm`'s), any size
 //! up to some 2^24 faces.
 //!
-//! All are closed but the [`grid`]. [`knot`] has the seams of a texture, [`solid`] the sharp edges of a machined part,
+//! All are closed but the [`grid`]. [`knot`] has the seams of a texture, [`fn@solid`] the sharp edges of a machined part,
 //! the others no attributes at all.
 
 mod solid;

@@ -1,7 +1,7 @@
 //! Accessors: numbers in the binary chunk, every bound checked before the first is read.
 
 use super::json::{Accessor, Document};
-use crate::model::error::Trouble;
+use crate::model::error::Fault;
 use crate::model::number::{Endian, Kind};
 
 /// Rows of numbers.
@@ -47,19 +47,19 @@ pub(super) fn accessor<'a>(
     index: usize,
     columns: &[usize],
     count: Option<usize>,
-) -> Result<Numbers<'a>, Trouble> {
-    let trouble = |what: &str| Trouble::whole(format!("accessor {index}: {what}"));
-    let accessor = document.accessors.get(index).ok_or_else(|| trouble("there is none"))?;
-    let numbers = locate(document, bin, accessor).map_err(|what| trouble(&what))?;
+) -> Result<Numbers<'a>, Fault> {
+    let fault = |what: &str| Fault::whole(format!("accessor {index}: {what}"));
+    let accessor = document.accessors.get(index).ok_or_else(|| fault("there is none"))?;
+    let numbers = locate(document, bin, accessor).map_err(|what| fault(&what))?;
     if !columns.contains(&numbers.columns) {
-        return Err(trouble(&format!(
+        return Err(fault(&format!(
             "of the type {:.20}, where {columns:?} columns are needed",
             accessor.shape
         )));
     }
     match count {
         Some(count) if count != numbers.count => {
-            Err(trouble(&format!("{} rows, but its primitive has {count} positions", numbers.count)))
+            Err(fault(&format!("{} rows, but its primitive has {count} positions", numbers.count)))
         }
         _ => Ok(numbers),
     }

@@ -1,6 +1,6 @@
 //! What a PLY file has of faces: polygons, strips of triangles, and texture coordinates of a face's corners.
 
-use super::{Element, Kind, MOST, Property, Raw, Trouble, Values, pass_list};
+use super::{Element, Fault, Kind, MOST, Property, Raw, Values, pass_list};
 
 /// Texture coordinates of a triangle's corners.
 pub(super) type Corners = [[f32; 2]; 3];
@@ -14,9 +14,9 @@ fn is_coordinates(property: &Property) -> bool {
     property.length.is_some() && property.name == b"texcoord"
 }
 
-fn needs_corners(element: &Element, whose: &str) -> Result<(), Trouble> {
+fn needs_corners(element: &Element, whose: &str) -> Result<(), Fault> {
     match element.count > 0 && !element.properties.iter().any(is_corners) {
-        true => Err(Trouble::whole(format!("{whose} without the list \"vertex_indices\""))),
+        true => Err(Fault::whole(format!("{whose} without the list \"vertex_indices\""))),
         false => Ok(()),
     }
 }
@@ -27,7 +27,7 @@ pub(super) fn polygons(
     values: &mut Values,
     raw: &mut Raw,
     coordinates: &mut Vec<Corners>,
-) -> Result<(), Trouble> {
+) -> Result<(), Fault> {
     needs_corners(element, "faces")?;
     let has_coordinates = element.properties.iter().any(is_coordinates);
     raw.faces.reserve_exact(element.count);
@@ -54,7 +54,7 @@ pub(super) fn polygons(
             let (pairs, rest) = of_face.as_chunks::<2>();
             if pairs.len() != corners || !rest.is_empty() {
                 let what = format!("{} numbers of texcoord for a face of {corners} corners", of_face.len());
-                return Err(values.trouble(what));
+                return Err(values.fault(what));
             }
             coordinates.extend((2..corners).map(|n| [pairs[0], pairs[n - 1], pairs[n]]));
         }
@@ -62,13 +62,13 @@ pub(super) fn polygons(
     Ok(())
 }
 
-fn polygon(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Result<(), Trouble> {
+fn polygon(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Result<(), Fault> {
     let corners = values.length(length, kind)?;
     if corners < 3 {
-        return Err(values.trouble(format!("a face of {corners} corners")));
+        return Err(values.fault(format!("a face of {corners} corners")));
     }
     if raw.faces.len() + corners > MOST {
-        return Err(values.trouble(format!("more than {MOST} faces")));
+        return Err(values.fault(format!("more than {MOST} faces")));
     }
     let (first, mut last) = (corner(values, kind)?, corner(values, kind)?);
     for _ in 2..corners {
@@ -79,16 +79,16 @@ fn polygon(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Resu
     Ok(())
 }
 
-fn corner(values: &mut Values, kind: Kind) -> Result<u32, Trouble> {
+fn corner(values: &mut Values, kind: Kind) -> Result<u32, Fault> {
     let value = values.next(kind)?;
     // Also a vertex that is not there is told at the end, when their number is known.
     let index = value as u32;
-    if f64::from(index) == value { Ok(index) } else { Err(values.trouble(format!("{value} is no vertex"))) }
+    if f64::from(index) == value { Ok(index) } else { Err(values.fault(format!("{value} is no vertex"))) }
 }
 
 /// Strips, as the Stanford repository packs scans: each vertex makes a triangle with the two before it, every second
 /// one turned, and -1 begins anew.
-pub(super) fn strips(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(), Trouble> {
+pub(super) fn strips(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(), Fault> {
     needs_corners(element, "tristrips")?;
     for _ in 0..element.count {
         for property in &element.properties {
@@ -104,10 +104,10 @@ pub(super) fn strips(element: &Element, values: &mut Values, raw: &mut Raw) -> R
     Ok(())
 }
 
-fn strip(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Result<(), Trouble> {
+fn strip(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Result<(), Fault> {
     let count = values.length(length, kind)?;
     if raw.faces.len() + count > MOST {
-        return Err(values.trouble(format!("more than {MOST} faces")));
+        return Err(values.fault(format!("more than {MOST} faces")));
     }
     let (mut before, mut place) = ([0; 2], 0);
     for _ in 0..count {
@@ -118,7 +118,7 @@ fn strip(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Result
         }
         let vertex = value as u32;
         if f64::from(vertex) != value {
-            return Err(values.trouble(format!("{value} is no vertex")));
+            return Err(values.fault(format!("{value} is no vertex")));
         }
         if place >= 2 {
             let [a, b] = before;
@@ -131,13 +131,13 @@ fn strip(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Result
 }
 
 /// A vertex for each corner, with its own texture coordinates: cleaning makes wedges of what is alike.
-pub(super) fn of_corners(raw: &Raw, coordinates: &[Corners]) -> Result<Raw, Trouble> {
+pub(super) fn of_corners(raw: &Raw, coordinates: &[Corners]) -> Result<Raw, Fault> {
     if coordinates.len() != raw.faces.len() {
-        return Err(Trouble::whole("tristrips beside faces with texcoord, which strips have none of"));
+        return Err(Fault::whole("tristrips beside faces with texcoord, which strips have none of"));
     }
     let corners = 3 * raw.faces.len();
     if corners > MOST {
-        return Err(Trouble::whole(format!("texcoord of {corners} corners, more than {MOST}")));
+        return Err(Fault::whole(format!("texcoord of {corners} corners, more than {MOST}")));
     }
     let vertices = raw.faces.as_flattened();
     let mut attributes = raw.attributes.select(vertices);

@@ -5,20 +5,20 @@
 
 mod faces;
 
-use super::clean::{MOST, Raw};
-use super::error::Trouble;
+use super::error::Fault;
 use super::number::{Endian, Kind};
 use super::obj::{number, shown};
+use super::raw::{MOST, Raw};
 use glam::DVec3;
 
 /// Reads a PLY file.
 ///
 /// # Errors
-/// [`Trouble`] with the line (ascii, header) or the byte (binary).
-pub(super) fn read(file: &[u8]) -> Result<Raw, Trouble> {
+/// [`Fault`] with the line (ascii, header) or the byte (binary).
+pub(super) fn read(file: &[u8]) -> Result<Raw, Fault> {
     let (header, mut values) = header(file)?;
     if header.elements.iter().all(|element| ![&b"face"[..], b"tristrips"].contains(&element.name)) {
-        return Err(Trouble::whole("no element \"face\" or \"tristrips\": points have no faces to read"));
+        return Err(Fault::whole("no element \"face\" or \"tristrips\": points have no faces to read"));
     }
     let (mut raw, mut corners) = (Raw::default(), Vec::new());
     for element in &header.elements {
@@ -27,11 +27,11 @@ pub(super) fn read(file: &[u8]) -> Result<Raw, Trouble> {
         if element.count > room {
             let (name, count) = (shown(element.name), element.count);
             return Err(
-                values.trouble(format!("{count} of {name} declared, but there is room for {room} at most"))
+                values.fault(format!("{count} of {name} declared, but there is room for {room} at most"))
             );
         }
         if element.count > MOST {
-            return Err(values.trouble(format!("more than {MOST} of {}", shown(element.name))));
+            return Err(values.fault(format!("more than {MOST} of {}", shown(element.name))));
         }
         match element.name {
             b"vertex" => vertices(element, &mut values, &mut raw)?,
@@ -44,7 +44,7 @@ pub(super) fn read(file: &[u8]) -> Result<Raw, Trouble> {
     let wrong = raw.faces.iter().position(|face| face.iter().any(|&vertex| vertex as usize >= count));
     wrong.map_or(Ok(()), |face| {
         let vertex = raw.faces[face].iter().max().expect("a face has three corners");
-        Err(Trouble::whole(format!("triangle {face} names vertex {vertex}, but there are {count}")))
+        Err(Fault::whole(format!("triangle {face} names vertex {vertex}, but there are {count}")))
     })?;
     if corners.is_empty() { Ok(raw) } else { faces::of_corners(&raw, &corners) }
 }
@@ -82,44 +82,43 @@ impl Element<'_> {
 /// Real headers have some 20 lines.
 const MOST_HEADER_LINES: usize = 1000;
 
-fn header(file: &[u8]) -> Result<(Header<'_>, Values<'_>), Trouble> {
+fn header(file: &[u8]) -> Result<(Header<'_>, Values<'_>), Fault> {
     let mut elements: Vec<Element> = Vec::new();
     let mut format = None;
     let mut at = 0;
     for line_number in 1..=MOST_HEADER_LINES {
         let Some(length) = file[at..].iter().position(|&byte| byte == b'\n') else {
-            return Err(Trouble::line(line_number, "the header does not end"));
+            return Err(Fault::line(line_number, "the header does not end"));
         };
         let line = &file[at..at + length];
         at += length + 1;
         let words: Vec<&[u8]> =
             line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).take(6).collect();
-        let trouble = |what: &str| Err(Trouble::line(line_number, format!("{what} {}", shown(line))));
+        let fault = |what: &str| Err(Fault::line(line_number, format!("{what} {}", shown(line))));
         match *words {
             [b"ply"] if line_number == 1 => {}
-            _ if line_number == 1 => return Err(Trouble::line(1, "does not begin with \"ply\"")),
+            _ if line_number == 1 => return Err(Fault::line(1, "does not begin with \"ply\"")),
             [] | [b"comment" | b"obj_info", ..] => {}
             [b"format", b"ascii", _] => format = Some(None),
             [b"format", b"binary_little_endian", _] => format = Some(Some(Endian::Little)),
             [b"format", b"binary_big_endian", _] => format = Some(Some(Endian::Big)),
             [b"element", name, count] => match number(count).filter(|n| *n >= 0.0 && n.fract() == 0.0) {
-                Some(_) if elements.iter().any(|element| element.name == name) => return trouble("a second"),
+                Some(_) if elements.iter().any(|element| element.name == name) => return fault("a second"),
                 Some(count) => elements.push(Element { name, count: count as usize, properties: Vec::new() }),
-                None => return trouble("no number of elements:"),
+                None => return fault("no number of elements:"),
             },
             [b"property", ref words @ ..] => match (property(words), elements.last_mut()) {
                 (Some(property), Some(element)) => element.properties.push(property),
-                _ => return trouble("no property of an element:"),
+                _ => return fault("no property of an element:"),
             },
             [b"end_header"] => {
-                let endian =
-                    format.ok_or_else(|| Trouble::line(line_number, "a header without \"format\""))?;
+                let endian = format.ok_or_else(|| Fault::line(line_number, "a header without \"format\""))?;
                 return Ok((Header { elements }, Values { file, at, line: line_number + 1, endian }));
             }
-            _ => return trouble("no line of a PLY header:"),
+            _ => return fault("no line of a PLY header:"),
         }
     }
-    Err(Trouble::line(MOST_HEADER_LINES, "the header does not end"))
+    Err(Fault::line(MOST_HEADER_LINES, "the header does not end"))
 }
 
 fn property<'a>(words: &[&'a [u8]]) -> Option<Property<'a>> {
@@ -163,20 +162,20 @@ impl<'a> Values<'a> {
         self.file.len() - self.at + usize::from(self.endian.is_none())
     }
 
-    fn trouble(&self, what: impl Into<String>) -> Trouble {
+    fn fault(&self, what: impl Into<String>) -> Fault {
         match self.endian {
-            Some(_) => Trouble::byte(self.at, what),
-            None => Trouble::line(self.line, what),
+            Some(_) => Fault::byte(self.at, what),
+            None => Fault::line(self.line, what),
         }
     }
 
     #[inline]
-    fn next(&mut self, kind: Kind) -> Result<f64, Trouble> {
+    fn next(&mut self, kind: Kind) -> Result<f64, Fault> {
         let Some(endian) = self.endian else {
             let word = self.word();
             return number(word).ok_or_else(|| match word {
-                [] => self.trouble("ends before the last value"),
-                _ => self.trouble(format!("{} is no number", shown(word))),
+                [] => self.fault("ends before the last value"),
+                _ => self.fault(format!("{} is no number", shown(word))),
             });
         };
         match self.file[self.at..].get(..kind.size()) {
@@ -184,7 +183,7 @@ impl<'a> Values<'a> {
                 self.at += kind.size();
                 Ok(kind.read(bytes, endian))
             }
-            None => Err(self.trouble("ends before the last value")),
+            None => Err(self.fault("ends before the last value")),
         }
     }
 
@@ -201,14 +200,14 @@ impl<'a> Values<'a> {
     }
 
     /// A list's length, which the rest of the file has room for.
-    fn length(&mut self, length: Kind, kind: Kind) -> Result<usize, Trouble> {
+    fn length(&mut self, length: Kind, kind: Kind) -> Result<usize, Fault> {
         let count = self.next(length)?;
         let size = if self.endian.is_some() { kind.size() } else { 2 };
         let room = self.left() / size;
         if count >= 0.0 && count.fract() == 0.0 && count <= room as f64 {
             Ok(count as usize)
         } else {
-            Err(self.trouble(format!("a list of {count} values, with room for {room} at most")))
+            Err(self.fault(format!("a list of {count} values, with room for {room} at most")))
         }
     }
 }
@@ -229,12 +228,12 @@ const NAMES: [&[&[u8]]; 12] = [
     &[b"alpha", b"a"],
 ];
 
-fn vertices(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(), Trouble> {
+fn vertices(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(), Fault> {
     let slot = |property: &Property| NAMES.iter().position(|names| names.contains(&property.name));
     let slots: Vec<Option<usize>> = element.properties.iter().map(slot).collect();
     let has = |wanted: std::ops::Range<usize>| wanted.into_iter().all(|slot| slots.contains(&Some(slot)));
     if !has(0..3) {
-        return Err(Trouble::whole("vertices without x, y and z"));
+        return Err(Fault::whole("vertices without x, y and z"));
     }
     raw.positions.reserve_exact(element.count);
     for _ in 0..element.count {
@@ -267,14 +266,14 @@ fn vertices(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(),
     Ok(())
 }
 
-fn pass_list(values: &mut Values, length: Kind, kind: Kind) -> Result<(), Trouble> {
+fn pass_list(values: &mut Values, length: Kind, kind: Kind) -> Result<(), Fault> {
     for _ in 0..values.length(length, kind)? {
         values.next(kind)?;
     }
     Ok(())
 }
 
-fn skip(element: &Element, values: &mut Values) -> Result<(), Trouble> {
+fn skip(element: &Element, values: &mut Values) -> Result<(), Fault> {
     for _ in 0..element.count {
         for property in &element.properties {
             match property.length {

@@ -2,11 +2,12 @@
 //!
 //! 1 is the bound (each vertex once); 3 x faces / vertices, about 6 on closed meshes, is no reuse at all. The paper
 //! speaks of a post-transform cache of about 16 to 32 vertices and does not say how it works: the field's model is
-//! first in, first out ([`Fifo`]). Today's devices have no such cache: they share work inside a batch of vertices,
-//! counted by [`Batches`].
+//! first in, first out ([`Cache::Fifo`]). Today's devices have no such cache: they share work inside a batch of
+//! vertices, counted by [`Cache::Batches`].
 //!
-//! Both count in the index space that they are given. The figures give positions ([`Vertices::welded`]): wedges of
-//! one position are several vertices for a device, but a seam would otherwise hide what the order does.
+//! Both count in the index space that they are given. The figures give positions
+//! ([`Vertices::welded`](super::mesh::Vertices::welded)): wedges of one position are several vertices for a device, but a
+//! seam would otherwise hide what the order does.
 
 mod levels;
 

@@ -36,7 +36,7 @@ impl Settings {
     }
 }
 
-/// Device features that frames need: give them to [`Gpu::new`].
+/// Device features that frames need: give them to `Gpu::new`.
 pub fn needs(settings: &Settings) -> Vec<Need> {
     let counts = Need {
         feature: Feature::PipelineStatistics,

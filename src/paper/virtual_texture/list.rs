@@ -103,7 +103,7 @@ impl List {
         cmd.sync();
     }
 
-    /// Copies to where the host reads what it reads of a frame ([`List::expect`]).
+    /// Copies to where the host reads what it reads of a frame (`List::expect`).
     pub fn read_back(&self, cmd: &mut Cmd<'_>) {
         let bytes = self.count.header_bytes() + self.read * self.entries.bytes();
         cmd.copy_buffer(&self.u3, 0, &self.host, 0, bytes);

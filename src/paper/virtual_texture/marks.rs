@@ -1,6 +1,6 @@
 //! What stage 2 leaves for stage 3: a mark for each distinct triple, in one of three layouts.
 
-use super::variants::Layout;
+use super::variants::{Layout, most_triples};
 use super::{Config, Keying};
 use crate::math::pyramid::Pyramid;
 use crate::vk::{Buffer, BufferUse, Cmd, Format, Gpu, Image, ImageInfo, Resource, Result, View};
@@ -20,19 +20,10 @@ enum Store {
 }
 
 impl Marks {
-    /// Triples that a frame can have at most: what the layouts without `U2` have a mark for.
-    pub(super) fn places_of(pyramid: &Pyramid, keying: Keying) -> u64 {
-        let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
-        match keying {
-            Keying::Paper => columns * rows * u64::from(pyramid.first_resident_level()),
-            Keying::Native => pyramid.tile_count(),
-        }
-    }
-
     /// Words that stage 3 reads one by one; a texel of `U2` is a word.
     pub(super) fn words_of(pyramid: &Pyramid, config: &Config) -> u64 {
         let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
-        let places = Marks::places_of(pyramid, config.keying);
+        let places = most_triples(pyramid, config.keying);
         match config.dedup.layout() {
             Layout::U2 => columns * rows,
             Layout::Bits => places.div_ceil(32),

@@ -15,7 +15,7 @@
 //! - [`scout`]: the tiles that the camera will see (ours, an option);
 //! - [`method`]: a variant's passes together; [`technique`]: the paper's part of a frame;
 //!   [`figures`]: what is measured of all this;
-//! - [`reference`]: the same in integers and f64 on the CPU; [`ruler`]: the proof that each texel is the right one.
+//! - [`mod@reference`]: the same in integers and f64 on the CPU; [`ruler`]: the proof that each texel is the right one.
 //!
 //! Where we differ from the print (errata; papers/1 of the design names each):
 //! points sit on texel centres, not corners (2.2); the display table is apart from A1's states (3.);

@@ -44,19 +44,6 @@ pub enum VirtualTextureError {
     Stalled(#[from] Stalled),
 }
 
-impl VirtualTextureError {
-    /// The program's exit code where it is not the common 1.
-    pub fn exit_code(&self) -> Option<u8> {
-        match self {
-            VirtualTextureError::Vulkan(error)
-            | VirtualTextureError::Resident(ResidentError::Vulkan(error)) => Some(error.exit_code()),
-            // G1 lies in the same file as the tiles: what cannot be read there is damage.
-            VirtualTextureError::Resident(ResidentError::Source(_)) => Some(3),
-            _ => None,
-        }
-    }
-}
-
 /// Paper 1's technique: one texture, on any number of shapes.
 pub struct VirtualTexture {
     pub source: Arc<dyn TileSource>,

@@ -1,6 +1,5 @@
 //! Which variants of stages 2 and 3 go together, and what each needs of the device.
 
-use super::marks::Marks;
 use super::{Config, Keying, Listing};
 use crate::math::pyramid::Pyramid;
 use crate::scene::{Compaction, Dedup};
@@ -125,7 +124,7 @@ impl Config {
             );
         }
         // mark_index counts in 32 bits.
-        if layout != Layout::U2 && Marks::places_of(pyramid, self.keying) > 1 << 32 {
+        if layout != Layout::U2 && most_triples(pyramid, self.keying) > 1 << 32 {
             return unfit(
                 "dedup",
                 dedup,
@@ -153,6 +152,15 @@ impl Config {
             }
         }
         Ok(())
+    }
+}
+
+/// The most triples that a frame can have: the layouts without `U2` have a mark for each.
+pub(super) fn most_triples(pyramid: &Pyramid, keying: Keying) -> u64 {
+    let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
+    match keying {
+        Keying::Paper => columns * rows * u64::from(pyramid.first_resident_level()),
+        Keying::Native => pyramid.tile_count(),
     }
 }
 

@@ -67,15 +67,6 @@ pub enum BakeError {
 }
 
 impl BakeError {
-    /// 3 where data are corrupt, else 1.
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            Self::Source(SourceError::Damaged { .. }) | Self::Tile(TileError::Checksum { .. }) => 3,
-            Self::Unreadable(error) => error.exit_code(),
-            _ => 1,
-        }
-    }
-
     /// A failed write, told apart from a full disk, a quota or a file size limit.
     pub(super) fn write(path: PathBuf, offset: u64, needed: u64, source: io::Error) -> Self {
         use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};

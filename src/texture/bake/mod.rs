@@ -1,6 +1,6 @@
 //! Baking: a picture, or a synthetic source, becomes a `.tiles` file.
 //!
-//! 1. *bands*: level 0 (the picture, enlarged to powers of two; [`resample`]) goes into a scratch file by
+//! 1. *bands*: level 0 (the picture, enlarged to powers of two; `resample`) goes into a scratch file by
 //!    bands of rows;
 //! 2. *levels*: each coarser texel is the mean, in linear light, of the four stored 8-bit texels of the level
 //!    below, so that anyone can check it from the finished file; the resident levels likewise;
@@ -8,7 +8,7 @@
 //!    written at its fixed place in OUT.partial;
 //! 4. index and header, fsync, rename, fsync of the folder; scratch and journal go away.
 //!
-//! Synthetic sources have 3 and 4 only. Every finished job stands in a [`journal`]; after a kill the same
+//! Synthetic sources have 3 and 4 only. Every finished job stands in a `journal`; after a kill the same
 //! command goes on with the jobs that are missing. What is written depends on source and settings alone, so
 //! the finished file is the same to the byte however often it was killed, on any number of threads.
 

@@ -2,35 +2,11 @@
 
 use super::error::BakeError;
 use super::journal::Job;
-use super::scratch::{Scratch, payload_bytes};
-use super::work::Work;
-use crate::texture::tiles::Layout;
+use super::scratch::{Scratch, payload_bytes, read_back};
+use super::work::{Done, Work};
 use rayon::prelude::*;
-use std::fs::File;
-use std::io;
 use std::num::NonZeroU64;
-use std::os::unix::fs::FileExt;
-use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
-
-/// What the journal and the files agree on, by job number: the hash of what was written.
-/// (A hash of 0 counts as missing: that job is then done again.)
-pub(super) struct Done {
-    pub bands: Vec<Option<NonZeroU64>>,
-    pub coarser: Vec<Option<NonZeroU64>>,
-    /// Records, in the order of the output's index.
-    pub records: Vec<Option<NonZeroU64>>,
-}
-
-impl Done {
-    pub fn nothing(layout: &Layout, bands: usize) -> Self {
-        Self {
-            bands: vec![None; bands],
-            coarser: vec![None; layout.pyramid().tile_count() as usize],
-            records: vec![None; layout.entry_count() as usize],
-        }
-    }
-}
 
 impl Work<'_> {
     /// Reads back what the journal claims and keeps what is as claimed.
@@ -93,16 +69,5 @@ impl Work<'_> {
         let mut bytes = vec![0; length];
         read_back(&self.partial, &self.files.partial, &mut bytes, offset)?;
         Ok(xxh3_64(&bytes))
-    }
-}
-
-/// Reads what a job wrote. What lies beyond the end of the file was never written: zeros, which no hash fits.
-pub(super) fn read_back(file: &File, path: &Path, bytes: &mut [u8], offset: u64) -> Result<(), BakeError> {
-    match file.read_exact_at(bytes, offset) {
-        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
-            bytes.fill(0);
-            Ok(())
-        }
-        other => other.map_err(|source| BakeError::ReadBack { path: path.to_path_buf(), offset, source }),
     }
 }

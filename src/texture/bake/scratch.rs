@@ -2,7 +2,6 @@
 //! together.
 
 use super::error::BakeError;
-use super::resume::read_back;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::picture::srgb;
 use crate::texture::source::border::true_texel;
@@ -16,6 +15,17 @@ use xxhash_rust::xxh3::xxh3_64;
 /// Bytes of one tile without border.
 pub(super) fn payload_bytes(pyramid: &Pyramid) -> usize {
     4 << (2 * pyramid.tile_log2())
+}
+
+/// Reads what a job wrote. Bytes beyond the end of the file were never written: they read as zeros, which no hash matches.
+pub(super) fn read_back(file: &File, path: &Path, bytes: &mut [u8], offset: u64) -> Result<(), BakeError> {
+    match file.read_exact_at(bytes, offset) {
+        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
+            bytes.fill(0);
+            Ok(())
+        }
+        other => other.map_err(|source| BakeError::ReadBack { path: path.to_path_buf(), offset, source }),
+    }
 }
 
 pub(super) struct Scratch {

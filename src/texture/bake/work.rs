@@ -5,7 +5,6 @@ use super::error::{BakeError, SourceError};
 use super::journal::{Job, Journal};
 use super::plan::Plan;
 use super::resample::Enlarged;
-use super::resume::Done;
 use super::scratch::{Scratch, mean_square, payload_bytes};
 use super::source::{Source, synthetic};
 use super::{Files, Progress, Settings};
@@ -29,6 +28,25 @@ pub(super) struct Work<'a> {
     journal: Journal,
     pub partial: File,
     pub progress: &'a dyn Progress,
+}
+
+/// What the journal and the files agree on, by job number: the hash of what was written.
+/// (A hash of 0 counts as missing: that job is then done again.)
+pub(super) struct Done {
+    pub bands: Vec<Option<NonZeroU64>>,
+    pub coarser: Vec<Option<NonZeroU64>>,
+    /// Records, in the order of the output's index.
+    pub records: Vec<Option<NonZeroU64>>,
+}
+
+impl Done {
+    pub fn nothing(layout: &Layout, bands: usize) -> Self {
+        Self {
+            bands: vec![None; bands],
+            coarser: vec![None; layout.pyramid().tile_count() as usize],
+            records: vec![None; layout.entry_count() as usize],
+        }
+    }
 }
 
 /// All of it, from an opened source to the finished file.

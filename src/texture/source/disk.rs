@@ -1,4 +1,5 @@
-//! A disk that is slow or fails, before any texture: frames must go on with it, and recover after it.
+//! Injected disk faults: any texture can be read as if from a disk that is slow or fails. Frames must continue
+//! meanwhile and recover afterwards.
 
 use super::ruler::ruler_hash;
 use super::{TileError, TileFormat, TileSource};
@@ -8,71 +9,70 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What is wrong with the disk: a trouble that is put on, to see how the frames fare with it.
+/// The faults to inject. The default is a healthy disk.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Disk {
-    /// Time that each tile takes beside its own.
+    /// Added to each tile's own read time.
     pub delay_ms: f64,
-    /// From this time after the first tile was asked for ...
+    /// Start of the outage, counted from the first read.
     pub fails_from_s: f64,
-    /// ... no tile can be read for so long.
+    /// Length of the outage, in which every read fails.
     pub fails_for_s: f64,
-    /// Share of reads that fail at any time, 0 ..= 1.
+    /// Share of reads that fail at random, outside the outage too, 0 ..= 1.
     pub fails_share: f64,
-    /// Another seed, other reads that fail.
+    /// Selects the reads that fail at random.
     pub seed: u32,
 }
 
-/// Reads another source's tiles late, or not at all. The resident levels are read as they are: without them there is
-/// no picture to go on with.
-pub struct BadDisk {
+/// A source with injected faults. The resident levels are read without faults: without them there is no picture.
+pub struct FaultyDisk {
     whole: Arc<dyn TileSource>,
-    trouble: Disk,
-    /// When the first tile was asked for: opening a device may take longer than the trouble lasts.
+    faults: Disk,
+    /// Time of the first read. Opening a device may take longer than the outage, so its time does not count.
     begun: OnceLock<Instant>,
-    /// How often each tile has been asked for: each time is another draw.
+    /// Reads of each tile so far: each attempt is an independent draw.
     attempts: Mutex<HashMap<TileId, u32>>,
 }
 
-impl BadDisk {
-    /// Its time begins with the first tile that is asked for.
-    pub fn new(whole: Arc<dyn TileSource>, trouble: Disk) -> BadDisk {
-        BadDisk { whole, trouble, begun: OnceLock::new(), attempts: Mutex::default() }
+impl FaultyDisk {
+    /// The clock of the faults starts with the first read of a tile.
+    pub fn new(whole: Arc<dyn TileSource>, faults: Disk) -> FaultyDisk {
+        FaultyDisk { whole, faults, begun: OnceLock::new(), attempts: Mutex::default() }
     }
 
-    /// Whether the disk is in the time in which it reads nothing.
+    /// True during the outage.
     pub fn is_down(&self) -> bool {
         let elapsed_s = self.begun.get().map_or(0.0, |begun| begun.elapsed().as_secs_f64());
-        let since_s = elapsed_s - self.trouble.fails_from_s;
-        (0.0..self.trouble.fails_for_s).contains(&since_s)
+        let since_s = elapsed_s - self.faults.fails_from_s;
+        (0.0..self.faults.fails_for_s).contains(&since_s)
     }
 
-    /// Draws whether this attempt at the tile fails: the n-th attempt at a tile has the same outcome in every run.
+    /// True if this attempt fails. The n-th attempt at a tile has the same outcome in every run.
     fn draw(&self, tile: TileId) -> bool {
         let mut attempts = self.attempts.lock().unwrap_or_else(PoisonError::into_inner);
         let attempt = attempts.entry(tile).or_default();
         *attempt += 1;
         let place = ruler_hash(tile.level, tile.column, tile.row);
-        let drawn = ruler_hash(self.trouble.seed, place, *attempt);
-        f64::from(drawn) < self.trouble.fails_share * 2f64.powi(32)
+        let drawn = ruler_hash(self.faults.seed, place, *attempt);
+        f64::from(drawn) < self.faults.fails_share * 2f64.powi(32)
     }
 }
 
-impl TileSource for BadDisk {
+impl TileSource for FaultyDisk {
     fn describe(&self) -> String {
-        let Disk { delay_ms, fails_from_s, fails_for_s, fails_share, .. } = self.trouble;
-        let mut troubles = Vec::new();
+        let Disk { delay_ms, fails_from_s, fails_for_s, fails_share, .. } = self.faults;
+        let mut faults = Vec::new();
         if delay_ms > 0.0 {
-            troubles.push(format!("takes {delay_ms} ms a tile"));
+            faults.push(format!("takes {delay_ms} ms a tile"));
         }
         if fails_for_s > 0.0 {
-            troubles.push(format!("fails from {fails_from_s} s to {} s", fails_from_s + fails_for_s));
+            faults.push(format!("fails from {fails_from_s} s to {} s", fails_from_s + fails_for_s));
         }
         if fails_share > 0.0 {
-            troubles.push(format!("fails in {} % of reads", 100.0 * fails_share));
+            faults.push(format!("fails in {} % of reads", 100.0 * fails_share));
         }
-        format!("{}; disk: {}", self.whole.describe(), troubles.join(", "))
+        format!("{}; disk: {}", self.whole.describe(), faults.join(", "))
     }
 
     fn pyramid(&self) -> Pyramid {
@@ -85,7 +85,7 @@ impl TileSource for BadDisk {
 
     fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
         self.begun.get_or_init(Instant::now);
-        std::thread::sleep(Duration::from_secs_f64(self.trouble.delay_ms / 1e3));
+        std::thread::sleep(Duration::from_secs_f64(self.faults.delay_ms / 1e3));
         if self.is_down() {
             return Err(TileError::Refused { tile, reason: "the disk is down (disk.fails_for_s)".into() });
         }
@@ -105,11 +105,11 @@ mod tests {
     use super::super::ruler::Ruler;
     use super::*;
 
-    fn disk(trouble: Disk) -> BadDisk {
-        BadDisk::new(Arc::new(Ruler::new(Pyramid::new(9, 8, 4, 2, None).unwrap())), trouble)
+    fn disk(faults: Disk) -> FaultyDisk {
+        FaultyDisk::new(Arc::new(Ruler::new(Pyramid::new(9, 8, 4, 2, None).unwrap())), faults)
     }
 
-    fn outcomes(disk: &BadDisk) -> Vec<bool> {
+    fn outcomes(disk: &FaultyDisk) -> Vec<bool> {
         let mut bytes = vec![0; disk.format().tile_bytes(&disk.pyramid())];
         let tiles = (0..16).flat_map(|row| (0..32).map(move |column| TileId { level: 0, row, column }));
         tiles.map(|tile| disk.read_tile(tile, &mut bytes).is_ok()).collect()
@@ -117,30 +117,30 @@ mod tests {
 
     #[test]
     fn a_share_of_the_reads_fails_and_the_same_ones_with_the_same_seed() {
-        let trouble = Disk { fails_share: 0.25, ..Disk::default() };
-        let (one, other) = (disk(trouble.clone()), disk(trouble.clone()));
+        let faults = Disk { fails_share: 0.25, ..Disk::default() };
+        let (one, other) = (disk(faults.clone()), disk(faults.clone()));
         let first = outcomes(&one);
         assert_eq!(first, outcomes(&other));
         assert_ne!(first, outcomes(&one), "the second attempt at a tile is another draw");
-        assert_ne!(first, outcomes(&disk(Disk { seed: 1, ..trouble })));
+        assert_ne!(first, outcomes(&disk(Disk { seed: 1, ..faults })));
         // 512 draws of 1/4: 128 with a standard deviation of 9.8; 5 of them are 49.
         let failed = first.iter().filter(|ok| !**ok).count();
         assert!((79..=177).contains(&failed), "{failed} of 512 failed");
     }
 
     #[test]
-    fn while_it_is_down_nothing_is_read_and_then_everything() {
+    fn nothing_is_read_during_the_outage_and_everything_after_it() {
         let down = disk(Disk { fails_for_s: 1e6, ..Disk::default() });
         assert!(outcomes(&down).iter().all(|ok| !ok));
         let later = disk(Disk { fails_from_s: 1e6, fails_for_s: 1e6, ..Disk::default() });
         assert!(outcomes(&later).iter().all(|ok| *ok));
-        // A delay of a millisecond is longer than the time in which it is down.
+        // The delay of 1 ms is longer than the outage.
         let over = disk(Disk { delay_ms: 1.0, fails_for_s: 1e-9, ..Disk::default() });
         assert!(outcomes(&over).iter().all(|ok| *ok));
     }
 
     #[test]
-    fn a_slow_disk_takes_its_time_and_delivers_the_same_bytes() {
+    fn a_slow_disk_adds_its_delay_and_delivers_the_same_bytes() {
         let slow = disk(Disk { delay_ms: 5.0, ..Disk::default() });
         let (mut late, mut at_once) = (vec![0; slow.format().tile_bytes(&slow.pyramid())], Vec::new());
         at_once.resize(late.len(), 0);

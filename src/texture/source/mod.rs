@@ -31,7 +31,7 @@ impl TileFormat {
     }
 }
 
-/// A tile, or a resident level, that could not be had. Rendering goes on without it.
+/// A tile that could not be read. Rendering continues without it.
 #[derive(Debug, Error)]
 pub enum TileError {
     #[error("{path}: {tile} at byte {offset}: {source}")]
@@ -40,7 +40,7 @@ pub enum TileError {
         "{path}: {tile} at byte {offset}: checksum differs, the file is damaged; `ortelius verify` lists all damage"
     )]
     Checksum { path: String, tile: TileId, offset: u64 },
-    /// For sources that fail on purpose ([`disk::BadDisk`], tests).
+    /// An injected fault ([`disk::FaultyDisk`], tests).
     #[error("{tile}: {reason}")]
     Refused { tile: TileId, reason: String },
 }

@@ -34,13 +34,3 @@ pub enum TileFileError {
     #[error("{path}: the index of checksums is damaged; bake the file again")]
     Index { path: PathBuf },
 }
-
-impl TileFileError {
-    /// 3 where the data are corrupt, else 1.
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            Self::Open { .. } | Self::Read { .. } | Self::Version { .. } => 1,
-            Self::NotTiles { .. } | Self::Header { .. } | Self::Length { .. } | Self::Index { .. } => 3,
-        }
-    }
-}

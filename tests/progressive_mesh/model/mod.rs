@@ -1,11 +1,11 @@
 //! Models from files: every kind reads the same shape, what is written is read again, and what is damaged is an error
 //! in one line or a clean model.
 
+mod faults;
 mod files;
 mod glb;
 mod mutated;
 mod pipeline;
-mod trouble;
 
 use ortelius::model::{Format, Model};
 use std::path::Path;

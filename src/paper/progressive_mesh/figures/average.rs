@@ -7,13 +7,11 @@ use super::super::rivals::{RIVALS, Rival, rival_costs};
 use super::super::simplify::Collapses;
 use super::equal_memory::{self, AT_MEMORY_OF, at_equal_memory};
 use super::orders::{
-    CLASSICAL, CLOSED, FEW, ORDERS, OURS, PAPER, WITH_SCANS, costs, judged, mean_of, moved_per_split,
-    ordered, simplified,
+    CLASSICAL, CLOSED, DRAWN, FEW, FIFO_16, MOVED, ORDERS, OURS, PAPER, WITH_SCANS, costs, judged, mean_of,
+    moved_per_split, number, ordered, simplified,
 };
 use super::scans;
-use crate::figure::{
-    Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict,
-};
+use crate::figure::{Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Verdict};
 use crate::model::Model;
 use crate::scene::FaceOrder;
 
@@ -95,7 +93,6 @@ pub const AVERAGE: Figure = Figure {
     ],
 };
 
-pub const FIFO_16: &str = "FIFO-16";
 const P95: &str = "FIFO-16, 95 % of levels";
 const WORST: &str = "FIFO-16, worst level";
 const AFTER: &str = "FIFO-16, after a tswap";
@@ -103,10 +100,8 @@ const MADE: &str = "made for it, after a tswap";
 const MADE_ALL: &str = "made for it, all levels";
 /// The caches of today's and the paper's time, for each of which the paper's greedy is made anew.
 const SIZES: [u32; 4] = [12, 16, 24, 32];
-pub const MOVED: &str = "faces moved or copied per split";
 const MEMORY: &str = "memory of the lists";
 const WEDGES: &str = "FIFO-16 on wedges";
-pub const DRAWN: &str = "faces drawn per live face";
 const ERROR: &str = "error over the classical one";
 const PER_VERTEX: &str = "transforms per vertex";
 
@@ -114,10 +109,6 @@ fn variants() -> Vec<String> {
     let rivals = RIVALS.iter().map(|rival| rival.name().to_string());
     let at_memory = AT_MEMORY_OF.iter().map(|(_, name)| name.to_string());
     ORDERS.iter().map(|(name, _)| name.to_string()).chain(rivals).chain(at_memory).collect()
-}
-
-pub fn number(variant: &str, quantity: impl Into<String>, unit: &str, number: f64) -> Row {
-    Row::new(variant, quantity, unit, Value::Number(number))
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {

@@ -5,8 +5,7 @@ use super::super::cache::Cache;
 use super::super::mesh::ProgressiveMesh;
 use super::super::rivals::{Rival, rival_costs};
 use super::super::run::Program;
-use super::average::{DRAWN, FIFO_16, MOVED, number};
-use super::orders::{CLOSED, FEW, OURS, judged, mean_of};
+use super::orders::{CLOSED, DRAWN, FEW, FIFO_16, MOVED, OURS, judged, mean_of, number};
 use crate::figure::{Finding, Row, Table};
 
 /// Of what all instances need to change their levels and to begin with: commands and M0's buffer, or lists and the

@@ -5,7 +5,7 @@ use super::super::mesh::ProgressiveMesh;
 use super::super::order::{OrderOptions, classical, order};
 use super::super::simplify::{Collapses, SimplifyOptions, simplify};
 use super::scans;
-use crate::figure::{Finding, Table, Verdict};
+use crate::figure::{Finding, Row, Table, Value, Verdict};
 use crate::model::Model;
 use crate::scene::FaceOrder;
 
@@ -33,8 +33,18 @@ pub const ORDERS: [Named; 6] = [
     named(FaceOrder::CoherentFewMoves),
 ];
 
+// Quantities of pm.average.
+pub const FIFO_16: &str = "FIFO-16";
+pub const MOVED: &str = "faces moved or copied per split";
+pub const DRAWN: &str = "faces drawn per live face";
+
 const fn named(order: FaceOrder) -> Named {
     (order.name(), OrderOptions::of(order))
+}
+
+/// A row whose value is one number.
+pub fn number(variant: &str, quantity: impl Into<String>, unit: &str, number: f64) -> Row {
+    Row::new(variant, quantity, unit, Value::Number(number))
 }
 
 /// A shipped or fetched model and its collapses down to 64 faces.

@@ -4,7 +4,7 @@
 //! values from; where one is read, the values come from the coder, and each is checked before it is used.
 
 use super::coder::{Coder, tree};
-use super::live::{Live, Spoke};
+use super::live::{Live, RingFace};
 use super::models::{Models, Sizes};
 use super::moving::Moving;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
@@ -164,8 +164,8 @@ impl<'a> Growing<'a> {
         let ring = if row.split == NOWHERE { Vec::new() } else { self.live.ring(row.split) };
         let (mut changes, mut last) = (0, 2);
         let mut taken = Vec::with_capacity(ring.len());
-        for (at, spoke) in ring.iter().enumerate() {
-            let slot = self.live.slot_of[spoke.face as usize];
+        for (at, face) in ring.iter().enumerate() {
+            let slot = self.live.slot_of[face.face as usize];
             let model = &mut self.models.splits.takes[changes][at.min(7)][last];
             let takes = coder.bit(model, slots.is_some_and(|slots| slots.binary_search(&slot).is_ok()));
             changes = (changes + usize::from(last != 2 && last != usize::from(takes))).min(3);
@@ -182,7 +182,7 @@ impl<'a> Growing<'a> {
             suggest(&ring, &taken, row, suggestions);
         }
         let mut faces: Vec<u32> =
-            ring.iter().zip(&taken).filter(|(_, taken)| **taken).map(|(spoke, _)| spoke.face).collect();
+            ring.iter().zip(&taken).filter(|(_, taken)| **taken).map(|(face, _)| face.face).collect();
         let mut slots: Vec<u32> = faces.iter().map(|&face| self.live.slot_of[face as usize]).collect();
         faces.sort_unstable();
         slots.sort_unstable();
@@ -261,23 +261,28 @@ fn neighbours(live: &Live, old: u32) -> Vec<u32> {
 /// Faces that would close the gap between the faces around s that became faces of t and those that stay: both have
 /// the corners s and t. Likely ones first: 0 where both sides border on it, 1 where only the taken ones do, 2 where
 /// only those that stay do.
-fn suggest(ring: &[Spoke], taken: &[bool], Row { new, split }: Row, suggestions: &mut Vec<(u8, [u32; 3])>) {
-    let side = |wanted: bool, end: fn(&Spoke) -> u32| {
+fn suggest(
+    ring: &[RingFace],
+    taken: &[bool],
+    Row { new, split }: Row,
+    suggestions: &mut Vec<(u8, [u32; 3])>,
+) {
+    let side = |wanted: bool, end: fn(&RingFace) -> u32| {
         let mut ends: Vec<u32> = ring
             .iter()
             .zip(taken)
             .filter(|(_, taken)| **taken == wanted)
-            .map(|(spoke, _)| end(spoke))
+            .map(|(face, _)| end(face))
             .collect();
         ends.sort_unstable();
         ends
     };
-    let (first, second) = (|spoke: &Spoke| spoke.first, |spoke: &Spoke| spoke.second);
+    let (first, second) = (|face: &RingFace| face.first, |face: &RingFace| face.second);
     let ends = [side(false, first), side(true, first), side(false, second), side(true, second)];
     let has = |ends: &[u32], vertex: u32| ends.binary_search(&vertex).is_ok();
     let [kept_first, taken_first, kept_second, taken_second] = &ends;
-    for (spoke, &taken) in ring.iter().zip(taken) {
-        let (a, b) = (spoke.first, spoke.second);
+    for (face, &taken) in ring.iter().zip(taken) {
+        let (a, b) = (face.first, face.second);
         match taken {
             true => {
                 if !has(taken_second, a) {

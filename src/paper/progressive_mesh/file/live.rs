@@ -20,7 +20,7 @@ pub(super) struct Live {
 
 /// A face at a vertex s, seen from there: corners (s, first, second).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Spoke {
+pub(super) struct RingFace {
     pub face: u32,
     pub first: u32,
     pub second: u32,
@@ -51,40 +51,40 @@ impl Live {
         self.around.retain(split as usize, |face| faces.binary_search(&face).is_err());
     }
 
-    /// The faces around `vertex` in the order in which they follow each other there: each fan from its beginning,
-    /// that with the lowest first face first; then the rings, each from its lowest face. (The fan goes on with a
-    /// face whose `first` is the `second` of the one before.)
-    pub(super) fn ring(&self, vertex: u32) -> Vec<Spoke> {
-        let spoke = |&face: &u32| {
+    /// The faces around `vertex` in the order in which they follow each other there. Open fans come first, each from its
+    /// beginning, ordered by their first faces; then closed rings, each from its lowest face. A face is followed by the
+    /// one whose `first` is its `second`.
+    pub(super) fn ring(&self, vertex: u32) -> Vec<RingFace> {
+        let seen_from_here = |&face: &u32| {
             let [a, b, c] = self.corners[face as usize];
             let (first, second) = match vertex {
                 v if v == a => (b, c),
                 v if v == b => (c, a),
                 _ => (a, b),
             };
-            Spoke { face, first, second }
+            RingFace { face, first, second }
         };
-        let spokes: Vec<Spoke> = self.around.row(vertex as usize).iter().map(spoke).collect();
-        let mut by_first: Vec<u32> = (0..spokes.len() as u32).collect();
-        by_first.sort_by_key(|&at| spokes[at as usize].first);
-        let mut seconds: Vec<u32> = spokes.iter().map(|spoke| spoke.second).collect();
+        let faces: Vec<RingFace> = self.around.row(vertex as usize).iter().map(seen_from_here).collect();
+        let mut by_first: Vec<u32> = (0..faces.len() as u32).collect();
+        by_first.sort_by_key(|&at| faces[at as usize].first);
+        let mut seconds: Vec<u32> = faces.iter().map(|face| face.second).collect();
         seconds.sort_unstable();
         let next = |second: u32| -> Option<usize> {
-            let at = by_first.partition_point(|&at| spokes[at as usize].first < second);
-            by_first.get(at).map(|&at| at as usize).filter(|&at| spokes[at].first == second)
+            let at = by_first.partition_point(|&at| faces[at as usize].first < second);
+            by_first.get(at).map(|&at| at as usize).filter(|&at| faces[at].first == second)
         };
-        let mut ring = Vec::with_capacity(spokes.len());
-        let mut seen = vec![false; spokes.len()];
+        let mut ring = Vec::with_capacity(faces.len());
+        let mut seen = vec![false; faces.len()];
         let mut walk = |start: usize| {
             let mut at = Some(start);
             while let Some(here) = at.filter(|&here| !seen[here]) {
                 seen[here] = true;
-                ring.push(spokes[here]);
-                at = next(spokes[here].second);
+                ring.push(faces[here]);
+                at = next(faces[here].second);
             }
         };
-        (0..spokes.len()).filter(|&at| seconds.binary_search(&spokes[at].first).is_err()).for_each(&mut walk);
-        (0..spokes.len()).for_each(walk);
+        (0..faces.len()).filter(|&at| seconds.binary_search(&faces[at].first).is_err()).for_each(&mut walk);
+        (0..faces.len()).for_each(walk);
         ring
     }
 }
@@ -101,14 +101,14 @@ mod tests {
     }
 
     fn order(live: &Live, vertex: u32) -> Vec<u32> {
-        live.ring(vertex).iter().map(|spoke| spoke.face).collect()
+        live.ring(vertex).iter().map(|face| face.face).collect()
     }
 
     #[test]
     fn a_ring_follows_the_faces_around_a_vertex() {
         let closed = live(5, &[[0, 1, 2], [3, 4, 0], [2, 3, 0], [4, 1, 0]]);
         assert_eq!(order(&closed, 0), [0, 2, 1, 3]);
-        assert_eq!(closed.ring(0)[1], Spoke { face: 2, first: 2, second: 3 });
+        assert_eq!(closed.ring(0)[1], RingFace { face: 2, first: 2, second: 3 });
         let open = live(5, &[[0, 2, 3], [0, 3, 4], [0, 1, 2]]);
         assert_eq!(order(&open, 0), [2, 0, 1], "a fan begins where it is open");
         let two = live(7, &[[0, 5, 6], [0, 2, 3], [0, 1, 2], [4, 0, 6]]);

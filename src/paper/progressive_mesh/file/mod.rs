@@ -4,7 +4,7 @@
 //! The bytes are described in docs/pmesh.md. What is stored exactly is the [`ProgressiveMesh`]; what can be derived
 //! is not stored: the slots of a split follow from which faces around the split vertex change (one cheap bit each),
 //! the faces that appear from the gap which that leaves, and a permutation from which faces lie near each other. An
-//! adaptive range coder ([`coder`]) packs the rest. Hoppe (1996) codes a split by its place and two neighbours in
+//! adaptive range coder (`coder`) packs the rest. Hoppe (1996) codes a split by its place and two neighbours in
 //! the same spirit; slots and permutations are not his subject.
 //!
 //! A file is hostile until it was read: every declared number is held against the bytes that are there, and every

@@ -43,16 +43,6 @@ pub enum Flaw {
     Longer(u64),
 }
 
-impl PmeshError {
-    /// 3 where the data are corrupt, else 1.
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            Self::Read { .. } | Self::Flaw { flaw: Flaw::Version(_), .. } => 1,
-            Self::Flaw { .. } => 3,
-        }
-    }
-}
-
 impl ProgressiveMesh {
     /// Reads a `.pmesh` file. Where its end is missing the mesh is what the chunks before it hold:
     /// [`Contents::is_cut`].

@@ -1,4 +1,4 @@
-//! Components: what hangs together. The smaller ones vanish as a whole when they are no larger than the deviation.
+//! Connected components. The smaller ones vanish as a whole when they are no larger than the deviation.
 
 use super::surface::Surface;
 use glam::DVec3;
@@ -6,7 +6,7 @@ use glam::DVec3;
 /// A part of the model that shares no position with the rest.
 pub struct Component {
     pub faces: Vec<u32>,
-    /// Diagonal of its box in the simplifier's units: what is missed when it vanishes.
+    /// Diagonal of its box in the simplifier's units: the error of its removal.
     pub extent: f64,
 }
 

@@ -1,21 +1,21 @@
-//! A position that may vanish, with the edges and faces around it: where it may go, and where not.
+//! The one-ring of a position that may vanish: its edges and faces, and the collapses that they allow.
 
-use super::surface::{Blade, Surface};
+use super::surface::{Corner, Surface};
 
-/// An edge at a hub.
+/// An edge of the one-ring: from the hub to a neighbour.
 #[derive(Clone, Copy, Debug)]
-pub struct Spoke {
+pub struct RingEdge {
     pub end: u32,
     pub kind: Kind,
     /// Faces along the edge.
     pub faces: u32,
-    /// The blade in which `end` follows the hub, and the one in which it comes before; the last of each if there
+    /// The corner in which `end` follows the hub, and the one in which it precedes it; the last of each if there
     /// are several.
     ahead: Option<u32>,
     behind: Option<u32>,
 }
 
-/// What an edge is to those who want to collapse another onto it.
+/// What a collapse along an edge would do to the surface's borders and seams.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Two faces, which agree on the wedges at both ends.
@@ -28,17 +28,17 @@ pub enum Kind {
     Complex,
 }
 
-/// So many spokes are searched one by one.
+/// Up to this many edges a linear search is faster than the table.
 const FEW: usize = 16;
 
 /// The neighbourhood of a position; its lists are reused.
 pub struct Hub {
     pub position: u32,
-    pub blades: Vec<Blade>,
-    pub spokes: Vec<Spoke>,
-    /// Of the spokes, packed.
+    pub corners: Vec<Corner>,
+    pub edges: Vec<RingEdge>,
+    /// The ends of the edges, packed.
     ends: Vec<u32>,
-    /// For each position the hub at which it was seen last, and its spoke there.
+    /// For each position the last hub that had it as a neighbour, and its edge there.
     seen: Vec<(u32, u32)>,
     turn: u32,
 }
@@ -48,94 +48,94 @@ impl Hub {
     pub fn new(count: usize) -> Hub {
         Hub {
             position: 0,
-            blades: Vec::new(),
-            spokes: Vec::new(),
+            corners: Vec::new(),
+            edges: Vec::new(),
             ends: Vec::new(),
             seen: vec![(0, 0); count],
             turn: 0,
         }
     }
 
-    /// Looks at a position.
+    /// Makes a position the hub and collects its one-ring.
     pub fn look(&mut self, surface: &mut Surface, position: u32) {
         self.position = position;
-        surface.gather(position, &mut self.blades);
-        self.spokes.clear();
+        surface.gather(position, &mut self.corners);
+        self.edges.clear();
         self.ends.clear();
         if self.turn == u32::MAX {
             self.seen.fill((0, 0));
             self.turn = 0;
         }
         self.turn += 1;
-        for index in 0..self.blades.len() as u32 {
-            let Blade { a, b, .. } = self.blades[index as usize];
-            let spoke = self.spoke_for(a);
-            spoke.faces += 1;
-            spoke.ahead = Some(index);
-            let spoke = self.spoke_for(b);
-            spoke.faces += 1;
-            spoke.behind = Some(index);
+        for index in 0..self.corners.len() as u32 {
+            let Corner { a, b, .. } = self.corners[index as usize];
+            let edge = self.edge_for(a);
+            edge.faces += 1;
+            edge.ahead = Some(index);
+            let edge = self.edge_for(b);
+            edge.faces += 1;
+            edge.behind = Some(index);
         }
-        for index in 0..self.spokes.len() {
-            self.spokes[index].kind = self.kind(surface, &self.spokes[index]);
+        for index in 0..self.edges.len() {
+            self.edges[index].kind = self.kind(surface, &self.edges[index]);
         }
     }
 
-    fn spoke_for(&mut self, end: u32) -> &mut Spoke {
+    fn edge_for(&mut self, end: u32) -> &mut RingEdge {
         let seen = &mut self.seen[end as usize];
         if seen.0 != self.turn {
-            *seen = (self.turn, self.spokes.len() as u32);
+            *seen = (self.turn, self.edges.len() as u32);
             self.ends.push(end);
-            self.spokes.push(Spoke { end, kind: Kind::Plain, faces: 0, ahead: None, behind: None });
+            self.edges.push(RingEdge { end, kind: Kind::Plain, faces: 0, ahead: None, behind: None });
         }
-        &mut self.spokes[seen.1 as usize]
+        &mut self.edges[seen.1 as usize]
     }
 
-    /// The spoke that ends at a position.
-    pub fn spoke_to(&self, end: u32) -> Option<&Spoke> {
-        // Few ends stand in one or two lines of the CPU's cache, `seen` of all positions in none.
+    /// The edge to a position.
+    pub fn edge_to(&self, end: u32) -> Option<&RingEdge> {
+        // A few ends fit into one or two cache lines of the CPU; `seen`, of all positions, does not.
         if self.ends.len() <= FEW {
-            return self.ends.iter().position(|&known| known == end).map(|at| &self.spokes[at]);
+            return self.ends.iter().position(|&known| known == end).map(|at| &self.edges[at]);
         }
-        let (turn, spoke) = self.seen[end as usize];
-        (turn == self.turn).then(|| &self.spokes[spoke as usize])
+        let (turn, edge) = self.seen[end as usize];
+        (turn == self.turn).then(|| &self.edges[edge as usize])
     }
 
-    fn kind(&self, surface: &Surface, spoke: &Spoke) -> Kind {
-        match (spoke.faces, spoke.ahead, spoke.behind) {
+    fn kind(&self, surface: &Surface, edge: &RingEdge) -> Kind {
+        match (edge.faces, edge.ahead, edge.behind) {
             (1, ..) => Kind::Border,
             (2, Some(_), Some(_)) if !surface.has_seams() => Kind::Plain,
             (2, Some(ahead), Some(behind)) => {
-                let along = |blade| self.wedges_along(surface, blade, spoke.end);
+                let along = |corner| self.wedges_along(surface, corner, edge.end);
                 if along(ahead) == along(behind) { Kind::Plain } else { Kind::Seam }
             }
             _ => Kind::Complex,
         }
     }
 
-    /// The wedges of the hub and of `end` in a blade.
-    fn wedges_along(&self, surface: &Surface, blade: u32, end: u32) -> [u32; 2] {
-        let Blade { face, corner, a, .. } = self.blades[blade as usize];
-        let other = if a == end { (corner + 1) % 3 } else { (corner + 2) % 3 };
-        [surface.wedge(face, corner), surface.wedge(face, other)]
+    /// The wedges of the hub and of `end` in the face of a corner.
+    fn wedges_along(&self, surface: &Surface, corner: u32, end: u32) -> [u32; 2] {
+        let Corner { face, index, a, .. } = self.corners[corner as usize];
+        let other = if a == end { (index + 1) % 3 } else { (index + 2) % 3 };
+        [surface.wedge(face, index), surface.wedge(face, other)]
     }
 
     /// The border's edges into the hub and out of it, in the faces' direction, if it has just one of each.
-    pub fn border(&self) -> Option<[Spoke; 2]> {
+    pub fn border(&self) -> Option<[RingEdge; 2]> {
         let mut found = [None; 2];
-        for spoke in self.spokes.iter().filter(|spoke| spoke.kind == Kind::Border) {
-            let side = &mut found[usize::from(spoke.ahead.is_some())];
-            if side.replace(*spoke).is_some() {
+        for edge in self.edges.iter().filter(|edge| edge.kind == Kind::Border) {
+            let side = &mut found[usize::from(edge.ahead.is_some())];
+            if side.replace(*edge).is_some() {
                 return None;
             }
         }
         Some([found[0]?, found[1]?])
     }
 
-    /// What a collapse along a spoke may be, from the kinds of edges alone: a position inside may go anywhere, one on a
-    /// border or seam only along it, and where they end, cross or branch, nowhere.
+    /// Where the hub may go, by the kinds of its edges alone. An inner position may go anywhere, one on a border or seam
+    /// only along it, and one where borders or seams end, cross or branch, nowhere.
     pub fn path(&self) -> Path {
-        let mut marked = self.spokes.iter().filter(|spoke| spoke.kind != Kind::Plain).map(|spoke| spoke.kind);
+        let mut marked = self.edges.iter().filter(|edge| edge.kind != Kind::Plain).map(|edge| edge.kind);
         match (marked.next(), marked.next(), marked.next()) {
             (None, ..) => Path::Anywhere,
             // Where two sheets came to share one edge, they part again when that edge goes.
@@ -145,12 +145,12 @@ impl Hub {
         }
     }
 
-    /// For the hub's wedges in the faces along a spoke, the wedges at its end. None if one wedge would have to become
+    /// For the hub's wedges in the faces along an edge, the wedges at its end. `None` if one wedge would have to become
     /// two, unless `torn`: then the first counts.
     pub fn wedge_pairs(&self, surface: &Surface, end: u32, torn: bool) -> Option<WedgePairs> {
         let mut pairs = WedgePairs { pairs: [[0; 2]; MOST_PAIRS], count: 0 };
-        for (index, blade) in self.blades.iter().enumerate() {
-            if blade.a != end && blade.b != end {
+        for (index, corner) in self.corners.iter().enumerate() {
+            if corner.a != end && corner.b != end {
                 continue;
             }
             let [from, to] = self.wedges_along(surface, index as u32, end);
@@ -167,22 +167,22 @@ impl Hub {
         Some(pairs)
     }
 
-    /// What collapsing along a spoke does to the surface (the link condition): hub and end may have no neighbours in
-    /// common but those of the edge's faces, no face may become another one, and no position lose its last face.
-    pub fn link(&self, surface: &Surface, spoke: &Spoke) -> Link {
-        let end = spoke.end;
-        let known = |position: u32| position != self.position && self.spoke_to(position).is_some();
-        let common = |position: u32| known(position) && !self.has_blade(end, position);
-        let stays = surface.valence(end) + self.blades.len() > 2 * spoke.faces as usize;
+    /// The link condition. The hub and the end may share no neighbours except those of the edge's faces, no face may
+    /// become a copy of another, and no position may lose its last face.
+    pub fn link(&self, surface: &Surface, edge: &RingEdge) -> Link {
+        let end = edge.end;
+        let known = |position: u32| position != self.position && self.edge_to(position).is_some();
+        let common = |position: u32| known(position) && !self.has_face_with(end, position);
+        let stays = surface.valence(end) + self.corners.len() > 2 * edge.faces as usize;
         if !stays || self.opposites(end).any(|position| surface.valence(position) < 2) {
             return Link::Forbidden;
         }
-        let (mut meets, mut closes) = (false, self.closing(surface, spoke));
-        for blade in surface.blades(end).filter(|x| self.is_not(x)) {
-            if known(blade.a) && known(blade.b) && self.has_blade(blade.a, blade.b) {
+        let (mut meets, mut closes) = (false, self.closing(surface, edge));
+        for corner in surface.corners(end).filter(|x| self.is_not(x)) {
+            if known(corner.a) && known(corner.b) && self.has_face_with(corner.a, corner.b) {
                 return Link::Forbidden;
             }
-            for position in [blade.a, blade.b].into_iter().filter(|&position| common(position)) {
+            for position in [corner.a, corner.b].into_iter().filter(|&position| common(position)) {
                 meets = true;
                 closes = closes.filter(|&last| last == position);
             }
@@ -194,28 +194,28 @@ impl Hub {
         }
     }
 
-    /// The third corner of a hole of three edges, two of which are the spoke and the border's other edge at the hub.
-    fn closing(&self, surface: &Surface, spoke: &Spoke) -> Option<u32> {
-        let [into, out] = if spoke.kind == Kind::Border { self.border()? } else { return None };
-        let (last, ahead) = if spoke.end == out.end { (into.end, true) } else { (out.end, false) };
-        let mut along = surface.blades(spoke.end).filter(|x| x.a == last || x.b == last);
+    /// The third position of a hole of three edges, two of which are this edge and the border's other edge at the hub.
+    fn closing(&self, surface: &Surface, edge: &RingEdge) -> Option<u32> {
+        let [into, out] = if edge.kind == Kind::Border { self.border()? } else { return None };
+        let (last, ahead) = if edge.end == out.end { (into.end, true) } else { (out.end, false) };
+        let mut along = surface.corners(edge.end).filter(|x| x.a == last || x.b == last);
         let one = along.next().filter(|x| (x.a == last) == ahead)?;
         (along.next().is_none() && self.is_not(&one)).then_some(last)
     }
 
-    /// Whether a face at another position has no corner at the hub.
-    pub fn is_not(&self, blade: &Blade) -> bool {
-        blade.a != self.position && blade.b != self.position
+    /// True if the face of a corner elsewhere does not touch the hub.
+    pub fn is_not(&self, corner: &Corner) -> bool {
+        corner.a != self.position && corner.b != self.position
     }
 
-    /// Whether a face of the hub has both positions.
-    fn has_blade(&self, p: u32, q: u32) -> bool {
-        self.blades.iter().any(|x| (x.a == p && x.b == q) || (x.a == q && x.b == p))
+    /// True if a face of the hub has both positions.
+    fn has_face_with(&self, p: u32, q: u32) -> bool {
+        self.corners.iter().any(|x| (x.a == p && x.b == q) || (x.a == q && x.b == p))
     }
 
-    /// Third positions of the faces along the spoke to `end`.
+    /// Third positions of the faces along the edge to `end`.
     fn opposites(&self, end: u32) -> impl Iterator<Item = u32> + '_ {
-        self.blades.iter().filter_map(move |x| match end {
+        self.corners.iter().filter_map(move |x| match end {
             _ if end == x.a => Some(x.b),
             _ if end == x.b => Some(x.a),
             _ => None,

@@ -3,14 +3,13 @@
 
 use super::components::{Component, lesser_components};
 use super::curve::Curve;
-use super::hub::{Hub, Kind, Link, Spoke};
+use super::hub::{Hub, Kind, Link, RingEdge, WedgePairs};
 use super::lost::{Lost, squared_to_segment};
 use super::quadric::Quadric;
 use super::queue::{Queue, Ties};
 use super::shape::Shape;
 use super::start::{WedgeLists, nearest_wedge, normals, quadrics};
-use super::step::{Near, Step};
-use super::surface::{Blade, Frame, Surface};
+use super::surface::{Corner, Frame, Surface};
 use super::{Collapses, NOWHERE, Report, Simplified, SimplifyOptions};
 use crate::model::Model;
 use glam::DVec3;
@@ -43,7 +42,7 @@ pub struct Sequence<'a> {
     pub(super) shape: Shape,
     /// Those of the hub's border.
     pub(super) border_points: Vec<(u32, DVec3)>,
-    pub(super) candidates: Vec<(f64, Spoke)>,
+    pub(super) candidates: Vec<(f64, RingEdge)>,
     off: Vec<(u32, f64)>,
     /// Positions whose keys wait for their renewal.
     around: Vec<u32>,
@@ -65,6 +64,25 @@ pub enum Rules {
     Folding,
     /// Also leave borders and seams, and move their ends.
     Crossing,
+}
+
+/// A collapse that is allowed.
+#[derive(Clone, Copy, Debug)]
+pub struct Step {
+    pub edge: RingEdge,
+    pub cost: f64,
+    pub pairs: WedgePairs,
+    pub link: Link,
+    pub flips: bool,
+}
+
+/// A position that has vanished, or is about to.
+#[derive(Clone, Copy, Debug)]
+pub struct Near {
+    pub position: u32,
+    pub point: DVec3,
+    /// The corner of the hub that it belongs to; any for the hub itself.
+    pub corner: u32,
 }
 
 impl<'a> Sequence<'a> {
@@ -116,8 +134,8 @@ impl<'a> Sequence<'a> {
         self.exact[position as usize].0 = NOWHERE;
         self.hub.look(&mut self.surface, position);
         let path = self.path();
-        let allowed = self.hub.spokes.iter().filter(|spoke| path.allows(spoke.kind));
-        match allowed.map(|spoke| self.quadric_cost(position, spoke.end)).min_by(f64::total_cmp) {
+        let allowed = self.hub.edges.iter().filter(|edge| path.allows(edge.kind));
+        match allowed.map(|edge| self.quadric_cost(position, edge.end)).min_by(f64::total_cmp) {
             Some(least) => self.queue.set(position, least),
             None => self.queue.remove(position),
         }
@@ -154,7 +172,7 @@ impl<'a> Sequence<'a> {
         match self.best(position) {
             Some(step) if step.cost <= next_key => self.execute(&step),
             Some(step) => {
-                let to = step.spoke.end;
+                let to = step.edge.end;
                 self.exact[position as usize] = (to, self.quadric_cost(position, to));
                 self.queue.set(position, step.cost);
             }
@@ -171,9 +189,9 @@ impl<'a> Sequence<'a> {
             return None;
         }
         self.look(position);
-        let spoke = *self.hub.spoke_to(to)?;
+        let edge = *self.hub.edge_to(to)?;
         self.shape.spread(&self.hub, &self.surface, to);
-        let step = self.allowed(&spoke, 0.0, self.shape.flips)?;
+        let step = self.allowed(&edge, 0.0, self.shape.flips)?;
         self.gather_points();
         (step.link == Link::Surface).then_some(step)
     }
@@ -219,11 +237,11 @@ impl<'a> Sequence<'a> {
 
     /// Does the collapse that was found at the hub just looked at.
     fn execute(&mut self, step: &Step) {
-        let (position, end) = (self.hub.position, step.spoke.end);
+        let (position, end) = (self.hub.position, step.edge.end);
         self.measure(step);
-        let (gone, stay): (Vec<Blade>, Vec<Blade>) =
-            self.hub.blades.iter().partition(|x| x.a == end || x.b == end);
-        gone.iter().for_each(|blade| self.surface.remove(blade.face));
+        let (gone, stay): (Vec<Corner>, Vec<Corner>) =
+            self.hub.corners.iter().partition(|x| x.a == end || x.b == end);
+        gone.iter().for_each(|corner| self.surface.remove(corner.face));
         let choices = self.wedges.of(end);
         let target =
             |wedge| step.pairs.target(wedge).unwrap_or_else(|| nearest_wedge(self.model, wedge, choices));
@@ -232,10 +250,10 @@ impl<'a> Sequence<'a> {
         let moved = self.quadrics[position as usize].about(along);
         self.quadrics[end as usize].add(&moved);
         self.collapses.wedges.push(self.wedges.of(position).iter().map(|&wedge| [wedge, target(wedge)]));
-        self.collapses.faces.push(gone.iter().map(|blade| self.curve.faces[blade.face as usize]));
+        self.collapses.faces.push(gone.iter().map(|corner| self.curve.faces[corner.face as usize]));
         self.push_error();
         self.report.count(step, self.rules);
-        self.around.extend(self.hub.spokes.iter().map(|spoke| spoke.end));
+        self.around.extend(self.hub.edges.iter().map(|edge| edge.end));
         while let Some(neighbour) = self.around.pop() {
             match self.queue.contains(neighbour) {
                 // Its cost is looked at again when its turn comes: it hardly ever falls.
@@ -247,14 +265,14 @@ impl<'a> Sequence<'a> {
 
     /// Vanished positions, and the hub, go to the faces that are nearest; what that is off is remembered.
     fn measure(&mut self, step: &Step) {
-        let end = step.spoke.end;
+        let end = step.edge.end;
         let mut off = std::mem::take(&mut self.off);
         self.shape.spread(&self.hub, &self.surface, end);
         self.off_model(&mut off);
-        self.hub.blades.iter().for_each(|blade| self.lost.clear_face(blade.face));
+        self.hub.corners.iter().for_each(|corner| self.lost.clear_face(corner.face));
         let mut most: f64 = 0.0;
         for near in &self.points {
-            let (squared, face) = self.shape.nearest(near.point, near.blade);
+            let (squared, face) = self.shape.nearest(near.point, near.corner);
             most = most.max(squared.sqrt());
             self.lost.give_to_face(near.position, face);
         }
@@ -264,12 +282,12 @@ impl<'a> Sequence<'a> {
             most = most.max(distance);
         }
         self.off = off;
-        if let (Kind::Border, Some([into, out])) = (step.spoke.kind, self.hub.border()) {
-            let edge = [into.end, out.end].map(|p| self.surface.point(p));
+        if let (Kind::Border, Some([into, out])) = (step.edge.kind, self.hub.border()) {
+            let segment = [into.end, out.end].map(|p| self.surface.point(p));
             self.lost.clear_border(self.hub.position);
             self.lost.clear_border(into.end);
             for &(position, point) in &self.border_points {
-                most = most.max(squared_to_segment(point, edge).sqrt());
+                most = most.max(squared_to_segment(point, segment).sqrt());
                 self.lost.give_to_border(position, into.end);
             }
         }

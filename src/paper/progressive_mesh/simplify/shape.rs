@@ -1,7 +1,7 @@
 //! The triangles around a hub, before a collapse and after it.
 
 use super::hub::Hub;
-use super::surface::{Blade, Surface};
+use super::surface::{Corner, Surface};
 use super::triangle::Triangle;
 use glam::DVec3;
 
@@ -11,7 +11,7 @@ const LEAST_COSINE: f64 = 0.25;
 /// Triangles that are looked at many times, once for each vanished position; its lists are reused.
 #[derive(Default)]
 pub struct Shape {
-    /// Of each of the hub's blades, the hub first.
+    /// Of each of the hub's corners, the hub first.
     pub old: Vec<Triangle>,
     /// Their normals, twice their area long, and those that they had in the model.
     normals: Vec<[DVec3; 2]>,
@@ -22,9 +22,9 @@ pub struct Shape {
     pub fan: usize,
     /// Whether one of the fan turned too far, or lost its area.
     pub flips: bool,
-    /// For each blade the first place in [`Self::new`] to look for what was near it.
+    /// For each corner the first place in [`Self::new`] to look for what was near it.
     heirs: Vec<u32>,
-    /// For each of the fan its blade.
+    /// For each of the fan its corner.
     parents: Vec<u32>,
 }
 
@@ -34,7 +34,7 @@ impl Shape {
         let point = surface.point(hub.position);
         self.old.clear();
         self.normals.clear();
-        for &Blade { face, a, b, .. } in &hub.blades {
+        for &Corner { face, a, b, .. } in &hub.corners {
             let (a, b) = (surface.point(a), surface.point(b));
             let cross = (a - point).cross(b - point);
             self.old.push(Triangle::with_cross([point, a, b], cross));
@@ -49,9 +49,9 @@ impl Shape {
         self.heirs.clear();
         self.parents.clear();
         self.flips = false;
-        for (index, blade) in hub.blades.iter().enumerate() {
+        for (index, corner) in hub.corners.iter().enumerate() {
             self.heirs.push(self.new.len() as u32);
-            if blade.a == end || blade.b == end {
+            if corner.a == end || corner.b == end {
                 continue;
             }
             let [_, a, b] = self.old[index].corners();
@@ -59,21 +59,21 @@ impl Shape {
             let [old, first] = self.normals[index];
             self.flips |= (old != DVec3::ZERO && turns(old, cross, old.length_squared()))
                 || (first != DVec3::ZERO && turns(first, cross, 1.0));
-            self.new.push((blade.face, Triangle::with_cross([to, a, b], cross)));
+            self.new.push((corner.face, Triangle::with_cross([to, a, b], cross)));
             self.parents.push(index as u32);
         }
         self.fan = self.new.len();
         if self.fan == 0 {
-            let beside = surface.blades(end).filter(|x| hub.is_not(x));
+            let beside = surface.corners(end).filter(|x| hub.is_not(x));
             self.new.extend(beside.map(|x| (x.face, Triangle::new(surface.triangle(x.face)))));
         }
         let last = self.new.len().saturating_sub(1) as u32;
         self.heirs.iter_mut().for_each(|heir| *heir = last.min(*heir));
     }
 
-    /// The larger of `most` and the squared distance from a point near a blade to the nearest new triangle.
-    pub fn raised_by_point(&self, most: f64, point: DVec3, blade: u32) -> f64 {
-        raised(most, point, &self.new, self.heirs[blade as usize], |(_, triangle)| triangle)
+    /// The larger of `most` and the squared distance from a point near a corner to the nearest new triangle.
+    pub fn raised_by_point(&self, most: f64, point: DVec3, corner: u32) -> f64 {
+        raised(most, point, &self.new, self.heirs[corner as usize], |(_, triangle)| triangle)
     }
 
     /// The same of a sample of one of the fan, and the old triangles.
@@ -81,9 +81,9 @@ impl Shape {
         raised(most, sample, &self.old, self.parents[index], |triangle| triangle)
     }
 
-    /// The new face that is nearest to a point near a blade, the first of several, and the squared distance.
-    pub fn nearest(&self, point: DVec3, blade: u32) -> (f64, u32) {
-        let heir = self.heirs[blade as usize] as usize;
+    /// The new face that is nearest to a point near a corner, the first of several, and the squared distance.
+    pub fn nearest(&self, point: DVec3, corner: u32) -> (f64, u32) {
+        let heir = self.heirs[corner as usize] as usize;
         let mut least = (self.new[heir].1.squared_to(point), heir);
         for (index, (_, triangle)) in self.new.iter().enumerate() {
             if index != heir && !triangle.is_beyond(point, least.0) {

@@ -32,11 +32,11 @@ pub fn quadrics(surface: &mut Surface, hub: &mut Hub, positions: usize) -> Vec<Q
     }
     for position in 0..positions as u32 {
         hub.look(surface, position);
-        for spoke in hub.spokes.iter().filter(|spoke| spoke.kind != Kind::Plain) {
-            let weight = if spoke.kind == Kind::Seam { SEAM_WEIGHT } else { BORDER_WEIGHT };
-            let along = surface.point(spoke.end) - surface.point(position);
-            for blade in hub.blades.iter().filter(|x| x.a == spoke.end || x.b == spoke.end) {
-                let [a, b, c] = surface.triangle(blade.face);
+        for edge in hub.edges.iter().filter(|edge| edge.kind != Kind::Plain) {
+            let weight = if edge.kind == Kind::Seam { SEAM_WEIGHT } else { BORDER_WEIGHT };
+            let along = surface.point(edge.end) - surface.point(position);
+            for corner in hub.corners.iter().filter(|x| x.a == edge.end || x.b == edge.end) {
+                let [a, b, c] = surface.triangle(corner.face);
                 let across = (b - a).cross(c - a).cross(along).normalize_or_zero();
                 let plane = Quadric::plane(across, DVec3::ZERO, weight * along.length_squared());
                 quadrics[position as usize].add(&plane);

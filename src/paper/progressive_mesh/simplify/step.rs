@@ -1,9 +1,9 @@
 //! One collapse: whether it may be done, what it costs, and how far it leads away from the model.
 
-use super::hub::{Kind, Link, Path, Spoke, WedgePairs};
+use super::hub::{Kind, Link, Path, RingEdge};
 use super::lost::squared_to_segment;
 use super::queue::Ties;
-use super::sequence::{Rules, Sequence};
+use super::sequence::{Near, Rules, Sequence, Step};
 use super::shape::{more_samples, samples};
 use glam::DVec3;
 
@@ -17,25 +17,6 @@ const PINCH_FACTOR: f64 = 4.0;
 
 /// And one that turns a face too far, where that is allowed at all.
 const FLIP_FACTOR: f64 = 100.0;
-
-/// A collapse that may be done.
-#[derive(Clone, Copy, Debug)]
-pub struct Step {
-    pub spoke: Spoke,
-    pub cost: f64,
-    pub pairs: WedgePairs,
-    pub link: Link,
-    pub flips: bool,
-}
-
-/// A position that has vanished, or is about to.
-#[derive(Clone, Copy, Debug)]
-pub struct Near {
-    pub position: u32,
-    pub point: DVec3,
-    /// Which of the hub's blades it belongs to; any for the hub itself.
-    pub blade: u32,
-}
 
 impl Sequence<'_> {
     pub(super) fn quadric_cost(&self, from: u32, to: u32) -> f64 {
@@ -54,8 +35,8 @@ impl Sequence<'_> {
         let path = self.path();
         let mut candidates = std::mem::take(&mut self.candidates);
         candidates.clear();
-        for spoke in self.hub.spokes.iter().filter(|spoke| path.allows(spoke.kind)) {
-            candidates.push((self.quadric_cost(position, spoke.end), *spoke));
+        for edge in self.hub.edges.iter().filter(|edge| path.allows(edge.kind)) {
+            candidates.push((self.quadric_cost(position, edge.end), *edge));
         }
         let ties = Ties { seed: self.options.seed };
         candidates.sort_unstable_by(|x, y| {
@@ -64,22 +45,22 @@ impl Sequence<'_> {
         self.gather_points();
         let mut best: Option<Step> = None;
         let area = self.shape.area();
-        for (least, spoke) in &candidates {
+        for (least, edge) in &candidates {
             let dearest = best.map_or(f64::INFINITY, |best| best.cost);
             if dearest <= *least {
                 break;
             }
-            self.shape.spread(&self.hub, &self.surface, spoke.end);
+            self.shape.spread(&self.hub, &self.surface, edge.end);
             let flips = self.shape.flips;
             if flips && self.rules == Rules::Strict {
                 continue;
             }
             let factor = if flips { FLIP_FACTOR } else { 1.0 };
-            let cost = factor * self.with_deviation(spoke, *least, area, dearest / factor);
+            let cost = factor * self.with_deviation(edge, *least, area, dearest / factor);
             if cost >= dearest {
                 continue;
             }
-            best = self.allowed(spoke, cost, flips).filter(|step| step.cost < dearest).or(best);
+            best = self.allowed(edge, cost, flips).filter(|step| step.cost < dearest).or(best);
         }
         self.candidates = candidates;
         best
@@ -95,9 +76,9 @@ impl Sequence<'_> {
         let position = self.hub.position;
         let of = |p: u32| (p, self.surface.point(p));
         self.points.clear();
-        self.points.push(Near { position, point: self.surface.point(position), blade: 0 });
-        for (blade, face) in self.hub.blades.iter().map(|blade| blade.face).enumerate() {
-            let near = |p: u32| Near { position: p, point: self.surface.point(p), blade: blade as u32 };
+        self.points.push(Near { position, point: self.surface.point(position), corner: 0 });
+        for (corner, face) in self.hub.corners.iter().map(|corner| corner.face).enumerate() {
+            let near = |p: u32| Near { position: p, point: self.surface.point(p), corner: corner as u32 };
             self.points.extend(self.lost.of_face(face).map(near));
         }
         self.border_points.clear();
@@ -108,29 +89,31 @@ impl Sequence<'_> {
         }
     }
 
-    /// The collapse along a spoke, if it may be done.
-    pub(super) fn allowed(&self, spoke: &Spoke, cost: f64, flips: bool) -> Option<Step> {
-        let link = self.hub.link(&self.surface, spoke);
+    /// The collapse along an edge; `None` if it is forbidden.
+    pub(super) fn allowed(&self, edge: &RingEdge, cost: f64, flips: bool) -> Option<Step> {
+        let link = self.hub.link(&self.surface, edge);
         let cost = if link == Link::Pinches { cost * PINCH_FACTOR } else { cost };
-        let pairs = self.hub.wedge_pairs(&self.surface, spoke.end, self.rules == Rules::Crossing)?;
-        (link != Link::Forbidden).then_some(Step { spoke: *spoke, cost, pairs, link, flips })
+        let pairs = self.hub.wedge_pairs(&self.surface, edge.end, self.rules == Rules::Crossing)?;
+        (link != Link::Forbidden).then_some(Step { edge: *edge, cost, pairs, link, flips })
     }
 
     /// What a collapse costs with its deviation; stops where that exceeds `limit`.
-    fn with_deviation(&self, spoke: &Spoke, least: f64, area: f64, limit: f64) -> f64 {
+    fn with_deviation(&self, edge: &RingEdge, least: f64, area: f64, limit: f64) -> f64 {
         let factor = DEVIATION_WEIGHT * area;
         let enough = |most: f64| least + factor * most > limit;
         let mut most: f64 = 0.0;
-        if let (Kind::Border, Some([into, out])) = (spoke.kind, self.hub.border()) {
-            let edge = [into.end, out.end].map(|p| self.surface.point(p));
-            most =
-                self.border_points.iter().fold(most, |most, &(_, p)| most.max(squared_to_segment(p, edge)));
+        if let (Kind::Border, Some([into, out])) = (edge.kind, self.hub.border()) {
+            let segment = [into.end, out.end].map(|p| self.surface.point(p));
+            most = self
+                .border_points
+                .iter()
+                .fold(most, |most, &(_, p)| most.max(squared_to_segment(p, segment)));
         }
         for near in &self.points {
             if enough(most) {
                 break;
             }
-            most = self.shape.raised_by_point(most, near.point, near.blade);
+            most = self.shape.raised_by_point(most, near.point, near.corner);
         }
         for (index, (_, triangle)) in self.shape.new[..self.shape.fan].iter().enumerate() {
             for sample in samples(triangle) {
@@ -149,7 +132,7 @@ impl Sequence<'_> {
         off.clear();
         for (face, triangle) in &self.shape.new[..self.shape.fan] {
             let own =
-                self.hub.blades.iter().position(|x| x.face == *face).expect("a fan's face is the hub's");
+                self.hub.corners.iter().position(|x| x.face == *face).expect("a fan's face is the hub's");
             let farthest =
                 more_samples(triangle).into_iter().fold(0.0, |most, p| self.raised_off(most, p, own));
             off.push((*face, farthest));
@@ -160,7 +143,7 @@ impl Sequence<'_> {
     fn raised_off(&self, most: f64, sample: DVec3, own: usize) -> f64 {
         let mut least = f64::INFINITY;
         for at in (own..self.shape.old.len()).chain(0..own) {
-            let known = self.off_model[self.hub.blades[at].face as usize];
+            let known = self.off_model[self.hub.corners[at].face as usize];
             least = least.min(self.shape.old[at].squared_to(sample).sqrt() + known);
             if least <= most {
                 return most;

@@ -40,12 +40,12 @@ pub struct Frame {
     half: f64,
 }
 
-/// A live face at a hub, with the corners that follow the hub's counter-clockwise.
+/// The corner of a live face at a hub, with the face's other two positions, counter-clockwise from the hub.
 #[derive(Clone, Copy, Debug)]
-pub struct Blade {
+pub struct Corner {
     pub face: u32,
     /// Which corner of the face is the hub.
-    pub corner: u8,
+    pub index: u8,
     pub a: u32,
     pub b: u32,
 }
@@ -147,8 +147,8 @@ impl Surface {
         self.face(face).map(|position| self.point(position))
     }
 
-    /// The live faces at a position, in no order that means anything.
-    pub fn blades(&self, hub: u32) -> impl Iterator<Item = Blade> + Clone + '_ {
+    /// The corners of live faces at a position, in unspecified order.
+    pub fn corners(&self, hub: u32) -> impl Iterator<Item = Corner> + Clone + '_ {
         let mut corner = self.first[hub as usize];
         std::iter::from_fn(move || {
             while corner != END {
@@ -157,16 +157,16 @@ impl Surface {
                 let positions = self.faces[face as usize];
                 if positions != GONE {
                     let (a, b) = (positions[(k + 1) % 3], positions[(k + 2) % 3]);
-                    return Some(Blade { face, corner: k as u8, a, b });
+                    return Some(Corner { face, index: k as u8, a, b });
                 }
             }
             None
         })
     }
 
-    /// Like [`Self::blades`] into `blades`, and takes removed faces out of the position's list.
-    pub fn gather(&mut self, hub: u32, blades: &mut Vec<Blade>) {
-        blades.clear();
+    /// As [`Self::corners`], into `corners`. Also drops removed faces from the position's list.
+    pub fn gather(&mut self, hub: u32, corners: &mut Vec<Corner>) {
+        corners.clear();
         let mut corner = self.first[hub as usize];
         let mut last = END;
         while corner != END {
@@ -175,7 +175,7 @@ impl Surface {
             let positions = self.faces[face as usize];
             if positions != GONE {
                 let (a, b) = (positions[(k + 1) % 3], positions[(k + 2) % 3]);
-                blades.push(Blade { face, corner: k as u8, a, b });
+                corners.push(Corner { face, index: k as u8, a, b });
                 last = corner;
             } else if last == END {
                 self.first[hub as usize] = following;
@@ -194,19 +194,19 @@ impl Surface {
         self.live -= 1;
     }
 
-    /// Puts `to` in the place of `hub` in all its faces, `blades`, none of which has `to`; `wedge` says which wedge
-    /// takes the place of which.
-    pub fn replace(&mut self, hub: u32, to: u32, blades: &[Blade], mut wedge: impl FnMut(u32) -> u32) {
-        for blade in blades {
-            let (face, corner) = (blade.face as usize, blade.corner as usize);
-            assert!(self.faces[face][corner] == hub && blade.a != to && blade.b != to);
-            self.faces[face][corner] = to;
-            self.wedges[face][corner] = wedge(self.wedges[face][corner]);
-            let at = 3 * blade.face + u32::from(blade.corner);
+    /// Replaces `hub` by `to` in all its faces, `corners`, none of which has `to`. `wedge` maps the hub's wedges to those
+    /// of `to`.
+    pub fn replace(&mut self, hub: u32, to: u32, corners: &[Corner], mut wedge: impl FnMut(u32) -> u32) {
+        for corner in corners {
+            let (face, index) = (corner.face as usize, corner.index as usize);
+            assert!(self.faces[face][index] == hub && corner.a != to && corner.b != to);
+            self.faces[face][index] = to;
+            self.wedges[face][index] = wedge(self.wedges[face][index]);
+            let at = 3 * corner.face + u32::from(corner.index);
             self.next[at as usize] = std::mem::replace(&mut self.first[to as usize], at);
         }
         self.first[hub as usize] = END;
         self.valence[hub as usize] = 0;
-        self.valence[to as usize] += blades.len() as u32;
+        self.valence[to as usize] += corners.len() as u32;
     }
 }

@@ -5,9 +5,17 @@
 //! is told with their p5 and p95 ([`Summary::of_pairs`]): of two medians neither is the same round's, and on a machine
 //! that is shared their ratio wanders by as much as either does.
 
-use super::side_by_side::{PLAIN, THE_PAPER, UNLISTED};
 use crate::figure::{Row, Timed, Value};
 use crate::stats::Summary;
+
+/// The frame of the same mesh with one plain trilinear texture.
+pub const PLAIN: &str = "plain texture";
+
+/// The frame that textures in one draw and lists nothing: what fused variants add to.
+pub const UNLISTED: &str = "one draw, no list";
+
+/// The paper's frame, by the name of its combination.
+pub const THE_PAPER: &str = "paper";
 
 /// Quantity of a whole frame's time.
 pub const FRAME: &str = "frame";

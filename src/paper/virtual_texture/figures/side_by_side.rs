@@ -1,5 +1,7 @@
 //! Whole frames of several variants in one place: one device, one texture, and each tile made once for all.
 
+pub use super::cost::{PLAIN, THE_PAPER, UNLISTED};
+
 use super::common::{Place, passes};
 use super::cost::{self, FRAME};
 use crate::figure::{Bench, Contender, Row, Value};
@@ -22,15 +24,6 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
-
-/// The frame of the same mesh with one plain trilinear texture.
-pub const PLAIN: &str = "plain texture";
-
-/// The frame that textures in one draw and lists nothing: what fused variants add to.
-pub const UNLISTED: &str = "one draw, no list";
-
-/// The paper's frame, by the name of its combination.
-pub const THE_PAPER: &str = "paper";
 
 /// The paper's frame but for the keying.
 pub const PAPER_NATIVE: &str = "paper, native keying";

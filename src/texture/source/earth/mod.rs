@@ -1,13 +1,13 @@
 //! The Earth, 2^m x 2^(m-1) texels, m up to 20: a pure function of level, column and row, the same bytes on
 //! every machine, in any order, on any number of threads.
 //!
-//! Levels of at most 4096 x 2048 texels are real imagery (Blue Marble; [`base`]). Finer levels are labelled
-//! synthetic: each texel becomes four with the same mean ([`refine`]), by smooth light ([`predict`]) and noise on
-//! the sphere ([`noise`]) as strong as the finest real band.
+//! Levels of at most 4096 x 2048 texels are real imagery (Blue Marble; `base`). Finer levels are labelled
+//! synthetic: each texel becomes four with the same mean (`refine`), by smooth light (`predict`) and noise on
+//! the sphere (`noise`) as strong as the finest real band.
 //!
 //! # Strength
 //! Measured: the luminance of 4096 x 2048 from texel to texel, relative to itself, robustly
-//! ([`base::Base::strength`]): 1.3 % in the Sahara, 1.9 % in India, 3.1 % in Australia, 4.0 % in the Andes. By the
+//! (`base::Base::strength`): 1.3 % in the Sahara, 1.9 % in India, 3.1 % in Australia, 4.0 % in the Andes. By the
 //! same measure the next two coarser real bands are 1.2-1.5 and 1.5-2.0 times as strong. Chosen: the same in every
 //! synthetic octave, neither falling nor rising, at most 9 %, and one noise for the three channels, so that it has
 //! no colour of its own. The synthetic bands come out 1.0-1.15 times the real one: smooth light adds its part.

@@ -1,5 +1,6 @@
 //! Executing levels on one core: the paper's pseudocode and the flat lists, with and without tswaps.
 
+use super::MOVED;
 use super::lines::{self, LINES};
 use crate::figure::{Contender, Row, Timed, Value};
 use crate::frame::Run;
@@ -33,7 +34,6 @@ pub const SPLITS_DOWN: &str = "collapses a second";
 pub const STEP: &str = "a hundredth of the way";
 pub const FRAME_HOST: &str = "the host's share of a frame";
 pub const FRAME_WHOLE: &str = "a frame until it is drawn";
-pub const MOVED: &str = "moved faces for each split";
 pub const COMMANDS: &str = "bytes of commands for each split";
 pub const WRITTEN: &str = "bytes written for each split";
 pub const STATE: &str = "bytes of state for each of 500 instances";

@@ -1,5 +1,6 @@
 //! Cache lines of the CPU that levels touch: what the paper's optimizer has a weight for.
 
+use super::MOVED;
 use crate::figure::{Row, Value};
 use crate::paper::progressive_mesh::figures::scans;
 use crate::paper::progressive_mesh::order::{OrderOptions, Weights, order};
@@ -64,7 +65,7 @@ pub fn weighed_rows(name: &str) -> anyhow::Result<Vec<Row>> {
         let lines = for_each_split(&Program::new(&mesh)?);
         let moved = mesh.swaps.cycles.items().len() as f64 / f64::from(mesh.last_level().max(1));
         rows.push(Row::new(variant, LINES, "lines", Value::Number(lines)));
-        rows.push(Row::new(variant, super::execute::MOVED, "faces", Value::Number(moved)));
+        rows.push(Row::new(variant, MOVED, "faces", Value::Number(moved)));
     }
     Ok(rows)
 }

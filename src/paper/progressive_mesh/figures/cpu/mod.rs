@@ -12,6 +12,8 @@ use lines::{GREEDY, NO_WEIGHT};
 use send::{BOTH, Sender, WAYS};
 use std::cell::RefCell;
 
+const MOVED: &str = "moved faces for each split";
+
 /// The figure.
 pub const CPU: Figure = Figure {
     id: "pm.cpu",

@@ -1,7 +1,6 @@
 //! Who is sent to the edges: each dedup and each compaction at least once with either keying, the geometry shaders
 //! with all their blocks, the host's lists, feedback that looks at every pixel, and the fused draws.
 
-use super::examine::refused;
 use crate::math::pyramid::Pyramid;
 use crate::paper::virtual_texture::footprint::Footprint;
 use crate::paper::virtual_texture::lister::Lister;
@@ -21,6 +20,19 @@ pub enum Way {
     OverU1(Lister),
     /// A draw of its own: a whole frame, for it also textures.
     Fused,
+}
+
+/// The reason why a device refuses a variant.
+///
+/// # Errors
+/// The error itself, where it is not a refusal.
+pub(super) fn refused(error: vk::Error) -> vk::Result<String> {
+    match error {
+        vk::Error::Limit { .. } | vk::Error::MissingFeature { .. } | vk::Error::OutOfMemory { .. } => {
+            Ok(error.to_string())
+        }
+        broken => Err(broken),
+    }
 }
 
 /// Whether the list may have tiles that nobody sees.

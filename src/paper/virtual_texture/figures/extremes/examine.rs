@@ -2,7 +2,7 @@
 //! settled picture against the ruler.
 
 use super::super::stage1::{Stage1Check, compare_triples};
-use super::contenders::{Contender, Way, contenders, is_superset};
+use super::contenders::{Contender, Way, contenders, is_superset, refused};
 use super::scenes::{Expected, Extreme, Landscape, Sight};
 use crate::frame::{Seen, Shape, Slot, View};
 use crate::math::pyramid::{Pyramid, TileId};
@@ -31,7 +31,7 @@ pub struct Examination {
     pub stage1: Stage1Check,
     /// Of the reference, from the device's own `U1`.
     pub tiles: usize,
-    /// In order of [`variants`].
+    /// In order of [`super::contenders::variants`].
     pub variants: Vec<(String, Outcome)>,
     /// The settled picture; `None` where so many tiles are not resident at once.
     pub settled: Option<Settled>,
@@ -125,19 +125,6 @@ impl Examiner {
             settled: settles.then(|| settled(&gpu, extreme, &sight)).transpose()?,
             picture: false_colours(&drawn.triples, size),
         })
-    }
-}
-
-/// The line of a device that cannot, or the error of one that broke.
-///
-/// # Errors
-/// The error itself, where it is no refusal.
-pub(super) fn refused(error: vk::Error) -> vk::Result<String> {
-    match error {
-        vk::Error::Limit { .. } | vk::Error::MissingFeature { .. } | vk::Error::OutOfMemory { .. } => {
-            Ok(error.to_string())
-        }
-        broken => Err(broken),
     }
 }
 

@@ -27,9 +27,9 @@ pub struct Extreme {
 pub enum Landscape {
     /// The scene's mesh from the scene's camera.
     Scene,
-    /// A mesh made for the picture, from [`shapes::eye`].
+    /// A mesh made for the picture, from `shapes::eye`.
     Made(fn(&Pyramid, [u32; 2]) -> SourceMesh),
-    /// [`shapes::noise`]: each pixel's tile is known without rasterising.
+    /// `shapes::noise`: each pixel's tile is known without rasterising.
     Noise,
 }
 

@@ -1,6 +1,8 @@
 //! vt.cache: how large the two caches must be, and how good their rule of replacement is.
 
-use super::halved::{LAST_STAYS, halved};
+use super::halved::{
+    AT_REST, BIASED, DIFFERING, HALVED, LAST_STAYS, MISREPORTED, MOST_BIAS, TO_REST, halved,
+};
 use super::{Blank, PATHS, Route, extent, numbers};
 use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict};
 use crate::math::pyramid::{Pyramid, TileId};
@@ -21,13 +23,6 @@ const FIRST_USES: &str = "first uses";
 const READS: &str = "reads from disk";
 const LARGEST: &str = "largest visible set";
 pub(super) const BUILT: &str = "as built, N2 from 0.5 to 8 x N1";
-pub(super) const HALVED: &str = "a session, N1 = half of the largest visible set";
-pub(super) const BIASED: &str = "frames with a level bias";
-pub(super) const MOST_BIAS: &str = "largest bias";
-pub(super) const AT_REST: &str = "copies in 20 frames at rest";
-pub(super) const TO_REST: &str = "frames until at rest";
-pub(super) const DIFFERING: &str = "bytes that differ between two pictures at rest";
-pub(super) const MISREPORTED: &str = "frames whose report of the bias is wrong";
 
 /// The figure.
 pub const CACHE: Figure = Figure {

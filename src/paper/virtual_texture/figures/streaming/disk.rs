@@ -12,7 +12,7 @@ use crate::picture::{Picture, error::compare};
 use crate::scene::Scene;
 use crate::stats::Summary;
 use crate::texture::source::disk::Disk;
-use crate::texture::source::{TileSource, disk::BadDisk};
+use crate::texture::source::{TileSource, disk::FaultyDisk};
 use anyhow::Context;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -83,21 +83,21 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     settled.settle(&pose)?;
     let truth = picture(&mut settled)?;
     drop(settled);
-    let troubles = [
+    let disks = [
         (HEALTHY, Disk::default()),
         (SLOW, Disk { delay_ms: 50.0, ..Disk::default() }),
         (DOWN, Disk { fails_for_s: DOWN_S, ..Disk::default() }),
     ];
-    let mut runs: Vec<Vec<Watched>> = troubles.iter().map(|_| Vec::new()).collect();
+    let mut runs: Vec<Vec<Watched>> = disks.iter().map(|_| Vec::new()).collect();
     for round in 0..ROUNDS {
-        for turn in 0..troubles.len() {
-            let at = (turn + round) % troubles.len();
-            let disk = Arc::new(BadDisk::new(whole.clone() as Arc<dyn TileSource>, troubles[at].1.clone()));
+        for turn in 0..disks.len() {
+            let at = (turn + round) % disks.len();
+            let disk = Arc::new(FaultyDisk::new(whole.clone() as Arc<dyn TileSource>, disks[at].1.clone()));
             let mut session = session(bench, &scene, disk.clone(), size, |_| ())?;
             runs[at].push(watch(&mut session, &disk, &pose, &truth)?);
         }
     }
-    Ok(troubles.iter().zip(&runs).flat_map(|((name, _), runs)| rows(name, runs)).collect())
+    Ok(disks.iter().zip(&runs).flat_map(|((name, _), runs)| rows(name, runs)).collect())
 }
 
 /// A disk's first seconds.
@@ -120,7 +120,7 @@ impl Watched {
 /// Frames from `pose` until the picture is whole.
 fn watch(
     session: &mut Run<VirtualTexture>,
-    disk: &BadDisk,
+    disk: &FaultyDisk,
     pose: &Pose,
     truth: &Picture,
 ) -> anyhow::Result<Watched> {

@@ -1,11 +1,18 @@
 //! vt.cache: a session with half of the room that the path needs.
 
-use super::cache::{AT_REST, BIASED, DIFFERING, HALVED, MISREPORTED, MOST_BIAS, TO_REST};
 use super::{Remembered, Route, linear, session, show_beside};
 use crate::figure::{Bench, Cell, Row, Value};
 use crate::frame::Run;
 use crate::paper::virtual_texture::{FrameRecord, VirtualTexture};
 use crate::picture::Target;
+
+pub(super) const HALVED: &str = "a session, N1 = half of the largest visible set";
+pub(super) const BIASED: &str = "frames with a level bias";
+pub(super) const MOST_BIAS: &str = "largest bias";
+pub(super) const AT_REST: &str = "copies in 20 frames at rest";
+pub(super) const TO_REST: &str = "frames until at rest";
+pub(super) const DIFFERING: &str = "bytes that differ between two pictures at rest";
+pub(super) const MISREPORTED: &str = "frames whose report of the bias is wrong";
 
 /// Frames at the path's end within which it must come to rest: far more than any number of tiles that are still to come
 /// takes.

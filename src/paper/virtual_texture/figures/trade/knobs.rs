@@ -17,7 +17,7 @@ pub enum Knob {
     Stages,
     Format,
     GpuTiles,
-    /// Turned apart ([`super::budgets`]): no budget changes a settled frame.
+    /// Turned apart (`super::budgets`): no budget changes a settled frame.
     Budgets,
 }
 

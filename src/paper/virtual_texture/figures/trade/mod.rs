@@ -1,5 +1,5 @@
 //! The price of accuracy in one scene: every setting of some [`Knob`]s, its settled frame timed and its picture held
-//! against the [`truth`].
+//! against the `truth`.
 
 mod budgets;
 mod knobs;

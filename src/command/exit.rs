@@ -1,0 +1,205 @@
+//! The program's exit codes. The library's errors know none: what an error means for a shell is decided here.
+
+use super::Usage;
+use super::doctor::Unwell;
+use super::mesh::Unsound;
+use super::verify::Damaged;
+use ortelius::paper::progressive_mesh::file::{Flaw, PmeshError};
+use ortelius::paper::progressive_mesh::{LoadError, SurfaceError};
+use ortelius::paper::virtual_texture::VirtualTextureError;
+use ortelius::paper::virtual_texture::resident::ResidentError;
+use ortelius::renderer::RenderError;
+use ortelius::scene::{SceneError, TextureError};
+use ortelius::texture::bake::{BakeError, SourceError};
+use ortelius::texture::source::TileError;
+use ortelius::texture::tiles::TileFileError;
+use ortelius::vk;
+use std::error::Error;
+
+/// Everything without a code of its own.
+const ERROR: u8 = 1;
+const USAGE_OR_NO_DRIVER: u8 = 2;
+const DATA_CORRUPT: u8 = 3;
+const DEVICE_LOST: u8 = 4;
+
+/// The first cause that has a code of its own decides.
+pub fn exit_code(error: &anyhow::Error) -> u8 {
+    error.chain().find_map(code_of).unwrap_or(ERROR)
+}
+
+/// `None` for an error that is no special case.
+fn code_of(cause: &(dyn Error + 'static)) -> Option<u8> {
+    let usage = cause.is::<Usage>().then_some(USAGE_OR_NO_DRIVER);
+    let damaged = (cause.is::<Damaged>() || cause.is::<Unsound>()).then_some(DATA_CORRUPT);
+    usage
+        .or(damaged)
+        .or_else(|| cause.downcast_ref().map(|unwell: &Unwell| unwell.exit_code))
+        .or_else(|| cause.downcast_ref().and_then(vulkan))
+        .or_else(|| cause.downcast_ref().and_then(render))
+        .or_else(|| cause.downcast_ref().and_then(scene))
+        .or_else(|| cause.downcast_ref().and_then(texture))
+        .or_else(|| cause.downcast_ref().and_then(tile_file))
+        .or_else(|| cause.downcast_ref().and_then(bake))
+        .or_else(|| cause.downcast_ref().and_then(pmesh))
+}
+
+fn vulkan(error: &vk::Error) -> Option<u8> {
+    match error {
+        vk::Error::Loader(_)
+        | vk::Error::NoDevice { .. }
+        | vk::Error::DeviceChoice { .. }
+        | vk::Error::NoValidationLayer => Some(USAGE_OR_NO_DRIVER),
+        vk::Error::DeviceLost { .. } => Some(DEVICE_LOST),
+        _ => None,
+    }
+}
+
+/// Its variants are transparent: the chain of causes passes them by.
+fn render(error: &RenderError) -> Option<u8> {
+    match error {
+        RenderError::Vulkan(error) | RenderError::Surface(SurfaceError::Vulkan(error)) => vulkan(error),
+        RenderError::Texture(error) => texture(error),
+        RenderError::VirtualTexture(error) => virtual_texture(error),
+        RenderError::Load(LoadError::Pmesh { error, .. }) => pmesh(error),
+        _ => None,
+    }
+}
+
+fn virtual_texture(error: &VirtualTextureError) -> Option<u8> {
+    match error {
+        VirtualTextureError::Vulkan(error) | VirtualTextureError::Resident(ResidentError::Vulkan(error)) => {
+            vulkan(error)
+        }
+        // The resident mip tail lies in the same file as the tiles: what cannot be read there is damage.
+        VirtualTextureError::Resident(ResidentError::Source(_)) => Some(DATA_CORRUPT),
+        _ => None,
+    }
+}
+
+/// A name on the command line that does not exist is usage; a mistake inside a file is an error.
+fn scene(error: &SceneError) -> Option<u8> {
+    match error {
+        SceneError::Unknown { .. }
+        | SceneError::Override { .. }
+        | SceneError::Camera { .. }
+        | SceneError::Path { .. } => Some(USAGE_OR_NO_DRIVER),
+        SceneError::Read { .. } | SceneError::Write(_) | SceneError::Content { .. } => None,
+    }
+}
+
+fn texture(error: &TextureError) -> Option<u8> {
+    match error {
+        TextureError::File(error) => tile_file(error),
+        _ => None,
+    }
+}
+
+fn tile_file(error: &TileFileError) -> Option<u8> {
+    match error {
+        TileFileError::NotTiles { .. }
+        | TileFileError::Header { .. }
+        | TileFileError::Length { .. }
+        | TileFileError::Index { .. } => Some(DATA_CORRUPT),
+        TileFileError::Open { .. } | TileFileError::Read { .. } | TileFileError::Version { .. } => None,
+    }
+}
+
+fn bake(error: &BakeError) -> Option<u8> {
+    match error {
+        BakeError::Source(SourceError::Damaged { .. }) | BakeError::Tile(TileError::Checksum { .. }) => {
+            Some(DATA_CORRUPT)
+        }
+        BakeError::Unreadable(error) => tile_file(error),
+        _ => None,
+    }
+}
+
+fn pmesh(error: &PmeshError) -> Option<u8> {
+    match error {
+        PmeshError::Read { .. } | PmeshError::Flaw { flaw: Flaw::Version(_), .. } => None,
+        PmeshError::Flaw { .. } => Some(DATA_CORRUPT),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ortelius::frame::Stalled;
+    use ortelius::math::pyramid::TileId;
+    use std::io;
+
+    fn lost() -> vk::Error {
+        vk::Error::DeviceLost { call: "vkQueueSubmit2", object: "graphics queue".into() }
+    }
+
+    fn no_device() -> vk::Error {
+        vk::Error::NoDevice { searched: "/etc/vulkan/icd.d".into() }
+    }
+
+    fn refused() -> io::Error {
+        io::Error::from(io::ErrorKind::PermissionDenied)
+    }
+
+    fn flawed(flaw: Flaw) -> PmeshError {
+        PmeshError::Flaw { path: "a.pmesh".into(), flaw }
+    }
+
+    fn not_tiles() -> TileFileError {
+        TileFileError::NotTiles { path: "a.tiles".into() }
+    }
+
+    fn checksum() -> TileError {
+        let tile = TileId { level: 0, row: 0, column: 0 };
+        TileError::Checksum { path: "a.tiles".into(), tile, offset: 0 }
+    }
+
+    /// Every code, each with the neighbour that must not have it.
+    fn cases() -> Vec<(u8, anyhow::Error)> {
+        let path = || "a.tiles".into();
+        let out_of_memory = vk::Error::OutOfMemory { object: "tile pool".into(), reason: "full".into() };
+        let resident = |error| RenderError::VirtualTexture(VirtualTextureError::Resident(error));
+        let load = |error| RenderError::Load(LoadError::Pmesh { surface: "bunny".into(), error });
+        vec![
+            (1, anyhow::anyhow!("something else")),
+            (1, refused().into()),
+            (1, out_of_memory.into()),
+            (2, no_device().into()),
+            (2, vk::Error::NoValidationLayer.into()),
+            (4, lost().into()),
+            (2, Usage("--size".into()).into()),
+            (2, SceneError::Unknown { name: "erath".into(), shipped: "earth".into() }.into()),
+            (1, SceneError::Read { path: "s.toml".into(), source: refused() }.into()),
+            (1, RenderError::MeasuredBudget.into()),
+            (4, RenderError::Vulkan(lost()).into()),
+            (4, RenderError::Surface(SurfaceError::Vulkan(lost())).into()),
+            (4, RenderError::VirtualTexture(VirtualTextureError::Vulkan(lost())).into()),
+            (1, RenderError::VirtualTexture(VirtualTextureError::Stalled(Stalled { pending: 1 })).into()),
+            (4, resident(ResidentError::Vulkan(lost())).into()),
+            (3, resident(ResidentError::Source(checksum())).into()),
+            (3, RenderError::Texture(TextureError::File(not_tiles())).into()),
+            (1, RenderError::Texture(TextureError::Size).into()),
+            (3, load(flawed(Flaw::NotPmesh)).into()),
+            (1, load(flawed(Flaw::Version(9))).into()),
+            (3, not_tiles().into()),
+            (3, TileFileError::Index { path: path() }.into()),
+            (1, TileFileError::Open { path: path(), source: refused() }.into()),
+            (1, TileFileError::Version { path: path(), found: 9, expected: 1 }.into()),
+            (3, BakeError::Source(SourceError::Damaged { path: path(), reason: "cut".into() }).into()),
+            (1, BakeError::Source(SourceError::Changed { path: path() }).into()),
+            (3, BakeError::Tile(checksum()).into()),
+            (3, BakeError::Unreadable(not_tiles()).into()),
+            (1, BakeError::Busy { path: path() }.into()),
+            (3, flawed(Flaw::Longer(1)).into()),
+            (1, PmeshError::Read { path: "a.pmesh".into(), source: refused() }.into()),
+        ]
+    }
+
+    #[test]
+    fn each_error_has_its_exit_code_and_a_context_does_not_change_it() {
+        for (code, error) in cases() {
+            assert_eq!(exit_code(&error), code, "{error:#}");
+            let error = error.context("scene s.toml");
+            assert_eq!(exit_code(&error), code, "{error:#}");
+        }
+    }
+}
