@@ -12,8 +12,8 @@ mod view;
 
 pub use per_frame::{PerFrame, Slot};
 pub use records::Records;
-pub use run::{Run, STALL};
+pub use run::Run;
 pub use shape::{DepthAlone, Draw, Onto, Seen, Shape, world_view};
 pub use target::Target;
-pub use technique::{Memory, Progress, Stalled, Technique};
+pub use technique::{Memory, Progress, STALL, Stalled, Technique};
 pub use view::View;

@@ -1,14 +1,10 @@
 //! The frame loop.
 
-use super::{Memory, PerFrame, Progress, Records, Slot, Stalled, Target, Technique, View};
+use super::{Memory, PerFrame, Progress, Records, STALL, Slot, Stalled, Target, Technique, View};
 use crate::math::camera::Pose;
 use crate::picture;
 use crate::vk::{FRAMES_IN_FLIGHT, Gpu, Semaphore, Ticket};
-use std::time::{Duration, Instant};
-
-/// Nothing has arrived for so long: something is broken, and waiting longer will not mend it. A source may take
-/// seconds for one tile, not a minute.
-pub const STALL: Duration = Duration::from_secs(60);
+use std::time::Instant;
 
 /// Runs the frames of a technique on one device, into one target.
 pub struct Run<T: Technique> {

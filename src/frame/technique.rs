@@ -2,6 +2,7 @@
 
 use super::{Slot, Target, View};
 use crate::vk::{self, Frame, Gpu, Need, PassTime};
+use std::time::Duration;
 use thiserror::Error;
 
 /// (name, bytes) of what was made, in video memory where the name does not say otherwise.
@@ -18,11 +19,14 @@ pub enum Progress {
     Waiting { pending: usize },
 }
 
-/// Nothing came for [`super::STALL`].
+/// Longest wait without a new arrival. A source may take seconds for one tile, not a minute: then something is broken.
+pub const STALL: Duration = Duration::from_secs(60);
+
+/// Nothing arrived for [`STALL`].
 #[derive(Debug, Error)]
 #[error(
     "{pending} visible tiles have not arrived for {} s; see the report's queues, or raise the load budget",
-    super::STALL.as_secs()
+    STALL.as_secs()
 )]
 pub struct Stalled {
     pub pending: usize,

@@ -14,6 +14,7 @@ struct Comparer {
     rejects: &'static [Place],
 }
 
+const EARTH: &str = "src/texture/source/earth/tests.rs";
 const REFERENCE: &str = "src/paper/virtual_texture/reference.rs";
 
 const PICTURE: &str = "src/picture/error.rs";
@@ -110,7 +111,7 @@ const COMPARERS: &[Comparer] = &[
     },
     Comparer {
         judges: "each texel that a settled frame fetches",
-        function: ("src/paper/virtual_texture/session/dump.rs", "ruler_verdicts"),
+        function: ("src/paper/virtual_texture/dump.rs", "ruler_verdicts"),
         rejects: &[
             ("tests/harness/ruler.rs", "a_wrong_bit_in_each_tile_is_seen"),
             ("tests/harness/ruler.rs", "a_wrong_border_is_seen"),
@@ -163,7 +164,7 @@ const COMPARERS: &[Comparer] = &[
     },
     Comparer {
         judges: "a whole .tiles file",
-        function: ("src/scene/tiles/verify.rs", "verify"),
+        function: ("src/texture/tiles/verify.rs", "verify"),
         rejects: &[("tests/tiles.rs", "a_flip_of_any_byte_is_found_and_put_down_to_its_record")],
     },
     Comparer {
@@ -186,17 +187,14 @@ const COMPARERS: &[Comparer] = &[
     },
     Comparer {
         judges: "the Earth's tiles against differently cut ones",
-        function: ("src/scene/source/earth/tests.rs", "differing_texels"),
-        rejects: &[(
-            "src/scene/source/earth/tests.rs",
-            "the_comparison_of_borders_rejects_another_places_texels",
-        )],
+        function: (EARTH, "differing_texels"),
+        rejects: &[(EARTH, "the_comparison_of_borders_rejects_another_places_texels")],
     },
     Comparer {
         judges: "the Earth's levels against the means of four",
-        function: ("src/scene/source/earth/tests.rs", "worst_mean"),
+        function: (EARTH, "worst_mean"),
         rejects: &[(
-            "src/scene/source/earth/tests.rs",
+            EARTH,
             "the_mean_of_four_is_the_coarser_texel_exactly_if_real_and_within_one_code_if_synthetic",
         )],
     },
@@ -218,7 +216,7 @@ const COMPARERS: &[Comparer] = &[
     },
     Comparer {
         judges: "every call of Vulkan",
-        function: ("src/vk/device.rs", "messages"),
+        function: ("src/vk/mod.rs", "messages"),
         rejects: &[("tests/device.rs", "a_missing_barrier_is_reported")],
     },
     Comparer {
@@ -275,14 +273,16 @@ const COMPARERS: &[Comparer] = &[
         function: ("tests/floors/circles.rs", "circles"),
         rejects: &[("tests/floors/cases.rs", "two_files_that_need_each_other_are_a_circle")],
     },
+    Comparer {
+        judges: "hashes against the recorded ones",
+        function: ("tests/golden/store.rs", "differences"),
+        rejects: &[("tests/golden/main.rs", "what_differs_is_missing_or_is_new_is_rejected")],
+    },
 ];
 
 /// Named like a comparer, but judging nothing.
 const NO_COMPARERS: &[(Place, &str)] = &[
-    (
-        ("src/paper/virtual_texture/session/compare.rs", "compare_plain"),
-        "measures times, which no test asserts",
-    ),
+    (("src/paper/virtual_texture/compare.rs", "compare_plain"), "measures times, which no test asserts"),
     (("tests/harness/ruler.rs", "verdicts"), "calls ruler_verdicts"),
 ];
 

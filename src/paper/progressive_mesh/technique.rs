@@ -21,10 +21,6 @@ use crate::vk::{
 use glam::DVec3;
 use std::time::Instant;
 
-/// A vertex that appears has reached its place when the wanted error has fallen to 2^-0.5 = 0.71 of what it was at its
-/// birth. Wider bands show a mesh that lags behind its level, narrower ones move faster.
-pub const MORPH_BAND_LOG2: f32 = 0.5;
-
 /// Towards the sun: south-west, 50 degrees high, so that slopes towards the eye of a camera that looks north are lit.
 pub fn sun() -> DVec3 {
     DVec3::new(-0.45, -0.45, 0.77).normalize()

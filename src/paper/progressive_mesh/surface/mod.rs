@@ -27,7 +27,7 @@ use glam::{DMat3, DVec3};
 use levels::{Levels, limit};
 use std::sync::Arc;
 use thiserror::Error;
-use vertices::{ALWAYS_LOG2, EXACT_LOG2, VertexBuffer, normals};
+use vertices::{ALWAYS_LOG2, EXACT_LOG2, MORPH_BAND_LOG2, VertexBuffer, normals};
 
 /// A progressive mesh that cannot be shown.
 #[derive(Debug, Error)]
@@ -285,7 +285,7 @@ impl Surface {
                 object_to_clip: member.place.object_to_clip(pose, size).as_mat4().to_cols_array_2d(),
                 sun: (member.place.rotation.transpose() * sun).as_vec3().to_array(),
                 wanted_log2: wanted_log2.clamp(EXACT_LOG2, ALWAYS_LOG2),
-                band_log2: super::technique::MORPH_BAND_LOG2,
+                band_log2: MORPH_BAND_LOG2,
             };
             Some(Slice { push, first_index: 3 * self.levels.first(n), count: 3 * self.drawn(n) })
         };

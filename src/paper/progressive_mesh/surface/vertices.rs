@@ -28,6 +28,10 @@ pub struct MorphVertex {
     pub split_vertex: u32,
 }
 
+/// A vertex that appears has reached its place when the wanted error has fallen to 2^-0.5 = 0.71 of what it was at its
+/// birth. Wider bands show a mesh that lags behind its level, narrower ones move faster.
+pub const MORPH_BAND_LOG2: f32 = 0.5;
+
 /// log2 of a birth before all errors: of the vertices of M0, and of those that replace nothing.
 pub const ALWAYS_LOG2: f32 = 1000.0;
 /// log2 of an error wanted so small that every vertex has arrived.
