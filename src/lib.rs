@@ -40,6 +40,7 @@ pub mod vk;
 // floor 2: what is shown, how frames are made, what is measured
 #[doc(hidden)]
 pub mod figure;
+#[doc(hidden)]
 pub mod frame;
 #[doc(hidden)]
 pub mod scene;

@@ -1,4 +1,4 @@
-//! The sub-commands, one file each.
+//! The subcommands, one file each.
 
 pub mod bake;
 pub mod compare;
@@ -19,10 +19,10 @@ pub mod verify;
 
 use std::io::Write;
 
-/// A line of data on stdout. A reader that wants no more (`| head`) is no error.
+/// Writes a line of data to stdout. A closed pipe (`| head`) is not an error.
 ///
 /// # Errors
-/// What else can be wrong with stdout: a full disk.
+/// Any other failure of stdout, for example a full disk.
 pub fn say(line: impl std::fmt::Display) -> anyhow::Result<()> {
     match writeln!(std::io::stdout(), "{line}") {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
@@ -32,7 +32,7 @@ pub fn say(line: impl std::fmt::Display) -> anyhow::Result<()> {
     }
 }
 
-/// The command line says something that cannot be: exit code 2.
+/// An invalid command line: exit code 2.
 #[derive(Debug)]
 pub struct Usage(pub String);
 

@@ -1,4 +1,4 @@
-//! What `reproduce` and `merge` end with: the report, and the verdicts on stdout.
+//! The end of `reproduce` and `merge`: the report, and the verdicts on stdout.
 
 use super::say;
 use anyhow::Context;
@@ -8,13 +8,13 @@ use std::path::Path;
 /// Precedes the last argument of a `reproduce` that a `reproduce` started; the user did not give it.
 pub const WORKER: &str = "--worker";
 
-/// Lines on stdout for values that changed; the page has all.
+/// Most lines on stdout for changed values; the page lists all.
 const MOST_CHANGES: usize = 20;
 
 /// Stored results, for `--against`.
 ///
 /// # Errors
-/// What cannot be read, or is none.
+/// The file cannot be read, or holds no results.
 pub fn stored(path: Option<&Path>) -> anyhow::Result<Option<Results>> {
     let read = |path: &Path| -> anyhow::Result<Results> {
         let text = std::fs::read_to_string(path)?;

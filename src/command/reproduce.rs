@@ -1,5 +1,5 @@
-//! `ortelius reproduce`: figures measured on this machine, with a verdict for each claim. The command itself only watches a
-//! child process that does it all ([`outlive`]).
+//! `ortelius reproduce`: measures figures on this machine and gives a verdict for each claim. The command only watches a
+//! child process that does the work ([`outlive`]).
 
 use super::Usage;
 use super::device::DeviceArgs;
@@ -71,13 +71,13 @@ pub fn run(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
     }
 }
 
-/// Lets children measure until one ends by itself. What is wrong with it that one has said, and its exit code is ours.
+/// Restarts children until one ends by itself. That child has reported its error; its exit code becomes ours.
 fn watch(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
     let program = std::env::current_exe().context("own program not found")?;
     let worker = |from: usize| {
         let mut command = Command::new(&program);
         command.args(line).args([WORKER, &from.to_string()]);
-        // It stays open as long as this process lives.
+        // The pipe stays open as long as this process lives.
         let mut child = command.stdin(Stdio::piped()).spawn()?;
         let stdin = child.stdin.take();
         let status = child.wait();
@@ -93,11 +93,11 @@ fn watch(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
     }
 }
 
-/// A parent that is killed closes its end of the pipe; whoever measured on for nobody would disturb the next run.
+/// Ends this process when its parent is killed, which closes the pipe. An orphan would disturb the next run's times.
 fn end_with_parent() {
     std::thread::spawn(|| {
         let mut stdin = std::io::stdin().lock();
-        // Nobody writes into it.
+        // Nothing is ever written into it: read returns at the end only.
         while stdin.read(&mut [0]).is_ok_and(|bytes| bytes > 0) {}
         std::process::abort();
     });
@@ -132,7 +132,7 @@ fn measure(args: &ReproduceArgs, figures: &[&'static Figure], from: usize) -> an
     bar.0.finish_and_clear();
     let tally = tally?;
     let store = Store::at(&args.output);
-    // What else the folder has was not asked for: `merge` shows all.
+    // Only the requested figures; `merge` shows everything in the folder.
     report(&store, figures, run.effort, against.as_ref())?;
     let stored = store.all(&known)?;
     let asked = |cell: &&CellResult| figures.iter().any(|figure| figure.id == cell.figure);
@@ -163,7 +163,7 @@ fn conclude(args: &ReproduceArgs, tally: &Tally) -> anyhow::Result<()> {
     }
 }
 
-/// A bar on stderr; where that is no terminal, a line a cell.
+/// A progress bar on stderr; without a terminal, a line for each cell.
 struct Bar(ProgressBar);
 
 impl Bar {
@@ -202,7 +202,7 @@ impl Progress for Bar {
             _ => format!("{figure} {cell}: {seconds:.1} s"),
         };
         let failed = matches!(result.outcome, Outcome::Failed(_));
-        // Asked outside: what is suspended holds the bar's lock.
+        // Outside `suspend`, which holds the bar's lock.
         let hidden = self.0.is_hidden();
         self.0.suspend(|| match (failed, hidden) {
             (true, _) => tracing::warn!("{line}"),

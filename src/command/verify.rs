@@ -16,7 +16,7 @@ pub struct VerifyArgs {
     file: PathBuf,
 }
 
-/// The file opens, and some of its records are damaged. Exit code 3.
+/// The file opens, but some of its records are damaged: exit code 3.
 #[derive(Debug, Error)]
 #[error("{path}: {bad} of {records} records are damaged; bake the file again", path = path.display())]
 pub struct Damaged {

@@ -1,10 +1,10 @@
-//! All that a run found out, figure by figure: what `results.json` holds, and what the page shows.
+//! The results of a run, figure by figure: the content of `results.json` and of the page.
 
 use super::{Cell, CellResult, Effort, Figure, Finding, Machine, Origin, Outcome, Record, Table, Verdict};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// The name of the file format; a change that old readers would misread changes the number.
+/// Name and version of the file format. The version changes when old readers would misread the file.
 pub const FORMAT: &str = "ortelius results 1";
 
 /// Everything of one run, or of several that were merged.
@@ -150,10 +150,10 @@ fn judge(figure: &Figure, cells: &[CellRows], machines: &[Machine]) -> Vec<Claim
     figure.claims.iter().map(result).collect()
 }
 
-/// What the claims look at; none where nothing was measured.
+/// The rows that claims judge; `None` if nothing was measured.
 pub fn table(cells: &[CellRows], machines: &[Machine]) -> Option<Table> {
     let used = || cells.iter().filter_map(|cell| cell.machine.map(|at| &machines[at]));
-    // Where cells come from several machines, a claim may hold on all of them only.
+    // With cells from several machines a claim must hold on each of them.
     let machine = used().find(|machine| machine.is_software()).or_else(|| used().next())?.clone();
     let mut table = Table { machine, records: Vec::new(), missing: 0 };
     for CellRows { cell, outcome, .. } in cells {

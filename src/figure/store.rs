@@ -1,5 +1,5 @@
-//! A run's folder: one file a cell under `cells/FIGURE/`, each there whole or not at all, so that a run may be killed
-//! at any moment; pictures under `pictures/`, written before the cell that names them.
+//! A run's folder. Each cell has a file under `cells/FIGURE/`, written atomically, so a run may be killed at any moment.
+//! Pictures are under `pictures/`, written before the cell that names them.
 
 use super::{Cell, Effort, Figure, Machine, Row, Value, json};
 use crate::picture::write::{FileError, write_whole};
@@ -8,7 +8,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// What the measurement of one cell left.
+/// The stored measurement of one cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CellResult {
     pub figure: String,
@@ -33,7 +33,7 @@ pub enum Outcome {
     Rows(Vec<Row>),
     /// The error.
     Failed(String),
-    /// The process died in it: how. It is not tried again.
+    /// How the process died in it. The cell is not tried again.
     Crashed(String),
     /// Not measured yet, or elsewhere.
     Absent,
@@ -127,7 +127,7 @@ impl Store {
     }
 
     /// # Errors
-    /// The disk's; nothing half-written is left.
+    /// I/O errors. No partial file is left.
     pub fn put(&self, result: &CellResult) -> Result<(), StoreError> {
         let path = self.file(&result.figure, &result.cell);
         let folder = path.parent().expect("a cell's file lies in its figure's folder");
@@ -142,7 +142,7 @@ impl Store {
         self.cells().join("under-way.json")
     }
 
-    /// Notes that a run's cell number `number` is measured from now on; `result` is without an outcome yet.
+    /// Records that the measurement of a run's cell `number` begins; `result` has no outcome yet.
     ///
     /// # Errors
     /// The disk's.
@@ -154,7 +154,7 @@ impl Store {
     /// The cell that was measured when the process ended, with its number in the run.
     ///
     /// # Errors
-    /// A file that cannot be read, or is none of ours.
+    /// The file cannot be read, or is not ours.
     pub(super) fn under_way(&self) -> Result<Option<(usize, CellResult)>, StoreError> {
         use std::io::ErrorKind::{NotADirectory, NotFound};
         let path = self.under_way_file();
@@ -168,10 +168,10 @@ impl Store {
         }
     }
 
-    /// No cell is measured any more.
+    /// Records that no cell is being measured.
     ///
     /// # Errors
-    /// The disk's; that there is no such file, or no such folder, is none.
+    /// I/O errors; a missing file or folder is not one.
     pub(super) fn end(&self) -> Result<(), StoreError> {
         use std::io::ErrorKind::{NotADirectory, NotFound};
         let path = self.under_way_file();
@@ -186,7 +186,7 @@ impl Store {
     /// A cell's stored result.
     ///
     /// # Errors
-    /// What cannot be read, or is no result of this cell.
+    /// The file cannot be read, or is not a result of this cell.
     pub fn get(&self, figure: &str, cell: &Cell) -> Result<Option<CellResult>, StoreError> {
         let path = self.file(figure, cell);
         let shown = || path.display().to_string();

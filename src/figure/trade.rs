@@ -1,4 +1,4 @@
-//! What a scene's settings cost and what they are off by: the report of `ortelius trade`.
+//! Cost and error of a scene's settings: the report of `ortelius trade`.
 
 use super::table::any_f64;
 use super::{Machine, json};
@@ -11,12 +11,12 @@ pub struct Trade {
     pub scene: String,
     /// Pixels of the frames.
     pub size: [u32; 2],
-    /// Name of the measure that the front is of: NMSE, FLIP, largest error.
+    /// Name of the error measure of the front: NMSE, FLIP, largest error.
     pub measure: String,
-    /// What the pictures are held against, and at which pixels.
+    /// What the pictures are compared with, and at which pixels.
     pub truth: String,
     pub machine: Machine,
-    /// Timed frames of each setting at least; more until its median is known, up to `most_runs`.
+    /// Fewest timed frames of each setting. More are taken until its median is known, at most `most_runs`.
     pub runs: usize,
     pub most_runs: usize,
     /// Least and most median of the scene's own setting, milliseconds: how far times drifted during the sweep.
@@ -24,7 +24,7 @@ pub struct Trade {
     /// The simplest first: those that change the fewest keys of the scene.
     pub settings: Vec<Traded>,
     pub refused: Vec<Refused>,
-    /// Empty where budgets were not turned.
+    /// Empty where budgets were not varied.
     pub budgets: Vec<Budgeted>,
 }
 
@@ -44,7 +44,7 @@ pub struct Traded {
     pub errors: Errors,
     /// Levels by which the picture is coarser than asked for, because the visible tiles exceed N1.
     pub forced_bias: u32,
-    /// Frames until a camera that stands still has listed all that it sees: 1 where each frame's list is exact.
+    /// Frames until a resting camera has listed every visible tile; 1 where each frame's list is exact.
     #[serde(default = "at_once")]
     pub list_frames: u64,
     pub on_front: bool,
@@ -89,8 +89,8 @@ pub struct Refused {
 }
 
 impl Trade {
-    /// Finds the front, after all settings are there. A setting whose list is whole later than the scene's own is none of
-    /// it: the settled picture does not show what the camera's every move costs.
+    /// Finds the front once all settings are measured. Settings whose list converges more slowly than the scene's own are
+    /// excluded: the settled picture does not show the tiles that they miss after every move of the camera.
     pub fn mark_front(&mut self) {
         let choice = |setting: &Traded| Choice {
             time: setting.ms.median,
@@ -107,7 +107,7 @@ impl Trade {
         members.into_iter().for_each(|member| self.settings[places[member]].on_front = true);
     }
 
-    /// Settings that are no part of the front because their lists are whole later than the scene's own.
+    /// Settings excluded from the front because their lists converge more slowly than the scene's own.
     pub fn incomplete(&self) -> Vec<&Traded> {
         let whole = self.settings.first().map_or(1, |own| own.list_frames);
         self.settings.iter().filter(|setting| setting.list_frames > whole).collect()
@@ -157,7 +157,7 @@ mod tests {
             trade.incomplete().iter().map(|setting| &*setting.name).collect::<Vec<_>>(),
             ["feedback 1/64"]
         );
-        // A scene that lists so itself compares with its like.
+        // The scene's own list converges equally slowly: nothing is excluded.
         trade.settings[0].list_frames = 64;
         trade.mark_front();
         assert_eq!(front(&trade), ["feedback 1/64"]);

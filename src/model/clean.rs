@@ -1,8 +1,7 @@
-//! Cleaning: what a file holds becomes a [`Model`], and everything that had to be done to it is counted.
+//! Cleaning: the content of a file becomes a [`Model`], and every change is counted.
 //!
-//! Vertices that no shape can have are set aside with their faces; equal positions are welded; faces that cover no
-//! triangle of their own are dropped; and what is left is made a manifold. A hole is never closed: that would be a
-//! guess.
+//! Invalid vertices are set aside with their faces; equal positions are welded; degenerate and duplicate faces are
+//! dropped; the rest is made a manifold. A hole is never closed: that would be a guess.
 
 use super::attributes::{finite_coordinates, first_alike, usable_normals};
 use super::manifold::Faces;
@@ -63,10 +62,10 @@ fn weld(positions: &[DVec3], usable: &[bool], report: &mut Report) -> (Vec<u32>,
     (point_of_vertex, points)
 }
 
-/// The faces that are triangles of their own; of each whether the file has as many backs of it as copies, itself
-/// counted.
+/// The faces that are neither degenerate nor duplicates. For each: true if the file has as many reversed copies of it as
+/// copies, itself included.
 fn sift(raw: &Raw, usable: &[bool], points: &[u32], report: &mut Report) -> (Faces, Vec<bool>) {
-    // By the three points, smallest first: the face that stays, its winding, its copies less its backs.
+    // By the three points, smallest first: the face that stays, its winding, its copies minus its reversed copies.
     let mut seen: HashMap<[u32; 3], (usize, bool, i32)> = HashMap::with_capacity(raw.faces.len());
     let mut faces = Faces::default();
     for face in &raw.faces {
@@ -122,12 +121,12 @@ fn slenderness(positions: &[DVec3], face: [u32; 3]) -> (f64, f64) {
     ((sides[0] / longest).cross(sides[1] / longest).length(), longest)
 }
 
-/// Whether a face has no area, at any scale.
+/// True if a face has no area, at any scale.
 fn is_flat(positions: &[DVec3], face: [u32; 3]) -> bool {
     slenderness(positions, face).0 <= FLAT
 }
 
-/// Whether a face has no area but for what rounding its corners to f32 may have given it.
+/// True if a face has no more area than rounding its corners to f32 may have given it.
 fn is_thin(positions: &[DVec3], face: [u32; 3]) -> bool {
     let most = face.iter().fold(0f64, |most, &point| most.max(positions[point as usize].abs().max_element()));
     let (slender, longest) = slenderness(positions, face);

@@ -1,4 +1,4 @@
-//! What can be wrong with a model's file, and where.
+//! Errors in a model's file, with their place.
 
 use std::path::PathBuf;
 use thiserror::Error;

@@ -42,7 +42,7 @@ impl Model {
         if let Some(why) = wrong_size(name_or_path).filter(|_| !path.exists()) {
             return Err(ModelError::Size(why));
         }
-        // A bare word that is no file was meant as a name.
+        // A bare word that is not a file was meant as a name.
         if !path.exists() && path.components().count() <= 1 && path.extension().is_none() {
             let names = NAMES.into_iter().chain(FETCHED.iter().map(|file| file.name));
             let names = names.collect::<Vec<_>>().join(", ");
@@ -57,7 +57,7 @@ impl Model {
     /// [`ModelError`]: what cannot be read, with where; a mesh of which cleaning leaves nothing.
     pub fn load(path: &Path) -> Result<(Model, Report), ModelError> {
         let failed = |source| ModelError::Read { path: path.to_owned(), source };
-        // Of a file that is not there and could not be read either, the second is said.
+        // For a file that is missing and of an unknown kind, the kind is reported.
         let (_, packed) = kind(path)?;
         let mut file = std::fs::File::open(path).map_err(failed)?;
         let length = file.metadata().map_err(failed)?.len();

@@ -1,22 +1,22 @@
-//! What of a file's vertices no shape can have, and what their numbers cannot tell.
+//! Invalid vertices of a file: not finite, or outliers. And the precision of the valid ones.
 
 use super::{Raw, Report};
 use glam::DVec3;
 use std::collections::HashSet;
 
-/// No f32 beyond 3.4e38: 1e36 leaves room for the projection.
+/// f32 ends at 3.4e38; 1e36 leaves room for the projection.
 const FARTHEST: f64 = 1e36;
-/// What lies 1000 times as far out as 999 of 1000 others would leave those less than 14 of the 24 bits of an f32
+/// A vertex 1000 times as far out as 999 of 1000 others would leave them fewer than 14 of the 24 bits of an f32
 /// position about the centre of the box.
 const OUTLYING: f64 = 1000.0;
-/// What lies 100 times as far out, with every vertex around it within that, is a spike and no part of a shape.
+/// A vertex 100 times as far out, all of whose neighbours are nearer than that, is a spike, not a part of the shape.
 const SPIKE: f64 = 100.0;
-/// Fewer vertices say nothing of what is usual.
+/// With fewer vertices outliers cannot be recognised.
 const FEWEST_FOR_OUTLIERS: usize = 64;
-/// Of f32 across a mesh: half a step is less than 1/4000 of its box from here on.
+/// Steps of f32 across a mesh from which on half a step is less than 1/4000 of its box.
 const FEW_STEPS: f64 = 4096.0;
 
-/// Which vertices may be part of a shape.
+/// True for each vertex that may be part of a shape.
 pub(super) fn usable(raw: &Raw, report: &mut Report) -> Vec<bool> {
     let fits = |position: &DVec3| position.is_finite() && position.abs().max_element() <= FARTHEST;
     let mut usable: Vec<bool> = raw.positions.iter().map(fits).collect();
@@ -28,8 +28,8 @@ pub(super) fn usable(raw: &Raw, report: &mut Report) -> Vec<bool> {
     usable
 }
 
-/// How far each vertex is from the median, in multiples of what 999 of 1000 keep within; 0 for those that are not
-/// usable. None where so few vertices, or vertices at so few places, say nothing of what is usual.
+/// The distance of each vertex from the median, in multiples of the distance that 999 of 1000 keep within; 0 for unusable
+/// vertices. `None` where the vertices, or their distinct positions, are too few to tell.
 fn far_out(positions: &[DVec3], usable: &[bool]) -> Option<Vec<f64>> {
     let fitting: Vec<DVec3> =
         positions.iter().zip(usable).filter(|(_, fits)| **fits).map(|(p, _)| *p).collect();
@@ -48,18 +48,18 @@ fn far_out(positions: &[DVec3], usable: &[bool]) -> Option<Vec<f64>> {
     let rank = (distances.len() - 1) * 999 / 1000;
     let usual = *distances.select_nth_unstable_by(rank, f64::total_cmp).1;
     let far = |(position, &fits): (&DVec3, &bool)| if fits { distance(position) / usual } else { 0.0 };
-    // Where all others are one point there is no shape to be far from.
+    // If all others are one point there is no shape to be far from.
     (usual > 0.0).then(|| positions.iter().zip(usable).map(far).collect())
 }
 
-/// Sets vertices aside that are too far out, and less far ones that are alone there.
+/// Sets aside vertices that are too far out, and less distant ones without neighbours there.
 fn set_aside(raw: &Raw, far: &[f64], usable: &mut [bool], report: &mut Report) {
     let place = |vertex: u32| (raw.positions[vertex as usize] + DVec3::ZERO).to_array().map(f64::to_bits);
     let is_far = |vertex: u32| far[vertex as usize] > SPIKE;
     if !far.iter().any(|&far| far > SPIKE) {
         return;
     }
-    // By their places: the corners of a soup are one vertex.
+    // By position: in a triangle soup several vertices are one corner.
     let mut accompanied: HashSet<[u64; 3]> = HashSet::new();
     for face in &raw.faces {
         for &vertex in face.iter().filter(|&&vertex| is_far(vertex)) {
@@ -128,7 +128,7 @@ mod tests {
         raw.positions[500] *= 300.0;
         let (left, report) = cleaned(&raw);
         assert_eq!((report.outlying_vertices, report.faces_set_aside, left.faces.len()), (1, 6, 2042));
-        // Its neighbour as well: a part of the shape, for all that is known.
+        // Its neighbour is as far out: it may be part of the shape.
         raw.positions[501] *= 300.0;
         let (left, report) = cleaned(&raw);
         assert_eq!((report.outlying_vertices, left.faces.len()), (0, 2048));

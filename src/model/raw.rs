@@ -1,4 +1,4 @@
-//! What every reader makes of its file, before cleaning.
+//! The mesh as every reader returns it, before cleaning.
 
 use super::Attributes;
 use glam::DVec3;
@@ -6,7 +6,7 @@ use glam::DVec3;
 /// The largest number of vertices, and of faces: corners of faces stay below 2^32 (an index buffer of 1.5 GiB).
 pub const MOST: usize = 1 << 27;
 
-/// A mesh as it came. Nothing is known of its values; only the lengths and the indices fit.
+/// A mesh as the file has it. Lengths and indices are consistent; values are unchecked.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Raw {
     pub positions: Vec<DVec3>,

@@ -17,7 +17,7 @@ pub struct VerifyArgs {
     file: PathBuf,
 }
 
-/// A file that reads and is not a whole, sound progressive mesh. Exit code 3.
+/// A file that can be read but is not a complete, valid progressive mesh: exit code 3.
 #[derive(Debug, Error)]
 #[error("{path}: {what}; build the file again, or fetch it again", path = path.display())]
 pub struct Unsound {

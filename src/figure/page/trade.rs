@@ -60,7 +60,7 @@ struct Line<'a> {
     spread: String,
     errors: [String; 3],
     on_front: bool,
-    /// What is to be known besides.
+    /// A remark, if there is one.
     note: Option<String>,
 }
 
@@ -81,10 +81,10 @@ impl Line<'_> {
 }
 
 impl Trade {
-    /// `index.html`, `trade.svg` and `trade.json` into an existing folder; `answer` stands at the head of the page.
+    /// Writes `index.html`, `trade.svg` and `trade.json` into an existing folder, with `answer` at the head of the page.
     ///
     /// # Errors
-    /// The disk's.
+    /// I/O errors.
     pub fn write(&self, folder: &Path, answer: &str) -> anyhow::Result<()> {
         let drawn = self.draw();
         let put = |name: &str, text: String| {

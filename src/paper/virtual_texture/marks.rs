@@ -1,4 +1,4 @@
-//! What stage 2 leaves for stage 3: a mark for each distinct triple, in one of three layouts.
+//! Tile mask: a mark for each distinct triple, written by stage 2 for stage 3, in one of three layouts.
 
 use super::variants::{Layout, most_triples};
 use super::{Config, Keying};

@@ -6,11 +6,11 @@
 //!    below, so that anyone can check it from the finished file; the resident levels likewise;
 //! 3. *tiles*: each stored tile (border, second picture) is put together from the scratch file, encoded, and
 //!    written at its fixed place in OUT.partial;
-//! 4. index and header, fsync, rename, fsync of the folder; scratch and journal go away.
+//! 4. index and header, fsync, rename, fsync of the folder; scratch and journal are deleted.
 //!
-//! Synthetic sources have 3 and 4 only. Every finished job stands in a `journal`; after a kill the same
-//! command goes on with the jobs that are missing. What is written depends on source and settings alone, so
-//! the finished file is the same to the byte however often it was killed, on any number of threads.
+//! Synthetic sources need steps 3 and 4 only. A `journal` records every finished job; after a kill the same
+//! command does the missing jobs. The output depends on source and settings alone: the finished file is identical
+//! to the byte however often the bake was killed, on any number of threads.
 
 mod encode;
 mod error;
@@ -49,11 +49,11 @@ pub struct Settings {
     pub force: bool,
 }
 
-/// Told how a bake goes on, from several threads.
+/// Receives the progress of a bake, from several threads.
 pub trait Progress: Sync {
     /// A phase begins: its name, and how many bytes it will work through.
     fn begin(&self, phase: &'static str, total_bytes: u64);
-    /// So many bytes more are done.
+    /// Some more bytes are done.
     fn advance(&self, bytes: u64);
 }
 

@@ -1,4 +1,4 @@
-//! Going on after a kill: what the journal claims, and what of it is true.
+//! Resuming after a kill: the journal's claims are checked against the files.
 
 use super::error::BakeError;
 use super::journal::Job;

@@ -1,5 +1,4 @@
-//! The scratch file: the payloads (no borders) of all tiles in RGBA8, from which the stored tiles are put
-//! together.
+//! The scratch file: the payloads (without borders) of all tiles in RGBA8, from which the stored tiles are assembled.
 
 use super::error::BakeError;
 use crate::math::pyramid::{Pyramid, TileId};
@@ -91,7 +90,7 @@ impl Scratch {
         Ok(())
     }
 
-    /// The hash of a band as [`Self::write_band`] was given it.
+    /// The hash of the bytes that [`Self::write_band`] took.
     pub fn band_hash(&self, top: u32, rows: u32) -> Result<u64, BakeError> {
         let side = self.pyramid.tile_size() as usize;
         let row_bytes = self.pyramid.level_size(0)[0] as usize * 4;
@@ -108,7 +107,7 @@ impl Scratch {
         Ok(xxh3_64(&rgba))
     }
 
-    /// The hash of a tile as [`Self::write_payload`] was given it.
+    /// The hash of the bytes that [`Self::write_payload`] took.
     pub fn payload_hash(&self, tile: TileId) -> Result<u64, BakeError> {
         let mut payload = vec![0; payload_bytes(&self.pyramid)];
         read_back(&self.file, &self.path, &mut payload, self.offset(tile))?;
@@ -137,8 +136,8 @@ impl Scratch {
         Ok(())
     }
 
-    /// Copies a rectangle of a level, which may lie over its edges, into `rgba`, rows of `size[0]` texels.
-    /// `tile_rows` is working memory. An error comes with the tile and the offset that it is about.
+    /// Copies a rectangle of a level, which may extend beyond its edges, into `rgba`, rows of `size[0]` texels.
+    /// `tile_rows` is working memory. An error names its tile and offset.
     fn region(
         &self,
         level: u32,

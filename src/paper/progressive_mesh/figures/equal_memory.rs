@@ -1,5 +1,5 @@
-//! Of pm.average: skip lists that take no more memory than an order needs for its commands. At the usual ratio of 0.707
-//! they take less than half of it, and a comparison at unequal memory says little either way.
+//! Part of pm.average: skip lists that take no more memory than an order's commands. At the usual ratio of 0.707 they take
+//! less than half of it, and a comparison at unequal memory proves little.
 
 use super::super::cache::Cache;
 use super::super::mesh::ProgressiveMesh;
@@ -33,12 +33,12 @@ pub fn rows(
     Ok(rows)
 }
 
-/// As many lists as fit, with the table of split vertices, into so many bytes: lists that fall by r take 12 F / (1 - r)
-/// together.
+/// As many lists as fit into `most_bytes` with the table of split vertices. Lists that shrink by a factor r take
+/// 12 F / (1 - r) bytes together.
 fn skip_lists_within(name: &str, plain: &ProgressiveMesh, most_bytes: f64, levels: &[u32]) -> [Row; 4] {
     let (faces, table) = (plain.faces.len() as f64, 4.0 * plain.splits.split_vertices.len() as f64);
     let mut ratio = 1.0 - 12.0 * faces / (most_bytes - table);
-    // The sum is of whole levels: a hair less until it fits.
+    // The sum is over whole levels: reduce the ratio until it fits.
     let found = loop {
         let found = rival_costs(plain, Rival::SkipLists { ratio }, &[Cache::Fifo(16)], levels);
         if found.list_bytes as f64 + table <= most_bytes {
@@ -55,7 +55,7 @@ fn skip_lists_within(name: &str, plain: &ProgressiveMesh, most_bytes: f64, level
     ]
 }
 
-/// Whether ours needs no more transforms at no less memory.
+/// Reproduced if our order needs no more transforms than skip lists of at most its memory.
 pub fn at_equal_memory(table: &Table) -> Finding {
     let of = |variant, quantity| mean_of(table, None, variant, quantity, &CLOSED);
     let pair = |(ours, lists)| {

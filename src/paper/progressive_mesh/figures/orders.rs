@@ -12,10 +12,10 @@ use crate::scene::FaceOrder;
 /// The shipped models that are closed; each has at least 3000 faces.
 pub const CLOSED: [&str; 5] = ["bunny", "sphere", "torus", "knot", "solid"];
 
-/// And the scans, of which no mean speaks: they are not everywhere.
+/// The same and the scans. Means exclude these: they are not available everywhere.
 pub const WITH_SCANS: [&str; 7] = ["bunny", "sphere", "torus", "knot", "solid", scans::SMALL, scans::LARGE];
 
-/// The name of an order, and its options; none: the classical one.
+/// The name of an order, and its options; `None` for the classical order.
 pub type Named = (&'static str, Option<OrderOptions>);
 
 pub const CLASSICAL: &str = FaceOrder::Classical.name();
@@ -72,8 +72,7 @@ pub fn costs(mesh: &ProgressiveMesh, caches: &[Cache], levels: &[u32]) -> Vec<Le
     level_costs(mesh, caches, levels)
 }
 
-/// The mean of a quantity of a variant over the scenes at one value of the sweep; none unless all of `scenes` have
-/// it.
+/// The mean of a variant's quantity over the scenes at one value of the sweep; `None` unless all of `scenes` have it.
 pub fn mean_of(table: &Table, x: Option<f64>, variant: &str, quantity: &str, scenes: &[&str]) -> Option<f64> {
     let numbers: Option<Vec<f64>> =
         scenes.iter().map(|scene| table.number(scene, x, variant, quantity)).collect();

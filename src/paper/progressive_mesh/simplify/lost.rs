@@ -1,4 +1,4 @@
-//! Where vanished positions have gone: what a mesh of fewer faces deviates by.
+//! Vanished positions and the faces that represent them: the deviation of the simplified mesh.
 //!
 //! Each vanished position belongs to the face nearest to it, among those that took the place of its faces when it last
 //! changed hands; on a border also to the edge of the border that took the place of its own. The distance to that
@@ -47,22 +47,22 @@ impl Lost {
         Lost::list(self.of_border[start as usize], &self.next_of_border)
     }
 
-    /// A face gives up its positions.
+    /// Releases the positions of a face.
     pub fn clear_face(&mut self, face: u32) {
         self.of_face[face as usize] = END;
     }
 
-    /// A border's edge gives up its positions.
+    /// Releases the positions of a border edge.
     pub fn clear_border(&mut self, start: u32) {
         self.of_border[start as usize] = END;
     }
 
-    /// A position, which belongs to no face, gets one.
+    /// Assigns a released position to a face.
     pub fn give_to_face(&mut self, position: u32, face: u32) {
         self.next_of_face[position as usize] = std::mem::replace(&mut self.of_face[face as usize], position);
     }
 
-    /// A position, which belongs to no border's edge, gets one.
+    /// Assigns a released position to a border edge.
     pub fn give_to_border(&mut self, position: u32, start: u32) {
         self.next_of_border[position as usize] =
             std::mem::replace(&mut self.of_border[start as usize], position);

@@ -18,7 +18,7 @@ struct Entry {
     tie: (u32, u32),
 }
 
-/// Which of equals comes first: with seed 0 the lower position, with any other seed by lot.
+/// Breaks ties: with seed 0 the lower position comes first, with any other seed at random.
 #[derive(Clone, Copy)]
 pub struct Ties {
     pub seed: u64,
@@ -85,7 +85,7 @@ impl Queue {
         self.put(place, entry);
     }
 
-    /// Puts a position in, or gives it another key.
+    /// Inserts a position, or changes its key.
     pub fn set(&mut self, position: u32, key: f64) {
         assert!(!key.is_nan(), "the key of position {position} is no number");
         let (entry, place) = (Entry { key, tie: self.ties.rank(position) }, self.places[position as usize]);
@@ -99,7 +99,7 @@ impl Queue {
         }
     }
 
-    /// Takes a position out, if it is in.
+    /// Removes a position if it is present.
     pub fn remove(&mut self, position: u32) {
         let place = std::mem::replace(&mut self.places[position as usize], OUT);
         if place == OUT {
@@ -116,7 +116,7 @@ impl Queue {
         }
     }
 
-    /// The position with the least key, taken out.
+    /// Removes and returns the position with the least key.
     pub fn pop(&mut self) -> Option<u32> {
         let first = self.heap.first()?.tie.1;
         self.remove(first);
@@ -128,7 +128,7 @@ impl Queue {
         self.heap.first().map(|entry| entry.key)
     }
 
-    /// Whether the position is in.
+    /// True if the position is present.
     pub fn contains(&self, position: u32) -> bool {
         self.places[position as usize] != OUT
     }

@@ -1,5 +1,5 @@
-//! The sequence of collapses: the cheapest first. What a collapse changes beside it is looked at again when its turn
-//! comes by the cost that it had: costs hardly ever fall, and a collapse so takes three evaluations instead of five.
+//! The sequence of collapses, the cheapest first. Costs that a collapse changes nearby are recomputed lazily, when their
+//! old cost reaches the head of the queue: costs hardly ever fall, and this takes three evaluations instead of five.
 
 use super::components::{Component, lesser_components};
 use super::curve::Curve;
@@ -18,8 +18,7 @@ use glam::DVec3;
 pub const SHORTFALL: &str =
     "one component is left, and every collapse of it would make one face of two or leave none";
 
-/// The simplifier's whole state. Positions and faces have their places along the curve for numbers; what comes out has
-/// the model's.
+/// The simplifier's whole state. Positions and faces are numbered along the curve; the result has the model's numbers.
 pub struct Sequence<'a> {
     model: &'a Model,
     curve: Curve,
@@ -31,7 +30,7 @@ pub struct Sequence<'a> {
     pub(super) normals: Vec<DVec3>,
     pub(super) quadrics: Vec<Quadric>,
     pub(super) lost: Lost,
-    /// For each face how far off the model it may be.
+    /// For each face a bound of its distance from the model.
     pub(super) off_model: Vec<f64>,
     queue: Queue,
     /// For each position the collapse whose cost is its key, if that is known exactly: where to, and the quadrics' part.
@@ -44,10 +43,10 @@ pub struct Sequence<'a> {
     pub(super) border_points: Vec<(u32, DVec3)>,
     pub(super) candidates: Vec<(f64, RingEdge)>,
     off: Vec<(u32, f64)>,
-    /// Positions whose keys wait for their renewal.
+    /// Positions whose keys must be renewed.
     around: Vec<u32>,
     wedges: WedgeLists,
-    /// Those that have not vanished, the smallest last.
+    /// Components that have not vanished, the smallest last.
     components: Vec<Component>,
     /// The largest deviation so far, in the simplifier's units.
     worst: f64,
@@ -55,10 +54,10 @@ pub struct Sequence<'a> {
     report: Report,
 }
 
-/// What a collapse may do; each phase may do what those before it may.
+/// What a collapse may do. Each phase permits what those before it permit, and more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rules {
-    /// Nothing that a viewer would notice but the deviation.
+    /// Only what shows as deviation.
     Strict,
     /// Also turn faces too far.
     Folding,
@@ -129,7 +128,7 @@ impl<'a> Sequence<'a> {
         }
     }
 
-    /// Gives a position the key that no collapse of it can fall below.
+    /// Gives a position a lower bound of the costs of its collapses as its key.
     fn renew(&mut self, position: u32) {
         self.exact[position as usize].0 = NOWHERE;
         self.hub.look(&mut self.surface, position);
@@ -157,7 +156,7 @@ impl<'a> Sequence<'a> {
         }
     }
 
-    /// Does something towards the target. False if nothing can be done.
+    /// One step towards the target. False if none is left.
     fn next(&mut self) -> bool {
         if self.components.last().is_some_and(|component| component.extent <= self.worst) {
             self.remove_component();
@@ -181,8 +180,8 @@ impl<'a> Sequence<'a> {
         true
     }
 
-    /// The collapse that gave a position its key, if that still holds: its faces are what they were, so that what may
-    /// have changed is what lies beyond them.
+    /// The collapse that gave a position its key, if it is still allowed. The position's own faces are unchanged; their
+    /// surroundings may not be.
     fn known(&mut self, position: u32) -> Option<Step> {
         let (to, quadrics) = self.exact[position as usize];
         if to == NOWHERE || self.quadric_cost(position, to) != quadrics {
@@ -196,7 +195,7 @@ impl<'a> Sequence<'a> {
         (step.link == Link::Surface).then_some(step)
     }
 
-    /// Nothing may collapse any more: more is allowed, or the smallest component vanishes. False at the end.
+    /// No collapse is allowed any more: relaxes the rules, or removes the smallest component. False at the end.
     fn relax(&mut self) -> bool {
         self.rules = match self.rules {
             Rules::Strict => Rules::Folding,
@@ -218,7 +217,7 @@ impl<'a> Sequence<'a> {
         self.collapses.errors.push(self.frame.outside(self.worst));
     }
 
-    /// The smallest component vanishes.
+    /// Removes the smallest component.
     fn remove_component(&mut self) {
         let component = self.components.pop().expect("somebody saw a component");
         let live: Vec<u32> = component.faces.into_iter().filter(|&face| self.surface.is_live(face)).collect();
@@ -235,7 +234,7 @@ impl<'a> Sequence<'a> {
         self.report.components += 1;
     }
 
-    /// Does the collapse that was found at the hub just looked at.
+    /// Executes a collapse at the current hub.
     fn execute(&mut self, step: &Step) {
         let (position, end) = (self.hub.position, step.edge.end);
         self.measure(step);
@@ -263,7 +262,7 @@ impl<'a> Sequence<'a> {
         }
     }
 
-    /// Vanished positions, and the hub, go to the faces that are nearest; what that is off is remembered.
+    /// Assigns vanished positions, and the hub, to their nearest faces, and records the distances.
     fn measure(&mut self, step: &Step) {
         let end = step.edge.end;
         let mut off = std::mem::take(&mut self.off);

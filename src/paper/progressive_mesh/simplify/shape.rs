@@ -20,16 +20,16 @@ pub struct Shape {
     pub new: Vec<(u32, Triangle)>,
     /// How many of [`Self::new`] are the fan.
     pub fan: usize,
-    /// Whether one of the fan turned too far, or lost its area.
+    /// True if a face of the fan turned too far, or lost its area.
     pub flips: bool,
-    /// For each corner the first place in [`Self::new`] to look for what was near it.
+    /// For each corner the index in [`Self::new`] where the search for the nearest triangle starts.
     heirs: Vec<u32>,
-    /// For each of the fan its corner.
+    /// For each face of the fan its corner.
     parents: Vec<u32>,
 }
 
 impl Shape {
-    /// Looks at the hub as it is; `normals` are the model's faces'.
+    /// Takes the hub as it is; `normals` are those of the model's faces.
     pub fn look(&mut self, hub: &Hub, surface: &Surface, normals: &[DVec3]) {
         let point = surface.point(hub.position);
         self.old.clear();
@@ -42,7 +42,7 @@ impl Shape {
         }
     }
 
-    /// Looks at what a collapse onto `end` would leave.
+    /// Computes the triangles after a collapse onto `end`.
     pub fn spread(&mut self, hub: &Hub, surface: &Surface, end: u32) {
         let to = surface.point(end);
         self.new.clear();
@@ -127,7 +127,7 @@ pub fn more_samples(triangle: &Triangle) -> [DVec3; 6] {
 /// `first`.
 fn raised<T>(most: f64, point: DVec3, triangles: &[T], first: u32, of: impl Fn(&T) -> &Triangle) -> f64 {
     let (before, after) = triangles.split_at(first as usize);
-    // Nine points of ten are not so far off, and their distances need not be known.
+    // Nine points of ten are nearer, and their exact distances do not matter.
     if after.iter().chain(before).any(|item| of(item).at_most(point) <= most) {
         return most;
     }
@@ -143,7 +143,7 @@ fn raised<T>(most: f64, point: DVec3, triangles: &[T], first: u32, of: impl Fn(&
     if least < f64::INFINITY { least } else { most }
 }
 
-/// Whether the angle between two directions is too large, or the second has no length.
+/// True if the angle between two directions is too large, or the second has no length.
 fn turns(first: DVec3, second: DVec3, first_squared: f64) -> bool {
     let dot = first.dot(second);
     dot <= 0.0 || dot * dot <= LEAST_COSINE * LEAST_COSINE * first_squared * second.length_squared()

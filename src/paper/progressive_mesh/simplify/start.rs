@@ -1,4 +1,4 @@
-//! What stands before the first collapse: the quadrics of the full model.
+//! Before the first collapse: the quadrics of the full model.
 
 use super::curve::Curve;
 use super::hub::{Hub, Kind};
@@ -7,10 +7,10 @@ use super::surface::Surface;
 use crate::model::Model;
 use glam::DVec3;
 
-/// Of the planes that hold a border in place: times the squared length of its edge.
+/// Weight of the planes that hold a border in place, times the squared length of its edge.
 const BORDER_WEIGHT: f64 = 10.0;
 
-/// Of those that hold a seam: the surface itself holds it where it is a crease.
+/// Weight of those that hold a seam. Where the seam is a crease, the surface itself holds it.
 const SEAM_WEIGHT: f64 = 1.0;
 
 /// The quadric of each position about itself: its faces' planes, a third of each face's area; and through each edge of a
@@ -55,7 +55,7 @@ pub fn normals(surface: &Surface) -> Vec<DVec3> {
     (0..surface.faces() as u32).map(normal).collect()
 }
 
-/// The wedges of each position, which is told by its place along a [`Curve`].
+/// The wedges of each position, numbered along a [`Curve`].
 pub struct WedgeLists {
     ends: Vec<u32>,
     wedges: Vec<u32>,

@@ -1,4 +1,4 @@
-//! One collapse: whether it may be done, what it costs, and how far it leads away from the model.
+//! One collapse: whether it is allowed, its cost, and its distance from the model.
 
 use super::hub::{Kind, Link, Path, RingEdge};
 use super::lost::squared_to_segment;
@@ -7,15 +7,15 @@ use super::sequence::{Near, Rules, Sequence, Step};
 use super::shape::{more_samples, samples};
 use glam::DVec3;
 
-/// How often the squared deviation, times the area that moves, counts beside the quadrics: 0, 0.3, 1, 3 and 10 give mean
+/// Weight of the squared deviation, times the area that moves, beside the quadrics: 0, 0.3, 1, 3 and 10 give mean
 /// errors of 0.97, 0.83, 0.82, 0.81 and 0.80 of `meshopt_simplify`'s on closed meshes; the Hausdorff distance is least from
 /// 1 to 3.
 const DEVIATION_WEIGHT: f64 = 3.0;
 
-/// How many times dearer a collapse is that makes two sheets touch.
+/// Cost factor of a collapse that makes two sheets touch.
 const PINCH_FACTOR: f64 = 4.0;
 
-/// And one that turns a face too far, where that is allowed at all.
+/// Cost factor of a collapse that turns a face too far, where that is allowed at all.
 const FLIP_FACTOR: f64 = 100.0;
 
 impl Sequence<'_> {
@@ -66,7 +66,7 @@ impl Sequence<'_> {
         best
     }
 
-    /// Looks at a position, and at the triangles around it.
+    /// Makes a position the hub, with the triangles around it.
     pub(super) fn look(&mut self, position: u32) {
         self.hub.look(&mut self.surface, position);
         self.shape.look(&self.hub, &self.surface, &self.normals);
@@ -97,7 +97,7 @@ impl Sequence<'_> {
         (link != Link::Forbidden).then_some(Step { edge: *edge, cost, pairs, link, flips })
     }
 
-    /// What a collapse costs with its deviation; stops where that exceeds `limit`.
+    /// The cost of a collapse including its deviation; stops early once that exceeds `limit`.
     fn with_deviation(&self, edge: &RingEdge, least: f64, area: f64, limit: f64) -> f64 {
         let factor = DEVIATION_WEIGHT * area;
         let enough = |most: f64| least + factor * most > limit;
@@ -126,8 +126,8 @@ impl Sequence<'_> {
         least + factor * most
     }
 
-    /// How far off the model the new faces are, each: as far as they are off the old ones and those were off the model,
-    /// but no farther than to the vanished positions, which are the model's own.
+    /// For each new face a bound of its distance from the model: its distance from the old faces plus theirs from the
+    /// model, but at most its distance from the vanished positions, which are the model's own.
     pub(super) fn off_model(&self, off: &mut Vec<(u32, f64)>) {
         off.clear();
         for (face, triangle) in &self.shape.new[..self.shape.fan] {

@@ -19,7 +19,7 @@ pub struct Surface {
     faces: Vec<[u32; 3]>,
     /// Wedges of each face's corners.
     wedges: Vec<[u32; 3]>,
-    /// The first corner at each position; removed faces' corners stay in the lists until somebody passes them.
+    /// The first corner at each position. Corners of removed faces stay in the lists until [`Self::gather`].
     first: Vec<u32>,
     /// The next corner at the same position.
     next: Vec<u32>,
@@ -27,7 +27,7 @@ pub struct Surface {
     valence: Vec<u32>,
     /// How many faces are live.
     live: usize,
-    /// Whether a position has several wedges.
+    /// True if some position has several wedges.
     has_seams: bool,
 }
 
@@ -36,7 +36,7 @@ pub struct Surface {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     origin: DVec3,
-    /// Half the object units of one unit inside.
+    /// Half of the simplifier's unit, in object units.
     half: f64,
 }
 
@@ -123,7 +123,7 @@ impl Surface {
         self.wedges[face as usize][corner as usize]
     }
 
-    /// Whether there may be seams at all.
+    /// True if there may be seams.
     pub fn has_seams(&self) -> bool {
         self.has_seams
     }
@@ -133,7 +133,7 @@ impl Surface {
         self.faces.len()
     }
 
-    /// How many live faces lie at the position.
+    /// The number of live faces at a position.
     pub fn valence(&self, position: u32) -> usize {
         self.valence[position as usize] as usize
     }

@@ -1,9 +1,9 @@
-//! What a frame and its list cost beside the frames that ran in the same rounds.
+//! The cost of a frame and of its list, relative to the frames of the same rounds.
 //!
-//! Contenders take turns ([`Bench::interleave`](crate::figure::Bench::interleave)), so a neighbour or a change of the
-//! clock hits those of a round alike. A difference or a ratio is therefore taken in each round, and the median of these
-//! is told with their p5 and p95 ([`Summary::of_pairs`]): of two medians neither is the same round's, and on a machine
-//! that is shared their ratio wanders by as much as either does.
+//! Contenders take turns ([`Bench::interleave`](crate::figure::Bench::interleave)), so other load or a change of the
+//! clock affects all frames of a round alike. Differences and ratios are therefore taken within each round, and their
+//! median is reported with p5 and p95 ([`Summary::of_pairs`]). A ratio of two medians would mix rounds, and on a shared
+//! machine would vary as much as either median.
 
 use crate::figure::{Row, Timed, Value};
 use crate::stats::Summary;
@@ -11,7 +11,7 @@ use crate::stats::Summary;
 /// The frame of the same mesh with one plain trilinear texture.
 pub const PLAIN: &str = "plain texture";
 
-/// The frame that textures in one draw and lists nothing: what fused variants add to.
+/// The frame that textures in one draw and makes no list: the baseline of the fused variants.
 pub const UNLISTED: &str = "one draw, no list";
 
 /// The paper's frame, by the name of its combination.
@@ -41,7 +41,7 @@ pub fn list_of_rounds(timed: &Timed, others: &[Timed]) -> Option<Vec<f64>> {
     let named = |name: &str| others.iter().find(|other| other.variant == name && name != timed.variant);
     let unlisted = named(UNLISTED)?.pass_of_rounds("fused")?;
     let empty = named("empty pass")?.total_of_rounds()?;
-    // No pass takes less than an empty one: a difference below that is not told apart from it.
+    // An empty pass is the resolution: a smaller difference counts as one empty pass.
     let more = |round: usize| (draw[round] - unlisted[round] + stages(round)).max(empty[round]);
     Some((0..draw.len()).map(more).collect())
 }
@@ -73,7 +73,7 @@ pub fn rows(timed: &Timed, others: &[Timed]) -> Vec<Row> {
     };
     let floors = [(OVER_PLAIN, PLAIN), (OVER_UNLISTED, UNLISTED)];
     let ratios = floors.into_iter().filter(|_| timed.variant != "empty pass").filter_map(ratio);
-    // A frame of one pass is told once.
+    // A frame of one pass is reported once.
     let passes = timed.passes.iter().filter(|_| timed.passes.len() > 1);
     let list = list_rows(timed, others);
     [timed.row(FRAME)].into_iter().chain(list).chain(ratios).chain(passes.filter_map(pass)).collect()

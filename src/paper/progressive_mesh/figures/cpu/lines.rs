@@ -1,4 +1,4 @@
-//! Cache lines of the CPU that levels touch: what the paper's optimizer has a weight for.
+//! CPU cache lines that a change of level touches. The paper's optimizer has a weight for them.
 
 use super::MOVED;
 use crate::figure::{Row, Value};
@@ -41,8 +41,8 @@ impl Touch for Lines {
     }
 }
 
-/// Lines for each split on the way up, each level a step: what splits and tswaps read and write of the index buffer, for they
-/// read where they write.
+/// Lines for each split on the way up, each level a step: the part of the index buffer that splits and tswaps write. They
+/// read nothing else of it.
 pub fn for_each_split(program: &Program) -> f64 {
     let (mut faces, mut kept) = (program.faces().to_vec(), Vec::new());
     let mut lines = Lines::of(faces.len());
@@ -77,7 +77,7 @@ mod tests {
     #[test]
     fn a_line_counts_once_a_step() {
         let mut lines = Lines::of(20);
-        // Words 15 to 17: the end of one line and the begin of the next.
+        // Words 15 to 17: the end of one line and the start of the next.
         lines.faces(5..6);
         lines.word(15);
         assert_eq!(lines.count, 2);
