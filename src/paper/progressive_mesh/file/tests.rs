@@ -65,8 +65,7 @@ impl Builder {
         new
     }
 
-    fn face(&mut self, corners: [u32; 3]) {
-        let mut corners = corners;
+    fn face(&mut self, mut corners: [u32; 3]) {
         corners.rotate_left(self.random.below(3));
         self.mesh.faces.push(corners);
         self.live.push(corners);
@@ -82,8 +81,8 @@ impl Builder {
         let (from, to) = (self.random.below(slots.len() + 1), self.random.below(slots.len() + 1));
         slots = slots.get(from..to).unwrap_or(&[]).to_vec();
         for &slot in &slots {
-            self.live[slot as usize] =
-                self.live[slot as usize].map(|vertex| if vertex == split { new } else { vertex });
+            let face = &mut self.live[slot as usize];
+            *face = face.map(|vertex| if vertex == split { new } else { vertex });
         }
         self.mesh.splits.split_vertices.push(split);
         self.mesh.splits.slots.push(slots);
