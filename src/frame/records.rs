@@ -1,11 +1,13 @@
 //! Where the records of frames go.
 
+type Tap<R> = Box<dyn FnMut(&R)>;
+
 /// What frames found out, in their order: all of it, or the last ones; and, where asked for, each on its way to
 /// somewhere else (a file of JSON Lines, say).
 pub struct Records<R> {
     kept: Vec<R>,
     most: usize,
-    tap: Option<Box<dyn FnMut(&R)>>,
+    tap: Option<Tap<R>>,
 }
 
 impl<R> Records<R> {

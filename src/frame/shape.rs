@@ -52,6 +52,16 @@ pub enum Onto {
     Drawn,
 }
 
+impl Onto {
+    /// What happens to a colour target first.
+    pub fn clear(self) -> Clear {
+        match self {
+            Onto::Cleared([r, g, b]) => Clear::Float([r, g, b, 1.0]),
+            Onto::Drawn => Clear::Keep,
+        }
+    }
+}
+
 /// Shapes as a frame sees them: with the push constants of each draw.
 pub struct Seen<'a> {
     pub view: View,
@@ -103,6 +113,15 @@ impl Shape {
             clusters: mesh.clusters(),
         };
         Ok(Shape { depth_alone: Some(Arc::new(depth_alone)), ..Shape::new(gpu, mesh)? })
+    }
+
+    /// The same, lit by the sun.
+    ///
+    /// # Errors
+    /// Out of memory, device lost.
+    pub fn lit(self, gpu: &Gpu, mesh: &Mesh) -> Result<Shape> {
+        let normals = gpu.buffer_with("mesh normals", &mesh.normals(), BufferUse::Storage)?;
+        Ok(Shape { normals: Some(Arc::new(normals)), ..self })
     }
 
     /// Bytes in video memory.
@@ -176,14 +195,6 @@ impl<'a> Seen<'a> {
     /// The same, over something else.
     pub fn onto(self, onto: Onto) -> Seen<'a> {
         Seen { onto, ..self }
-    }
-
-    /// What a colour target is cleared to.
-    pub fn clear(&self) -> Clear {
-        match self.onto {
-            Onto::Cleared([r, g, b]) => Clear::Float([r, g, b, 1.0]),
-            Onto::Drawn => Clear::Keep,
-        }
     }
 
     /// Draws every shape; `pipeline` says how.

@@ -79,6 +79,35 @@ pub struct Mesh {
     pub indices: Vec<u32>,
 }
 
+impl Mesh {
+    /// A unit vector for each vertex: the mean of the faces around its position, weighted by their area. Seams are
+    /// smooth, because equal positions share one sum.
+    pub fn normals(&self) -> Vec<[f32; 3]> {
+        let place = |vertex: &MeshVertex| -> [u64; 3] {
+            std::array::from_fn(|n| {
+                let [high, low] =
+                    [vertex.position_high[n], vertex.position_low[n]].map(|x| (x + 0.0).to_bits());
+                u64::from(high) << 32 | u64::from(low)
+            })
+        };
+        let position = |index: u32| {
+            let MeshVertex { position_high, position_low, .. } = self.vertices[index as usize];
+            DVec3::from(position_high.map(f64::from)) + DVec3::from(position_low.map(f64::from))
+        };
+        let mut sums: HashMap<[u64; 3], DVec3> = HashMap::new();
+        for face in self.indices.chunks_exact(3) {
+            let [a, b, c] = [face[0], face[1], face[2]].map(position);
+            let twice_area = (b - a).cross(c - a);
+            for &index in face {
+                *sums.entry(place(&self.vertices[index as usize])).or_default() += twice_area;
+            }
+        }
+        // A vertex of no face is not drawn: any direction will do.
+        let unit = |vertex| sums.get(&place(vertex)).copied().unwrap_or_default().normalize_or(DVec3::Z);
+        self.vertices.iter().map(|vertex| unit(vertex).as_vec3().to_array()).collect()
+    }
+}
+
 impl SourceMesh {
     /// Whether every value can be drawn.
     ///
@@ -257,6 +286,17 @@ fn blocks(columns: u32, rows: u32) -> impl Iterator<Item = [u32; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn normals_point_away_from_the_earth_also_at_its_seam_and_poles() {
+        let mesh = gpu_mesh(&earth(64, 32).unwrap()).unwrap();
+        for (vertex, normal) in mesh.vertices.iter().zip(mesh.normals()) {
+            let [up, normal] =
+                [vertex.position_high, normal].map(|v| DVec3::from(v.map(f64::from)).normalize());
+            // A quad spans 5.6 degrees, and the ellipsoid's normal leaves the centre's ray by 0.2.
+            assert!(up.dot(normal) > 4f64.to_radians().cos(), "{vertex:?}: {normal}");
+        }
+    }
 
     fn corners(mesh: &SourceMesh, triangle: [u32; 3]) -> [DVec3; 3] {
         triangle.map(|vertex| mesh.positions[vertex as usize])

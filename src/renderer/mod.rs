@@ -4,11 +4,12 @@
 
 pub mod report;
 
+mod plain;
 mod technique;
 
 pub use technique::{Carrier, Record, Surfaces};
 
-use crate::frame::{Run, Shape, Stalled};
+use crate::frame::{PerFrame, Run, Shape, Stalled};
 use crate::model::mesh::{MeshError, gpu_mesh};
 use crate::paper::progressive_mesh::governor::Budget;
 use crate::paper::progressive_mesh::{self, LoadError, ProgressiveMeshes, SurfaceError};
@@ -16,6 +17,7 @@ use crate::paper::virtual_texture::{self, Unfit, VirtualTexture, VirtualTextureE
 use crate::picture::Target;
 use crate::scene::{Scene, TextureError};
 use crate::vk::{self, Gpu, GpuOptions, Need};
+use glam::DVec3;
 use thiserror::Error;
 
 /// What can stop a picture.
@@ -77,7 +79,15 @@ pub fn open(scene: &Scene, options: &Options<'_>) -> Result<Renderer, RenderErro
     }
     let gpu = gpu(options, &needs)?;
     let target = crate::frame::Target::new(&gpu, size, options.target)?;
-    let mut surfaces = Surfaces { meshes: None, texture: None, carriers: Vec::new(), background: [0.0; 3] };
+    let mut surfaces = Surfaces {
+        meshes: None,
+        plain: None,
+        texture: None,
+        carriers: Vec::new(),
+        background: [0.0; 3],
+        sun: DVec3::ZERO,
+        frames: PerFrame::default(),
+    };
     if !models.is_empty() {
         surfaces.meshes = Some(ProgressiveMeshes::new(&gpu, &models, meshes)?);
         surfaces.background = [0.02, 0.03, 0.05];

@@ -1,23 +1,32 @@
-//! All surfaces of a scene in one frame: progressive meshes are brought to their levels; those without a virtual texture
-//! are drawn; then what carries the texture is, over what is there, so that a texel which another surface hides asks
-//! for no tile.
+//! All surfaces of a scene in one frame: progressive meshes are brought to their levels; what has no virtual texture is
+//! drawn; then what carries one is, over what is there, so that a texel which another surface hides asks for no tile.
 
 use super::RenderError;
-use crate::frame::{Memory, Onto, Progress, Shape, Slot, Target, Technique, View};
+use super::plain::PlainSurfaces;
+use crate::frame::{Memory, Onto, PerFrame, Progress, Seen, Shape, Slot, Target, Technique, View};
 use crate::paper::progressive_mesh::{self, ProgressiveMeshes};
 use crate::paper::virtual_texture::technique::MESH;
 use crate::paper::virtual_texture::{self, VirtualTexture};
 use crate::vk::{Frame, Gpu, Need, PassTime};
+use glam::DVec3;
 
 /// What the surfaces of a scene ask for, and nothing else.
 pub struct Surfaces {
     pub meshes: Option<ProgressiveMeshes>,
+    pub plain: Option<PlainSurfaces>,
     pub texture: Option<VirtualTexture>,
     /// The surfaces that carry the texture, by name.
     pub carriers: Vec<Carrier>,
     /// Linear light of what no surface covers.
     pub background: [f32; 3],
+    /// Unit vector towards it, along the world's axes.
+    pub sun: DVec3,
+    /// Numbers of the frames in flight.
+    pub frames: PerFrame<u64>,
 }
+
+/// The pass of surfaces with a plain texture, or none.
+const PLAIN: &str = "plain";
 
 /// A surface that carries the virtual texture.
 pub struct Carrier {
@@ -37,13 +46,27 @@ pub struct Record {
 }
 
 impl Surfaces {
-    /// What carries the texture in this frame.
-    fn shapes(&self) -> Vec<Shape> {
-        let of = |carrier: &Carrier| match &carrier.shape {
-            Some(shape) => Some(shape.clone()),
-            None => self.meshes.as_ref().and_then(|meshes| meshes.shape(&carrier.name)),
-        };
-        self.carriers.iter().filter_map(of).collect()
+    /// A surface's shape in this frame: its own, or that of the progressive mesh `name`.
+    fn shape(&self, name: &str, own: &Option<Shape>) -> Option<Shape> {
+        own.clone().or_else(|| self.meshes.as_ref()?.shape(name))
+    }
+
+    /// What carries the virtual texture in this frame.
+    fn carrying(&self) -> Vec<Shape> {
+        self.carriers.iter().filter_map(|Carrier { name, shape }| self.shape(name, shape)).collect()
+    }
+
+    /// What is drawn with a plain texture in this frame, by the surface's place in [`PlainSurfaces::surfaces`].
+    fn plain_shapes(&self) -> Vec<(usize, Shape)> {
+        let surfaces = self.plain.iter().flat_map(|plain| &plain.surfaces).enumerate();
+        surfaces.filter_map(|(n, one)| Some((n, self.shape(&one.name, &one.shape)?))).collect()
+    }
+
+    /// What is in the target when the pass of plain surfaces begins, and when the virtual texture's begin.
+    fn onto(&self) -> [Onto; 2] {
+        let drawn = self.meshes.as_ref().is_some_and(ProgressiveMeshes::draws);
+        let onto = |drawn| if drawn { Onto::Drawn } else { Onto::Cleared(self.background) };
+        [onto(drawn), onto(drawn || self.plain.is_some())]
     }
 
     /// The surface that the texture's own memory is counted under: the first that carries it.
@@ -63,7 +86,8 @@ impl Technique for Surfaces {
 
     fn passes(&self) -> Vec<&'static str> {
         let meshes = self.meshes.iter().flat_map(Technique::passes);
-        meshes.chain(self.texture.iter().flat_map(Technique::passes)).collect()
+        let plain = self.plain.iter().map(|_| PLAIN);
+        meshes.chain(plain).chain(self.texture.iter().flat_map(Technique::passes)).collect()
     }
 
     fn retire(&mut self, gpu: &Gpu, slot: Slot, passes: Vec<PassTime>) -> Result<Record, RenderError> {
@@ -71,21 +95,16 @@ impl Technique for Surfaces {
             self.meshes.as_mut().map(|meshes| meshes.retire(gpu, slot, passes.clone())).transpose()?;
         let texture =
             self.texture.as_mut().map(|texture| texture.retire(gpu, slot, passes.clone())).transpose()?;
-        let frame =
-            meshes.as_ref().map(|record| record.index).or(texture.as_ref().map(|record| record.index));
-        Ok(Record { frame: frame.expect("a scene has a surface"), passes, meshes, texture })
+        Ok(Record { frame: self.frames[slot], passes, meshes, texture })
     }
 
     fn prepare(&mut self, gpu: &Gpu, view: &View) -> Result<(), RenderError> {
-        let mut onto = Onto::Cleared(self.background);
+        self.frames[view.slot()] = view.frame;
         if let Some(meshes) = &mut self.meshes {
-            meshes.onto = onto;
+            meshes.onto = Onto::Cleared(self.background);
             meshes.prepare(gpu, view)?;
-            if meshes.draws() {
-                onto = Onto::Drawn;
-            }
         }
-        let shapes = self.shapes();
+        let ([_, onto], shapes) = (self.onto(), self.carrying());
         if let Some(texture) = &mut self.texture {
             (texture.onto, texture.shapes) = (onto, shapes);
             texture.prepare(gpu, view)?;
@@ -96,6 +115,11 @@ impl Technique for Surfaces {
     fn record(&mut self, frame: &mut Frame<'_>, view: &View, target: &Target) -> Result<(), RenderError> {
         if let Some(meshes) = &mut self.meshes {
             meshes.record(frame, view, target)?;
+        }
+        if let Some(plain) = &self.plain {
+            let ([onto, _], shapes) = (self.onto(), self.plain_shapes());
+            let seen = |shape| Seen::lit([shape], *view, 0, self.sun);
+            frame.pass(PLAIN, |cmd| plain.draw(cmd, target, onto, &shapes, seen))?;
         }
         if let Some(texture) = &mut self.texture {
             texture.record(frame, view, target)?;
@@ -128,6 +152,7 @@ impl Technique for Surfaces {
             let bytes = carrier.shape.as_ref()?.bytes();
             Some((format!("{}: mesh", carrier.name), bytes))
         };
-        meshes.chain(texture).chain(self.carriers.iter().filter_map(own)).collect()
+        let plain = self.plain.iter().flat_map(PlainSurfaces::memory);
+        meshes.chain(plain).chain(texture).chain(self.carriers.iter().filter_map(own)).collect()
     }
 }

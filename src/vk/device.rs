@@ -19,7 +19,7 @@ pub(crate) struct Device {
     pub(crate) timestamp_bits: u32,
     /// Counts submitted frames; its value tells which have ended.
     pub(crate) timeline: vk::Semaphore,
-    allocator: ManuallyDrop<Mutex<Allocator>>,
+    pub(crate) allocator: ManuallyDrop<Mutex<Allocator>>,
     garbage: Mutex<Garbage>,
     pub(crate) new_images: Mutex<Vec<vk::ImageMemoryBarrier2<'static>>>,
     pub(crate) instance: Arc<Instance>,

@@ -66,6 +66,11 @@ impl Ring {
         Ok(Ring { slots, device: device.clone(), submitted: 0 })
     }
 
+    /// Waits for every frame that was submitted.
+    pub(crate) fn wait_for_all(&self) -> Result<()> {
+        self.wait(self.submitted)
+    }
+
     fn wait(&self, value: u64) -> Result<()> {
         let (semaphores, values) = ([self.device.timeline], [value]);
         let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);

@@ -178,6 +178,36 @@ impl Gpu {
         Ok(image)
     }
 
+    /// Fills the mip levels of an image, finest first. Waits for the copy.
+    ///
+    /// # Errors
+    /// Out of memory, device lost.
+    pub fn fill_levels(&self, image: &Image, levels: &[Vec<u8>]) -> Result<()> {
+        let mut staging =
+            self.buffer("level staging", levels.iter().map(|l| l.len() as u64).sum(), BufferUse::Upload)?;
+        let mut copies = Vec::new();
+        let mut offset = 0;
+        for (mip, level) in levels.iter().enumerate() {
+            let size = image.mip_size(mip as u32);
+            assert_eq!(
+                level.len() as u64,
+                image.info().format.bytes(size),
+                "{}: bytes of mip {mip}",
+                image.name()
+            );
+            staging.mapped_mut()[offset..offset + level.len()].copy_from_slice(level);
+            copies.push(TexelCopy { offset: offset as u64, mip: mip as u32, layer: 0, at: [0; 2], size });
+            offset += level.len();
+        }
+        let mut frame = self.frame()?;
+        frame.pass("fill levels", |cmd| {
+            cmd.copy_to_image(&staging, image, &copies);
+            Ok(())
+        })?;
+        frame.submit()?.wait()?;
+        Ok(())
+    }
+
     /// All texels of an image's first level, tightly packed, once all frames before have ended.
     ///
     /// # Errors

@@ -110,6 +110,22 @@ impl Gpu {
         })
     }
 
+    /// (name, bytes) of everything that has device memory now, sorted: for finding what is never given back. Waits for
+    /// the device.
+    ///
+    /// # Errors
+    /// Device lost.
+    pub fn allocations(&self) -> Result<Vec<(String, u64)>> {
+        let ring = self.ring.lock().expect("no panic while a frame is recorded");
+        ring.wait_for_all()?;
+        self.device.collect(self.device.finished()?, None);
+        let report = self.device.allocator.lock().expect("no panic in the allocator").generate_report();
+        let allocations = report.allocations.into_iter();
+        let mut allocations: Vec<_> = allocations.map(|one| (one.name, one.size)).collect();
+        allocations.sort();
+        Ok(allocations)
+    }
+
     /// Validation messages so far (none, or the test that caused them fails).
     pub fn messages(&self) -> Vec<Message> {
         self.device.instance.messages()

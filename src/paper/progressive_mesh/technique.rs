@@ -15,7 +15,7 @@ use crate::picture;
 use crate::vk::shader::Shader;
 use crate::vk::shader::progressive_mesh::{geomorph_vert, surface_frag, surface_vert};
 use crate::vk::{
-    Buffer, BufferUse, Clear, Cmd, ColorTarget, Depth, DepthTarget, FRAMES_IN_FLIGHT, Frame, Geometry, Gpu,
+    Buffer, BufferUse, Cmd, ColorTarget, Depth, DepthTarget, FRAMES_IN_FLIGHT, Frame, Geometry, Gpu,
     GraphicsInfo, GraphicsPipeline, Need, PassTime, Resource, Result, ShaderQuery,
 };
 use glam::DVec3;
@@ -186,11 +186,7 @@ impl ProgressiveMeshes {
     }
 
     fn draw(&self, cmd: &mut Cmd<'_>, view: &View, target: &Target) -> Result<()> {
-        let clear = match self.onto {
-            Onto::Cleared([r, g, b]) => Clear::Float([r, g, b, 1.0]),
-            Onto::Drawn => Clear::Keep,
-        };
-        let color = ColorTarget { image: &target.color, clear };
+        let color = ColorTarget { image: &target.color, clear: self.onto.clear() };
         let depth = DepthTarget { image: &target.depth, clear: self.onto != Onto::Drawn };
         cmd.render(view.size, &[color], Some(depth), |render| {
             for surface in &self.surfaces {

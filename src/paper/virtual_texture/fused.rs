@@ -132,7 +132,7 @@ impl Fused {
             list.begin(cmd);
         }
         let size = color.info().size;
-        let color = ColorTarget { image: color, clear: seen.clear() };
+        let color = ColorTarget { image: color, clear: seen.onto.clear() };
         let depth = DepthTarget { image: depth, clear: seen.onto != Onto::Drawn };
         let resources = [
             (fused_frag::H1, Resource::Buffer(&resident.h1)),

@@ -17,7 +17,7 @@ use std::cell::Cell;
 /// The passes between stage 1 and the host's list, and the room that each frame in flight has for its own.
 pub enum Lister {
     /// Stages 2 and 3.
-    Device(Box<DedupPass>, Stage3),
+    Device(Box<DedupPass>, Box<Stage3>),
     /// All of `U1` goes to the host.
     Host(HostList, PerFrame<HostCopy>),
     /// One pixel of each block does; the number of frames recorded so far says which.
@@ -127,7 +127,7 @@ impl Lister {
         Ok(match config.list {
             Listing::Device => {
                 let dedup = DedupPass::new(gpu, pyramid, config, stage1)?;
-                Lister::Device(Box::new(dedup), Stage3::new(gpu, pyramid, config)?)
+                Lister::Device(Box::new(dedup), Box::new(Stage3::new(gpu, pyramid, config)?))
             }
             Listing::HostHash => host(HostPass::Hash)?,
             Listing::HostBitmap => host(HostPass::Bitmap)?,

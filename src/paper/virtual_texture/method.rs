@@ -36,8 +36,9 @@ impl Method {
     ) -> Result<Method> {
         let shown = (target.color.info().format, lit);
         if config.fused() {
-            let draw = Fused::new(gpu, pyramid, config, resident, shown)?;
-            return Ok(Method::Fused { draw, stage3: Stage3::new(gpu, pyramid, config)? });
+            let draw = Box::new(Fused::new(gpu, pyramid, config, resident, shown)?);
+            let stage3 = Box::new(Stage3::new(gpu, pyramid, config)?);
+            return Ok(Method::Fused { draw, stage3 });
         }
         let depth = (target.depth.clone(), Depth::Write);
         let stage1 = Box::new(Footprint::on(gpu, pyramid, config, depth, 0)?);

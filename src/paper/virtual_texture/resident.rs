@@ -292,30 +292,3 @@ fn texel_index([width, height]: [u32; 2], column: i64, row: i64) -> usize {
         if turn < height { (column, turn) } else { (column + width / 2, 2 * height - 1 - turn) };
     (row * width + column.rem_euclid(width)) as usize
 }
-
-/// Fills the mip levels of an RGBA8 image, finest first. Waits for the copy.
-pub(super) fn fill_levels(gpu: &Gpu, image: &Image, levels: &[Vec<u8>]) -> Result<()> {
-    let mut staging =
-        gpu.buffer("level staging", levels.iter().map(|l| l.len() as u64).sum(), BufferUse::Upload)?;
-    let mut copies = Vec::new();
-    let mut offset = 0;
-    for (mip, level) in levels.iter().enumerate() {
-        let size = image.mip_size(mip as u32);
-        assert_eq!(
-            level.len() as u64,
-            image.info().format.bytes(size),
-            "{}: bytes of mip {mip}",
-            image.name()
-        );
-        staging.mapped_mut()[offset..offset + level.len()].copy_from_slice(level);
-        copies.push(TexelCopy { offset: offset as u64, mip: mip as u32, layer: 0, at: [0; 2], size });
-        offset += level.len();
-    }
-    let mut frame = gpu.frame()?;
-    frame.pass("fill levels", |cmd| {
-        cmd.copy_to_image(&staging, image, &copies);
-        Ok(())
-    })?;
-    frame.submit()?.wait()?;
-    Ok(())
-}

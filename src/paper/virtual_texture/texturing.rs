@@ -3,16 +3,13 @@
 //! The tile of a pixel is the one that stage 1 wrote into `U1`, bit for bit; a pass over the same mesh, with the
 //! same depth, only adds where in the tile the pixel lies and how the two levels mix.
 
-use super::{
-    Config, Interpolation, footprint::Footprint, pyramid_constants, resident::Resident,
-    resident::fill_levels, with,
-};
+use super::{Config, Interpolation, footprint::Footprint, pyramid_constants, resident::Resident, with};
 use crate::frame::{Seen, Shape};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::texture::source::{TileError, TileFormat, TileSource};
 use crate::vk::shader::Shader;
-use crate::vk::shader::common::{lit_mesh_vert, mesh_vert};
-use crate::vk::shader::virtual_texture::{plain_frag, texturing_frag};
+use crate::vk::shader::common::{lit_mesh_vert, mesh_vert, plain_frag};
+use crate::vk::shader::virtual_texture::texturing_frag;
 use crate::vk::{
     Cmd, ColorTarget, Depth, DepthTarget, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
     ImageInfo, Resource, Result, Sampler, SamplerInfo, View,
@@ -107,7 +104,7 @@ impl Texturing {
         seen: &Seen<'_>,
         target: &Image,
     ) -> Result<()> {
-        let color = ColorTarget { image: target, clear: seen.clear() };
+        let color = ColorTarget { image: target, clear: seen.onto.clear() };
         let depth = DepthTarget { image: &stage1.depth, clear: false };
         let resources = [
             (texturing_frag::U1, Resource::Texture(&stage1.u1, View::Whole)),
@@ -150,12 +147,12 @@ impl Plain {
             "plain texture",
             ImageInfo::texture(pyramid.level_size(first), Format::Rgba8Srgb, levels.len() as u32),
         )?;
-        fill_levels(gpu, &texture, &levels)?;
+        gpu.fill_levels(&texture, &levels)?;
         let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
-            name: plain_frag::SHADER.name,
+            name: plain_frag::SHADERS[0].name,
             vertex: &mesh_vert::SHADER,
             geometry: None,
-            fragment: Some(&plain_frag::SHADER),
+            fragment: Some(&plain_frag::SHADERS[0]),
             specialization: &[],
             points: false,
             depth: Some(Depth::Write),
@@ -178,7 +175,7 @@ impl Plain {
     /// # Errors
     /// Out of memory.
     pub fn draw(&self, cmd: &mut Cmd<'_>, seen: &Seen<'_>, target: &Image) -> Result<()> {
-        let color = ColorTarget { image: target, clear: seen.clear() };
+        let color = ColorTarget { image: target, clear: seen.onto.clear() };
         let depth = DepthTarget { image: &self.depth, clear: true };
         let resources = [(plain_frag::PLAIN, Resource::Sampled(&self.texture, &self.sampler))];
         cmd.render(target.info().size, &[color], Some(depth), |render| {

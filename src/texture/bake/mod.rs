@@ -25,6 +25,7 @@ mod work;
 
 pub use encode::bc1 as encode_bc1;
 pub use error::{BakeError, SourceError};
+pub use input::open as open_picture;
 pub use plan::Plan;
 pub use source::SourceName;
 

@@ -56,6 +56,14 @@ pub struct Earth {
     base: &'static Base,
 }
 
+/// The finest level that is real imagery: width and height, and sRGB texels from the north.
+///
+/// # Errors
+/// [`EarthError::Picture`] if the built-in picture does not decode to the pinned bytes.
+pub fn finest_imagery() -> Result<([u32; 2], &'static [[u8; 3]]), EarthError> {
+    Ok((level_size(BASE_WIDTH_LOG2), base::base()?.level(BASE_WIDTH_LOG2)))
+}
+
 impl Earth {
     /// An Earth of this size. The first in a process decodes the imagery (about half a second).
     ///

@@ -1,0 +1,119 @@
+//! A picture as one image with its whole mip chain, for surfaces whose texture fits video memory.
+
+use super::bake::{self, SourceError};
+use super::source::earth::{self, EarthError};
+use crate::picture::srgb;
+use std::path::Path;
+use thiserror::Error;
+
+/// Most texels of level 0: 1 GiB as RGBA8, a third more with all levels.
+const MOST_TEXELS: u64 = 1 << 28;
+
+/// A picture that is no texture.
+#[derive(Debug, Error)]
+pub enum PlainError {
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    #[error(transparent)]
+    Earth(#[from] EarthError),
+    #[error(
+        "{path}: {width} x {height} texels are more than a plain texture holds (2^28); bake it, and name it as a virtual one"
+    )]
+    Size { path: String, width: u32, height: u32 },
+}
+
+/// sRGB texels, RGBA8, rows from the north.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlainTexture {
+    /// Texels of level 0.
+    pub size: [u32; 2],
+    /// Finest first; the last is one texel.
+    pub levels: Vec<Vec<u8>>,
+}
+
+impl PlainTexture {
+    /// A PNG, JPEG or TIFF.
+    ///
+    /// # Errors
+    /// A file that is none, or too large.
+    pub fn open(path: &Path) -> Result<PlainTexture, PlainError> {
+        let mut rows = bake::open_picture(path)?;
+        let [width, height] = rows.size();
+        if u64::from(width) * u64::from(height) > MOST_TEXELS {
+            return Err(PlainError::Size { path: path.display().to_string(), width, height });
+        }
+        let row_bytes = 4 * width as usize;
+        let mut texels = vec![0; row_bytes * height as usize];
+        texels.chunks_exact_mut(row_bytes).try_for_each(|row| rows.next_row(row))?;
+        Ok(PlainTexture::of([width, height], texels))
+    }
+
+    /// The shipped picture of the earth.
+    ///
+    /// # Errors
+    /// A shipped picture that does not decode.
+    pub fn earth() -> Result<PlainTexture, PlainError> {
+        let (size, texels) = earth::finest_imagery()?;
+        Ok(PlainTexture::of(size, texels.iter().flat_map(|&[r, g, b]| [r, g, b, 255]).collect()))
+    }
+
+    /// One texel of a grey albedo, linear light.
+    pub fn grey(albedo: f64) -> PlainTexture {
+        let byte = srgb::from_linear_f64(albedo);
+        PlainTexture::of([1, 1], vec![byte, byte, byte, 255])
+    }
+
+    /// With all coarser levels. Each texel is the mean of 2 x 2 in linear light; where a side is odd its last texel is
+    /// left out, as Vulkan's sizes of levels do.
+    fn of(size: [u32; 2], texels: Vec<u8>) -> PlainTexture {
+        assert_eq!(texels.len(), 4 * size[0] as usize * size[1] as usize, "bytes of {size:?}");
+        let (mut levels, mut last) = (vec![texels], size);
+        while last != [1, 1] {
+            let next = last.map(|side| (side / 2).max(1));
+            levels.push(half(levels.last().expect("there is level 0"), last, next));
+            last = next;
+        }
+        PlainTexture { size, levels }
+    }
+}
+
+fn half(finer: &[u8], [width, height]: [u32; 2], next: [u32; 2]) -> Vec<u8> {
+    let table = srgb::table();
+    let texel = |x: u32, y: u32| -> [u8; 4] {
+        let at = 4 * (y.min(height - 1) as usize * width as usize + x.min(width - 1) as usize);
+        [finer[at], finer[at + 1], finer[at + 2], finer[at + 3]]
+    };
+    let of = |x: u32, y: u32| {
+        let [x, y] = [2 * x, 2 * y];
+        table.mean_of_four_rgba([texel(x, y), texel(x + 1, y), texel(x, y + 1), texel(x + 1, y + 1)])
+    };
+    (0..next[1]).flat_map(|y| (0..next[0]).flat_map(move |x| of(x, y))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_halve_down_to_one_texel_and_keep_one_colour() {
+        let texture = PlainTexture::of([5, 2], [9, 100, 200, 255].repeat(10));
+        let texels: Vec<usize> = texture.levels.iter().map(|level| level.len() / 4).collect();
+        assert_eq!(texels, [10, 2, 1]);
+        assert!(texture.levels.iter().all(|level| level.chunks(4).all(|texel| texel == [9, 100, 200, 255])));
+    }
+
+    #[test]
+    fn a_texel_is_the_mean_of_four_in_linear_light() {
+        let texture = PlainTexture::of([2, 2], [[0, 0, 0, 255], [255; 4], [255; 4], [0, 0, 0, 255]].concat());
+        let [r, ..] = texture.levels[1][..] else { panic!("one texel") };
+        assert_eq!(r, srgb::from_linear_f64(0.5));
+        assert_ne!(r, 128, "the mean of the bytes");
+    }
+
+    #[test]
+    fn the_shipped_earth_is_there() {
+        let earth = PlainTexture::earth().unwrap();
+        assert_eq!(earth.size[0], 2 * earth.size[1]);
+        assert_eq!(earth.levels.len() as u32, earth.size[0].ilog2() + 1);
+    }
+}
