@@ -34,6 +34,7 @@ fn stage_1_differs_from_f64_only_at_borders_of_a_decision() {
         let mut renderer = open(&gpu, &scene, size, |_| ());
         for camera in scene.cameras.keys() {
             let pose = pose(&scene, camera);
+            renderer.frame(&pose).unwrap();
             let dump = renderer.footprint().unwrap();
             let view = view_of(&scene, &pose, size);
             let mesh = scene.source_mesh().unwrap();
@@ -58,6 +59,7 @@ fn a_tenth_of_a_pixel_is_not_explained() {
     let scene = scene("earth");
     let mut renderer = open(&gpu, &scene, size, |_| ());
     let pose = pose(&scene, "oblique");
+    renderer.frame(&pose).unwrap();
     let dump = renderer.footprint().unwrap();
     let mut beside = pose;
     let angle = 0.1 * pose.vertical_fov_rad / f64::from(size[1]);

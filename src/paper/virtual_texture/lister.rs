@@ -20,8 +20,17 @@ pub enum Lister {
     Device(Box<DedupPass>, Box<Stage3>),
     /// All of `U1` goes to the host.
     Host(HostList, PerFrame<HostCopy>),
-    /// One pixel of each block does; the number of frames recorded so far says which.
-    Feedback { gather: Feedback, list: HostList, frame: Cell<u64>, samples: PerFrame<Samples> },
+    /// One pixel of each block does.
+    Feedback(Box<Subsampled>),
+}
+
+/// The list of few pixels.
+pub struct Subsampled {
+    gather: Feedback,
+    list: HostList,
+    /// Frames recorded so far: which pixels the next one looks at.
+    frame: Cell<u64>,
+    samples: PerFrame<Samples>,
 }
 
 /// What comes after the marks, whoever sets them: stage 3 and its read-back.
@@ -134,7 +143,8 @@ impl Lister {
             Listing::Feedback => {
                 let gather = Feedback::new(gpu, format, config.feedback_log2)?;
                 let samples = PerFrame::new(|| gather.samples(gpu, size))?;
-                Lister::Feedback { gather, list: list(HostPass::Bitmap)?, frame: Cell::new(0), samples }
+                let (list, frame) = (list(HostPass::Bitmap)?, Cell::new(0));
+                Lister::Feedback(Box::new(Subsampled { gather, list, frame, samples }))
             }
         })
     }
@@ -150,8 +160,8 @@ impl Lister {
                 stage3.rooms = rooms(gpu, &stage3.compact, (&stage3.pyramid, &stage3.config))?;
             }
             Lister::Host(_, copies) => *copies = PerFrame::new(|| HostCopy::new(gpu, size, format))?,
-            Lister::Feedback { gather, samples, .. } => {
-                *samples = PerFrame::new(|| gather.samples(gpu, size))?;
+            Lister::Feedback(feedback) => {
+                feedback.samples = PerFrame::new(|| feedback.gather.samples(gpu, size))?;
             }
         }
         Ok(())
@@ -171,10 +181,10 @@ impl Lister {
                 copies[slot].run(cmd, u1);
                 Ok(())
             }),
-            Lister::Feedback { gather, frame: number, samples, .. } => {
-                let samples = &samples[slot];
-                let number = number.replace(number.get() + 1);
-                frame.pass("feedback", |cmd| gather.run(cmd, u1, samples, number))?;
+            Lister::Feedback(feedback) => {
+                let samples = &feedback.samples[slot];
+                let number = feedback.frame.replace(feedback.frame.get() + 1);
+                frame.pass("feedback", |cmd| feedback.gather.run(cmd, u1, samples, number))?;
                 frame.pass("read-back", |cmd| {
                     samples.read_back(cmd);
                     Ok(())
@@ -188,7 +198,7 @@ impl Lister {
         match self {
             Lister::Device(_, stage3) => [vec!["dedup"], stage3.passes()].concat(),
             Lister::Host(..) => vec!["copy U1"],
-            Lister::Feedback { .. } => vec!["feedback", "read-back"],
+            Lister::Feedback(_) => vec!["feedback", "read-back"],
         }
     }
 
@@ -200,7 +210,10 @@ impl Lister {
         match self {
             Lister::Device(_, stage3) => stage3.collect(gpu, slot),
             Lister::Host(host, copies) => Ok((host.list(copies[slot].words()), false)),
-            Lister::Feedback { list, samples, .. } => Ok((list.list(samples[slot].words()), false)),
+            Lister::Feedback(feedback) => {
+                let Subsampled { list, samples, .. } = &mut **feedback;
+                Ok((list.list(samples[slot].words()), false))
+            }
         }
     }
 
@@ -209,8 +222,8 @@ impl Lister {
         match self {
             Lister::Device(_, stage3) => stage3.memory(),
             Lister::Host(_, copies) => vec![("U1 on the host", copies.iter().map(HostCopy::bytes).sum())],
-            Lister::Feedback { samples, .. } => {
-                let sum = |which: usize| samples.iter().map(|samples| samples.bytes()[which]).sum();
+            Lister::Feedback(feedback) => {
+                let sum = |which: usize| feedback.samples.iter().map(|samples| samples.bytes()[which]).sum();
                 vec![("feedback", sum(0)), ("feedback on the host", sum(1))]
             }
         }

@@ -13,11 +13,11 @@ pub enum Method {
     Staged {
         stage1: Box<Footprint>,
         lister: Lister,
-        texturing: Texturing,
+        texturing: Box<Texturing>,
     },
     Fused {
-        draw: Fused,
-        stage3: Stage3,
+        draw: Box<Fused>,
+        stage3: Box<Stage3>,
     },
 }
 
@@ -43,7 +43,7 @@ impl Method {
         let depth = (target.depth.clone(), Depth::Write);
         let stage1 = Box::new(Footprint::on(gpu, pyramid, config, depth, 0)?);
         let lister = Lister::new(gpu, pyramid, config, &stage1)?;
-        let texturing = Texturing::new(gpu, pyramid, config, &stage1, resident, shown)?;
+        let texturing = Box::new(Texturing::new(gpu, pyramid, config, &stage1, resident, shown)?);
         Ok(Method::Staged { stage1, lister, texturing })
     }
 

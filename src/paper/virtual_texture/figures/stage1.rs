@@ -47,11 +47,17 @@ fn largest_offset(mesh: &SourceMesh, triangle: u32) -> f64 {
 
 /// Whether the reference's outcome for a sample, within the tolerance, is `found`. Of a coordinate that is no number
 /// only the level is defined: it is G1's, and no tile is asked for.
-fn explains(sample: &Sample, found: [u32; 3], mesh: &SourceMesh, pyramid: &Pyramid, radius_px: f64) -> bool {
+fn explains(
+    sample: &Sample,
+    found: [u32; 3],
+    largest_offset: f64,
+    pyramid: &Pyramid,
+    radius_px: f64,
+) -> bool {
     if !(sample.s.is_finite() && sample.t.is_finite()) {
         return found[0] == pyramid.first_resident_level();
     }
-    let tolerance = tolerance(sample, largest_offset(mesh, sample.triangle), radius_px);
+    let tolerance = tolerance(sample, largest_offset, radius_px);
     let possible = possible_triples(&footprint(sample), &tolerance, pyramid, 1);
     found.iter().zip(possible).all(|(value, [low, high])| (low..=high).contains(value))
 }
@@ -63,13 +69,24 @@ pub fn compare_triples(
     mesh: &SourceMesh,
     pyramid: &Pyramid,
 ) -> Stage1Check {
+    compare_surfaces(triples, view, pyramid, |triangle| Some(largest_offset(mesh, triangle)))
+}
+
+/// As [`compare_triples`], of several surfaces in one mesh. `carries` is given a triangle: how far its (s, t) reach from
+/// their origin, or `None` where the triangle carries no virtual texture and only hides what is behind it.
+pub fn compare_surfaces(
+    triples: &[[u32; 3]],
+    view: &View,
+    pyramid: &Pyramid,
+    carries: impl Fn(u32) -> Option<f64>,
+) -> Stage1Check {
     let [width, height] = view.size();
     assert_eq!(triples.len(), width as usize * height as usize, "a triple for each pixel");
     let radius = radius_px(view.size());
     let mut check = Stage1Check { pixels: triples.len(), ..Stage1Check::default() };
     for (index, &found) in triples.iter().enumerate() {
         let (x, y) = (index as u32 % width, index as u32 / width);
-        let seen = view.sample(x, y);
+        let seen = view.sample(x, y).filter(|sample| carries(sample.triangle).is_some());
         let equal = match &seen {
             None => found[0] == u32::MAX,
             Some(sample) if !(sample.s.is_finite() && sample.t.is_finite()) => {
@@ -85,10 +102,11 @@ pub fn compare_triples(
         }
         check.differing += 1;
         let candidates = view.candidates(x, y, radius);
-        let explained = match found[0] {
-            u32::MAX => candidates.background,
-            _ => candidates.samples.iter().any(|sample| explains(sample, found, mesh, pyramid, radius)),
-        };
+        let explained = candidates.background && found[0] == u32::MAX
+            || candidates.samples.iter().any(|sample| match carries(sample.triangle) {
+                None => found[0] == u32::MAX,
+                Some(offset) => found[0] != u32::MAX && explains(sample, found, offset, pyramid, radius),
+            });
         if !explained {
             let truth = seen.map(|sample| triple(&footprint(&sample), pyramid, 1));
             check.unexplained.push(format!("({x}, {y}): {found:?}, not {truth:?}"));
