@@ -19,7 +19,7 @@ pub enum Lister {
     /// Stages 2 and 3.
     Device(Box<DedupPass>, Box<Stage3>),
     /// All of `U1` goes to the host.
-    Host(HostList, PerFrame<HostCopy>),
+    Host(Box<HostList>, Box<PerFrame<HostCopy>>),
     /// One pixel of each block does.
     Feedback(Box<Subsampled>),
 }
@@ -131,7 +131,8 @@ impl Lister {
         let (format, size) = (stage1.format, stage1.u1.info().size);
         let list = |pass| HostList::new(pass, pyramid, format, config.keying);
         let host = |pass| -> Result<Lister> {
-            Ok(Lister::Host(list(pass)?, PerFrame::new(|| HostCopy::new(gpu, size, format))?))
+            let copies = PerFrame::new(|| HostCopy::new(gpu, size, format))?;
+            Ok(Lister::Host(Box::new(list(pass)?), Box::new(copies)))
         };
         Ok(match config.list {
             Listing::Device => {
@@ -159,7 +160,7 @@ impl Lister {
             Lister::Device(_, stage3) => {
                 stage3.rooms = rooms(gpu, &stage3.compact, (&stage3.pyramid, &stage3.config))?;
             }
-            Lister::Host(_, copies) => *copies = PerFrame::new(|| HostCopy::new(gpu, size, format))?,
+            Lister::Host(_, copies) => **copies = PerFrame::new(|| HostCopy::new(gpu, size, format))?,
             Lister::Feedback(feedback) => {
                 feedback.samples = PerFrame::new(|| feedback.gather.samples(gpu, size))?;
             }
