@@ -7,11 +7,13 @@ use command::doctor::Unwell;
 use command::mesh::Unsound;
 use command::verify::Damaged;
 use command::{
-    Usage, bake, compare, demo, doctor, fetch, list, merge, mesh, render, reproduce, trade, verify,
+    Usage, bake, compare, demo, doctor, fetch, keys, list, merge, mesh, render, reproduce, trade, verify,
 };
 use ortelius::paper::progressive_mesh::file::PmeshError;
+use ortelius::paper::progressive_mesh::load::LoadError;
+use ortelius::paper::virtual_texture::config::TextureError;
 use ortelius::renderer::RenderError;
-use ortelius::scene::{SceneError, TextureError};
+use ortelius::scene::SceneError;
 use ortelius::texture::bake::BakeError;
 use ortelius::texture::tiles::TileFileError;
 use ortelius::vk;
@@ -58,6 +60,8 @@ enum Command {
     Mesh(mesh::MeshArgs),
     /// Measure how far one picture is from another
     Compare(compare::CompareArgs),
+    /// List the keys of scene files
+    Keys(keys::KeysArgs),
     /// What there is of Vulkan here, and whether it works
     Doctor(doctor::DoctorArgs),
 }
@@ -93,6 +97,7 @@ fn main() -> ExitCode {
         Command::Fetch(args) => fetch::run(args),
         Command::Mesh(args) => mesh::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Keys(args) => keys::run(args),
         Command::Doctor(args) => doctor::run(args),
     };
     match done {
@@ -120,8 +125,14 @@ fn exit_code(error: &anyhow::Error) -> u8 {
 
 fn code_of(cause: &(dyn std::error::Error + 'static)) -> Option<u8> {
     let vulkan = cause.downcast_ref::<vk::Error>().map(vk::Error::exit_code);
-    let render = || cause.downcast_ref::<RenderError>().and_then(RenderError::exit_code);
-    let texture = || cause.downcast_ref::<TextureError>().and_then(TextureError::exit_code);
+    let render = || match cause.downcast_ref::<RenderError>()? {
+        RenderError::Scene(error) | RenderError::Load(LoadError::Scene(error)) => scene_code(error),
+        error => error.exit_code(),
+    };
+    let texture = || match cause.downcast_ref::<TextureError>()? {
+        TextureError::Scene(error) => scene_code(error),
+        error => error.exit_code(),
+    };
     let tiles = || cause.downcast_ref::<TileFileError>().map(TileFileError::exit_code);
     let bake = || cause.downcast_ref::<BakeError>().map(BakeError::exit_code);
     let unwell = || cause.downcast_ref::<Unwell>().map(|unwell| unwell.exit_code);

@@ -6,6 +6,7 @@ pub mod demo;
 mod device;
 pub mod doctor;
 pub mod fetch;
+pub mod keys;
 pub mod list;
 pub mod merge;
 pub mod mesh;

@@ -6,8 +6,10 @@ use super::{Usage, say};
 use anyhow::bail;
 use clap::Args;
 use ortelius::math::camera::Pose;
+use ortelius::paper::virtual_texture::config::owner;
 use ortelius::paper::virtual_texture::session::{PlainComparison, Session};
 use ortelius::renderer::report::SurfacesReport;
+use ortelius::renderer::sections;
 use ortelius::renderer::{Options, RenderError, Renderer};
 use ortelius::scene::Scene;
 use ortelius::texture::source::TileFormat;
@@ -92,7 +94,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
             "--compare-plain measures the settled frame: add --settle, or leave out --frames".into()
         ));
     }
-    let scene = Scene::load_with(&args.scene, &args.overrides)?;
+    let scene = sections::load(&args.scene, &args.overrides)?;
     check_options(args, &scene, &outputs)?;
     let (poses, view_name) = poses(args, &scene)?;
     let mut renderer = open(args, &scene, &outputs)?;
@@ -133,12 +135,12 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     }
 }
 
-/// Refuses what only a textured landscape has, where there is none.
+/// Refuses what only a virtual texture has, where there is none.
 fn check_options(args: &RenderArgs, scene: &Scene, outputs: &Outputs) -> anyhow::Result<()> {
     let option = outputs.of_a_texture().or(args.compare_plain.then_some("--compare-plain"));
-    match (&scene.texture, option) {
+    match (owner(scene)?, option) {
         (None, Some(option)) => {
-            bail!(Usage(format!("{option}: scene {} has no textured landscape; leave it out", args.scene)))
+            bail!(Usage(format!("{option}: scene {} has no virtual texture; leave it out", args.scene)))
         }
         _ => Ok(()),
     }

@@ -3,21 +3,27 @@
 //! A scene with a texture is paper 1's, with progressive meshes paper 2's; the work is done by that paper's session.
 
 pub mod report;
+pub mod sections;
 
 use crate::math::camera::Pose;
 use crate::model::mesh::{MeshError, gpu_mesh};
-use crate::paper::progressive_mesh::governor::Budget;
 use crate::paper::progressive_mesh::session as surfaces;
+use crate::paper::progressive_mesh::{self, governor::Budget};
+use crate::paper::virtual_texture::config::{TextureError, open_texture, owner, source_mesh};
 use crate::paper::virtual_texture::session as landscape;
 use crate::paper::virtual_texture::{Unfit, session::SessionError};
 use crate::picture::Target;
-use crate::scene::{Scene, TextureError};
+use crate::scene::{Scene, SceneError};
 use crate::vk::{self, Gpu, GpuOptions, Need};
 use thiserror::Error;
 
 /// What can stop a picture.
 #[derive(Debug, Error)]
 pub enum RenderError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error("scene {0}: {1}")]
+    Mixed(String, &'static str),
     #[error(transparent)]
     Texture(#[from] TextureError),
     #[error(transparent)]
@@ -80,9 +86,15 @@ impl Renderer {
     /// # Errors
     /// [`RenderError`] names the key, the file, or what the device lacks.
     pub fn open(scene: &Scene, options: &Options<'_>) -> Result<Renderer, RenderError> {
-        match scene.texture {
-            Some(_) => open_landscape(scene, options),
-            None => open_surfaces(scene, options),
+        sections::check(scene)?;
+        let meshes = progressive_mesh::config::names(scene).count();
+        match (owner(scene)?, scene.surfaces.len() - meshes) {
+            (Some(_), 1) if meshes == 0 => open_landscape(scene, options),
+            (None, 0) => open_surfaces(scene, options),
+            _ => Err(RenderError::Mixed(
+                scene.name.clone(),
+                "only one surface with a virtual texture, or progressive meshes without textures, are drawn",
+            )),
         }
     }
 
@@ -211,34 +223,35 @@ fn gpu(options: &Options<'_>, needs: &[Need]) -> vk::Result<Gpu> {
 }
 
 fn open_landscape(scene: &Scene, options: &Options<'_>) -> Result<Renderer, RenderError> {
-    let source = scene.open_texture()?;
-    let mut settings = landscape::Settings::of_scene(scene, options.target);
-    settings.config.check(&source.pyramid())?;
+    let source = open_texture(scene)?;
+    let mut settings = landscape::Settings::of_scene(scene, options.target)?;
+    settings
+        .config
+        .check(&source.pyramid())
+        .map_err(|unfit| scene.fault(&["variant", unfit.key], format!("{:?}: {}", unfit.value, unfit.why)))?;
     settings.size = options.size.unwrap_or(settings.size);
     settings.streaming.deterministic = options.deterministic;
     let gpu = gpu(options, &landscape::needs(&settings.config, source.format()))?;
-    let mesh = gpu_mesh(&scene.source_mesh()?)?;
+    let mesh = gpu_mesh(&source_mesh(scene)?)?;
     Ok(Renderer::Landscape(Box::new(landscape::Session::new(gpu, source, &mesh, settings)?)))
 }
 
 fn open_surfaces(scene: &Scene, options: &Options<'_>) -> Result<Renderer, RenderError> {
-    let settings = surfaces::Settings {
+    let mut settings = surfaces::Settings {
         size: options.size.unwrap_or([scene.view.width, scene.view.height]),
-        budget: budget(scene, options.deterministic)?,
-        ..surfaces::Settings::of_scene(scene, options.target)
+        ..surfaces::Settings::of_scene(scene, options.target)?
     };
+    settings.budget = budget(settings.budget, options.deterministic)?;
     let models = surfaces::load(scene)?;
     let gpu = gpu(options, &surfaces::needs(&settings))?;
     Ok(Renderer::Surfaces(Box::new(surfaces::Session::new(gpu, &models, settings)?)))
 }
 
 /// The governor's budget: without the time, where frames must be the same on every run.
-fn budget(scene: &Scene, deterministic: bool) -> Result<Option<Budget>, RenderError> {
-    let Some(governor) = scene.governor else { return Ok(None) };
-    let frame_faces = governor.frame_faces;
-    match (deterministic, frame_faces) {
-        (true, None) => Err(RenderError::MeasuredBudget),
-        (true, Some(_)) => Ok(Some(Budget { frame_ms: None, frame_faces })),
-        (false, _) => Ok(Some(Budget { frame_ms: governor.frame_ms, frame_faces })),
+fn budget(stated: Option<Budget>, deterministic: bool) -> Result<Option<Budget>, RenderError> {
+    match stated {
+        Some(Budget { frame_faces: None, .. }) if deterministic => Err(RenderError::MeasuredBudget),
+        Some(budget) if deterministic => Ok(Some(Budget { frame_ms: None, ..budget })),
+        _ => Ok(stated),
     }
 }

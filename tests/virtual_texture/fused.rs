@@ -5,6 +5,7 @@ use crate::{device, landscapes, open, pose, scene};
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::TileId;
 use ortelius::model::mesh::{SourceMesh, gpu_mesh};
+use ortelius::paper::virtual_texture::config::{open_texture, source_mesh};
 use ortelius::paper::virtual_texture::fused::Fused;
 use ortelius::paper::virtual_texture::lister::Lister;
 use ortelius::paper::virtual_texture::session::{Session as Renderer, Settings};
@@ -32,7 +33,7 @@ fn listed_and_seen(renderer: &mut Renderer) -> (BTreeSet<TileId>, BTreeSet<TileI
 
 /// The scene's mesh with what drawing depth alone takes.
 fn with_positions(gpu: &Gpu, scene: &Scene) -> Rc<Surface> {
-    let mesh = gpu_mesh(&scene.source_mesh().unwrap()).unwrap();
+    let mesh = gpu_mesh(&source_mesh(scene).unwrap()).unwrap();
     Rc::new(Surface::with_positions(gpu, &mesh).unwrap())
 }
 
@@ -151,7 +152,7 @@ fn every_compaction_behind_a_fused_draw_lists_by_either_keying() {
 
 /// Two planes, the lower one drawn first and hidden by the upper one, 100 m above it.
 fn hidden_plane(scene: &Scene) -> SourceMesh {
-    let lower = scene.source_mesh().unwrap();
+    let lower = source_mesh(scene).unwrap();
     let mut both = lower.clone();
     let first = both.positions.len() as u32;
     both.positions.extend(lower.positions.iter().map(|p| *p + 100.0 * glam::DVec3::Z));
@@ -170,11 +171,11 @@ fn what_is_hidden_is_marked_only_without_depth_alone() {
     let mut extra = Vec::new();
     for dedup in [Dedup::FusedExact, Dedup::Fused] {
         let mut settings =
-            Settings::of_scene(&scene, ortelius::paper::virtual_texture::session::Target::Srgb8);
+            Settings::of_scene(&scene, ortelius::paper::virtual_texture::session::Target::Srgb8).unwrap();
         settings.size = [320, 180];
         settings.streaming.gpu_tiles = 64;
         fuse(&mut settings, dedup);
-        let source = scene.open_texture().unwrap();
+        let source = open_texture(&scene).unwrap();
         let mut renderer = Renderer::new(gpu.clone(), source, &mesh, settings).unwrap();
         renderer.frame(&pose).unwrap();
         let (listed, seen) = listed_and_seen(&mut renderer);

@@ -10,20 +10,25 @@
 //! Steps, one file or folder each: [`simplify`] finds the collapses, [`order`] arranges faces and finds the
 //! tswaps, [`mesh`] is the result, and [`run`] executes it, once [`check`] has found it sound. [`cache`] counts what an
 //! order costs, and [`rivals`] what else could be done; [`apply`] runs it on the GPU; [`reference`](mod@reference)
-//! builds a level afresh; [`file`](mod@file) is how it is stored. A [`session`] draws frames of many instances, and the
-//! [`governor`] holds their time.
+//! builds a level afresh; [`file`](mod@file) is how it is stored. [`load`] makes the meshes of a scene, [`stand`] and
+//! [`place`] say where their instances are. A [`session`] draws frames of many instances, and the [`governor`] holds
+//! their time.
 
 pub mod apply;
 pub mod cache;
 pub mod check;
+pub mod choices;
 pub mod config;
 pub mod figures;
 pub mod file;
 pub mod governor;
+pub mod load;
 pub mod mesh;
 pub mod order;
+pub mod place;
 pub mod reference;
 pub mod rivals;
 pub mod run;
 pub mod session;
 pub mod simplify;
+pub mod stand;

@@ -9,6 +9,7 @@
 //! turns slivers at the limb around, and then their neighbours overlap. What depth alone can leave out of the mesh,
 //! [`super::prepass`] says.
 
+use super::choices::{Compaction, Dedup};
 use super::list::List;
 use super::texturing::{SKY, constants};
 use super::{
@@ -16,7 +17,6 @@ use super::{
     surface::Surface,
 };
 use crate::math::pyramid::Pyramid;
-use crate::scene::{Compaction, Dedup};
 use crate::vk::shader::View as ViewConstants;
 use crate::vk::shader::virtual_texture::{depth_vert, fused_frag, mesh_vert};
 use crate::vk::{

@@ -20,10 +20,12 @@
 //! points sit on texel centres, not corners (2.2); the display table is apart from A1's states (3.);
 //! `f` is clamped with `q`, `C = C1 (1-f) + C2 f`, G1 uses the unclamped `e`, and tiles carry a border (4.).
 
+pub mod choices;
 pub mod classic;
 pub mod compact;
 pub mod config;
 pub mod dedup;
+pub mod disk;
 pub mod display;
 pub mod fade;
 pub mod feedback;
@@ -45,9 +47,8 @@ pub mod surface;
 pub mod texturing;
 pub mod variants;
 
-pub use crate::scene::{Compaction, Dedup, Filtering, Listing};
-pub use config::{Config, Interpolation, PAPER, Settings, U1Format, needs};
-pub use streaming::Keying;
+pub use choices::{Compaction, Dedup, Filtering, Interpolation, Keying, Listing, U1Format};
+pub use config::{Config, PAPER, Settings, needs};
 pub use variants::{Layout, Unfit, all_needs};
 
 use crate::math::pyramid::Pyramid;

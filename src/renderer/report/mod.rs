@@ -4,9 +4,7 @@ mod surfaces;
 
 pub use surfaces::SurfacesReport;
 
-use crate::paper::virtual_texture::Interpolation;
 use crate::paper::virtual_texture::session::{FrameRecord, PlainComparison, Session};
-use crate::paper::virtual_texture::streaming::Keying;
 use crate::stats::Summary;
 use crate::vk::{FRAMES_IN_FLIGHT, PassTime};
 use serde::Serialize;
@@ -54,7 +52,7 @@ pub struct Report {
 /// Which variant ran.
 #[derive(Clone, Debug, Serialize)]
 pub struct VariantReport {
-    /// As used, also where the scene said "auto".
+    /// As used, also where the scene leaves the choice to the device.
     pub u1: &'static str,
     pub list: &'static str,
     pub feedback_log2: u32,
@@ -225,7 +223,7 @@ impl Session {
             border: pyramid.border_texels(),
             levels: pyramid.coarsest_level(),
             resident_levels: pyramid.resident_levels(),
-            max_anisotropy: config.max_anisotropy,
+            max_anisotropy: config.filter.max_anisotropy,
             picture_width: self.settings.size[0],
             picture_height: self.settings.size[1],
             variant: VariantReport {
@@ -235,22 +233,16 @@ impl Session {
                 dedup: config.dedup.name(),
                 block_log2: config.block_log2,
                 memo: config.memo,
-                keying: match config.keying {
-                    Keying::Paper => "paper",
-                    Keying::Native => "native",
-                },
+                keying: config.keying.name(),
                 compact: config.compact.name(),
                 compact_block_log2: config.compact_block_log2,
-                interpolation: match config.interpolation {
-                    Interpolation::Corrected => "corrected",
-                    Interpolation::Literal => "literal",
-                },
+                interpolation: config.filter.interpolation.name(),
             },
             cache: CacheReport {
                 gpu_tiles: streaming.gpu_tiles,
                 host_tiles: streaming.host_tiles,
-                upload_budget_ms: streaming.upload_budget.as_secs_f64() * 1e3,
-                load_budget_ms: streaming.load_budget.as_secs_f64() * 1e3,
+                upload_budget_ms: streaming.upload_budget_ms,
+                load_budget_ms: streaming.load_budget_ms,
                 upload_tiles_per_frame: streaming.upload_tiles_per_frame,
                 load_tiles_per_frame: streaming.load_tiles_per_frame,
                 deterministic: streaming.deterministic,

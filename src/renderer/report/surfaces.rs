@@ -1,9 +1,9 @@
 //! The report of frames of progressive meshes.
 
 use super::{Manifest, PassReport};
+use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::file::Extent;
 use crate::paper::progressive_mesh::session::{FrameRecord, Session, Surface, SurfaceMemory};
-use crate::scene::ProgressiveSurface;
 use crate::vk::PassTime;
 use serde::Serialize;
 use std::collections::BTreeMap;

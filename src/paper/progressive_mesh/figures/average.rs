@@ -15,7 +15,7 @@ use crate::figure::{
     Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict,
 };
 use crate::model::Model;
-use crate::scene::FaceOrder;
+use crate::paper::progressive_mesh::choices::FaceOrder;
 
 pub const AVERAGE: Figure = Figure {
     id: "pm.average",

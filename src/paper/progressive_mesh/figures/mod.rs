@@ -47,7 +47,7 @@ fn scene<'a>(name: &'a str, changes: &[String]) -> anyhow::Result<(Scene, &'a st
 
 /// A session of a scene on the run's device; `change` has the last word on the settings.
 fn session(bench: &Bench, scene: &Scene, change: impl FnOnce(&mut Settings)) -> anyhow::Result<Session> {
-    let mut settings = Settings::of_scene(scene, Target::Srgb8);
+    let mut settings = Settings::of_scene(scene, Target::Srgb8)?;
     settings.size = match bench.effort {
         Effort::Quick => [320, 180],
         Effort::Full => [1280, 720],

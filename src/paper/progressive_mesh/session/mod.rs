@@ -5,8 +5,6 @@
 //! appear are to move to their places (geomorphing): see [`vertices`].
 
 mod levels;
-mod load;
-pub mod place;
 mod record;
 mod resident;
 mod rival;
@@ -14,9 +12,10 @@ pub mod surface;
 pub mod vertices;
 
 pub use super::config::{Settings, needs};
-pub use load::{LoadError, load, ordered};
+pub use super::load::{LoadError, Model, load, ordered};
+pub use super::place;
 pub use record::FrameRecord;
-pub use surface::{Change, Model, Surface, SurfaceError, SurfaceMemory};
+pub use surface::{Change, Surface, SurfaceError, SurfaceMemory};
 
 use super::governor::Governor;
 use crate::math::camera::Pose;
@@ -27,21 +26,12 @@ use crate::vk::{
     Buffer, BufferUse, Clear, ColorTarget, Depth, DepthTarget, FRAMES_IN_FLIGHT, Format, Geometry, Gpu,
     GraphicsInfo, GraphicsPipeline, Image, ImageInfo, Resource, Result, ShaderQuery, Ticket,
 };
-use glam::DVec3;
 use std::time::Instant;
 use vertices::VertexBuffer;
 
 /// A vertex that appears has reached its place when the wanted error has fallen to 2^-0.5 = 0.71 of what it was at its
 /// birth. Wider bands show a mesh that lags behind its level, narrower ones move faster.
 pub const MORPH_BAND_LOG2: f32 = 0.5;
-
-/// Towards the sun: south-west, 50 degrees high, so that slopes towards the eye of a camera that looks north are lit.
-pub fn sun() -> DVec3 {
-    DVec3::new(-0.45, -0.45, 0.77).normalize()
-}
-
-/// What is behind everything, linear light.
-pub const BACKGROUND: [f32; 4] = [0.02, 0.03, 0.05, 1.0];
 
 /// A frame's passes.
 const LEVELS: &str = "levels";
@@ -240,11 +230,11 @@ impl Session {
 
     fn draw(&self, cmd: &mut crate::vk::Cmd<'_>, pose: &Pose) -> Result<()> {
         let size = self.settings.size;
-        let color = ColorTarget { image: &self.target, clear: Clear::Float(BACKGROUND) };
+        let color = ColorTarget { image: &self.target, clear: Clear::Float(self.settings.background) };
         let depth = DepthTarget { image: &self.depth, clear: true };
         cmd.render(size, &[color], Some(depth), |render| {
             for surface in &self.surfaces {
-                let slices = surface.slices(pose, size, sun());
+                let slices = surface.slices(pose, size, self.settings.sun);
                 let (pipeline, resources, vertices) = match &surface.vertices {
                     VertexBuffer::Plain(buffer) => (&self.plain, vec![], Some(buffer)),
                     VertexBuffer::Morph(buffer) => {

@@ -8,15 +8,16 @@
 //! [`Slices`]: crate::paper::progressive_mesh::run::Slices
 
 use super::levels::{Levels, limit};
-use super::place::{Bounds, Place};
 use super::vertices::{ALWAYS_LOG2, EXACT_LOG2, VertexBuffer, normals};
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::check::Flaw;
+use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::file::Extent;
-use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
+use crate::paper::progressive_mesh::load::Model;
+use crate::paper::progressive_mesh::place::{Bounds, Place};
 use crate::paper::progressive_mesh::run::{Program, level_for_error};
-use crate::scene::{ProgressiveSurface, Stand};
+use crate::paper::progressive_mesh::stand::Stand;
 use crate::vk::shader::SurfaceView;
 use crate::vk::{Buffer, Cmd, Error, Gpu, Slice};
 use std::sync::Arc;
@@ -25,23 +26,10 @@ use thiserror::Error;
 /// A progressive mesh that cannot be shown.
 #[derive(Debug, Error)]
 pub enum SurfaceError {
-    #[error("progressive_mesh.{name}: {flaw}")]
+    #[error("surface.{name}.geometry: {flaw}")]
     Flaw { name: String, flaw: Flaw },
     #[error(transparent)]
     Vulkan(#[from] Error),
-}
-
-/// A surface as it is to be shown.
-#[derive(Clone, Debug)]
-pub struct Model {
-    /// In the scene.
-    pub name: String,
-    pub surface: ProgressiveSurface,
-    pub mesh: ProgressiveMesh,
-    /// What its file holds when whole, where the file's end is missing.
-    pub cut_from: Option<Extent>,
-    /// One for each instance.
-    pub stands: Vec<Stand>,
 }
 
 /// A surface on the device.

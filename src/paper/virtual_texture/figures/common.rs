@@ -3,6 +3,7 @@
 use crate::figure::{Bench, Contender};
 use crate::math::camera::Pose;
 use crate::model::mesh;
+use crate::paper::virtual_texture::config::{open_texture, source_mesh};
 use crate::paper::virtual_texture::session::{Session, Settings, Target, needs};
 use crate::scene::{Scene, path::Path};
 use crate::vk::{Frame, Gpu};
@@ -50,12 +51,12 @@ impl Place {
         change: impl FnOnce(&mut Settings),
     ) -> anyhow::Result<Opened> {
         let Place { scene, pose, path } = self;
-        let mut settings = Settings::of_scene(&scene, Target::Srgb8);
+        let mut settings = Settings::of_scene(&scene, Target::Srgb8)?;
         settings.size = size;
         change(&mut settings);
-        let source = scene.open_texture()?;
+        let source = open_texture(&scene)?;
         let gpu = bench.gpu(&needs(&settings.config, source.format()))?;
-        let mesh = mesh::gpu_mesh(&scene.source_mesh()?)?;
+        let mesh = mesh::gpu_mesh(&source_mesh(&scene)?)?;
         Ok(Opened { session: Session::new(gpu, source, &mesh, settings)?, scene, pose, path })
     }
 }

@@ -6,6 +6,7 @@ use crate::figure::{Bench, Effort};
 use crate::math::pyramid::Pyramid;
 use crate::math::splitmix::SplitMix64;
 use crate::model::mesh;
+use crate::paper::virtual_texture::config::{source_mesh, texture};
 use crate::paper::virtual_texture::footprint::Footprint;
 use crate::paper::virtual_texture::surface::{self, Surface};
 use crate::paper::virtual_texture::{Config, PAPER, U1Format, all_needs};
@@ -50,7 +51,7 @@ impl Stage1 {
         let Place { scene: description, pose, .. } =
             Place::find(if scene == NOISE { "earth/headline" } else { scene })?;
         let pyramid =
-            description.texture()?.pyramid()?.context("a shipped scene states its texture's size")?;
+            texture(&description)?.pyramid()?.context("a shipped scene states its texture's size")?;
         let gpu = device(bench, &all_needs())?;
         let config = Config { u1: Some(U1Format::Packed), ..PAPER };
         let footprint = Footprint::new(&gpu, &pyramid, &config, size)?;
@@ -58,7 +59,7 @@ impl Stage1 {
         if scene == NOISE {
             stage1.fill(&noise(size, &pyramid))?;
         } else {
-            let surface = Surface::new(&stage1.gpu, &mesh::gpu_mesh(&description.source_mesh()?)?)?;
+            let surface = Surface::new(&stage1.gpu, &mesh::gpu_mesh(&source_mesh(&description)?)?)?;
             let view = surface::view(&pose, size, 0);
             let mut frame = stage1.gpu.frame()?;
             frame.pass("footprint", |cmd| stage1.footprint.draw(cmd, &surface, &view))?;

@@ -41,7 +41,7 @@ pub enum SessionError {
     #[error(transparent)]
     Streaming(#[from] StreamingError),
     #[error(
-        "variant.max_anisotropy = {wanted}: samples reach as many texels beyond a tile's edge, and the texture's border has {border}; lower it, bake a wider border, or take variant.filter = stochastic"
+        "filter.max_anisotropy = {wanted}: samples reach as many texels beyond a tile's edge, and the texture's border has {border}; lower it, bake a wider border, or take filter.kind = \"stochastic\""
     )]
     Anisotropy { wanted: u32, border: u32 },
     #[error(
@@ -108,8 +108,8 @@ impl Session {
         }
         // The outermost of nA samples lies nA - 1 texels from the pixel's own, and each mixes half a texel more; the
         // taps of the stochastic filter find their tiles themselves.
-        let (wanted, border) = (settings.config.max_anisotropy, source.pyramid().border_texels());
-        if wanted > 1 && wanted > border && settings.config.filter != Filtering::Stochastic {
+        let (wanted, border) = (settings.config.filter.max_anisotropy, source.pyramid().border_texels());
+        if wanted > 1 && wanted > border && settings.config.filter.kind != Filtering::Stochastic {
             return Err(SessionError::Anisotropy { wanted, border });
         }
         let target = gpu.image("picture", ImageInfo::target(settings.size, settings.target.into()))?;
@@ -119,7 +119,7 @@ impl Session {
         let samples_seen = (settings.config.list == Listing::Feedback)
             .then(|| Memory::new(feedback::cycle(settings.config.feedback_log2)));
         let pipeline = Pipeline::new(&gpu, &*source, mesh, &settings.config, &target, counts)?;
-        let scout = match settings.prefetch_frames {
+        let scout = match settings.streaming.prefetch_frames {
             0 => None,
             _ => Some(Scout::new(&gpu, &source.pyramid(), &settings.config, settings.size)?),
         };
@@ -172,7 +172,7 @@ impl Session {
         let mut frame = self.gpu.frame()?;
         self.pipeline.record(&mut frame, flight, &view, &self.target)?;
         if let Some(scout) = &mut self.scout {
-            let frames = self.settings.prefetch_frames;
+            let frames = self.settings.streaming.prefetch_frames;
             let ahead = self.last_pose.and_then(|last| continued(&last, pose, frames));
             scout.record(&mut frame, flight, &self.pipeline.surface, ahead.as_ref())?;
         }

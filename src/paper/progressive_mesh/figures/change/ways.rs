@@ -2,10 +2,13 @@
 
 use super::{DEVICE, HOST, Meshes};
 use crate::figure::Contender;
+use crate::paper::progressive_mesh::choices::{Apply, FaceOrder};
+use crate::paper::progressive_mesh::config;
 use crate::paper::progressive_mesh::run::{Program, Untold};
 use crate::paper::progressive_mesh::session::{Model, Session, Settings};
+use crate::paper::progressive_mesh::stand::stands;
 use crate::picture::Target;
-use crate::scene::{Apply, FaceOrder, Scene};
+use crate::scene::Scene;
 use crate::vk::{Buffer, BufferUse, Gpu, PassTime};
 use std::cell::RefCell;
 use std::time::Instant;
@@ -171,11 +174,11 @@ impl<'a> Way<'a> {
 fn session(gpu: &Gpu, meshes: &Meshes, order: FaceOrder, apply: Apply) -> anyhow::Result<Session> {
     let mesh = if order == FaceOrder::Ours { &meshes.ours } else { &meshes.classical };
     let scene = Scene::embedded("bunny")?;
-    let mut surface = scene.progressive_meshes["bunny"].clone();
+    let mut surface = config::surface(&scene, "bunny")?;
     (surface.order, surface.apply, surface.instances) = (order, apply, 1);
-    let stands = surface.stands(&scene.paths);
+    let stands = stands(&scene, &surface);
     let model = Model { name: order.name().into(), surface, mesh: mesh.clone(), cut_from: None, stands };
     // Nothing is drawn.
-    let settings = Settings { size: [64, 36], ..Settings::of_scene(&scene, Target::Srgb8) };
+    let settings = Settings { size: [64, 36], ..Settings::of_scene(&scene, Target::Srgb8)? };
     Ok(Session::new(gpu.clone(), &[model], settings)?)
 }

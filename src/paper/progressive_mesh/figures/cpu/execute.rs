@@ -4,12 +4,14 @@ use super::lines::{self, LINES};
 use crate::figure::{Contender, Row, Timed, Value};
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::check::Flaw;
+use crate::paper::progressive_mesh::config;
 use crate::paper::progressive_mesh::figures::scans;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::order::{OrderOptions, classical, order};
 use crate::paper::progressive_mesh::run::{Instances, Program, State, Untold};
 use crate::paper::progressive_mesh::session::{Model, Session, Settings};
 use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
+use crate::paper::progressive_mesh::stand::stands;
 use crate::picture::Target;
 use crate::scene::Scene;
 use crate::stats::Summary;
@@ -152,10 +154,10 @@ pub fn contenders<'a>(
 /// A session that shows one instance of the mesh, a metre large, as the scene `bunny` shows it.
 pub fn session(gpu: &Gpu, mesh: &ProgressiveMesh, size: [u32; 2]) -> anyhow::Result<(Session, Pose)> {
     let scene = Scene::embedded("bunny")?;
-    let surface = scene.progressive_meshes["bunny"].clone();
-    let stands = surface.stands(&scene.paths);
+    let surface = config::surface(&scene, "bunny")?;
+    let stands = stands(&scene, &surface);
     let model = Model { name: "one".into(), surface, mesh: mesh.clone(), cut_from: None, stands };
-    let settings = Settings { size, ..Settings::of_scene(&scene, Target::Srgb8) };
+    let settings = Settings { size, ..Settings::of_scene(&scene, Target::Srgb8)? };
     Ok((Session::new(gpu.clone(), &[model], settings)?, scene.camera("near")?.pose()))
 }
 

@@ -156,7 +156,7 @@ impl Near {
         let pose = shown.opened.pose;
         let pyramid = shown.opened.session.source.pyramid();
         let width = shown.opened.session.settings.size[0];
-        let most = shown.opened.session.settings.config.max_anisotropy;
+        let most = shown.opened.session.settings.config.filter.max_anisotropy;
         let FootprintPicture { coordinates, derivatives, triples } = shown.opened.session.footprint(&pose)?;
         let near = |((&st, &d), &[q, ..]): ((&[f32; 2], &[f32; 4]), &[u32; 3])| {
             q != BACKGROUND && near_edge(&pyramid, shown_level(&pyramid, q, st, d, most), st)

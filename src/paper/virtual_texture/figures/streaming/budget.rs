@@ -6,6 +6,7 @@ use crate::figure::{
     Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict,
 };
 use crate::math::camera::Pose;
+use crate::paper::virtual_texture::config::open_texture;
 use crate::paper::virtual_texture::session::Session;
 use crate::paper::virtual_texture::streaming::Order;
 use crate::picture::{Picture, error::compare};
@@ -85,7 +86,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         Effort::Quick => [960, 540],
         Effort::Full => [1920, 1080],
     };
-    let source = Remembered::new(scene.open_texture()?);
+    let source = Remembered::new(open_texture(&scene)?);
     let mut settled = session(bench, &scene, source.clone(), size, |_| ())?;
     settled.settle(&to)?;
     let truth = picture(&mut settled)?;
@@ -96,8 +97,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             let at = (turn + round) % BUDGETS.len();
             let budget = &BUDGETS[at];
             let mut session = session(bench, &scene, source.clone(), size, |settings| {
-                settings.streaming.upload_budget = Duration::from_secs_f64(budget.upload_ms / 1e3);
-                settings.streaming.load_budget = Duration::from_secs(1);
+                settings.streaming.upload_budget_ms = budget.upload_ms;
+                settings.streaming.load_budget_ms = 1e3;
                 settings.streaming.upload_tiles_per_frame = 64;
                 settings.streaming.order = budget.order;
             })?;

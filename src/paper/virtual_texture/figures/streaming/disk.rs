@@ -6,12 +6,13 @@ use crate::figure::{
     Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict,
 };
 use crate::math::camera::Pose;
+use crate::paper::virtual_texture::config::open_texture;
+use crate::paper::virtual_texture::disk::{BadDisk, Disk};
 use crate::paper::virtual_texture::session::Session;
 use crate::picture::{Picture, error::compare};
 use crate::scene::Scene;
 use crate::stats::Summary;
-use crate::texture::source::disk::Disk;
-use crate::texture::source::{TileSource, disk::BadDisk};
+use crate::texture::source::TileSource;
 use anyhow::Context;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -77,7 +78,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         Effort::Quick => [640, 360],
         Effort::Full => [1920, 1080],
     };
-    let whole = Remembered::new(scene.open_texture()?);
+    let whole = Remembered::new(open_texture(&scene)?);
     let mut settled = session(bench, &scene, whole.clone(), size, |_| ())?;
     settled.settle(&pose)?;
     let truth = picture(&mut settled)?;

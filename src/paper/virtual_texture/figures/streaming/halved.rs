@@ -3,6 +3,7 @@
 use super::cache::{AT_REST, BIASED, DIFFERING, HALVED, MISREPORTED, MOST_BIAS, TO_REST};
 use super::{Remembered, Route, linear, session, show_beside};
 use crate::figure::{Bench, Cell, Row, Value};
+use crate::paper::virtual_texture::config::open_texture;
 use crate::paper::virtual_texture::session::{FrameRecord, Session, Target};
 
 /// Frames at the path's end within which it must come to rest: far more than any number of tiles that are still to come
@@ -21,8 +22,8 @@ pub(super) fn halved(
     step: u32,
     largest: usize,
 ) -> anyhow::Result<Vec<Row>> {
-    let route = Route::find(&cell.scene, &["texture.tile_size=256".into()])?;
-    let source = Remembered::new(route.scene.open_texture()?);
+    let route = Route::find(&cell.scene, &["surface.land.texture.tile_size=256".into()])?;
+    let source = Remembered::new(open_texture(&route.scene)?);
     let open = |gpu_tiles: u32| {
         session(bench, &route.scene, source.clone(), size, |settings| {
             settings.target = Target::Srgb8;

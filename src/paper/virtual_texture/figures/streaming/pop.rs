@@ -4,6 +4,7 @@ use super::{Remembered, Route, UNMAGNIFIED, linear, numbers, session, show_besid
 use crate::figure::{
     Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict,
 };
+use crate::paper::virtual_texture::config::open_texture;
 use crate::paper::virtual_texture::session::{Session, Target};
 use crate::stats::Summary;
 use anyhow::{Context, ensure};
@@ -74,8 +75,8 @@ fn extent(effort: Effort) -> ([u32; 2], Vec<u32>) {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let route = Route::find(&cell.scene, &["texture.tile_size=128".into(), UNMAGNIFIED.into()])?;
-    let source = Remembered::new(route.scene.open_texture()?);
+    let route = Route::find(&cell.scene, &["surface.land.texture.tile_size=128".into(), UNMAGNIFIED.into()])?;
+    let source = Remembered::new(open_texture(&route.scene)?);
     let (size, frames) = extent(bench.effort);
     let open = |bench: &Bench, fade_in_frames| {
         session(bench, &route.scene, source.clone(), size, |settings| {

@@ -1,27 +1,27 @@
 //! A disk that is slow or fails, before any texture: frames must go on with it, and recover after it.
 
-use super::ruler::ruler_hash;
-use super::{TileError, TileFormat, TileSource};
 use crate::math::pyramid::{Pyramid, TileId};
-use serde::{Deserialize, Serialize};
+use crate::scene::settings;
+use crate::texture::source::ruler::ruler_hash;
+use crate::texture::source::{TileError, TileFormat, TileSource};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What is wrong with the disk: a trouble that is put on, to see how the frames fare with it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Disk {
-    /// Time that each tile takes beside its own.
-    pub delay_ms: f64,
-    /// From this time after the first tile was asked for ...
-    pub fails_from_s: f64,
-    /// ... no tile can be read for so long.
-    pub fails_for_s: f64,
-    /// Share of reads that fail at any time, 0 ..= 1.
-    pub fails_share: f64,
-    /// Another seed, other reads that fail.
-    pub seed: u32,
+settings! {
+    /// An injected disk fault, to see how the frames fare with it.
+    pub struct Disk with DEFAULT {
+        /// Time that each tile takes beside its own; a minute is as long as a frame waits for anything at all.
+        delay_ms: f64 = 0.0, in 0.0..=60e3, unit "ms";
+        /// From this time after the first tile was asked for, no tile can be read for `fails_for_s`.
+        fails_from_s: f64 = 0.0, in 0.0..=1e6, unit "s";
+        /// How long no tile can be read.
+        fails_for_s: f64 = 0.0, in 0.0..=1e6, unit "s";
+        /// Share of reads that fail at any time.
+        fails_share: f64 = 0.0, in 0.0..=1.0;
+        /// Another seed, other reads that fail.
+        seed: u32 = 0;
+    }
 }
 
 /// Reads another source's tiles late, or not at all. The resident levels are read as they are: without them there is
@@ -102,8 +102,8 @@ impl TileSource for BadDisk {
 
 #[cfg(test)]
 mod tests {
-    use super::super::ruler::Ruler;
     use super::*;
+    use crate::texture::source::ruler::Ruler;
 
     fn disk(trouble: Disk) -> BadDisk {
         BadDisk::new(Arc::new(Ruler::new(Pyramid::new(9, 8, 4, 2, None).unwrap())), trouble)
