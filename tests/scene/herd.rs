@@ -192,7 +192,7 @@ fn instances_stand_on_the_full_terrain_whatever_its_level() {
     let terrain = mesh("terrain", "source = \"grid:20\"\nsize_m = 100.0\nup = \"z\"\neast_m = 0.0");
     let trees = mesh(
         "trees",
-        "source = \"solid:1\"\nsize_m = 1.0\ninstances = 60\nlayout = \"scatter\"\narea_m = [90.0, 90.0]\nup_m = -0.25\n\
+        "source = \"solid:4\"\nsize_m = 1.0\ninstances = 60\nlayout = \"scatter\"\narea_m = [90.0, 90.0]\nup_m = -0.25\n\
          ground = \"terrain\"",
     );
     let scene = scene_of(&[terrain.clone(), trees]);
@@ -209,7 +209,7 @@ fn instances_stand_on_the_full_terrain_whatever_its_level() {
     }
     heights.sort_by(f64::total_cmp);
     assert!(heights[59] - heights[0] > 1.0, "the terrain is not flat: {heights:?}");
-    let wide = mesh("wide", "source = \"solid:1\"\nsize_m = 1.0\neast_m = 60.0\nground = \"terrain\"");
+    let wide = mesh("wide", "source = \"solid:4\"\nsize_m = 1.0\neast_m = 60.0\nground = \"terrain\"");
     let error = self::models(&scene_of(&[terrain, wide])).unwrap_err().to_string();
     assert!(error.contains("surface.wide.geometry.ground: instance 0 at"), "{error}");
     assert!(error.contains("is not above terrain"), "{error}");
@@ -222,7 +222,7 @@ fn a_terrain_on_the_ellipsoid_carries_instances_along_their_own_verticals() {
     let trees = mesh(
         "trees",
         &format!(
-            "source = \"solid:1\"\nsize_m = 1.0\ninstances = 9\narea_m = [50e3, 50e3]\n{place}ground = \"terrain\""
+            "source = \"solid:4\"\nsize_m = 1.0\ninstances = 9\narea_m = [50e3, 50e3]\n{place}ground = \"terrain\""
         ),
     );
     let scene = load(format!("{SMALL}\n{terrain}{trees}")).unwrap();

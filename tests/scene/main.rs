@@ -342,7 +342,7 @@ fn a_wrong_change_repeats_itself_and_suggests_the_nearest_key() {
         ("variant.block_log2=many", "\"many\" is not a whole number"),
         ("variant.memo=[1", "is no TOML value"),
         ("variant.memo=", "is no TOML value"),
-        ("variant.memo", "is no TOML value"),
+        ("variant.memo", "a change is SECTION.KEY=VALUE"),
         ("view.camera=sea", "no camera \"sea\"; there are alps"),
         ("variant={ p = 3 }", "no scene has the key variant.p; nearest is variant.u1"),
         ("view=3", "a change is SECTION.KEY=VALUE"),

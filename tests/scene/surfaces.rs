@@ -104,7 +104,7 @@ fn a_key_of_the_old_format_is_refused_with_the_new_one() {
         ("[variant]\nfilter = \"bilinear\"", "variant.filter is now surface.land.filter.kind"),
     ] {
         let text = message("frames = 5\n", &format!("frames = 5\n\n{old}\n"));
-        let line = if old.starts_with("[variant]") { 30 } else { 29 };
+        let line = if old.starts_with("[variant]") { 29 } else { 28 };
         assert!(text.starts_with(&format!("small.toml:{line}:")) && text.contains(expected), "{old}: {text}");
     }
     for (change, expected) in [
