@@ -3,11 +3,12 @@
 use super::choices::FaceOrder;
 use super::config::{self, ModelSource, ProgressiveSurface};
 use super::file::{Extent, PmeshError};
+use super::ground::Heights;
 use super::mesh::ProgressiveMesh;
 use super::order::{OrderOptions, classical, order};
 use super::place::{Bounds, Place};
 use super::simplify::{Collapses, SimplifyOptions, simplify};
-use super::stand::{Heights, Stand, stands};
+use super::stand::{Stand, stands};
 use crate::model::{self, ModelError};
 use crate::scene::{Geometry, Plane, Scene, SceneError};
 use std::collections::HashMap;

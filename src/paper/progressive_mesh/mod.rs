@@ -10,8 +10,8 @@
 //! Steps, one file or folder each: [`simplify`] finds the collapses, [`order`] arranges faces and finds the
 //! tswaps, [`mesh`] is the result, and [`run`] executes it, once [`check`] has found it sound. [`cache`] counts what an
 //! order costs, and [`rivals`] what else could be done; [`apply`] runs it on the GPU; [`reference`](mod@reference)
-//! builds a level afresh; [`file`](mod@file) is how it is stored. [`load`] makes the meshes of a scene, [`stand`] and
-//! [`place`] say where their instances are. A [`session`] draws frames of many instances, and the [`governor`] holds
+//! builds a level afresh; [`file`](mod@file) is how it is stored. [`load`] makes the meshes of a scene, [`stand`],
+//! [`ground`] and [`place`] say where their instances are. A [`session`] draws frames of many instances, and the [`governor`] holds
 //! their time.
 
 pub mod apply;
@@ -22,6 +22,7 @@ pub mod config;
 pub mod figures;
 pub mod file;
 pub mod governor;
+pub mod ground;
 pub mod load;
 pub mod mesh;
 pub mod order;
