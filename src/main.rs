@@ -6,7 +6,7 @@ mod command;
 
 use clap::{Parser, Subcommand};
 use command::{
-    bake, compare, demo, doctor, exit, fetch, list, merge, mesh, render, reproduce, trade, verify,
+    bake, compare, demo, doctor, exit, fetch, keys, list, merge, mesh, render, reproduce, trade, verify,
 };
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
@@ -51,6 +51,8 @@ enum Command {
     Mesh(mesh::MeshArgs),
     /// Measure how far one picture is from another
     Compare(compare::CompareArgs),
+    /// List the keys of scene files
+    Keys(keys::KeysArgs),
     /// What there is of Vulkan here, and whether it works
     Doctor(doctor::DoctorArgs),
 }
@@ -86,6 +88,7 @@ fn main() -> ExitCode {
         Command::Fetch(args) => fetch::run(args),
         Command::Mesh(args) => mesh::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Keys(args) => keys::run(args),
         Command::Doctor(args) => doctor::run(args),
     };
     match done {

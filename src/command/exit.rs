@@ -7,9 +7,10 @@ use super::verify::Damaged;
 use ortelius::paper::progressive_mesh::file::{Flaw, PmeshError};
 use ortelius::paper::progressive_mesh::{LoadError, SurfaceError};
 use ortelius::paper::virtual_texture::VirtualTextureError;
+use ortelius::paper::virtual_texture::config::TextureError;
 use ortelius::paper::virtual_texture::resident::ResidentError;
 use ortelius::renderer::RenderError;
-use ortelius::scene::{SceneError, TextureError};
+use ortelius::scene::SceneError;
 use ortelius::texture::bake::{BakeError, SourceError};
 use ortelius::texture::source::TileError;
 use ortelius::texture::tiles::TileFileError;
@@ -60,6 +61,7 @@ fn render(error: &RenderError) -> Option<u8> {
         RenderError::Vulkan(error) | RenderError::Surface(SurfaceError::Vulkan(error)) => vulkan(error),
         RenderError::Texture(error) => texture(error),
         RenderError::VirtualTexture(error) => virtual_texture(error),
+        RenderError::Scene(error) | RenderError::Load(LoadError::Scene(error)) => scene(error),
         RenderError::Load(LoadError::Pmesh { error, .. }) => pmesh(error),
         _ => None,
     }
@@ -89,7 +91,8 @@ fn scene(error: &SceneError) -> Option<u8> {
 
 fn texture(error: &TextureError) -> Option<u8> {
     match error {
-        TextureError::File(error) => tile_file(error),
+        TextureError::Scene(error) => scene(error),
+        TextureError::File { error, .. } => tile_file(error),
         _ => None,
     }
 }
@@ -158,7 +161,7 @@ mod tests {
         let path = || "a.tiles".into();
         let out_of_memory = vk::Error::OutOfMemory { object: "tile pool".into(), reason: "full".into() };
         let resident = |error| RenderError::VirtualTexture(VirtualTextureError::Resident(error));
-        let load = |error| RenderError::Load(LoadError::Pmesh { surface: "bunny".into(), error });
+        let load = |error| RenderError::Load(LoadError::Pmesh { place: "s.toml:1:1".into(), error });
         vec![
             (1, anyhow::anyhow!("something else")),
             (1, refused().into()),
@@ -176,8 +179,12 @@ mod tests {
             (1, RenderError::VirtualTexture(VirtualTextureError::Stalled(Stalled { pending: 1 })).into()),
             (4, resident(ResidentError::Vulkan(lost())).into()),
             (3, resident(ResidentError::Source(checksum())).into()),
-            (3, RenderError::Texture(TextureError::File(not_tiles())).into()),
-            (1, RenderError::Texture(TextureError::Size).into()),
+            (
+                3,
+                RenderError::Texture(TextureError::File { place: "s.toml:1:1".into(), error: not_tiles() })
+                    .into(),
+            ),
+            (1, RenderError::Texture(TextureError::Absent("s".into())).into()),
             (3, load(flawed(Flaw::NotPmesh)).into()),
             (1, load(flawed(Flaw::Version(9))).into()),
             (3, not_tiles().into()),

@@ -7,6 +7,7 @@ mod device;
 pub mod doctor;
 pub mod exit;
 pub mod fetch;
+pub mod keys;
 pub mod list;
 pub mod merge;
 pub mod mesh;

@@ -8,8 +8,9 @@ use clap::Args;
 use ortelius::frame::{Records, Technique, View};
 use ortelius::math::camera::Pose;
 use ortelius::paper::virtual_texture::PlainComparison;
+use ortelius::paper::virtual_texture::config::owner;
 use ortelius::renderer::report::Report;
-use ortelius::renderer::{self, Options, RenderError, Renderer};
+use ortelius::renderer::{Options, RenderError, Renderer, sections};
 use ortelius::scene::Scene;
 use ortelius::texture::source::TileFormat;
 use std::path::PathBuf;
@@ -93,7 +94,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
             "--compare-plain measures the settled frame: add --settle, or leave out --frames".into()
         ));
     }
-    let scene = Scene::load_with(&args.scene, &args.overrides)?;
+    let scene = sections::load(&args.scene, &args.overrides)?;
     check_options(args, &scene, &outputs)?;
     let (poses, view_name) = poses(args, &scene)?;
     let mut renderer = open(args, &scene, &outputs)?;
@@ -127,12 +128,12 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     }
 }
 
-/// Refuses what only a textured landscape has, where there is none.
+/// Refuses what only a virtual texture has, where there is none.
 fn check_options(args: &RenderArgs, scene: &Scene, outputs: &Outputs) -> anyhow::Result<()> {
     let option = outputs.of_a_texture().or(args.compare_plain.then_some("--compare-plain"));
-    match (&scene.texture, option) {
+    match (owner(scene)?, option) {
         (None, Some(option)) => {
-            bail!(Usage(format!("{option}: scene {} has no textured landscape; leave it out", args.scene)))
+            bail!(Usage(format!("{option}: scene {} has no virtual texture; leave it out", args.scene)))
         }
         _ => Ok(()),
     }
@@ -197,7 +198,7 @@ fn open(args: &RenderArgs, scene: &Scene, outputs: &Outputs) -> anyhow::Result<R
         RenderError::Texture(_) => anyhow::Error::new(error).context(format!("scene {}", args.scene)),
         error => error.into(),
     };
-    let mut renderer = renderer::open(scene, &options).map_err(named)?;
+    let mut renderer = Renderer::open(scene, &options).map_err(named)?;
     if let Some(texture) = &renderer.technique.texture
         && args.compare_plain
         && texture.source.format() != TileFormat::Rgba8

@@ -9,6 +9,7 @@ use clap::{Args, ValueEnum};
 use ortelius::figure::{Bench, Effort, Same, Trade, Traded};
 use ortelius::math::nearest::nearest;
 use ortelius::paper::virtual_texture::figures::trade::{Knob, Measure, Sweep};
+use ortelius::renderer::sections;
 use ortelius::scene::{SHIPPED, write_changes};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -84,6 +85,8 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
+    // What no part of the sweep reads is checked, too.
+    sections::load(&args.scene, &args.overrides)?;
     let effort = if args.full { Effort::Full } else { Effort::Quick };
     let mut bench = Bench::new(effort, args.device.device.clone(), PathBuf::new());
     bench.validate = args.device.validate;
@@ -117,7 +120,7 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
         say(&answer)?;
     }
     if args.write {
-        write_changes(Path::new(&args.scene), &found.changes)?;
+        write_changes(Path::new(&args.scene), &found.changes, sections::check)?;
         tracing::info!("{}: {}", args.scene, told_changes(found));
     }
     Ok(())

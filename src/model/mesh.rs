@@ -22,10 +22,6 @@ const ORIGIN_CELLS_LOG2: u32 = 10;
 /// What does not make a mesh that can be drawn and textured.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum MeshError {
-    #[error(
-        "scene {0} has no landscape, it shows progressive meshes; name a scene with [texture] and [mesh]"
-    )]
-    Absent(String),
     #[error("{what} of {columns} columns x {rows} rows: needs {needs}")]
     Grid { what: &'static str, columns: u32, rows: u32, needs: &'static str },
     #[error("vertex {vertex}: position {position} is not finite, or beyond 1e30 m")]

@@ -33,6 +33,7 @@ pub struct Carrier {
     pub name: String,
     /// `None`: a progressive mesh, whose shape is another one in each frame.
     pub shape: Option<Shape>,
+    pub lit: bool,
 }
 
 /// One frame of all surfaces.
@@ -53,7 +54,7 @@ impl Surfaces {
 
     /// What carries the virtual texture in this frame.
     fn carrying(&self) -> Vec<Shape> {
-        self.carriers.iter().filter_map(|Carrier { name, shape }| self.shape(name, shape)).collect()
+        self.carriers.iter().filter_map(|Carrier { name, shape, .. }| self.shape(name, shape)).collect()
     }
 
     /// What is drawn with a plain texture in this frame, by the surface's place in [`PlainSurfaces::surfaces`].

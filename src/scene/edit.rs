@@ -1,30 +1,36 @@
 //! Changes put into a scene file itself; its comments and its order stay.
 
+use super::Scene;
 use super::error::SceneError;
-use super::file::Document;
 use super::overrides::Change;
 use crate::picture::write::write_whole;
 use std::io::{Error, Write};
 use std::path::Path;
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
-/// Puts `KEY=VALUE`s, as [`super::Scene::load_with`] takes them, into the scene file at `path`: it then says by itself
-/// what it said with them beside. The file appears whole or stays as it is; a link stays a link.
+/// Puts `KEY=VALUE`s, as [`Scene::load_with`] takes them, into the scene file at `path`: it then says by itself
+/// what it said with them beside. The file appears whole or stays as it is; a link stays a link. `check` sees the
+/// changed scene before anything is written.
 ///
 /// # Errors
 /// [`SceneError`]: a file that is no scene, a change that is not right, the disk.
-pub fn write_changes(path: &Path, changes: &[String]) -> Result<(), SceneError> {
+pub fn write_changes(
+    path: &Path,
+    changes: &[String],
+    check: impl Fn(&Scene) -> Result<(), SceneError>,
+) -> Result<(), SceneError> {
     let shown = path.display().to_string();
     let failed = |source: Error| SceneError::Read { path: shown.clone(), source };
     let path = path.canonicalize().map_err(failed)?;
-    let wanted = Document::read(&path)?.scene(changes)?;
+    let wanted = Scene::load(&path)?.with(changes)?;
+    check(&wanted)?;
     let text = std::fs::read_to_string(&path).map_err(failed)?;
     let mut document: DocumentMut = text.parse().map_err(|error| failed(Error::other(error)))?;
     for change in changes {
         put(&mut document, &Change::parse(change)?);
     }
     let text = document.to_string();
-    let written = Document::of_text(&path, text.clone()).scene(&[])?;
+    let written = Scene::of_text(&path, text.clone())?;
     assert_eq!(written, wanted, "the scene as it would be written, and as it was asked for");
     Ok(write_whole(&path, |file| file.write_all(text.as_bytes()))?)
 }
@@ -48,11 +54,13 @@ fn put(document: &mut DocumentMut, change: &Change) {
             table.insert(last, Item::Value(value));
         }
     }
+    for stated in change.dropped() {
+        table.remove(stated);
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::Scene;
     use super::*;
 
     fn plane() -> &'static str {
@@ -66,21 +74,32 @@ mod tests {
         let text = plane().replace("width_log2 = 18", "width_log2 = 18 # a quarter of a million");
         std::fs::write(&path, &text).unwrap();
         let changes = [
-            "texture.border=8",
-            "texture.width_log2=17",
-            "texture.height_log2=16",
-            "variant.filter=bilinear",
+            "surface.land.texture.border=8",
+            "surface.land.texture.width_log2=17",
+            "surface.land.filter.kind=bilinear",
+            "variant.dedup=test-or",
         ];
         let changes = changes.map(String::from);
         let wanted = Scene::load_with(path.to_str().unwrap(), &changes).unwrap();
-        write_changes(&path, &changes).unwrap();
+        write_changes(&path, &changes, |_| Ok(())).unwrap();
         assert_eq!(Scene::load(&path).unwrap(), wanted);
         let written = std::fs::read_to_string(&path).unwrap();
         assert!(written.contains("width_log2 = 17 # a quarter of a million"), "{written}");
         for line in text.lines().filter(|line| line.starts_with('#')) {
             assert!(written.contains(line), "{line} is lost");
         }
-        assert!(written.contains("[variant]\nfilter = \"bilinear\""), "{written}");
+        assert!(written.contains("[surface.land.filter]\nkind = \"bilinear\""), "{written}");
+    }
+
+    #[test]
+    fn a_file_in_place_of_a_generated_texture_takes_its_sizes_away() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plane.toml");
+        std::fs::write(&path, plane()).unwrap();
+        let changes = ["surface.land.texture.source=file", "surface.land.texture.path=a.tiles"];
+        write_changes(&path, &changes.map(String::from), |_| Ok(())).unwrap();
+        let written = std::fs::read_to_string(&path).unwrap();
+        assert!(!written.contains("width_log2") && written.contains("path = \"a.tiles\""), "{written}");
     }
 
     #[test]
@@ -88,10 +107,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plane.toml");
         std::fs::write(&path, plane()).unwrap();
-        for wrong in ["variant.filter=none", "variant.level_bias=21", "texture.bordr=1"] {
-            write_changes(&path, &[wrong.to_string()]).unwrap_err();
+        let refuse = |scene: &Scene| Err(scene.fault(&["variant", "level_bias"], "refused"));
+        write_changes(&path, &["variant.level_bias=21".into()], refuse).unwrap_err();
+        for wrong in ["variant.filter=none", "surface.land.textur=1", "view.camera=nowhere"] {
+            write_changes(&path, &[wrong.to_string()], |_| Ok(())).unwrap_err();
         }
         assert_eq!(std::fs::read_to_string(&path).unwrap(), plane());
-        write_changes(&folder.path().join("none.toml"), &[]).unwrap_err();
+        write_changes(&folder.path().join("none.toml"), &[], |_| Ok(())).unwrap_err();
     }
 }

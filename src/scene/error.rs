@@ -32,7 +32,7 @@ impl SceneError {
         let end = floor_char(text, span.end).max(start);
         let line_start = text[..start].rfind('\n').map_or(0, |newline| newline + 1);
         let line_end = text[start..].find('\n').map_or(text.len(), |newline| start + newline);
-        let line = text[..line_start].matches('\n').count() + 1;
+        let [line, column] = SceneError::line_and_column(text, start);
         let source_line = text[line_start..line_end].trim_end_matches('\r');
         // Tabs are repeated, so that the caret stands below its letter however wide they are.
         let before: String =
@@ -43,11 +43,18 @@ impl SceneError {
         SceneError::Content {
             path: path.to_owned(),
             line,
-            column: text[line_start..start].chars().count() + 1,
+            column,
             // One line: parsers add what they expected on a second.
             what: what.trim().replace('\n', "; "),
             snippet: format!("{number} | {source_line}\n{margin} | {before}{}", "^".repeat(carets)),
         }
+    }
+
+    /// Of a byte; both count from 1, columns in characters.
+    pub(super) fn line_and_column(text: &str, byte: usize) -> [usize; 2] {
+        let before = &text[..floor_char(text, byte)];
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        [before.matches('\n').count() + 1, before[line_start..].chars().count() + 1]
     }
 }
 

@@ -1,40 +1,45 @@
-//! What is to be seen: scene files, cameras and paths, meshes, and where a texture's tiles come from.
+//! What is to be seen: scene files, the surfaces in them, cameras and paths. Knows no paper.
 //!
-//! A scene is a TOML file with the sections `[view]`, `[cameras.NAME]` and `[paths.NAME]`, and what is seen: paper 1's
-//! landscape (`[texture]`, `[cache]`, `[disk]`, `[mesh]` and `[variant]`), or paper 2's surfaces
-//! (`[progressive_mesh.NAME]` and `[governor]`). Everything in a [`Scene`] has been checked: a value of this type can be
-//! drawn, as far as that can be known without its texture file and without a device.
+//! A scene is a TOML file with any number of `[surface.NAME]` (geometry x texture x filter), `[view]`,
+//! `[cameras.NAME]`, `[paths.NAME]`, `[sun]`, and sections of techniques. Each setting has one owner, which declares it
+//! with [`settings!`](settings): type, default, range, unit, documentation and check. This module declares what no
+//! paper owns; a paper reads its part of a scene with [`Scene::read`]. [`Scene::check`] holds a whole scene against
+//! all declarations, and the renderer, which knows them all, calls it wherever a user opens a scene.
 
 pub mod camera;
-mod check;
-mod choice;
+mod declare;
+mod document;
 mod edit;
 mod error;
-mod face_order;
-mod file;
-mod open;
+mod eyes;
+mod language;
+pub mod markdown;
+mod moved;
 mod overrides;
+mod part;
 pub mod path;
-mod progressive_mesh;
-mod settings;
+pub mod schema;
+mod sun;
+mod surface;
+mod value;
 
-pub use choice::{Compaction, Dedup, Listing};
+pub use declare::{Key, Language, Settings, Table, choices, one_line, settings};
+pub use document::Fault;
 pub use edit::write_changes;
 pub use error::SceneError;
-pub use face_order::FaceOrder;
-pub use open::TextureError;
-pub use progressive_mesh::{Apply, GovernorSettings, Layout, ModelSource, ProgressiveSurface, Stand, UpAxis};
-pub use settings::{
-    Cache, Filtering, Interpolation, Keying, MeshSpec, Order, Texture, TextureSource, TriplesFormat, Variant,
-    View,
-};
+pub use eyes::View;
+pub use language::{KeyAt, keys};
+pub use part::Part;
+pub use sun::Sun;
+pub use surface::{Ellipsoid, Geometry, Plain, PlainSource, Plane, Surface};
+pub use value::{Choice, Kind, Setting};
 
 use crate::math::camera::Pose;
-use crate::model::mesh::{self, MeshError, SourceMesh};
-use crate::texture::source::disk::Disk;
-use camera::Camera;
-use serde::Serialize;
+use camera::{Camera, Ground};
+use document::Document;
+use eyes::{CameraKeys, PathKeys};
 use std::collections::BTreeMap;
+use surface::SurfaceKeys;
 
 /// The shipped scenes: name and text.
 pub const SHIPPED: [(&str, &str); 8] = [
@@ -48,23 +53,48 @@ pub const SHIPPED: [(&str, &str); 8] = [
     ("ruler", include_str!("../../scenes/ruler.toml")),
 ];
 
-/// A checked scene.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// What every scene can state, whatever techniques there are.
+pub const LANGUAGE: Language = Language {
+    tables: &[
+        Table::of::<SurfaceKeys>(&["surface", "*"]),
+        Table::of::<Ellipsoid>(&["surface", "*", "geometry"]),
+        Table::of::<Plane>(&["surface", "*", "geometry"]),
+        Table::of::<Plain>(&["surface", "*", "texture"]),
+        Table::of::<View>(&["view"]),
+        Table::of::<CameraKeys>(&["cameras", "*"]),
+        Table::of::<PathKeys>(&["paths", "*"]),
+        Table::of::<Sun>(&["sun"]),
+    ],
+    // Its own tables are read, and held against each other, when a scene is loaded.
+    check: |_| Ok(()),
+};
+
+/// A scene whose own sections have been checked. Those of techniques are checked where they are read.
+#[derive(Clone, Debug)]
 pub struct Scene {
     /// The file's stem, or the shipped scene's name.
     pub name: String,
-    /// The landscape's, with `mesh`; both or none.
-    pub texture: Option<Texture>,
-    pub cache: Cache,
-    pub disk: Disk,
-    pub mesh: Option<MeshSpec>,
-    /// By name; empty where there is a landscape.
-    pub progressive_meshes: BTreeMap<String, ProgressiveSurface>,
-    pub governor: Option<GovernorSettings>,
+    pub ground: Ground,
+    pub surfaces: BTreeMap<String, Surface>,
     pub view: View,
     pub cameras: BTreeMap<String, Camera>,
     pub paths: BTreeMap<String, path::Path>,
-    pub variant: Variant,
+    pub sun: Option<Sun>,
+    document: Document,
+}
+
+/// Equal names, and the same values for the same keys.
+impl PartialEq for Scene {
+    fn eq(&self, other: &Scene) -> bool {
+        (&self.name, &self.document.table) == (&other.name, &other.document.table)
+    }
+}
+
+/// As the file has it, changes included.
+impl serde::Serialize for Scene {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.document.table.serialize(serializer)
+    }
 }
 
 impl Scene {
@@ -73,7 +103,7 @@ impl Scene {
     /// # Errors
     /// [`SceneError`], with line, column and the line itself where something inside the file is wrong.
     pub fn load(path: &std::path::Path) -> Result<Scene, SceneError> {
-        file::Document::read(path)?.scene(&[])
+        Scene::of(Document::read(path)?)
     }
 
     /// One of the [`SHIPPED`] scenes.
@@ -81,17 +111,25 @@ impl Scene {
     /// # Errors
     /// [`SceneError::Unknown`] lists them.
     pub fn embedded(name: &str) -> Result<Scene, SceneError> {
-        file::Document::shipped(name)?.scene(&[])
+        Scene::of(Document::shipped(name)?)
+    }
+
+    /// The scene that a file at `path` with this text would be.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn of_text(path: &std::path::Path, text: String) -> Result<Scene, SceneError> {
+        Scene::of(Document::of_text(path, text)?)
     }
 
     /// A shipped scene by its name (`earth`), else a scene file by its path (`./earth` for a file of that
     /// name), with changes `KEY=VALUE`: dotted keys, any TOML value, bare words taken as strings. A
-    /// `texture.path` given so is relative to the working directory.
+    /// path given so is relative to the working directory.
     ///
     /// # Errors
-    /// [`SceneError`]; for a change it repeats the change, and suggests the nearest key for an unknown one.
+    /// [`SceneError`]; for a change it repeats the change.
     pub fn load_with(path_or_name: &str, overrides: &[String]) -> Result<Scene, SceneError> {
-        let document = match file::Document::shipped(path_or_name) {
+        let mut document = match Document::shipped(path_or_name) {
             Ok(document) => document,
             Err(unknown) => {
                 let path = std::path::Path::new(path_or_name);
@@ -99,10 +137,107 @@ impl Scene {
                 if !path.exists() && path.components().count() == 1 && path.extension().is_none() {
                     return Err(unknown);
                 }
-                file::Document::read(path)?
+                Document::read(path)?
             }
         };
-        document.scene(overrides)
+        document.change(overrides)?;
+        Scene::of(document)
+    }
+
+    /// This scene with more changes.
+    ///
+    /// # Errors
+    /// [`SceneError::Override`].
+    pub fn with(&self, changes: &[String]) -> Result<Scene, SceneError> {
+        let mut document = self.document.clone();
+        document.change(changes)?;
+        Scene::of(document)
+    }
+
+    fn of(document: Document) -> Result<Scene, SceneError> {
+        // Read bottom up: cameras need the ground, paths the cameras. Until then a placeholder stands in.
+        let mut scene = Scene {
+            name: document.name.clone(),
+            ground: Ground::Plane,
+            surfaces: BTreeMap::new(),
+            view: View { width: 1, height: 1, camera: String::new(), path: None, background: [0.0; 3] },
+            cameras: BTreeMap::new(),
+            paths: BTreeMap::new(),
+            sun: None,
+            document,
+        };
+        match scene.read_own() {
+            Ok(()) => Ok(scene),
+            Err(fault) => Err(scene.error(fault)),
+        }
+    }
+
+    fn read_own(&mut self) -> Result<(), Fault> {
+        if let Some((key, now)) = moved::first_in(&self.document.table) {
+            let what = moved::told(&key, &now, &self.document.table);
+            return Err(Fault { of_key: true, ..Fault::new(&key, what) });
+        }
+        self.ground = surface::ground(self)?;
+        let read = |section, name| (name, [section, name]);
+        let mut cameras = BTreeMap::new();
+        for (name, path) in eyes::names(self, "cameras")?.into_iter().map(|name| read("cameras", name)) {
+            cameras.insert(name.to_owned(), eyes::camera(&Part::of(self, &path)?, self.ground)?);
+        }
+        let mut paths = BTreeMap::new();
+        for (name, path) in eyes::names(self, "paths")?.into_iter().map(|name| read("paths", name)) {
+            paths.insert(name.to_owned(), eyes::path(&Part::of(self, &path)?, &cameras)?);
+        }
+        let view = View::read(&Part::of(self, &["view"])?)?;
+        eyes::check_view(&view, &cameras, &paths)?;
+        let sun = Part::of(self, &["sun"])?;
+        let sun = self.has(&["sun"]).then(|| Sun::read(&sun)).transpose()?;
+        let surfaces = surface::surfaces(self)?;
+        (self.surfaces, self.view, self.cameras, self.paths, self.sun) =
+            (surfaces, view, cameras, paths, sun);
+        Ok(())
+    }
+
+    /// Reads a technique's table; its defaults where the scene has none.
+    ///
+    /// # Errors
+    /// [`SceneError`] at the key, also for keys that the table does not have.
+    pub fn read<T: Settings>(&self, path: &[&str]) -> Result<T, SceneError> {
+        Part::of(self, path).and_then(|part| T::read(&part)).map_err(|fault| self.error(fault))
+    }
+
+    /// Whether the scene states a key or a table.
+    pub fn has(&self, key: &[&str]) -> bool {
+        self.document.value(key).is_some()
+    }
+
+    /// A key's text, where it has one: for the `kind` of a table.
+    pub fn word(&self, key: &[&str]) -> Option<&str> {
+        self.document.value(key)?.as_str()
+    }
+
+    /// The `kind` of a surface's texture, its own or the one that it shares.
+    pub fn texture_kind(&self, surface: &Surface) -> Option<&str> {
+        self.word(&["surface", surface.texture.as_ref()?, "texture", "kind"])
+    }
+
+    /// An error at a key, for faults that are found after the scene was read.
+    pub fn fault(&self, key: &[&str], what: impl Into<String>) -> SceneError {
+        self.error(Fault::new(key, what))
+    }
+
+    /// [`Scene::fault`], for a [`Fault`].
+    pub fn error(&self, fault: Fault) -> SceneError {
+        self.document.error(fault)
+    }
+
+    /// Where a key was set, for messages of one line: `s.toml:4:8: surface.land.texture.path`, or `-D CHANGE`.
+    pub fn place(&self, key: &[&str]) -> String {
+        self.document.place(key)
+    }
+
+    /// The scene as TOML, changes included.
+    pub fn to_toml(&self) -> String {
+        self.document.table.to_string()
     }
 
     /// A camera by name.
@@ -137,19 +272,6 @@ impl Scene {
         match &self.view.path {
             Some(name) => Ok(self.path(name)?.pose(frame)),
             None => Ok(self.camera(&self.view.camera)?.pose()),
-        }
-    }
-
-    /// The landscape's triangles.
-    ///
-    /// # Errors
-    /// [`MeshError::Absent`]; any other only after `mesh` was changed by hand.
-    pub fn source_mesh(&self) -> Result<SourceMesh, MeshError> {
-        match self.mesh.ok_or_else(|| MeshError::Absent(self.name.clone()))? {
-            MeshSpec::Earth { columns, rows } => mesh::earth(columns, rows),
-            MeshSpec::Plane { width_m, height_m, columns, rows } => {
-                mesh::plane(width_m, height_m, columns, rows)
-            }
         }
     }
 }

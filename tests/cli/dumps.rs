@@ -113,7 +113,7 @@ fn disagreements(planes: &Planes, max_anisotropy: u32) -> usize {
 fn footprints_are_the_papers_formula_of_their_own_coordinates_and_list_the_visible_tiles() {
     let cases = [
         (&["plane"][..], 1),
-        (&["plane", "-Dvariant.max_anisotropy=4"], 4),
+        (&["plane", "-Dsurface.land.filter.max_anisotropy=4"], 4),
         (&["earth", "--camera", "oblique", "-Dvariant.u1=packed"], 1),
         (&["globe"], 1),
     ];

@@ -78,11 +78,11 @@ fn picture(path: &Path) -> Srgb8Picture {
 }
 
 /// An earth of 2^11 x 2^10 texels in tiles of 128 (levels 0 ..= 3 are streamed), seen at 160 x 90 so that
-/// levels 0 to 2 are visible. `texture` is what `[texture]` says beside.
+/// levels 0 to 2 are visible. `texture` is what its table says beside the kind.
 fn small_scene(texture: &str) -> String {
     format!(
-        "[texture]\n{texture}\n\
-         [mesh]\nkind = \"earth\"\ncolumns = 96\nrows = 48\n\
+        "[surface.land]\ngeometry = {{ kind = \"ellipsoid\", columns = 96, rows = 48 }}\n\
+         [surface.land.texture]\nkind = \"virtual\"\n{texture}\n\
          [view]\nwidth = 160\nheight = 90\ncamera = \"near\"\n\
          [cameras.near]\nlatitude_deg = 30.0\nlongitude_deg = 31.0\naltitude_m = 1.5e6\ntilt_deg = 30.0\n\
          [cameras.elsewhere]\nlatitude_deg = 10.0\nlongitude_deg = -60.0\naltitude_m = 1.5e6\n"

@@ -162,7 +162,7 @@ fn a_cut_file_in_a_scene_is_told_and_reported() {
     let folder = built();
     let bytes = std::fs::read(folder.path().join("b.pmesh")).unwrap();
     let scene = "[view]\nwidth = 32\nheight = 18\ncamera = \"a\"\n[cameras.a]\naltitude_m = 1.0\neast_m = 0.0\n\
-                 north_m = -2.0\ntilt_deg = 90.0\n[progressive_mesh.b]\nsource = \"b.pmesh\"\nsize_m = 1.0\n";
+                 north_m = -2.0\ntilt_deg = 90.0\n[surface.b.geometry]\nkind = \"progressive-mesh\"\nsource = \"b.pmesh\"\nsize_m = 1.0\n";
     write(&folder, "s.toml", scene);
     let shown = |length: usize| {
         std::fs::write(folder.path().join("b.pmesh"), &bytes[..length]).unwrap();
@@ -171,7 +171,7 @@ fn a_cut_file_in_a_scene_is_told_and_reported() {
         (words, report["surfaces"]["b"].clone())
     };
     let (words, surface) = shown(bytes.len() / 2);
-    holds(&words, &["WARN", "progressive_mesh.b.source: ", "b.pmesh: the end is missing: ", " levels"]);
+    holds(&words, &["WARN", "surface.b.geometry.source: ", "b.pmesh: the end is missing: ", " levels"]);
     assert_eq!(surface["cut_from"]["faces"], 3674);
     assert!(surface["faces"].as_u64().unwrap() < 3674, "{surface}");
     let (words, surface) = shown(bytes.len());

@@ -83,7 +83,11 @@ fn a_report_tells_each_frames_passes_and_what_it_takes_to_repeat_the_run() {
 fn a_report_tells_the_variant_that_ran() {
     let folder = folder();
     let variant = ["-Dvariant.u1=packed", "-Dvariant.keying=native", "-Dvariant.memo=false"];
-    let more = ["-Dvariant.block_log2=1", "-Dvariant.max_anisotropy=4", "-Dvariant.interpolation=literal"];
+    let more = [
+        "-Dvariant.block_log2=1",
+        "-Dsurface.land.filter.max_anisotropy=4",
+        "-Dsurface.land.filter.interpolation=literal",
+    ];
     let arguments = [&["earth"], &SMALL[..], &["a.json", "--frames", "1"], &variant, &more].concat();
     rendered(&folder, &arguments);
     let text = read(&folder, "a.json");

@@ -133,7 +133,7 @@ fn bc1_tiles_give_nearly_the_same_picture_with_the_feature_asked_for() {
     let (worst, rms) = difference(&bc1, &pure);
     println!("BC1: worst {worst}, root mean square {rms:.3} codes");
     // Encoded as they are read, tiles are the file's.
-    rendered(&folder, &["pure.toml", "-D", "texture.format=bc1", "-o", "on-the-fly.png"]);
+    rendered(&folder, &["pure.toml", "-D", "surface.land.texture.format=bc1", "-o", "on-the-fly.png"]);
     assert_eq!(difference(&bc1, &picture(&folder.path().join("on-the-fly.png"))), (0, 0.0));
     // The encoder's own error is 1.9 to 3.8 codes on imagery of 10 km a texel and finer; here a texel is 20 km, with
     // more contrast in a block (4.6 measured). A coast's colours lie beside BC1's line of four: single pixels there

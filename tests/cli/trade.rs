@@ -5,7 +5,7 @@ use serde_json::Value;
 
 /// The scene with a comment at what `--write` changes.
 fn commented() -> String {
-    let variant = "[variant]\n# What the paper has.\nfilter = \"trilinear\" # two levels\n";
+    let variant = "[surface.land.filter]\n# What the paper has.\nkind = \"trilinear\" # two levels\n";
     small_scene(SYNTHETIC) + variant
 }
 

@@ -94,25 +94,25 @@ fn what_a_scene_of_meshes_has_not_is_refused_and_a_model_that_is_not_there_is_na
     for option in ["--dump-visible=a.csv", "--dump-footprint=a.exr", "--compare-plain"] {
         let (code, line) = render_failure(&folder, &["bunny", "-o", "a.png", option]);
         assert_eq!(code, 2, "{line}");
-        holds(&line, &[option.split('=').next().unwrap(), "scene bunny has no textured landscape"]);
+        holds(&line, &[option.split('=').next().unwrap(), "scene bunny has no virtual texture"]);
     }
     for (source, words) in [
         (
             "rabbit",
-            &["progressive_mesh.bunny.source", "no model is called so", "\"rabbit\"", "bunny, sphere"][..],
+            &["surface.bunny.geometry.source", "no model is called so", "\"rabbit\"", "bunny, sphere"][..],
         ),
-        ("dragon", &["progressive_mesh.bunny.source", "dragon is not here: run `ortelius fetch dragon`"]),
-        ("a.ply", &["progressive_mesh.bunny.source", "a.ply"]),
-        ("a.pmesh", &["progressive_mesh.bunny.source", "a.pmesh"]),
+        ("dragon", &["surface.bunny.geometry.source", "dragon is not here: run `ortelius fetch dragon`"]),
+        ("a.ply", &["surface.bunny.geometry.source", "a.ply"]),
+        ("a.pmesh", &["surface.bunny.geometry.source", "a.pmesh"]),
     ] {
-        let change = format!("progressive_mesh.bunny.source={source}");
+        let change = format!("surface.bunny.geometry.source={source}");
         let mut render = ortelius(&folder, &["render", "bunny", "-o", "a.png", "-D", &change]);
         let (code, line) = failure(render.env("XDG_DATA_HOME", folder.path()));
         assert_eq!(code, 1, "{line}");
         holds(&line, words);
     }
     let (_, line) = failure(&mut ortelius(&folder, &["trade", "bunny"]));
-    holds(&line, &["scene bunny has no landscape"]);
+    holds(&line, &["scene bunny has no surface with a virtual texture"]);
     assert_eq!(names(&folder), [""; 0]);
 }
 
@@ -154,7 +154,7 @@ fn a_scene_of_meshes_is_rendered_explained_and_reported() {
     assert!(bytes("state_of_an_instance") < 400.0, "{report}");
     assert!(live <= bytes("host_indices_of_an_instance"), "{report}");
     assert!(bytes("device_indices_of_an_instance") < 4.0 * live, "{report}");
-    let on_the_device = ["render", "bunny", "--explain", "-D", "progressive_mesh.bunny.apply=gpu"];
+    let on_the_device = ["render", "bunny", "--explain", "-D", "surface.bunny.geometry.apply=gpu"];
     let explained = String::from_utf8(run(&folder, &on_the_device).stdout).unwrap();
     holds(&explained, &["memory     bunny: splits and permutations: "]);
 }

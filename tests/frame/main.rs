@@ -5,10 +5,10 @@ use ortelius::frame::{Run, Technique};
 use ortelius::math::camera::Pose;
 use ortelius::model::mesh::{Mesh, gpu_mesh};
 use ortelius::paper::progressive_mesh::{self, Model, ProgressiveMeshes, load};
-use ortelius::paper::virtual_texture::streaming::Keying;
+use ortelius::paper::virtual_texture::config::{Filter, open_texture, source_mesh};
 use ortelius::paper::virtual_texture::{
-    self, Compaction, Config, Dedup, Filtering, Interpolation, Listing, PAPER, Settings, VirtualTexture,
-    all_needs,
+    self, Compaction, Config, Dedup, Filtering, Interpolation, Keying, Listing, PAPER, Settings,
+    VirtualTexture, all_needs,
 };
 use ortelius::picture::Target;
 use ortelius::scene::Scene;
@@ -60,14 +60,14 @@ struct Landscape {
 impl Landscape {
     fn new() -> Landscape {
         let scene = Scene::embedded("ruler").unwrap();
-        let mut settings = Settings::of_scene(&scene, Target::Srgb8);
+        let mut settings = Settings::of_scene(&scene, Target::Srgb8).unwrap();
         settings.streaming.deterministic = true;
         settings.streaming.gpu_tiles = 96;
         settings.streaming.load_tiles_per_frame = 64;
         settings.streaming.upload_tiles_per_frame = 64;
         Landscape {
-            source: scene.open_texture().unwrap(),
-            mesh: gpu_mesh(&scene.source_mesh().unwrap()).unwrap(),
+            source: open_texture(&scene).unwrap(),
+            mesh: gpu_mesh(&source_mesh(&scene).unwrap()).unwrap(),
             settings,
             pose: scene.camera("corner-oblique").unwrap().pose(),
         }
@@ -115,7 +115,7 @@ fn meshes_are_resized_too() {
     let models: Vec<Model> = load(&scene).unwrap();
     let pose = scene.camera("near").unwrap().pose();
     let run = |size| {
-        let own = progressive_mesh::Settings::of_scene(&scene, Target::Srgb8);
+        let own = progressive_mesh::Settings::of_scene(&scene, Target::Srgb8).unwrap();
         ProgressiveMeshes::run(gpu.clone(), &models, progressive_mesh::Settings { size, ..own }).unwrap()
     };
     let mut resized = run(SIZES[0]);
@@ -142,8 +142,10 @@ fn variants(landscape: &Landscape) -> Vec<Config> {
     }
     variants.extend(Listing::ALL.iter().map(|&list| Config { list, ..base }));
     let filters = [Filtering::Trilinear, Filtering::Bilinear, Filtering::Stochastic];
-    variants.extend(filters.map(|filter| Config { filter, samples: 2, ..base }));
-    variants.push(Config { interpolation: Interpolation::Literal, ..base });
+    let filter = |kind| Filter { kind, samples: 2, ..base.filter };
+    variants.extend(filters.map(|kind| Config { filter: filter(kind), ..base }));
+    let literal = Filter { interpolation: Interpolation::Literal, ..base.filter };
+    variants.push(Config { filter: literal, ..base });
     variants.push(Config { fade_in_frames: 3, ..base });
     variants.push(base);
     variants
@@ -169,7 +171,7 @@ fn every_variant_is_switched_to_in_one_run_and_the_caches_stay() {
         run.records.take();
         run.reconfigure(|technique, gpu, target| technique.reconfigure(gpu, config, target)).unwrap();
         frames += run.settle(&pose).unwrap();
-        let after = if config.filter == Filtering::Stochastic { frames } else { 0 };
+        let after = if config.filter.kind == Filtering::Stochastic { frames } else { 0 };
         let new = fresh(landscape.run(&gpu, size, config), &pose, after);
         assert!(run.picture_bytes().unwrap() == new, "{config:?}");
         assert_eq!(run.technique.passes().len(), run.records.last().unwrap().passes.len(), "{config:?}");

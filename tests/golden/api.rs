@@ -5,7 +5,10 @@ use crate::store::{Entry, Hash};
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::model::mesh::{Mesh, gpu_mesh};
+use ortelius::paper::progressive_mesh::config::surface;
+use ortelius::paper::progressive_mesh::stand::stands;
 use ortelius::paper::progressive_mesh::{self, Model, ProgressiveMeshes};
+use ortelius::paper::virtual_texture::config::{open_texture, source_mesh};
 use ortelius::paper::virtual_texture::{self, VirtualTexture, all_needs};
 use ortelius::picture::Target;
 use ortelius::scene::Scene;
@@ -41,12 +44,16 @@ pub struct Shared {
 /// `earth` with `variant.dedup=runs` and so on: the sections of each key.
 fn scene(case: &Case) -> Scene {
     let section = |change: &str| match change.split('=').next().unwrap() {
-        "order" | "apply" | "geomorph" => format!("progressive_mesh.{}", case.scene),
+        "order" | "apply" | "geomorph" => format!("surface.{}.geometry", case.scene),
+        "samples" | "interpolation" | "max_anisotropy" => "surface.land.filter".to_owned(),
         "upload_tiles_per_frame" | "fade_in_frames" | "prefetch_frames" => "cache".to_owned(),
         _ => "variant".to_owned(),
     };
-    let changes: Vec<String> =
-        case.changes.iter().map(|change| format!("{}.{change}", section(change))).collect();
+    let key = |change: &str| match change.strip_prefix("filter=") {
+        Some(kind) => format!("surface.land.filter.kind={kind}"),
+        None => format!("{}.{change}", section(change)),
+    };
+    let changes: Vec<String> = case.changes.iter().map(|change| key(change)).collect();
     Scene::load_with(case.scene, &changes).unwrap()
 }
 
@@ -60,7 +67,7 @@ fn pose(scene: &Scene, view: &View) -> Pose {
 /// Paper 1: of each view the picture, the sorted tiles and, of the last one, `U3` where its order is determined.
 pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry> {
     let scene = scene(case);
-    let mut settings = virtual_texture::Settings::of_scene(&scene, Target::Srgb8);
+    let mut settings = virtual_texture::Settings::of_scene(&scene, Target::Srgb8).unwrap();
     settings.size = SIZE;
     settings.streaming.gpu_tiles = 64;
     settings.streaming.deterministic = true;
@@ -70,8 +77,8 @@ pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry
         settings.streaming.upload_tiles_per_frame = 64;
     }
     let open = || -> (Arc<dyn TileSource>, Mesh) {
-        let source = Remembered::of(scene.open_texture().unwrap());
-        (Arc::new(source), gpu_mesh(&scene.source_mesh().unwrap()).unwrap())
+        let source = Remembered::of(open_texture(&scene).unwrap());
+        (Arc::new(source), gpu_mesh(&source_mesh(&scene).unwrap()).unwrap())
     };
     let (source, mesh) = shared.textured.entry(case.scene).or_insert_with(open);
     let mut session = VirtualTexture::run(gpu.clone(), source.clone(), mesh, settings).unwrap();
@@ -106,7 +113,7 @@ pub fn progressive_mesh(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entr
     let model = model(shared, case, &scene);
     let settings = progressive_mesh::Settings {
         size: SIZE,
-        ..progressive_mesh::Settings::of_scene(&scene, Target::Srgb8)
+        ..progressive_mesh::Settings::of_scene(&scene, Target::Srgb8).unwrap()
     };
     let mut session = ProgressiveMeshes::run(gpu.clone(), &[model], settings).unwrap();
     let mut entries = Vec::new();
@@ -131,15 +138,16 @@ pub fn progressive_mesh(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entr
 /// The case's surface; its mesh is the last case's where the order is the same.
 fn model(shared: &mut Shared, case: &Case, scene: &Scene) -> Model {
     let order = case.changes[0].clone();
-    let (name, surface) = scene.progressive_meshes.iter().next().unwrap();
+    let name = scene.surfaces.keys().next().unwrap();
+    let surface = surface(scene, name).unwrap();
     if shared.mesh.as_ref().is_none_or(|(known, _)| *known != order) {
         let loaded = progressive_mesh::load(scene).unwrap().remove(0);
         shared.mesh = Some((order, loaded));
     }
     let (_, known) = shared.mesh.as_ref().unwrap();
     assert_eq!(known.surface.source, surface.source, "both scenes show one model");
-    let stands = surface.stands(&scene.paths);
-    Model { name: name.clone(), surface: surface.clone(), stands, ..known.clone() }
+    let stands = stands(scene, &surface);
+    Model { name: name.clone(), surface, stands, ..known.clone() }
 }
 
 /// A texture whose tiles are computed once for all cases.

@@ -63,8 +63,7 @@ fn verdicts(spoil: fn(usize, usize, &mut [u8]), instead: fn(TileId) -> TileId) -
     let ruler = Ruler::new(Pyramid::new(15, 14, 6, 4, None).unwrap());
     let mesh = mesh::gpu_mesh(&mesh::earth(97, 49).unwrap()).unwrap();
     let streaming = StreamingConfig { deterministic: true, ..StreamingConfig::default() };
-    let settings =
-        Settings { size: [320, 180], config: PAPER, streaming, prefetch_frames: 0, target: Target::Srgb8 };
+    let settings = Settings { size: [320, 180], config: PAPER, streaming, target: Target::Srgb8 };
     let source = Arc::new(Spoilt { ruler, spoil, instead });
     let mut renderer = VirtualTexture::run(gpu.clone(), source, &mesh, settings).unwrap();
     renderer.settle(&pose()).unwrap();

@@ -1,17 +1,17 @@
 //! Frames under a governor.
 
 use ortelius::picture::Target;
-use ortelius::renderer::{self, Options, RenderError, Renderer};
+use ortelius::renderer::{Options, RenderError, Renderer};
 use ortelius::scene::Scene;
 
 const FACES: u64 = 3000;
 
 fn open(budget: &str, deterministic: bool) -> Result<(Scene, Renderer), RenderError> {
-    let changes = ["progressive_mesh.herd.instances=40", "progressive_mesh.herd.error_pixels=0.1", budget];
+    let changes = ["surface.herd.geometry.instances=40", "surface.herd.geometry.error_pixels=0.1", budget];
     let scene = Scene::load_with("herd", &changes.map(String::from)).unwrap();
     let options =
         Options { target: Target::Srgb8, size: Some([160, 90]), device: None, validate: true, deterministic };
-    let renderer = renderer::open(&scene, &options)?;
+    let renderer = Renderer::open(&scene, &options)?;
     Ok((scene, renderer))
 }
 

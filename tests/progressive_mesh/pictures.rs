@@ -2,18 +2,17 @@
 //! past.
 
 use glam::{DVec2, DVec3};
-use ortelius::frame::Run;
-use ortelius::frame::Technique;
+use ortelius::frame::{Run, Technique};
 use ortelius::math::camera::Pose;
 use ortelius::model::mesh::SourceMesh;
 use ortelius::paper::progressive_mesh::place::Place;
-use ortelius::paper::progressive_mesh::surface::vertices::{self, MORPH_BAND_LOG2};
-use ortelius::paper::progressive_mesh::technique::{BACKGROUND, sun};
+use ortelius::paper::progressive_mesh::surface::vertices;
+use ortelius::paper::progressive_mesh::surface::vertices::MORPH_BAND_LOG2;
 use ortelius::paper::progressive_mesh::{ProgressiveMeshes, Settings, load};
-use ortelius::picture::Target;
-use ortelius::picture::{Picture, error::compare};
+use ortelius::picture::error::compare;
+use ortelius::picture::{Picture, Target};
 use ortelius::reference::{Sample, View};
-use ortelius::renderer::{self, Options};
+use ortelius::renderer::{Options, Renderer};
 use ortelius::scene::Scene;
 use ortelius::vk::{Feature, Gpu, GpuOptions, Watched};
 
@@ -41,7 +40,7 @@ fn scene(name: &str, changes: &[&str]) -> Scene {
 }
 
 pub fn open(gpu: &Gpu, scene: &Scene) -> Run<ProgressiveMeshes> {
-    let settings = Settings { size: SIZE, ..Settings::of_scene(scene, Target::Linear32) };
+    let settings = Settings { size: SIZE, ..Settings::of_scene(scene, Target::Linear32).unwrap() };
     ProgressiveMeshes::run(gpu.clone(), &load(scene).unwrap(), settings).unwrap()
 }
 
@@ -95,10 +94,10 @@ fn truth(session: &Run<ProgressiveMeshes>, pose: &Pose, seen: &[(DVec3, DVec3)])
     (View::new(&mesh, &pose.world_to_clip(SIZE[0], SIZE[1]), pose.eye, SIZE), normals)
 }
 
-fn shade(sample: &Sample, normals: &[[DVec3; 3]]) -> [f32; 4] {
+fn shade(sample: &Sample, normals: &[[DVec3; 3]], sun: DVec3) -> [f32; 4] {
     let [a, b, c] = normals[sample.triangle as usize];
     let normal = a * (1.0 - sample.s - sample.t) + b * sample.s + c * sample.t;
-    let grey = 0.6 * (0.25 + 0.75 * normal.normalize().dot(sun()).max(0.0));
+    let grey = 0.6 * (0.25 + 0.75 * normal.normalize().dot(sun).max(0.0));
     [grey as f32, grey as f32, grey as f32, 1.0]
 }
 
@@ -114,7 +113,10 @@ fn beyond_f64(session: &mut Run<ProgressiveMeshes>, pose: &Pose, seen: &[(DVec3,
     let picture = picture(session);
     let (view, normals) = truth(session, pose, seen);
     let samples = view.samples();
-    let shown = samples.iter().map(|s| s.as_ref().map_or(BACKGROUND, |s| shade(s, &normals))).collect();
+    let Settings { sun, background, .. } = session.technique.settings;
+    let [r, g, b] = background;
+    let background = [r, g, b, 1.0];
+    let shown = samples.iter().map(|s| s.as_ref().map_or(background, |s| shade(s, &normals, sun))).collect();
     let difference = compare(&picture, &Picture::new(SIZE[0], SIZE[1], shown)).unwrap();
     let sure = |x, y| {
         let candidates = view.candidates(x, y, RADIUS_PX);
@@ -134,10 +136,10 @@ fn a_level_is_drawn_as_f64_draws_it() {
     let gpu = device();
     for (source, pixels) in [("bunny", "1.0"), ("bunny", "6.0"), ("solid", "1.0"), ("torus", "2.0")] {
         let changes = [
-            format!("progressive_mesh.bunny.source={source}"),
-            format!("progressive_mesh.bunny.error_pixels={pixels}"),
+            format!("surface.bunny.geometry.source={source}"),
+            format!("surface.bunny.geometry.error_pixels={pixels}"),
         ];
-        let scene = scene("bunny", &[&changes[0], &changes[1], "progressive_mesh.bunny.heading_deg=30.0"]);
+        let scene = scene("bunny", &[&changes[0], &changes[1], "surface.bunny.geometry.heading_deg=30.0"]);
         let pose = scene.camera("near").unwrap().pose();
         let mut session = open(&gpu, &scene);
         session.frame(&pose).unwrap();
@@ -170,7 +172,7 @@ fn a_hundredth_of_the_models_size_is_not_the_f64_picture() {
 fn a_vertex_on_its_way_is_drawn_where_f64_puts_it() {
     let gpu = device();
     let scene =
-        scene("bunny", &["progressive_mesh.bunny.geomorph=true", "progressive_mesh.bunny.error_pixels=8"]);
+        scene("bunny", &["surface.bunny.geometry.geomorph=true", "surface.bunny.geometry.error_pixels=8"]);
     let pose = scene.camera("near").unwrap().pose();
     let mut session = open(&gpu, &scene);
     session.frame(&pose).unwrap();
@@ -187,7 +189,7 @@ fn a_vertex_on_its_way_is_drawn_where_f64_puts_it() {
 #[test]
 fn a_herd_that_has_walked_shows_what_one_that_just_came_shows() {
     let gpu = device();
-    let changes = ["progressive_mesh.herd.instances=40", "progressive_mesh.herd.aside_m=8"];
+    let changes = ["surface.herd.geometry.instances=40", "surface.herd.geometry.aside_m=8"];
     let scene = scene("herd", &changes);
     let path = scene.path("walk").unwrap();
     let mut walked = open(&gpu, &scene);
@@ -221,8 +223,8 @@ fn a_herd_that_has_walked_shows_what_one_that_just_came_shows() {
 fn levels_that_the_device_applies_are_the_hosts() {
     let gpu = device();
     let herd = |apply: &str| {
-        let apply = format!("progressive_mesh.herd.apply={apply}");
-        scene("herd", &["progressive_mesh.herd.instances=40", "progressive_mesh.herd.aside_m=8", &apply])
+        let apply = format!("surface.herd.geometry.apply={apply}");
+        scene("herd", &["surface.herd.geometry.instances=40", "surface.herd.geometry.aside_m=8", &apply])
     };
     let (host, device) = (herd("cpu"), herd("gpu"));
     let path = host.path("walk").unwrap();
@@ -250,8 +252,9 @@ fn levels_that_the_device_applies_are_the_hosts() {
 #[test]
 fn the_device_counts_every_index_and_no_more_vertices_than_those() {
     let gpu = device();
-    let scene = scene("herd", &["progressive_mesh.herd.instances=20"]);
-    let settings = Settings { size: SIZE, count_shaders: true, ..Settings::of_scene(&scene, Target::Srgb8) };
+    let scene = scene("herd", &["surface.herd.geometry.instances=20"]);
+    let settings =
+        Settings { size: SIZE, count_shaders: true, ..Settings::of_scene(&scene, Target::Srgb8).unwrap() };
     let mut session = ProgressiveMeshes::run(gpu.clone(), &load(&scene).unwrap(), settings).unwrap();
     session.frame(&scene.camera("start").unwrap().pose()).unwrap();
     session.drain().unwrap();
@@ -267,14 +270,15 @@ fn the_device_counts_every_index_and_no_more_vertices_than_those() {
 fn a_scene_asks_for_what_it_shows_and_nothing_else() {
     let opened = |name: &str, changes: &[&str]| {
         let scene = scene(name, changes);
-        let renderer = renderer::open(&scene, &options()).unwrap();
+        let renderer = Renderer::open(&scene, &options()).unwrap();
         let names = |list: Vec<(String, u64)>| list.into_iter().map(|(name, _)| name).collect::<Vec<_>>();
         (renderer.technique.needs().len(), renderer.technique.passes(), names(renderer.memory()))
     };
     let (features, passes, memory) = opened("bunny", &[]);
     assert_eq!((features, passes), (0, vec!["levels", "surfaces"]));
     assert_eq!(memory, ["bunny: vertices", "bunny: indices", "levels: staging", "depth", "picture"]);
-    let (_, passes, memory) = opened("plane", &["texture.width_log2=12", "texture.height_log2=11"]);
+    let (_, passes, memory) =
+        opened("plane", &["surface.land.texture.width_log2=12", "surface.land.texture.height_log2=11"]);
     assert!(!passes.iter().any(|pass| ["levels", "surfaces"].contains(pass)), "{passes:?}");
     assert!(
         !memory.iter().any(|name| name.starts_with("levels") || name.ends_with("vertices")),

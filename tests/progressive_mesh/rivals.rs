@@ -3,17 +3,18 @@
 use crate::pictures::{device, open, options};
 use ortelius::frame::Run;
 use ortelius::frame::Technique;
+use ortelius::paper::progressive_mesh::choices::FaceOrder;
 use ortelius::paper::progressive_mesh::{ProgressiveMeshes, Settings, load};
 use ortelius::picture::Target;
-use ortelius::renderer;
-use ortelius::scene::{FaceOrder, Scene};
+use ortelius::renderer::Renderer;
+use ortelius::scene::Scene;
 
 fn scene(name: &str, changes: &[String]) -> Scene {
     Scene::load_with(name, changes).unwrap()
 }
 
 fn bunny(source: &str, order: FaceOrder, more: &[&str]) -> Scene {
-    let of = |change: &str| format!("progressive_mesh.bunny.{change}");
+    let of = |change: &str| format!("surface.bunny.geometry.{change}");
     let mut changes = vec![of(&format!("source={source}")), of(&format!("order={}", order.name()))];
     changes.extend(more.iter().map(|change| of(change)));
     scene("bunny", &changes)
@@ -53,7 +54,7 @@ fn every_order_draws_the_faces_and_the_picture_of_the_same_level() {
         let opened = |order| {
             let scene = bunny(source, order, &[]);
             let models = load(&scene).unwrap();
-            let own = Settings::of_scene(&scene, Target::Linear32);
+            let own = Settings::of_scene(&scene, Target::Linear32).unwrap();
             let session =
                 ProgressiveMeshes::run(gpu.clone(), &models, Settings { size: [320, 180], ..own }).unwrap();
             (session, models[0].mesh.vertices.positions.clone(), scene.camera("near").unwrap().pose())
@@ -64,7 +65,7 @@ fn every_order_draws_the_faces_and_the_picture_of_the_same_level() {
         let expected: Vec<_> = errors.iter().map(|&pixels| shown(&mut classical, &pose, pixels)).collect();
         let set = |shown: &Shown, positions: &[[f32; 3]]| as_a_set(shown.faces.as_ref().unwrap(), positions);
         assert!(different_pixels(&expected[0].picture, &expected[1].picture) > 100 * TIES);
-        for order in FaceOrder::ALL {
+        for &order in FaceOrder::ALL {
             if matches!(order, FaceOrder::Coherent | FaceOrder::CoherentFewMoves | FaceOrder::Discrete) {
                 continue; // They have levels of their own.
             }
@@ -164,7 +165,7 @@ fn a_herd_that_a_rival_has_drawn_for_a_walk_shows_what_one_that_just_came_shows(
     let gpu = device();
     for order in [FaceOrder::ReOptimised, FaceOrder::SkipLists, FaceOrder::Compacted, FaceOrder::Discrete] {
         let changes = ["instances=30".into(), "aside_m=8".into(), format!("order={}", order.name())];
-        let scene = scene("herd", &changes.map(|change: String| format!("progressive_mesh.herd.{change}")));
+        let scene = scene("herd", &changes.map(|change: String| format!("surface.herd.geometry.{change}")));
         let path = scene.path("walk").unwrap();
         let mut walked = open(&gpu, &scene);
         for frame in [0, 30, 60, 90, 120, 60, 20] {
@@ -185,7 +186,7 @@ fn a_herd_that_a_rival_has_drawn_for_a_walk_shows_what_one_that_just_came_shows(
 #[test]
 fn a_rival_adds_its_pass_and_its_memory_and_says_so() {
     let added = |order: FaceOrder| {
-        let renderer = renderer::open(&bunny("bunny", order, &[]), &options()).unwrap();
+        let renderer = Renderer::open(&bunny("bunny", order, &[]), &options()).unwrap();
         let memory = renderer.memory().into_iter().map(|(name, bytes)| (name, bytes > 0));
         let surface = &renderer.technique.meshes.as_ref().unwrap().surfaces[0];
         (renderer.technique.passes(), memory.collect::<Vec<_>>(), surface.of_an_instance())
@@ -212,5 +213,5 @@ fn a_file_whose_faces_change_places_is_no_mesh_for_a_rival() {
     let of_file = |file: &str| load(&bunny(file, FaceOrder::ReOptimised, &[]));
     assert!(of_file(&file(FaceOrder::Classical)).is_ok());
     let error = of_file(&file(FaceOrder::Ours)).unwrap_err().to_string();
-    assert!(error.contains("progressive_mesh.bunny.order") && error.contains("--order classical"), "{error}");
+    assert!(error.contains("surface.bunny.geometry.order") && error.contains("--order classical"), "{error}");
 }

@@ -1,9 +1,16 @@
 //! Scene files: what loads, what is refused, and where the message points.
 
+mod documents;
 mod herd;
+mod surfaces;
 
+use ortelius::paper::virtual_texture::config::{Config, TextureSource, source_mesh, texture};
+use ortelius::paper::virtual_texture::streaming::StreamingConfig;
+use ortelius::paper::virtual_texture::{Keying, Settings};
+use ortelius::picture::Target;
+use ortelius::renderer::sections;
 use ortelius::scene::camera::{self, Place};
-use ortelius::scene::{Keying, MeshSpec, SHIPPED, Scene, SceneError, TextureSource, TriplesFormat};
+use ortelius::scene::{Ellipsoid, Geometry, SHIPPED, Scene, SceneError};
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -32,13 +39,14 @@ fn scenes_folder() -> PathBuf {
 }
 
 /// A small whole scene; tests change one line of it.
-const SMALL: &str = r#"[texture]
+const SMALL: &str = r#"[surface.land.texture]
+kind = "virtual"
 source = "earth"
 width_log2 = 12
 height_log2 = 11
 
-[mesh]
-kind = "earth"
+[surface.land.geometry]
+kind = "ellipsoid"
 columns = 24
 rows = 12
 
@@ -71,23 +79,26 @@ fn written(text: impl AsRef<[u8]>) -> Written {
     Written { folder, path }
 }
 
+/// Loads as for a user: everything is checked.
+fn load_file(file: &Written, changes: &[String]) -> Result<Scene, SceneError> {
+    sections::load(file.path.to_str().unwrap(), changes)
+}
+
 fn load(text: impl AsRef<[u8]>) -> Result<Scene, SceneError> {
-    let file = written(text);
-    Scene::load(&file.path)
+    load_file(&written(text), &[])
 }
 
 /// The message for SMALL with one line replaced, without the folder's name.
 fn message(line: &str, by: &str) -> String {
     assert_eq!(SMALL.matches(line).count(), 1, "{line:?} must name one line");
     let file = written(SMALL.replace(line, by));
-    let error = Scene::load(&file.path).expect_err(by).to_string();
+    let error = load_file(&file, &[]).expect_err(by).to_string();
     error.replace(&format!("{}/", file.folder.path().display()), "")
 }
 
 fn changed(changes: &[&str]) -> Result<Scene, SceneError> {
-    let file = written(SMALL);
     let changes: Vec<String> = changes.iter().map(|&change| change.to_owned()).collect();
-    Scene::load_with(file.path.to_str().unwrap(), &changes)
+    load_file(&written(SMALL), &changes)
 }
 
 #[test]
@@ -109,12 +120,13 @@ fn every_shipped_scene_loads_and_equals_its_file() {
                 assert!(path.pose(frame).eye.is_finite());
             }
         }
-        match embedded.progressive_meshes.is_empty() {
+        sections::check(&embedded).unwrap_or_else(|error| panic!("{error}"));
+        match embedded.surfaces.contains_key("land") {
             true => {
-                assert!(embedded.texture().unwrap().pyramid().unwrap().is_some());
-                embedded.source_mesh().unwrap().check().unwrap();
+                assert!(texture(&embedded).unwrap().pyramid().unwrap().is_some());
+                source_mesh(&embedded).unwrap().check().unwrap();
             }
-            false => assert!(embedded.texture().is_err() && embedded.source_mesh().is_err(), "{name}"),
+            false => assert!(texture(&embedded).is_err() && source_mesh(&embedded).is_err(), "{name}"),
         }
     }
 }
@@ -122,10 +134,10 @@ fn every_shipped_scene_loads_and_equals_its_file() {
 #[test]
 fn the_shipped_earth_is_the_papers_headline() {
     let scene = Scene::embedded("earth").unwrap();
-    let pyramid = scene.texture().unwrap().pyramid().unwrap().unwrap();
+    let pyramid = texture(&scene).unwrap().pyramid().unwrap().unwrap();
     assert_eq!((pyramid.width_log2(), pyramid.height_log2(), pyramid.tile_size()), (18, 17, 512));
     assert_eq!((scene.view.width, scene.view.height), (1920, 1080));
-    assert_eq!(scene.source_mesh().unwrap().triangles.len(), 149_768);
+    assert_eq!(source_mesh(&scene).unwrap().triangles.len(), 149_768);
     let camera = scene.camera(&scene.view.camera).unwrap();
     assert_eq!((camera.altitude_m, camera.magnification), (300e3, 4.0));
     for path in ["orbit", "pan", "dive", "pole-crossing", "antimeridian-crossing", "teleport"] {
@@ -137,26 +149,32 @@ fn the_shipped_earth_is_the_papers_headline() {
 fn what_a_scene_leaves_out_has_its_documented_value() {
     let scene = load(SMALL).unwrap();
     assert_eq!(scene.name, "small");
-    assert_eq!((scene.texture().unwrap().tile_size, scene.texture().unwrap().border), (512, 4));
-    assert_eq!((scene.cache.gpu_tiles, scene.cache.host_tiles), (192, 384));
-    assert_eq!((scene.variant.u1, scene.variant.keying), (TriplesFormat::Auto, Keying::Paper));
-    assert_eq!((scene.variant.block_log2, scene.variant.list_capacity), (3, 65_536));
+    assert_eq!((texture(&scene).unwrap().tile_size, texture(&scene).unwrap().border), (512, 4));
+    let Settings { config, streaming, .. } = Settings::of_scene(&scene, Target::Srgb8).unwrap();
+    assert_eq!((config, &streaming), (Config::DEFAULT, &StreamingConfig::DEFAULT));
+    assert_eq!((streaming.gpu_tiles, streaming.host_tiles), (192, 384));
+    assert_eq!((config.u1, config.keying), (None, Keying::Paper));
+    assert_eq!((config.block_log2, config.list_capacity), (3, 65_536));
     assert_eq!(scene.cameras["alps"].magnification, 1.0);
+    assert_eq!(scene.view.background, [0.0; 3]);
     assert_eq!(scene.pose(0).unwrap(), scene.cameras["alps"].pose());
 }
 
 #[test]
 fn a_typo_names_line_and_column_and_shows_the_caret() {
     let message = message("columns = 24", "colums = 24");
-    assert!(message.starts_with("small.toml:8:1: unknown field `colums`, expected one of "), "{message}");
-    assert!(message.ends_with("\n8 | colums = 24\n  | ^^^^^^"), "{message}");
+    assert_eq!(
+        message,
+        "small.toml:9:1: no scene has the key surface.land.geometry.colums; nearest is \
+         surface.land.geometry.columns\n9 | colums = 24\n  | ^^^^^^"
+    );
 }
 
 #[test]
 fn broken_toml_is_shown_at_its_place() {
     let message = message("rows = 12", "rows = = 12");
-    assert!(message.starts_with("small.toml:9:8: "), "{message}");
-    assert!(message.contains("\n9 | rows = = 12\n  |        ^"), "{message}");
+    assert!(message.starts_with("small.toml:10:8: "), "{message}");
+    assert!(message.contains("\n10 | rows = = 12\n   |        ^"), "{message}");
     assert_eq!(message.lines().count(), 3, "{message}");
 }
 
@@ -165,15 +183,15 @@ fn a_wrong_type_is_shown_at_its_value() {
     let message = message("altitude_m = 300e3", "altitude_m = \"high\"");
     assert_eq!(
         message,
-        "small.toml:19:14: invalid type: string \"high\", expected f64\n\
-         19 | altitude_m = \"high\"\n   |              ^^^^^^"
+        "small.toml:20:14: cameras.alps.altitude_m: \"high\" is not a number\n\
+         20 | altitude_m = \"high\"\n   |              ^^^^^^"
     );
 }
 
 #[test]
 fn a_missing_key_is_named() {
     let message = message("altitude_m = 300e3\n", "");
-    assert!(message.starts_with("small.toml:16:1: missing field `altitude_m`"), "{message}");
+    assert!(message.starts_with("small.toml:17:1: cameras.alps.altitude_m: is missing"), "{message}");
 }
 
 #[test]
@@ -181,11 +199,11 @@ fn an_unknown_camera_lists_those_that_exist() {
     let text = message("camera = \"alps\"\n\n", "camera = \"alp\"\n\n");
     assert_eq!(
         text,
-        "small.toml:14:10: view.camera: no camera \"alp\"; there are alps\n\
-         14 | camera = \"alp\"\n   |          ^^^^^"
+        "small.toml:15:10: view.camera: no camera \"alp\"; there are alps\n\
+         15 | camera = \"alp\"\n   |          ^^^^^"
     );
     let text = message("camera = \"alps\"\nto", "camera = \"x\"\nto");
-    assert!(text.starts_with("small.toml:23:10: paths.down.camera: no camera \"x\""), "{text}");
+    assert!(text.starts_with("small.toml:24:10: paths.down.camera: no camera \"x\""), "{text}");
     let error = load(SMALL).unwrap().camera("sea").unwrap_err().to_string();
     assert_eq!(error, "scene small has no camera \"sea\"; it has alps");
 }
@@ -204,16 +222,16 @@ fn numbers_out_of_range_are_refused_with_the_range() {
         ("frames = 5", "frames = 0", "0 is outside 1 ..="),
         ("columns = 24", "columns = 2", "2 is outside 3 ..= 8192"),
         ("width = 64", "width = 0", "0 is outside 1 ..= 16384"),
-        ("width = 64", "width = -1", "invalid value: integer `-1`, expected u32"),
+        ("width = 64", "width = -1", "-1 is not a whole number from 0 up"),
         ("width_log2 = 12", "width_log2 = 21", "2^21 x 2^11 texels is outside"),
-        ("width_log2 = 12", "width_log2 = 12\ntile_size = 500", "500 texels is no power of two"),
+        ("width_log2 = 12", "width_log2 = 12\ntile_size = 500", "500 texels is not a power of two"),
         ("width_log2 = 12", "width_log2 = 12\nborder = 257", "257 texels is wider than half a tile"),
         ("width_log2 = 12", "width_log2 = 12\nresident_levels = 3", "3 resident levels are outside"),
         ("width_log2 = 12", "width_log2 = 12\nformat = \"bc1\"\nborder = 2", "must be a multiple of 4"),
         ("frames = 5", "frames = 5\n[variant]\nblock_log2 = 5", "5 is outside 0 ..= 4"),
         ("frames = 5", "frames = 5\n[variant]\ncompact_block_log2 = 3", "3 is outside 0 ..= 2"),
-        ("frames = 5", "frames = 5\n[variant]\nmax_anisotropy = 0", "0 is outside 1 ..= 16"),
-        ("frames = 5", "frames = 5\n[variant]\nu1 = \"rg32\"", "unknown variant `rg32`, expected one of"),
+        ("frames = 5", "frames = 5\n[surface.land.filter]\nmax_anisotropy = 0", "0 is outside 1 ..= 16"),
+        ("frames = 5", "frames = 5\n[variant]\nu1 = \"rg32\"", "\"rg32\" is not one of \"rgb32\", "),
         ("frames = 5", "frames = 5\n[cache]\ngpu_tiles = 0", "0 is outside 1 ..="),
         ("frames = 5", "frames = 5\n[cache]\nload_budget_ms = nan", "NaN is outside"),
     ] {
@@ -228,7 +246,7 @@ fn numbers_out_of_range_are_refused_with_the_range() {
 #[test]
 fn keys_of_another_kind_are_refused() {
     for (line, by, expected) in [
-        ("columns = 24", "columns = 24\nwidth_m = 3.0", "the earth has no width_m"),
+        ("columns = 24", "columns = 24\nwidth_m = 3.0", "no scene has the key surface.land.geometry.width_m"),
         ("latitude_deg = 46.0", "east_m = 46.0", "a camera over the earth has no east_m"),
         ("latitude_deg = 46.0\n", "", "a camera over the earth needs latitude_deg"),
         ("kind = \"dive\"", "kind = \"orbit\"\ndegrees = 9.0", "an orbit has no to_altitude_m"),
@@ -236,9 +254,9 @@ fn keys_of_another_kind_are_refused() {
         ("source = \"earth\"", "source = \"file\"", "the source \"file\" needs a path"),
         ("source = \"earth\"", "source = \"ruler\"\npath = \"x\"", "only the source \"file\" has a path"),
         ("source = \"earth\"", "source = \"ruler\"\nformat = \"bc1\"", "the ruler is exact texel by texel"),
-        ("kind = \"earth\"", "kind = \"plane\"", "a camera over a plane has no latitude_deg"),
-        ("height_log2 = 11\n", "", "height_log2 is missing"),
-        ("[cameras.alps]", "[cameras.\"a b\"]", "\"a b\" is no name"),
+        ("kind = \"ellipsoid\"", "kind = \"plane\"", "a camera over a plane has no latitude_deg"),
+        ("height_log2 = 11\n", "", "height_log2: is missing"),
+        ("[cameras.alps]", "[cameras.\"a b\"]", "\"a b\" is not a name"),
     ] {
         let message = message(line, by);
         assert!(message.contains(expected), "{by}: {message}");
@@ -250,7 +268,7 @@ fn an_orbit_about_the_sky_is_refused_at_its_camera() {
     let by = "\naltitude_m = 300e3\ntilt_deg = 120.0\n[paths.round]\nkind = \"orbit\"\ncamera = \"alps\"\n\
               degrees = 90.0\nframes = 3";
     let message = message("\naltitude_m = 300e3", by);
-    assert!(message.starts_with("small.toml:23:10: paths.round.camera: an orbit needs"), "{message}");
+    assert!(message.starts_with("small.toml:24:10: paths.round.camera: an orbit needs"), "{message}");
 }
 
 #[test]
@@ -260,12 +278,17 @@ fn a_texture_file_is_found_beside_its_scene() {
         "source = \"file\"\npath = \"a/b.tiles\"",
     );
     let file = written(&text);
-    let scene = Scene::load(&file.path).unwrap();
-    assert_eq!(scene.texture().unwrap().source, TextureSource::File(file.folder.path().join("a/b.tiles")));
-    assert_eq!(scene.texture().unwrap().pyramid().unwrap(), None, "the file itself knows its size");
-    let changes = ["texture.path=c.tiles".to_owned()];
-    let scene = Scene::load_with(file.path.to_str().unwrap(), &changes).unwrap();
-    assert_eq!(scene.texture().unwrap().source, TextureSource::File("c.tiles".into()));
+    let found = texture(&load_file(&file, &[]).unwrap()).unwrap();
+    assert_eq!(
+        (found.source, found.path.clone()),
+        (TextureSource::File, Some(file.folder.path().join("a/b.tiles")))
+    );
+    assert_eq!(found.pyramid().unwrap(), None, "the file itself knows its size");
+    let scene = load_file(&file, &["surface.land.texture.path=c.tiles".to_owned()]).unwrap();
+    assert_eq!(texture(&scene).unwrap().path, Some("c.tiles".into()), "from the working directory");
+    // The sizes of the texture that a file replaces are not its own.
+    let scene = changed(&["surface.land.texture.path=c.tiles", "surface.land.texture.source=file"]).unwrap();
+    assert_eq!(texture(&scene).unwrap().pyramid().unwrap(), None);
 }
 
 #[test]
@@ -276,7 +299,7 @@ fn absent_and_unreadable_scenes_are_named() {
     assert!(error.starts_with("no/such.toml: cannot read the scene: "), "{error}");
     let error = Scene::load_with("eart", &[]).unwrap_err().to_string();
     assert!(error.contains("\"eart\"; shipped are antimeridian, bunny, earth,"), "{error}");
-    let error = load(b"[texture]\nsource = \"\xff\"\n").unwrap_err().to_string();
+    let error = load(b"[view]\nsource = \"\xff\"\n").unwrap_err().to_string();
     assert!(error.contains("small.toml:2:11: this byte is not UTF-8"), "{error}");
 }
 
@@ -290,16 +313,20 @@ fn changes_reach_every_section_with_any_value() {
         "cameras.sea={ latitude_deg = 0, longitude_deg = -30.0, altitude_m = 5 }",
         "view.camera=sea",
         "view.path=\"down\"",
-        "mesh.columns=30",
+        "surface.land.geometry.columns=30",
+        "surface.land.filter.kind=stochastic",
+        "variant.u1=auto",
     ])
     .unwrap();
-    assert_eq!((scene.variant.block_log2, scene.variant.keying), (1, Keying::Native));
-    assert_eq!(scene.cache.upload_budget_ms, 0.5);
+    let Settings { config, streaming, .. } = Settings::of_scene(&scene, Target::Srgb8).unwrap();
+    assert_eq!((config.block_log2, config.keying, config.u1), (1, Keying::Native, None));
+    assert_eq!(config.filter.kind.name(), "stochastic");
+    assert_eq!(streaming.upload_budget_ms, 0.5);
     assert_eq!(scene.cameras["alps"].altitude_m, 1e3);
     let sea = Place::Planet { latitude_deg: 0.0, longitude_deg: -30.0 };
     assert_eq!(scene.camera(&scene.view.camera).unwrap().place, sea);
     assert_eq!(scene.view.path.as_deref(), Some("down"));
-    assert_eq!(scene.mesh, Some(MeshSpec::Earth { columns: 30, rows: 12 }));
+    assert_eq!(scene.surfaces["land"].geometry, Geometry::Ellipsoid(Ellipsoid { columns: 30, rows: 12 }));
 }
 
 #[test]
@@ -309,17 +336,21 @@ fn a_wrong_change_repeats_itself_and_suggests_the_nearest_key() {
         ("vew.width=2", "no scene has the key vew.width; nearest is view.width"),
         ("cameras.alps.altitud=2", "nearest is cameras.alps.altitude_m"),
         ("cameras.alp.altitude_m=2", "no cameras.alp in this scene; it has alps"),
-        ("view.width.x=2", "no scene has the key view.width.x; nearest is view.width"),
+        ("view.width.x=2", "view.width is 64, not a table"),
         ("variant.block_log2=9", "9 is outside 0 ..= 4"),
         ("variant.compact=fused-append", "choose \"append\", or variant.dedup = \"fused-exact\""),
-        ("variant.block_log2=many", "invalid type: string \"many\", expected u32"),
+        ("variant.block_log2=many", "\"many\" is not a whole number"),
         ("variant.memo=[1", "is no TOML value"),
         ("variant.memo=", "is no TOML value"),
-        ("variant.memo", "a change is KEY=VALUE"),
+        ("variant.memo", "a change is SECTION.KEY=VALUE"),
         ("view.camera=sea", "no camera \"sea\"; there are alps"),
-        ("variant={ p = 3 }", "unknown field `p`"),
-        ("view=3", "invalid type: integer `3`"),
-        ("=3", "no scene has the key "),
+        ("variant={ p = 3 }", "no scene has the key variant.p; nearest is variant.u1"),
+        ("view=3", "a change is SECTION.KEY=VALUE"),
+        ("=3", "a change is SECTION.KEY=VALUE"),
+        ("sun.x.y=3", "no scene has the key sun.x"),
+        ("surface.lnd.lit=true", "no surface.lnd in this scene; it has land"),
+        ("surface.land.geometry.rows=1", "1 is outside 2 ..= 8192"),
+        ("surface.land.texture.width_log2=21", "2^21 x 2^11 texels is outside"),
     ] {
         let error = changed(&[change]).expect_err(change).to_string();
         assert!(error.starts_with(&format!("-D {change}: ")), "{error}");
@@ -349,12 +380,14 @@ fn every_key_of_the_shipped_scenes_can_be_changed() {
 
 #[test]
 fn a_report_can_hold_the_whole_scene() {
-    let json = serde_json::to_value(Scene::embedded("earth").unwrap()).unwrap();
+    let earth = Scene::embedded("earth").unwrap();
+    let json = serde_json::to_value(&earth).unwrap();
     assert_eq!(json["cameras"]["headline"]["latitude_deg"], 30.2);
-    assert_eq!(json["texture"]["size_log2"], serde_json::json!([18, 17]));
-    assert_eq!(json["paths"]["pole-crossing"]["motion"]["kind"], "pan");
-    assert_eq!(json["mesh"]["kind"], "earth");
-    assert_eq!(json["variant"]["u1"], "auto");
+    assert_eq!(json["surface"]["land"]["texture"]["width_log2"], 18);
+    assert_eq!(json["paths"]["pole-crossing"]["kind"], "pan");
+    let changed = earth.with(&["variant.keying=native".into()]).unwrap();
+    assert_eq!(Scene::of_text(Path::new("earth.toml"), changed.to_toml()).unwrap(), changed);
+    assert_ne!(changed, earth);
 }
 
 proptest! {

@@ -65,7 +65,7 @@ fn an_uploader_without_room_evicts_nothing() {
 
 #[test]
 fn a_copy_longer_than_the_budget_is_the_only_one_of_its_frame() {
-    let config = StreamingConfig { upload_budget: Duration::from_millis(1), ..timed(8, 8) };
+    let config = StreamingConfig { upload_budget_ms: 1.0, ..timed(8, 8) };
     let mut bench = Bench::new(TestSource::default(), config);
     bench.memory.delay = Duration::from_millis(2);
     let reports = bench.settle(&block(2, 2), 10_000);
@@ -75,7 +75,7 @@ fn a_copy_longer_than_the_budget_is_the_only_one_of_its_frame() {
 
 #[test]
 fn a_budget_however_short_lets_one_tile_through() {
-    let config = StreamingConfig { upload_budget: Duration::from_nanos(1), ..timed(8, 8) };
+    let config = StreamingConfig { upload_budget_ms: 1e-6, ..timed(8, 8) };
     let mut bench = Bench::new(TestSource::default(), config);
     // An upload that is over in no time is still longer than a nanosecond.
     let reports = bench.settle(&block(2, 2), 10_000);
@@ -85,7 +85,7 @@ fn a_budget_however_short_lets_one_tile_through() {
 #[test]
 fn loads_beyond_the_budget_wait_for_later_grants() {
     // Each load takes a million times the grant of a frame, so each thread (8 at most) loads one tile and stops.
-    let config = StreamingConfig { load_budget: Duration::from_nanos(5), ..timed(32, 32) };
+    let config = StreamingConfig { load_budget_ms: 5e-6, ..timed(32, 32) };
     let mut bench = Bench::new(TestSource::with_delay(|_| Duration::from_millis(5)), config);
     while bench.source.reads().is_empty() {
         bench.frame(&block(4, 4));
@@ -212,8 +212,8 @@ fn a_reset_clears_the_display_with_the_next_frame() {
 
 #[test]
 fn dropping_joins_the_threads_with_loads_under_way() {
-    for budget in [Duration::MAX, Duration::from_nanos(1)] {
-        let config = StreamingConfig { load_budget: budget, ..timed(32, 32) };
+    for load_budget_ms in [1e12, 1e-6] {
+        let config = StreamingConfig { load_budget_ms, ..timed(32, 32) };
         let mut bench = Bench::new(TestSource::with_delay(|_| Duration::from_millis(50)), config);
         bench.frame(&block(4, 8));
         let Bench { source, streaming, .. } = bench;

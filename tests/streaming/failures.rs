@@ -67,7 +67,7 @@ fn a_tile_that_fails_again_is_reported_again_after_failures_are_forgotten() {
 
 #[test]
 fn a_disk_that_recovers_is_noticed_without_being_told() {
-    let config = StreamingConfig { retry_after: Duration::from_millis(5), ..timed(8, 8) };
+    let config = StreamingConfig { retry_after_ms: 5.0, ..timed(8, 8) };
     let mut bench = Bench::new(TestSource::default(), config);
     let visible = block(2, 2);
     // Nothing can be read, at any level.
@@ -146,8 +146,8 @@ fn settings_that_could_show_nothing_are_refused_by_name() {
         (counting(1, 1, 0, 1), "upload_tiles_per_frame = 0"),
         (counting(1, 1, 1, 0), "load_tiles_per_frame = 0"),
         (counting(u32::MAX, 1, 1, 1), "gpu_tiles = 4294967295"),
-        (StreamingConfig { upload_budget: Duration::ZERO, ..timed(1, 1) }, "upload_budget = 0"),
-        (StreamingConfig { load_budget: Duration::ZERO, ..timed(1, 1) }, "load_budget = 0"),
+        (StreamingConfig { upload_budget_ms: 0.0, ..timed(1, 1) }, "upload_budget_ms = 0"),
+        (StreamingConfig { load_budget_ms: 0.0, ..timed(1, 1) }, "load_budget_ms = 0"),
     ] {
         let message = error(config).to_string();
         assert!(message.contains(text), "{message}");
@@ -163,7 +163,6 @@ fn counts_do_not_matter_where_time_is_measured_nor_time_where_tiles_are_counted(
     let unstaged = StreamingConfig { upload_tiles_per_frame: 0, ..timed };
     let error = Streaming::new(source(), unstaged).err().expect("no room for a single tile");
     assert!(matches!(error, StreamingError::OutOfRange { setting: "upload_tiles_per_frame", .. }), "{error}");
-    let zero = Duration::ZERO;
-    let counting = StreamingConfig { upload_budget: zero, load_budget: zero, ..counting(1, 1, 1, 1) };
+    let counting = StreamingConfig { upload_budget_ms: 0.0, load_budget_ms: 0.0, ..counting(1, 1, 1, 1) };
     Streaming::new(source(), counting).unwrap();
 }

@@ -144,7 +144,7 @@ proptest! {
     fn the_invariants_hold_whatever_the_thread_timing(
         gpu in 1u32..12, host in 1u32..12, path in visible_path(), broken in visible_list(), reset in 0usize..40,
     ) {
-        let config = StreamingConfig { upload_budget: Duration::from_micros(50), ..timed(gpu, host) };
+        let config = StreamingConfig { upload_budget_ms: 0.05, ..timed(gpu, host) };
         let mut bench = Bench::new(TestSource::with_delay(uneven), config);
         bench.source.set_broken(broken);
         let reset = reset.min(path.len());

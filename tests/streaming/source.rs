@@ -1,7 +1,7 @@
 //! A texture whose reading can be slowed, stopped and broken, and video memory that remembers its bytes.
 
 use ortelius::math::pyramid::{Pyramid, TileId};
-use ortelius::paper::virtual_texture::streaming::{FrameReport, Streaming, StreamingConfig, Uploader};
+use ortelius::paper::virtual_texture::streaming::{FrameReport, Order, Streaming, StreamingConfig, Uploader};
 use ortelius::texture::source::{TileError, TileFormat, TileSource};
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Condvar, Mutex};
@@ -181,6 +181,8 @@ pub fn counting(gpu_tiles: u32, host_tiles: u32, uploads: u32, loads: u32) -> St
         upload_tiles_per_frame: uploads,
         load_tiles_per_frame: loads,
         deterministic: true,
+        order: Order::Finest,
+        retry_after_ms: 0.0,
         ..StreamingConfig::default()
     }
 }
@@ -190,8 +192,10 @@ pub fn timed(gpu_tiles: u32, host_tiles: u32) -> StreamingConfig {
     StreamingConfig {
         gpu_tiles,
         host_tiles,
-        upload_budget: Duration::MAX,
-        load_budget: Duration::MAX,
+        upload_budget_ms: 1e12,
+        load_budget_ms: 1e12,
+        order: Order::Finest,
+        retry_after_ms: 0.0,
         ..StreamingConfig::default()
     }
 }

@@ -50,7 +50,7 @@ fn the_host_lists_the_reference_set_from_every_format() {
     let gpu = device();
     for name in ["earth", "globe", "pole"] {
         let scene = scene(name);
-        for format in U1Format::ALL.into_iter().filter(|format| gpu.renders_to(format.image_format())) {
+        for &format in U1Format::ALL.iter().filter(|format| gpu.renders_to(format.image_format())) {
             let mut renderer = open(&gpu, &scene, [250, 141], |settings| settings.config.u1 = Some(format));
             renderer.frame(&pose(&scene, &scene.view.camera)).unwrap();
             let u1 = renderer.u1().unwrap();

@@ -2,7 +2,7 @@
 
 use crate::Renderer;
 use crate::truth::{RADIUS_PX, tolerance, view_of};
-use crate::{device, open, pose, scene};
+use crate::{bordered, device, open, pose, scene};
 use ortelius::math::pyramid::Pyramid;
 use ortelius::paper::virtual_texture::Filtering;
 use ortelius::paper::virtual_texture::Settings;
@@ -25,9 +25,8 @@ fn picture(renderer: &mut Renderer) -> Picture {
 #[test]
 fn two_texels_of_border_are_enough_for_two_levels_and_fewer_are_not() {
     let gpu = device();
-    let mut scene = scene("ruler");
     let wrong = [0, 1, 2, 3].map(|border| {
-        scene.texture_mut().unwrap().border = border;
+        let scene = bordered("ruler", border);
         let mut renderer = open(&gpu, &scene, [320, 180], |_| ());
         let pose = pose(&scene, "corner-oblique");
         renderer.settle(&pose).unwrap();
@@ -67,11 +66,10 @@ fn is_mixed_there(texel: u32, sample: &Sample, pyramid: &Pyramid) -> bool {
 /// Pixels of a settled ruler, filtered by one tap, that show no texel which the trilinear filter would mix there.
 fn wrong_taps(camera: &str, border: u32, spoil: impl Fn(&mut [u8; 4])) -> usize {
     let gpu = device();
-    let (mut scene, size) = (scene("ruler"), [240, 135]);
-    scene.texture_mut().unwrap().border = border;
+    let (scene, size) = (bordered("ruler", border), [240, 135]);
     let mut renderer = open(&gpu, &scene, size, |settings| {
         settings.target = Target::Linear32;
-        settings.config.filter = Filtering::Stochastic;
+        settings.config.filter.kind = Filtering::Stochastic;
     });
     let pose = pose(&scene, camera);
     renderer.settle(&pose).unwrap();
@@ -112,8 +110,8 @@ fn the_mean_of_taps_is_the_trilinear_filter_and_its_noise_falls_with_their_numbe
     let open = |filter, samples| {
         let mut renderer = open(&gpu, &scene, [160, 90], |settings| {
             settings.target = Target::Linear32;
-            settings.config.filter = filter;
-            settings.config.samples = samples;
+            settings.config.filter.kind = filter;
+            settings.config.filter.samples = samples;
         });
         renderer.settle(&pose).unwrap();
         renderer
@@ -155,8 +153,7 @@ fn beyond(
     possible: impl Fn(&Texels<'_>, &Sample, &Pyramid) -> Vec<[f64; 4]>,
 ) -> usize {
     let gpu = device();
-    let (mut scene, size) = (scene("earth"), [320, 180]);
-    scene.texture_mut().unwrap().border = border;
+    let (scene, size) = (bordered("earth", border), [320, 180]);
     let mut renderer = open(&gpu, &scene, size, |settings| {
         settings.target = Target::Linear32;
         settings.streaming.gpu_tiles = 192;
@@ -206,7 +203,7 @@ fn anisotropic_beyond(camera: &str, most: u32, reference_most: u32) -> usize {
         camera,
         most.max(2),
         bound,
-        |settings| settings.config.max_anisotropy = most,
+        |settings| settings.config.filter.max_anisotropy = most,
         |texels, sample, pyramid| {
             let ([longest, shortest], reach) = lengths(sample, pyramid);
             let count = |by: f64| sample_count(longest + by, (shortest - by).max(0.0), reference_most);
@@ -237,7 +234,7 @@ fn the_anisotropic_picture_is_not_that_of_half_as_many_samples() {
 /// The picture of the nearer level against f64 bilinear samples, `off` levels from the nearer one. Halfway between two
 /// levels, within the derivatives' tolerance, either is the nearer one.
 fn nearer_level_beyond(off: f64) -> usize {
-    let bilinear = |settings: &mut Settings| settings.config.filter = Filtering::Bilinear;
+    let bilinear = |settings: &mut Settings| settings.config.filter.kind = Filtering::Bilinear;
     beyond("oblique", 4, 5.0 / 256.0, bilinear, |texels, sample, pyramid| {
         let ([longest, _], reach) = lengths(sample, pyramid);
         let level =

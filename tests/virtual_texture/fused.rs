@@ -7,6 +7,7 @@ use ortelius::frame::{Seen, Shape, Slot, Technique, View};
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::TileId;
 use ortelius::model::mesh::{SourceMesh, gpu_mesh};
+use ortelius::paper::virtual_texture::config::{open_texture, source_mesh};
 use ortelius::paper::virtual_texture::fused::Fused;
 use ortelius::paper::virtual_texture::lister::Stage3;
 use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Keying, reference};
@@ -33,7 +34,7 @@ fn listed_and_seen(renderer: &mut Renderer) -> (BTreeSet<TileId>, BTreeSet<TileI
 
 /// The scene's mesh with what drawing depth alone takes.
 fn shape(gpu: &Gpu, scene: &Scene) -> Rc<Shape> {
-    let mesh = gpu_mesh(&scene.source_mesh().unwrap()).unwrap();
+    let mesh = gpu_mesh(&source_mesh(scene).unwrap()).unwrap();
     Rc::new(Shape::with_depth_alone(gpu, &mesh).unwrap())
 }
 
@@ -157,7 +158,7 @@ fn every_compaction_behind_a_fused_draw_lists_by_either_keying() {
 
 /// Two planes, the lower one drawn first and hidden by the upper one, 100 m above it.
 fn hidden_plane(scene: &Scene) -> SourceMesh {
-    let lower = scene.source_mesh().unwrap();
+    let lower = source_mesh(scene).unwrap();
     let mut both = lower.clone();
     let first = both.positions.len() as u32;
     both.positions.extend(lower.positions.iter().map(|p| *p + 100.0 * glam::DVec3::Z));
@@ -175,11 +176,11 @@ fn what_is_hidden_is_marked_only_without_depth_alone() {
     let pose = pose(&scene, "nadir");
     let mut extra = Vec::new();
     for dedup in [Dedup::FusedExact, Dedup::Fused] {
-        let mut settings = Settings::of_scene(&scene, ortelius::picture::Target::Srgb8);
+        let mut settings = Settings::of_scene(&scene, ortelius::picture::Target::Srgb8).unwrap();
         settings.size = [320, 180];
         settings.streaming.gpu_tiles = 64;
         fuse(&mut settings, dedup);
-        let source = scene.open_texture().unwrap();
+        let source = open_texture(&scene).unwrap();
         let mut renderer = VirtualTexture::run(gpu.clone(), source, &mesh, settings).unwrap();
         renderer.frame(&pose).unwrap();
         let (listed, seen) = listed_and_seen(&mut renderer);

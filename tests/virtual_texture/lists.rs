@@ -131,7 +131,7 @@ fn every_format_of_u1_lists_the_reference_set() {
     let gpu = device();
     let scene = scene("earth");
     let mut sets = Vec::new();
-    for format in U1Format::ALL.into_iter().filter(|format| gpu.renders_to(format.image_format())) {
+    for &format in U1Format::ALL.iter().filter(|format| gpu.renders_to(format.image_format())) {
         let mut renderer = open(&gpu, &scene, [320, 180], |settings| settings.config.u1 = Some(format));
         renderer.frame(&pose(&scene, "oblique")).unwrap();
         renderer.drain().unwrap();

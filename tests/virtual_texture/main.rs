@@ -17,8 +17,8 @@ mod variants;
 use ortelius::frame::Run;
 use ortelius::math::camera::Pose;
 use ortelius::model::mesh;
-use ortelius::paper::virtual_texture::all_needs;
-use ortelius::paper::virtual_texture::{Settings, VirtualTexture};
+use ortelius::paper::virtual_texture::config::{open_texture, owner, source_mesh};
+use ortelius::paper::virtual_texture::{Settings, VirtualTexture, all_needs};
 use ortelius::picture::Target;
 use ortelius::scene::{SHIPPED, Scene};
 use ortelius::texture::source::TileSource;
@@ -41,21 +41,26 @@ fn open_with(
     source: Arc<dyn TileSource>,
     change: impl FnOnce(&mut Settings),
 ) -> Renderer {
-    let mut settings = Settings::of_scene(scene, Target::Srgb8);
+    let mut settings = Settings::of_scene(scene, Target::Srgb8).unwrap();
     settings.size = size;
     settings.streaming.gpu_tiles = 64;
     settings.streaming.deterministic = true;
     change(&mut settings);
-    let mesh = mesh::gpu_mesh(&scene.source_mesh().unwrap()).unwrap();
+    let mesh = mesh::gpu_mesh(&source_mesh(scene).unwrap()).unwrap();
     VirtualTexture::run(gpu.clone(), source, &mesh, settings).unwrap()
 }
 
 fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], change: impl FnOnce(&mut Settings)) -> Renderer {
-    open_with(gpu, scene, size, scene.open_texture().unwrap(), change)
+    open_with(gpu, scene, size, open_texture(scene).unwrap(), change)
 }
 
 fn scene(name: &str) -> Scene {
     Scene::embedded(name).unwrap()
+}
+
+/// A scene with another border.
+fn bordered(name: &str, border: u32) -> Scene {
+    scene(name).with(&[format!("surface.land.texture.border={border}")]).unwrap()
 }
 
 fn pose(scene: &Scene, camera: &str) -> Pose {
@@ -64,5 +69,5 @@ fn pose(scene: &Scene, camera: &str) -> Pose {
 
 /// The shipped scenes that have a landscape.
 fn landscapes() -> impl Iterator<Item = &'static str> {
-    SHIPPED.into_iter().map(|(name, _)| name).filter(|name| scene(name).texture.is_some())
+    SHIPPED.into_iter().map(|(name, _)| name).filter(|name| owner(&scene(name)).unwrap().is_some())
 }

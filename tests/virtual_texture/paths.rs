@@ -2,9 +2,9 @@
 
 use crate::Renderer;
 use crate::{device, open, open_with};
+use ortelius::paper::virtual_texture::config::open_texture;
+use ortelius::paper::virtual_texture::disk::{Disk, FaultyDisk};
 use ortelius::scene::Scene;
-use ortelius::texture::source::disk::Disk;
-use ortelius::texture::source::disk::FaultyDisk;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,8 @@ const PATHS: [&str; 6] = ["orbit", "pan", "dive", "pole-crossing", "antimeridian
 
 /// The earth's mesh and paths under the ruler's texels, in tiles of 128: as many at 160 x 90 as tiles of 512 at 640 x 360.
 fn earth_of_ruler() -> Scene {
-    let changes = ["texture.source=ruler", "texture.tile_size=128"].map(str::to_owned);
+    let changes =
+        ["surface.land.texture.source=ruler", "surface.land.texture.tile_size=128"].map(str::to_owned);
     Scene::load_with("earth", &changes).unwrap()
 }
 
@@ -69,7 +70,8 @@ fn tiles_fetched_ahead_are_there_sooner_and_change_no_picture_at_rest() {
     let scene = earth_of_ruler();
     let path = scene.path("pan").unwrap();
     let run = |prefetch_frames| {
-        let mut renderer = open(&gpu, &scene, SIZE, |settings| settings.prefetch_frames = prefetch_frames);
+        let mut renderer =
+            open(&gpu, &scene, SIZE, |settings| settings.streaming.prefetch_frames = prefetch_frames);
         renderer.settle(&path.pose(0)).unwrap();
         let start = renderer.records.len();
         for frame in (2..60).step_by(2) {
@@ -102,11 +104,11 @@ fn frames_go_on_while_the_disk_is_down_and_the_picture_recovers() {
     healthy.settle(&pose).unwrap();
     let picture = healthy.picture_bytes().unwrap();
     drop(healthy);
-    let faults = Disk { delay_ms: 1.0, fails_for_s: 1.0, ..Disk::default() };
-    let disk = Arc::new(FaultyDisk::new(scene.open_texture().unwrap(), faults));
+    let trouble = Disk { delay_ms: 1.0, fails_for_s: 1.0, ..Disk::default() };
+    let disk = Arc::new(FaultyDisk::new(open_texture(&scene).unwrap(), trouble));
     let mut renderer = open_with(&gpu, &scene, SIZE, disk.clone(), |settings| {
         settings.streaming.deterministic = false;
-        settings.streaming.retry_after = Duration::from_millis(50);
+        settings.streaming.retry_after_ms = 50.0;
     });
     let (begin, mut while_down) = (Instant::now(), 0);
     loop {

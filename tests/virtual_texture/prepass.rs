@@ -8,6 +8,7 @@ use ortelius::frame::{Seen, Shape, Slot, View, world_view};
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::Pyramid;
 use ortelius::model::mesh::{Cluster, Mesh, SourceMesh, earth, gpu_mesh, plane};
+use ortelius::paper::virtual_texture::config::source_mesh;
 use ortelius::paper::virtual_texture::footprint::Footprint;
 use ortelius::paper::virtual_texture::fused::Fused;
 use ortelius::paper::virtual_texture::lister::Stage3;
@@ -256,7 +257,7 @@ fn the_shipped_earth_is_left_out_but_for_what_is_seen() {
     let gpu = device();
     let mut chance = Chance(5);
     let earth = scene("earth");
-    let mut drawn = Drawn::new(&gpu, &earth.source_mesh().unwrap());
+    let mut drawn = Drawn::new(&gpu, &source_mesh(&earth).unwrap());
     let globe = scene("globe");
     for (name, camera) in earth.cameras.iter().chain(&globe.cameras) {
         let left_out = drawn.check(&camera.pose(), name);

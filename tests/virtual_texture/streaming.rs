@@ -3,6 +3,7 @@
 use crate::Renderer;
 use crate::{device, open, open_with, pose, scene};
 use ortelius::math::pyramid::{Pyramid, TileId};
+use ortelius::paper::virtual_texture::config::open_texture;
 use ortelius::picture::Target;
 use ortelius::texture::source::{TileError, TileFormat, TileSource};
 use std::sync::Arc;
@@ -67,7 +68,7 @@ fn an_unreadable_tile_is_reported_once_and_shown_from_the_next_coarser() {
     renderer.drain().unwrap();
     let tile = renderer.records.last().unwrap().visible[0];
     drop(renderer);
-    let broken = Arc::new(Broken { whole: scene.open_texture().unwrap(), tile });
+    let broken = Arc::new(Broken { whole: open_texture(&scene).unwrap(), tile });
     let mut renderer = open_with(&gpu, &scene, [320, 180], broken, |_| ());
     renderer.settle(&pose).unwrap();
     for _ in 0..4 {

@@ -2,6 +2,7 @@
 
 use crate::{device, open, pose, scene};
 use ortelius::model::mesh;
+use ortelius::paper::virtual_texture::config::{open_texture, source_mesh, texture};
 use ortelius::paper::virtual_texture::{Settings, VirtualTexture};
 use ortelius::picture::Target;
 
@@ -49,17 +50,17 @@ fn the_earth_is_no_ruler() {
 fn texels_stay_right_on_the_largest_texture_and_with_small_tiles() {
     let gpu = device();
     for (change, camera) in [
-        (["texture.width_log2=20", "texture.height_log2=19"], "corner"),
-        (["texture.width_log2=20", "texture.height_log2=19"], "antimeridian"),
-        (["texture.tile_size=64", "texture.border=2"], "corner-oblique"),
-        (["texture.tile_size=1024", "texture.border=8"], "south-pole"),
-        (["texture.width_log2=12", "texture.height_log2=11"], "corner"),
+        (["surface.land.texture.width_log2=20", "surface.land.texture.height_log2=19"], "corner"),
+        (["surface.land.texture.width_log2=20", "surface.land.texture.height_log2=19"], "antimeridian"),
+        (["surface.land.texture.tile_size=64", "surface.land.texture.border=2"], "corner-oblique"),
+        (["surface.land.texture.tile_size=1024", "surface.land.texture.border=8"], "south-pole"),
+        (["surface.land.texture.width_log2=12", "surface.land.texture.height_log2=11"], "corner"),
     ] {
         let overrides = change.map(String::from);
         let scene = ortelius::scene::Scene::load_with("ruler", &overrides).unwrap();
         // About 100 MB of tiles, whatever their size.
         let gpu_tiles =
-            100_000_000 / scene.texture().unwrap().pyramid().unwrap().unwrap().tile_bytes_rgba8() as u32;
+            100_000_000 / texture(&scene).unwrap().pyramid().unwrap().unwrap().tile_bytes_rgba8() as u32;
         let mut renderer =
             open(&gpu, &scene, [320, 180], |settings| settings.streaming.gpu_tiles = gpu_tiles.min(1000));
         let pose = pose(&scene, camera);
@@ -74,14 +75,14 @@ fn texels_stay_right_on_the_largest_texture_and_with_small_tiles() {
 fn samples_that_would_leave_the_border_are_refused() {
     let gpu = device();
     let scene = scene("earth");
-    let mut settings = Settings::of_scene(&scene, Target::Srgb8);
+    let mut settings = Settings::of_scene(&scene, Target::Srgb8).unwrap();
     settings.size = [64, 36];
     settings.streaming.gpu_tiles = 8;
-    let mesh = mesh::gpu_mesh(&scene.source_mesh().unwrap()).unwrap();
+    let mesh = mesh::gpu_mesh(&source_mesh(&scene).unwrap()).unwrap();
     for (max_anisotropy, refused) in [(1, false), (4, false), (5, true), (16, true)] {
-        settings.config.max_anisotropy = max_anisotropy;
+        settings.config.filter.max_anisotropy = max_anisotropy;
         let renderer =
-            VirtualTexture::run(gpu.clone(), scene.open_texture().unwrap(), &mesh, settings.clone());
+            VirtualTexture::run(gpu.clone(), open_texture(&scene).unwrap(), &mesh, settings.clone());
         assert_eq!(renderer.is_err(), refused, "NA = {max_anisotropy} with a border of 4");
     }
 }

@@ -2,11 +2,11 @@
 
 use crate::{device, landscapes, open, pose, scene};
 use ortelius::math::camera::Pose;
-use ortelius::paper::virtual_texture::Interpolation;
-use ortelius::paper::virtual_texture::Settings;
+use ortelius::paper::virtual_texture::config::source_mesh;
 use ortelius::paper::virtual_texture::figures::stage1::{self, compare_triples};
 use ortelius::paper::virtual_texture::reference::Tolerance;
 use ortelius::paper::virtual_texture::reference::picture::{Filter, Texels};
+use ortelius::paper::virtual_texture::{Interpolation, Settings};
 use ortelius::picture::Picture;
 use ortelius::picture::Target;
 use ortelius::picture::error::{Difference, compare};
@@ -22,7 +22,7 @@ pub fn tolerance(sample: &Sample) -> Tolerance {
 }
 
 pub fn view_of(scene: &Scene, pose: &Pose, size: [u32; 2]) -> View {
-    View::new(&scene.source_mesh().unwrap(), &pose.world_to_clip(size[0], size[1]), pose.eye, size)
+    View::new(&source_mesh(scene).unwrap(), &pose.world_to_clip(size[0], size[1]), pose.eye, size)
 }
 
 #[test]
@@ -37,7 +37,7 @@ fn stage_1_differs_from_f64_only_at_borders_of_a_decision() {
             renderer.frame(&pose).unwrap();
             let dump = renderer.footprint().unwrap();
             let view = view_of(&scene, &pose, size);
-            let mesh = scene.source_mesh().unwrap();
+            let mesh = source_mesh(&scene).unwrap();
             let check = compare_triples(&dump.triples, &view, &mesh, &renderer.technique.source.pyramid());
             println!("{name}, {camera}: {} of {} pixels differ", check.differing, check.pixels);
             let unexplained = &check.unexplained;
@@ -65,7 +65,7 @@ fn a_tenth_of_a_pixel_is_not_explained() {
     let angle = 0.1 * pose.vertical_fov_rad / f64::from(size[1]);
     beside.forward = (pose.forward + pose.right * angle).normalize();
     beside.right = (pose.right - pose.forward * angle).normalize();
-    let (mesh, view) = (scene.source_mesh().unwrap(), view_of(&scene, &beside, size));
+    let (mesh, view) = (source_mesh(&scene).unwrap(), view_of(&scene, &beside, size));
     let check = compare_triples(&dump.triples, &view, &mesh, &renderer.technique.source.pyramid());
     assert!(!check.unexplained.is_empty());
 }
@@ -136,7 +136,7 @@ fn the_settled_picture_is_the_f64_picture_within_the_samplers_precision() {
 #[test]
 fn the_printed_interpolation_is_not_the_f64_picture() {
     let (_, beyond) = settled_beside_truth(&scene("earth"), "oblique", |settings| {
-        settings.config.interpolation = Interpolation::Literal;
+        settings.config.filter.interpolation = Interpolation::Literal;
     });
     assert!(beyond > 100, "{beyond}");
 }

@@ -85,7 +85,7 @@ fn every_variant_of_either_stage_lists_the_reference_set_in_all_scenes_and_forma
     let mut passes = Passes::default();
     for name in landscapes() {
         let scene = scene(name);
-        for format in U1Format::ALL.into_iter().filter(|format| gpu.renders_to(format.image_format())) {
+        for &format in U1Format::ALL.iter().filter(|format| gpu.renders_to(format.image_format())) {
             let mut renderer = open(&gpu, &scene, [250, 141], |settings| settings.config.u1 = Some(format));
             renderer.frame(&pose(&scene, &scene.view.camera)).unwrap();
             renderer.drain().unwrap();

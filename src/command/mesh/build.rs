@@ -8,10 +8,11 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::{ProgressBar, ProgressStyle};
 use ortelius::model::Model;
+use ortelius::paper::progressive_mesh::choices::FaceOrder;
+use ortelius::paper::progressive_mesh::config::DEFAULT_ORDER;
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions, classical, order};
 use ortelius::paper::progressive_mesh::simplify::{Collapses, Report, SimplifyOptions, simplify};
-use ortelius::scene::FaceOrder;
 use std::path::{Path, PathBuf};
 
 /// Simplifies a model to a progressive mesh and writes it, coarsest level first.
@@ -34,7 +35,7 @@ pub struct BuildArgs {
     seed: u64,
 
     /// How faces are ordered
-    #[arg(long, value_parser = orders(), default_value = FaceOrder::default().name())]
+    #[arg(long, value_parser = orders(), default_value = DEFAULT_ORDER.name())]
     order: FaceOrder,
 
     /// Where the order is renewed: N equal groups of splits, or P%: whenever so many faces more are there
@@ -57,24 +58,10 @@ pub struct BuildArgs {
 
 /// The orders that a file can have, by their names everywhere.
 fn orders() -> impl TypedValueParser<Value = FaceOrder> {
-    let named = |order: FaceOrder| PossibleValue::new(order.name()).help(about(order));
-    let names = FaceOrder::ALL.into_iter().filter(|order| !order.is_rival()).map(named);
-    let order = |name: String| FaceOrder::ALL.into_iter().find(|order| order.name() == name);
+    let named = |order: FaceOrder| PossibleValue::new(order.name()).help(order.about());
+    let names = FaceOrder::ALL.iter().copied().filter(|order| !order.is_rival()).map(named);
+    let order = |name: String| FaceOrder::ALL.iter().copied().find(|order| order.name() == name);
     PossibleValuesParser::new(names).try_map(move |name| order(name).ok_or("no order has this name"))
-}
-
-fn about(order: FaceOrder) -> &'static str {
-    match order {
-        FaceOrder::Classical => "As splits bring the faces; nothing moves",
-        FaceOrder::Paper => "The paper's greedy",
-        FaceOrder::Ours => "With an eye on what is left at a vertex: 23 moved faces for each split",
-        FaceOrder::OursFewMoves => "The same, a region at a time: 10 moved faces for each split",
-        FaceOrder::Coherent => {
-            "As ours, and splits that are neighbours follow each other: errors inside a group are the worst one's"
-        }
-        FaceOrder::CoherentFewMoves => "The same with 10 moved faces for each split",
-        _ => "Drawn another way",
-    }
 }
 
 /// Runs the subcommand. A failure names the file.

@@ -1,9 +1,213 @@
-//! The settings of paper 2's frames.
+//! The settings of paper 2: a progressive mesh as the geometry of a surface, the governor, and how frames are drawn.
 
+use super::choices::{Apply, FaceOrder, Layout, UpAxis};
 use super::governor::{Budget, Rule};
 use crate::picture::Target;
-use crate::scene::{GovernorSettings, Scene};
+use crate::scene::camera::Ground;
+use crate::scene::{Fault, Geometry, Language, Part, Scene, SceneError, Setting, Table, settings};
 use crate::vk::{Feature, Need};
+use glam::DVec3;
+use std::path::{Path, PathBuf};
+
+/// What paper 2 adds to scenes.
+pub const LANGUAGE: Language = Language {
+    tables: &[
+        Table::of::<ProgressiveSurface>(&["surface", "*", "geometry"]),
+        Table::of::<Budget>(&["governor"]),
+    ],
+    check,
+};
+
+fn check(scene: &Scene) -> Result<(), SceneError> {
+    if scene.has(&["governor"]) && names(scene).next().is_none() {
+        tracing::warn!("{}: no effect, no geometry is a progressive mesh", scene.place(&["governor"]));
+    }
+    Ok(())
+}
+
+/// The geometry's `kind`.
+pub const KIND: &str = "progressive-mesh";
+
+/// The order of faces where none is asked for.
+pub const DEFAULT_ORDER: FaceOrder = FaceOrder::Ours;
+
+/// Where a model comes from.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ModelSource {
+    /// A shipped model, or one that `ortelius fetch` has brought.
+    Named(String),
+    /// .ply, .obj, .glb, or .pmesh; the path is ready to open.
+    File(PathBuf),
+}
+
+impl Setting for ModelSource {
+    type Number = f64;
+    fn kind() -> crate::scene::Kind {
+        crate::scene::Kind::Text
+    }
+    fn read(value: &toml::Value, folder: &Path) -> Result<ModelSource, String> {
+        let text = String::read(value, folder)?;
+        let ending = Path::new(&text).extension().and_then(|ending| ending.to_str()).unwrap_or("");
+        let is_file = ["ply", "obj", "glb", "pmesh", "gz"].contains(&ending.to_ascii_lowercase().as_str());
+        Ok(if is_file { ModelSource::File(folder.join(text)) } else { ModelSource::Named(text) })
+    }
+    fn to_toml(&self) -> Option<toml::Value> {
+        match self {
+            ModelSource::Named(name) => name.to_toml(),
+            ModelSource::File(path) => path.to_toml(),
+        }
+    }
+}
+
+settings! {
+    /// A mesh with continuous levels of detail, drawn once or many times (paper 2).
+    pub struct ProgressiveSurface kind "progressive-mesh" {
+        /// A shipped model (`"bunny"`, `"sphere"`, `"torus"`, `"knot"`, `"solid"`, `"grid"`, `"everest"`; `"sphere:40"` is
+        /// a finer one), one that `ortelius fetch` has brought (`"dragon"`), or a file: .ply, .obj, .glb, .pmesh.
+        source: ModelSource;
+        /// The longest side of the model's box in the scene.
+        size_m: f64, in 1e-6..=1e9, unit "m";
+        /// The model's axis that points up in the scene.
+        up: UpAxis = UpAxis::Y;
+        /// Where the middle of the foot of its box is, over a plane; left out: 0.
+        east_m: Option<f64> = None, in -1e9..=1e9, unit "m";
+        /// As `east_m`.
+        north_m: Option<f64> = None, in -1e9..=1e9, unit "m";
+        /// The same over an ellipsoid, in whose local east-north-up frame the model then stands; required there, but for
+        /// the layout `"along"`.
+        latitude_deg: Option<f64> = None, in -90.0..=90.0, unit "degrees";
+        /// As `latitude_deg`.
+        longitude_deg: Option<f64> = None, in -360.0..=360.0, unit "degrees";
+        /// Height of the foot above the plane or the ellipsoid, or above `ground`.
+        up_m: f64 = 0.0, in -1e9..=1e9, unit "m";
+        /// Clockwise from north, of every instance.
+        heading_deg: f64 = 0.0, in -360.0..=360.0, unit "degrees";
+        /// How often it is drawn; instances share the vertex buffer, and each has its own level.
+        instances: u32 = 1, in 1..=100_000;
+        /// How several instances are spread; over an ellipsoid in the tangent plane, then put on the ellipsoid.
+        layout: Layout = Layout::Grid;
+        /// East and north sides of the area of a grid or a scatter; required for several instances.
+        area_m: Option<[f64; 2]> = None, in 0.0..=1e9, unit "m";
+        /// The path of the layout `"along"`.
+        path: Option<String> = None;
+        /// See the layout `"along"`; left out: 0.
+        aside_m: Option<f64> = None, in 0.0..=1e9, unit "m";
+        /// Of the layouts `"scatter"` and `"along"`; left out: 0.
+        seed: Option<u32> = None;
+        /// Another surface, a progressive mesh of one instance or a plane, on which each instance stands: its foot is
+        /// at the height that the other's full mesh has there.
+        ground: Option<String> = None;
+        /// The wanted deviation from the full model in the picture; 0 draws the full model. The levels' errors are
+        /// estimates, mostly from above (measured at six samples a face and all vertices), no bounds.
+        error_pixels: f64 = 1.0, in 0.0..=1e6, unit "pixels";
+        /// Vertices that appear move to their place instead of jumping there.
+        geomorph: bool = false;
+        /// Of faces in the index buffer. A `.pmesh` keeps its own; for a baseline it must be in classical order.
+        order: FaceOrder = DEFAULT_ORDER;
+        /// Which processor executes changes of level.
+        apply: Apply = Apply::Cpu;
+    }
+    check check_surface;
+}
+
+fn check_surface(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fault> {
+    check_order(surface, part)?;
+    check_place(surface, part)?;
+    check_layout(surface, part)?;
+    check_ground(surface, part)
+}
+
+/// Whether what is asked for beside an order is its business.
+fn check_order(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fault> {
+    let order = surface.order;
+    if order.is_rival() && surface.apply == Apply::Gpu {
+        let what = format!(
+            "order = {:?} executes no splits that a device could apply; leave apply out",
+            order.name()
+        );
+        return Err(part.fault("apply", what));
+    }
+    if order == FaceOrder::Discrete && surface.geomorph {
+        let what = "the meshes of a discrete chain have no splits, so none moves; leave geomorph out";
+        return Err(part.fault("geomorph", what));
+    }
+    Ok(())
+}
+
+fn check_place(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fault> {
+    match part.scene.ground {
+        Ground::Plane => part.absent(&["latitude_deg", "longitude_deg"], "a mesh over a plane"),
+        Ground::Planet => {
+            let kind = "a mesh over an ellipsoid";
+            part.absent(&["east_m", "north_m"], kind)?;
+            if surface.layout == Layout::Along {
+                return part.absent(&["latitude_deg", "longitude_deg"], "a layout along a path");
+            }
+            part.needed("latitude_deg", &surface.latitude_deg, kind)?;
+            part.needed("longitude_deg", &surface.longitude_deg, kind).map(drop)
+        }
+    }
+}
+
+fn check_layout(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fault> {
+    let area = |kind| match surface.instances {
+        1 => Ok(()),
+        _ => part.needed("area_m", &surface.area_m, kind).map(drop),
+    };
+    match surface.layout {
+        Layout::Grid => {
+            part.absent(&["seed", "path", "aside_m"], "a grid")?;
+            area("a grid")
+        }
+        Layout::Scatter => {
+            part.absent(&["path", "aside_m"], "a scatter")?;
+            area("a scatter")
+        }
+        Layout::Along => {
+            let kind = "a layout along a path";
+            part.absent(&["area_m"], kind)?;
+            let path = part.needed("path", &surface.path, kind)?;
+            match part.scene.path(&path) {
+                Ok(_) => Ok(()),
+                Err(error) => Err(part.fault("path", error.to_string())),
+            }
+        }
+    }
+}
+
+fn check_ground(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fault> {
+    let Some(name) = &surface.ground else { return Ok(()) };
+    let key = |key| part.scene.has(&["surface", name, "geometry", key]);
+    let wrong = |what: String| Err(part.fault("ground", what));
+    match part.scene.surfaces.get(name).map(|surface| &surface.geometry) {
+        None => {
+            let others = part.scene.surfaces.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+            wrong(format!("no surface {name:?}; there are {others}"))
+        }
+        Some(Geometry::Plane(_)) => Ok(()),
+        Some(Geometry::Other(kind)) if kind == KIND => match () {
+            () if key("ground") => wrong(format!("{name} stands on a ground itself")),
+            () if key("instances") => wrong(format!("{name} has instances; a ground is one mesh")),
+            () => Ok(()),
+        },
+        Some(_) => wrong(format!("{name} is not a progressive mesh or a plane; leave ground out")),
+    }
+}
+
+/// The names of the surfaces that are progressive meshes, in order.
+pub fn names(scene: &Scene) -> impl Iterator<Item = &str> {
+    let is_one = |geometry: &Geometry| matches!(geometry, Geometry::Other(kind) if kind == KIND);
+    scene.surfaces.values().filter(move |surface| is_one(&surface.geometry)).map(|surface| &*surface.name)
+}
+
+/// One of them as the scene describes it.
+///
+/// # Errors
+/// A key that does not do, or no such geometry.
+pub fn surface(scene: &Scene, name: &str) -> Result<ProgressiveSurface, SceneError> {
+    scene.read(&["surface", name, "geometry"])
+}
 
 /// How frames are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,21 +222,28 @@ pub struct Settings {
     /// What a frame may take, and how that is held.
     pub budget: Option<Budget>,
     pub rule: Rule,
+    /// Towards the sun, world axes.
+    pub sun: DVec3,
+    /// What is behind everything, linear light.
+    pub background: [f32; 3],
 }
 
 impl Settings {
     /// What a scene asks for.
-    pub fn of_scene(scene: &Scene, target: Target) -> Settings {
-        Settings {
+    ///
+    /// # Errors
+    /// A governor without a budget.
+    pub fn of_scene(scene: &Scene, target: Target) -> Result<Settings, SceneError> {
+        Ok(Settings {
             size: [scene.view.width, scene.view.height],
             target,
             count_shaders: false,
             vertex_work: 0,
-            budget: scene
-                .governor
-                .map(|GovernorSettings { frame_ms, frame_faces }| Budget { frame_ms, frame_faces }),
+            budget: scene.has(&["governor"]).then(|| scene.read(&["governor"])).transpose()?,
             rule: Rule::default(),
-        }
+            sun: scene.sun(),
+            background: scene.view.background.map(|channel| channel as f32),
+        })
     }
 }
 

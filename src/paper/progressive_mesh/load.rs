@@ -1,74 +1,144 @@
 //! From a scene's names to progressive meshes.
 
-use super::surface::Model;
+use super::choices::FaceOrder;
+use super::config::{self, ModelSource, ProgressiveSurface};
+use super::file::{Extent, PmeshError};
+use super::ground::Heights;
+use super::mesh::ProgressiveMesh;
+use super::order::{OrderOptions, classical, order};
+use super::place::{Bounds, Place};
+use super::simplify::{Collapses, SimplifyOptions, simplify};
+use super::stand::{Stand, stands};
 use crate::model::{self, ModelError};
-use crate::paper::progressive_mesh::file::{Extent, PmeshError};
-use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
-use crate::paper::progressive_mesh::order::{OrderOptions, classical, order};
-use crate::paper::progressive_mesh::simplify::{Collapses, SimplifyOptions, simplify};
-use crate::scene::{FaceOrder, ModelSource, ProgressiveSurface, Scene};
+use crate::scene::{Geometry, Plane, Scene, SceneError};
+use std::collections::HashMap;
 use thiserror::Error;
 
-/// A surface that is not to be had.
-#[derive(Debug, Error)]
-pub enum LoadError {
-    #[error("progressive_mesh.{surface}.source: {error}")]
-    Pmesh { surface: String, error: PmeshError },
-    #[error("progressive_mesh.{surface}.source: {error}")]
-    Model { surface: String, error: ModelError },
-    #[error(
-        "progressive_mesh.{surface}.order: {order} goes through the faces of a .pmesh in classical order, and {file} has \
-         another; build it with --order classical"
-    )]
-    Order { surface: String, order: &'static str, file: String },
+/// A surface as it is to be shown.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// In the scene.
+    pub name: String,
+    pub surface: ProgressiveSurface,
+    pub mesh: ProgressiveMesh,
+    /// What its file holds when whole, where the file's end is missing.
+    pub cut_from: Option<Extent>,
+    /// One for each instance.
+    pub stands: Vec<Stand>,
+    /// Another technique textures it.
+    pub textured: Option<Textured>,
 }
 
-/// All surfaces of a scene, simplified and ordered as it says.
+/// How the texture of another technique lies on a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Textured {
+    /// The sun lights it.
+    pub lit: bool,
+}
+
+/// A progressive mesh that cannot be loaded. `place` is where its source or its order was set.
+#[derive(Debug, Error)]
+pub enum LoadError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error("{place}: {error}")]
+    Pmesh { place: String, error: PmeshError },
+    #[error("{place}: {error}")]
+    Model { place: String, error: ModelError },
+    #[error(
+        "{place}: {order} goes through the faces of a .pmesh in classical order, and {file} has another; build it with \
+         --order classical"
+    )]
+    Order { place: String, order: &'static str, file: String },
+}
+
+/// All progressive meshes of a scene by name, simplified and ordered as it says, each instance on its ground.
 ///
 /// # Errors
 /// [`LoadError`] names the surface's key, and the file or the model.
 pub fn load(scene: &Scene) -> Result<Vec<Model>, LoadError> {
-    let load = |(name, surface): (&String, &ProgressiveSurface)| {
-        let (mesh, cut_from) = mesh(name, surface)?;
-        Ok(Model {
-            name: name.clone(),
-            mesh,
-            cut_from,
-            stands: surface.stands(&scene.paths),
-            textured: None,
-            surface: surface.clone(),
-        })
+    let load = |name: &str| {
+        let surface = config::surface(scene, name)?;
+        let (mesh, cut_from) = mesh(scene, name, &surface)?;
+        let stands = stands(scene, &surface);
+        Ok(Model { name: name.to_owned(), mesh, cut_from, stands, surface, textured: None })
     };
-    scene.progressive_meshes.iter().map(load).collect()
+    let mut models = config::names(scene).map(load).collect::<Result<Vec<_>, LoadError>>()?;
+    let grounds: HashMap<String, Heights> = models
+        .iter()
+        .filter(|model| models.iter().any(|other| other.surface.ground.as_ref() == Some(&model.name)))
+        .map(|model| (model.name.clone(), heights(model)))
+        .collect();
+    for model in &mut models {
+        put_on_ground(scene, model, &grounds)?;
+    }
+    Ok(models)
+}
+
+fn heights(model: &Model) -> Heights {
+    let stand = model.stands[0];
+    let place = Place::new(&model.surface, &Bounds::of(&model.mesh.vertices.positions), &stand);
+    Heights::new(&model.mesh, &place, &stand)
+}
+
+/// Puts each instance on the model's ground, where it has one.
+fn put_on_ground(
+    scene: &Scene,
+    model: &mut Model,
+    grounds: &HashMap<String, Heights>,
+) -> Result<(), SceneError> {
+    let Some(ground) = &model.surface.ground else { return Ok(()) };
+    let plane = |plane: &Plane, stand: &Stand| {
+        let within = |at: f64, side_m: f64| 2.0 * at.abs() <= side_m;
+        (within(stand.foot.x, plane.width_m) && within(stand.foot.y, plane.height_m)).then_some(stand.foot)
+    };
+    for (n, stand) in model.stands.iter_mut().enumerate() {
+        let foot = match &scene.surfaces[ground].geometry {
+            // Its height is the 0 from which up_m counts already.
+            Geometry::Plane(rectangle) => plane(rectangle, stand),
+            _ => grounds[ground].foot(stand, model.surface.up_m),
+        };
+        stand.foot = foot.ok_or_else(|| {
+            let what =
+                format!("instance {n} at {:.1} is not above {ground}; choose a smaller area", stand.foot);
+            scene.fault(&["surface", &model.name, "geometry", "ground"], what)
+        })?;
+    }
+    Ok(())
 }
 
 /// The mesh, and what its file holds when whole where its end is missing.
-fn mesh(name: &str, surface: &ProgressiveSurface) -> Result<(ProgressiveMesh, Option<Extent>), LoadError> {
+fn mesh(
+    scene: &Scene,
+    name: &str,
+    surface: &ProgressiveSurface,
+) -> Result<(ProgressiveMesh, Option<Extent>), LoadError> {
+    let place = |key| scene.place(&["surface", name, "geometry", key]);
     if let ModelSource::File(path) = &surface.source
         && path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("pmesh"))
     {
         // Its order was chosen when it was built.
         let read = ProgressiveMesh::read(path);
-        let read = read.map_err(|error| LoadError::Pmesh { surface: name.to_owned(), error })?;
+        let read = read.map_err(|error| LoadError::Pmesh { place: place("source"), error })?;
         if surface.order.is_rival() && !read.mesh.swaps.levels.is_empty() {
             let (order, file) = (surface.order.name(), path.display().to_string());
-            return Err(LoadError::Order { surface: name.to_owned(), order, file });
+            return Err(LoadError::Order { place: place("order"), order, file });
         }
         let Some(missing) = read.contents.missing() else { return Ok((read.mesh, None)) };
-        tracing::warn!("progressive_mesh.{name}.source: {}: {missing}", path.display());
+        tracing::warn!("{}: {}: {missing}", place("source"), path.display());
         return Ok((read.mesh, Some(read.contents.whole)));
     }
     let (read, source) = match &surface.source {
         ModelSource::Named(named) => (model::Model::open(named), named.clone()),
         ModelSource::File(path) => (model::Model::load(path), path.display().to_string()),
     };
-    let (model, report) = read.map_err(|error| LoadError::Model { surface: name.to_owned(), error })?;
+    let (model, report) = read.map_err(|error| LoadError::Model { place: place("source"), error })?;
     report.changes().iter().for_each(|change| tracing::warn!("{source}: {change}"));
     let simplified = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ());
     Ok((ordered(&model, &simplified.collapses, surface.order), None))
 }
 
-/// A model's progressive mesh with its faces in one of the orders; for a rival in the classical one, which it goes
+/// A model's progressive mesh with its faces in one of the orders; for a baseline in the classical one, which it goes
 /// through.
 pub fn ordered(model: &model::Model, collapses: &Collapses, face_order: FaceOrder) -> ProgressiveMesh {
     match OrderOptions::of(face_order) {

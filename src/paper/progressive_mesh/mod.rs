@@ -10,17 +10,20 @@
 //! Steps, one file or folder each: [`simplify`] finds the collapses, [`order`] arranges faces and finds the
 //! tswaps, [`mesh`] is the result, and [`run`] executes it, once [`check`] has found it sound. [`cache`] counts what an
 //! order costs, and [`rivals`] what else could be done; [`apply`] runs it on the GPU; [`reference`](mod@reference)
-//! builds a level afresh; [`file`](mod@file) is how it is stored. A [`surface`] has many instances, [`technique`] is the
-//! paper's part of a frame, and the [`governor`] holds its time.
+//! builds a level afresh; [`file`](mod@file) is how it is stored. [`load`] makes the meshes of a scene, [`stand`],
+//! [`ground`] and [`place`] say where their instances are. A [`surface`] has many instances, [`technique`]
+//! is the paper's part of a frame, and the [`governor`] holds its time.
 
 pub mod apply;
 pub mod cache;
 pub mod check;
+pub mod choices;
 pub mod config;
 pub mod figures;
 pub mod file;
 pub mod governor;
-mod load;
+pub mod ground;
+pub mod load;
 pub mod mesh;
 pub mod order;
 pub mod place;
@@ -29,11 +32,12 @@ pub mod reference;
 pub mod rivals;
 pub mod run;
 pub mod simplify;
+pub mod stand;
 pub mod surface;
 pub mod technique;
 
 pub use config::{Settings, needs};
-pub use load::{LoadError, load, ordered};
+pub use load::{LoadError, Model, Textured, load, ordered};
 pub use record::FrameRecord;
-pub use surface::{Change, Model, Surface, SurfaceError, SurfaceMemory, Textured};
+pub use surface::{Change, Surface, SurfaceError, SurfaceMemory};
 pub use technique::ProgressiveMeshes;

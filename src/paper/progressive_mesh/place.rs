@@ -8,8 +8,11 @@
 //! in the corner of 60 degrees and 16:9. What is asked for is therefore kept in the middle, and by that factor not in
 //! the corners.
 
+use super::choices::UpAxis;
+use super::config::ProgressiveSurface;
+use super::stand::Stand;
 use crate::math::camera::Pose;
-use crate::scene::{ProgressiveSurface, Stand, UpAxis};
+
 use glam::{DMat3, DMat4, DVec3};
 
 /// A model's box and the sphere around it, about its centre, in object units.
@@ -57,9 +60,9 @@ impl Place {
             UpAxis::Z => (DMat3::IDENTITY, bounds.half_sides.z),
         };
         Place {
-            centre: stand.foot + DVec3::Z * (half_height * scale),
+            centre: stand.foot + stand.axes.z_axis * (half_height * scale),
             // Clockwise seen from above.
-            rotation: DMat3::from_rotation_z(-stand.heading_deg.to_radians()) * upright,
+            rotation: stand.axes * DMat3::from_rotation_z(-stand.heading_deg.to_radians()) * upright,
             scale,
             radius: bounds.radius * scale,
         }
@@ -106,17 +109,15 @@ impl Place {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::paper::progressive_mesh::config;
     use crate::scene::Scene;
 
     const BOUNDS: Bounds = Bounds { half_sides: DVec3::new(1.0, 2.0, 0.5), radius: 2.2 };
 
-    fn scene() -> Scene {
-        Scene::embedded("bunny").unwrap()
-    }
-
     fn place(foot: DVec3, heading_deg: f64) -> Place {
-        let surface = ProgressiveSurface { size_m: 8.0, ..scene().progressive_meshes["bunny"].clone() };
-        Place::new(&surface, &BOUNDS, &Stand { foot, heading_deg })
+        let surface = config::surface(&Scene::embedded("bunny").unwrap(), "bunny").unwrap();
+        let surface = ProgressiveSurface { size_m: 8.0, ..surface };
+        Place::new(&surface, &BOUNDS, &Stand::on_plane(foot, heading_deg))
     }
 
     fn eye(at: DVec3) -> Pose {

@@ -6,9 +6,10 @@
 
 use super::config::{Settings, needs};
 use super::governor::Governor;
+use super::load::Model;
 use super::record::FrameRecord;
 use super::surface::vertices::VertexBuffer;
-use super::surface::{Change, Model, Surface, SurfaceError};
+use super::surface::{Change, Surface, SurfaceError};
 use crate::frame::{Memory, Onto, PerFrame, Progress, Run, Shape, Slot, Target, Technique, View};
 use crate::math::camera::Pose;
 use crate::picture;
@@ -20,14 +21,6 @@ use crate::vk::{
 };
 use glam::DVec3;
 use std::time::Instant;
-
-/// Towards the sun: south-west, 50 degrees high, so that slopes towards the eye of a camera that looks north are lit.
-pub fn sun() -> DVec3 {
-    DVec3::new(-0.45, -0.45, 0.77).normalize()
-}
-
-/// What is behind everything, linear light.
-pub const BACKGROUND: [f32; 4] = [0.02, 0.03, 0.05, 1.0];
 
 /// A frame's passes.
 const LEVELS: &str = "levels";
@@ -113,8 +106,8 @@ impl ProgressiveMeshes {
             pending: PerFrame::default(),
             governor: settings.budget.map(|budget| Governor::new(budget, settings.rule)),
             only: None,
-            sun: sun(),
-            onto: Onto::Cleared([BACKGROUND[0], BACKGROUND[1], BACKGROUND[2]]),
+            sun: settings.sun,
+            onto: Onto::Cleared(settings.background),
             surfaces,
             settings,
         })

@@ -225,7 +225,7 @@ mod tests {
         let tiles = reference::visible_tiles(&picture, &pyramid);
         let triples = reference::distinct_triples(&picture, &pyramid);
         for pass in [HostPass::Hash, HostPass::Bitmap] {
-            for format in U1Format::ALL {
+            for &format in U1Format::ALL {
                 for keying in [Keying::Paper, Keying::Native] {
                     let what = format!("{pass:?}, {format:?}, {keying:?}");
                     let mut host = HostList::new(pass, &pyramid, format, keying).unwrap();

@@ -5,10 +5,10 @@
 //! the count tells, and the same frame's marks are compacted again into a longer list: no tile is ever lost. The host
 //! reads no more than a frame is likely to have; where it has more, the rest is read when the count is known.
 
+use super::choices::Compaction;
 use super::list::{Count, Entries, List};
 use super::{Config, Keying, U1Format, dedup::blocks, marks::Marks, pyramid_constants, with};
 use crate::math::pyramid::Pyramid;
-use crate::scene::Compaction;
 use crate::vk::shader::virtual_texture::{
     blocks_vert, compact_append_comp, compact_count_comp, compact_geom, compact_ordered_comp,
     compact_subgroup_comp, compact_workgroup_comp,

@@ -1,87 +1,102 @@
 //! The settings of paper 1: which variant of each step runs, the caches and their budgets. [`PAPER`] is the paper's own.
 
-use super::streaming::{Order, StreamingConfig};
-use super::{Compaction, Dedup, Filtering, Keying, Listing};
+use super::choices::{Compaction, Dedup, Filtering, Interpolation, Keying, Listing, U1Format};
+use super::disk::Disk;
+use super::streaming::StreamingConfig;
 use crate::math::pyramid::Pyramid;
 use crate::picture::Target;
-use crate::scene::{self, Scene, TriplesFormat};
+use crate::scene::{Fault, Language, Part, Scene, SceneError, Table, settings};
 use crate::texture::source::TileFormat;
 use crate::vk::{Error, Feature, Format, Gpu, Need, Result};
-use std::time::Duration;
 
-/// How a pixel's triple is stored in `U1`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum U1Format {
-    /// The paper's: 32 bits in each of r, g, b. Few devices render to it.
-    Rgb32,
-    Rgba32,
-    /// One word: q, i, j side by side.
-    Packed,
-}
+mod texture;
 
-/// How a pixel mixes its two levels (section 4).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Interpolation {
-    /// `C1 (1-f) + C2 f`
-    Corrected,
-    /// `C1 f + C2 (1-f)`, as printed.
-    Literal,
-}
+pub use texture::{KIND, Texture, TextureError, TextureSource, open_texture, owner, source_mesh, texture};
 
-/// The settings of one variant. [`PAPER`] is the paper's own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Config {
-    /// `None`: the paper's format where the device renders to it, else the next in [`U1Format`]'s order.
-    pub u1: Option<U1Format>,
-    /// Who makes the list; the settings of stages 2 and 3 are the device's.
-    pub list: Listing,
-    /// n of [`Listing::Feedback`]: one pixel of 2^n a frame, 0 ..= 8.
-    pub feedback_log2: u32,
-    /// Stage 2.
-    pub dedup: Dedup,
-    /// p: the geometry shader's blocks are `2^p x 2^p` pixels, 0 ..= 4.
-    pub block_log2: u32,
-    /// The geometry shader emits a point only where the triple differs from the last one.
-    pub memo: bool,
-    pub keying: Keying,
-    /// Stage 3.
-    pub compact: Compaction,
-    /// Its geometry shader's blocks are `2^p x 2^p` texels of `U2`, 0 ..= 2.
-    pub compact_block_log2: u32,
-    /// NA of the level formula.
-    pub max_anisotropy: u32,
-    pub filter: Filtering,
-    /// Taps of a pixel, of the stochastic filter alone.
-    pub samples: u32,
-    pub interpolation: Interpolation,
-    /// Frames in which a tile that has arrived is mixed with what was shown before it; 0: shown at once, as in the paper.
-    pub fade_in_frames: u32,
-    /// Triples that `U3` first has room for; more are found by a second run of the same frame.
-    pub list_capacity: u32,
-}
-
-/// What the paper describes, with the p that it leaves open set to the best one measured on lavapipe.
-pub const PAPER: Config = Config {
-    u1: None,
-    list: Listing::Device,
-    feedback_log2: 6,
-    dedup: Dedup::Geometry,
-    block_log2: 3,
-    memo: true,
-    keying: Keying::Paper,
-    compact: Compaction::TransformFeedback,
-    compact_block_log2: 2,
-    max_anisotropy: 1,
-    filter: Filtering::Trilinear,
-    samples: 1,
-    interpolation: Interpolation::Corrected,
-    fade_in_frames: 0,
-    list_capacity: 65_536,
+/// What paper 1 adds to scenes.
+pub const LANGUAGE: Language = Language {
+    tables: &[
+        Table::of::<Texture>(&["surface", "*", "texture"]),
+        Table::of::<Filter>(&["surface", "*", "filter"]),
+        Table::of::<Config>(&["variant"]),
+        Table::of::<StreamingConfig>(&["cache"]),
+        Table::of::<Disk>(&["disk"]),
+    ],
+    check,
 };
 
-impl U1Format {
-    pub const ALL: [U1Format; 3] = [U1Format::Rgb32, U1Format::Rgba32, U1Format::Packed];
+fn check(scene: &Scene) -> std::result::Result<(), SceneError> {
+    if owner(scene)?.is_some() {
+        return Ok(());
+    }
+    for section in ["variant", "cache", "disk"].into_iter().filter(|section| scene.has(&[*section])) {
+        tracing::warn!("{}: no effect, no surface has a virtual texture", scene.place(&[section]));
+    }
+    Ok(())
+}
 
+settings! {
+    /// How a pixel's colour is taken from a texture.
+    pub struct Filter derive(Copy, Eq) with DEFAULT {
+        /// The method.
+        kind: Filtering = Filtering::Trilinear;
+        /// NA: samples along a footprint at most; no more than a virtual texture's border has texels, unless stochastic.
+        max_anisotropy: u32 = 1, in 1..=16;
+        /// Texels a pixel of the stochastic filter.
+        samples: u32 = 1, in 1..=64;
+        /// How a tile's two levels are blended.
+        interpolation: Interpolation = Interpolation::Corrected;
+    }
+}
+
+settings! {
+    /// Which variant of each step makes the list of visible tiles (paper 1, section 2). The defaults are what the paper
+    /// describes, with the p that it leaves open set to the best one measured on lavapipe.
+    pub struct Config derive(Copy, Eq) with DEFAULT {
+        /// Format of the request image; left out: the first of these that the device renders to.
+        u1: Option<U1Format> = None;
+        /// Which method makes the list; the other keys of stages 2 and 3 are for `"device"`.
+        list: Listing = Listing::Device;
+        /// n of the list `"feedback"`: a frame looks at one pixel of 2^n.
+        feedback_log2: u32 = 6, in 0..=8;
+        /// Stage 2: how the pixels' triples become marks.
+        dedup: Dedup = Dedup::Geometry;
+        /// p of the geometry shader's stage 2: blocks of 2^p x 2^p pixels.
+        block_log2: u32 = 3, in 0..=4;
+        /// The geometry shader emits a point only where the triple differs from the last one.
+        memo: bool = true;
+        /// Where a tile is marked.
+        keying: Keying = Keying::Paper;
+        /// Stage 3: how the marks become a list.
+        compact: Compaction = Compaction::TransformFeedback;
+        /// p of the geometry shader's stage 3: blocks of 2^p x 2^p texels of the tile mask.
+        compact_block_log2: u32 = 2, in 0..=2;
+        /// Levels added to every pixel's.
+        level_bias: u32 = 0, in 0..=20, unit "levels";
+        /// Triples that the list has room for at first; it grows where they do not suffice.
+        list_capacity: u32 = 65_536, in 1..=1 << 26, unit "triples";
+    }
+    beside {
+        /// Of the surface that has the texture.
+        filter: Filter = Filter::DEFAULT;
+        /// `cache.fade_in_frames`.
+        fade_in_frames: u32 = 0;
+    }
+    check check_config;
+}
+
+fn check_config(config: &Config, part: &Part<'_>) -> std::result::Result<(), Fault> {
+    let appends = config.list == Listing::Device && config.compact == Compaction::FusedAppend;
+    if appends && !config.dedup.fused() {
+        return Err(part.fault("compact", Compaction::FUSED_APPEND_ALONE));
+    }
+    Ok(())
+}
+
+/// What the paper describes: the defaults of scenes.
+pub const PAPER: Config = Config::DEFAULT;
+
+impl U1Format {
     pub fn image_format(self) -> Format {
         match self {
             U1Format::Rgb32 => Format::Rgb32Uint,
@@ -96,14 +111,6 @@ impl U1Format {
             U1Format::Rgb32 => 3,
             U1Format::Rgba32 => 4,
             U1Format::Packed => 1,
-        }
-    }
-
-    pub fn name(self) -> &'static str {
-        match self {
-            U1Format::Rgb32 => "rgb32",
-            U1Format::Rgba32 => "rgba32",
-            U1Format::Packed => "packed",
         }
     }
 
@@ -123,7 +130,7 @@ impl U1Format {
         let usable = |format: &U1Format| gpu.renders_to(format.image_format()) && format.fits(pyramid);
         let found = match wanted {
             Some(format) => Some(format).filter(usable),
-            None => U1Format::ALL.into_iter().find(usable),
+            None => U1Format::ALL.iter().copied().find(usable),
         };
         found.ok_or_else(|| {
             let others: Vec<_> = U1Format::ALL.iter().filter(|f| usable(f)).map(|f| f.name()).collect();
@@ -157,63 +164,22 @@ pub struct Settings {
     pub size: [u32; 2],
     pub config: Config,
     pub streaming: StreamingConfig,
-    /// Tiles are fetched ahead that the camera will see in so many frames, if it goes on as it does; 0: none are.
-    pub prefetch_frames: u32,
     pub target: Target,
 }
 
 impl Settings {
     /// What a scene asks for.
-    pub fn of_scene(scene: &Scene, target: Target) -> Settings {
-        let (variant, cache) = (&scene.variant, &scene.cache);
-        let milliseconds = |ms: f64| Duration::from_secs_f64(ms / 1e3);
-        Settings {
-            size: [scene.view.width, scene.view.height],
-            config: Config {
-                u1: match variant.u1 {
-                    TriplesFormat::Auto => None,
-                    TriplesFormat::Rgb32 => Some(U1Format::Rgb32),
-                    TriplesFormat::Rgba32 => Some(U1Format::Rgba32),
-                    TriplesFormat::Packed => Some(U1Format::Packed),
-                },
-                list: variant.list,
-                feedback_log2: variant.feedback_log2,
-                dedup: variant.dedup,
-                block_log2: variant.block_log2,
-                memo: variant.memo,
-                keying: match variant.keying {
-                    scene::Keying::Paper => Keying::Paper,
-                    scene::Keying::Native => Keying::Native,
-                },
-                compact: variant.compact,
-                compact_block_log2: variant.compact_block_log2,
-                max_anisotropy: variant.max_anisotropy,
-                filter: variant.filter,
-                samples: variant.samples,
-                interpolation: match variant.interpolation {
-                    scene::Interpolation::Corrected => Interpolation::Corrected,
-                    scene::Interpolation::Literal => Interpolation::Literal,
-                },
-                fade_in_frames: cache.fade_in_frames,
-                list_capacity: variant.list_capacity,
-            },
-            streaming: StreamingConfig {
-                gpu_tiles: cache.gpu_tiles,
-                host_tiles: cache.host_tiles,
-                upload_budget: milliseconds(cache.upload_budget_ms),
-                load_budget: milliseconds(cache.load_budget_ms),
-                upload_tiles_per_frame: cache.upload_tiles_per_frame,
-                load_tiles_per_frame: cache.load_tiles_per_frame,
-                deterministic: false,
-                level_bias: variant.level_bias,
-                order: match cache.order {
-                    scene::Order::Finest => Order::Finest,
-                    scene::Order::Coarsest => Order::Coarsest,
-                },
-                retry_after: milliseconds(cache.retry_after_ms),
-            },
-            prefetch_frames: cache.prefetch_frames,
-            target,
+    ///
+    /// # Errors
+    /// A section or a filter that does not do.
+    pub fn of_scene(scene: &Scene, target: Target) -> std::result::Result<Settings, SceneError> {
+        let mut config: Config = scene.read(&["variant"])?;
+        let mut streaming: StreamingConfig = scene.read(&["cache"])?;
+        if let Some(surface) = owner(scene)? {
+            config.filter = scene.read(&["surface", &surface.name, "filter"])?;
         }
+        config.fade_in_frames = streaming.fade_in_frames;
+        streaming.level_bias = config.level_bias;
+        Ok(Settings { size: [scene.view.width, scene.view.height], config, streaming, target })
     }
 }

@@ -5,9 +5,9 @@
 //! Where we differ: points sit on texel centres (the printed corners lose every tile's row and column 0), and
 //! p = 4 is split over two invocations, because 256 points of 5 components exceed the 1024 that Vulkan promises.
 
+use super::choices::Dedup;
 use super::{Config, Keying, footprint::Footprint, marks::Marks, pyramid_constants, with};
 use crate::math::pyramid::Pyramid;
-use crate::scene::Dedup;
 use crate::vk::shader::virtual_texture as glsl;
 use crate::vk::shader::{Blocks, MarkingFrame, Shader};
 use crate::vk::{

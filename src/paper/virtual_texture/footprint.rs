@@ -43,7 +43,7 @@ fn pipeline(
         fragment: Some(fragment),
         specialization: &with(
             pyramid_constants(pyramid, format),
-            &[("MAX_ANISOTROPY", config.max_anisotropy), ("PIXEL_LOG2", pixel_log2)],
+            &[("MAX_ANISOTROPY", config.filter.max_anisotropy), ("PIXEL_LOG2", pixel_log2)],
         ),
         points: false,
         depth: Some(depth),

@@ -9,12 +9,12 @@
 //! turns slivers at the limb around, and then their neighbours overlap. What depth alone can leave out of the mesh,
 //! [`super::prepass`] says.
 
+use super::choices::{Compaction, Dedup};
 use super::lister::Room;
 use super::texturing::{Shading, constants};
 use super::{Config, Keying, U1Format, prepass::Culling, pyramid_constants, resident::Resident};
 use crate::frame::{Onto, Seen};
 use crate::math::pyramid::Pyramid;
-use crate::scene::{Compaction, Dedup};
 use crate::vk::shader::common::{depth_vert, mesh_vert};
 use crate::vk::shader::virtual_texture::fused_frag;
 use crate::vk::{

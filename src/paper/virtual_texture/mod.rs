@@ -21,11 +21,13 @@
 //! points sit on texel centres, not corners (2.2); the display table is apart from A1's states (3.);
 //! `f` is clamped with `q`, `C = C1 (1-f) + C2 f`, G1 uses the unclamped `e`, and tiles carry a border (4.).
 
+pub mod choices;
 pub mod classic;
 pub mod compact;
 mod compare;
 pub mod config;
 pub mod dedup;
+pub mod disk;
 pub mod display;
 mod dump;
 pub mod fade;
@@ -48,12 +50,11 @@ pub mod technique;
 pub mod texturing;
 pub mod variants;
 
-pub use crate::scene::{Compaction, Dedup, Filtering, Listing};
+pub use choices::{Compaction, Dedup, Filtering, Interpolation, Keying, Listing, U1Format};
 pub use compare::{Again, PlainComparison};
-pub use config::{Config, Interpolation, PAPER, Settings, U1Format, needs};
+pub use config::{Config, PAPER, Settings, needs};
 pub use dump::{FootprintPicture, read_u1, read_words};
 pub use record::FrameRecord;
-pub use streaming::Keying;
 pub use technique::{VirtualTexture, VirtualTextureError};
 pub use variants::{Layout, Unfit, all_needs};
 

@@ -20,7 +20,7 @@ pub struct FrameRecord {
     pub triples: usize,
     /// The frame's own distinct tiles, before any bias, sorted; subsampled, what the last frames saw together.
     pub visible: Vec<TileId>,
-    /// The tiles that it expected to be visible [`super::Settings::prefetch_frames`] later, sorted.
+    /// The tiles that it expected to be visible `cache.prefetch_frames` later, sorted.
     pub ahead: Vec<TileId>,
     /// `U3` was too short at first.
     pub overflowed: bool,

@@ -72,7 +72,7 @@ impl Resident {
         let resident_tiles = g1.tiles.len();
         gpu.require_layers("J1", j1_info.layers, || match slots > resident_tiles as u32 {
             true => format!("cache.gpu_tiles = {slots} and {resident_tiles} resident tiles; lower it"),
-            false => format!("texture.resident_levels takes {resident_tiles} of them; lower it"),
+            false => format!("the texture's resident_levels takes {resident_tiles} of them; lower it"),
         })?;
         let in_table: Vec<_> =
             g1.tiles.iter().filter(|(tile, _)| tile.level <= g1.single_level).copied().collect();

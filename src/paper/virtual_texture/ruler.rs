@@ -40,7 +40,7 @@ impl RulerCheck {
         stage1: &Footprint,
         resident: &Resident,
     ) -> Result<RulerCheck> {
-        let anisotropy = [("MAX_ANISOTROPY", config.max_anisotropy)];
+        let anisotropy = [("MAX_ANISOTROPY", config.filter.max_anisotropy)];
         let constants: Vec<_> = resident.constants().into_iter().chain(anisotropy).collect();
         let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
             name: ruler_frag::SHADER.name,

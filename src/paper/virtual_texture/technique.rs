@@ -37,7 +37,7 @@ pub enum VirtualTextureError {
     #[error(transparent)]
     Streaming(#[from] StreamingError),
     #[error(
-        "variant.max_anisotropy = {wanted}: samples reach as many texels beyond a tile's edge, and the texture's border has {border}; lower it, bake a wider border, or take variant.filter = stochastic"
+        "filter.max_anisotropy = {wanted}: samples reach as many texels beyond a tile's edge, and the texture's border has {border}; lower it, bake a wider border, or take filter.kind = \"stochastic\""
     )]
     Anisotropy { wanted: u32, border: u32 },
     #[error(transparent)]
@@ -64,6 +64,8 @@ pub struct VirtualTexture {
     streamed: PerFrame<Streamed>,
     /// Where the list is subsampled.
     samples_seen: Option<SamplesSeen>,
+    /// Some shapes are lit.
+    lit: bool,
     /// The last frame's pose, and the first frame that had it.
     pose: Option<(Pose, u64)>,
     /// Where the camera will be, if it goes on as it does.
@@ -93,6 +95,8 @@ impl Uploader for Copies<'_> {
 }
 
 impl VirtualTexture {
+    /// `lit`: some shapes will be lit, of these or of those that come later.
+    ///
     /// # Errors
     /// What the device lacks, settings with which nothing could be shown, a texture whose coarsest levels cannot be
     /// read.
@@ -101,13 +105,12 @@ impl VirtualTexture {
         source: Arc<dyn TileSource>,
         shapes: Vec<Shape>,
         settings: Settings,
-        target: &Target,
+        (target, lit): (&Target, bool),
     ) -> Result<VirtualTexture, VirtualTextureError> {
         let pyramid = source.pyramid();
         check(&settings.config, &*source)?;
         let streaming = Streaming::new(source.clone(), settings.streaming.clone())?;
         let resident = Resident::new(gpu, &*source, settings.streaming.gpu_tiles)?;
-        let lit = shapes.iter().any(|shape| shape.normals.is_some());
         let most_uploads = settings.streaming.upload_tiles_per_frame;
         Ok(VirtualTexture {
             method: Method::new(gpu, &pyramid, &settings.config, &resident, target, lit)?,
@@ -118,6 +121,7 @@ impl VirtualTexture {
             streamed: PerFrame::default(),
             samples_seen: samples_seen(&settings.config),
             bias: settings.streaming.level_bias,
+            lit,
             sun: DVec3::ZERO,
             onto: Onto::Cleared([0.0; 3]),
             pose: None,
@@ -147,7 +151,7 @@ impl VirtualTexture {
             false => Shape::new(&gpu, mesh)?,
         };
         let target = Target::new(&gpu, settings.size, settings.target)?;
-        let technique = VirtualTexture::new(&gpu, source, vec![shape], settings, &target)?;
+        let technique = VirtualTexture::new(&gpu, source, vec![shape], settings, (&target, false))?;
         Ok(Run::new(gpu, technique, target))
     }
 
@@ -163,8 +167,7 @@ impl VirtualTexture {
     ) -> Result<(), VirtualTextureError> {
         check(&config, &*self.source)?;
         gpu.require(&needs(&config, self.source.format()))?;
-        let lit = self.shapes.iter().any(|shape| shape.normals.is_some());
-        self.method = Method::new(gpu, &self.source.pyramid(), &config, &self.resident, target, lit)?;
+        self.method = Method::new(gpu, &self.source.pyramid(), &config, &self.resident, target, self.lit)?;
         self.fade.set_frames(config.fade_in_frames);
         if (config.list, config.feedback_log2)
             != (self.settings.config.list, self.settings.config.feedback_log2)
@@ -255,8 +258,8 @@ fn check(config: &Config, source: &dyn TileSource) -> Result<(), VirtualTextureE
     config.check(&source.pyramid())?;
     // The outermost of nA samples lies nA - 1 texels from the pixel's own, and each mixes half a texel more; the
     // taps of the stochastic filter find their tiles themselves.
-    let (wanted, border) = (config.max_anisotropy, source.pyramid().border_texels());
-    if wanted > 1 && wanted > border && config.filter != Filtering::Stochastic {
+    let (wanted, border) = (config.filter.max_anisotropy, source.pyramid().border_texels());
+    if wanted > 1 && wanted > border && config.filter.kind != Filtering::Stochastic {
         return Err(VirtualTextureError::Anisotropy { wanted, border });
     }
     Ok(())
@@ -273,7 +276,7 @@ fn scout(
     settings: &Settings,
     target: &Target,
 ) -> vk::Result<Option<Scout>> {
-    match settings.prefetch_frames {
+    match settings.streaming.prefetch_frames {
         0 => Ok(None),
         _ => Scout::new(gpu, &source.pyramid(), &settings.config, target.size()).map(Some),
     }
@@ -327,7 +330,9 @@ impl Technique for VirtualTexture {
     fn prepare(&mut self, gpu: &Gpu, view: &View) -> Result<(), VirtualTextureError> {
         self.stream(gpu, view)?;
         self.ahead = match (&self.scout, self.pose) {
-            (Some(_), Some((last, _))) => continued(&last, &view.pose, self.settings.prefetch_frames),
+            (Some(_), Some((last, _))) => {
+                continued(&last, &view.pose, self.settings.streaming.prefetch_frames)
+            }
             _ => None,
         };
         if self.pose.is_none_or(|(last, _)| last != view.pose) {

@@ -18,10 +18,10 @@ use crate::vk::{
 /// What `filter.glsl` is specialized with.
 pub(super) fn constants(config: &Config, resident: &Resident) -> Vec<(&'static str, u32)> {
     let filter = [
-        ("MAX_ANISOTROPY", config.max_anisotropy),
-        ("LITERAL_INTERPOLATION", u32::from(config.interpolation == Interpolation::Literal)),
-        ("FILTER", config.filter as u32),
-        ("SAMPLES", config.samples),
+        ("MAX_ANISOTROPY", config.filter.max_anisotropy),
+        ("LITERAL_INTERPOLATION", u32::from(config.filter.interpolation == Interpolation::Literal)),
+        ("FILTER", config.filter.kind as u32),
+        ("SAMPLES", config.filter.samples),
         ("FADE_IN", u32::from(config.fade_in_frames > 0)),
     ];
     resident.constants().into_iter().chain(filter).collect()

@@ -1,8 +1,8 @@
 //! Which variants of stages 2 and 3 go together, and what each needs of the device.
 
+use super::choices::{Compaction, Dedup};
 use super::{Config, Keying, Listing};
 use crate::math::pyramid::Pyramid;
-use crate::scene::{Compaction, Dedup};
 use crate::vk::{Feature, Need};
 use thiserror::Error;
 

@@ -5,10 +5,8 @@ mod surfaces;
 pub use surfaces::{InstanceBytes, SurfaceReport, SurfacesFrame};
 
 use super::{Record, Renderer};
-use crate::paper::virtual_texture::streaming::{Keying, Order};
-use crate::paper::virtual_texture::{
-    Filtering, FrameRecord, Interpolation, PlainComparison, Settings, VirtualTexture,
-};
+use crate::paper::virtual_texture::streaming::StreamingConfig;
+use crate::paper::virtual_texture::{Config, FrameRecord, PlainComparison, VirtualTexture};
 use crate::stats::Summary;
 use crate::vk::{FRAMES_IN_FLIGHT, PassTime};
 use serde::Serialize;
@@ -62,54 +60,15 @@ pub struct TextureReport {
     pub levels: u32,
     /// L'
     pub resident_levels: u32,
-    /// NA
-    pub max_anisotropy: u32,
-    pub variant: VariantReport,
-    pub cache: CacheReport,
+    /// How a pixel's triple was stored; "none" where the variant stores none.
+    pub request_image: &'static str,
+    /// Every setting of the paper, as `ortelius keys` describes them: the variant with its filter, and the caches.
+    pub variant: Config,
+    pub cache: StreamingConfig,
     /// Tiles that could not be read in the frames of this report; each was reported once.
     pub unreadable_tiles: usize,
     /// Frames in which `U3` was too short and stage 3 ran twice.
     pub list_overflows: usize,
-}
-
-/// Which variant ran.
-#[derive(Clone, Debug, Serialize)]
-pub struct VariantReport {
-    /// As used, also where the scene said "auto".
-    pub u1: &'static str,
-    pub list: &'static str,
-    pub feedback_log2: u32,
-    pub dedup: &'static str,
-    pub block_log2: u32,
-    pub memo: bool,
-    pub keying: &'static str,
-    pub compact: &'static str,
-    pub compact_block_log2: u32,
-    pub interpolation: &'static str,
-    pub filter: Filtering,
-    /// Of the stochastic filter.
-    pub samples: u32,
-    /// Levels that the user adds to every tile's.
-    pub level_bias: u32,
-    pub fade_in_frames: u32,
-    pub list_capacity: u32,
-}
-
-#[derive(Clone, Debug, Serialize)]
-pub struct CacheReport {
-    /// N1
-    pub gpu_tiles: u32,
-    /// N2
-    pub host_tiles: u32,
-    pub upload_budget_ms: f64,
-    pub load_budget_ms: f64,
-    pub upload_tiles_per_frame: u32,
-    pub load_tiles_per_frame: u32,
-    /// Budgets counted tiles instead of time.
-    pub deterministic: bool,
-    pub order: &'static str,
-    pub prefetch_frames: u32,
-    pub retry_after_ms: f64,
 }
 
 /// `--compare-plain`: medians over interleaved runs in this process.
@@ -249,56 +208,6 @@ impl From<&FrameRecord> for TextureFrame {
     }
 }
 
-impl From<&VirtualTexture> for VariantReport {
-    fn from(technique: &VirtualTexture) -> Self {
-        let (config, streaming) = (&technique.settings.config, &technique.settings.streaming);
-        VariantReport {
-            u1: technique.stage1().map_or("none", |stage1| stage1.format.name()),
-            list: config.list.name(),
-            feedback_log2: config.feedback_log2,
-            dedup: config.dedup.name(),
-            block_log2: config.block_log2,
-            memo: config.memo,
-            keying: match config.keying {
-                Keying::Paper => "paper",
-                Keying::Native => "native",
-            },
-            compact: config.compact.name(),
-            compact_block_log2: config.compact_block_log2,
-            interpolation: match config.interpolation {
-                Interpolation::Corrected => "corrected",
-                Interpolation::Literal => "literal",
-            },
-            filter: config.filter,
-            samples: config.samples,
-            level_bias: streaming.level_bias,
-            fade_in_frames: config.fade_in_frames,
-            list_capacity: config.list_capacity,
-        }
-    }
-}
-
-impl From<&Settings> for CacheReport {
-    fn from(settings: &Settings) -> Self {
-        let streaming = &settings.streaming;
-        CacheReport {
-            gpu_tiles: streaming.gpu_tiles,
-            host_tiles: streaming.host_tiles,
-            upload_budget_ms: streaming.upload_budget.as_secs_f64() * 1e3,
-            load_budget_ms: streaming.load_budget.as_secs_f64() * 1e3,
-            upload_tiles_per_frame: streaming.upload_tiles_per_frame,
-            load_tiles_per_frame: streaming.load_tiles_per_frame,
-            deterministic: streaming.deterministic,
-            order: match streaming.order {
-                Order::Finest => "finest",
-                Order::Coarsest => "coarsest",
-            },
-            prefetch_frames: settings.prefetch_frames,
-            retry_after_ms: streaming.retry_after.as_secs_f64() * 1e3,
-        }
-    }
-}
-
 impl TextureReport {
     /// Of the frames that are kept.
     fn of(technique: &VirtualTexture, records: &[Record]) -> TextureReport {
@@ -313,9 +222,9 @@ impl TextureReport {
             border: pyramid.border_texels(),
             levels: pyramid.coarsest_level(),
             resident_levels: pyramid.resident_levels(),
-            max_anisotropy: technique.settings.config.max_anisotropy,
-            variant: VariantReport::from(technique),
-            cache: CacheReport::from(&technique.settings),
+            request_image: technique.stage1().map_or("none", |stage1| stage1.format.name()),
+            variant: technique.settings.config,
+            cache: technique.settings.streaming.clone(),
             unreadable_tiles: frames().map(|frame| frame.streaming.failures.len()).sum(),
             list_overflows: frames().filter(|frame| frame.overflowed).count(),
         }

@@ -1,8 +1,8 @@
 //! The report's part about progressive meshes.
 
+use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::file::Extent;
 use crate::paper::progressive_mesh::{FrameRecord, Surface, SurfaceMemory};
-use crate::scene::ProgressiveSurface;
 use serde::Serialize;
 
 /// One surface.

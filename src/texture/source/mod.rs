@@ -1,7 +1,6 @@
 //! Where a texture's tiles come from: a file, or a pure function.
 
 pub mod border;
-pub mod disk;
 pub mod earth;
 pub mod encoded;
 pub mod ruler;
@@ -40,7 +39,7 @@ pub enum TileError {
         "{path}: {tile} at byte {offset}: checksum differs, the file is damaged; `ortelius verify` lists all damage"
     )]
     Checksum { path: String, tile: TileId, offset: u64 },
-    /// An injected fault ([`disk::FaultyDisk`], tests).
+    /// For sources that fail on purpose (injected faults, tests).
     #[error("{tile}: {reason}")]
     Refused { tile: TileId, reason: String },
 }

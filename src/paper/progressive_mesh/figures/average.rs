@@ -13,7 +13,7 @@ use super::orders::{
 use super::scans;
 use crate::figure::{Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Verdict};
 use crate::model::Model;
-use crate::scene::FaceOrder;
+use crate::paper::progressive_mesh::choices::FaceOrder;
 
 pub const AVERAGE: Figure = Figure {
     id: "pm.average",

@@ -101,7 +101,7 @@ struct Walk<'a> {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let (scene, path) = scene(&cell.scene, &["progressive_mesh.herd.error_pixels=0.125".into()])?;
+    let (scene, path) = scene(&cell.scene, &["surface.herd.geometry.error_pixels=0.125".into()])?;
     let (step, repeats) = walks(bench.effort);
     let size = if bench.effort == Effort::Quick { [320, 180] } else { [1280, 720] };
     let walk = Walk { gpu: bench.gpu(&[])?, models: load(&scene)?, scene, path, size, step };
@@ -126,8 +126,8 @@ impl Walk<'_> {
     /// The frames of one walk with each of `budgets`, which take turns.
     fn records(&self, budgets: &[Option<(Budget, Rule)>]) -> anyhow::Result<Vec<Vec<FrameRecord>>> {
         let path: &Path = self.scene.path(self.path)?;
+        let own = Settings::of_scene(&self.scene, Target::Srgb8)?;
         let session = |held: &Option<(Budget, Rule)>| {
-            let own = Settings::of_scene(&self.scene, Target::Srgb8);
             let (budget, rule) = held.unzip();
             let settings = Settings { size: self.size, budget, rule: rule.unwrap_or_default(), ..own };
             ProgressiveMeshes::run(self.gpu.clone(), &self.models, settings)

@@ -52,7 +52,7 @@ fn session(
     scene: &Scene,
     change: impl FnOnce(&mut Settings),
 ) -> anyhow::Result<Run<ProgressiveMeshes>> {
-    let mut settings = Settings::of_scene(scene, Target::Srgb8);
+    let mut settings = Settings::of_scene(scene, Target::Srgb8)?;
     settings.size = match bench.effort {
         Effort::Quick => [320, 180],
         Effort::Full => [1280, 720],

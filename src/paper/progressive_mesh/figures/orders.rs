@@ -7,7 +7,7 @@ use super::super::simplify::{Collapses, SimplifyOptions, simplify};
 use super::scans;
 use crate::figure::{Finding, Row, Table, Value, Verdict};
 use crate::model::Model;
-use crate::scene::FaceOrder;
+use crate::paper::progressive_mesh::choices::FaceOrder;
 
 /// The shipped models that are closed; each has at least 3000 faces.
 pub const CLOSED: [&str; 5] = ["bunny", "sphere", "torus", "knot", "solid"];

@@ -86,7 +86,7 @@ fn errors() -> Vec<f64> {
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (n, variant) in VARIANTS.into_iter().enumerate() {
-        let (scene, eye) = scene(&cell.scene, &[format!("progressive_mesh.bunny.geomorph={}", n == 1)])?;
+        let (scene, eye) = scene(&cell.scene, &[format!("surface.bunny.geometry.geomorph={}", n == 1)])?;
         let pose = scene.camera(eye)?.pose();
         let fine = |settings: &mut Settings| {
             settings.size = settings.size.map(|side| side * SAMPLES);

@@ -20,7 +20,8 @@
 
 mod integral;
 
-pub use integral::Integral;
+pub use crate::scene::{Fault, Part, settings};
+use integral::Integral;
 
 use std::collections::VecDeque;
 
@@ -44,13 +45,24 @@ const MOST_LOG2: f64 = 10.0;
 /// Halvings of [`MOST_LOG2`] until the factor is known to a hundredth of an octave.
 const HALVINGS: usize = 10;
 
-/// What a frame may take.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Budget {
-    /// Milliseconds, measured.
-    pub frame_ms: Option<f64>,
-    /// Faces, which are known before they are drawn: the same frames on every run.
-    pub frame_faces: Option<u32>,
+settings! {
+    /// The governor: the wanted errors of all progressive meshes are raised, up to 1024 times, as far as frames need it
+    /// to keep a budget. At least one of the two is stated.
+    pub struct Budget derive(Copy) with DEFAULT {
+        /// Measured time that nine of ten frames are to take at most.
+        frame_ms: Option<f64> = None, in 1e-3..=1e6, unit "ms";
+        /// Faces that a frame draws, known before it is drawn: the budget of `--deterministic`, for no two runs take the
+        /// same times.
+        frame_faces: Option<u32> = None, in 1..=u32::MAX, unit "faces";
+    }
+    check check_budget;
+}
+
+fn check_budget(budget: &Budget, part: &Part<'_>) -> Result<(), Fault> {
+    match (budget.frame_ms, budget.frame_faces) {
+        (None, None) => Err(part.whole("a governor needs a budget: frame_ms, frame_faces, or both")),
+        _ => Ok(()),
+    }
 }
 
 /// How a budget is held.

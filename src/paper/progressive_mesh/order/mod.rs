@@ -58,7 +58,7 @@ mod turns;
 use super::mesh::ProgressiveMesh;
 use super::simplify::Collapses;
 use crate::model::Model;
-use crate::scene::FaceOrder;
+use crate::paper::progressive_mesh::choices::FaceOrder;
 use assemble::{Arrangement, assemble};
 
 pub use greedy::Weights;

@@ -3,7 +3,7 @@
 //! Each takes a progressive mesh in [classical](super::order::classical) order, whose slots name the faces once and
 //! for all, and says which faces it draws at a level ([`Prepared`]), how many faces it copies when levels change, and
 //! what memory its lists take ([`rival_costs`], on positions: [`Vertices::welded`](super::mesh::Vertices::welded)). A
-//! scene's surface may be drawn so (`progressive_mesh.NAME.order`): see `session/rival.rs`, and [`compaction`] for the
+//! scene's surface may be drawn so (`order`): see `session/rival.rs`, and [`compaction`] for the
 //! one that the device executes.
 
 pub mod compaction;
@@ -12,7 +12,7 @@ mod skip;
 
 use super::cache::{Cache, Counter, LevelCosts, live_faces};
 use super::mesh::ProgressiveMesh;
-use crate::scene::FaceOrder;
+use crate::paper::progressive_mesh::choices::FaceOrder;
 use rayon::prelude::*;
 
 pub use lists::Prepared;

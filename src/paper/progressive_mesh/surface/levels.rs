@@ -2,10 +2,11 @@
 
 use super::resident::Resident;
 use super::rival::Rivals;
+use crate::paper::progressive_mesh::choices::Apply;
+use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::rivals::Rival;
 use crate::paper::progressive_mesh::run::{Instances, Program, TooMany};
-use crate::scene::{Apply, ProgressiveSurface};
 use crate::vk::{Buffer, BufferUse, Error, Gpu};
 use std::sync::Arc;
 

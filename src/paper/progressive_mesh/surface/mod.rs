@@ -12,15 +12,16 @@ mod resident;
 mod rival;
 pub mod vertices;
 
-use super::place::{Bounds, Place};
 use crate::frame::{Draw, Shape, Stalled};
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::check::Flaw;
+use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::file::Extent;
-use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
+use crate::paper::progressive_mesh::load::Model;
+use crate::paper::progressive_mesh::place::{Bounds, Place};
 use crate::paper::progressive_mesh::run::{Program, level_for_error};
-use crate::scene::{ProgressiveSurface, Stand};
+use crate::paper::progressive_mesh::stand::Stand;
 use crate::vk::shader::SurfaceView;
 use crate::vk::{Buffer, Cmd, Error, Gpu, Slice};
 use glam::{DMat3, DVec3};
@@ -32,7 +33,7 @@ use vertices::{ALWAYS_LOG2, EXACT_LOG2, MORPH_BAND_LOG2, VertexBuffer, normals};
 /// A progressive mesh that cannot be shown.
 #[derive(Debug, Error)]
 pub enum SurfaceError {
-    #[error("progressive_mesh.{name}: {flaw}")]
+    #[error("surface.{name}.geometry: {flaw}")]
     Flaw { name: String, flaw: Flaw },
     #[error("surface {name}: {what}")]
     Untexturable { name: String, what: &'static str },
@@ -40,28 +41,6 @@ pub enum SurfaceError {
     Vulkan(#[from] Error),
     #[error(transparent)]
     Stalled(#[from] Stalled),
-}
-
-/// A surface as it is to be shown.
-#[derive(Clone, Debug)]
-pub struct Model {
-    /// In the scene.
-    pub name: String,
-    pub surface: ProgressiveSurface,
-    pub mesh: ProgressiveMesh,
-    /// What its file holds when whole, where the file's end is missing.
-    pub cut_from: Option<Extent>,
-    /// One for each instance.
-    pub stands: Vec<Stand>,
-    /// Another technique textures it.
-    pub textured: Option<Textured>,
-}
-
-/// How the texture of another technique lies on a surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Textured {
-    /// The sun lights it.
-    pub lit: bool,
 }
 
 /// A surface on the device.

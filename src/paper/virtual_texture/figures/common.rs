@@ -4,9 +4,11 @@ use crate::figure::{Bench, Contender};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::model::mesh;
+use crate::paper::virtual_texture::config::{open_texture, source_mesh};
 use crate::paper::virtual_texture::{Settings, VirtualTexture, needs};
 use crate::picture::Target;
-use crate::scene::{Scene, path::Path};
+use crate::scene::Scene;
+use crate::scene::path::Path;
 use crate::vk::{Frame, Gpu};
 use anyhow::Context;
 
@@ -52,12 +54,12 @@ impl Place {
         change: impl FnOnce(&mut Settings),
     ) -> anyhow::Result<Opened> {
         let Place { scene, pose, path } = self;
-        let mut settings = Settings::of_scene(&scene, Target::Srgb8);
+        let mut settings = Settings::of_scene(&scene, Target::Srgb8)?;
         settings.size = size;
         change(&mut settings);
-        let source = scene.open_texture()?;
+        let source = open_texture(&scene)?;
         let gpu = bench.gpu(&needs(&settings.config, source.format()))?;
-        let mesh = mesh::gpu_mesh(&scene.source_mesh()?)?;
+        let mesh = mesh::gpu_mesh(&source_mesh(&scene)?)?;
         Ok(Opened { session: VirtualTexture::run(gpu, source, &mesh, settings)?, scene, pose, path })
     }
 }

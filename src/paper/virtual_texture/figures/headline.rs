@@ -101,7 +101,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = pixels_of(rows_of_pixels);
     let place = Place::find(&cell.scene)?;
     let path = place.scene.path(PATH)?.clone();
-    let streaming = Settings::of_scene(&place.scene, Target::Srgb8).streaming;
+    let streaming = Settings::of_scene(&place.scene, Target::Srgb8)?.streaming;
     let mut side = SideBySide::settled(bench, place, size, (&contenders(), &[PLAIN]), |settings| {
         settings.streaming = streaming.clone();
     })?;

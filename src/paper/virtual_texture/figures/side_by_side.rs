@@ -10,6 +10,7 @@ use crate::frame::{Seen, Shape, Slot, View};
 use crate::math::camera::Pose;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::model::mesh::{self, Mesh};
+use crate::paper::virtual_texture::config::{open_texture, source_mesh};
 use crate::paper::virtual_texture::fused::Fused;
 use crate::paper::virtual_texture::lister::Stage3;
 use crate::paper::virtual_texture::texturing::Plain;
@@ -131,10 +132,10 @@ impl SideBySide {
     ) -> anyhow::Result<SideBySide> {
         let Place { scene, pose, .. } = place;
         let gpu = device(bench, &all_needs())?;
-        let source = Arc::new(Kept::new(scene.open_texture()?));
-        let mesh = mesh::gpu_mesh(&scene.source_mesh()?)?;
+        let source = Arc::new(Kept::new(open_texture(&scene)?));
+        let mesh = mesh::gpu_mesh(&source_mesh(&scene)?)?;
         let open = |config: Config| -> anyhow::Result<Run<VirtualTexture>> {
-            let mut settings = Settings::of_scene(&scene, Target::Srgb8);
+            let mut settings = Settings::of_scene(&scene, Target::Srgb8)?;
             (settings.size, settings.config) = (size, config);
             // Nobody watches it settle: as many tiles a frame as the staging memory is worth.
             settings.streaming.deterministic = true;

@@ -177,7 +177,7 @@ fn measure(bench: &mut Bench, place: Place, pixel_rows: f64, tiles: u32) -> anyh
 fn measure_tile_size(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let side = cell.x.expect("a sweep") as u32;
     let mut place = Place::find(&cell.scene)?;
-    place.scene.texture_mut()?.tile_size = side;
+    place.scene = place.scene.with(&[format!("surface.land.texture.tile_size={side}")])?;
     let pixel_rows = pixel_rows(bench);
     // Tiles of a quarter of the area are up to four times as many; 2048 layers are what devices have.
     let most = if pixel_rows > 540.0 { 192 } else { 96 };
@@ -188,7 +188,9 @@ fn measure_tile_size(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>>
 fn measure_texture_size(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let width_log2 = cell.x.expect("a sweep") as u32;
     let mut place = Place::find(&cell.scene)?;
-    place.scene.texture_mut()?.size_log2 = Some([width_log2, width_log2 - 1]);
+    let sizes = [("width", width_log2), ("height", width_log2 - 1)];
+    let changes = sizes.map(|(side, log2)| format!("surface.land.texture.{side}_log2={log2}"));
+    place.scene = place.scene.with(&changes)?;
     let pixel_rows = pixel_rows(bench);
     measure(bench, place, pixel_rows, 96)
 }

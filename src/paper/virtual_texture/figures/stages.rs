@@ -7,6 +7,7 @@ use crate::frame::{Seen, Shape, View};
 use crate::math::pyramid::Pyramid;
 use crate::math::splitmix::SplitMix64;
 use crate::model::mesh;
+use crate::paper::virtual_texture::config::{source_mesh, texture};
 use crate::paper::virtual_texture::footprint::Footprint;
 use crate::paper::virtual_texture::{Config, PAPER, U1Format, all_needs};
 use crate::texture::source::TileFormat;
@@ -50,7 +51,7 @@ impl Stage1 {
         let Place { scene: description, pose, .. } =
             Place::find(if scene == NOISE { "earth/headline" } else { scene })?;
         let pyramid =
-            description.texture()?.pyramid()?.context("a shipped scene states its texture's size")?;
+            texture(&description)?.pyramid()?.context("a shipped scene states its texture's size")?;
         let gpu = device(bench, &all_needs())?;
         let config = Config { u1: Some(U1Format::Packed), ..PAPER };
         let footprint = Footprint::new(&gpu, &pyramid, &config, size)?;
@@ -58,7 +59,7 @@ impl Stage1 {
         if scene == NOISE {
             stage1.fill(&noise(size, &pyramid))?;
         } else {
-            let shape = Shape::new(&stage1.gpu, &mesh::gpu_mesh(&description.source_mesh()?)?)?;
+            let shape = Shape::new(&stage1.gpu, &mesh::gpu_mesh(&source_mesh(&description)?)?)?;
             let mut frame = stage1.gpu.frame()?;
             frame.pass("footprint", |cmd| {
                 stage1.footprint.draw(cmd, &Seen::new([&shape], View::new(&pose, size), 0))

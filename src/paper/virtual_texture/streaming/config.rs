@@ -1,61 +1,64 @@
 //! Sizes and budgets of the two caches.
 
 use crate::math::pyramid::Pyramid;
+use crate::paper::virtual_texture::choices::Order;
+use crate::scene::settings;
 use std::time::Duration;
 use thiserror::Error;
 
-/// Settings of [`Streaming`](super::Streaming).
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct StreamingConfig {
-    /// N1: tiles in video memory.
-    pub gpu_tiles: u32,
-    /// N2: tiles in main memory.
-    pub host_tiles: u32,
-    /// Time of A2 in a frame. A tile begun is finished, so at least one is uploaded.
-    pub upload_budget: Duration,
-    /// Time of A3's threads in a frame, added up. A load longer than it is paid from later frames' grants.
-    pub load_budget: Duration,
-    /// A2's budget in tiles, where `deterministic`; in any mode the most that a frame's staging memory holds.
-    pub upload_tiles_per_frame: u32,
-    /// A3's budget in tiles, where `deterministic`.
-    pub load_tiles_per_frame: u32,
-    /// Budgets count tiles instead of time, each frame waits for the loads that the frame before asked for,
-    /// and adopts them in the order of asking: the same lists give the same frames on any machine.
-    pub deterministic: bool,
-    /// Levels added to every visible tile's.
-    pub level_bias: u32,
-    /// Which of the missing tiles is asked for first.
-    pub order: Order,
-    /// A tile that could not be read is asked for again after this time. Zero, or `deterministic`: never.
-    pub retry_after: Duration,
-}
-
-/// In which order a frame's missing tiles are asked for; the paper leaves it to the device's list.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Order {
-    /// As listed: from the finest level to the coarsest.
-    Finest,
-    /// From the coarsest level to the finest: what covers most of the texture comes first.
-    Coarsest,
-}
-
-impl Default for StreamingConfig {
-    /// Ours; the paper chooses N1 by experiment and names no budget. 256 tiles are 2.5 times the most that a
-    /// frame of 1920 x 1080 usually shows (30 to 100 of 512 x 512 texels).
-    fn default() -> Self {
-        Self {
-            gpu_tiles: 256,
-            host_tiles: 512,
-            upload_budget: Duration::from_millis(4),
-            load_budget: Duration::from_millis(16),
-            upload_tiles_per_frame: 16,
-            load_tiles_per_frame: 16,
-            deterministic: false,
-            level_bias: 0,
-            order: Order::Finest,
-            retry_after: Duration::ZERO,
-        }
+settings! {
+    /// The two caches of a virtual texture (paper 1, section 3): sizes and budgets. The paper chooses N1 by experiment
+    /// and names no budget. A tile of 512 x 512 in RGBA8, with its border and its coarser half, takes 1.35 MB.
+    pub struct StreamingConfig with DEFAULT {
+        /// N1: tiles in video memory. A frame of 1920 x 1080 usually shows 30 to 100 of 512 x 512 texels.
+        gpu_tiles: u32 = 192, in 1..=1 << 16, unit "tiles";
+        /// N2: tiles in main memory.
+        host_tiles: u32 = 384, in 1..=1 << 20, unit "tiles";
+        /// Time of a frame for copies to video memory (A2). A tile begun is finished, so at least one is uploaded.
+        upload_budget_ms: f64 = 2.0, in 1e-3..=1e6, unit "ms";
+        /// Time of a frame for reading tiles (A3), all its threads added up. A load that takes longer is paid from later
+        /// frames' grants.
+        load_budget_ms: f64 = 8.0, in 1e-3..=1e6, unit "ms";
+        /// The upload budget of `--deterministic`; in any mode the most that a frame's staging memory holds.
+        upload_tiles_per_frame: u32 = 8, in 1..=1 << 16, unit "tiles";
+        /// The load budget of `--deterministic`.
+        load_tiles_per_frame: u32 = 8, in 1..=1 << 16, unit "tiles";
+        /// Frames in which a tile that has arrived is mixed with what was shown before it; 0: shown at once, as in the
+        /// paper.
+        fade_in_frames: u32 = 0, in 0..=1000, unit "frames";
+        /// Prefetch: tiles are loaded that the camera will see this many frames later if it goes on as it does; 0: none.
+        prefetch_frames: u32 = 0, in 0..=1000, unit "frames";
+        /// Which of a frame's missing tiles is asked for first. After a cut, coarsest first left 16 to 31 % less error,
+        /// summed over the frames (vt.budget).
+        order: Order = Order::Coarsest;
+        /// A tile that could not be read is asked for again after this time; 0, or `--deterministic`: never.
+        retry_after_ms: f64 = 1000.0, in 0.0..=1e9, unit "ms";
     }
+    beside {
+        /// Budgets count tiles instead of time, each frame waits for the loads that the frame before asked for,
+        /// and adopts them in the order of asking: the same lists give the same frames on any machine.
+        deterministic: bool = false;
+        /// Levels added to every visible tile's: `variant.level_bias`.
+        level_bias: u32 = 0;
+    }
+}
+
+impl StreamingConfig {
+    pub fn upload_budget(&self) -> Duration {
+        milliseconds(self.upload_budget_ms)
+    }
+
+    pub fn load_budget(&self) -> Duration {
+        milliseconds(self.load_budget_ms)
+    }
+
+    pub fn retry_after(&self) -> Duration {
+        milliseconds(self.retry_after_ms)
+    }
+}
+
+fn milliseconds(ms: f64) -> Duration {
+    Duration::from_secs_f64(ms / 1e3)
 }
 
 /// Settings with which no tile could ever be shown, or a system that gives no threads.
@@ -86,7 +89,7 @@ impl StreamingConfig {
         if self.deterministic {
             counts.push(("load_tiles_per_frame", self.load_tiles_per_frame));
         } else {
-            let times = [("upload_budget", self.upload_budget), ("load_budget", self.load_budget)];
+            let times = [("upload_budget_ms", self.upload_budget()), ("load_budget_ms", self.load_budget())];
             if let Some(&(setting, _)) = times.iter().find(|(_, time)| time.is_zero()) {
                 return Err(StreamingError::NoTime { setting });
             }

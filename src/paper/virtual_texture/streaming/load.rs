@@ -64,8 +64,8 @@ impl Streaming {
                 self.j2.release(slot);
                 self.h2.set(tile, ABSENT);
                 self.failed.insert(tile);
-                if !self.config.retry_after.is_zero() && !self.config.deterministic {
-                    self.retries.push_back((Instant::now() + self.config.retry_after, tile));
+                if !self.config.retry_after().is_zero() && !self.config.deterministic {
+                    self.retries.push_back((Instant::now() + self.config.retry_after(), tile));
                 }
                 if self.reported.insert(tile) {
                     tracing::warn!("{error}; its nearest coarser tile is shown instead");
@@ -107,7 +107,7 @@ impl Streaming {
             self.loader.send(Request { tile, slot: claim.slot, generation, sequence, bytes, cancelled });
         }
         let unlimited = Duration::MAX;
-        self.loader.grant(if self.config.deterministic { unlimited } else { self.config.load_budget });
+        self.loader.grant(if self.config.deterministic { unlimited } else { self.config.load_budget() });
     }
 
     /// A place in `J2` for a load. Where all are pinned, a load under way that nobody waits for any more loses

@@ -42,11 +42,12 @@ mod tables;
 mod upload;
 mod wanted;
 
-pub use config::{Order, StreamingConfig, StreamingError};
+pub use super::choices::{Keying, Order};
+pub use config::{StreamingConfig, StreamingError};
 pub use report::{FrameReport, TileFailure};
 pub use tables::{ABSENT, Action, QUEUED, action};
 pub use upload::Uploader;
-pub use wanted::{Keying, distinct_tiles, fitting_bias, wanted_tiles};
+pub use wanted::{distinct_tiles, fitting_bias, wanted_tiles};
 
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::texture::source::TileSource;

@@ -37,7 +37,7 @@ impl Streaming {
         while let Some(&Waiting { tile, slot: k2, generation }) = self.q1.front() {
             let spent = match self.config.deterministic {
                 true => report.uploads >= self.config.upload_tiles_per_frame as usize,
-                false => report.uploads > 0 && begin.elapsed() >= self.config.upload_budget,
+                false => report.uploads > 0 && begin.elapsed() >= self.config.upload_budget(),
             };
             if spent {
                 break;

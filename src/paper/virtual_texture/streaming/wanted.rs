@@ -2,17 +2,8 @@
 //! failed tiles.
 
 use crate::math::pyramid::TileId;
+use crate::paper::virtual_texture::choices::Keying;
 use std::collections::HashSet;
-
-/// Where stage 2 sets bit q for a pixel of level-0 tile `(i, j)` (paper 1, section 2.3).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Keying {
-    /// In texel `(i, j)`, as printed: the triples' indices are in `M0`, and one tile of level q can be
-    /// listed up to `4^q` times.
-    Paper,
-    /// In texel `(i >> q, j >> q)`: the triples' indices are the tile's own, and each tile is listed once.
-    Native,
-}
 
 /// The tiles that triples `[q, i, j]` name, each once, in the order of [`TileId`]. Triples of levels from
 /// `first_resident_level` up (also `u32::MAX`, the background of `U1`) need no tile and are left out.

@@ -6,10 +6,10 @@ mod written;
 
 use super::orders::simplified;
 use crate::figure::{Axis, Bench, Cell, Claim, Figure, Origin, Plot, Row, Sweep, Timed, Value};
+use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::ordered;
 use crate::paper::progressive_mesh::run::Program;
-use crate::scene::FaceOrder;
 use crate::stats::Summary;
 use std::cell::RefCell;
 use ways::{WAYS, Way};

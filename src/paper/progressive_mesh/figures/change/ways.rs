@@ -3,10 +3,13 @@
 use super::{DEVICE, HOST, Meshes};
 use crate::figure::Contender;
 use crate::frame::Run;
+use crate::paper::progressive_mesh::choices::{Apply, FaceOrder};
+use crate::paper::progressive_mesh::config;
 use crate::paper::progressive_mesh::run::{Program, Untold};
+use crate::paper::progressive_mesh::stand::stands;
 use crate::paper::progressive_mesh::{Model, ProgressiveMeshes, Settings};
 use crate::picture::Target;
-use crate::scene::{Apply, FaceOrder, Scene};
+use crate::scene::Scene;
 use crate::vk::{Buffer, BufferUse, Gpu, PassTime};
 use std::cell::RefCell;
 use std::time::Instant;
@@ -177,9 +180,9 @@ fn session(
 ) -> anyhow::Result<Run<ProgressiveMeshes>> {
     let mesh = if order == FaceOrder::Ours { &meshes.ours } else { &meshes.classical };
     let scene = Scene::embedded("bunny")?;
-    let mut surface = scene.progressive_meshes["bunny"].clone();
+    let mut surface = config::surface(&scene, "bunny")?;
     (surface.order, surface.apply, surface.instances) = (order, apply, 1);
-    let stands = surface.stands(&scene.paths);
+    let stands = stands(&scene, &surface);
     let model = Model {
         name: order.name().into(),
         surface,
@@ -189,6 +192,6 @@ fn session(
         textured: None,
     };
     // Nothing is drawn.
-    let settings = Settings { size: [64, 36], ..Settings::of_scene(&scene, Target::Srgb8) };
+    let settings = Settings { size: [64, 36], ..Settings::of_scene(&scene, Target::Srgb8)? };
     Ok(ProgressiveMeshes::run(gpu.clone(), &[model], settings)?)
 }

@@ -2,10 +2,10 @@
 
 use super::Meshes;
 use super::ways::{By, Named};
+use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::paper::progressive_mesh::mesh::Level;
 use crate::paper::progressive_mesh::rivals::{Prepared, Rival, SkipList};
 use crate::paper::progressive_mesh::run::{Program, Step, Untold};
-use crate::scene::FaceOrder;
 
 /// A walk through all levels and back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

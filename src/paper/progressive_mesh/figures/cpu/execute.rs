@@ -6,11 +6,13 @@ use crate::figure::{Contender, Row, Timed, Value};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::check::Flaw;
+use crate::paper::progressive_mesh::config;
 use crate::paper::progressive_mesh::figures::scans;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::order::{OrderOptions, classical, order};
 use crate::paper::progressive_mesh::run::{Instances, Program, State, Untold};
 use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
+use crate::paper::progressive_mesh::stand::stands;
 use crate::paper::progressive_mesh::{Model, ProgressiveMeshes, Settings};
 use crate::picture::Target;
 use crate::scene::Scene;
@@ -157,11 +159,11 @@ pub fn session(
     size: [u32; 2],
 ) -> anyhow::Result<(Run<ProgressiveMeshes>, Pose)> {
     let scene = Scene::embedded("bunny")?;
-    let surface = scene.progressive_meshes["bunny"].clone();
-    let stands = surface.stands(&scene.paths);
+    let surface = config::surface(&scene, "bunny")?;
+    let stands = stands(&scene, &surface);
     let model =
         Model { name: "one".into(), surface, mesh: mesh.clone(), cut_from: None, stands, textured: None };
-    let settings = Settings { size, ..Settings::of_scene(&scene, Target::Srgb8) };
+    let settings = Settings { size, ..Settings::of_scene(&scene, Target::Srgb8)? };
     Ok((ProgressiveMeshes::run(gpu.clone(), &[model], settings)?, scene.camera("near")?.pose()))
 }
 

@@ -6,15 +6,19 @@ use crate::figure::{Axis, Bench, Cell, Claim, Contender, Effort, Figure, Origin,
 use crate::math::camera::Pose;
 use crate::model;
 use crate::paper::progressive_mesh::cache::{Cache, live_faces, transforms};
+use crate::paper::progressive_mesh::choices::FaceOrder;
+use crate::paper::progressive_mesh::config;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::ordered;
 use crate::paper::progressive_mesh::place::{Bounds, Place};
 use crate::paper::progressive_mesh::rivals::{Prepared, Rival};
 use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
-use crate::paper::progressive_mesh::surface::vertices::{EXACT_LOG2, MORPH_BAND_LOG2, VertexBuffer, normals};
-use crate::paper::progressive_mesh::technique::{BACKGROUND, sun, surfaces_pipeline};
+use crate::paper::progressive_mesh::stand::Stand;
+use crate::paper::progressive_mesh::surface::vertices::MORPH_BAND_LOG2;
+use crate::paper::progressive_mesh::surface::vertices::{EXACT_LOG2, VertexBuffer, normals};
+use crate::paper::progressive_mesh::technique::surfaces_pipeline;
 use crate::picture::Target;
-use crate::scene::{FaceOrder, Scene, Stand};
+use crate::scene::Scene;
 use crate::vk::shader::SurfaceView;
 use crate::vk::shader::progressive_mesh::surface_vert;
 use crate::vk::{
@@ -147,7 +151,7 @@ impl Ordered {
 
 impl Still {
     fn draw(&self, cmd: &mut Cmd<'_>, ordered: &Ordered) -> crate::vk::Result<()> {
-        let color = ColorTarget { image: &self.target, clear: Clear::Float(BACKGROUND) };
+        let color = ColorTarget { image: &self.target, clear: Clear::Float([0.0, 0.0, 0.0, 1.0]) };
         let depth = DepthTarget { image: &self.depth, clear: true };
         let count = 3 * ordered.faces.len() as u32;
         let slices: Vec<_> = self.views.iter().map(|&push| Slice { push, first_index: 0, count }).collect();
@@ -223,19 +227,20 @@ fn orders(gpu: &Gpu) -> anyhow::Result<(Vec<Ordered>, Bounds)> {
             Ordered::new(gpu, order.name(), &mesh, faces, level)
         }
     };
-    let orders = FaceOrder::ALL.into_iter().map(of_order).collect::<anyhow::Result<_>>()?;
+    let orders = FaceOrder::ALL.iter().copied().map(of_order).collect::<anyhow::Result<_>>()?;
     Ok((orders, Bounds::of(&plain.vertices.positions)))
 }
 
-/// A metre of model on the ground.
-fn place(bounds: &Bounds) -> anyhow::Result<Place> {
-    let surface = &Scene::embedded("bunny")?.progressive_meshes["bunny"];
-    Ok(Place::new(surface, bounds, &Stand { foot: DVec3::ZERO, heading_deg: 0.0 }))
+/// A metre of model on the ground, and the direction towards the sun.
+fn place(bounds: &Bounds) -> anyhow::Result<(Place, DVec3)> {
+    let scene = Scene::embedded("bunny")?;
+    let surface = config::surface(&scene, "bunny")?;
+    Ok((Place::new(&surface, bounds, &Stand::on_plane(DVec3::ZERO, 0.0)), scene.sun()))
 }
 
 /// The whole level, so near that it fills the picture's height, 16 times: each draw is a hair nearer than the one
 /// before, so that depth hides none.
-fn views(place: &Place, size: [u32; 2]) -> Vec<SurfaceView> {
+fn views((place, sun): &(Place, DVec3), size: [u32; 2]) -> Vec<SurfaceView> {
     let view = |n: usize| {
         let pose = Pose {
             eye: place.centre - DVec3::Y * (place.radius * (2.0 - 1e-3 * n as f64)),
@@ -247,7 +252,7 @@ fn views(place: &Place, size: [u32; 2]) -> Vec<SurfaceView> {
         };
         SurfaceView {
             object_to_clip: place.object_to_clip(&pose, size).as_mat4().to_cols_array_2d(),
-            sun: (place.rotation.transpose() * sun()).as_vec3().to_array(),
+            sun: (place.rotation.transpose() * *sun).as_vec3().to_array(),
             wanted_log2: EXACT_LOG2,
             band_log2: MORPH_BAND_LOG2,
         }

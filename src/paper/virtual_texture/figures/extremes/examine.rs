@@ -237,7 +237,7 @@ fn fused_list(gpu: &Gpu, drawn: &Drawn, textured: &Textured, config: &Config) ->
 /// The whole frame on a ruler texture, until nothing is missing.
 fn settled(gpu: &Gpu, extreme: &Extreme, sight: &Sight) -> Result<Settled, VirtualTextureError> {
     let scene = Scene::embedded("ruler").expect("shipped");
-    let mut settings = Settings::of_scene(&scene, Target::Linear32);
+    let mut settings = Settings::of_scene(&scene, Target::Linear32).expect("shipped");
     settings.size = sight.size;
     settings.streaming.gpu_tiles = MOST_SETTLED as u32;
     let source = Arc::new(Ruler::new(sight.pyramid));

@@ -4,6 +4,7 @@ use super::shapes;
 use crate::math::camera::Pose;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::model::mesh::{Mesh, SourceMesh, gpu_mesh};
+use crate::paper::virtual_texture::config::{source_mesh, texture};
 use crate::scene::{Scene, SceneError};
 
 /// An input at the edge of what the pipeline must bear.
@@ -128,7 +129,11 @@ pub const EXTREMES: &[Extreme] = &[
             "every-level",
             "All bits of the mask that a pyramid of 11 streamed levels has, in one texel of U2",
             "plane",
-            &["texture.width_log2=14", "texture.height_log2=14", "texture.tile_size=16"],
+            &[
+                "surface.land.texture.width_log2=14",
+                "surface.land.texture.height_log2=14",
+                "surface.land.texture.tile_size=16",
+            ],
         )
     },
     Extreme {
@@ -159,19 +164,24 @@ pub const EXTREMES: &[Extreme] = &[
         "10^8-m",
         "100 000 km away: the Earth is 40 pixels high",
         "globe",
-        &["view.camera=far", "mesh.columns=194", "mesh.rows=97"],
+        &["view.camera=far", "surface.land.geometry.columns=194", "surface.land.geometry.rows=97"],
     ),
     plain(
         "2^20-texels",
         "The largest texture: one texel is 38 m, an f32 of s has a step of 1/16 texel",
         "earth",
-        &["view.camera=low", "texture.width_log2=20", "texture.height_log2=19"],
+        &["view.camera=low", "surface.land.texture.width_log2=20", "surface.land.texture.height_log2=19"],
     ),
     plain(
         "2^20-fine-tiles",
         "8 million cells of M0: U2 is 32 MiB for a picture of 0.2 million pixels",
         "earth",
-        &["view.camera=low", "texture.width_log2=20", "texture.height_log2=19", "texture.tile_size=256"],
+        &[
+            "view.camera=low",
+            "surface.land.texture.width_log2=20",
+            "surface.land.texture.height_log2=19",
+            "surface.land.texture.tile_size=256",
+        ],
     ),
     Extreme {
         expected: Expected::Refused,
@@ -179,7 +189,11 @@ pub const EXTREMES: &[Extreme] = &[
             "2^20-finest-tiles",
             "65536 x 65536 cells of M0 and 17 streamed levels: more than any device has an image for",
             "plane",
-            &["texture.width_log2=20", "texture.height_log2=20", "texture.tile_size=16"],
+            &[
+                "surface.land.texture.width_log2=20",
+                "surface.land.texture.height_log2=20",
+                "surface.land.texture.tile_size=16",
+            ],
         )
     },
     Extreme {
@@ -208,7 +222,7 @@ pub const EXTREMES: &[Extreme] = &[
             "noise",
             "Every pixel another tile: 2^20 distinct requests, 16 times what the list has room for",
             "plane",
-            &["texture.width_log2=20", "texture.height_log2=19"],
+            &["surface.land.texture.width_log2=20", "surface.land.texture.height_log2=19"],
         )
     },
 ];
@@ -225,11 +239,11 @@ impl Extreme {
     pub fn sight(&self, size: [u32; 2]) -> Result<Sight, SceneError> {
         let changes: Vec<String> = self.changes.iter().map(|&change| change.to_owned()).collect();
         let scene = Scene::load_with(self.scene, &changes)?;
-        let pyramid = scene.texture().expect("a landscape").pyramid().expect("checked").expect("no file");
+        let pyramid = texture(&scene).expect("a landscape").pyramid().expect("checked").expect("no file");
         let made = |source: SourceMesh| (shapes::eye(), shapes::unchecked_gpu_mesh(&source), source);
         let (pose, mesh, source) = match self.landscape {
             Landscape::Scene => {
-                let source = scene.source_mesh().expect("checked");
+                let source = source_mesh(&scene).expect("checked");
                 (scene.pose(0)?, gpu_mesh(&source).expect("checked"), source)
             }
             Landscape::Made(make) => made(make(&pyramid, size)),

@@ -4,6 +4,7 @@ use super::super::common::pixels_of;
 use super::{Shown, Variant, detail, of_facts};
 use crate::figure::{Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value};
 use crate::paper::virtual_texture::Filtering;
+use crate::paper::virtual_texture::config::source_mesh;
 use crate::paper::virtual_texture::reference::picture::{Filter, Texels};
 use crate::picture::Picture;
 use crate::picture::measures::{Comparison, OUTLIER_BOUND};
@@ -147,7 +148,7 @@ impl Truths {
     fn new(shown: &Shown) -> anyhow::Result<Truths> {
         let (session, pose) = (&shown.opened.session, &shown.opened.pose);
         let [width, height] = session.technique.settings.size;
-        let mesh = shown.opened.scene.source_mesh()?;
+        let mesh = source_mesh(&shown.opened.scene)?;
         let view = View::new(&mesh, &pose.world_to_clip(width, height), pose.eye, [width, height]);
         let covered: Vec<bool> = view.samples().iter().map(Option::is_some).collect();
         let at = |x: u32, y: u32| covered[(y * width + x) as usize];

@@ -7,6 +7,7 @@ use super::common::{Opened, Place};
 use crate::figure::{Bench, Contender, Finding, Verdict};
 use crate::frame::{Run, Seen, View};
 use crate::paper::virtual_texture::VirtualTexture;
+use crate::paper::virtual_texture::config::Filter;
 use crate::paper::virtual_texture::footprint::Footprint;
 use crate::paper::virtual_texture::texturing::Texturing;
 use crate::paper::virtual_texture::{Config, Filtering};
@@ -14,7 +15,6 @@ use crate::picture::Picture;
 use crate::picture::Target;
 use crate::picture::write::Srgb8Picture;
 use crate::vk::Frame;
-use std::time::Duration;
 
 /// A filter with its settings.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -62,14 +62,14 @@ impl Shown {
         max_anisotropy: u32,
     ) -> anyhow::Result<Shown> {
         let mut place = Place::find(scene)?;
-        place.scene.texture_mut()?.border = border;
+        place.scene = place.scene.with(&[format!("surface.land.texture.border={border}")])?;
         let mut opened = place.open(bench, size, |settings| {
             settings.target = Target::Linear32;
-            settings.config.max_anisotropy = max_anisotropy;
+            settings.config.filter.max_anisotropy = max_anisotropy;
             // Nothing is timed on the way: as many tiles a frame as come.
             settings.streaming.upload_tiles_per_frame = 64;
-            settings.streaming.upload_budget = Duration::from_secs(1);
-            settings.streaming.load_budget = Duration::from_secs(1);
+            settings.streaming.upload_budget_ms = 1e3;
+            settings.streaming.load_budget_ms = 1e3;
         })?;
         opened.settle()?;
         let bias = opened.session.technique.bias();
@@ -87,9 +87,10 @@ impl Shown {
     fn texturing(&self, variant: &Variant) -> anyhow::Result<Texturing> {
         let Run { gpu, technique: VirtualTexture { source, resident, settings, .. }, .. } =
             &self.opened.session;
-        let config = Config { filter: variant.filter, samples: variant.taps, ..settings.config };
+        let filter = Filter { kind: variant.filter, samples: variant.taps, ..settings.config.filter };
+        let config = Config { filter, ..settings.config };
         assert_eq!(
-            config.max_anisotropy, variant.max_anisotropy,
+            config.filter.max_anisotropy, variant.max_anisotropy,
             "the session's NA, which its tiles depend on"
         );
         let format = self.opened.session.target().color.info().format;

@@ -155,7 +155,7 @@ impl Near {
     fn of(shown: &mut Shown) -> anyhow::Result<Near> {
         let pyramid = shown.opened.session.technique.source.pyramid();
         let width = shown.opened.session.technique.settings.size[0];
-        let most = shown.opened.session.technique.settings.config.max_anisotropy;
+        let most = shown.opened.session.technique.settings.config.filter.max_anisotropy;
         let FootprintPicture { coordinates, derivatives, triples } = shown.opened.session.footprint()?;
         let near = |((&st, &d), &[q, ..]): ((&[f32; 2], &[f32; 4]), &[u32; 3])| {
             q != BACKGROUND && near_edge(&pyramid, shown_level(&pyramid, q, st, d, most), st)

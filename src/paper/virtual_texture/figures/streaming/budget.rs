@@ -8,8 +8,10 @@ use crate::figure::{
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::VirtualTexture;
+use crate::paper::virtual_texture::config::open_texture;
 use crate::paper::virtual_texture::streaming::Order;
-use crate::picture::{Picture, error::compare};
+use crate::picture::Picture;
+use crate::picture::error::compare;
 use crate::scene::Scene;
 use crate::stats::Summary;
 use anyhow::Context;
@@ -86,7 +88,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         Effort::Quick => [960, 540],
         Effort::Full => [1920, 1080],
     };
-    let source = Remembered::new(scene.open_texture()?);
+    let source = Remembered::new(open_texture(&scene)?);
     let mut settled = session(bench, &scene, source.clone(), size, |_| ())?;
     settled.settle(&to)?;
     let truth = picture(&mut settled)?;
@@ -97,8 +99,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             let at = (turn + round) % BUDGETS.len();
             let budget = &BUDGETS[at];
             let mut session = session(bench, &scene, source.clone(), size, |settings| {
-                settings.streaming.upload_budget = Duration::from_secs_f64(budget.upload_ms / 1e3);
-                settings.streaming.load_budget = Duration::from_secs(1);
+                settings.streaming.upload_budget_ms = budget.upload_ms;
+                settings.streaming.load_budget_ms = 1e3;
                 settings.streaming.upload_tiles_per_frame = 64;
                 settings.streaming.order = budget.order;
             })?;

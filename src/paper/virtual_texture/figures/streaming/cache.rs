@@ -7,7 +7,7 @@ use super::{Blank, PATHS, Route, extent, numbers};
 use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::paper::virtual_texture::streaming::replay::{Rule, replay, steps};
-use crate::paper::virtual_texture::streaming::{FrameReport, Streaming, StreamingConfig, Uploader};
+use crate::paper::virtual_texture::streaming::{FrameReport, Order, Streaming, StreamingConfig, Uploader};
 use anyhow::Context;
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -132,6 +132,8 @@ fn unhurried(gpu_tiles: u32, host_tiles: u32) -> StreamingConfig {
         host_tiles,
         upload_tiles_per_frame: 1 << 16,
         load_tiles_per_frame: 1 << 16,
+        // As the committed results were measured.
+        order: Order::Finest,
         deterministic: true,
         ..StreamingConfig::default()
     }

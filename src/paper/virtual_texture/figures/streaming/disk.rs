@@ -8,11 +8,13 @@ use crate::figure::{
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::VirtualTexture;
-use crate::picture::{Picture, error::compare};
+use crate::paper::virtual_texture::config::open_texture;
+use crate::paper::virtual_texture::disk::{Disk, FaultyDisk};
+use crate::picture::Picture;
+use crate::picture::error::compare;
 use crate::scene::Scene;
 use crate::stats::Summary;
-use crate::texture::source::disk::Disk;
-use crate::texture::source::{TileSource, disk::FaultyDisk};
+use crate::texture::source::TileSource;
 use anyhow::Context;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -78,7 +80,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         Effort::Quick => [640, 360],
         Effort::Full => [1920, 1080],
     };
-    let whole = Remembered::new(scene.open_texture()?);
+    let whole = Remembered::new(open_texture(&scene)?);
     let mut settled = session(bench, &scene, whole.clone(), size, |_| ())?;
     settled.settle(&pose)?;
     let truth = picture(&mut settled)?;

@@ -3,6 +3,7 @@
 use super::{Remembered, Route, linear, session, show_beside};
 use crate::figure::{Bench, Cell, Row, Value};
 use crate::frame::Run;
+use crate::paper::virtual_texture::config::open_texture;
 use crate::paper::virtual_texture::{FrameRecord, VirtualTexture};
 use crate::picture::Target;
 
@@ -30,8 +31,8 @@ pub(super) fn halved(
     step: u32,
     largest: usize,
 ) -> anyhow::Result<Vec<Row>> {
-    let route = Route::find(&cell.scene, &["texture.tile_size=256".into()])?;
-    let source = Remembered::new(route.scene.open_texture()?);
+    let route = Route::find(&cell.scene, &["surface.land.texture.tile_size=256".into()])?;
+    let source = Remembered::new(open_texture(&route.scene)?);
     let open = |gpu_tiles: u32| {
         session(bench, &route.scene, source.clone(), size, |settings| {
             settings.target = Target::Srgb8;

@@ -22,13 +22,14 @@ use crate::figure::{Bench, Effort, Table};
 use crate::frame::Run;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::model::mesh;
-use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, PAPER};
-use crate::paper::virtual_texture::{FrameRecord, Settings, VirtualTexture, needs};
-use crate::picture::Target;
+use crate::paper::virtual_texture::config::{open_texture, source_mesh, texture};
+use crate::paper::virtual_texture::{
+    Compaction, Config, Dedup, FrameRecord, Keying, PAPER, Settings, VirtualTexture, needs,
+};
 use crate::picture::error::compare;
 use crate::picture::map::error_maps;
 use crate::picture::write::Srgb8Picture;
-use crate::picture::{Picture, srgb};
+use crate::picture::{Picture, Target, srgb};
 use crate::scene::Scene;
 use crate::scene::path::Path;
 use crate::texture::source::{TileError, TileFormat, TileSource};
@@ -65,12 +66,12 @@ fn session(
     size: [u32; 2],
     change: impl FnOnce(&mut Settings),
 ) -> anyhow::Result<Run<VirtualTexture>> {
-    let mut settings = Settings::of_scene(scene, Target::Linear32);
+    let mut settings = Settings::of_scene(scene, Target::Linear32)?;
     settings.size = size;
     settings.config = LISTS;
     change(&mut settings);
     let gpu = bench.gpu(&needs(&settings.config, source.format()))?;
-    let mesh = mesh::gpu_mesh(&scene.source_mesh()?)?;
+    let mesh = mesh::gpu_mesh(&source_mesh(scene)?)?;
     Ok(VirtualTexture::run(gpu, source, &mesh, settings)?)
 }
 
@@ -123,12 +124,13 @@ impl Route {
     /// # Errors
     /// As [`Route::find`].
     fn of_ruler(name: &str, changes: &[&str]) -> anyhow::Result<Route> {
-        let changes = ["texture.source=ruler", "texture.tile_size=256"].iter().chain(changes);
+        let changes =
+            ["surface.land.texture.source=ruler", "surface.land.texture.tile_size=256"].iter().chain(changes);
         Route::find(name, &changes.map(|change| change.to_string()).collect::<Vec<_>>())
     }
 
     fn pyramid(&self) -> anyhow::Result<Pyramid> {
-        self.scene.texture()?.pyramid()?.context("a synthetic texture states its size")
+        texture(&self.scene)?.pyramid()?.context("a synthetic texture states its size")
     }
 
     /// Every `step`-th frame of the path, with its exact visible tiles before any bias, and those that it expects
@@ -144,11 +146,11 @@ impl Route {
         prefetch_frames: u32,
     ) -> anyhow::Result<Vec<FrameRecord>> {
         let all_coarser = self.pyramid()?.first_resident_level();
-        let mut session = session(bench, &self.scene, self.scene.open_texture()?, size, |settings| {
+        let mut session = session(bench, &self.scene, open_texture(&self.scene)?, size, |settings| {
             settings.streaming.level_bias = all_coarser;
             settings.streaming.gpu_tiles = 1;
             settings.streaming.host_tiles = 1;
-            settings.prefetch_frames = prefetch_frames;
+            settings.streaming.prefetch_frames = prefetch_frames;
         })?;
         for frame in (0..self.path.frames).step_by(step as usize) {
             session.frame(&self.path.pose(frame))?;

@@ -6,6 +6,7 @@ use crate::figure::{
 };
 use crate::frame::Run;
 use crate::paper::virtual_texture::VirtualTexture;
+use crate::paper::virtual_texture::config::open_texture;
 use crate::picture::Target;
 use crate::stats::Summary;
 use anyhow::{Context, ensure};
@@ -76,8 +77,8 @@ fn extent(effort: Effort) -> ([u32; 2], Vec<u32>) {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let route = Route::find(&cell.scene, &["texture.tile_size=128".into(), UNMAGNIFIED.into()])?;
-    let source = Remembered::new(route.scene.open_texture()?);
+    let route = Route::find(&cell.scene, &["surface.land.texture.tile_size=128".into(), UNMAGNIFIED.into()])?;
+    let source = Remembered::new(open_texture(&route.scene)?);
     let (size, frames) = extent(bench.effort);
     let open = |bench: &Bench, fade_in_frames| {
         session(bench, &route.scene, source.clone(), size, |settings| {

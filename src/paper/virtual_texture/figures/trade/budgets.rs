@@ -4,6 +4,7 @@
 use super::{Stage, Sweep};
 use crate::figure::{Bench, Budgeted, Contender};
 use crate::frame::Run;
+use crate::paper::virtual_texture::config::texture;
 use crate::paper::virtual_texture::{Settings, VirtualTexture};
 use crate::picture::Target;
 use crate::scene::Scene;
@@ -56,12 +57,12 @@ pub(super) fn measure(bench: &Bench, stage: &Stage<'_>, picture: &[u8]) -> anyho
 fn settle(stage: &Stage<'_>, change: &str, anew: bool, picture: &[u8]) -> anyhow::Result<Settled> {
     let Sweep { scene, overrides, .. } = stage.sweep;
     let scene = Scene::load_with(scene, &[*overrides, &[change.to_string()]].concat())?;
-    let texture = scene.texture()?;
+    let texture = texture(&scene)?;
     let source = &stage.sources[&(texture.border, texture.format)];
     if anew {
         source.forget();
     }
-    let settings = Settings { size: stage.size, ..Settings::of_scene(&scene, Target::Srgb8) };
+    let settings = Settings { size: stage.size, ..Settings::of_scene(&scene, Target::Srgb8)? };
     let mut session = VirtualTexture::run(stage.gpu.clone(), source.clone(), &stage.mesh, settings)?;
     let begun = Instant::now();
     let frames = session.settle(&stage.pose)?;

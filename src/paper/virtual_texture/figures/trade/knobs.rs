@@ -1,9 +1,12 @@
 //! What can be turned on a scene to trade time for accuracy, and which turns go together.
 
 use crate::figure::Refused;
-use crate::scene::{
-    Compaction, Dedup, Filtering, Keying, Listing, Scene, Texture, TextureError, TextureSource,
+use crate::paper::virtual_texture::choices::{Compaction, Dedup, Filtering, Keying, Listing};
+use crate::paper::virtual_texture::config::{
+    Config, Filter, Settings, Texture, TextureError, TextureSource, owner, texture,
 };
+use crate::picture::Target;
+use crate::scene::{Choice, Scene};
 use crate::texture::source::TileFormat;
 
 /// A key of the scene, or several that go together.
@@ -118,19 +121,20 @@ struct Values {
 }
 
 impl Values {
-    fn of(scene: &Scene, texture: &Texture) -> Values {
-        let variant = &scene.variant;
+    fn of(settings: &Settings, texture: &Texture) -> Values {
+        let Config { level_bias, list, feedback_log2, dedup, compact, keying, filter, .. } = settings.config;
+        let Filter { kind, max_anisotropy, samples, .. } = filter;
         Values {
-            level_bias: variant.level_bias,
-            filter: variant.filter,
-            samples: variant.samples,
-            max_anisotropy: variant.max_anisotropy,
+            level_bias,
+            filter: kind,
+            samples,
+            max_anisotropy,
             border: texture.border,
-            list: variant.list,
-            feedback_log2: variant.feedback_log2,
-            stages: (variant.dedup, variant.compact, variant.keying),
+            list,
+            feedback_log2,
+            stages: (dedup, compact, keying),
             format: texture.format,
-            gpu_tiles: scene.cache.gpu_tiles,
+            gpu_tiles: settings.streaming.gpu_tiles,
         }
     }
 
@@ -171,7 +175,8 @@ impl Values {
         (sensible && stages && format && alone && (fits || generated)).then_some(Values { border, ..self })
     }
 
-    fn setting(&self, own: &Values) -> Setting {
+    /// `surface` is the key of the surface with the texture.
+    fn setting(&self, own: &Values, surface: &str) -> Setting {
         let (mut words, mut changes) = (Vec::new(), Vec::new());
         let mut differs = |is: bool, word: String, keys: &[String]| {
             if is {
@@ -181,14 +186,24 @@ impl Values {
         };
         let stochastic = self.filter == Filtering::Stochastic;
         let taps = if stochastic { format!(" {}", self.samples) } else { String::new() };
-        let filter = filter_name(self.filter);
+        let filter = self.filter.name();
         let mut keys =
-            Vec::from_iter((self.filter != own.filter).then(|| format!("variant.filter={filter}")));
-        keys.extend((self.samples != own.samples).then(|| format!("variant.samples={}", self.samples)));
+            Vec::from_iter((self.filter != own.filter).then(|| format!("{surface}.filter.kind={filter}")));
+        keys.extend(
+            (self.samples != own.samples).then(|| format!("{surface}.filter.samples={}", self.samples)),
+        );
         differs(!keys.is_empty(), format!("{filter}{taps}"), &keys);
         let [na, border, bias] = [self.max_anisotropy, self.border, self.level_bias];
-        differs(na != own.max_anisotropy, format!("NA {na}"), &[format!("variant.max_anisotropy={na}")]);
-        differs(border != own.border, format!("border {border}"), &[format!("texture.border={border}")]);
+        differs(
+            na != own.max_anisotropy,
+            format!("NA {na}"),
+            &[format!("{surface}.filter.max_anisotropy={na}")],
+        );
+        differs(
+            border != own.border,
+            format!("border {border}"),
+            &[format!("{surface}.texture.border={border}")],
+        );
         differs(bias != own.level_bias, format!("bias {bias}"), &[format!("variant.level_bias={bias}")]);
         let n = self.feedback_log2;
         let list = [format!("variant.list={}", self.list.name()), format!("variant.feedback_log2={n}")];
@@ -198,14 +213,15 @@ impl Values {
         let stages = [
             format!("variant.dedup={}", dedup.name()),
             format!("variant.compact={}", compact.name()),
-            format!("variant.keying={}", if keying == Keying::Native { "native" } else { "paper" }),
+            format!("variant.keying={}", keying.name()),
         ];
         differs(self.stages != own.stages, dedup.name().to_string(), &stages);
-        let format = match self.format {
-            TileFormat::Rgba8 => "rgba8",
-            TileFormat::Bc1 => "bc1",
-        };
-        differs(self.format != own.format, format.to_string(), &[format!("texture.format={format}")]);
+        let format = self.format.name();
+        differs(
+            self.format != own.format,
+            format.to_string(),
+            &[format!("{surface}.texture.format={format}")],
+        );
         let n1 = self.gpu_tiles;
         differs(n1 != own.gpu_tiles, format!("N1 {n1}"), &[format!("cache.gpu_tiles={n1}")]);
         let name = if words.is_empty() { "the scene's own".to_string() } else { words.join(", ") };
@@ -213,22 +229,23 @@ impl Values {
     }
 }
 
-fn filter_name(filter: Filtering) -> &'static str {
-    match filter {
-        Filtering::Trilinear => "trilinear",
-        Filtering::Bilinear => "bilinear",
-        Filtering::Stochastic => "stochastic",
-    }
+/// The key of the surface with the scene's virtual texture.
+///
+/// # Errors
+/// A scene without one.
+pub(super) fn surface(scene: &Scene) -> Result<String, TextureError> {
+    let surface = owner(scene)?.ok_or_else(|| TextureError::Absent(scene.name.clone()))?;
+    Ok(format!("surface.{}", surface.name))
 }
 
 /// All settings that `knobs` give a scene, its own first, then those that change the fewest keys.
 ///
 /// # Errors
-/// A scene without a landscape.
+/// A scene without a virtual texture.
 pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Setting>, TextureError> {
-    let texture = scene.texture()?;
-    let own = Values::of(scene, texture);
-    let generated = !matches!(texture.source, TextureSource::File(_));
+    let (texture, surface) = (texture(scene)?, surface(scene)?);
+    let own = Values::of(&Settings::of_scene(scene, Target::Srgb8)?, &texture);
+    let generated = texture.source != TextureSource::File;
     let mut all = vec![own];
     for knob in Knob::ALL.into_iter().filter(|knob| knobs.contains(knob)) {
         let generates = match knob {
@@ -244,7 +261,7 @@ pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Setting>, TextureEr
     }
     let drawable = all.into_iter().filter_map(|values| values.drawable(&own, generated));
     let mut settings: Vec<Setting> = Vec::new();
-    for setting in drawable.map(|values| values.setting(&own)) {
+    for setting in drawable.map(|values| values.setting(&own, &surface)) {
         if !settings.contains(&setting) {
             settings.push(setting);
         }
@@ -256,15 +273,16 @@ pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Setting>, TextureEr
 /// What `knobs` do not turn in this scene, why, and what would.
 ///
 /// # Errors
-/// A scene without a landscape.
+/// A scene without a virtual texture.
 pub fn not_turned(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Refused>, TextureError> {
-    let texture = scene.texture()?;
-    let (own, variant) = (texture.border, &scene.variant);
-    let baked = matches!(texture.source, TextureSource::File(_));
+    let (texture, surface) = (texture(scene)?, surface(scene)?);
+    let filter = Settings::of_scene(scene, Target::Srgb8)?.config.filter;
+    let own = texture.border;
+    let baked = texture.source == TextureSource::File;
     let mut refused = Vec::new();
     let mut refuse = |name: String, why: String| refused.push(Refused { name, why });
     if knobs.contains(&Knob::Border) {
-        let (reach, stochastic) = (variant.max_anisotropy, variant.filter == Filtering::Stochastic);
+        let (reach, stochastic) = (filter.max_anisotropy, filter.kind == Filtering::Stochastic);
         for border in BORDERS.into_iter().filter(|border| *border != own) {
             if baked {
                 let why =
@@ -272,7 +290,7 @@ pub fn not_turned(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Refused>, Texture
                 refuse(format!("border {border}"), why);
             } else if !stochastic && reach > 1 && reach > border {
                 let why = format!(
-                    "the scene's variant.max_anisotropy = {reach} samples {reach} texels over a tile's edge"
+                    "the scene's {surface}.filter.max_anisotropy = {reach} samples {reach} texels over a tile's edge"
                 );
                 refuse(format!("border {border}"), why);
             }
@@ -287,7 +305,7 @@ pub fn not_turned(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Refused>, Texture
     if knobs.contains(&Knob::Format) && texture.format != TileFormat::Bc1 {
         match texture.source {
             TextureSource::Earth => {}
-            TextureSource::File(_) => {
+            TextureSource::File => {
                 refuse(
                     "bc1".into(),
                     "a file has the format that it was baked with; bake it again with --format bc1".into(),
@@ -302,6 +320,11 @@ pub fn not_turned(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Refused>, Texture
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn baked(scene: &Scene) -> Scene {
+        let changes = ["path=a.tiles", "source=file"].map(|change| format!("surface.land.texture.{change}"));
+        scene.with(&changes).unwrap()
+    }
 
     #[test]
     fn the_scenes_own_setting_comes_first_and_each_other_is_a_scene() {
@@ -352,16 +375,15 @@ mod tests {
 
     #[test]
     fn what_is_not_turned_is_told_with_what_would() {
-        let mut scene = Scene::embedded("earth").unwrap();
+        let scene = Scene::embedded("earth").unwrap();
         assert_eq!(not_turned(&scene, &Knob::ALL).unwrap().len(), 0);
-        scene.variant.max_anisotropy = 4;
+        let scene = scene.with(&["surface.land.filter.max_anisotropy=4".into()]).unwrap();
         let told = |scene: &Scene| -> Vec<String> {
             let refused = not_turned(scene, &Knob::ALL).unwrap();
             refused.into_iter().map(|refused| format!("{}: {}", refused.name, refused.why)).collect()
         };
         assert_eq!(told(&scene).len(), 3, "{:?}", told(&scene));
-        scene.texture_mut().unwrap().source = TextureSource::File("a.tiles".into());
-        let lines = told(&scene);
+        let lines = told(&baked(&scene));
         assert_eq!(lines.len(), 6, "{lines:?}");
         assert_eq!(lines[1], "border 1: the file has a border of 4 texels; bake it again with --border 1");
         assert!(lines[4].starts_with("NA 8: ") && lines[5].ends_with("--format bc1"), "{lines:?}");
@@ -376,14 +398,12 @@ mod tests {
             changes,
             [
                 "",
-                "variant.max_anisotropy=2",
-                "variant.max_anisotropy=4",
-                "variant.max_anisotropy=8 texture.border=8"
+                "surface.land.filter.max_anisotropy=2",
+                "surface.land.filter.max_anisotropy=4",
+                "surface.land.filter.max_anisotropy=8 surface.land.texture.border=8"
             ]
         );
-        let mut file = scene.clone();
-        file.texture_mut().unwrap().source = TextureSource::File("a.tiles".into());
-        assert_eq!(settings(&file, &[Knob::Anisotropy, Knob::Border]).unwrap().len(), 3);
+        assert_eq!(settings(&baked(&scene), &[Knob::Anisotropy, Knob::Border]).unwrap().len(), 3);
         assert_eq!(settings(&scene, &[]).unwrap().len(), 1);
     }
 }

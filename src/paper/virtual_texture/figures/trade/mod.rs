@@ -13,8 +13,8 @@ use crate::figure::{Bench, Errors, Machine, Refused, Trade};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::model::mesh::{self, Mesh};
-use crate::paper::virtual_texture::all_needs;
-use crate::paper::virtual_texture::{Settings, VirtualTexture, VirtualTextureError};
+use crate::paper::virtual_texture::config::{open_texture, source_mesh, texture};
+use crate::paper::virtual_texture::{Settings, VirtualTexture, VirtualTextureError, all_needs};
 use crate::picture::Target;
 use crate::picture::measures::{Comparison, Measures, OUTLIER_BOUND};
 use crate::scene::Scene;
@@ -130,15 +130,18 @@ impl Sweep<'_> {
 
     fn stage(&self, bench: &Bench, scene: &Scene) -> anyhow::Result<Stage<'_>> {
         // The truth knows the texels as they were before an encoder saw them.
-        let mut exact = scene.clone();
-        exact.texture_mut()?.format = TileFormat::Rgba8;
-        let source = exact.open_texture().with_context(|| format!("scene {}", self.scene))?;
+        let own = texture(scene)?;
+        let exact = match own.format {
+            TileFormat::Rgba8 => scene.clone(),
+            TileFormat::Bc1 => scene.with(&[format!("{}.texture.format=rgba8", knobs::surface(scene)?)])?,
+        };
+        let source = open_texture(&exact).with_context(|| format!("scene {}", self.scene))?;
         anyhow::ensure!(
             source.format() == TileFormat::Rgba8,
             "the reference reads no bc1 tiles ({}); bake the texture with --format rgba8",
             source.describe()
         );
-        let (mesh, pose) = (scene.source_mesh()?, scene.pose(0)?);
+        let (mesh, pose) = (source_mesh(scene)?, scene.pose(0)?);
         let size = self.size.unwrap_or([scene.view.width, scene.view.height]);
         let source = Arc::new(Kept::new(source));
         Ok(Stage {
@@ -148,7 +151,7 @@ impl Sweep<'_> {
             pose,
             size,
             truth: Truth::new(&*source, &mesh, &pose, size)?,
-            sources: HashMap::from([((scene.texture()?.border, TileFormat::Rgba8), source)]),
+            sources: HashMap::from([((own.border, TileFormat::Rgba8), source)]),
         })
     }
 }
@@ -171,14 +174,14 @@ impl Stage<'_> {
             Ok(scene) => scene,
             Err(error) => return Ok(Err(error.to_string())),
         };
-        let texture = scene.texture()?;
+        let texture = texture(&scene)?;
         let key = (texture.border, texture.format);
         let source = match self.sources.get(&key) {
             Some(source) => source.clone(),
-            None => Arc::new(Kept::new(scene.open_texture()?)),
+            None => Arc::new(Kept::new(open_texture(&scene)?)),
         };
         self.sources.insert(key, source.clone());
-        let mut settings = Settings::of_scene(&scene, Target::Srgb8);
+        let mut settings = Settings::of_scene(&scene, Target::Srgb8)?;
         settings.size = self.size;
         // Nobody watches it settle: as many tiles a frame as the staging memory is worth.
         settings.streaming.deterministic = true;
@@ -200,7 +203,7 @@ impl Stage<'_> {
         session.again(&self.pose)?;
         let picture = self.truth.cut(&session.picture_bytes()?);
         let measures = Comparison::of(&picture, &self.truth.picture)?.measures(OUTLIER_BOUND);
-        let forced_bias = session.technique.bias() - scene.variant.level_bias;
+        let forced_bias = session.technique.bias() - session.technique.settings.config.level_bias;
         let list_frames = session.technique.frames_to_list();
         Ok(Ok(Open { setting: setting.clone(), session, measures, forced_bias, list_frames }))
     }

@@ -1,55 +1,70 @@
-//! The variants of the list's making, of stages 2 and 3 by name. A scene names them, paper 1 builds them; each stands here once, with the
-//! line that the reports show.
+//! The variants of each step by name; each is declared here once, with the line that documents and reports show.
 
-use serde::{Deserialize, Serialize};
+use crate::scene::choices;
 
-/// An enum whose values have a name in scenes and a line that says what they do. The first is the default.
-macro_rules! choices {
-    ($(#[$meta:meta])* pub enum $name:ident {
-        $(#[doc = $first_about:literal])+ $first:ident = $first_word:literal,
-        $($(#[doc = $about:literal])+ $value:ident = $word:literal,)*
-    }) => {
-        $(#[$meta])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-        pub enum $name {
-            $(#[doc = $first_about])+
-            #[default]
-            #[serde(rename = $first_word)]
-            $first,
-            $($(#[doc = $about])+ #[serde(rename = $word)] $value,)*
-        }
-
-        impl $name {
-            pub const ALL: &'static [$name] = &[$name::$first $(, $name::$value)*];
-
-            /// As scenes spell it.
-            pub fn name(self) -> &'static str {
-                match self {
-                    $name::$first => $first_word,
-                    $($name::$value => $word,)*
-                }
-            }
-
-            /// What it does.
-            pub fn about(self) -> &'static str {
-                match self {
-                    $name::$first => concat!($($first_about),+),
-                    $($name::$value => concat!($($about),+),)*
-                }
-                .trim()
-            }
-        }
-    };
+choices! {
+    /// How a pixel's triple is stored in the request image (the paper's U1, section 2.1).
+    pub enum U1Format {
+        /// The paper's: 32 bits in each of r, g, b. Few devices render to it.
+        Rgb32 = "rgb32",
+        /// Four channels of 32 bits, the last unused.
+        Rgba32 = "rgba32",
+        /// One word: q, i, j side by side.
+        Packed = "packed",
+    }
 }
 
 choices! {
-    /// Who makes the list of visible tiles from the pixels' triples.
+    /// Where stage 2 sets bit q for a pixel of level-0 tile `(i, j)` (section 2.3).
+    pub enum Keying {
+        /// In texel `(i, j)`, as printed: the triples' indices are those of level 0, and one tile of level q can be
+        /// listed up to `4^q` times.
+        Paper = "paper",
+        /// In texel `(i >> q, j >> q)`: the triples' indices are the tile's own, and each tile is listed once.
+        Native = "native",
+    }
+}
+
+choices! {
+    /// How a tile's two levels are blended (section 4).
+    pub enum Interpolation {
+        /// `C1 (1 - f) + C2 f`.
+        Corrected = "corrected",
+        /// `C1 f + C2 (1 - f)`, as printed: the wrong way round.
+        Literal = "literal",
+    }
+}
+
+choices! {
+    /// How a pixel's colour is taken from its tile (section 4). In the order of `filter.glsl`.
+    pub enum Filtering {
+        /// The paper's: bilinear in two levels, and between them; `max_anisotropy` such samples.
+        Trilinear = "trilinear",
+        /// Bilinear in the nearer of the two levels.
+        Bilinear = "bilinear",
+        /// `samples` single texels, each chosen with its weight in the trilinear filter: needs no border, and is noisy.
+        Stochastic = "stochastic",
+    }
+}
+
+choices! {
+    /// In which order a frame's missing tiles are asked for; the paper leaves it to the device's list.
+    pub enum Order {
+        /// As listed: from the finest level to the coarsest.
+        Finest = "finest",
+        /// From the coarsest level to the finest: what covers most of the texture comes first.
+        Coarsest = "coarsest",
+    }
+}
+
+choices! {
+    /// Which method makes the list of visible tiles from the pixels' triples.
     pub enum Listing {
         /// The paper's way: the device, in stages 2 and 3.
         Device = "device",
-        /// The classic: the host, from a copy of all of U1, with a hash set.
+        /// Read-back: the host, from a copy of all of U1, with a hash set.
         HostHash = "host-hash",
-        /// The classic: the host, from a copy of all of U1, with a bit for each triple and a memo.
+        /// Read-back: the host, from a copy of all of U1, with a bit for each triple and a memo.
         HostBitmap = "host-bitmap",
         /// What engines ship: the host, from one pixel of 2^n a frame; subsampled, the list lags and may lack tiles.
         Feedback = "feedback",
@@ -127,15 +142,8 @@ mod tests {
             assert_eq!(serde_json::to_value(value).unwrap(), value.name());
             assert!(!value.about().is_empty() && !value.about().starts_with(' '));
         }
-        for value in Listing::ALL {
-            assert_eq!(serde_json::to_value(value).unwrap(), value.name());
-        }
         for value in Compaction::ALL {
             assert_eq!(serde_json::to_value(value).unwrap(), value.name());
         }
-        assert_eq!(
-            (Dedup::default(), Compaction::default()),
-            (Dedup::Geometry, Compaction::TransformFeedback)
-        );
     }
 }

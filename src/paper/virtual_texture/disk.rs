@@ -1,28 +1,28 @@
 //! Injected disk faults: any texture can be read as if from a disk that is slow or fails. Frames must continue
 //! meanwhile and recover afterwards.
 
-use super::ruler::ruler_hash;
-use super::{TileError, TileFormat, TileSource};
 use crate::math::pyramid::{Pyramid, TileId};
-use serde::{Deserialize, Serialize};
+use crate::scene::settings;
+use crate::texture::source::ruler::ruler_hash;
+use crate::texture::source::{TileError, TileFormat, TileSource};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-/// The faults to inject. The default is a healthy disk.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Disk {
-    /// Added to each tile's own read time.
-    pub delay_ms: f64,
-    /// Start of the outage, counted from the first read.
-    pub fails_from_s: f64,
-    /// Length of the outage, in which every read fails.
-    pub fails_for_s: f64,
-    /// Share of reads that fail at random, outside the outage too, 0 ..= 1.
-    pub fails_share: f64,
-    /// Selects the reads that fail at random.
-    pub seed: u32,
+settings! {
+    /// An injected disk fault, to see how the frames fare with it.
+    pub struct Disk with DEFAULT {
+        /// Time that each tile takes beside its own; a minute is as long as a frame waits for anything at all.
+        delay_ms: f64 = 0.0, in 0.0..=60e3, unit "ms";
+        /// From this time after the first tile was asked for, no tile can be read for `fails_for_s`.
+        fails_from_s: f64 = 0.0, in 0.0..=1e6, unit "s";
+        /// How long no tile can be read.
+        fails_for_s: f64 = 0.0, in 0.0..=1e6, unit "s";
+        /// Share of reads that fail at any time.
+        fails_share: f64 = 0.0, in 0.0..=1.0;
+        /// Another seed, other reads that fail.
+        seed: u32 = 0;
+    }
 }
 
 /// A source with injected faults. The resident levels are read without faults: without them there is no picture.
@@ -102,8 +102,8 @@ impl TileSource for FaultyDisk {
 
 #[cfg(test)]
 mod tests {
-    use super::super::ruler::Ruler;
     use super::*;
+    use crate::texture::source::ruler::Ruler;
 
     fn disk(faults: Disk) -> FaultyDisk {
         FaultyDisk::new(Arc::new(Ruler::new(Pyramid::new(9, 8, 4, 2, None).unwrap())), faults)

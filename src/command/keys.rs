@@ -1,0 +1,37 @@
+//! `ortelius keys`: every key of scene files, from its one declaration.
+
+use super::{Usage, say};
+use anyhow::bail;
+use clap::Args;
+use ortelius::math::nearest::nearest;
+use ortelius::renderer::sections::LANGUAGES;
+use ortelius::scene::{self, markdown, schema};
+
+#[derive(Args)]
+pub struct KeysArgs {
+    /// Only keys that begin so, as in `surface.NAME.texture` or `cache`
+    #[arg(default_value = "")]
+    prefix: String,
+    /// docs/scenes.md
+    #[arg(long, conflicts_with_all = ["prefix", "json_schema"])]
+    markdown: bool,
+    /// docs/scene.schema.json: a JSON Schema for editors
+    #[arg(long, conflicts_with = "prefix")]
+    json_schema: bool,
+}
+
+pub fn run(args: &KeysArgs) -> anyhow::Result<()> {
+    if args.markdown {
+        return say(markdown::markdown(LANGUAGES).trim_end());
+    }
+    if args.json_schema {
+        return say(format_args!("{:#}", schema::schema(LANGUAGES)));
+    }
+    let all = scene::keys(LANGUAGES);
+    let mut found = all.iter().filter(|at| at.dotted.starts_with(&args.prefix)).peekable();
+    if found.peek().is_none() {
+        let near = nearest(&args.prefix, all.iter().map(|at| &*at.dotted)).unwrap_or_default();
+        bail!(Usage(format!("no key of scenes begins with {:?}; nearest is {near}", args.prefix)));
+    }
+    found.try_for_each(|at| say(markdown::lines(at)))
+}

@@ -1,0 +1,98 @@
+//! The ground of instances that stand on another surface: exact heights of its full mesh.
+
+use super::cache::live_faces;
+use super::mesh::ProgressiveMesh;
+use super::place::Place;
+use super::stand::Stand;
+use glam::{DMat3, DVec2, DVec3};
+
+/// The heights of a full mesh: triangles in the east-north-up frame of its own place, in a grid of cells.
+pub struct Heights {
+    origin: DVec3,
+    axes: DMat3,
+    corners: Vec<[DVec3; 3]>,
+    least: DVec3,
+    most: DVec3,
+    /// Cells a side.
+    side: usize,
+    /// Triangles of each cell, those whose box reaches into it.
+    cells: Vec<Vec<u32>>,
+}
+
+impl Heights {
+    pub fn new(mesh: &ProgressiveMesh, place: &Place, stand: &Stand) -> Heights {
+        let positions = &mesh.vertices.positions;
+        let to_local = stand.axes.transpose();
+        let local: Vec<DVec3> = positions
+            .iter()
+            .map(|position| {
+                let world = place.to_world(DVec3::from(position.map(f64::from)));
+                to_local * (world - stand.foot)
+            })
+            .collect();
+        let faces = live_faces(mesh, mesh.last_level());
+        let corners: Vec<[DVec3; 3]> =
+            faces.iter().map(|face| face.map(|vertex| local[vertex as usize])).collect();
+        let least = local.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let most = local.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+        // About a triangle a cell.
+        let side = ((corners.len() as f64).sqrt().ceil() as usize).clamp(1, 1024);
+        let cells = vec![Vec::new(); side * side];
+        let mut heights = Heights { origin: stand.foot, axes: stand.axes, corners, least, most, side, cells };
+        for triangle in 0..heights.corners.len() {
+            let [a, b, c] = heights.corners[triangle];
+            for cell in heights.cells_of(a.min(b).min(c), a.max(b).max(c)) {
+                heights.cells[cell].push(triangle as u32);
+            }
+        }
+        heights
+    }
+
+    /// The cells that a box reaches into.
+    fn cells_of(&self, least: DVec3, most: DVec3) -> impl Iterator<Item = usize> + use<> {
+        let side = self.side;
+        let cell = |at: f64, least: f64, most: f64| {
+            let cells = (at - least) / (most - least) * side as f64;
+            // The cast saturates; 0 / 0 of a mesh without width is cell 0.
+            (cells as usize).min(side - 1)
+        };
+        let columns = cell(least.x, self.least.x, self.most.x)..=cell(most.x, self.least.x, self.most.x);
+        let rows = cell(least.y, self.least.y, self.most.y)..=cell(most.y, self.least.y, self.most.y);
+        rows.flat_map(move |row| columns.clone().map(move |column| row * side + column))
+    }
+
+    /// The foot of an instance `up_m` above the highest point of the mesh on the vertical through `stand`; `None` beside
+    /// the mesh.
+    pub fn foot(&self, stand: &Stand, up_m: f64) -> Option<DVec3> {
+        let to_local = self.axes.transpose();
+        let (point, up) = (to_local * (stand.foot - self.origin), to_local * stand.axes.z_axis);
+        // On an ellipsoid verticals differ; beyond 60 degrees nothing is above anything.
+        if up.z < 0.5 {
+            return None;
+        }
+        // Along the vertical onto the plane z = 0 of the mesh's own frame.
+        let flat = |at: DVec3| (at - up * (at.z / up.z)).truncate();
+        let [low, high] = [self.least.z, self.most.z].map(|z| point + up * ((z - point.z) / up.z));
+        let (least, most) = (low.min(high), low.max(high));
+        if most.x < self.least.x || most.y < self.least.y || least.x > self.most.x || least.y > self.most.y {
+            return None;
+        }
+        let at = flat(point);
+        let above = |triangle: &u32| {
+            let corners = self.corners[*triangle as usize];
+            let [a, b, c] = corners.map(flat);
+            // Twice the areas; swapped ends negate one exactly, so no point falls between two neighbours.
+            let area = |from: DVec2, to: DVec2| (from - at).perp_dot(to - at);
+            let areas = DVec3::new(area(b, c), area(c, a), area(a, b));
+            let inside = areas.min_element() >= 0.0 || areas.max_element() <= 0.0;
+            let whole = areas.element_sum();
+            (inside && whole != 0.0).then(|| {
+                let z = areas.dot(DVec3::from(corners.map(|corner| corner.z))) / whole;
+                (z - point.z) / up.z
+            })
+        };
+        let triangles = self.cells_of(least, most).flat_map(|cell| &self.cells[cell]);
+        let rise_m = triangles.filter_map(above).max_by(f64::total_cmp)?;
+        Some(stand.foot + stand.axes.z_axis * (rise_m + up_m))
+    }
+}

@@ -1,0 +1,231 @@
+//! A surface's virtual texture: what a scene states, and the tiles that it opens.
+
+use crate::math::pyramid::{Pyramid, PyramidError};
+use crate::model::mesh::{MeshError, SourceMesh};
+use crate::paper::virtual_texture::disk::{Disk, FaultyDisk};
+use crate::scene::{Choice, Fault, Part, Scene, SceneError, Surface, choices, settings};
+use crate::texture::source::earth::{Earth, EarthError};
+use crate::texture::source::encoded::Encoded;
+use crate::texture::source::{TileFormat, TileSource, ruler::Ruler};
+use crate::texture::tiles::{TileFile, TileFileError};
+use std::path::PathBuf;
+use std::sync::Arc;
+use thiserror::Error;
+
+/// The texture's `kind`.
+pub const KIND: &str = "virtual";
+
+choices! {
+    /// Where the texels come from.
+    pub enum TextureSource {
+        /// Real imagery of the earth with labelled synthetic detail below it, made on the fly.
+        Earth = "earth",
+        /// Every texel is a hash of its level and place, made on the fly.
+        Ruler = "ruler",
+        /// A `.tiles` file (`ortelius bake`).
+        File = "file",
+    }
+}
+
+impl Choice for TileFormat {
+    const ALL: &'static [TileFormat] = &[TileFormat::Rgba8, TileFormat::Bc1];
+    fn name(self) -> &'static str {
+        match self {
+            TileFormat::Rgba8 => "rgba8",
+            TileFormat::Bc1 => "bc1",
+        }
+    }
+    fn about(self) -> &'static str {
+        match self {
+            TileFormat::Rgba8 => "four bytes a texel",
+            TileFormat::Bc1 => "an eighth of the memory; the border must be a multiple of 4",
+        }
+    }
+}
+
+settings! {
+    /// A texture of up to 2^20 texels a side, of which only the visible tiles are in memory (paper 1).
+    pub struct Texture kind "virtual" {
+        /// Where the texels come from.
+        source: TextureSource;
+        /// The file, relative to the scene (given by `-D`: to the working directory). Required for `"file"`.
+        path: Option<PathBuf> = None;
+        /// m: level 0 has 2^m x 2^n texels, up to 2^20 a side. Required unless a file, which knows its own.
+        width_log2: Option<u32> = None;
+        /// n; the earth's is m - 1.
+        height_log2: Option<u32> = None;
+        /// Payload of a tile, a power of two.
+        tile_size: u32 = 512, in 16..=1024, unit "texels a side";
+        /// Texels of the neighbours around each tile: bilinear needs 1, anisotropy as many as it takes samples.
+        border: u32 = 4, unit "texels";
+        /// L': coarsest levels that always are in video memory; left out: the fewest possible.
+        resident_levels: Option<u32> = None;
+        /// Of generated tiles; a file has its own.
+        format: TileFormat = TileFormat::Rgba8;
+    }
+    check check;
+}
+
+fn check(texture: &Texture, part: &Part<'_>) -> Result<(), Fault> {
+    let fault = |key, what: &str| Err(part.fault(key, what));
+    match (texture.source, &texture.path) {
+        (TextureSource::File, None) => return fault("path", "the source \"file\" needs a path"),
+        (TextureSource::File, Some(_)) if part.states("format") => {
+            return fault("format", "a file has its own format; bake it with --format");
+        }
+        (TextureSource::File, Some(_)) => {}
+        (_, Some(_)) => return fault("path", "only the source \"file\" has a path"),
+        (TextureSource::Ruler, None) if texture.format == TileFormat::Bc1 => {
+            return fault("format", "the ruler is exact texel by texel, which bc1 is not; choose \"rgba8\"");
+        }
+        (_, None) => {}
+    }
+    if texture.format == TileFormat::Bc1 && !texture.border.is_multiple_of(4) {
+        let what =
+            "bc1 works in blocks of 4 texels on both stored levels: the border must be a multiple of 4";
+        return fault("border", what);
+    }
+    match (texture.width_log2, texture.height_log2) {
+        (Some(_), Some(_)) => {}
+        (None, None) if texture.source == TextureSource::File => {}
+        (None, _) => return fault("width_log2", "is missing"),
+        (_, None) => return fault("height_log2", "is missing"),
+    }
+    if !texture.tile_size.is_power_of_two() {
+        let what = format!("a tile of {} texels is not a power of two", texture.tile_size);
+        return fault("tile_size", &what);
+    }
+    texture.pyramid().map(drop).map_err(|error| {
+        let key = match error {
+            PyramidError::Size(..) => "width_log2",
+            PyramidError::Tile(_) => "tile_size",
+            PyramidError::Border(_) => "border",
+            PyramidError::Resident { .. } => "resident_levels",
+        };
+        part.fault(key, error.to_string())
+    })
+}
+
+impl Texture {
+    /// The pyramid that the scene states; `None` where only the file knows its size.
+    ///
+    /// # Errors
+    /// [`PyramidError`], possible only after a field was changed by hand.
+    pub fn pyramid(&self) -> Result<Option<Pyramid>, PyramidError> {
+        let (Some(width_log2), Some(height_log2)) = (self.width_log2, self.height_log2) else {
+            return Ok(None);
+        };
+        let tile_log2 = self.tile_size.max(1).ilog2();
+        Pyramid::new(width_log2, height_log2, tile_log2, self.border, self.resident_levels).map(Some)
+    }
+}
+
+/// A texture that cannot be opened.
+#[derive(Debug, Error)]
+pub enum TextureError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error("scene {0} has no surface with a virtual texture; name a scene that has one")]
+    Absent(String),
+    #[error("surface.{0}: only an ellipsoid or a plane can be drawn here")]
+    Geometry(String),
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    #[error(transparent)]
+    Pyramid(#[from] PyramidError),
+    #[error(transparent)]
+    Earth(#[from] EarthError),
+    #[error("{place}: {error}")]
+    File { place: String, error: TileFileError },
+}
+
+/// The surface in whose table the scene's virtual texture is; others may share it.
+///
+/// # Errors
+/// A second virtual texture.
+pub fn owner(scene: &Scene) -> Result<Option<&Surface>, SceneError> {
+    let own = |surface: &&Surface| {
+        surface.texture.as_ref() == Some(&surface.name) && scene.texture_kind(surface) == Some(KIND)
+    };
+    let mut owners = scene.surfaces.values().filter(own);
+    let first = owners.next();
+    match (first, owners.next()) {
+        (Some(first), Some(second)) => {
+            let what = format!(
+                "a scene has one virtual texture, and {0} has one already; share it (texture = {0:?}), or choose \
+                 kind = \"plain\"",
+                first.name
+            );
+            Err(scene.fault(&["surface", &second.name, "texture", "kind"], what))
+        }
+        _ => Ok(first),
+    }
+}
+
+fn needed(scene: &Scene) -> Result<&Surface, TextureError> {
+    owner(scene)?.ok_or_else(|| TextureError::Absent(scene.name.clone()))
+}
+
+/// The scene's virtual texture as its table describes it.
+///
+/// # Errors
+/// [`TextureError::Absent`], a table that does not do.
+pub fn texture(scene: &Scene) -> Result<Texture, TextureError> {
+    Ok(scene.read(&["surface", &needed(scene)?.name, "texture"])?)
+}
+
+/// The triangles of the surface that has the virtual texture.
+///
+/// # Errors
+/// [`TextureError::Absent`]; a geometry that is no grid.
+pub fn source_mesh(scene: &Scene) -> Result<SourceMesh, TextureError> {
+    let surface = needed(scene)?;
+    Ok(surface.grid().ok_or_else(|| TextureError::Geometry(surface.name.clone()))??)
+}
+
+/// Opens the scene's virtual texture, behind a faulty disk where the scene has one: synthetic sources need no file.
+///
+/// # Errors
+/// [`TextureError`] names the key or the file.
+pub fn open_texture(scene: &Scene) -> Result<Arc<dyn TileSource>, TextureError> {
+    let source = open_healthy(scene)?;
+    let disk: Disk = scene.read(&["disk"])?;
+    Ok(match disk == Disk::DEFAULT {
+        true => source,
+        false => Arc::new(FaultyDisk::new(source, disk)),
+    })
+}
+
+fn open_healthy(scene: &Scene) -> Result<Arc<dyn TileSource>, TextureError> {
+    let texture = texture(scene)?;
+    let pyramid = texture.pyramid()?;
+    let stated = || pyramid.expect("checked: a generated texture states its size");
+    let key = |name| ["surface", &needed(scene).expect("it was just read").name, "texture", name];
+    Ok(match (texture.source, &texture.path) {
+        (TextureSource::Earth, _) => {
+            let earth = Arc::new(Earth::new(stated())?);
+            match texture.format {
+                TileFormat::Rgba8 => earth,
+                TileFormat::Bc1 => Arc::new(Encoded::new(earth)),
+            }
+        }
+        (TextureSource::Ruler, _) => Arc::new(Ruler::new(stated())),
+        (TextureSource::File, path) => {
+            let path = path.as_ref().expect("checked: a file has a path");
+            let file = TileFile::open(path)
+                .map_err(|error| TextureError::File { place: scene.place(&key("path")), error })?;
+            let size = |pyramid: &Pyramid| [pyramid.width_log2(), pyramid.height_log2()];
+            let found = size(&file.pyramid());
+            if pyramid.is_some_and(|stated| size(&stated) != found) {
+                let what = format!(
+                    "{} has 2^{} x 2^{} texels; correct the scene, or leave the keys of the size out",
+                    path.display(),
+                    found[0],
+                    found[1]
+                );
+                return Err(scene.fault(&key("width_log2"), what).into());
+            }
+            Arc::new(file)
+        }
+    })
+}

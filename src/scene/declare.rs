@@ -1,0 +1,204 @@
+//! How a technique declares its settings: one `settings!` for a table of a scene, one `choices!` for an enum. Both
+//! generate everything that else would be written again: the struct, its defaults, the reading with its checks, and
+//! the list of keys from which the documents are made.
+
+use super::document::Fault;
+use super::part::Part;
+use super::value::{Kind, Setting};
+use super::{Scene, SceneError};
+use serde_json::Value as Json;
+
+/// One key of a table.
+#[derive(Clone, Debug)]
+pub struct Key {
+    pub name: &'static str,
+    pub about: String,
+    pub kind: Kind,
+    /// In TOML. `None`: see `required`.
+    pub default: Option<toml::Value>,
+    /// Without a default a key is required, or it is optional and its documentation says what its absence means.
+    pub required: bool,
+    pub least_and_most: Option<[Json; 2]>,
+    /// Empty where it has none.
+    pub unit: &'static str,
+}
+
+/// A struct that is a table of a scene. Implemented by [`settings!`](crate::scene::settings).
+pub trait Settings: Sized {
+    /// What the table sets.
+    const ABOUT: &'static str;
+    /// The value of the table's key `kind`, where that decides which keys there are.
+    const KIND: Option<&'static str>;
+
+    fn keys() -> Vec<Key>;
+
+    /// Reads and checks a table: types, ranges, unknown keys, and what the declaration checks beside.
+    ///
+    /// # Errors
+    /// [`Fault`] with the key.
+    fn read(part: &Part<'_>) -> Result<Self, Fault>;
+}
+
+/// A table of scenes, as documents and the check of a whole scene see it.
+pub struct Table {
+    /// `*` for a name that the scene chooses.
+    pub path: &'static [&'static str],
+    pub kind: Option<&'static str>,
+    pub about: &'static str,
+    pub keys: fn() -> Vec<Key>,
+    pub(super) read: fn(&Scene, &[&str]) -> Result<(), SceneError>,
+}
+
+impl Table {
+    pub const fn of<T: Settings>(path: &'static [&'static str]) -> Table {
+        let read = |scene: &Scene, path: &[&str]| scene.read::<T>(path).map(drop);
+        Table { path, kind: T::KIND, about: T::ABOUT, keys: T::keys, read }
+    }
+}
+
+/// All that one technique adds to the language of scenes.
+pub struct Language {
+    pub tables: &'static [Table],
+    /// What no table shows by itself.
+    pub check: fn(&Scene) -> Result<(), SceneError>,
+}
+
+impl Key {
+    pub fn of<T: Setting>(
+        name: &'static str,
+        about: &'static str,
+        default: Option<T>,
+        range: Option<std::ops::RangeInclusive<T::Number>>,
+        unit: &'static str,
+    ) -> Key {
+        let json = |number: T::Number| serde_json::to_value(number).expect("a number");
+        Key {
+            name,
+            about: one_line(about),
+            kind: T::kind(),
+            required: default.is_none(),
+            default: default.and_then(|default| default.to_toml()),
+            least_and_most: range.map(|range| [json(*range.start()), json(*range.end())]),
+            unit,
+        }
+    }
+}
+
+/// The lines of a doc comment as one.
+pub fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Declares a table of scenes, each key once:
+/// `settings! { /// doc  pub struct Cache with DEFAULT { /// doc  gpu_tiles: u32 = 192, in 1..=65536, unit "tiles"; } }`.
+///
+/// After the struct's name, all optional and in this order: `derive(Copy, ...)`; `kind "plane"` where the table's
+/// `kind` decides its keys; `with DEFAULT` for a table that may be left out: every key then has a default, and the struct
+/// a constant `DEFAULT`. A key without a default is required. `beside { ... }` adds fields that this table does not set;
+/// `check F` names a `fn(&Self, &Part) -> Result<(), Fault>` for what one key cannot show.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! __settings {
+    (
+        $(#[doc = $about:literal])+
+        pub struct $name:ident $(derive($($derive:ident),+))? $(kind $kind:literal)? $(with $with_default:ident)? {
+            $($(#[doc = $doc:literal])+ $field:ident: $type:ty $(= $default:expr)? $(, in $range:expr)? $(, unit $unit:literal)?;)*
+        }
+        $(beside { $($(#[doc = $beside_doc:literal])+ $beside:ident: $beside_type:ty = $beside_default:expr;)* })?
+        $(check $check:path;)?
+    ) => {
+        $(#[doc = $about])+
+        #[derive(Clone, Debug, PartialEq, serde::Serialize $($(, $derive)+)?)]
+        pub struct $name {
+            $($(#[doc = $doc])+ pub $field: $type,)*
+            $($($(#[doc = $beside_doc])+ pub $beside: $beside_type,)*)?
+        }
+
+        $crate::scene::settings! {
+            @default [$($with_default)?] $name
+            { $($field: ($($default)?),)* $($($beside: ($beside_default),)*)? }
+        }
+
+        impl $crate::scene::Settings for $name {
+            const ABOUT: &'static str = concat!($($about, "\n"),+);
+            const KIND: Option<&'static str> = [$(Some($kind),)? None][0];
+
+            fn keys() -> Vec<$crate::scene::Key> {
+                vec![$($crate::scene::Key::of::<$type>(
+                    stringify!($field),
+                    concat!($($doc, "\n"),+),
+                    $crate::scene::settings!(@option $($default)?),
+                    $crate::scene::settings!(@option $($range)?),
+                    concat!($($unit)?),
+                )),*]
+            }
+
+            fn read(part: &$crate::scene::Part<'_>) -> std::result::Result<Self, $crate::scene::Fault> {
+                part.check_names::<Self>()?;
+                let settings = Self {
+                    $($field: part.field(
+                        stringify!($field),
+                        $crate::scene::settings!(@option $($default)?),
+                        $crate::scene::settings!(@option $($range)?),
+                    )?,)*
+                    $($($beside: $beside_default,)*)?
+                };
+                $($check(&settings, part)?;)?
+                Ok(settings)
+            }
+        }
+    };
+    (@option) => { None };
+    (@option $value:expr) => { Some($value) };
+    (@default [] $name:ident $fields:tt) => {};
+    (@default [DEFAULT] $name:ident { $($field:ident: ($value:expr),)* }) => {
+        impl $name {
+            /// What a scene has that leaves the table out.
+            pub const DEFAULT: $name = $name { $($field: $value),* };
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self::DEFAULT
+            }
+        }
+    };
+}
+
+/// Declares an enum whose values have a name in scenes and a line that says what they do.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! __choices {
+    ($(#[$meta:meta])* pub enum $name:ident {
+        $($(#[doc = $about:literal])+ $value:ident = $word:literal,)+
+    }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
+        pub enum $name {
+            $($(#[doc = $about])+ #[serde(rename = $word)] $value,)+
+        }
+
+        impl $name {
+            pub const ALL: &'static [$name] = &[$($name::$value),+];
+
+            /// As scenes spell it.
+            pub const fn name(self) -> &'static str {
+                match self { $($name::$value => $word,)+ }
+            }
+
+            /// What it does.
+            pub fn about(self) -> &'static str {
+                match self { $($name::$value => concat!($($about),+).trim_ascii(),)+ }
+            }
+        }
+
+        impl $crate::scene::Choice for $name {
+            const ALL: &'static [Self] = Self::ALL;
+            fn name(self) -> &'static str { self.name() }
+            fn about(self) -> &'static str { self.about() }
+        }
+    };
+}
+
+pub use __choices as choices;
+pub use __settings as settings;

@@ -1,0 +1,166 @@
+//! The text of a scene, the changes beside it, and the way from a key back to where its value was set.
+
+use super::SHIPPED;
+use super::error::{SceneError, list};
+use super::overrides::Change;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use toml::de::DeTable;
+use toml::{Table, Value};
+
+/// A value that does not do, by its key.
+#[derive(Clone, Debug)]
+pub struct Fault {
+    pub key: Vec<String>,
+    pub what: String,
+    /// The key itself is wrong, not its value.
+    pub of_key: bool,
+}
+
+impl Fault {
+    pub fn new(key: &[&str], what: impl Into<String>) -> Fault {
+        let key = key.iter().map(|&part| part.to_owned()).collect();
+        Fault { key, what: what.into(), of_key: false }
+    }
+
+    pub(super) fn unknown(key: &[&str], nearest: &str) -> Fault {
+        let what = format!("no scene has the key {}; nearest is {nearest}", key.join("."));
+        Fault { of_key: true, ..Fault::new(key, what) }
+    }
+}
+
+/// What a file says, with the changes applied.
+#[derive(Clone, Debug)]
+pub(super) struct Document {
+    /// For messages.
+    path: String,
+    pub name: String,
+    folder: PathBuf,
+    text: String,
+    changes: Vec<Change>,
+    pub table: Table,
+}
+
+/// Where a value was set.
+enum Origin<'a> {
+    Change(&'a Change),
+    /// Bytes of the text.
+    Text(Range<usize>),
+}
+
+impl Document {
+    pub fn read(path: &Path) -> Result<Document, SceneError> {
+        let shown = path.display().to_string();
+        let bytes = std::fs::read(path).map_err(|source| SceneError::Read { path: shown.clone(), source })?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let start = error.utf8_error().valid_up_to();
+            let text = String::from_utf8_lossy(error.as_bytes());
+            // Everything before `start` is unchanged by the replacement.
+            SceneError::at(&shown, &text, start..start, "this byte is not UTF-8, which TOML requires")
+        })?;
+        Document::of_text(path, text)
+    }
+
+    /// What the file at `path` holds, or would.
+    pub fn of_text(path: &Path, text: String) -> Result<Document, SceneError> {
+        let shown = path.display().to_string();
+        let table = text.parse().map_err(|error: toml::de::Error| {
+            SceneError::at(&shown, &text, error.span().unwrap_or(0..0), error.message())
+        })?;
+        Ok(Document {
+            path: shown,
+            name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+            text,
+            changes: Vec::new(),
+            table,
+        })
+    }
+
+    pub fn shipped(name: &str) -> Result<Document, SceneError> {
+        let (_, text) = SHIPPED.iter().find(|(shipped, _)| *shipped == name).ok_or_else(|| {
+            SceneError::Unknown { name: name.to_owned(), shipped: list(SHIPPED.map(|(name, _)| name)) }
+        })?;
+        let path = PathBuf::from(format!("scenes/{name}.toml"));
+        Ok(Document { folder: PathBuf::new(), ..Document::of_text(&path, (*text).to_owned())? })
+    }
+
+    /// The document with more changes, in order.
+    pub fn change(&mut self, changes: &[String]) -> Result<(), SceneError> {
+        for text in changes {
+            let change = Change::parse(text)?;
+            change.apply(&mut self.table)?;
+            self.changes.push(change);
+        }
+        Ok(())
+    }
+
+    pub fn value(&self, key: &[&str]) -> Option<&Value> {
+        let (last, sections) = key.split_last()?;
+        let mut table = &self.table;
+        for section in sections {
+            table = table.get(*section)?.as_table()?;
+        }
+        table.get(*last)
+    }
+
+    /// What a relative path starts from: a path that a change sets, from the working directory.
+    pub fn folder(&self, key: &[&str]) -> &Path {
+        match self.changes.iter().any(|change| change.sets(key)) {
+            true => Path::new(""),
+            false => &self.folder,
+        }
+    }
+
+    /// The change that set a key or made its table, or else its place in the text; of a key that is nowhere, the
+    /// innermost table around it.
+    fn origin(&self, key: &[&str], of_key: bool) -> Origin<'_> {
+        if let Some(change) = self.changes.iter().rfind(|change| change.sets(key)) {
+            return Origin::Change(change);
+        }
+        // The text was parsed before, so this cannot fail; if it did, the file's start is a fair place.
+        let Ok(root) = DeTable::parse(&self.text) else { return Origin::Text(0..0) };
+        let (mut table, mut span) = (root.get_ref(), 0..0);
+        for (depth, part) in key.iter().enumerate() {
+            let Some((name, value)) = table.get_key_value(*part) else {
+                // A table that only a change made is the change's.
+                let made = |change: &&Change| change.is_within(&key[..=depth]) && depth + 1 < key.len();
+                return self.changes.iter().rfind(made).map_or(Origin::Text(span), Origin::Change);
+            };
+            span = if of_key && depth + 1 == key.len() { name.span() } else { value.span() };
+            let Some(inner) = value.get_ref().as_table() else { break };
+            table = inner;
+        }
+        Origin::Text(span)
+    }
+
+    /// A fault as an error that shows where its value was set.
+    pub fn error(&self, fault: Fault) -> SceneError {
+        let key: Vec<&str> = fault.key.iter().map(String::as_str).collect();
+        match self.origin(&key, fault.of_key) {
+            Origin::Change(change) => {
+                let own = change.sets(&key) && change.key.len() == key.len() || fault.of_key;
+                let what = if own { fault.what } else { format!("{}: {}", key.join("."), fault.what) };
+                SceneError::Override { change: change.text.clone(), what }
+            }
+            Origin::Text(span) => {
+                let what = match fault.of_key {
+                    true => fault.what,
+                    false => format!("{}: {}", key.join("."), fault.what),
+                };
+                SceneError::at(&self.path, &self.text, span, &what)
+            }
+        }
+    }
+
+    /// Where a key was set, in a few words: `s.toml:4:8: surface.land.texture.path`, or `-D ...`.
+    pub fn place(&self, key: &[&str]) -> String {
+        match self.origin(key, false) {
+            Origin::Change(change) => format!("-D {}", change.text),
+            Origin::Text(span) => {
+                let [line, column] = SceneError::line_and_column(&self.text, span.start);
+                format!("{}:{line}:{column}: {}", self.path, key.join("."))
+            }
+        }
+    }
+}

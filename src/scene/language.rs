@@ -1,0 +1,118 @@
+//! The whole language of scenes: the check of a scene against every declared table, and the list of keys.
+
+use super::declare::{Key, Language, Table};
+use super::document::Fault;
+use super::value::quoted;
+use super::{Scene, SceneError};
+use crate::math::nearest::nearest;
+use toml::Value;
+
+/// A key with the place of its table, as documents and `ortelius keys` name it.
+pub struct KeyAt {
+    /// `surface.NAME.geometry.columns`.
+    pub dotted: String,
+    /// The `kind` of the table that has this key.
+    pub kind: Option<&'static str>,
+    pub key: Key,
+}
+
+/// All keys, table by table.
+pub fn keys(languages: &[&Language]) -> Vec<KeyAt> {
+    let of_table = |table: &Table| {
+        let path = dotted(table.path);
+        let kind = table.kind;
+        (table.keys)().into_iter().map(move |key| KeyAt { dotted: format!("{path}.{}", key.name), kind, key })
+    };
+    tables(languages).flat_map(of_table).collect()
+}
+
+pub(super) fn tables<'a>(languages: &'a [&Language]) -> impl Iterator<Item = &'static Table> + 'a {
+    languages.iter().flat_map(|language| language.tables)
+}
+
+/// A table's path with NAME for what a scene names.
+pub(super) fn dotted(path: &[&str]) -> String {
+    path.iter().map(|part| if *part == "*" { "NAME" } else { part }).collect::<Vec<_>>().join(".")
+}
+
+impl Scene {
+    /// Checks everything that a scene states against everything that is declared: unknown sections and kinds, each
+    /// table's keys, types and ranges, and what the techniques check beside.
+    ///
+    /// # Errors
+    /// [`SceneError`] at the first fault.
+    pub fn check(&self, languages: &[&Language]) -> Result<(), SceneError> {
+        for (section, value) in &self.document.table {
+            if !tables(languages).any(|table| table.path[0] == section) {
+                let key = first_leaf(section, value);
+                let known = keys(languages);
+                let near = nearest(&key.join("."), known.iter().map(|known| &*known.dotted));
+                return Err(self.error(Fault::unknown(&key, near.unwrap_or_default())));
+            }
+        }
+        for table in tables(languages) {
+            for path in self.places(table.path) {
+                let path: Vec<&str> = path.iter().map(String::as_str).collect();
+                if table.kind.is_none() || table.kind == self.kind_of(&path, languages)? {
+                    (table.read)(self, &path)?;
+                }
+            }
+        }
+        languages.iter().try_for_each(|language| (language.check)(self))
+    }
+
+    /// The paths of this scene that a table's path stands for, where there is something.
+    fn places(&self, pattern: &[&str]) -> Vec<Vec<String>> {
+        let mut places = vec![Vec::new()];
+        for part in pattern {
+            let next = |place: Vec<String>| -> Vec<Vec<String>> {
+                let at: Vec<&str> = place.iter().map(String::as_str).collect();
+                let names = match (*part, self.document.value(&at)) {
+                    ("*", Some(Value::Table(table))) => table.keys().cloned().collect(),
+                    ("*", _) => Vec::new(),
+                    (part, _) => vec![part.to_owned()],
+                };
+                names.into_iter().map(|name| [place.clone(), vec![name]].concat()).collect()
+            };
+            places = places.into_iter().flat_map(next).collect();
+        }
+        // A texture that is a name is another table's business.
+        let stated = |place: &Vec<String>| {
+            let at: Vec<&str> = place.iter().map(String::as_str).collect();
+            self.document.value(&at).is_some_and(|value| !value.is_str())
+        };
+        places.retain(stated);
+        places
+    }
+
+    /// The kind of a table whose keys depend on it.
+    fn kind_of(&self, path: &[&str], languages: &[&Language]) -> Result<Option<&'static str>, SceneError> {
+        let same = |table: &&Table| {
+            table.path.len() == path.len() && table.path.iter().zip(path).all(|(a, b)| *a == "*" || a == b)
+        };
+        let kinds: Vec<&'static str> =
+            tables(languages).filter(same).filter_map(|table| table.kind).collect();
+        let key = [path, &["kind"]].concat();
+        let word = self.word(&key).unwrap_or_default();
+        match kinds.iter().find(|kind| **kind == word) {
+            Some(kind) => Ok(Some(kind)),
+            None => {
+                let names = quoted(kinds.into_iter());
+                Err(self.fault(
+                    &key,
+                    format!("{word:?} is not a kind of {}; there are {names}", path[path.len() - 1]),
+                ))
+            }
+        }
+    }
+}
+
+/// The first key inside an unknown section, which says more than the section alone.
+fn first_leaf<'a>(section: &'a str, value: &'a Value) -> Vec<&'a str> {
+    let (mut key, mut value) = (vec![section], value);
+    while let Some((name, inner)) = value.as_table().and_then(|table| table.iter().next()) {
+        key.push(name);
+        value = inner;
+    }
+    key
+}

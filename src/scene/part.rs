@@ -1,0 +1,112 @@
+//! One table of a scene while it is read.
+
+use super::Scene;
+use super::declare::Settings;
+use super::document::Fault;
+use super::value::Setting;
+use crate::math::nearest::nearest;
+use std::ops::RangeInclusive;
+use toml::Table;
+
+/// A table of a scene; empty where the scene has none at that place.
+pub struct Part<'a> {
+    pub scene: &'a Scene,
+    path: &'a [&'a str],
+    table: Option<&'a Table>,
+}
+
+impl<'a> Part<'a> {
+    /// # Errors
+    /// A value that is no table.
+    pub(super) fn of(scene: &'a Scene, path: &'a [&'a str]) -> Result<Part<'a>, Fault> {
+        let table = match scene.document.value(path) {
+            None => None,
+            Some(value) => {
+                let wrong = || Fault::new(path, format!("{value} is not a table"));
+                Some(value.as_table().ok_or_else(wrong)?)
+            }
+        };
+        Ok(Part { scene, path, table })
+    }
+
+    pub fn fault(&self, name: &str, what: impl Into<String>) -> Fault {
+        Fault::new(&self.key_of(name), what)
+    }
+
+    /// A fault of the table as a whole.
+    pub fn whole(&self, what: impl Into<String>) -> Fault {
+        Fault::new(self.path, what)
+    }
+
+    fn key_of<'b>(&self, name: &'b str) -> Vec<&'b str>
+    where
+        'a: 'b,
+    {
+        self.path.iter().copied().chain([name]).collect()
+    }
+
+    /// Whether the scene states the key.
+    pub fn states(&self, name: &str) -> bool {
+        self.table.is_some_and(|table| table.contains_key(name))
+    }
+
+    /// Refuses keys that `T` does not have, with the nearest that it has.
+    ///
+    /// # Errors
+    /// [`Fault`] with the first unknown key.
+    pub fn check_names<T: Settings>(&self) -> Result<(), Fault> {
+        let known: Vec<&str> = T::keys().iter().map(|key| key.name).chain(T::KIND.map(|_| "kind")).collect();
+        let stated = self.table.into_iter().flat_map(|table| table.keys());
+        match stated.map(String::as_str).find(|name| !known.contains(name)) {
+            None => Ok(()),
+            Some(name) => {
+                let nearest = nearest(name, known.iter().copied()).unwrap_or_default();
+                Err(Fault::unknown(&self.key_of(name), &self.key_of(nearest).join(".")))
+            }
+        }
+    }
+
+    /// One key's value.
+    ///
+    /// # Errors
+    /// A required key that is missing, another type, a number out of its range.
+    pub fn field<T: Setting>(
+        &self,
+        name: &str,
+        default: Option<T>,
+        range: Option<RangeInclusive<T::Number>>,
+    ) -> Result<T, Fault> {
+        let key = self.key_of(name);
+        let Some(value) = self.table.and_then(|table| table.get(name)) else {
+            return default.ok_or_else(|| self.fault(name, "is missing"));
+        };
+        let read = T::read(value, self.scene.document.folder(&key)).map_err(|what| self.fault(name, what))?;
+        if let Some(range) = range {
+            // NaN is in no range.
+            if let Some(number) = read.numbers().into_iter().find(|number| !range.contains(number)) {
+                let what = format!("{number} is outside {} ..= {}", range.start(), range.end());
+                return Err(self.fault(name, what));
+            }
+        }
+        Ok(read)
+    }
+
+    /// A key that this kind of thing needs.
+    ///
+    /// # Errors
+    /// [`Fault`] that says so.
+    pub fn needed<T: Clone>(&self, name: &str, value: &Option<T>, kind: &str) -> Result<T, Fault> {
+        value.clone().ok_or_else(|| self.fault(name, format!("{kind} needs {name}")))
+    }
+
+    /// Keys that this kind of thing does not have.
+    ///
+    /// # Errors
+    /// [`Fault`] with the first that the scene states.
+    pub fn absent(&self, names: &[&str], kind: &str) -> Result<(), Fault> {
+        match names.iter().find(|name| self.states(name)) {
+            Some(name) => Err(self.fault(name, format!("{kind} has no {name}"))),
+            None => Ok(()),
+        }
+    }
+}

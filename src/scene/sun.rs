@@ -1,0 +1,34 @@
+//! `[sun]`: where the light comes from.
+
+use super::Scene;
+use super::declare::settings;
+use glam::DVec3;
+
+settings! {
+    /// The one light of a scene, far away. Without the section it is in the south-west, 50 degrees high, so that
+    /// slopes towards the eye of a camera that looks north are lit. Over an ellipsoid both angles are those at the
+    /// view's camera.
+    pub struct Sun derive(Copy) with DEFAULT {
+        /// Clockwise from north.
+        azimuth_deg: f64 = 225.0, in -360.0..=360.0, unit "degrees";
+        /// Above the horizon.
+        elevation_deg: f64 = 50.4, in -90.0..=90.0, unit "degrees";
+    }
+}
+
+impl Scene {
+    /// Towards the sun, a unit vector of the world.
+    pub fn sun(&self) -> DVec3 {
+        let local = match self.sun {
+            None => DVec3::new(-0.45, -0.45, 0.77).normalize(),
+            Some(Sun { azimuth_deg, elevation_deg }) => {
+                let (sin_azimuth, cos_azimuth) = azimuth_deg.to_radians().sin_cos();
+                let (sin_elevation, cos_elevation) = elevation_deg.to_radians().sin_cos();
+                DVec3::new(sin_azimuth * cos_elevation, cos_azimuth * cos_elevation, sin_elevation)
+            }
+        };
+        // Over a plane the frame is the world's own axes, and changes no bit.
+        let frame = self.cameras[&self.view.camera].place.frame();
+        frame.east * local.x + frame.north * local.y + frame.up * local.z
+    }
+}

@@ -1,0 +1,217 @@
+//! `[surface.NAME]`: geometry, texture and filter of one thing that is seen. The geometries and textures that no paper
+//! owns are declared here: grids, and a picture as a plain mip chain. What other kinds mean is their papers' business.
+
+use super::Scene;
+use super::camera::Ground;
+use super::declare::{Settings, choices, settings};
+use super::document::Fault;
+use super::error::list;
+use super::eyes::names;
+use super::part::Part;
+use super::value::{Kind, Setting};
+use crate::model::mesh::{self, MeshError, SourceMesh};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use toml::{Table, Value};
+
+settings! {
+    /// One thing that is seen. All surfaces share one camera, one depth buffer and one ground: an ellipsoid if a
+    /// geometry is one, else a plane.
+    pub struct SurfaceKeys {
+        /// Its shape.
+        geometry: Table;
+        /// What it is covered with, or the name of another surface whose texture it shares.
+        texture: Option<TextureKeys> = None;
+        /// How a pixel's colour is taken from the texture.
+        filter: Option<Table> = None;
+        /// Whether the sun shades it. Without the key, surfaces with a virtual texture are unlit and all others lit.
+        lit: Option<bool> = None;
+    }
+}
+
+/// A texture's own table, or the surface whose texture is shared.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[serde(untagged)]
+pub enum TextureKeys {
+    Own(Table),
+    Of(String),
+}
+
+impl Setting for TextureKeys {
+    type Number = f64;
+    fn kind() -> Kind {
+        Kind::TableOrText
+    }
+    fn read(value: &Value, _: &std::path::Path) -> Result<TextureKeys, String> {
+        match value {
+            Value::Table(table) => Ok(TextureKeys::Own(table.clone())),
+            Value::String(name) => Ok(TextureKeys::Of(name.clone())),
+            _ => Err(format!("{value} is not a table, nor the name of a surface")),
+        }
+    }
+    fn to_toml(&self) -> Option<Value> {
+        Some(match self {
+            TextureKeys::Own(table) => Value::Table(table.clone()),
+            TextureKeys::Of(name) => Value::String(name.clone()),
+        })
+    }
+}
+
+settings! {
+    /// The WGS84 ellipsoid in earth-centred metres, as a grid of quads; the texture covers all of it.
+    pub struct Ellipsoid derive(Copy) kind "ellipsoid" {
+        /// Quads along a parallel.
+        columns: u32, in 3..=8192;
+        /// Quads from pole to pole.
+        rows: u32, in 2..=8192;
+    }
+}
+
+settings! {
+    /// A rectangle of the plane z = 0 around its middle, x to the east and y to the north; the texture covers it once.
+    pub struct Plane derive(Copy) kind "plane" {
+        /// East to west.
+        width_m: f64, in 1e-3..=1e9, unit "m";
+        /// North to south.
+        height_m: f64, in 1e-3..=1e9, unit "m";
+        /// Quads, west to east.
+        columns: u32, in 1..=8192;
+        /// Quads, north to south.
+        rows: u32, in 1..=8192;
+    }
+}
+
+choices! {
+    /// Where a plain texture comes from.
+    pub enum PlainSource {
+        /// A PNG or JPEG.
+        File = "file",
+        /// The shipped picture of the earth, 4096 x 2048 texels.
+        Earth = "earth",
+    }
+}
+
+settings! {
+    /// A picture as one image with its mip chain.
+    pub struct Plain kind "plain" {
+        /// Where it comes from.
+        source: PlainSource = PlainSource::File;
+        /// A PNG or JPEG, relative to the scene (given by `-D`: to the working directory).
+        path: Option<PathBuf> = None;
+    }
+    check check_plain;
+}
+
+fn check_plain(plain: &Plain, part: &Part<'_>) -> Result<(), Fault> {
+    match plain.source {
+        PlainSource::File => part.needed("path", &plain.path, "a plain texture").map(drop),
+        PlainSource::Earth => part.absent(&["path"], "the source \"earth\""),
+    }
+}
+
+/// The shape of a surface, as far as it is not a paper's.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Geometry {
+    Ellipsoid(Ellipsoid),
+    Plane(Plane),
+    /// Its `kind`; a paper reads the rest.
+    Other(String),
+}
+
+/// One `[surface.NAME]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    pub name: String,
+    pub geometry: Geometry,
+    /// The surface in whose table the texture is: this one, unless it shares another's.
+    pub texture: Option<String>,
+    pub lit: Option<bool>,
+}
+
+impl Surface {
+    /// The triangles of an ellipsoid or a plane; `None` for another kind.
+    ///
+    /// # Errors
+    /// Numbers that a declaration lets pass and the grid does not.
+    pub fn grid(&self) -> Option<Result<SourceMesh, MeshError>> {
+        match self.geometry {
+            Geometry::Ellipsoid(Ellipsoid { columns, rows }) => Some(mesh::earth(columns, rows)),
+            Geometry::Plane(Plane { width_m, height_m, columns, rows }) => {
+                Some(mesh::plane(width_m, height_m, columns, rows))
+            }
+            Geometry::Other(_) => None,
+        }
+    }
+}
+
+/// What the eyes of a scene hover over.
+///
+/// # Errors
+/// A surface without geometry; an ellipsoid beside a plane.
+pub(super) fn ground(scene: &Scene) -> Result<Ground, Fault> {
+    let kinds = names(scene, "surface")?.into_iter().map(|name| Ok((name, kind(scene, name)?)));
+    let kinds = kinds.collect::<Result<Vec<_>, _>>()?;
+    let of = |kind| kinds.iter().find(|(_, other)| *other == kind).map(|(name, _)| name);
+    match (of("ellipsoid"), of("plane")) {
+        (Some(ellipsoid), Some(plane)) => {
+            let what = format!(
+                "a scene has one ground, and {ellipsoid} is an ellipsoid; make a scene of its own for the plane"
+            );
+            Err(Fault::new(&["surface", plane, "geometry", "kind"], what))
+        }
+        (Some(_), None) => Ok(Ground::Planet),
+        _ => Ok(Ground::Plane),
+    }
+}
+
+/// The kind of a surface's geometry.
+fn kind<'a>(scene: &'a Scene, name: &str) -> Result<&'a str, Fault> {
+    let key = ["surface", name, "geometry", "kind"];
+    scene.word(&key).ok_or_else(|| match scene.document.value(&key) {
+        Some(value) => Fault::new(&key, format!("{value} is not a text")),
+        None => Fault::new(&key, "a surface needs geometry = { kind = ... }"),
+    })
+}
+
+pub(super) fn surfaces(scene: &Scene) -> Result<BTreeMap<String, Surface>, Fault> {
+    let names = names(scene, "surface")?;
+    if names.is_empty() {
+        return Err(Fault::new(&["surface"], "nothing to see: a scene has at least one [surface.NAME]"));
+    }
+    let all = names.iter().map(|&name| Ok((name.to_owned(), surface(scene, name, &names)?)));
+    all.collect()
+}
+
+fn surface(scene: &Scene, name: &str, names: &[&str]) -> Result<Surface, Fault> {
+    let path = ["surface", name];
+    let part = Part::of(scene, &path)?;
+    let keys = SurfaceKeys::read(&part)?;
+    let at = ["surface", name, "geometry"];
+    let grid = Part::of(scene, &at)?;
+    let geometry = match kind(scene, name)? {
+        "ellipsoid" => Geometry::Ellipsoid(Ellipsoid::read(&grid)?),
+        "plane" => Geometry::Plane(Plane::read(&grid)?),
+        kind => Geometry::Other(kind.to_owned()),
+    };
+    if keys.filter.is_some() && keys.texture.is_none() {
+        return Err(part.fault("filter", "a surface without a texture has no filter"));
+    }
+    let texture = match keys.texture {
+        None => None,
+        Some(TextureKeys::Own(_)) => Some(name.to_owned()),
+        Some(TextureKeys::Of(other)) => {
+            let own = scene.document.value(&["surface", &other, "texture"]).is_some_and(Value::is_table);
+            if !own {
+                let has = |name: &&&str| {
+                    scene.document.value(&["surface", name, "texture"]).is_some_and(Value::is_table)
+                };
+                let existing = list(names.iter().filter(has));
+                let what =
+                    format!("no surface {other:?} has a texture of its own to share; these have: {existing}");
+                return Err(part.fault("texture", what));
+            }
+            Some(other)
+        }
+    };
+    Ok(Surface { name: name.to_owned(), geometry, texture, lit: keys.lit })
+}

@@ -1,0 +1,200 @@
+//! The types that a setting can have.
+
+use serde::Serialize;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+use toml::{Table, Value};
+
+/// What a key's value is, for documents.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Kind {
+    Whole,
+    Number,
+    /// So many, as in `[1.0, 2.0]`.
+    Numbers(usize),
+    Truth,
+    Text,
+    Names,
+    /// Name and meaning of each.
+    Choice(Vec<(&'static str, &'static str)>),
+    Table,
+    TableOrText,
+}
+
+impl Kind {
+    pub fn words(&self) -> String {
+        match self {
+            Kind::Whole => "whole number".into(),
+            Kind::Number => "number".into(),
+            Kind::Numbers(count) => format!("{count} numbers"),
+            Kind::Truth => "true or false".into(),
+            Kind::Text => "text".into(),
+            Kind::Names => "list of names".into(),
+            Kind::Choice(values) => quoted(values.iter().map(|(name, _)| *name)),
+            Kind::Table => "table".into(),
+            Kind::TableOrText => "table or text".into(),
+        }
+    }
+}
+
+/// `"a", "b"`.
+pub fn quoted<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    names.map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ")
+}
+
+/// A type of settings.
+pub trait Setting: Sized {
+    /// What a range is made of; any type where there are no numbers.
+    type Number: Copy + PartialOrd + Display + Serialize;
+
+    fn kind() -> Kind;
+
+    /// `folder` is what a relative path starts from.
+    ///
+    /// # Errors
+    /// Why the value does not do, in words.
+    fn read(value: &Value, folder: &Path) -> Result<Self, String>;
+
+    /// As a scene would say it; `None` where it would leave the key out.
+    fn to_toml(&self) -> Option<Value>;
+
+    /// What must be in the key's range.
+    fn numbers(&self) -> Vec<Self::Number> {
+        Vec::new()
+    }
+}
+
+fn not<T>(value: &Value, what: &str) -> Result<T, String> {
+    Err(format!("{value} is not {what}"))
+}
+
+impl Setting for u32 {
+    type Number = u32;
+    fn kind() -> Kind {
+        Kind::Whole
+    }
+    fn read(value: &Value, _: &Path) -> Result<u32, String> {
+        let whole = value.as_integer().and_then(|whole| u32::try_from(whole).ok());
+        whole.map_or_else(|| not(value, "a whole number from 0 up to 4294967295"), Ok)
+    }
+    fn to_toml(&self) -> Option<Value> {
+        Some(Value::Integer(i64::from(*self)))
+    }
+    fn numbers(&self) -> Vec<u32> {
+        vec![*self]
+    }
+}
+
+impl Setting for f64 {
+    type Number = f64;
+    fn kind() -> Kind {
+        Kind::Number
+    }
+    fn read(value: &Value, _: &Path) -> Result<f64, String> {
+        match value {
+            Value::Float(number) => Ok(*number),
+            // A scene's whole numbers stay far below 2^53.
+            Value::Integer(whole) => Ok(*whole as f64),
+            _ => not(value, "a number"),
+        }
+    }
+    fn to_toml(&self) -> Option<Value> {
+        Some(Value::Float(*self))
+    }
+    fn numbers(&self) -> Vec<f64> {
+        vec![*self]
+    }
+}
+
+impl<const N: usize> Setting for [f64; N] {
+    type Number = f64;
+    fn kind() -> Kind {
+        Kind::Numbers(N)
+    }
+    fn read(value: &Value, folder: &Path) -> Result<[f64; N], String> {
+        let wrong = || format!("{value} is not a list of {N} numbers");
+        let numbers = value.as_array().ok_or_else(wrong)?;
+        let numbers =
+            numbers.iter().map(|number| f64::read(number, folder)).collect::<Result<Vec<_>, _>>()?;
+        numbers.try_into().map_err(|_| wrong())
+    }
+    fn to_toml(&self) -> Option<Value> {
+        Some(Value::Array(self.iter().map(|number| Value::Float(*number)).collect()))
+    }
+    fn numbers(&self) -> Vec<f64> {
+        self.to_vec()
+    }
+}
+
+/// Settings without numbers: their values are kept as they are.
+macro_rules! plain {
+    ($($type:ty, $kind:expr, $what:literal, $read:expr, $write:expr;)*) => {$(
+        impl Setting for $type {
+            type Number = f64;
+            fn kind() -> Kind {
+                $kind
+            }
+            fn read(value: &Value, folder: &Path) -> Result<$type, String> {
+                let read: fn(&Value, &Path) -> Option<$type> = $read;
+                read(value, folder).map_or_else(|| not(value, $what), Ok)
+            }
+            fn to_toml(&self) -> Option<Value> {
+                let write: fn(&$type) -> Value = $write;
+                Some(write(self))
+            }
+        }
+    )*};
+}
+
+plain! {
+    bool, Kind::Truth, "true or false", |value, _| value.as_bool(), |truth| Value::Boolean(*truth);
+    String, Kind::Text, "a text", |value, _| value.as_str().map(str::to_owned), |text| Value::String(text.clone());
+    PathBuf, Kind::Text, "a path", |value, folder| value.as_str().map(|path| folder.join(path)),
+        |path| Value::String(path.display().to_string());
+    Vec<String>, Kind::Names, "a list of names", |value, _| {
+        value.as_array()?.iter().map(|name| name.as_str().map(str::to_owned)).collect()
+    }, |names| Value::Array(names.iter().map(|name| Value::String(name.clone())).collect());
+    Table, Kind::Table, "a table", |value, _| value.as_table().cloned(), |table| Value::Table(table.clone());
+}
+
+/// An optional key; `"auto"` is the same as leaving it out, except where any text is a value.
+impl<T: Setting> Setting for Option<T> {
+    type Number = T::Number;
+    fn kind() -> Kind {
+        T::kind()
+    }
+    fn read(value: &Value, folder: &Path) -> Result<Option<T>, String> {
+        match value.as_str() {
+            Some("auto") if !matches!(T::kind(), Kind::Text | Kind::TableOrText) => Ok(None),
+            _ => T::read(value, folder).map(Some),
+        }
+    }
+    fn to_toml(&self) -> Option<Value> {
+        self.as_ref().and_then(T::to_toml)
+    }
+    fn numbers(&self) -> Vec<T::Number> {
+        self.as_ref().map_or_else(Vec::new, T::numbers)
+    }
+}
+
+/// An enum that scenes name the values of. Implemented by [`choices!`](crate::choices).
+pub trait Choice: Copy + 'static {
+    const ALL: &'static [Self];
+    fn name(self) -> &'static str;
+    fn about(self) -> &'static str;
+}
+
+impl<T: Choice> Setting for T {
+    type Number = f64;
+    fn kind() -> Kind {
+        Kind::Choice(T::ALL.iter().map(|value| (value.name(), value.about())).collect())
+    }
+    fn read(value: &Value, _: &Path) -> Result<T, String> {
+        let found = T::ALL.iter().find(|choice| value.as_str() == Some(choice.name()));
+        let names = || quoted(T::ALL.iter().map(|choice| choice.name()));
+        found.copied().ok_or_else(|| format!("{value} is not one of {}", names()))
+    }
+    fn to_toml(&self) -> Option<Value> {
+        Some(Value::String(self.name().to_owned()))
+    }
+}

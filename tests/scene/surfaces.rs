@@ -1,0 +1,162 @@
+//! `[surface.NAME]`: what surfaces share, and what the format before it is told.
+
+use crate::{SMALL, changed, load, message};
+use ortelius::paper::virtual_texture::config::owner;
+use ortelius::scene::camera::Ground;
+use ortelius::scene::{Geometry, Plain, PlainSource, Scene};
+
+const SHELL: &str = "\n[surface.shell]\ngeometry = { kind = \"ellipsoid\", columns = 8, rows = 4 }\n";
+
+fn refused(more: &str) -> String {
+    load(format!("{SMALL}{more}")).expect_err(more).to_string()
+}
+
+#[test]
+fn surfaces_share_a_ground_and_one_virtual_texture() {
+    let scene = load(format!("{SMALL}{SHELL}texture = \"land\"\nlit = true\n")).unwrap();
+    assert_eq!(scene.ground, Ground::Planet);
+    let (land, shell) = (&scene.surfaces["land"], &scene.surfaces["shell"]);
+    assert_eq!((land.texture.as_deref(), shell.texture.as_deref()), (Some("land"), Some("land")));
+    assert_eq!((land.lit, shell.lit), (None, Some(true)));
+    assert_eq!(owner(&scene).unwrap().unwrap().name, "land");
+    assert_eq!(scene.texture_kind(shell), Some("virtual"));
+    assert_eq!(shell.grid().unwrap().unwrap().triangles.len(), 8 * 2 + 8 * 2 * 2);
+    // Deleting the other surface leaves a whole scene.
+    assert_eq!(load(SMALL).unwrap().surfaces.len(), 1);
+}
+
+#[test]
+fn a_plain_texture_is_a_file_or_the_shipped_earth() {
+    let plain = |keys: &str| load(format!("{SMALL}{SHELL}texture = {{ kind = \"plain\"{keys} }}\n"));
+    let read = |scene: &Scene| scene.read::<Plain>(&["surface", "shell", "texture"]).unwrap();
+    assert_eq!(
+        read(&plain(", source = \"earth\"").unwrap()),
+        Plain { source: PlainSource::Earth, path: None }
+    );
+    let path = read(&plain(", path = \"a.png\"").unwrap()).path.unwrap();
+    assert!(path.is_absolute() && path.ends_with("a.png"), "beside the scene: {}", path.display());
+    for (keys, expected) in [
+        ("", "surface.shell.texture.path: a plain texture needs path"),
+        (", source = \"earth\", path = \"a.png\"", "the source \"earth\" has no path"),
+        (", border = 3", "no scene has the key surface.shell.texture.border"),
+    ] {
+        let error = plain(keys).expect_err(keys).to_string();
+        assert!(error.contains(expected), "{keys}: {error}");
+    }
+}
+
+#[test]
+fn what_surfaces_cannot_be_together_is_refused() {
+    let plane = "\n[surface.floor]\ngeometry = { kind = \"plane\", width_m = 1, height_m = 1, columns = 1, rows = 1 }\n";
+    let second = "texture = { kind = \"virtual\", source = \"ruler\", width_log2 = 12, height_log2 = 11 }\n";
+    for (more, expected) in [
+        (plane.to_owned(), "surface.floor.geometry.kind: a scene has one ground, and land is an ellipsoid"),
+        (format!("{SHELL}{second}"), "a scene has one virtual texture, and land has one already; share it"),
+        (
+            format!("{SHELL}texture = \"sea\"\n"),
+            "no surface \"sea\" has a texture of its own to share; these have: land",
+        ),
+        (format!("{SHELL}texture = 3\n"), "3 is not a table, nor the name of a surface"),
+        (format!("{SHELL}filter = {{ samples = 2 }}\n"), "a surface without a texture has no filter"),
+        (format!("{SHELL}shiny = true\n"), "no scene has the key surface.shell.shiny"),
+        ("\n[surface.bare]\nlit = true\n".into(), "surface.bare.geometry.kind: a surface needs geometry"),
+        ("\n[surface]\nflat = 3\n".into(), "surface.flat"),
+        (
+            SHELL.replace("ellipsoid", "teapot"),
+            "\"teapot\" is not a kind of geometry; there are \"ellipsoid\", ",
+        ),
+        (
+            format!("{SHELL}texture = {{ source = \"earth\" }}\n"),
+            "\"\" is not a kind of texture; there are \"plain\", ",
+        ),
+        ("\n[sun]\nelevation_deg = 91.0\n".into(), "91 is outside -90 ..= 90"),
+        (
+            "\n[cahce]\ngpu_tiles = 3\n".into(),
+            "no scene has the key cahce.gpu_tiles; nearest is cache.gpu_tiles",
+        ),
+    ] {
+        let error = refused(&more);
+        assert!(error.contains(expected) && error.contains("small.toml:"), "{more}: {error}");
+    }
+    let nothing = load(SMALL.split("[view]").nth(1).map(|rest| format!("[view]{rest}")).unwrap());
+    let nothing = nothing.unwrap_err().to_string();
+    assert!(nothing.contains("a camera over a plane has no latitude_deg"), "{nothing}");
+    let nothing = load(
+        "[view]\nwidth = 9\nheight = 9\ncamera = \"a\"\n[cameras.a]\naltitude_m = 1.0\neast_m = 0.0\nnorth_m = 0.0\n",
+    );
+    assert!(
+        nothing.unwrap_err().to_string().contains("nothing to see: a scene has at least one [surface.NAME]")
+    );
+}
+
+#[test]
+fn a_key_of_the_old_format_is_refused_with_the_new_one() {
+    for (old, expected) in [
+        ("[texture]\nsource = \"earth\"", "texture is now surface.land.texture; its kind is \"virtual\""),
+        (
+            "[mesh]\nkind = \"earth\"",
+            "mesh is now surface.land.geometry; the kind \"earth\" is now \"ellipsoid\"",
+        ),
+        (
+            "[progressive_mesh.herd]\nsource = \"bunny\"",
+            "progressive_mesh.herd is now surface.herd.geometry; its kind is \"progressive-mesh\"",
+        ),
+        ("[variant]\nfilter = \"bilinear\"", "variant.filter is now surface.land.filter.kind"),
+    ] {
+        let text = message("frames = 5\n", &format!("frames = 5\n\n{old}\n"));
+        let line = if old.starts_with("[variant]") { 29 } else { 28 };
+        assert!(text.starts_with(&format!("small.toml:{line}:")) && text.contains(expected), "{old}: {text}");
+    }
+    for (change, expected) in [
+        ("texture.border=8", "texture.border is now surface.land.texture.border"),
+        ("mesh.columns=8", "mesh.columns is now surface.land.geometry.columns"),
+        ("progressive_mesh.herd.error_pixels=2", "is now surface.herd.geometry.error_pixels"),
+        ("variant.max_anisotropy=2", "variant.max_anisotropy is now surface.land.filter.max_anisotropy"),
+        ("variant.interpolation=literal", "is now surface.land.filter.interpolation"),
+    ] {
+        let error = changed(&[change]).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("-D {change}: ")) && error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn without_a_sun_the_light_is_what_it_was_to_the_last_bit() {
+    let bunny = Scene::embedded("bunny").unwrap();
+    assert_eq!(bunny.sun(), glam::DVec3::new(-0.45, -0.45, 0.77).normalize());
+    let with = |change: &str| bunny.with(&[change.to_owned()]).unwrap().sun();
+    assert!((with("sun={}") - bunny.sun()).length() < 1e-3, "the documented angles are those");
+    assert!((with("sun={ azimuth_deg = 90, elevation_deg = 0 }") - glam::DVec3::X).length() < 1e-15);
+    assert!((with("sun={ elevation_deg = 90 }") - glam::DVec3::Z).length() < 1e-15);
+    // Over an ellipsoid the angles are those at the view's camera.
+    let earth = Scene::embedded("earth").unwrap().with(&["sun={ elevation_deg = 90 }".into()]).unwrap();
+    assert!((earth.sun() - earth.cameras["headline"].place.frame().up).length() < 1e-15);
+}
+
+#[test]
+fn the_shipped_meshes_have_the_background_that_they_had() {
+    for name in ["bunny", "herd"] {
+        let [red, green, blue] = Scene::embedded(name).unwrap().view.background.map(|channel| channel as f32);
+        assert_eq!([red, green, blue], [0.02f32, 0.03, 0.05]);
+    }
+    let scene = Scene::embedded("plane").unwrap();
+    assert!(matches!(scene.surfaces["land"].geometry, Geometry::Plane(_)));
+}
+
+#[test]
+fn an_error_that_is_found_late_points_at_the_file_or_at_the_change() {
+    let key = ["surface", "land", "texture", "width_log2"];
+    let scene = load(SMALL).unwrap();
+    let place = scene.place(&key);
+    assert!(place.ends_with("small.toml:4:14: surface.land.texture.width_log2"), "{place}");
+    let error = scene.fault(&key, "too large").to_string();
+    assert!(
+        error.contains("small.toml:4:14: surface.land.texture.width_log2: too large\n4 | width_log2 = 12\n"),
+        "{error}"
+    );
+    let changed = changed(&["surface.land.texture.width_log2=13"]).unwrap();
+    assert_eq!(changed.place(&key), "-D surface.land.texture.width_log2=13");
+    assert_eq!(
+        changed.fault(&key, "too large").to_string(),
+        "-D surface.land.texture.width_log2=13: too large"
+    );
+}
