@@ -1,0 +1,65 @@
+use ortelius::figure::{Cell, Claim, Figure, Finding, Origin, Row, Value, Verdict};
+use ortelius::frame::{Memory, Progress, Slot, Stalled, Target, Technique, View};
+use ortelius::scene::{Language, Scene, Table, settings};
+use ortelius::vk::{Clear, ColorTarget, Error, Frame, Gpu, Need, PassTime};
+
+settings! {
+    /// Nothing but haze.
+    pub struct Fog kind "fog" {
+        /// How bright it is.
+        density: f64, in 0.0..=1.0;
+    }
+}
+
+pub const LANGUAGE: Language =
+    Language { tables: &[Table::of::<Fog>(&["surface", "*", "geometry"])], check: |_| Ok(()) };
+
+impl Fog {
+    pub fn of(scene: &Scene) -> Fog {
+        scene.read(&["surface", "haze", "geometry"]).unwrap()
+    }
+}
+
+#[derive(Debug)]
+pub struct Lost;
+#[rustfmt::skip]
+impl From<Error> for Lost { fn from(_: Error) -> Lost { Lost } }
+#[rustfmt::skip]
+impl From<Stalled> for Lost { fn from(_: Stalled) -> Lost { Lost } }
+
+#[rustfmt::skip]
+impl Technique for Fog {
+    type Record = ();
+    type Error = Lost;
+    fn needs(&self) -> Vec<Need> { Vec::new() }
+    fn passes(&self) -> Vec<&'static str> { vec!["fog"] }
+    fn retire(&mut self, _: &Gpu, _: Slot, _: Vec<PassTime>) -> Result<(), Lost> { Ok(()) }
+    fn prepare(&mut self, _: &Gpu, _: &View) -> Result<(), Lost> { Ok(()) }
+    fn record(&mut self, frame: &mut Frame<'_>, view: &View, target: &Target) -> Result<(), Lost> {
+        let color = ColorTarget { image: &target.color, clear: Clear::Float([self.density as f32; 4]) };
+        Ok(frame.pass("fog", |cmd| cmd.render(view.size, &[color], None, |_| Ok(())))?)
+    }
+    fn resize(&mut self, _: &Gpu, _: &Target) -> Result<(), Lost> { Ok(()) }
+    fn progress(&self) -> Progress { Progress::Settled }
+    fn memory(&self) -> Memory { Memory::new() }
+}
+
+pub const FIGURES: &[&Figure] = &[&Figure {
+    id: "fog.density",
+    title: "How thick it is",
+    about: "Whether fog hides more than half.",
+    scenes: &["haze"],
+    variants: || vec!["fog".into()],
+    sweep: None,
+    measure: |_, _: &Cell| Ok(vec![Row::new("fog", "density", "", Value::Number(0.25))]),
+    plots: &[],
+    claims: &[Claim {
+        id: "thin",
+        text: "fog hides less than half",
+        from: Origin::Ours,
+        check: |table| match table.number("haze", None, "fog", "density") {
+            Some(density) if density < 0.5 => Finding::new(Verdict::Reproduced, "", ""),
+            _ => Finding::new(Verdict::NotReproduced, "", ""),
+        },
+    }],
+}];

@@ -1,0 +1,220 @@
+//! Surfaces of every kind in one frame: what hides what, what each of them costs, and how they are lit. Validation and
+//! synchronisation validation are on; any message fails the test.
+
+mod scenes;
+
+use glam::{DVec2, DVec3};
+use ortelius::frame::Technique;
+use ortelius::model::mesh::SourceMesh;
+use ortelius::paper::progressive_mesh::{self, Model};
+use ortelius::paper::virtual_texture::figures::stage1::{Stage1Check, compare_surfaces};
+use ortelius::paper::virtual_texture::reference::visible_tiles;
+use ortelius::picture::Target;
+use ortelius::reference::View;
+use ortelius::renderer::{Options, Renderer};
+use ortelius::scene::Scene;
+use scenes::{Parts, SIZE};
+use std::collections::{BTreeMap, BTreeSet};
+
+fn open(scene: &Scene, target: Target) -> Renderer {
+    let options =
+        Options { target, size: Some(SIZE), validate: true, deterministic: true, ..Options::default() };
+    Renderer::open(scene, &options).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn settled(scene: &Scene, target: Target) -> Renderer {
+    let mut renderer = open(scene, target);
+    renderer.settle(&scene.pose(0).unwrap()).unwrap();
+    renderer.drain().unwrap();
+    renderer
+}
+
+fn silent(renderer: &Renderer) {
+    let messages = renderer.gpu.messages();
+    assert!(messages.is_empty(), "{messages:#?}");
+}
+
+/// All surfaces of a frame as one mesh, and of each triangle how far its (s, t) reach from their origin; `None` where
+/// the triangle has no virtual texture. `without`: a surface that is left out.
+fn all_triangles(scene: &Scene, renderer: &Renderer, without: &str) -> (SourceMesh, Vec<Option<f64>>) {
+    let (mut all, mut offsets) = (SourceMesh::default(), Vec::new());
+    let mut add = |triangle: [(DVec3, DVec2); 3], offset: Option<f64>| {
+        let first = all.positions.len() as u32;
+        all.positions.extend(triangle.map(|(position, _)| position));
+        all.coordinates.extend(triangle.map(|(_, coordinate)| coordinate));
+        all.triangles.push([first, first + 1, first + 2]);
+        offsets.push(offset);
+    };
+    let models: Vec<Model> = progressive_mesh::load(scene).unwrap();
+    let meshes = renderer.technique.meshes.iter().flat_map(|meshes| &meshes.surfaces);
+    for (model, surface) in models.iter().zip(meshes).filter(|(model, _)| model.name != without) {
+        assert_eq!(model.name, surface.name);
+        let textured = scene.surfaces[&model.name].texture.is_some();
+        let vertices = &model.mesh.vertices;
+        for (n, (place, _)) in surface.instances().enumerate() {
+            for face in surface.faces(n).unwrap() {
+                let corner = |vertex: u32| {
+                    let position = DVec3::from(vertices.positions[vertex as usize].map(f64::from));
+                    let coordinate = vertices.attributes.coordinates.get(vertex as usize);
+                    let coordinate = coordinate.map_or(DVec2::ZERO, |st| DVec2::from(st.map(f64::from)));
+                    (place.to_world(position), coordinate)
+                };
+                // A progressive mesh's coordinates have their origin at 0.
+                add(face.map(corner), textured.then_some(1.0));
+            }
+        }
+    }
+    let others = scene.surfaces.values().filter(|surface| surface.name != without);
+    for (surface, grid) in others.filter_map(|surface| Some((surface, surface.grid()?.unwrap()))) {
+        for triangle in &grid.triangles {
+            let corner = |vertex: u32| (grid.positions[vertex as usize], grid.coordinates[vertex as usize]);
+            let is_virtual = scene.texture_kind(surface) == Some("virtual");
+            add(triangle.map(corner), is_virtual.then_some(1.0));
+        }
+    }
+    (all, offsets)
+}
+
+/// The frame's `U1` against the f64 reference of all surfaces but `without`.
+fn against_reference(scene: &Scene, renderer: &Renderer, without: &str) -> Stage1Check {
+    let pose = scene.pose(0).unwrap();
+    let texture = renderer.technique.texture.as_ref().unwrap();
+    let u1 = texture.u1(&renderer.gpu, renderer.target()).unwrap();
+    let (mesh, offsets) = all_triangles(scene, renderer, without);
+    let view = View::new(&mesh, &pose.world_to_clip(SIZE[0], SIZE[1]), pose.eye, SIZE);
+    compare_surfaces(&u1, &view, &texture.source.pyramid(), |triangle| offsets[triangle as usize])
+}
+
+#[test]
+fn a_texel_behind_another_surface_asks_for_no_tile() {
+    let parts = Parts::new();
+    for variant in ["", "[variant]\ndedup = \"fused-exact\"\nkeying = \"native\"\ncompact = \"append\"\n"] {
+        let scene = parts.scene(&["land", "hill", "bunny", "board"], variant);
+        let renderer = settled(&scene, Target::Srgb8);
+        let check = against_reference(&scene, &renderer, "");
+        println!("{} of {} pixels differ", check.differing, check.pixels);
+        assert!(check.unexplained.is_empty(), "{variant} {} {:#?}", check.unexplained.len(), check.unexplained);
+        // The neighbours that must be rejected: a reference that does not know what hides.
+        for hides in ["bunny", "board", "hill"] {
+            let blind = against_reference(&scene, &renderer, hides);
+            assert!(blind.unexplained.len() > 50, "{hides}: {}", blind.unexplained.len());
+        }
+        // The list is that of the pixels, exactly.
+        let texture = renderer.technique.texture.as_ref().unwrap();
+        let u1 = texture.u1(&renderer.gpu, renderer.target()).unwrap();
+        let record = renderer.records.last().unwrap().texture.as_ref().unwrap();
+        let listed: BTreeSet<_> = record.visible.iter().copied().collect();
+        assert_eq!(listed, visible_tiles(&u1, &texture.source.pyramid()), "{variant}");
+        let verdicts = texture.ruler_verdicts(&renderer.gpu, renderer.target()).unwrap();
+        assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "{variant}");
+        assert!(verdicts.covered > 5000, "{verdicts:?}");
+        silent(&renderer);
+    }
+}
+
+/// Names of passes and features, and bytes by name.
+type Costs = (BTreeSet<&'static str>, BTreeSet<String>, BTreeMap<String, u64>);
+
+fn costs(renderer: &Renderer) -> Costs {
+    let passes = renderer.technique.passes().into_iter().collect();
+    let features = renderer.technique.needs().iter().map(|need| format!("{:?} {}", need.feature, need.pass));
+    (passes, features.collect(), renderer.memory().into_iter().collect())
+}
+
+#[test]
+fn deleting_a_surface_deletes_exactly_its_passes_features_and_bytes() {
+    let parts = Parts::new();
+    let all = ["land", "hill", "bunny", "board"];
+    let (passes, features, bytes) = costs(&open(&parts.scene(&all, ""), Target::Srgb8));
+    // Which passes and features go with a surface; what other surfaces need stays.
+    let texture = ["upload", "footprint", "dedup", "compact", "read-back", "texturing"];
+    let cases: [(&[&str], &[&str], bool); 4] = [
+        (&["bunny"], &["surfaces"], false),
+        (&["board"], &["plain"], false),
+        (&["hill"], &[], false),
+        (&["land", "hill"], &texture, true),
+    ];
+    for (deleted, gone, all_features) in cases {
+        let left: Vec<&str> = all.into_iter().filter(|name| !deleted.contains(name)).collect();
+        let (passes_left, features_left, bytes_left) = costs(&open(&parts.scene(&left, ""), Target::Srgb8));
+        let expected: BTreeSet<_> = passes.iter().filter(|pass| !gone.contains(pass)).copied().collect();
+        assert_eq!(passes_left, expected, "without {deleted:?}");
+        assert_eq!(features_left, if all_features { BTreeSet::new() } else { features.clone() });
+        let is_deleted = |name: &str| deleted.iter().any(|gone| name.starts_with(&format!("{gone}: ")));
+        let expected: BTreeMap<_, _> =
+            bytes.iter().filter(|(name, _)| !is_deleted(name)).map(|(name, bytes)| (name.clone(), *bytes)).collect();
+        assert_eq!(bytes_left, expected, "without {deleted:?}");
+        assert!(bytes_left.len() < bytes.len(), "{deleted:?} had bytes");
+    }
+    assert!(!features.is_empty());
+}
+
+#[test]
+fn the_order_of_surfaces_changes_no_pixel() {
+    let parts = Parts::new();
+    let names = ["land", "hill", "bunny", "board"];
+    let picture = |scene: &Scene| settled(scene, Target::Srgb8).picture_bytes().unwrap();
+    let shown = picture(&parts.scene(&names, ""));
+    assert!(shown == picture(&parts.renamed(&names, &["z", "y", "x", "a"])));
+    assert!(shown != picture(&parts.scene(&["land", "hill", "board"], "")), "the bunny is seen");
+    assert!(shown != picture(&parts.scene(&["land", "bunny", "board"], "")), "the hill is seen");
+    assert!(shown != picture(&parts.scene(&["land", "hill", "bunny"], "")), "the board is seen");
+}
+
+#[test]
+fn the_sun_lights_what_the_scene_says() {
+    let parts = Parts::new();
+    let floats = |scene: &Scene| -> Vec<[f32; 4]> {
+        let bytes = settled(scene, Target::Linear32).picture_bytes().unwrap();
+        bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()
+    };
+    for variant in ["", "[variant]\ndedup = \"fused\"\nkeying = \"native\"\ncompact = \"append\"\n"] {
+        let unlit = floats(&parts.scene(&["land"], variant));
+        let sun = "[sun]\nazimuth_deg = 10.0\nelevation_deg = 30.0\n";
+        let lit = floats(&parts.lit("land", &format!("{sun}{variant}")));
+        // A level plane: 0.25 of the sky and 0.75 sin 30 of the sun, everywhere.
+        let of_pixels = unlit.iter().zip(&lit).filter(|(unlit, _)| unlit[0] > 1e-3);
+        let worst = of_pixels.clone().map(|(unlit, lit)| (lit[0] / unlit[0] - 0.625).abs()).fold(0.0, f32::max);
+        assert!(of_pixels.count() > 5000 && worst < 1e-5, "{variant}: {worst}");
+    }
+}
+
+#[test]
+fn twenty_resizes_of_all_surfaces_show_what_new_renderers_show() {
+    let parts = Parts::new();
+    let scene = parts.scene(&["land", "hill", "bunny", "board"], "");
+    let pose = scene.pose(0).unwrap();
+    let mut renderer = settled(&scene, Target::Srgb8);
+    for n in 0..20 {
+        let size = [[160, 90], [31, 77], [200, 40], [1, 1], [64, 64]][n % 5];
+        renderer.resize(size).unwrap();
+        renderer.settle(&pose).unwrap();
+        let options = Options { size: Some(size), validate: true, deterministic: true, ..Options::default() };
+        let mut new = Renderer::open(&scene, &options).unwrap();
+        new.settle(&pose).unwrap();
+        assert!(renderer.picture_bytes().unwrap() == new.picture_bytes().unwrap(), "{size:?}");
+        silent(&new);
+    }
+    silent(&renderer);
+}
+
+#[test]
+fn what_cannot_be_shown_is_refused_with_its_line() {
+    let parts = Parts::new();
+    let refused = |names: &[&str], more: &str, from: &str, to: &str| {
+        let text = parts.text(names, more);
+        assert!(text.contains(from), "{from:?} is not in the scene");
+        let scene = parts.of_text(&text.replace(from, to));
+        let options = Options { size: Some(SIZE), ..Options::default() };
+        scene.and_then(|scene| Ok(Renderer::open(&scene, &options).map(drop)))
+            .map_or_else(|error| error.to_string(), |opened| opened.err().unwrap().to_string())
+    };
+    let shared = refused(&["land", "hill"], "", "texture = \"land\"", "texture = \"land\"\nfilter = { kind = \"bilinear\" }");
+    assert!(shared.contains("parts.toml:") && shared.contains("one filter"), "{shared}");
+    let bunny = refused(&["land", "bunny"], "", "[surface.bunny.geometry]", "[surface.bunny]\ntexture = \"land\"\n[surface.bunny.geometry]");
+    assert!(bunny.contains("no texture coordinates"), "{bunny}");
+    let unlit = refused(&["bunny"], "", "[surface.bunny.geometry]", "[surface.bunny]\nlit = false\n[surface.bunny.geometry]");
+    assert!(unlit.contains("always lit"), "{unlit}");
+    let filter = refused(&["board"], "", "[surface.board.texture]", "[surface.board.filter]\nkind = \"bilinear\"\n[surface.board.texture]");
+    assert!(filter.contains("sampler"), "{filter}");
+}
