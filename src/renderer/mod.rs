@@ -9,7 +9,7 @@ use crate::math::camera::Pose;
 use crate::model::mesh::{MeshError, gpu_mesh};
 use crate::paper::progressive_mesh::session as surfaces;
 use crate::paper::progressive_mesh::{self, governor::Budget};
-use crate::paper::virtual_texture::config::{TextureError, open_texture, owner, source_mesh};
+use crate::paper::virtual_texture::config::{TextureError, check_opened, open_texture, owner, source_mesh};
 use crate::paper::virtual_texture::session as landscape;
 use crate::paper::virtual_texture::{Unfit, session::SessionError};
 use crate::picture::Target;
@@ -225,10 +225,7 @@ fn gpu(options: &Options<'_>, needs: &[Need]) -> vk::Result<Gpu> {
 fn open_landscape(scene: &Scene, options: &Options<'_>) -> Result<Renderer, RenderError> {
     let source = open_texture(scene)?;
     let mut settings = landscape::Settings::of_scene(scene, options.target)?;
-    settings
-        .config
-        .check(&source.pyramid())
-        .map_err(|unfit| scene.fault(&["variant", unfit.key], format!("{:?}: {}", unfit.value, unfit.why)))?;
+    check_opened(scene, &settings.config, &source.pyramid())?;
     settings.size = options.size.unwrap_or(settings.size);
     settings.streaming.deterministic = options.deterministic;
     let gpu = gpu(options, &landscape::needs(&settings.config, source.format()))?;
