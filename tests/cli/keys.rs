@@ -42,9 +42,9 @@ fn a_section_that_no_technique_reads_is_named_and_an_old_key_in_a_file_has_its_l
     let words = String::from_utf8(ran.stderr).unwrap();
     holds(
         &words,
-        &["s.toml:22:1: no scene has the key sunn.azimuth_deg; nearest is sun.azimuth_deg", "\n22 | "],
+        &["s.toml:24:1: no scene has the key sunn.azimuth_deg; nearest is sun.azimuth_deg", "\n24 | "],
     );
     write(&folder, "s.toml", &format!("{}[mesh]\ncolumns = 3\n", small_scene(SYNTHETIC)));
     let words = String::from_utf8(run(&folder, &["trade", "s.toml"]).stderr).unwrap();
-    holds(&words, &["s.toml:21:2: mesh is now surface.land.geometry"]);
+    holds(&words, &["s.toml:23:2: mesh is now surface.land.geometry"]);
 }

@@ -7,25 +7,13 @@ use super::ground::Heights;
 use super::mesh::ProgressiveMesh;
 use super::order::{OrderOptions, classical, order};
 use super::place::{Bounds, Place};
+use super::session::Model;
 use super::simplify::{Collapses, SimplifyOptions, simplify};
 use super::stand::{Stand, stands};
 use crate::model::{self, ModelError};
 use crate::scene::{Geometry, Plane, Scene, SceneError};
 use std::collections::HashMap;
 use thiserror::Error;
-
-/// A surface as it is to be shown.
-#[derive(Clone, Debug)]
-pub struct Model {
-    /// In the scene.
-    pub name: String,
-    pub surface: ProgressiveSurface,
-    pub mesh: ProgressiveMesh,
-    /// What its file holds when whole, where the file's end is missing.
-    pub cut_from: Option<Extent>,
-    /// One for each instance.
-    pub stands: Vec<Stand>,
-}
 
 /// A progressive mesh that cannot be loaded. `place` is where its source or its order was set.
 #[derive(Debug, Error)]

@@ -12,10 +12,10 @@ pub mod surface;
 pub mod vertices;
 
 pub use super::config::{Settings, needs};
-pub use super::load::{LoadError, Model, load, ordered};
+pub use super::load::{LoadError, load, ordered};
 pub use super::place;
 pub use record::FrameRecord;
-pub use surface::{Change, Surface, SurfaceError, SurfaceMemory};
+pub use surface::{Change, Model, Surface, SurfaceError, SurfaceMemory};
 
 use super::governor::Governor;
 use crate::math::camera::Pose;

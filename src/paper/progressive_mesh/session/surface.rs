@@ -14,7 +14,7 @@ use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::check::Flaw;
 use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::file::Extent;
-use crate::paper::progressive_mesh::load::Model;
+use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::place::{Bounds, Place};
 use crate::paper::progressive_mesh::run::{Program, level_for_error};
 use crate::paper::progressive_mesh::stand::Stand;
@@ -30,6 +30,19 @@ pub enum SurfaceError {
     Flaw { name: String, flaw: Flaw },
     #[error(transparent)]
     Vulkan(#[from] Error),
+}
+
+/// A surface as it is to be shown.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// In the scene.
+    pub name: String,
+    pub surface: ProgressiveSurface,
+    pub mesh: ProgressiveMesh,
+    /// What its file holds when whole, where the file's end is missing.
+    pub cut_from: Option<Extent>,
+    /// One for each instance.
+    pub stands: Vec<Stand>,
 }
 
 /// A surface on the device.
