@@ -6,7 +6,7 @@ use crate::frame::{PerFrame, Run, Shape, Target};
 use crate::model::mesh::{SourceMesh, gpu_mesh};
 use crate::paper::progressive_mesh::governor::Budget;
 use crate::paper::progressive_mesh::{self, Model, ProgressiveMeshes, Textured};
-use crate::paper::virtual_texture::config::{Filter, open_texture, owner};
+use crate::paper::virtual_texture::config::{Filter, check_opened, open_texture, owner};
 use crate::paper::virtual_texture::{self, VirtualTexture};
 use crate::picture;
 use crate::scene::{Plain, PlainSource, Scene, Surface};
@@ -196,10 +196,7 @@ fn texture(
 ) -> Result<(virtual_texture::Settings, Arc<dyn TileSource>), RenderError> {
     let source = open_texture(scene)?;
     let mut settings = virtual_texture::Settings::of_scene(scene, options.target)?;
-    settings
-        .config
-        .check(&source.pyramid())
-        .map_err(|unfit| scene.fault(&["variant", unfit.key], format!("{:?}: {}", unfit.value, unfit.why)))?;
+    check_opened(scene, &settings.config, &source.pyramid())?;
     settings.size = options.size.unwrap_or(settings.size);
     settings.streaming.deterministic = options.deterministic;
     Ok((settings, source))

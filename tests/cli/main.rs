@@ -5,6 +5,7 @@ mod doctor;
 mod dumps;
 mod fetch;
 mod figures;
+mod keys;
 mod mesh;
 mod pictures;
 mod program;

@@ -93,7 +93,12 @@ fn a_texel_behind_another_surface_asks_for_no_tile() {
         let renderer = settled(&scene, Target::Srgb8);
         let check = against_reference(&scene, &renderer, "");
         println!("{} of {} pixels differ", check.differing, check.pixels);
-        assert!(check.unexplained.is_empty(), "{variant} {} {:#?}", check.unexplained.len(), check.unexplained);
+        assert!(
+            check.unexplained.is_empty(),
+            "{variant} {} {:#?}",
+            check.unexplained.len(),
+            check.unexplained
+        );
         // The neighbours that must be rejected: a reference that does not know what hides.
         for hides in ["bunny", "board", "hill"] {
             let blind = against_reference(&scene, &renderer, hides);
@@ -117,7 +122,8 @@ type Costs = (BTreeSet<&'static str>, BTreeSet<String>, BTreeMap<String, u64>);
 
 fn costs(renderer: &Renderer) -> Costs {
     let passes = renderer.technique.passes().into_iter().collect();
-    let features = renderer.technique.needs().iter().map(|need| format!("{:?} {}", need.feature, need.pass));
+    let needs = renderer.technique.needs();
+    let features = needs.iter().map(|need| format!("{:?} {}", need.feature, need.pass));
     (passes, features.collect(), renderer.memory().into_iter().collect())
 }
 
@@ -141,8 +147,11 @@ fn deleting_a_surface_deletes_exactly_its_passes_features_and_bytes() {
         assert_eq!(passes_left, expected, "without {deleted:?}");
         assert_eq!(features_left, if all_features { BTreeSet::new() } else { features.clone() });
         let is_deleted = |name: &str| deleted.iter().any(|gone| name.starts_with(&format!("{gone}: ")));
-        let expected: BTreeMap<_, _> =
-            bytes.iter().filter(|(name, _)| !is_deleted(name)).map(|(name, bytes)| (name.clone(), *bytes)).collect();
+        let expected: BTreeMap<_, _> = bytes
+            .iter()
+            .filter(|(name, _)| !is_deleted(name))
+            .map(|(name, bytes)| (name.clone(), *bytes))
+            .collect();
         assert_eq!(bytes_left, expected, "without {deleted:?}");
         assert!(bytes_left.len() < bytes.len(), "{deleted:?} had bytes");
     }
@@ -174,7 +183,8 @@ fn the_sun_lights_what_the_scene_says() {
         let lit = floats(&parts.lit("land", &format!("{sun}{variant}")));
         // A level plane: 0.25 of the sky and 0.75 sin 30 of the sun, everywhere.
         let of_pixels = unlit.iter().zip(&lit).filter(|(unlit, _)| unlit[0] > 1e-3);
-        let worst = of_pixels.clone().map(|(unlit, lit)| (lit[0] / unlit[0] - 0.625).abs()).fold(0.0, f32::max);
+        let worst =
+            of_pixels.clone().map(|(unlit, lit)| (lit[0] / unlit[0] - 0.625).abs()).fold(0.0, f32::max);
         assert!(of_pixels.count() > 5000 && worst < 1e-5, "{variant}: {worst}");
     }
 }
@@ -206,15 +216,36 @@ fn what_cannot_be_shown_is_refused_with_its_line() {
         assert!(text.contains(from), "{from:?} is not in the scene");
         let scene = parts.of_text(&text.replace(from, to));
         let options = Options { size: Some(SIZE), ..Options::default() };
-        scene.and_then(|scene| Ok(Renderer::open(&scene, &options).map(drop)))
+        scene
+            .and_then(|scene| Ok(Renderer::open(&scene, &options).map(drop)))
             .map_or_else(|error| error.to_string(), |opened| opened.err().unwrap().to_string())
     };
-    let shared = refused(&["land", "hill"], "", "texture = \"land\"", "texture = \"land\"\nfilter = { kind = \"bilinear\" }");
+    let shared = refused(
+        &["land", "hill"],
+        "",
+        "texture = \"land\"",
+        "texture = \"land\"\nfilter = { kind = \"bilinear\" }",
+    );
     assert!(shared.contains("parts.toml:") && shared.contains("one filter"), "{shared}");
-    let bunny = refused(&["land", "bunny"], "", "[surface.bunny.geometry]", "[surface.bunny]\ntexture = \"land\"\n[surface.bunny.geometry]");
+    let bunny = refused(
+        &["land", "bunny"],
+        "",
+        "[surface.bunny.geometry]",
+        "[surface.bunny]\ntexture = \"land\"\n[surface.bunny.geometry]",
+    );
     assert!(bunny.contains("no texture coordinates"), "{bunny}");
-    let unlit = refused(&["bunny"], "", "[surface.bunny.geometry]", "[surface.bunny]\nlit = false\n[surface.bunny.geometry]");
+    let unlit = refused(
+        &["bunny"],
+        "",
+        "[surface.bunny.geometry]",
+        "[surface.bunny]\nlit = false\n[surface.bunny.geometry]",
+    );
     assert!(unlit.contains("always lit"), "{unlit}");
-    let filter = refused(&["board"], "", "[surface.board.texture]", "[surface.board.filter]\nkind = \"bilinear\"\n[surface.board.texture]");
+    let filter = refused(
+        &["board"],
+        "",
+        "[surface.board.texture]",
+        "[surface.board.filter]\nkind = \"bilinear\"\n[surface.board.texture]",
+    );
     assert!(filter.contains("sampler"), "{filter}");
 }

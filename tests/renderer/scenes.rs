@@ -84,7 +84,8 @@ impl Parts {
 
     pub fn text(&self, names: &[&str], more: &str) -> String {
         let parts = [("land", LAND), ("hill", HILL), ("bunny", BUNNY), ("board", BOARD)];
-        let parts: String = parts.iter().filter(|(name, _)| names.contains(name)).map(|(_, part)| *part).collect();
+        let parts: String =
+            parts.iter().filter(|(name, _)| names.contains(name)).map(|(_, part)| *part).collect();
         format!("{parts}{VIEW}{more}")
     }
 

@@ -157,6 +157,33 @@ pub fn needs(config: &Config, format: TileFormat) -> Vec<Need> {
     config.needs().into_iter().chain(blocks).collect()
 }
 
+/// Whether the settings go with the texture that was opened: its variants with the pyramid, its filter with the border,
+/// which only the file may know.
+///
+/// # Errors
+/// [`SceneError`] at the key that does not fit.
+pub fn check_opened(
+    scene: &Scene,
+    config: &Config,
+    pyramid: &Pyramid,
+) -> std::result::Result<(), SceneError> {
+    if let Err(unfit) = config.check(pyramid) {
+        return Err(scene.fault(&["variant", unfit.key], format!("{:?}: {}", unfit.value, unfit.why)));
+    }
+    let (filter, border) = (config.filter, pyramid.border_texels());
+    let reach = filter.max_anisotropy;
+    match owner(scene)? {
+        Some(surface) if reach > 1 && reach > border && filter.kind != Filtering::Stochastic => {
+            let what = format!(
+                "{reach} samples reach as many texels beyond a tile's edge, and the texture's border has {border}; lower \
+                 it, take a wider border, or kind = \"stochastic\""
+            );
+            Err(scene.fault(&["surface", &surface.name, "filter", "max_anisotropy"], what))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// All that a renderer needs besides the mesh and the texture.
 #[derive(Clone, Debug)]
 pub struct Settings {

@@ -135,6 +135,11 @@ pub enum TextureError {
     Pyramid(#[from] PyramidError),
     #[error(transparent)]
     Earth(#[from] EarthError),
+    #[error(
+        "{place}: the scene states 2^{} x 2^{} texels, {} has 2^{} x 2^{}; correct the scene, or leave the keys out",
+        stated[0], stated[1], file.display(), found[0], found[1]
+    )]
+    Differs { place: String, file: PathBuf, stated: [u32; 2], found: [u32; 2] },
     #[error("{place}: {error}")]
     File { place: String, error: TileFileError },
 }
@@ -216,14 +221,9 @@ fn open_healthy(scene: &Scene) -> Result<Arc<dyn TileSource>, TextureError> {
                 .map_err(|error| TextureError::File { place: scene.place(&key("path")), error })?;
             let size = |pyramid: &Pyramid| [pyramid.width_log2(), pyramid.height_log2()];
             let found = size(&file.pyramid());
-            if pyramid.is_some_and(|stated| size(&stated) != found) {
-                let what = format!(
-                    "{} has 2^{} x 2^{} texels; correct the scene, or leave the keys of the size out",
-                    path.display(),
-                    found[0],
-                    found[1]
-                );
-                return Err(scene.fault(&key("width_log2"), what).into());
+            if let Some(stated) = pyramid.as_ref().map(size).filter(|stated| *stated != found) {
+                let place = scene.place(&key("width_log2"));
+                return Err(TextureError::Differs { place, file: path.clone(), stated, found });
             }
             Arc::new(file)
         }
