@@ -1,0 +1,183 @@
+//! How a case is rendered: the only file here that knows the renderer's API. Where that changes, the hashes stay.
+
+use crate::cases::{Case, View};
+use crate::store::{Entry, Hash};
+use ortelius::math::camera::Pose;
+use ortelius::math::pyramid::{Pyramid, TileId};
+use ortelius::model::mesh::{Mesh, gpu_mesh};
+use ortelius::paper::progressive_mesh::session::{self as surfaces, Model};
+use ortelius::paper::virtual_texture::{all_needs, session as landscape};
+use ortelius::picture::Target;
+use ortelius::scene::Scene;
+use ortelius::texture::source::{TileError, TileFormat, TileSource};
+use ortelius::vk::{FRAMES_IN_FLIGHT, Gpu, GpuOptions, Watched};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+
+const SIZE: [u32; 2] = [200, 113];
+
+/// Frames for which a camera is held: the most that any case needs to have all tiles, some to spare. A fixed number,
+/// because the stochastic filter's noise depends on the frame's number.
+const HELD_FRAMES: u32 = 9;
+
+/// A device with all that any variant needs. Any message of the validation layer fails the test.
+pub fn device() -> Watched {
+    Watched::open(&GpuOptions { needs: &all_needs(), ..GpuOptions::default() })
+}
+
+/// Device and driver with their versions.
+pub fn driver(gpu: &Gpu) -> String {
+    format!("{}, {}", gpu.physical().name, gpu.physical().driver)
+}
+
+/// What cases share, because it takes long to make: decoded tiles, ordered meshes.
+#[derive(Default)]
+pub struct Shared {
+    textured: HashMap<&'static str, (Arc<dyn TileSource>, Mesh)>,
+    /// The last one alone: an order's cases follow each other. Both scenes show the same model.
+    mesh: Option<(String, Model)>,
+}
+
+/// `earth` with `variant.dedup=runs` and so on: the sections of each key.
+fn scene(case: &Case) -> Scene {
+    let section = |change: &str| match change.split('=').next().unwrap() {
+        "order" | "apply" | "geomorph" => format!("progressive_mesh.{}", case.scene),
+        "upload_tiles_per_frame" | "fade_in_frames" | "prefetch_frames" => "cache".to_owned(),
+        _ => "variant".to_owned(),
+    };
+    let changes: Vec<String> =
+        case.changes.iter().map(|change| format!("{}.{change}", section(change))).collect();
+    Scene::load_with(case.scene, &changes).unwrap()
+}
+
+fn pose(scene: &Scene, view: &View) -> Pose {
+    match view {
+        View::Camera(camera) => scene.camera(camera).unwrap().pose(),
+        View::Path(path, frame) => scene.path(path).unwrap().pose(*frame),
+    }
+}
+
+/// Paper 1: of each view the picture, the sorted tiles and, of the last one, `U3` where its order is determined.
+pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry> {
+    let scene = scene(case);
+    let mut settings = landscape::Settings::of_scene(&scene, Target::Srgb8);
+    settings.size = SIZE;
+    settings.streaming.gpu_tiles = 64;
+    settings.streaming.deterministic = true;
+    if matches!(case.views[0], View::Camera(_)) {
+        // Everything that a picture needs comes in one frame; along a path the scene's own budgets hold.
+        settings.streaming.load_tiles_per_frame = 64;
+        settings.streaming.upload_tiles_per_frame = 64;
+    }
+    let open = || -> (Arc<dyn TileSource>, Mesh) {
+        let source = Remembered::of(scene.open_texture().unwrap());
+        (Arc::new(source), gpu_mesh(&scene.source_mesh().unwrap()).unwrap())
+    };
+    let (source, mesh) = shared.textured.entry(case.scene).or_insert_with(open);
+    let mut session = landscape::Session::new(gpu.clone(), source.clone(), mesh, settings).unwrap();
+    let mut entries = Vec::new();
+    for view in case.views {
+        let (pose, name) = (pose(&scene, view), case.name(view));
+        match view {
+            View::Camera(_) => {
+                (0..HELD_FRAMES).for_each(|_| session.frame(&pose).unwrap());
+                assert!(session.settled(), "{name}: tiles are missing after {HELD_FRAMES} frames");
+            }
+            View::Path(..) => session.frame(&pose).unwrap(),
+        }
+        let picture = session.picture_bytes().unwrap();
+        let mut tiles = session.records.last().unwrap().visible.clone();
+        tiles.sort_by_key(|tile| (tile.level, tile.row, tile.column));
+        let tiles = tiles.iter().flat_map(|tile| [tile.level, tile.row, tile.column]);
+        let hashes = vec![("picture", Hash::of_bytes(&picture)), ("tiles", Hash::of_words(tiles))];
+        entries.push(Entry { name, hashes });
+    }
+    if case.ordered() {
+        session.frame(&pose(&scene, case.views.last().unwrap())).unwrap();
+        // The session has no use for its frame afterwards: this is its last.
+        let finish = |flight| session.pipeline.finish(gpu, flight).unwrap();
+        let last = (0..FRAMES_IN_FLIGHT).find_map(finish).expect("a frame is in flight");
+        let list = Hash::of_words(last.triples.into_iter().flatten());
+        entries.last_mut().unwrap().hashes.push(("list", list));
+    }
+    entries
+}
+
+/// Paper 2: of each view the picture, and the drawn index buffers of all instances where the host knows them.
+pub fn progressive_mesh(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry> {
+    let scene = scene(case);
+    let model = model(shared, case, &scene);
+    let settings = surfaces::Settings { size: SIZE, ..surfaces::Settings::of_scene(&scene, Target::Srgb8) };
+    let mut session = surfaces::Session::new(gpu.clone(), &[model], settings).unwrap();
+    let mut entries = Vec::new();
+    for view in case.views {
+        session.frame(&pose(&scene, view)).unwrap();
+        let picture = session.picture_bytes().unwrap();
+        let mut hashes = vec![("picture", Hash::of_bytes(&picture))];
+        let surface = &session.surfaces[0];
+        let faces: Option<Vec<_>> =
+            (0..surface.instances().count()).map(|instance| surface.faces(instance)).collect();
+        if let Some(faces) = faces {
+            let words = faces
+                .iter()
+                .flat_map(|faces| std::iter::once(faces.len() as u32).chain(faces.iter().copied().flatten()));
+            hashes.push(("faces", Hash::of_words(words)));
+        }
+        entries.push(Entry { name: case.name(view), hashes });
+    }
+    entries
+}
+
+/// The case's surface; its mesh is the last case's where the order is the same.
+fn model(shared: &mut Shared, case: &Case, scene: &Scene) -> Model {
+    let order = case.changes[0].clone();
+    let (name, surface) = scene.progressive_meshes.iter().next().unwrap();
+    if shared.mesh.as_ref().is_none_or(|(known, _)| *known != order) {
+        let loaded = surfaces::load(scene).unwrap().remove(0);
+        shared.mesh = Some((order, loaded));
+    }
+    let (_, known) = shared.mesh.as_ref().unwrap();
+    assert_eq!(known.surface.source, surface.source, "both scenes show one model");
+    let stands = surface.stands(&scene.paths);
+    Model { name: name.clone(), surface: surface.clone(), stands, ..known.clone() }
+}
+
+/// A texture whose tiles are computed once for all cases.
+struct Remembered {
+    source: Arc<dyn TileSource>,
+    tiles: Mutex<HashMap<TileId, Vec<u8>>>,
+}
+
+impl Remembered {
+    fn of(source: Arc<dyn TileSource>) -> Remembered {
+        Remembered { source, tiles: Mutex::default() }
+    }
+}
+
+impl TileSource for Remembered {
+    fn describe(&self) -> String {
+        self.source.describe()
+    }
+
+    fn pyramid(&self) -> Pyramid {
+        self.source.pyramid()
+    }
+
+    fn format(&self) -> TileFormat {
+        self.source.format()
+    }
+
+    fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
+        if let Some(known) = self.tiles.lock().unwrap().get(&tile) {
+            bytes.copy_from_slice(known);
+            return Ok(());
+        }
+        self.source.read_tile(tile, bytes)?;
+        self.tiles.lock().unwrap().insert(tile, bytes.to_vec());
+        Ok(())
+    }
+
+    fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
+        self.source.read_resident_level(level)
+    }
+}

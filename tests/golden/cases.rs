@@ -1,0 +1,190 @@
+//! Every scene with every variant, by name. A name is the whole definition: `earth/dedup=runs,keying=native`.
+
+/// What is rendered: a scene with changed settings, seen by some views in this order.
+#[derive(Clone, Debug)]
+pub struct Case {
+    pub scene: &'static str,
+    pub paper: Paper,
+    /// `key=value`, as a scene spells them, without the name of their section.
+    pub changes: Vec<String>,
+    pub views: &'static [View],
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Paper {
+    VirtualTexture,
+    ProgressiveMesh,
+}
+
+/// Where the eye is.
+#[derive(Clone, Copy, Debug)]
+pub enum View {
+    /// Held until everything has arrived.
+    Camera(&'static str),
+    /// One frame of a path, and no wait.
+    Path(&'static str, u32),
+}
+
+impl Case {
+    /// `earth/headline/dedup=runs,keying=native`; `paper` where nothing is changed.
+    pub fn name(&self, view: &View) -> String {
+        let changes = match self.changes.is_empty() {
+            true => "paper".to_owned(),
+            false => self.changes.join(","),
+        };
+        match view {
+            View::Camera(camera) => format!("{}/{camera}/{changes}", self.scene),
+            View::Path(path, frame) => format!("{}/{path}@{frame}/{changes}", self.scene),
+        }
+    }
+
+    /// Whether the device's list is the same on every run, its order included.
+    pub fn ordered(&self) -> bool {
+        self.changes.iter().any(|change| change == "compact=ordered" || change.starts_with("list=host-"))
+    }
+}
+
+fn changes(text: &str) -> Vec<String> {
+    text.split(',').filter(|change| !change.is_empty()).map(str::to_owned).collect()
+}
+
+/// The scenes of paper 1, the default camera first.
+const TEXTURED: [(&str, &[View]); 6] = [
+    ("antimeridian", &[View::Camera("nadir"), View::Camera("oblique")]),
+    ("earth", &[View::Camera("headline"), View::Camera("oblique")]),
+    ("globe", &[View::Camera("africa"), View::Camera("pacific")]),
+    ("plane", &[View::Camera("tilted"), View::Camera("grazing")]),
+    ("pole", &[View::Camera("above"), View::Camera("oblique")]),
+    ("ruler", &[View::Camera("corner"), View::Camera("corner-oblique")]),
+];
+
+/// These run every variant.
+const WITH_ALL: [&str; 2] = ["earth", "ruler"];
+
+/// Stage 2 as a pass that fills U2: goes with every stage 3 but fused-append.
+const DEDUP_TO_U2: [&str; 8] =
+    ["geometry", "points", "atomic-or", "test-or", "subgroup-unique", "shared-hash", "tile-memo", "runs"];
+const COMPACT: [&str; 5] = ["transform-feedback", "append", "subgroup", "workgroup", "ordered"];
+const KEYING: [&str; 2] = ["paper", "native"];
+
+/// The variants of stages 2 and 3 that go together.
+fn staged() -> Vec<String> {
+    let mut found = Vec::new();
+    for keying in KEYING {
+        let mut add = |dedup: &str, compact: &str| {
+            found.push(format!("dedup={dedup},compact={compact},keying={keying}"));
+        };
+        for dedup in DEDUP_TO_U2 {
+            COMPACT.into_iter().for_each(|compact| add(dedup, compact));
+        }
+        // Transform feedback reads U2, which these do not fill; a bit for each tile has no room for the paper's keying.
+        for compact in COMPACT.into_iter().filter(|&compact| compact != "transform-feedback") {
+            add("mark-bytes", compact);
+            add("fused", compact);
+            add("fused-exact", compact);
+            if keying == "native" {
+                add("bitset", compact);
+            }
+        }
+        add("fused", "fused-append");
+        add("fused-exact", "fused-append");
+    }
+    found
+}
+
+/// The variants beside stages 2 and 3.
+const OTHERS: [&str; 13] = [
+    "",
+    "list=host-hash",
+    "list=host-bitmap",
+    "list=feedback,feedback_log2=2",
+    "filter=bilinear",
+    "filter=stochastic,samples=2",
+    "max_anisotropy=4",
+    "max_anisotropy=4,filter=stochastic,samples=4",
+    "interpolation=literal",
+    "u1=rgba32",
+    "u1=packed",
+    "block_log2=0,memo=false",
+    "level_bias=1",
+];
+
+/// On scenes that do not run every variant.
+const FEW: [&str; 5] = [
+    "",
+    "dedup=runs,compact=ordered,keying=native",
+    "dedup=fused-exact,compact=fused-append",
+    "list=host-bitmap",
+    "filter=stochastic,samples=2",
+];
+
+/// Tiles arrive while the camera moves.
+const MOVING: [(&str, &[View]); 3] = [
+    ("earth", &[View::Path("pan", 0), View::Path("pan", 4), View::Path("pan", 5), View::Path("pan", 6)]),
+    (
+        "plane",
+        &[View::Path("dive", 0), View::Path("dive", 20), View::Path("dive", 21), View::Path("dive", 22)],
+    ),
+    ("pole", &[View::Path("crossing", 0), View::Path("crossing", 1), View::Path("crossing", 2)]),
+];
+const STREAMED: [&str; 4] = [
+    "upload_tiles_per_frame=2",
+    "fade_in_frames=3",
+    "prefetch_frames=4",
+    "fade_in_frames=3,prefetch_frames=4",
+];
+
+/// Paper 1.
+pub fn virtual_texture() -> Vec<Case> {
+    let case = |scene, changes, views| Case { scene, paper: Paper::VirtualTexture, changes, views };
+    let mut cases = Vec::new();
+    for (scene, views) in TEXTURED {
+        let all = WITH_ALL.contains(&scene);
+        let staged = if all { staged() } else { Vec::new() };
+        let others = if all { OTHERS.as_slice() } else { FEW.as_slice() };
+        let of_scene = staged.iter().map(String::as_str).chain(others.iter().copied());
+        cases.extend(of_scene.map(|text| case(scene, changes(text), views)));
+    }
+    for (scene, views) in MOVING {
+        cases.extend(STREAMED.map(|text| case(scene, changes(text), views)));
+    }
+    cases
+}
+
+/// The scenes of paper 2: up and down in levels, and an instance that leaves the picture.
+const SURFACES: [(&str, &[View]); 2] = [
+    ("bunny", &[View::Camera("near"), View::Camera("far"), View::Path("rise", 0), View::Path("rise", 60)]),
+    (
+        "herd",
+        &[View::Path("walk", 0), View::Path("walk", 80), View::Path("walk", 160), View::Camera("aloft")],
+    ),
+];
+/// Orders of the paper's kind: their splits can be executed by the device.
+const ORDERS: [&str; 6] = ["classical", "paper", "ours", "ours-few-moves", "coherent", "coherent-few-moves"];
+const BASELINES: [&str; 5] = ["random", "re-optimised", "re-optimised-fifo", "compacted", "skip-lists"];
+
+/// Paper 2: an order's cases follow each other, so that it is made once.
+pub fn progressive_mesh() -> Vec<Case> {
+    let mut cases = Vec::new();
+    let mut add = |order: &str, rest: &str| {
+        let changes = changes(&format!("order={order},{rest}"));
+        // 7 s on two cores for each: the herd moves its vertices in one order alone, the bunny in all.
+        let slow = rest.ends_with("geomorph=true") && order != "ours";
+        let case =
+            |(scene, views)| Case { scene, paper: Paper::ProgressiveMesh, changes: changes.clone(), views };
+        cases.extend(SURFACES.into_iter().filter(|(scene, _)| !slow || *scene != "herd").map(case));
+    };
+    for order in ORDERS {
+        for apply in ["cpu", "gpu"] {
+            add(order, &format!("apply={apply},geomorph=false"));
+            add(order, &format!("apply={apply},geomorph=true"));
+        }
+    }
+    for order in BASELINES {
+        add(order, "geomorph=false");
+        add(order, "geomorph=true");
+    }
+    // Its meshes know no splits, so that nothing can move.
+    add("discrete", "geomorph=false");
+    cases
+}

@@ -1,0 +1,116 @@
+//! Pictures, tile lists and index buffers of all shipped scenes and variants, as they were when they were recorded.
+//!
+//! They are bit-identical from commit to commit; where they change on purpose,
+//! `ORTELIUS_GOLDEN=write cargo test --release --test golden` writes them anew. On a driver other than the recorded one
+//! only index buffers are compared. Nothing is ever written without that variable: what is not recorded fails.
+
+mod api;
+mod cases;
+mod store;
+
+use cases::{Case, Paper};
+use std::sync::Mutex;
+use store::{Entry, Hash, Recorded};
+
+const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/hashes.txt");
+
+/// Cases that run one after the other on one thread, because they share what takes long to make.
+fn batches() -> Vec<Vec<Case>> {
+    // An order takes up to seconds to make, a texture's tiles too.
+    let mut batches: Vec<Vec<Case>> = Vec::new();
+    for case in cases::progressive_mesh().into_iter().chain(cases::virtual_texture()) {
+        let together = |last: &&mut Vec<Case>| match case.paper {
+            Paper::ProgressiveMesh => last[0].changes.first() == case.changes.first(),
+            // A quarter of all variants, so that no thread is left alone with the last batch.
+            Paper::VirtualTexture => last[0].scene == case.scene && last.len() < 32,
+        };
+        match batches.last_mut().filter(together) {
+            Some(last) => last.push(case),
+            None => batches.push(vec![case]),
+        }
+    }
+    batches
+}
+
+/// Renders all cases on two threads, each with its own device: a small picture keeps lavapipe's threads waiting.
+fn render() -> Recorded {
+    let work = Mutex::new(batches().into_iter());
+    let next = || work.lock().unwrap().next();
+    let worker = || {
+        let gpu = api::device();
+        let mut entries: Vec<Entry> = Vec::new();
+        while let Some(batch) = next() {
+            let mut shared = api::Shared::default();
+            for case in &batch {
+                entries.extend(match case.paper {
+                    Paper::VirtualTexture => api::virtual_texture(&gpu, &mut shared, case),
+                    Paper::ProgressiveMesh => api::progressive_mesh(&gpu, &mut shared, case),
+                });
+            }
+        }
+        (api::driver(&gpu), entries)
+    };
+    let (driver, entries) = std::thread::scope(|scope| {
+        let other = scope.spawn(worker);
+        let (driver, mut entries) = worker();
+        entries.extend(other.join().expect("the other thread's panic has been printed").1);
+        (driver, entries)
+    });
+    Recorded { driver, hashes: store::collect(&entries) }
+}
+
+#[test]
+fn pictures_tile_lists_and_index_buffers_are_those_recorded() {
+    let found = render();
+    if std::env::var("ORTELIUS_GOLDEN").is_ok_and(|mode| mode == "write") {
+        std::fs::write(FILE, store::write(&found)).unwrap();
+        println!("{} hashes written to {FILE}", found.hashes.len());
+        return;
+    }
+    let text = std::fs::read_to_string(FILE)
+        .unwrap_or_else(|error| panic!("{FILE}: {error}; ORTELIUS_GOLDEN=write records it"));
+    let recorded = store::read(&text);
+    match recorded.driver == found.driver {
+        true => println!("compared {} hashes: pictures, tile lists, index buffers", found.hashes.len()),
+        false => {
+            let faces = found.hashes.keys().filter(|(_, what)| what == "faces").count();
+            println!(
+                "compared {faces} index buffers alone: this is {:?}, and {:?} was recorded",
+                found.driver, recorded.driver
+            );
+        }
+    }
+    let differences = store::differences(&recorded, &found);
+    let first = differences.iter().take(40).map(String::as_str).collect::<Vec<_>>().join("\n");
+    assert!(differences.is_empty(), "{} of {} hashes:\n{first}", differences.len(), found.hashes.len());
+}
+
+fn recorded(driver: &str, hashes: &[(&str, &'static str, &[u8])]) -> Recorded {
+    let entries: Vec<Entry> = hashes
+        .iter()
+        .map(|&(name, what, bytes)| Entry {
+            name: name.to_owned(),
+            hashes: vec![(what, Hash::of_bytes(bytes))],
+        })
+        .collect();
+    Recorded { driver: driver.to_owned(), hashes: store::collect(&entries) }
+}
+
+#[test]
+fn what_differs_is_missing_or_is_new_is_rejected() {
+    let old = recorded("a, 1", &[("bunny/near/paper", "picture", b"1"), ("bunny/near/paper", "faces", b"2")]);
+    assert_eq!(store::read(&store::write(&old)), old);
+    assert!(store::differences(&old, &old).is_empty());
+    let rejected = |hashes: &[_], driver| store::differences(&old, &recorded(driver, hashes)).len();
+    let (picture, faces) =
+        (("bunny/near/paper", "picture", b"1" as &[u8]), ("bunny/near/paper", "faces", b"2" as &[u8]));
+    let (other_picture, other_faces) =
+        ((picture.0, picture.1, b"3" as &[u8]), (faces.0, faces.1, b"3" as &[u8]));
+    assert_eq!(rejected(&[other_picture, faces], "a, 1"), 1);
+    assert_eq!(rejected(&[faces], "a, 1"), 1);
+    assert_eq!(rejected(&[picture, faces, ("bunny/far/paper", "picture", b"1")], "a, 1"), 1);
+    // On another driver the picture may differ, the index buffer may not; nothing may be missing.
+    assert_eq!(rejected(&[other_picture, faces], "a, 2"), 0);
+    assert_eq!(rejected(&[picture, other_faces], "a, 2"), 1);
+    assert_eq!(rejected(&[picture], "a, 2"), 1);
+}

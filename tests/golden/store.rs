@@ -1,0 +1,105 @@
+//! `hashes.txt`: the driver it was recorded on, then a line for each view of each case.
+
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+const DRIVER: &str = "# driver: ";
+
+/// The first 16 bytes of a SHA-256, in hexadecimal.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Hash(pub String);
+
+impl Hash {
+    pub fn of_bytes(bytes: &[u8]) -> Hash {
+        let digest = Sha256::digest(bytes);
+        Hash(digest.iter().take(16).map(|byte| format!("{byte:02x}")).collect())
+    }
+
+    /// Little-endian on every machine.
+    pub fn of_words(words: impl Iterator<Item = u32>) -> Hash {
+        Hash::of_bytes(&words.flat_map(u32::to_le_bytes).collect::<Vec<u8>>())
+    }
+}
+
+/// What one view of a case gave: `picture`, `tiles`, `list`, `faces`.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    pub name: String,
+    pub hashes: Vec<(&'static str, Hash)>,
+}
+
+/// `name what` -> hash.
+pub type Hashes = BTreeMap<(String, String), Hash>;
+
+/// A file's contents.
+#[derive(Debug, PartialEq)]
+pub struct Recorded {
+    pub driver: String,
+    pub hashes: Hashes,
+}
+
+/// # Panics
+/// If a case has two entries: names must tell them apart.
+pub fn collect(entries: &[Entry]) -> Hashes {
+    let mut hashes = Hashes::new();
+    for entry in entries {
+        for (what, hash) in &entry.hashes {
+            let before = hashes.insert((entry.name.clone(), (*what).to_owned()), hash.clone());
+            assert!(before.is_none(), "{} has two {what}", entry.name);
+        }
+    }
+    hashes
+}
+
+pub fn write(recorded: &Recorded) -> String {
+    let mut text = format!("{DRIVER}{}\n", recorded.driver);
+    let mut last = "";
+    for ((name, what), Hash(hash)) in &recorded.hashes {
+        match last == name {
+            true => write!(text, " {what}:{hash}"),
+            false => write!(text, "\n{name} {what}:{hash}"),
+        }
+        .expect("a String takes everything");
+        last = name;
+    }
+    text.push('\n');
+    text
+}
+
+/// # Panics
+/// At a line that [`write`] does not write.
+pub fn read(text: &str) -> Recorded {
+    let mut lines = text.lines();
+    let driver =
+        lines.next().and_then(|line| line.strip_prefix(DRIVER)).expect("the first line names the driver");
+    let mut hashes = Hashes::new();
+    for line in lines.filter(|line| !line.is_empty()) {
+        let mut words = line.split(' ');
+        let name = words.next().expect("split gives one word");
+        for word in words {
+            let (what, hash) = word.split_once(':').unwrap_or_else(|| panic!("no hash in: {line}"));
+            hashes.insert((name.to_owned(), what.to_owned()), Hash(hash.to_owned()));
+        }
+    }
+    Recorded { driver: driver.to_owned(), hashes }
+}
+
+/// A line for each hash that is missing, additional or different. Index buffers do not depend on the driver; on another
+/// driver only they are compared.
+pub fn differences(recorded: &Recorded, found: &Recorded) -> Vec<String> {
+    let same_driver = recorded.driver == found.driver;
+    let mut lines = Vec::new();
+    for (key @ (name, what), hash) in &recorded.hashes {
+        match found.hashes.get(key) {
+            None => lines.push(format!("{name}: {what} is recorded, and was not rendered")),
+            Some(other) if other != hash && (same_driver || what == "faces") => {
+                lines.push(format!("{name}: {what} differs"));
+            }
+            Some(_) => {}
+        }
+    }
+    let unknown = found.hashes.keys().filter(|key| !recorded.hashes.contains_key(*key));
+    lines.extend(unknown.map(|(name, what)| format!("{name}: {what} is not recorded")));
+    lines
+}
