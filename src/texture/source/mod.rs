@@ -5,6 +5,7 @@ pub mod disk;
 pub mod earth;
 pub mod encoded;
 pub mod ruler;
+pub mod terrain;
 
 use crate::math::pyramid::{Pyramid, TileId};
 use serde::{Deserialize, Serialize};
