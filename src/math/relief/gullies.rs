@@ -10,9 +10,9 @@ use super::Slope;
 const WIDEST_M: f64 = 2400.0;
 const OCTAVES: u32 = 6;
 /// Height of a crest over the width of its gully, where the ground is steep.
-const STEEPNESS: f64 = 0.115;
+const STEEPNESS: f64 = 0.11;
 /// An octave's height over the one before.
-const FALL: f64 = 0.52;
+const FALL: f64 = 0.45;
 
 /// Metres to add at a place with this smooth slope. `ridge_m`: how far the place is above its surroundings.
 pub fn height_m([east_m, north_m]: [f64; 2], smooth: &Slope, ridge_m: f64, finest_m: f64) -> f64 {

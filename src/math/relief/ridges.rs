@@ -37,7 +37,7 @@ pub fn ridges(east_m: f64, north_m: f64) -> Slope {
         sum.north += by * north;
         weight = (weight * (0.3 + 1.2 * crest)).clamp(0.1, 1.0);
         wide_m *= 0.47;
-        share *= 0.5;
+        share *= 0.44;
     }
     sum
 }

@@ -2,6 +2,7 @@
 
 use super::ground::{Fields, Palette};
 use super::noise::octave;
+use super::refine::beyond;
 use crate::math::relief::{AREA_M, relief};
 use crate::picture::srgb::{self, LINEAR_ONE};
 use rayon::prelude::*;
@@ -143,14 +144,11 @@ fn noise() -> Vec<[f32; 2]> {
         let side = 1usize << width_log2;
         let share = if width_log2 < NOISE_LOG2 { 0.0 } else { noise_share(width_log2) };
         let coarser = |x: usize, y: usize| {
-            let last = side / 2 - 1;
-            let beside =
-                |at: usize| if at % 2 == 0 { (at / 2).saturating_sub(1) } else { (at / 2 + 1).min(last) };
             let value = |x: usize, y: usize| sum[y * (side / 2) + x];
-            let (near, far) = ([x / 2, y / 2], [beside(x), beside(y)]);
+            let [far_x, far_y] = [x, y].map(|at| beyond(at, side / 2 - 1));
             std::array::from_fn(|n| {
-                let row = |y: usize| 0.75 * value(near[0], y)[n] + 0.25 * value(far[0], y)[n];
-                0.75 * row(near[1]) + 0.25 * row(far[1])
+                let row = |y: usize| 0.75 * value(x / 2, y)[n] + 0.25 * value(far_x, y)[n];
+                0.75 * row(y / 2) + 0.25 * row(far_y)
             })
         };
         let finer = |index: usize| -> [f32; 2] {

@@ -61,9 +61,9 @@ impl Palette {
             scree: color([128, 117, 105]),
             dry: color([132, 107, 80]),
             pale_dry: color([172, 150, 118]),
-            straw: color([128, 116, 80]),
-            meadow: color([92, 98, 52]),
-            forest: color([38, 52, 30]),
+            straw: color([142, 127, 88]),
+            meadow: color([110, 113, 64]),
+            forest: color([46, 59, 36]),
             field: color([132, 130, 76]),
             beds: beds(),
         }

@@ -2,14 +2,24 @@
 //! level, column and row, the same bytes on every machine, in any order, on any number of threads.
 //!
 //! Labelled synthetic, all of it: what grows or lies at a place follows from its height, its slope, the direction it
-//! faces and how far it is from the divide ([`ground`]). The levels of at most 2048 x 2048 texels are computed from the
-//! heights, and each coarser one is the mean of the finer ([`base`]). Finer levels divide each texel into four with the
-//! same mean ([`refine`]). As in the source `earth`, and for its reasons, the mean of four stored texels is the stored
-//! parent exactly up to 2048 x 2048, and within 1 code beyond.
+//! faces and how far it is from the divide ([`ground`]). The level of 1024 x 1024 texels is computed from the heights, and
+//! each coarser one is the mean of the finer, exactly ([`base`]). Finer levels colour the same ground, interpolated, with
+//! one more octave of noise each ([`refine`]).
 //!
-//! The map is no globe, but borders follow the one rule of all sources ([`super::border`]): what lies beyond an edge is
-//! the opposite side. A mesh that keeps 1/64 of the area away from the edges ([`crate::math::relief::SHOWN`]) shows none
-//! of it.
+//! # Means
+//! Beyond the base the mean of four stored texels differs from the stored parent by what the octave adds: a root mean
+//! square of 1 to 7 codes where texels differ by 10 to 60, 13 in the octave after the base (on the summit), and by at most
+//! 1.2 codes in the mean of a tile (tested).
+//!
+//! # Borders
+//! The map is no globe, but borders follow the one rule of all sources ([`super::border`]), which shaders and references
+//! share: beyond an edge is the opposite side. The model `valley` ends 1/64 of the area before the edges, so that nothing
+//! of it is seen.
+//!
+//! # Cost
+//! The first terrain of a process computes the base: 0.9 s of one core, in parallel. A tile of 512 with 4 texels of border,
+//! both pictures: 13 to 19 ms on a busy machine, 1.4 ms of the base and coarser (2026-11-22; `earth` 13 ms on a quiet
+//! core).
 
 mod base;
 mod ground;

@@ -67,7 +67,7 @@ fn between(near: &Fields, far: &Fields) -> Fields {
 }
 
 /// The parent on a child's other side, held at the map's edge.
-fn beyond(child: usize, last: usize) -> usize {
+pub fn beyond(child: usize, last: usize) -> usize {
     if child.is_multiple_of(2) { (child / 2).saturating_sub(1) } else { (child / 2 + 1).min(last) }
 }
 

@@ -40,7 +40,7 @@ fn differing_texels(terrain: &Terrain, other: &Terrain, id: TileId) -> usize {
         let outside = |at: usize| at < frame || at >= side - frame;
         let seen = |index: &usize| {
             let (x, y) = (index % side, index / side);
-            index % 7 == 0 && (outside(x) || outside(y) || index % 1009 == 0)
+            index.is_multiple_of(7) && (outside(x) || outside(y) || index.is_multiple_of(1009))
         };
         for index in (0..side * side).filter(seen) {
             let place =
@@ -127,7 +127,7 @@ fn a_level_is_the_mean_of_the_finer_exactly_up_to_the_base_and_nearly_beyond() {
                 "{id:?}: rms {rms:.2}, mean {mean:.2} codes of {own:.1}; moved by 8 texels {shifted:.2}"
             );
             // What a level adds is detail: a fraction of the contrast that there is, and no shift of the brightness.
-            assert!(rms < 12.0 && mean.abs() < 2.5, "{id:?}: {rms} {mean}");
+            assert!(rms < 0.25 * own + 3.0 && mean.abs() < 2.5, "{id:?}: {rms} {mean}");
             // The neighbour: another place is farther off.
             assert!(shifted > 1.2 * rms, "{id:?}: {shifted} {rms}");
         }
@@ -155,7 +155,7 @@ fn tiles_of_every_kind_are_pinned() {
     let terrain = terrain(16, 9, 4);
     let hash = |level, row, column| xxh3_64(&tile(&terrain, level, row, column));
     let found = [hash(0, 66, 62), hash(0, 0, 127), hash(3, 10, 4), hash(6, 1, 1)];
-    let pinned = [0, 0, 0, 0];
+    let pinned = [0x68e3_9fa1_0808_5aef, 0x1563_88cb_cfa0_5f56, 0xfce9_a17d_d1f8_3265, 0x6865_fd0d_3123_f637];
     assert_eq!(found, pinned, "{found:#x?}");
 }
 
