@@ -5,5 +5,6 @@ pub mod geodesy;
 pub mod nearest;
 pub mod pyramid;
 pub mod ragged;
+pub mod relief;
 pub mod rows;
 pub mod splitmix;

@@ -3,8 +3,9 @@
 use super::{Model, clean, generate, obj, terrain};
 use std::ops::RangeInclusive;
 
-/// The shipped models, each of at least 3000 faces. All but the height fields `grid` and `everest` are closed.
-pub const NAMES: [&str; 7] = ["bunny", "sphere", "torus", "knot", "solid", "grid", "everest"];
+/// The shipped models, each of at least 3000 faces. All but the height fields `grid`, `everest` and
+/// `valley` are closed.
+pub const NAMES: [&str; 8] = ["bunny", "sphere", "torus", "knot", "solid", "grid", "everest", "valley"];
 
 /// The Stanford bunny with 3674 faces (scenes/bunny.NOTICE).
 const BUNNY: &[u8] = include_bytes!("../../scenes/bunny.obj");
@@ -63,12 +64,13 @@ impl Generated {
     }
 }
 
-const GENERATED: [Generated; 5] = [
+const GENERATED: [Generated; 6] = [
     Generated::new("sphere", 20, 1..=1 << 9, generate::sphere),
     Generated::new("torus", 48, 3..=1 << 11, generate::torus),
     Generated::new("knot", 24, 3..=1 << 9, generate::knot),
     Generated { powers: true, ..Generated::new("solid", 16, 4..=1 << 12, generate::solid) },
     Generated::new("grid", 65, 2..=1 << 11, |side| generate::grid(side, 0)),
+    Generated::new("valley", 321, 3..=(1 << 10) + 1, terrain::valley),
 ];
 
 fn bunny() -> Model {
@@ -88,7 +90,11 @@ mod tests {
             let model = named(name).unwrap();
             model.check().unwrap_or_else(|broken| panic!("{name}: {broken}"));
             let topology = model.topology();
-            assert_eq!(topology.is_closed(), !["grid", "everest"].contains(&name), "{name}: {topology:?}");
+            assert_eq!(
+                topology.is_closed(),
+                !["grid", "everest", "valley"].contains(&name),
+                "{name}: {topology:?}"
+            );
             assert!(model.faces.len() >= 3000 && topology.components == 1, "{name}: {topology:?}");
         }
         assert_eq!(named("bunny").unwrap().faces.len(), 3674);

@@ -1,18 +1,13 @@
-//! Real heights: Mount Everest and 60 km about it, from a 30" grid (scenes/everest.NOTICE).
+//! Real heights: Mount Everest and 60 km about it, from a 30" grid (scenes/everest.NOTICE); and the same, refined for
+//! looks.
 
-use super::{Model, generate};
+use super::{Model, Raw, generate};
+use crate::math::relief::{AREA_M, EAST_M, NORTH_M, SIDE, relief};
 use glam::DVec3;
-
-const PICTURE: &[u8] = include_bytes!("../../scenes/everest.png");
-/// Samples on a side, the middle one being the summit.
-const SIDE: u32 = 129;
-/// 30" on a sphere of 6371 km, and their part along the parallel of 27.9875 degrees.
-const NORTH_M: f64 = 926.6;
-const EAST_M: f64 = 818.2;
 
 /// Metres east and north of the summit, and above the sea: 32 768 faces, open.
 pub(super) fn everest() -> Model {
-    let heights = decode().expect("the shipped picture is decoded by a test");
+    let heights = &relief().samples;
     let middle = f64::from(SIDE / 2);
     generate::heights([SIDE, SIDE], |column, row| {
         // Rows of a model go north, those of the picture south.
@@ -22,10 +17,49 @@ pub(super) fn everest() -> Model {
     })
 }
 
-/// Metres, rows from the north.
-fn decode() -> Result<Vec<f64>, png::DecodingError> {
-    let mut reader = png::Decoder::new(std::io::Cursor::new(PICTURE)).read_info()?;
-    let mut samples = vec![0; 2 * (SIDE * SIDE) as usize];
-    reader.next_frame(&mut samples)?;
-    Ok(samples.chunks_exact(2).map(|pair| f64::from(u16::from_be_bytes([pair[0], pair[1]]))).collect())
+/// The side that the model `valley` has of [`AREA_M`]: beyond the map's edge a texture shows its other side.
+const SHOWN: f64 = 31.0 / 32.0;
+/// Spacing of the model's middle rows over the mean one: most of the faces are about the summit.
+const MIDDLE: f64 = 0.42;
+
+/// The surface of [`crate::math::relief`], `side` x `side` positions, with texture coordinates over all of its area (s
+/// from west to east, t from north to south, 1/64 to 63/64) and normals: 2 (side - 1)^2 faces, open, no seam. In metres,
+/// as [`everest`]; rows and columns are closest at the summit.
+///
+/// # Panics
+/// Unless `side` is in 3 ..= 2^10 + 1.
+pub(super) fn valley(side: u32) -> Model {
+    assert!((3..=(1 << 10) + 1).contains(&side), "a valley of {side}");
+    let at = |index: u32| {
+        let u = 2.0 * f64::from(index) / f64::from(side - 1) - 1.0;
+        0.5 * AREA_M * SHOWN * (MIDDLE * u + (1.0 - MIDDLE) * u * u * u)
+    };
+    let spacing = |index: u32| {
+        let index = index.min(side - 2);
+        at(index + 1) - at(index)
+    };
+    let places: Vec<[u32; 2]> =
+        (0..side).flat_map(|row| (0..side).map(move |column| [column, row])).collect();
+    let mut raw = Raw::default();
+    for [column, row] in places {
+        let [east, north] = [column, row].map(at);
+        let finest = spacing(column).max(spacing(row));
+        raw.positions.push(DVec3::new(east, north, relief().height_m(east, north, finest)));
+        let [s, t] = [0.5 + east / AREA_M, 0.5 - north / AREA_M];
+        raw.attributes.coordinates.push([s as f32, t as f32]);
+    }
+    raw.faces = generate::quads(side - 1, side - 1, |column, row| row * side + column);
+    raw.attributes.normals = normals(&raw.positions, &raw.faces);
+    generate::welded(&raw)
+}
+
+/// Of each position, by the areas of its faces.
+fn normals(positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<[f32; 3]> {
+    let mut sums = vec![DVec3::ZERO; positions.len()];
+    for face in faces {
+        let [a, b, c] = face.map(|position| positions[position as usize]);
+        let area = (b - a).cross(c - a);
+        face.iter().for_each(|&position| sums[position as usize] += area);
+    }
+    sums.into_iter().map(|sum| sum.normalize().as_vec3().to_array()).collect()
 }

@@ -42,7 +42,7 @@ use std::collections::BTreeMap;
 use surface::SurfaceKeys;
 
 /// The shipped scenes: name and text.
-pub const SHIPPED: [(&str, &str); 8] = [
+pub const SHIPPED: [(&str, &str); 9] = [
     ("antimeridian", include_str!("../../scenes/antimeridian.toml")),
     ("bunny", include_str!("../../scenes/bunny.toml")),
     ("earth", include_str!("../../scenes/earth.toml")),
@@ -51,6 +51,7 @@ pub const SHIPPED: [(&str, &str); 8] = [
     ("plane", include_str!("../../scenes/plane.toml")),
     ("pole", include_str!("../../scenes/pole.toml")),
     ("ruler", include_str!("../../scenes/ruler.toml")),
+    ("valley", include_str!("../../scenes/valley.toml")),
 ];
 
 /// What every scene can state, whatever techniques there are.

@@ -13,7 +13,7 @@ use glam::DVec3;
 use std::f64::consts::TAU;
 
 /// What a generator makes is clean already: cleaning only welds it.
-fn welded(raw: &Raw) -> Model {
+pub(super) fn welded(raw: &Raw) -> Model {
     let (model, report) = clean(raw);
     assert_eq!(report.changes(), [""; 0], "a generated mesh needs no cleaning");
     model
@@ -21,7 +21,7 @@ fn welded(raw: &Raw) -> Model {
 
 /// The corners of the two triangles of each quad of a grid of `columns` x `rows` quads, row by row; `corner` numbers
 /// them by column and row. Counter-clockwise where rows go up when columns go right.
-fn quads(columns: u32, rows: u32, corner: impl Fn(u32, u32) -> u32) -> Vec<[u32; 3]> {
+pub(super) fn quads(columns: u32, rows: u32, corner: impl Fn(u32, u32) -> u32) -> Vec<[u32; 3]> {
     let mut faces = Vec::with_capacity(columns as usize * rows as usize * 2);
     for row in 0..rows {
         for column in 0..columns {

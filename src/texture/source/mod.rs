@@ -4,6 +4,7 @@ pub mod border;
 pub mod earth;
 pub mod encoded;
 pub mod ruler;
+pub mod terrain;
 
 use crate::math::pyramid::{Pyramid, TileId};
 use serde::{Deserialize, Serialize};

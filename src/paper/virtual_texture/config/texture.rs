@@ -6,7 +6,9 @@ use crate::paper::virtual_texture::disk::{Disk, FaultyDisk};
 use crate::scene::{Choice, Fault, Part, Scene, SceneError, Surface, choices, settings};
 use crate::texture::source::earth::{Earth, EarthError};
 use crate::texture::source::encoded::Encoded;
-use crate::texture::source::{TileFormat, TileSource, ruler::Ruler};
+use crate::texture::source::ruler::Ruler;
+use crate::texture::source::terrain::Terrain;
+use crate::texture::source::{TileFormat, TileSource};
 use crate::texture::tiles::{TileFile, TileFileError};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -22,6 +24,8 @@ choices! {
         Earth = "earth",
         /// Every texel is a hash of its level and place, made on the fly.
         Ruler = "ruler",
+        /// The ground about Mount Everest, labelled synthetic, for the model `valley`; a square, made on the fly.
+        Terrain = "terrain",
         /// A `.tiles` file (`ortelius bake`).
         File = "file",
     }
@@ -207,12 +211,11 @@ fn open_healthy(scene: &Scene) -> Result<Arc<dyn TileSource>, TextureError> {
     let stated = || pyramid.expect("checked: a generated texture states its size");
     let key = |name| ["surface", &needed(scene).expect("it was just read").name, "texture", name];
     Ok(match (texture.source, &texture.path) {
-        (TextureSource::Earth, _) => {
-            let earth = Arc::new(Earth::new(stated())?);
-            match texture.format {
-                TileFormat::Rgba8 => earth,
-                TileFormat::Bc1 => Arc::new(Encoded::new(earth)),
-            }
+        (TextureSource::Earth, _) => generated(Arc::new(Earth::new(stated())?), texture.format),
+        (TextureSource::Terrain, _) => {
+            let terrain = Terrain::new(stated())
+                .map_err(|error| scene.fault(&key("height_log2"), error.to_string()))?;
+            generated(Arc::new(terrain), texture.format)
         }
         (TextureSource::Ruler, _) => Arc::new(Ruler::new(stated())),
         (TextureSource::File, path) => {
@@ -228,4 +231,12 @@ fn open_healthy(scene: &Scene) -> Result<Arc<dyn TileSource>, TextureError> {
             Arc::new(file)
         }
     })
+}
+
+/// Tiles that are made on the fly, in the format that the scene asks for.
+fn generated(source: Arc<dyn TileSource>, format: TileFormat) -> Arc<dyn TileSource> {
+    match format {
+        TileFormat::Rgba8 => source,
+        TileFormat::Bc1 => Arc::new(Encoded::new(source)),
+    }
 }

@@ -1,0 +1,74 @@
+//! Gullies and spurs that run down a slope, as ice and water cut them: noise whose crests lie along the direction of
+//! descent (after the erosion filters of R. Johansen and of clayjohn, 2018 and later, which are cellular Gabor noise).
+//!
+//! A point in each cell carries a wave across the slope; near points are mixed. The steeper the ground, the closer its
+//! waves: on a plain there are none. Each octave is half as wide and follows the slope that the wider ones have left.
+
+use super::Slope;
+
+/// The widest gullies.
+const WIDEST_M: f64 = 2400.0;
+const OCTAVES: u32 = 6;
+/// Height of a crest over the width of its gully, where the ground is steep.
+const STEEPNESS: f64 = 0.11;
+/// An octave's height over the one before.
+const FALL: f64 = 0.45;
+
+/// Metres to add at a place with this smooth slope. `ridge_m`: how far the place is above its surroundings.
+pub fn height_m([east_m, north_m]: [f64; 2], smooth: &Slope, ridge_m: f64, finest_m: f64) -> f64 {
+    let (mut east, mut north) = (smooth.east, smooth.north);
+    // Crests and floors have no slope, but are rough where what surrounds them is.
+    let rough = east * east + north * north + ridge_m * ridge_m * 4e-6;
+    let strength = rough / (rough + 0.14);
+    let (mut height, mut wide_m, mut high_m) = (0.0, WIDEST_M, STEEPNESS * WIDEST_M * strength);
+    for octave in 0..OCTAVES {
+        let seen = ((wide_m / finest_m - 2.0) / 2.0).clamp(0.0, 1.0);
+        if seen == 0.0 {
+            break;
+        }
+        // Across the slope; its length is how many waves a cell has.
+        let steep = (east * east + north * north).sqrt();
+        let waves = 1.1 * steep / (steep + 0.12) / steep.max(1e-9);
+        let across = [-north * waves, east * waves];
+        let (value, slope) = wave([east_m / wide_m, north_m / wide_m], across, octave);
+        height += seen * high_m * value;
+        let share = seen * high_m / wide_m;
+        east += share * slope[0];
+        north += share * slope[1];
+        wide_m /= 2.0;
+        high_m *= FALL;
+    }
+    height
+}
+
+/// The wave's value, -1 ..= 1, and about its slope, at a place in units of cells.
+fn wave([x, y]: [f64; 2], across: [f64; 2], octave: u32) -> (f64, [f64; 2]) {
+    let (column, row) = (x.floor(), y.floor());
+    let (mut value, mut rise, mut weights) = (0.0, 0.0, 0.0);
+    for j in -1..=1 {
+        for i in -1..=1 {
+            let bits = super::hash(column as i32 + i, row as i32 + j, octave);
+            let inside = |bits: u32| 0.25 + f64::from(bits & 0xFFFF) / 131_072.0;
+            let from =
+                [x - (column + f64::from(i) + inside(bits)), y - (row + f64::from(j) + inside(bits >> 16))];
+            // Points of cells farther away are at least 1.25 off.
+            let near = 1.0 - (from[0] * from[0] + from[1] * from[1]) / (1.25 * 1.25);
+            if near > 0.0 {
+                let weight = near * near * near;
+                let (crest, slope) = turn(from[0] * across[0] + from[1] * across[1]);
+                value += weight * crest;
+                rise -= weight * slope;
+                weights += weight;
+            }
+        }
+    }
+    let rise = 8.0 * rise / weights;
+    (value / weights, [rise * across[0], rise * across[1]])
+}
+
+/// A wave and about its slope after `t` full turns: a sharp crest of 1 at a whole number, a round floor of -1 between two.
+fn turn(t: f64) -> (f64, f64) {
+    let t = t - (t + 0.5).floor();
+    let away = 2.0 * t.abs();
+    (1.0 - 2.0 * away * (2.0 - away), (1.0 - away) * t.signum())
+}
