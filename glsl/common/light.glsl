@@ -1,7 +1,13 @@
-// Lambert's cosine under a sun of 0.75, and a sky that lights every place by 0.25.
-const float SKY = 0.25;
+// Linear light that a white surface reflects: from the sun by Lambert's cosine, and from the sky everywhere.
+layout(constant_id = 40) const float SUN_R = 0.75;
+layout(constant_id = 41) const float SUN_G = 0.75;
+layout(constant_id = 42) const float SUN_B = 0.75;
+layout(constant_id = 43) const float SKY_R = 0.25;
+layout(constant_id = 44) const float SKY_G = 0.25;
+layout(constant_id = 45) const float SKY_B = 0.25;
 
-// Light that a place of this normal gets; both vectors along the same axes.
-float light(vec3 normal, vec3 sun) {
-    return SKY + (1.0 - SKY) * max(dot(normalize(normal), sun), 0.0);
+// At a place of this normal; both vectors along the same axes.
+vec3 light(vec3 normal, vec3 sun) {
+    float cosine = max(dot(normalize(normal), sun), 0.0);
+    return vec3(SKY_R, SKY_G, SKY_B) + vec3(SUN_R, SUN_G, SUN_B) * cosine;
 }

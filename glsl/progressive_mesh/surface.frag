@@ -10,5 +10,5 @@ layout(location = 0) out vec4 colour;  // linear light
 const float ALBEDO = 0.6;
 
 void main() {
-    colour = vec4(vec3(ALBEDO * light(object_normal, view.sun)), 1.0);
+    colour = vec4(ALBEDO * light(object_normal, view.sun), 1.0);
 }

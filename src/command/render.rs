@@ -18,7 +18,7 @@ use std::path::PathBuf;
 #[derive(Args)]
 pub struct RenderArgs {
     /// A scene file, or the name of a shipped scene: earth, globe, pole, antimeridian, plane, ruler, bunny,
-    /// herd
+    /// herd, valley
     scene: String,
     /// The picture: .png (sRGB) or .exr (linear light). With {frame} in its name every frame is written, and
     /// the settled one after them

@@ -2,6 +2,7 @@
 
 pub mod camera;
 pub mod geodesy;
+pub mod light;
 pub mod nearest;
 pub mod pyramid;
 pub mod ragged;

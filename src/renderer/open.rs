@@ -90,7 +90,7 @@ impl<'a> Loaded<'a> {
         let (carriers, plain) = (self.carriers(gpu)?, self.plain(gpu)?);
         let Loaded { scene, models, meshes, texture, .. } = self;
         let shapes: Vec<Shape> = carriers.iter().filter_map(|carrier| carrier.shape.clone()).collect();
-        let lit = carriers.iter().any(|carrier| carrier.lit);
+        let lit = carriers.iter().any(|carrier| carrier.lit).then(|| scene.light_colours());
         let texture = texture.map(|(settings, source)| {
             VirtualTexture::new(gpu, source, shapes, settings, (target, lit)).map(|mut texture| {
                 texture.sun = scene.sun();
@@ -104,7 +104,7 @@ impl<'a> Loaded<'a> {
             },
             plain: match plain.is_empty() {
                 true => None,
-                false => Some(PlainSurfaces::new(gpu, plain, target)?),
+                false => Some(PlainSurfaces::new(gpu, plain, target, scene.light_colours())?),
             },
             texture: texture.transpose()?,
             carriers,

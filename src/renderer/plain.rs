@@ -1,6 +1,7 @@
 //! Surfaces with a plain texture, or none: one draw each, filtered by the sampler.
 
 use crate::frame::{Memory, Onto, Seen, Shape, Target};
+use crate::math::light::LightColours;
 use crate::texture::plain::PlainTexture;
 use crate::vk::shader::common::{lit_mesh_vert, mesh_vert, plain_frag};
 use crate::vk::{
@@ -43,14 +44,19 @@ pub fn upload(gpu: &Gpu, name: &str, texture: &PlainTexture) -> Result<Arc<Image
 impl PlainSurfaces {
     /// # Errors
     /// Out of memory.
-    pub fn new(gpu: &Gpu, surfaces: Vec<PlainSurface>, target: &Target) -> Result<PlainSurfaces> {
-        let pipeline = |vertex, lit: usize| {
+    pub fn new(
+        gpu: &Gpu,
+        surfaces: Vec<PlainSurface>,
+        target: &Target,
+        light: LightColours,
+    ) -> Result<PlainSurfaces> {
+        let pipeline = |vertex, lit: usize, specialization: &[_]| {
             gpu.graphics_pipeline(&GraphicsInfo {
                 name: plain_frag::SHADERS[lit].name,
                 vertex,
                 geometry: None,
                 fragment: Some(&plain_frag::SHADERS[lit]),
-                specialization: &[],
+                specialization,
                 points: false,
                 depth: Some(Depth::Write),
                 colors: &[target.color.info().format],
@@ -59,8 +65,8 @@ impl PlainSurfaces {
         };
         Ok(PlainSurfaces {
             surfaces,
-            lit: pipeline(&lit_mesh_vert::SHADER, 1)?,
-            unlit: pipeline(&mesh_vert::SHADER, 0)?,
+            lit: pipeline(&lit_mesh_vert::SHADER, 1, &light.constants())?,
+            unlit: pipeline(&mesh_vert::SHADER, 0, &[])?,
             sampler: gpu
                 .sampler("plain sampler", SamplerInfo { filter: Filter::Linear, wraps_in_s: true })?,
         })

@@ -39,6 +39,11 @@ pub trait Settings: Sized {
     fn read(part: &Part<'_>) -> Result<Self, Fault>;
 }
 
+/// The names of a table's keys, `kind` included.
+pub fn names<T: Settings>() -> Vec<&'static str> {
+    T::keys().iter().map(|key| key.name).chain(T::KIND.map(|_| "kind")).collect()
+}
+
 /// A table of scenes, as documents and the check of a whole scene see it.
 pub struct Table {
     /// `*` for a name that the scene chooses.
@@ -134,7 +139,7 @@ macro_rules! __settings {
             }
 
             fn read(part: &$crate::scene::Part<'_>) -> std::result::Result<Self, $crate::scene::Fault> {
-                part.check_names::<Self>()?;
+                part.check_names(&$crate::scene::names::<Self>())?;
                 let settings = Self {
                     $($field: part.field(
                         stringify!($field),

@@ -23,7 +23,7 @@ mod sun;
 mod surface;
 mod value;
 
-pub use declare::{Key, Language, Settings, Table, choices, one_line, settings};
+pub use declare::{Key, Language, Settings, Table, choices, names, one_line, settings};
 pub use document::Fault;
 pub use edit::write_changes;
 pub use error::SceneError;

@@ -1,7 +1,6 @@
 //! One table of a scene while it is read.
 
 use super::Scene;
-use super::declare::Settings;
 use super::document::Fault;
 use super::value::Setting;
 use crate::math::nearest::nearest;
@@ -50,12 +49,11 @@ impl<'a> Part<'a> {
         self.table.is_some_and(|table| table.contains_key(name))
     }
 
-    /// Refuses keys that `T` does not have, with the nearest that it has.
+    /// Refuses keys that are not `known`, with the nearest that is.
     ///
     /// # Errors
     /// [`Fault`] with the first unknown key.
-    pub fn check_names<T: Settings>(&self) -> Result<(), Fault> {
-        let known: Vec<&str> = T::keys().iter().map(|key| key.name).chain(T::KIND.map(|_| "kind")).collect();
+    pub fn check_names(&self, known: &[&str]) -> Result<(), Fault> {
         let stated = self.table.into_iter().flat_map(|table| table.keys());
         match stated.map(String::as_str).find(|name| !known.contains(name)) {
             None => Ok(()),

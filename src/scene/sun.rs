@@ -2,6 +2,7 @@
 
 use super::Scene;
 use super::declare::settings;
+use crate::math::light::LightColours;
 use glam::DVec3;
 
 settings! {
@@ -13,15 +14,26 @@ settings! {
         azimuth_deg: f64 = 225.0, in -360.0..=360.0, unit "degrees";
         /// Above the horizon.
         elevation_deg: f64 = 50.4, in -90.0..=90.0, unit "degrees";
+        /// Linear red, green and blue that a white surface reflects where it faces the sun.
+        colour: [f64; 3] = [0.75; 3], in 0.0..=1e3;
+        /// The same from the sky, everywhere.
+        sky: [f64; 3] = [0.25; 3], in 0.0..=1e3;
     }
 }
 
 impl Scene {
+    /// What the sun and the sky give.
+    pub fn light_colours(&self) -> LightColours {
+        let Sun { colour, sky, .. } = self.sun.unwrap_or(Sun::DEFAULT);
+        let linear = |colour: [f64; 3]| colour.map(|channel| channel as f32);
+        LightColours { sun: linear(colour), sky: linear(sky) }
+    }
+
     /// Towards the sun, a unit vector of the world.
     pub fn sun(&self) -> DVec3 {
         let local = match self.sun {
             None => DVec3::new(-0.45, -0.45, 0.77).normalize(),
-            Some(Sun { azimuth_deg, elevation_deg }) => {
+            Some(Sun { azimuth_deg, elevation_deg, .. }) => {
                 let (sin_azimuth, cos_azimuth) = azimuth_deg.to_radians().sin_cos();
                 let (sin_elevation, cos_elevation) = elevation_deg.to_radians().sin_cos();
                 DVec3::new(sin_azimuth * cos_elevation, cos_azimuth * cos_elevation, sin_elevation)

@@ -56,7 +56,7 @@ impl Beside {
                 &pyramid,
                 &config,
                 resident,
-                (renderer.target().color.info().format, false),
+                (renderer.target().color.info().format, None),
             )
             .unwrap(),
             stage3: Stage3::new(gpu, &pyramid, &config).unwrap(),

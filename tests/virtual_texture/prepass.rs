@@ -100,7 +100,7 @@ impl Drawn<'_> {
             shape: Shape::with_depth_alone(gpu, &mesh).unwrap(),
             clusters: mesh.clusters(),
             stage1: Footprint::new(gpu, &pyramid, &config, SIZE).unwrap(),
-            fused: Fused::new(gpu, &pyramid, &config, &resident, (Format::Rgba8Srgb, false)).unwrap(),
+            fused: Fused::new(gpu, &pyramid, &config, &resident, (Format::Rgba8Srgb, None)).unwrap(),
             stage3: Stage3::new(gpu, &pyramid, &config).unwrap(),
             depth: gpu.image("depth", ImageInfo::target(SIZE, Format::Depth32Float)).unwrap(),
             gpu,

@@ -2,6 +2,7 @@
 
 use super::choices::{Apply, FaceOrder, Layout, UpAxis};
 use super::governor::{Budget, Rule};
+use crate::math::light::LightColours;
 use crate::picture::Target;
 use crate::scene::camera::Ground;
 use crate::scene::{Fault, Geometry, Language, Part, Scene, SceneError, Setting, Table, settings};
@@ -224,6 +225,7 @@ pub struct Settings {
     pub rule: Rule,
     /// Towards the sun, world axes.
     pub sun: DVec3,
+    pub light: LightColours,
     /// What is behind everything, linear light.
     pub background: [f32; 3],
 }
@@ -242,6 +244,7 @@ impl Settings {
             budget: scene.has(&["governor"]).then(|| scene.read(&["governor"])).transpose()?,
             rule: Rule::default(),
             sun: scene.sun(),
+            light: scene.light_colours(),
             background: scene.view.background.map(|channel| channel as f32),
         })
     }

@@ -12,6 +12,7 @@ use super::surface::vertices::VertexBuffer;
 use super::surface::{Change, Surface, SurfaceError};
 use crate::frame::{Memory, Onto, PerFrame, Progress, Run, Shape, Slot, Target, Technique, View};
 use crate::math::camera::Pose;
+use crate::math::light::LightColours;
 use crate::picture;
 use crate::vk::shader::Shader;
 use crate::vk::shader::progressive_mesh::{geomorph_vert, surface_frag, surface_vert};
@@ -35,14 +36,14 @@ pub fn surfaces_pipeline(
     gpu: &Gpu,
     vertex: &'static Shader,
     target: picture::Target,
-    vertex_work: u32,
+    (vertex_work, light): (u32, LightColours),
 ) -> Result<GraphicsPipeline> {
     gpu.graphics_pipeline(&GraphicsInfo {
         name: "surfaces",
         vertex,
         geometry: None,
         fragment: Some(&surface_frag::SHADER),
-        specialization: &[("VERTEX_WORK", vertex_work)],
+        specialization: &[&[("VERTEX_WORK", vertex_work)][..], &light.constants()].concat(),
         points: false,
         depth: Some(Depth::Write),
         colors: &[target.into()],
@@ -88,8 +89,8 @@ impl ProgressiveMeshes {
             .iter()
             .map(|model| Surface::new(gpu, model))
             .collect::<std::result::Result<Vec<_>, _>>()?;
-        let pipeline =
-            |vertex: &'static Shader| surfaces_pipeline(gpu, vertex, settings.target, settings.vertex_work);
+        let of = (settings.vertex_work, settings.light);
+        let pipeline = |vertex: &'static Shader| surfaces_pipeline(gpu, vertex, settings.target, of);
         let any =
             |wanted: fn(&VertexBuffer) -> bool| surfaces.iter().any(|surface| wanted(&surface.vertices));
         let plain = any(|vertices| matches!(vertices, VertexBuffer::Plain(_)));

@@ -14,6 +14,7 @@ use super::lister::Room;
 use super::texturing::{Shading, constants};
 use super::{Config, Keying, U1Format, prepass::Culling, pyramid_constants, resident::Resident};
 use crate::frame::{Onto, Seen};
+use crate::math::light::LightColours;
 use crate::math::pyramid::Pyramid;
 use crate::vk::shader::common::{depth_vert, mesh_vert};
 use crate::vk::shader::virtual_texture::fused_frag;
@@ -55,7 +56,7 @@ impl Fused {
         pyramid: &Pyramid,
         config: &Config,
         resident: &Resident,
-        target: (Format, bool),
+        target: (Format, Option<LightColours>),
     ) -> Result<Fused> {
         let lists = match config.compact {
             Compaction::FusedAppend => Lists::MarksAndU3,
@@ -73,7 +74,7 @@ impl Fused {
         pyramid: &Pyramid,
         config: &Config,
         resident: &Resident,
-        target: (Format, bool),
+        target: (Format, Option<LightColours>),
     ) -> Result<Fused> {
         let config = Config { dedup: Dedup::Fused, ..*config };
         Fused::leaving(Lists::Nothing, gpu, pyramid, &config, resident, target)
@@ -85,7 +86,7 @@ impl Fused {
         pyramid: &Pyramid,
         config: &Config,
         resident: &Resident,
-        (target, lit): (Format, bool),
+        (target, lit): (Format, Option<LightColours>),
     ) -> Result<Fused> {
         assert_eq!(config.check(pyramid), Ok(()), "asked before");
         gpu.require(&config.dedup.needs())?;

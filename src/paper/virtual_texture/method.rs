@@ -4,6 +4,7 @@
 use super::lister::{Collected, Lister, Stage3};
 use super::{Config, footprint::Footprint, fused::Fused, resident::Resident, texturing::Texturing};
 use crate::frame::{Seen, Slot, Target};
+use crate::math::light::LightColours;
 use crate::math::pyramid::Pyramid;
 use crate::vk::{Depth, Frame, Gpu, Result};
 
@@ -22,7 +23,7 @@ pub enum Method {
 }
 
 impl Method {
-    /// `lit`: some shapes are lit.
+    /// `lit`: by what some shapes are lit.
     ///
     /// # Errors
     /// A format, a limit or memory that the device lacks.
@@ -32,7 +33,7 @@ impl Method {
         config: &Config,
         resident: &Resident,
         target: &Target,
-        lit: bool,
+        lit: Option<LightColours>,
     ) -> Result<Method> {
         let shown = (target.color.info().format, lit);
         if config.fused() {

@@ -15,6 +15,7 @@ use crate::frame::{
     Draw, Memory, Onto, PerFrame, Progress, Run, Seen, Shape, Slot, Stalled, Target, Technique, View,
 };
 use crate::math::camera::Pose;
+use crate::math::light::LightColours;
 use crate::math::pyramid::TileId;
 use crate::model::mesh::Mesh;
 use crate::scene::camera::continued;
@@ -64,8 +65,8 @@ pub struct VirtualTexture {
     streamed: PerFrame<Streamed>,
     /// Where the list is subsampled.
     samples_seen: Option<SamplesSeen>,
-    /// Some shapes are lit.
-    lit: bool,
+    /// By what some shapes are lit.
+    lit: Option<LightColours>,
     /// The last frame's pose, and the first frame that had it.
     pose: Option<(Pose, u64)>,
     /// Where the camera will be, if it goes on as it does.
@@ -95,7 +96,7 @@ impl Uploader for Copies<'_> {
 }
 
 impl VirtualTexture {
-    /// `lit`: some shapes will be lit, of these or of those that come later.
+    /// `lit`: by what some shapes will be lit, of these or of those that come later.
     ///
     /// # Errors
     /// What the device lacks, settings with which nothing could be shown, a texture whose coarsest levels cannot be
@@ -105,7 +106,7 @@ impl VirtualTexture {
         source: Arc<dyn TileSource>,
         shapes: Vec<Shape>,
         settings: Settings,
-        (target, lit): (&Target, bool),
+        (target, lit): (&Target, Option<LightColours>),
     ) -> Result<VirtualTexture, VirtualTextureError> {
         let pyramid = source.pyramid();
         check(&settings.config, &*source)?;
@@ -151,7 +152,7 @@ impl VirtualTexture {
             false => Shape::new(&gpu, mesh)?,
         };
         let target = Target::new(&gpu, settings.size, settings.target)?;
-        let technique = VirtualTexture::new(&gpu, source, vec![shape], settings, (&target, false))?;
+        let technique = VirtualTexture::new(&gpu, source, vec![shape], settings, (&target, None))?;
         Ok(Run::new(gpu, technique, target))
     }
 

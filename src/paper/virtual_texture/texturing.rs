@@ -5,6 +5,7 @@
 
 use super::{Config, Interpolation, footprint::Footprint, pyramid_constants, resident::Resident, with};
 use crate::frame::{Seen, Shape};
+use crate::math::light::LightColours;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::texture::source::{TileError, TileFormat, TileSource};
 use crate::vk::shader::Shader;
@@ -42,11 +43,15 @@ impl Shading {
         gpu: &Gpu,
         info: &GraphicsInfo<'_>,
         fragment: &'static [Shader; 2],
-        lit: bool,
+        lit: Option<LightColours>,
     ) -> Result<Shading> {
-        let lit = lit.then(|| {
-            let lit = GraphicsInfo { vertex: &lit_mesh_vert::SHADER, fragment: Some(&fragment[1]), ..*info };
-            gpu.graphics_pipeline(&lit)
+        let lit = lit.map(|light| {
+            gpu.graphics_pipeline(&GraphicsInfo {
+                vertex: &lit_mesh_vert::SHADER,
+                fragment: Some(&fragment[1]),
+                specialization: &[info.specialization, &light.constants()].concat(),
+                ..*info
+            })
         });
         Ok(Shading { unlit: gpu.graphics_pipeline(info)?, lit: lit.transpose()? })
     }
@@ -65,7 +70,7 @@ pub struct Texturing {
 }
 
 impl Texturing {
-    /// `lit`: some shapes are lit.
+    /// `lit`: by what some shapes are lit.
     ///
     /// # Errors
     /// Out of memory.
@@ -75,7 +80,7 @@ impl Texturing {
         config: &Config,
         stage1: &Footprint,
         resident: &Resident,
-        (target, lit): (Format, bool),
+        (target, lit): (Format, Option<LightColours>),
     ) -> Result<Texturing> {
         let constants = constants(config, resident);
         let info = GraphicsInfo {

@@ -254,7 +254,7 @@ fn unlisted_frame<'a>(
     let of = session.borrow();
     let VirtualTexture { settings, source, resident, .. } = &of.technique;
     let (config, pyramid) = (&settings.config, source.pyramid());
-    let draw = Fused::unlisted(gpu, &pyramid, config, resident, (of.target().color.info().format, false))?;
+    let draw = Fused::unlisted(gpu, &pyramid, config, resident, (of.target().color.info().format, None))?;
     // Bound, never written.
     let unwritten = Stage3::new(gpu, &pyramid, config)?;
     let view = View::new(pose, of.size());

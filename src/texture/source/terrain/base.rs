@@ -1,8 +1,7 @@
 //! The coarsest ground that is computed from the heights: 1024 x 1024 places, 100 m apart; and every coarser level.
 
-use super::ground::{Fields, Palette};
+use super::ground::{Fields, Palette, beyond};
 use super::noise::octave;
-use super::refine::beyond;
 use crate::math::relief::{AREA_M, relief};
 use crate::picture::srgb::{self, LINEAR_ONE};
 use rayon::prelude::*;

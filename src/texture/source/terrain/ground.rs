@@ -181,3 +181,8 @@ impl Palette {
         mix(mix(self.debris, self.scree, step(2.0 * b)), mix(self.ice, self.old_snow, step(2.0 * b)), clean)
     }
 }
+
+/// The parent on a child's other side, held at the map's edge.
+pub fn beyond(child: usize, last: usize) -> usize {
+    if child.is_multiple_of(2) { (child / 2).saturating_sub(1) } else { (child / 2 + 1).min(last) }
+}

@@ -6,7 +6,7 @@
 //! wherever snow meets rock.
 
 use super::base::{BASE_LOG2, Base, noise_share};
-use super::ground::{FIELDS, Fields, NOISE};
+use super::ground::{FIELDS, Fields, NOISE, beyond};
 use super::noise::octave;
 use std::ops::Range;
 
@@ -64,11 +64,6 @@ fn of_base(base: &Base, columns: Range<usize>, rows: Range<usize>) -> Region {
 #[inline(always)]
 fn between(near: &Fields, far: &Fields) -> Fields {
     std::array::from_fn(|n| 0.75 * near[n] + 0.25 * far[n])
-}
-
-/// The parent on a child's other side, held at the map's edge.
-pub fn beyond(child: usize, last: usize) -> usize {
-    if child.is_multiple_of(2) { (child / 2).saturating_sub(1) } else { (child / 2 + 1).min(last) }
 }
 
 /// All children of a rectangle of parents; `coarser` holds these and their neighbours.

@@ -4,6 +4,7 @@ mod claims;
 
 use crate::figure::{Axis, Bench, Cell, Claim, Contender, Effort, Figure, Origin, Plot, Row, Value};
 use crate::math::camera::Pose;
+use crate::math::light::LightColours;
 use crate::model;
 use crate::paper::progressive_mesh::cache::{Cache, live_faces, transforms};
 use crate::paper::progressive_mesh::choices::FaceOrder;
@@ -178,7 +179,12 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         (true, Effort::Full) => [1920, 1080],
     };
     let still = Still {
-        pipeline: surfaces_pipeline(&gpu, &surface_vert::SHADER, Target::Srgb8, work)?,
+        pipeline: surfaces_pipeline(
+            &gpu,
+            &surface_vert::SHADER,
+            Target::Srgb8,
+            (work, LightColours::default()),
+        )?,
         target: gpu.image("picture", ImageInfo::target(size, Format::Rgba8Srgb))?,
         depth: gpu.image("depth", ImageInfo::target(size, Format::Depth32Float))?,
         views: views(&place(&bounds)?, size),

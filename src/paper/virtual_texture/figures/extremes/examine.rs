@@ -223,7 +223,7 @@ fn list(gpu: &Gpu, drawn: &Drawn, lister: &mut Lister) -> vk::Result<Vec<[u32; 3
 /// The list of a variant that draws for itself.
 fn fused_list(gpu: &Gpu, drawn: &Drawn, textured: &Textured, config: &Config) -> vk::Result<Vec<[u32; 3]>> {
     let Textured { resident, target } = textured;
-    let fused = Fused::new(gpu, &drawn.pyramid, config, resident, (target.info().format, false))?;
+    let fused = Fused::new(gpu, &drawn.pyramid, config, resident, (target.info().format, None))?;
     let mut stage3 = Stage3::new(gpu, &drawn.pyramid, config)?;
     let seen = Seen::new([&drawn.shape], drawn.view, 0);
     let (room, images) = (stage3.room(Slot::FIRST), (target, &*drawn.stage1.depth));

@@ -94,7 +94,7 @@ impl Shown {
             "the session's NA, which its tiles depend on"
         );
         let format = self.opened.session.target().color.info().format;
-        Ok(Texturing::new(gpu, &source.pyramid(), &config, self.stage1(), resident, (format, false))?)
+        Ok(Texturing::new(gpu, &source.pyramid(), &config, self.stage1(), resident, (format, None))?)
     }
 
     fn record(&self, frame: &mut Frame<'_>, texturing: &Texturing, seed: u32) -> crate::vk::Result<()> {
