@@ -217,7 +217,7 @@ fn what_cannot_be_shown_is_refused_with_its_line() {
         let scene = parts.of_text(&text.replace(from, to));
         let options = Options { size: Some(SIZE), ..Options::default() };
         scene
-            .and_then(|scene| Ok(Renderer::open(&scene, &options).map(drop)))
+            .map(|scene| Renderer::open(&scene, &options).map(drop))
             .map_or_else(|error| error.to_string(), |opened| opened.err().unwrap().to_string())
     };
     let shared = refused(
