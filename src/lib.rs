@@ -22,6 +22,8 @@
 
 // floor 0: plain data, no GPU
 #[doc(hidden)]
+pub mod header;
+#[doc(hidden)]
 pub mod math;
 #[doc(hidden)]
 pub mod picture;

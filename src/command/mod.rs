@@ -1,5 +1,6 @@
 //! The subcommands, one file each.
 
+mod asked;
 pub mod bake;
 pub mod compare;
 pub mod demo;

@@ -122,6 +122,19 @@ impl Scene {
         Scene::of(Document::of_text(path, text)?)
     }
 
+    /// The scene that [`Scene::to_parts`] took apart; `shown` stands for its file in messages.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn of_parts(
+        shown: &str,
+        name: &str,
+        folder: &std::path::Path,
+        text: String,
+    ) -> Result<Scene, SceneError> {
+        Scene::of(Document::of_parts(shown, name, folder, text)?)
+    }
+
     /// A shipped scene by its name (`earth`), else a scene file by its path (`./earth` for a file of that
     /// name), with changes `KEY=VALUE`: dotted keys, any TOML value, bare words taken as strings. A
     /// path given so is relative to the working directory.
