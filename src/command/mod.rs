@@ -7,6 +7,7 @@ pub mod demo;
 mod device;
 pub mod doctor;
 pub mod exit;
+mod explain;
 pub mod fetch;
 pub mod keys;
 pub mod list;

@@ -2,8 +2,8 @@
 
 use super::Usage;
 use anyhow::{Context, bail};
-use ortelius::picture::Target;
-use ortelius::picture::write::{Planes, Srgb8Picture, write_exr, write_png, write_whole};
+use ortelius::picture::write::{Planes, write_exr, write_whole};
+use ortelius::picture::{Picture, Target};
 use ortelius::renderer::report::Report;
 use ortelius::renderer::{Record, Renderer};
 use std::fmt::Write as _;
@@ -210,13 +210,11 @@ pub(super) fn check_folder(path: &Path) -> anyhow::Result<()> {
 }
 
 fn write_picture(renderer: &mut Renderer, path: &Path) -> anyhow::Result<()> {
-    let bytes = renderer.picture_bytes()?;
-    let [width, height] = renderer.size();
     match renderer.kind() {
-        Target::Srgb8 => write_png(path, &Srgb8Picture { width, height, rgba: bytes })?,
+        Target::Srgb8 => renderer.picture()?.save(path)?,
         Target::Linear32 => {
-            let floats: Vec<f32> = bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
-            let channel = |c: usize| floats.iter().skip(c).step_by(4).copied().collect();
+            let Picture { width, height, rgba } = renderer.linear_picture()?;
+            let channel = |c: usize| rgba.iter().map(|pixel| pixel[c]).collect();
             let channels =
                 ["R", "G", "B"].into_iter().enumerate().map(|(c, name)| (name.to_string(), channel(c)));
             write_exr(path, &Planes { width, height, channels: channels.collect() })?;

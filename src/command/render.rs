@@ -1,12 +1,13 @@
 //! `ortelius render`: a scene becomes a picture, with a report.
 
+use super::Usage;
 use super::asked::{Asked, RunArgs};
 use super::device::DeviceArgs;
+use super::explain::explain;
 use super::outputs::{Outputs, write_visible};
-use super::{Usage, say};
 use anyhow::bail;
 use clap::Args;
-use ortelius::frame::{Records, Technique, View};
+use ortelius::frame::{Records, View};
 use ortelius::math::camera::Pose;
 use ortelius::paper::virtual_texture::PlainComparison;
 use ortelius::paper::virtual_texture::config::owner;
@@ -179,21 +180,4 @@ fn run_frames(
     }
     renderer.drain()?;
     Ok(sequence.len())
-}
-
-fn explain(renderer: &Renderer) -> anyhow::Result<()> {
-    say(format_args!("device     {}", renderer.gpu.physical().name))?;
-    for need in renderer.technique.needs() {
-        say(format_args!("feature    {}: pass {:?}", need.feature.name(), need.pass))?;
-    }
-    for pass in renderer.technique.passes() {
-        say(format_args!("pass       {pass}"))?;
-    }
-    for surface in renderer.technique.meshes.iter().flat_map(|meshes| &meshes.surfaces) {
-        say(format_args!("instances  {}", surface.of_an_instance()))?;
-    }
-    for (name, bytes) in renderer.memory() {
-        say(format_args!("memory     {name}: {bytes} bytes"))?;
-    }
-    Ok(())
 }
