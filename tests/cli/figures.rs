@@ -153,6 +153,7 @@ fn a_driver_that_crashes_costs_one_cell_and_a_run_that_is_killed_leaves_no_worke
         &["vt.keying globe/africa at 360: the driver crashed (signal: 6", "1 of 2 cells failed, first "],
     );
     let summary: serde_json::Value = serde_json::from_str(&read(&folder, "out/summary.json")).unwrap();
+    assert_eq!((&summary["format"], &summary["version"]), (&"ortelius-summary".into(), &1.into()));
     assert_eq!(summary["vt.keying"][0]["verdict"], "not-measured");
     holds(&summary["vt.keying"][0]["why"].to_string(), &["1 of 6 cells crashed the driver"]);
 
