@@ -125,16 +125,15 @@ fn is_report(scene: &str) -> bool {
 /// The scene and the run of a report, with the changes of this command line.
 fn earlier(args: &RunArgs) -> anyhow::Result<(Scene, RunSection)> {
     let run = RunSection::read(Path::new(&args.scene))?;
-    let before = run.scene(&args.scene)?;
-    let scene = before.with(&args.overrides)?;
+    let scene = run.scene(&args.scene)?.with(&args.overrides)?;
     sections::check(&scene)?;
     let mut now = RunSection::settled(&scene);
     // What -D changes of the view counts more than what the earlier run took from it.
-    let (old, new) = (&before.view, &scene.view);
-    if (&old.camera, &old.path) == (&new.camera, &new.path) {
+    let changed = |keys: [&str; 2]| keys.iter().any(|key| scene.changed(&["view", key]));
+    if !changed(["camera", "path"]) {
         (now.camera, now.path) = (run.camera, run.path);
     }
-    if (old.width, old.height) == (new.width, new.height) {
+    if !changed(["width", "height"]) {
         now.size = run.size;
     }
     let RunSection { frames, settle, deterministic, linear, .. } = run;

@@ -223,6 +223,11 @@ impl Scene {
         self.document.value(key).is_some()
     }
 
+    /// Whether a change, not the file, decided the value of a key.
+    pub fn changed(&self, key: &[&str]) -> bool {
+        self.document.changed(key)
+    }
+
     /// A key's text, where it has one: for the `kind` of a table.
     pub fn word(&self, key: &[&str]) -> Option<&str> {
         self.document.value(key)?.as_str()

@@ -110,6 +110,7 @@ fn explain_lists_features_passes_and_bytes_and_writes_nothing() {
             "footprint: land",
             "dedup: land; needs geometryShader, logicOp",
             "compact: land; needs geometryShader, transformFeedback (VK_EXT_transform_feedback)",
+            "read-back: land",
             "texturing: land"
         ],
         "no more than the scene needs"

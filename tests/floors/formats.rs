@@ -8,8 +8,8 @@ fn declared(text: &str) -> Vec<(String, String)> {
         let (name, rest) = rest.split_once("\", ")?;
         Some((name, rest.split_once(')')?.0))
     });
-    let by_fields = text.split("JsonFormat = JsonFormat {").skip(1).filter_map(|rest| {
-        let (_, rest) = rest.split_once("name: \"")?;
+    let by_fields = text.split("JsonFormat {").skip(1).filter_map(|rest| {
+        let rest = rest.trim_start().strip_prefix("name: \"")?;
         let (name, rest) = rest.split_once('"')?;
         let (_, rest) = rest.split_once("version: ")?;
         Some((name, rest.split_once(',')?.0))
