@@ -13,14 +13,36 @@
 //! # Use as a library
 //!
 //! A [`Scene`] is read from a file or by the name of a shipped one; a [`Renderer`] opens it on a device, a [`Gpu`], with
-//! the features, memory and passes that the scene names and no others. Everything else is internal: public for the
-//! command line and the tests, hidden here, and free to change.
+//! the features, memory and passes that the scene names and no others.
+//!
+//! ```
+//! use ortelius::{Options, Renderer, Scene};
+//!
+//! fn main() -> Result<(), Box<dyn std::error::Error>> {
+//!     let scene = Scene::embedded("earth")?;
+//!     let options = Options { size: Some([96, 54]), ..Options::default() };
+//!     let mut renderer = Renderer::open(&scene, &options)?;
+//!     let frames = renderer.settle(&scene.camera("oblique")?.pose())?;
+//!     println!("settled after {frames} frames");
+//!     let folder = std::env::temp_dir();
+//!     renderer.picture()?.save(&folder.join("alps.png"))?;
+//!     renderer.report(&scene, "oblique")?.save(&folder.join("alps.json"))?;
+//!     Ok(())
+//! }
+//! ```
+//!
+//! [`Renderer::frame`] renders one frame from a [`Pose`], [`Renderer::settle`] until nothing is missing, and
+//! [`Renderer::resize`] changes the picture's size between frames. Pictures come as [`Srgb8Picture`]s, as linear
+//! [`Picture`]s, or as bytes ([`Renderer::picture_bytes`]); a [`Report`] holds what was measured. Everything else is
+//! internal: public for the command line and the tests, hidden here, and free to change.
 
 #![deny(unsafe_code)]
 
 // A module may use those of the floors above it in this list, never those below.
 
 // floor 0: plain data, no GPU
+#[doc(hidden)]
+pub mod header;
 #[doc(hidden)]
 pub mod math;
 #[doc(hidden)]
@@ -50,6 +72,11 @@ pub mod paper;
 #[doc(hidden)]
 pub mod renderer;
 
+pub use frame::View;
+pub use math::camera::Pose;
+pub use picture::write::{FileError, Srgb8Picture};
+pub use picture::{Picture, Target};
+pub use renderer::report::Report;
 pub use renderer::{Options, RenderError, Renderer};
 pub use scene::{Scene, SceneError};
 pub use vk::Gpu;

@@ -4,12 +4,14 @@ use super::outputs::{check_place, ending};
 use super::{Usage, say};
 use anyhow::{Context, bail};
 use clap::Args;
+use ortelius::header::JsonFormat;
 use ortelius::picture::Picture;
 use ortelius::picture::map::error_maps;
 use ortelius::picture::measures::{Comparison, Measures, OUTLIER_BOUND};
 use ortelius::picture::read::read;
 use ortelius::picture::write::{Planes, write_exr, write_png};
 use serde::Serialize;
+use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -44,6 +46,9 @@ fn parse_bound(text: &str) -> Result<f64, String> {
         _ => Err("a bound is a number of linear light from 0 up, as in 0.02".into()),
     }
 }
+
+/// Version 1 was the list of comparisons alone.
+const FORMAT: JsonFormat = JsonFormat::new("ortelius-comparison", 2);
 
 #[derive(Serialize)]
 struct Measured {
@@ -90,7 +95,8 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
         write_map(output, &truth, &comparisons)?;
     }
     if args.json {
-        return say(serde_json::to_string_pretty(&measured)?);
+        let list = FORMAT.head(json!({ "comparisons": measured }));
+        return say(serde_json::to_string_pretty(&list)?);
     }
     print(&measured)
 }

@@ -3,6 +3,7 @@
 
 use super::say;
 use clap::Args;
+use ortelius::header::JsonFormat;
 use ortelius::vk::{Error, Feature, GpuOptions, Instance, PhysicalDevice, driver_folders, self_test};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -22,6 +23,8 @@ pub struct DoctorArgs {
     #[arg(long, hide = true)]
     self_test: bool,
 }
+
+const FORMAT: JsonFormat = JsonFormat::new("ortelius-doctor", 1);
 
 #[derive(Default, Serialize)]
 struct Diagnosis {
@@ -83,7 +86,7 @@ pub fn run(args: &DoctorArgs) -> anyhow::Result<()> {
     }
     let (diagnosis, verdict) = diagnose(args);
     if args.json {
-        say(serde_json::to_string_pretty(&diagnosis)?)?;
+        say(serde_json::to_string_pretty(&FORMAT.head(&diagnosis))?)?;
     } else {
         print(&diagnosis)?;
     }

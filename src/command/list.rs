@@ -3,8 +3,12 @@
 use super::{Usage, say};
 use clap::Args;
 use ortelius::figure::{Effort, Figure, Origin, choose};
+use ortelius::header::JsonFormat;
 use ortelius::paper::FAMILIES;
 use serde_json::json;
+
+/// Version 1 was the list alone.
+const FORMAT: JsonFormat = JsonFormat::new("ortelius-figures", 2);
 
 #[derive(Args)]
 pub struct ListArgs {
@@ -28,7 +32,8 @@ pub fn run(args: &ListArgs, verbose: bool) -> anyhow::Result<()> {
         let all = families.flat_map(|(family, figures)| {
             figures.into_iter().map(move |figure| described(family, figure)).collect::<Vec<_>>()
         });
-        return say(serde_json::to_string_pretty(&all.collect::<Vec<_>>())?);
+        let list = FORMAT.head(json!({ "figures": all.collect::<Vec<_>>() }));
+        return say(serde_json::to_string_pretty(&list)?);
     }
     for (family, figures) in families {
         let plural = if figures.len() == 1 { "" } else { "s" };

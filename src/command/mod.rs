@@ -1,11 +1,13 @@
 //! The subcommands, one file each.
 
+mod asked;
 pub mod bake;
 pub mod compare;
 pub mod demo;
 mod device;
 pub mod doctor;
 pub mod exit;
+mod explain;
 pub mod fetch;
 pub mod keys;
 pub mod list;

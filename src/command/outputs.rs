@@ -2,10 +2,10 @@
 
 use super::Usage;
 use anyhow::{Context, bail};
-use ortelius::picture::Target;
-use ortelius::picture::write::{Planes, Srgb8Picture, write_exr, write_png, write_whole};
+use ortelius::picture::write::{Planes, write_exr, write_whole};
+use ortelius::picture::{Picture, Target};
+use ortelius::renderer::report::Report;
 use ortelius::renderer::{Record, Renderer};
-use serde::Serialize;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -74,12 +74,12 @@ impl Outputs {
         self.visible.as_deref()
     }
 
-    /// What the picture must be kept in.
-    pub fn target(&self) -> Target {
-        match self.picture.as_ref().and_then(|path| path.extension()) {
-            Some(ending) if ending == "exr" => Target::Linear32,
+    /// What the picture must be kept in, where one is written.
+    pub fn target(&self) -> Option<Target> {
+        self.picture.as_deref().map(|path| match ending(path) {
+            "exr" => Target::Linear32,
             _ => Target::Srgb8,
-        }
+        })
     }
 
     /// Writes the picture of one frame of a sequence, where the name has `{frame}`.
@@ -144,10 +144,8 @@ impl Outputs {
 
     /// # Errors
     /// The disk, with the path.
-    pub fn write_report(&self, report: &impl Serialize) -> anyhow::Result<()> {
-        let Some(path) = &self.report else { return Ok(()) };
-        let text = serde_json::to_string_pretty(report).context("the report as JSON")? + "\n";
-        Ok(write_whole(path, |file| file.write_all(text.as_bytes()))?)
+    pub fn write_report(&self, report: &Report) -> anyhow::Result<()> {
+        Ok(self.report.as_ref().map_or(Ok(()), |path| report.save(path))?)
     }
 }
 
@@ -212,13 +210,11 @@ pub(super) fn check_folder(path: &Path) -> anyhow::Result<()> {
 }
 
 fn write_picture(renderer: &mut Renderer, path: &Path) -> anyhow::Result<()> {
-    let bytes = renderer.picture_bytes()?;
-    let [width, height] = renderer.size();
     match renderer.kind() {
-        Target::Srgb8 => write_png(path, &Srgb8Picture { width, height, rgba: bytes })?,
+        Target::Srgb8 => renderer.picture()?.save(path)?,
         Target::Linear32 => {
-            let floats: Vec<f32> = bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
-            let channel = |c: usize| floats.iter().skip(c).step_by(4).copied().collect();
+            let Picture { width, height, rgba } = renderer.linear_picture()?;
+            let channel = |c: usize| rgba.iter().map(|pixel| pixel[c]).collect();
             let channels =
                 ["R", "G", "B"].into_iter().enumerate().map(|(c, name)| (name.to_string(), channel(c)));
             write_exr(path, &Planes { width, height, channels: channels.collect() })?;

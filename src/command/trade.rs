@@ -1,8 +1,8 @@
 //! `ortelius trade`: a scene's settings by time and error, and the one to choose.
 
+use super::asked::parse_size;
 use super::device::DeviceArgs;
 use super::outputs::check_folder;
-use super::render::parse_size;
 use super::{Usage, say};
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, ValueEnum};
@@ -129,7 +129,7 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
 /// An earlier sweep's report.
 fn earlier(path: &Path) -> anyhow::Result<Trade> {
     let context = || format!("--against {}: no trade.json of this program", path.display());
-    serde_json::from_str(&std::fs::read_to_string(path).with_context(context)?).with_context(context)
+    Trade::parse(&std::fs::read_to_string(path).with_context(context)?).with_context(context)
 }
 
 /// A line of the answer; where JSON has stdout, for people alone.

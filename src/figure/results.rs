@@ -1,17 +1,25 @@
 //! The results of a run, figure by figure: the content of `results.json` and of the page.
 
-use super::{Cell, CellResult, Effort, Figure, Finding, Machine, Origin, Outcome, Record, Table, Verdict};
+use super::{
+    Cell, CellResult, Effort, Figure, Finding, Machine, Origin, Outcome, Record, Table, Verdict, json,
+};
+use crate::header::{JsonFormat, WrongFormat};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Name and version of the file format. The version changes when old readers would misread the file.
-pub const FORMAT: &str = "ortelius results 1";
+/// `results.json`. Version 1 had the program's version under `version`.
+pub const FORMAT: JsonFormat =
+    JsonFormat { name: "ortelius-results", version: 2, oldest: 1, first_name: Some("ortelius results 1") };
+
+/// Indented levels of the file: a measured row is one line.
+const LEVELS: usize = 6;
 
 /// Everything of one run, or of several that were merged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Results {
-    pub format: String,
-    pub version: String,
+    /// Of the program that gathered them; empty in files without it.
+    #[serde(default)]
+    pub program_version: String,
     pub effort: Effort,
     /// Where the cells were measured; nearly always one.
     pub machines: Vec<Machine>,
@@ -53,8 +61,8 @@ pub struct CellRows {
 pub enum NoResults {
     #[error("no results of this program (a report's results.json): {0}")]
     Json(#[from] serde_json::Error),
-    #[error("results of format {0:?}; this program reads {FORMAT:?}")]
-    Format(String),
+    #[error("results of {0}")]
+    Format(WrongFormat),
 }
 
 impl Results {
@@ -63,28 +71,34 @@ impl Results {
     /// # Errors
     /// [`NoResults`].
     pub fn parse(text: &str) -> Result<Results, NoResults> {
+        /// Version 1 has the program's version there, a text.
         #[derive(Deserialize)]
-        struct Head {
-            format: String,
+        struct First {
+            version: Option<serde_json::Value>,
         }
-        let Head { format } = serde_json::from_str(text)?;
-        match format == FORMAT {
-            true => Ok(serde_json::from_str(text)?),
-            false => Err(NoResults::Format(format)),
+        let version = FORMAT.check(text).map_err(|wrong| match wrong {
+            WrongFormat::Json(error) => NoResults::Json(error),
+            wrong => NoResults::Format(wrong),
+        })?;
+        let mut results: Results = serde_json::from_str(text)?;
+        if version == 1 {
+            let First { version } = serde_json::from_str(text)?;
+            let version = version.as_ref().and_then(|version| version.as_str());
+            results.program_version = version.unwrap_or_default().to_owned();
         }
+        Ok(results)
+    }
+
+    /// The text of a `results.json`.
+    pub fn text(&self) -> String {
+        json::text(&FORMAT.head(self), LEVELS)
     }
 
     /// Puts the cells of `effort` among `cells` in order and lets each claim of `figures` judge.
     pub fn gather(figures: &[&Figure], effort: Effort, cells: &[CellResult]) -> Results {
         let mut machines: Vec<Machine> = Vec::new();
         let figures = figures.iter().map(|figure| of_figure(figure, effort, cells, &mut machines)).collect();
-        Results {
-            format: FORMAT.to_string(),
-            version: env!("CARGO_PKG_VERSION").to_string(),
-            effort,
-            machines,
-            figures,
-        }
+        Results { program_version: env!("CARGO_PKG_VERSION").to_string(), effort, machines, figures }
     }
 
     /// Claims and how they fared, in order.

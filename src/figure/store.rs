@@ -2,11 +2,15 @@
 //! Pictures are under `pictures/`, written before the cell that names them.
 
 use super::{Cell, Effort, Figure, Machine, Row, Value, json};
+use crate::header::{JsonFormat, WrongFormat};
 use crate::picture::write::{FileError, write_whole};
 use serde::{Deserialize, Serialize};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
+
+/// `cells/FIGURE/SCENE.json`. The first files had no header.
+const FORMAT: JsonFormat = JsonFormat::new("ortelius-cell", 1);
 
 /// The stored measurement of one cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -78,6 +82,8 @@ pub enum StoreError {
         "{path}: not a result of this program ({what}); remove the file, and measure it again with --resume"
     )]
     Damaged { path: String, what: String },
+    #[error("{path}: {error}; name another folder with -o, or use the program that wrote it")]
+    Format { path: String, error: WrongFormat },
     #[error(transparent)]
     Write(#[from] FileError),
 }
@@ -133,7 +139,7 @@ impl Store {
         let folder = path.parent().expect("a cell's file lies in its figure's folder");
         std::fs::create_dir_all(folder)
             .map_err(|source| StoreError::Folder { path: folder.display().to_string(), source })?;
-        let text = json::text(result, 2);
+        let text = json::text(&FORMAT.head(result), 2);
         Ok(write_whole(&path, |file| file.write_all(text.as_bytes()))?)
     }
 
@@ -195,11 +201,15 @@ impl Store {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(source) => return Err(StoreError::Folder { path: shown(), source }),
         };
-        let result: CellResult = serde_json::from_str(&text)
-            .map_err(|error| StoreError::Damaged { path: shown(), what: error.to_string() })?;
+        let damaged = |what: String| StoreError::Damaged { path: shown(), what };
+        FORMAT.check(&text).map_err(|error| match error {
+            WrongFormat::Other { .. } => StoreError::Format { path: shown(), error },
+            WrongFormat::Json(error) => damaged(error.to_string()),
+        })?;
+        let result: CellResult = serde_json::from_str(&text).map_err(|error| damaged(error.to_string()))?;
         if result.figure != figure || result.cell != *cell {
             let what = format!("it is of {} {}", result.figure, result.cell);
-            return Err(StoreError::Damaged { path: shown(), what });
+            return Err(damaged(what));
         }
         Ok(Some(result))
     }

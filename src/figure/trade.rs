@@ -2,8 +2,12 @@
 
 use super::table::any_f64;
 use super::{Machine, json};
+use crate::header::{JsonFormat, WrongFormat};
 use crate::stats::{Choice, Summary, front};
 use serde::{Deserialize, Serialize};
+
+/// `trade.json`. The first files had no header.
+const FORMAT: JsonFormat = JsonFormat::new("ortelius-trade", 1);
 
 /// A sweep's result.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -133,7 +137,16 @@ impl Trade {
 
     /// JSON, with a line for each setting.
     pub fn json(&self) -> String {
-        json::text(self, 2)
+        json::text(&FORMAT.head(self), 2)
+    }
+
+    /// From the text of a `trade.json`.
+    ///
+    /// # Errors
+    /// [`WrongFormat`]
+    pub fn parse(text: &str) -> Result<Trade, WrongFormat> {
+        FORMAT.check(text)?;
+        Ok(serde_json::from_str(text)?)
     }
 }
 

@@ -2,19 +2,27 @@
 //! plots.
 
 use super::{CellResult, Changes, Figure, FigureResult, Machine, Results, Store, csv, json, page, plot};
+use crate::header::JsonFormat;
 use crate::picture::write::write_whole;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write as _;
 use xxhash_rust::xxh3::xxh3_64;
 
-/// Indented levels of the files: a measured row stands on one line.
+/// `summary.json`: the claims of each figure under its id.
+const SUMMARY: JsonFormat = JsonFormat::new("ortelius-summary", 1);
+/// `FIGURE.json`
+const FIGURE: JsonFormat = JsonFormat::new("ortelius-figure", 1);
+/// `manifest.json`. Before version 2 `version` was the program's.
+const MANIFEST: JsonFormat = JsonFormat::new("ortelius-manifest", 2);
+
+/// Indented levels of the files: a measured row is one line.
 const LEVELS: usize = 6;
 
 /// What it takes to repeat a run, and what it left.
 #[derive(Serialize)]
 struct Manifest<'a> {
-    version: &'a str,
+    program_version: &'a str,
     command: &'a [String],
     effort: super::Effort,
     machines: &'a [Machine],
@@ -56,16 +64,16 @@ pub fn write_outputs(
     let plots = page::plots(figures, results);
     for (figure, plots) in results.figures.iter().zip(&plots) {
         let file = FigureFile { effort: results.effort, machines: &results.machines, figure };
-        put(format!("{}.json", figure.id), json::text(&file, LEVELS - 2))?;
+        put(format!("{}.json", figure.id), json::text(&FIGURE.head(file), LEVELS - 2))?;
         put(format!("{}.csv", figure.id), csv::text(figure, &results.machines))?;
         for drawn in plots {
             put(format!("{}.svg", drawn.name), plot::file(&drawn.svg))?;
         }
     }
     put("index.html".into(), page::html(figures, results, &plots, store, changes)?)?;
-    put("results.json".into(), json::text(results, LEVELS))?;
+    put("results.json".into(), results.text())?;
     let summary: BTreeMap<&str, _> = results.figures.iter().map(|f| (f.id.as_str(), &f.claims)).collect();
-    put("summary.json".into(), json::text(&summary, LEVELS))?;
+    put("summary.json".into(), json::text(&SUMMARY.head(summary), LEVELS))?;
     let mut seconds: BTreeMap<&str, BTreeMap<String, f64>> = BTreeMap::new();
     let mut programs = BTreeSet::new();
     for cell in cells.iter().filter(|cell| cell.effort == results.effort) {
@@ -73,7 +81,7 @@ pub fn write_outputs(
         seconds.entry(&cell.figure).or_default().insert(cell.cell.to_string(), cell.seconds);
     }
     let manifest = Manifest {
-        version: &results.version,
+        program_version: &results.program_version,
         command,
         effort: results.effort,
         machines: &results.machines,
@@ -81,6 +89,6 @@ pub fn write_outputs(
         seconds,
         files,
     };
-    let text = json::text(&manifest, LEVELS);
+    let text = json::text(&MANIFEST.head(manifest), LEVELS);
     Ok(write_whole(&store.folder().join("manifest.json"), |file| file.write_all(text.as_bytes()))?)
 }

@@ -1,7 +1,7 @@
 //! A picture file of either kind, as linear light.
 
+use super::Picture;
 use super::write::{FileError, read_exr, read_png};
-use super::{Picture, srgb};
 use std::io;
 use std::path::Path;
 
@@ -13,14 +13,7 @@ pub fn read(path: &Path) -> Result<Picture, FileError> {
     let failed =
         |what: String| FileError::Read { path: path.display().to_string(), source: io::Error::other(what) };
     match path.extension().and_then(|ending| ending.to_str()) {
-        Some("png") => {
-            let bytes = read_png(path)?;
-            let pixel = |pixel: &[u8]| {
-                let [r, g, b] = [0, 1, 2].map(|c| srgb::to_linear_f64(pixel[c]) as f32);
-                [r, g, b, f32::from(pixel[3]) / 255.0]
-            };
-            Ok(Picture::new(bytes.width, bytes.height, bytes.rgba.chunks_exact(4).map(pixel).collect()))
-        }
+        Some("png") => Ok(Picture::from(&read_png(path)?)),
         Some("exr") => {
             let planes = read_exr(path)?;
             let found = planes.channels.keys().cloned().collect::<Vec<_>>().join(", ");

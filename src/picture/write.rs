@@ -29,6 +29,16 @@ pub struct Srgb8Picture {
     pub rgba: Vec<u8>,
 }
 
+impl Srgb8Picture {
+    /// Writes a PNG. It appears whole or not at all; its folder must exist.
+    ///
+    /// # Errors
+    /// [`FileError`] names the path.
+    pub fn save(&self, path: &Path) -> std::result::Result<(), FileError> {
+        write_png(path, self)
+    }
+}
+
 /// Named planes of 32-bit floats, each `width x height`, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Planes {
@@ -182,6 +192,16 @@ impl From<&Picture> for Srgb8Picture {
         };
         let rgba = picture.rgba.iter().flat_map(codes).collect();
         Srgb8Picture { width: picture.width, height: picture.height, rgba }
+    }
+}
+
+impl From<&Srgb8Picture> for Picture {
+    fn from(picture: &Srgb8Picture) -> Picture {
+        let linear = |pixel: &[u8]| {
+            let [r, g, b] = [0, 1, 2].map(|c| srgb::to_linear_f64(pixel[c]) as f32);
+            [r, g, b, f32::from(pixel[3]) / 255.0]
+        };
+        Picture::new(picture.width, picture.height, picture.rgba.chunks_exact(4).map(linear).collect())
     }
 }
 

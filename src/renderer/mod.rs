@@ -4,6 +4,7 @@ pub mod report;
 pub mod sections;
 
 mod open;
+mod picture;
 mod plain;
 mod technique;
 

@@ -4,6 +4,7 @@
 use super::RenderError;
 use super::plain::PlainSurfaces;
 use crate::frame::{Memory, Onto, PerFrame, Progress, Seen, Shape, Slot, Target, Technique, View};
+use crate::paper::progressive_mesh::technique::SURFACES;
 use crate::paper::progressive_mesh::{self, ProgressiveMeshes};
 use crate::paper::virtual_texture::technique::MESH;
 use crate::paper::virtual_texture::{self, VirtualTexture};
@@ -52,6 +53,23 @@ impl Surfaces {
         own.clone().or_else(|| self.meshes.as_ref()?.shape(name))
     }
 
+    /// The passes in order, each with the surfaces that it is for.
+    pub fn passes_by_surface(&self) -> Vec<(&'static str, Vec<&str>)> {
+        let carriers = || self.carriers.iter().map(|carrier| &*carrier.name);
+        let plain = || self.plain.iter().flat_map(|plain| &plain.surfaces).map(|surface| &*surface.name);
+        let meshes = || self.meshes.iter().flat_map(|meshes| &meshes.surfaces).map(|surface| &*surface.name);
+        let textured: Vec<&str> = carriers().chain(plain()).collect();
+        let mut found = Vec::new();
+        for pass in self.meshes.iter().flat_map(Technique::passes) {
+            let is_for = |name: &&str| pass != SURFACES || !textured.contains(name);
+            found.push((pass, meshes().filter(is_for).collect()));
+        }
+        found.extend(self.plain.iter().map(|_| (PLAIN, plain().collect())));
+        let of_texture = self.texture.iter().flat_map(Technique::passes);
+        found.extend(of_texture.map(|pass| (pass, carriers().collect())));
+        found
+    }
+
     /// What carries the virtual texture in this frame.
     fn carrying(&self) -> Vec<Shape> {
         self.carriers.iter().filter_map(|Carrier { name, shape, .. }| self.shape(name, shape)).collect()
@@ -86,9 +104,7 @@ impl Technique for Surfaces {
     }
 
     fn passes(&self) -> Vec<&'static str> {
-        let meshes = self.meshes.iter().flat_map(Technique::passes);
-        let plain = self.plain.iter().map(|_| PLAIN);
-        meshes.chain(plain).chain(self.texture.iter().flat_map(Technique::passes)).collect()
+        self.passes_by_surface().into_iter().map(|(pass, _)| pass).collect()
     }
 
     fn retire(&mut self, gpu: &Gpu, slot: Slot, passes: Vec<PassTime>) -> Result<Record, RenderError> {

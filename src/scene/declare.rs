@@ -7,6 +7,7 @@ use super::part::Part;
 use super::value::{Kind, Setting};
 use super::{Scene, SceneError};
 use serde_json::Value as Json;
+use std::path::Path;
 
 /// One key of a table.
 #[derive(Clone, Debug)]
@@ -21,6 +22,8 @@ pub struct Key {
     pub least_and_most: Option<[Json; 2]>,
     /// Empty where it has none.
     pub unit: &'static str,
+    /// A value with the relative path in it, if it is one, starting from a folder instead.
+    pub(super) anchored: fn(&toml::Value, &Path) -> toml::Value,
 }
 
 /// A struct that is a table of a scene. Implemented by [`settings!`](crate::scene::settings).
@@ -85,7 +88,17 @@ impl Key {
             default: default.and_then(|default| default.to_toml()),
             least_and_most: range.map(|range| [json(*range.start()), json(*range.end())]),
             unit,
+            anchored: anchored::<T>,
         }
+    }
+}
+
+/// Only a path reads differently in another folder.
+fn anchored<T: Setting>(value: &toml::Value, folder: &Path) -> toml::Value {
+    let read = |folder| T::read(value, folder).ok().and_then(|value| value.to_toml());
+    match read(folder) {
+        Some(there) if read(Path::new("")).as_ref() != Some(&there) => there,
+        _ => value.clone(),
     }
 }
 

@@ -85,6 +85,12 @@ impl Document {
         Ok(Document { folder: PathBuf::new(), ..Document::of_text(&path, (*text).to_owned())? })
     }
 
+    /// A text that is no file: `shown` stands for one in messages.
+    pub fn of_parts(shown: &str, name: &str, folder: &Path, text: String) -> Result<Document, SceneError> {
+        let document = Document::of_text(Path::new(shown), text)?;
+        Ok(Document { name: name.to_owned(), folder: folder.to_owned(), ..document })
+    }
+
     /// The document with more changes, in order.
     pub fn change(&mut self, changes: &[String]) -> Result<(), SceneError> {
         for text in changes {
@@ -106,10 +112,17 @@ impl Document {
 
     /// What a relative path starts from: a path that a change sets, from the working directory.
     pub fn folder(&self, key: &[&str]) -> &Path {
-        match self.changes.iter().any(|change| change.sets(key)) {
-            true => Path::new(""),
-            false => &self.folder,
-        }
+        if self.changed(key) { Path::new("") } else { &self.folder }
+    }
+
+    /// What a relative path in the text starts from.
+    pub fn own_folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Whether a change decided the value of a key.
+    pub fn changed(&self, key: &[&str]) -> bool {
+        self.changes.iter().any(|change| change.sets(key))
     }
 
     /// The change that set a key or made its table, or else its place in the text; of a key that is nowhere, the

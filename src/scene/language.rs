@@ -5,6 +5,7 @@ use super::document::Fault;
 use super::value::quoted;
 use super::{Scene, SceneError};
 use crate::math::nearest::nearest;
+use std::path::{Path, PathBuf};
 use toml::Value;
 
 /// A key with the place of its table, as documents and `ortelius keys` name it.
@@ -59,6 +60,36 @@ impl Scene {
             }
         }
         languages.iter().try_for_each(|language| (language.check)(self))
+    }
+
+    /// The scene as TOML, changes included, so that [`Scene::of_parts`] makes it again anywhere: with the absolute
+    /// folder that its relative paths start from. Paths that changes gave, from the working directory, become absolute.
+    pub fn to_parts(&self, languages: &[&Language]) -> (PathBuf, String) {
+        // Without a working directory no relative path is found; it then stays as it is.
+        let absolute =
+            |path: &Path| std::path::absolute(Path::new(".").join(path)).unwrap_or(path.to_owned());
+        let here = absolute(Path::new(""));
+        let mut document = self.document.table.clone();
+        for table in tables(languages) {
+            for place in self.places(table.path) {
+                let place: Vec<&str> = place.iter().map(String::as_str).collect();
+                if table.kind.is_some() && table.kind != self.word(&[&place[..], &["kind"]].concat()) {
+                    continue;
+                }
+                for key in (table.keys)() {
+                    let at = [&place[..], &[key.name]].concat();
+                    let Some(value) = self.document.value(&at).filter(|_| self.document.changed(&at)) else {
+                        continue;
+                    };
+                    let parent = place.iter().try_fold(&mut document, |table, part| {
+                        table.get_mut(*part).and_then(Value::as_table_mut)
+                    });
+                    let parent = parent.expect("the key has a value");
+                    parent.insert(key.name.to_owned(), (key.anchored)(value, &here));
+                }
+            }
+        }
+        (absolute(self.document.own_folder()), document.to_string())
     }
 
     /// The paths of this scene that a table's path stands for, where there is something.

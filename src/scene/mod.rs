@@ -123,6 +123,19 @@ impl Scene {
         Scene::of(Document::of_text(path, text)?)
     }
 
+    /// The scene that [`Scene::to_parts`] took apart; `shown` stands for its file in messages.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn of_parts(
+        shown: &str,
+        name: &str,
+        folder: &std::path::Path,
+        text: String,
+    ) -> Result<Scene, SceneError> {
+        Scene::of(Document::of_parts(shown, name, folder, text)?)
+    }
+
     /// A shipped scene by its name (`earth`), else a scene file by its path (`./earth` for a file of that
     /// name), with changes `KEY=VALUE`: dotted keys, any TOML value, bare words taken as strings. A
     /// path given so is relative to the working directory.
@@ -209,6 +222,11 @@ impl Scene {
     /// Whether the scene states a key or a table.
     pub fn has(&self, key: &[&str]) -> bool {
         self.document.value(key).is_some()
+    }
+
+    /// Whether a change, not the file, decided the value of a key.
+    pub fn changed(&self, key: &[&str]) -> bool {
+        self.document.changed(key)
     }
 
     /// A key's text, where it has one: for the `kind` of a table.

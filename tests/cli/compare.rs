@@ -29,7 +29,9 @@ fn said(folder: &TempDir, arguments: &[&str]) -> String {
 }
 
 fn json(folder: &TempDir, arguments: &[&str]) -> Value {
-    serde_json::from_str(&said(folder, &[arguments, &["--json"]].concat())).unwrap()
+    let said: Value = serde_json::from_str(&said(folder, &[arguments, &["--json"]].concat())).unwrap();
+    assert_eq!((&said["format"], &said["version"]), (&"ortelius-comparison".into(), &2.into()));
+    said["comparisons"].clone()
 }
 
 #[test]

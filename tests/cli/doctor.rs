@@ -28,6 +28,7 @@ fn a_healthy_machine_passes_and_says_what_it_has() {
     let ran = run(&folder, &["doctor", "--json"]);
     assert_eq!(ran.status.code(), Some(0));
     let found: Value = serde_json::from_slice(&ran.stdout).unwrap();
+    assert_eq!((&found["format"], &found["version"]), (&"ortelius-doctor".into(), &1.into()));
     assert_eq!(found["self_test"], "passed");
     assert_eq!(found["healthy"], true);
     assert_eq!(found["error"], Value::Null);

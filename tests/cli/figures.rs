@@ -10,7 +10,8 @@ fn the_list_has_every_figure_with_its_claims() {
     let folder = folder();
     let ran = run(&folder, &["list", "--json"]);
     let list: serde_json::Value = serde_json::from_slice(&ran.stdout).unwrap();
-    let figures = list.as_array().unwrap();
+    assert_eq!((&list["format"], &list["version"]), (&"ortelius-figures".into(), &2.into()));
+    let figures = list["figures"].as_array().unwrap();
     let known: Vec<&str> =
         ortelius::paper::FAMILIES.iter().flat_map(|(_, figures)| figures.iter().map(|f| f.id)).collect();
     let ids: Vec<&str> = figures.iter().map(|figure| figure["id"].as_str().unwrap()).collect();
@@ -29,7 +30,8 @@ fn the_list_takes_figures_and_families_as_reproduce_does() {
     let listed = |arguments: &[&str]| -> Vec<String> {
         let ran = run(&folder, &[&["list", "--json"], arguments].concat());
         let list: serde_json::Value = serde_json::from_slice(&ran.stdout).unwrap();
-        list.as_array().unwrap().iter().map(|figure| figure["id"].as_str().unwrap().to_owned()).collect()
+        let figures = list["figures"].as_array().unwrap();
+        figures.iter().map(|figure| figure["id"].as_str().unwrap().to_owned()).collect()
     };
     assert_eq!(listed(&["pm.order"]), ["pm.order"]);
     assert_eq!(listed(&["pm.order", "vt.dedup"]), ["vt.dedup", "pm.order"]);
@@ -151,6 +153,7 @@ fn a_driver_that_crashes_costs_one_cell_and_a_run_that_is_killed_leaves_no_worke
         &["vt.keying globe/africa at 360: the driver crashed (signal: 6", "1 of 2 cells failed, first "],
     );
     let summary: serde_json::Value = serde_json::from_str(&read(&folder, "out/summary.json")).unwrap();
+    assert_eq!((&summary["format"], &summary["version"]), (&"ortelius-summary".into(), &1.into()));
     assert_eq!(summary["vt.keying"][0]["verdict"], "not-measured");
     holds(&summary["vt.keying"][0]["why"].to_string(), &["1 of 6 cells crashed the driver"]);
 

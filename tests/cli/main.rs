@@ -1,5 +1,6 @@
 //! The program from outside: what it says, writes and returns.
 
+mod again;
 mod compare;
 mod doctor;
 mod dumps;

@@ -23,7 +23,8 @@ fn the_reports_key_numbers_stand_once_each_and_are_integers() {
     ] {
         assert_eq!(text.matches(&format!("\"{key}\":")).count(), 1, "{key}");
         assert!(text.contains(&format!("\"{key}\": {number},")), "{key} is no integer {number}");
-        assert_eq!(report[key], number);
+        let at = if key == "max_anisotropy" { &report["variant"]["filter"] } else { &report };
+        assert_eq!(at[key], number);
     }
     assert_eq!(text.matches("\"settled_over_plain\":").count(), 1);
     let plain = &report["plain"];
@@ -97,7 +98,28 @@ fn a_report_tells_the_variant_that_ran() {
     assert_eq!(ran["keying"], "native");
     assert_eq!(ran["memo"], false);
     assert_eq!(ran["block_log2"], 1);
-    assert_eq!(ran["interpolation"], "literal");
-    assert_eq!(report["max_anisotropy"], 4);
+    assert_eq!(ran["filter"]["interpolation"], "literal");
+    assert_eq!(ran["filter"]["max_anisotropy"], 4);
     assert_eq!(text.matches("\"max_anisotropy\"").count(), 1);
+}
+
+/// Those of other sections are in the scene's text: `run.scene`.
+#[test]
+fn a_report_has_every_setting_of_the_variant_the_caches_and_the_filter() {
+    let folder = folder();
+    rendered(&folder, &["plane", "--size", "32x18", "--frames", "1", "--report", "a.json"]);
+    let report: Value = serde_json::from_str(&read(&folder, "a.json")).unwrap();
+    let places =
+        [("variant.", "/variant/"), ("cache.", "/cache/"), ("surface.NAME.filter.", "/variant/filter/")];
+    let keys = ortelius::scene::keys(ortelius::renderer::sections::LANGUAGES);
+    let mut found = 0;
+    for (prefix, place) in places {
+        for key in keys.iter().filter_map(|at| at.dotted.strip_prefix(prefix)) {
+            assert!(report.pointer(&format!("{place}{key}")).is_some(), "{prefix}{key} is not in the report");
+            found += 1;
+        }
+    }
+    assert!(found > 15, "{found} keys");
+    let scene: toml::Table = report["run"]["scene"].as_str().unwrap().parse().unwrap();
+    assert!(scene.contains_key("surface") && scene.contains_key("view"));
 }

@@ -145,7 +145,7 @@ fn bc1_tiles_give_nearly_the_same_picture_with_the_feature_asked_for() {
         let ran = run(&folder, &["render", scene, "--explain"]);
         String::from_utf8(ran.stdout).unwrap()
     };
-    holds(&explained("s.toml"), &["feature    textureCompressionBC: pass \"texturing\""]);
+    holds(&explained("s.toml"), &["pass       texturing: land; needs textureCompressionBC"]);
     assert!(!explained("pure.toml").contains("textureCompressionBC"), "only what the scene requires");
 }
 

@@ -18,6 +18,7 @@ fn a_sweep_finds_its_front_and_writes_what_meets_the_bound() {
     let words = String::from_utf8(ran.stderr).unwrap();
     assert_eq!(ran.status.code(), Some(0), "{words}");
     let trade: Value = serde_json::from_slice(&ran.stdout).unwrap();
+    assert_eq!((&trade["format"], &trade["version"]), (&"ortelius-trade".into(), &1.into()));
     let settings = trade["settings"].as_array().unwrap();
     // Three biases, and trilinear, bilinear, and 1, 4 and 16 single texels.
     assert_eq!((settings.len(), trade["refused"].as_array().unwrap().len()), (15, 0));
@@ -96,6 +97,7 @@ fn budgets_change_how_soon_the_settled_picture_is_there_and_nothing_of_it() {
 fn what_could_not_be_written_or_measured_is_refused_first() {
     let folder = folder();
     write(&folder, "small.toml", &commented());
+    write(&folder, "newer.json", "{\"format\": \"ortelius-trade\", \"version\": 2}");
     for (arguments, code, words) in [
         (
             &["earth", "--write", "--max-ms", "5"][..],
@@ -110,6 +112,15 @@ fn what_could_not_be_written_or_measured_is_refused_first() {
             &["small.toml", "--against", "small.toml"],
             1,
             &["--against small.toml: no trade.json of this program"],
+        ),
+        (
+            &["small.toml", "--against", "newer.json"],
+            1,
+            &[
+                "--against newer.json",
+                "format \"ortelius-trade\" version 2",
+                "reads format \"ortelius-trade\" version 1",
+            ],
         ),
         (&["small.toml", "--against", "none.json"], 1, &["none.json", "No such file"]),
         (&["small.toml", "--device", "no such device"], 2, &["\"no such device\""]),
@@ -131,5 +142,8 @@ fn what_could_not_be_written_or_measured_is_refused_first() {
         let ran = run(&folder, arguments);
         assert_eq!((ran.status.code(), ran.stdout.len()), (Some(2), 0), "{arguments:?}");
     }
-    assert_eq!((read(&folder, "small.toml"), names(&folder)), (commented(), vec!["small.toml".to_string()]));
+    assert_eq!(
+        (read(&folder, "small.toml"), names(&folder)),
+        (commented(), vec!["newer.json".to_string(), "small.toml".to_string()])
+    );
 }

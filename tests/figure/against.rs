@@ -130,6 +130,10 @@ fn what_is_no_result_of_ours_is_refused() {
         ("{}", "no results of this program"),
         ("[1", "no results of this program"),
         (
+            "{\"format\": \"ortelius-results\", \"version\": 3}",
+            "results of format \"ortelius-results\" version 3; this program reads format \"ortelius-results\" versions 1 to 2",
+        ),
+        (
             "{\"format\": \"ortelius results 7\"}",
             "results of format \"ortelius results 7\"; this program reads",
         ),

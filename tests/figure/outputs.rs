@@ -2,7 +2,8 @@
 
 use super::family::{BARS, FAILS, MANY, SWEPT};
 use super::*;
-use ortelius::figure::{Outcome, Verdict};
+use ortelius::figure::{Outcome, Verdict, merge};
+use std::path::PathBuf;
 
 #[test]
 fn results_come_back_from_their_file_to_the_last_bit() {
@@ -154,4 +155,61 @@ fn a_plot_shows_spread_floor_unit_and_what_is_missing() {
     let series = read(folder.path(), "made.bars-error-plane.svg");
     assert!(series.contains("error (logarithmic)") && series.contains("time since the cut, ms"));
     assert_eq!(series.matches("<polyline").count(), 2);
+}
+
+/// A folder's JSON files with their text, pictures and lists aside.
+fn json_files(folder: &Path) -> Vec<(PathBuf, String)> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(json_files(&path));
+        } else if path.extension().is_some_and(|ending| ending == "json") {
+            found.push((path.clone(), std::fs::read_to_string(path).unwrap()));
+        }
+    }
+    found
+}
+
+/// Without the first lines, which are the header.
+fn without_header(text: &str) -> String {
+    let head: Vec<&str> = text.lines().take(3).collect();
+    assert!(
+        head[1].starts_with("  \"format\": \"ortelius-") && head[2].starts_with("  \"version\": "),
+        "{text}"
+    );
+    text.replacen(&format!("{}\n{}\n", head[1], head[2]), "", 1)
+}
+
+#[test]
+fn every_file_has_a_header_and_those_before_it_are_read_as_version_1() {
+    let (folder, merged) = (folder(), super::folder());
+    let results = reported(&[&SWEPT, &BARS], folder.path());
+    let files = json_files(folder.path());
+    let cells = |folder: &Path| Store::at(folder).all(&[&SWEPT, &BARS]);
+    let before = format!("{:?}", cells(folder.path()).unwrap());
+    assert!(files.len() > 10, "cells, figures, results, summary, manifest");
+    for (path, text) in &files {
+        std::fs::write(path, without_header(text)).unwrap();
+    }
+    assert_eq!(format!("{:?}", cells(folder.path()).unwrap()), before);
+    merge(&[folder.path()], merged.path(), &[&SWEPT, &BARS]).unwrap();
+    assert_eq!(format!("{:?}", cells(merged.path()).unwrap()), before);
+    let mut resumed = a_run(&[&SWEPT, &BARS], folder.path());
+    resumed.resume = true;
+    assert_eq!(run(&resumed).unwrap().measured, 0, "all cells are kept");
+    let read = Results::parse(&read(folder.path(), "results.json")).unwrap();
+    assert_eq!(format!("{:?}", read.figures), format!("{:?}", results.figures));
+}
+
+#[test]
+fn a_newer_cell_is_refused_in_words() {
+    let folder = folder();
+    reported(&[&BARS], folder.path());
+    for (path, text) in json_files(&folder.path().join("cells")) {
+        std::fs::write(path, text.replacen("\"version\": 1", "\"version\": 2", 1)).unwrap();
+    }
+    let line = Store::at(folder.path()).all(&[&BARS]).unwrap_err().to_string();
+    let words = "format \"ortelius-cell\" version 2; this program reads format \"ortelius-cell\" version 1";
+    assert!(line.contains(words), "{line}");
 }

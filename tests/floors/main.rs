@@ -3,6 +3,7 @@
 
 mod cases;
 mod circles;
+mod formats;
 mod lengths;
 mod lexer;
 mod paths;

@@ -4,6 +4,7 @@ use super::load;
 use crate::command::say;
 use anyhow::Result;
 use clap::Args;
+use ortelius::header::JsonFormat;
 use ortelius::paper::progressive_mesh::cache::{Cache, level_costs, sampled_levels};
 use ortelius::paper::progressive_mesh::file::{Contents, Extent, VERSION};
 use ortelius::paper::progressive_mesh::mesh::{Level, ProgressiveMesh};
@@ -23,10 +24,13 @@ pub struct InfoArgs {
     json: bool,
 }
 
+/// Before version 2 `version` was the .pmesh format's.
+const FORMAT: JsonFormat = JsonFormat::new("ortelius-mesh-info", 2);
+
 /// All that is told, in one shape for both outputs.
 #[derive(Serialize)]
 struct Info {
-    version: u32,
+    pmesh_version: u32,
     bytes: u64,
     /// Whether the end of the file is missing; what follows is of the part that is there.
     cut: bool,
@@ -83,7 +87,7 @@ pub fn run(args: &InfoArgs) -> Result<()> {
     let loaded = load(&args.file)?;
     let info = Info::of(&loaded.mesh, &loaded.contents);
     if args.json {
-        return say(serde_json::to_string_pretty(&info)?);
+        return say(serde_json::to_string_pretty(&FORMAT.head(&info))?);
     }
     info.lines().iter().try_for_each(say)
 }
@@ -104,7 +108,7 @@ impl Info {
         let size = |content, bytes: f64| Size { content, bytes, bytes_per_split: bytes / splits };
         let named = contents.sizes.named().map(|(content, bits)| size(content, bits / 8.0));
         Info {
-            version: VERSION,
+            pmesh_version: VERSION,
             bytes: contents.bytes,
             cut: contents.is_cut(),
             whole: contents.whole.into(),
@@ -137,7 +141,10 @@ impl Info {
         };
         let costs = &self.transforms_per_vertex;
         let mut lines = vec![
-            format!("file          version {}, {} bytes, {} chunks", self.version, self.bytes, self.chunks),
+            format!(
+                "file          version {}, {} bytes, {} chunks",
+                self.pmesh_version, self.bytes, self.chunks
+            ),
             format!("levels        {}", self.levels),
             format!("coarsest      {}", level(&self.coarsest)),
             format!("finest        {}", level(&self.finest)),

@@ -1,6 +1,7 @@
 //! What `mesh build --report` writes.
 
 use ortelius::figure::most_memory;
+use ortelius::header::JsonFormat;
 use ortelius::model;
 use ortelius::paper::progressive_mesh::file::Contents;
 use ortelius::paper::progressive_mesh::simplify;
@@ -9,6 +10,8 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
+
+const FORMAT: JsonFormat = JsonFormat::new("ortelius-mesh-build", 1);
 
 /// All of a build: what was done to the model, what was reached, and what it took.
 #[derive(Serialize)]
@@ -75,7 +78,7 @@ impl<'a> BuildReport<'a> {
     /// [`FileError`] names the path.
     pub fn write(&self, path: &Path) -> Result<(), FileError> {
         write_whole(path, |out| {
-            serde_json::to_writer_pretty(&mut *out, self)?;
+            serde_json::to_writer_pretty(&mut *out, &FORMAT.head(self))?;
             writeln!(out)
         })
     }

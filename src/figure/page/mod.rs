@@ -131,7 +131,7 @@ pub fn html(
     commits.dedup();
     let page = Page {
         style: STYLES.concat(),
-        version: &results.version,
+        version: &results.program_version,
         effort: results.effort.name(),
         machines: results
             .machines

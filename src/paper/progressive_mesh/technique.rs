@@ -26,7 +26,8 @@ use std::time::Instant;
 /// A frame's passes.
 const LEVELS: &str = "levels";
 const COMPACT: &str = "compact";
-const SURFACES: &str = "surfaces";
+/// Draws the surfaces that have no texture.
+pub const SURFACES: &str = "surfaces";
 
 /// A pipeline of the pass that draws, with one of its two vertex shaders.
 ///

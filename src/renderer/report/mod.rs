@@ -1,24 +1,25 @@
 //! `--report`: everything that a run measured, as JSON, with what it takes to repeat the run.
 
+mod run;
 mod surfaces;
 
+pub use run::{FORMAT, ReportError, RunSection};
 pub use surfaces::{InstanceBytes, SurfaceReport, SurfacesFrame};
 
 use super::{Record, Renderer};
 use crate::paper::virtual_texture::streaming::StreamingConfig;
 use crate::paper::virtual_texture::{Config, FrameRecord, PlainComparison, VirtualTexture};
+use crate::picture::write::{FileError, write_whole};
 use crate::stats::Summary;
 use crate::vk::{FRAMES_IN_FLIGHT, PassTime};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::io::Write as _;
+use std::path::Path;
 
 /// The whole file. Times in nanoseconds, memory in bytes.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// [`FORMAT`]
-    pub format: &'static str,
-    /// [`VERSION`]
-    pub version: u32,
     pub device: String,
     pub device_kind: &'static str,
     pub driver: String,
@@ -41,12 +42,11 @@ pub struct Report {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plain: Option<PlainReport>,
     pub frames: Vec<FrameReport>,
+    /// What it takes to make the picture again. `None` where a program of its own rendered the frames.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub run: Option<RunSection>,
     pub manifest: Manifest,
 }
-
-/// What this file is, and which keys it has.
-pub const FORMAT: &str = "ortelius-render-report";
-pub const VERSION: u32 = 2;
 
 /// The virtual texture. Sizes in texels; levels as in the paper.
 #[derive(Clone, Debug, Serialize)]
@@ -126,7 +126,7 @@ pub struct PassReport {
     pub ns: Option<u64>,
 }
 
-/// What it takes to repeat the run.
+/// The program, its arguments and its environment.
 #[derive(Clone, Debug, Serialize)]
 pub struct Manifest {
     pub version: &'static str,
@@ -239,8 +239,6 @@ impl Report {
         let surfaces = renderer.technique.meshes.iter().flat_map(|meshes| &meshes.surfaces);
         let [picture_width, picture_height] = renderer.size();
         Report {
-            format: FORMAT,
-            version: VERSION,
             device: physical.name.clone(),
             device_kind: physical.kind,
             driver: physical.driver.clone(),
@@ -260,7 +258,19 @@ impl Report {
             memory_bytes: renderer.memory().into_iter().collect(),
             plain: plain.map(PlainReport::from),
             frames: renderer.records.iter().map(FrameReport::from).collect(),
+            run: None,
             manifest: Manifest::of_this_process(),
         }
+    }
+
+    /// Writes the report as JSON. The file appears whole or not at all.
+    ///
+    /// # Errors
+    /// [`FileError`] names the path.
+    pub fn save(&self, path: &Path) -> Result<(), FileError> {
+        write_whole(path, |file| {
+            serde_json::to_writer_pretty(&mut *file, &FORMAT.head(self))?;
+            writeln!(file)
+        })
     }
 }

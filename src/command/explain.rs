@@ -1,0 +1,55 @@
+//! `render --explain`: passes, device features and memory of a scene, by surface.
+
+use super::say;
+use ortelius::frame::Technique;
+use ortelius::renderer::Renderer;
+use ortelius::vk::Need;
+
+/// Prints the passes in their order, each with the surfaces that it is for and the features that it needs; then the
+/// bytes, surface by surface.
+///
+/// # Errors
+/// Those of stdout.
+pub fn explain(renderer: &Renderer) -> anyhow::Result<()> {
+    let technique = &renderer.technique;
+    say(format_args!("device     {}", renderer.gpu.physical().name))?;
+    let needs = technique.needs();
+    let passes = technique.passes_by_surface();
+    for (pass, surfaces) in &passes {
+        let features = features(&needs, pass);
+        let needs = if features.is_empty() { String::new() } else { format!("; needs {features}") };
+        say(format_args!("pass       {pass}: {}{needs}", surfaces.join(", ")))?;
+    }
+    let elsewhere = needs.iter().filter(|need| !passes.iter().any(|(pass, _)| *pass == need.pass));
+    for need in elsewhere {
+        say(format_args!("feature    {}: pass {:?}", need.feature.name(), need.pass))?;
+    }
+    for surface in technique.meshes.iter().flat_map(|meshes| &meshes.surfaces) {
+        say(format_args!("instances  {}", surface.of_an_instance()))?;
+    }
+    memory(renderer)
+}
+
+fn features(needs: &[Need], pass: &str) -> String {
+    let names = needs.iter().filter(|need| need.pass == pass).map(|need| need.feature.name());
+    names.collect::<Vec<_>>().join(", ")
+}
+
+/// `land: J1: 1234 bytes`, those of a surface together and before them their sum.
+fn memory(renderer: &Renderer) -> anyhow::Result<()> {
+    let memory = renderer.memory();
+    let owner = |name: &str| name.split_once(": ").map(|(owner, _)| owner.to_owned());
+    let mut owners: Vec<Option<String>> = memory.iter().map(|(name, _)| owner(name)).collect();
+    owners.sort();
+    owners.dedup();
+    for of in owners {
+        let own = || memory.iter().filter(|(name, _)| owner(name) == of);
+        if let Some(surface) = &of {
+            let in_video_memory = own().filter(|(name, _)| !name.ends_with("on the host"));
+            let sum: u64 = in_video_memory.map(|(_, bytes)| bytes).sum();
+            say(format_args!("memory     {surface}: {sum} bytes of video memory"))?;
+        }
+        own().try_for_each(|(name, bytes)| say(format_args!("memory     {name}: {bytes} bytes")))?;
+    }
+    Ok(())
+}

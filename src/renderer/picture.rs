@@ -1,0 +1,45 @@
+//! What a renderer hands out after a frame: its picture, and the report.
+
+use super::report::Report;
+use super::{RenderError, Renderer};
+use crate::picture::write::Srgb8Picture;
+use crate::picture::{Picture, Target};
+use crate::scene::Scene;
+
+impl Renderer {
+    /// The last frame's picture in sRGB bytes; [`Srgb8Picture::save`] writes it as a PNG.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn picture(&mut self) -> Result<Srgb8Picture, RenderError> {
+        let [width, height] = self.size();
+        Ok(match self.kind() {
+            Target::Srgb8 => Srgb8Picture { width, height, rgba: self.picture_bytes()? },
+            Target::Linear32 => Srgb8Picture::from(&self.linear_picture()?),
+        })
+    }
+
+    /// The last frame's picture in linear light: exact with [`Target::Linear32`], else decoded from sRGB bytes.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn linear_picture(&mut self) -> Result<Picture, RenderError> {
+        let [width, height] = self.size();
+        let bytes = self.picture_bytes()?;
+        let pixel = bytemuck::pod_read_unaligned::<[f32; 4]>;
+        Ok(match self.kind() {
+            Target::Srgb8 => Picture::from(&Srgb8Picture { width, height, rgba: bytes }),
+            Target::Linear32 => Picture::new(width, height, bytes.chunks_exact(16).map(pixel).collect()),
+        })
+    }
+
+    /// Everything that was measured in the frames so far, for [`Report::save`]. `view` names what they look at, as the
+    /// report then states it. Such a report cannot be rendered again: only the caller knows which frames it asked for.
+    ///
+    /// # Errors
+    /// Device lost.
+    pub fn report(&mut self, scene: &Scene, view: &str) -> Result<Report, RenderError> {
+        self.drain()?;
+        Ok(Report::of(self, &scene.name, view, None))
+    }
+}

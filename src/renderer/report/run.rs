@@ -1,0 +1,92 @@
+//! The report's `run`: what it takes to make the picture again, on any machine that has the same files.
+
+use crate::header::{JsonFormat, WrongFormat};
+use crate::renderer::sections::LANGUAGES;
+use crate::scene::{Scene, SceneError};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use thiserror::Error;
+
+/// A render report. Version 3 added `run`.
+pub const FORMAT: JsonFormat = JsonFormat::new("ortelius-render-report", 3);
+
+/// A run of `ortelius render`. Every file that it reads is named by an absolute path, or relative to `folder`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunSection {
+    /// The scene's name.
+    pub name: String,
+    /// What relative paths in the scene start from.
+    pub folder: String,
+    /// The whole scene as TOML, changes included.
+    pub scene: String,
+    /// The camera whose view was rendered, or the path that was followed.
+    pub camera: Option<String>,
+    pub path: Option<String>,
+    /// Frames before the picture settles; null: those of the path, or none.
+    pub frames: Option<u32>,
+    /// Whether frames follow until nothing is missing, also where `frames` is stated.
+    pub settle: bool,
+    pub deterministic: bool,
+    /// Pixels.
+    pub size: [u32; 2],
+    /// The picture was 32-bit linear light (EXR) instead of sRGB bytes.
+    pub linear: bool,
+}
+
+/// A file that is no report of a run.
+#[derive(Debug, Error)]
+pub enum ReportError {
+    #[error("{path}: cannot read the report: {source}")]
+    Read { path: String, source: std::io::Error },
+    #[error("{path}: not a render report: {error}")]
+    Format { path: String, error: WrongFormat },
+    #[error("{path}: this report has no run to render again; its frames were made by another program")]
+    NoRun { path: String },
+}
+
+impl RunSection {
+    /// The settled picture of a scene, from its own camera or along its own path.
+    pub fn settled(scene: &Scene) -> RunSection {
+        let (folder, text) = scene.to_parts(LANGUAGES);
+        let path = scene.view.path.clone();
+        RunSection {
+            name: scene.name.clone(),
+            folder: folder.to_string_lossy().into_owned(),
+            scene: text,
+            camera: path.is_none().then(|| scene.view.camera.clone()),
+            path,
+            frames: None,
+            settle: false,
+            deterministic: false,
+            size: [scene.view.width, scene.view.height],
+            linear: false,
+        }
+    }
+
+    /// From a report's file.
+    ///
+    /// # Errors
+    /// [`ReportError`] names the file.
+    pub fn read(path: &Path) -> Result<RunSection, ReportError> {
+        #[derive(Deserialize)]
+        struct OfReport {
+            run: Option<RunSection>,
+        }
+        let shown = || path.display().to_string();
+        let format = |error| ReportError::Format { path: shown(), error };
+        let text =
+            std::fs::read_to_string(path).map_err(|source| ReportError::Read { path: shown(), source })?;
+        FORMAT.check(&text).map_err(format)?;
+        let report: OfReport = serde_json::from_str(&text).map_err(|error| format(error.into()))?;
+        report.run.ok_or_else(|| ReportError::NoRun { path: shown() })
+    }
+
+    /// The scene as it was. `report` is the file's name, for messages.
+    ///
+    /// # Errors
+    /// [`SceneError`]: the text is not what this program wrote.
+    pub fn scene(&self, report: &str) -> Result<Scene, SceneError> {
+        let shown = format!("{report}: run.scene");
+        Scene::of_parts(&shown, &self.name, Path::new(&self.folder), self.scene.clone())
+    }
+}

@@ -1,0 +1,121 @@
+//! A report is rendered again: the same bytes, from any folder.
+
+use super::*;
+use serde_json::Value;
+
+fn bytes(folder: &TempDir, name: &str) -> Vec<u8> {
+    std::fs::read(folder.path().join(name)).unwrap()
+}
+
+fn path(folder: &TempDir, name: &str) -> String {
+    folder.path().join(name).display().to_string()
+}
+
+/// The report's `run`.
+fn run_of(folder: &TempDir, name: &str) -> Value {
+    let report: Value = serde_json::from_str(&read(folder, name)).unwrap();
+    assert_eq!((&report["format"], &report["version"]), (&"ortelius-render-report".into(), &3.into()));
+    report["run"].clone()
+}
+
+/// Renders `arguments` in `folder` and its report in another one, with a picture of this ending. Both runs must be the
+/// same, and both pictures; the second folder has nothing but `again.*`.
+fn same_again(folder: &TempDir, arguments: &[&str], ending: &str) -> TempDir {
+    let [first, second] = ["first", "again"].map(|name| format!("{name}.{ending}"));
+    rendered(folder, &[arguments, &["-o", &first, "--report", "r.json"]].concat());
+    let elsewhere = super::folder();
+    rendered(&elsewhere, &[&*path(folder, "r.json"), "-o", &second, "--report", "again.json"]);
+    assert_eq!(run_of(folder, "r.json"), run_of(&elsewhere, "again.json"));
+    assert!(bytes(folder, &first) == bytes(&elsewhere, &second), "{arguments:?}");
+    elsewhere
+}
+
+#[test]
+fn a_landscape_with_overrides_is_the_same_again_and_options_override_the_reports() {
+    let folder = folder();
+    let changes = ["-Dvariant.level_bias=2", "-D", "variant.keying=native", "-Dcache.upload_budget_ms=1"];
+    let run = ["earth", "--size", "160x90", "--camera", "oblique", "--frames", "3", "--deterministic"];
+    let elsewhere = same_again(&folder, &[&run[..], &changes].concat(), "png");
+    let report = path(&folder, "r.json");
+    for (number, (options, size)) in [
+        (&["--camera", "headline"][..], [160, 90]),
+        (&["-Dview.camera=headline"], [160, 90]),
+        (&["-Dvariant.level_bias=6"], [160, 90]),
+        (&["--size", "80x45"], [80, 45]),
+        (&["-Dview.width=80", "-Dview.height=45"], [80, 45]),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let name = format!("other{number}.png");
+        rendered(&elsewhere, &[&[&*report, "-o", &*name][..], options].concat());
+        let picture = picture(&elsewhere.path().join(&name));
+        assert_eq!([picture.width, picture.height], size, "{options:?}");
+        assert!(bytes(&elsewhere, &name) != bytes(&folder, "first.png"), "{options:?} changed nothing");
+    }
+    let [camera, key] = ["other0.png", "other1.png"].map(|name| bytes(&elsewhere, name));
+    assert!(camera == key, "--camera and view.camera");
+}
+
+#[test]
+fn progressive_meshes_are_the_same_again() {
+    let folder = folder();
+    let run = ["herd", "--size", "128x72", "--path", "rise", "--frames", "4", "--deterministic"];
+    same_again(&folder, &[&run[..], &["-Dsurface.herd.geometry.instances=20"]].concat(), "png");
+}
+
+#[test]
+fn relative_files_are_found_from_another_folder() {
+    let folder = folder();
+    for name in ["scenes", "tiles"] {
+        std::fs::create_dir(folder.path().join(name)).unwrap();
+    }
+    bake(&folder, "tiles/t.tiles", "rgba8");
+    let scene = small_scene("source = \"file\"\npath = \"../tiles/t.tiles\"");
+    write(&folder, "scenes/s.toml", &scene);
+    same_again(&folder, &["scenes/s.toml"], "png");
+    // Given by -D, a path starts from the working directory.
+    write(&folder, "scenes/none.toml", &scene.replace("t.tiles", "none.tiles"));
+    let change = ["-D", "surface.land.texture.path=tiles/t.tiles"];
+    same_again(&folder, &[&["scenes/none.toml"][..], &change].concat(), "png");
+    let table = "surface.land.texture={kind=\"virtual\", source=\"file\", path=\"tiles/t.tiles\"}";
+    same_again(&folder, &["scenes/none.toml", "-D", table], "png");
+}
+
+#[test]
+fn linear_light_is_the_same_again_also_where_only_a_report_is_asked_for() {
+    let folder = folder();
+    write(&folder, "s.toml", &small_scene(SYNTHETIC));
+    let elsewhere = same_again(&folder, &["s.toml", "--camera", "elsewhere"], "exr");
+    rendered(&elsewhere, &[&path(&folder, "r.json"), "--report", "alone.json"]);
+    assert_eq!(run_of(&elsewhere, "alone.json")["linear"], true);
+    rendered(&elsewhere, &[&path(&folder, "r.json"), "--report", "png.json", "-o", "a.png"]);
+    assert_eq!(run_of(&elsewhere, "png.json")["linear"], false);
+}
+
+#[test]
+fn what_is_no_report_of_this_version_is_refused_in_one_line_that_names_both() {
+    let folder = folder();
+    let own = "this program reads format \"ortelius-render-report\" version 3";
+    for (text, words) in [
+        ("{}", &["no format is stated", own][..]),
+        (
+            "{\"format\": \"ortelius-render-report\", \"version\": 4}",
+            &["format \"ortelius-render-report\" version 4", own],
+        ),
+        (
+            "{\"format\": \"ortelius-render-report\", \"version\": 2}",
+            &["format \"ortelius-render-report\" version 2", own],
+        ),
+        ("{\"format\": \"ortelius-trade\", \"version\": 1}", &["format \"ortelius-trade\" version 1", own]),
+        ("{\"format\": \"ortelius-render-report\", \"version\": 3}", &["no run to render again"]),
+        ("[surface.land]", &["r.json: not a render report"]),
+    ] {
+        write(&folder, "r.json", text);
+        let (code, line) = render_failure(&folder, &["r.json", "-o", "a.png"]);
+        assert_eq!(code, 1, "{line}");
+        holds(&line, words);
+    }
+    assert_eq!(render_failure(&folder, &["none.json", "-o", "a.png"]).0, 1);
+    assert_eq!(names(&folder), ["r.json"]);
+}
