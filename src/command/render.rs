@@ -10,7 +10,7 @@ use clap::Args;
 use ortelius::frame::{Records, View};
 use ortelius::math::camera::Pose;
 use ortelius::paper::virtual_texture::PlainComparison;
-use ortelius::paper::virtual_texture::config::owner;
+use ortelius::paper::virtual_texture::config::{TextureError, owner};
 use ortelius::renderer::report::Report;
 use ortelius::renderer::{Options, RenderError, Renderer};
 use ortelius::scene::Scene;
@@ -140,6 +140,7 @@ fn open(args: &RenderArgs, asked: &Asked, outputs: &Outputs) -> anyhow::Result<R
         deterministic: asked.run.deterministic,
     };
     let named = |error| match error {
+        RenderError::Texture(TextureError::Scene(error)) => error.into(),
         // A texture's file does not say which scene asks for it.
         RenderError::Texture(_) => anyhow::Error::new(error).context(format!("scene {}", args.run.scene)),
         error => error.into(),

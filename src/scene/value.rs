@@ -177,7 +177,7 @@ impl<T: Setting> Setting for Option<T> {
     }
 }
 
-/// An enum that scenes name the values of. Implemented by [`choices!`](crate::choices).
+/// An enum that scenes name the values of. Implemented by [`choices!`](crate::scene::choices).
 pub trait Choice: Copy + 'static {
     const ALL: &'static [Self];
     fn name(self) -> &'static str;

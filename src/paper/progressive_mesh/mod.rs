@@ -10,7 +10,7 @@
 //! Steps, one file or folder each: [`simplify`] finds the collapses, [`order`] arranges faces and finds the
 //! tswaps, [`mesh`] is the result, and [`run`] executes it, once [`check`] has found it sound. [`cache`] counts what an
 //! order costs, and [`rivals`] what else could be done; [`apply`] runs it on the GPU; [`reference`](mod@reference)
-//! builds a level afresh; [`file`](mod@file) is how it is stored. [`load`] makes the meshes of a scene, [`stand`],
+//! builds a level afresh; [`file`](mod@file) is how it is stored. [`load`](mod@load) makes the meshes of a scene, [`stand`],
 //! [`ground`] and [`place`] say where their instances are. A [`surface`] has many instances, [`technique`]
 //! is the paper's part of a frame, and the [`governor`] holds its time.
 

@@ -11,7 +11,7 @@
 //! - A machine that becomes slower is noticed within three frames, one that becomes faster after all thirty: detail
 //!   goes fast and comes back slowly.
 //! - For the camera it does not wait: a crowd that comes into view costs detail in that very frame. A loop on times
-//!   alone learns of it two frames late, and must be slow so that it does not ring ([`Integral`]: the simple rule).
+//!   alone learns of it two frames late, and must be slow so that it does not ring (`Integral`: the simple rule).
 //! - Nothing is summed up, so nothing winds up: the factor never exceeds what makes all instances as coarse as they
 //!   get.
 //! - It does not ring. A frame of n faces takes a + b n and is taken for c n, where c = b + a / n was right for frames
