@@ -97,6 +97,11 @@ const COMPARERS: &[Comparer] = &[
         rejects: &[(TRUTH, "a_tenth_of_a_pixel_is_not_explained")],
     },
     Comparer {
+        judges: "stage 1 of several surfaces against f64 footprints",
+        function: ("src/paper/virtual_texture/figures/stage1.rs", "compare_surfaces"),
+        rejects: &[("tests/renderer/main.rs", "a_texel_behind_another_surface_asks_for_no_tile")],
+    },
+    Comparer {
         judges: "settled pictures against f64 pictures",
         function: (TRUTH, "settled_beside_truth"),
         rejects: &[(TRUTH, "the_printed_interpolation_is_not_the_f64_picture")],

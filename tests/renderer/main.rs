@@ -49,7 +49,7 @@ fn all_triangles(scene: &Scene, renderer: &Renderer, without: &str) -> (SourceMe
     let meshes = renderer.technique.meshes.iter().flat_map(|meshes| &meshes.surfaces);
     for (model, surface) in models.iter().zip(meshes).filter(|(model, _)| model.name != without) {
         assert_eq!(model.name, surface.name);
-        let textured = scene.surfaces[&model.name].texture.is_some();
+        let textured = scene.texture_kind(&scene.surfaces[&model.name]) == Some("virtual");
         let vertices = &model.mesh.vertices;
         for (n, (place, _)) in surface.instances().enumerate() {
             for face in surface.faces(n).unwrap() {
