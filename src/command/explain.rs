@@ -27,7 +27,8 @@ pub fn explain(renderer: &Renderer) -> anyhow::Result<()> {
     for surface in technique.meshes.iter().flat_map(|meshes| &meshes.surfaces) {
         say(format_args!("instances  {}", surface.of_an_instance()))?;
     }
-    memory(renderer)
+    let surfaces: Vec<&str> = passes.iter().flat_map(|(_, surfaces)| surfaces).copied().collect();
+    memory(renderer, &surfaces)
 }
 
 fn features(needs: &[Need], pass: &str) -> String {
@@ -36,7 +37,7 @@ fn features(needs: &[Need], pass: &str) -> String {
 }
 
 /// `land: J1: 1234 bytes`, those of a surface together and before them their sum.
-fn memory(renderer: &Renderer) -> anyhow::Result<()> {
+fn memory(renderer: &Renderer, surfaces: &[&str]) -> anyhow::Result<()> {
     let memory = renderer.memory();
     let owner = |name: &str| name.split_once(": ").map(|(owner, _)| owner.to_owned());
     let mut owners: Vec<Option<String>> = memory.iter().map(|(name, _)| owner(name)).collect();
@@ -44,7 +45,8 @@ fn memory(renderer: &Renderer) -> anyhow::Result<()> {
     owners.dedup();
     for of in owners {
         let own = || memory.iter().filter(|(name, _)| owner(name) == of);
-        if let Some(surface) = &of {
+        // What several surfaces share is no surface's: `levels: staging`.
+        if let Some(surface) = of.as_ref().filter(|of| surfaces.contains(&of.as_str())) {
             let in_video_memory = own().filter(|(name, _)| !name.ends_with("on the host"));
             let sum: u64 = in_video_memory.map(|(_, bytes)| bytes).sum();
             say(format_args!("memory     {surface}: {sum} bytes of video memory"))?;
