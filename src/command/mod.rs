@@ -14,6 +14,7 @@ pub mod list;
 pub mod merge;
 pub mod mesh;
 mod outputs;
+mod records;
 pub mod render;
 mod report;
 pub mod reproduce;

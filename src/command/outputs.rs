@@ -18,6 +18,7 @@ pub struct Outputs {
     report: Option<PathBuf>,
     visible: Option<PathBuf>,
     footprint: Option<PathBuf>,
+    records: Option<PathBuf>,
 }
 
 impl Outputs {
@@ -29,6 +30,7 @@ impl Outputs {
         report: Option<&Path>,
         visible: Option<&Path>,
         footprint: Option<&Path>,
+        records: Option<&Path>,
     ) -> anyhow::Result<Outputs> {
         for (path, endings) in [(picture, &["png", "exr"][..]), (footprint, &["exr"][..])] {
             let Some(path) = path else { continue };
@@ -43,8 +45,10 @@ impl Outputs {
             report: checked(report)?,
             visible: checked(visible)?,
             footprint: checked(footprint)?,
+            records: checked(records)?,
         };
-        let paths = [&outputs.picture, &outputs.report, &outputs.visible, &outputs.footprint];
+        let Outputs { picture, report, visible, footprint, records } = &outputs;
+        let paths = [picture, report, visible, footprint, records];
         for (n, path) in paths.iter().enumerate() {
             if path.is_some() && paths[..n].contains(path) {
                 let path = path.as_ref().expect("just asked").display();
@@ -55,7 +59,8 @@ impl Outputs {
     }
 
     pub fn any(&self) -> bool {
-        self.picture.is_some() || self.report.is_some() || self.visible.is_some() || self.footprint.is_some()
+        let Outputs { picture, report, visible, footprint, records } = self;
+        [picture, report, visible, footprint, records].into_iter().any(Option::is_some)
     }
 
     /// The first option whose file only a textured landscape can fill.
@@ -67,6 +72,11 @@ impl Outputs {
     /// Whether a file is asked for that every frame has a part in.
     pub fn of_all_frames(&self) -> bool {
         self.report.is_some() || self.visible.is_some()
+    }
+
+    /// Where `--records` goes.
+    pub fn records(&self) -> Option<&Path> {
+        self.records.as_deref()
     }
 
     /// Where `--dump-visible` goes.

@@ -5,6 +5,7 @@ use super::asked::{Asked, RunArgs};
 use super::device::DeviceArgs;
 use super::explain::explain;
 use super::outputs::{Outputs, write_visible};
+use super::records::Lines;
 use anyhow::bail;
 use clap::Args;
 use ortelius::frame::{Records, View};
@@ -33,6 +34,9 @@ pub struct RenderArgs {
     /// Everything measured, and what it takes to render the same again, as JSON
     #[arg(long, value_name = "JSON")]
     report: Option<PathBuf>,
+    /// Each frame's record as a line of JSON, as soon as the frame has ended
+    #[arg(long, value_name = "JSONL")]
+    records: Option<PathBuf>,
     /// Visible tiles as CSV: frame,q,i,j (native rows and columns)
     #[arg(long, value_name = "CSV")]
     dump_visible: Option<PathBuf>,
@@ -50,6 +54,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         args.report.as_deref(),
         args.dump_visible.as_deref(),
         args.dump_footprint.as_deref(),
+        args.records.as_deref(),
     )?;
     if !outputs.any() && !args.explain {
         bail!(Usage("nothing to write: give -o PICTURE, --report, a dump, or --explain".into()));
@@ -62,14 +67,22 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     }
     check_options(args, &asked.scene, &outputs)?;
     let poses = asked.poses()?;
-    let mut renderer = open(args, &asked, &outputs)?;
+    let mut renderer = open(args, &asked)?;
     if args.explain {
         explain(&renderer)?;
     }
     if !outputs.any() {
         return Ok(());
     }
+    let lines = outputs.records().map(Lines::create).transpose()?;
+    // Only a file that holds every frame needs every frame's record.
+    let records = if outputs.of_all_frames() { Records::all() } else { Records::last_ones(1) };
+    renderer.keep(match &lines {
+        Some(lines) => lines.tap(records),
+        None => records,
+    });
     let frames = run_frames(&asked, &mut renderer, &poses, &outputs)?;
+    lines.map_or(Ok(()), Lines::finish)?;
     let last = poses.last().expect("there is at least one pose");
     outputs.write_last(&mut renderer, asked.settles().then_some(frames))?;
     if let Some(path) = outputs.visible() {
@@ -131,7 +144,7 @@ fn compare_plain(args: &RenderArgs, renderer: &mut Renderer, pose: &Pose) -> Opt
     }
 }
 
-fn open(args: &RenderArgs, asked: &Asked, outputs: &Outputs) -> anyhow::Result<Renderer> {
+fn open(args: &RenderArgs, asked: &Asked) -> anyhow::Result<Renderer> {
     let options = Options {
         target: asked.target(),
         size: Some(asked.run.size),
@@ -145,17 +158,13 @@ fn open(args: &RenderArgs, asked: &Asked, outputs: &Outputs) -> anyhow::Result<R
         RenderError::Texture(_) => anyhow::Error::new(error).context(format!("scene {}", args.run.scene)),
         error => error.into(),
     };
-    let mut renderer = Renderer::open(&asked.scene, &options).map_err(named)?;
+    let renderer = Renderer::open(&asked.scene, &options).map_err(named)?;
     if let Some(texture) = &renderer.technique.texture
         && args.compare_plain
         && texture.source.format() != TileFormat::Rgba8
     {
         let what = "--compare-plain: a bc1 texture has no level in RGBA8 to compare with";
         bail!(Usage(format!("{what} ({}); bake it with --format rgba8", texture.source.describe())));
-    }
-    // Only a file that holds every frame needs every frame's record.
-    if !outputs.of_all_frames() {
-        renderer.keep(Records::last_ones(1));
     }
     Ok(renderer)
 }

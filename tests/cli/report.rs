@@ -123,3 +123,18 @@ fn a_report_has_every_setting_of_the_variant_the_caches_and_the_filter() {
     let scene: toml::Table = report["run"]["scene"].as_str().unwrap().parse().unwrap();
     assert!(scene.contains_key("surface") && scene.contains_key("view"));
 }
+
+#[test]
+fn records_are_the_reports_frames_a_line_each() {
+    let folder = folder();
+    let run = ["--frames", "4", "--deterministic", "--records", "a.jsonl"];
+    rendered(&folder, &[&["earth"], &SMALL[..], &["a.json"], &run[..]].concat());
+    let report: Value = serde_json::from_str(&read(&folder, "a.json")).unwrap();
+    let lines = read(&folder, "a.jsonl");
+    let lines: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines.len(), 4);
+    assert_eq!(report["frames"], Value::from(lines));
+    // Without a report no record is kept, and every line is written all the same.
+    rendered(&folder, &["bunny", "--size", "64x36", "--frames", "3", "--records", "b.jsonl"]);
+    assert_eq!(read(&folder, "b.jsonl").lines().count(), 3);
+}

@@ -1,0 +1,56 @@
+//! `--records`: each frame's record as a line of JSON, as soon as the frame has ended. A run that is stopped keeps the
+//! lines of the frames that it had.
+
+use anyhow::Context;
+use ortelius::frame::Records;
+use ortelius::renderer::Record;
+use ortelius::renderer::report::FrameReport;
+use std::cell::RefCell;
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+/// A file of JSON Lines.
+pub struct Lines {
+    path: PathBuf,
+    /// The first error ends the writing.
+    file: Rc<RefCell<io::Result<File>>>,
+}
+
+impl Lines {
+    /// # Errors
+    /// The disk, with the path.
+    pub fn create(path: &Path) -> anyhow::Result<Lines> {
+        let file = File::create(path).with_context(|| path.display().to_string())?;
+        Ok(Lines { path: path.to_owned(), file: Rc::new(RefCell::new(Ok(file))) })
+    }
+
+    /// The same records, each of which is also written.
+    pub fn tap(&self, records: Records<Record>) -> Records<Record> {
+        let file = self.file.clone();
+        records.with_tap(move |record| {
+            let mut file = file.borrow_mut();
+            let written = match &mut *file {
+                Ok(file) => line(record).and_then(|line| file.write_all(&line)),
+                Err(_) => return,
+            };
+            if let Err(error) = written {
+                *file = Err(error);
+            }
+        })
+    }
+
+    /// # Errors
+    /// A line that was not written, with the path.
+    pub fn finish(self) -> anyhow::Result<()> {
+        let file = std::mem::replace(&mut *self.file.borrow_mut(), Err(io::ErrorKind::Other.into()));
+        file.map(drop).with_context(|| self.path.display().to_string())
+    }
+}
+
+fn line(record: &Record) -> io::Result<Vec<u8>> {
+    let mut line = serde_json::to_vec(&FrameReport::from(record))?;
+    line.push(b'\n');
+    Ok(line)
+}
