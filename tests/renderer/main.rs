@@ -117,6 +117,24 @@ fn a_texel_behind_another_surface_asks_for_no_tile() {
     }
 }
 
+/// The shipped scene of both papers: a terrain of 204,800 faces and 500 meshes on it.
+#[test]
+fn the_valleys_visible_set_is_that_of_the_reference() {
+    let scene = Scene::embedded("valley").unwrap();
+    let renderer = settled(&scene, Target::Srgb8);
+    let check = against_reference(&scene, &renderer, "");
+    println!("{} of {} pixels differ", check.differing, check.pixels);
+    assert!(check.unexplained.is_empty(), "{} {:#?}", check.unexplained.len(), check.unexplained);
+    let blind = against_reference(&scene, &renderer, "herd");
+    assert!(blind.unexplained.len() > 500, "{}", blind.unexplained.len());
+    let texture = renderer.technique.texture.as_ref().unwrap();
+    let u1 = texture.u1(&renderer.gpu, renderer.target()).unwrap();
+    let record = renderer.records.last().unwrap().texture.as_ref().unwrap();
+    let listed: BTreeSet<_> = record.visible.iter().copied().collect();
+    assert_eq!(listed, visible_tiles(&u1, &texture.source.pyramid()));
+    silent(&renderer);
+}
+
 /// Names of passes and features, and bytes by name.
 type Costs = (BTreeSet<&'static str>, BTreeSet<String>, BTreeMap<String, u64>);
 
