@@ -154,6 +154,7 @@ fn open(args: &RenderArgs, asked: &Asked) -> anyhow::Result<Renderer> {
     };
     let named = |error| match error {
         RenderError::Texture(TextureError::Scene(error)) => error.into(),
+        RenderError::Texture(error @ TextureError::Differs { .. }) => error.into(),
         // A texture's file does not say which scene asks for it.
         RenderError::Texture(_) => anyhow::Error::new(error).context(format!("scene {}", args.run.scene)),
         error => error.into(),

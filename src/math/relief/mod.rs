@@ -2,8 +2,8 @@
 //!
 //! Real: a 30" grid (scenes/everest.NOTICE), 900 m between samples, which a cubic of Catmull and Rom goes through.
 //! **Synthetic, for looks alone**: everything finer. Ridges are raised and valleys deepened by a share of what a blur
-//! takes away, because a mean over 900 m is blunter than a mountain; [`gullies`] of 1.6 km down to 100 m run down the
-//! slopes, as high as the slope allows; the half in Nepal, which was drawn from few contour lines, gets [`ridges`]; and one
+//! takes away, because a mean over 900 m is blunter than a mountain; `gullies` of 1.6 km down to 100 m run down the
+//! slopes, as high as the slope allows; the half in Nepal, which was drawn from few contour lines, gets `ridges`; and one
 //! place is level ([`PLAIN_M`]). Nothing is measured on this surface; the model `everest` has the samples alone.
 //!
 //! Here, below models and textures, because both need the same surface: the model `valley` as a mesh, the texture

@@ -2,9 +2,9 @@
 //! level, column and row, the same bytes on every machine, in any order, on any number of threads.
 //!
 //! Labelled synthetic, all of it: what grows or lies at a place follows from its height, its slope, the direction it
-//! faces and how far it is from the divide ([`ground`]). The level of 1024 x 1024 texels is computed from the heights, and
-//! each coarser one is the mean of the finer, exactly ([`base`]). Finer levels colour the same ground, interpolated, with
-//! one more octave of noise each ([`refine`]).
+//! faces and how far it is from the divide (`ground`). The level of 1024 x 1024 texels is computed from the heights, and
+//! each coarser one is the mean of the finer, exactly (`base`). Finer levels colour the same ground, interpolated, with
+//! one more octave of noise each (`refine`).
 //!
 //! # Means
 //! Beyond the base the mean of four stored texels differs from the stored parent by what the octave adds: a root mean
@@ -47,7 +47,7 @@ pub struct Terrain {
 }
 
 impl Terrain {
-    /// A terrain of this size. The first in a process computes the base (see [`base`]).
+    /// A terrain of this size. The first in a process computes the base (see `base`).
     ///
     /// # Errors
     /// [`TerrainError`] unless the map is square.
