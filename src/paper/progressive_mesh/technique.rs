@@ -1,4 +1,4 @@
-//! The paper's part of a frame: every instance that is seen is brought to the level that its distance asks for, what
+//! Paper 2's part of a frame: every instance that is seen is brought to the level that its distance asks for, what
 //! that changed of the index buffers is copied, and all are drawn; or handed on as shapes, to what textures them.
 //!
 //! A vertex is shaded as in a plain renderer: nothing of the levels is left in the shaders, unless vertices that
@@ -56,8 +56,6 @@ pub fn surfaces_pipeline(
 pub struct ProgressiveMeshes {
     pub settings: Settings,
     pub surfaces: Vec<Surface>,
-    /// Towards it.
-    pub sun: DVec3,
     pub onto: Onto,
     plain: Option<GraphicsPipeline>,
     geomorph: Option<GraphicsPipeline>,
@@ -108,7 +106,6 @@ impl ProgressiveMeshes {
             pending: PerFrame::default(),
             governor: settings.budget.map(|budget| Governor::new(budget, settings.rule)),
             only: None,
-            sun: settings.sun,
             onto: Onto::Cleared(settings.background),
             surfaces,
             settings,
@@ -194,7 +191,7 @@ impl ProgressiveMeshes {
                 };
                 let pipeline = pipeline.as_ref().expect("made for the surfaces that there are");
                 let geometry = Geometry { vertices, indices: &surface.indices };
-                let slices = surface.slices(&view.pose, view.size, self.sun);
+                let slices = surface.slices(&view.pose, view.size, self.settings.sun);
                 render.draw_slices(pipeline, &resources, geometry, &slices)?;
             }
             Ok(())
