@@ -63,7 +63,7 @@ pub trait Technique {
     /// Out of memory.
     fn record(&mut self, frame: &mut Frame<'_>, view: &View, target: &Target) -> Result<(), Self::Error>;
 
-    /// The target is another one from the next frame on; no frame is in flight.
+    /// From the next frame on, a new target takes the place of the old one; no frame is in flight.
     ///
     /// # Errors
     /// Out of memory.

@@ -24,7 +24,7 @@ pub struct PlainSurfaces {
 /// One of them.
 pub struct PlainSurface {
     pub name: String,
-    /// `None`: a progressive mesh, whose shape is another one in each frame.
+    /// `None`: a progressive mesh, whose shape changes from frame to frame.
     pub shape: Option<Shape>,
     /// Surfaces that share a texture share its image.
     pub texture: Arc<Image>,

@@ -32,7 +32,7 @@ const PLAIN: &str = "plain";
 /// A surface that carries the virtual texture.
 pub struct Carrier {
     pub name: String,
-    /// `None`: a progressive mesh, whose shape is another one in each frame.
+    /// `None`: a progressive mesh, whose shape changes from frame to frame.
     pub shape: Option<Shape>,
     pub lit: bool,
 }

@@ -1,4 +1,4 @@
-//! The paper's part of a frame: the list of the frame before last is streamed, the shapes are drawn with what is
+//! Paper 1's part of a frame: the list of the frame before last is streamed, the shapes are drawn with what is
 //! resident, and their visible tiles are listed. The steps are in the files beside this one.
 //!
 //! The list of frame n is used in frame n + [`FRAMES_IN_FLIGHT`]: the host never waits for a frame that it has
