@@ -5,9 +5,13 @@ use super::message::{Message, Messages, messenger_info};
 use super::{Check, Error, Result};
 use ash::{ext, vk};
 use std::ffi::CStr;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// An instance that is never destroyed, so that the loader never unloads the drivers. Without it each [`Instance`] loads
+/// them anew; NVIDIA 580.159 answers about thirty such turns of one process, and then no more.
+static DRIVERS: OnceLock<(ash::Entry, ash::Instance)> = OnceLock::new();
 
 /// The Vulkan instance. Headless: no surface extension is ever asked for here.
 pub struct Instance {
@@ -73,6 +77,13 @@ impl Instance {
             .check("vkEnumerateInstanceExtensionProperties", "loader")?;
         let has_debug = extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
         let messages = Arc::new(Messages::default());
+        if DRIVERS.get().is_none() {
+            let keeps = create(&entry, false, false, &messages)?;
+            if let Err((_, second)) = DRIVERS.set((entry.clone(), keeps)) {
+                // SAFETY: another thread's came first; nothing was made of this one.
+                unsafe { second.destroy_instance(None) };
+            }
+        }
         let handle = create(&entry, validate, has_debug, &messages)?;
         let debug = has_debug.then(|| ext::debug_utils::Instance::new(&entry, &handle));
         let messenger = match &debug {
