@@ -95,10 +95,20 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             // stderr may be closed or full: the exit code is then the only report.
-            let _ignored = writeln!(std::io::stderr(), "ortelius: {}", one_line(&error));
+            let _ignored = writeln!(std::io::stderr(), "ortelius: {}", printable(&one_line(&error)));
             ExitCode::from(exit::exit_code(&error))
         }
     }
+}
+
+/// Names of files and keys may hold anything, escape sequences for the terminal included.
+fn printable(text: &str) -> String {
+    let escaped = |c: char| match c {
+        '\n' | '\t' => c.to_string(),
+        c if c.is_control() => c.escape_default().to_string(),
+        c => c.to_string(),
+    };
+    text.chars().map(escaped).collect()
 }
 
 /// An error with its causes. Many of our errors already name their cause: a text that is there is not repeated.

@@ -117,8 +117,8 @@ fn the_rest_of_the_arguments_goes_to_cargo() {
     all().run(&["-y", "demo", "--no-install", "-o", "-y"]).called(&["cargo run --release -- demo -o -y"]);
     all()
         .run(&["test", "--test", "floors", "--", "--nocapture"])
-        .called(&["cargo test --release --test floors -- --nocapture"]);
-    all().run(&["test", "--help"]).called(&["cargo test --release --help"]);
+        .called(&["cargo test --release --no-fail-fast --test floors -- --nocapture"]);
+    all().run(&["test", "--help"]).called(&["cargo test --release --no-fail-fast --help"]);
 }
 
 #[test]
@@ -150,7 +150,11 @@ fn root_installs_what_is_missing_and_no_more() {
         let system = System::new(files, 0);
         system.manager("apt-get");
         let install = format!("apt-get install -y --no-install-recommends {packages}");
-        let cargo = if command == "demo" { "cargo run --release -- demo" } else { "cargo test --release" };
+        let cargo = if command == "demo" {
+            "cargo run --release -- demo"
+        } else {
+            "cargo test --release --no-fail-fast"
+        };
         let outcome = system.run(&[command]);
         outcome.called(&["apt-get update", &install, cargo]);
         assert!(
@@ -173,7 +177,7 @@ fn each_system_has_its_own_packages() {
     ] {
         let system = System::new(&[], 0);
         system.manager(manager);
-        system.run(&["test"]).called(&[install, "cargo test --release"]);
+        system.run(&["test"]).called(&[install, "cargo test --release --no-fail-fast"]);
     }
     System::new(&[], 0).run(&["demo"]).refused("no package manager known here");
 }

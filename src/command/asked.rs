@@ -29,6 +29,9 @@ pub struct RunArgs {
     /// After --frames, go on from the last pose until nothing is missing
     #[arg(long)]
     settle: bool,
+    /// Settle every frame of a sequence before the next: each picture is complete
+    #[arg(long)]
+    settle_each: bool,
     /// Budgets count tiles and faces instead of time: the same frames on every run
     #[arg(long)]
     deterministic: bool,
@@ -74,6 +77,7 @@ impl Asked {
             path,
             frames: args.frames.or(earlier.frames),
             settle: args.settle || earlier.settle,
+            settle_each: args.settle_each || earlier.settle_each,
             deterministic: args.deterministic || earlier.deterministic,
             size: args.size.unwrap_or(earlier.size),
             linear: target.map_or(earlier.linear, |target| target == Target::Linear32),
@@ -116,7 +120,7 @@ impl Asked {
 fn is_report(scene: &str) -> bool {
     let begins_so = || {
         let mut first = [0];
-        let read = std::fs::File::open(scene).and_then(|mut file| file.read_exact(&mut first));
+        let read = ortelius::file::open(Path::new(scene)).and_then(|mut file| file.read_exact(&mut first));
         read.is_ok() && first == *b"{"
     };
     Path::new(scene).extension().is_some_and(|ending| ending == "json") || begins_so()
@@ -136,6 +140,6 @@ fn earlier(args: &RunArgs) -> anyhow::Result<(Scene, RunSection)> {
     if !changed(["width", "height"]) {
         now.size = run.size;
     }
-    let RunSection { frames, settle, deterministic, linear, .. } = run;
-    Ok((scene, RunSection { frames, settle, deterministic, linear, ..now }))
+    let RunSection { frames, settle, settle_each, deterministic, linear, .. } = run;
+    Ok((scene, RunSection { frames, settle, settle_each, deterministic, linear, ..now }))
 }

@@ -203,7 +203,9 @@ impl Stage<'_> {
         session.again(&self.pose)?;
         let picture = self.truth.cut(&session.picture_bytes()?);
         let measures = Comparison::of(&picture, &self.truth.picture)?.measures(OUTLIER_BOUND);
-        let forced_bias = session.technique.bias() - session.technique.settings.config.level_bias;
+        // A bias beyond the coarsest level is clamped below the setting.
+        let forced_bias =
+            session.technique.bias().saturating_sub(session.technique.settings.config.level_bias);
         let list_frames = session.technique.frames_to_list();
         Ok(Ok(Open { setting: setting.clone(), session, measures, forced_bias, list_frames }))
     }
