@@ -41,19 +41,19 @@ pub struct SceneArgs {
 #[derive(Args, Clone, Copy, PartialEq)]
 pub struct EyeArgs {
     /// Geodetic latitude of the eye in degrees
-    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
     lat: Option<f64>,
     /// Its longitude in degrees
-    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
     lon: Option<f64>,
     /// Its height above the ellipsoid or the plane
-    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    #[arg(long, value_name = "METRES", conflicts_with = "path", allow_negative_numbers = true)]
     alt: Option<f64>,
     /// Clockwise from north: what is up in the picture when the eye looks straight down
-    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
     heading: Option<f64>,
     /// 0 looks straight down, 90 to the horizontal
-    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
     tilt: Option<f64>,
 }
 
@@ -176,11 +176,6 @@ impl EyeArgs {
         if [lat, lon, alt, heading, tilt].iter().all(Option::is_none) {
             return Ok(asked);
         }
-        if let Some(path) = &asked.run.path {
-            bail!(Usage(format!(
-                "--lat, --lon, --alt, --heading, --tilt place a camera; path {path} has its own"
-            )));
-        }
         let like = asked.camera()?;
         let place = match like.place {
             Place::Planet { latitude_deg, longitude_deg } => Place::Planet {
@@ -188,7 +183,7 @@ impl EyeArgs {
                 longitude_deg: lon.unwrap_or(longitude_deg),
             },
             Place::Plane { .. } if lat.is_some() || lon.is_some() => {
-                let (scene, name) = (&asked.scene.name, asked.eye());
+                let (scene, name) = (&asked.scene.name, &asked.scene.view.camera);
                 bail!(Usage(format!(
                     "--lat, --lon: scene {scene} lies on a plane; set -D cameras.{name}.east_m and north_m"
                 )));
@@ -206,7 +201,7 @@ impl EyeArgs {
         let scene = asked.scene.with(&changes)?;
         let RunSection { name, folder, scene: text, .. } = RunSection::settled(&scene);
         let camera = Some(EyeArgs::NAME.to_owned());
-        Ok(Asked { scene, run: RunSection { name, folder, scene: text, camera, ..asked.run } })
+        Ok(Asked { scene, run: RunSection { name, folder, scene: text, camera, path: None, ..asked.run } })
     }
 }
 

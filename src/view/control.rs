@@ -14,12 +14,13 @@ const WHEEL: f64 = 0.0033;
 /// So many points from the divider still grab it.
 const GRASP: f32 = 6.0;
 
-/// What a press of the pointer has hold of until it is released.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// What a press of the pointer has hold of until it is released, and where the pointer was in the last frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hold {
-    #[default]
-    Nothing,
-    Ground,
+    /// To move it.
+    Ground(Pos2),
+    /// To turn about its middle.
+    View(Pos2),
     Divider,
 }
 
@@ -56,39 +57,54 @@ pub fn actions(context: &Context) -> Vec<Action> {
 }
 
 /// Moves the eye, or the divider, whose new place is returned. `seconds` since the last frame.
-pub fn steer(context: &Context, eye: &mut Eye, hold: &mut Hold, pane: &Pane, seconds: f64) -> Option<f32> {
+pub fn steer(
+    context: &Context,
+    eye: &mut Eye,
+    hold: &mut Option<Hold>,
+    pane: &Pane,
+    seconds: f64,
+) -> Option<f32> {
     let (keyboard, pointer) = (!context.egui_wants_keyboard_input(), !context.egui_wants_pointer_input());
     context.input(|input| {
         if keyboard {
             fly(input, eye, seconds);
         }
-        if !input.pointer.any_down() {
-            *hold = Hold::Nothing;
-        }
         let at = input.pointer.latest_pos()?;
-        if pointer && input.pointer.any_pressed() && *hold == Hold::Nothing {
-            *hold = grasped(at, pane);
-        }
         if pointer {
             zoom(input, eye, at, pane);
         }
+        if pointer && input.pointer.any_pressed() && hold.is_none() {
+            // A slow frame may hold the press and moves behind it.
+            *hold = Some(grasped(input, input.pointer.press_origin().unwrap_or(at), pane));
+        }
+        let mut divider = None;
+        match hold {
+            Some(Hold::Ground(before)) if *before != at => {
+                eye.drag(pane.pixel(*before), pane.pixel(at), pane.size);
+                *before = at;
+            }
+            Some(Hold::View(before)) if *before != at => {
+                eye.turn(pane.pixel(at) - pane.pixel(*before), pane.size);
+                *before = at;
+            }
+            Some(Hold::Divider) => divider = Some((at.x / pane.points_wide()).clamp(0.0, 1.0)),
+            _ => {}
+        }
+        if !input.pointer.any_down() {
+            *hold = None;
+        }
         if pointer && input.pointer.button_double_clicked(PointerButton::Primary) {
             eye.fly_to_pixel(pane.pixel(at), pane.size);
-        } else if *hold == Hold::Ground && input.pointer.delta() != egui::Vec2::ZERO {
-            let before = pane.pixel(at - input.pointer.delta());
-            match input.pointer.primary_down() {
-                true => eye.drag(before, pane.pixel(at), pane.size),
-                false => eye.turn(pane.pixel(at) - before, pane.size),
-            }
         }
-        (*hold == Hold::Divider).then(|| (at.x / pane.points_wide()).clamp(0.0, 1.0))
+        divider
     })
 }
 
-fn grasped(at: Pos2, pane: &Pane) -> Hold {
+fn grasped(input: &InputState, at: Pos2, pane: &Pane) -> Hold {
     match pane.divider {
         Some(share) if (share * pane.points_wide() - at.x).abs() < GRASP => Hold::Divider,
-        _ => Hold::Ground,
+        _ if input.pointer.button_pressed(PointerButton::Primary) => Hold::Ground(at),
+        _ => Hold::View(at),
     }
 }
 

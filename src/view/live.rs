@@ -36,7 +36,7 @@ pub struct Live {
     /// Textures of the panels that no frame has uploaded yet.
     textures: TexturesDelta,
     eye: Eye,
-    hold: Hold,
+    hold: Option<Hold>,
     player: Player,
     panels: Panels,
     bookmarks: [Option<Camera>; 9],
@@ -77,7 +77,7 @@ impl Live {
             input,
             textures: TexturesDelta::default(),
             eye: Eye::new(opening.camera),
-            hold: Hold::default(),
+            hold: None,
             panels: Panels::new(opening.panels),
             bookmarks,
             magnifies: false,
@@ -147,7 +147,7 @@ impl Live {
             self.echo = ECHO;
             if let Err(error) = self.act(action) {
                 tracing::warn!("{error:#}");
-                self.panels.status = Some((format!("{error:#}"), true));
+                self.panels.say(format!("{error:#}"), true);
             }
         }
         self.draw(output)?;
@@ -204,7 +204,7 @@ impl Live {
 
     fn say(&mut self, text: String) {
         tracing::info!("{text}");
-        self.panels.status = Some((text, false));
+        self.panels.say(text, false);
     }
 
     fn act(&mut self, action: Action) -> anyhow::Result<()> {
@@ -390,7 +390,7 @@ impl Live {
             }
             Err(error) => {
                 self.film = None;
-                self.panels.status = Some((format!("{error:#}"), true));
+                self.panels.say(format!("{error:#}"), true);
             }
         }
         Ok(())

@@ -11,15 +11,26 @@ use ortelius::paper::virtual_texture::VirtualTexture;
 use ortelius::renderer::Record;
 use ortelius::scene::camera::{Camera, Place};
 use ortelius::vk::PassTime;
+use std::time::{Duration, Instant};
 
 /// State of the panels; the rest is read from the stage.
 pub struct Panels {
     pub open: bool,
     pub help: bool,
     settings: Settings,
-    /// The last message, and whether it is an error.
-    pub status: Option<(String, bool)>,
+    status: Option<Status>,
 }
+
+/// The last message.
+struct Status {
+    text: String,
+    is_error: bool,
+    since: Instant,
+}
+
+/// How long a message is shown.
+const MESSAGE: Duration = Duration::from_secs(4);
+const ERROR: Duration = Duration::from_secs(20);
 
 /// Width in points.
 const WIDTH: f32 = 330.0;
@@ -37,6 +48,11 @@ pub struct Shown<'a> {
 impl Panels {
     pub fn new(open: bool) -> Panels {
         Panels { open, help: false, settings: Settings::new(), status: None }
+    }
+
+    /// Shows a message for a while.
+    pub fn say(&mut self, text: String, is_error: bool) {
+        self.status = Some(Status { text, is_error, since: Instant::now() });
     }
 
     /// Lays out all that is open; what the user asked for.
@@ -77,10 +93,20 @@ impl Panels {
         actions
     }
 
-    fn status_line(&self, ui: &mut Ui, shown: &Shown<'_>) {
-        let film = shown.film.map(|(done, all)| (format!("recording: {done} of {all} frames"), false));
-        let Some((text, wrong)) = film.as_ref().or(self.status.as_ref()) else { return };
-        let colour = if *wrong { Color32::from_rgb(255, 140, 120) } else { Color32::WHITE };
+    fn status_line(&mut self, ui: &mut Ui, shown: &Shown<'_>) {
+        let mut line = shown.film.map(|(done, all)| (format!("recording: {done} of {all} frames"), false));
+        if let Some(Status { text, is_error, since }) = &self.status {
+            let left = if *is_error { ERROR } else { MESSAGE }.saturating_sub(since.elapsed());
+            match left.is_zero() {
+                true => self.status = None,
+                false => {
+                    ui.ctx().request_repaint_after(left);
+                    line = line.or(Some((text.clone(), *is_error)));
+                }
+            }
+        }
+        let Some((text, is_error)) = line else { return };
+        let colour = if is_error { Color32::from_rgb(255, 140, 120) } else { Color32::WHITE };
         egui::Area::new("status".into()).anchor(Align2::LEFT_BOTTOM, vec2(8.0, -8.0)).show(ui.ctx(), |ui| {
             egui::Frame::popup(ui.style()).show(ui, |ui| ui.label(RichText::new(text).color(colour)));
         });

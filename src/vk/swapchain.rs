@@ -224,14 +224,14 @@ impl Swapchain {
         let (semaphore, fence) = (self.acquired[next].handle, vk::Fence::null());
         // SAFETY: the frame that waited for the semaphore has ended: one more of them than frames in flight.
         match unsafe { self.calls.acquire_next_image(self.handle, PATIENCE_NS, semaphore, fence) } {
-            // Suboptimal ones can be drawn into; presenting then reports it again.
-            Ok((number, _)) => {
+            Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => Ok(Acquired::Busy),
+            Err(stale) if is_stale(stale) => Ok(Acquired::Stale),
+            acquired => {
+                // Suboptimal ones can be drawn into; presenting then reports it again.
+                let (number, _) = acquired.check("vkAcquireNextImageKHR", "window")?;
                 self.next = next;
                 Ok(Acquired::Image(number as usize))
             }
-            Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => Ok(Acquired::Busy),
-            Err(stale) if is_stale(stale) => Ok(Acquired::Stale),
-            Err(error) => Err(error).check("vkAcquireNextImageKHR", "window"),
         }
     }
 
@@ -250,9 +250,8 @@ impl Swapchain {
         let _ring = self.gpu.ring.lock().expect("no panic while a frame is recorded");
         // SAFETY: the image was acquired, and a submission signals the semaphore.
         match unsafe { self.calls.queue_present(self.gpu.device.queue, &info) } {
-            Ok(suboptimal) => Ok(!suboptimal),
             Err(stale) if is_stale(stale) => Ok(false),
-            Err(error) => Err(error).check("vkQueuePresentKHR", "window"),
+            presented => Ok(!presented.check("vkQueuePresentKHR", "window")?),
         }
     }
 
