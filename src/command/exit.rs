@@ -34,6 +34,8 @@ fn code_of(cause: &(dyn Error + 'static)) -> Option<u8> {
     let usage = cause.is::<Usage>().then_some(USAGE_OR_NO_DRIVER);
     let damaged =
         (cause.is::<Damaged>() || cause.is::<Unsound>() || cause.is::<Unreadable>()).then_some(DATA_CORRUPT);
+    #[cfg(feature = "window")]
+    let usage = usage.or(cause.is::<crate::view::NoDisplay>().then_some(USAGE_OR_NO_DRIVER));
     usage
         .or(damaged)
         .or_else(|| cause.downcast_ref().map(|unwell: &Unwell| unwell.exit_code))

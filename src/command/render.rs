@@ -101,7 +101,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     }
     outputs.write_footprint(&renderer)?;
     let plain = compare_plain(args, &mut renderer, last);
-    let mut report = Report::of(&renderer, &args.run.scene, asked.eye(), plain);
+    let mut report = Report::of(&renderer, &args.run.of.scene, asked.eye(), plain);
     report.run = Some(asked.run);
     outputs.write_report(&report)?;
     check_run(args, &renderer)
@@ -136,7 +136,10 @@ fn check_options(args: &RenderArgs, scene: &Scene, outputs: &Outputs) -> anyhow:
     let option = outputs.of_a_texture().or(args.compare_plain.then_some("--compare-plain"));
     match (owner(scene)?, option) {
         (None, Some(option)) => {
-            bail!(Usage(format!("{option}: scene {} has no virtual texture; leave it out", args.run.scene)))
+            bail!(Usage(format!(
+                "{option}: scene {} has no virtual texture; leave it out",
+                args.run.of.scene
+            )))
         }
         _ => Ok(()),
     }
@@ -179,7 +182,7 @@ fn open(args: &RenderArgs, asked: &Asked) -> anyhow::Result<Renderer> {
         RenderError::Texture(TextureError::Scene(error)) => error.into(),
         RenderError::Texture(error @ TextureError::Differs { .. }) => error.into(),
         // A texture's file does not say which scene asks for it.
-        RenderError::Texture(_) => anyhow::Error::new(error).context(format!("scene {}", args.run.scene)),
+        RenderError::Texture(_) => anyhow::Error::new(error).context(format!("scene {}", args.run.of.scene)),
         error => error.into(),
     };
     let renderer = Renderer::open(&asked.scene, &options).map_err(named)?;

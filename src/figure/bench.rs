@@ -56,7 +56,7 @@ impl Bench {
     /// As [`Gpu::new`]; a feature that the device lacks is [`Value::Missing`]'s case.
     pub fn gpu(&self, needs: &[Need]) -> crate::vk::Result<Gpu> {
         let (device, validate) = (self.device.as_deref(), self.validate);
-        let options = GpuOptions { device, validate, needs, wishes: &Feature::ALL };
+        let options = GpuOptions { device, validate, needs, wishes: &Feature::ALL, ..GpuOptions::default() };
         let gpu = Gpu::new(&options)?;
         if self.validate {
             self.opened.borrow_mut().push(gpu.clone());

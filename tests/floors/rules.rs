@@ -66,6 +66,7 @@ fn objection(from: &[String], to: &[String]) -> Option<String> {
     }
     let neighbours = match (here, target) {
         ("reference", "model") => true, // its data types
+        ("command", "view") => true,    // `ortelius view` opens it
         _ => below == 0 || above < below,
     };
     (!neighbours).then(|| format!("{here} and {target} (floor {below}) do not know each other"))
