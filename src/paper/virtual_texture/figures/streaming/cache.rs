@@ -80,7 +80,7 @@ fn variants() -> Vec<String> {
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let route = Route::of_ruler(&cell.scene, &[])?;
     let pyramid = route.pyramid()?;
-    let (size, step) = extent(bench.effort);
+    let (size, step) = extent(bench);
     let records = route.records(bench, size, step, 0)?;
     let lists: Vec<Vec<TileId>> = records.into_iter().map(|record| record.visible).collect();
     let largest = lists.iter().map(Vec::len).max().context("a path has frames")?;
