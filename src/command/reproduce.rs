@@ -144,11 +144,11 @@ fn told_crash(result: &CellResult) -> String {
 fn measure(args: &ReproduceArgs, figures: &[&'static Figure], from: usize) -> anyhow::Result<()> {
     let known = choose(&FAMILIES, &[]).expect("no name is unknown");
     let checked = args.report.check()?;
+    let machine = Machine::here(Gpu::new(&args.device.options())?.physical());
+    tracing::info!("{}, {}; {}, {} cores", machine.device, machine.driver, machine.processor, machine.cores);
     if from == 0 {
         warn_of_load();
     }
-    let machine = Machine::here(Gpu::new(&args.device.options())?.physical());
-    tracing::info!("{}, {}; {}, {} cores", machine.device, machine.driver, machine.processor, machine.cores);
     let run = Run {
         figures,
         folder: &args.output,

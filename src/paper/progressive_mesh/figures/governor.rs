@@ -47,7 +47,7 @@ pub const GOVERNOR: Figure = Figure {
             hunt (a turn is a change of the error against the direction of the last one), and what does it cost (the \
             geometric mean of the error)?",
     scenes: &[SCENE],
-    variants,
+    variants: || VARIANTS.map(String::from).into(),
     sweep: None,
     measure,
     plots: &[Plot::curves(TIME, "frame").log_y(), Plot::curves(FACTOR, "frame").log_y(), Plot::bars(WITHIN)],
@@ -73,10 +73,6 @@ pub const GOVERNOR: Figure = Figure {
         .timed(),
     ],
 };
-
-fn variants() -> Vec<String> {
-    VARIANTS.map(String::from).into()
-}
 
 /// How often the path is walked: the least that has a 95 % confidence interval.
 const WALKS: usize = 6;

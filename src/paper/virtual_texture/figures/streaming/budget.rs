@@ -52,7 +52,7 @@ pub const BUDGET: Figure = Figure {
             good. The tiles lie in memory, so the disk binds nothing; times are of this device, each frame waited for. Each budget \
             recovers 6 times from empty caches, all in turn. 960 x 540 (quick) or 1920 x 1080 pixels.",
     scenes: &["earth/oblique"],
-    variants,
+    variants: || BUDGETS.iter().map(|budget| budget.name.to_owned()).collect(),
     sweep: None,
     measure,
     plots: &[
@@ -79,10 +79,6 @@ pub const BUDGET: Figure = Figure {
         .timed(),
     ],
 };
-
-fn variants() -> Vec<String> {
-    BUDGETS.iter().map(|budget| budget.name.to_owned()).collect()
-}
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (scene, camera) = cell.scene.split_once('/').context("a scene and a camera")?;

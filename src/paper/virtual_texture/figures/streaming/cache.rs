@@ -35,7 +35,7 @@ pub const CACHE: Figure = Figure {
             pixels, tiles of 256 texels. With half of the room a real session goes each path. Bias: levels by which every tile is \
             taken coarser than listed, because what a frame sees exceeds N1; the report of each frame says it.",
     scenes: &PATHS,
-    variants,
+    variants: || Rule::ALL.iter().map(|rule| rule.name()).chain([BUILT, HALVED]).map(str::to_owned).collect(),
     sweep: None,
     measure,
     plots: &[
@@ -72,10 +72,6 @@ pub const CACHE: Figure = Figure {
         ),
     ],
 };
-
-fn variants() -> Vec<String> {
-    Rule::ALL.iter().map(|rule| rule.name()).chain([BUILT, HALVED]).map(str::to_owned).collect()
-}
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let route = Route::of_ruler(&cell.scene, &[])?;

@@ -45,7 +45,7 @@ pub const DISK: Figure = Figure {
             first frame's error are gone for good. Each disk is measured 6 times, all in turn. 640 x 360 (quick) or 1920 x 1080 \
             pixels.",
     scenes: &["earth/oblique"],
-    variants,
+    variants: || [HEALTHY, SLOW, DOWN].map(str::to_owned).to_vec(),
     sweep: None,
     measure,
     plots: &[
@@ -73,10 +73,6 @@ pub const DISK: Figure = Figure {
         .timed(),
     ],
 };
-
-fn variants() -> Vec<String> {
-    [HEALTHY, SLOW, DOWN].map(str::to_owned).to_vec()
-}
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (scene, camera) = cell.scene.split_once('/').context("a scene and a camera")?;
