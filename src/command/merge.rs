@@ -1,7 +1,8 @@
 //! `ortelius merge`: parts of a run become one report.
 
 use super::outputs::check_folder;
-use super::report::{report, stored};
+use super::report::ReportArgs;
+use anyhow::bail;
 use clap::Args;
 use ortelius::figure::{Figure, Store, choose, merge};
 use ortelius::paper::FAMILIES;
@@ -15,22 +16,22 @@ pub struct MergeArgs {
     /// The report's folder, made if absent
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Show what changed against stored results (a report's results.json)
-    #[arg(long, value_name = "RESULTS.json")]
-    against: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 pub fn run(args: &MergeArgs) -> anyhow::Result<()> {
     check_folder(&args.output)?;
-    let against = stored(args.against.as_deref())?;
+    let report = args.report.check()?;
     let known = choose(&FAMILIES, &[]).expect("no name is unknown");
     let folders: Vec<&Path> = args.folders.iter().map(PathBuf::as_path).collect();
-    let effort = merge(&folders, &args.output, &known)?;
     let store = Store::at(&args.output);
+    let _lock = args.output.join("cells").is_dir().then(|| store.lock()).transpose()?;
+    let effort = merge(&folders, &args.output, &known)?;
     let cells = store.all(&known)?;
     let merged = |figure: &&'static Figure| cells.iter().any(|cell| cell.figure == figure.id);
     let figures: Vec<&Figure> = known.iter().copied().filter(merged).collect();
-    report(&store, &figures, effort, against.as_ref())?;
+    let failed = report.report(&store, &figures, effort)?;
     tracing::info!("{} cells; the report is {}/index.html", cells.len(), args.output.display());
-    Ok(())
+    failed.map_or(Ok(()), |failed| bail!(failed))
 }

@@ -1,9 +1,33 @@
-//! The end of `reproduce` and `merge`: the report, and the verdicts on stdout.
+//! The end of `reproduce` and `merge`: the report, the verdicts on stdout, and whether they fail the command.
 
-use super::say;
-use anyhow::Context;
-use ortelius::figure::{Changes, Effort, Figure, Results, Store, write_outputs};
-use std::path::Path;
+use super::outputs::check_place;
+use super::{Usage, say};
+use anyhow::{Context, bail};
+use clap::{Args, ValueEnum};
+use ortelius::figure::{Changes, Effort, Figure, Results, Store, Verdict, write_outputs};
+use ortelius::picture::write::write_whole;
+use std::io::Write as _;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct ReportArgs {
+    /// Show what changed against stored results (a report's results.json)
+    #[arg(long, value_name = "RESULTS.json")]
+    against: Option<PathBuf>,
+    /// Exit with 1 where a claim's verdict is one of these, or differs from the one of --against
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    fail_on: Vec<FailOn>,
+    /// Also write the verdicts as JUnit XML
+    #[arg(long, value_name = "FILE.xml")]
+    junit: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum FailOn {
+    Changed,
+    NotReproduced,
+    NotMeasured,
+}
 
 /// Precedes the last argument of a `reproduce` that a `reproduce` started; the user did not give it.
 pub const WORKER: &str = "--worker";
@@ -11,39 +35,79 @@ pub const WORKER: &str = "--worker";
 /// Most lines on stdout for changed values; the page lists all.
 const MOST_CHANGES: usize = 20;
 
-/// Stored results, for `--against`.
-///
-/// # Errors
-/// The file cannot be read, or holds no results.
-pub fn stored(path: Option<&Path>) -> anyhow::Result<Option<Results>> {
-    let read = |path: &Path| -> anyhow::Result<Results> {
-        let text = std::fs::read_to_string(path)?;
-        Ok(Results::parse(&text)?)
-    };
-    path.map(|path| read(path).with_context(|| format!("--against {}", path.display()))).transpose()
+/// What a report needs that is wrong before anything is measured.
+pub struct Checked<'a> {
+    args: &'a ReportArgs,
+    against: Option<Results>,
 }
 
-/// Writes the report of `figures` as `store` has them, and prints a line for each claim.
-///
-/// # Errors
-/// The disk's.
-pub fn report(
-    store: &Store,
-    figures: &[&'static Figure],
-    effort: Effort,
-    against: Option<&Results>,
-) -> anyhow::Result<()> {
-    let cells = store.all(figures)?;
-    let results = Results::gather(figures, effort, &cells);
-    let changes = against.map(|before| Changes::between(before, &results));
-    let text = |text: std::ffi::OsString| text.to_string_lossy().into_owned();
-    let given = std::env::args_os().take_while(|argument| argument != WORKER);
-    let command: Vec<String> = given.map(text).collect();
-    write_outputs(store, figures, &results, &cells, &command, changes.as_ref())?;
-    for (figure, claim) in results.claims() {
-        let finding = &claim.finding;
-        let name = format!("{} {}", figure.id, claim.id);
-        say(format_args!("{name:32} {:30} {}", finding.verdict.name(), finding.numbers))?;
+impl ReportArgs {
+    /// # Errors
+    /// A file of `--against` that cannot be read or holds no results; options that do not go together.
+    pub fn check(&self) -> anyhow::Result<Checked<'_>> {
+        if self.fail_on.contains(&FailOn::Changed) && self.against.is_none() {
+            bail!(Usage("--fail-on changed compares: give --against RESULTS.json, too".into()));
+        }
+        self.junit.as_deref().map(check_place).transpose()?;
+        let read = |path: &PathBuf| -> anyhow::Result<Results> {
+            Ok(Results::parse(&std::fs::read_to_string(path)?)?)
+        };
+        let context = |path: &PathBuf| read(path).with_context(|| format!("--against {}", path.display()));
+        Ok(Checked { args: self, against: self.against.as_ref().map(context).transpose()? })
     }
-    changes.iter().flat_map(|changes| changes.lines(MOST_CHANGES)).try_for_each(say)
+}
+
+impl Checked<'_> {
+    /// Writes the report of `figures` as `store` has them, prints a line for each claim, and how many have which verdict.
+    /// Returns what `--fail-on` asks for.
+    ///
+    /// # Errors
+    /// The disk's.
+    pub fn report(
+        &self,
+        store: &Store,
+        figures: &[&'static Figure],
+        effort: Effort,
+    ) -> anyhow::Result<Option<String>> {
+        let cells = store.all(figures)?;
+        let results = Results::gather(figures, effort, &cells);
+        let changes = self.against.as_ref().map(|before| Changes::between(before, &results));
+        let text = |text: std::ffi::OsString| text.to_string_lossy().into_owned();
+        let given = std::env::args_os().take_while(|argument| argument != WORKER);
+        let command: Vec<String> = given.map(text).collect();
+        write_outputs(store, figures, &results, &cells, &command, changes.as_ref())?;
+        if let Some(path) = &self.args.junit {
+            write_whole(path, |file| file.write_all(results.junit().as_bytes()))?;
+        }
+        for (figure, claim) in results.claims() {
+            let finding = &claim.finding;
+            let name = format!("{} {}", figure.id, claim.id);
+            say(format_args!("{name:32} {:30} {}", finding.verdict.name(), finding.numbers))?;
+        }
+        changes.iter().flat_map(|changes| changes.lines(MOST_CHANGES)).try_for_each(say)?;
+        let counts = results.counts().map(|(verdict, count)| format!("{count} {}", verdict.name()));
+        say(format_args!("{} claims: {}", results.claims().count(), counts.collect::<Vec<_>>().join(", ")))?;
+        Ok(self.failed(&results, changes.as_ref()))
+    }
+
+    fn failed(&self, results: &Results, changes: Option<&Changes>) -> Option<String> {
+        let of = |verdicts: &[Verdict]| -> Vec<String> {
+            let those = results.claims().filter(|(_, claim)| verdicts.contains(&claim.finding.verdict));
+            those.map(|(figure, claim)| format!("{} {}", figure.id, claim.id)).collect()
+        };
+        let found = |what: &FailOn| {
+            let (words, claims) = match what {
+                FailOn::NotReproduced => ("not reproduced", of(&[Verdict::NotReproduced, Verdict::NotHere])),
+                FailOn::NotMeasured => ("not measured", of(&[Verdict::NotMeasured])),
+                FailOn::Changed => {
+                    let changed = changes.iter().flat_map(|changes| &changes.claims);
+                    ("with another verdict", changed.map(|c| format!("{} {}", c.figure, c.claim)).collect())
+                }
+            };
+            let first = claims.first()?;
+            Some(format!("{} claims {words}, first {first}", claims.len()))
+        };
+        let told: Vec<String> = self.args.fail_on.iter().filter_map(found).collect();
+        (!told.is_empty()).then(|| format!("--fail-on: {}", told.join("; ")))
+    }
 }

@@ -4,12 +4,12 @@
 use super::Usage;
 use super::device::DeviceArgs;
 use super::outputs::check_folder;
-use super::report::{WORKER, report, stored};
+use super::report::{ReportArgs, WORKER};
 use anyhow::{Context, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use ortelius::figure::{
-    Cell, CellResult, Effort, Figure, Machine, Outcome, Partition, Progress, Run, Store, Tally, choose,
+    Cell, CellResult, Effort, Figure, Machine, Outcome, Partition, Progress, Run, Store, Tally, choose, load,
     outlive, program,
 };
 use ortelius::paper::FAMILIES;
@@ -38,11 +38,13 @@ pub struct ReproduceArgs {
     #[arg(long, value_name = "I/N", value_parser = parse_partition)]
     partition: Option<Partition>,
     /// Keep what DIR has of the same commit, effort and device, and measure the rest
-    #[arg(long)]
+    #[arg(long, conflicts_with = "force")]
     resume: bool,
-    /// Show what changed against stored results (a report's results.json)
-    #[arg(long, value_name = "RESULTS.json")]
-    against: Option<PathBuf>,
+    /// Measure again what DIR has
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    report: ReportArgs,
     /// Measure in this very process, from this cell on (what the child does); the last argument
     #[arg(long, hide = true, value_name = "CELL")]
     worker: Option<usize>,
@@ -63,11 +65,40 @@ pub fn run(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
     let figures = choose(&FAMILIES, &args.figures).map_err(|unknown| Usage(unknown.to_string()))?;
     check_folder(&args.output)?;
     match args.worker {
-        None => watch(args, line),
+        None => {
+            args.report.check()?;
+            // Held until this process ends: the child writes.
+            let _lock = Store::create(&args.output)?.lock()?;
+            check_stored(args, &figures)?;
+            watch(args, line)
+        }
         Some(from) => {
             end_with_parent();
             measure(args, &figures, from)
         }
+    }
+}
+
+/// Cells that were measured are neither kept nor measured again by mistake.
+fn check_stored(args: &ReproduceArgs, figures: &[&'static Figure]) -> anyhow::Result<()> {
+    let stored = Store::at(&args.output).all(figures)?.len();
+    if stored > 0 && !args.resume && !args.force {
+        bail!(Usage(format!(
+            "{} holds {stored} cells of these figures; --resume keeps them and measures the rest, --force measures all again",
+            args.output.display()
+        )));
+    }
+    Ok(())
+}
+
+/// The load from which on other programs are worth a word: half a core.
+const DISTURBED: f64 = 0.5;
+
+fn warn_of_load() {
+    if let Some(load) = load().filter(|load| *load > DISTURBED) {
+        tracing::warn!(
+            "the machine is busy: {load} processes ran or waited in the last minute, and disturb the times"
+        );
     }
 }
 
@@ -112,9 +143,12 @@ fn told_crash(result: &CellResult) -> String {
 
 fn measure(args: &ReproduceArgs, figures: &[&'static Figure], from: usize) -> anyhow::Result<()> {
     let known = choose(&FAMILIES, &[]).expect("no name is unknown");
-    let against = stored(args.against.as_deref())?;
+    let checked = args.report.check()?;
     let machine = Machine::here(Gpu::new(&args.device.options())?.physical());
     tracing::info!("{}, {}; {}, {} cores", machine.device, machine.driver, machine.processor, machine.cores);
+    if from == 0 {
+        warn_of_load();
+    }
     let run = Run {
         figures,
         folder: &args.output,
@@ -133,7 +167,7 @@ fn measure(args: &ReproduceArgs, figures: &[&'static Figure], from: usize) -> an
     let tally = tally?;
     let store = Store::at(&args.output);
     // Only the requested figures; `merge` shows everything in the folder.
-    report(&store, figures, run.effort, against.as_ref())?;
+    let failed = checked.report(&store, figures, run.effort)?;
     let stored = store.all(&known)?;
     let asked = |cell: &&CellResult| figures.iter().any(|figure| figure.id == cell.figure);
     let others = stored.len() - stored.iter().filter(asked).count();
@@ -143,7 +177,8 @@ fn measure(args: &ReproduceArgs, figures: &[&'static Figure], from: usize) -> an
             "{folder} also holds {others} cells of other figures: `ortelius merge {folder} -o {folder}` shows all"
         );
     }
-    conclude(args, &tally)
+    conclude(args, &tally)?;
+    failed.map_or(Ok(()), |failed| bail!(failed))
 }
 
 fn conclude(args: &ReproduceArgs, tally: &Tally) -> anyhow::Result<()> {
@@ -169,7 +204,7 @@ struct Bar(ProgressBar);
 impl Bar {
     fn new() -> Bar {
         let bar = ProgressBar::no_length();
-        let template = "{pos}/{len} {wide_bar} {msg} {elapsed}";
+        let template = "{pos}/{len} {wide_bar} {msg} {elapsed}, about {eta} left";
         // The template is ours; a wrong one shows the default style.
         bar.set_style(
             ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()),

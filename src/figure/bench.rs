@@ -69,6 +69,31 @@ impl Bench {
         self.opened.borrow().iter().flat_map(Gpu::messages).collect()
     }
 
+    /// What a quick run takes, and a full one.
+    pub fn effort_of<T>(&self, quick: T, full: T) -> T {
+        match self.effort {
+            Effort::Quick => quick,
+            Effort::Full => full,
+        }
+    }
+
+    /// What `of` gives for each of `count` things in every round; each round begins with another one.
+    ///
+    /// # Errors
+    /// The first one of `of`.
+    pub fn in_turn<T>(
+        rounds: usize,
+        count: usize,
+        mut of: impl FnMut(usize) -> anyhow::Result<T>,
+    ) -> anyhow::Result<Vec<Vec<T>>> {
+        let mut found: Vec<Vec<T>> = (0..count).map(|_| Vec::new()).collect();
+        for (round, turn) in (0..rounds).flat_map(|round| (0..count).map(move |turn| (round, turn))) {
+            let at = (turn + round) % count;
+            found[at].push(of(at)?);
+        }
+        Ok(found)
+    }
+
     /// Timed runs of each contender, warm-up apart.
     pub fn runs(&self) -> usize {
         match self.effort {

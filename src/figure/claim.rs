@@ -1,4 +1,4 @@
-//! What a figure claims, as data: quantities, variants, places and a bound. [`super::judge`] gives the verdict.
+//! What a figure claims, as data: quantities, variants, places and a bound. [`Claim::judge`] gives the verdict.
 
 /// A sentence that the numbers bear out or not: every test must hold in every place.
 #[derive(Clone, Copy)]

@@ -35,6 +35,11 @@ pub fn program() -> String {
     bytes.map_or("unknown".to_string(), |bytes| format!("{:016x}", xxh3_64(&bytes)))
 }
 
+/// The mean number of processes that ran or waited in the last minute; none where the system does not tell (Linux does).
+pub fn load() -> Option<f64> {
+    std::fs::read_to_string("/proc/loadavg").ok()?.split(' ').next()?.parse().ok()
+}
+
 /// The most bytes that this process has had resident at once; none where the system does not tell (Linux does).
 pub fn most_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;

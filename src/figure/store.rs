@@ -5,6 +5,7 @@ use super::{Cell, Effort, Figure, Machine, Row, Value, json};
 use crate::header::{JsonFormat, WrongFormat};
 use crate::picture::write::{FileError, write_whole};
 use serde::{Deserialize, Serialize};
+use std::fs::{File, TryLockError};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -84,9 +85,14 @@ pub enum StoreError {
     Damaged { path: String, what: String },
     #[error("{path}: {error}; name another folder with -o, or use the program that wrote it")]
     Format { path: String, error: WrongFormat },
+    #[error("{folder}: another run writes into it; wait for its end, or name another folder with -o")]
+    Busy { folder: String },
     #[error(transparent)]
     Write(#[from] FileError),
 }
+
+/// Keeps other runs out of a folder: two would disturb each other's times and mix their cells. It ends with the process.
+pub struct Lock(#[expect(dead_code)] File);
 
 /// The folder of a run.
 pub struct Store {
@@ -105,6 +111,21 @@ impl Store {
                 .map_err(|source| StoreError::Folder { path: path.display().to_string(), source })?;
         }
         Ok(store)
+    }
+
+    /// # Errors
+    /// [`StoreError::Busy`] while another process holds it; the disk's.
+    pub fn lock(&self) -> Result<Lock, StoreError> {
+        let path = self.cells().join("lock");
+        let folder = |source| StoreError::Folder { path: path.display().to_string(), source };
+        let file = File::create(&path).map_err(folder)?;
+        match file.try_lock() {
+            Ok(()) => Ok(Lock(file)),
+            Err(TryLockError::WouldBlock) => {
+                Err(StoreError::Busy { folder: self.folder.display().to_string() })
+            }
+            Err(TryLockError::Error(source)) => Err(folder(source)),
+        }
     }
 
     /// An existing folder, as it is.

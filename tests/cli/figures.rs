@@ -143,7 +143,7 @@ fn a_driver_that_crashes_costs_one_cell_and_a_run_that_is_killed_leaves_no_worke
 
     // Not there where it died between two cells.
     std::fs::remove_file(folder.path().join("out/cells/under-way.json")).ok();
-    let crashed = start(&reproduce);
+    let crashed = start(&[&reproduce[..], &["--force"]].concat());
     signal("-ABRT", &worker(&crashed, folder.path()));
     let ended = crashed.wait_with_output().unwrap();
     let words = String::from_utf8(ended.stderr).unwrap();
@@ -164,4 +164,23 @@ fn a_driver_that_crashes_costs_one_cell_and_a_run_that_is_killed_leaves_no_worke
     let manifest: serde_json::Value = serde_json::from_str(&read(&folder, "out/manifest.json")).unwrap();
     assert_eq!(manifest["programs"].as_array().unwrap().len(), 1);
     assert_eq!(manifest["command"].as_array().unwrap().last().unwrap(), "--resume");
+
+    let (code, line) = failure(&mut ortelius(&folder, &reproduce));
+    assert_eq!(code, 2, "{line}");
+    holds(&line, &["out holds 2 cells of these figures", "--resume", "--force"]);
+    let merge = ["merge", "out", "-o", "out", "--junit", "verdicts.xml", "--fail-on"];
+    let merged = run(&folder, &[&merge[..], &["not-reproduced"]].concat());
+    assert_eq!(merged.status.code(), Some(0));
+    holds(&String::from_utf8(merged.stdout).unwrap(), &["3 claims: 3 not measured"]);
+    holds(
+        &read(&folder, "verdicts.xml"),
+        &["tests=\"3\" failures=\"0\" skipped=\"3\"", "name=\"globe-500\""],
+    );
+    let merged = run(&folder, &[&merge[..], &["not-reproduced,not-measured"]].concat());
+    assert_eq!(merged.status.code(), Some(1));
+    let words = String::from_utf8(merged.stderr).unwrap();
+    holds(&words, &["--fail-on: 3 claims not measured, first vt.keying native-exact"]);
+    let (code, line) = failure(&mut ortelius(&folder, &[&merge[..], &["changed"]].concat()));
+    assert_eq!(code, 2, "{line}");
+    holds(&line, &["--fail-on changed compares", "--against"]);
 }

@@ -217,3 +217,17 @@ fn a_newer_cell_is_refused_in_words() {
     let words = "format \"ortelius-cell\" version 2; this program reads format \"ortelius-cell\" version 1";
     assert!(line.contains(words), "{line}");
 }
+
+#[test]
+fn verdicts_are_cases_of_junit() {
+    let folder = folder();
+    let text = reported(&[&SWEPT, &FAILS], folder.path()).junit();
+    for part in [
+        "<testsuite name=\"made.swept\" tests=\"4\" failures=\"2\" skipped=\"1\">",
+        "<testcase classname=\"made.swept\" name=\"doubles\"><system-out>reproduced: size, double over single",
+        "<failure message=\"not reproduced: 0 of 6 below 0\"/>",
+        "<skipped message=\"not measured: cells that are not there: 2 failed\"/>",
+    ] {
+        assert!(text.contains(part), "no {part:?} in {text}");
+    }
+}

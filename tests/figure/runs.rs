@@ -321,3 +321,14 @@ fn where_a_cell_failed_on_one_machine_the_other_ones_is_taken() {
         assert_eq!(first.outcome, Outcome::Rows(Vec::new()));
     }
 }
+
+#[test]
+fn a_folder_takes_one_run_at_a_time() {
+    let folder = folder();
+    let store = Store::create(folder.path()).unwrap();
+    let lock = store.lock().unwrap();
+    let Err(busy) = store.lock() else { panic!("two runs in one folder") };
+    assert!(busy.to_string().contains("another run writes into it"), "{busy}");
+    drop(lock);
+    assert!(store.lock().is_ok());
+}

@@ -202,8 +202,7 @@ impl Test {
     fn item(&self, place: &Place, samples: &[&Sample], measured: Measured) -> Item {
         let Measured { value, interval, rounds } = measured;
         let picks = self.term.picks();
-        let several = |who: Who| !matches!(who, Who::One(_));
-        let named = samples.iter().zip(picks).filter(|(_, pick)| several(pick.who));
+        let named = samples.iter().zip(picks).filter(|(_, pick)| pick.who.only().is_none());
         let points = |x: f64| format!(" at {x}");
         let name = |(sample, pick): (&&Sample, _)| match pick {
             Pick { x: At::Points(..), .. } => {
@@ -276,7 +275,8 @@ fn along(table: &Table, at: &Places, pick: &Pick, place: &Place) -> Found {
     let mut found = Found::default();
     for x in xs {
         let here = Found::of(table, pick, &Place { x: Some(x), ..place.clone() });
-        found.samples.extend(here.samples.into_iter().map(|sample| Sample { x: Some(x), ..sample }));
+        let judged = |sample: Sample| if sample.chosen { sample.judged() } else { sample };
+        found.samples.extend(here.samples.into_iter().map(|sample| Sample { x: Some(x), ..judged(sample) }));
         found.why_not = found.why_not.or(here.why_not);
     }
     found
@@ -359,6 +359,17 @@ impl Bound {
     }
 }
 
+impl Who {
+    /// The name where there is only one.
+    fn only(self) -> Option<String> {
+        match self {
+            Who::One(name) => Some(name.into()),
+            Who::Best(names) | Who::Each(names) => Some(names()).filter(|names| names.len() == 1)?.pop(),
+            Who::Others(_) => None,
+        }
+    }
+}
+
 impl Term {
     fn picks(&self) -> Vec<Pick> {
         match *self {
@@ -380,14 +391,12 @@ impl Term {
     /// `stages 2 and 3, paper over the best`
     fn label(&self) -> String {
         let who = |pick: &Pick| match pick.who {
-            Who::One(name) => name.to_string(),
-            Who::Best(names) if names().len() == 1 => names().concat(),
-            Who::Best(_) => "the best".to_string(),
-            Who::Each(_) | Who::Others(_) => "each".to_string(),
+            Who::Best(_) => pick.who.only().unwrap_or_else(|| "the best".into()),
+            who => who.only().unwrap_or_else(|| "each".into()),
         };
         let of = |pick: &Pick| format!("{} of {}", pick.quantity, who(pick)).replace(" of each", "");
         let two = |a: &Pick, b: &Pick, word: &str| match a.quantity == b.quantity {
-            true if who(a) == who(b) => of(a),
+            true if who(a) == who(b) && who(a) != "the best" => of(a),
             true => format!("{}, {} {word} {}", a.quantity, who(a), who(b)),
             false => format!("{} {word} {}", of(a), of(b)),
         };

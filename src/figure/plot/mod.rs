@@ -6,7 +6,7 @@ mod scale;
 pub mod scatter;
 mod svg;
 
-pub use svg::file;
+pub use svg::{escaped, file};
 
 use super::words::human;
 use super::{Axis, CellRows, Figure, FigureResult, Machine, Outcome, Plot, Row, Value};

@@ -12,7 +12,7 @@ use super::orders::{
 };
 use super::scans;
 use crate::figure::claim::{Better, Bound::AtMost, Bound::Within, Claim, Places, Test, best, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row};
+use crate::figure::{Bench, Cell, Figure, Plot, Row};
 use crate::model::Model;
 use crate::paper::progressive_mesh::choices::FaceOrder;
 
@@ -133,7 +133,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (model, collapses) = simplified(&cell.scene)?;
     let plain = ordered(&model, &collapses, None);
     let all = sampled_levels(&plain, 100_000, 256);
-    let some = if bench.effort == Effort::Quick { sampled_levels(&plain, 0, 128) } else { all.clone() };
+    let some = bench.effort_of(sampled_levels(&plain, 0, 128), all.clone());
     let mut rows = Vec::new();
     for (name, options) in &ORDERS {
         let mesh = ordered(&model, &collapses, options.as_ref());

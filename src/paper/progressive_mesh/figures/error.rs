@@ -5,7 +5,7 @@ use super::orders::CLOSED;
 use super::scans;
 use super::surfaces::{Size, distances, rival};
 use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Sweep};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
 use anyhow::Context;
 use glam::DVec3;
 
@@ -87,7 +87,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let model = scans::open(&cell.scene)?;
     let part = cell.x.context("the sweep has values")? / 100.0;
     let target_faces = (model.faces.len() as f64 * part) as usize;
-    let samples = if bench.effort == Effort::Quick { 50_000 } else { 400_000 };
+    let samples = bench.effort_of(50_000, 400_000);
     let simplified =
         simplify(&model, &SimplifyOptions { target_faces, ..SimplifyOptions::default() }, &mut |_, _| {});
     let steps = simplified.collapses.steps_to(&model, target_faces);

@@ -2,7 +2,7 @@
 
 use super::scene;
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Claim, Test, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::frame::Run;
 use crate::paper::progressive_mesh::governor::{Budget, Rule};
 use crate::paper::progressive_mesh::{FrameRecord, Model, ProgressiveMeshes, Settings, load};
@@ -47,7 +47,7 @@ pub const GOVERNOR: Figure = Figure {
             hunt (a turn is a change of the error against the direction of the last one), and what does it cost (the \
             geometric mean of the error)?",
     scenes: &[SCENE],
-    variants,
+    variants: || VARIANTS.map(String::from).into(),
     sweep: None,
     measure,
     plots: &[Plot::curves(TIME, "frame").log_y(), Plot::curves(FACTOR, "frame").log_y(), Plot::bars(WITHIN)],
@@ -74,10 +74,6 @@ pub const GOVERNOR: Figure = Figure {
     ],
 };
 
-fn variants() -> Vec<String> {
-    VARIANTS.map(String::from).into()
-}
-
 /// How often the path is walked: the least that has a 95 % confidence interval.
 const WALKS: usize = 6;
 
@@ -93,8 +89,8 @@ struct Walk<'a> {
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (scene, path) = scene(&cell.scene, &["surface.herd.geometry.error_pixels=0.125".into()])?;
-    let step = if bench.effort == Effort::Quick { 2 } else { 1 };
-    let size = if bench.effort == Effort::Quick { [320, 180] } else { [1280, 720] };
+    let step = bench.effort_of(2, 1);
+    let size = bench.effort_of([320, 180], [1280, 720]);
     let walk = Walk { gpu: bench.gpu(&[])?, models: load(&scene)?, scene, path, size, step };
     let own = walk.records(&[None])?.remove(0);
     let Some(times) = times(&own) else {

@@ -17,7 +17,7 @@ mod scans;
 mod size;
 mod surfaces;
 
-use crate::figure::{Bench, Effort, Figure};
+use crate::figure::{Bench, Figure};
 use crate::frame::Run;
 use crate::paper::progressive_mesh::{ProgressiveMeshes, Settings, load, needs};
 use crate::picture::Target;
@@ -53,10 +53,7 @@ fn session(
     change: impl FnOnce(&mut Settings),
 ) -> anyhow::Result<Run<ProgressiveMeshes>> {
     let mut settings = Settings::of_scene(scene, Target::Srgb8)?;
-    settings.size = match bench.effort {
-        Effort::Quick => [320, 180],
-        Effort::Full => [1280, 720],
-    };
+    settings.size = bench.effort_of([320, 180], [1280, 720]);
     change(&mut settings);
     let gpu = bench.gpu(&needs(&settings))?;
     Ok(ProgressiveMeshes::run(gpu, &load(scene)?, settings)?)

@@ -20,7 +20,7 @@ pub const MOVES: Figure = Figure {
             the faces at a time, in turns, whenever the budget pays for it. Coherent: the splits of a group in an \
             order that suits the cache, and the same with a tswap after each 2400 faces.",
     scenes: &CLOSED,
-    variants,
+    variants: || NAMES.map(String::from).into(),
     sweep: Some(Sweep {
         name: "budget, moved faces per split",
         quick: &[5.0, 10.0, 16.0, 23.0, 40.0],
@@ -66,10 +66,6 @@ const REGIONS: &str = "regions in turns";
 const COHERENT: &str = "coherent";
 const RUNS: &str = "coherent runs";
 const NAMES: [&str; 6] = [RATIO, EQUAL, IN_PLACE, REGIONS, COHERENT, RUNS];
-
-fn variants() -> Vec<String> {
-    NAMES.map(String::from).into()
-}
 
 fn options(name: &str, budget: f64, collapses: &Collapses, faces: usize) -> OrderOptions {
     let one_ratio = OrderOptions { groups: Groups::Budget(budget), ..OrderOptions::BEST };

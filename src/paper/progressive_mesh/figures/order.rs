@@ -6,7 +6,7 @@ use super::super::rivals::{RIVALS, rival_costs};
 use super::orders::{CLASSICAL, CLOSED, ORDERS, OURS, PAPER, WITH_SCANS, costs, ordered, simplified};
 use super::scans;
 use crate::figure::claim::{Bound::Above, Bound::Below, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 
 pub const ORDER: Figure = Figure {
     id: "pm.order",
@@ -70,7 +70,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         return Ok(rows);
     }
     let (model, collapses) = simplified(&cell.scene)?;
-    let count = if bench.effort == Effort::Quick { 97 } else { 385 };
+    let count = bench.effort_of(97, 385);
     let plain = ordered(&model, &collapses, None);
     let levels = sampled_levels(&plain, 0, count);
     // What is claimed of every level is looked at on every level: between samples lies the top of a sawtooth.

@@ -1,14 +1,10 @@
 //! vt.compact: stage 3 in all its variants.
 
-use super::common::{Place, passes};
+use super::common::Place;
 use super::side_by_side::{Combination, SideBySide};
-use super::stages::{NOISE, SCENES, Stage1};
+use super::stages::{NOISE, Pair, SCENES, Stage1};
 use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Test, best, one, others};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
-use crate::paper::virtual_texture::compact::CompactPass;
-use crate::paper::virtual_texture::dedup::DedupPass;
-use crate::paper::virtual_texture::list::List;
-use crate::paper::virtual_texture::marks::Marks;
+use crate::figure::{Bench, Cell, Figure, Plot, Row};
 use crate::paper::virtual_texture::read_u1;
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, PAPER, reference};
 use anyhow::Context;
@@ -92,14 +88,6 @@ fn variants(keying: Keying) -> Vec<(String, Config)> {
         .collect()
 }
 
-/// One variant with its marks set.
-struct Run {
-    name: String,
-    pass: CompactPass,
-    marks: Marks,
-    list: List,
-}
-
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let stage1 = Stage1::draw(bench, &cell.scene)?;
     let u1 = read_u1(&stage1.gpu, &stage1.footprint, &stage1.pyramid)?;
@@ -111,22 +99,20 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (((keying, time), quantity), length) in keyings.into_iter().zip(LENGTHS).zip(lengths) {
         rows.push(Row::number(REFERENCE, quantity, "triples", length as f64));
-        let mut runs = Vec::new();
+        let mut pairs = Vec::new();
         for (name, config) in variants(keying) {
-            match stage1.lacks(&config) {
-                Some(why) => rows.push(Row::missing(name, time, why)),
-                None => runs.push(Run::marked(&stage1, name, &config, length as u64)?),
+            let list_capacity = (length as u32).next_power_of_two();
+            match Pair::new(&stage1, &name, Config { list_capacity, ..config }) {
+                Err(why) => rows.push(Row::missing(name, time, why)),
+                Ok(pair) => {
+                    rows.push(Row::number(name, quantity, "triples", pair.triples(&stage1)?.len() as f64));
+                    pairs.push(pair);
+                }
             }
         }
-        let contenders = runs.iter().map(|Run { name, pass, marks, list }| {
-            passes(&stage1.gpu, &**name, move |frame| frame.pass("compact", |cmd| pass.run(cmd, marks, list)))
-        });
+        let contenders = pairs.iter().map(|pair| pair.compaction(&stage1, &pair.name));
         let timed = bench.interleave(&stage1.gpu, contenders.collect())?;
         rows.extend(timed.iter().map(|timed| timed.row(time)));
-        for run in &mut runs {
-            let length = Value::Number(run.length(&stage1)? as f64);
-            rows.push(Row::new(&*run.name, quantity, "triples", length));
-        }
         rows.extend(fused_append(bench, &cell.scene, &stage1, keying, [time, quantity])?);
     }
     Ok(rows)
@@ -142,9 +128,8 @@ fn fused_append(
     [time, length]: [&str; 2],
 ) -> anyhow::Result<Vec<Row>> {
     let name = Compaction::FusedAppend.name();
-    let missing = |why: String| vec![Row::missing(name, time, why)];
     if scene == NOISE {
-        return Ok(missing("no mesh draws this noise: U1 is filled by hand".into()));
+        return Ok(vec![Row::missing(name, time, "no mesh draws this noise: U1 is filled by hand")]);
     }
     let of = |name, compact| {
         let config = Config { dedup: Dedup::FusedExact, compact, keying, ..PAPER };
@@ -154,7 +139,7 @@ fn fused_append(
     let both = [of(marks, Compaction::Append), of(appends, Compaction::FusedAppend)];
     let mut frames = SideBySide::settled(bench, Place::find(scene)?, stage1.size, (&both, &[]), |_| ())?;
     if let Some((_, why)) = frames.missing.first() {
-        return Ok(missing(why.clone()));
+        return Ok(vec![Row::missing(name, time, why)]);
     }
     let gpu = frames.gpu.clone();
     let timed = bench.interleave(&gpu, frames.contenders()?)?;
@@ -165,39 +150,9 @@ fn fused_append(
     let more = || {
         let (with, without) = (pass(appends, "fused")?, pass(marks, "fused")?);
         let empty = pass("empty pass", "empty pass")?;
-        let more: Vec<f64> =
-            with.iter().zip(&without).zip(&empty).map(|((a, b), e)| (a - b).max(*e)).collect();
-        Some(more)
+        Some(with.iter().zip(&without).zip(&empty).map(|((a, b), e)| (a - b).max(*e)).collect())
     };
-    let rows = vec![Row::of_rounds(name, time, "ms", more())];
     let (_, session) = frames.sessions.last().context("both run")?;
     let listed = session.records.last().context("a settled session has drawn")?.triples;
-    Ok([rows, vec![Row::number(name, length, "triples", listed as f64)]].concat())
-}
-
-impl Run {
-    /// Runs stage 2 once; the list has room for `length` triples.
-    fn marked(stage1: &Stage1, name: String, config: &Config, length: u64) -> anyhow::Result<Run> {
-        let Stage1 { gpu, pyramid, footprint, .. } = stage1;
-        let dedup = DedupPass::new(gpu, pyramid, config, footprint)?;
-        let pass = CompactPass::new(gpu, pyramid, config)?;
-        let (marks, list) = (dedup.marks(gpu)?, pass.list(gpu, length.next_power_of_two())?);
-        let mut frame = gpu.frame()?;
-        frame.pass("dedup", |cmd| dedup.run(cmd, &footprint.u1, &marks))?;
-        frame.submit()?.wait()?;
-        Ok(Run { name, pass, marks, list })
-    }
-
-    /// Runs stage 3 once more, and reads the list.
-    fn length(&mut self, stage1: &Stage1) -> anyhow::Result<usize> {
-        let Run { pass, marks, list, .. } = self;
-        let mut frame = stage1.gpu.frame()?;
-        frame.pass("compact", |cmd| pass.run(cmd, marks, list))?;
-        frame.pass("read-back", |cmd| {
-            list.read_back(cmd);
-            Ok(())
-        })?;
-        frame.submit()?.wait()?;
-        Ok(pass.collect(&stage1.gpu, marks, list)?.0.len())
-    }
+    Ok(vec![Row::of_rounds(name, time, "ms", more()), Row::number(name, length, "triples", listed as f64)])
 }

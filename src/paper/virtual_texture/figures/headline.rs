@@ -3,7 +3,7 @@
 use super::common::{Place, pixels_of};
 use super::side_by_side::{Combination, PAPER_NATIVE, PLAIN, SideBySide, THE_PAPER, combinations};
 use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Claim, Test, each, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::{Settings, VirtualTexture};
@@ -85,10 +85,10 @@ struct Extent {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let (rows_of_pixels, extent) = match bench.effort {
-        Effort::Quick => (720.0, Extent { rounds: 6, stands: 10, moves: 30 }),
-        Effort::Full => (1080.0, Extent { rounds: 6, stands: 60, moves: 240 }),
-    };
+    let (rows_of_pixels, extent) = bench.effort_of(
+        (720.0, Extent { rounds: 6, stands: 10, moves: 30 }),
+        (1080.0, Extent { rounds: 6, stands: 60, moves: 240 }),
+    );
     let size = pixels_of(rows_of_pixels);
     let place = Place::find(&cell.scene)?;
     let path = place.scene.path(PATH)?.clone();
@@ -117,19 +117,13 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 /// For each session what it did in each round, standing and moving: all take turns, and each round begins with another one.
 fn walks(side: &mut SideBySide, path: &Path, extent: &Extent) -> anyhow::Result<Vec<Vec<[Walk; 2]>>> {
     let (count, pose) = (side.sessions.len(), side.pose);
-    let mut walks: Vec<Vec<[Walk; 2]>> = (0..count).map(|_| Vec::new()).collect();
-    for round in 0..extent.rounds {
-        for turn in 0..count {
-            let at = (turn + round) % count;
-            let standing = Walk::run(&mut side.sessions[at].1, extent.stands, |_| pose)?;
-            // Nothing that an earlier walk has seen is in its caches, and no tile is made yet.
-            let mut afresh = side.afresh(at, &path.pose(0))?;
-            side.source.forget();
-            let moving = Walk::run(&mut afresh, extent.moves, |frame| path.pose(frame))?;
-            walks[at].push([standing, moving]);
-        }
-    }
-    Ok(walks)
+    Bench::in_turn(extent.rounds, count, |at| {
+        let standing = Walk::run(&mut side.sessions[at].1, extent.stands, |_| pose)?;
+        // Nothing that an earlier walk has seen is in its caches, and no tile is made yet.
+        let mut afresh = side.afresh(at, &path.pose(0))?;
+        side.source.forget();
+        Ok([standing, Walk::run(&mut afresh, extent.moves, |frame| path.pose(frame))?])
+    })
 }
 
 /// Frames one after the other, as a viewer would see them.

@@ -1,12 +1,10 @@
 //! vt.keying: how long the list is, and what it costs, with the paper's keying and with the native one.
 
-use super::common::{passes, pixels_of};
+use super::common::pixels_of;
 use super::list_on_the_host::{ON_THE_HOST, host_pass};
-use super::stages::Stage1;
+use super::stages::{Pair, Stage1};
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::Equal, Claim, Places, Test, each, one};
 use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Sweep, Timed};
-use crate::paper::virtual_texture::compact::CompactPass;
-use crate::paper::virtual_texture::dedup::DedupPass;
 use crate::paper::virtual_texture::streaming::distinct_tiles;
 use crate::paper::virtual_texture::{Config, Keying, PAPER, U1Format};
 
@@ -68,31 +66,15 @@ fn variants() -> Vec<String> {
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let stage1 = Stage1::draw_at(bench, &cell.scene, pixels_of(cell.x.expect("the sweep has values")))?;
-    let (gpu, pyramid, u1) = (&stage1.gpu, &stage1.pyramid, &stage1.footprint.u1);
-    let config = |keying| Config { u1: Some(U1Format::Packed), keying, ..PAPER };
-    let keyings = [Keying::Paper, Keying::Native];
-    if let Some(why) = stage1.lacks(&config(Keying::Paper)) {
-        return Ok(NAMES.map(|name| Row::missing(name, LENGTH, why.clone())).into());
-    }
-    let (mut rows, mut lists) = (Vec::new(), Vec::new());
-    let mut stages = Vec::new();
-    for keying in keyings {
-        let config = config(keying);
-        let dedup = DedupPass::new(gpu, pyramid, &config, &stage1.footprint)?;
-        let compact = CompactPass::new(gpu, pyramid, &config)?;
-        let marks = dedup.marks(gpu)?;
-        let mut list = compact.list(gpu, u64::from(config.list_capacity))?;
-        let mut frame = gpu.frame()?;
-        frame.pass("dedup", |cmd| dedup.run(cmd, u1, &marks))?;
-        frame.pass("compact", |cmd| compact.run(cmd, &marks, &list))?;
-        frame.pass("read-back", |cmd| {
-            list.read_back(cmd);
-            Ok(())
-        })?;
-        frame.submit()?.wait()?;
-        lists.push(compact.collect(gpu, &marks, &mut list)?.0);
-        stages.push((dedup, compact, marks, list));
-    }
+    let (gpu, pyramid, keyings) = (&stage1.gpu, &stage1.pyramid, [Keying::Paper, Keying::Native]);
+    let pair =
+        |(name, keying)| Pair::new(&stage1, name, Config { u1: Some(U1Format::Packed), keying, ..PAPER });
+    let pairs = match NAMES.into_iter().zip(keyings).map(pair).collect::<Result<Vec<_>, _>>() {
+        Ok(pairs) => pairs,
+        Err(why) => return Ok(NAMES.map(|name| Row::missing(name, LENGTH, why.clone())).into()),
+    };
+    let lists: Vec<_> = pairs.iter().map(|pair| pair.triples(&stage1)).collect::<anyhow::Result<_>>()?;
+    let mut rows = Vec::new();
     let first_resident = pyramid.first_resident_level();
     let tiles = [0, 1].map(|n| distinct_tiles(&lists[n], keyings[n], first_resident));
     for (n, name) in NAMES.into_iter().enumerate() {
@@ -102,11 +84,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         rows.push(number(TILES, "tiles", tiles[n].len()));
         rows.push(number(SAME, "tiles", alone));
     }
-    let contenders = stages.iter().enumerate().map(|(n, (dedup, compact, marks, list))| {
-        let mut on_the_device = passes(gpu, NAMES[n], |frame| {
-            frame.pass("dedup", |cmd| dedup.run(cmd, u1, marks))?;
-            frame.pass("compact", |cmd| compact.run(cmd, marks, list))
-        });
+    let contenders = pairs.iter().enumerate().map(|(n, pair)| {
+        let mut on_the_device = pair.contender(&stage1);
         let (triples, keying) = (&lists[n], keyings[n]);
         let run = move || {
             let mut times = (on_the_device.run)()?;

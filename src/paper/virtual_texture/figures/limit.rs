@@ -4,15 +4,11 @@ use super::common::{Place, passes, pixels_of};
 use super::cost::{LIST, list_of_rounds, list_row};
 use super::list_on_the_host::and_list;
 use super::side_by_side::{COMPUTE, Combination, SideBySide, THE_PAPER, UNLISTED};
-use super::stages::Stage1;
+use super::stages::{Pair, Stage1};
 use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Bound::Equal, Claim, Test, best, every, one};
 use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Sweep, Timed, Value};
 use crate::math::pyramid::TileId;
 use crate::paper::virtual_texture::classic::{HostCopy, HostList, HostPass};
-use crate::paper::virtual_texture::compact::CompactPass;
-use crate::paper::virtual_texture::dedup::DedupPass;
-use crate::paper::virtual_texture::list::List;
-use crate::paper::virtual_texture::marks::Marks;
 use crate::paper::virtual_texture::streaming::distinct_tiles;
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, Listing, PAPER, U1Format};
 use crate::stats::Summary;
@@ -88,55 +84,13 @@ fn variants() -> Vec<String> {
     staged.chain(fused_names()).chain(host).chain([COPY.to_string()]).collect()
 }
 
-/// Stages 2 and 3 of one variant, with room for a list.
-struct Pair {
-    name: String,
-    config: Config,
-    dedup: DedupPass,
-    compact: CompactPass,
-    marks: Marks,
-    list: RefCell<List>,
-}
-
-impl Pair {
-    fn new(stage1: &Stage1, name: &str, config: Config) -> Result<Pair, String> {
-        if let Some(why) = stage1.lacks(&config) {
-            return Err(why);
-        }
-        let (gpu, pyramid) = (&stage1.gpu, &stage1.pyramid);
-        let make = || {
-            let dedup = DedupPass::new(gpu, pyramid, &config, &stage1.footprint)?;
-            let compact = CompactPass::new(gpu, pyramid, &config)?;
-            let (marks, list) = (dedup.marks(gpu)?, compact.list(gpu, u64::from(config.list_capacity))?);
-            Ok(Pair { name: name.to_string(), config, dedup, compact, marks, list: RefCell::new(list) })
-        };
-        make().map_err(|error: crate::vk::Error| error.to_string())
-    }
-
-    fn contender<'a>(&'a self, stage1: &'a Stage1, name: String) -> Contender<'a> {
-        passes(&stage1.gpu, name, |frame| {
-            frame.pass("dedup", |cmd| self.dedup.run(cmd, &stage1.footprint.u1, &self.marks))?;
-            frame.pass("compact", |cmd| self.compact.run(cmd, &self.marks, &self.list.borrow()))
-        })
-    }
-
-    /// The tiles that the pair lists, sorted; a tile listed twice is there twice where the keying is native.
-    fn tiles(&self, stage1: &Stage1) -> anyhow::Result<Vec<TileId>> {
-        let mut list = self.list.borrow_mut();
-        let mut frame = stage1.gpu.frame()?;
-        frame.pass("dedup", |cmd| self.dedup.run(cmd, &stage1.footprint.u1, &self.marks))?;
-        frame.pass("compact", |cmd| self.compact.run(cmd, &self.marks, &list))?;
-        frame.pass("read-back", |cmd| {
-            list.read_back(cmd);
-            Ok(())
-        })?;
-        frame.submit()?.wait()?;
-        let (triples, _) = self.compact.collect(&stage1.gpu, &self.marks, &mut list)?;
-        Ok(match self.config.keying {
-            Keying::Paper => distinct_tiles(&triples, Keying::Paper, stage1.pyramid.first_resident_level()),
-            Keying::Native => native(&triples),
-        })
-    }
+/// The tiles that a pair lists, sorted; a tile listed twice is there twice where the keying is native.
+fn tiles(pair: &Pair, stage1: &Stage1) -> anyhow::Result<Vec<TileId>> {
+    let triples = pair.triples(stage1)?;
+    Ok(match pair.config.keying {
+        Keying::Paper => distinct_tiles(&triples, Keying::Paper, stage1.pyramid.first_resident_level()),
+        Keying::Native => native(&triples),
+    })
 }
 
 fn native(triples: &[[u32; 3]]) -> Vec<TileId> {
@@ -157,12 +111,9 @@ fn fastest_behind(bench: &Bench, stage1: &Stage1, dedup: Dedup) -> anyhow::Resul
     let mut pairs: Vec<Pair> = pairs.into_iter().flatten().collect();
     if pairs.len() > 1 {
         // Stage 2 once for each, then stage 3 alone.
-        let compactions = pairs.iter().map(|pair| {
-            let compact = passes(&stage1.gpu, pair.config.compact.name(), |frame| {
-                frame.pass("compact", |cmd| pair.compact.run(cmd, &pair.marks, &pair.list.borrow()))
-            });
-            pair.tiles(stage1).map(|_| compact)
-        });
+        let compactions = pairs
+            .iter()
+            .map(|pair| pair.triples(stage1).map(|_| pair.compaction(stage1, pair.config.compact.name())));
         let compactions = compactions.collect::<anyhow::Result<Vec<_>>>()?;
         let timed = bench.interleave(&stage1.gpu, compactions)?;
         let ms = |pair: &Pair| {
@@ -217,8 +168,7 @@ fn times(bench: &Bench, stage1: &Stage1, pairs: &[Pair], fused: &mut SideBySide)
             })
         })
     };
-    let mut contenders: Vec<Contender> =
-        pairs.iter().map(|pair| pair.contender(stage1, pair.name.clone())).collect();
+    let mut contenders: Vec<Contender> = pairs.iter().map(|pair| pair.contender(stage1)).collect();
     contenders.extend(lists.iter().map(|(list, host)| and_list(bring(list.name()), host, || copy.words())));
     contenders.push(bring(COPY));
     contenders.extend(fused.contenders()?);
@@ -227,7 +177,7 @@ fn times(bench: &Bench, stage1: &Stage1, pairs: &[Pair], fused: &mut SideBySide)
     let exact = native(&lists[1].1.borrow_mut().list(copy.words()));
     rows.push(Row::number(COPY, "visible tiles", "tiles", exact.len() as f64));
     for pair in pairs {
-        let wrong = differing(&pair.tiles(stage1)?, &exact);
+        let wrong = differing(&tiles(pair, stage1)?, &exact);
         rows.push(Row::number(&*pair.name, WRONG, "tiles", wrong as f64));
     }
     for (name, session) in &fused.sessions {

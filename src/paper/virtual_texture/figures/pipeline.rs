@@ -4,7 +4,7 @@ use super::common::{Place, pixels_of};
 use super::cost::{FRAME, LIST};
 use super::side_by_side::{Combination, PLAIN, SideBySide, THE_PAPER, UNLISTED, combinations};
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Claim, Test, best, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row};
+use crate::figure::{Bench, Cell, Figure, Plot, Row};
 
 pub const PIPELINE: Figure = Figure {
     id: "vt.pipeline",
@@ -73,10 +73,7 @@ fn variants() -> Vec<String> {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let size = pixels_of(match bench.effort {
-        Effort::Quick => 720.0,
-        Effort::Full => 1080.0,
-    });
+    let size = pixels_of(bench.effort_of(720.0, 1080.0));
     let mut frames = SideBySide::settled(
         bench,
         Place::find(&cell.scene)?,

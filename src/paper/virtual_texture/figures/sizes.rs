@@ -5,7 +5,7 @@ use super::common::{Place, pixels_of};
 use super::cost::{FRAME, LIST};
 use super::side_by_side::{Combination, SideBySide, THE_PAPER, combinations};
 use crate::figure::claim::{At, Bound::AtMost, Claim, Places, Test, best, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Sweep};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
 use crate::texture::source::TileSource;
 use std::collections::BTreeMap;
 
@@ -157,10 +157,7 @@ fn variants_and_empty() -> Vec<String> {
 
 /// Rows of pixels where the screen is not what is swept.
 fn pixel_rows(bench: &Bench) -> f64 {
-    match bench.effort {
-        Effort::Quick => 540.0,
-        Effort::Full => 1080.0,
-    }
+    bench.effort_of(540.0, 1080.0)
 }
 
 /// Times, lists and memory of all combinations; `tiles` is N1 and N2.

@@ -1,18 +1,23 @@
 //! Stages 2 and 3 alone, over a `U1` that is drawn once: what vt.dedup and vt.compact stand on.
 
-use super::common::{Place, pixels_of};
+use super::common::{Place, passes, pixels_of};
 use super::side_by_side::{device, lacks};
-use crate::figure::{Bench, Effort};
+use crate::figure::{Bench, Contender, Effort};
 use crate::frame::{Seen, Shape, View};
 use crate::math::pyramid::Pyramid;
 use crate::math::splitmix::SplitMix64;
 use crate::model::mesh;
+use crate::paper::virtual_texture::compact::CompactPass;
 use crate::paper::virtual_texture::config::{source_mesh, texture};
+use crate::paper::virtual_texture::dedup::DedupPass;
 use crate::paper::virtual_texture::footprint::Footprint;
+use crate::paper::virtual_texture::list::List;
+use crate::paper::virtual_texture::marks::Marks;
 use crate::paper::virtual_texture::{Config, PAPER, U1Format, all_needs};
 use crate::texture::source::TileFormat;
-use crate::vk::{BufferUse, Gpu, TexelCopy};
+use crate::vk::{BufferUse, Frame, Gpu, TexelCopy};
 use anyhow::Context;
+use std::cell::RefCell;
 
 /// A place that is none: every pixel asks for a tile at random, as no landscape does. The worst that can come.
 pub const NOISE: &str = "noise";
@@ -85,6 +90,69 @@ impl Stage1 {
     /// Why `config` cannot run here.
     pub fn lacks(&self, config: &Config) -> Option<String> {
         lacks(&self.gpu, config, &self.pyramid, TileFormat::Rgba8)
+    }
+}
+
+/// Stages 2 and 3 of one variant over a [`Stage1`], with room for a list.
+pub struct Pair {
+    pub name: String,
+    pub config: Config,
+    dedup: DedupPass,
+    compact: CompactPass,
+    marks: Marks,
+    list: RefCell<List>,
+}
+
+impl Pair {
+    /// # Errors
+    /// Why the variant does not run here.
+    pub fn new(stage1: &Stage1, name: &str, config: Config) -> Result<Pair, String> {
+        if let Some(why) = stage1.lacks(&config) {
+            return Err(why);
+        }
+        let (gpu, pyramid) = (&stage1.gpu, &stage1.pyramid);
+        let make = || {
+            let dedup = DedupPass::new(gpu, pyramid, &config, &stage1.footprint)?;
+            let compact = CompactPass::new(gpu, pyramid, &config)?;
+            let (marks, list) = (dedup.marks(gpu)?, compact.list(gpu, u64::from(config.list_capacity))?);
+            Ok(Pair { name: name.to_string(), config, dedup, compact, marks, list: RefCell::new(list) })
+        };
+        make().map_err(|error: crate::vk::Error| error.to_string())
+    }
+
+    fn record(&self, stage1: &Stage1, frame: &mut Frame<'_>) -> crate::vk::Result<()> {
+        frame.pass("dedup", |cmd| self.dedup.run(cmd, &stage1.footprint.u1, &self.marks))?;
+        self.compact(frame)
+    }
+
+    fn compact(&self, frame: &mut Frame<'_>) -> crate::vk::Result<()> {
+        frame.pass("compact", |cmd| self.compact.run(cmd, &self.marks, &self.list.borrow()))
+    }
+
+    /// Both stages, to be timed.
+    pub fn contender<'a>(&'a self, stage1: &'a Stage1) -> Contender<'a> {
+        passes(&stage1.gpu, &*self.name, |frame| self.record(stage1, frame))
+    }
+
+    /// Stage 3 alone, over the marks of the last [`Pair::triples`].
+    pub fn compaction<'a>(&'a self, stage1: &'a Stage1, name: &str) -> Contender<'a> {
+        passes(&stage1.gpu, name, |frame| self.compact(frame))
+    }
+
+    /// The list, as the device made it.
+    ///
+    /// # Errors
+    /// Device lost, a list without room.
+    pub fn triples(&self, stage1: &Stage1) -> anyhow::Result<Vec<[u32; 3]>> {
+        let mut frame = stage1.gpu.frame()?;
+        self.record(stage1, &mut frame)?;
+        let mut list = self.list.borrow_mut();
+        frame.pass("read-back", |cmd| {
+            list.read_back(cmd);
+            Ok(())
+        })?;
+        frame.submit()?.wait()?;
+        Ok(self.compact.collect(&stage1.gpu, &self.marks, &mut list)?.0)
     }
 }
 

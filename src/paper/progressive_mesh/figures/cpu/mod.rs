@@ -8,7 +8,7 @@ use super::scans;
 use crate::figure::claim::{
     Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Equal, Claim, Places, Test, every, one,
 };
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row};
+use crate::figure::{Bench, Cell, Figure, Plot, Row};
 use execute::{
     COPY, FLAT, FLAT_FEW, FLAT_SWAPS, FRAME, LOADED, PRINTED, PRINTED_SWAPS, SPLITS_DOWN, SPLITS_UP, STEP,
 };
@@ -128,7 +128,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let gpu = bench.gpu(&[])?;
     let orders = execute::Orders::of(&cell.scene)?;
     let programs = orders.programs()?;
-    let size = if bench.effort == Effort::Quick { [640, 360] } else { [1280, 720] };
+    let size = bench.effort_of([640, 360], [1280, 720]);
     let mut session = execute::session(&gpu, &orders.best, size)?;
     let timed = bench.interleave(&gpu, execute::contenders(&mut session, &orders, &programs))?;
     let mut rows = execute::time_rows(orders.best.last_level(), &timed);

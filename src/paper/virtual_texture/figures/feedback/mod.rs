@@ -23,7 +23,7 @@ pub const FEEDBACK: Figure = Figure {
             the host and listing them there; \"all pixels\" is the copy of U1 and the same pass over it. Pictures: what one pixel of \
             256 has not named in the first frame, in red.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa", "earth/pan", "earth/dive", "earth/orbit"],
-    variants,
+    variants: || SUBSAMPLINGS.map(name).into_iter().chain([ALL_PIXELS.to_string()]).collect(),
     sweep: Some(Sweep { name: "picture height, pixels", quick: &[720.0], full: &[360.0, 720.0, 1080.0] }),
     measure,
     plots: &[
@@ -66,10 +66,6 @@ const MOVING_RECALL: &str = "recall of one moving frame";
 const MOVING_PRECISION: &str = "precision of a moving cycle";
 const TIME: &str = "gather, copy and list";
 const ALL_PIXELS: &str = "all pixels";
-
-fn variants() -> Vec<String> {
-    SUBSAMPLINGS.map(name).into_iter().chain([ALL_PIXELS.to_string()]).collect()
-}
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = pixels_of(cell.x.expect("the sweep has values"));

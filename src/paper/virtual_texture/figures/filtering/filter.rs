@@ -3,7 +3,7 @@
 use super::super::common::pixels_of;
 use super::{Shown, Variant, detail};
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Claim, Test, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::config::source_mesh;
 use crate::paper::virtual_texture::reference::picture::{Filter, Texels};
@@ -91,7 +91,7 @@ const EXCUSED: &str = "pixels beyond the landscape or at its outline, left out";
 const TIME: &str = "texturing";
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let size = pixels_of(if bench.effort == Effort::Quick { 180.0 } else { 360.0 });
+    let size = pixels_of(bench.effort_of(180.0, 360.0));
     let mut sessions = Vec::new();
     for max_anisotropy in [1, 2, 4, 8] {
         sessions.push((max_anisotropy, Shown::settle(bench, &cell.scene, size, BORDER, max_anisotropy)?));

@@ -3,7 +3,7 @@
 use super::super::common::pixels_of;
 use super::{Shown, Variant, detail};
 use crate::figure::claim::{At, Bound::Above, Bound::AtMost, Bound::Equal, Claim, Pick, Test, each, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::math::pyramid::Pyramid;
 use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::FootprintPicture;
@@ -90,7 +90,7 @@ const NMSE: &str = "NMSE at tiles' edges";
 const ELSEWHERE: &str = "worst error elsewhere";
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let size = pixels_of(if bench.effort == Effort::Quick { 270.0 } else { 720.0 });
+    let size = pixels_of(bench.effort_of(270.0, 720.0));
     let mut rows = Vec::new();
     for max_anisotropy in [1, 2, 4, 8] {
         let variants: Vec<&Variant> =

@@ -3,7 +3,7 @@
 use super::traces::{ROUNDS, Trace, repeated};
 use super::{picture, session, show_beside};
 use crate::figure::claim::{Bound::Above, Claim, Test, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::VirtualTexture;
@@ -52,7 +52,7 @@ pub const BUDGET: Figure = Figure {
             good. The tiles lie in memory, so the disk binds nothing; times are of this device, each frame waited for. Each budget \
             recovers 6 times from empty caches, all in turn. 960 x 540 (quick) or 1920 x 1080 pixels.",
     scenes: &["earth/oblique"],
-    variants,
+    variants: || BUDGETS.iter().map(|budget| budget.name.to_owned()).collect(),
     sweep: None,
     measure,
     plots: &[
@@ -80,43 +80,33 @@ pub const BUDGET: Figure = Figure {
     ],
 };
 
-fn variants() -> Vec<String> {
-    BUDGETS.iter().map(|budget| budget.name.to_owned()).collect()
-}
-
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (scene, camera) = cell.scene.split_once('/').context("a scene and a camera")?;
     let scene = Scene::embedded(scene)?;
     let (from, to) = (scene.camera(&scene.view.camera)?.pose(), scene.camera(camera)?.pose());
-    let size = match bench.effort {
-        Effort::Quick => [960, 540],
-        Effort::Full => [1920, 1080],
-    };
+    let size = bench.effort_of([960, 540], [1920, 1080]);
     let source = Remembered::new(open_texture(&scene)?);
     let mut settled = session(bench, &scene, source.clone(), size, |_| ())?;
     settled.settle(&to)?;
     let truth = picture(&mut settled)?;
     drop(settled);
-    let mut traces: Vec<Vec<Trace>> = BUDGETS.iter().map(|_| Vec::new()).collect();
-    for round in 0..ROUNDS {
-        for turn in 0..BUDGETS.len() {
-            let at = (turn + round) % BUDGETS.len();
-            let budget = &BUDGETS[at];
-            let mut session = session(bench, &scene, source.clone(), size, |settings| {
-                settings.streaming.upload_budget_ms = budget.upload_ms;
-                settings.streaming.load_budget_ms = 1e3;
-                settings.streaming.upload_tiles_per_frame = 64;
-                settings.streaming.order = budget.order;
-            })?;
-            session.settle(&from)?;
-            let (trace, first) = cut(&mut session, &to, &truth)?;
-            traces[at].push(trace);
-            if (round, at) == (0, 0) {
-                let name = format!("vt.budget-{}-first-frame", cell.scene.replace('/', "-"));
-                show_beside(bench, &name, &first, &truth)?;
-            }
+    let mut shown = false;
+    let traces = Bench::in_turn(ROUNDS, BUDGETS.len(), |at| {
+        let budget = &BUDGETS[at];
+        let mut session = session(bench, &scene, source.clone(), size, |settings| {
+            settings.streaming.upload_budget_ms = budget.upload_ms;
+            settings.streaming.load_budget_ms = 1e3;
+            settings.streaming.upload_tiles_per_frame = 64;
+            settings.streaming.order = budget.order;
+        })?;
+        session.settle(&from)?;
+        let (trace, first) = cut(&mut session, &to, &truth)?;
+        if !std::mem::replace(&mut shown, true) {
+            let name = format!("vt.budget-{}-first-frame", cell.scene.replace('/', "-"));
+            show_beside(bench, &name, &first, &truth)?;
         }
-    }
+        Ok(trace)
+    })?;
     Ok(BUDGETS.iter().zip(&traces).flat_map(|(budget, traces)| of_cuts(budget.name, traces)).collect())
 }
 

@@ -35,7 +35,7 @@ pub const CACHE: Figure = Figure {
             pixels, tiles of 256 texels. With half of the room a real session goes each path. Bias: levels by which every tile is \
             taken coarser than listed, because what a frame sees exceeds N1; the report of each frame says it.",
     scenes: &PATHS,
-    variants,
+    variants: || Rule::ALL.iter().map(|rule| rule.name()).chain([BUILT, HALVED]).map(str::to_owned).collect(),
     sweep: None,
     measure,
     plots: &[
@@ -73,14 +73,10 @@ pub const CACHE: Figure = Figure {
     ],
 };
 
-fn variants() -> Vec<String> {
-    Rule::ALL.iter().map(|rule| rule.name()).chain([BUILT, HALVED]).map(str::to_owned).collect()
-}
-
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let route = Route::of_ruler(&cell.scene, &[])?;
     let pyramid = route.pyramid()?;
-    let (size, step) = extent(bench.effort);
+    let (size, step) = extent(bench);
     let records = route.records(bench, size, step, 0)?;
     let lists: Vec<Vec<TileId>> = records.into_iter().map(|record| record.visible).collect();
     let largest = lists.iter().map(Vec::len).max().context("a path has frames")?;

@@ -3,7 +3,7 @@
 use super::traces::{ROUNDS, Trace, repeated};
 use super::{picture, session};
 use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::VirtualTexture;
@@ -45,7 +45,7 @@ pub const DISK: Figure = Figure {
             first frame's error are gone for good. Each disk is measured 6 times, all in turn. 640 x 360 (quick) or 1920 x 1080 \
             pixels.",
     scenes: &["earth/oblique"],
-    variants,
+    variants: || [HEALTHY, SLOW, DOWN].map(str::to_owned).to_vec(),
     sweep: None,
     measure,
     plots: &[
@@ -74,18 +74,11 @@ pub const DISK: Figure = Figure {
     ],
 };
 
-fn variants() -> Vec<String> {
-    [HEALTHY, SLOW, DOWN].map(str::to_owned).to_vec()
-}
-
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (scene, camera) = cell.scene.split_once('/').context("a scene and a camera")?;
     let scene = Scene::embedded(scene)?;
     let pose = scene.camera(camera)?.pose();
-    let size = match bench.effort {
-        Effort::Quick => [640, 360],
-        Effort::Full => [1920, 1080],
-    };
+    let size = bench.effort_of([640, 360], [1920, 1080]);
     let whole = Remembered::new(open_texture(&scene)?);
     let mut settled = session(bench, &scene, whole.clone(), size, |_| ())?;
     settled.settle(&pose)?;
@@ -96,15 +89,11 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         (SLOW, Disk { delay_ms: 50.0, ..Disk::default() }),
         (DOWN, Disk { fails_for_s: DOWN_S, ..Disk::default() }),
     ];
-    let mut runs: Vec<Vec<Watched>> = disks.iter().map(|_| Vec::new()).collect();
-    for round in 0..ROUNDS {
-        for turn in 0..disks.len() {
-            let at = (turn + round) % disks.len();
-            let disk = Arc::new(FaultyDisk::new(whole.clone() as Arc<dyn TileSource>, disks[at].1.clone()));
-            let mut session = session(bench, &scene, disk.clone(), size, |_| ())?;
-            runs[at].push(watch(&mut session, &disk, &pose, &truth)?);
-        }
-    }
+    let runs = Bench::in_turn(ROUNDS, disks.len(), |at| {
+        let disk = Arc::new(FaultyDisk::new(whole.clone() as Arc<dyn TileSource>, disks[at].1.clone()));
+        let mut session = session(bench, &scene, disk.clone(), size, |_| ())?;
+        watch(&mut session, &disk, &pose, &truth)
+    })?;
     Ok(disks.iter().zip(&runs).flat_map(|((name, _), runs)| rows(name, runs)).collect())
 }
 

@@ -18,7 +18,7 @@ pub use disk::DISK;
 pub use pop::POP;
 pub use prefetch::PREFETCH;
 
-use crate::figure::{Bench, Effort};
+use crate::figure::Bench;
 use crate::frame::Run;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::model::mesh;
@@ -160,11 +160,8 @@ impl Route {
 }
 
 /// How many pixels, and every how many-th frame of a path.
-fn extent(effort: Effort) -> ([u32; 2], u32) {
-    match effort {
-        Effort::Quick => ([640, 360], 2),
-        Effort::Full => ([1920, 1080], 1),
-    }
+fn extent(bench: &Bench) -> ([u32; 2], u32) {
+    bench.effort_of(([640, 360], 2), ([1920, 1080], 1))
 }
 
 /// Tiles of no content: for streaming on recorded lists, where only the states of the tiles count.

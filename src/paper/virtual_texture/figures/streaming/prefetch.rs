@@ -61,7 +61,7 @@ fn variants() -> Vec<String> {
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let route = Route::of_ruler(&cell.scene, &[UNMAGNIFIED])?;
     let pyramid = route.pyramid()?;
-    let (size, step) = extent(bench.effort);
+    let (size, step) = extent(bench);
     let mut rows = Vec::new();
     for (frames, name) in AHEAD {
         let mut records = route.records(bench, size, step, frames.max(AHEAD[1].0))?;
