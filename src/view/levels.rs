@@ -31,7 +31,7 @@ impl Levels {
     /// # Errors
     /// Out of memory.
     pub fn draw(&self, frame: &mut Frame<'_>, texture: &VirtualTexture, view: &View) -> vk::Result<()> {
-        frame.pass("levels", |cmd| self.0.draw(cmd, &texture.seen(*view).onto(Onto::Drawn)))
+        frame.pass("tile levels", |cmd| self.0.draw(cmd, &texture.seen(*view).onto(Onto::Drawn)))
     }
 
     /// (q, i, j) of each pixel, in four words.

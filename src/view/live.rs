@@ -283,20 +283,26 @@ impl Live {
             Action::Show(variant) => self.stage.show(variant)?,
             Action::Compare => self.stage.toggle_second()?,
             Action::Set(key, value) => self.stage.set(&key, &value)?,
-            // The next that this device and scene take.
-            _ => {
-                let mut next = self.stage.next(self.stage.variant);
-                while let Err(error) = self.stage.show(next) {
-                    tracing::warn!("{error:#}");
-                    next = self.stage.next(next);
-                }
-            }
+            _ => self.show_next()?,
         }
         let text = match &self.stage.second {
             Some((second, _)) => format!("{} | {}", self.name(self.stage.variant), self.name(*second)),
             None => self.name(self.stage.variant).to_owned(),
         };
         self.say(format!("variant: {text}"));
+        Ok(())
+    }
+
+    /// The next variant that this device and scene take.
+    fn show_next(&mut self) -> anyhow::Result<()> {
+        let mut next = self.stage.next(self.stage.variant);
+        while let Err(error) = self.stage.show(next) {
+            if next == self.stage.variant {
+                return Err(error);
+            }
+            tracing::warn!("{error:#}");
+            next = self.stage.next(next);
+        }
         Ok(())
     }
 
