@@ -6,6 +6,7 @@
 // enlarged.
 layout(binding = 0) uniform texture2D left;   // as bytes
 layout(binding = 1) uniform texture2D right;
+layout(binding = 2) uniform utexture2D levels;  // q, i, j of each pixel of the left picture
 layout(push_constant, scalar) uniform Present {
     uint split;      // first column of the right picture
     float gain;      // 0: pictures; else their difference times this
@@ -13,6 +14,7 @@ layout(push_constant, scalar) uniform Present {
     ivec2 lens_at;   // first column and row of the magnifier in the window
     uint lens_side;  // pixels; 0: no magnifier
     uint zoom;       // pixels of the window for one of the picture
+    uint grid;       // 1: levels as colours, edges of tiles as lines
 } present;
 
 layout(location = 0) out vec4 colour;  // sRGB bytes, as the window takes them
@@ -20,13 +22,37 @@ layout(location = 0) out vec4 colour;  // sRGB bytes, as the window takes them
 // The divider is 2 pixels wide.
 const vec3 DIVIDER = vec3(1.0, 0.72, 0.1);
 
+// A hue for each level; src/view/panels.rs has the same.
+vec3 level_colour(uint level) {
+    float hue = 6.0 * fract(float(level) * 0.618034);
+    vec3 pure = clamp(abs(mod(hue + vec3(0.0, 4.0, 2.0), 6.0) - 3.0) - 1.0, 0.0, 1.0);
+    return 0.9 * mix(vec3(1.0), pure, 0.65);
+}
+
+// The tile of a pixel in its own level; level -1 where there is none.
+ivec3 tile(ivec2 at) {
+    uvec3 qij = texelFetch(levels, min(at, textureSize(levels, 0) - 1), 0).xyz;
+    return qij.x == 0xffffffffu ? ivec3(-1) : ivec3(qij.x, qij.yz >> min(qij.x, 31u));
+}
+
+vec3 with_grid(vec3 picture, ivec2 at) {
+    ivec3 here = tile(at);
+    if (here.x < 0) return picture;
+    bool edge = here != tile(at + ivec2(1, 0)) || here != tile(at + ivec2(0, 1));
+    vec3 hue = level_colour(uint(here.x));
+    return edge ? hue : mix(picture, hue, 0.4);
+}
+
 vec3 shown(ivec2 at) {
     ivec2 inside = clamp(at, ivec2(0), textureSize(left, 0) - 1);
     if (present.gain > 0.0) {
         vec3 apart = abs(texelFetch(left, inside, 0).rgb - texelFetch(right, inside, 0).rgb);
         return min(apart * present.gain, 1.0);
     }
-    if (at.x < int(present.split)) return texelFetch(left, inside, 0).rgb;
+    if (at.x < int(present.split)) {
+        vec3 picture = texelFetch(left, inside, 0).rgb;
+        return present.grid == 0 ? picture : with_grid(picture, inside);
+    }
     return texelFetch(right, inside, 0).rgb;
 }
 

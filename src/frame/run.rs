@@ -55,7 +55,7 @@ impl<T: Technique> Run<T> {
         waits: &[&Semaphore],
         signals: &[&Semaphore],
     ) -> Result<(), T::Error> {
-        self.frame_with(pose, waits, signals, |_, _| Ok(()))
+        self.frame_with(pose, waits, signals, |_, _, _, _| Ok(()))
     }
 
     /// As [`Run::frame_between`]; `also` records passes behind those of the technique: what shows the picture in a window.
@@ -67,14 +67,14 @@ impl<T: Technique> Run<T> {
         pose: &Pose,
         waits: &[&Semaphore],
         signals: &[&Semaphore],
-        also: impl FnOnce(&mut Frame<'_>, &Target) -> vk::Result<()>,
+        also: impl FnOnce(&mut Frame<'_>, &View, &T, &Target) -> vk::Result<()>,
     ) -> Result<(), T::Error> {
         let view = View { pose: *pose, size: self.target.size(), frame: self.next };
         self.retire(view.slot())?;
         self.technique.prepare(&self.gpu, &view)?;
         let mut frame = self.gpu.frame()?;
         self.technique.record(&mut frame, &view, &self.target)?;
-        also(&mut frame, &self.target)?;
+        also(&mut frame, &view, &self.technique, &self.target)?;
         self.in_flight[view.slot()] = Some(frame.submit_between(waits, signals)?);
         self.next += 1;
         Ok(())

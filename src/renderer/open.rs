@@ -126,6 +126,7 @@ impl<'a> Loaded<'a> {
             carriers,
             background: scene.view.background.map(|channel| channel as f32),
             sun: scene.sun(),
+            frozen: None,
             frames: PerFrame::default(),
         })
     }

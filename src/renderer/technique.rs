@@ -4,6 +4,7 @@
 use super::RenderError;
 use super::plain::PlainSurfaces;
 use crate::frame::{Memory, Onto, PerFrame, Progress, Seen, Shape, Slot, Target, Technique, View};
+use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::technique::SURFACES;
 use crate::paper::progressive_mesh::{self, ProgressiveMeshes};
 use crate::paper::virtual_texture::technique::MESH;
@@ -22,6 +23,8 @@ pub struct Surfaces {
     pub background: [f32; 3],
     /// Unit vector towards it, along the world's axes.
     pub sun: DVec3,
+    /// The eye for which levels are chosen and tiles are streamed, where it is not the one that sees.
+    pub frozen: Option<Pose>,
     /// Numbers of the frames in flight.
     pub frames: PerFrame<u64>,
 }
@@ -119,11 +122,13 @@ impl Technique for Surfaces {
         self.frames[view.slot()] = view.frame;
         if let Some(meshes) = &mut self.meshes {
             meshes.onto = Onto::Cleared(self.background);
-            meshes.prepare(gpu, view)?;
+            let pose = self.frozen.unwrap_or(view.pose);
+            meshes.prepare(gpu, &View { pose, ..*view })?;
         }
         let ([_, onto], shapes) = (self.onto(), self.carrying());
         if let Some(texture) = &mut self.texture {
             (texture.onto, texture.shapes) = (onto, shapes);
+            texture.frozen = self.frozen.is_some();
             texture.prepare(gpu, view)?;
         }
         Ok(())

@@ -17,6 +17,8 @@ pub enum Action {
     Show(usize),
     Compare,
     Difference,
+    Levels,
+    Freeze,
     Play,
     /// To a frame of the chosen path; it is then paused.
     Seek(f64),
@@ -32,7 +34,7 @@ pub enum Action {
 }
 
 /// Keys that ask for something when pressed.
-pub const KEYS: [(Key, &str, Action); 13] = [
+pub const KEYS: [(Key, &str, Action); 15] = [
     (Key::F1, "help", Action::Help),
     (Key::F2, "panels", Action::Panels),
     (Key::F9, "pause the path, go on", Action::Pause),
@@ -41,6 +43,8 @@ pub const KEYS: [(Key, &str, Action); 13] = [
     (Key::Space, "next variant", Action::NextVariant),
     (Key::X, "this variant beside the next: drag the divider", Action::Compare),
     (Key::V, "the difference of both", Action::Difference),
+    (Key::G, "levels as colours, and the edges of tiles", Action::Levels),
+    (Key::F, "stream and cull for this eye on, and look from elsewhere", Action::Freeze),
     (Key::Z, "magnifier", Action::Magnify),
     (Key::P, "play the path", Action::Play),
     (Key::R, "record the path as numbered pictures", Action::Record),

@@ -90,9 +90,8 @@ impl Eye {
                 pose.moved(DVec3::new(by.x, by.y, 0.0))
             }
             Ground::Planet => {
-                let (from, to) = (from.normalize(), to.normalize());
-                let (axis, angle) = DQuat::from_rotation_arc(from, to).to_axis_angle();
                 let most = LONGEST_STEP * self.camera.altitude_m / geodesy::MEAN_RADIUS_M;
+                let (axis, angle) = arc(from, to);
                 pose.rotated(DQuat::from_axis_angle(axis, angle.min(most)), DVec3::ZERO)
             }
         };
@@ -178,6 +177,27 @@ impl Eye {
     }
 }
 
+/// The edge of what `seen` sees of the ground, in the pixels of another camera's picture of the same size. `None` where
+/// the edge shows no ground, or the ground there is not seen.
+pub fn outline(seen: &Camera, from: &Camera, size: [u32; 2]) -> Vec<Option<DVec2>> {
+    const STEPS: u32 = 32;
+    let (theirs, ours, ground) = (seen.pose(), from.pose(), seen.place.ground());
+    let sides = DVec2::from(size.map(f64::from));
+    let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y, DVec2::ZERO];
+    let to_clip = ours.world_to_clip(size[0].max(1), size[1].max(1));
+    let project = |pixel: DVec2| {
+        let at = hit(&theirs, ray(&theirs, pixel, size), ground)?;
+        let faces_us = ground == Ground::Plane || (ours.eye - at).dot(at) > 0.0;
+        let clip = to_clip * (at - ours.eye).extend(0.0);
+        (faces_us && clip.w > 0.0).then(|| (clip.truncate().truncate() / clip.w + 1.0) * 0.5 * sides)
+    };
+    let edge = |ends: &[DVec2]| {
+        let (a, b) = (ends[0], ends[1]);
+        (0..STEPS).map(move |n| (a + (b - a) * f64::from(n) / f64::from(STEPS)) * sides).collect::<Vec<_>>()
+    };
+    corners.windows(2).flat_map(edge).chain([DVec2::ZERO]).map(project).collect()
+}
+
 /// The unit vector through a pixel's place in the window.
 fn ray(pose: &Pose, pixel: DVec2, size: [u32; 2]) -> DVec3 {
     let size = DVec2::from(size.map(f64::from)).max(DVec2::ONE);
@@ -223,6 +243,14 @@ impl Way {
     }
 }
 
+/// The rotation between two directions: axis, and angle in radians. glam's is the identity below 2e-8 rad, which is
+/// 0.1 m on the ground.
+fn arc(from: DVec3, to: DVec3) -> (DVec3, f64) {
+    let (from, to) = (from.normalize(), to.normalize());
+    let cross = from.cross(to);
+    (cross.normalize_or(from.any_orthonormal_vector()), cross.length().atan2(from.dot(to)))
+}
+
 fn between_places(from: &Place, to: &Place, share: f64) -> Place {
     match (*from, *to) {
         (Place::Plane { east_m: x0, north_m: y0 }, Place::Plane { east_m: x1, north_m: y1 }) => {
@@ -231,8 +259,8 @@ fn between_places(from: &Place, to: &Place, share: f64) -> Place {
         _ => {
             // The ellipsoid's normals: their angles are geodetic ones.
             let (from, to) = (from.frame().up, to.frame().up);
-            let whole = DQuat::from_rotation_arc(from, to);
-            let up = DQuat::IDENTITY.slerp(whole, share) * from;
+            let (axis, angle) = arc(from, to);
+            let up = DQuat::from_axis_angle(axis, angle * share) * from;
             Place::Planet {
                 latitude_deg: up.z.atan2(up.x.hypot(up.y)).to_degrees(),
                 longitude_deg: up.y.atan2(up.x).to_degrees(),
@@ -262,8 +290,8 @@ mod tests {
 
     #[test]
     fn the_ground_under_the_pointer_goes_with_it_at_every_height() {
-        for altitude_m in [1.0, 100.0, 1e4, 1e6, 2e7] {
-            let mut eye = eye(altitude_m, 20.0);
+        for (altitude_m, tilt_deg) in [(1.0, 20.0), (100.0, 20.0), (1e4, 20.0), (1e6, 20.0), (2e7, 5.0)] {
+            let mut eye = eye(altitude_m, tilt_deg);
             let (from, to) = (DVec2::new(320.0, 180.0), DVec2::new(330.0, 200.0));
             let held = eye.ground_at(from, SIZE).unwrap();
             eye.drag(from, to, SIZE);
@@ -316,6 +344,21 @@ mod tests {
             assert!(held.distance(now) < 50.0, "{n}: {} {:?}", held.distance(now), eye.camera);
             assert!(eye.camera.altitude_m >= LOWEST_M);
         }
+    }
+
+    #[test]
+    fn a_camera_sees_its_own_outline_at_the_pictures_edge() {
+        let camera = eye(1e4, 20.0).camera;
+        let outline = outline(&camera, &camera, SIZE);
+        assert_eq!(outline.len(), 129);
+        for point in outline {
+            let point = point.unwrap();
+            let from_edge =
+                (point.x.abs().min((point.x - 640.0).abs())).min(point.y.abs().min((point.y - 360.0).abs()));
+            assert!(from_edge < 1e-6, "{point}");
+        }
+        let sky = Camera { tilt_deg: 170.0, ..camera };
+        assert!(super::outline(&sky, &camera, SIZE).iter().all(Option::is_none));
     }
 
     #[test]

@@ -3,15 +3,18 @@
 use super::Opening;
 use super::action::Action;
 use super::control::{self, Hold, Pane};
-use super::eye::Eye;
+use super::eye::{self, Eye};
 use super::film::Film;
+use super::levels::Levels;
+use super::painter::Painting;
 use super::panels::{Panels, Shown};
 use super::path::Player;
-use super::screen::{Arrangement, Screen};
+use super::screen::{Arrangement, Pictures, Screen};
 use super::shot;
 use super::stage::Stage;
 use anyhow::anyhow;
-use egui::{FullOutput, TexturesDelta, ViewportId};
+use egui::{FullOutput, Pos2, TexturesDelta, ViewportId};
+use glam::DVec2;
 use ortelius::math::camera::Pose;
 use ortelius::scene::camera::Camera;
 use ortelius::vk::Gpu;
@@ -42,6 +45,10 @@ pub struct Live {
     bookmarks: [Option<Camera>; 9],
     magnifies: bool,
     difference: bool,
+    shows_levels: bool,
+    levels: Option<Levels>,
+    /// The eye that tiles are streamed and meshes culled for, where it is not the one that sees.
+    frozen: Option<Camera>,
     /// Of the divider, as a share of the width.
     divider: f32,
     folder: PathBuf,
@@ -82,6 +89,9 @@ impl Live {
             bookmarks,
             magnifies: false,
             difference: false,
+            shows_levels: false,
+            levels: None,
+            frozen: None,
             divider: 0.5,
             folder: opening.folder.clone(),
             last_frame: Instant::now(),
@@ -164,12 +174,21 @@ impl Live {
             player: &self.player,
             film: self.film.as_ref().map(Film::progress),
             difference: self.difference,
+            outline: self.outline(context.pixels_per_point()),
         };
         let panels = &mut self.panels;
         let mut actions = Vec::new();
         // egui may lay out twice: the last time counts.
         let output = context.run_ui(raw, |ui| actions = panels.show(ui, &shown));
         (output, actions)
+    }
+
+    /// In points of the window.
+    fn outline(&self, pixels_per_point: f32) -> Vec<Option<Pos2>> {
+        let Some(frozen) = &self.frozen else { return Vec::new() };
+        let edge = eye::outline(frozen, &self.eye.camera, self.stage.renderer.size());
+        let points = |at: DVec2| Pos2::new(at.x as f32, at.y as f32) / pixels_per_point;
+        edge.into_iter().map(|at| at.map(points)).collect()
     }
 
     fn move_eye(&mut self, seconds: f64) {
@@ -214,6 +233,10 @@ impl Live {
             Action::Panels => self.panels.open = !self.panels.open,
             Action::Magnify => self.magnifies = !self.magnifies,
             Action::Difference => self.difference = !self.difference,
+            Action::Levels => self.shows_levels = !self.shows_levels,
+            Action::Freeze => {
+                self.frozen = if self.frozen.is_some() { None } else { Some(self.eye.camera) };
+            }
             Action::FullScreen => {
                 let now = self.window.fullscreen().is_some();
                 self.window.set_fullscreen((!now).then_some(Fullscreen::Borderless(None)));
@@ -260,20 +283,26 @@ impl Live {
             Action::Show(variant) => self.stage.show(variant)?,
             Action::Compare => self.stage.toggle_second()?,
             Action::Set(key, value) => self.stage.set(&key, &value)?,
-            // The next that this device and scene take.
-            _ => {
-                let mut next = self.stage.next(self.stage.variant);
-                while let Err(error) = self.stage.show(next) {
-                    tracing::warn!("{error:#}");
-                    next = self.stage.next(next);
-                }
-            }
+            _ => self.show_next()?,
         }
         let text = match &self.stage.second {
             Some((second, _)) => format!("{} | {}", self.name(self.stage.variant), self.name(*second)),
             None => self.name(self.stage.variant).to_owned(),
         };
         self.say(format!("variant: {text}"));
+        Ok(())
+    }
+
+    /// The next variant that this device and scene take.
+    fn show_next(&mut self) -> anyhow::Result<()> {
+        let mut next = self.stage.next(self.stage.variant);
+        while let Err(error) = self.stage.show(next) {
+            if next == self.stage.variant {
+                return Err(error);
+            }
+            tracing::warn!("{error:#}");
+            next = self.stage.next(next);
+        }
         Ok(())
     }
 
@@ -336,14 +365,36 @@ impl Live {
         self.write_film()
     }
 
+    /// The levels' own stage 1, where they are to be seen and there is a virtual texture.
+    fn prepare_levels(&mut self) -> anyhow::Result<()> {
+        let renderer = &self.stage.renderer;
+        let texture =
+            renderer.technique.texture.as_ref().filter(|_| self.shows_levels && self.film.is_none());
+        let fits = |levels: &Levels| levels.fits(renderer.target());
+        self.levels = match (texture, self.levels.take().filter(fits)) {
+            (None, _) => None,
+            (Some(_), Some(levels)) => Some(levels),
+            (Some(texture), None) => Some(Levels::new(&renderer.gpu, texture, renderer.target())?),
+        };
+        Ok(())
+    }
+
     fn render(
         &mut self,
         number: usize,
         arrangement: &Arrangement,
-        painting: &super::painter::Painting,
+        painting: &Painting,
     ) -> anyhow::Result<()> {
+        self.prepare_levels()?;
         let pose: Pose = self.eye.camera.pose();
-        let films = self.film.is_some();
+        let frozen = self.frozen.as_ref().map(Camera::pose);
+        self.stage.renderer.technique.frozen = frozen;
+        let (mut second, films) = (None, self.film.is_some());
+        if let Some((_, renderer)) = self.stage.second.as_mut().filter(|_| !films) {
+            renderer.technique.frozen = frozen;
+            renderer.frame(&pose)?;
+            second = Some(renderer.target().color.clone());
+        }
         let (renderer, pose) = match &mut self.film {
             Some(film) => {
                 let pose = film.pose().unwrap_or(pose);
@@ -351,18 +402,19 @@ impl Live {
             }
             None => (&mut self.stage.renderer, pose),
         };
-        let second = match &mut self.stage.second {
-            Some((_, second)) if !films => {
-                second.frame(&pose)?;
-                Some(second.target().color.clone())
-            }
-            _ => None,
-        };
-        let screen = &self.screen;
+        let (screen, levels) = (&self.screen, &self.levels);
         let [acquired, drawn] = screen.swapchain.semaphores(number);
-        renderer.frame_with(&pose, &[acquired], &[drawn], |frame, target| {
-            let right = second.as_ref().unwrap_or(&target.color);
-            screen.record(frame, number, [&target.color, right], arrangement, painting)
+        renderer.frame_with(&pose, &[acquired], &[drawn], |frame, view, surfaces, target| {
+            let levels = levels.as_ref().zip(surfaces.texture.as_ref());
+            if let Some((levels, texture)) = levels {
+                levels.draw(frame, texture, view)?;
+            }
+            let pictures = Pictures {
+                left: &target.color,
+                right: second.as_ref().unwrap_or(&target.color),
+                levels: levels.map(|(levels, _)| levels.image()),
+            };
+            screen.record(frame, number, pictures, arrangement, painting)
         })?;
         Ok(())
     }

@@ -9,6 +9,7 @@ mod app;
 mod control;
 mod eye;
 mod film;
+mod levels;
 mod live;
 mod painter;
 mod panels;

@@ -5,8 +5,10 @@ use super::path::Player;
 use super::settings::Settings;
 use super::stage::{HISTORY, Stage};
 use egui::{
-    Align2, CollapsingHeader, Color32, Grid, Rect, RichText, ScrollArea, Sense, Slider, Ui, Vec2, vec2,
+    Align2, CollapsingHeader, Color32, Grid, Pos2, Rect, RichText, ScrollArea, Sense, Slider, Stroke, Ui,
+    Vec2, vec2,
 };
+use ortelius::math::pyramid::TileId;
 use ortelius::paper::virtual_texture::VirtualTexture;
 use ortelius::renderer::Record;
 use ortelius::scene::camera::{Camera, Place};
@@ -43,6 +45,8 @@ pub struct Shown<'a> {
     /// Frames of a recording: written, all.
     pub film: Option<(usize, usize)>,
     pub difference: bool,
+    /// Edge of what a frozen eye sees, in points.
+    pub outline: Vec<Option<Pos2>>,
 }
 
 impl Panels {
@@ -58,6 +62,11 @@ impl Panels {
     /// Lays out all that is open; what the user asked for.
     pub fn show(&mut self, ui: &mut Ui, shown: &Shown<'_>) -> Vec<Action> {
         let mut actions = Vec::new();
+        for ends in shown.outline.windows(2) {
+            if let [Some(from), Some(to)] = *ends {
+                ui.painter().line_segment([from, to], Stroke::new(2.0, Color32::YELLOW));
+            }
+        }
         if self.open {
             let side = egui::Panel::right("panels").default_size(WIDTH).resizable(true);
             side.show(ui, |ui| {
@@ -221,12 +230,26 @@ fn tiles(ui: &mut Ui, last: &Record, texture: &VirtualTexture) {
             ("unreadable", streaming.failures.len().to_string()),
         ],
     );
+    levels(ui, &record.visible);
 }
 
-/// A hue for each level, as maps of levels have it.
-pub fn level_colour(level: u32) -> Color32 {
+/// A hue for each level; present.frag has the same.
+fn level_colour(level: u32) -> Color32 {
     let hue = (level as f32 * 0.618_034).fract();
-    egui::ecolor::Hsva::new(hue, 0.65, 0.9, 1.0).into()
+    egui::ecolor::HsvaGamma { h: hue, s: 0.65, v: 0.9, a: 1.0 }.into()
+}
+
+/// Visible tiles by level, finest first.
+fn levels(ui: &mut Ui, visible: &[TileId]) {
+    let coarsest = visible.iter().map(|tile| tile.level).max().unwrap_or(0);
+    ui.horizontal_wrapped(|ui| {
+        for level in 0..=coarsest {
+            let count = visible.iter().filter(|tile| tile.level == level).count();
+            if count > 0 {
+                ui.colored_label(level_colour(level), format!("level {level}: {count}"));
+            }
+        }
+    });
 }
 
 /// Slots of both caches in order, coloured by the level of the tile that each holds.

@@ -4,8 +4,8 @@ use super::painter::{Painter, Painting};
 use ortelius::vk::shader::Present;
 use ortelius::vk::shader::view::{present_frag, present_vert};
 use ortelius::vk::{
-    Acquired, Blend, Clear, ColorTarget, Frame, Gpu, GraphicsInfo, GraphicsPipeline, Image, PresentMode,
-    Resource, Result, Surface, Swapchain, View,
+    Acquired, Blend, Clear, ColorTarget, Format, Frame, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    ImageInfo, PresentMode, Resource, Result, Surface, Swapchain, View,
 };
 
 /// What the present pass shows.
@@ -19,11 +19,23 @@ pub struct Arrangement {
     pub magnified: Option<[i32; 2]>,
 }
 
+/// What the present pass reads.
+#[derive(Clone, Copy)]
+pub struct Pictures<'a> {
+    pub left: &'a Image,
+    /// The same where there is only one.
+    pub right: &'a Image,
+    /// Words as [`super::levels::Levels::image`] has them: then the levels of the left picture are shown.
+    pub levels: Option<&'a Image>,
+}
+
 /// Swapchain, present pass and panels of one window.
 pub struct Screen {
     pub swapchain: Swapchain,
     pub painter: Painter,
     pipeline: GraphicsPipeline,
+    /// Bound where no levels are shown.
+    no_levels: Image,
 }
 
 /// Side of the magnifier, and how many pixels of the window it makes of one.
@@ -47,7 +59,8 @@ impl Screen {
             colors: &[format],
             blend: Blend::Replace,
         })?;
-        Ok(Screen { painter: Painter::new(gpu, format)?, swapchain, pipeline })
+        let no_levels = gpu.image("no levels", ImageInfo::target([1, 1], Format::Rgba32Uint))?;
+        Ok(Screen { painter: Painter::new(gpu, format)?, swapchain, pipeline, no_levels })
     }
 
     /// An image to draw into; `None` where the window shows nothing now, or has just been given new images.
@@ -73,7 +86,7 @@ impl Screen {
         &self,
         frame: &mut Frame<'_>,
         number: usize,
-        [left, right]: [&Image; 2],
+        Pictures { left, right, levels }: Pictures<'_>,
         arrangement: &Arrangement,
         painting: &Painting,
     ) -> Result<()> {
@@ -84,8 +97,9 @@ impl Screen {
             let resources = [
                 (present_frag::LEFT, Resource::Texture(left, View::Raw)),
                 (present_frag::RIGHT, Resource::Texture(right, View::Raw)),
+                (present_frag::LEVELS, Resource::Texture(levels.unwrap_or(&self.no_levels), View::Whole)),
             ];
-            let push = arrangement.push(image.info().size);
+            let push = Present { grid: u32::from(levels.is_some()), ..arrangement.push(image.info().size) };
             cmd.render(image.info().size, &[color], None, |render| {
                 render.draw(&self.pipeline, &resources, bytemuck::bytes_of(&push), 3)
             })
@@ -111,6 +125,7 @@ impl Arrangement {
             lens_at: [beside(0, magnified[0]), beside(1, magnified[1])],
             lens_side: if self.magnified.is_some() { LENS } else { 0 },
             zoom: ZOOM,
+            grid: 0,
         }
     }
 }

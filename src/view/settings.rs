@@ -168,3 +168,60 @@ impl Entry<'_> {
         ui.add(if whole { widget.fixed_decimals(0) } else { widget })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::{Context, Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
+
+    /// Lays the settings out in a tall window, with these events.
+    fn shown(settings: &mut Settings, context: &Context, scene: &Scene, events: Vec<Event>) -> Vec<Action> {
+        let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, Vec2::new(400.0, 4000.0)));
+        let mut actions = Vec::new();
+        let input = RawInput { screen_rect, events, ..RawInput::default() };
+        let _drawn = context.run_ui(input, |ui| actions = settings.show(ui, scene));
+        actions
+    }
+
+    #[test]
+    fn a_surfaces_keys_are_those_of_its_kinds() {
+        let scene = Scene::embedded("valley").unwrap();
+        let settings = Settings::new();
+        let names: Vec<String> =
+            settings.keys.iter().flat_map(|at| entries(at, &scene)).map(|entry| entry.dotted).collect();
+        for key in
+            ["surface.land.filter.kind", "surface.herd.geometry.order", "variant.dedup", "cache.gpu_tiles"]
+        {
+            assert!(names.iter().any(|name| name == key), "{key} in {names:#?}");
+        }
+        // Of an ellipsoid, and of the eye.
+        for key in ["surface.land.geometry.width_m", "view.width", "surface.land.texture"] {
+            assert!(!names.iter().any(|name| name == key), "{key}");
+        }
+    }
+
+    #[test]
+    fn a_click_on_a_checkbox_sets_its_key() {
+        let scene = Scene::embedded("herd").unwrap();
+        let (context, mut settings) = (Context::default(), Settings::new());
+        settings.filter = "geomorph".to_owned();
+        assert_eq!(shown(&mut settings, &context, &scene, Vec::new()), []);
+        let mut found = Vec::new();
+        // The box is somewhere right of the key's name.
+        for (x, y) in (0..40).flat_map(|row| (5..30).map(move |column| (10 * column, 5 * row))) {
+            let pos = Pos2::new(x as f32, y as f32);
+            let button = |pressed| {
+                let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+                Event::PointerButton { pos, button, pressed, modifiers }
+            };
+            shown(&mut settings, &context, &scene, vec![Event::PointerMoved(pos), button(true)]);
+            found.extend(shown(&mut settings, &context, &scene, vec![button(false)]));
+            if !found.is_empty() {
+                break;
+            }
+        }
+        let now = scene.value(&["surface", "herd", "geometry", "geomorph"]).and_then(toml::Value::as_bool);
+        let turned = (!now.unwrap_or(false)).to_string();
+        assert_eq!(found, [Action::Set("surface.herd.geometry.geomorph".to_owned(), turned)]);
+    }
+}

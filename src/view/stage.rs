@@ -192,6 +192,38 @@ fn own_variants(scene: &Scene) -> Vec<Variant> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ortelius::vk::{Feature, GpuOptions, Watched};
+
+    #[test]
+    fn a_setting_holds_for_every_variant_and_a_wrong_one_changes_nothing() {
+        let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
+        let base = Scene::embedded("globe").unwrap();
+        let mut stage = Stage::new(&gpu, base, Vec::new(), [32, 18], true).unwrap();
+        let bias = |stage: &Stage| {
+            let texture = stage.renderer.technique.texture.as_ref().unwrap();
+            texture.settings.streaming.level_bias
+        };
+        stage.toggle_second().unwrap();
+        stage.set("variant.level_bias", "2").unwrap();
+        assert_eq!((bias(&stage), stage.variant), (2, 0));
+        stage.show(1).unwrap();
+        assert_eq!((bias(&stage), stage.variant), (2, 1));
+        let before = stage.scene.clone();
+        for (key, value) in [("variant.level_bias", "-1"), ("variant.dedup", "none"), ("cache.tiles", "3")] {
+            let refused = stage.set(key, value).unwrap_err().to_string();
+            assert!(!refused.is_empty());
+            assert_eq!((&stage.scene, stage.variant), (&before, 1), "{key} = {value}");
+        }
+        stage.set("variant.level_bias", "0").unwrap();
+        assert_eq!(bias(&stage), 0);
+        let pose = stage.scene.pose(0).unwrap();
+        stage.resize([20, 30]).unwrap();
+        stage.renderer.settle(&pose).unwrap();
+        let (_, second) = stage.second.as_mut().unwrap();
+        second.settle(&pose).unwrap();
+        let (first, second) = (stage.renderer.picture_bytes().unwrap(), second.picture_bytes().unwrap());
+        assert!(first == second, "two variants, one picture");
+    }
 
     #[test]
     fn shipped_scenes_have_the_variants_of_their_paper() {

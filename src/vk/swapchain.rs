@@ -58,6 +58,7 @@ pub struct Swapchain {
     acquired: Vec<Semaphore>,
     next: usize,
     mode: PresentMode,
+    format: Format,
     surface: Surface,
 }
 
@@ -132,8 +133,10 @@ impl Swapchain {
             acquired,
             next: 0,
             mode,
+            format: Format::Bgra8,
             surface,
         };
+        swapchain.format = swapchain.choose_format()?;
         swapchain.resize(size)?;
         Ok(swapchain)
     }
@@ -143,9 +146,9 @@ impl Swapchain {
         self.images.first().map_or([0; 2], |image| image.info().size)
     }
 
-    /// Of the images.
+    /// Of the images, whatever the window's size.
     pub fn format(&self) -> Format {
-        self.images.first().map_or(Format::Bgra8, |image| image.info().format)
+        self.format
     }
 
     pub fn image(&self, number: usize) -> &Image {
@@ -181,7 +184,7 @@ impl Swapchain {
     }
 
     fn create(&mut self, capabilities: &vk::SurfaceCapabilitiesKHR, extent: vk::Extent2D) -> Result<()> {
-        let (format, mode) = (self.choose_format()?, self.check_mode()?);
+        let (format, mode) = (self.format, self.check_mode()?);
         let most = if capabilities.max_image_count == 0 { u32::MAX } else { capabilities.max_image_count };
         let old = self.handle;
         let info = vk::SwapchainCreateInfoKHR::default()

@@ -119,3 +119,33 @@ fn what_is_no_report_of_this_version_is_refused_in_one_line_that_names_both() {
     assert_eq!(render_failure(&folder, &["none.json", "-o", "a.png"]).0, 1);
     assert_eq!(names(&folder), ["r.json"]);
 }
+
+#[test]
+fn a_camera_of_the_command_line_is_that_of_its_keys_and_goes_into_the_report() {
+    let folder = folder();
+    let eye = ["--lat", "-33.5", "--lon", "18", "--alt", "9e5", "--heading", "-20", "--tilt", "35"];
+    let run = ["globe", "--size", "96x54", "--camera", "antarctica"];
+    same_again(&folder, &[&run[..], &eye].concat(), "png");
+    let keys =
+        ["latitude_deg=-33.5", "longitude_deg=18.0", "altitude_m=9e5", "heading_deg=-20.0", "tilt_deg=35.0"];
+    let keys = keys.map(|key| format!("-Dcameras.antarctica.{key}"));
+    let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+    rendered(&folder, &[&run[..], &keys, &["-o", "keys.png"]].concat());
+    assert!(bytes(&folder, "first.png") == bytes(&folder, "keys.png"));
+    // The scene's own path gives way, a path that is asked for does not.
+    rendered(&folder, &["herd", "--size", "96x54", "--tilt", "60", "-o", "herd.png"]);
+    let (code, line) = render_failure(&folder, &["plane", "--lat", "1", "-o", "p.png"]);
+    assert_eq!(code, 2);
+    holds(&line, &["--lat", "plane", "east_m"]);
+    let (_, line) = render_failure(&folder, &["globe", "--lat", "91", "-o", "p.png"]);
+    holds(&line, &["latitude_deg", "91", "outside"]);
+    let refused = usage_error(&folder, &["render", "earth", "--path", "pan", "--tilt", "3", "-o", "p.png"]);
+    holds(&refused, &["--tilt", "--path"]);
+}
+
+/// What clap says of a command line that it refuses.
+fn usage_error(folder: &TempDir, arguments: &[&str]) -> String {
+    let ran = run(folder, arguments);
+    assert_eq!(ran.status.code(), Some(2));
+    String::from_utf8(ran.stderr).unwrap()
+}

@@ -227,6 +227,28 @@ fn twenty_resizes_of_all_surfaces_show_what_new_renderers_show() {
 }
 
 #[test]
+fn a_frozen_eye_streams_and_culls_for_itself() {
+    let scene = Scene::embedded("valley").unwrap();
+    let mut renderer = settled(&scene, Target::Srgb8);
+    let pose = scene.pose(0).unwrap();
+    let elsewhere = pose.moved(pose.up * 3000.0 - pose.forward * 20_000.0);
+    let found = |renderer: &mut Renderer| {
+        (0..8).for_each(|_| renderer.frame(&elsewhere).unwrap());
+        renderer.drain().unwrap();
+        let wanted = renderer.technique.texture.as_ref().unwrap().streaming.wanted().to_vec();
+        (wanted, renderer.records.last().unwrap().meshes.as_ref().unwrap().change.faces)
+    };
+    let wanted = renderer.technique.texture.as_ref().unwrap().streaming.wanted().to_vec();
+    let faces = renderer.records.last().unwrap().meshes.as_ref().unwrap().change.faces;
+    renderer.technique.frozen = Some(pose);
+    assert_eq!(found(&mut renderer), (wanted.clone(), faces));
+    renderer.technique.frozen = None;
+    let (now, fewer) = found(&mut renderer);
+    assert!(now != wanted && fewer != faces, "what the eye itself wants");
+    silent(&renderer);
+}
+
+#[test]
 fn what_cannot_be_shown_is_refused_with_its_line() {
     let parts = Parts::new();
     let refused = |names: &[&str], more: &str, from: &str, to: &str| {

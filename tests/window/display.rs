@@ -12,6 +12,8 @@ use x11rb::rust_connection::RustConnection;
 pub mod key {
     pub const ESCAPE: u8 = 9;
     pub const R: u8 = 27;
+    pub const F: u8 = 41;
+    pub const G: u8 = 42;
     pub const SPACE: u8 = 65;
     pub const W: u8 = 25;
     pub const X: u8 = 53;

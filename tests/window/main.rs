@@ -48,6 +48,21 @@ fn the_earth_is_flown_over_resized_and_closed_and_leaves_nothing_behind() {
     window.press(key::F1);
     window.until_other("F1 shows the keys", &turned);
     window.press(key::F1);
+    window.press(key::G);
+    let levels = window.until_other("G shows levels", &turned);
+    let hues = |seen: &Seen| {
+        let saturated = |rgba: &&[u8]| rgba[..3].iter().max().unwrap() - rgba[..3].iter().min().unwrap() > 90;
+        seen.0.rgba.chunks_exact(4).filter(saturated).count()
+    };
+    assert!(hues(&levels) > hues(&turned) + 500, "{} {}", hues(&levels), hues(&turned));
+    window.press(key::G);
+    window.press(key::F);
+    window.wheel([160, 90], -6);
+    let yellow =
+        |seen: &Seen| seen.0.rgba.chunks_exact(4).filter(|pixel| pixel[..3] == [255, 255, 0]).count();
+    window.until("the edge of what the frozen eye sees", |window| yellow(&window.picture()) > 50);
+    window.press(key::F);
+    window.until("no edge any more", |window| yellow(&window.picture()) == 0);
 
     for n in 0..20u16 {
         window.resize([[200, 150], [333, 77], [64, 64], [1, 1], [320, 180]][usize::from(n % 5)]);

@@ -152,12 +152,14 @@ impl<'a> Program<'a> {
         self.display.fake(xproto::BUTTON_RELEASE_EVENT, button, to);
     }
 
-    pub fn wheel(&mut self, at: [i16; 2], notches: u32) {
+    /// Positive: away from the hand, which is nearer.
+    pub fn wheel(&mut self, at: [i16; 2], notches: i32) {
         self.window();
         self.point(at);
-        for _ in 0..notches {
-            self.display.fake(xproto::BUTTON_PRESS_EVENT, 4, at);
-            self.display.fake(xproto::BUTTON_RELEASE_EVENT, 4, at);
+        let button = if notches > 0 { 4 } else { 5 };
+        for _ in 0..notches.abs() {
+            self.display.fake(xproto::BUTTON_PRESS_EVENT, button, at);
+            self.display.fake(xproto::BUTTON_RELEASE_EVENT, button, at);
         }
     }
 

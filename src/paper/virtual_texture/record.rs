@@ -27,6 +27,7 @@ pub struct FrameRecord {
 }
 
 /// What a frame found out: the tiles that it sees, and those that it expects.
+#[derive(Clone)]
 pub(super) struct Lists {
     pub visible: Vec<TileId>,
     pub ahead: Vec<TileId>,

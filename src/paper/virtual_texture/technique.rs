@@ -57,6 +57,10 @@ pub struct VirtualTexture {
     /// Towards it, of lit shapes.
     pub sun: DVec3,
     pub onto: Onto,
+    /// Streams what was visible when this was set, whatever the eye sees since.
+    pub frozen: bool,
+    /// The list that is streamed while frozen: the first since then, which is that of a frame before.
+    frozen_list: Option<Lists>,
     scout: Option<Scout>,
     fade: FadeIn,
     uploads: PerFrame<Uploads>,
@@ -125,6 +129,8 @@ impl VirtualTexture {
             lit,
             sun: DVec3::ZERO,
             onto: Onto::Cleared([0.0; 3]),
+            frozen: false,
+            frozen_list: None,
             pose: None,
             ahead: None,
             last_frame: 0,
@@ -232,7 +238,13 @@ impl VirtualTexture {
         let slot = view.slot();
         let uploads = &mut self.uploads[slot];
         uploads.clear();
-        let lists = self.lists[slot].take();
+        let mut lists = self.lists[slot].take();
+        if self.frozen {
+            self.frozen_list = self.frozen_list.take().or(lists);
+            lists = self.frozen_list.clone();
+        } else {
+            self.frozen_list = None;
+        }
         let mut report = match &lists {
             // Nothing is known yet: the bias stays.
             None => FrameReport { bias: self.bias, ..FrameReport::default() },
