@@ -16,7 +16,8 @@
 //! | H | parallax mapping with anisotropic filtering | `relief/` |
 //! | I | refined distance map | `relief/` |
 //!
-//! [`plane`] is the surface of most figures; `baselines.rs` holds the field's filters; [`figures`] measures all of them.
+//! [`method`] is one of them all, [`pass`] runs it on the GPU over a tilted [`plane`], and [`mod@reference`] in f64 on the CPU.
+//! [`baselines`] are the field's filters, [`texels`] the textures; [`figures`] measures all of them.
 //!
 //! Errata. Built as printed and as corrected where both can run:
 //! - (4) takes the lengths of the **rows** of J for the ellipse's axes and an angle from J's entries. That is right only
@@ -26,5 +27,13 @@
 //! - (9) prints the denominator of d/dx in all four derivatives, and increments that it does not define.
 //! - V1's operator is illegible: we read "the volume kept on the texel's side of the cut".
 
+pub mod baselines;
 pub mod figures;
+pub mod footprint;
+pub mod method;
+pub mod pass;
 pub mod plane;
+pub mod reference;
+pub mod texels;
+pub mod weight_map;
+pub mod weights;
