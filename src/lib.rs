@@ -8,7 +8,7 @@
 //!
 //! - [`paper::virtual_texture`]: super-large textures, whose visible tiles are found wholly on the GPU.
 //! - [`paper::progressive_mesh`]: progressive meshes whose index buffer suits the vertex cache at every level of detail.
-//! - The third paper, on texture mapping, is not rebuilt yet; its exact filters are the reference of the first one.
+//! - [`paper::texture_mapping`]: texture filters that weigh the texels of a pixel's ellipse, beside those of the field.
 //!
 //! # Use as a library
 //!

@@ -5,7 +5,9 @@ mod candidates;
 pub mod distance;
 pub mod filter;
 mod orientation;
+pub mod pattern;
 pub mod raster;
+pub mod supersample;
 
 pub use candidates::Candidates;
 pub use raster::{Derivatives, Sample, View, rasterise};

@@ -241,6 +241,7 @@ fn create(
         .geometry_shader(has(Feature::GeometryShader))
         .logic_op(has(Feature::LogicOp))
         .pipeline_statistics_query(has(Feature::PipelineStatistics))
+        .sampler_anisotropy(has(Feature::SamplerAnisotropy))
         .texture_compression_bc(has(Feature::TextureCompressionBc))
         .fragment_stores_and_atomics(has(Feature::FragmentStores));
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default()

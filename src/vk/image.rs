@@ -1,7 +1,7 @@
 //! Images, their views, samplers.
 
 use super::device::{Dead, Device};
-use super::{BufferUse, Check, Error, Gpu, Result, TexelCopy};
+use super::{BufferUse, Check, Error, Feature, Gpu, Result, TexelCopy};
 use crate::picture::Target;
 use ash::vk;
 use gpu_allocator::{MemoryLocation, vulkan::Allocation};
@@ -313,22 +313,42 @@ impl Gpu {
     }
 
     pub fn sampler(&self, name: &str, info: SamplerInfo) -> Result<Sampler> {
-        let filter = match info.filter {
-            Filter::Nearest => vk::Filter::NEAREST,
-            Filter::Linear => vk::Filter::LINEAR,
+        let edge = vk::SamplerAddressMode::CLAMP_TO_EDGE;
+        let in_s = if info.wraps_in_s { vk::SamplerAddressMode::REPEAT } else { edge };
+        self.create_sampler(name, info.filter, [in_s, edge], 1)
+    }
+
+    /// Of a texture that tiles the plane. Above 1, `most_anisotropy` asks for the device's own anisotropic filter of at most so
+    /// many samples (the device must have been opened with [`Feature::SamplerAnisotropy`]), or of as many as it has.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn tiling_sampler(&self, name: &str, most_anisotropy: u32) -> Result<Sampler> {
+        let allowed = most_anisotropy == 1 || self.has(Feature::SamplerAnisotropy);
+        assert!(allowed, "{name}: the device was opened without the feature");
+        self.create_sampler(name, Filter::Linear, [vk::SamplerAddressMode::REPEAT; 2], most_anisotropy)
+    }
+
+    fn create_sampler(
+        &self,
+        name: &str,
+        filter: Filter,
+        [in_s, in_t]: [vk::SamplerAddressMode; 2],
+        most_anisotropy: u32,
+    ) -> Result<Sampler> {
+        let (texels, levels) = match filter {
+            Filter::Nearest => (vk::Filter::NEAREST, vk::SamplerMipmapMode::NEAREST),
+            Filter::Linear => (vk::Filter::LINEAR, vk::SamplerMipmapMode::LINEAR),
         };
+        let most = self.device.physical.limits.max_sampler_anisotropy;
         let create = vk::SamplerCreateInfo::default()
-            .mag_filter(filter)
-            .min_filter(filter)
-            .mipmap_mode(match info.filter {
-                Filter::Nearest => vk::SamplerMipmapMode::NEAREST,
-                Filter::Linear => vk::SamplerMipmapMode::LINEAR,
-            })
-            .address_mode_u(match info.wraps_in_s {
-                true => vk::SamplerAddressMode::REPEAT,
-                false => vk::SamplerAddressMode::CLAMP_TO_EDGE,
-            })
-            .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE)
+            .mag_filter(texels)
+            .min_filter(texels)
+            .mipmap_mode(levels)
+            .address_mode_u(in_s)
+            .address_mode_v(in_t)
+            .anisotropy_enable(most_anisotropy > 1)
+            .max_anisotropy((most_anisotropy as f32).min(most))
             .max_lod(vk::LOD_CLAMP_NONE);
         // SAFETY: the device lives.
         let handle =

@@ -44,6 +44,11 @@ const COMPARERS: &[Comparer] = &[
         rejects: &[(PICTURE, "psnr_is_of_the_mean_squared_error_against_a_peak_of_one")],
     },
     Comparer {
+        judges: "a filter's picture against the f64 reference",
+        function: ("src/paper/texture_mapping/figures/agreement.rs", "compare"),
+        rejects: &[("tests/texture_mapping/methods.rs", "a_changed_setting_is_not_explained_by_rounding")],
+    },
+    Comparer {
         judges: "what a viewer sees of a difference",
         function: ("src/picture/flip.rs", "flip"),
         rejects: &[

@@ -1,0 +1,37 @@
+// What every filter has: the texture, and the targets.
+layout(binding = 0) uniform sampler2D texture_of;  // tiles the plane; its sides are powers of two
+layout(constant_id = 0) const uint COARSEST = 0;  // the level of one texel
+
+layout(location = 0) out vec4 colour;  // alpha: texels fetched
+#if DUMP
+layout(location = 1) out vec4 place;  // u, v, det J; 0 beyond the horizon, else 1
+layout(location = 2) out vec4 jacobian;
+layout(location = 3) out vec4 decisions;  // level, no texel had a weight, texels looked at
+#endif
+
+struct Filtered {
+    vec3 colour;
+    uint fetched;
+    uint level;
+    bool empty;
+    uint visited;
+};
+
+// Texels tile: columns and rows of a level wrap.
+vec3 texel(ivec2 at, uint level) {
+    return texelFetch(texture_of, at & ((1 << int(COARSEST - level)) - 1), int(level)).rgb;
+}
+
+// Texels of level 0 to those of another.
+float power_of_half(uint level) {
+    return uintBitsToFloat((127u - level) << 23);
+}
+
+void store(Pixel pixel, Filtered filtered) {
+    colour = pixel.seen ? vec4(filtered.colour, float(filtered.fetched)) : vec4(0.0);
+#if DUMP
+    place = vec4(pixel.centre, pixel.det, pixel.seen);
+    jacobian = pixel.jacobian;
+    decisions = vec4(filtered.level, filtered.empty, filtered.visited, 0.0);
+#endif
+}

@@ -1,0 +1,46 @@
+#version 460
+// variants DUMP: 0 1
+#extension GL_GOOGLE_include_directive : require
+#include "common/extensions.glsl"
+#include "texture_mapping/plane.glsl"
+#include "texture_mapping/filtered.glsl"
+#include "texture_mapping/footprint.glsl"
+
+// Single texels drawn from the kernel (Pharr, Wronski, Salvi and Fajardo, "Filtering after shading with stochastic texture
+// filtering", I3D 2024): a place of the footprint by the truncated Gaussian, one of its four texels by the bilinear weights.
+layout(constant_id = 1) const uint SAMPLES = 1;
+layout(constant_id = 2) const float ALPHA = 2.0;
+
+// pcg4d (Jarzynski and Olano, "Hash functions for GPU rendering", JCGT 2020).
+uvec4 mixed(uvec4 v) {
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    return v;
+}
+uvec4 random(uvec4 v) {
+    v = mixed(v * 1664525u + 1013904223u);
+    return mixed(v ^ v >> 16u);
+}
+
+void main() {
+    Pixel pixel = pixel_at(gl_FragCoord.xy);
+    float minor = sqrt(eigenvalues(spread(pixel.jacobian), pixel.det * pixel.det).y);
+    uint level = uint(clamp(floor(log2(max(minor, 1e-30))), 0.0, float(COARSEST)));
+    float half_power = power_of_half(level);
+    vec3 sum = vec3(0.0);
+    vec3 first = vec3(0.0);
+    for (uint n = 0; n < SAMPLES; ++n) {
+        vec4 unit = vec4(random(uvec4(gl_FragCoord.xy, n, plane.frame)) >> 8) * exp2(-24.0);
+        float radius = sqrt(-log(1.0 - unit.x * (1.0 - exp(-ALPHA))) / ALPHA);
+        float angle = 6.2831853 * unit.y;
+        vec2 in_disc = radius * vec2(cos(angle), sin(angle));
+        vec2 moved = vec2(dot(pixel.jacobian.xy, in_disc), dot(pixel.jacobian.zw, in_disc));
+        vec2 at = (pixel.centre + moved) * half_power - 0.5 + unit.zw;
+        vec3 value = texel(ivec2(floor(at)), level);
+        if (n == 0) first = value;
+        sum += value - first;
+    }
+    store(pixel, Filtered(first + sum / float(SAMPLES), SAMPLES, level, false, SAMPLES));
+}

@@ -1,0 +1,94 @@
+//! tm.v1: the cut-off volume of the texels at the ellipse's edge, its approximations, and what they do to a picture.
+
+use super::lab::{FORMULA_4, Lab, errors};
+use super::shape::pattern_of;
+use crate::figure::claim::{Bound::AtMost, Bound::Below, Claim, Test, one};
+use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Sweep, Value};
+use crate::paper::texture_mapping::method::{Ellipse, Method};
+use crate::paper::texture_mapping::plane::Tilt;
+use crate::paper::texture_mapping::reference::ellipse::kept;
+use crate::paper::texture_mapping::weights::{Edge, Kernel};
+
+pub const EDGES: Figure = Figure {
+    id: "tm.v1",
+    title: "Edge texels: the cut-off volume and its approximations",
+    about: "The thesis weighs a texel that the ellipse cuts by the volume of a Gaussian body (sigma 0.2 texels) on the inner side, and \
+            gives three approximations of that volume; it calls the plain part of the texel's area inadequate. Its printed bounds of the \
+            approximations' errors are damaged: 1e-2, 5e-3 and 1e-2 are the readings that the forms can keep. Here each is held against the \
+            exact volume, and each picture against the f64 truth of the same kernel, exp(-3.125 r^2). Planes of `pink-noise` and \
+            `checker-2`, 96 x 72 (quick) or 256 x 192 pixels.",
+    scenes: &["pink-noise", "checker-2"],
+    variants: || Edge::ALL.map(|edge| edge.name().to_string()).to_vec(),
+    sweep: Some(Sweep { name: "tilt, degrees", quick: TILTS, full: TILTS }),
+    measure,
+    plots: &[
+        Plot::sweep(NMSE).log_y(),
+        Plot::sweep(TIME),
+        Plot::curves(VOLUME, "distance to the edge, texels"),
+    ],
+    claims: &[
+        Claim::paper(
+            "chapter 2, figures 4-6",
+            "accuracy",
+            "The cut-off volume of edge texels makes the picture more accurate than whole texels.",
+            &[Test::ratio(one(NMSE, EXACT), one(NMSE, NONE), Below(1.0))],
+        ),
+        Claim::paper(
+            "chapter 2, figure 5",
+            "bounds",
+            "The quadratic, the cubic and the piecewise linear form are off by at most 1e-2, 5e-3 and 1e-2.",
+            &[
+                Test::value(one(OFF, "quadratic"), AtMost(1e-2)),
+                Test::value(one(OFF, "cubic"), AtMost(5e-3)),
+                Test::value(one(OFF, "piecewise linear"), AtMost(1e-2)),
+            ],
+        ),
+        Claim::ours(
+            "area",
+            "The plain part of the texel's area is as good: its NMSE is at most 1.1 times the exact volume's.",
+            &[Test::ratio(one(NMSE, "area ramp"), one(NMSE, EXACT), AtMost(1.1))],
+        ),
+    ],
+};
+
+const TILTS: &[f64] = &[0.0, 30.0, 60.0, 75.0, 80.0];
+
+/// Names of [`Edge`].
+const EXACT: &str = "exact";
+const NONE: &str = "none";
+
+const NMSE: &str = "NMSE";
+const TIME: &str = "time a pixel";
+const VOLUME: &str = "part of the texel";
+const OFF: &str = "largest error of the form";
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let size = if bench.effort == Effort::Quick { [96, 72] } else { [256, 192] };
+    let lab = Lab::new(&bench.gpu(&[])?, pattern_of(&cell.scene), size)?;
+    let plane = Tilt::of(cell.x.expect("a sweep")).plane(size[1]);
+    let truth = lab.truth(&plane, FORMULA_4);
+    let mut rows = Vec::new();
+    let mut methods = Vec::new();
+    for edge in Edge::ALL {
+        let method = Method::Ellipse(Ellipse::BEST.kernel(Kernel::FORMULA_4).edge(edge));
+        let shown = lab.show(&lab.pass(&method)?, &plane, 0)?;
+        let row = |quantity, value| Row::new(edge.name(), quantity, "", value);
+        rows.push(row(NMSE, Value::Number(errors(&shown.picture, &truth)?.nmse)));
+        rows.push(row(OFF, Value::Number(largest_error(edge))));
+        let at = |n: i32| f64::from(n) / 50.0;
+        rows.push(row(VOLUME, Value::Series((-25..=25).map(|n| [at(n), kept(edge, at(n))]).collect())));
+        methods.push((edge.name().to_string(), method));
+    }
+    let timed = lab.times(bench, &methods, &[plane])?;
+    rows.extend(timed.iter().map(|timed| lab.time_row(timed, 1, TIME)));
+    Ok(rows)
+}
+
+/// Against the exact volume, between the texel's middle and its end.
+fn largest_error(edge: Edge) -> f64 {
+    let error = |n: i32| {
+        let d = f64::from(n) / 20_000.0;
+        (kept(edge, d) - kept(Edge::Exact, d)).abs()
+    };
+    (0..10_000).map(error).fold(0.0, f64::max)
+}

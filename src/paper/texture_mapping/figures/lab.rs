@@ -1,0 +1,182 @@
+//! What the figures of filters share: a pattern in video memory, its truth, a method's picture, and the time of a method.
+
+use super::agreement::{Agreement, compare};
+use crate::figure::{Bench, Contender, Row, Timed};
+use crate::paper::texture_mapping::baselines::Baseline;
+use crate::paper::texture_mapping::method::Method;
+use crate::paper::texture_mapping::pass::{Dumped, FilterPass, Targets, Uploaded, push};
+use crate::paper::texture_mapping::plane::Plane;
+use crate::paper::texture_mapping::texels::Texels;
+use crate::picture::Picture;
+use crate::picture::error::compare_where;
+use crate::picture::flip::flip;
+use crate::reference::pattern::Pattern;
+use crate::reference::supersample::{Density, Kernel, Tiled, Truth, supersample};
+use crate::vk::{Gpu, PassTime};
+
+/// Texels of a pattern's side.
+const SIDE: u32 = 512;
+
+/// The truth that all methods are compared with: sigma 0.5 pixels, cut at one pixel (the EWA filter's kernel, Heckbert 1989).
+pub const GAUSSIAN: Kernel = Kernel::Gaussian { sigma: 0.5, radius: 1.0 };
+
+/// The kernel of formula (4): `exp(-3.125 r^2)`.
+pub const FORMULA_4: Kernel = Kernel::Gaussian { sigma: 0.4, radius: 1.0 };
+
+/// A pattern on a device, and the targets for pictures of it.
+pub struct Lab {
+    pub gpu: Gpu,
+    pub size: [u32; 2],
+    texels: Texels,
+    tiled: Tiled,
+    uploaded: Uploaded,
+    targets: Targets,
+}
+
+/// A picture with its costs.
+pub struct Shown {
+    pub picture: Picture,
+    /// Mean of the pixels.
+    pub fetched: f64,
+}
+
+/// A picture against a truth, where the truth's kernel lies wholly on the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Errors {
+    pub nmse: f64,
+    pub flip: f64,
+    pub worst: f64,
+}
+
+/// Why a method has no number here.
+pub const NO_GPU_SAMPLER: &str = "a software device: its sampler is the EWA scan beside";
+
+impl Lab {
+    /// # Errors
+    /// Out of memory, device lost.
+    pub fn new(gpu: &Gpu, pattern: Pattern, size: [u32; 2]) -> anyhow::Result<Lab> {
+        let texels = Texels::new(SIDE, pattern.texels(SIDE));
+        Ok(Lab {
+            uploaded: Uploaded::new(gpu, &pattern.name(), &texels)?,
+            targets: Targets::new(gpu, size, false)?,
+            tiled: Tiled::new(SIDE, &texels.levels[0]),
+            gpu: gpu.clone(),
+            size,
+            texels,
+        })
+    }
+
+    pub fn pass(&self, method: &Method) -> anyhow::Result<FilterPass> {
+        Ok(FilterPass::new(&self.gpu, method, self.texels.coarsest(), false)?)
+    }
+
+    /// The exact picture of a plane.
+    pub fn truth(&self, plane: &Plane, kernel: Kernel) -> Truth {
+        self.supersampled(plane, kernel, Density::FINE)
+    }
+
+    /// As [`Lab::truth`], where footprints have no end.
+    pub fn coarse_truth(&self, plane: &Plane, kernel: Kernel) -> Truth {
+        self.supersampled(plane, kernel, Density { per_texel: 1.0, least: 32, most: 96 })
+    }
+
+    fn supersampled(&self, plane: &Plane, kernel: Kernel, density: Density) -> Truth {
+        let [middle_x, middle_y] = self.size.map(|side| f64::from(side) / 2.0);
+        let surface = |x: f64, y: f64| plane.texels(x - middle_x, y - middle_y);
+        supersample(self.size, surface, |at| self.tiled.at(at), kernel, density)
+    }
+
+    /// Everything that each pixel decided.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn dumped(&self, method: &Method, plane: &Plane) -> anyhow::Result<Vec<Dumped>> {
+        let pass = FilterPass::new(&self.gpu, method, self.texels.coarsest(), true)?;
+        let targets = Targets::new(&self.gpu, self.size, true)?;
+        pass.run(&self.gpu, &self.uploaded, &targets, &push(plane, self.size, 0))?;
+        Ok(targets.dumped(&self.gpu)?)
+    }
+
+    /// A method's pixels against the reference; `plane` as rounded for the shaders.
+    pub fn agreement(&self, dumped: &[Dumped], method: &Method, plane: &Plane) -> Agreement {
+        compare(dumped, method, plane, self.size, &self.texels, 0)
+    }
+
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn show(&self, pass: &FilterPass, plane: &Plane, frame: u32) -> anyhow::Result<Shown> {
+        self.run(pass, plane, frame)?;
+        let mut rgba = self.targets.colours(&self.gpu)?;
+        let fetched = rgba.iter().map(|pixel| f64::from(pixel[3])).sum::<f64>() / rgba.len() as f64;
+        rgba.iter_mut().for_each(|pixel| pixel[3] = 1.0);
+        Ok(Shown { picture: Picture::new(self.size[0], self.size[1], rgba), fetched })
+    }
+
+    fn run(&self, pass: &FilterPass, plane: &Plane, frame: u32) -> crate::vk::Result<Vec<PassTime>> {
+        pass.run(&self.gpu, &self.uploaded, &self.targets, &push(plane, self.size, frame))
+    }
+
+    /// All methods in turn, each once over every plane: rounds of nanoseconds a pixel.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn times(
+        &self,
+        bench: &Bench,
+        methods: &[(String, Method)],
+        planes: &[Plane],
+    ) -> anyhow::Result<Vec<Timed>> {
+        let passes: Vec<_> = methods
+            .iter()
+            .map(|(name, method)| Ok((name, self.pass(method)?)))
+            .collect::<anyhow::Result<_>>()?;
+        let contenders = passes.iter().map(|(name, pass)| Contender {
+            variant: name.to_string(),
+            run: Box::new(move || {
+                let runs = planes.iter().map(|plane| self.run(pass, plane, 0));
+                Ok(runs.collect::<crate::vk::Result<Vec<_>>>()?.concat())
+            }),
+        });
+        bench.interleave(&self.gpu, contenders.collect())
+    }
+
+    /// A timed method's row, in nanoseconds a pixel.
+    pub fn time_row(&self, timed: &Timed, planes: usize, quantity: &str) -> Row {
+        let pixels = f64::from(self.size[0] * self.size[1]);
+        let drawn = if timed.variant == "empty pass" { pixels } else { pixels * planes as f64 };
+        let rounds = timed.total_of_rounds();
+        let ns_a_pixel = |rounds: Vec<f64>| rounds.iter().map(|ms| ms * 1e6 / drawn).collect();
+        Row::of_rounds(&timed.variant, quantity, "ns", rounds.map(ns_a_pixel))
+    }
+}
+
+/// Whether the device can run a method under its own name.
+pub fn excused(gpu: &Gpu, name: &str, method: &Method) -> Option<&'static str> {
+    let software = gpu.physical().kind == "cpu";
+    match method {
+        Method::Baseline(Baseline::Hardware(_)) if name.starts_with(SOFTWARE_SAMPLER) != software => {
+            Some(if software { NO_GPU_SAMPLER } else { "not a software device" })
+        }
+        _ => None,
+    }
+}
+
+/// What lavapipe's anisotropic sampler is called here: it scans an ellipse.
+pub const SOFTWARE_SAMPLER: &str = "software driver's EWA";
+
+pub fn errors(picture: &Picture, truth: &Truth) -> anyhow::Result<Errors> {
+    let grey = |&value: &f64| [value as f32, value as f32, value as f32, 1.0];
+    let [width, height] = truth.size;
+    let exact = Picture::new(width, height, truth.values.iter().map(grey).collect());
+    let difference = compare_where(picture, &exact, |x, y| truth.whole[(y * width + x) as usize])?;
+    Ok(Errors {
+        nmse: difference.nmse(),
+        flip: flip(picture, &exact)?.mean(),
+        worst: difference.worst().map_or(0.0, |pixel| pixel.value),
+    })
+}
+
+/// exp of the mean of logarithms; 0 where one is 0.
+pub fn geometric_mean(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value.ln()).sum::<f64>() / values.len() as f64).exp()
+}

@@ -1,0 +1,60 @@
+//! The settings that figures compare, by name.
+
+use super::lab::SOFTWARE_SAMPLER;
+use crate::paper::texture_mapping::baselines::Baseline;
+use crate::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
+use crate::paper::texture_mapping::method::{Ellipse, Method};
+use crate::paper::texture_mapping::weight_map::{Shape, WeightMap};
+use crate::paper::texture_mapping::weights::{Edge, Kernel};
+
+/// The paper's filter at the level that the minor axis asks for: at level 0, as printed, a distant pixel scans thousands of texels.
+pub const PAPER_BY_LEVEL: Ellipse =
+    Ellipse::PAPER.scan(Scan::RowSpan).minor_texels(2.0).determinant(Determinant::AllPositive);
+
+pub const RADIAL_64: WeightMap = WeightMap { shape: Shape::Radial, entries: 64, bits: 16, linear: true };
+pub const SQUARED_128: WeightMap =
+    WeightMap { shape: Shape::SquaredRadius, entries: 128, bits: 16, linear: false };
+
+/// Names begin with this where the method is ours or the corrected paper's.
+pub const OURS: &str = "ellipse";
+
+/// Every setting of the chart of speed against error.
+pub fn all() -> Vec<(String, Method)> {
+    ellipses().into_iter().chain(baselines()).collect()
+}
+
+fn ellipses() -> Vec<(String, Method)> {
+    let best = Ellipse::BEST;
+    let corrected = PAPER_BY_LEVEL.axes(Axes::Corrected).kernel(Kernel::EWA);
+    let settings = [
+        ("paper's rows".to_string(), PAPER_BY_LEVEL),
+        ("paper's columns".into(), PAPER_BY_LEVEL.axes(Axes::Columns)),
+        ("corrected, k 0".into(), corrected),
+        ("corrected, k 0.8".into(), corrected.k(0.8)),
+        ("corrected, k 0.8, V1".into(), corrected.k(0.8).edge(Edge::Exact)),
+        (format!("{OURS}, 2 texels across"), best.minor_texels(2.0)),
+        (OURS.into(), best),
+        (format!("{OURS}, k 0.9"), best.k(0.9)),
+        (format!("{OURS}, r^2 map"), best.map(SQUARED_128)),
+        (format!("{OURS}, box scan"), best.scan(Scan::BoundingBox)),
+        (format!("{OURS}, ratio 16"), best.most_ratio(16.0)),
+        (format!("{OURS}, ratio 4"), best.most_ratio(4.0)),
+        (format!("{OURS}, 1/2 texel across"), best.minor_texels(0.5)),
+        (format!("{OURS}, 1/4 texel across"), best.minor_texels(0.25)),
+        (format!("{OURS}, 1/4 texel across, ratio 2"), best.minor_texels(0.25).most_ratio(2.0)),
+    ];
+    settings.into_iter().map(|(name, ellipse)| (name, Method::Ellipse(ellipse))).collect()
+}
+
+fn baselines() -> Vec<(String, Method)> {
+    let mut all = vec![("trilinear".to_string(), Baseline::Trilinear)];
+    all.extend([2, 4, 8, 16].map(|most| (format!("anisotropic {most}"), Baseline::Anisotropic(most))));
+    all.extend([2, 4, 8, 16].map(|most| (format!("GPU's anisotropic {most}"), Baseline::Hardware(most))));
+    all.push((SOFTWARE_SAMPLER.into(), Baseline::Hardware(16)));
+    all.extend([4, 8, 16].map(|most| (format!("Feline {most}"), Baseline::Feline(most))));
+    all.extend([3, 5, 7].map(|taps| (format!("Mavridis {taps}"), Baseline::Mavridis(taps))));
+    all.push(("pbrt EWA".into(), Baseline::Pbrt));
+    all.extend([1, 4, 16, 64].map(|n| (format!("stochastic {n}"), Baseline::Stochastic(n))));
+    all.push(("summed area".into(), Baseline::SummedArea));
+    all.into_iter().map(|(name, baseline)| (name, Method::Baseline(baseline))).collect()
+}

@@ -1,0 +1,91 @@
+//! tm.temporal: what flickers while the camera moves by less than a pixel.
+
+use super::lab::{GAUSSIAN, Lab};
+use super::methods::{self, OURS};
+use super::shape::pattern_of;
+use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep, Value};
+use crate::paper::texture_mapping::method::Method;
+use crate::paper::texture_mapping::plane::Tilt;
+
+pub const TEMPORAL: Figure = Figure {
+    id: "tm.temporal",
+    title: "Filters in motion: variance over 16 sub-pixel shifts",
+    about: "16 frames, between which the camera moves by a sixteenth of a pixel both ways. A pixel's error against the f64 truth of its frame \
+            may be the same in all of them, which nobody sees, or vary, which flickers: the mean variance of the error over the mean square of \
+            the truth. Beside it how much the picture itself varies, over how much the truth does: below 1 is blur, above 1 is aliasing. \
+            Stochastic filters draw anew in each frame. Planes of `pink-noise` and `checker-2`, 48 x 36 pixels.",
+    scenes: &["pink-noise", "checker-2"],
+    variants: || variants().into_iter().map(|(name, _)| name).collect(),
+    sweep: Some(Sweep { name: "tilt, degrees", quick: &[60.0, 80.0], full: &[0.0, 30.0, 60.0, 75.0, 80.0] }),
+    measure,
+    plots: &[Plot::sweep(FLICKER).log_y(), Plot::sweep(MOTION).log_y()],
+    claims: &[Claim::ours(
+        "least",
+        "Our filter flickers least of all that look at no more than twice its texels.",
+        &[Test::value(one(OVER_NEXT, OURS), AtMost(1.0))],
+    )],
+};
+
+const FRAMES: u32 = 16;
+const SIZE: [u32; 2] = [48, 36];
+
+const FLICKER: &str = "variance of the error";
+const MOTION: &str = "variance of the picture over the truth's";
+const OVER_NEXT: &str = "variance over the least of others with at most twice the texels";
+const TEXELS: &str = "texels fetched a pixel";
+
+/// Samplers of the device are left out: they count no texels.
+fn variants() -> Vec<(String, Method)> {
+    let counted = |method: &Method| {
+        !matches!(method, Method::Baseline(crate::paper::texture_mapping::baselines::Baseline::Hardware(_)))
+    };
+    methods::all().into_iter().filter(|(_, method)| counted(method)).collect()
+}
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let lab = Lab::new(&bench.gpu(&[])?, pattern_of(&cell.scene), SIZE)?;
+    let plane = Tilt::of(cell.x.expect("a sweep")).plane(SIZE[1]);
+    let shifted = |frame: u32| plane.shifted([f64::from(frame) / f64::from(FRAMES); 2]);
+    let truths: Vec<Vec<f64>> = (0..FRAMES).map(|n| lab.truth(&shifted(n), GAUSSIAN).values).collect();
+    let square = truths.iter().flatten().map(|value| value * value).sum::<f64>()
+        / (truths.len() * truths[0].len()) as f64;
+    let true_variance = mean_variance(&truths);
+    let (mut rows, mut found) = (Vec::new(), Vec::new());
+    for (name, method) in variants() {
+        let pass = lab.pass(&method)?;
+        let (mut frames, mut fetched) = (Vec::new(), 0.0);
+        for n in 0..FRAMES {
+            let shown = lab.show(&pass, &shifted(n), n)?;
+            frames.push(shown.picture.rgba.iter().map(|pixel| f64::from(pixel[0])).collect::<Vec<_>>());
+            fetched += shown.fetched / f64::from(FRAMES);
+        }
+        let off: Vec<Vec<f64>> = frames
+            .iter()
+            .zip(&truths)
+            .map(|(found, truth)| found.iter().zip(truth).map(|(a, b)| a - b).collect())
+            .collect();
+        let number = |quantity, unit, number| Row::new(&*name, quantity, unit, Value::Number(number));
+        rows.push(number(FLICKER, "", mean_variance(&off) / square));
+        rows.push(number(MOTION, "", mean_variance(&frames) / true_variance));
+        rows.push(number(TEXELS, "texels", fetched));
+        found.push((name, fetched, mean_variance(&off)));
+    }
+    let &(_, texels, ours) = found.iter().find(|(name, ..)| name == OURS).expect("one of the variants");
+    let others =
+        found.iter().filter(|(name, fetched, _)| !name.starts_with(OURS) && *fetched <= 2.0 * texels);
+    if let Some(next) = others.map(|(.., variance)| *variance).min_by(f64::total_cmp) {
+        rows.push(Row::number(OURS, OVER_NEXT, "", ours / next));
+    }
+    Ok(rows)
+}
+
+/// The mean over pixels of the variance over frames.
+fn mean_variance(frames: &[Vec<f64>]) -> f64 {
+    let count = frames.len() as f64;
+    let of = |pixel: usize| {
+        let mean = frames.iter().map(|frame| frame[pixel]).sum::<f64>() / count;
+        frames.iter().map(|frame| (frame[pixel] - mean).powi(2)).sum::<f64>() / count
+    };
+    (0..frames[0].len()).map(of).sum::<f64>() / frames[0].len() as f64
+}

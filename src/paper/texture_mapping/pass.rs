@@ -1,0 +1,308 @@
+//! A method on the GPU: one triangle over the whole picture, whose fragments filter a tilted plane.
+
+use super::baselines::Baseline;
+use super::footprint::{Axes, Determinant, MOST_VISITED, Scan};
+use super::method::{Ellipse, Method, Pixel};
+use super::plane::Plane;
+use super::texels::Texels;
+use crate::vk::shader::texture_mapping as glsl;
+use crate::vk::shader::{PlanePush, Shader};
+use crate::vk::{
+    Blend, Buffer, BufferUse, Clear, Cmd, ColorTarget, Feature, Format, Gpu, GraphicsInfo, GraphicsPipeline,
+    Image, ImageInfo, Need, PassTime, Resource, Result, Sampler, View,
+};
+
+/// A texture in video memory.
+pub struct Uploaded {
+    image: Image,
+    /// Sums of bytes over 2 x 2 copies, with a row and a column of zeros before them: for [`Baseline::SummedArea`].
+    sums: Image,
+    coarsest: u32,
+}
+
+/// What a pass draws into.
+pub struct Targets {
+    /// Linear light; alpha: texels fetched. With `dumps` also place, Jacobian and decisions of each pixel.
+    images: Vec<Image>,
+    pub size: [u32; 2],
+}
+
+/// A method's pipeline, and what it reads beside the texture.
+pub struct FilterPass {
+    pipeline: GraphicsPipeline,
+    sampler: Sampler,
+    weight_map: Buffer,
+    coarsest: u32,
+}
+
+/// What one pixel's invocation decided, from a pass with dumps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dumped {
+    /// `None` beyond the horizon.
+    pub pixel: Option<Pixel>,
+    pub colour: [f32; 3],
+    pub fetched: u32,
+    pub level: u32,
+    /// No texel had a weight.
+    pub empty: bool,
+    /// Texels looked at.
+    pub visited: u32,
+}
+
+/// What the device must have for a method.
+pub fn needs(method: &Method) -> Vec<Need> {
+    match method {
+        Method::Baseline(Baseline::Hardware(_)) => vec![Need {
+            feature: Feature::SamplerAnisotropy,
+            pass: "hardware anisotropy",
+            without: "every other method",
+        }],
+        _ => Vec::new(),
+    }
+}
+
+impl Uploaded {
+    /// # Errors
+    /// Out of memory, device lost.
+    pub fn new(gpu: &Gpu, name: &str, texels: &Texels) -> Result<Uploaded> {
+        let info = ImageInfo::texture([texels.side; 2], Format::Rgba8, texels.levels.len() as u32);
+        let image = gpu.image(name, info)?;
+        let grey = |level: &Vec<u8>| level.iter().flat_map(|&byte| [byte, byte, byte, 255]).collect();
+        let levels: Vec<Vec<u8>> = texels.levels.iter().map(grey).collect();
+        gpu.fill_levels(&image, &levels)?;
+        let side = 2 * texels.side + 1;
+        let sums =
+            gpu.image(&format!("{name}, sums"), ImageInfo::texture([side; 2], Format::Rgba32Uint, 1))?;
+        let words: Vec<u32> = sums_of(texels).iter().flat_map(|&sum| [sum, sum, sum, 0]).collect();
+        gpu.fill_levels(&sums, &[bytemuck::cast_slice(&words).to_vec()])?;
+        Ok(Uploaded { image, sums, coarsest: texels.coarsest() })
+    }
+}
+
+/// Entry (x, y): the sum of all bytes above and left of it, modulo 2^32.
+fn sums_of(texels: &Texels) -> Vec<u32> {
+    let side = 2 * texels.side as usize + 1;
+    let mut sums = vec![0u32; side * side];
+    for y in 1..side {
+        let mut row = 0u32;
+        for x in 1..side {
+            row = row.wrapping_add(u32::from(texels.byte(0, x as i64 - 1, y as i64 - 1)));
+            sums[y * side + x] = sums[(y - 1) * side + x].wrapping_add(row);
+        }
+    }
+    sums
+}
+
+impl Targets {
+    /// # Errors
+    /// Out of memory.
+    pub fn new(gpu: &Gpu, size: [u32; 2], dumps: bool) -> Result<Targets> {
+        let names = ["filtered", "place", "jacobian", "decisions"];
+        let image = |name: &&str| gpu.image(name, ImageInfo::target(size, Format::Rgba32Float));
+        let images = names[..if dumps { 4 } else { 1 }].iter().map(image).collect::<Result<_>>()?;
+        Ok(Targets { images, size })
+    }
+
+    /// Red, green and blue of linear light, and the count of texels, of each pixel.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn colours(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>> {
+        let bytes = gpu.read_image(&self.images[0])?;
+        Ok(bytemuck::pod_collect_to_vec(&bytes))
+    }
+
+    /// Everything of each pixel. The targets were made with dumps.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn dumped(&self, gpu: &Gpu) -> Result<Vec<Dumped>> {
+        let read = |image: &Image| -> Result<Vec<[f32; 4]>> {
+            Ok(bytemuck::pod_collect_to_vec(&gpu.read_image(image)?))
+        };
+        let [colours, places, jacobians, decisions] = &self.images[..] else {
+            panic!("{} targets: made without dumps", self.images.len())
+        };
+        let (colours, places) = (read(colours)?, read(places)?);
+        let (jacobians, decisions) = (read(jacobians)?, read(decisions)?);
+        let of = |n: usize| {
+            let [u, v, determinant, seen] = places[n].map(f64::from);
+            let [ux, uy, vx, vy] = jacobians[n].map(f64::from);
+            let [r, g, b, fetched] = colours[n];
+            let [level, empty, visited, _] = decisions[n];
+            let place = [n as u32 % self.size[0], n as u32 / self.size[0]];
+            let pixel = Pixel { place, centre: [u, v], jacobian: [[ux, uy], [vx, vy]], determinant };
+            Dumped {
+                pixel: (seen > 0.0).then_some(pixel),
+                colour: [r, g, b],
+                fetched: fetched as u32,
+                level: level as u32,
+                empty: empty > 0.0,
+                visited: visited as u32,
+            }
+        };
+        Ok((0..colours.len()).map(of).collect())
+    }
+}
+
+/// The plane as the shaders get it: what is constant over the picture, from f64.
+pub fn push(plane: &Plane, size: [u32; 2], frame: u32) -> PlanePush {
+    let [[a, b, c], [d, e, f], [g, h, i]] = plane.0;
+    let single = |row: [f64; 3]| row.map(|number| number as f32);
+    let slope = |constant: f64, slope: f64| [constant as f32, slope as f32];
+    let det = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g);
+    PlanePush {
+        u_row: single([a, b, c]),
+        v_row: single([d, e, f]),
+        w_row: single([g, h, i]),
+        u_x: slope(a * i - c * g, a * h - b * g),
+        u_y: slope(b * i - c * h, b * g - a * h),
+        v_x: slope(d * i - f * g, d * h - e * g),
+        v_y: slope(e * i - f * h, e * g - d * h),
+        det: det as f32,
+        middle: size.map(|side| side as f32 / 2.0),
+        frame,
+    }
+}
+
+/// A method's fragment shaders, without and with dumps.
+fn shaders(method: &Method) -> &'static [Shader; 2] {
+    match method {
+        Method::Ellipse(_) => &glsl::ellipse_frag::SHADERS,
+        Method::Baseline(baseline) => match baseline {
+            Baseline::Trilinear | Baseline::Anisotropic(_) | Baseline::Feline(_) | Baseline::Mavridis(_) => {
+                &glsl::probes_frag::SHADERS
+            }
+            Baseline::Hardware(_) => &glsl::hardware_frag::SHADERS,
+            Baseline::Pbrt => &glsl::pbrt_frag::SHADERS,
+            Baseline::Stochastic(_) => &glsl::stochastic_frag::SHADERS,
+            Baseline::SummedArea => &glsl::summed_area_frag::SHADERS,
+        },
+    }
+}
+
+/// A method's specialization constants.
+fn constants(method: &Method, coarsest: u32) -> Vec<(&'static str, u32)> {
+    let mut constants = vec![("COARSEST", coarsest)];
+    match method {
+        Method::Ellipse(ellipse) => constants.extend(ellipse_constants(ellipse)),
+        Method::Baseline(baseline) => match *baseline {
+            Baseline::Trilinear => constants.extend([("RULE", 0), ("MOST", 1)]),
+            Baseline::Anisotropic(most) => constants.extend([("RULE", 1), ("MOST", most)]),
+            Baseline::Feline(most) => constants.extend([("RULE", 2), ("MOST", most)]),
+            Baseline::Mavridis(taps) => constants.extend([("RULE", 3), ("MOST", taps)]),
+            Baseline::Stochastic(samples) => constants.push(("SAMPLES", samples)),
+            Baseline::Hardware(_) | Baseline::Pbrt | Baseline::SummedArea => {}
+        },
+    }
+    constants
+}
+
+fn ellipse_constants(ellipse: &Ellipse) -> [(&'static str, u32); 15] {
+    let Ellipse { footprint, kernel, map, edge } = ellipse;
+    let axes = match footprint.axes {
+        Axes::Rows => 0,
+        Axes::Columns => 1,
+        Axes::Corrected => 2,
+        Axes::Round => 3,
+    };
+    let (shape, entries, bits) = match map {
+        None => (0, 1, 8),
+        Some(map) => (map.shape as u32 + 1, map.entries, map.bits),
+    };
+    [
+        ("AXES", axes),
+        ("ALL_POSITIVE", u32::from(footprint.determinant == Determinant::AllPositive)),
+        ("K", footprint.k.to_bits()),
+        ("ROW_SPAN", u32::from(footprint.scan == Scan::RowSpan)),
+        ("MINOR_TEXELS", footprint.minor_texels.to_bits()),
+        ("MOST_RATIO", footprint.most_ratio.to_bits()),
+        ("RADIUS", kernel.radius_px.to_bits()),
+        ("MOST_VISITED", (MOST_VISITED as f32).to_bits()),
+        ("ALPHA", kernel.alpha.to_bits()),
+        ("EDGE", *edge as u32),
+        ("MAP", shape),
+        ("MAP_ENTRIES", entries),
+        ("MAP_BITS", bits),
+        ("MAP_LINEAR", u32::from(map.is_some_and(|map| map.linear))),
+        ("MAP_REACH", (ellipse.map_reach() as f32).to_bits()),
+    ]
+}
+
+impl FilterPass {
+    /// For textures whose level of one texel is `coarsest`; with `dumps` for targets that have them.
+    ///
+    /// # Errors
+    /// Out of memory; what [`needs`] names is missing.
+    pub fn new(gpu: &Gpu, method: &Method, coarsest: u32, dumps: bool) -> Result<FilterPass> {
+        gpu.require(&needs(method))?;
+        let shader = &shaders(method)[usize::from(dumps)];
+        let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
+            name: shader.name,
+            vertex: &glsl::screen_vert::SHADER,
+            geometry: None,
+            fragment: Some(shader),
+            specialization: &constants(method, coarsest),
+            points: false,
+            depth: None,
+            colors: &[Format::Rgba32Float; 4][..if dumps { 4 } else { 1 }],
+            blend: Blend::Replace,
+        })?;
+        let words = match method {
+            Method::Ellipse(ellipse @ Ellipse { map: Some(map), kernel, .. }) => {
+                map.words(kernel.alpha, ellipse.map_reach())
+            }
+            _ => vec![0],
+        };
+        let most_anisotropy = match method {
+            Method::Baseline(Baseline::Hardware(most)) => *most,
+            _ => 1,
+        };
+        Ok(FilterPass {
+            pipeline,
+            sampler: gpu.tiling_sampler("tiling sampler", most_anisotropy)?,
+            weight_map: gpu.buffer_with("weight map", &words, BufferUse::Texels)?,
+            coarsest,
+        })
+    }
+
+    /// Filters the plane that `push` says.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn draw(
+        &self,
+        cmd: &mut Cmd<'_>,
+        texture: &Uploaded,
+        targets: &Targets,
+        push: &PlanePush,
+    ) -> Result<()> {
+        assert_eq!(self.coarsest, texture.coarsest, "the pass and the texture");
+        let resources = [
+            (glsl::ellipse_frag::TEXTURE_OF, Resource::Sampled(&texture.image, &self.sampler)),
+            (glsl::ellipse_frag::WEIGHT_MAP, Resource::Buffer(&self.weight_map)),
+            (glsl::summed_area_frag::SUMS, Resource::Texture(&texture.sums, View::Whole)),
+        ];
+        let clear = Clear::Float([0.0; 4]);
+        let colors: Vec<_> = targets.images.iter().map(|image| ColorTarget { image, clear }).collect();
+        cmd.render(targets.size, &colors, None, |render| {
+            render.draw(&self.pipeline, &resources, bytemuck::bytes_of(push), 3)
+        })
+    }
+
+    /// One frame of the pass alone, waited for: nanoseconds where the device keeps time.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn run(
+        &self,
+        gpu: &Gpu,
+        texture: &Uploaded,
+        targets: &Targets,
+        push: &PlanePush,
+    ) -> Result<Vec<PassTime>> {
+        let mut frame = gpu.frame()?;
+        frame.pass("filter", |cmd| self.draw(cmd, texture, targets, push))?;
+        frame.submit()?.wait()
+    }
+}

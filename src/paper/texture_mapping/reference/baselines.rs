@@ -1,0 +1,263 @@
+//! The field's filters, each from its publication.
+
+use super::Filtered;
+use crate::paper::texture_mapping::baselines::Baseline;
+use crate::paper::texture_mapping::method::Pixel;
+use crate::paper::texture_mapping::texels::Texels;
+use std::f64::consts::TAU;
+
+/// A texture sampler weighs texels and levels in steps of 1/256 (the least that Vulkan's implementations have): two bilinear
+/// samples of two weights each, and their mix, are off by at most this.
+const SAMPLER: f64 = 5.0 / 256.0;
+
+/// The value of a pixel; `None` for what only the device knows.
+pub fn filtered(
+    baseline: Baseline,
+    pixel: &Pixel,
+    texels: &Texels,
+    level: u32,
+    frame: u32,
+) -> Option<Filtered> {
+    let [[ux, uy], [vx, vy]] = pixel.jacobian;
+    let (right, down) = ([ux, vx], [uy, vy]);
+    let length = |[a, b]: [f64; 2]| a.hypot(b);
+    let (longer, shorter) = if length(right) > length(down) { (right, down) } else { (down, right) };
+    Some(match baseline {
+        Baseline::Hardware(_) => return None,
+        Baseline::Trilinear => {
+            probes(pixel, texels, &[Probe { part: 0.0, weight: 1.0 }], [0.0; 2], length(longer).log2())
+        }
+        Baseline::Anisotropic(most) => {
+            let ratio = length(longer) / length(shorter);
+            let count = ratio.ceil().clamp(1.0, f64::from(most));
+            let probe = |n: u32| Probe { part: 2.0 * (f64::from(n) + 0.5) / count - 1.0, weight: 1.0 };
+            let all: Vec<Probe> = (0..count as u32).map(probe).collect();
+            let half = longer.map(|d| d / 2.0);
+            undecided(probes(pixel, texels, &all, half, (length(longer) / count).log2()), ratio)
+        }
+        Baseline::Feline(most) => feline(pixel, texels, most),
+        Baseline::Mavridis(taps) => mavridis(pixel, texels, taps),
+        Baseline::Pbrt => pbrt(pixel, texels, longer, shorter),
+        Baseline::Stochastic(samples) => stochastic(pixel, texels, samples, level, frame),
+        Baseline::SummedArea => summed_area(pixel, texels),
+    })
+}
+
+/// A trilinear sample at a part of a line, -1 to 1.
+struct Probe {
+    part: f64,
+    weight: f64,
+}
+
+/// The level's value at a place in its own texels.
+fn bilinear(texels: &Texels, level: u32, [u, v]: [f64; 2]) -> f64 {
+    let (x, y) = (u - 0.5, v - 0.5);
+    let (right, down) = (x - x.floor(), y - y.floor());
+    let at =
+        |i: i64, j: i64| f64::from(texels.byte(level, x.floor() as i64 + i, y.floor() as i64 + j)) / 255.0;
+    let row = |j: i64| at(0, j) * (1.0 - right) + at(1, j) * right;
+    row(0) * (1.0 - down) + row(1) * down
+}
+
+fn probes(pixel: &Pixel, texels: &Texels, probes: &[Probe], reach: [f64; 2], level: f64) -> Filtered {
+    let coarsest = f64::from(texels.coarsest());
+    let undecided = if level.abs() < 2f64.powi(-16) { 4 * probes.len() as u32 } else { 0 };
+    let level = level.clamp(0.0, coarsest);
+    let trilinear = |at: [f64; 2]| {
+        let of = |level: f64| bilinear(texels, level as u32, at.map(|place| place / level.exp2()));
+        let part = level - level.floor();
+        of(level.floor()) * (1.0 - part) + of((level.floor() + 1.0).min(coarsest)) * part
+    };
+    let place = |probe: &Probe| [0, 1].map(|n| pixel.centre[n] + probe.part * reach[n]);
+    let sum: f64 = probes.iter().map(|probe| probe.weight * trilinear(place(probe))).sum();
+    let weights: f64 = probes.iter().map(|probe| probe.weight).sum();
+    let texels_a_probe = if level > 0.0 && level < coarsest { 8 } else { 4 };
+    let fetched = texels_a_probe * probes.len() as u32;
+    Filtered { value: sum / weights, slack: SAMPLER, fetched, undecided, empty: false }
+}
+
+/// Semi-axes of the ellipse r <= 1, and the major one's direction, by the rotation that makes `J J^T` diagonal.
+fn axes(pixel: &Pixel) -> (f64, f64, [f64; 2]) {
+    let [[ux, uy], [vx, vy]] = pixel.jacobian;
+    let (a, b, c) = (ux * ux + uy * uy, ux * vx + uy * vy, vx * vx + vy * vy);
+    let angle = 0.5 * (2.0 * b).atan2(a - c);
+    let major = ((a + c) / 2.0 + ((a - c) / 2.0).hypot(b)).sqrt();
+    (major, pixel.determinant.abs() / major, [angle.cos(), angle.sin()])
+}
+
+fn feline(pixel: &Pixel, texels: &Texels, most: u32) -> Filtered {
+    let (major, minor, direction) = axes(pixel);
+    let wanted = 2.0 * major / minor - 1.0 + 0.5;
+    let count = wanted.floor().clamp(1.0, f64::from(most));
+    // Too few probes: each becomes as wide as the gaps.
+    let minor = minor.max(2.0 * major / (count + 1.0));
+    let reach = (major - minor).max(0.0);
+    let probe = |n: u32| {
+        let part = if count > 1.0 { 2.0 * f64::from(n) / (count - 1.0) - 1.0 } else { 0.0 };
+        Probe { part, weight: (-2.0 * (part * reach / major).powi(2)).exp() }
+    };
+    let all: Vec<Probe> = (0..count as u32).map(probe).collect();
+    undecided(probes(pixel, texels, &all, direction.map(|d| d * reach), minor.log2()), wanted)
+}
+
+fn mavridis(pixel: &Pixel, texels: &Texels, taps: u32) -> Filtered {
+    let (major, minor, direction) = axes(pixel);
+    let tap_length = 2.0 * major / f64::from(taps);
+    let wanted = tap_length / minor;
+    let samples = wanted.ceil().clamp(1.0, 16.0);
+    let middle = |n: f64, count: f64| 2.0 * (n + 0.5) / count - 1.0;
+    let all: Vec<Probe> = (0..taps)
+        .flat_map(|tap| (0..samples as u32).map(move |sample| (tap, sample)))
+        .map(|(tap, sample)| Probe {
+            part: middle(f64::from(tap) * samples + f64::from(sample), f64::from(taps) * samples),
+            weight: (-2.0 * middle(f64::from(tap), f64::from(taps)).powi(2)).exp(),
+        })
+        .collect();
+    let level = minor.max(tap_length / samples).log2();
+    let found = probes(pixel, texels, &all, direction.map(|d| d * major), level);
+    Filtered { undecided: found.undecided.max(undecided(found, wanted).undecided * taps), ..found }
+}
+
+/// Where rounding decides a count of probes, one more or one less.
+fn undecided(found: Filtered, wanted: f64) -> Filtered {
+    let near = (wanted - wanted.round()).abs() < 2f64.powi(-16) * wanted;
+    Filtered { undecided: if near { found.undecided.max(8) } else { found.undecided }, ..found }
+}
+
+fn pbrt(pixel: &Pixel, texels: &Texels, longer: [f64; 2], shorter: [f64; 2]) -> Filtered {
+    const MOST_RATIO: f64 = 8.0;
+    let (major, minor) = (longer[0].hypot(longer[1]), shorter[0].hypot(shorter[1]));
+    let widening = if minor * MOST_RATIO < major && minor > 0.0 { major / (minor * MOST_RATIO) } else { 1.0 };
+    let shorter = shorter.map(|d| d * widening);
+    let lod = (minor * widening).max(1e-30).log2().clamp(0.0, f64::from(texels.coarsest()));
+    let finer = pbrt_level(pixel, texels, longer, shorter, lod as u32);
+    let coarser = pbrt_level(pixel, texels, longer, shorter, lod as u32 + 1);
+    let part = lod - lod.floor();
+    Filtered {
+        value: finer.value * (1.0 - part) + coarser.value * part,
+        // The fraction of the level in f32; beside what each level has.
+        slack: finer.slack + coarser.slack + 2f64.powi(-18),
+        fetched: finer.fetched + coarser.fetched,
+        undecided: finer.undecided + coarser.undecided,
+        empty: false,
+    }
+}
+
+fn pbrt_level(pixel: &Pixel, texels: &Texels, longer: [f64; 2], shorter: [f64; 2], level: u32) -> Filtered {
+    if level >= texels.coarsest() {
+        let value = f64::from(texels.byte(texels.coarsest(), 0, 0)) / 255.0;
+        return Filtered { value, slack: 2f64.powi(-22), fetched: 1, ..Filtered::default() };
+    }
+    let scale = f64::from(1u32 << level);
+    let [u, v] = pixel.centre.map(|place| place / scale);
+    let [[lx, ly], [sx, sy]] = [longer, shorter].map(|axis| axis.map(|d| d / scale));
+    let (a, b, c) = (ly * ly + sy * sy + 1.0, -2.0 * (lx * ly + sx * sy), lx * lx + sx * sx + 1.0);
+    let f = a * c - b * b / 4.0;
+    let (width, height) = (c.sqrt() + 1.0, a.sqrt() + 1.0);
+    let (mut sum, mut weights, mut slack) = (0.0, 0.0, 0.0);
+    let (mut fetched, mut undecided) = (0, 0);
+    // A form whose terms reach a c / f cancels by that much; a step of the table is 1/127 of its exponent.
+    let rounding = 2f64.powi(-21) * (a * c / f);
+    for row in (v - height).floor() as i64..=(v + height).floor() as i64 {
+        for column in (u - width).floor() as i64..=(u + width).floor() as i64 {
+            let (du, dv) = (column as f64 + 0.5 - u, row as f64 + 0.5 - v);
+            let r2 = (a * du * du + b * du * dv + c * dv * dv) / f;
+            let weight = |r2: f64| {
+                if r2 >= 1.0 {
+                    return 0.0;
+                }
+                let entry = (r2.max(0.0) * 128.0).floor().min(127.0);
+                (-2.0 * entry / 127.0).exp() - (-2f64).exp()
+            };
+            let of = weight(r2);
+            undecided += u32::from((r2 - 1.0).abs() < rounding);
+            fetched += u32::from(r2 < 1.0);
+            slack += (weight(r2 - rounding) - weight(r2 + rounding)).abs();
+            sum += of * f64::from(texels.byte(level, column, row)) / 255.0;
+            weights += of;
+        }
+    }
+    let slack = slack / weights + f64::from(fetched + 8) * 2f64.powi(-22);
+    Filtered { value: sum / weights, slack, fetched, undecided, empty: false }
+}
+
+/// pcg4d (Jarzynski and Olano, "Hash functions for GPU rendering", JCGT 2020).
+fn random([mut x, mut y, mut z, mut w]: [u32; 4]) -> [u32; 4] {
+    for n in [&mut x, &mut y, &mut z, &mut w] {
+        *n = n.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+    }
+    for round in 0..2 {
+        x = x.wrapping_add(y.wrapping_mul(w));
+        y = y.wrapping_add(z.wrapping_mul(x));
+        z = z.wrapping_add(x.wrapping_mul(y));
+        w = w.wrapping_add(y.wrapping_mul(z));
+        if round == 0 {
+            for n in [&mut x, &mut y, &mut z, &mut w] {
+                *n ^= *n >> 16;
+            }
+        }
+    }
+    [x, y, z, w]
+}
+
+/// The levels of the minor axis: two where rounding decides.
+pub fn stochastic_levels(pixel: &Pixel, texels: &Texels) -> [u32; 2] {
+    let (_, minor, _) = axes(pixel);
+    let level = minor.max(1e-30).log2();
+    [-1.0, 1.0].map(|side| {
+        let level = (level + side * 2f64.powi(-16)).floor();
+        level.clamp(0.0, f64::from(texels.coarsest())) as u32
+    })
+}
+
+fn stochastic(pixel: &Pixel, texels: &Texels, samples: u32, level: u32, frame: u32) -> Filtered {
+    let scale = f64::from(1u32 << level);
+    let [[ux, uy], [vx, vy]] = pixel.jacobian;
+    // Places in f32: the centre's ulp, and a few of what is added to it.
+    let extent = ux.abs() + uy.abs() + vx.abs() + vy.abs();
+    let (mut sum, mut undecided) = (0.0, 0);
+    for n in 0..samples {
+        let [x, y] = pixel.place;
+        let unit = random([x, y, n, frame]).map(|bits| f64::from(bits >> 8) / f64::from(1u32 << 24));
+        let radius = (-(1.0 - unit[0] * (1.0 - (-2f64).exp())).ln() / 2.0).sqrt();
+        let (sin, cos) = (TAU * unit[1]).sin_cos();
+        let moved = [(ux, uy), (vx, vy)].map(|(across, down)| radius * (across * cos + down * sin));
+        let at = [0, 1].map(|n| (pixel.centre[n] + moved[n]) / scale - 0.5 + unit[n + 2]);
+        let ulps = |place: f64| 2f64.powi(-21) * (place.abs() + extent / scale + 1.0);
+        undecided += u32::from(at.iter().any(|&place| (place - place.round()).abs() < ulps(place)));
+        sum += f64::from(texels.byte(level, at[0].floor() as i64, at[1].floor() as i64)) / 255.0;
+    }
+    let count = f64::from(samples);
+    let slack = f64::from(undecided) / count + (count + 4.0) * 2f64.powi(-24);
+    Filtered { value: sum / count, slack, fetched: samples, undecided: 0, empty: false }
+}
+
+fn summed_area(pixel: &Pixel, texels: &Texels) -> Filtered {
+    let side = i64::from(texels.side);
+    let [[ux, uy], [vx, vy]] = pixel.jacobian;
+    let reach = [(ux.abs() + uy.abs()) / 2.0, (vx.abs() + vy.abs()) / 2.0];
+    let edge = |n: usize, sign: f64| pixel.centre[n] + sign * reach[n] + 0.5;
+    let range = |n: usize| {
+        let from = edge(n, -1.0).floor();
+        (from as i64, (edge(n, 1.0).floor() - from).clamp(1.0, side as f64) as i64)
+    };
+    let [(left, width), (top, height)] = [range(0), range(1)];
+    let mut sum = 0u64;
+    for row in top..top + height {
+        for column in left..left + width {
+            sum += u64::from(texels.byte(0, column, row));
+        }
+    }
+    // An edge near the middle of a texel may fall to either side of it.
+    let near = |n: usize, sign: f64| {
+        let at = edge(n, sign);
+        u32::from((at - at.round()).abs() < 2f64.powi(-21) * (at.abs() + 1.0))
+    };
+    let slack = (0..2).map(|n| {
+        let texels = [width, height][n] as f64;
+        f64::from(near(n, -1.0) + near(n, 1.0)) / texels
+    });
+    let slack = slack.sum::<f64>() + 2f64.powi(-20);
+    let value = sum as f64 / (255 * width * height) as f64;
+    Filtered { value, slack, fetched: 4, ..Filtered::default() }
+}

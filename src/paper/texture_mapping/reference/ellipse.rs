@@ -1,0 +1,315 @@
+//! A…D: all texels of a box around the ellipse, each with the distance that the inverse of V gives it.
+
+use super::Filtered;
+use crate::paper::texture_mapping::footprint::{Axes, MOST_MAJOR_TEXELS, MOST_REACH, MOST_VISITED, Scan};
+use crate::paper::texture_mapping::method::{Ellipse, Pixel};
+use crate::paper::texture_mapping::texels::Texels;
+use crate::paper::texture_mapping::weight_map::{Shape, WeightMap};
+use crate::paper::texture_mapping::weights::Edge;
+
+/// A symmetric 2 x 2 matrix: 11, 12, 22.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Symmetric(pub [f64; 3]);
+
+impl Symmetric {
+    /// The larger and the smaller eigenvalue.
+    fn eigenvalues(self, det: f64) -> [f64; 2] {
+        let [a, b, c] = self.0;
+        let larger = (a + c) / 2.0 + ((a - c) / 2.0).hypot(b);
+        [larger, if larger > 0.0 { det / larger } else { 0.0 }]
+    }
+}
+
+/// The ellipse of a pixel at a level, and a square root of its inverse.
+struct Shaped {
+    v: Symmetric,
+    det: f64,
+    /// Rows of the matrix that maps the ellipse to the unit disc, for the weights.
+    to_disc: [[f64; 2]; 2],
+}
+
+/// `radius^2 J J^T` in texels of level 0, widened to the largest ratio, and its determinant.
+fn widened(ellipse: &Ellipse, pixel: &Pixel) -> (Symmetric, f64) {
+    let square = f64::from(ellipse.kernel.radius_px).powi(2);
+    let [[ux, uy], [vx, vy]] = pixel.jacobian;
+    let v = [ux * ux + uy * uy, ux * vx + uy * vy, vx * vx + vy * vy].map(|entry| entry * square);
+    let det = (pixel.determinant * square).powi(2);
+    let [larger, smaller] = Symmetric(v).eigenvalues(det);
+    let least = larger / f64::from(ellipse.footprint.most_ratio).powi(2);
+    if smaller >= least {
+        return (Symmetric(v), det);
+    }
+    // The minor axis alone is stretched: V + (least - smaller) e e^T, e e^T = (larger I - V) / (larger - smaller).
+    let part = (least - smaller) / (larger - smaller);
+    let [a, b, c] = v;
+    (Symmetric([a + part * (larger - a), b - part * b, c + part * (larger - c)]), larger * least)
+}
+
+/// Whether the footprint is larger than f32 can square: it has the texture's mean.
+fn sees_all(v: Symmetric) -> bool {
+    v.0[0] + v.0[2] >= MOST_MAJOR_TEXELS * MOST_MAJOR_TEXELS
+}
+
+/// The levels that the method may choose: two where rounding decides.
+pub fn levels(ellipse: &Ellipse, pixel: &Pixel, coarsest: u32) -> [u32; 2] {
+    let (v, det) = widened(ellipse, pixel);
+    if sees_all(v) {
+        return [coarsest; 2];
+    }
+    let [_, smaller] = v.eigenvalues(det);
+    let minor_texels = f64::from(ellipse.footprint.minor_texels);
+    let by_minor = if minor_texels > 0.0 { (smaller.sqrt() / minor_texels).log2() } else { 0.0 };
+    // At level l the scan looks at `visited` / 4^l texels; k and the margins come on top, and are covered by the 4.
+    let [a, _, c] = v.0;
+    let visited = match ellipse.footprint.scan {
+        Scan::BoundingBox => 4.0 * (a * c).sqrt(),
+        Scan::RowSpan => 4.0 * det.sqrt(),
+    };
+    let by_count = (4.0 * visited / f64::from(MOST_VISITED)).log2() / 2.0;
+    let by_rows = (a.max(c).sqrt() / f64::from(MOST_REACH)).log2();
+    let wanted = by_minor.floor().max(by_count.ceil()).max(by_rows.ceil());
+    // 2^-16: log2 of f32 numbers of 2^-21 relative error, and its own rounding at up to 2^5.
+    let undecided = 2f64.powi(-16);
+    let near =
+        [by_minor, by_count, by_rows].into_iter().any(|level| (level - level.round()).abs() < undecided);
+    let level = |wanted: f64| wanted.clamp(0.0, f64::from(coarsest)) as u32;
+    match near {
+        true => [level(wanted - 1.0), level(wanted + 1.0)],
+        false => [level(wanted); 2],
+    }
+}
+
+fn shaped(ellipse: &Ellipse, pixel: &Pixel, level: u32) -> Shaped {
+    let (v, det) = widened(ellipse, pixel);
+    let scale = 0.25f64.powi(level as i32);
+    let k = f64::from(ellipse.footprint.k);
+    let [a, b, c] = v.0.map(|entry| entry * scale);
+    let with_k = Symmetric([a + k, b, c + k]);
+    let det = det * scale * scale + k * (a + c) + k * k;
+    // Lengths and direction of the axes that the weights follow.
+    let [[ux, uy], [vx, vy]] = pixel.jacobian.map(|row| row.map(|d| d * f64::from(ellipse.kernel.radius_px)));
+    let (length, depth, cos, sin) = match ellipse.footprint.axes {
+        Axes::Corrected => {
+            let [a, b, c] = with_k.0;
+            let [larger, smaller] = with_k.eigenvalues(det);
+            let angle = 0.5 * (2.0 * b).atan2(a - c);
+            (larger.sqrt(), smaller.sqrt(), angle.cos(), angle.sin())
+        }
+        Axes::Round => {
+            let [larger, _] = with_k.eigenvalues(det);
+            (larger.sqrt(), larger.sqrt(), 1.0, 0.0)
+        }
+        Axes::Rows => literal(ux, uy, vx.hypot(vy), scale, k),
+        Axes::Columns => literal(ux, vx, uy.hypot(vy), scale, k),
+    };
+    let to_disc = [[cos / length, sin / length], [-sin / depth, cos / depth]];
+    Shaped { v: with_k, det, to_disc }
+}
+
+/// (4) as printed: the length of the axis (x, y) and its angle, the other axis as long as `other`.
+fn literal(x: f64, y: f64, other: f64, scale: f64, k: f64) -> (f64, f64, f64, f64) {
+    let length = x.hypot(y);
+    let (cos, sin) = if length > 0.0 { (x / length, y / length) } else { (1.0, 0.0) };
+    ((length * length * scale + k).sqrt(), (other * other * scale + k).sqrt(), cos, sin)
+}
+
+/// C: the part of a texel that the edge keeps; `distance` in texels, positive inside.
+pub fn kept(edge: Edge, distance: f64) -> f64 {
+    if edge == Edge::None {
+        return if distance >= 0.0 { 1.0 } else { 0.0 };
+    }
+    if distance <= -0.5 {
+        return 0.0;
+    }
+    let d = distance.abs();
+    let inside = match edge {
+        Edge::Exact => 0.5 + 0.5 * libm::erf(d / (0.2 * std::f64::consts::SQRT_2)),
+        _ if d >= 0.5 => 1.0,
+        Edge::Quadratic => 0.5 + 2.151 * d - 2.358 * d * d,
+        Edge::Cubic => 0.496 + 2.288 * d - 3.074 * d * d + 0.956 * d * d * d,
+        Edge::PiecewiseLinear if d < 0.165 => 0.506 + 1.79 * d,
+        Edge::PiecewiseLinear if d < 0.305 => 0.636 + 1.008 * d,
+        Edge::PiecewiseLinear => 0.853 + 0.295 * d,
+        Edge::AreaRamp | Edge::None => 0.5 + d,
+    };
+    if distance >= 0.0 { inside } else { 1.0 - inside }
+}
+
+/// D: the nearest entry's value, or between the two nearest.
+fn mapped(map: &WeightMap, alpha: f64, reach: f64, place: [f64; 2]) -> f64 {
+    let [x, y] = place.map(|c| c / reach);
+    let entries = f64::from(map.entries);
+    let nearest = |part: f64| ((part * entries).floor().clamp(0.0, entries - 1.0) + 0.5) / entries;
+    let most = f64::from((1u32 << map.bits) - 1);
+    let entry = |square: f64| ((-alpha * reach * reach * square).exp() * most).round() / most;
+    if map.linear {
+        let radial = map.shape == Shape::Radial;
+        let part = if radial { x.hypot(y) } else { x * x + y * y };
+        let at = (part * entries - 0.5).clamp(0.0, entries - 1.0);
+        let of = |n: f64| {
+            let middle = (n.min(entries - 1.0) + 0.5) / entries;
+            entry(if radial { middle * middle } else { middle })
+        };
+        let share = at - at.floor();
+        return of(at.floor()) * (1.0 - share) + of(at.floor() + 1.0) * share;
+    }
+    let square = match map.shape {
+        Shape::Square => {
+            let middle = |c: f64| 2.0 * nearest((c + 1.0) / 2.0) - 1.0;
+            middle(x).powi(2) + middle(y).powi(2)
+        }
+        Shape::Quadrant => nearest(x.abs()).powi(2) + nearest(y.abs()).powi(2),
+        Shape::Radial => nearest(x.hypot(y)).powi(2),
+        Shape::SquaredRadius => nearest(x * x + y * y),
+    };
+    entry(square)
+}
+
+/// B, or D in its place.
+fn weight(ellipse: &Ellipse, place: [f64; 2]) -> f64 {
+    let alpha = f64::from(ellipse.kernel.alpha);
+    match &ellipse.map {
+        Some(map) => mapped(map, alpha, ellipse.map_reach(), place),
+        None => (-alpha * (place[0] * place[0] + place[1] * place[1])).exp(),
+    }
+}
+
+/// The texels with a weight: offsets from the centre, in texels of the level, and weights.
+pub fn weights(ellipse: &Ellipse, pixel: &Pixel, coarsest: u32, level: u32) -> Vec<([f64; 2], f64)> {
+    let mut found = Vec::new();
+    if level < coarsest {
+        each_texel(ellipse, pixel, level, |texel| {
+            if texel.kept > 0.0 {
+                found.push((texel.offset, texel.weight * texel.kept));
+            }
+        });
+    }
+    found
+}
+
+/// The value of a pixel at a level that [`levels`] allows.
+pub fn filtered(ellipse: &Ellipse, pixel: &Pixel, texels: &Texels, level: u32) -> Filtered {
+    // The coarsest level is one texel.
+    if level >= texels.coarsest() {
+        let value = f64::from(texels.byte(texels.coarsest(), 0, 0)) / 255.0;
+        return Filtered { value, slack: 2f64.powi(-22), fetched: 1, ..Filtered::default() };
+    }
+    let (mut sum, mut weights, mut slack) = (0.0, 0.0, 0.0);
+    let (mut fetched, mut undecided) = (0, 0);
+    each_texel(ellipse, pixel, level, |texel| {
+        let Texel { place: [column, row], weight, kept, least, most, falls, .. } = texel;
+        undecided += u32::from((most > 0.0) != (least > 0.0));
+        fetched += u32::from(kept > 0.0);
+        slack += weight * (most - least) + weight * kept * falls;
+        sum += weight * kept * f64::from(texels.byte(level, column, row)) / 255.0;
+        weights += weight * kept;
+    });
+    let [column, row] = pixel.centre.map(|place| (place / f64::from(1u32 << level)).floor());
+    let nearest = || f64::from(texels.byte(level, column as i64, row as i64)) / 255.0;
+    let empty = weights <= 0.0;
+    let value = if empty { nearest() } else { sum / weights };
+    // The GPU's error function is 1.5e-7 off, of each texel's weight.
+    let erf = if ellipse.edge == Edge::Exact { 1.5e-7 * f64::from(fetched) / weights.max(1e-6) } else { 0.0 };
+    // A texel differs from the mean by at most 1; a weight's exponential is 9 ulp off (Vulkan allows 3 + 2 |x|); sums in f32 lose half an ulp each.
+    let slack = (slack / weights.max(1e-6)).min(1.0) + f64::from(fetched + 32) * 2f64.powi(-24) + erf;
+    Filtered { value, slack, fetched, undecided, empty }
+}
+
+/// An ellipse that holds everything within half a texel of the footprint's: (1 + 1/t) V + (1 + t) / 4 I holds the sum of an ellipse
+/// and a disc for every t > 0, and touches it at the minor axis for t twice as long as that.
+fn outer(ellipse: &Ellipse, shaped: &Shaped) -> Symmetric {
+    let [a, b, c] = shaped.v.0;
+    if ellipse.edge == Edge::None {
+        return Symmetric([1.0001 * a, 1.0001 * b, 1.0001 * c]);
+    }
+    let t = 2.0 * shaped.v.eigenvalues(shaped.det)[1].sqrt();
+    let (scale, add) = (1.0 + 1.0 / t, (1.0 + t) / 4.0);
+    Symmetric([scale * a + add, scale * b, scale * c + add])
+}
+
+/// A texel near the ellipse.
+struct Texel {
+    place: [i64; 2],
+    /// From the pixel's centre to the texel's, in texels of the level.
+    offset: [f64; 2],
+    weight: f64,
+    kept: f64,
+    /// What may be kept where r is rounded.
+    least: f64,
+    most: f64,
+    /// Relative error of the weight.
+    falls: f64,
+}
+
+/// Every texel that has a weight, or may have one after rounding.
+fn each_texel(ellipse: &Ellipse, pixel: &Pixel, level: u32, mut visit: impl FnMut(Texel)) {
+    let shaped = shaped(ellipse, pixel, level);
+    let outer = outer(ellipse, &shaped);
+    // A line has no area, and so no texels.
+    if shaped.det <= 0.0 {
+        return;
+    }
+    let [u, v] = pixel.centre.map(|place| place / f64::from(1u32 << level));
+    let (column, row) = (u.floor(), v.floor());
+    let [a, b, c] = shaped.v.0;
+    let [oa, ob, oc] = outer.0;
+    let half_height = (oc.sqrt() + 1.0).ceil() as i64;
+    for j in -half_height..=half_height {
+        let dv = j as f64 + 0.5 - (v - row);
+        // The outer ellipse's part of the row, and two texels more.
+        let half_width = ((oa - ob * ob / oc) * (1.0 - dv * dv / oc)).max(0.0).sqrt() + 2.0;
+        let middle = ob / oc * dv + (u - column) - 0.5;
+        for i in (middle - half_width).floor() as i64..=(middle + half_width).ceil() as i64 {
+            let du = i as f64 + 0.5 - (u - column);
+            let r = ((c * du * du - 2.0 * b * du * dv + a * dv * dv) / shaped.det).max(0.0).sqrt();
+            // V^-1 q = r grad r.
+            let [x, y] = [(c * du - b * dv) / shaped.det, (a * dv - b * du) / shaped.det];
+            let texels_a_radius = if r > 0.0 { r / x.hypot(y) } else { f64::INFINITY };
+            let distance = |r: f64| (1.0 - r) * texels_a_radius;
+            let rounding = rounding(&shaped, [du, dv], r);
+            // Along an edge that bends away the distance is too short: no texel beyond half a texel takes part.
+            let from_outer = (oc * du * du - 2.0 * ob * du * dv + oa * dv * dv) / (oa * oc - ob * ob) - 1.0;
+            // The slope itself is rounded as r is, where its terms cancel.
+            let of_slope = rounding * (1.0 + (b / c).abs()) * (c / shaped.det).sqrt() * texels_a_radius;
+            let off = if r > 0.0 { (1.0 - r).abs() * texels_a_radius * of_slope } else { 0.0 };
+            if distance(r - rounding) + off < -0.5 || from_outer > 4.0 * rounding {
+                continue;
+            }
+            let cut = from_outer.abs() <= 4.0 * rounding;
+            let of = |r: f64, off: f64| kept(ellipse.edge, distance(r) + off);
+            // The slope of the weight's exponent is 2 alpha r, and a map's entries are steps.
+            let slope = 2.0 * f64::from(ellipse.kernel.alpha) * r.max(rounding);
+            visit(Texel {
+                place: [column as i64 + i, row as i64 + j],
+                offset: [du, dv],
+                weight: weight(ellipse, shaped.to_disc.map(|[x, y]| x * du + y * dv)),
+                kept: if from_outer > 0.0 { 0.0 } else { of(r, 0.0) },
+                least: if cut { 0.0 } else { of(r + rounding, -off) },
+                most: of(r - rounding, off),
+                falls: slope * rounding + step(ellipse, r, rounding),
+            });
+        }
+    }
+}
+
+/// How far r of a texel may be off in f32: 4 ulp of itself, and of the place along the row, which is the difference of two
+/// numbers up to `sqrt(a)` and is measured in the ellipse's width along the row.
+fn rounding(shaped: &Shaped, [_, dv]: [f64; 2], r: f64) -> f64 {
+    let [a, b, c] = shaped.v.0;
+    let width = (shaped.det / c).sqrt();
+    let along = ((b / c * dv).abs() + (b / c).abs().min(a.sqrt()) + 1.0) / width;
+    2f64.powi(-22) * (r + along)
+}
+
+/// The most that a map's neighbouring entry differs by, relative to the smaller, where rounding may choose it.
+fn step(ellipse: &Ellipse, r: f64, rounding: f64) -> f64 {
+    let Some(map) = ellipse.map.filter(|map| !map.linear) else { return 0.0 };
+    let entries = f64::from(map.entries) / ellipse.map_reach();
+    let steps = match map.shape {
+        Shape::Square | Shape::Quadrant => return 4.0 * f64::from(ellipse.kernel.alpha) * r / entries,
+        Shape::Radial => r * entries,
+        Shape::SquaredRadius => r * r * entries / ellipse.map_reach(),
+    };
+    let near = (steps - steps.round()).abs() < 4.0 * rounding * entries;
+    if near { 2.0 * f64::from(ellipse.kernel.alpha) / entries } else { 0.0 }
+}

@@ -1,0 +1,53 @@
+//! A grey texture that tiles the plane, with all its levels: bytes of linear light.
+
+/// Levels from finest to the one of a single texel, each row by row.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Texels {
+    pub side: u32,
+    pub levels: Vec<Vec<u8>>,
+}
+
+impl Texels {
+    /// Each coarser texel is the mean of 2 x 2, rounded to the nearest byte. It is taken from level 0, so that rounding
+    /// does not add up.
+    pub fn new(side: u32, finest: Vec<u8>) -> Texels {
+        assert!(side.is_power_of_two() && finest.len() == (side * side) as usize, "{side} texels a side");
+        let mut sums: Vec<u64> = finest.iter().map(|&byte| u64::from(byte)).collect();
+        let mut levels = vec![finest];
+        for level in 1..=side.ilog2() {
+            let next = (side >> level) as usize;
+            let sum = |n: usize| {
+                let at = 2 * (n / next) * (2 * next) + 2 * (n % next);
+                sums[at] + sums[at + 1] + sums[at + 2 * next] + sums[at + 2 * next + 1]
+            };
+            sums = (0..next * next).map(sum).collect();
+            let texels = 1u64 << (2 * level);
+            levels.push(sums.iter().map(|sum| ((2 * sum + texels) / (2 * texels)) as u8).collect());
+        }
+        Texels { side, levels }
+    }
+
+    /// The level of one texel.
+    pub fn coarsest(&self) -> u32 {
+        self.levels.len() as u32 - 1
+    }
+
+    /// A byte; columns and rows wrap.
+    pub fn byte(&self, level: u32, column: i64, row: i64) -> u8 {
+        let side = i64::from(self.side >> level);
+        self.levels[level as usize][(row.rem_euclid(side) * side + column.rem_euclid(side)) as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_texel_is_the_mean_of_all_below_it() {
+        let texels = Texels::new(4, (0..16).map(|n| if n == 5 { 255 } else { 0 }).collect());
+        assert_eq!(texels.levels[1], [64, 0, 0, 0]);
+        assert_eq!(texels.levels[2], [16]);
+        assert_eq!(texels.byte(0, -3, 5), 255);
+    }
+}

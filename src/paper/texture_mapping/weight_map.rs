@@ -1,0 +1,113 @@
+//! D: weight maps. The weight `exp(-alpha r^2)` is looked up in a table at the texel's place in the unit disc.
+//!
+//! The thesis's (5) finds that place from J's entries and is exact where (4) is; corrected, the place is a square root of
+//! `V^-1` times the texel's offset: [`Axes`](super::footprint::Axes) decides, as for (4). (6) is the map's scale.
+
+/// What the table is indexed by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// x and y: entries squared.
+    Square,
+    /// |x| and |y|: a quarter of it at the same resolution.
+    Quadrant,
+    /// r.
+    Radial,
+    /// r^2, which needs no square root (pbrt's table).
+    SquaredRadius,
+}
+
+/// A table's shape and precision.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WeightMap {
+    pub shape: Shape,
+    /// A power of two; of each side of a two-dimensional map.
+    pub entries: u32,
+    /// 8 or 16: entries are fractions of 2^bits - 1.
+    pub bits: u32,
+    /// Between the two nearest entries, as a sampler of a one-dimensional texture does, in place of the nearest alone.
+    /// Two-dimensional maps have the nearest.
+    pub linear: bool,
+}
+
+impl Shape {
+    pub const ALL: [Shape; 4] = [Shape::Square, Shape::Quadrant, Shape::Radial, Shape::SquaredRadius];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Shape::Square => "2-D",
+            Shape::Quadrant => "quadrant",
+            Shape::Radial => "radial",
+            Shape::SquaredRadius => "r^2",
+        }
+    }
+}
+
+impl WeightMap {
+    pub fn name(&self) -> String {
+        let linear = if self.linear { ", linear" } else { "" };
+        format!("{} map, {} entries of {} bits{linear}", self.shape.name(), self.entries, self.bits)
+    }
+
+    /// The table for `exp(-alpha r^2)` up to r = `reach` (x and y up to it), entries packed into words from the least significant
+    /// bits on.
+    pub fn words(&self, alpha: f32, reach: f64) -> Vec<u32> {
+        assert!(matches!(self.bits, 8 | 16), "{} bits", self.bits);
+        let (side, alpha) = (f64::from(self.entries), f64::from(alpha));
+        let middle = |n: u32| (f64::from(n) + 0.5) / side;
+        let rows = if matches!(self.shape, Shape::Square | Shape::Quadrant) { self.entries } else { 1 };
+        let square_of = |row: u32, column: u32| match self.shape {
+            Shape::Square => (2.0 * middle(column) - 1.0).powi(2) + (2.0 * middle(row) - 1.0).powi(2),
+            Shape::Quadrant => middle(column).powi(2) + middle(row).powi(2),
+            Shape::Radial => middle(column).powi(2),
+            Shape::SquaredRadius => middle(column),
+        };
+        let most = f64::from((1u32 << self.bits) - 1);
+        let entries: Vec<u32> = (0..rows)
+            .flat_map(|row| (0..self.entries).map(move |column| square_of(row, column)))
+            .map(|square| ((-alpha * reach * reach * square).exp() * most).round() as u32)
+            .collect();
+        let each = (32 / self.bits) as usize;
+        let packed =
+            |of: &[u32]| of.iter().rev().fold(0, |word: u32, entry| word.wrapping_shl(self.bits) | entry);
+        entries.chunks(each).map(packed).collect()
+    }
+
+    /// Bytes of the table.
+    pub fn bytes(&self) -> u32 {
+        let entries = match self.shape {
+            Shape::Square | Shape::Quadrant => self.entries * self.entries,
+            Shape::Radial | Shape::SquaredRadius => self.entries,
+        };
+        entries * self.bits / 8
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_are_packed_from_the_least_significant_bits_on() {
+        let map = WeightMap { shape: Shape::SquaredRadius, entries: 4, bits: 8, linear: false };
+        let entry = |n: u32| ((-2.0 * (f64::from(n) + 0.5) / 4.0).exp() * 255.0).round() as u32;
+        assert_eq!(map.words(2.0, 1.0), [entry(0) | entry(1) << 8 | entry(2) << 16 | entry(3) << 24]);
+        let map = WeightMap { bits: 16, ..map };
+        assert_eq!(map.words(2.0, 1.0).len() as u32 * 4, map.bytes());
+        assert_eq!(map.words(0.0, 1.5), [u32::MAX; 2]);
+    }
+
+    #[test]
+    fn a_square_map_is_symmetric_and_a_quadrant_is_its_corner() {
+        let square = WeightMap { shape: Shape::Square, entries: 8, bits: 16, linear: false }.words(3.0, 1.0);
+        let quadrant =
+            WeightMap { shape: Shape::Quadrant, entries: 4, bits: 16, linear: false }.words(3.0, 1.0);
+        let entry = |words: &[u32], n: usize| words[n / 2] >> (16 * (n % 2)) & 0xffff;
+        for row in 0..4 {
+            for column in 0..4 {
+                let corner = entry(&quadrant, row * 4 + column);
+                assert_eq!(entry(&square, (4 + row) * 8 + 4 + column), corner);
+                assert_eq!(entry(&square, (3 - row) * 8 + 3 - column), corner);
+            }
+        }
+    }
+}

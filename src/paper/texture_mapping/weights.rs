@@ -1,0 +1,69 @@
+//! B and C: what a texel of the footprint weighs. r is its distance from the footprint's centre, 1 at the ellipse's edge.
+//!
+//! B: `W = exp(-alpha r^2)`, the thesis's (4) along the axes that [`Axes`](super::footprint::Axes) names. It prints no sigma; from V1
+//! (diameter 1, sigma 0.2) two readings follow: see [`Kernel`]. C: a texel that the ellipse's edge cuts weighs by the
+//! volume of a Gaussian body (sigma 0.2 texels) on the inner side of the cut, `V1(d) = Phi(d / 0.2)`, d the signed distance in
+//! texels from its centre to the edge, positive inside. Texels with `d > -1/2` take part.
+
+/// The Gaussian's base in the picture plane and its fall-off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kernel {
+    /// Pixels from the centre to r = 1.
+    pub radius_px: f32,
+    /// `W = exp(-alpha r^2)`; 0: every texel of the ellipse weighs the same.
+    pub alpha: f32,
+}
+
+/// C: the kept part of a texel that the edge cuts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Edge {
+    /// A texel is whole or out, by its centre.
+    None,
+    /// `Phi(d / 0.2)`.
+    Exact,
+    /// `0.5 + 2.151 d - 2.358 d^2`.
+    Quadratic,
+    /// `0.496 + 2.288 d - 3.074 d^2 + 0.956 d^3`.
+    Cubic,
+    /// Three pieces.
+    PiecewiseLinear,
+    /// `0.5 + d`, the part of the texel's area; the control that the thesis calls inadequate.
+    AreaRamp,
+}
+
+impl Kernel {
+    /// Formula (4) with sigma 0.4 of the footprint's radius: the base has a diameter of 1, and covers the pixel's disc r <= 1.
+    pub const FORMULA_4: Kernel = Kernel { radius_px: 1.0, alpha: 3.125 };
+    /// The other reading: the base's diameter is one pixel. It hardly antialiases.
+    pub const DIAMETER_1: Kernel = Kernel { radius_px: 0.5, alpha: 3.125 };
+    /// Sigma 0.5 pixels, cut at r = 1: the EWA filter's usual one (Heckbert 1989; pbrt).
+    pub const EWA: Kernel = Kernel { radius_px: 1.0, alpha: 2.0 };
+    /// No weights.
+    pub const UNIFORM: Kernel = Kernel { radius_px: 1.0, alpha: 0.0 };
+
+    /// Of the normalised kernel along each axis, for a radius of 1: the mean of r^2 / 2 over the disc.
+    pub fn variance(self) -> f64 {
+        let alpha = f64::from(self.alpha);
+        if alpha == 0.0 {
+            return 0.25;
+        }
+        let cut = (-alpha).exp();
+        (1.0 - alpha * cut / (1.0 - cut)) / (2.0 * alpha)
+    }
+}
+
+impl Edge {
+    pub const ALL: [Edge; 6] =
+        [Edge::None, Edge::Exact, Edge::Quadratic, Edge::Cubic, Edge::PiecewiseLinear, Edge::AreaRamp];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Edge::None => "none",
+            Edge::Exact => "exact",
+            Edge::Quadratic => "quadratic",
+            Edge::Cubic => "cubic",
+            Edge::PiecewiseLinear => "piecewise linear",
+            Edge::AreaRamp => "area ramp",
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! What the weights do to a texture, from the reference: covariance, maps, edges.
+
+use ortelius::paper::texture_mapping::method::{Ellipse, Pixel};
+use ortelius::paper::texture_mapping::plane::Tilt;
+use ortelius::paper::texture_mapping::reference::ellipse;
+use ortelius::paper::texture_mapping::texels::Texels;
+use ortelius::paper::texture_mapping::weight_map::{Shape, WeightMap};
+use ortelius::paper::texture_mapping::weights::{Edge, Kernel};
+use ortelius::reference::pattern::Pattern;
+
+/// Axes of `minor` and `ratio minor` texels, the longer turned by `degrees`.
+fn pixel(minor: f64, ratio: f64, degrees: f64, centre: [f64; 2]) -> Pixel {
+    let (sin, cos) = f64::to_radians(degrees).sin_cos();
+    let jacobian = [[cos * minor * ratio, -sin * minor], [sin * minor * ratio, cos * minor]];
+    Pixel { place: [0, 0], centre, jacobian, determinant: minor * minor * ratio }
+}
+
+/// The covariance of the filter's effective kernel at level 0: the second moments of what each texel weighs, which is the
+/// filtered value of an impulse there.
+fn covariance(method: &Ellipse, pixel: &Pixel, texels: u32) -> [f64; 3] {
+    let mut moments = [0.0; 3];
+    let reach = ellipse::weights(method, pixel, texels.ilog2(), 0);
+    let total: f64 = reach.iter().map(|(_, weight)| weight).sum();
+    for ([du, dv], weight) in reach {
+        for (moment, product) in moments.iter_mut().zip([du * du, du * dv, dv * dv]) {
+            *moment += weight / total * product;
+        }
+    }
+    moments
+}
+
+#[test]
+fn the_corrected_filter_spreads_by_its_kernels_covariance_up_to_a_ratio_of_64() {
+    let method = Ellipse::BEST.edge(Edge::None).minor_texels(0.0).most_ratio(100.0);
+    for kernel in [Kernel::FORMULA_4, Kernel::EWA] {
+        let method = method.kernel(kernel);
+        for (ratio, degrees) in [(1.0, 0.0), (4.0, 30.0), (16.0, 77.0), (64.0, 45.0), (64.0, 10.0)] {
+            // Whitened: the identity is right.
+            let mut mean = [0.0; 3];
+            let phases = 8;
+            for n in 0..phases * phases {
+                let centre = [n % phases, n / phases].map(|n| (f64::from(n) + 0.5) / f64::from(phases));
+                let pixel = pixel(4.0, ratio, degrees, centre);
+                let [a, b, c] = covariance(&method, &pixel, 1 << 20);
+                let (sin, cos) = f64::to_radians(degrees).sin_cos();
+                let along = a * cos * cos + 2.0 * b * sin * cos + c * sin * sin;
+                let across = a * sin * sin - 2.0 * b * sin * cos + c * cos * cos;
+                let mixed = (c - a) * sin * cos + b * (cos * cos - sin * sin);
+                let k = f64::from(method.footprint.k);
+                let (major, minor) = ((16.0 * ratio * ratio + k).sqrt(), (16.0 + k).sqrt());
+                let whitened = [along / (major * major), mixed / (major * minor), across / (minor * minor)];
+                for (sum, entry) in mean.iter_mut().zip(whitened) {
+                    *sum += entry / kernel.variance() / f64::from(phases * phases);
+                }
+            }
+            let [along, mixed, across] = mean;
+            let worst = (along - 1.0).abs().max(mixed.abs()).max((across - 1.0).abs());
+            assert!(worst < 0.01, "ratio {ratio} at {degrees} degrees: {mean:?}");
+        }
+    }
+}
+
+#[test]
+fn the_literal_axes_do_not() {
+    let method = Ellipse::BEST.edge(Edge::None).minor_texels(0.0);
+    let method = method.axes(ortelius::paper::texture_mapping::footprint::Axes::Rows);
+    let pixel = pixel(4.0, 6.0, 30.0, [0.5, 0.5]);
+    let [a, b, c] = covariance(&method, &pixel, 1 << 16);
+    let (sin, cos) = f64::to_radians(30.0).sin_cos();
+    let across = a * sin * sin - 2.0 * b * sin * cos + c * cos * cos;
+    let expected = Kernel::EWA.variance() * 16.8;
+    assert!((across / expected - 1.0).abs() > 0.05, "{across}, and {expected} is right");
+}
+
+#[test]
+fn a_radial_map_of_64_entries_is_the_formula_up_to_5e_6() {
+    let texels = Texels::new(256, Pattern::PinkNoise.texels(256));
+    let checker = Texels::new(256, Pattern::Checker(2).texels(256));
+    let nmse = |entries: u32, bits: u32, linear: bool| {
+        let formula = Ellipse::BEST.kernel(Kernel::FORMULA_4).edge(Edge::None);
+        let mapped = formula.map(WeightMap { shape: Shape::Radial, entries, bits, linear });
+        let (mut error, mut square) = (0.0, 0.0);
+        for tilt in [0.0, 60.0, 75.0] {
+            let plane = Tilt::of(tilt).plane(32);
+            for n in 0..32 * 32 {
+                let (x, y) = (f64::from(n % 32) - 15.5, f64::from(n / 32) - 15.5);
+                let jacobian = plane.jacobian(x, y);
+                let determinant = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0];
+                let pixel =
+                    Pixel { place: [0, 0], centre: plane.texels(x, y).unwrap(), jacobian, determinant };
+                for texels in [&texels, &checker] {
+                    let level = ellipse::levels(&formula, &pixel, texels.coarsest())[0];
+                    let value = |method: &Ellipse| ellipse::filtered(method, &pixel, texels, level).value;
+                    let truth = value(&formula);
+                    error += (value(&mapped) - truth).powi(2);
+                    square += truth * truth;
+                }
+            }
+        }
+        error / square
+    };
+    let nearest = [4, 16, 64, 256].map(|entries| nmse(entries, 16, false));
+    let linear = [4, 16, 64].map(|entries| nmse(entries, 16, true));
+    println!("radial maps: nearest of 4, 16, 64, 256 {nearest:?}, linear of 4, 16, 64 {linear:?}");
+    assert!(linear[2] <= 5e-6, "{linear:?}");
+    // The law of a nearest entry: four times the entries, a sixteenth of the error.
+    assert!(nearest.windows(2).all(|pair| (4.0..64.0).contains(&(pair[0] / pair[1]))), "{nearest:?}");
+    assert!(nmse(64, 8, true) < 1e-5);
+}
+
+#[test]
+fn approximations_of_v1_keep_the_bounds_that_the_thesis_states() {
+    let worst = |edge: Edge| {
+        let at = |n: u32| f64::from(n) / 10_000.0 * 0.5;
+        let error = |d: f64| (ellipse::kept(edge, d) - ellipse::kept(Edge::Exact, d)).abs();
+        // At 1/2 itself the forms end.
+        (0..10_000).map(|n| error(at(n))).fold(0.0, f64::max)
+    };
+    let [quadratic, cubic, linear] = [Edge::Quadratic, Edge::Cubic, Edge::PiecewiseLinear].map(worst);
+    assert!((0.0070..0.0100).contains(&quadratic), "{quadratic}");
+    assert!((0.0040..0.0050).contains(&cubic), "{cubic}");
+    assert!((0.0065..0.0100).contains(&linear), "{linear}");
+    // Inside and outside together make a whole texel.
+    for edge in Edge::ALL {
+        for d in [0.01, 0.2, 0.33, 0.49] {
+            let sum = ellipse::kept(edge, d) + ellipse::kept(edge, -d);
+            assert!((sum - 1.0).abs() < 1e-12, "{edge:?} at {d}: {sum}");
+        }
+    }
+}

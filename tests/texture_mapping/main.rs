@@ -1,0 +1,64 @@
+//! Paper 3 on the device, against the reference. Validation and synchronisation validation are on in every test.
+
+mod kernels;
+mod methods;
+
+use ortelius::paper::texture_mapping::baselines::Baseline;
+use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
+use ortelius::paper::texture_mapping::method::{Ellipse, Method};
+use ortelius::paper::texture_mapping::pass::{Dumped, FilterPass, Targets, Uploaded, push};
+use ortelius::paper::texture_mapping::plane::Plane;
+use ortelius::paper::texture_mapping::texels::Texels;
+use ortelius::paper::texture_mapping::weight_map::{Shape, WeightMap};
+use ortelius::paper::texture_mapping::weights::{Edge, Kernel};
+use ortelius::vk::{Feature, GpuOptions, Watched};
+
+fn device() -> Watched {
+    Watched::open(&GpuOptions { wishes: &[Feature::SamplerAnisotropy], ..GpuOptions::default() })
+}
+
+const SIZE: [u32; 2] = [48, 36];
+
+/// Every value of every setting at least once.
+fn methods() -> Vec<Method> {
+    let best = Ellipse::BEST;
+    let map = |shape, entries, bits| best.map(WeightMap { shape, entries, bits, linear: false });
+    let mut ellipses = vec![
+        Ellipse::PAPER,
+        Ellipse::PAPER.determinant(Determinant::AllPositive),
+        Ellipse::PAPER.axes(Axes::Columns).determinant(Determinant::AllPositive),
+        Ellipse::PAPER.axes(Axes::Corrected).scan(Scan::RowSpan).determinant(Determinant::AllPositive),
+        best,
+        best.scan(Scan::BoundingBox),
+        best.axes(Axes::Rows),
+        best.axes(Axes::Round),
+        best.axes(Axes::Columns).edge(Edge::None),
+        best.most_ratio(4.0).minor_texels(2.0),
+        map(Shape::Square, 64, 8),
+        map(Shape::Quadrant, 32, 16),
+        map(Shape::Radial, 64, 16),
+        best.map(WeightMap { shape: Shape::Radial, entries: 64, bits: 16, linear: true }),
+        map(Shape::SquaredRadius, 128, 8).edge(Edge::None),
+    ];
+    ellipses.extend(Edge::ALL.map(|edge| best.edge(edge).kernel(Kernel::FORMULA_4)));
+    ellipses.extend([Kernel::DIAMETER_1, Kernel::UNIFORM].map(|kernel| best.kernel(kernel).edge(Edge::None)));
+    let baselines = [
+        Baseline::Trilinear,
+        Baseline::Anisotropic(16),
+        Baseline::Feline(16),
+        Baseline::Mavridis(7),
+        Baseline::Pbrt,
+        Baseline::Stochastic(1),
+        Baseline::Stochastic(16),
+        Baseline::SummedArea,
+    ];
+    ellipses.into_iter().map(Method::Ellipse).chain(baselines.map(Method::Baseline)).collect()
+}
+
+fn dumped(gpu: &Watched, method: &Method, texels: &Texels, plane: &Plane) -> Vec<Dumped> {
+    let texture = Uploaded::new(gpu, "texture", texels).unwrap();
+    let targets = Targets::new(gpu, SIZE, true).unwrap();
+    let pass = FilterPass::new(gpu, method, texels.coarsest(), true).unwrap();
+    pass.run(gpu, &texture, &targets, &push(plane, SIZE, 0)).unwrap();
+    targets.dumped(gpu).unwrap()
+}

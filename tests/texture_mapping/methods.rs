@@ -1,0 +1,94 @@
+//! Pictures of every method.
+
+use super::{SIZE, device, dumped, methods};
+use ortelius::paper::texture_mapping::baselines::Baseline;
+use ortelius::paper::texture_mapping::figures::agreement::compare;
+use ortelius::paper::texture_mapping::footprint::Determinant;
+use ortelius::paper::texture_mapping::method::{Ellipse, Method};
+use ortelius::paper::texture_mapping::plane::{Plane, Tilt};
+use ortelius::paper::texture_mapping::texels::Texels;
+use ortelius::reference::pattern::Pattern;
+
+/// Planes: facing, tilted, turned, to the horizon, magnified; and a Jacobian of rank 1.
+fn planes() -> Vec<(&'static str, Plane)> {
+    let turned = |tilt| Tilt { roll_degrees: 20.0, yaw_degrees: 35.0, ..Tilt::of(tilt) };
+    vec![
+        ("facing", Tilt::of(0.0).plane(SIZE[1])),
+        ("60 degrees", Tilt::of(60.0).plane(SIZE[1])),
+        ("80 degrees, turned", turned(80.0).plane(SIZE[1])),
+        ("horizon", Tilt { half_view_degrees: 20.0, ..turned(82.0) }.plane(SIZE[1])),
+        ("89.999 degrees", Tilt::of(89.999).plane(SIZE[1])),
+        ("magnified", Tilt { texels_per_pixel: 0.05, ..turned(30.0) }.plane(SIZE[1])),
+        ("rank 1", Plane([[3.0, 1.0, 0.3], [1.5, 0.5, 0.7], [0.0, 0.0, 1.0]])),
+    ]
+}
+
+fn subtracts(method: &Method) -> bool {
+    matches!(method, Method::Ellipse(ellipse) if ellipse.footprint.determinant == Determinant::Subtracting)
+}
+
+#[test]
+fn every_method_is_the_reference_up_to_rounding() {
+    let gpu = device();
+    let texels = Texels::new(64, Pattern::WhiteNoise.texels(64));
+    let mut objections = Vec::new();
+    for method in methods() {
+        // In f32 the subtracted determinant of a long footprint is noise: see `tm.extremes`.
+        let planes = planes().into_iter().take(if subtracts(&method) { 2 } else { 7 });
+        for (name, plane) in planes {
+            let plane = plane.rounded();
+            let found = compare(&dumped(&gpu, &method, &texels, &plane), &method, &plane, SIZE, &texels, 0);
+            println!("{method:?} {name}: worst {:.2e}, {:.2e} of its bound", found.worst, found.worst_share);
+            if let Some(first) = found.unexplained.first() {
+                let count = found.unexplained.len();
+                objections.push(format!("{method:?}, {name}: {count} pixels, first {first}"));
+            }
+        }
+    }
+    assert!(objections.is_empty(), "\n{}\n", objections.join("\n"));
+}
+
+#[test]
+fn a_changed_setting_is_not_explained_by_rounding() {
+    let gpu = device();
+    let texels = Texels::new(64, Pattern::WhiteNoise.texels(64));
+    let plane = Tilt::of(60.0).plane(SIZE[1]).rounded();
+    let found = dumped(&gpu, &Method::Ellipse(Ellipse::BEST), &texels, &plane);
+    for other in
+        [Ellipse::BEST.k(0.801), Ellipse::BEST.edge(ortelius::paper::texture_mapping::weights::Edge::Cubic)]
+    {
+        let compared = compare(&found, &Method::Ellipse(other), &plane, SIZE, &texels, 0);
+        assert!(compared.unexplained.len() > 100, "{other:?}: {:?}", compared.unexplained.len());
+    }
+}
+
+#[test]
+fn a_constant_texture_comes_out_exactly() {
+    let gpu = device();
+    let texels = Texels::new(64, Pattern::Constant(119).texels(64));
+    // The device's own anisotropic filter sums as it likes.
+    let own = methods().into_iter().map(|method| (method, 2f32.powi(-25)));
+    for (method, most) in own.chain([(Method::Baseline(Baseline::Hardware(16)), 1.0 / 512.0)]) {
+        for (name, plane) in planes() {
+            for pixel in dumped(&gpu, &method, &texels, &plane).iter().filter(|pixel| pixel.pixel.is_some()) {
+                // A device decodes a byte to within an ulp.
+                let off = pixel.colour.map(|channel| (channel - 119.0 / 255.0).abs());
+                assert!(off.iter().all(|off| *off <= most), "{method:?}, {name}: {pixel:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn with_k_of_a_half_no_footprint_is_empty_and_without_it_many_are() {
+    let gpu = device();
+    let texels = Texels::new(64, Pattern::WhiteNoise.texels(64));
+    let plane = Tilt::of(88.0).plane(SIZE[1]);
+    let empty = |ellipse: Ellipse| {
+        let pixels = dumped(&gpu, &Method::Ellipse(ellipse), &texels, &plane);
+        pixels.iter().filter(|pixel| pixel.empty).count()
+    };
+    let plain = Ellipse::BEST.edge(ortelius::paper::texture_mapping::weights::Edge::None).minor_texels(0.0);
+    assert_eq!(empty(plain.k(0.5)), 0);
+    assert!(empty(plain.k(0.0)) > SIZE[0] as usize, "{}", empty(plain.k(0.0)));
+}
