@@ -240,6 +240,7 @@ fn create(
         .geometry_shader(has(Feature::GeometryShader))
         .logic_op(has(Feature::LogicOp))
         .pipeline_statistics_query(has(Feature::PipelineStatistics))
+        .shader_int64(has(Feature::Int64))
         .texture_compression_bc(has(Feature::TextureCompressionBc))
         .fragment_stores_and_atomics(has(Feature::FragmentStores));
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default()

@@ -18,10 +18,12 @@ pub enum Feature {
     Subgroups,
     /// Counts of shader invocations.
     PipelineStatistics,
+    /// 64-bit integers in shaders.
+    Int64,
 }
 
 impl Feature {
-    pub const ALL: [Feature; 8] = [
+    pub const ALL: [Feature; 9] = [
         Feature::GeometryShader,
         Feature::LogicOp,
         Feature::TransformFeedback,
@@ -30,6 +32,7 @@ impl Feature {
         Feature::ByteStores,
         Feature::Subgroups,
         Feature::PipelineStatistics,
+        Feature::Int64,
     ];
 
     /// Vulkan's own name.
@@ -43,6 +46,7 @@ impl Feature {
             Feature::ByteStores => "storageBuffer8BitAccess",
             Feature::Subgroups => "subgroup vote, ballot and arithmetic in compute shaders",
             Feature::PipelineStatistics => "pipelineStatisticsQuery",
+            Feature::Int64 => "shaderInt64",
         }
     }
 }
@@ -93,6 +97,7 @@ pub(crate) fn offered(
         Feature::FragmentStores => core.fragment_stores_and_atomics == vk::TRUE,
         Feature::ByteStores => v12.storage_buffer8_bit_access == vk::TRUE,
         Feature::PipelineStatistics => core.pipeline_statistics_query == vk::TRUE,
+        Feature::Int64 => core.shader_int64 == vk::TRUE,
         Feature::Subgroups => {
             subgroup.supported_operations.contains(lanes)
                 && subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)

@@ -1,0 +1,3 @@
+//! Paper 3.
+
+pub mod coordinates;

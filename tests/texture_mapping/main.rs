@@ -1,0 +1,3 @@
+//! Paper 3 on the device against its f64 references and f32 twins.
+
+mod coordinates;
