@@ -7,5 +7,8 @@ pub mod virtual_texture;
 use crate::figure::Figure;
 
 /// All figures, by family: what `list` and `reproduce` iterate.
-pub const FAMILIES: [(&str, &[&Figure]); 2] =
-    [("vt", virtual_texture::figures::FIGURES), ("pm", progressive_mesh::figures::FIGURES)];
+pub const FAMILIES: [(&str, &[&Figure]); 3] = [
+    ("vt", virtual_texture::figures::FIGURES),
+    ("pm", progressive_mesh::figures::FIGURES),
+    ("tm", texture_mapping::figures::FIGURES),
+];

@@ -1,3 +1,31 @@
-//! Paper 3.
+//! Paper 3: realism and speed of texture mapping.
+//!
+//! O. Dudnyk, "Methods and tools of increasing the realism and productivity of texture mapping in computer graphics
+//! systems", thesis, Vinnytsia, 2018 (abstract, in Ukrainian). Each pixel's footprint in the texture is an ellipse; its
+//! texels are weighted by a Gaussian that follows the ellipse. The thesis makes the weights more exact at the ellipse's
+//! edge and cheaper by tables, steps the texture coordinates along rows, textures in object space, and filters relief.
+//!
+//! | letter | step | file |
+//! |---|---|---|
+//! | A | footprint: the pixel's ellipse in texels, (1)…(3) | `footprint.rs` |
+//! | B | Gaussian weight with the footprint's shape, (4) | `weights.rs` |
+//! | C | edge texels: the cut-off volume V1 | `weights.rs` |
+//! | D | weight maps, (5), (6) | `weight_map.rs` |
+//! | E, F | modified Heckbert coordinates, (7), (8); ellipse parameters by increments, (9) | `coordinates/` |
+//! | G | object-space texturing, filtered in the screen plane | `object_space/` |
+//! | H | parallax mapping with anisotropic filtering | `relief/` |
+//! | I | refined distance map | `relief/` |
+//!
+//! [`plane`] is the surface of most figures; `baselines.rs` holds the field's filters; [`figures`] measures all of them.
+//!
+//! Errata. Built as printed and as corrected where both can run:
+//! - (4) takes the lengths of the **rows** of J for the ellipse's axes and an angle from J's entries. That is right only
+//!   where J is diagonal or a similarity. The exact form is `r^2 = |J^-1 q|^2`.
+//! - (2) has no reconstruction term: at 88 degrees of tilt a fifth of the footprints hold no texel, and the sum of weights
+//!   is 0. We add `k` to the diagonal of `J J^T`.
+//! - (9) prints the denominator of d/dx in all four derivatives, and increments that it does not define.
+//! - V1's operator is illegible: we read "the volume kept on the texel's side of the cut".
 
 pub mod coordinates;
+pub mod figures;
+pub mod plane;

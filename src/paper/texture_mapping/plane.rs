@@ -1,0 +1,146 @@
+//! An infinite textured plane before a pinhole camera: texture coordinates as a homography of the pixel's place.
+//!
+//! `u = (A x + B y + C) / (G x + H y + I)`, `v = (D x + E y + F) / (G x + H y + I)`, in texels of level 0; x and y in pixels
+//! from the picture's centre, x to the right and y down. The plane is seen where the denominator is positive.
+
+/// How the plane lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tilt {
+    /// Between the plane's normal and the view direction; the upper half of the picture is farther away.
+    pub tilt_degrees: f64,
+    /// The camera about its view direction.
+    pub roll_degrees: f64,
+    /// The texture about the plane's normal.
+    pub yaw_degrees: f64,
+    /// Texels that a step of one pixel to the right spans at the picture's centre, without roll and yaw.
+    pub texels_per_pixel: f64,
+    /// From the centre to the upper edge of the picture.
+    pub half_view_degrees: f64,
+}
+
+/// The homography: rows (A B C), (D E F), (G H I).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plane(pub [[f64; 3]; 3]);
+
+impl Tilt {
+    /// Without roll and yaw, a texel a pixel at the centre, 16 degrees from the lower edge to the upper.
+    pub fn of(tilt_degrees: f64) -> Tilt {
+        Tilt {
+            tilt_degrees,
+            roll_degrees: 0.0,
+            yaw_degrees: 0.0,
+            texels_per_pixel: 1.0,
+            half_view_degrees: 8.0,
+        }
+    }
+
+    /// The homography for a picture of `height` pixels.
+    pub fn plane(&self, height: u32) -> Plane {
+        let focal_px = f64::from(height) / 2.0 / self.half_view_degrees.to_radians().tan();
+        let (sin, cos) = self.tilt_degrees.to_radians().sin_cos();
+        let (roll_sin, roll_cos) = self.roll_degrees.to_radians().sin_cos();
+        let (yaw_sin, yaw_cos) = self.yaw_degrees.to_radians().sin_cos();
+        // Of a pixel: its offset after the roll, (right, up), as linear forms of (x, y, 1).
+        let right = [roll_cos, roll_sin, 0.0];
+        let up = [roll_sin, -roll_cos, 0.0];
+        let form = |a: f64, b: f64, one: f64| [a * right[0] + b * up[0], a * right[1] + b * up[1], one];
+        // The ray (right, up, focal) meets the plane through the centre's point at
+        // (right, up / cos) * distance * focal cos / (focal cos - up sin); up in the plane is up / cos of the screen.
+        let scale = self.texels_per_pixel;
+        let denominator = form(0.0, -sin / (focal_px * cos), 1.0);
+        let (across, along) = (form(scale, 0.0, 0.0), form(0.0, scale / cos, 0.0));
+        let mixed = |a: f64, b: f64| [0, 1, 2].map(|n| a * across[n] + b * along[n]);
+        Plane([mixed(yaw_cos, yaw_sin), mixed(-yaw_sin, yaw_cos), denominator])
+    }
+}
+
+impl Plane {
+    /// (u, v) in texels of level 0; `None` beyond the horizon.
+    pub fn texels(&self, x: f64, y: f64) -> Option<[f64; 2]> {
+        let [u, v, w] = self.0.map(|[a, b, c]| a * x + b * y + c);
+        (w > 0.0).then(|| [u / w, v / w])
+    }
+
+    /// The rows of the Jacobian, (u_x u_y) and (v_x v_y), texels a pixel.
+    pub fn jacobian(&self, x: f64, y: f64) -> [[f64; 2]; 2] {
+        let [u, v, w] = self.0.map(|[a, b, c]| a * x + b * y + c);
+        let [numerator_u, numerator_v, denominator] = self.0;
+        let row = |numerator: [f64; 3], value: f64| {
+            [0, 1].map(|n| (numerator[n] * w - denominator[n] * value) / (w * w))
+        };
+        [row(numerator_u, u), row(numerator_v, v)]
+    }
+
+    /// As shaders get it: every number rounded to f32.
+    pub fn rounded(&self) -> Plane {
+        Plane(self.0.map(|row| row.map(|number| f64::from(number as f32))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From the geometry: the ray of a pixel meets the plane; yaw and roll by rotations.
+    fn by_rays(tilt: &Tilt, height: u32, x: f64, y: f64) -> [f64; 2] {
+        let focal = f64::from(height) / 2.0 / tilt.half_view_degrees.to_radians().tan();
+        let roll = tilt.roll_degrees.to_radians();
+        let (right, up) = (x * roll.cos() + y * roll.sin(), x * roll.sin() - y * roll.cos());
+        let t = tilt.tilt_degrees.to_radians();
+        // The plane goes through (0, 0, 1); its axis `up` leans away from the camera.
+        let (axis, normal) = ([0.0, t.cos(), t.sin()], [0.0, -t.sin(), t.cos()]);
+        let ray = [right / focal, up / focal, 1.0];
+        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let far = dot([0.0, 0.0, 1.0], normal) / dot(ray, normal);
+        let point = ray.map(|c| c * far);
+        let from_centre = [point[0], point[1], point[2] - 1.0];
+        let scale = tilt.texels_per_pixel * focal;
+        let [a, b] = [scale * from_centre[0], scale * dot(from_centre, axis)];
+        let yaw = tilt.yaw_degrees.to_radians();
+        [a * yaw.cos() + b * yaw.sin(), -a * yaw.sin() + b * yaw.cos()]
+    }
+
+    #[test]
+    fn the_homography_is_the_rays_meeting_with_the_plane() {
+        let tilt = Tilt {
+            tilt_degrees: 63.0,
+            roll_degrees: 20.0,
+            yaw_degrees: 35.0,
+            texels_per_pixel: 1.5,
+            half_view_degrees: 8.0,
+        };
+        let plane = tilt.plane(120);
+        for (x, y) in [(0.0, 0.0), (70.5, -59.5), (-33.25, 41.0)] {
+            let (found, expected) = (plane.texels(x, y).unwrap(), by_rays(&tilt, 120, x, y));
+            for n in 0..2 {
+                assert!((found[n] - expected[n]).abs() < 1e-9, "{found:?}, not {expected:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_jacobian_is_the_derivative() {
+        let plane = Tilt { roll_degrees: 10.0, yaw_degrees: 5.0, ..Tilt::of(75.0) }.plane(120);
+        let (x, y, step) = (17.0, -21.0, 1e-5);
+        let jacobian = plane.jacobian(x, y);
+        for n in 0..2 {
+            let difference = |dx: f64, dy: f64| {
+                (plane.texels(x + dx, y + dy).unwrap()[n] - plane.texels(x - dx, y - dy).unwrap()[n])
+                    / (2.0 * step)
+            };
+            let expected = [difference(step, 0.0), difference(0.0, step)];
+            for m in 0..2 {
+                assert!((jacobian[n][m] - expected[m]).abs() < 1e-6 * expected[m].abs().max(1.0));
+            }
+        }
+    }
+
+    #[test]
+    fn beyond_the_horizon_there_is_no_texture() {
+        let plane = Tilt { half_view_degrees: 30.0, ..Tilt::of(80.0) }.plane(120);
+        // 10 degrees above the centre, at a focal length of 60 / tan 30.
+        let horizon = -60.0 / 30f64.to_radians().tan() * 10f64.to_radians().tan();
+        assert!(plane.texels(3.0, horizon + 0.01).is_some());
+        assert_eq!(plane.texels(3.0, horizon - 0.01), None);
+    }
+}
