@@ -13,7 +13,8 @@ void main() {
     uint corner = uint[](0u, 2u, 1u, 1u, 2u, 3u)[gl_VertexIndex];
     vec2 at = vec2(corner & 1u, corner >> 1);
     vec3 homogeneous = band.plane * vec3(at * vec2(band.size) + vec2(0.0, band.first_row), 1.0);
-    float w = PERSPECTIVE == 1u ? homogeneous.z : 1.0;
+    // The homography's denominator is the inverse of clip space's w.
+    float w = PERSPECTIVE == 1u ? 1.0 / homogeneous.z : 1.0;
     gl_Position = vec4(at * 2.0 - 1.0, 0.5, 1.0) * w;
-    terms = homogeneous / w;
+    terms = homogeneous * w;
 }

@@ -22,11 +22,8 @@ pub mod pass;
 pub mod reference;
 pub mod twin;
 
+use super::plane::{Plane, Tilt};
 use crate::math::splitmix::SplitMix64;
-
-/// A textured plane: rows (A, B, C), (D, E, F), (G, H, I) of the homography from pixels to texels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plane(pub [[f64; 3]; 3]);
 
 /// Rows of pixels of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -174,18 +171,16 @@ impl Derivatives {
     }
 }
 
+/// Planes for pixels counted from the picture's first corner.
 impl Plane {
-    /// A plane tilted about the picture's horizontal axis and then rolled about the line of sight, both in degrees, seen
-    /// with a vertical field of view of 10 degrees; scaled and moved so that the picture shows `0..=texels` at most.
-    pub fn tilted(size: [u32; 2], tilt: f64, roll: f64, texels: f64) -> Plane {
-        let [width, height] = size.map(f64::from);
-        let focal = 0.5 * height / 5f64.to_radians().tan();
-        let ((sin, cos), (roll_sin, roll_cos)) = (tilt.to_radians().sin_cos(), roll.to_radians().sin_cos());
-        // Of places relative to the picture's centre: across the axis of tilt, along it.
-        let along = [roll_cos, roll_sin, -0.5 * (width * roll_cos + height * roll_sin)];
-        let across = [-roll_sin, roll_cos, -0.5 * (height * roll_cos - width * roll_sin)];
-        let w = [-sin * across[0], -sin * across[1], focal * cos - sin * across[2]];
-        Plane([along.map(|c| c * cos), across, w]).fitted(size, |low, high| (texels / (high - low), low))
+    /// A plane tilted and rolled, seen with a vertical field of view of 10 degrees; scaled and moved so that the picture
+    /// shows `0..=texels` at most.
+    pub fn tilted(size: [u32; 2], tilt_degrees: f64, roll_degrees: f64, texels: f64) -> Plane {
+        let tilt = Tilt { roll_degrees, half_view_degrees: 5.0, ..Tilt::of(tilt_degrees) };
+        let [x, y] = size.map(|side| 0.5 * f64::from(side));
+        let centred = tilt.plane(size[1]);
+        let moved = Plane(centred.0.map(|[a, b, c]| [a, b, c - a * x - b * y]));
+        moved.fitted(size, |low, high| (texels / (high - low), low))
     }
 
     /// A plane at random whose coordinates stay within `-texels..=texels`, and whose w varies up to tenfold.
@@ -200,6 +195,25 @@ impl Plane {
         };
         let plane = Plane([row(None, 2.0), row(None, 2.0), row(Some(1.0), 0.9)]);
         plane.fitted(size, |low, high| (texels / low.abs().max(high.abs()), 0.0))
+    }
+
+    /// A plane at random and a row of it near its horizon, where w is between a 400th and a 100th of that at the
+    /// picture's centre and the larger coordinate reaches `texels`.
+    pub fn near_horizon(seed: u64, size: [u32; 2], texels: f64) -> (Plane, u32) {
+        let unit = |n| (SplitMix64::nth(seed, n) >> 11) as f64 / (1u64 << 53) as f64;
+        let tilt =
+            Tilt { yaw_degrees: 360.0 * unit(0), half_view_degrees: 30.0, ..Tilt::of(80.0 + 9.0 * unit(1)) };
+        let [x, y] = size.map(|side| 0.5 * f64::from(side));
+        let plane = tilt.plane(size[1]);
+        let [_, h, i] = plane.0[2];
+        let row = (y - i / h).ceil();
+        // The camera turned by less than a pixel, so that w is a 200th at the row's middle and varies by half of that.
+        let centre = row + 0.5 - y;
+        let rolled = Plane([plane.0[0], plane.0[1], [0.25 / 200.0 / x, h, 1.0 / 200.0 - h * centre]]);
+        let ends = [-x, x].map(|x| reference::coordinates(&rolled, x, centre));
+        let factor = texels / ends.iter().flatten().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let moved = rolled.0.map(|[a, b, c]| [a, b, c - a * x - b * y]);
+        (Plane([moved[0].map(|c| c * factor), moved[1].map(|c| c * factor), moved[2]]), row as u32)
     }
 
     /// u and v scaled alike and moved, each by (factor, origin) of their least and greatest values in the picture; the
@@ -272,9 +286,20 @@ mod tests {
             let (low, high) = (at(&plane, 0.0, 0.0), at(&plane, 1920.0, 1080.0));
             assert!([low, high].iter().flatten().all(|texels| (-0.001..2048.001).contains(texels)), "{tilt}");
         }
+        for seed in 0..50 {
+            let (plane, row) = Plane::near_horizon(seed, size, 5e5);
+            let ends = [0.5, 1919.5].map(|x| (at(&plane, x, f64::from(row) + 0.5), x));
+            let largest = ends.iter().flat_map(|(ends, _)| ends).fold(0.0, |most: f64, t| most.max(t.abs()));
+            assert!((largest / 5e5 - 1.0).abs() < 0.01, "{seed}: {largest}");
+            let w = |x: f64, y: f64| plane.0[2][0] * x + plane.0[2][1] * y + plane.0[2][2];
+            for (_, x) in ends {
+                let share = w(x, f64::from(row) + 0.5) / w(960.0, 540.0);
+                assert!((1.0 / 400.0..1.0 / 100.0).contains(&share), "{seed}: {share}");
+            }
+        }
         // At no tilt a pixel is a square.
-        let [a, d] = reference::analytic(&Plane::tilted(size, 0.0, 20.0, 2048.0), 3.0, 4.0).map(|[x, _]| x);
-        let [b, e] = reference::analytic(&Plane::tilted(size, 0.0, 20.0, 2048.0), 3.0, 4.0).map(|[_, y]| y);
+        let [a, d] = Plane::tilted(size, 0.0, 20.0, 2048.0).jacobian(3.0, 4.0).map(|[x, _]| x);
+        let [b, e] = Plane::tilted(size, 0.0, 20.0, 2048.0).jacobian(3.0, 4.0).map(|[_, y]| y);
         assert!((a - e).abs() < 1e-12 && (b + d).abs() < 1e-12, "{a} {b} {d} {e}");
     }
 }

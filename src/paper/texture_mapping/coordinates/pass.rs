@@ -27,6 +27,7 @@ pub enum Output {
 
 /// Pipeline, set-up and target of a form.
 pub struct CoordinatesPass {
+    form: Form,
     body: Body,
     /// The rows' constants; a word where the form has none.
     rows: Buffer,
@@ -118,9 +119,19 @@ impl CoordinatesPass {
                 Body::Draw(pipeline, gpu.image(&name, ImageInfo::target(band.size, format))?)
             }
         };
-        let rows =
-            gpu.buffer_with(&format!("rows, {name}"), &set_up(form, plane, band), BufferUse::Storage)?;
-        Ok(CoordinatesPass { body, rows, push: push(form, plane, band, image_side), words })
+        let rows = gpu.buffer_with("rows", &set_up(form, plane, band), BufferUse::Storage)?;
+        Ok(CoordinatesPass { form, body, rows, push: push(form, plane, band, image_side), words })
+    }
+
+    /// The same pixels of another plane, from another row on.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn aim(&mut self, gpu: &Gpu, plane: &Plane, first_row: u32) -> Result<()> {
+        let band = Band { size: self.push.size, first_row };
+        self.rows = gpu.buffer_with("rows", &set_up(self.form, plane, band), BufferUse::Storage)?;
+        self.push = PlaneBand { to_unit: self.push.to_unit, ..push(self.form, plane, band, 1) };
+        Ok(())
     }
 
     /// Records the form; `image` is what texels are read from.

@@ -1,4 +1,4 @@
-//! Coordinates and derivatives in f64 from their definitions.
+//! Coordinates and (9) in f64 from their definitions; [`Plane::jacobian`] has the derivatives.
 
 use super::Plane;
 
@@ -8,15 +8,7 @@ pub fn coordinates(plane: &Plane, x: f64, y: f64) -> [f64; 2] {
     [u / w, v / w]
 }
 
-/// `[[du/dx, du/dy], [dv/dx, dv/dy]]` by the quotient rule.
-pub fn analytic(plane: &Plane, x: f64, y: f64) -> [[f64; 2]; 2] {
-    let [u, v, w] = plane.0.map(|[by_x, by_y, constant]| by_x * x + by_y * y + constant);
-    let [[a, b, _], [d, e, _], [g, h, _]] = plane.0;
-    let quotient = |slope: f64, value: f64, slope_w: f64| (slope * w - value * slope_w) / (w * w);
-    [[quotient(a, u, g), quotient(b, u, h)], [quotient(d, v, g), quotient(e, v, h)]]
-}
-
-/// As [`analytic`], by (9): the difference to the pixel to the right, and to the one below.
+/// `[[du/dx, du/dy], [dv/dx, dv/dy]]` by (9): the difference to the pixel to the right, and to the one below.
 pub fn differences(plane: &Plane, x: f64, y: f64) -> [[f64; 2]; 2] {
     let [here, right, below] = [[x, y], [x + 1.0, y], [x, y + 1.0]].map(|[x, y]| coordinates(plane, x, y));
     [0, 1].map(|axis| [right[axis] - here[axis], below[axis] - here[axis]])
@@ -24,7 +16,6 @@ pub fn differences(plane: &Plane, x: f64, y: f64) -> [[f64; 2]; 2] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Plane;
     use super::*;
 
     /// Formulas (7) to (9) with the row's constants against the definitions.
@@ -38,7 +29,7 @@ mod tests {
                 let term = |c: usize| constants.start[c] + n * constants.step[c];
                 let w = term(2);
                 let [below_x, below_y] = [constants.step[2], constants.step_y].map(|step| w * (w + step));
-                let (analytic, differences) = (analytic(&plane, x, y), differences(&plane, x, y));
+                let (analytic, differences) = (plane.jacobian(x, y), differences(&plane, x, y));
                 for axis in 0..2 {
                     let dy = constants.dy[axis] + n * constants.dy_step[axis];
                     let dx = constants.dx[axis];
@@ -63,7 +54,7 @@ mod tests {
         let [[a, b, c], [d, e, f], [g, h, i]] = plane.0;
         let determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g);
         let (x, y) = (100.5, 900.5);
-        let [[u_x, u_y], [v_x, v_y]] = analytic(&plane, x, y);
+        let [[u_x, u_y], [v_x, v_y]] = plane.jacobian(x, y);
         let w = g * x + h * y + i;
         let (found, wanted) = (u_x * v_y - u_y * v_x, determinant / (w * w * w));
         assert!((found - wanted).abs() < 1e-9 * wanted.abs(), "{found} {wanted}");

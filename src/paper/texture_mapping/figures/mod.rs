@@ -1,6 +1,10 @@
 //! Every figure of paper 3: the only place that sees both the GPU's steps and the reference.
 
+mod coordinates;
+mod drift;
+mod gains;
+
 use crate::figure::Figure;
 
 /// In the order of the report.
-pub const FIGURES: &[&Figure] = &[];
+pub const FIGURES: &[&Figure] = &[&coordinates::COORDINATES, &drift::DRIFT];

@@ -1,0 +1,213 @@
+//! tm.drift: how far the coordinates of each form are from f64, along rows of up to 16,384 pixels.
+
+use super::coordinates::noise;
+use super::gains::{Bound, judge};
+use crate::figure::{
+    Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Sweep, Table, Value, Verdict,
+};
+use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output};
+use crate::paper::texture_mapping::coordinates::{Band, Derivatives, Form, reference};
+use crate::paper::texture_mapping::plane::Plane;
+use crate::stats::percentile;
+use crate::vk::{Error, Gpu, Image, Sampler};
+use anyhow::Context;
+
+pub const DRIFT: Figure = Figure {
+    id: "tm.drift",
+    title: "Coordinates: error along a row",
+    about: "The largest error of u and v against f64, in texels, of planes at random (150; quick 16) seen along two rows \
+            each. `8192 texels`: coordinates within that of 0, w varies up to tenfold. `horizon`: rows where w is a 200th \
+            of that at the picture's centre, and coordinates reach 500,000 texels (an ulp of f32 is there 1/32). The \
+            paper's increments (7), (8) add f32 numbers along the row, so they drift linearly in the row's length; \
+            restarts bound the drift, the row's constants (f64, rounded to f32) and `fma` have none, integers neither. \
+            Derivatives: the largest error relative to the pixel's largest derivative.",
+    scenes: &[NEAR, HORIZON],
+    variants: || {
+        let methods = Derivatives::ALL.map(|method| format!("{} derivatives", method.name()));
+        Form::ALL.map(Form::name).into_iter().chain(methods).collect()
+    },
+    sweep: Some(Sweep {
+        name: "row, pixels",
+        quick: &[1920.0, 16384.0],
+        full: &[1920.0, 3840.0, 8192.0, 16384.0],
+    }),
+    measure,
+    plots: &[plot(LARGEST), plot(MEDIAN), plot(DERIVATIVE)],
+    claims: &[
+        Claim {
+            id: "5-thousandths",
+            text: "The row's constants and fma err by at most 0.005 texels at 16,384 pixels, within 8192 texels.",
+            from: Origin::Ours,
+            check: |table| {
+                judge(table, LARGEST, "row constants", Bound::AtMost(0.005), |scene, x| {
+                    scene == NEAR && x == Some(16384.0)
+                })
+            },
+        },
+        Claim {
+            id: "restart-16",
+            text: "A walk that restarts every 16 pixels errs by at most 1/64 texel, within 8192 texels.",
+            from: Origin::Ours,
+            check: |table| {
+                judge(table, LARGEST, "restart 16", Bound::AtMost(1.0 / 64.0), |scene, _| scene == NEAR)
+            },
+        },
+        Claim {
+            id: "sequential",
+            text: "The paper's sequential increments (7) err by at least 10 times what the row's constants do.",
+            from: Origin::Ours,
+            check: |table| times_worse(table, "sequential", 10.0, |_| true),
+        },
+        Claim {
+            id: "horizon",
+            text: "Near the horizon the textbook's coordinates err by at least 4 times what the row's constants do.",
+            from: Origin::Ours,
+            check: |table| times_worse(table, "textbook", 4.0, |scene| scene == HORIZON),
+        },
+        Claim {
+            id: "derivatives",
+            text: "Incremental ellipse parameters err by at most 1/100 of what differences of f32 coordinates do.",
+            from: Origin::Ours,
+            check: |table| {
+                let of = |method: &str| format!("{method} derivatives");
+                worse(table, DERIVATIVE, [&of("differences"), &of("incremental")], 100.0, |_| true)
+            },
+        },
+    ],
+};
+
+const NEAR: &str = "8192 texels";
+const HORIZON: &str = "horizon";
+
+/// Quantities.
+const LARGEST: &str = "largest error";
+const MEDIAN: &str = "median error";
+const DERIVATIVE: &str = "largest relative error";
+
+const fn plot(quantity: &'static str) -> Plot {
+    Plot { quantity, x: Axis::Sweep, log_x: true, log_y: true, floor: None }
+}
+
+fn times_worse(table: &Table, form: &str, factor: f64, counts: fn(&str) -> bool) -> Finding {
+    worse(table, LARGEST, [form, "row constants"], factor, counts)
+}
+
+/// Whether the first variant errs by at least `factor` times what the second does, wherever both were measured.
+fn worse(
+    table: &Table,
+    quantity: &str,
+    [first, second]: [&str; 2],
+    factor: f64,
+    counts: fn(&str) -> bool,
+) -> Finding {
+    let records = table.of(quantity).filter(|r| r.row.variant == first && counts(&r.scene));
+    let ratio = |r: &crate::figure::Record| {
+        let other = table.number(&r.scene, r.x, second, quantity)?;
+        Some((format!("{} at {}", r.scene, r.x?), r.row.value.number()? / other))
+    };
+    let ratios: Vec<_> = records.filter_map(ratio).collect();
+    let met = ratios.iter().filter(|(_, ratio)| *ratio >= factor).count();
+    let verdict = match met {
+        _ if ratios.is_empty() => Verdict::NotMeasured,
+        0 => Verdict::NotReproduced,
+        all if all == ratios.len() && table.missing == 0 => Verdict::Reproduced,
+        _ => Verdict::InPart,
+    };
+    let words: Vec<String> = ratios.iter().map(|(at, ratio)| format!("{at} {ratio:.1}x")).collect();
+    Finding::new(verdict, words.join(", "), format!("{met} of {} places reach {factor}x", ratios.len()))
+}
+
+/// A plane of a scene and the first of its two rows.
+fn case(scene: &str, seed: u64, size: [u32; 2]) -> (Plane, u32) {
+    match scene {
+        HORIZON => Plane::near_horizon(seed, size, 5e5),
+        _ => (Plane::random(seed, size, 8192.0), (seed % 8) as u32 * size[1] / 8),
+    }
+}
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let width = cell.x.context("a sweep")? as u32;
+    let size = [width, width * 9 / 16];
+    let planes = if bench.effort == Effort::Quick { 16 } else { 150 };
+    let cases: Vec<_> = (0..planes).map(|seed| case(&cell.scene, seed, size)).collect();
+    let gpu = bench.gpu(&[])?;
+    let source = noise(&gpu, 64)?;
+    let mut rows = Vec::new();
+    for form in Form::ALL {
+        let found = match values(&gpu, &source, form, Output::Coordinates, width, &cases) {
+            Ok(found) => found,
+            Err(lack @ (Error::MissingFeature { .. } | Error::Limit { .. })) => {
+                rows.push(Row::new(form.name(), LARGEST, "texels", Value::Missing(lack.to_string())));
+                continue;
+            }
+            Err(error) => return Err(error.into()),
+        };
+        let errors = errors(&found, width, &cases, |plane, x, y| {
+            let [u, v] = reference::coordinates(plane, x, y);
+            ([u, v, 0.0, 0.0], 1.0)
+        });
+        let number = |quantity, p| {
+            Some(Row::new(form.name(), quantity, "texels", Value::Number(percentile(&errors, p)?)))
+        };
+        rows.extend(number(LARGEST, 1.0).into_iter().chain(number(MEDIAN, 0.5)));
+    }
+    for method in Derivatives::ALL {
+        let form = if method == Derivatives::Differences { Form::Textbook } else { Form::RowConstants };
+        let found = values(&gpu, &source, form, Output::Derivatives(method), width, &cases)?;
+        let errors = errors(&found, width, &cases, |plane, x, y| exact_derivatives(method, plane, x, y));
+        let name = format!("{} derivatives", method.name());
+        let largest = percentile(&errors, 1.0).map(Value::Number);
+        rows.extend(largest.map(|largest| Row::new(name, DERIVATIVE, "", largest)));
+    }
+    Ok(rows)
+}
+
+/// What a method is to give at a place, and the largest of it.
+fn exact_derivatives(method: Derivatives, plane: &Plane, x: f64, y: f64) -> ([f64; 4], f64) {
+    let [[u_x, u_y], [v_x, v_y]] = match method {
+        Derivatives::Analytic => plane.jacobian(x, y),
+        _ => reference::differences(plane, x, y),
+    };
+    let exact = [u_x, v_x, u_y, v_y];
+    (exact, exact.iter().fold(0.0, |most, d| d.abs().max(most)))
+}
+
+/// What a form gives for two rows of each case.
+fn values(
+    gpu: &Gpu,
+    (image, sampler): &(Image, Sampler),
+    form: Form,
+    output: Output,
+    width: u32,
+    cases: &[(Plane, u32)],
+) -> crate::vk::Result<Vec<Vec<[f32; 4]>>> {
+    let band = Band { size: [width, 2], first_row: 0 };
+    let mut own = CoordinatesPass::new(gpu, form, output, &cases[0].0, band, 64)?;
+    let of_case = |(plane, first_row): &(Plane, u32)| {
+        own.aim(gpu, plane, *first_row)?;
+        let mut frame = gpu.frame()?;
+        frame.pass("coordinates", |cmd| own.run(cmd, image, sampler))?;
+        frame.submit()?.wait()?;
+        own.read_values(gpu)
+    };
+    cases.iter().map(of_case).collect()
+}
+
+/// Each pixel's largest error, over the scale that `exact` gives with what is right; no number is an infinite error.
+fn errors(
+    found: &[Vec<[f32; 4]>],
+    width: u32,
+    cases: &[(Plane, u32)],
+    exact: impl Fn(&Plane, f64, f64) -> ([f64; 4], f64),
+) -> Vec<f64> {
+    let of_case = |(pixels, (plane, first_row)): (&Vec<[f32; 4]>, &(Plane, u32))| {
+        let of_pixel = |(at, pixel): (usize, &[f32; 4])| {
+            let (column, row) = (at as u32 % width, first_row + at as u32 / width);
+            let (exact, scale) = exact(plane, f64::from(column) + 0.5, f64::from(row) + 0.5);
+            let error = (0..4).map(|n| (f64::from(pixel[n]) - exact[n]).abs() / scale);
+            error.fold(0.0, |most: f64, e| if e.is_nan() { f64::INFINITY } else { most.max(e) })
+        };
+        pixels.iter().enumerate().map(of_pixel).collect::<Vec<f64>>()
+    };
+    found.iter().zip(cases).flat_map(of_case).collect()
+}
