@@ -11,9 +11,9 @@ void main() {
     Walk own = walk();
     if (own.count == 0u) return;
     Row row = set_up.rows[own.row];
-    precise vec3 terms = fma(row.step, vec3(own.first), row.start);
+    precise vec3 terms = fma(band.plane[0], vec3(own.first), row.start);
     precise vec2 dy = fma(row.dy_step, vec2(own.first), row.dy);
-    vec3 step = row.step * float(own.stride);
+    vec3 step = band.plane[0] * float(own.stride);
     vec2 dy_step = row.dy_step * float(own.stride);
     for (uint n = 0; n < own.count; n++) {
         store(own, n, OUTPUT == DERIVATIVES ? floatBitsToUint(derivatives(row, dy, terms.z)) : words(terms));

@@ -35,7 +35,7 @@ void main() {
     }
     Row row = set_up.rows[uint(gl_FragCoord.y)];
     float n = floor(gl_FragCoord.x);
-    precise vec3 terms = fma(row.step, vec3(n), row.start);
+    precise vec3 terms = fma(band.plane[0], vec3(n), row.start);
     if (OUTPUT != DERIVATIVES) {
         pixel = words(terms);
     } else {

@@ -19,20 +19,18 @@ layout(push_constant, scalar) uniform PlaneBand {
     uint run;        // pixels that a thread walks where it restarts: compute alone
 } band;
 
-// Constants of a row, from f64: numerators and denominator at the first pixel's centre and their step along the row.
+// Constants of a row, from f64. Steps along the row, and to the next one, are the homography's columns.
 struct Row {
-    vec3 start;
-    vec3 step;
+    vec3 start;     // numerators and denominator at the first pixel's centre
     vec2 dx;        // numerators of du/dx and dv/dx
     vec2 dy;        // numerators of du/dy and dv/dy at the first pixel's centre
     vec2 dy_step;   // and their step along the row
-    float step_y;   // H: the denominator's step to the next row
 };
 
 // (du/dx, dv/dx, du/dy, dv/dy) from the numerators and the denominator of a pixel.
 vec4 derivatives(Row row, vec2 dy, float w) {
     precise vec2 below =
-        METHOD == ANALYTIC ? vec2(w * w) : vec2(w * (w + row.step.z), w * (w + row.step_y));
+        METHOD == ANALYTIC ? vec2(w * w) : vec2(w * (w + band.plane[0].z), w * (w + band.plane[1].z));
     return vec4(row.dx / below.x, dy / below.y);
 }
 

@@ -54,7 +54,7 @@ pub fn needs(form: Form) -> Vec<Need> {
 /// The rows' constants as the shaders' `Row`.
 fn rounded(rows: &[RowConstants]) -> Vec<u32> {
     let words = |row: &RowConstants| {
-        let values = [&row.start[..], &row.step, &row.dx, &row.dy, &row.dy_step, &[row.step_y]].concat();
+        let values = [&row.start[..], &row.dx, &row.dy, &row.dy_step].concat();
         values.into_iter().map(|value| (value as f32).to_bits())
     };
     rows.iter().flat_map(words).collect()
