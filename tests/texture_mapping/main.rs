@@ -1,3 +1,4 @@
 //! Paper 3 on the device against its f64 references and f32 twins.
 
 mod coordinates;
+mod relief;

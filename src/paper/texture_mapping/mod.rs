@@ -29,3 +29,4 @@
 pub mod coordinates;
 pub mod figures;
 pub mod plane;
+pub mod relief;

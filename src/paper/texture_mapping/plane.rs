@@ -71,6 +71,11 @@ impl Plane {
         [row(numerator_u, u), row(numerator_v, v)]
     }
 
+    /// The plane as the camera sees it that has moved by so many pixels: what was at (x + dx, y + dy) is now at (x, y).
+    pub fn shifted(&self, [dx, dy]: [f64; 2]) -> Plane {
+        Plane(self.0.map(|[a, b, c]| [a, b, c + a * dx + b * dy]))
+    }
+
     /// As shaders get it: every number rounded to f32.
     pub fn rounded(&self) -> Plane {
         Plane(self.0.map(|row| row.map(|number| f64::from(number as f32))))
@@ -123,14 +128,13 @@ mod tests {
         let plane = Tilt { roll_degrees: 10.0, yaw_degrees: 5.0, ..Tilt::of(75.0) }.plane(120);
         let (x, y, step) = (17.0, -21.0, 1e-5);
         let jacobian = plane.jacobian(x, y);
-        for n in 0..2 {
+        for (n, row) in jacobian.into_iter().enumerate() {
             let difference = |dx: f64, dy: f64| {
                 (plane.texels(x + dx, y + dy).unwrap()[n] - plane.texels(x - dx, y - dy).unwrap()[n])
                     / (2.0 * step)
             };
-            let expected = [difference(step, 0.0), difference(0.0, step)];
-            for m in 0..2 {
-                assert!((jacobian[n][m] - expected[m]).abs() < 1e-6 * expected[m].abs().max(1.0));
+            for (found, expected) in row.into_iter().zip([difference(step, 0.0), difference(0.0, step)]) {
+                assert!((found - expected).abs() < 1e-6 * expected.abs().max(1.0));
             }
         }
     }

@@ -178,8 +178,7 @@ impl Plane {
     pub fn tilted(size: [u32; 2], tilt_degrees: f64, roll_degrees: f64, texels: f64) -> Plane {
         let tilt = Tilt { roll_degrees, half_view_degrees: 5.0, ..Tilt::of(tilt_degrees) };
         let [x, y] = size.map(|side| 0.5 * f64::from(side));
-        let centred = tilt.plane(size[1]);
-        let moved = Plane(centred.0.map(|[a, b, c]| [a, b, c - a * x - b * y]));
+        let moved = tilt.plane(size[1]).shifted([-x, -y]);
         moved.fitted(size, |low, high| (texels / (high - low), low))
     }
 
@@ -212,8 +211,8 @@ impl Plane {
         let rolled = Plane([plane.0[0], plane.0[1], [0.25 / 200.0 / x, h, 1.0 / 200.0 - h * centre]]);
         let ends = [-x, x].map(|x| reference::coordinates(&rolled, x, centre));
         let factor = texels / ends.iter().flatten().fold(0.0, |most: f64, value| most.max(value.abs()));
-        let moved = rolled.0.map(|[a, b, c]| [a, b, c - a * x - b * y]);
-        (Plane([moved[0].map(|c| c * factor), moved[1].map(|c| c * factor), moved[2]]), row as u32)
+        let [u, v, w] = rolled.shifted([-x, -y]).0;
+        (Plane([u.map(|c| c * factor), v.map(|c| c * factor), w]), row as u32)
     }
 
     /// u and v scaled alike and moved, each by (factor, origin) of their least and greatest values in the picture; the

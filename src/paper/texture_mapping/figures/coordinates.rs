@@ -15,14 +15,14 @@ pub const COORDINATES: Figure = Figure {
     title: "Coordinates: time against screen area and tilt",
     about: "Figure 17 of the thesis: texturing with Heckbert's coordinates in a fragment shader, and with the modified \
             ones: 26 % faster \"in all tests\" (elsewhere 0.25 times). A plane that fills the picture, one bilinear texel of \
-            a texture of 2048 x 2048 for each pixel; the plane is rolled by 20 degrees, so that w varies along rows. Every \
-            form fetches the same texels. A fragment shader has no order along a row: the modified form is there the \
+            a texture of 2048 x 2048 for each pixel; tilted by 0 to 80 degrees (`tilt 0`, \
+            `tilt 30`, `tilt 60`, `tilt 80`) and rolled by 20, so that w varies along rows. Every form fetches the same texels. A fragment shader has no order along a row: the modified form is there the \
             row's constants from a buffer, or what the rasteriser interpolates; compute shaders walk the rows as the \
-            thesis's formulas (7) and (8) do, and restart them. The set-up of the rows in f64 on the host is told apart. \
+            thesis's formulas (7) and (8) do, and restart them. The set-up of the rows in f64 on the host is reported apart. \
             Derivatives are written without a texel: differences of two more coordinates against the rows' numerators.",
     scenes: &["tilt 0", "tilt 30", "tilt 60", "tilt 80"],
     variants: || {
-        let methods = Derivatives::ALL.map(|method| derivatives_name(method));
+        let methods = Derivatives::ALL.map(derivatives_name);
         FORMS.map(|form| form.name()).into_iter().chain(methods).collect()
     },
     sweep: Some(Sweep {

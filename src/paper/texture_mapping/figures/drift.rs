@@ -211,3 +211,37 @@ fn errors(
     };
     found.iter().zip(cases).flat_map(of_case).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::gains::tests::table_of;
+    use super::*;
+
+    #[test]
+    fn a_factor_is_reached_everywhere_somewhere_or_nowhere() {
+        let verdict = |near: f64, horizon: f64| {
+            let rows = [
+                (NEAR, Some(1920.0), "sequential", LARGEST, near),
+                (NEAR, Some(1920.0), "row constants", LARGEST, 0.002),
+                (HORIZON, Some(1920.0), "sequential", LARGEST, horizon),
+                (HORIZON, Some(1920.0), "row constants", LARGEST, 0.1),
+            ];
+            times_worse(&table_of("cpu", &rows), "sequential", 10.0, |_| true).verdict
+        };
+        assert_eq!(verdict(0.5, 1.5), Verdict::Reproduced);
+        assert_eq!(verdict(0.5, 0.5), Verdict::InPart);
+        assert_eq!(verdict(0.01, 0.5), Verdict::NotReproduced);
+        assert_eq!(
+            times_worse(&table_of("cpu", &[]), "sequential", 10.0, |_| true).verdict,
+            Verdict::NotMeasured
+        );
+    }
+
+    #[test]
+    fn a_pixel_that_nothing_wrote_is_an_infinite_error() {
+        let case = case(NEAR, 3, [2, 1]);
+        let found = [vec![[f32::NAN; 4], [0.0; 4]]];
+        let errors = errors(&found, 2, &[case], |_, _, _| ([0.0, 0.5, 0.0, 0.0], 1.0));
+        assert_eq!(errors, [f64::INFINITY, 0.5]);
+    }
+}

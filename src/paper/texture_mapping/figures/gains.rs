@@ -107,11 +107,12 @@ pub fn on_a_gpu(table: &Table, finding: Finding) -> Finding {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
     use crate::figure::{Machine, Record};
 
-    fn table(kind: &str, numbers: &[f64]) -> Table {
+    /// A table of (scene, x, variant, quantity, median), each with p5 and p95 a tenth around it.
+    pub fn table_of(kind: &str, rows: &[(&str, Option<f64>, &str, &str, f64)]) -> Table {
         let machine = Machine {
             device: "Some device".into(),
             device_kind: kind.into(),
@@ -122,28 +123,24 @@ mod tests {
             commit: String::new(),
             date: String::new(),
         };
-        let record = |&median: &f64| {
-            let value = Summary {
-                count: 10,
-                min: median - 0.1,
-                p5: median - 0.1,
-                median,
-                p95: median + 0.1,
-                max: median + 0.1,
-            };
-            Record {
-                scene: "s".into(),
-                x: Some(median),
-                row: Row::new("a", "gain", "", Value::Summary(value)),
-            }
+        let record = |&(scene, x, variant, quantity, median): &(&str, Option<f64>, &str, &str, f64)| {
+            let (p5, p95) = (median - 0.1, median + 0.1);
+            let summary = Summary { count: 10, min: p5, p5, median, p95, max: p95 };
+            Record { scene: scene.into(), x, row: Row::new(variant, quantity, "", Value::Summary(summary)) }
         };
-        Table { machine, records: numbers.iter().map(record).collect(), missing: 0 }
+        Table { machine, records: rows.iter().map(record).collect(), missing: 0 }
+    }
+
+    fn gains_of(kind: &str, numbers: &[f64]) -> Table {
+        let rows: Vec<_> = numbers.iter().map(|&gain| ("s", Some(gain), "a", "gain", gain)).collect();
+        table_of(kind, &rows)
     }
 
     #[test]
     fn a_bound_is_met_by_the_whole_range_everywhere_somewhere_or_nowhere() {
-        let verdict =
-            |bound, numbers: &[f64]| judge(&table("cpu", numbers), "gain", "a", bound, |_, _| true).verdict;
+        let verdict = |bound, numbers: &[f64]| {
+            judge(&gains_of("cpu", numbers), "gain", "a", bound, |_, _| true).verdict
+        };
         assert_eq!(verdict(Bound::AtLeast(1.25), &[1.4, 1.36]), Verdict::Reproduced);
         assert_eq!(verdict(Bound::AtLeast(1.25), &[1.4, 1.3]), Verdict::InPart);
         assert_eq!(verdict(Bound::AtLeast(1.25), &[1.3]), Verdict::NotReproduced);
@@ -155,12 +152,34 @@ mod tests {
     }
 
     #[test]
+    fn only_places_that_count_are_judged() {
+        let table = gains_of("cpu", &[1.0, 2.0]);
+        let finding = judge(&table, "gain", "a", Bound::AtLeast(1.5), |_, x| x == Some(2.0));
+        assert_eq!((finding.verdict, &*finding.numbers), (Verdict::Reproduced, "s at 2 2.000"));
+    }
+
+    #[test]
     fn a_missing_cell_and_a_software_device_are_no_success() {
-        let mut cut = table("cpu", &[1.4]);
+        let mut cut = gains_of("cpu", &[1.4]);
         cut.missing = 1;
         let found = judge(&cut, "gain", "a", Bound::AtLeast(1.0), |_, _| true);
         assert_eq!(found.verdict, Verdict::InPart);
         assert_eq!(on_a_gpu(&cut, found.clone()).verdict, Verdict::NotMeasurable);
-        assert_eq!(on_a_gpu(&table("discrete", &[]), found).verdict, Verdict::InPart);
+        assert_eq!(on_a_gpu(&gains_of("discrete", &[]), found).verdict, Verdict::InPart);
+    }
+
+    #[test]
+    fn a_gain_is_taken_round_by_round() {
+        let timed = |variant: &str, ms: [u64; 3]| {
+            let pass =
+                |ms: u64| vec![crate::vk::PassTime { label: variant.into(), ns: Some(ms * 1_000_000) }];
+            Timed::of(variant, ms.map(pass).to_vec())
+        };
+        let all =
+            [timed("slow", [20, 400, 60]), timed("fast", [10, 200, 20]), timed("empty pass", [1, 1, 1])];
+        let rows = gains(&all, "slow", "gain");
+        assert_eq!(rows.len(), 1);
+        assert_eq!((&*rows[0].variant, rows[0].value.number()), ("fast", Some(2.0)));
+        assert!(gains(&all, "absent", "gain").is_empty());
     }
 }

@@ -3,8 +3,10 @@
 mod coordinates;
 mod drift;
 mod gains;
+mod relief;
 
 use crate::figure::Figure;
 
 /// In the order of the report.
-pub const FIGURES: &[&Figure] = &[&coordinates::COORDINATES, &drift::DRIFT];
+pub const FIGURES: &[&Figure] =
+    &[&coordinates::COORDINATES, &drift::DRIFT, &relief::RELIEF, &relief::MAP_BUILD];

@@ -219,3 +219,80 @@ pub fn distance_map(relief: &Relief, layers: usize, fan: &Fan, refined: bool) ->
     let distances = (0..side * side * layers).into_par_iter().map(distance).collect();
     DistanceMap { layers, distances }
 }
+
+impl DistanceMap {
+    /// The map's words with 8, 16 or 32 bits for a cell, and the distance of 1: rounded down, so that no distance grows.
+    /// 32 bits are the f32 as they are.
+    pub fn packed(&self, bits: u32) -> (Vec<u32>, f32) {
+        if bits == 32 {
+            return (self.distances.iter().map(|distance| distance.to_bits()).collect(), 1.0);
+        }
+        let most = (1u32 << bits) - 1;
+        let unit = self.distances.iter().copied().fold(f32::MIN_POSITIVE, f32::max) / most as f32;
+        let quantised = |distance: &f32| {
+            let mut steps = ((distance / unit) as u32).min(most);
+            while steps as f32 * unit > *distance {
+                steps -= 1;
+            }
+            steps
+        };
+        let word = |cells: &[f32]| {
+            cells
+                .iter()
+                .enumerate()
+                .fold(0, |word, (n, distance)| word | quantised(distance) << (n as u32 * bits))
+        };
+        (self.distances.chunks((32 / bits) as usize).map(word).collect(), unit)
+    }
+
+    /// The map as a tracer reads it from [`DistanceMap::packed`].
+    pub fn rounded_down(&self, bits: u32) -> DistanceMap {
+        let (words, unit) = self.packed(bits);
+        let each = (32 / bits) as usize;
+        let cell = |at: usize| match bits {
+            32 => f32::from_bits(words[at]),
+            _ => (words[at / each] >> (at % each * bits as usize) & ((1 << bits) - 1)) as f32 * unit,
+        };
+        DistanceMap { layers: self.layers, distances: (0..self.distances.len()).map(cell).collect() }
+    }
+}
+
+/// Steps of a ray inside the solid, from where it enters to the floor.
+const MARCH: u32 = 32;
+
+/// Cones on the texels as ratios of radius to height, at most 1. Dummer's stand free: no other texel is inside. Relaxed
+/// ones may be pierced once: for each other texel, the ray to it from the top plane above the cone's own counts where it
+/// leaves the solid again.
+pub fn cone_map(relief: &Relief, relaxed: bool) -> Vec<f32> {
+    let (side, reach) = (relief.side as i64, relief.side as i64 / 2);
+    let offsets = || (-reach..=reach).flat_map(move |b| (-reach..=reach).map(move |a| [a, b]));
+    let cone = |at: i64| {
+        let own = [at % side, at / side];
+        let height = relief.texel(own[0], own[1]);
+        offsets().fold(1.0, |widest: f32, [a, b]| {
+            let mut obstacle = [a as f32, b as f32, relief.texel(own[0] + a, own[1] + b)];
+            if obstacle[2] <= height {
+                return widest;
+            }
+            if relaxed && obstacle[2] < relief.depth {
+                obstacle = leaves(relief, own, obstacle);
+            }
+            let above = obstacle[2] - height;
+            if above > 0.0 { widest.min(obstacle[0].hypot(obstacle[1]) / above) } else { widest }
+        })
+    };
+    (0..side * side).into_par_iter().map(cone).collect()
+}
+
+/// Where the ray from the top plane above texel `own` through `[x, y, z]`, relative to it, leaves the solid again.
+fn leaves(relief: &Relief, own: [i64; 2], [x, y, z]: [f32; 3]) -> [f32; 3] {
+    let scale = z / (relief.depth - z) / MARCH as f32;
+    let along = [x * scale, y * scale, (z - relief.depth) * scale];
+    let points =
+        (0..=MARCH).map(|n| [x + n as f32 * along[0], y + n as f32 * along[1], z + n as f32 * along[2]]);
+    let outside = |[x, y, z]: &[f32; 3]| {
+        let [i, j] = [x, y].map(|c| (c + 0.5).floor() as i64);
+        relief.texel(own[0] + i, own[1] + j) < *z
+    };
+    points.into_iter().find(outside).unwrap_or([x, y, 0.0])
+}

@@ -18,6 +18,7 @@
 //! [`reference`](mod@reference) has the exact intersection.
 
 pub mod maps;
+pub mod pass;
 pub mod reference;
 pub mod trace;
 
@@ -92,7 +93,7 @@ fn lattice(seed: u64, x: usize, y: usize, period: usize) -> u32 {
 /// Value noise: octaves with cells of an 8th of the side and less, each of half the height.
 fn rock(x: usize, y: usize, side: usize) -> u8 {
     let octave = |n: usize| {
-        let cell = (side / 8 >> n).max(1);
+        let cell = ((side / 8) >> n).max(1);
         let ([i, fx], [j, fy]) = ([x / cell, x % cell], [y / cell, y % cell]);
         let at = |a, b| f64::from(lattice(n as u64 + 7, i + a, j + b, side / cell));
         let smooth = |f: usize| {

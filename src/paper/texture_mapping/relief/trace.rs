@@ -12,6 +12,22 @@ pub const HALVINGS: u32 = 6;
 /// Steps after which a ray gives up.
 pub const MOST_STEPS: u32 = 1024;
 
+/// Steps of the linear search.
+pub const LINEAR_STEPS: u32 = 64;
+
+/// How rays are traced.
+#[derive(Clone, Copy, Debug)]
+pub enum Tracer<'a> {
+    /// [`LINEAR_STEPS`] equal steps to the floor, and [`HALVINGS`].
+    Linear,
+    /// By a distance map of so many bits for a cell.
+    Distances(&'a DistanceMap, u32),
+    /// By a cone map; a cell has the least cone of its corners.
+    Cones(&'a [f32]),
+    /// As `Cones`; after each step the ray may be below the surface, and is then halved back.
+    RelaxedCones(&'a [f32]),
+}
+
 /// What a tracer found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Traced {

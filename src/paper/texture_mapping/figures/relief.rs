@@ -1,0 +1,330 @@
+//! tm.26 and tm.map-build: steps, time and error of relief tracing, and what the maps cost.
+
+use super::gains::{Bound, gains, judge, on_a_gpu, pass};
+use crate::figure::{Axis, Bench, Cell, Claim, Contender, Effort, Figure, Origin, Plot, Row, Sweep, Value};
+use crate::paper::texture_mapping::relief::maps::{DistanceMap, Fan, Holds};
+use crate::paper::texture_mapping::relief::pass::{ConeBuild, DistanceBuild, Trace, origin};
+use crate::paper::texture_mapping::relief::trace::{LEAST_STEP, Traced, Tracer};
+use crate::paper::texture_mapping::relief::{Kind, Ray, Relief, reference};
+use crate::stats::Summary;
+use crate::vk::{Cmd, Gpu};
+use anyhow::Context;
+
+const RELIEFS: &[&str] = &["bricks", "pillars", "spikes", "rock"];
+
+pub const RELIEF: Figure = Figure {
+    id: "tm.26",
+    title: "Relief: Donnelly's and the refined distance map",
+    about: "Figure 26 of the thesis: the refined map takes fewer iterations (no number) and is up to 11 % faster. Parallel \
+            rays over a relief a quarter as deep as wide: `bricks` with deep joints, `pillars`, a stair with `spikes`, and \
+            noise, `rock` (64 texels a side and 16 layers of cells in quick runs, 128 and \
+            32 in full ones), at elevations from 15 to 80 degrees. `at centres`: distances as Donnelly and the paper have \
+            them, of the cell's centre; a step from elsewhere in the cell may pass the surface. `guaranteed`: bounds for \
+            every point of the cell and every ray, so no step passes it. A step is a lookup of the map; 64 linear steps, \
+            and 6 halvings after each search, are the baseline. Missed: rays whose hit is more than the least step, half \
+            a texel, from the exact one.",
+    scenes: RELIEFS,
+    variants: || Method::ALL.map(|method| method.name()).to_vec(),
+    sweep: Some(Sweep {
+        name: "elevation, degrees",
+        quick: &[15.0, 30.0, 60.0, 80.0],
+        full: &[15.0, 30.0, 45.0, 60.0, 70.0, 80.0],
+    }),
+    measure,
+    plots: &[plot(STEPS, false), plot(TIME, true), plot(MISSED, false), plot(STEP_GAIN, false)],
+    claims: &[
+        Claim {
+            id: "fewer-steps",
+            text: "The refined map takes fewer steps than Donnelly's (at least 1 % fewer on average).",
+            from: Origin::Paper("claim 7"),
+            check: |table| judge(table, STEP_GAIN, "refined, at centres", Bound::AtLeast(1.01), |_, _| true),
+        },
+        Claim {
+            id: "11-percent",
+            text: "The refined map is up to 11 % faster: the relief and angle with the largest gain reaches it.",
+            from: Origin::Paper("claim 7, figure 26"),
+            check: |table| {
+                let best = best_place(table, TIME_GAIN, "refined, at centres");
+                let counts =
+                    |scene: &str, x: Option<f64>| best.as_ref().is_some_and(|b| b.0 == scene && b.1 == x);
+                on_a_gpu(table, judge(table, TIME_GAIN, "refined, at centres", Bound::AtLeast(1.11), counts))
+            },
+        },
+        Claim {
+            id: "no-more-steps",
+            text: "The guaranteed refined map takes at most half a percent more steps than Donnelly's, anywhere.",
+            from: Origin::Ours,
+            check: |table| judge(table, STEP_GAIN, "refined, guaranteed", Bound::AtLeast(0.995), |_, _| true),
+        },
+        Claim {
+            id: "guaranteed-hits",
+            text: "The guaranteed refined map misses at most 1 % of the rays.",
+            from: Origin::Ours,
+            check: |table| judge(table, MISSED, "refined, guaranteed", Bound::AtMost(0.01), |_, _| true),
+        },
+        Claim {
+            id: "8-bits",
+            text: "8 bits for a cell, rounded down, take at most 10 % more steps than f32.",
+            from: Origin::Ours,
+            check: |table| {
+                judge(table, QUANTISED, "refined, guaranteed, 8 bits", Bound::AtMost(1.1), |_, _| true)
+            },
+        },
+    ],
+};
+
+pub const MAP_BUILD: Figure = Figure {
+    id: "tm.map-build",
+    title: "Relief: what the maps cost to build",
+    about: "Time of each map's construction on the device, for reliefs of so many texels a side, with a quarter as many \
+            layers. The thesis gives no time. Reliefs `bricks` and `rock`. The refined map searches a horizon in 64 directions for each column of cells, \
+            32 texels far, and tests it for each cell of the neighbourhood; the guaranteed one looks at every cell that a \
+            sector of directions may meet. Bytes are those of a map of 8 bits a cell; 16 and 32 bits are twice and four \
+            times as many; a cone map has one value for each texel.",
+    scenes: &["bricks", "rock"],
+    variants: || Build::ALL.map(|build| build.name()).to_vec(),
+    sweep: Some(Sweep { name: "texels a side", quick: &[16.0, 32.0], full: &[16.0, 32.0, 64.0, 128.0] }),
+    measure: measure_builds,
+    plots: &[plot_log(BUILD), plot_log(BYTES)],
+    claims: &[Claim {
+        id: "refined-price",
+        text: "The refined map (at centres) builds in at most 3 times the time of Donnelly's.",
+        from: Origin::Ours,
+        check: |table| judge(table, BUILD_PRICE, "refined, at centres", Bound::AtMost(3.0), |_, _| true),
+    }],
+};
+
+/// Quantities.
+const STEPS: &str = "steps a ray";
+const STEP_GAIN: &str = "Donnelly's steps over this one's";
+const QUANTISED: &str = "steps over those of f32";
+const TIME: &str = "tracing";
+const TIME_GAIN: &str = "Donnelly's time over this one's";
+const MISSED: &str = "share of rays missed";
+const BUILD: &str = "construction";
+const BUILD_PRICE: &str = "construction over Donnelly's";
+const BYTES: &str = "bytes with 8 bits a cell";
+
+const fn plot(quantity: &'static str, log_y: bool) -> Plot {
+    Plot { quantity, x: Axis::Sweep, log_x: false, log_y, floor: None }
+}
+
+const fn plot_log(quantity: &'static str) -> Plot {
+    Plot { quantity, x: Axis::Sweep, log_x: true, log_y: true, floor: None }
+}
+
+/// A map to build.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Build {
+    Distances(Holds, bool),
+    Cones { relaxed: bool },
+}
+
+impl Build {
+    const ALL: [Build; 6] = [
+        Build::Distances(Holds::AtCentres, false),
+        Build::Distances(Holds::AtCentres, true),
+        Build::Distances(Holds::Everywhere, false),
+        Build::Distances(Holds::Everywhere, true),
+        Build::Cones { relaxed: false },
+        Build::Cones { relaxed: true },
+    ];
+
+    fn name(self) -> String {
+        match self {
+            Build::Distances(holds, refined) => {
+                let map = if refined { "refined" } else { "Donnelly" };
+                format!("{map}, {}", if holds == Holds::AtCentres { "at centres" } else { "guaranteed" })
+            }
+            Build::Cones { relaxed: false } => "cone map".into(),
+            Build::Cones { relaxed: true } => "relaxed cone map".into(),
+        }
+    }
+}
+
+/// A tracer of the figure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Method {
+    Linear,
+    Map(Build),
+    /// The guaranteed refined map with so many bits for a cell.
+    Quantised(u32),
+}
+
+const REFINED: Build = Build::Distances(Holds::Everywhere, true);
+
+impl Method {
+    const ALL: [Method; 9] = [
+        Method::Linear,
+        Method::Map(Build::ALL[0]),
+        Method::Map(Build::ALL[1]),
+        Method::Map(Build::ALL[2]),
+        Method::Map(Build::ALL[3]),
+        Method::Quantised(16),
+        Method::Quantised(8),
+        Method::Map(Build::ALL[4]),
+        Method::Map(Build::ALL[5]),
+    ];
+
+    fn name(self) -> String {
+        match self {
+            Method::Linear => "linear and binary search".into(),
+            Method::Map(build) => build.name(),
+            Method::Quantised(bits) => format!("{}, {bits} bits", REFINED.name()),
+        }
+    }
+
+    /// What its gain is over: Donnelly's map of the same kind.
+    fn baseline(self) -> Option<Method> {
+        match self {
+            Method::Map(Build::Distances(holds, true)) => Some(Method::Map(Build::Distances(holds, false))),
+            _ => None,
+        }
+    }
+}
+
+fn relief_of(scene: &str, side: usize) -> anyhow::Result<Relief> {
+    let kind = Kind::ALL.into_iter().find(|kind| kind.name() == scene);
+    Ok(kind.with_context(|| format!("no relief {scene:?}"))?.relief(side))
+}
+
+fn run(gpu: &Gpu, record: impl FnOnce(&mut Cmd<'_>) -> crate::vk::Result<()>) -> crate::vk::Result<()> {
+    let mut frame = gpu.frame()?;
+    frame.pass("relief", record)?;
+    frame.submit()?.wait()?;
+    Ok(())
+}
+
+/// The distance maps in the order of [`Build::ALL`], and the cone map and the relaxed one.
+fn maps(gpu: &Gpu, relief: &Relief, layers: usize) -> anyhow::Result<(Vec<DistanceMap>, [Vec<f32>; 2])> {
+    let (mut distances, mut cones) = (Vec::new(), [Vec::new(), Vec::new()]);
+    for build in Build::ALL {
+        match build {
+            Build::Distances(holds, refined) => {
+                let own = DistanceBuild::new(gpu, relief, layers, &Fan::new(relief.depth, holds), refined)?;
+                run(gpu, |cmd| own.run(cmd))?;
+                distances.push(own.read(gpu)?);
+            }
+            Build::Cones { relaxed } => {
+                let own = ConeBuild::new(gpu, relief, relaxed)?;
+                run(gpu, |cmd| own.run(cmd))?;
+                cones[usize::from(relaxed)] = own.read(gpu)?;
+            }
+        }
+    }
+    Ok((distances, cones))
+}
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let elevation = cell.x.context("a sweep")?;
+    let (side, layers, columns) = if bench.effort == Effort::Quick { (64, 16, 512) } else { (128, 32, 2048) };
+    let relief = relief_of(&cell.scene, side)?;
+    let gpu = bench.gpu(&[])?;
+    let (distances, cones) = maps(&gpu, &relief, layers)?;
+    let direction = Ray::towards([0.0; 2], elevation, 33.0).direction;
+    let map_of = |build| &distances[Build::ALL.iter().position(|b| *b == build).expect("one of ALL")];
+    let traces = Method::ALL.map(|method| {
+        let tracer = match method {
+            Method::Linear => Tracer::Linear,
+            Method::Map(Build::Cones { relaxed: false }) => Tracer::Cones(&cones[0]),
+            Method::Map(Build::Cones { relaxed: true }) => Tracer::RelaxedCones(&cones[1]),
+            Method::Map(build) => Tracer::Distances(map_of(build), 32),
+            Method::Quantised(bits) => Tracer::Distances(map_of(REFINED), bits),
+        };
+        Ok((method, Trace::new(&gpu, &relief, &tracer, direction, columns)?))
+    });
+    let traces = traces.into_iter().collect::<anyhow::Result<Vec<(Method, Trace)>>>()?;
+    let contenders: Vec<Contender<'_>> =
+        traces.iter().map(|(method, trace)| pass(&gpu, method.name(), |cmd| trace.run(cmd))).collect();
+    let timed = bench.interleave(&gpu, contenders)?;
+    let mut rows: Vec<Row> = timed.iter().map(|one| one.row(TIME)).collect();
+    for (method, baseline) in Method::ALL.into_iter().filter_map(|method| Some((method, method.baseline()?)))
+    {
+        let of_both = gains(&timed, &baseline.name(), TIME_GAIN);
+        rows.extend(of_both.into_iter().filter(|row| row.variant == method.name()));
+    }
+    let hits = exact_hits(&relief, direction, columns);
+    let mut means = Vec::new();
+    for (method, trace) in &traces {
+        let found = trace.read(&gpu)?;
+        let mean = found.iter().map(|ray| f64::from(ray.steps)).sum::<f64>() / found.len() as f64;
+        means.push((*method, mean));
+        rows.push(Row::new(method.name(), STEPS, "steps", Value::Number(mean)));
+        rows.push(Row::new(method.name(), MISSED, "", Value::Number(missed(&found, &hits))));
+    }
+    rows.extend(step_ratios(&means));
+    Ok(rows)
+}
+
+/// Each refined map's gain in steps over Donnelly's, and what fewer bits cost.
+fn step_ratios(means: &[(Method, f64)]) -> Vec<Row> {
+    let mean = |method| means.iter().find(|(m, _)| *m == method).map(|(_, mean)| *mean);
+    let row = |(method, own): &(Method, f64)| {
+        let (quantity, ratio) = match method {
+            Method::Quantised(_) => (QUANTISED, own / mean(Method::Map(REFINED))?),
+            _ => (STEP_GAIN, mean(method.baseline()?)? / own),
+        };
+        Some(Row::new(method.name(), quantity, "", Value::Number(ratio)))
+    };
+    means.iter().filter_map(row).collect()
+}
+
+/// (Index of a ray, its exact distance) for a grid of 64 x 64 of the rays.
+fn exact_hits(relief: &Relief, direction: [f32; 3], columns: u32) -> Vec<(usize, f64)> {
+    let stride = columns / 64;
+    let hit = |n: u32| {
+        let at = [n % 64, n / 64].map(|c| c * stride + stride / 2);
+        let ray = Ray { origin: origin(relief, columns, at), direction };
+        ((at[1] * columns + at[0]) as usize, reference::first_hit(relief, &ray))
+    };
+    (0..64 * 64).map(hit).collect()
+}
+
+fn missed(found: &[Traced], hits: &[(usize, f64)]) -> f64 {
+    let far = |&&(at, hit): &&(usize, f64)| {
+        let error = (f64::from(found[at].distance) - hit).abs();
+        error.is_nan() || error > f64::from(LEAST_STEP) + 1e-3
+    };
+    hits.iter().filter(far).count() as f64 / hits.len() as f64
+}
+
+/// The place with a variant's largest median.
+fn best_place(table: &crate::figure::Table, quantity: &str, variant: &str) -> Option<(String, Option<f64>)> {
+    let of = table.of(quantity).filter(|r| r.row.variant == variant && r.row.value.number().is_some());
+    let best = of.max_by(|a, b| {
+        a.row.value.number().partial_cmp(&b.row.value.number()).expect("medians are numbers")
+    })?;
+    Some((best.scene.clone(), best.x))
+}
+
+fn measure_builds(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let side = cell.x.context("a sweep")? as usize;
+    let (layers, relief) = (side / 4, relief_of(&cell.scene, side)?);
+    let gpu = bench.gpu(&[])?;
+    let (mut rows, mut contenders) = (Vec::new(), Vec::new());
+    for build in Build::ALL {
+        let cells = match build {
+            Build::Distances(holds, refined) => {
+                let own = DistanceBuild::new(&gpu, &relief, layers, &Fan::new(relief.depth, holds), refined)?;
+                contenders.push(pass(&gpu, build.name(), move |cmd| own.run(cmd)));
+                side * side * layers
+            }
+            Build::Cones { relaxed } => {
+                let own = ConeBuild::new(&gpu, &relief, relaxed)?;
+                contenders.push(pass(&gpu, build.name(), move |cmd| own.run(cmd)));
+                side * side
+            }
+        };
+        rows.push(Row::new(build.name(), BYTES, "bytes", Value::Number(cells as f64)));
+    }
+    let timed = bench.interleave(&gpu, contenders)?;
+    rows.extend(timed.iter().filter(|one| one.variant != "empty pass").map(|one| one.row(BUILD)));
+    for holds in [Holds::AtCentres, Holds::Everywhere] {
+        let [donnelly, refined] = [false, true].map(|refined| Build::Distances(holds, refined).name());
+        let of = |name: &str| timed.iter().find(|one| one.variant == name)?.total_of_rounds();
+        let price =
+            of(&refined).zip(of(&donnelly)).and_then(|(own, of)| Summary::of_pairs(&own, &of, |a, b| a / b));
+        rows.extend(price.map(|price| Row::new(refined, BUILD_PRICE, "", Value::Summary(price))));
+    }
+    Ok(rows)
+}
