@@ -3,10 +3,11 @@
 mod coordinates;
 mod drift;
 mod gains;
+mod parallax;
 mod relief;
 
 use crate::figure::Figure;
 
 /// In the order of the report.
 pub const FIGURES: &[&Figure] =
-    &[&coordinates::COORDINATES, &drift::DRIFT, &relief::RELIEF, &relief::MAP_BUILD];
+    &[&coordinates::COORDINATES, &drift::DRIFT, &parallax::PARALLAX, &relief::RELIEF, &relief::MAP_BUILD];

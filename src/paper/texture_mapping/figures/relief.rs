@@ -9,6 +9,7 @@ use crate::paper::texture_mapping::relief::{Kind, Ray, Relief, reference};
 use crate::stats::Summary;
 use crate::vk::{Cmd, Gpu};
 use anyhow::Context;
+use std::sync::{Arc, Mutex};
 
 const RELIEFS: &[&str] = &["bricks", "pillars", "spikes", "rock"];
 
@@ -196,7 +197,27 @@ fn run(gpu: &Gpu, record: impl FnOnce(&mut Cmd<'_>) -> crate::vk::Result<()>) ->
 }
 
 /// The distance maps in the order of [`Build::ALL`], and the cone map and the relaxed one.
-fn maps(gpu: &Gpu, relief: &Relief, layers: usize) -> anyhow::Result<(Vec<DistanceMap>, [Vec<f32>; 2])> {
+struct Maps {
+    distances: Vec<DistanceMap>,
+    cones: [Vec<f32>; 2],
+}
+
+/// The last relief's maps, by scene and side: its cells follow each other and need the same ones.
+static LAST: Mutex<Option<(String, usize, Arc<Maps>)>> = Mutex::new(None);
+
+fn maps(gpu: &Gpu, scene: &str, relief: &Relief, layers: usize) -> anyhow::Result<Arc<Maps>> {
+    let mut last = LAST.lock().expect("no panic while maps are built");
+    if let Some((of, side, maps)) = &*last
+        && (&**of, *side) == (scene, relief.side)
+    {
+        return Ok(maps.clone());
+    }
+    let maps = Arc::new(built(gpu, relief, layers)?);
+    *last = Some((scene.to_string(), relief.side, maps.clone()));
+    Ok(maps)
+}
+
+fn built(gpu: &Gpu, relief: &Relief, layers: usize) -> anyhow::Result<Maps> {
     let (mut distances, mut cones) = (Vec::new(), [Vec::new(), Vec::new()]);
     for build in Build::ALL {
         match build {
@@ -212,15 +233,16 @@ fn maps(gpu: &Gpu, relief: &Relief, layers: usize) -> anyhow::Result<(Vec<Distan
             }
         }
     }
-    Ok((distances, cones))
+    Ok(Maps { distances, cones })
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let elevation = cell.x.context("a sweep")?;
-    let (side, layers, columns) = if bench.effort == Effort::Quick { (64, 16, 512) } else { (128, 32, 2048) };
+    let (side, layers, columns) = if bench.effort == Effort::Quick { (64, 16, 256) } else { (128, 32, 2048) };
     let relief = relief_of(&cell.scene, side)?;
     let gpu = bench.gpu(&[])?;
-    let (distances, cones) = maps(&gpu, &relief, layers)?;
+    let maps = maps(&gpu, &cell.scene, &relief, layers)?;
+    let Maps { distances, cones } = &*maps;
     let direction = Ray::towards([0.0; 2], elevation, 33.0).direction;
     let map_of = |build| &distances[Build::ALL.iter().position(|b| *b == build).expect("one of ALL")];
     let traces = Method::ALL.map(|method| {

@@ -1,4 +1,5 @@
-//! Relief: a height field below a polygon, and the tracing of view rays through it. Section I.
+//! Relief: a height field below a polygon, and the tracing of view rays through it. Section I; [`parallax`] filters it,
+//! section H.
 //!
 //! A relief has a height for each texel, repeats, and is bilinear between texels. A ray enters at the top plane and
 //! descends. W. Donnelly ("Per-Pixel Displacement Mapping with Distance Functions", GPU Gems 2, chapter 8, 2005) keeps, in
@@ -18,6 +19,7 @@
 //! [`reference`](mod@reference) has the exact intersection.
 
 pub mod maps;
+pub mod parallax;
 pub mod pass;
 pub mod reference;
 pub mod trace;
@@ -112,6 +114,12 @@ impl Relief {
     pub fn texel(&self, i: i64, j: i64) -> f32 {
         let wrap = |at: i64| at.rem_euclid(self.side as i64) as usize;
         f32::from(self.heights[wrap(j) * self.side + wrap(i)]) * (self.depth / 255.0)
+    }
+
+    /// Colours at random, one for each texel, from 0 to 1: independent of the heights.
+    pub fn colours(&self) -> Vec<f32> {
+        let texel = |at: u64| (SplitMix64::nth(41, at) >> 40) as f32 / (1 << 24) as f32;
+        (0..self.heights.len() as u64).map(texel).collect()
     }
 
     /// Heights at the corners of the cell between texels (i, j) and (i + 1, j + 1).

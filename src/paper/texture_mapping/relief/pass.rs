@@ -1,10 +1,13 @@
-//! Maps built and rays traced on the GPU.
+//! Maps built, rays traced and pixels filtered on the GPU.
 
 use super::Relief;
 use super::maps::{self, DistanceMap, Fan, Holds};
-use super::trace::Tracer;
-use crate::vk::shader::ReliefPush;
-use crate::vk::shader::texture_mapping::{relief_cones_comp, relief_distances_comp, relief_trace_comp};
+use super::parallax;
+use super::trace::{Traced, Tracer};
+use crate::vk::shader::texture_mapping::{
+    relief_cones_comp, relief_distances_comp, relief_parallax_comp, relief_trace_comp,
+};
+use crate::vk::shader::{Parallax, ReliefPush};
 use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Resource, Result};
 
 fn push(relief: &Relief) -> ReliefPush {
@@ -205,9 +208,9 @@ impl Trace {
     ///
     /// # Errors
     /// Device lost, out of memory.
-    pub fn read(&self, gpu: &Gpu) -> Result<Vec<super::trace::Traced>> {
+    pub fn read(&self, gpu: &Gpu) -> Result<Vec<Traced>> {
         let words = read_words(gpu, &self.hits)?;
-        let traced = |ray: &[u32]| super::trace::Traced { distance: f32::from_bits(ray[0]), steps: ray[1] };
+        let traced = |ray: &[u32]| Traced { distance: f32::from_bits(ray[0]), steps: ray[1] };
         Ok(words.chunks_exact(2).map(traced).collect())
     }
 }
@@ -215,4 +218,63 @@ impl Trace {
 /// Where ray (x, y) of `columns` a side starts.
 pub fn origin(relief: &Relief, columns: u32, [x, y]: [u32; 2]) -> [f32; 2] {
     [x, y].map(|at| (at as f32 + 0.5) * (relief.side as f32 / columns as f32))
+}
+
+/// A picture of a relief filtered by one method.
+pub struct Filtered {
+    pipeline: ComputePipeline,
+    texels: Buffer,
+    pixels: Buffer,
+    push: Parallax,
+}
+
+impl Filtered {
+    /// # Errors
+    /// Out of memory.
+    pub fn new(
+        gpu: &Gpu,
+        relief: &Relief,
+        colours: &[f32],
+        view: &parallax::View,
+        method: parallax::Method,
+    ) -> Result<Filtered> {
+        let side = relief.side as i64;
+        assert_eq!(colours.len(), relief.heights.len(), "a colour for each texel");
+        let heights = (0..side * side).map(|at| relief.texel(at % side, at / side));
+        let texels: Vec<[f32; 2]> = heights.zip(colours).map(|(height, &colour)| [height, colour]).collect();
+        let bytes = 12 * u64::from(view.columns) * u64::from(view.columns);
+        let constants = [("METHOD", method as u32)];
+        Ok(Filtered {
+            pipeline: gpu.compute_pipeline(method.name(), &relief_parallax_comp::SHADER, &constants)?,
+            texels: gpu.buffer_with("heights and colours", &texels, BufferUse::Storage)?,
+            pixels: gpu.buffer("filtered pixels", bytes, BufferUse::Storage)?,
+            push: Parallax {
+                side: relief.side as u32,
+                depth: relief.depth,
+                cotangent: view.cotangent() as f32,
+                columns: view.columns,
+                pixel: view.pixel as f32,
+            },
+        })
+    }
+
+    /// # Errors
+    /// Out of memory.
+    pub fn run(&self, cmd: &mut Cmd<'_>) -> Result<()> {
+        let resources = [
+            (relief_parallax_comp::SURFACE, Resource::Buffer(&self.texels)),
+            (relief_parallax_comp::PIXELS, Resource::Buffer(&self.pixels)),
+        ];
+        let groups = self.push.columns.div_ceil(relief_parallax_comp::SHADER.group[0]);
+        cmd.dispatch(&self.pipeline, &resources, bytemuck::bytes_of(&self.push), [groups, groups, 1])
+    }
+
+    /// Each pixel's colour, and how many texels were looked at.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn read(&self, gpu: &Gpu) -> Result<Vec<[f32; 2]>> {
+        let words: Vec<f32> = read_words(gpu, &self.pixels)?.into_iter().map(f32::from_bits).collect();
+        Ok(words.chunks_exact(3).map(|pixel| [pixel[0] / pixel[1], pixel[2]]).collect())
+    }
 }
