@@ -16,9 +16,9 @@ float texel(vec2 at) { return heights.texels[place(ivec2(floor(at + 0.5)))]; }
 // Where the ray from the top plane above (0, 0) through (offset, height) leaves the solid again, relative to `own`.
 vec3 leaves(ivec2 own, vec2 offset, float height) {
     // From that point to the floor.
-    vec3 along = vec3(offset, height - relief.depth) * (height / (relief.depth - height) / float(MARCH));
+    precise vec3 along = vec3(offset, height - relief.depth) * (height / (relief.depth - height) / float(MARCH));
     for (uint n = 0; n <= MARCH; n++) {
-        vec3 at = vec3(offset, height) + float(n) * along;
+        precise vec3 at = vec3(offset, height) + float(n) * along;
         if (texel(vec2(own) + at.xy) < at.z) return at;
     }
     return vec3(offset, 0.0);

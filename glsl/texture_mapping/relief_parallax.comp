@@ -104,7 +104,8 @@ void main() {
         b = hit(b, middle.y);
     }
     vec3 sum = vec3(0.0);
-    uint rows = max(uint(view.pixel), 1u);
+    // Two rows a texel: one would miss half of a slope between two rows of texels.
+    uint rows = max(uint(2.0 * view.pixel), 1u);
     for (uint n = 0; n < rows; n++) {
         float y = corner.y + (float(n) + 0.5) * view.pixel / float(rows);
         if (METHOD == PROJECTED) sum = projected(sum, a, b, y);

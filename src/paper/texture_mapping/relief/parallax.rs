@@ -9,7 +9,7 @@
 //!
 //! The view is parallel, along +x. A point (x, height) is seen by the ray that enters the top plane at
 //! `s = x - (depth - height) cot(elevation)`; it is hidden if a point before it has a larger s. A pixel is a square of the
-//! top plane, `pixel` texels a side.
+//! top plane, `pixel` texels a side, and is summed along two lines for each row of texels.
 
 use super::reference::first_hit;
 use super::{Ray, Relief};
