@@ -42,6 +42,8 @@
 
 // floor 0: plain data, no GPU
 #[doc(hidden)]
+pub mod file;
+#[doc(hidden)]
 pub mod header;
 #[doc(hidden)]
 pub mod math;

@@ -3,6 +3,8 @@
 #![forbid(unsafe_code)]
 
 mod command;
+#[cfg(feature = "window")]
+mod view;
 
 use clap::{Parser, Subcommand};
 use command::{
@@ -10,6 +12,8 @@ use command::{
 };
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::prelude::*;
 
 /// Super-large textures, progressive meshes and texture mapping: three papers rebuilt on Vulkan and measured.
 ///
@@ -33,6 +37,9 @@ enum Command {
     Demo(demo::DemoArgs),
     /// Render a scene
     Render(Box<render::RenderArgs>),
+    /// See a scene in a window: fly through it, switch and compare variants, change every setting
+    #[cfg(feature = "window")]
+    View(Box<command::view::ViewArgs>),
     /// All figures, with what they claim
     List(list::ListArgs),
     /// Measure figures on this machine, with a verdict for each claim
@@ -67,18 +74,21 @@ fn main() -> ExitCode {
     };
     // stdout is for data.
     let colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    tracing_subscriber::fmt()
-        .with_max_level(level)
+    // What winit finds odd about a display is no concern of ours.
+    let levels = Targets::new().with_default(level).with_target("winit", tracing::Level::ERROR);
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
         .with_ansi(colours)
         // It would report a full stderr on stderr, and panic.
         .log_internal_errors(false)
         .without_time()
-        .with_target(false)
-        .init();
+        .with_target(false);
+    tracing_subscriber::registry().with(lines.with_filter(levels)).init();
     let done = match &line.command {
         Command::Demo(args) => demo::run(args),
         Command::Render(args) => render::run(args),
+        #[cfg(feature = "window")]
+        Command::View(args) => command::view::run(args),
         Command::List(args) => list::run(args, line.verbose > 0),
         Command::Reproduce(args) => reproduce::run(args, &std::env::args_os().skip(1).collect::<Vec<_>>()),
         Command::Trade(args) => trade::run(args),
@@ -95,10 +105,20 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             // stderr may be closed or full: the exit code is then the only report.
-            let _ignored = writeln!(std::io::stderr(), "ortelius: {}", one_line(&error));
+            let _ignored = writeln!(std::io::stderr(), "ortelius: {}", printable(&one_line(&error)));
             ExitCode::from(exit::exit_code(&error))
         }
     }
+}
+
+/// Names of files and keys may hold anything, escape sequences for the terminal included.
+fn printable(text: &str) -> String {
+    let escaped = |c: char| match c {
+        '\n' | '\t' => c.to_string(),
+        c if c.is_control() => c.escape_default().to_string(),
+        c => c.to_string(),
+    };
+    text.chars().map(escaped).collect()
 }
 
 /// An error with its causes. Many of our errors already name their cause: a text that is there is not repeated.

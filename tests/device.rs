@@ -135,3 +135,18 @@ fn an_image_beyond_the_devices_limits_is_refused_in_words() {
     assert!(bytes.contains("bytes in one image") || bytes.contains("texels; the device takes"), "{bytes}");
     assert!(gpu.messages().is_empty(), "{:?}", gpu.messages());
 }
+
+/// A driver leaks a little of the process each time it is loaded: NVIDIA 580.159 answers about thirty times.
+#[test]
+fn a_driver_stays_loaded_when_its_last_device_is_gone() {
+    let libraries = || -> std::collections::BTreeSet<String> {
+        let maps = std::fs::read_to_string("/proc/self/maps").unwrap();
+        let paths = maps.lines().filter_map(|line| line.split_once('/')).map(|(_, path)| path);
+        paths.filter(|path| path.contains(".so")).map(String::from).collect()
+    };
+    let gpu = Gpu::new(&GpuOptions::default()).expect("driver");
+    let with = libraries();
+    drop(gpu);
+    let gone: Vec<_> = with.difference(&libraries()).cloned().collect();
+    assert!(gone.is_empty(), "{gone:?}");
+}

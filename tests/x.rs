@@ -10,6 +10,15 @@ const LOADER: &str = "usr/lib/x86_64-linux-gnu/libvulkan.so.1";
 const DRIVER: &str = "usr/share/vulkan/icd.d/some_icd.json";
 const LAYER: &str = "usr/share/vulkan/explicit_layer.d/VkLayer_khronos_validation.json";
 
+/// What a window under a virtual display opens at run time; Xvfb itself is a tool.
+const WINDOW: [&str; 4] = [
+    "usr/lib/x86_64-linux-gnu/libX11-xcb.so.1",
+    "usr/lib/x86_64-linux-gnu/libXcursor.so.1",
+    "usr/lib/x86_64-linux-gnu/libXi.so.6",
+    "usr/lib/x86_64-linux-gnu/libxkbcommon-x11.so.0",
+];
+const WINDOW_PACKAGES: &str = "xvfb libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0";
+
 struct System {
     folder: tempfile::TempDir,
     environment: Vec<(String, String)>,
@@ -27,7 +36,7 @@ impl System {
     fn new(files: &[&str], user: u32) -> Self {
         let system = Self { folder: tempfile::tempdir().unwrap(), environment: Vec::new() };
         fs::create_dir(system.path("bin")).unwrap();
-        for tool in ["sh", "dirname", "tr", "sed", "grep", "env", "cat", "touch", "mkdir"] {
+        for tool in ["sh", "dirname", "tr", "sed", "grep", "env", "cat", "touch", "mkdir", "chmod"] {
             let real =
                 ["/bin", "/usr/bin"].iter().map(|folder| Path::new(folder).join(tool)).find(|p| p.exists());
             symlink(real.unwrap_or_else(|| panic!("no {tool}")), system.path("bin").join(tool)).unwrap();
@@ -39,6 +48,13 @@ impl System {
         system.tool("c++", "");
         system.tool("id", &format!("echo {user}; exit"));
         system
+    }
+
+    /// As it is, and a virtual display.
+    fn with_display(self) -> Self {
+        self.tool("Xvfb", "");
+        WINDOW.iter().for_each(|file| self.touch(file));
+        self
     }
 
     fn path(&self, within: &str) -> PathBuf {
@@ -61,11 +77,13 @@ impl System {
     /// A package manager that installs everything, whatever it is asked for.
     fn manager(&self, name: &str) {
         let mut script = String::new();
-        for file in [LOADER, DRIVER, LAYER] {
+        for file in [LOADER, DRIVER, LAYER].into_iter().chain(WINDOW) {
             let file = self.path(file);
             script +=
                 &format!("mkdir -p '{}'; touch '{}'\n", file.parent().unwrap().display(), file.display());
         }
+        let server = self.path("bin/Xvfb");
+        script += &format!("cat > '{0}' </dev/null; chmod +x '{0}'\n", server.display());
         self.tool(name, &format!("case \"$*\" in update) ;; *) {script} ;; esac"));
     }
 
@@ -111,14 +129,14 @@ impl Outcome {
 
 #[test]
 fn the_rest_of_the_arguments_goes_to_cargo() {
-    let all = || System::new(&[LOADER, DRIVER, LAYER], 1000);
+    let all = || System::new(&[LOADER, DRIVER, LAYER], 1000).with_display();
     all().run(&["demo"]).called(&["cargo run --release -- demo"]);
     all().run(&["demo", "--size", "640x360"]).called(&["cargo run --release -- demo --size 640x360"]);
     all().run(&["-y", "demo", "--no-install", "-o", "-y"]).called(&["cargo run --release -- demo -o -y"]);
     all()
         .run(&["test", "--test", "floors", "--", "--nocapture"])
-        .called(&["cargo test --release --test floors -- --nocapture"]);
-    all().run(&["test", "--help"]).called(&["cargo test --release --help"]);
+        .called(&["cargo test --release --no-fail-fast --test floors -- --nocapture"]);
+    all().run(&["test", "--help"]).called(&["cargo test --release --no-fail-fast --help"]);
 }
 
 #[test]
@@ -140,17 +158,23 @@ fn an_existing_driver_is_never_touched() {
 
 #[test]
 fn root_installs_what_is_missing_and_no_more() {
-    let cases: [(&[&str], &str, &str); 4] = [
+    let with_window = format!("vulkan-validationlayers {WINDOW_PACKAGES}");
+    let cases: [(&[&str], &str, &str); 5] = [
         (&[], "demo", "libvulkan1 mesa-vulkan-drivers"),
         (&[LOADER], "demo", "mesa-vulkan-drivers"),
         (&[DRIVER], "demo", "libvulkan1"),
-        (&[LOADER, DRIVER], "test", "vulkan-validationlayers"),
+        (&[LOADER, DRIVER], "test", &with_window),
+        (&[LOADER, DRIVER, LAYER], "test", WINDOW_PACKAGES),
     ];
     for (files, command, packages) in cases {
         let system = System::new(files, 0);
         system.manager("apt-get");
         let install = format!("apt-get install -y --no-install-recommends {packages}");
-        let cargo = if command == "demo" { "cargo run --release -- demo" } else { "cargo test --release" };
+        let cargo = if command == "demo" {
+            "cargo run --release -- demo"
+        } else {
+            "cargo test --release --no-fail-fast"
+        };
         let outcome = system.run(&[command]);
         outcome.called(&["apt-get update", &install, cargo]);
         assert!(
@@ -164,16 +188,25 @@ fn root_installs_what_is_missing_and_no_more() {
 #[test]
 fn each_system_has_its_own_packages() {
     for (manager, install) in [
-        ("dnf", "dnf install -y vulkan-loader mesa-vulkan-drivers vulkan-validation-layers"),
+        (
+            "dnf",
+            "dnf install -y vulkan-loader mesa-vulkan-drivers vulkan-validation-layers xorg-x11-server-Xvfb \
+             libX11-xcb libXcursor libXi libxkbcommon-x11",
+        ),
         (
             "pacman",
-            "pacman -Sy --needed --noconfirm vulkan-icd-loader vulkan-swrast vulkan-validation-layers",
+            "pacman -Sy --needed --noconfirm vulkan-icd-loader vulkan-swrast vulkan-validation-layers \
+             xorg-server-xvfb libx11 libxcursor libxi libxkbcommon-x11",
         ),
-        ("apk", "apk add vulkan-loader mesa-vulkan-swrast vulkan-validation-layers"),
+        (
+            "apk",
+            "apk add vulkan-loader mesa-vulkan-swrast vulkan-validation-layers xvfb libx11 libxcursor libxi \
+             libxkbcommon xkeyboard-config setxkbmap",
+        ),
     ] {
         let system = System::new(&[], 0);
         system.manager(manager);
-        system.run(&["test"]).called(&[install, "cargo test --release"]);
+        system.run(&["test"]).called(&[install, "cargo test --release --no-fail-fast"]);
     }
     System::new(&[], 0).run(&["demo"]).refused("no package manager known here");
 }
@@ -273,7 +306,7 @@ fn tools_that_cargo_needs_are_named() {
 #[test]
 fn tests_without_a_browser_are_allowed_and_told_but_not_in_ci() {
     let system = |browser: bool, ci: &str| {
-        let system = System::new(&[LOADER, DRIVER, LAYER], 1000).with("CI", ci);
+        let system = System::new(&[LOADER, DRIVER, LAYER], 1000).with_display().with("CI", ci);
         system.tool("cargo", "echo \"allowed: ${ORTELIUS_ALLOW_NO_BROWSER-no}\"");
         if browser {
             system.tool("chromium", "");

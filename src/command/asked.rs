@@ -1,16 +1,20 @@
 //! What a `render` is asked for: a scene and options, or an earlier run with options that override its own.
 
+use super::Usage;
+use anyhow::bail;
 use clap::Args;
 use ortelius::math::camera::Pose;
 use ortelius::picture::Target;
 use ortelius::renderer::report::RunSection;
 use ortelius::renderer::sections;
 use ortelius::scene::Scene;
+use ortelius::scene::camera::{Camera, Place};
 use std::io::Read;
 use std::path::Path;
 
+/// Which scene, and where the eye is.
 #[derive(Args)]
-pub struct RunArgs {
+pub struct SceneArgs {
     /// A scene file, the name of a shipped scene (earth, globe, pole, antimeridian, plane, ruler, bunny, herd, valley), or the
     /// report of an earlier render, which is rendered again; options then override the report's
     pub scene: String,
@@ -23,18 +27,50 @@ pub struct RunArgs {
     /// One of the scene's paths
     #[arg(long)]
     path: Option<String>,
-    /// Render so many frames; without it: until nothing is missing
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
-    frames: Option<u32>,
-    /// After --frames, go on from the last pose until nothing is missing
-    #[arg(long)]
-    settle: bool,
     /// Budgets count tiles and faces instead of time: the same frames on every run
     #[arg(long)]
     deterministic: bool,
     /// Override a key of the scene: -D variant.keying=native
     #[arg(short = 'D', value_name = "KEY=VALUE")]
     overrides: Vec<String>,
+    #[command(flatten)]
+    eye: EyeArgs,
+}
+
+/// A camera of the command line: what it leaves out is that of --camera, or of the scene's view.
+#[derive(Args, Clone, Copy, PartialEq)]
+pub struct EyeArgs {
+    /// Geodetic latitude of the eye in degrees
+    #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
+    lat: Option<f64>,
+    /// Its longitude in degrees
+    #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
+    lon: Option<f64>,
+    /// Its height above the ellipsoid or the plane
+    #[arg(long, value_name = "METRES", conflicts_with = "path", allow_negative_numbers = true)]
+    alt: Option<f64>,
+    /// Clockwise from north: what is up in the picture when the eye looks straight down
+    #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
+    heading: Option<f64>,
+    /// 0 looks straight down, 90 to the horizontal
+    #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
+    tilt: Option<f64>,
+}
+
+/// A scene, and which frames of it.
+#[derive(Args)]
+pub struct RunArgs {
+    #[command(flatten)]
+    pub of: SceneArgs,
+    /// Render so many frames; without it: until nothing is missing
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
+    frames: Option<u32>,
+    /// After --frames, go on from the last pose until nothing is missing
+    #[arg(long)]
+    settle: bool,
+    /// Settle every frame of a sequence before the next: each picture is complete
+    #[arg(long)]
+    settle_each: bool,
 }
 
 pub(super) fn parse_size(text: &str) -> Result<[u32; 2], String> {
@@ -57,6 +93,22 @@ impl Asked {
     /// # Errors
     /// The scene's or the report's, and a camera or path that the scene does not have.
     pub fn of(args: &RunArgs, target: Option<Target>) -> anyhow::Result<Asked> {
+        let Asked { scene, run } = Asked::of_scene(&args.of)?;
+        let run = RunSection {
+            frames: args.frames.or(run.frames),
+            settle: args.settle || run.settle,
+            settle_each: args.settle_each || run.settle_each,
+            linear: target.map_or(run.linear, |target| target == Target::Linear32),
+            ..run
+        };
+        Ok(Asked { scene, run })
+    }
+
+    /// A scene and its eye alone; frames are those of an earlier run.
+    ///
+    /// # Errors
+    /// As [`Asked::of`].
+    pub fn of_scene(args: &SceneArgs) -> anyhow::Result<Asked> {
         let (scene, earlier) = match is_report(&args.scene) {
             true => earlier(args)?,
             false => {
@@ -72,14 +124,20 @@ impl Asked {
         let run = RunSection {
             camera,
             path,
-            frames: args.frames.or(earlier.frames),
-            settle: args.settle || earlier.settle,
             deterministic: args.deterministic || earlier.deterministic,
             size: args.size.unwrap_or(earlier.size),
-            linear: target.map_or(earlier.linear, |target| target == Target::Linear32),
             ..earlier
         };
-        Ok(Asked { scene, run })
+        args.eye.placed(Asked { scene, run })
+    }
+
+    /// The camera that the first frame sees through.
+    ///
+    /// # Errors
+    /// A name that the scene does not have.
+    pub fn camera(&self) -> anyhow::Result<Camera> {
+        let name = self.run.camera.as_ref().unwrap_or(&self.scene.view.camera);
+        Ok(*self.scene.camera(name)?)
     }
 
     /// Whether the run ends with frames until nothing is missing.
@@ -112,18 +170,57 @@ impl Asked {
     }
 }
 
+impl EyeArgs {
+    /// The name that a camera of the command line has in the scene.
+    const NAME: &str = "asked";
+
+    /// What is asked for, seen from here where the command line says so.
+    fn placed(&self, asked: Asked) -> anyhow::Result<Asked> {
+        let EyeArgs { lat, lon, alt, heading, tilt } = *self;
+        if [lat, lon, alt, heading, tilt].iter().all(Option::is_none) {
+            return Ok(asked);
+        }
+        let like = asked.camera()?;
+        let place = match like.place {
+            Place::Planet { latitude_deg, longitude_deg } => Place::Planet {
+                latitude_deg: lat.unwrap_or(latitude_deg),
+                longitude_deg: lon.unwrap_or(longitude_deg),
+            },
+            Place::Plane { .. } if lat.is_some() || lon.is_some() => {
+                let (scene, name) = (&asked.scene.name, &asked.scene.view.camera);
+                bail!(Usage(format!(
+                    "--lat, --lon: scene {scene} lies on a plane; set -D cameras.{name}.east_m and north_m"
+                )));
+            }
+            plane => plane,
+        };
+        let camera = Camera {
+            place,
+            altitude_m: alt.unwrap_or(like.altitude_m),
+            heading_deg: heading.unwrap_or(like.heading_deg),
+            tilt_deg: tilt.unwrap_or(like.tilt_deg),
+            ..like
+        };
+        let changes = [camera.to_change(EyeArgs::NAME), format!("view.camera={}", EyeArgs::NAME)];
+        let scene = asked.scene.with(&changes)?;
+        let RunSection { name, folder, scene: text, .. } = RunSection::settled(&scene);
+        let camera = Some(EyeArgs::NAME.to_owned());
+        Ok(Asked { scene, run: RunSection { name, folder, scene: text, camera, path: None, ..asked.run } })
+    }
+}
+
 /// By the name's ending, or by a first byte with which no scene begins.
 fn is_report(scene: &str) -> bool {
     let begins_so = || {
         let mut first = [0];
-        let read = std::fs::File::open(scene).and_then(|mut file| file.read_exact(&mut first));
+        let read = ortelius::file::open(Path::new(scene)).and_then(|mut file| file.read_exact(&mut first));
         read.is_ok() && first == *b"{"
     };
     Path::new(scene).extension().is_some_and(|ending| ending == "json") || begins_so()
 }
 
 /// The scene and the run of a report, with the changes of this command line.
-fn earlier(args: &RunArgs) -> anyhow::Result<(Scene, RunSection)> {
+fn earlier(args: &SceneArgs) -> anyhow::Result<(Scene, RunSection)> {
     let run = RunSection::read(Path::new(&args.scene))?;
     let scene = run.scene(&args.scene)?.with(&args.overrides)?;
     sections::check(&scene)?;
@@ -136,6 +233,6 @@ fn earlier(args: &RunArgs) -> anyhow::Result<(Scene, RunSection)> {
     if !changed(["width", "height"]) {
         now.size = run.size;
     }
-    let RunSection { frames, settle, deterministic, linear, .. } = run;
-    Ok((scene, RunSection { frames, settle, deterministic, linear, ..now }))
+    let RunSection { frames, settle, settle_each, deterministic, linear, .. } = run;
+    Ok((scene, RunSection { frames, settle, settle_each, deterministic, linear, ..now }))
 }

@@ -3,6 +3,7 @@
 use super::Usage;
 use super::doctor::Unwell;
 use super::mesh::Unsound;
+use super::render::Unreadable;
 use super::verify::Damaged;
 use ortelius::paper::progressive_mesh::file::{Flaw, PmeshError};
 use ortelius::paper::progressive_mesh::{LoadError, SurfaceError};
@@ -31,7 +32,10 @@ pub fn exit_code(error: &anyhow::Error) -> u8 {
 /// `None` for an error that is no special case.
 fn code_of(cause: &(dyn Error + 'static)) -> Option<u8> {
     let usage = cause.is::<Usage>().then_some(USAGE_OR_NO_DRIVER);
-    let damaged = (cause.is::<Damaged>() || cause.is::<Unsound>()).then_some(DATA_CORRUPT);
+    let damaged =
+        (cause.is::<Damaged>() || cause.is::<Unsound>() || cause.is::<Unreadable>()).then_some(DATA_CORRUPT);
+    #[cfg(feature = "window")]
+    let usage = usage.or(cause.is::<crate::view::NoDisplay>().then_some(USAGE_OR_NO_DRIVER));
     usage
         .or(damaged)
         .or_else(|| cause.downcast_ref().map(|unwell: &Unwell| unwell.exit_code))

@@ -20,6 +20,8 @@ mod report;
 pub mod reproduce;
 pub mod trade;
 pub mod verify;
+#[cfg(feature = "window")]
+pub mod view;
 
 use std::io::Write;
 

@@ -84,6 +84,11 @@ impl Outputs {
         self.visible.as_deref()
     }
 
+    /// True if a picture is written, and not one for each frame.
+    pub fn only_the_last(&self) -> bool {
+        self.picture.as_ref().is_some_and(|path| !path.to_string_lossy().contains(FRAME))
+    }
+
     /// What the picture must be kept in, where one is written.
     pub fn target(&self) -> Option<Target> {
         self.picture.as_deref().map(|path| match ending(path) {
@@ -112,7 +117,7 @@ impl Outputs {
     /// The disk, with the path; device lost.
     pub fn write_last(&self, renderer: &mut Renderer, settled: Option<usize>) -> anyhow::Result<()> {
         match (&self.picture, settled) {
-            (Some(path), _) if !path.to_string_lossy().contains(FRAME) => write_picture(renderer, path),
+            (Some(path), _) if self.only_the_last() => write_picture(renderer, path),
             (Some(_), Some(frame)) => self.write_frame(renderer, frame),
             _ => Ok(()),
         }

@@ -43,9 +43,19 @@ pub struct RenderArgs {
     /// s, t, derivatives, q, i, j of the last frame's pixels, 32-bit float channels
     #[arg(long, value_name = "EXR")]
     dump_footprint: Option<PathBuf>,
+    /// Exit with 3 if a tile could not be read; without it a coarser tile is shown and a warning printed
+    #[arg(long)]
+    strict: bool,
     /// Print the device features, passes and memory that the scene asks for
     #[arg(long)]
     explain: bool,
+}
+
+/// Tiles of the texture that could not be read.
+#[derive(Debug, thiserror::Error)]
+#[error("{tiles} tiles could not be read and are shown coarser; `ortelius verify` examines a file of tiles")]
+pub struct Unreadable {
+    tiles: usize,
 }
 
 pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
@@ -91,9 +101,22 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     }
     outputs.write_footprint(&renderer)?;
     let plain = compare_plain(args, &mut renderer, last);
-    let mut report = Report::of(&renderer, &args.run.scene, asked.eye(), plain);
+    let mut report = Report::of(&renderer, &args.run.of.scene, asked.eye(), plain);
     report.run = Some(asked.run);
     outputs.write_report(&report)?;
+    check_run(args, &renderer)
+}
+
+/// What the frames left to say: unreadable tiles, and messages of the validation layer.
+fn check_run(args: &RenderArgs, renderer: &Renderer) -> anyhow::Result<()> {
+    let texture = renderer.records.last().and_then(|record| record.texture.as_ref());
+    let unreadable = Unreadable { tiles: texture.map_or(0, |texture| texture.streaming.failed_tiles) };
+    if unreadable.tiles > 0 {
+        if args.strict {
+            return Err(unreadable.into());
+        }
+        tracing::info!("{unreadable}");
+    }
     let messages = renderer.gpu.messages();
     match messages.first() {
         Some(first) if args.device.validate => {
@@ -113,7 +136,10 @@ fn check_options(args: &RenderArgs, scene: &Scene, outputs: &Outputs) -> anyhow:
     let option = outputs.of_a_texture().or(args.compare_plain.then_some("--compare-plain"));
     match (owner(scene)?, option) {
         (None, Some(option)) => {
-            bail!(Usage(format!("{option}: scene {} has no virtual texture; leave it out", args.run.scene)))
+            bail!(Usage(format!(
+                "{option}: scene {} has no virtual texture; leave it out",
+                args.run.of.scene
+            )))
         }
         _ => Ok(()),
     }
@@ -156,7 +182,7 @@ fn open(args: &RenderArgs, asked: &Asked) -> anyhow::Result<Renderer> {
         RenderError::Texture(TextureError::Scene(error)) => error.into(),
         RenderError::Texture(error @ TextureError::Differs { .. }) => error.into(),
         // A texture's file does not say which scene asks for it.
-        RenderError::Texture(_) => anyhow::Error::new(error).context(format!("scene {}", args.run.scene)),
+        RenderError::Texture(_) => anyhow::Error::new(error).context(format!("scene {}", args.run.of.scene)),
         error => error.into(),
     };
     let renderer = Renderer::open(&asked.scene, &options).map_err(named)?;
@@ -180,8 +206,17 @@ fn run_frames(
     // Without --frames a single camera only has to settle; a path is run through first.
     let sequence = if asked.run.frames.is_some() || poses.len() > 1 { poses } else { &[] };
     for (frame, pose) in sequence.iter().enumerate() {
-        renderer.frame(pose)?;
+        match asked.run.settle_each {
+            true => drop(renderer.settle(pose)?),
+            false => renderer.frame(pose)?,
+        }
         outputs.write_frame(renderer, frame)?;
+    }
+    if sequence.len() > 1 && outputs.only_the_last() {
+        tracing::info!(
+            "{} frames; the picture is that of the last pose ({{frame}} in its name writes each)",
+            sequence.len()
+        );
     }
     if asked.settles() {
         let frames = renderer.settle(poses.last().expect("there is at least one pose"))?;

@@ -25,7 +25,7 @@ pub struct ReproduceArgs {
     /// Figures (vt.dedup) or families (vt); all without one. `ortelius list` shows them
     #[arg(value_name = "FIGURE|FAMILY")]
     figures: Vec<String>,
-    /// At most 720 rows of pixels, 10 runs of each time (the default)
+    /// At most 720 rows of pixels, 12 runs of each time (the default)
     #[arg(long, conflicts_with = "full")]
     quick: bool,
     /// At least 30 runs of each time; hours on a software device

@@ -8,8 +8,10 @@
 mod against;
 mod bench;
 mod choose;
+pub mod claim;
 mod csv;
 mod json;
+mod judge;
 mod machine;
 mod merge;
 mod page;
@@ -27,6 +29,7 @@ mod write;
 pub use against::{Changes, ClaimChange, ValueChange};
 pub use bench::{Bench, Contender, Timed};
 pub use choose::{Family, UnknownFigure, choose};
+pub use claim::{Claim, Origin};
 pub use machine::{most_memory, program};
 pub use merge::{MergeError, merge};
 pub use results::{CellRows, ClaimResult, FigureResult, NoResults, Results};
@@ -71,7 +74,7 @@ pub struct Sweep {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Effort {
-    /// At most 720 rows of pixels (extremes: 360), 10 runs of each time.
+    /// At most 720 rows of pixels (extremes: 360), 12 runs of each time.
     Quick,
     /// At least 30 runs of each time.
     Full,
@@ -108,35 +111,25 @@ pub enum Axis {
     Series(&'static str),
 }
 
-/// A sentence that the numbers bear out or not.
-pub struct Claim {
-    /// Unique in the figure.
-    pub id: &'static str,
-    pub text: &'static str,
-    pub from: Origin,
-    /// From the whole figure's rows; a cell that is missing makes no claim true.
-    pub check: fn(&Table) -> Finding,
-}
-
-/// Whose claim it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Origin {
-    /// The paper's, with section.
-    Paper(&'static str),
-    /// What this project set itself.
-    Ours,
-}
-
 /// How a claim fared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     Reproduced,
+    /// Beyond the stated range everywhere, on its better side.
+    BetterThanStated,
+    /// It holds in some places and fails in others.
     InPart,
     NotReproduced,
-    /// This device cannot tell: it lacks what it takes, is no GPU where the claim is of one, or its driver crashed.
+    /// Of time, on a software device: [`Verdict::Reproduced`] or better, [`Verdict::InPart`], [`Verdict::NotReproduced`].
+    HoldsHere,
+    InPartHere,
+    NotHere,
+    /// A confidence interval straddles its bound.
+    Undecided,
+    /// This device cannot tell: it lacks what it takes.
     NotMeasurable,
-    /// Nothing keeps it from being told but that cells were left out, or failed.
+    /// Some of its cells were left out, failed, or crashed the driver.
     NotMeasured,
 }
 
@@ -148,6 +141,39 @@ pub struct Finding {
     pub numbers: String,
     /// Why: the bound that was met or missed, or what keeps it from being measured.
     pub why: String,
+}
+
+impl Plot {
+    const fn of(quantity: &'static str, x: Axis) -> Plot {
+        Plot { quantity, x, log_x: false, log_y: false, floor: None }
+    }
+
+    /// A bar for each variant.
+    pub const fn bars(quantity: &'static str) -> Plot {
+        Plot::of(quantity, Axis::Variant)
+    }
+
+    /// Lines along the sweep.
+    pub const fn sweep(quantity: &'static str) -> Plot {
+        Plot::of(quantity, Axis::Sweep)
+    }
+
+    /// A series of each variant; `x` names its first numbers, with their unit.
+    pub const fn curves(quantity: &'static str, x: &'static str) -> Plot {
+        Plot::of(quantity, Axis::Series(x))
+    }
+
+    pub const fn log_x(self) -> Plot {
+        Plot { log_x: true, ..self }
+    }
+
+    pub const fn log_y(self) -> Plot {
+        Plot { log_y: true, ..self }
+    }
+
+    pub const fn floor(self, variant: &'static str) -> Plot {
+        Plot { floor: Some(variant), ..self }
+    }
 }
 
 impl Figure {
@@ -202,14 +228,43 @@ impl Effort {
 }
 
 impl Verdict {
+    /// In the order of counts.
+    pub const ALL: [Verdict; 10] = [
+        Verdict::Reproduced,
+        Verdict::BetterThanStated,
+        Verdict::InPart,
+        Verdict::NotReproduced,
+        Verdict::HoldsHere,
+        Verdict::InPartHere,
+        Verdict::NotHere,
+        Verdict::Undecided,
+        Verdict::NotMeasurable,
+        Verdict::NotMeasured,
+    ];
+
     /// For people.
     pub fn name(self) -> &'static str {
         match self {
             Verdict::Reproduced => "reproduced",
+            Verdict::BetterThanStated => "better than stated",
             Verdict::InPart => "in part",
             Verdict::NotReproduced => "not reproduced",
+            Verdict::HoldsHere => "holds here",
+            Verdict::InPartHere => "holds here in part",
+            Verdict::NotHere => "does not hold here",
+            Verdict::Undecided => "undecided (noise)",
             Verdict::NotMeasurable => "not measurable on this device",
             Verdict::NotMeasured => "not measured",
+        }
+    }
+
+    /// On a software device, whose times rank nothing on a GPU.
+    fn here(self) -> Verdict {
+        match self {
+            Verdict::Reproduced | Verdict::BetterThanStated => Verdict::HoldsHere,
+            Verdict::InPart => Verdict::InPartHere,
+            Verdict::NotReproduced => Verdict::NotHere,
+            other => other,
         }
     }
 }

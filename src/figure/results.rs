@@ -1,15 +1,15 @@
 //! The results of a run, figure by figure: the content of `results.json` and of the page.
 
 use super::{
-    Cell, CellResult, Effort, Figure, Finding, Machine, Origin, Outcome, Record, Table, Verdict, json,
+    Cell, CellResult, Effort, Figure, Finding, Machine, Origin, Outcome, Record, Row, Table, Verdict, json,
 };
 use crate::header::{JsonFormat, WrongFormat};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// `results.json`. Version 1 had the program's version under `version`.
+/// `results.json`. Version 1 had the program's version under `version`; version 3 has more verdicts, and rounds.
 pub const FORMAT: JsonFormat =
-    JsonFormat { name: "ortelius-results", version: 2, oldest: 1, first_name: Some("ortelius results 1") };
+    JsonFormat { name: "ortelius-results", version: 3, oldest: 1, first_name: Some("ortelius results 1") };
 
 /// Indented levels of the file: a measured row is one line.
 const LEVELS: usize = 6;
@@ -101,6 +101,12 @@ impl Results {
         Results { program_version: env!("CARGO_PKG_VERSION").to_string(), effort, machines, figures }
     }
 
+    /// How many claims have each verdict, of those that any has.
+    pub fn counts(&self) -> impl Iterator<Item = (Verdict, usize)> {
+        let count = |verdict| self.claims().filter(|(_, claim)| claim.finding.verdict == verdict).count();
+        Verdict::ALL.into_iter().map(move |verdict| (verdict, count(verdict))).filter(|(_, count)| *count > 0)
+    }
+
     /// Claims and how they fared, in order.
     pub fn claims(&self) -> impl Iterator<Item = (&FigureResult, &ClaimResult)> {
         self.figures.iter().flat_map(|figure| figure.claims.iter().map(move |claim| (figure, claim)))
@@ -158,7 +164,7 @@ fn judge(figure: &Figure, cells: &[CellRows], machines: &[Machine]) -> Vec<Claim
         },
         finding: match &table {
             None => Finding::new(Verdict::NotMeasured, "", "no cell was measured"),
-            Some(table) => tempered((claim.check)(table), cells),
+            Some(table) => noted(claim.judge(table), cells),
         },
     };
     figure.claims.iter().map(result).collect()
@@ -169,52 +175,31 @@ pub fn table(cells: &[CellRows], machines: &[Machine]) -> Option<Table> {
     let used = || cells.iter().filter_map(|cell| cell.machine.map(|at| &machines[at]));
     // With cells from several machines a claim must hold on each of them.
     let machine = used().find(|machine| machine.is_software()).or_else(|| used().next())?.clone();
-    let mut table = Table { machine, records: Vec::new(), missing: 0 };
+    let mut table = Table { machine, records: Vec::new(), lost: Vec::new() };
     for CellRows { cell, outcome, .. } in cells {
-        let Outcome::Rows(rows) = outcome else {
-            table.missing += 1;
-            continue;
+        let record = |row: &Row| Record { scene: cell.scene.clone(), x: cell.x, row: row.clone() };
+        let became = match outcome {
+            Outcome::Rows(rows) => {
+                table.records.extend(rows.iter().map(record));
+                continue;
+            }
+            Outcome::Failed(_) => "failed",
+            Outcome::Crashed(_) => "crashed the driver",
+            Outcome::Absent => "left out",
         };
-        table.records.extend(rows.iter().map(|row| Record {
-            scene: cell.scene.clone(),
-            x: cell.x,
-            row: row.clone(),
-        }));
+        table.lost.push((cell.clone(), became));
     }
     Some(table)
 }
 
-/// A finding on part of the cells, or on cells of several machines, says so. Where cells failed nothing is reproduced;
-/// where some were not measured nothing is decided, for a claim may fail for the want of them alone. A driver that
-/// crashed is the device's; all else that is missing is not.
-fn tempered(mut finding: Finding, cells: &[CellRows]) -> Finding {
-    let failed = cells.iter().filter(|cell| matches!(cell.outcome, Outcome::Failed(_))).count();
-    let crashed = cells.iter().filter(|cell| matches!(cell.outcome, Outcome::Crashed(_))).count();
-    let absent = cells.iter().filter(|cell| cell.outcome == Outcome::Absent).count();
-    let mut notes = Vec::new();
-    if failed + crashed + absent > 0 {
-        let open = matches!(finding.verdict, Verdict::Reproduced | Verdict::NotMeasurable);
-        finding.verdict = match finding.verdict {
-            _ if absent > 0 || (open && failed > 0) => Verdict::NotMeasured,
-            _ if open => Verdict::NotMeasurable,
-            verdict => verdict,
-        };
-        let part = |count: usize, what: &str| match count {
-            0 => None,
-            _ => Some(format!("{count} of {} cells {what}", cells.len())),
-        };
-        notes.extend(part(failed, "failed"));
-        notes.extend(part(crashed, "crashed the driver"));
-        notes.extend(part(absent, "were not measured"));
-    }
+/// A finding on cells of several machines says so.
+fn noted(mut finding: Finding, cells: &[CellRows]) -> Finding {
     let mut used: Vec<usize> = cells.iter().filter_map(|cell| cell.machine).collect();
     used.sort_unstable();
     used.dedup();
     if used.len() > 1 {
-        notes.push(format!("cells of {} machines: times of different cells do not compare", used.len()));
-    }
-    if !notes.is_empty() {
-        finding.why = format!("{} ({})", finding.why, notes.join("; ")).trim_start().to_string();
+        finding.why +=
+            &format!(" (cells of {} machines: times of different cells do not compare)", used.len());
     }
     finding
 }

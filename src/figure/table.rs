@@ -1,5 +1,6 @@
 //! What was measured, as rows; claims look numbers up here.
 
+use super::Cell;
 use crate::stats::Summary;
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +13,9 @@ pub struct Row {
     /// "ms", "tiles"; empty for a plain number.
     pub unit: String,
     pub value: Value,
+    /// What `value` summarises, in the order of rounds: each ran beside the same round of the cell's other rows.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rounds: Vec<f64>,
 }
 
 /// A measured value.
@@ -43,7 +47,7 @@ pub struct Record {
 }
 
 /// Where something was measured.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Machine {
     pub device: String,
     /// "discrete", "integrated", "virtual", "cpu".
@@ -63,8 +67,8 @@ pub struct Machine {
 pub struct Table {
     pub machine: Machine,
     pub records: Vec<Record>,
-    /// Cells that were to be measured and are not there.
-    pub missing: usize,
+    /// Cells that were to be measured and are not there, and what became of them: "failed".
+    pub lost: Vec<(Cell, &'static str)>,
 }
 
 impl Row {
@@ -74,7 +78,31 @@ impl Row {
         unit: impl Into<String>,
         value: Value,
     ) -> Row {
-        Row { variant: variant.into(), quantity: quantity.into(), unit: unit.into(), value }
+        let (variant, quantity, unit) = (variant.into(), quantity.into(), unit.into());
+        Row { variant, quantity, unit, value, rounds: Vec::new() }
+    }
+
+    /// An exact number.
+    pub fn number(
+        variant: impl Into<String>,
+        quantity: impl Into<String>,
+        unit: impl Into<String>,
+        number: f64,
+    ) -> Row {
+        Row::new(variant, quantity, unit, Value::Number(number))
+    }
+
+    /// What does not run here, and why.
+    pub fn missing(variant: impl Into<String>, quantity: impl Into<String>, why: impl Into<String>) -> Row {
+        Row::new(variant, quantity, "", Value::Missing(why.into()))
+    }
+
+    /// A measurement of each round; `None` where the device keeps no time.
+    pub fn of_rounds(variant: &str, quantity: &str, unit: &str, rounds: Option<Vec<f64>>) -> Row {
+        let rounds = rounds.unwrap_or_default();
+        let summary = Summary::of(&rounds).map(Value::Summary);
+        let value = summary.unwrap_or_else(|| Value::Missing("the device keeps no time".into()));
+        Row { rounds, ..Row::new(variant, quantity, unit, value) }
     }
 }
 

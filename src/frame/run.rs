@@ -3,7 +3,7 @@
 use super::{Memory, PerFrame, Progress, Records, STALL, Slot, Stalled, Target, Technique, View};
 use crate::math::camera::Pose;
 use crate::picture;
-use crate::vk::{FRAMES_IN_FLIGHT, Gpu, Semaphore, Ticket};
+use crate::vk::{self, FRAMES_IN_FLIGHT, Frame, Gpu, Semaphore, Ticket};
 use std::time::Instant;
 
 /// Runs the frames of a technique on one device, into one target.
@@ -55,11 +55,26 @@ impl<T: Technique> Run<T> {
         waits: &[&Semaphore],
         signals: &[&Semaphore],
     ) -> Result<(), T::Error> {
+        self.frame_with(pose, waits, signals, |_, _| Ok(()))
+    }
+
+    /// As [`Run::frame_between`]; `also` records passes behind those of the technique: what shows the picture in a window.
+    ///
+    /// # Errors
+    /// As [`Run::frame`], and what `also` returns.
+    pub fn frame_with(
+        &mut self,
+        pose: &Pose,
+        waits: &[&Semaphore],
+        signals: &[&Semaphore],
+        also: impl FnOnce(&mut Frame<'_>, &Target) -> vk::Result<()>,
+    ) -> Result<(), T::Error> {
         let view = View { pose: *pose, size: self.target.size(), frame: self.next };
         self.retire(view.slot())?;
         self.technique.prepare(&self.gpu, &view)?;
         let mut frame = self.gpu.frame()?;
         self.technique.record(&mut frame, &view, &self.target)?;
+        also(&mut frame, &self.target)?;
         self.in_flight[view.slot()] = Some(frame.submit_between(waits, signals)?);
         self.next += 1;
         Ok(())

@@ -4,6 +4,7 @@ use super::error::{Fault, ModelError, Place};
 use super::names::wrong_size;
 use super::raw::{MOST, Raw};
 use super::{FETCHED, Model, NAMES, Report, clean, fetched, glb, named, obj, ply};
+use crate::file;
 use flate2::read::MultiGzDecoder;
 use std::io::Read;
 use std::path::Path;
@@ -59,7 +60,7 @@ impl Model {
         let failed = |source| ModelError::Read { path: path.to_owned(), source };
         // For a file that is missing and of an unknown kind, the kind is reported.
         let (_, packed) = kind(path)?;
-        let mut file = std::fs::File::open(path).map_err(failed)?;
+        let mut file = file::open(path).map_err(failed)?;
         let length = file.metadata().map_err(failed)?.len();
         let mut bytes = Vec::new();
         let (most, what) = if packed {

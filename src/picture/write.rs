@@ -2,6 +2,7 @@
 //! not at all: it is written as `X.partial` beside the target and then renamed. Folders are never created.
 
 use super::{Picture, srgb};
+use crate::file;
 use exr::prelude::*;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -104,7 +105,7 @@ pub fn write_png(path: &Path, picture: &Srgb8Picture) -> std::result::Result<(),
 /// [`FileError::Read`].
 pub fn read_png(path: &Path) -> std::result::Result<Srgb8Picture, FileError> {
     let read = || -> io::Result<Srgb8Picture> {
-        let mut decoder = png::Decoder::new(BufReader::new(File::open(path)?));
+        let mut decoder = png::Decoder::new(BufReader::new(file::open(path)?));
         decoder
             .set_transformations(png::Transformations::normalize_to_color8() | png::Transformations::ALPHA);
         let mut reader = decoder.read_info()?;
@@ -157,7 +158,7 @@ pub fn read_exr(path: &Path) -> std::result::Result<Planes, FileError> {
             .first_valid_layer()
             .all_attributes()
             .non_parallel()
-            .from_buffered(BufReader::new(File::open(path)?))
+            .from_buffered(BufReader::new(file::open(path)?))
             .map_err(io_error)?;
         let layer = image.layer_data;
         let side = |side: usize| u32::try_from(side).map_err(io::Error::other);

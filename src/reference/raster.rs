@@ -32,6 +32,8 @@ pub struct Sample {
     pub analytic: Derivatives,
     /// Distance along the eye's forward axis in metres (clip w).
     pub w_m: f64,
+    /// The smallest altitude of the projected triangle, in pixels; infinite where it crosses the eye's plane.
+    pub altitude_px: f64,
 }
 
 /// Bins of 8 x 8 pixels only save time: a pixel looks at its bin's triangles instead of at all.
@@ -163,6 +165,7 @@ impl View {
             fine: Derivatives { dsdx: by_x.x, dtdx: by_x.y, dsdy: by_y.x, dtdy: by_y.y },
             analytic: setup.derivatives(centre, self.size),
             w_m: setup.scale / setup.inverse_w.dot(centre),
+            altitude_px: setup.altitude_px(self.size),
         }
     }
 }
@@ -222,6 +225,17 @@ impl Setup {
             self.edges[1] * by_second.x + self.edges[2] * by_third.x,
             self.edges[1] * by_second.y + self.edges[2] * by_third.y,
         ]
+    }
+
+    /// Twice the projected area over the longest side.
+    fn altitude_px(&self, size: [u32; 2]) -> f64 {
+        if self.corners.iter().any(|corner| corner.z <= 0.0) {
+            return f64::INFINITY;
+        }
+        let half_px = DVec2::new(f64::from(size[0]), f64::from(size[1])) / 2.0;
+        let [a, b, c] = self.corners.map(|corner| corner.truncate() / corner.z * half_px);
+        let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+        (b - a).perp_dot(c - a).abs() / longest
     }
 
     /// d(N/D) = (dN D - N dD) / D^2, by pixels: one pixel is 2 / size of device coordinates.

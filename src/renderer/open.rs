@@ -56,14 +56,30 @@ impl Renderer {
         sections::check(scene)?;
         let loaded = Loaded::of(scene, options)?;
         let gpu = gpu(options, &loaded.needs())?;
-        let size = options.size.unwrap_or([scene.view.width, scene.view.height]);
-        let target = Target::new(&gpu, size, options.target)?;
-        let surfaces = loaded.surfaces(&gpu, &target)?;
-        Ok(Run::new(gpu, surfaces, target))
+        loaded.renderer(gpu, options)
+    }
+
+    /// The scene on a device that is open already: `options` names another one in vain.
+    ///
+    /// # Errors
+    /// As [`Renderer::open`].
+    pub fn on(gpu: &Gpu, scene: &Scene, options: &Options<'_>) -> Result<Renderer, RenderError> {
+        sections::check(scene)?;
+        let loaded = Loaded::of(scene, options)?;
+        gpu.require(&loaded.needs())?;
+        loaded.renderer(gpu.clone(), options)
     }
 }
 
 impl<'a> Loaded<'a> {
+    fn renderer(self, gpu: Gpu, options: &Options<'_>) -> Result<Renderer, RenderError> {
+        let view = &self.scene.view;
+        let size = options.size.unwrap_or([view.width, view.height]);
+        let target = Target::new(&gpu, size, options.target)?;
+        let surfaces = self.surfaces(&gpu, &target)?;
+        Ok(Run::new(gpu, surfaces, target))
+    }
+
     fn of(scene: &'a Scene, options: &Options<'_>) -> Result<Loaded<'a>, RenderError> {
         let owner = owner(scene)?;
         scene.surfaces.values().try_for_each(|surface| check(scene, surface, owner))?;

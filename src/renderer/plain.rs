@@ -5,7 +5,7 @@ use crate::math::light::LightColours;
 use crate::texture::plain::PlainTexture;
 use crate::vk::shader::common::{lit_mesh_vert, mesh_vert, plain_frag};
 use crate::vk::{
-    Cmd, ColorTarget, Depth, DepthTarget, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    Blend, Cmd, ColorTarget, Depth, DepthTarget, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
     ImageInfo, Resource, Result, Sampler, SamplerInfo,
 };
 use std::sync::Arc;
@@ -60,7 +60,7 @@ impl PlainSurfaces {
                 points: false,
                 depth: Some(Depth::Write),
                 colors: &[target.color.info().format],
-                logic_or: false,
+                blend: Blend::Replace,
             })
         };
         Ok(PlainSurfaces {

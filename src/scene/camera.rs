@@ -72,6 +72,43 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// The camera that sees what `pose` sees, with the pinhole of `like`. Roll is lost; straight up or down the
+    /// heading is the picture's.
+    pub fn of_pose(pose: &Pose, like: &Camera) -> Camera {
+        let (place, altitude_m) = match like.place.ground() {
+            Ground::Planet => {
+                let geodesy::Geodetic { latitude_deg, longitude_deg, altitude_m } =
+                    geodesy::ecef_to_geodetic(pose.eye);
+                (Place::Planet { latitude_deg, longitude_deg }, altitude_m)
+            }
+            Ground::Plane => (Place::Plane { east_m: pose.eye.x, north_m: pose.eye.y }, pose.eye.z),
+        };
+        let LocalFrame { east, north, up } = place.frame();
+        // As in `pose`: forward = ahead sin - up cos, image_up = ahead cos + up sin.
+        let (sin_tilt, cos_tilt) = (pose.up.dot(up).max(0.0), -pose.forward.dot(up));
+        let ahead = pose.forward * sin_tilt + pose.up * cos_tilt;
+        Camera {
+            place,
+            altitude_m,
+            heading_deg: ahead.dot(east).atan2(ahead.dot(north)).to_degrees(),
+            tilt_deg: sin_tilt.atan2(cos_tilt).to_degrees(),
+            ..*like
+        }
+    }
+
+    /// `[cameras.NAME]`, as a scene states it.
+    pub fn to_toml(&self, name: &str) -> String {
+        let keys = toml::to_string(self).expect("a camera is a table of numbers");
+        format!("[cameras.{name}]\n{keys}")
+    }
+
+    /// The change that gives a scene this camera under `name`, or replaces the one that it has.
+    pub fn to_change(&self, name: &str) -> String {
+        let keys = toml::Value::try_from(self).expect("a camera is a table of numbers");
+        let keys = keys.as_table().into_iter().flatten().map(|(key, value)| format!("{key} = {value}"));
+        format!("cameras.{name}={{ {} }}", keys.collect::<Vec<_>>().join(", "))
+    }
+
     /// The eye's frame in world metres.
     pub fn pose(&self) -> Pose {
         let LocalFrame { east, north, up } = self.place.frame();
@@ -155,6 +192,36 @@ mod tests {
         assert!((pose.forward - DVec3::X).length() < 1e-15, "{pose:?}");
         assert!((pose.up - DVec3::Z).length() < 1e-15, "{pose:?}");
         assert!((pose.right + DVec3::Y).length() < 1e-15, "looking east, right is south: {pose:?}");
+    }
+
+    #[test]
+    fn a_camera_is_found_again_from_its_pose_also_at_the_pole_and_straight_down() {
+        let planet = |latitude_deg, longitude_deg| Place::Planet { latitude_deg, longitude_deg };
+        let places =
+            [planet(46.0, 8.0), planet(89.999_999, -120.0), Place::Plane { east_m: 5.0, north_m: -7.0 }];
+        for (place, altitude_m) in places.into_iter().flat_map(|place| [1.0, 1e4, 1e8].map(|m| (place, m))) {
+            for (heading_deg, tilt_deg) in [(0.0, 0.0), (-120.0, 0.0), (75.0, 60.0), (180.0, 179.0)] {
+                let camera = Camera { altitude_m, ..camera(place, heading_deg, tilt_deg) };
+                let (pose, found) = (camera.pose(), Camera::of_pose(&camera.pose(), &camera));
+                let again = found.pose();
+                // One ulp of the eye's distance from the earth's centre is 1e-9 m; it is magnified near the pole.
+                assert!(again.eye.distance(pose.eye) < 1e-7 + 1e-15 * altitude_m, "{camera:?} {found:?}");
+                assert!(again.forward.distance(pose.forward) < 1e-7, "{camera:?} {found:?}");
+                assert!(again.up.distance(pose.up) < 1e-7, "{camera:?} {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_camera_written_as_toml_is_the_same_to_the_last_bit() {
+        let place = Place::Planet { latitude_deg: 0.1 + 0.2, longitude_deg: -1e-300 };
+        let camera = Camera { altitude_m: 1.0 / 3.0, ..camera(place, 1e-17, 60.0) };
+        let scene = crate::scene::Scene::embedded("globe").unwrap();
+        let scene = scene.with(&[camera.to_change("window"), "view.camera=window".to_owned()]).unwrap();
+        assert_eq!(scene.cameras["window"], camera);
+        let text: toml::Table = camera.to_toml("window").parse().unwrap();
+        let altitude_m = text["cameras"]["window"]["altitude_m"].as_float().unwrap();
+        assert_eq!(altitude_m.to_bits(), camera.altitude_m.to_bits());
     }
 
     #[test]

@@ -3,10 +3,14 @@
 use super::SHIPPED;
 use super::error::{SceneError, list};
 use super::overrides::Change;
+use crate::file;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 use toml::{Table, Value};
+
+/// More than any scene, and little enough for a line of it to be shown.
+const MOST_BYTES: u64 = 1 << 20;
 
 /// A value that does not do, by its key.
 #[derive(Clone, Debug)]
@@ -51,7 +55,8 @@ enum Origin<'a> {
 impl Document {
     pub fn read(path: &Path) -> Result<Document, SceneError> {
         let shown = path.display().to_string();
-        let bytes = std::fs::read(path).map_err(|source| SceneError::Read { path: shown.clone(), source })?;
+        let bytes = file::read(path, MOST_BYTES)
+            .map_err(|source| SceneError::Read { path: shown.clone(), source })?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let start = error.utf8_error().valid_up_to();
             let text = String::from_utf8_lossy(error.as_bytes());

@@ -25,6 +25,9 @@ pub enum SceneError {
     Path { scene: String, name: String, existing: String },
 }
 
+/// Bytes of a line that are shown on each side of an error's place.
+const SHOWN_BYTES: usize = 100;
+
 impl SceneError {
     /// An error at the bytes `span` of a scene's text.
     pub(super) fn at(path: &str, text: &str, span: Range<usize>, what: &str) -> SceneError {
@@ -33,11 +36,16 @@ impl SceneError {
         let line_start = text[..start].rfind('\n').map_or(0, |newline| newline + 1);
         let line_end = text[start..].find('\n').map_or(text.len(), |newline| start + newline);
         let [line, column] = SceneError::line_and_column(text, start);
-        let source_line = text[line_start..line_end].trim_end_matches('\r');
+        // A line may be as long as the file: what stands around the place is shown.
+        let shown_from = floor_char(text, line_start.max(start.saturating_sub(SHOWN_BYTES)));
+        let shown_to = floor_char(text, line_end.min(start + SHOWN_BYTES));
+        let printable = |c: char| if c.is_control() && c != '\t' { char::REPLACEMENT_CHARACTER } else { c };
+        let source_line: String =
+            text[shown_from..shown_to].trim_end_matches('\r').chars().map(printable).collect();
         // Tabs are repeated, so that the caret stands below its letter however wide they are.
         let before: String =
-            text[line_start..start].chars().map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
-        let carets = text[start..end.min(line_end)].trim_end().chars().count().max(1);
+            text[shown_from..start].chars().map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
+        let carets = text[start..end.min(shown_to).max(start)].trim_end().chars().count().max(1);
         let number = line.to_string();
         let margin = " ".repeat(number.len());
         SceneError::Content {
@@ -79,6 +87,17 @@ mod tests {
         let start = text.find("xyz").unwrap();
         let error = SceneError::at("s.toml", text, start..start + 3, "no\nsuch").to_string();
         assert_eq!(error, "s.toml:2:6: no; such\n2 | \tö = xyz # end\n  | \t    ^^^");
+    }
+
+    #[test]
+    fn a_line_without_end_is_cut_and_control_characters_are_replaced() {
+        let text = format!("a = \"{}\u{1b}[31mred", "ä".repeat(1 << 20));
+        let start = text.find("red").unwrap();
+        let error = SceneError::at("s.toml", &text, start..start + 3, "no").to_string();
+        assert!(error.len() < 500 && error.contains("ää\u{fffd}[31mred"), "{error}");
+        let lines: Vec<&str> = error.lines().collect();
+        let column = |line: &str, what: &str| line[..line.find(what).unwrap()].chars().count();
+        assert_eq!(column(lines[1], "red"), column(lines[2], "^^^"));
     }
 
     #[test]

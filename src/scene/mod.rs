@@ -229,6 +229,11 @@ impl Scene {
         self.document.changed(key)
     }
 
+    /// What the scene states for a key.
+    pub fn value(&self, key: &[&str]) -> Option<&toml::Value> {
+        self.document.value(key)
+    }
+
     /// A key's text, where it has one: for the `kind` of a table.
     pub fn word(&self, key: &[&str]) -> Option<&str> {
         self.document.value(key)?.as_str()

@@ -15,6 +15,8 @@ pub enum BufferUse {
     WritableIndices,
     /// Indices that the host writes where the GPU reads them: mapped.
     MappedIndices,
+    /// Vertices that the host writes where the GPU reads them: mapped.
+    MappedVertices,
     /// Written by transform feedback and copied from; also its counter.
     TransformFeedback,
     Storage,
@@ -66,6 +68,7 @@ impl Gpu {
                 MemoryLocation::GpuOnly,
             ),
             BufferUse::MappedIndices => (U::INDEX_BUFFER, MemoryLocation::CpuToGpu),
+            BufferUse::MappedVertices => (U::VERTEX_BUFFER, MemoryLocation::CpuToGpu),
             BufferUse::TransformFeedback => (
                 U::TRANSFORM_FEEDBACK_BUFFER_EXT
                     | U::TRANSFORM_FEEDBACK_COUNTER_BUFFER_EXT
@@ -175,7 +178,7 @@ impl Buffer {
         &self.name
     }
 
-    /// The memory of an `Upload`, `MappedIndices` or `Readback` buffer. The host must not read what a frame in flight writes:
+    /// The memory of a mapped, `Upload` or `Readback` buffer. The host must not read what a frame in flight writes:
     /// wait for its [`super::Ticket`] first.
     pub fn mapped(&self) -> &[u8] {
         let memory = self.memory.as_ref().and_then(Allocation::mapped_slice);

@@ -2,7 +2,7 @@
 
 use super::instance::{Instance, PhysicalDevice};
 use super::{Check, Error, Feature, Result};
-use ash::{ext, vk};
+use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, Allocator, AllocatorCreateDesc};
 use std::mem::ManuallyDrop;
 use std::sync::{Arc, Mutex};
@@ -52,11 +52,12 @@ impl Device {
         instance: Arc<Instance>,
         physical: PhysicalDevice,
         mut features: Vec<Feature>,
+        presents: bool,
     ) -> Result<Device> {
         features.sort();
         features.dedup();
         let (queue_family, timestamp_bits) = queue_family(&instance, &physical)?;
-        let handle = create(&instance, &physical, &features, queue_family)?;
+        let handle = create(&instance, &physical, (&features, presents), queue_family)?;
         // SAFETY: the family has one queue, created with the device.
         let queue = unsafe { handle.get_device_queue(queue_family, 0) };
         let mut kind = vk::SemaphoreTypeCreateInfo::default()
@@ -229,7 +230,7 @@ fn queue_family(instance: &Instance, physical: &PhysicalDevice) -> Result<(u32, 
 fn create(
     instance: &Instance,
     physical: &PhysicalDevice,
-    features: &[Feature],
+    (features, presents): (&[Feature], bool),
     queue_family: u32,
 ) -> Result<ash::Device> {
     let has = |feature| features.contains(&feature);
@@ -252,6 +253,9 @@ fn create(
         vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
     let mut feedback = vk::PhysicalDeviceTransformFeedbackFeaturesEXT::default().transform_feedback(true);
     let mut extensions = Vec::new();
+    if presents {
+        extensions.push(khr::swapchain::NAME.as_ptr());
+    }
     let mut info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_features(&core);
     if has(Feature::TransformFeedback) {
         extensions.push(ext::transform_feedback::NAME.as_ptr());

@@ -5,7 +5,7 @@
 
 use super::command::Cmd;
 use super::device::Device;
-use super::{Check, Error, Gpu, Result, Semaphore};
+use super::{Check, Error, Gpu, Image, Result, Semaphore};
 use ash::vk;
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -216,6 +216,35 @@ impl Frame<'_> {
         // SAFETY: the images live: dropping one takes its barrier out of the list.
         unsafe { device.handle.cmd_pipeline_barrier2(self.ring.slots[self.slot].buffer, &barrier) };
         self.transitions.extend(new_images);
+    }
+
+    /// Takes an acquired image of a swapchain into GENERAL; what it held is gone. The submission must wait for the
+    /// semaphore of its acquisition.
+    pub fn begin_present(&mut self, image: &Image) {
+        self.present_barrier(image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
+    }
+
+    /// Takes it to where the window's system reads it.
+    pub fn end_present(&mut self, image: &Image) {
+        self.present_barrier(image, vk::ImageLayout::GENERAL, vk::ImageLayout::PRESENT_SRC_KHR);
+    }
+
+    fn present_barrier(&mut self, image: &Image, from: vk::ImageLayout, to: vk::ImageLayout) {
+        let all = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
+        // ALL_COMMANDS: the submission waits for the acquisition at that stage, so the change of layout waits too.
+        let barrier = [vk::ImageMemoryBarrier2::default()
+            .image(image.handle)
+            .old_layout(from)
+            .new_layout(to)
+            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .src_access_mask(all)
+            .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .dst_access_mask(all)
+            .subresource_range(image.whole())];
+        let dependency = vk::DependencyInfo::default().image_memory_barriers(&barrier);
+        let buffer = self.ring.slots[self.slot].buffer;
+        // SAFETY: recording into the frame's own buffer; the swapchain keeps the image.
+        unsafe { self.gpu.device.handle.cmd_pipeline_barrier2(buffer, &dependency) };
     }
 
     /// Records one pass. Commands inside it are independent of each other, or call [`Cmd::sync`].

@@ -14,6 +14,8 @@ pub enum Format {
     Rgba8Srgb,
     /// Four bytes as they are.
     Rgba8,
+    /// As `Rgba8`, blue first: what most windows show.
+    Bgra8,
     Bc1Srgb,
     R32Uint,
     Rgb32Uint,
@@ -37,6 +39,7 @@ impl Format {
         match self {
             Format::Rgba8Srgb => vk::Format::R8G8B8A8_SRGB,
             Format::Rgba8 => vk::Format::R8G8B8A8_UNORM,
+            Format::Bgra8 => vk::Format::B8G8R8A8_UNORM,
             Format::Bc1Srgb => vk::Format::BC1_RGB_SRGB_BLOCK,
             Format::R32Uint => vk::Format::R32_UINT,
             Format::Rgb32Uint => vk::Format::R32G32B32_UINT,
@@ -51,7 +54,9 @@ impl Format {
         let (width, height) = (u64::from(width), u64::from(height));
         match self {
             Format::Bc1Srgb => width.div_ceil(4) * height.div_ceil(4) * 8,
-            Format::Rgba8Srgb | Format::Rgba8 | Format::R32Uint | Format::Depth32Float => width * height * 4,
+            Format::Rgba8Srgb | Format::Rgba8 | Format::Bgra8 | Format::R32Uint | Format::Depth32Float => {
+                width * height * 4
+            }
             Format::Rgb32Uint => width * height * 12,
             Format::Rgba32Uint | Format::Rgba32Float => width * height * 16,
         }
@@ -109,6 +114,8 @@ pub struct Image {
     pub(crate) raw_view: vk::ImageView,
     device: Arc<Device>,
     memory: Option<Allocation>,
+    /// The handle is the swapchain's to destroy.
+    borrowed: bool,
     info: ImageInfo,
     name: String,
 }
@@ -127,7 +134,7 @@ impl Gpu {
     /// [`Error::Limit`] where the device has no such format or size, [`Error::OutOfMemory`].
     pub fn image(&self, name: &str, info: ImageInfo) -> Result<Image> {
         let device = &self.device;
-        let raw = info.format == Format::Rgba8Srgb && !info.attachment;
+        let raw = info.format == Format::Rgba8Srgb;
         let create = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(info.format.vk())
@@ -146,6 +153,7 @@ impl Gpu {
             raw_view: vk::ImageView::null(),
             device: device.clone(),
             memory: None,
+            borrowed: false,
             info,
             name: name.to_string(),
         };
@@ -342,6 +350,30 @@ fn usage(info: &ImageInfo) -> vk::ImageUsageFlags {
 }
 
 impl Image {
+    /// An image of a swapchain, to draw into. It is in GENERAL only between [`super::Frame::begin_present`] and
+    /// [`super::Frame::end_present`].
+    pub(crate) fn of_swapchain(
+        gpu: &Gpu,
+        handle: vk::Image,
+        size: [u32; 2],
+        format: Format,
+    ) -> Result<Image> {
+        let mut image = Image {
+            handle,
+            view: vk::ImageView::null(),
+            raw_view: vk::ImageView::null(),
+            device: gpu.device.clone(),
+            memory: None,
+            borrowed: true,
+            info: ImageInfo::target(size, format),
+            name: "window".to_owned(),
+        };
+        image.view = image.create_view(format)?;
+        image.device.name(handle, &image.name);
+        image.device.name(image.view, &image.name);
+        Ok(image)
+    }
+
     pub fn info(&self) -> &ImageInfo {
         &self.info
     }
@@ -390,7 +422,8 @@ impl Drop for Image {
         new.retain(|barrier| barrier.image != self.handle);
         drop(new);
         let views = [self.view, self.raw_view].into_iter().filter(|v| *v != vk::ImageView::null()).collect();
-        self.device.bury(Dead::Image(self.handle, views, self.memory.take()));
+        let handle = if self.borrowed { vk::Image::null() } else { self.handle };
+        self.device.bury(Dead::Image(handle, views, self.memory.take()));
     }
 }
 

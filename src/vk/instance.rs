@@ -4,19 +4,24 @@ use super::features::{Feature, Offered, offered};
 use super::message::{Message, Messages, messenger_info};
 use super::{Check, Error, Result};
 use ash::{ext, vk};
+use raw_window_handle::DisplayHandle;
 use std::ffi::CStr;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// The Vulkan instance. Headless: no surface extension is ever asked for here.
+/// An instance that is never destroyed, so that the loader never unloads the drivers. Without it each [`Instance`] loads
+/// them anew; NVIDIA 580.159 answers about thirty such turns of one process, and then no more.
+static DRIVERS: OnceLock<(ash::Entry, ash::Instance)> = OnceLock::new();
+
+/// The Vulkan instance. Surface extensions are asked for only where there is a window to present to.
 pub struct Instance {
     pub(crate) handle: ash::Instance,
     pub(crate) debug: Option<ext::debug_utils::Instance>,
     messenger: vk::DebugUtilsMessengerEXT,
     messages: Arc<Messages>,
     validating: bool,
-    _entry: ash::Entry,
+    pub(crate) entry: ash::Entry,
 }
 
 /// One device, as found.
@@ -62,6 +67,14 @@ impl Instance {
     /// # Errors
     /// [`Error::Loader`], [`Error::NoValidationLayer`], [`Error::NoDevice`] where no driver loads.
     pub fn new(validate: bool) -> Result<Instance> {
+        Instance::presenting(validate, None)
+    }
+
+    /// As [`Instance::new`]; windows of `display` can be presented to.
+    ///
+    /// # Errors
+    /// As [`Instance::new`]; [`Error::Limit`] where the loader knows no such display.
+    pub fn presenting(validate: bool, display: Option<DisplayHandle<'_>>) -> Result<Instance> {
         // SAFETY: the loader's initialisers are sound to run; the entry outlives the instance (field order).
         let entry = unsafe { ash::Entry::load() }.map_err(|e| Error::Loader(e.to_string()))?;
         let layers = layer_names(&entry)?;
@@ -73,7 +86,23 @@ impl Instance {
             .check("vkEnumerateInstanceExtensionProperties", "loader")?;
         let has_debug = extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
         let messages = Arc::new(Messages::default());
-        let handle = create(&entry, validate, has_debug, &messages)?;
+        let named = |name: &&CStr| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(*name));
+        let surface = surface_extensions(display)?;
+        if let Some(missing) = surface.iter().find(|name| !named(name)) {
+            let what = format!(
+                "the Vulkan loader has no {}; update it, or render headless",
+                missing.to_string_lossy()
+            );
+            return Err(Error::Limit { object: "window".into(), what });
+        }
+        if DRIVERS.get().is_none() {
+            let keeps = create(&entry, false, false, &[], &messages)?;
+            if let Err((_, second)) = DRIVERS.set((entry.clone(), keeps)) {
+                // SAFETY: another thread's came first; nothing was made of this one.
+                unsafe { second.destroy_instance(None) };
+            }
+        }
+        let handle = create(&entry, validate, has_debug, &surface, &messages)?;
         let debug = has_debug.then(|| ext::debug_utils::Instance::new(&entry, &handle));
         let messenger = match &debug {
             // SAFETY: `messages` lives as long as the instance.
@@ -81,7 +110,7 @@ impl Instance {
                 .check("vkCreateDebugUtilsMessengerEXT", "instance")?,
             None => vk::DebugUtilsMessengerEXT::null(),
         };
-        Ok(Instance { handle, debug, messenger, messages, validating: validate, _entry: entry })
+        Ok(Instance { handle, debug, messenger, messages, validating: validate, entry })
     }
 
     /// Every message so far that is not on the accepted list.
@@ -196,21 +225,31 @@ impl Instance {
     pub fn survey() -> Result<Survey> {
         let instance = Instance::new(false)?;
         // SAFETY: plain queries of the loader.
-        let api = unsafe { instance._entry.try_enumerate_instance_version() }
+        let api = unsafe { instance.entry.try_enumerate_instance_version() }
             .check("vkEnumerateInstanceVersion", "loader")?
             .unwrap_or(vk::API_VERSION_1_0);
         Ok(Survey {
             loader_api: version(api),
-            layers: layer_names(&instance._entry)?,
+            layers: layer_names(&instance.entry)?,
             devices: instance.devices()?,
         })
     }
+}
+
+/// What presenting to a window of `display` takes.
+fn surface_extensions(display: Option<DisplayHandle<'_>>) -> Result<Vec<&'static CStr>> {
+    let Some(display) = display else { return Ok(Vec::new()) };
+    let names = ash_window::enumerate_required_extensions(display.as_raw());
+    let names = names.check("vkEnumerateInstanceExtensionProperties", "window")?;
+    // SAFETY: ash-window returns the names of extensions, which are static.
+    Ok(names.iter().map(|name| unsafe { CStr::from_ptr(*name) }).collect())
 }
 
 fn create(
     entry: &ash::Entry,
     validate: bool,
     debug: bool,
+    surface: &[&CStr],
     messages: &Arc<Messages>,
 ) -> Result<ash::Instance> {
     let app = vk::ApplicationInfo::default()
@@ -218,7 +257,7 @@ fn create(
         .engine_name(c"ortelius")
         .api_version(vk::API_VERSION_1_3);
     let layers: Vec<_> = validate.then_some(VALIDATION.as_ptr()).into_iter().collect();
-    let mut extensions = Vec::new();
+    let mut extensions: Vec<_> = surface.iter().map(|name| name.as_ptr()).collect();
     if debug {
         extensions.push(ext::debug_utils::NAME.as_ptr());
     }

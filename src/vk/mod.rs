@@ -19,6 +19,7 @@ mod render;
 pub mod self_test;
 mod semaphore;
 pub mod shader;
+mod swapchain;
 mod watched;
 
 pub use buffer::{Buffer, BufferUse, TexelCopy};
@@ -29,16 +30,18 @@ pub use frame::{FRAMES_IN_FLIGHT, Frame, PassTime, Ticket};
 pub use image::{Filter, Format, Image, ImageInfo, Sampler, SamplerInfo, View};
 pub use instance::{Instance, PhysicalDevice, Survey, driver_folders};
 pub use message::{Message, Severity};
-pub use pipeline::{ComputePipeline, Depth, GraphicsInfo, GraphicsPipeline};
+pub use pipeline::{Blend, ComputePipeline, Depth, GraphicsInfo, GraphicsPipeline};
 pub use query::{ShaderCounts, ShaderQuery, StreamCount, StreamQuery};
-pub use render::{Clear, ColorTarget, DepthTarget, Geometry, Render, Slice, TransformFeedback};
+pub use render::{Clear, ClippedSlice, ColorTarget, DepthTarget, Geometry, Render, Slice, TransformFeedback};
 pub use semaphore::Semaphore;
+pub use swapchain::{Acquired, PresentMode, Surface, Swapchain};
 pub use watched::Watched;
 
 pub(crate) use error::Check;
 
 use device::Device;
 use frame::Ring;
+use raw_window_handle::DisplayHandle;
 use std::sync::{Arc, Mutex};
 
 pub type Result<T> = std::result::Result<T, Error>;
@@ -53,6 +56,8 @@ pub struct GpuOptions<'a> {
     pub needs: &'a [Need],
     /// Switched on where the device has them: for runs that compare variants.
     pub wishes: &'a [Feature],
+    /// Whose windows the device is to present to.
+    pub display: Option<DisplayHandle<'a>>,
 }
 
 /// An open device. Cheap to clone; the last clone closes it.
@@ -68,7 +73,7 @@ impl Gpu {
     /// # Errors
     /// No loader, driver or device; a missing feature, with the pass that wants it and the variant that does without.
     pub fn new(options: &GpuOptions<'_>) -> Result<Gpu> {
-        let instance = Arc::new(Instance::new(options.validate)?);
+        let instance = Arc::new(Instance::presenting(options.validate, options.display)?);
         let physical = instance.choose(options.device)?;
         if physical.api < (1, 3, 0) {
             let (major, minor, _) = physical.api;
@@ -83,7 +88,7 @@ impl Gpu {
         let needed = options.needs.iter().map(|need| need.feature);
         let wished = options.wishes.iter().copied().filter(|wish| physical.features.contains(wish));
         let features = needed.chain(wished).collect();
-        let device = Arc::new(Device::new(instance, physical, features)?);
+        let device = Arc::new(Device::new(instance, physical, features, options.display.is_some())?);
         let ring = Arc::new(Mutex::new(Ring::new(&device)?));
         Ok(Gpu { device, ring })
     }

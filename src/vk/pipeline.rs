@@ -29,8 +29,17 @@ pub struct GraphicsInfo<'a> {
     pub points: bool,
     pub depth: Option<Depth>,
     pub colors: &'a [Format],
-    /// OR the fragments into the (integer) target.
-    pub logic_or: bool,
+    pub blend: Blend,
+}
+
+/// How a fragment joins what the target holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blend {
+    Replace,
+    /// OR into an integer target.
+    LogicOr,
+    /// Over it, with premultiplied alpha; both sides of a triangle are drawn.
+    Over,
 }
 
 pub(crate) struct Base {
@@ -297,7 +306,7 @@ impl Gpu {
         let attachments = info.attachments();
         let blend = vk::PipelineColorBlendStateCreateInfo::default()
             .attachments(&attachments)
-            .logic_op_enable(info.logic_or)
+            .logic_op_enable(info.blend == Blend::LogicOr)
             .logic_op(vk::LogicOp::OR);
         let dynamic = vk::PipelineDynamicStateCreateInfo::default()
             .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
@@ -331,7 +340,10 @@ impl GraphicsInfo<'_> {
         vk::PipelineRasterizationStateCreateInfo::default()
             .rasterizer_discard_enable(self.fragment.is_none() && self.depth.is_none())
             // Meshes are counter-clockwise seen from outside; what shows its back is behind the limb.
-            .cull_mode(if self.points { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK })
+            .cull_mode(match self.points || self.blend == Blend::Over {
+                true => vk::CullModeFlags::NONE,
+                false => vk::CullModeFlags::BACK,
+            })
             .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
             .line_width(1.0)
     }
@@ -353,13 +365,21 @@ impl GraphicsInfo<'_> {
         }
     }
 
-    /// One for each target; nothing is blended.
+    /// One for each target.
     fn attachments(&self) -> Vec<vk::PipelineColorBlendAttachmentState> {
         let writes = match self.fragment {
             Some(_) => vk::ColorComponentFlags::RGBA,
             None => vk::ColorComponentFlags::empty(),
         };
-        vec![vk::PipelineColorBlendAttachmentState::default().color_write_mask(writes); self.colors.len()]
+        let over = vk::BlendFactor::ONE_MINUS_SRC_ALPHA;
+        let attachment = vk::PipelineColorBlendAttachmentState::default()
+            .color_write_mask(writes)
+            .blend_enable(self.blend == Blend::Over)
+            .src_color_blend_factor(vk::BlendFactor::ONE)
+            .dst_color_blend_factor(over)
+            .src_alpha_blend_factor(vk::BlendFactor::ONE)
+            .dst_alpha_blend_factor(over);
+        vec![attachment; self.colors.len()]
     }
 }
 

@@ -51,6 +51,16 @@ pub struct Slice<P> {
     pub count: u32,
 }
 
+/// A part of an index buffer, drawn within a rectangle of the target alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ClippedSlice {
+    /// First column and row, and the size, in pixels.
+    pub at: [u32; 2],
+    pub size: [u32; 2],
+    pub first_index: u32,
+    pub count: u32,
+}
+
 /// Draws into a set of targets.
 pub struct Render<'c, 'a> {
     cmd: &'c mut Cmd<'a>,
@@ -191,6 +201,41 @@ impl Render<'_, '_> {
                 let push = bytemuck::bytes_of(&slice.push);
                 device.cmd_push_constants(cmd, base.layout, base.push_stages, 0, push);
                 device.cmd_draw_indexed(cmd, slice.count, 1, slice.first_index, 0, 0);
+            }
+        }
+        Ok(())
+    }
+
+    /// One draw for each slice, each within its rectangle. Later draws of the same rendering keep the last one's.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn draw_clipped(
+        &mut self,
+        pipeline: &GraphicsPipeline,
+        resources: &[(u32, Resource<'_>)],
+        push: &[u8],
+        geometry: Geometry<'_>,
+        slices: &[ClippedSlice],
+    ) -> Result<()> {
+        self.cmd.bind(&pipeline.0, vk::PipelineBindPoint::GRAPHICS, resources, push)?;
+        let (device, cmd) = (&self.cmd.device.handle, self.cmd.handle);
+        // SAFETY: the buffers live until the frame has passed; build.rs generated the vertex layout; the indices of a
+        // slice lie within the buffer.
+        unsafe {
+            if let Some(vertices) = geometry.vertices {
+                device.cmd_bind_vertex_buffers(cmd, 0, &[vertices.handle], &[0]);
+            }
+            device.cmd_bind_index_buffer(cmd, geometry.indices.handle, 0, vk::IndexType::UINT32);
+            for ClippedSlice { at, size, first_index, count } in slices {
+                let end = 4 * (u64::from(*first_index) + u64::from(*count));
+                assert!(end <= geometry.indices.bytes(), "{}: a draw ends at {end}", geometry.indices.name());
+                let scissor = vk::Rect2D {
+                    offset: vk::Offset2D { x: at[0] as i32, y: at[1] as i32 },
+                    extent: vk::Extent2D { width: size[0], height: size[1] },
+                };
+                device.cmd_set_scissor(cmd, 0, &[scissor]);
+                device.cmd_draw_indexed(cmd, *count, 1, *first_index, 0, 0);
             }
         }
         Ok(())

@@ -3,7 +3,7 @@
 
 use super::shader::self_test::{dispatch_comp, feedback_geom, feedback_vert};
 use super::{
-    BufferUse, Error, Feature, Gpu, GpuOptions, GraphicsInfo, Message, Need, Resource, Result,
+    Blend, BufferUse, Error, Feature, Gpu, GpuOptions, GraphicsInfo, Message, Need, Resource, Result,
     TransformFeedback,
 };
 
@@ -65,7 +65,7 @@ fn feedback(gpu: &Gpu) -> Result<()> {
         points: true,
         depth: None,
         colors: &[],
-        logic_or: false,
+        blend: Blend::Replace,
     })?;
     let buffer = gpu.buffer("self-test points", 4 * 100, BufferUse::TransformFeedback)?;
     let counter = gpu.buffer("self-test counter", 4, BufferUse::TransformFeedback)?;

@@ -1,6 +1,8 @@
 //! What is in a baked file.
 
-use super::pictures::{Picture, dotted, write_png, write_tiff_strips, write_tiff_tiles};
+use super::pictures::{
+    Picture, dotted, geo_tags, write_png, write_tiff_strips, write_tiff_tagged, write_tiff_tiles,
+};
 use super::png_by_hand::{self, Raw};
 use super::*;
 use ortelius::math::pyramid::TileId;
@@ -120,6 +122,24 @@ fn a_picture_that_fits_is_level_0_as_it_is_with_its_neighbours_around_every_tile
         }
     }
     assert!(wrapped_or_mirrored > 1000, "{wrapped_or_mirrored}");
+}
+
+/// Longitudes 0 to 360: the eastern half of the file is the western one of the texture.
+#[test]
+fn a_tiff_that_begins_at_greenwich_is_rolled() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let picture = dotted(128, 64);
+    let mut rolled = Picture { rgba: picture.rgba.clone(), ..picture };
+    for row in rolled.rgba.chunks_exact_mut(4 * 128) {
+        row.rotate_left(4 * 64);
+    }
+    let scale = [360.0 / 128.0, 180.0 / 64.0];
+    write_tiff_tagged(&path("east.tif"), &picture, &geo_tags(scale, [0.0, 90.0]), &[]);
+    write_tiff_tagged(&path("west.tif"), &rolled, &geo_tags(scale, [-180.0, 90.0]), &[]);
+    let [east, west] = ["east", "west"]
+        .map(|name| baked(&path(&format!("{name}.tif")), &path(&format!("{name}.tiles")), &["--tile", "32"]));
+    assert!(east == west);
 }
 
 #[test]

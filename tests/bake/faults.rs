@@ -1,12 +1,16 @@
 //! Kills, full disks, bad input, little memory.
 
-use super::pictures::{dotted, write_png, write_tall_tiff, write_tiff_strips, write_tiff_tiles};
+use super::pictures::{
+    dotted, geo_tags, write_png, write_tall_tiff, write_tiff_alpha, write_tiff_strips, write_tiff_tagged,
+    write_tiff_tiles,
+};
 use super::*;
 use ortelius::texture::bake::{Settings, SourceName};
 use ortelius::texture::source::TileFormat;
 use ortelius::texture::tiles::TileFile;
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
+use tiff::tags::{ExtraSamples, Tag};
 
 /// Numbers that look random and are the same in every run (Marsaglia's xorshift, 64 bits).
 struct Random(u64);
@@ -171,6 +175,107 @@ fn what_cannot_be_baked_is_refused_in_one_line_and_nothing_is_written() {
     }
     let ruler = bake(Path::new("ruler:6"), &out, &["--tile", "32", "--format", "bc1"]);
     assert!(failure(&ruler).1.contains("hashes"));
+}
+
+/// What a TIFF says of its place and its samples is honoured or refused, never ignored.
+#[test]
+fn a_tiff_that_is_not_the_whole_globe_is_refused_with_the_command_that_helps() {
+    let folder = tempfile::tempdir().unwrap();
+    let (source, output) = (folder.path().join("a.tif"), folder.path().join("a.tiles"));
+    let picture = dotted(128, 64);
+    let globe = geo_tags([360.0 / 128.0, 180.0 / 64.0], [-180.0, 90.0]);
+    let keys = |model: u16, datum: u16| {
+        (Tag::GeoKeyDirectoryTag, vec![1, 1, 0, 2, 1024, 0, 1, model, 2048, 0, 1, datum])
+    };
+    let refused = |doubles: &[(Tag, Vec<f64>)], shorts: &[(Tag, Vec<u16>)], expected: &str| {
+        write_tiff_tagged(&source, &picture, doubles, shorts);
+        let (code, line) = failure(&bake(&source, &output, &["--tile", "32"]));
+        assert!(code == 1 && line.contains(expected), "{expected}: {line}");
+        assert!(!output.exists() && leftovers(&output).is_empty(), "{line}");
+    };
+    let patch = geo_tags([10.0 / 128.0, 10.0 / 64.0], [5.0, 50.0]);
+    refused(&patch, &[], "longitudes 5.0000 to 15.0000 and latitudes 40.0000 to 50.0000");
+    refused(&patch, &[], "gdalwarp -t_srs EPSG:4326 -te -180 -90 180 90");
+    refused(&globe, &[keys(1, 4326)], "another projection");
+    refused(&globe, &[keys(2, 4267)], "EPSG:4267");
+    refused(&[(Tag::ModelTransformationTag, vec![1.0; 16])], &[], "turned or sheared");
+    refused(&globe[..1], &[], "one tie point");
+    // A texel more in the west.
+    let beside = geo_tags([360.0 / 128.0, 180.0 / 64.0], [-180.0 - 360.0 / 128.0, 90.0]);
+    refused(&beside, &[], "longitudes -182.8125");
+    refused(&[], &[(Tag::GdalNodata, vec![0])], "no data");
+    // Neighbours that are accepted.
+    let whole = [(&globe[..], vec![keys(2, 4326)]), (&[], vec![])];
+    for (doubles, shorts) in whole {
+        write_tiff_tagged(&source, &picture, doubles, &shorts);
+        baked(&source, &output, &["--tile", "32", "--force"]);
+    }
+}
+
+#[test]
+fn a_fourth_band_that_is_not_plain_alpha_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (source, output) = (folder.path().join("a.tif"), folder.path().join("a.tiles"));
+    let picture = dotted(128, 64);
+    let of = |kind: ExtraSamples| {
+        write_tiff_alpha(&source, &picture, kind);
+        bake(&source, &output, &["--tile", "32"])
+    };
+    assert!(failure(&of(ExtraSamples::AssociatedAlpha)).1.contains("premultiplied"));
+    assert!(failure(&of(ExtraSamples::Unspecified)).1.contains("not alpha"));
+    assert!(of(ExtraSamples::UnassociatedAlpha).status.success());
+}
+
+#[test]
+fn tiles_that_a_tiff_leaves_out_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (source, output) = (folder.path().join("a.tif"), folder.path().join("a.tiles"));
+    write_tiff_tiles(&source, &dotted(128, 64), false, 64);
+    let mut bytes = fs::read(&source).unwrap();
+    // TileByteCounts: the array of lengths, found by its value for two tiles.
+    let length = (64 * 64 * 3_u32).to_le_bytes();
+    let at = bytes.windows(8).position(|pair| pair[..4] == length && pair[4..] == length).unwrap();
+    bytes[at + 4..at + 8].fill(0);
+    fs::write(&source, bytes).unwrap();
+    let (code, line) = failure(&bake(&source, &output, &["--tile", "32"]));
+    assert!(code == 1 && line.contains("SPARSE_OK=FALSE"), "{line}");
+}
+
+#[test]
+fn a_photograph_that_its_exif_data_turns_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (source, output) = (folder.path().join("a.jpg"), folder.path().join("a.tiles"));
+    let plain = include_bytes!("../../scenes/bmng.jpg");
+    for (orientation, refused) in [(6, true), (1, false)] {
+        // An EXIF segment with one entry, the orientation (0x0112).
+        let mut exif = b"\xFF\xE1\0\x22Exif\0\0II\x2a\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0".to_vec();
+        exif.extend([orientation, 0, 0, 0, 0, 0, 0, 0]);
+        fs::write(&source, [&plain[..2], &exif, &plain[2..]].concat()).unwrap();
+        let ran = bake(&source, &output, &["--dry-run"]);
+        match refused {
+            true => assert!(failure(&ran).1.contains("EXIF"), "{ran:?}"),
+            false => assert!(ran.status.success(), "{ran:?}"),
+        }
+    }
+}
+
+/// The file appears by rename, which would replace the link or the device.
+#[test]
+fn a_link_stays_a_link_and_a_device_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let forced = |output: &str| bake(&path("a.png"), &path(output), &["--tile", "32", "--force"]);
+    write_png(&path("a.png"), &dotted(64, 64));
+    fs::write(path("target.tiles"), "precious").unwrap();
+    std::os::unix::fs::symlink("target.tiles", path("link.tiles")).unwrap();
+    assert!(forced("link.tiles").status.success());
+    assert!(path("link.tiles").is_symlink() && TileFile::open(&path("target.tiles")).is_ok());
+    std::os::unix::fs::symlink("nowhere.tiles", path("loose.tiles")).unwrap();
+    assert!(failure(&forced("loose.tiles")).1.contains("leads nowhere"));
+    // A socket stands for every special file: no privilege is needed to make one.
+    let _listens = std::os::unix::net::UnixListener::bind(path("socket.tiles")).unwrap();
+    let (_, line) = failure(&forced("socket.tiles"));
+    assert!(line.contains("no regular file") && !path("socket.tiles").is_file(), "{line}");
 }
 
 #[test]

@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::Path;
 use tiff::encoder::{Compression, TiffEncoder, colortype};
+use tiff::tags::{ExtraSamples, Tag};
 
 /// RGBA8, rows from the north.
 #[derive(Clone, PartialEq, Eq)]
@@ -51,6 +52,44 @@ pub fn write_tiff_strips(path: &Path, picture: &Picture, compression: Compressio
     let (width, height) = (picture.width as u32, picture.height as u32);
     let mut image = encoder.new_image::<colortype::RGB8>(width, height).unwrap();
     image.rows_per_strip(rows_per_strip).unwrap();
+    image.write_data(&picture.rgb()).unwrap();
+}
+
+/// Tags of a GeoTIFF: its scale in degrees a texel, and its north-western corner in degrees.
+pub fn geo_tags(scale: [f64; 2], [west, north]: [f64; 2]) -> Vec<(Tag, Vec<f64>)> {
+    vec![
+        (Tag::ModelPixelScaleTag, vec![scale[0], scale[1], 0.0]),
+        (Tag::ModelTiepointTag, vec![0.0, 0.0, 0.0, west, north, 0.0]),
+    ]
+}
+
+/// RGB and a fourth band of the stated kind.
+pub fn write_tiff_alpha(path: &Path, picture: &Picture, kind: ExtraSamples) {
+    let file = BufWriter::new(File::create(path).unwrap());
+    let mut encoder = TiffEncoder::new(file).unwrap();
+    let (width, height) = (picture.width as u32, picture.height as u32);
+    let mut image = encoder.new_image::<colortype::RGB8>(width, height).unwrap();
+    image.extra_samples(&[kind]).unwrap();
+    image.write_data(&picture.rgba).unwrap();
+}
+
+/// RGB in one strip, with tags of doubles and of shorts.
+pub fn write_tiff_tagged(
+    path: &Path,
+    picture: &Picture,
+    doubles: &[(Tag, Vec<f64>)],
+    shorts: &[(Tag, Vec<u16>)],
+) {
+    let file = BufWriter::new(File::create(path).unwrap());
+    let mut encoder = TiffEncoder::new(file).unwrap();
+    let (width, height) = (picture.width as u32, picture.height as u32);
+    let mut image = encoder.new_image::<colortype::RGB8>(width, height).unwrap();
+    for (tag, numbers) in doubles {
+        image.encoder().write_tag(*tag, &numbers[..]).unwrap();
+    }
+    for (tag, numbers) in shorts {
+        image.encoder().write_tag(*tag, &numbers[..]).unwrap();
+    }
     image.write_data(&picture.rgb()).unwrap();
 }
 

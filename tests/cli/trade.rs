@@ -147,3 +147,20 @@ fn what_could_not_be_written_or_measured_is_refused_first() {
         (commented(), vec!["newer.json".to_string(), "small.toml".to_string()])
     );
 }
+
+/// The run clamps a level bias beyond the coarsest level below the knob's value.
+#[test]
+fn a_texture_smaller_than_the_knobs_bias_is_swept() {
+    let folder = folder();
+    let small = [
+        "trade",
+        "earth",
+        "-D",
+        "surface.land.texture.width_log2=10",
+        "-D",
+        "surface.land.texture.height_log2=9",
+    ];
+    let sweep = ["--max-error", "1", "--knobs", "level-bias", "--size", "96x54"];
+    let ran = run(&folder, &[&small[..], &sweep].concat());
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+}

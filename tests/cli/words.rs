@@ -275,3 +275,41 @@ fn a_lost_device_is_exit_code_4_wherever_it_is_noticed() {
         assert!(!names(&folder).contains(&"picture.png".to_owned()), "{lost}: no half-made picture");
     }
 }
+
+#[test]
+fn tiles_that_cannot_be_read_are_counted_and_strict_exits_with_3() {
+    let folder = folder();
+    let broken = ["render", "earth", "--size", "64x36", "-o", "a.png", "-D", "disk.fails_share=1"];
+    let ran = run(&folder, &broken);
+    let words = String::from_utf8_lossy(&ran.stderr).into_owned();
+    assert!(ran.status.success() && words.contains("tiles could not be read"), "{words}");
+    let strict = run(&folder, &[&broken[..], &["--strict"]].concat());
+    let words = String::from_utf8_lossy(&strict.stderr).into_owned();
+    let last = words.lines().last().unwrap_or_default();
+    assert!(last.starts_with("ortelius: ") && last.contains("tiles could not be read"), "{words}");
+    assert_eq!(strict.status.code(), Some(3));
+    let whole = run(&folder, &["render", "earth", "--size", "64x36", "-o", "a.png", "--strict"]);
+    assert!(whole.status.success(), "{}", String::from_utf8_lossy(&whole.stderr));
+}
+
+#[test]
+fn a_sequence_says_that_one_picture_is_written_and_settles_each_frame_if_asked() {
+    let folder = folder();
+    let orbit = ["render", "bunny", "--size", "32x18", "--path", "orbit", "--frames", "3", "-o"];
+    let words = |name: &str| String::from_utf8(run(&folder, &[&orbit[..], &[name]].concat()).stderr).unwrap();
+    assert!(words("a.png").contains("the picture is that of the last pose"));
+    assert!(!words("b{frame}.png").contains("the last pose"));
+    let each = ["render", "earth", "--size", "64x36", "--path", "pan", "--frames", "3", "--settle-each"];
+    let ran = run(&folder, &[&each[..], &["-o", "c.png", "--report", "c.json"]].concat());
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    let report: serde_json::Value = serde_json::from_str(&crate::read(&folder, "c.json")).unwrap();
+    // Nothing is missing in the last frame of each pose, and more than three frames were rendered.
+    assert!(report["frames"].as_array().unwrap().len() > 3 && report["run"]["settle_each"] == true);
+}
+
+#[test]
+fn control_characters_of_a_name_do_not_reach_the_terminal() {
+    let folder = folder();
+    let (_, line) = failure(&mut ortelius(&folder, &["render", "no\u{1b}[31mred.toml", "-o", "a.png"]));
+    assert!(line.contains(r"no\u{1b}[31mred.toml"), "{line:?}");
+}

@@ -105,7 +105,7 @@ fn verdicts_and_what_is_new_or_gone_are_told_on_stdout_and_in_the_page() {
     let text = changes.lines(20).join("\n");
     for part in [
         "against made-up device, made-up processor, 2026-11-21, commit 0123456789ab (quick):",
-        "verdict  made.swept doubles: reproduced -> not reproduced (ratio 2 in 6 cells -> ratio 2 in 6 cells)",
+        "verdict  made.swept doubles: reproduced -> not reproduced (size, double over single: earth/oblique at 1 2x,",
         "value    made.bars plane, slow, time: 4 ms -> 12 ms (3x)",
         "1 of 32 common values changed beyond their spreads, 1 verdicts; 5 only there, 0 only here",
     ] {
@@ -130,8 +130,8 @@ fn what_is_no_result_of_ours_is_refused() {
         ("{}", "no results of this program"),
         ("[1", "no results of this program"),
         (
-            "{\"format\": \"ortelius-results\", \"version\": 3}",
-            "results of format \"ortelius-results\" version 3; this program reads format \"ortelius-results\" versions 1 to 2",
+            "{\"format\": \"ortelius-results\", \"version\": 4}",
+            "results of format \"ortelius-results\" version 4; this program reads format \"ortelius-results\" versions 1 to 3",
         ),
         (
             "{\"format\": \"ortelius results 7\"}",

@@ -139,7 +139,7 @@ fn the_page_shows_its_colours_on_phone_and_desk_light_and_dark() {
     let Some(browser) = browser() else { return };
     let folder = folder();
     page(folder.path());
-    for (place, size, width) in [("phone", "390,7000", 390), ("desk", "1280,6000", 1280)] {
+    for (place, size, width) in [("phone", "390,9000", 390), ("desk", "1280,6000", 1280)] {
         for (scheme, colours, others) in [("light", LIGHT, DARK), ("dark", DARK, LIGHT)] {
             let name = format!("{place}-{scheme}");
             let picture = screenshot(&browser, folder.path(), &name, size, scheme == "dark");

@@ -1,8 +1,9 @@
 //! Made-up figures.
 
-use ortelius::figure::{
-    Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Sweep, Table, Value, Verdict,
+use ortelius::figure::claim::{
+    Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Bound::Equal, Claim, Test, every, one,
 };
+use ortelius::figure::{Bench, Cell, Figure, Plot, Row, Sweep, Value};
 use ortelius::picture::write::Srgb8Picture;
 use ortelius::stats::Summary;
 use std::time::Duration;
@@ -16,27 +17,22 @@ pub const SWEPT: Figure = Figure {
     variants: || vec!["single".into(), "double".into()],
     sweep: Some(Sweep { name: "side, texels", quick: &[1.0, 2.5, 1e6], full: &[1.0, 2.0, 3.0, 4.0] }),
     measure: swept,
-    plots: &[Plot { quantity: "size", x: Axis::Sweep, log_x: true, log_y: true, floor: Some("empty pass") }],
+    plots: &[Plot::sweep("size").log_x().log_y().floor("empty pass")],
     claims: &[
-        Claim {
-            id: "doubles",
-            text: "double is twice single",
-            from: Origin::Paper("section 1"),
-            check: doubles,
-        },
-        Claim { id: "partly", text: "some are small", from: Origin::Ours, check: |_| found(Verdict::InPart) },
-        Claim {
-            id: "fails",
-            text: "all are <small> & \"sound\"",
-            from: Origin::Ours,
-            check: |_| found(Verdict::NotReproduced),
-        },
-        Claim {
-            id: "unknown",
-            text: "a GPU is fast",
-            from: Origin::Paper("section 5"),
-            check: |_| found(Verdict::NotMeasurable),
-        },
+        Claim::paper(
+            "section 1",
+            "doubles",
+            "double is twice single",
+            &[Test::ratio(one("size", "double"), one("size", "single"), Equal(2.0))],
+        ),
+        Claim::ours("partly", "some are small", &[Test::value(one("size", "single"), AtMost(1.0))]),
+        Claim::ours(
+            "fails",
+            "all are <small> & \"sound\"",
+            &[Test::value(one("size", "double"), Below(0.0))],
+        ),
+        Claim::paper("section 5", "unknown", "a GPU is fast", &[Test::value(every("size"), Above(0.0))])
+            .given(&[Test::value(one("size", "single"), Above(1e9))]),
     ],
 };
 
@@ -49,22 +45,12 @@ pub const BARS: Figure = Figure {
     variants: || ["fast", "slow", "absent", "worded"].map(String::from).to_vec(),
     sweep: None,
     measure: bars,
-    plots: &[
-        Plot { quantity: "time", x: Axis::Variant, log_x: false, log_y: false, floor: Some("empty pass") },
-        Plot {
-            quantity: "error",
-            x: Axis::Series("time since the cut, ms"),
-            log_x: false,
-            log_y: true,
-            floor: None,
-        },
-    ],
-    claims: &[Claim {
-        id: "faster",
-        text: "fast is faster",
-        from: Origin::Ours,
-        check: |_| found(Verdict::Reproduced),
-    }],
+    plots: &[Plot::bars("time").floor("empty pass"), Plot::curves("error", "time since the cut, ms").log_y()],
+    claims: &[Claim::ours(
+        "faster",
+        "fast is faster",
+        &[Test::ratio(one("time", "slow"), one("time", "fast"), Above(1.0))],
+    )],
 };
 
 /// As many variants as the real figures have at most, with long names, along a sweep and as bars.
@@ -85,22 +71,12 @@ pub const MANY: Figure = Figure {
         full: &[1.0],
     }),
     measure: many,
-    plots: &[
-        Plot { quantity: "dedup", x: Axis::Sweep, log_x: true, log_y: true, floor: Some("empty pass") },
-        Plot { quantity: "points emitted", x: Axis::Variant, log_x: false, log_y: true, floor: None },
-    ],
-    claims: &[Claim {
-        id: "grows",
-        text: "the time of every variant grows with the side of the texture, and none is below an empty pass",
-        from: Origin::Ours,
-        check: |_| {
-            Finding::new(
-                Verdict::InPart,
-                "18 variants: 0.31 to 84.3 ms at 2^20, the empty pass takes 0.10 ms",
-                "all but two grow; the bound was all, and both exceptions are within their spreads",
-            )
-        },
-    }],
+    plots: &[Plot::sweep("dedup").log_x().log_y().floor("empty pass"), Plot::bars("points emitted").log_y()],
+    claims: &[Claim::ours(
+        "grows",
+        "the time of every variant grows with the side of the texture, and none is below a millisecond",
+        &[Test::value(every("dedup"), AtLeast(1.0))],
+    )],
 };
 
 /// Dies in the second of its three cells, as a driver does.
@@ -116,15 +92,7 @@ pub const DIES: Figure = Figure {
         _ => Ok(vec![number("only", "size", 1.0)]),
     },
     plots: &[],
-    claims: &[Claim {
-        id: "whole",
-        text: "all cells are there",
-        from: Origin::Ours,
-        check: |table| match table.missing {
-            0 => found(Verdict::Reproduced),
-            _ => Finding::new(Verdict::NotMeasurable, "", "it takes all cells"),
-        },
-    }],
+    claims: &[Claim::ours("whole", "all cells are there", &[Test::value(every("size"), Equal(1.0))])],
 };
 
 /// Fails in one of its cells, and panics in another.
@@ -141,12 +109,7 @@ pub const FAILS: Figure = Figure {
         _ => Ok(vec![number("only", "size", 1.0)]),
     },
     plots: &[],
-    claims: &[Claim {
-        id: "holds",
-        text: "it holds",
-        from: Origin::Ours,
-        check: |_| found(Verdict::Reproduced),
-    }],
+    claims: &[Claim::ours("holds", "it holds", &[Test::value(every("size"), Equal(1.0))])],
 };
 
 /// Many short cells, for runs that are killed.
@@ -163,17 +126,8 @@ pub const SLOW: Figure = Figure {
         Ok(vec![number("only", "third", cell.x.unwrap_or(0.0) / 3.0)])
     },
     plots: &[],
-    claims: &[Claim {
-        id: "holds",
-        text: "it holds",
-        from: Origin::Ours,
-        check: |_| found(Verdict::Reproduced),
-    }],
+    claims: &[Claim::ours("holds", "it holds", &[Test::value(every("third"), AtMost(1.0))])],
 };
-
-fn found(verdict: Verdict) -> Finding {
-    Finding::new(verdict, "1 of 2", "the bound is 1")
-}
 
 fn number(variant: &str, quantity: &str, value: f64) -> Row {
     Row::new(variant, quantity, "texels", Value::Number(value))
@@ -195,17 +149,6 @@ fn swept(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         number("single", "distance", f64::INFINITY),
         number("double", "distance", f64::NAN),
     ])
-}
-
-fn doubles(table: &Table) -> Finding {
-    let ratios: Vec<f64> = table
-        .of("size")
-        .filter(|r| r.row.variant == "single")
-        .filter_map(|r| Some(table.number(&r.scene, r.x, "double", "size")? / r.row.value.number()?))
-        .collect();
-    let worst = ratios.iter().copied().fold(2.0, f64::min);
-    let verdict = if worst == 2.0 { Verdict::Reproduced } else { Verdict::NotReproduced };
-    Finding::new(verdict, format!("ratio {worst} in {} cells", ratios.len()), "2 exactly")
 }
 
 fn bars(_: &mut Bench, _: &Cell) -> anyhow::Result<Vec<Row>> {

@@ -3,6 +3,7 @@
 
 mod against;
 mod browser;
+mod claims;
 mod committed;
 mod family;
 mod listed;

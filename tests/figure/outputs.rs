@@ -23,9 +23,13 @@ fn every_claim_has_its_verdict_with_numbers_in_the_summary() {
     let claims = summary["made.swept"].as_array().unwrap();
     let verdicts: Vec<_> = claims.iter().map(|claim| claim["verdict"].as_str().unwrap()).collect();
     assert_eq!(verdicts, ["reproduced", "in-part", "not-reproduced", "not-measurable"]);
-    assert_eq!(claims[0]["numbers"], "ratio 2 in 6 cells");
+    assert_eq!(
+        claims[0]["numbers"],
+        "size, double over single: earth/oblique at 1 2x, earth/oblique at 2.5 2x, earth/oblique at 1000000 2x, globe at 1 \
+         2x, globe at 2.5 2x, globe at 1000000 2x"
+    );
     assert_eq!(claims[0]["from"], "paper, section 1");
-    assert_eq!(summary["made.bars"][0]["why"], "the bound is 1");
+    assert_eq!(summary["made.bars"][0]["why"], "1 of 1 above 1");
 }
 
 #[test]
@@ -73,7 +77,7 @@ fn a_claim_on_a_part_of_the_cells_is_not_reproduced_yet() {
     let results = report(&[&SWEPT, &BARS], folder.path());
     let claims = &results.figures[0].claims;
     assert_eq!(claims[0].finding.verdict, Verdict::NotMeasured);
-    assert!(claims[0].finding.why.contains("3 of 6 cells were not measured"));
+    assert_eq!(claims[0].finding.why, "cells that are not there: 3 left out");
     // Nor does it fail: what it lacks may be elsewhere.
     assert_eq!(claims[2].finding.verdict, Verdict::NotMeasured);
     assert_eq!(results.figures[1].claims[0].finding.why, "no cell was measured");

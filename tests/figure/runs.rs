@@ -101,8 +101,8 @@ fn a_driver_that_crashes_costs_one_cell_and_is_not_asked_again() {
     assert!(told[0].starts_with("made.dies globe: the driver crashed (signal: 6"), "{told:?}");
     let results = report(&[&DIES, &BARS], folder.path());
     let finding = &results.figures[0].claims[0].finding;
-    assert_eq!(finding.verdict, Verdict::NotMeasurable);
-    assert_eq!(finding.why, "it takes all cells (1 of 3 cells crashed the driver)");
+    assert_eq!(finding.verdict, Verdict::NotMeasured);
+    assert_eq!(finding.why, "cells that are not there: 1 crashed the driver");
     assert_eq!(results.figures[1].claims[0].finding.verdict, Verdict::Reproduced);
     assert!(read(folder.path(), "made.dies.csv").contains("failed: the driver crashed (signal: 6"));
     assert!(read(folder.path(), "index.html").contains("the driver crashed (signal: 6"));
@@ -195,7 +195,7 @@ fn a_cell_that_fails_stops_nothing_and_makes_no_claim_true() {
     let results = report(&[&FAILS, &BARS], folder.path());
     let finding = &results.figures[0].claims[0].finding;
     assert_eq!(finding.verdict, Verdict::NotMeasured);
-    assert_eq!(finding.why, "the bound is 1 (2 of 3 cells failed)");
+    assert_eq!(finding.why, "cells that are not there: 2 failed");
     assert_eq!(results.figures[1].claims[0].finding.verdict, Verdict::Reproduced);
     // What failed is tried again.
     let mut again = a_run(&[&FAILS, &BARS], folder.path());

@@ -3,7 +3,6 @@
 use crate::cases::{Case, View};
 use crate::store::{Entry, Hash};
 use ortelius::math::camera::Pose;
-use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::model::mesh::{Mesh, gpu_mesh};
 use ortelius::paper::progressive_mesh::config::surface;
 use ortelius::paper::progressive_mesh::stand::stands;
@@ -12,10 +11,11 @@ use ortelius::paper::virtual_texture::config::{open_texture, source_mesh};
 use ortelius::paper::virtual_texture::{self, VirtualTexture, all_needs};
 use ortelius::picture::Target;
 use ortelius::scene::Scene;
-use ortelius::texture::source::{TileError, TileFormat, TileSource};
+use ortelius::texture::source::TileSource;
+use ortelius::texture::source::remembered::Remembered;
 use ortelius::vk::{Gpu, GpuOptions, Watched};
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 const SIZE: [u32; 2] = [200, 113];
 
@@ -77,8 +77,8 @@ pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry
         settings.streaming.upload_tiles_per_frame = 64;
     }
     let open = || -> (Arc<dyn TileSource>, Mesh) {
-        let source = Remembered::of(open_texture(&scene).unwrap());
-        (Arc::new(source), gpu_mesh(&source_mesh(&scene).unwrap()).unwrap())
+        let source = Remembered::new(open_texture(&scene).unwrap());
+        (source, gpu_mesh(&source_mesh(&scene).unwrap()).unwrap())
     };
     let (source, mesh) = shared.textured.entry(case.scene).or_insert_with(open);
     let mut session = VirtualTexture::run(gpu.clone(), source.clone(), mesh, settings).unwrap();
@@ -148,44 +148,4 @@ fn model(shared: &mut Shared, case: &Case, scene: &Scene) -> Model {
     assert_eq!(known.surface.source, surface.source, "both scenes show one model");
     let stands = stands(scene, &surface);
     Model { name: name.clone(), surface, stands, ..known.clone() }
-}
-
-/// A texture whose tiles are computed once for all cases.
-struct Remembered {
-    source: Arc<dyn TileSource>,
-    tiles: Mutex<HashMap<TileId, Vec<u8>>>,
-}
-
-impl Remembered {
-    fn of(source: Arc<dyn TileSource>) -> Remembered {
-        Remembered { source, tiles: Mutex::default() }
-    }
-}
-
-impl TileSource for Remembered {
-    fn describe(&self) -> String {
-        self.source.describe()
-    }
-
-    fn pyramid(&self) -> Pyramid {
-        self.source.pyramid()
-    }
-
-    fn format(&self) -> TileFormat {
-        self.source.format()
-    }
-
-    fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
-        if let Some(known) = self.tiles.lock().unwrap().get(&tile) {
-            bytes.copy_from_slice(known);
-            return Ok(());
-        }
-        self.source.read_tile(tile, bytes)?;
-        self.tiles.lock().unwrap().insert(tile, bytes.to_vec());
-        Ok(())
-    }
-
-    fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
-        self.source.read_resident_level(level)
-    }
 }

@@ -1,4 +1,5 @@
-use ortelius::figure::{Cell, Claim, Figure, Finding, Origin, Row, Value, Verdict};
+use ortelius::figure::claim::{Bound, Claim, Test, one};
+use ortelius::figure::{Cell, Figure, Row, Value};
 use ortelius::frame::{Memory, Progress, Slot, Stalled, Target, Technique, View};
 use ortelius::scene::{Language, Scene, Table, settings};
 use ortelius::vk::{Clear, ColorTarget, Error, Frame, Gpu, Need, PassTime};
@@ -53,13 +54,9 @@ pub const FIGURES: &[&Figure] = &[&Figure {
     sweep: None,
     measure: |_, _: &Cell| Ok(vec![Row::new("fog", "density", "", Value::Number(0.25))]),
     plots: &[],
-    claims: &[Claim {
-        id: "thin",
-        text: "fog hides less than half",
-        from: Origin::Ours,
-        check: |table| match table.number("haze", None, "fog", "density") {
-            Some(density) if density < 0.5 => Finding::new(Verdict::Reproduced, "", ""),
-            _ => Finding::new(Verdict::NotReproduced, "", ""),
-        },
-    }],
+    claims: &[Claim::ours(
+        "thin",
+        "fog hides less than half",
+        &[Test::value(one("density", "fog"), Bound::Below(0.5))],
+    )],
 }];

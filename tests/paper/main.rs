@@ -66,8 +66,8 @@ fn a_paper_in_less_than_sixty_lines_is_a_surface_a_setting_a_figure_and_a_claim(
             commit: "none".into(),
             date: "2026-11-22".into(),
         };
-        let table = Table { machine, records: rows.into_iter().map(record).collect(), missing: 0 };
-        (fog::FIGURES[0].claims[0].check)(&table).verdict
+        let table = Table { machine, records: rows.into_iter().map(record).collect(), lost: Vec::new() };
+        fog::FIGURES[0].claims[0].judge(&table).verdict
     };
     assert_eq!(check(rows), Verdict::Reproduced);
     let thick = Row::new("fog", "density", "", Value::Number(0.75));

@@ -12,7 +12,7 @@ use ortelius::paper::virtual_texture::reference::visible_tiles;
 use ortelius::picture::Target;
 use ortelius::reference::View;
 use ortelius::renderer::{Options, Renderer};
-use ortelius::scene::Scene;
+use ortelius::scene::{SHIPPED, Scene};
 use scenes::{Parts, SIZE};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -266,4 +266,26 @@ fn what_cannot_be_shown_is_refused_with_its_line() {
         "[surface.board.filter]\nkind = \"bilinear\"\n[surface.board.texture]",
     );
     assert!(filter.contains("sampler"), "{filter}");
+}
+
+/// A scene's default picture shows its subject: on a background that no surface has, some of every picture is covered.
+#[test]
+fn the_default_picture_of_a_shipped_scene_shows_its_surfaces() {
+    for (name, _) in SHIPPED {
+        let scene = Scene::embedded(name).unwrap().with(&["view.background=[1.0, 0.0, 1.0]".into()]).unwrap();
+        let camera = scene.view.path.is_none();
+        assert!(camera, "{name}: `-o x.png` would show the last pose of a path");
+        let covered = |scene: &Scene| {
+            let pose = scene.camera(&scene.view.camera).unwrap().pose();
+            let options = Options { size: Some([160, 90]), deterministic: true, ..Options::default() };
+            let mut renderer = Renderer::open(scene, &options).unwrap();
+            renderer.settle(&pose).unwrap();
+            let picture = renderer.picture().unwrap();
+            let pixels = picture.rgba.as_chunks::<4>().0;
+            pixels.iter().filter(|pixel| **pixel != [255, 0, 255, 255]).count() * 100 / pixels.len()
+        };
+        let percent = covered(&scene);
+        println!("{name}: {percent} % covered");
+        assert!(percent >= 10, "{name}: {percent} %");
+    }
 }

@@ -6,6 +6,7 @@ use crate::{bordered, device, open, pose, scene};
 use ortelius::math::pyramid::Pyramid;
 use ortelius::paper::virtual_texture::Filtering;
 use ortelius::paper::virtual_texture::Settings;
+use ortelius::paper::virtual_texture::figures::stage1::snapping;
 use ortelius::paper::virtual_texture::reference::picture::{Texels, footprint, sides};
 use ortelius::paper::virtual_texture::reference::triple;
 use ortelius::picture::Picture;
@@ -43,11 +44,12 @@ fn two_texels_of_border_are_enough_for_two_levels_and_fewer_are_not() {
 /// Whether a ruler's texel is one of the eight that the trilinear filter mixes at a place, as far as a device knows it.
 fn is_mixed_there(texel: u32, sample: &Sample, pyramid: &Pyramid) -> bool {
     let e = triple(&footprint(sample), pyramid, 1).e;
-    // 1/50 of a level: more than the footprint's 2^-9 of relative tolerance.
+    // 1/50 of a level is more than the footprint's 2^-9 of relative tolerance.
+    let slack = 0.02 + (1.0 + snapping(sample)).log2();
     let level = |e: f64| e.floor().clamp(0.0, f64::from(pyramid.coarsest_level())) as u32;
-    let coarsest = if e < -0.02 { 0 } else { (level(e + 0.02) + 1).min(pyramid.coarsest_level()) };
+    let coarsest = if e < -slack { 0 } else { (level(e + slack) + 1).min(pyramid.coarsest_level()) };
     let tolerance = tolerance(sample);
-    (level(e - 0.02)..=coarsest).any(|level| {
+    (level(e - slack)..=coarsest).any(|level| {
         let size = pyramid.level_size(level);
         let range = |n: usize| {
             let side = f64::from(size[n]);

@@ -10,8 +10,8 @@ use ortelius::paper::virtual_texture::read_words;
 use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Layout, PAPER, U1Format};
 use ortelius::vk::shader::{Blocks, Shader, virtual_texture as glsl};
 use ortelius::vk::{
-    BufferUse, Clear, ColorTarget, Filter, Format, Gpu, GraphicsInfo, Image, Resource, Sampler, SamplerInfo,
-    TexelCopy, View,
+    Blend, BufferUse, Clear, ColorTarget, Filter, Format, Gpu, GraphicsInfo, Image, Resource, Sampler,
+    SamplerInfo, TexelCopy, View,
 };
 use std::collections::BTreeSet;
 
@@ -122,7 +122,7 @@ fn drawn(gpu: &Gpu, pyramid: &Pyramid, u1: &Image, native: bool) -> Marks {
             points: true,
             depth: None,
             colors: &[Format::R32Uint],
-            logic_or: true,
+            blend: Blend::LogicOr,
         })
         .unwrap();
     let u2 = marks.u2().unwrap();

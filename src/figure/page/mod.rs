@@ -96,14 +96,15 @@ const STYLES: [&str; 2] = [include_str!("../plot/plot.css"), include_str!("page.
 
 const TEMPLATE: &str = include_str!("page.html");
 
-/// Verdicts in the order of the page, with their classes in the style.
-const VERDICTS: [(Verdict, &str); 5] = [
-    (Verdict::Reproduced, "yes"),
-    (Verdict::InPart, "part"),
-    (Verdict::NotReproduced, "no"),
-    (Verdict::NotMeasurable, "open"),
-    (Verdict::NotMeasured, "open"),
-];
+/// A verdict's class in the style.
+fn class(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Reproduced | Verdict::BetterThanStated | Verdict::HoldsHere => "yes",
+        Verdict::InPart | Verdict::InPartHere => "part",
+        Verdict::NotReproduced | Verdict::NotHere => "no",
+        Verdict::Undecided | Verdict::NotMeasurable | Verdict::NotMeasured => "open",
+    }
+}
 
 /// The page of `results`, with the plots that `plots` gives for each figure. Pictures are taken from `store`.
 ///
@@ -122,11 +123,6 @@ pub fn html(
         let left_out = (results.effort == Effort::Quick).then(|| figure.quick_leaves_out());
         views.push(FigureView { left_out, ..figure_view(figure, result, drawn, store)? });
     }
-    let count = |&(verdict, class): &(Verdict, &'static str)| Count {
-        name: verdict.name(),
-        class,
-        count: results.claims().filter(|(_, claim)| claim.finding.verdict == verdict).count(),
-    };
     let mut commits: Vec<&str> = results.machines.iter().map(|machine| &*machine.commit).collect();
     commits.dedup();
     let page = Page {
@@ -139,7 +135,10 @@ pub fn html(
             .map(|machine| MachineView { machine, software: machine.is_software() })
             .collect(),
         commits,
-        counts: VERDICTS.iter().map(count).filter(|count| count.count > 0).collect(),
+        counts: results
+            .counts()
+            .map(|(verdict, count)| Count { name: verdict.name(), class: class(verdict), count })
+            .collect(),
         changes: changes.map(ChangesView::of),
         failed: views.iter().map(|view| view.failures.len()).sum(),
         figures: views,
@@ -212,13 +211,12 @@ fn figure_view<'a>(
 
 fn claim_view(claim: &ClaimResult) -> ClaimView<'_> {
     let finding = &claim.finding;
-    let class = VERDICTS.iter().find(|(verdict, _)| *verdict == finding.verdict);
     ClaimView {
         id: &claim.id,
         text: &claim.text,
         from: &claim.from,
         verdict: finding.verdict.name(),
-        class: class.expect("every verdict has a class").1,
+        class: class(finding.verdict),
         numbers: &finding.numbers,
         why: &finding.why,
     }

@@ -78,7 +78,8 @@ fn table(figure: &Figure, measured: &[(&CellRows, &[Row])], quantity: &str) -> T
         true => ("variant", cells, variants, transposed(&grid)),
         false => ("scene", variants, cells, grid),
     };
-    let unit = measured.iter().flat_map(|(_, rows)| *rows).find(|row| row.quantity == quantity);
+    let mut rows = measured.iter().flat_map(|(_, rows)| *rows);
+    let unit = rows.find(|row| row.quantity == quantity && !row.unit.is_empty());
     TableView {
         quantity: quantity.to_string(),
         unit: unit.map(|row| row.unit.clone()).unwrap_or_default(),

@@ -2,7 +2,7 @@
 //! where a length means nothing, a mark in place of the bar.
 
 use super::scale::Scale;
-use super::svg::{Anchor, Svg, WIDTH, shortened, width_of};
+use super::svg::{Anchor, Svg, WIDTH, shortened, told_apart, width_of};
 use super::{Chart, Point};
 use crate::figure::words::{human, tick};
 
@@ -35,8 +35,11 @@ pub fn draw(chart: &Chart, bars: &[Bar], floor: Option<(&str, f64)>) -> Option<S
         svg.text([x, bottom + 16.0], Anchor::Middle, "tick", &tick(value));
     }
     svg.line([left, top], [left, bottom], "axis");
-    for (row, bar) in bars.iter().enumerate() {
-        one(&mut svg, chart, &scale, bar, [left, top + (row as f64 + 0.5) * ROW]);
+    let names: Vec<&str> = bars.iter().map(|bar| &*bar.name).collect();
+    for (row, (bar, name)) in bars.iter().zip(told_apart(&names, left - 6.0)).enumerate() {
+        let y = top + (row as f64 + 0.5) * ROW;
+        svg.text([left - 6.0, y + 4.5], Anchor::End, "name", &name);
+        one(&mut svg, chart, &scale, bar, [left, y]);
     }
     if let Some((name, value)) = floor.filter(|(_, value)| scale.shows(*value)) {
         let x = scale.at(value);
@@ -49,7 +52,6 @@ pub fn draw(chart: &Chart, bars: &[Bar], floor: Option<(&str, f64)>) -> Option<S
 }
 
 fn one(svg: &mut Svg, chart: &Chart, scale: &Scale, bar: &Bar, [left, y]: [f64; 2]) {
-    svg.text([left - 6.0, y + 4.5], Anchor::End, "name", &shortened(&bar.name, left - 6.0));
     let point = match &bar.value {
         Ok(point) if scale.shows(point.y) => point,
         Ok(point) => return svg.text([left + 12.0, y + 4.5], Anchor::Start, "absent", &human(point.y)),

@@ -102,7 +102,9 @@ pub fn draw(figure: &Figure, result: &FigureResult, machines: &[Machine]) -> Vec
 }
 
 fn one(figure: &Figure, plot: &Plot, cells: &[&CellRows], machines: &[Machine]) -> Option<Drawn> {
-    let sample = cells.iter().find_map(|cell| rows_of(cell, plot.quantity).next())?;
+    let rows = || cells.iter().flat_map(|cell| rows_of(cell, plot.quantity));
+    // What is missing has no unit.
+    let sample = rows().find(|row| !row.unit.is_empty()).or_else(|| rows().next())?;
     let first = cells.first()?;
     let x = first.cell.x.filter(|_| plot.x != Axis::Sweep);
     // Beside the device: titles of both scene and sweep were cut.

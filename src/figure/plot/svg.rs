@@ -46,6 +46,20 @@ pub fn shortened(text: &str, room: f64) -> String {
     }
 }
 
+/// Names at most `room` wide. Where a cut end would leave two alike, their middles are cut.
+pub fn told_apart(names: &[&str], room: f64) -> Vec<String> {
+    let ends: Vec<String> = names.iter().map(|name| shortened(name, room)).collect();
+    let middle = |name: &str| {
+        let (all, most) = (name.chars().count(), (room / LETTER).max(2.0) as usize);
+        let head = (most - 1) / 2;
+        let tail = most - 1 - head;
+        name.chars().take(head).chain(['…']).chain(name.chars().skip(all - tail)).collect()
+    };
+    let alike = |at: usize| ends.iter().enumerate().any(|(other, end)| other != at && *end == ends[at]);
+    let of = |at: usize| if alike(at) { middle(names[at]) } else { ends[at].clone() };
+    (0..names.len()).map(of).collect()
+}
+
 impl Svg {
     fn push(&mut self, text: std::fmt::Arguments<'_>) {
         self.body.write_fmt(text).expect("a string takes all");
@@ -112,4 +126,17 @@ pub fn file(inline: &str) -> String {
         &format!(">\n<style>\n{STYLE}</style>\n<rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n"),
         1,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LETTER, told_apart};
+
+    #[test]
+    fn names_that_begin_alike_are_cut_in_the_middle_and_others_at_the_end() {
+        let names = ["feedback, blocks of 1 x 1", "feedback, blocks of 2 x 2", "a longer name than has room"];
+        let cut = told_apart(&names, 12.0 * LETTER);
+        assert_eq!(cut, ["feedb… 1 x 1", "feedb… 2 x 2", "a longer na…"]);
+        assert_eq!(told_apart(&names[..1], 12.0 * LETTER), ["feedback, b…"]);
+    }
 }

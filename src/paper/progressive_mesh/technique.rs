@@ -17,7 +17,7 @@ use crate::picture;
 use crate::vk::shader::Shader;
 use crate::vk::shader::progressive_mesh::{geomorph_vert, surface_frag, surface_vert};
 use crate::vk::{
-    Buffer, BufferUse, Cmd, ColorTarget, Depth, DepthTarget, FRAMES_IN_FLIGHT, Frame, Geometry, Gpu,
+    Blend, Buffer, BufferUse, Cmd, ColorTarget, Depth, DepthTarget, FRAMES_IN_FLIGHT, Frame, Geometry, Gpu,
     GraphicsInfo, GraphicsPipeline, Need, PassTime, Resource, Result, ShaderQuery,
 };
 use glam::DVec3;
@@ -48,7 +48,7 @@ pub fn surfaces_pipeline(
         points: false,
         depth: Some(Depth::Write),
         colors: &[target.into()],
-        logic_or: false,
+        blend: Blend::Replace,
     })
 }
 

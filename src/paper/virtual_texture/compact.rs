@@ -15,7 +15,8 @@ use crate::vk::shader::virtual_texture::{
 };
 use crate::vk::shader::{MarkingFrame, Shader};
 use crate::vk::{
-    Cmd, ComputePipeline, Gpu, GraphicsInfo, GraphicsPipeline, Resource, Result, TransformFeedback, View,
+    Blend, Cmd, ComputePipeline, Gpu, GraphicsInfo, GraphicsPipeline, Resource, Result, TransformFeedback,
+    View,
 };
 
 /// Stage 3 of one variant; lists are made by [`CompactPass::list`].
@@ -187,6 +188,6 @@ fn geometry(gpu: &Gpu, block_log2: u32, constants: &[(&str, u32)]) -> Result<Gra
         points: true,
         depth: None,
         colors: &[],
-        logic_or: false,
+        blend: Blend::Replace,
     })
 }

@@ -11,8 +11,8 @@ use crate::math::pyramid::Pyramid;
 use crate::vk::shader::virtual_texture as glsl;
 use crate::vk::shader::{Blocks, MarkingFrame, Shader};
 use crate::vk::{
-    Clear, Cmd, ColorTarget, ComputePipeline, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
-    Resource, Result, Sampler, SamplerInfo, View,
+    Blend, Clear, Cmd, ColorTarget, ComputePipeline, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline,
+    Image, Resource, Result, Sampler, SamplerInfo, View,
 };
 
 /// Stage 2 of one variant; its marks are made by [`DedupPass::marks`].
@@ -167,6 +167,6 @@ fn point_pipeline(
         points: true,
         depth: None,
         colors: &[Format::R32Uint],
-        logic_or: true,
+        blend: Blend::LogicOr,
     })
 }

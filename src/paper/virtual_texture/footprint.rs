@@ -11,7 +11,7 @@ use crate::vk::shader::Shader;
 use crate::vk::shader::common::mesh_vert;
 use crate::vk::shader::virtual_texture::{footprint_dump_frag, footprint_frag};
 use crate::vk::{
-    Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    Blend, Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
     ImageInfo, Result,
 };
 use std::sync::Arc;
@@ -48,7 +48,7 @@ fn pipeline(
         points: false,
         depth: Some(depth),
         colors,
-        logic_or: false,
+        blend: Blend::Replace,
     })
 }
 

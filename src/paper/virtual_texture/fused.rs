@@ -19,8 +19,8 @@ use crate::math::pyramid::Pyramid;
 use crate::vk::shader::common::{depth_vert, mesh_vert};
 use crate::vk::shader::virtual_texture::fused_frag;
 use crate::vk::{
-    Cmd, ColorTarget, Depth, DepthTarget, Format, Geometry, Gpu, GraphicsInfo, GraphicsPipeline, Image,
-    Render, Resource, Result, Slice,
+    Blend, Cmd, ColorTarget, Depth, DepthTarget, Format, Geometry, Gpu, GraphicsInfo, GraphicsPipeline,
+    Image, Render, Resource, Result, Slice,
 };
 
 pub struct Fused {
@@ -105,7 +105,7 @@ impl Fused {
             points: false,
             depth: Some(if exact { Depth::Equal } else { Depth::Write }),
             colors: &[target],
-            logic_or: false,
+            blend: Blend::Replace,
         };
         Ok(Fused {
             depth_alone: if exact { Some(DepthAlone::new(gpu, &shade)?) } else { None },

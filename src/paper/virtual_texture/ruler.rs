@@ -8,7 +8,7 @@ use crate::math::pyramid::Pyramid;
 use crate::vk::shader::common::mesh_vert;
 use crate::vk::shader::virtual_texture::ruler_frag;
 use crate::vk::{
-    Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    Blend, Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
     ImageInfo, Resource, Result, View,
 };
 
@@ -51,7 +51,7 @@ impl RulerCheck {
             points: false,
             depth: Some(Depth::Equal),
             colors: &[Format::R32Uint],
-            logic_or: false,
+            blend: Blend::Replace,
         })?;
         let verdict = gpu.image("verdicts", ImageInfo::target(stage1.u1.info().size, Format::R32Uint))?;
         Ok(RulerCheck { pipeline, verdict })

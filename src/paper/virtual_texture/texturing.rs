@@ -12,7 +12,7 @@ use crate::vk::shader::Shader;
 use crate::vk::shader::common::{lit_mesh_vert, mesh_vert, plain_frag};
 use crate::vk::shader::virtual_texture::texturing_frag;
 use crate::vk::{
-    Cmd, ColorTarget, Depth, DepthTarget, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    Blend, Cmd, ColorTarget, Depth, DepthTarget, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
     ImageInfo, Resource, Result, Sampler, SamplerInfo, View,
 };
 
@@ -92,7 +92,7 @@ impl Texturing {
             points: false,
             depth: Some(Depth::Equal),
             colors: &[target],
-            logic_or: false,
+            blend: Blend::Replace,
         };
         Ok(Texturing { shading: Shading::new(gpu, &info, &texturing_frag::SHADERS, lit)? })
     }
@@ -162,7 +162,7 @@ impl Plain {
             points: false,
             depth: Some(Depth::Write),
             colors: &[target.info().format],
-            logic_or: false,
+            blend: Blend::Replace,
         })?;
         Ok(Plain {
             pipeline,

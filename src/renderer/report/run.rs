@@ -1,5 +1,6 @@
 //! The report's `run`: what it takes to make the picture again, on any machine that has the same files.
 
+use crate::file;
 use crate::header::{JsonFormat, WrongFormat};
 use crate::renderer::sections::LANGUAGES;
 use crate::scene::{Scene, SceneError};
@@ -26,6 +27,9 @@ pub struct RunSection {
     pub frames: Option<u32>,
     /// Whether frames follow until nothing is missing, also where `frames` is stated.
     pub settle: bool,
+    /// Whether every frame of the sequence settled before the next.
+    #[serde(default)]
+    pub settle_each: bool,
     pub deterministic: bool,
     /// Pixels.
     pub size: [u32; 2],
@@ -44,6 +48,9 @@ pub enum ReportError {
     NoRun { path: String },
 }
 
+/// A report of a million frames.
+const MOST_BYTES: u64 = 1 << 32;
+
 impl RunSection {
     /// The settled picture of a scene, from its own camera or along its own path.
     pub fn settled(scene: &Scene) -> RunSection {
@@ -57,6 +64,7 @@ impl RunSection {
             path,
             frames: None,
             settle: false,
+            settle_each: false,
             deterministic: false,
             size: [scene.view.width, scene.view.height],
             linear: false,
@@ -74,8 +82,8 @@ impl RunSection {
         }
         let shown = || path.display().to_string();
         let format = |error| ReportError::Format { path: shown(), error };
-        let text =
-            std::fs::read_to_string(path).map_err(|source| ReportError::Read { path: shown(), source })?;
+        let text = file::read_text(path, MOST_BYTES)
+            .map_err(|source| ReportError::Read { path: shown(), source })?;
         FORMAT.check(&text).map_err(format)?;
         let report: OfReport = serde_json::from_str(&text).map_err(|error| format(error.into()))?;
         report.run.ok_or_else(|| ReportError::NoRun { path: shown() })

@@ -13,6 +13,8 @@ use thiserror::Error;
 pub enum SourceError {
     #[error("{path}: cannot be opened: {source}")]
     Open { path: PathBuf, source: io::Error },
+    #[error("{path}: cannot be read: {source}; run the same command again: a bake resumes")]
+    Read { path: PathBuf, source: io::Error },
     #[error("{path}: neither PNG, JPEG nor TIFF")]
     Kind { path: PathBuf },
     #[error("{path}: {reason}")]
@@ -23,6 +25,13 @@ pub enum SourceError {
     Changed { path: PathBuf },
     #[error("{0}: synthetic sources are earth:M and ruler:M, for 2^M x 2^(M-1) texels, M in 5 ..= 20")]
     Synthetic(String),
+}
+
+impl SourceError {
+    /// True if the source must change before a bake of it can succeed; false for what may pass, like a read error.
+    pub(super) fn lasts(&self) -> bool {
+        !matches!(self, Self::Open { .. } | Self::Read { .. })
+    }
 }
 
 /// A bake that did not finish.

@@ -103,6 +103,16 @@ impl Files {
         if output.is_dir() {
             return Err(refused("it is a folder"));
         }
+        // The file appears by rename, which would replace a link, a device or a pipe itself.
+        if output.is_symlink() {
+            return match output.canonicalize() {
+                Ok(place) => Files::of(&place),
+                Err(_) => Err(refused("a link that leads nowhere")),
+            };
+        }
+        if output.exists() && !output.is_file() {
+            return Err(refused("it is no regular file; name another"));
+        }
         let folder = match output.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
             _ => PathBuf::from("."),

@@ -2,11 +2,11 @@
 
 use super::error::{BakeError, SourceError};
 use super::input::{self, Rows};
+use crate::file;
 use crate::math::pyramid::Pyramid;
 use crate::texture::source::TileSource;
 use crate::texture::source::earth::Earth;
 use crate::texture::source::ruler::Ruler;
-use std::fs::File;
 use std::os::unix::fs::{FileExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -119,7 +119,7 @@ pub(super) fn synthetic(name: &SourceName, pyramid: Pyramid) -> Result<Box<dyn T
 impl Identity {
     pub fn of(path: &Path) -> Result<Self, SourceError> {
         let read = || -> std::io::Result<Self> {
-            let file = File::open(path)?;
+            let file = file::open(path)?;
             let metadata = file.metadata()?;
             let length = metadata.len();
             let mut hasher = Xxh3::new();

@@ -86,8 +86,10 @@ pub(super) fn run(
     let partial = opened.map_err(write_error)?;
     let work = Work { layout, plan, files, journal, partial, progress };
     let finished = work.do_all(settings, source, &entries);
-    if let Err(BakeError::Source(_)) = finished {
-        // A damaged source must change before a bake of it can succeed: nothing of this is of use then.
+    if let Err(BakeError::Source(error)) = &finished
+        && error.lasts()
+    {
+        // Nothing of this is of use then.
         for file in [&files.partial, &files.scratch, &files.journal] {
             remove(file)?;
         }

@@ -3,6 +3,7 @@
 pub mod border;
 pub mod earth;
 pub mod encoded;
+pub mod remembered;
 pub mod ruler;
 pub mod terrain;
 

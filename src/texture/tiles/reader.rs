@@ -3,6 +3,7 @@
 
 use super::layout::{HEADER_BYTES, HeaderFault, Layout, VERSION, is_sealed};
 use super::{PAGE_BYTES, TileFileError};
+use crate::file;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::texture::source::{TileError, TileFormat, TileSource};
 use std::fs::File;
@@ -26,12 +27,8 @@ impl TileFile {
     pub fn open(path: &Path) -> Result<Self, TileFileError> {
         let path = path.to_path_buf();
         let open_error = |source| TileFileError::Open { path: path.clone(), source };
-        let file = File::open(&path).map_err(open_error)?;
-        let metadata = file.metadata().map_err(open_error)?;
-        if !metadata.is_file() {
-            return Err(open_error(std::io::Error::other("it is not a regular file")));
-        }
-        let found = metadata.len();
+        let file = file::open(&path).map_err(open_error)?;
+        let found = file.metadata().map_err(open_error)?.len();
         let read = |bytes: &mut [u8], offset| {
             let read = file.read_exact_at(bytes, offset);
             read.map_err(|source| TileFileError::Read { path: path.clone(), offset, source })

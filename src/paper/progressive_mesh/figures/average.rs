@@ -5,13 +5,14 @@ use super::super::mesh::{Level, ProgressiveMesh};
 use super::super::order::OrderOptions;
 use super::super::rivals::{RIVALS, Rival, rival_costs};
 use super::super::simplify::Collapses;
-use super::equal_memory::{self, AT_MEMORY_OF, at_equal_memory};
+use super::equal_memory::{self, AT_MEMORY_OF, EQUAL_MEMORY};
 use super::orders::{
-    CLASSICAL, CLOSED, DRAWN, FEW, FIFO_16, MOVED, ORDERS, OURS, PAPER, WITH_SCANS, costs, judged, mean_of,
-    moved_per_split, number, ordered, simplified,
+    CLASSICAL, CLOSED, DRAWN, FEW, FIFO_16, MOVED, ORDERS, OURS, PAPER, WITH_SCANS, costs, moved_per_split,
+    number, ordered, simplified,
 };
 use super::scans;
-use crate::figure::{Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Verdict};
+use crate::figure::claim::{Better, Bound::AtMost, Bound::Within, Claim, Places, Test, best, one};
+use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row};
 use crate::model::Model;
 use crate::paper::progressive_mesh::choices::FaceOrder;
 
@@ -32,67 +33,81 @@ pub const AVERAGE: Figure = Figure {
     sweep: None,
     measure,
     plots: &[
-        Plot { quantity: FIFO_16, x: Axis::Variant, log_x: false, log_y: false, floor: None },
-        Plot { quantity: MOVED, x: Axis::Variant, log_x: false, log_y: true, floor: None },
+        Plot::bars(FIFO_16),
+        Plot::bars(MOVED).log_y(),
     ],
     claims: &[
-        Claim {
-            id: "standard",
-            text: "The standard order needs 4 to 6 transforms per vertex (FIFO-16).",
-            from: Origin::Paper("2"),
-            check: |table| between(table, CLASSICAL, 4.0, 6.0),
-        },
-        Claim {
-            id: "extended",
-            text: "The extended order, as the paper describes it, needs 1.6 to 2.0 (FIFO-16).",
-            from: Origin::Paper("2"),
-            check: |table| between(table, PAPER, 1.6, 2.0),
-        },
-        Claim {
-            id: "after-tswaps",
-            text: "The paper's greedy needs 1.6 to 2.0 just after its tswaps, made for a cache of 12, 16, 24 or 32 \
-                   entries and measured with the same (mean over the models).",
-            from: Origin::Ours,
-            check: sizes_of_the_papers_range,
-        },
-        Claim {
-            id: "first",
-            text: "Ours needs at most 1.55 with at most 23 moved faces for each split, and 95 % of the levels at \
-                   most 0.2 more (FIFO-16, mean over the models).",
-            from: Origin::Ours,
-            check: |table| bar(table, OURS, 1.55, 23.0),
-        },
-        Claim {
-            id: "second",
-            text: "Ours needs at most 1.85 with at most 10 moved faces for each split, and 95 % of the levels at \
-                   most 0.2 more (FIFO-16, mean over the models).",
-            from: Origin::Ours,
-            check: |table| bar(table, FEW, 1.85, 10.0),
-        },
-        Claim {
-            id: "re-optimised",
-            text: "Ours is within a fifth of what meshoptimizer reaches when it orders every level from scratch, by the \
-                   better of its two optimizers (FIFO-16, mean over the models).",
-            from: Origin::Ours,
-            check: near_the_bound,
-        },
-        Claim {
-            id: "equal-memory",
-            text: "Ours needs no more transforms than multi-level skip lists that take as much memory (FIFO-16, mean over the \
-                   models).",
-            from: Origin::Ours,
-            check: at_equal_memory,
-        },
-        Claim {
-            id: "batches",
-            text: "Where devices share work inside batches of 32 vertices and 32 triangles and have no cache, ours needs at \
-                   most 1.85, and no more than the full mesh's order compacted and than skip lists (mean over the models).",
-            from: Origin::Ours,
-            check: in_batches,
-        },
+        Claim::paper(
+            "2",
+            "standard",
+            "The standard order needs 4 to 6 transforms per vertex (FIFO-16).",
+            &[Test::value(one(FIFO_16, CLASSICAL), Within(4.0, 6.0, Better::Neither))],
+        )
+        .at(Places::scenes(&CLOSED)),
+        Claim::paper(
+            "2",
+            "extended",
+            "The extended order, as the paper describes it, needs 1.6 to 2.0 (FIFO-16).",
+            &[Test::value(one(FIFO_16, PAPER), Within(1.6, 2.0, Better::Less))],
+        )
+        .at(Places::scenes(&CLOSED)),
+        Claim::ours(
+            "after-tswaps",
+            "The paper's greedy needs 1.6 to 2.0 just after its tswaps, made for a cache of 12, 16, 24 or 32 entries and \
+             measured with the same (mean over the models).",
+            &[
+                Test::value(one("FIFO-12, made for it, after a tswap", PAPER), Within(1.6, 2.0, Better::Less)),
+                Test::value(one("FIFO-16, made for it, after a tswap", PAPER), Within(1.6, 2.0, Better::Less)),
+                Test::value(one("FIFO-24, made for it, after a tswap", PAPER), Within(1.6, 2.0, Better::Less)),
+                Test::value(one("FIFO-32, made for it, after a tswap", PAPER), Within(1.6, 2.0, Better::Less)),
+            ],
+        )
+        .at(Places::mean(&CLOSED)),
+        Claim::ours(
+            "first",
+            "Ours needs at most 1.55 with at most 23 moved faces for each split, and 95 % of the levels at most 0.2 more \
+             (FIFO-16, mean over the models).",
+            &[
+                Test::value(one(FIFO_16, OURS), AtMost(1.55)),
+                Test::value(one(MOVED, OURS), AtMost(23.0)),
+                Test::difference(one(P95, OURS), one(FIFO_16, OURS), AtMost(0.2)),
+            ],
+        )
+        .at(Places::mean(&CLOSED)),
+        Claim::ours(
+            "second",
+            "Ours needs at most 1.85 with at most 10 moved faces for each split, and 95 % of the levels at most 0.2 more \
+             (FIFO-16, mean over the models).",
+            &[
+                Test::value(one(FIFO_16, FEW), AtMost(1.85)),
+                Test::value(one(MOVED, FEW), AtMost(10.0)),
+                Test::difference(one(P95, FEW), one(FIFO_16, FEW), AtMost(0.2)),
+            ],
+        )
+        .at(Places::mean(&CLOSED)),
+        Claim::ours(
+            "re-optimised",
+            "Ours is within a fifth of what meshoptimizer reaches when it orders every level from scratch, by the better of \
+             its two optimizers (FIFO-16, mean over the models).",
+            &[Test::ratio(one(FIFO_16, OURS), best(FIFO_16, re_optimised), AtMost(1.2))],
+        )
+        .at(Places::mean(&CLOSED)),
+        EQUAL_MEMORY,
+        Claim::ours(
+            "batches",
+            "Where devices share work inside batches of 32 vertices and 32 triangles and have no cache, ours needs at most \
+             1.85, and no more than the full mesh's order compacted and than skip lists (mean over the models).",
+            &[
+                Test::value(one(BATCHES, OURS), AtMost(1.85)),
+                Test::ratio(one(BATCHES, OURS), one(BATCHES, Rival::Compacted.name()), AtMost(1.0)),
+                Test::ratio(one(BATCHES, OURS), one(BATCHES, FaceOrder::SkipLists.name()), AtMost(1.0)),
+            ],
+        )
+        .at(Places::mean(&CLOSED)),
     ],
 };
 
+const BATCHES: &str = "batches";
 const P95: &str = "FIFO-16, 95 % of levels";
 const WORST: &str = "FIFO-16, worst level";
 const AFTER: &str = "FIFO-16, after a tswap";
@@ -204,160 +219,13 @@ fn error_ratio(mesh: &ProgressiveMesh, plain: &ProgressiveMesh) -> f64 {
     (logarithms.sum::<f64>() / mesh.levels.len() as f64).exp()
 }
 
-fn between(table: &Table, variant: &str, low: f64, high: f64) -> Finding {
-    let of = |scene: &&str| table.number(scene, None, variant, FIFO_16);
-    let each: Option<Vec<f64>> = CLOSED.iter().map(of).collect();
-    let met = each.as_ref().map(|each| each.iter().all(|cost| (low..=high).contains(cost)));
-    let numbers = each.iter().flatten().zip(CLOSED).map(|(cost, scene)| format!("{scene} {cost:.2}"));
-    let bound = format!("every model in {low} to {high}");
-    let mut finding = judged(met, numbers.collect::<Vec<_>>().join(", "), &bound);
-    let inside = each.iter().flatten().filter(|cost| (low..=high).contains(cost)).count();
-    if met == Some(false) && inside > 0 {
-        finding.verdict = Verdict::InPart;
-        finding.why = format!("{inside} of {} models: {bound}", CLOSED.len());
-    }
-    finding
-}
-
-fn sizes_of_the_papers_range(table: &Table) -> Finding {
-    let of = |entries: u32, quantity| {
-        mean_of(table, None, PAPER, &format!("{}, {quantity}", Cache::Fifo(entries).name()), &CLOSED)
-    };
-    let found: Option<Vec<(u32, f64, f64)>> =
-        SIZES.iter().map(|&size| Some((size, of(size, MADE)?, of(size, MADE_ALL)?))).collect();
-    let Some(found) = found else { return judged(None, String::new(), "") };
-    let numbers =
-        found.iter().map(|(size, after, all)| format!("FIFO-{size} {after:.2} (over all levels {all:.2})"));
-    let within = found.iter().filter(|(_, after, _)| (1.6..=2.0).contains(after));
-    let within: Vec<String> = within.map(|(size, ..)| size.to_string()).collect();
-    let verdict = match within.len() {
-        0 => Verdict::NotReproduced,
-        all if all == SIZES.len() => Verdict::Reproduced,
-        _ => Verdict::InPart,
-    };
-    let sizes = if within.is_empty() { "none".into() } else { within.join(", ") };
-    Finding::new(
-        verdict,
-        numbers.collect::<Vec<_>>().join(", "),
-        format!("caches at which it is so: {sizes}"),
-    )
-}
-
-fn bar(table: &Table, variant: &str, most: f64, moves: f64) -> Finding {
-    let of = |quantity| mean_of(table, None, variant, quantity, &CLOSED);
-    let (Some(mean), Some(p95), Some(moved)) = (of(FIFO_16), of(P95), of(MOVED)) else {
-        return judged(None, String::new(), "");
-    };
-    let met = [mean <= most && moved <= moves, p95 <= mean + 0.2];
-    let numbers = format!("{mean:.3} at {moved:.1} moved faces, 95 % of the levels at most {p95:.3}");
-    let bound = format!("{most} at {moves}, and {:.3} for 95 % of the levels", mean + 0.2);
-    let mut finding = judged(Some(met == [true; 2]), numbers, &bound);
-    if met == [true, false] {
-        finding.verdict = Verdict::InPart;
-        finding.why = format!("the mean and the moves hold, the spread does not: {bound}");
-    }
-    finding
-}
-
-fn near_the_bound(table: &Table) -> Finding {
-    let of = |variant| mean_of(table, None, variant, FIFO_16, &CLOSED);
-    let bounds = [Rival::Reoptimised, Rival::ReoptimisedFifo].map(|rival| of(rival.name()));
-    let ours = of(OURS);
-    let bound =
-        bounds.into_iter().collect::<Option<Vec<f64>>>().and_then(|b| b.into_iter().min_by(f64::total_cmp));
-    let met = ours.zip(bound).map(|(ours, bound)| ours <= 1.2 * bound);
-    let numbers = format!("{:.3} against {:.3}", ours.unwrap_or(f64::NAN), bound.unwrap_or(f64::NAN));
-    judged(met, numbers, "at most 1.2 times as many")
-}
-
-fn in_batches(table: &Table) -> Finding {
-    let of = |variant| mean_of(table, None, variant, &Cache::Batches.name(), &CLOSED);
-    let names = [OURS, FEW, Rival::Compacted.name(), FaceOrder::SkipLists.name(), Rival::Reoptimised.name()];
-    let costs: Option<Vec<f64>> = names.into_iter().map(of).collect();
-    let Some(costs) = costs else { return judged(None, String::new(), "") };
-    let numbers = names.iter().zip(&costs).map(|(name, cost)| format!("{name} {cost:.3}"));
-    let ours = costs[0];
-    let better: Vec<&str> = (2..4).filter(|&rival| costs[rival] < ours).map(|rival| names[rival]).collect();
-    let bound = "at most 1.85, and no more than the two";
-    let met = ours <= 1.85 && better.is_empty();
-    let mut finding = judged(Some(met), numbers.collect::<Vec<_>>().join(", "), bound);
-    if ours <= 1.85 && !met {
-        finding.verdict = Verdict::InPart;
-        finding.why = format!("at most 1.85; better without a tswap: {}", better.join(", "));
-    }
-    finding
+fn re_optimised() -> Vec<String> {
+    [Rival::Reoptimised, Rival::ReoptimisedFifo].map(|rival| rival.name().to_string()).into()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::table;
     use super::*;
-    use crate::figure::Record;
-
-    fn of(variant: &'static str, mean: f64, p95: f64, moved: f64) -> Table {
-        let rows = |scene| {
-            [(FIFO_16, mean), (P95, p95), (MOVED, moved)].map(|(quantity, n)| (scene, variant, quantity, n))
-        };
-        table("cpu", &CLOSED.into_iter().flat_map(rows).collect::<Vec<_>>())
-    }
-
-    #[test]
-    fn a_bar_needs_mean_moves_and_spread() {
-        let found = |mean, p95, moved| bar(&of(OURS, mean, p95, moved), OURS, 1.55, 23.0).verdict;
-        assert_eq!(found(1.5, 1.7, 23.0), Verdict::Reproduced);
-        assert_eq!(found(1.5, 1.71, 23.0), Verdict::InPart);
-        assert_eq!(found(1.56, 1.7, 23.0), Verdict::NotReproduced);
-        assert_eq!(found(1.5, 1.7, 23.1), Verdict::NotReproduced);
-        assert_eq!(bar(&table("cpu", &[]), OURS, 1.55, 23.0).verdict, Verdict::NotMeasurable);
-    }
-
-    #[test]
-    fn in_batches_ours_is_held_to_a_number_and_to_rivals() {
-        let found = |ours, compacted| {
-            let rivals = [Rival::Compacted.name(), FaceOrder::SkipLists.name(), Rival::Reoptimised.name()];
-            let costs =
-                [(OURS, ours), (FEW, 2.0)].into_iter().chain(rivals.into_iter().zip([compacted, 1.8, 1.6]));
-            let rows = |scene| costs.clone().map(move |(variant, cost)| (scene, variant, "batches", cost));
-            in_batches(&table("cpu", &CLOSED.into_iter().flat_map(rows).collect::<Vec<_>>())).verdict
-        };
-        assert_eq!(found(1.79, 1.8), Verdict::Reproduced);
-        assert_eq!([found(1.79, 1.7), found(1.82, 1.9)], [Verdict::InPart; 2]);
-        assert_eq!(found(1.86, 1.9), Verdict::NotReproduced);
-        assert_eq!(in_batches(&table("cpu", &[])).verdict, Verdict::NotMeasurable);
-    }
-
-    #[test]
-    fn the_papers_range_is_asked_of_every_model() {
-        let found = |mean| between(&of(PAPER, mean, mean, 0.0), PAPER, 1.6, 2.0).verdict;
-        assert_eq!([1.5, 1.8, 2.1].map(found), {
-            use Verdict::*;
-            [NotReproduced, Reproduced, NotReproduced]
-        });
-    }
-
-    #[test]
-    fn the_sizes_of_the_papers_range_are_told() {
-        let found = |afters: [f64; 4]| {
-            let names = SIZES.map(|size| [MADE, MADE_ALL].map(|quantity| format!("FIFO-{size}, {quantity}")));
-            let rows = CLOSED.into_iter().flat_map(|scene| {
-                let of_size = |([after, all], cost): ([String; 2], f64)| [(after, cost), (all, cost + 0.3)];
-                let rows = names.clone().into_iter().zip(afters).flat_map(of_size);
-                rows.map(move |(quantity, number)| (scene, quantity, number)).collect::<Vec<_>>()
-            });
-            let mut table = table("cpu", &[]);
-            table.records.extend(rows.map(|(scene, quantity, number)| Record {
-                scene: scene.into(),
-                x: None,
-                row: super::number(PAPER, quantity, PER_VERTEX, number),
-            }));
-            sizes_of_the_papers_range(&table)
-        };
-        let some = found([2.3, 2.1, 1.9, 1.7]);
-        assert_eq!((some.verdict, &some.why[..]), (Verdict::InPart, "caches at which it is so: 24, 32"));
-        assert_eq!(found([1.9; 4]).verdict, Verdict::Reproduced);
-        assert_eq!(found([1.5; 4]).verdict, Verdict::NotReproduced);
-        assert_eq!(sizes_of_the_papers_range(&table("cpu", &[])).verdict, Verdict::NotMeasurable);
-    }
 
     #[test]
     fn errors_are_compared_level_by_level() {

@@ -1,12 +1,9 @@
 //! pm.build: how long a build takes, and how much memory, against the size of the model.
 
 use super::super::mesh::ProgressiveMesh;
-use super::orders::judged;
-use crate::figure::{
-    Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Sweep, Table, Value, Verdict,
-};
+use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
 use crate::model::fetched;
-use crate::stats::Summary;
 use anyhow::Context;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -19,7 +16,7 @@ pub const BUILD: Figure = Figure {
             one core but for what the counting of levels would use, and how much memory: reading and cleaning a file, \
             simplifying to 64 faces, ordering (ours, at most 23 moved faces a split), writing the .pmesh file, and reading \
             it? `torus` is generated in about as many faces as the scan `dragon` has in its four resolutions; the dragon \
-            is measured where `ortelius fetch` has fetched it. Each build runs three times (quick: large models once), each in a process of its \
+            is measured where `ortelius fetch` has fetched it. Each build runs six times, each in a process of its \
             own (`ortelius mesh build`); memory is the most that this had resident.",
     scenes: &["torus", "dragon"],
     variants,
@@ -29,23 +26,21 @@ pub const BUILD: Figure = Figure {
         full: &[11_102.0, 47_794.0, 202_520.0, 871_414.0],
     }),
     measure,
-    plots: &[
-        Plot { quantity: TIME, x: Axis::Sweep, log_x: true, log_y: true, floor: None },
-        Plot { quantity: MEMORY, x: Axis::Sweep, log_x: true, log_y: true, floor: None },
-    ],
+    plots: &[Plot::sweep(TIME).log_x().log_y(), Plot::sweep(MEMORY).log_x().log_y()],
     claims: &[
-        Claim {
-            id: "linear",
-            text: "A face costs at most twice as much time in the largest model as in the smallest.",
-            from: Origin::Ours,
-            check: linear,
-        },
-        Claim {
-            id: "dragon",
-            text: "The dragon of 871 414 faces is built in about 30 s (at most 36), with at most 2 GiB.",
-            from: Origin::Ours,
-            check: dragon,
-        },
+        Claim::ours(
+            "linear",
+            "A face costs at most twice as much time in the largest model as in the smallest.",
+            &[Test::growth(one(TIME, WHOLE), 1.0, AtMost(2.0))],
+        )
+        .timed(),
+        Claim::ours(
+            "dragon",
+            "The dragon of 871 414 faces is built in about 30 s (at most 36), with at most 2 GiB.",
+            &[Test::value(one(TIME, WHOLE), AtMost(36e3)), Test::value(one(MEMORY, WHOLE), AtMost(2048.0))],
+        )
+        .at(Places::scenes(&["dragon"]).x(871_414.0, 871_414.0))
+        .timed(),
     ],
 };
 
@@ -60,8 +55,8 @@ const OF_THE_BUILD: usize = 4;
 /// The dragon's files by their faces.
 const DRAGONS: [(f64, &str); 4] =
     [(11_102.0, "dragon_res4"), (47_794.0, "dragon_res3"), (202_520.0, "dragon_res2"), (871_414.0, "dragon")];
-/// Builds of each model.
-const RUNS: usize = 3;
+/// Builds of each model: the least that has a 95 % confidence interval.
+const RUNS: usize = 6;
 
 fn variants() -> Vec<String> {
     STEPS.into_iter().chain([WHOLE]).map(String::from).collect()
@@ -87,20 +82,19 @@ fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let whole = builds.iter().map(|build| build.times[..OF_THE_BUILD].iter().sum()).collect();
     let samples = (0..STEPS.len()).map(times).chain([whole]);
     let steps = STEPS.into_iter().chain([WHOLE]).zip(samples);
-    let mut rows: Vec<Row> = steps
-        .filter_map(|(step, times)| Some(Row::new(step, TIME, "ms", Value::Summary(Summary::of(&times)?))))
-        .collect();
+    let mut rows: Vec<Row> =
+        steps.map(|(step, times)| Row::of_rounds(step, TIME, "ms", Some(times))).collect();
     let memory: Option<Vec<f64>> = builds.iter().map(|build| build.most_memory).collect();
-    rows.push(match memory.and_then(|each| Summary::of(&each)) {
-        Some(memory) => Row::new(WHOLE, MEMORY, "MiB", Value::Summary(memory)),
+    rows.push(match memory {
+        Some(memory) => Row::of_rounds(WHOLE, MEMORY, "MiB", Some(memory)),
         None => missing(WHOLE, MEMORY, "this system does not tell a process its memory"),
     });
-    rows.push(Row::new(WHOLE, FILE, "bytes", Value::Number(builds[0].file_bytes)));
+    rows.push(Row::number(WHOLE, FILE, "bytes", builds[0].file_bytes));
     Ok(rows)
 }
 
 fn missing(variant: &str, quantity: &str, why: &str) -> Row {
-    Row::new(variant, quantity, "", Value::Missing(why.to_owned()))
+    Row::missing(variant, quantity, why.to_owned())
 }
 
 /// What one build took.
@@ -140,72 +134,9 @@ fn told(report: &serde_json::Value, again: f64) -> Option<Build> {
     })
 }
 
-fn linear(table: &Table) -> Finding {
-    let each = |scene: &str| -> Option<(f64, f64)> {
-        let of = |x: &f64| Some((*x, table.number(scene, Some(*x), WHOLE, TIME)? / x));
-        let found: Vec<(f64, f64)> = DRAGONS.iter().filter_map(|(x, _)| of(x)).collect();
-        let ((_, first), (_, last)) = (found.first()?, found.last()?);
-        (found.len() > 1).then_some((1e3 * first, 1e3 * last))
-    };
-    let found: Vec<(&str, (f64, f64))> =
-        BUILD.scenes.iter().filter_map(|&scene| Some((scene, each(scene)?))).collect();
-    let numbers = found.iter().map(|(scene, (first, last))| {
-        format!("{scene}: {first:.1} us a face in the smallest, {last:.1} us in the largest")
-    });
-    let met = (!found.is_empty()).then(|| found.iter().all(|(_, (first, last))| last <= &(2.0 * first)));
-    judged(met, numbers.collect::<Vec<_>>().join("; "), "at most twice")
-}
-
-fn dragon(table: &Table) -> Finding {
-    let of = |quantity| table.number("dragon", Some(871_414.0), WHOLE, quantity);
-    let (Some(ms), Some(mib)) = (of(TIME), of(MEMORY)) else {
-        let why = "needs the fetched dragon, and --full";
-        return Finding::new(Verdict::NotMeasurable, "", why);
-    };
-    let numbers = format!("{:.1} s, {mib:.0} MiB", ms / 1e3);
-    judged(Some(ms <= 36e3 && mib <= 2048.0), numbers, "36 s and 2048 MiB")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figure::{Machine, Record};
-
-    fn table(rows: &[(&str, f64, &str, f64)]) -> Table {
-        let mut table: Table = super::super::tests::table("cpu", &[]);
-        let _: &Machine = &table.machine;
-        table.records.extend(rows.iter().map(|&(scene, x, quantity, number)| Record {
-            scene: scene.into(),
-            x: Some(x),
-            row: Row::new(WHOLE, quantity, "", Value::Number(number)),
-        }));
-        table
-    }
-
-    #[test]
-    fn a_model_whose_faces_cost_more_than_twice_refutes() {
-        let found = |large| {
-            let rows = [("torus", 11_102.0, TIME, 100.0), ("torus", 202_520.0, TIME, large)];
-            linear(&table(&rows)).verdict
-        };
-        assert_eq!((found(3648.0), found(3649.0)), (Verdict::Reproduced, Verdict::NotReproduced));
-        assert_eq!(linear(&table(&[])).verdict, Verdict::NotMeasurable);
-        assert_eq!(linear(&table(&[("torus", 11_102.0, TIME, 1.0)])).verdict, Verdict::NotMeasurable);
-    }
-
-    #[test]
-    fn the_dragon_is_judged_by_time_and_memory() {
-        let found = |ms, mib| {
-            let rows = [("dragon", 871_414.0, TIME, ms), ("dragon", 871_414.0, MEMORY, mib)];
-            dragon(&table(&rows)).verdict
-        };
-        assert_eq!(found(36e3, 2048.0), Verdict::Reproduced);
-        assert_eq!(
-            (found(37e3, 100.0), found(1e3, 2049.0)),
-            (Verdict::NotReproduced, Verdict::NotReproduced)
-        );
-        assert_eq!(dragon(&table(&[])).verdict, Verdict::NotMeasurable);
-    }
 
     #[test]
     fn a_report_without_a_step_is_no_build() {

@@ -5,8 +5,9 @@ use super::super::cache::Cache;
 use super::super::mesh::ProgressiveMesh;
 use super::super::rivals::{Rival, rival_costs};
 use super::super::run::Program;
-use super::orders::{CLOSED, DRAWN, FEW, FIFO_16, MOVED, OURS, judged, mean_of, number};
-use crate::figure::{Finding, Row, Table};
+use super::orders::{CLOSED, DRAWN, FEW, FIFO_16, MOVED, OURS, number};
+use crate::figure::Row;
+use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
 
 /// Of what all instances need to change their levels and to begin with: commands and M0's buffer, or lists and the
 /// table of split vertices.
@@ -55,47 +56,22 @@ fn skip_lists_within(name: &str, plain: &ProgressiveMesh, most_bytes: f64, level
     ]
 }
 
-/// Reproduced if our order needs no more transforms than skip lists of at most its memory.
-pub fn at_equal_memory(table: &Table) -> Finding {
-    let of = |variant, quantity| mean_of(table, None, variant, quantity, &CLOSED);
-    let pair = |(ours, lists)| {
-        Some((of(ours, FIFO_16)?, of(ours, SHARED)?, of(lists, FIFO_16)?, of(lists, SHARED)?))
-    };
-    let pairs: Option<Vec<_>> = AT_MEMORY_OF.into_iter().map(pair).collect();
-    let met = pairs.as_ref().map(|pairs| pairs.iter().all(|(ours, _, lists, _)| ours <= lists));
-    let words = pairs.iter().flatten().zip(AT_MEMORY_OF).map(|((ours, memory, lists, theirs), (name, _))| {
-        format!("{name} {ours:.2} at {memory:.0} bytes a face, skip lists {lists:.2} at {theirs:.0}")
-    });
-    let bound = "no more than skip lists; these draw and hold faces without area besides, and copy a list where levels change";
-    judged(met, words.collect::<Vec<_>>().join(", "), bound)
-}
+/// At equal memory.
+pub const EQUAL_MEMORY: Claim = Claim::ours(
+    "equal-memory",
+    "Ours needs no more transforms than multi-level skip lists that take as much memory (FIFO-16, mean over the models).",
+    &[
+        Test::ratio(one(FIFO_16, AT_MEMORY_OF[0].0), one(FIFO_16, AT_MEMORY_OF[0].1), AtMost(1.0)),
+        Test::ratio(one(FIFO_16, AT_MEMORY_OF[1].0), one(FIFO_16, AT_MEMORY_OF[1].1), AtMost(1.0)),
+    ],
+)
+.at(Places::mean(&CLOSED));
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::table;
     use super::*;
-    use crate::figure::{Value, Verdict};
+    use crate::figure::Value;
     use crate::paper::progressive_mesh::order::{classical, scratch};
-
-    #[test]
-    fn fewer_transforms_of_skip_lists_that_take_no_more_refute() {
-        let found = |lists: f64| {
-            let rows = CLOSED.into_iter().flat_map(|scene| {
-                let of = move |(ours, theirs)| {
-                    [
-                        (scene, ours, FIFO_16, 1.5),
-                        (scene, ours, SHARED, 80.0),
-                        (scene, theirs, FIFO_16, lists),
-                        (scene, theirs, SHARED, 79.0),
-                    ]
-                };
-                AT_MEMORY_OF.into_iter().flat_map(of)
-            });
-            at_equal_memory(&table("cpu", &rows.collect::<Vec<_>>())).verdict
-        };
-        assert_eq!((found(1.5), found(1.4)), (Verdict::Reproduced, Verdict::NotReproduced));
-        assert_eq!(at_equal_memory(&table("cpu", &[])).verdict, Verdict::NotMeasurable);
-    }
 
     #[test]
     fn skip_lists_take_as_much_as_they_may_and_no_more() {

@@ -1,9 +1,8 @@
 //! pm.governor: frame time and error along a path, without a governor and with each of two.
 
-use super::{scene, short};
-use crate::figure::{
-    Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict,
-};
+use super::scene;
+use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Claim, Test, one};
+use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Value};
 use crate::frame::Run;
 use crate::paper::progressive_mesh::governor::{Budget, Rule};
 use crate::paper::progressive_mesh::{FrameRecord, Model, ProgressiveMeshes, Settings, load};
@@ -51,30 +50,27 @@ pub const GOVERNOR: Figure = Figure {
     variants,
     sweep: None,
     measure,
-    plots: &[
-        Plot { quantity: TIME, x: Axis::Series("frame"), log_x: false, log_y: true, floor: None },
-        Plot { quantity: FACTOR, x: Axis::Series("frame"), log_x: false, log_y: true, floor: None },
-        Plot { quantity: WITHIN, x: Axis::Variant, log_x: false, log_y: false, floor: None },
-    ],
+    plots: &[Plot::curves(TIME, "frame").log_y(), Plot::curves(FACTOR, "frame").log_y(), Plot::bars(WITHIN)],
     claims: &[
-        Claim {
-            id: "budget-held",
-            text: "After the first 30 frames nine of ten frames are within the budget.",
-            from: Origin::Paper("4"),
-            check: budget_held,
-        },
-        Claim {
-            id: "no-oscillation",
-            text: "The error does not hunt: it turns in at most one frame of ten.",
-            from: Origin::Ours,
-            check: no_oscillation,
-        },
-        Claim {
-            id: "planning-pays",
-            text: "A plan holds the budget in more frames than the integral controller.",
-            from: Origin::Ours,
-            check: planning_pays,
-        },
+        Claim::paper(
+            "4",
+            "budget-held",
+            "After the first 30 frames nine of ten frames are within the budget.",
+            &[Test::value(one(WITHIN, PLANNED), AtLeast(90.0))],
+        )
+        .timed(),
+        Claim::ours(
+            "no-oscillation",
+            "The error does not hunt: it turns in at most one frame of ten.",
+            &[Test::value(one(TURNS, PLANNED), AtMost(10.0))],
+        )
+        .timed(),
+        Claim::ours(
+            "planning-pays",
+            "A plan holds the budget in more frames than the integral controller.",
+            &[Test::ratio(one(WITHIN, PLANNED), one(WITHIN, INTEGRAL), Above(1.0))],
+        )
+        .timed(),
     ],
 };
 
@@ -82,13 +78,8 @@ fn variants() -> Vec<String> {
     VARIANTS.map(String::from).into()
 }
 
-/// Every n-th of the path's frames, and how often it is walked.
-fn walks(effort: Effort) -> (usize, usize) {
-    match effort {
-        Effort::Quick => (2, 3),
-        Effort::Full => (1, 5),
-    }
-}
+/// How often the path is walked: the least that has a 95 % confidence interval.
+const WALKS: usize = 6;
 
 /// What is walked.
 struct Walk<'a> {
@@ -102,19 +93,19 @@ struct Walk<'a> {
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (scene, path) = scene(&cell.scene, &["surface.herd.geometry.error_pixels=0.125".into()])?;
-    let (step, repeats) = walks(bench.effort);
+    let step = if bench.effort == Effort::Quick { 2 } else { 1 };
     let size = if bench.effort == Effort::Quick { [320, 180] } else { [1280, 720] };
     let walk = Walk { gpu: bench.gpu(&[])?, models: load(&scene)?, scene, path, size, step };
     let own = walk.records(&[None])?.remove(0);
     let Some(times) = times(&own) else {
         let why = "the device keeps no time";
-        return Ok(VARIANTS.map(|v| Row::new(v, TIME, "ms", Value::Missing(why.into()))).into());
+        return Ok(VARIANTS.map(|v| Row::missing(v, TIME, why)).into());
     };
     let budget_ms = median(&times).context("a path has frames")? / 3.0;
     let budget = Budget { frame_ms: Some(budget_ms), frame_faces: None };
     let held = [None, Some((budget, Rule::Integral)), Some((budget, Rule::Planned))];
-    let runs = (0..repeats).map(|_| walk.records(&held)).collect::<anyhow::Result<Vec<_>>>()?;
-    let mut rows = vec![Row::new(PLANNED, BUDGET, "ms", Value::Number(budget_ms))];
+    let runs = (0..WALKS).map(|_| walk.records(&held)).collect::<anyhow::Result<Vec<_>>>()?;
+    let mut rows = vec![Row::number(PLANNED, BUDGET, "ms", budget_ms)];
     for (n, variant) in VARIANTS.into_iter().enumerate() {
         let runs: Vec<&[FrameRecord]> = runs.iter().map(|run| &*run[n]).collect();
         rows.extend(told(variant, &runs, budget_ms)?);
@@ -191,8 +182,7 @@ fn told(variant: &str, runs: &[&[FrameRecord]], budget_ms: f64) -> anyhow::Resul
     let shown = runs.iter().map(|run| Shown::of(run)).collect::<anyhow::Result<Vec<_>>>()?;
     let all: Vec<f64> = shown.iter().flat_map(|shown| shown.times.iter().copied()).collect();
     let over = |quantity, unit, of: &dyn Fn(&Shown) -> f64| {
-        let each: Vec<f64> = shown.iter().map(of).collect();
-        Some(Row::new(variant, quantity, unit, Value::Summary(Summary::of(&each)?)))
+        Row::of_rounds(variant, quantity, unit, Some(shown.iter().map(of).collect()))
     };
     let exceeded =
         |shown: &Shown| crate::stats::percentile(&shown.times, 0.95).map_or(0.0, |ms| ms / budget_ms);
@@ -201,11 +191,13 @@ fn told(variant: &str, runs: &[&[FrameRecord]], budget_ms: f64) -> anyhow::Resul
         Row::new(variant, FACTOR, "", series(first.iter().map(|record| record.error_factor).collect())),
         Row::new(variant, FRAMES, "ms", Value::Summary(Summary::of(&all).context("a path has frames")?)),
     ];
-    rows.extend(over(WITHIN, "%", &|shown| shown.within(budget_ms)));
-    rows.extend(over(NEARLY, "%", &|shown| shown.within(1.1 * budget_ms)));
-    rows.extend(over(OVERSHOOT, "times", &exceeded));
-    rows.extend(over(TURNS, "% of the frames", &|shown| shown.percent(turns(&shown.factors))));
-    rows.extend(over(PRICE, "times", &Shown::price));
+    rows.extend([
+        over(WITHIN, "%", &|shown| shown.within(budget_ms)),
+        over(NEARLY, "%", &|shown| shown.within(1.1 * budget_ms)),
+        over(OVERSHOOT, "times", &exceeded),
+        over(TURNS, "% of the frames", &|shown| shown.percent(turns(&shown.factors))),
+        over(PRICE, "times", &Shown::price),
+    ]);
     Ok(rows)
 }
 
@@ -216,73 +208,8 @@ fn turns(values: &[f64]) -> usize {
     directions.windows(2).filter(|pair| pair[0] != pair[1]).count()
 }
 
-/// A quantity's median over the walks, and its least and most.
-fn spread(table: &Table, variant: &str, quantity: &str) -> Option<(f64, String)> {
-    let record = table.of(quantity).find(|record| record.row.variant == variant)?;
-    let number = record.row.value.number()?;
-    let words = match &record.row.value {
-        Value::Summary(summary) => {
-            format!("{} ({} .. {})", short(number), short(summary.min), short(summary.max))
-        }
-        _ => short(number),
-    };
-    Some((number, words))
-}
-
-fn budget_held(table: &Table) -> Finding {
-    let of = |variant, quantity| spread(table, variant, quantity);
-    let numbers = (of(WITHOUT, WITHIN), of(PLANNED, WITHIN), of(PLANNED, NEARLY), of(PLANNED, BUDGET));
-    let (Some(without), Some(with), Some(nearly), Some(budget)) = numbers else {
-        return Finding::new(Verdict::NotMeasurable, "", "no frame was timed");
-    };
-    let verdict = match (with.0, nearly.0) {
-        (with, _) if with >= 90.0 => Verdict::Reproduced,
-        (with, nearly) if nearly >= 90.0 || with > without.0 => Verdict::InPart,
-        _ => Verdict::NotReproduced,
-    };
-    let mut numbers = format!(
-        "{} % of the frames within {} ms, {} % within a tenth more; without a governor {} %",
-        with.1, budget.1, nearly.1, without.1
-    );
-    if let (Some(beyond), Some(price)) = (of(PLANNED, OVERSHOOT), of(PLANNED, PRICE)) {
-        numbers +=
-            &format!("; one of twenty takes over {} of the budget; {} times the error", beyond.1, price.1);
-    }
-    let why = "median of the walks (least .. most); the plan covers nine of ten frames as the last 30 were, and neighbours of a \
-               shared machine come in bursts";
-    Finding::new(verdict, numbers, why)
-}
-
-fn no_oscillation(table: &Table) -> Finding {
-    let Some((turns, words)) = spread(table, PLANNED, TURNS) else {
-        return Finding::new(Verdict::NotMeasurable, "", "no frame was timed");
-    };
-    let verdict = if turns <= 10.0 { Verdict::Reproduced } else { Verdict::NotReproduced };
-    let integral = spread(table, INTEGRAL, TURNS).map_or_else(|| "not measured".into(), |(_, words)| words);
-    let why = "a plan rests while what it draws fits, until four frames in a row had room for a sixth more";
-    Finding::new(verdict, format!("{words} % of the frames; the integral controller {integral} %"), why)
-}
-
-fn planning_pays(table: &Table) -> Finding {
-    let of = |variant| spread(table, variant, WITHIN);
-    let (Some(planned), Some(integral)) = (of(PLANNED), of(INTEGRAL)) else {
-        return Finding::new(Verdict::NotMeasurable, "", "no frame was timed");
-    };
-    let verdict = if planned.0 > integral.0 { Verdict::Reproduced } else { Verdict::NotReproduced };
-    let price = |variant| spread(table, variant, PRICE).map_or_else(String::new, |(_, words)| words);
-    let numbers = format!(
-        "{} % against {} %, at {} and {} times the scene's error",
-        planned.1,
-        integral.1,
-        price(PLANNED),
-        price(INTEGRAL)
-    );
-    Finding::new(verdict, numbers, "frames of both took turns: what disturbed one disturbed the other")
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::tests::table;
     use super::*;
 
     #[test]
@@ -290,37 +217,5 @@ mod tests {
         assert_eq!(turns(&[1.0, 2.0, 3.0, 3.0, 4.0]), 0);
         assert_eq!(turns(&[1.0, 2.0, 2.0, 1.0, 1.5]), 2);
         assert_eq!(turns(&[1.0]), 0);
-    }
-
-    #[test]
-    fn nine_of_ten_frames_hold_the_budget_and_fewer_do_in_part() {
-        let found = |with: f64, nearly: f64| {
-            let of = |v, quantity, number| (SCENE, v, quantity, number);
-            let rows = [
-                of(WITHOUT, WITHIN, 10.0),
-                of(PLANNED, WITHIN, with),
-                of(PLANNED, NEARLY, nearly),
-                of(PLANNED, BUDGET, 5.0),
-            ];
-            budget_held(&table("cpu", &rows)).verdict
-        };
-        assert_eq!((found(90.0, 95.0), found(89.0, 89.0)), (Verdict::Reproduced, Verdict::InPart));
-        assert_eq!((found(5.0, 90.0), found(5.0, 89.0)), (Verdict::InPart, Verdict::NotReproduced));
-        assert_eq!(budget_held(&table("cpu", &[])).verdict, Verdict::NotMeasurable);
-    }
-
-    #[test]
-    fn an_error_that_turns_in_every_other_frame_hunts() {
-        let found = |turns| no_oscillation(&table("cpu", &[(SCENE, PLANNED, TURNS, turns)])).verdict;
-        assert_eq!((found(10.0), found(50.0)), (Verdict::Reproduced, Verdict::NotReproduced));
-    }
-
-    #[test]
-    fn as_many_frames_as_the_simple_rule_are_no_gain() {
-        let found = |planned| {
-            let rows = [(SCENE, PLANNED, WITHIN, planned), (SCENE, INTEGRAL, WITHIN, 70.0)];
-            planning_pays(&table("cpu", &rows)).verdict
-        };
-        assert_eq!((found(71.0), found(70.0)), (Verdict::Reproduced, Verdict::NotReproduced));
     }
 }

@@ -61,37 +61,3 @@ fn session(
     let gpu = bench.gpu(&needs(&settings))?;
     Ok(ProgressiveMeshes::run(gpu, &load(scene)?, settings)?)
 }
-
-/// Three digits: 0.0123, 1.23, 12.3, 123, 1234.
-fn short(number: f64) -> String {
-    if number == 0.0 || !number.is_finite() {
-        return format!("{number}");
-    }
-    let digits = (2 - number.abs().log10().floor() as i32).clamp(0, 6);
-    format!("{number:.*}", digits as usize)
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::figure::{Machine, Record, Row, Table, Value};
-
-    /// A table of numbers: (scene, variant, quantity, number).
-    pub fn table(device_kind: &str, numbers: &[(&str, &str, &str, f64)]) -> Table {
-        let record = |&(scene, variant, quantity, number): &(&str, &str, &str, f64)| Record {
-            scene: scene.into(),
-            x: None,
-            row: Row::new(variant, quantity, "", Value::Number(number)),
-        };
-        let machine = Machine {
-            device: "Some device".into(),
-            device_kind: device_kind.into(),
-            driver: String::new(),
-            vulkan: "1.3".into(),
-            processor: String::new(),
-            cores: 2,
-            commit: String::new(),
-            date: "2026-11-21".into(),
-        };
-        Table { machine, records: numbers.iter().map(record).collect(), missing: 0 }
-    }
-}

@@ -3,8 +3,11 @@
 use super::super::cache::{Cache, sampled_levels};
 use super::super::order::{Groups, OrderOptions, Within};
 use super::super::simplify::Collapses;
-use super::orders::{CLOSED, costs, judged, mean_of, moved_per_split, ordered, simplified};
-use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Sweep, Table, Value};
+use super::orders::{CLOSED, costs, moved_per_split, ordered, simplified};
+use crate::figure::claim::{
+    At, Bound::Above, Bound::AtMost, Bound::Below, Claim, Pick, Places, Test, best, one,
+};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
 
 pub const MOVES: Figure = Figure {
     id: "pm.moves",
@@ -25,28 +28,32 @@ pub const MOVES: Figure = Figure {
     }),
     measure,
     plots: &[
-        Plot { quantity: COST, x: Axis::Sweep, log_x: true, log_y: false, floor: None },
-        Plot { quantity: MOVED, x: Axis::Sweep, log_x: true, log_y: true, floor: None },
+        Plot::sweep(COST).log_x(),
+        Plot::sweep(MOVED).log_x().log_y(),
     ],
     claims: &[
-        Claim {
-            id: "balance",
-            text: "The number of tswaps balances the load: the more faces move, the fewer vertices are transformed.",
-            from: Origin::Paper("5"),
-            check: more_moves_fewer_transforms,
-        },
-        Claim {
-            id: "one-ratio",
-            text: "At budgets of 10 and 23, groups of one ratio need fewer transforms than equal groups.",
-            from: Origin::Ours,
-            check: one_ratio_beats_equal_groups,
-        },
-        Claim {
-            id: "aim",
-            text: "With coherent splits, 1.42 at 23 moved faces for each split, and 1.65 at 10.",
-            from: Origin::Ours,
-            check: aim,
-        },
+        Claim::paper(
+            "5",
+            "balance",
+            "The number of tswaps balances the load: the more faces move, the fewer vertices are transformed.",
+            &[Test::steps(one(COST, RATIO), Below(1.0)), Test::steps(one(MOVED, RATIO), Above(1.0))],
+        )
+        .at(Places::mean(&CLOSED)),
+        Claim::ours(
+            "one-ratio",
+            "At budgets of 10 to 23, groups of one ratio need fewer transforms than equal groups.",
+            &[Test::ratio(one(COST, RATIO), one(COST, EQUAL), Below(1.0))],
+        )
+        .at(Places::mean(&CLOSED).x(10.0, 23.0)),
+        Claim::ours(
+            "aim",
+            "With coherent splits, 1.42 at 23 moved faces for each split, and 1.65 at 10.",
+            &[
+                Test::value(coherent().x(At::X(23.0)), AtMost(1.42)),
+                Test::value(coherent().x(At::X(10.0)), AtMost(1.65)),
+            ],
+        )
+        .at(Places::mean(&CLOSED)),
     ],
 };
 
@@ -96,97 +103,19 @@ fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let mesh = ordered(&model, &collapses, Some(&options));
         let levels = sampled_levels(&mesh, 0, 512);
         let cost = costs(&mesh, &[Cache::Fifo(16)], &levels)[0].mean();
-        rows.push(Row::new(name, COST, "", Value::Number(cost)));
-        rows.push(Row::new(name, MOVED, "faces", Value::Number(moved_per_split(&mesh))));
+        rows.push(Row::number(name, COST, "", cost));
+        rows.push(Row::number(name, MOVED, "faces", moved_per_split(&mesh)));
     }
     Ok(rows)
 }
 
-/// Over all models: transforms and moves of a variant at each budget, ascending.
-fn trade(table: &Table, variant: &str) -> Vec<(f64, f64)> {
-    let mut budgets: Vec<f64> = table.records.iter().filter_map(|record| record.x).collect();
-    budgets.sort_by(f64::total_cmp);
-    budgets.dedup();
-    let of = |budget, quantity| mean_of(table, Some(budget), variant, quantity, &CLOSED);
-    let pair = |budget| of(budget, MOVED).zip(of(budget, COST));
-    budgets.into_iter().filter_map(pair).collect()
-}
-
-fn more_moves_fewer_transforms(table: &Table) -> Finding {
-    let trade = trade(table, RATIO);
-    let falls = trade.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 > pair[1].1);
-    let numbers: Vec<String> = trade.iter().map(|(moved, cost)| format!("{cost:.2} at {moved:.1}")).collect();
-    let met = (trade.len() > 1).then_some(falls);
-    judged(met, numbers.join(", "), "transforms fall wherever moves rise")
-}
-
-fn one_ratio_beats_equal_groups(table: &Table) -> Finding {
-    let of = |variant, budget| mean_of(table, Some(budget), variant, COST, &CLOSED);
-    let pairs = [10.0, 23.0].map(|budget| of(RATIO, budget).zip(of(EQUAL, budget)));
-    let met =
-        pairs.into_iter().collect::<Option<Vec<_>>>().map(|p| p.iter().all(|(ours, theirs)| ours < theirs));
-    let words = pairs.iter().flatten().map(|(ours, theirs)| format!("{ours:.3} against {theirs:.3}"));
-    judged(met, words.collect::<Vec<_>>().join(", "), "fewer at both")
-}
-
-fn aim(table: &Table) -> Finding {
-    let best = |budget| {
-        let of = |variant| mean_of(table, Some(budget), variant, COST, &CLOSED);
-        of(COHERENT).into_iter().chain(of(RUNS)).min_by(f64::total_cmp)
-    };
-    let (many, few) = (best(23.0), best(10.0));
-    let met = many.zip(few).map(|(many, few)| [many <= 1.42, few <= 1.65]);
-    let words = |cost: Option<f64>| cost.map_or("none".into(), |cost| format!("{cost:.3}"));
-    let numbers = format!("{} at 23, {} at 10", words(many), words(few));
-    let mut finding = judged(met.map(|met| met == [true; 2]), numbers, "1.42 at 23 and 1.65 at 10");
-    if met.is_some_and(|met| met[0] != met[1]) {
-        finding.verdict = crate::figure::Verdict::InPart;
-        finding.why = "one of the two: 1.42 at 23, 1.65 at 10".into();
-    }
-    finding
+const fn coherent() -> Pick {
+    best(COST, || [COHERENT, RUNS].map(String::from).into())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figure::{Record, Verdict};
-
-    fn table(rows: &[(&str, f64, f64, f64)]) -> Table {
-        let mut table = super::super::tests::table("cpu", &[]);
-        for scene in CLOSED {
-            for &(variant, budget, moved, cost) in rows {
-                for (quantity, number) in [(MOVED, moved), (COST, cost)] {
-                    let row = Row::new(variant, quantity, "", Value::Number(number));
-                    table.records.push(Record { scene: scene.into(), x: Some(budget), row });
-                }
-            }
-        }
-        table
-    }
-
-    #[test]
-    fn a_step_the_wrong_way_refutes_the_balance() {
-        let found = |cost| {
-            let rows = [(RATIO, 10.0, 9.0, 1.7), (RATIO, 23.0, 22.0, cost)];
-            more_moves_fewer_transforms(&table(&rows)).verdict
-        };
-        assert_eq!((found(1.5), found(1.8)), (Verdict::Reproduced, Verdict::NotReproduced));
-        assert_eq!(more_moves_fewer_transforms(&table(&[])).verdict, Verdict::NotMeasurable);
-    }
-
-    #[test]
-    fn equal_groups_and_the_aim_are_judged_at_10_and_23() {
-        let found = |ours| {
-            let rows = [10.0, 23.0].map(|x| [(RATIO, x, x, ours), (EQUAL, x, x, 1.6)]).concat();
-            one_ratio_beats_equal_groups(&table(&rows)).verdict
-        };
-        assert_eq!((found(1.5), found(1.7)), (Verdict::Reproduced, Verdict::NotReproduced));
-        let aims = |many, few| aim(&table(&[(RUNS, 23.0, 22.0, many), (COHERENT, 10.0, 9.0, few)])).verdict;
-        assert_eq!(
-            [aims(1.4, 1.6), aims(1.5, 1.6), aims(1.5, 1.7)],
-            [Verdict::Reproduced, Verdict::InPart, Verdict::NotReproduced]
-        );
-    }
 
     #[test]
     fn equal_groups_keep_the_budget() {

@@ -5,7 +5,7 @@ use super::super::mesh::ProgressiveMesh;
 use super::super::order::{OrderOptions, classical, order};
 use super::super::simplify::{Collapses, SimplifyOptions, simplify};
 use super::scans;
-use crate::figure::{Finding, Row, Table, Value, Verdict};
+use crate::figure::Row;
 use crate::model::Model;
 use crate::paper::progressive_mesh::choices::FaceOrder;
 
@@ -44,7 +44,7 @@ const fn named(order: FaceOrder) -> Named {
 
 /// A row whose value is one number.
 pub fn number(variant: &str, quantity: impl Into<String>, unit: &str, number: f64) -> Row {
-    Row::new(variant, quantity, unit, Value::Number(number))
+    Row::number(variant, quantity, unit, number)
 }
 
 /// A shipped or fetched model and its collapses down to 64 faces.
@@ -70,20 +70,4 @@ pub fn moved_per_split(mesh: &ProgressiveMesh) -> f64 {
 /// The costs for the caches, each at the same levels.
 pub fn costs(mesh: &ProgressiveMesh, caches: &[Cache], levels: &[u32]) -> Vec<LevelCosts> {
     level_costs(mesh, caches, levels)
-}
-
-/// The mean of a variant's quantity over the scenes at one value of the sweep; `None` unless all of `scenes` have it.
-pub fn mean_of(table: &Table, x: Option<f64>, variant: &str, quantity: &str, scenes: &[&str]) -> Option<f64> {
-    let numbers: Option<Vec<f64>> =
-        scenes.iter().map(|scene| table.number(scene, x, variant, quantity)).collect();
-    numbers.map(|numbers| numbers.iter().sum::<f64>() / numbers.len() as f64)
-}
-
-/// Reproduced where `met`; not measurable where a number is missing.
-pub fn judged(met: Option<bool>, numbers: String, bound: &str) -> Finding {
-    match met {
-        Some(true) => Finding::new(Verdict::Reproduced, numbers, bound),
-        Some(false) => Finding::new(Verdict::NotReproduced, numbers, format!("missed: {bound}")),
-        None => Finding::new(Verdict::NotMeasurable, numbers, "not all models were measured"),
-    }
 }

@@ -1,7 +1,8 @@
 //! pm.pop: how far pictures jump when levels change, without and with geomorphing.
 
-use super::{scene, session, short};
-use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict};
+use super::{scene, session};
+use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Claim, Test, one};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::{ProgressiveMeshes, Settings};
@@ -20,8 +21,6 @@ const FINE: &str = "the same at a wanted error of at most a pixel";
 const WORST_AT: &str = "wanted error of the frame in which most change visibly";
 const BEHIND: &str = "difference to the full mesh";
 
-const SCENES: [&str; 2] = ["bunny/near", "bunny/above"];
-
 /// The figure.
 pub const POP: Figure = Figure {
     id: "pm.pop",
@@ -36,40 +35,28 @@ pub const POP: Figure = Figure {
             Visible is a change of more than 8 levels of 8-bit sRGB; told are the worst frame of all, and the worst of \
             those in which at most a pixel of error is wanted, as scenes ask. The price of moving is a mesh that lags: \
             the difference to the full mesh.",
-    scenes: &SCENES,
+    scenes: &["bunny/near", "bunny/above"],
     variants,
     sweep: None,
     measure,
-    plots: &[
-        Plot {
-            quantity: ALONG,
-            x: Axis::Series("wanted error, pixels"),
-            log_x: true,
-            log_y: false,
-            floor: None,
-        },
-        Plot { quantity: BEHIND, x: Axis::Variant, log_x: false, log_y: false, floor: None },
-    ],
+    plots: &[Plot::curves(ALONG, "wanted error, pixels").log_x(), Plot::bars(BEHIND)],
     claims: &[
-        Claim {
-            id: "geomorph-tames",
-            text: "Geomorphing makes the largest change of a frame at least 2 times smaller.",
-            from: Origin::Ours,
-            check: geomorph_tames,
-        },
-        Claim {
-            id: "few-see-it",
-            text: "Without geomorphing no frame of the whole approach changes more than 1 % of the covered pixels visibly \
-                   (Forsyth 2001: none seen where a few triangles collapse at a time).",
-            from: Origin::Ours,
-            check: |table| few_see_it(table, VISIBLE),
-        },
-        Claim {
-            id: "few-see-it-at-a-pixel",
-            text: "Nor does one in which at most a pixel of error is wanted.",
-            from: Origin::Ours,
-            check: |table| few_see_it(table, FINE),
-        },
+        Claim::ours(
+            "geomorph-tames",
+            "Geomorphing makes the largest change of a frame at least 2 times smaller.",
+            &[Test::ratio(one(LARGEST_FRAME, VARIANTS[0]), one(LARGEST_FRAME, VARIANTS[1]), AtLeast(2.0))],
+        ),
+        Claim::ours(
+            "few-see-it",
+            "Without geomorphing no frame of the whole approach changes more than 1 % of the covered pixels visibly (Forsyth \
+             2001: none seen where a few triangles collapse at a time).",
+            &[Test::value(one(VISIBLE, VARIANTS[0]), AtMost(1.0))],
+        ),
+        Claim::ours(
+            "few-see-it-at-a-pixel",
+            "Nor does one in which at most a pixel of error is wanted.",
+            &[Test::value(one(FINE, VARIANTS[0]), AtMost(1.0))],
+        ),
     ],
 };
 
@@ -162,97 +149,19 @@ fn approach(
     let largest_frame = along.iter().map(|[_, change]| *change).fold(0.0, f64::max);
     let levels = "levels of 255";
     Ok(vec![
-        Row::new(variant, LARGEST_FRAME, levels, Value::Number(largest_frame)),
-        Row::new(variant, LARGEST_PIXEL, levels, Value::Number(largest)),
-        Row::new(variant, VISIBLE, "% of the covered", Value::Number(worst.0)),
-        Row::new(variant, WORST_AT, "pixels", Value::Number(worst.1)),
-        Row::new(variant, FINE, "% of the covered", Value::Number(worst_fine)),
+        Row::number(variant, LARGEST_FRAME, levels, largest_frame),
+        Row::number(variant, LARGEST_PIXEL, levels, largest),
+        Row::number(variant, VISIBLE, "% of the covered", worst.0),
+        Row::number(variant, WORST_AT, "pixels", worst.1),
+        Row::number(variant, FINE, "% of the covered", worst_fine),
         Row::new(variant, ALONG, levels, Value::Series(along)),
         Row::new(variant, BEHIND, levels, Value::Summary(Summary::of(&behind).context("a path has frames")?)),
     ])
 }
 
-/// A quantity of both variants in each scene that has them.
-fn pairs(table: &Table, quantity: &str) -> Vec<(&'static str, f64, f64)> {
-    let of = |scene, variant| table.number(scene, None, variant, quantity);
-    SCENES.into_iter().filter_map(|s| Some((s, of(s, VARIANTS[0])?, of(s, VARIANTS[1])?))).collect()
-}
-
-fn verdict(met: usize, places: usize) -> Verdict {
-    match met {
-        _ if places == 0 => Verdict::NotMeasurable,
-        met if met == SCENES.len() => Verdict::Reproduced,
-        0 => Verdict::NotReproduced,
-        _ => Verdict::InPart,
-    }
-}
-
-fn geomorph_tames(table: &Table) -> Finding {
-    let found = pairs(table, LARGEST_FRAME);
-    let met = found.iter().filter(|(_, once, morphed)| 2.0 * morphed <= *once).count();
-    let words = |(scene, once, morphed): &(&str, f64, f64)| {
-        format!("{scene} {} -> {}", short(*once), short(*morphed))
-    };
-    let numbers = found.iter().map(words).collect::<Vec<_>>().join(", ");
-    let pixels: Vec<String> = pairs(table, LARGEST_PIXEL)
-        .iter()
-        .map(|(scene, once, morphed)| format!("{scene} {} -> {}", short(*once), short(*morphed)))
-        .collect();
-    let why = format!(
-        "{met} of {} places; the largest change of a single pixel: {}",
-        found.len(),
-        pixels.join(", ")
-    );
-    Finding::new(verdict(met, found.len()), format!("levels of 255: {numbers}"), why)
-}
-
-fn few_see_it(table: &Table, quantity: &str) -> Finding {
-    let found = pairs(table, quantity);
-    let met = found.iter().filter(|(_, once, _)| *once <= 1.0).count();
-    let words = |(scene, once, morphed): &(&str, f64, f64)| {
-        format!("{scene} {} %, with geomorphing {} %", short(*once), short(*morphed))
-    };
-    let numbers = found.iter().map(words).collect::<Vec<_>>().join(", ");
-    let worst = found.iter().max_by(|a, b| a.1.total_cmp(&b.1)).and_then(|(scene, ..)| {
-        let at = table.number(scene, None, VARIANTS[0], WORST_AT).filter(|_| quantity == VISIBLE)?;
-        Some(format!("; worst {scene} as the error falls to {} pixels", short(at)))
-    });
-    let why = format!(
-        "{met} of {} places{}; a frame executes all splits of a sixteenth of an octave",
-        found.len(),
-        worst.unwrap_or_default()
-    );
-    Finding::new(verdict(met, found.len()), numbers, why)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::tests::table;
     use super::*;
-
-    #[test]
-    fn half_the_change_tames_and_more_does_not() {
-        let found = |morphed: f64| {
-            let rows = SCENES
-                .map(|s| [(s, VARIANTS[0], LARGEST_FRAME, 4.0), (s, VARIANTS[1], LARGEST_FRAME, morphed)]);
-            geomorph_tames(&table("cpu", &rows.concat())).verdict
-        };
-        assert_eq!((found(2.0), found(2.1)), (Verdict::Reproduced, Verdict::NotReproduced));
-        assert_eq!(geomorph_tames(&table("cpu", &[])).verdict, Verdict::NotMeasurable);
-    }
-
-    #[test]
-    fn more_than_one_pixel_of_a_hundred_is_seen() {
-        let found = |first: f64, second: f64| {
-            let row =
-                |scene, percent| [(scene, VARIANTS[0], VISIBLE, percent), (scene, VARIANTS[1], VISIBLE, 0.1)];
-            few_see_it(&table("cpu", &[row(SCENES[0], first), row(SCENES[1], second)].concat()), VISIBLE)
-                .verdict
-        };
-        assert_eq!(found(1.0, 0.5), Verdict::Reproduced);
-        assert_eq!(found(1.1, 0.5), Verdict::InPart);
-        assert_eq!(found(1.1, 2.0), Verdict::NotReproduced);
-    }
 
     #[test]
     fn an_outline_that_covers_half_a_pixel_is_half_the_light_and_not_half_the_levels() {

@@ -1,6 +1,6 @@
 //! Scans that may not be shipped, in figures: looked at where `ortelius fetch` has brought them, else told of.
 
-use crate::figure::{Cell, Effort, Row, Value};
+use crate::figure::{Cell, Effort, Row};
 use crate::model::{FETCHED, Model, fetched};
 
 /// The scan of 11 102 faces that quick runs look at too.
@@ -20,7 +20,7 @@ pub fn absent(cell: &Cell, effort: Effort, variants: &[String], quantity: &str) 
         }
         Some(_) => return None,
     };
-    let row = |variant: &String| Row::new(&**variant, quantity, "", Value::Missing(why.clone()));
+    let row = |variant: &String| Row::missing(&**variant, quantity, why.clone());
     Some(variants.iter().map(row).collect())
 }
 
@@ -35,6 +35,7 @@ pub fn open(name: &str) -> anyhow::Result<Model> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::figure::Value;
 
     #[test]
     fn a_shipped_model_is_measured_and_a_scan_is_told_of_where_it_is_not() {

@@ -2,9 +2,10 @@
 
 use super::super::mesh::{NOWHERE, ProgressiveMesh};
 use super::super::run::Program;
-use super::orders::{CLASSICAL, CLOSED, FEW, ORDERS, OURS, PAPER, WITH_SCANS, judged, ordered, simplified};
-use super::{scans, short};
-use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Table, Value};
+use super::orders::{CLASSICAL, CLOSED, FEW, ORDERS, OURS, PAPER, WITH_SCANS, ordered, simplified};
+use super::scans;
+use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
+use crate::figure::{Bench, Cell, Figure, Plot, Row};
 
 pub const SIZE: Figure = Figure {
     id: "pm.size",
@@ -24,28 +25,28 @@ pub const SIZE: Figure = Figure {
     sweep: None,
     measure,
     plots: &[
-        Plot { quantity: FILE, x: Axis::Variant, log_x: false, log_y: false, floor: None },
-        Plot { quantity: MEMORY, x: Axis::Variant, log_x: false, log_y: false, floor: None },
+        Plot::bars(FILE),
+        Plot::bars(MEMORY),
     ],
     claims: &[
-        Claim {
-            id: "with-tswaps",
-            text: "The bunny's file takes at most 70 bytes for each split with ours (aim: 43), positions and header apart.",
-            from: Origin::Ours,
-            check: |table| at_most(table, OURS, 70.0),
-        },
-        Claim {
-            id: "without",
-            text: "The bunny's file takes at most 13 bytes for each split in classical order, positions and header apart.",
-            from: Origin::Ours,
-            check: |table| at_most(table, CLASSICAL, 13.0),
-        },
-        Claim {
-            id: "by-neighbourhood",
-            text: "Naming a moved face by what lies near takes at most a third of variable-length numbers, on every model.",
-            from: Origin::Ours,
-            check: by_neighbourhood,
-        },
+        Claim::ours(
+            "with-tswaps",
+            "The bunny's file takes at most 70 bytes for each split with ours (aim: 43), positions and header apart.",
+            &[Test::value(one(FILE, OURS), AtMost(70.0))],
+        )
+        .at(Places::scenes(&["bunny"])),
+        Claim::ours(
+            "without",
+            "The bunny's file takes at most 13 bytes for each split in classical order, positions and header apart.",
+            &[Test::value(one(FILE, CLASSICAL), AtMost(13.0))],
+        )
+        .at(Places::scenes(&["bunny"])),
+        Claim::ours(
+            "by-neighbourhood",
+            "Naming a moved face by what lies near takes at most a third of variable-length numbers, on every model.",
+            &[Test::ratio(one(SWAPS, OURS), one(SWAP_NUMBERS, OURS), AtMost(1.0 / 3.0))],
+        )
+        .at(Places::scenes(&CLOSED)),
     ],
 };
 
@@ -77,7 +78,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     }
     let splits = collapses.wedges.len().max(1) as f64;
     let lists = skip_lists(model.faces.len(), 64) / splits;
-    rows.push(Row::new(SKIP_LISTS, MEMORY, UNIT, Value::Number(lists)));
+    rows.push(Row::number(SKIP_LISTS, MEMORY, UNIT, lists));
     Ok(rows)
 }
 
@@ -86,7 +87,7 @@ fn of_mesh(name: &str, mesh: &ProgressiveMesh) -> anyhow::Result<Vec<Row>> {
     let (_, contents) = mesh.to_bytes();
     let mut rows = Vec::new();
     let mut row = |quantity: &str, bytes: f64| {
-        rows.push(Row::new(name, quantity, UNIT, Value::Number(bytes / splits)));
+        rows.push(Row::number(name, quantity, UNIT, bytes / splits));
     };
     row(FILE, contents.bytes_per_split(mesh) * splits);
     for (content, bits) in contents.sizes.named() {
@@ -147,53 +148,10 @@ fn skip_lists(faces: usize, least: usize) -> f64 {
     lists.take_while(|&faces| faces >= least as f64).map(|faces| 12.0 * faces.round()).sum()
 }
 
-fn at_most(table: &Table, variant: &str, bytes: f64) -> Finding {
-    let found = table.number("bunny", None, variant, FILE);
-    // What a file saves memory pays for, and rivals have no such file: both are told.
-    let memory = |variant| table.number("bunny", None, variant, MEMORY).map_or("?".into(), short);
-    let words = |found: f64| {
-        format!("{found:.1} bytes; in memory {}, lists of skip lists {}", memory(variant), memory(SKIP_LISTS))
-    };
-    let numbers = found.map(words).unwrap_or_default();
-    judged(found.map(|found| found <= bytes), numbers, &format!("at most {bytes} bytes"))
-}
-
-fn by_neighbourhood(table: &Table) -> Finding {
-    let ratio = |scene: &&str| {
-        let of = |quantity| table.number(scene, None, OURS, quantity);
-        Some(of(SWAPS)? / of(SWAP_NUMBERS)?)
-    };
-    let ratios: Option<Vec<f64>> = CLOSED.iter().map(ratio).collect();
-    let numbers = ratios.iter().flatten().zip(CLOSED).map(|(ratio, scene)| format!("{scene} {ratio:.2}"));
-    let met = ratios.as_ref().map(|ratios| ratios.iter().all(|&ratio| ratio <= 1.0 / 3.0));
-    judged(met, numbers.collect::<Vec<_>>().join(", "), "at most a third on every model")
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::tests::table;
     use super::*;
-    use crate::figure::Verdict;
     use crate::math::ragged::Ragged;
-
-    #[test]
-    fn bars_are_held_against_the_bunny() {
-        let found = |bytes| at_most(&table("cpu", &[("bunny", OURS, FILE, bytes)]), OURS, 70.0).verdict;
-        assert_eq!((found(70.0), found(70.1)), (Verdict::Reproduced, Verdict::NotReproduced));
-        let elsewhere = table("cpu", &[("knot", OURS, FILE, 1.0)]);
-        assert_eq!(at_most(&elsewhere, OURS, 70.0).verdict, Verdict::NotMeasurable);
-    }
-
-    #[test]
-    fn one_model_above_a_third_refutes() {
-        let rows = |last| {
-            let swaps = |scene| if scene == "solid" { last } else { 10.0 };
-            let of = |scene| [(scene, OURS, SWAPS, swaps(scene)), (scene, OURS, SWAP_NUMBERS, 40.0)];
-            CLOSED.into_iter().flat_map(of).collect::<Vec<_>>()
-        };
-        let found = |last| by_neighbourhood(&table("cpu", &rows(last))).verdict;
-        assert_eq!((found(13.0), found(14.0)), (Verdict::Reproduced, Verdict::NotReproduced));
-    }
 
     #[test]
     fn on_a_seam_a_split_brings_several_vertices_and_is_one() {

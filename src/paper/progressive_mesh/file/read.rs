@@ -7,9 +7,9 @@ use super::{
     CHUNK_HEAD_BYTES, CORNERS_PER_BYTE, Contents, Extent, HEADER_BYTES, ITEMS_PER_BYTE, Loaded, MAGIC,
     VERSION,
 };
+use crate::file;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use glam::DVec3;
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 use thiserror::Error;
@@ -52,12 +52,8 @@ impl ProgressiveMesh {
     pub fn read(path: &Path) -> Result<Loaded, PmeshError> {
         let shown = path.display().to_string();
         let read = || {
-            let mut file = File::open(path)?;
-            if !file.metadata()?.is_file() {
-                return Err(std::io::Error::other("it is not a regular file"));
-            }
             let mut bytes = Vec::new();
-            file.read_to_end(&mut bytes)?;
+            file::open(path)?.read_to_end(&mut bytes)?;
             Ok(bytes)
         };
         let bytes = read().map_err(|source| PmeshError::Read { path: shown.clone(), source })?;

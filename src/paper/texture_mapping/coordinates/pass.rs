@@ -7,7 +7,7 @@ use crate::vk::shader::texture_mapping::{
 };
 use crate::vk::shader::{PlaneBand, Shader};
 use crate::vk::{
-    Buffer, BufferUse, Clear, Cmd, ColorTarget, ComputePipeline, Feature, Format, Gpu, GraphicsInfo,
+    Blend, Buffer, BufferUse, Clear, Cmd, ColorTarget, ComputePipeline, Feature, Format, Gpu, GraphicsInfo,
     GraphicsPipeline, Image, ImageInfo, Need, Resource, Result, Sampler,
 };
 
@@ -246,6 +246,6 @@ fn draw_pipeline(
         points: false,
         depth: None,
         colors: &[format],
-        logic_or: false,
+        blend: Blend::Replace,
     })
 }

@@ -1,7 +1,9 @@
 //! tm.17: what coordinates cost in every form, against screen area and tilt.
 
-use super::gains::{Bound, gains, judge, on_a_gpu, pass};
-use crate::figure::{Axis, Bench, Cell, Claim, Contender, Figure, Origin, Plot, Row, Sweep, Value};
+use super::contender::pass;
+use crate::figure::claim::Bound::AtLeast;
+use crate::figure::claim::{Pick, Test, one};
+use crate::figure::{Bench, Cell, Claim, Contender, Figure, Plot, Row, Sweep};
 use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output, needs, set_up};
 use crate::paper::texture_mapping::coordinates::{Band, Derivatives, Form, Walk};
 use crate::paper::texture_mapping::plane::Plane;
@@ -31,48 +33,48 @@ pub const COORDINATES: Figure = Figure {
         full: &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
     }),
     measure,
-    plots: &[plot(TIME), plot(GAIN), plot(DERIVATIVES)],
+    plots: &[plot(TIME), plot(DERIVATIVES)],
     claims: &[
-        Claim {
-            id: "26-percent",
-            text: "Modified Heckbert coordinates (the row's constants) in a fragment shader texture 26 % faster than the \
-                   textbook's, in all tests.",
-            from: Origin::Paper("claim 5, figure 17"),
-            check: |table| {
-                on_a_gpu(table, judge(table, GAIN, "row constants", Bound::AtLeast(1.26), |_, _| true))
-            },
-        },
-        Claim {
-            id: "sequential",
-            text: "A thread that walks a row by additions, formula (7), beats the textbook's fragment shader.",
-            from: Origin::Paper("E, formula (7)"),
-            check: |table| {
-                on_a_gpu(table, judge(table, GAIN, "sequential", Bound::AtLeast(1.0), |_, _| true))
-            },
-        },
-        Claim {
-            id: "not-slower",
-            text: "The row's constants, which are more exact, are not slower than the textbook's coordinates.",
-            from: Origin::Ours,
-            check: |table| judge(table, GAIN, "row constants", Bound::MayReach(1.0), |_, _| true),
-        },
-        Claim {
-            id: "derivatives",
-            text: "Numerators from the row's constants give derivatives faster than differences of coordinates.",
-            from: Origin::Ours,
-            check: |table| {
-                judge(table, DERIVATIVES_GAIN, "incremental derivatives", Bound::AtLeast(1.0), |_, _| true)
-            },
-        },
+        Claim::paper(
+            "claim 5, figure 17",
+            "26-percent",
+            "Modified Heckbert coordinates (the row's constants) in a fragment shader texture 26 % faster than the textbook's, \
+             in all tests.",
+            &[Test::ratio(TEXTBOOK, one(TIME, "row constants"), AtLeast(1.26))],
+        )
+        .timed(),
+        Claim::paper(
+            "E, formula (7)",
+            "sequential",
+            "A thread that walks a row by additions, formula (7), beats the textbook's fragment shader.",
+            &[Test::ratio(TEXTBOOK, one(TIME, "sequential"), AtLeast(1.0))],
+        )
+        .timed(),
+        Claim::ours(
+            "not-slower",
+            "The row's constants, which are more exact, are at most 3 % slower than the textbook's coordinates.",
+            &[Test::ratio(TEXTBOOK, one(TIME, "row constants"), AtLeast(0.97))],
+        )
+        .timed(),
+        Claim::ours(
+            "derivatives",
+            "Numerators from the row's constants give derivatives faster than differences of coordinates.",
+            &[Test::ratio(
+                one(DERIVATIVES, "differences derivatives"),
+                one(DERIVATIVES, "incremental derivatives"),
+                AtLeast(1.0),
+            )],
+        )
+        .timed(),
     ],
 };
 
 /// Quantities.
 const TIME: &str = "coordinates and a texel";
-const GAIN: &str = "textbook over this one";
 const DERIVATIVES: &str = "derivatives";
-const DERIVATIVES_GAIN: &str = "differences over this one";
 const SET_UP: &str = "set-up on the host";
+
+const TEXTBOOK: Pick = one(TIME, "textbook");
 
 /// Texels a side of the image.
 const SIDE: u32 = 2048;
@@ -93,7 +95,7 @@ const FORMS: [Form; 12] = [
 ];
 
 const fn plot(quantity: &'static str) -> Plot {
-    Plot { quantity, x: Axis::Sweep, log_x: false, log_y: true, floor: Some("empty pass") }
+    Plot::sweep(quantity).log_y().floor("empty pass")
 }
 
 fn derivatives_name(method: Derivatives) -> String {
@@ -137,7 +139,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         match CoordinatesPass::new(&gpu, form, Output::Texels, &plane, band, SIDE) {
             Ok(own) => forms.push(contender(&gpu, form.name(), own, &source)),
             Err(lack @ (Error::MissingFeature { .. } | Error::Limit { .. })) => {
-                rows.push(Row::new(form.name(), TIME, "ms", Value::Missing(lack.to_string())));
+                rows.push(Row::missing(form.name(), TIME, lack.to_string()));
             }
             Err(error) => return Err(error.into()),
         }
@@ -152,10 +154,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     }
     let timed = bench.interleave(&gpu, forms)?;
     rows.extend(timed.iter().map(|one| one.row(TIME)));
-    rows.extend(gains(&timed, "textbook", GAIN));
     let timed = bench.interleave(&gpu, methods)?;
     rows.extend(timed.iter().map(|one| one.row(DERIVATIVES)));
-    rows.extend(gains(&timed, &derivatives_name(Derivatives::Differences), DERIVATIVES_GAIN));
     Ok(rows)
 }
 
@@ -169,5 +169,5 @@ fn host_time(form: Form, plane: &Plane, band: Band) -> Row {
     };
     let least = (0..5).map(run).fold(f64::INFINITY, f64::min);
     assert!(words.into_inner() > 0, "a set-up of nothing");
-    Row::new(form.name(), SET_UP, "ms", Value::Number(least))
+    Row::number(form.name(), SET_UP, "ms", least)
 }

@@ -1,10 +1,9 @@
 //! tm.drift: how far the coordinates of each form are from f64, along rows of up to 16,384 pixels.
 
 use super::coordinates::noise;
-use super::gains::{Bound, judge};
-use crate::figure::{
-    Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Sweep, Table, Value, Verdict,
-};
+use crate::figure::claim::Bound::{AtLeast, AtMost};
+use crate::figure::claim::{Pick, Places, Test, one};
+use crate::figure::{Bench, Cell, Claim, Effort, Figure, Plot, Row, Sweep};
 use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output};
 use crate::paper::texture_mapping::coordinates::{Band, Derivatives, Form, reference};
 use crate::paper::texture_mapping::plane::Plane;
@@ -34,45 +33,38 @@ pub const DRIFT: Figure = Figure {
     measure,
     plots: &[plot(LARGEST), plot(MEDIAN), plot(DERIVATIVE)],
     claims: &[
-        Claim {
-            id: "5-thousandths",
-            text: "The row's constants and fma err by at most 0.005 texels at 16,384 pixels, within 8192 texels.",
-            from: Origin::Ours,
-            check: |table| {
-                judge(table, LARGEST, "row constants", Bound::AtMost(0.005), |scene, x| {
-                    scene == NEAR && x == Some(16384.0)
-                })
-            },
-        },
-        Claim {
-            id: "restart-16",
-            text: "A walk that restarts every 16 pixels errs by at most 1/64 texel, within 8192 texels.",
-            from: Origin::Ours,
-            check: |table| {
-                judge(table, LARGEST, "restart 16", Bound::AtMost(1.0 / 64.0), |scene, _| scene == NEAR)
-            },
-        },
-        Claim {
-            id: "sequential",
-            text: "The paper's sequential increments (7) err by at least 10 times what the row's constants do.",
-            from: Origin::Ours,
-            check: |table| times_worse(table, "sequential", 10.0, |_| true),
-        },
-        Claim {
-            id: "horizon",
-            text: "Near the horizon the textbook's coordinates err by at least 4 times what the row's constants do.",
-            from: Origin::Ours,
-            check: |table| times_worse(table, "textbook", 4.0, |scene| scene == HORIZON),
-        },
-        Claim {
-            id: "derivatives",
-            text: "Incremental ellipse parameters err by at most 1/100 of what differences of f32 coordinates do.",
-            from: Origin::Ours,
-            check: |table| {
-                let of = |method: &str| format!("{method} derivatives");
-                worse(table, DERIVATIVE, [&of("differences"), &of("incremental")], 100.0, |_| true)
-            },
-        },
+        Claim::ours(
+            "5-thousandths",
+            "The row's constants and fma err by at most 0.005 texels at 16,384 pixels, within 8192 texels.",
+            &[Test::value(ROW_CONSTANTS, AtMost(0.005))],
+        )
+        .at(Places::scenes(&[NEAR]).x(16384.0, 16384.0)),
+        Claim::ours(
+            "restart-16",
+            "A walk that restarts every 16 pixels errs by at most 1/64 texel, within 8192 texels.",
+            &[Test::value(one(LARGEST, "restart 16"), AtMost(1.0 / 64.0))],
+        )
+        .at(Places::scenes(&[NEAR])),
+        Claim::ours(
+            "sequential",
+            "The paper's sequential increments (7) err by at least 10 times what the row's constants do.",
+            &[Test::ratio(one(LARGEST, "sequential"), ROW_CONSTANTS, AtLeast(10.0))],
+        ),
+        Claim::ours(
+            "horizon",
+            "Near the horizon the textbook's coordinates err by at least 4 times what the row's constants do.",
+            &[Test::ratio(one(LARGEST, "textbook"), ROW_CONSTANTS, AtLeast(4.0))],
+        )
+        .at(Places::scenes(&[HORIZON])),
+        Claim::ours(
+            "derivatives",
+            "Incremental ellipse parameters err by at most 1/100 of what differences of f32 coordinates do.",
+            &[Test::ratio(
+                one(DERIVATIVE, "differences derivatives"),
+                one(DERIVATIVE, "incremental derivatives"),
+                AtLeast(100.0),
+            )],
+        ),
     ],
 };
 
@@ -84,37 +76,10 @@ const LARGEST: &str = "largest error";
 const MEDIAN: &str = "median error";
 const DERIVATIVE: &str = "largest relative error";
 
+const ROW_CONSTANTS: Pick = one(LARGEST, "row constants");
+
 const fn plot(quantity: &'static str) -> Plot {
-    Plot { quantity, x: Axis::Sweep, log_x: true, log_y: true, floor: None }
-}
-
-fn times_worse(table: &Table, form: &str, factor: f64, counts: fn(&str) -> bool) -> Finding {
-    worse(table, LARGEST, [form, "row constants"], factor, counts)
-}
-
-/// Whether the first variant errs by at least `factor` times what the second does, wherever both were measured.
-fn worse(
-    table: &Table,
-    quantity: &str,
-    [first, second]: [&str; 2],
-    factor: f64,
-    counts: fn(&str) -> bool,
-) -> Finding {
-    let records = table.of(quantity).filter(|r| r.row.variant == first && counts(&r.scene));
-    let ratio = |r: &crate::figure::Record| {
-        let other = table.number(&r.scene, r.x, second, quantity)?;
-        Some((format!("{} at {}", r.scene, r.x?), r.row.value.number()? / other))
-    };
-    let ratios: Vec<_> = records.filter_map(ratio).collect();
-    let met = ratios.iter().filter(|(_, ratio)| *ratio >= factor).count();
-    let verdict = match met {
-        _ if ratios.is_empty() => Verdict::NotMeasured,
-        0 => Verdict::NotReproduced,
-        all if all == ratios.len() && table.missing == 0 => Verdict::Reproduced,
-        _ => Verdict::InPart,
-    };
-    let words: Vec<String> = ratios.iter().map(|(at, ratio)| format!("{at} {ratio:.1}x")).collect();
-    Finding::new(verdict, words.join(", "), format!("{met} of {} places reach {factor}x", ratios.len()))
+    Plot::sweep(quantity).log_x().log_y()
 }
 
 /// A plane of a scene and the first of its two rows.
@@ -137,7 +102,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let found = match values(&gpu, &source, form, Output::Coordinates, width, &cases) {
             Ok(found) => found,
             Err(lack @ (Error::MissingFeature { .. } | Error::Limit { .. })) => {
-                rows.push(Row::new(form.name(), LARGEST, "texels", Value::Missing(lack.to_string())));
+                rows.push(Row::missing(form.name(), LARGEST, lack.to_string()));
                 continue;
             }
             Err(error) => return Err(error.into()),
@@ -146,9 +111,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             let [u, v] = reference::coordinates(plane, x, y);
             ([u, v, 0.0, 0.0], 1.0)
         });
-        let number = |quantity, p| {
-            Some(Row::new(form.name(), quantity, "texels", Value::Number(percentile(&errors, p)?)))
-        };
+        let number =
+            |quantity, p| Some(Row::number(form.name(), quantity, "texels", percentile(&errors, p)?));
         rows.extend(number(LARGEST, 1.0).into_iter().chain(number(MEDIAN, 0.5)));
     }
     for method in Derivatives::ALL {
@@ -156,8 +120,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let found = values(&gpu, &source, form, Output::Derivatives(method), width, &cases)?;
         let errors = errors(&found, width, &cases, |plane, x, y| exact_derivatives(method, plane, x, y));
         let name = format!("{} derivatives", method.name());
-        let largest = percentile(&errors, 1.0).map(Value::Number);
-        rows.extend(largest.map(|largest| Row::new(name, DERIVATIVE, "", largest)));
+        rows.extend(percentile(&errors, 1.0).map(|largest| Row::number(name, DERIVATIVE, "", largest)));
     }
     Ok(rows)
 }
@@ -214,28 +177,7 @@ fn errors(
 
 #[cfg(test)]
 mod tests {
-    use super::super::gains::tests::table_of;
     use super::*;
-
-    #[test]
-    fn a_factor_is_reached_everywhere_somewhere_or_nowhere() {
-        let verdict = |near: f64, horizon: f64| {
-            let rows = [
-                (NEAR, Some(1920.0), "sequential", LARGEST, near),
-                (NEAR, Some(1920.0), "row constants", LARGEST, 0.002),
-                (HORIZON, Some(1920.0), "sequential", LARGEST, horizon),
-                (HORIZON, Some(1920.0), "row constants", LARGEST, 0.1),
-            ];
-            times_worse(&table_of("cpu", &rows), "sequential", 10.0, |_| true).verdict
-        };
-        assert_eq!(verdict(0.5, 1.5), Verdict::Reproduced);
-        assert_eq!(verdict(0.5, 0.5), Verdict::InPart);
-        assert_eq!(verdict(0.01, 0.5), Verdict::NotReproduced);
-        assert_eq!(
-            times_worse(&table_of("cpu", &[]), "sequential", 10.0, |_| true).verdict,
-            Verdict::NotMeasured
-        );
-    }
 
     #[test]
     fn a_pixel_that_nothing_wrote_is_an_infinite_error() {

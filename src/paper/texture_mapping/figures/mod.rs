@@ -1,8 +1,8 @@
 //! Every figure of paper 3: the only place that sees both the GPU's steps and the reference.
 
+mod contender;
 mod coordinates;
 mod drift;
-mod gains;
 mod parallax;
 mod relief;
 

@@ -1,7 +1,9 @@
 //! tm.25: parallax mapping with filtering, error and cost.
 
-use super::gains::{Bound, gains, judge, on_a_gpu, pass};
-use crate::figure::{Axis, Bench, Cell, Claim, Contender, Effort, Figure, Origin, Plot, Row, Sweep, Value};
+use super::contender::pass;
+use crate::figure::claim::Bound::{AtLeast, AtMost, Below};
+use crate::figure::claim::{Places, Test, one};
+use crate::figure::{Bench, Cell, Claim, Contender, Effort, Figure, Plot, Row, Sweep};
 use crate::paper::texture_mapping::relief::Kind;
 use crate::paper::texture_mapping::relief::parallax::{Method, View, truth};
 use crate::paper::texture_mapping::relief::pass::Filtered;
@@ -27,44 +29,36 @@ pub const PARALLAX: Figure = Figure {
     }),
     measure,
     plots: &[
-        Plot { quantity: ERROR, x: Axis::Sweep, log_x: false, log_y: true, floor: Some(FLOOR) },
-        Plot { quantity: TIME, x: Axis::Sweep, log_x: false, log_y: true, floor: Some("empty pass") },
-        Plot { quantity: TEXELS, x: Axis::Sweep, log_x: false, log_y: true, floor: None },
+        Plot::sweep(ERROR).log_y().floor(FLOOR),
+        Plot::sweep(TIME).log_y().floor("empty pass"),
+        Plot::sweep(TEXELS).log_y(),
     ],
     claims: &[
-        Claim {
-            id: "accurate",
-            text: "Only the visible texels of the footprint are more accurate than the whole footprint.",
-            from: Origin::Paper("claim 6"),
-            check: |table| judge(table, OVER_WHOLE, "visible texels", Bound::AtMost(0.999), |_, _| true),
-        },
-        Claim {
-            id: "5-percent",
-            text: "Finding the visible texels costs at most 5.1 % of the speed.",
-            from: Origin::Paper("claim 6, figure 25"),
-            check: |table| {
-                on_a_gpu(table, judge(table, SPEED, "visible texels", Bound::AtLeast(0.949), |_, _| true))
-            },
-        },
-        Claim {
-            id: "projected-width",
-            text: "Weights by projected width err by at most 1/5 of what the visible texels do, at 30 degrees on bricks and \
-                   rock.",
-            from: Origin::Ours,
-            check: |table| {
-                let counts = |scene: &str, x| matches!(scene, "bricks" | "rock") && x == Some(30.0);
-                judge(table, OVER_VISIBLE, "projected width", Bound::AtMost(0.2), counts)
-            },
-        },
+        Claim::paper(
+            "claim 6",
+            "accurate",
+            "Only the visible texels of the footprint are more accurate than the whole footprint.",
+            &[Test::ratio(one(ERROR, "visible texels"), one(ERROR, "whole footprint"), Below(1.0))],
+        ),
+        Claim::paper(
+            "claim 6, figure 25",
+            "5-percent",
+            "Finding the visible texels costs at most 5.1 % of the speed.",
+            &[Test::ratio(one(TIME, "whole footprint"), one(TIME, "visible texels"), AtLeast(0.949))],
+        )
+        .timed(),
+        Claim::ours(
+            "projected-width",
+            "Weights by projected width err by at most 1/5 of what the visible texels do, at 30 degrees on bricks and rock.",
+            &[Test::ratio(one(ERROR, "projected width"), one(ERROR, "visible texels"), AtMost(0.2))],
+        )
+        .at(Places::scenes(&["bricks", "rock"]).x(30.0, 30.0)),
     ],
 };
 
 /// Quantities.
 const ERROR: &str = "NMSE";
-const OVER_WHOLE: &str = "NMSE over the whole footprint's";
-const OVER_VISIBLE: &str = "NMSE over the visible texels'";
 const TIME: &str = "filtering";
-const SPEED: &str = "whole footprint's time over this one's";
 const TEXELS: &str = "texels a pixel";
 
 /// The truth's own error.
@@ -94,25 +88,16 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         filters.iter().map(|(method, own)| pass(&gpu, method.name(), |cmd| own.run(cmd))).collect();
     let timed = bench.interleave(&gpu, contenders)?;
     let mut rows: Vec<Row> = timed.iter().map(|one| one.row(TIME)).collect();
-    rows.extend(gains(&timed, Method::Whole.name(), SPEED));
-    let mut errors = Vec::new();
     for (method, own) in &filters {
         let found = own.read(&gpu)?;
         let of_period =
             |at: usize| found[at / period.columns as usize * columns as usize + at % period.columns as usize];
         let own_error = error((0..right.len()).map(|at| f64::from(of_period(at)[0])), &right);
         let texels = found.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>() / found.len() as f64;
-        rows.push(Row::new(method.name(), ERROR, "", Value::Number(own_error)));
-        rows.push(Row::new(method.name(), TEXELS, "texels", Value::Number(texels)));
-        errors.push((*method, own_error));
+        rows.push(Row::number(method.name(), ERROR, "", own_error));
+        rows.push(Row::number(method.name(), TEXELS, "texels", texels));
     }
-    let of = |method| errors.iter().find(|(m, _)| *m == method).map_or(f64::NAN, |(_, error)| *error);
-    let ratio = |method: Method, quantity, over| {
-        Row::new(method.name(), quantity, "", Value::Number(of(method) / of(over)))
-    };
-    rows.push(ratio(Method::Visible, OVER_WHOLE, Method::Whole));
-    rows.push(ratio(Method::Projected, OVER_VISIBLE, Method::Visible));
     let coarse = truth(&relief, &colours, &period, samples / 2);
-    rows.push(Row::new(FLOOR, ERROR, "", Value::Number(error(coarse.into_iter(), &right))));
+    rows.push(Row::number(FLOOR, ERROR, "", error(coarse.into_iter(), &right)));
     Ok(rows)
 }

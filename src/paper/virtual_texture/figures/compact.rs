@@ -1,17 +1,16 @@
 //! vt.compact: stage 3 in all its variants.
 
 use super::common::{Place, passes};
-use super::judge::{Bound, judge, on_a_gpu, ratios, why_none};
 use super::side_by_side::{Combination, SideBySide};
 use super::stages::{NOISE, SCENES, Stage1};
-use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict};
+use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Test, best, one, others};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::paper::virtual_texture::compact::CompactPass;
 use crate::paper::virtual_texture::dedup::DedupPass;
 use crate::paper::virtual_texture::list::List;
 use crate::paper::virtual_texture::marks::Marks;
 use crate::paper::virtual_texture::read_u1;
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, PAPER, reference};
-use crate::stats::Summary;
 use anyhow::Context;
 
 pub const COMPACT: Figure = Figure {
@@ -31,29 +30,37 @@ pub const COMPACT: Figure = Figure {
     },
     sweep: None,
     measure,
-    plots: &[
-        Plot { quantity: PAPERS, x: Axis::Variant, log_x: false, log_y: true, floor: Some("empty pass") },
-        Plot { quantity: NATIVE, x: Axis::Variant, log_x: false, log_y: true, floor: Some("empty pass") },
-    ],
+    plots: &[Plot::bars(PAPERS).log_y().floor("empty pass"), Plot::bars(NATIVE).log_y().floor("empty pass")],
     claims: &[
-        Claim {
-            id: "blocks",
-            text: "Blocks of texels beat a vertex for each texel of U2 (geometry shader and transform feedback).",
-            from: Origin::Paper("2.3"),
-            check: blocks,
-        },
-        Claim {
-            id: "compute",
-            text: "A compute variant beats the best geometry shader in every place.",
-            from: Origin::Ours,
-            check: compute,
-        },
-        Claim {
-            id: "length",
-            text: "Every variant's list has exactly the length that the reference counts.",
-            from: Origin::Ours,
-            check: length,
-        },
+        Claim::paper(
+            "2.3",
+            "blocks",
+            "Blocks of texels beat a vertex for each texel of U2 (geometry shader and transform feedback).",
+            &[Test::ratio(
+                best(PAPERS, || vec![feedback_name(0)]),
+                best(PAPERS, || vec![feedback_name(1), feedback_name(2)]),
+                Above(1.0),
+            )],
+        )
+        .timed(),
+        Claim::ours(
+            "compute",
+            "A compute variant beats the best geometry shader in every place.",
+            &[Test::ratio(
+                best(PAPERS, || (0..=2).map(feedback_name).collect()),
+                best(PAPERS, || compute_passes().map(|compact| compact.name().to_string()).collect()),
+                Above(1.0),
+            )],
+        )
+        .timed(),
+        Claim::ours(
+            "length",
+            "Every variant's list has exactly the length that the reference counts.",
+            &[
+                Test::difference(others(LENGTHS[0], REFERENCE), one(LENGTHS[0], REFERENCE), Equal(0.0)),
+                Test::difference(others(LENGTHS[1], REFERENCE), one(LENGTHS[1], REFERENCE), Equal(0.0)),
+            ],
+        ),
     ],
 };
 
@@ -69,7 +76,7 @@ fn feedback_name(block_log2: u32) -> String {
 }
 
 /// The compute passes.
-fn others() -> impl Iterator<Item = Compaction> {
+fn compute_passes() -> impl Iterator<Item = Compaction> {
     let apart = [Compaction::TransformFeedback, Compaction::FusedAppend];
     Compaction::ALL.iter().copied().filter(move |compact| !apart.contains(compact))
 }
@@ -80,7 +87,9 @@ fn variants(keying: Keying) -> Vec<(String, Config)> {
     let blocks = (0..=2)
         .map(|compact_block_log2| (feedback_name(compact_block_log2), Config { compact_block_log2, ..base }));
     let marked = Config { dedup: Dedup::TestOr, ..base };
-    blocks.chain(others().map(|compact| (compact.name().to_string(), Config { compact, ..marked }))).collect()
+    blocks
+        .chain(compute_passes().map(|compact| (compact.name().to_string(), Config { compact, ..marked })))
+        .collect()
 }
 
 /// One variant with its marks set.
@@ -101,11 +110,11 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let keyings = [(Keying::Paper, PAPERS), (Keying::Native, NATIVE)];
     let mut rows = Vec::new();
     for (((keying, time), quantity), length) in keyings.into_iter().zip(LENGTHS).zip(lengths) {
-        rows.push(Row::new(REFERENCE, quantity, "triples", Value::Number(length as f64)));
+        rows.push(Row::number(REFERENCE, quantity, "triples", length as f64));
         let mut runs = Vec::new();
         for (name, config) in variants(keying) {
             match stage1.lacks(&config) {
-                Some(why) => rows.push(Row::new(name, time, "ms", Value::Missing(why))),
+                Some(why) => rows.push(Row::missing(name, time, why)),
                 None => runs.push(Run::marked(&stage1, name, &config, length as u64)?),
             }
         }
@@ -133,7 +142,7 @@ fn fused_append(
     [time, length]: [&str; 2],
 ) -> anyhow::Result<Vec<Row>> {
     let name = Compaction::FusedAppend.name();
-    let missing = |why: String| vec![Row::new(name, time, "ms", Value::Missing(why))];
+    let missing = |why: String| vec![Row::missing(name, time, why)];
     if scene == NOISE {
         return Ok(missing("no mesh draws this noise: U1 is filled by hand".into()));
     }
@@ -158,15 +167,12 @@ fn fused_append(
         let empty = pass("empty pass", "empty pass")?;
         let more: Vec<f64> =
             with.iter().zip(&without).zip(&empty).map(|((a, b), e)| (a - b).max(*e)).collect();
-        Summary::of(&more)
+        Some(more)
     };
-    let rows = match more() {
-        None => missing("the device keeps no time".into()),
-        Some(more) => vec![Row::new(name, time, "ms", Value::Summary(more))],
-    };
+    let rows = vec![Row::of_rounds(name, time, "ms", more())];
     let (_, session) = frames.sessions.last().context("both run")?;
     let listed = session.records.last().context("a settled session has drawn")?.triples;
-    Ok([rows, vec![Row::new(name, length, "triples", Value::Number(listed as f64))]].concat())
+    Ok([rows, vec![Row::number(name, length, "triples", listed as f64)]].concat())
 }
 
 impl Run {
@@ -193,97 +199,5 @@ impl Run {
         })?;
         frame.submit()?.wait()?;
         Ok(pass.collect(&stage1.gpu, marks, list)?.0.len())
-    }
-}
-
-fn blocks(table: &Table) -> Finding {
-    let (single, blocks) = ([feedback_name(0)], [feedback_name(1), feedback_name(2)]);
-    let found = ratios(table, PAPERS, &single, &blocks);
-    on_a_gpu(table, judge(table, Bound::Wins, &found, || why_none(table, PAPERS, &single)))
-}
-
-fn compute(table: &Table) -> Finding {
-    let feedback: Vec<String> = (0..=2).map(feedback_name).collect();
-    let others: Vec<String> = others().map(|compact| compact.name().to_string()).collect();
-    let found = ratios(table, PAPERS, &feedback, &others);
-    judge(table, Bound::Wins, &found, || why_none(table, PAPERS, &others))
-}
-
-fn length(table: &Table) -> Finding {
-    let (mut equal, mut different) = (0, Vec::new());
-    for quantity in LENGTHS {
-        for record in table.of(quantity).filter(|record| record.row.variant != REFERENCE) {
-            let expected = table.number(&record.scene, record.x, REFERENCE, quantity);
-            let found = record.row.value.number();
-            if found.is_some() && found == expected {
-                equal += 1;
-            } else {
-                different
-                    .push(format!("{}, {}: {found:?} of {expected:?}", record.scene, record.row.variant));
-            }
-        }
-    }
-    let verdict = match (equal, different.len()) {
-        (0, 0) => Verdict::NotMeasurable,
-        (_, 0) if table.missing == 0 => Verdict::Reproduced,
-        (_, 0) => Verdict::InPart,
-        _ => Verdict::NotReproduced,
-    };
-    let numbers = format!("{equal} lists of {} have it", equal + different.len());
-    let why = match different.first() {
-        Some(first) => first.clone(),
-        None if table.missing > 0 => format!("{} cells are missing", table.missing),
-        None => "counted, not timed".into(),
-    };
-    Finding::new(verdict, numbers, why)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::judge::tests::table;
-    use super::*;
-    use crate::figure::Verdict::{InPart, NotMeasurable, NotReproduced, Reproduced};
-
-    const SCENE: &str = "earth/oblique";
-
-    #[test]
-    fn blocks_are_judged_on_a_gpu_alone() {
-        let verdict = |kind, ms| {
-            let (single, block) = (feedback_name(0), feedback_name(2));
-            let rows = [(SCENE, None, &*single, PAPERS, 10.0), (SCENE, None, &*block, PAPERS, ms)];
-            blocks(&table(kind, &rows)).verdict
-        };
-        assert_eq!((verdict("discrete", 5.0), verdict("discrete", 12.0)), (Reproduced, NotReproduced));
-        assert_eq!(verdict("cpu", 5.0), NotMeasurable);
-    }
-
-    #[test]
-    fn compute_must_beat_the_best_blocks() {
-        let verdict = |ms| {
-            let block = feedback_name(2);
-            let rows =
-                [(SCENE, None, &*block, PAPERS, 10.0), (SCENE, None, Compaction::Append.name(), PAPERS, ms)];
-            compute(&table("cpu", &rows)).verdict
-        };
-        assert_eq!((verdict(5.0), verdict(12.0)), (Reproduced, NotReproduced));
-        assert_eq!(compute(&table("cpu", &[])).verdict, NotMeasurable);
-    }
-
-    #[test]
-    fn one_list_that_is_too_long_or_short_fails_all() {
-        let lists = |found| {
-            let row = |variant, length| (SCENE, None, variant, LENGTHS[0], length);
-            table("cpu", &[row(REFERENCE, 7.0), row("append", 7.0), row("subgroup", found)])
-        };
-        assert_eq!(length(&lists(7.0)).verdict, Reproduced);
-        for wrong in [6.0, 8.0] {
-            let found = length(&lists(wrong));
-            assert_eq!(found.verdict, NotReproduced);
-            assert!(found.why.contains("subgroup"), "{}", found.why);
-        }
-        let mut cut = lists(7.0);
-        cut.missing = 1;
-        assert_eq!(length(&cut).verdict, InPart);
-        assert_eq!(length(&table("cpu", &[])).verdict, NotMeasurable);
     }
 }

@@ -1,9 +1,9 @@
 //! vt.dedup: stage 2 in all its variants.
 
 use super::common::passes;
-use super::judge::{Bound, Ratio, judge, on_a_gpu, ratios, why_none};
 use super::stages::{NOISE, SCENES, Stage1};
-use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict};
+use crate::figure::claim::{Bound::Above, Bound::AtLeast, Claim, Pick, Places, Test, best, one};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::paper::virtual_texture::dedup::DedupPass;
 use crate::paper::virtual_texture::read_u1;
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, PAPER, reference};
@@ -28,47 +28,38 @@ pub const DEDUP: Figure = Figure {
     sweep: None,
     measure,
     plots: &[
-        Plot { quantity: TIME, x: Axis::Variant, log_x: false, log_y: true, floor: Some("empty pass") },
-        Plot {
-            quantity: BY_P,
-            x: Axis::Series("p: blocks of 2^p x 2^p pixels"),
-            log_x: false,
-            log_y: true,
-            floor: None,
-        },
-        Plot {
-            quantity: POINTS_BY_P,
-            x: Axis::Series("p: blocks of 2^p x 2^p pixels"),
-            log_x: false,
-            log_y: true,
-            floor: None,
-        },
+        Plot::bars(TIME).log_y().floor("empty pass"),
+        Plot::curves(BY_P, "p: blocks of 2^p x 2^p pixels").log_y(),
+        Plot::curves(POINTS_BY_P, "p: blocks of 2^p x 2^p pixels").log_y(),
     ],
     claims: &[
-        Claim {
-            id: "blocks",
-            text: "Blocks handled by a geometry shader beat rendering a vertex for each pixel.",
-            from: Origin::Paper("2.2"),
-            check: blocks,
-        },
-        Claim {
-            id: "memo",
-            text: "Emitting only where the triple differs from the last one beats emitting always (p = 3).",
-            from: Origin::Paper("2.2"),
-            check: memo,
-        },
-        Claim {
-            id: "memo-points",
-            text: "The memo spares at least nine of ten points in every landscape (p = 3).",
-            from: Origin::Ours,
-            check: memo_points,
-        },
-        Claim {
-            id: "compute",
-            text: "A compute variant beats the best geometry shader in every place.",
-            from: Origin::Ours,
-            check: compute,
-        },
+        Claim::paper(
+            "2.2",
+            "blocks",
+            "Blocks handled by a geometry shader beat rendering a vertex for each pixel.",
+            &[Test::ratio(one(TIME, STRAW_MAN), best(TIME, || geometry_names(|p, _| p > 0)), Above(1.0))],
+        )
+        .timed(),
+        Claim::paper(
+            "2.2",
+            "memo",
+            "Emitting only where the triple differs from the last one beats emitting always (p = 3; `noise` is not judged).",
+            &[Test::ratio(without_memo(TIME), with_memo(TIME), Above(1.0))],
+        )
+        .at(Places::except(&[NOISE]))
+        .timed(),
+        Claim::ours(
+            "memo-points",
+            "The memo spares at least nine of ten points in every landscape (p = 3).",
+            &[Test::ratio(without_memo(POINTS), with_memo(POINTS), AtLeast(10.0))],
+        )
+        .at(Places::except(&[NOISE])),
+        Claim::ours(
+            "compute",
+            "A compute variant beats the best geometry shader in every place.",
+            &[Test::ratio(best(TIME, || geometry_names(|_, _| true)), best(TIME, compute_names), Above(1.0))],
+        )
+        .timed(),
     ],
 };
 
@@ -114,12 +105,12 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let native = Config { keying: Keying::Native, ..config };
         let config = if config.check(pyramid).is_ok() { config } else { native };
         if let Some(why) = stage1.lacks(&config) {
-            rows.push(Row::new(name, TIME, "ms", Value::Missing(why)));
+            rows.push(Row::missing(name, TIME, why));
             continue;
         }
         let pass = match DedupPass::new(gpu, pyramid, &config, footprint) {
             Err(limit @ Error::Limit { .. }) => {
-                rows.push(Row::new(name, TIME, "ms", Value::Missing(limit.to_string())));
+                rows.push(Row::missing(name, TIME, limit.to_string()));
                 continue;
             }
             pass => pass?,
@@ -172,108 +163,15 @@ fn by_p(rows: &[Row], quantity: &str, name: &str, unit: &str) -> Vec<Row> {
     vec![line(false), line(true)]
 }
 
-fn blocks(table: &Table) -> Finding {
-    let (straw_man, blocks) = ([STRAW_MAN.to_string()], geometry_names(|p, _| p > 0));
-    let found = ratios(table, TIME, &straw_man, &blocks);
-    on_a_gpu(table, judge(table, Bound::Wins, &found, || why_none(table, TIME, &straw_man)))
+/// The geometry shader with p = 3, without and with memo.
+const fn without_memo(quantity: &'static str) -> Pick {
+    best(quantity, || vec![geometry_name(3, false)])
 }
 
-/// Ratios of the landscapes; what a landscape never is stands behind them for information.
-fn without_noise(found: Vec<Ratio>, judged: impl Fn(&[Ratio]) -> Finding) -> Finding {
-    let (noise, landscapes): (Vec<Ratio>, Vec<Ratio>) =
-        found.into_iter().partition(|ratio| ratio.at.0 == NOISE);
-    let mut finding = judged(&landscapes);
-    if finding.verdict != Verdict::NotMeasurable && !noise.is_empty() {
-        finding.numbers += &format!("; not counted: {}", super::judge::words(&noise));
-    }
-
-    finding
+const fn with_memo(quantity: &'static str) -> Pick {
+    best(quantity, || vec![geometry_name(3, true)])
 }
 
-fn memo(table: &Table) -> Finding {
-    let (without, with) = ([geometry_name(3, false)], [geometry_name(3, true)]);
-    let found = ratios(table, TIME, &without, &with);
-    let judged = |found: &[Ratio]| judge(table, Bound::Wins, found, || why_none(table, TIME, &with));
-    on_a_gpu(table, without_noise(found, judged))
-}
-
-fn memo_points(table: &Table) -> Finding {
-    let (without, with) = ([geometry_name(3, false)], [geometry_name(3, true)]);
-    let found = ratios(table, POINTS, &without, &with);
-    let judged =
-        |found: &[Ratio]| judge(table, Bound::AtLeast(10.0), found, || why_none(table, POINTS, &with));
-    without_noise(found, judged)
-}
-
-fn compute(table: &Table) -> Finding {
-    let others: Vec<String> =
-        others().filter(|dedup| !dedup.draws()).map(|dedup| dedup.name().to_string()).collect();
-    let found = ratios(table, TIME, &geometry_names(|_, _| true), &others);
-    judge(table, Bound::Wins, &found, || why_none(table, TIME, &others))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::judge::tests::table;
-    use super::*;
-    use crate::figure::Verdict::{InPart, NotMeasurable, NotReproduced, Reproduced};
-
-    const SCENE: &str = "earth/oblique";
-
-    #[test]
-    fn blocks_are_judged_on_a_gpu_alone_and_by_the_best_of_them() {
-        let verdict = |kind, ms| {
-            let (first, second) = (geometry_name(1, false), geometry_name(3, true));
-            let rows = [
-                (SCENE, None, STRAW_MAN, TIME, 10.0),
-                (SCENE, None, &*first, TIME, 30.0),
-                (SCENE, None, &*second, TIME, ms),
-            ];
-            blocks(&table(kind, &rows)).verdict
-        };
-        assert_eq!((verdict("discrete", 5.0), verdict("discrete", 12.0)), (Reproduced, NotReproduced));
-        assert_eq!(verdict("cpu", 5.0), NotMeasurable);
-        assert_eq!(blocks(&table("discrete", &[])).verdict, NotMeasurable);
-    }
-
-    #[test]
-    fn noise_is_told_and_not_counted() {
-        let (without, with) = (geometry_name(3, false), geometry_name(3, true));
-        let at = |scene, without_ms, with_ms| {
-            [(scene, None, &*without, TIME, without_ms), (scene, None, &*with, TIME, with_ms)]
-        };
-        let rows = [at(SCENE, 9.0, 3.0), at(NOISE, 9.0, 9.0)].concat();
-        let found = memo(&table("discrete", &rows));
-        assert_eq!(found.verdict, Reproduced);
-        assert!(found.numbers.contains("not counted: noise 1.00"), "{}", found.numbers);
-        let two = [at(SCENE, 9.0, 3.0), at("globe/africa", 3.0, 9.0)].concat();
-        assert_eq!(memo(&table("discrete", &two)).verdict, InPart);
-        assert_eq!(memo(&table("discrete", &at(SCENE, 3.0, 9.0))).verdict, NotReproduced);
-        assert_eq!(memo(&table("discrete", &at(NOISE, 9.0, 3.0))).verdict, NotMeasurable);
-        assert_eq!(memo(&table("cpu", &at(SCENE, 9.0, 3.0))).verdict, NotMeasurable);
-    }
-
-    #[test]
-    fn nine_of_ten_points_are_a_factor_of_ten() {
-        let (without, with) = (geometry_name(3, false), geometry_name(3, true));
-        let verdict = |points| {
-            let rows = [(SCENE, None, &*without, POINTS, 100.0), (SCENE, None, &*with, POINTS, points)];
-            memo_points(&table("cpu", &rows)).verdict
-        };
-        assert_eq!((verdict(10.0), verdict(10.1)), (Reproduced, NotReproduced));
-    }
-
-    #[test]
-    fn compute_must_beat_the_best_geometry_shader() {
-        let (slow, fast) = (geometry_name(0, false), geometry_name(3, true));
-        let verdict = |ms| {
-            let rows = [
-                (SCENE, None, &*slow, TIME, 30.0),
-                (SCENE, None, &*fast, TIME, 10.0),
-                (SCENE, None, Dedup::TestOr.name(), TIME, ms),
-            ];
-            compute(&table("cpu", &rows)).verdict
-        };
-        assert_eq!((verdict(5.0), verdict(12.0)), (Reproduced, NotReproduced));
-    }
+fn compute_names() -> Vec<String> {
+    others().filter(|dedup| !dedup.draws()).map(|dedup| dedup.name().to_string()).collect()
 }

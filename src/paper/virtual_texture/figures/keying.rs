@@ -1,18 +1,14 @@
 //! vt.keying: how long the list is, and what it costs, with the paper's keying and with the native one.
 
 use super::common::{passes, pixels_of};
-use super::judge::{Bound, judge, ratios, why_none};
 use super::list_on_the_host::{ON_THE_HOST, host_pass};
 use super::stages::Stage1;
-use crate::figure::{
-    Axis, Bench, Cell, Claim, Contender, Figure, Finding, Origin, Plot, Row, Sweep, Table, Timed, Value,
-    Verdict,
-};
+use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::Equal, Claim, Places, Test, each, one};
+use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Sweep, Timed};
 use crate::paper::virtual_texture::compact::CompactPass;
 use crate::paper::virtual_texture::dedup::DedupPass;
 use crate::paper::virtual_texture::streaming::distinct_tiles;
 use crate::paper::virtual_texture::{Config, Keying, PAPER, U1Format};
-use crate::stats::Summary;
 
 pub const KEYING: Figure = Figure {
     id: "vt.keying",
@@ -32,29 +28,31 @@ pub const KEYING: Figure = Figure {
     }),
     measure,
     plots: &[
-        Plot { quantity: LENGTH, x: Axis::Sweep, log_x: false, log_y: true, floor: None },
-        Plot { quantity: ON_THE_HOST, x: Axis::Sweep, log_x: false, log_y: true, floor: None },
-        Plot { quantity: STAGES, x: Axis::Sweep, log_x: false, log_y: true, floor: None },
+        Plot::sweep(LENGTH).log_y(),
+        Plot::sweep(ON_THE_HOST).log_y(),
+        Plot::sweep(STAGES).log_y(),
     ],
     claims: &[
-        Claim {
-            id: "native-exact",
-            text: "The native list is as long as there are distinct visible tiles, and both lists name the same tiles.",
-            from: Origin::Ours,
-            check: native_exact,
-        },
-        Claim {
-            id: "globe-500",
-            text: "Seen from 20 000 km at 1920 x 1080, the native list is at least 500 times shorter than the paper's.",
-            from: Origin::Ours,
-            check: globe_500,
-        },
-        Claim {
-            id: "host-work",
-            text: "The host's work on the list shrinks with it.",
-            from: Origin::Ours,
-            check: host_work,
-        },
+        Claim::ours(
+            "native-exact",
+            "The native list is as long as there are distinct visible tiles, and both lists name the same tiles.",
+            &[
+                Test::difference(one(LENGTH, "native"), one(TILES, "native"), Equal(0.0)),
+                Test::value(each(SAME, variants), Equal(0.0)),
+            ],
+        ),
+        Claim::ours(
+            "globe-500",
+            "Seen from 20 000 km at 1920 x 1080, the native list is at least 500 times shorter than the paper's.",
+            &[Test::ratio(one(LENGTH, "paper"), one(LENGTH, "native"), AtLeast(500.0))],
+        )
+        .at(Places::scenes(&["globe/africa"]).x(1080.0, 1080.0)),
+        Claim::ours(
+            "host-work",
+            "The host's work on the list shrinks with it.",
+            &[Test::ratio(one(ON_THE_HOST, "paper"), one(ON_THE_HOST, "native"), Above(1.0))],
+        )
+        .timed(),
     ],
 };
 
@@ -74,7 +72,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let config = |keying| Config { u1: Some(U1Format::Packed), keying, ..PAPER };
     let keyings = [Keying::Paper, Keying::Native];
     if let Some(why) = stage1.lacks(&config(Keying::Paper)) {
-        return Ok(NAMES.map(|name| Row::new(name, LENGTH, "triples", Value::Missing(why.clone()))).into());
+        return Ok(NAMES.map(|name| Row::missing(name, LENGTH, why.clone())).into());
     }
     let (mut rows, mut lists) = (Vec::new(), Vec::new());
     let mut stages = Vec::new();
@@ -98,8 +96,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let first_resident = pyramid.first_resident_level();
     let tiles = [0, 1].map(|n| distinct_tiles(&lists[n], keyings[n], first_resident));
     for (n, name) in NAMES.into_iter().enumerate() {
-        let number =
-            |quantity, unit, count: usize| Row::new(name, quantity, unit, Value::Number(count as f64));
+        let number = |quantity, unit, count: usize| Row::number(name, quantity, unit, count as f64);
         let alone = tiles[n].iter().filter(|tile| tiles[1 - n].binary_search(tile).is_err()).count();
         rows.push(number(LENGTH, "triples", lists[n].len()));
         rows.push(number(TILES, "tiles", tiles[n].len()));
@@ -124,95 +121,9 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 }
 
 fn time_rows(timed: &Timed) -> Vec<Row> {
-    let pass = |(label, summary): &(String, Option<Summary>)| {
-        summary.map(|summary| Row::new(&*timed.variant, &**label, "ms", Value::Summary(summary)))
-    };
     // Both passes of each round together.
     let [dedup, compact] = ["dedup", "compact"].map(|label| timed.pass_of_rounds(label));
     let both =
-        dedup.zip(compact).and_then(|(dedup, compact)| Summary::of_pairs(&dedup, &compact, |a, b| a + b));
-    let stages = both.map(|both| Row::new(&*timed.variant, STAGES, "ms", Value::Summary(both)));
-    timed.passes.iter().filter_map(pass).chain(stages).collect()
-}
-
-fn native_exact(table: &Table) -> Finding {
-    let (mut right, mut places, mut numbers) = (0, 0, Vec::new());
-    let (mut triples, mut tiles) = (0.0, 0.0);
-    for record in table.of(LENGTH).filter(|r| r.row.variant == "native") {
-        let of = |variant, quantity| table.number(&record.scene, record.x, variant, quantity);
-        let Some(length) = record.row.value.number() else { continue };
-        places += 1;
-        triples += of("paper", LENGTH).unwrap_or(0.0);
-        tiles += of("native", TILES).unwrap_or(0.0);
-        let alone = NAMES.map(|name| of(name, SAME));
-        right += usize::from(Some(length) == of("native", TILES) && alone == [Some(0.0); 2]);
-        numbers.push(format!("{} at {} {length}", record.scene, record.x.unwrap_or(f64::NAN)));
-    }
-    let verdict = match right {
-        _ if places == 0 => Verdict::NotMeasurable,
-        right if right == places && table.missing == 0 => Verdict::Reproduced,
-        0 => Verdict::NotReproduced,
-        _ => Verdict::InPart,
-    };
-    let why = match places {
-        0 => why_none(table, LENGTH, &variants()),
-        _ => format!(
-            "{right} of {places} native lists are as long as the tiles are many, and name the paper's tiles; compared: every \
-             one of the {tiles} tiles with every one of the paper's {triples} triples"
-        ),
-    };
-    Finding::new(verdict, numbers.join(", "), why)
-}
-
-fn globe_500(table: &Table) -> Finding {
-    let found = ratios(table, LENGTH, &["paper".to_string()], &["native".to_string()]);
-    let found: Vec<_> =
-        found.into_iter().filter(|r| r.at == ("globe/africa".to_string(), Some(1080.0))).collect();
-    judge(table, Bound::AtLeast(500.0), &found, || why_none(table, LENGTH, &variants()))
-}
-
-fn host_work(table: &Table) -> Finding {
-    let found = ratios(table, ON_THE_HOST, &["paper".to_string()], &["native".to_string()]);
-    judge(table, Bound::Wins, &found, || why_none(table, ON_THE_HOST, &variants()))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::judge::tests::table;
-    use super::*;
-
-    type Rows<'a> = Vec<(&'a str, Option<f64>, &'a str, &'a str, f64)>;
-
-    fn rows(paper: f64, native: f64, tiles: f64, alone: f64) -> Rows<'static> {
-        let at = ("globe/africa", Some(1080.0));
-        let row = |variant, quantity, number| (at.0, at.1, variant, quantity, number);
-        vec![
-            row("paper", LENGTH, paper),
-            row("native", LENGTH, native),
-            row("native", TILES, tiles),
-            row("paper", SAME, alone),
-            row("native", SAME, 0.0),
-        ]
-    }
-
-    #[test]
-    fn a_tile_twice_or_another_tile_refutes_the_native_list() {
-        let found =
-            |native, tiles, alone| native_exact(&table("cpu", &rows(100.0, native, tiles, alone))).verdict;
-        assert_eq!(found(45.0, 45.0, 0.0), Verdict::Reproduced);
-        assert_eq!(found(46.0, 45.0, 0.0), Verdict::NotReproduced);
-        assert_eq!(found(45.0, 45.0, 1.0), Verdict::NotReproduced);
-        assert_eq!(native_exact(&table("cpu", &[])).verdict, Verdict::NotMeasurable);
-    }
-
-    #[test]
-    fn five_hundred_times_is_judged_at_1080_rows_of_the_globe() {
-        let found = |paper| globe_500(&table("cpu", &rows(paper, 45.0, 45.0, 0.0))).verdict;
-        assert_eq!((found(22_500.0), found(22_000.0)), (Verdict::Reproduced, Verdict::NotReproduced));
-        let elsewhere = [
-            ("globe/africa", Some(720.0), "paper", LENGTH, 9e4),
-            ("globe/africa", Some(720.0), "native", LENGTH, 9.0),
-        ];
-        assert_eq!(globe_500(&table("cpu", &elsewhere)).verdict, Verdict::NotMeasurable);
-    }
+        dedup.zip(compact).map(|(dedup, compact)| dedup.iter().zip(&compact).map(|(a, b)| a + b).collect());
+    timed.pass_rows().chain([Row::of_rounds(&timed.variant, STAGES, "ms", both)]).collect()
 }

@@ -1,15 +1,12 @@
 //! vt.limit: how far stages 2 and 3 are from what the device cannot do without: bringing `U1` to the host once.
 
 use super::common::{Place, passes, pixels_of};
-use super::cost::{CHEAPER, LIST, list_of_rounds, list_rows, over};
-use super::judge::{Bound, best, judge, why_none};
+use super::cost::{LIST, list_of_rounds, list_row};
 use super::list_on_the_host::and_list;
 use super::side_by_side::{COMPUTE, Combination, SideBySide, THE_PAPER, UNLISTED};
 use super::stages::Stage1;
-use crate::figure::{
-    Axis, Bench, Cell, Claim, Contender, Figure, Finding, Origin, Plot, Row, Sweep, Table, Timed, Value,
-    Verdict,
-};
+use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Bound::Equal, Claim, Test, best, every, one};
+use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Sweep, Timed, Value};
 use crate::math::pyramid::TileId;
 use crate::paper::virtual_texture::classic::{HostCopy, HostList, HostPass};
 use crate::paper::virtual_texture::compact::CompactPass;
@@ -18,6 +15,7 @@ use crate::paper::virtual_texture::list::List;
 use crate::paper::virtual_texture::marks::Marks;
 use crate::paper::virtual_texture::streaming::distinct_tiles;
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, Listing, PAPER, U1Format};
+use crate::stats::Summary;
 use anyhow::Context;
 use std::cell::RefCell;
 
@@ -37,28 +35,27 @@ pub const LIMIT: Figure = Figure {
     sweep: Some(Sweep { name: "picture height, pixels", quick: &[720.0], full: &[720.0, 1080.0] }),
     measure,
     plots: &[
-        Plot { quantity: LIST, x: Axis::Variant, log_x: false, log_y: true, floor: Some(COPY) },
-        Plot { quantity: COPIES, x: Axis::Variant, log_x: false, log_y: true, floor: None },
+        Plot::bars(LIST).log_y().floor(COPY),
+        Plot::bars(COPIES).log_y(),
     ],
     claims: &[
-        Claim {
-            id: "three-times",
-            text: "The best exact variant finds the list at least 3 times cheaper than the paper's best.",
-            from: Origin::Ours,
-            check: three_times,
-        },
-        Claim {
-            id: "four-copies",
-            text: "The best exact variant on the device takes at most 4 times as long as one copy of packed U1 to the host.",
-            from: Origin::Ours,
-            check: four_copies,
-        },
-        Claim {
-            id: "exact",
-            text: "Every variant lists the same tiles, and each once.",
-            from: Origin::Ours,
-            check: exact,
-        },
+        Claim::ours(
+            "three-times",
+            "The best exact variant finds the list at least 3 times cheaper than the paper's best.",
+            &[Test::ratio(one(LIST, THE_PAPER), best(LIST, ours), AtLeast(3.0))],
+        )
+        .timed(),
+        Claim::ours(
+            "four-copies",
+            "The best exact variant on the device takes at most 4 times as long as one copy of packed U1 to the host.",
+            &[Test::ratio(best(LIST, ours), one(LIST, COPY), AtMost(4.0))],
+        )
+        .timed(),
+        Claim::ours(
+            "exact",
+            "Every variant lists the same tiles, and each once.",
+            &[Test::value(every(WRONG), Equal(0.0))],
+        ),
     ],
 };
 
@@ -190,14 +187,14 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     for (pair, name) in pairs.iter().zip(variants()) {
         rows.push(match pair {
             Ok(pair) => Row::new(&*name, "stage 3", "", Value::Text(pair.config.compact.name().into())),
-            Err(why) => Row::new(&*name, LIST, "ms", Value::Missing(why.clone())),
+            Err(why) => Row::missing(&*name, LIST, why.clone()),
         });
     }
     let pairs: Vec<Pair> = pairs.into_iter().flatten().collect();
     let fused = (&*fused(), FLOORS);
     let mut fused = SideBySide::settled(bench, Place::find(&cell.scene)?, size, fused, |_| ())?;
     let missing = fused.missing.iter();
-    rows.extend(missing.map(|(name, why)| Row::new(&**name, LIST, "ms", Value::Missing(why.clone()))));
+    rows.extend(missing.map(|(name, why)| Row::missing(&**name, LIST, why.clone())));
     rows.extend(times(bench, &stage1, &pairs, &mut fused)?);
     Ok(rows)
 }
@@ -228,17 +225,17 @@ fn times(bench: &Bench, stage1: &Stage1, pairs: &[Pair], fused: &mut SideBySide)
     let timed = bench.interleave(gpu, contenders)?;
     let mut rows: Vec<Row> = timed.iter().flat_map(|of| time_rows(of, &timed)).collect();
     let exact = native(&lists[1].1.borrow_mut().list(copy.words()));
-    rows.push(Row::new(COPY, "visible tiles", "tiles", Value::Number(exact.len() as f64)));
+    rows.push(Row::number(COPY, "visible tiles", "tiles", exact.len() as f64));
     for pair in pairs {
         let wrong = differing(&pair.tiles(stage1)?, &exact);
-        rows.push(Row::new(&*pair.name, WRONG, "tiles", Value::Number(wrong as f64)));
+        rows.push(Row::number(&*pair.name, WRONG, "tiles", wrong as f64));
     }
     for (name, session) in &fused.sessions {
         let record = session.records.last().context("a settled session has drawn")?;
         // Native keying: a tile listed twice makes the list longer than its tiles.
         let twice = record.triples - record.visible.len();
         let wrong = differing(&record.visible, &exact) + twice;
-        rows.push(Row::new(&**name, WRONG, "tiles", Value::Number(wrong as f64)));
+        rows.push(Row::number(&**name, WRONG, "tiles", wrong as f64));
     }
     Ok(rows)
 }
@@ -261,21 +258,19 @@ fn differing(a: &[TileId], b: &[TileId]) -> usize {
 /// A contender's time, its passes, and how many times a copy and an empty pass of the same round it takes. Of a frame
 /// that also textures the list's share counts, and the frame without a list is no contender.
 fn time_rows(timed: &Timed, others: &[Timed]) -> Vec<Row> {
-    let pass = |(label, summary): &(String, Option<crate::stats::Summary>)| {
-        summary.map(|summary| Row::new(&*timed.variant, &**label, "ms", Value::Summary(summary)))
-    };
     let textures = timed.pass("fused").is_some();
     let own = if textures { list_of_rounds(timed, others) } else { timed.total_of_rounds() };
-    let mut rows = list_rows(timed, others);
+    let mut rows = Vec::from_iter(list_row(timed, others));
     if rows.is_empty() && !textures {
         rows.push(timed.row(LIST));
     }
     if timed.passes.len() > 1 {
-        rows.extend(timed.passes.iter().filter_map(pass));
+        rows.extend(timed.pass_rows());
     }
     let ratio = |(quantity, name): (&str, &str)| {
         let floor = others.iter().find(|other| other.variant == name)?;
-        Some(Row::new(&*timed.variant, quantity, "", over(own.as_ref()?, &floor.total_of_rounds()?)?))
+        let over = Summary::of_pairs(own.as_ref()?, &floor.total_of_rounds()?, |own, floor| own / floor)?;
+        Some(Row::new(&*timed.variant, quantity, "", Value::Summary(over)))
     };
     rows.extend([(COPIES, COPY), (EMPTY_PASSES, "empty pass")].into_iter().filter_map(ratio));
     rows
@@ -287,32 +282,8 @@ fn ours() -> Vec<String> {
     staged.chain(fused_names()).collect()
 }
 
-fn three_times(table: &Table) -> Finding {
-    let bound = Bound::AtLeast(3.0);
-    judge(table, bound, &best(table, CHEAPER, &ours(), bound), || why_none(table, CHEAPER, &ours()))
-}
-
-fn four_copies(table: &Table) -> Finding {
-    let bound = Bound::AtMost(4.0);
-    judge(table, bound, &best(table, COPIES, &ours(), bound), || why_none(table, COPIES, &ours()))
-}
-
-fn exact(table: &Table) -> Finding {
-    let counts: Vec<f64> = table.of(WRONG).filter_map(|record| record.row.value.number()).collect();
-    let right = counts.iter().filter(|wrong| **wrong == 0.0).count();
-    let verdict = match right {
-        _ if counts.is_empty() => Verdict::NotMeasurable,
-        right if right == counts.len() && table.missing == 0 => Verdict::Reproduced,
-        0 => Verdict::NotReproduced,
-        _ => Verdict::InPart,
-    };
-    let numbers = format!("{} tiles too many or too few", counts.iter().sum::<f64>());
-    Finding::new(verdict, numbers, format!("{right} of {} lists equal the host's own from U1", counts.len()))
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::judge::tests::table;
     use super::*;
 
     #[test]
@@ -324,32 +295,5 @@ mod tests {
         assert_eq!(differing(&[tile(1), tile(2), tile(2), tile(3)], &exact), 1);
         assert_eq!(differing(&[tile(0), tile(2), tile(3)], &exact), 2);
         assert_eq!(differing(&[], &exact), 3);
-    }
-
-    #[test]
-    fn the_bounds_are_judged_by_the_best_of_ours() {
-        let found = |cheaper, copies| {
-            let rows = [
-                ("s", Some(720.0), Dedup::Geometry.name(), CHEAPER, 30.0),
-                ("s", Some(720.0), Dedup::TestOr.name(), CHEAPER, cheaper),
-                ("s", Some(720.0), Dedup::Runs.name(), CHEAPER, 0.5 * cheaper),
-                ("s", Some(720.0), Dedup::TestOr.name(), COPIES, copies),
-                ("s", Some(720.0), THE_PAPER, COPIES, 1.0),
-            ];
-            let table = table("cpu", &rows);
-            (three_times(&table).verdict, four_copies(&table).verdict)
-        };
-        assert_eq!(found(3.1, 3.9), (Verdict::Reproduced, Verdict::Reproduced));
-        assert_eq!(found(2.9, 4.1), (Verdict::NotReproduced, Verdict::NotReproduced));
-    }
-
-    #[test]
-    fn one_wrong_list_is_told() {
-        let found = |wrong| {
-            exact(&table("cpu", &[("s", None, THE_PAPER, WRONG, 0.0), ("s", None, "test-or", WRONG, wrong)]))
-                .verdict
-        };
-        assert_eq!((found(0.0), found(2.0)), (Verdict::Reproduced, Verdict::InPart));
-        assert_eq!(exact(&table("cpu", &[])).verdict, Verdict::NotMeasurable);
     }
 }

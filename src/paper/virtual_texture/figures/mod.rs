@@ -8,7 +8,6 @@ pub mod extremes;
 mod feedback;
 mod filtering;
 mod headline;
-mod judge;
 mod keying;
 mod limit;
 mod list_on_the_host;

@@ -4,11 +4,11 @@ pub use super::cost::{PLAIN, THE_PAPER, UNLISTED};
 
 use super::common::{Place, passes};
 use super::cost::{self, FRAME};
-use crate::figure::{Bench, Contender, Row, Value};
+use crate::figure::{Bench, Contender, Row};
 use crate::frame::Run;
 use crate::frame::{Seen, Shape, Slot, View};
 use crate::math::camera::Pose;
-use crate::math::pyramid::{Pyramid, TileId};
+use crate::math::pyramid::Pyramid;
 use crate::model::mesh::{self, Mesh};
 use crate::paper::virtual_texture::config::{open_texture, source_mesh};
 use crate::paper::virtual_texture::fused::Fused;
@@ -19,12 +19,12 @@ use crate::paper::virtual_texture::{
 };
 use crate::paper::virtual_texture::{Settings, VirtualTexture, needs};
 use crate::picture::Target;
-use crate::texture::source::{TileError, TileFormat, TileSource};
+use crate::texture::source::remembered::Remembered;
+use crate::texture::source::{TileFormat, TileSource};
 use crate::vk::{Gpu, Need, PassTime};
 use std::cell::RefCell;
-use std::collections::HashMap;
 use std::rc::Rc;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 /// The paper's frame but for the keying.
 pub const PAPER_NATIVE: &str = "paper, native keying";
@@ -89,7 +89,7 @@ pub fn combinations() -> Vec<Combination> {
 pub struct SideBySide {
     pub gpu: Gpu,
     pub pose: Pose,
-    pub source: Arc<Kept>,
+    pub source: Arc<Remembered>,
     mesh: Mesh,
     /// [`PLAIN`], [`UNLISTED`]: frames without a list that are timed too.
     floors: &'static [&'static str],
@@ -132,7 +132,7 @@ impl SideBySide {
     ) -> anyhow::Result<SideBySide> {
         let Place { scene, pose, .. } = place;
         let gpu = device(bench, &all_needs())?;
-        let source = Arc::new(Kept::new(open_texture(&scene)?));
+        let source = Remembered::new(open_texture(&scene)?);
         let mesh = mesh::gpu_mesh(&source_mesh(&scene)?)?;
         let open = |config: Config| -> anyhow::Result<Run<VirtualTexture>> {
             let mut settings = Settings::of_scene(&scene, Target::Srgb8)?;
@@ -165,7 +165,7 @@ impl SideBySide {
         let gpu = self.gpu.clone();
         let timed = bench.interleave(&gpu, self.contenders()?)?;
         let missing = self.missing.iter();
-        let missing = missing.map(|(name, why)| Row::new(&**name, FRAME, "ms", Value::Missing(why.clone())));
+        let missing = missing.map(|(name, why)| Row::missing(&**name, FRAME, why.clone()));
         Ok(timed.iter().flat_map(|of| cost::rows(of, &timed)).chain(missing).collect())
     }
 
@@ -220,8 +220,7 @@ impl SideBySide {
         let mut rows = Vec::new();
         for (name, session) in &self.sessions {
             let Some(record) = session.records.last() else { continue };
-            let count =
-                |quantity, count: usize, unit| Row::new(&**name, quantity, unit, Value::Number(count as f64));
+            let count = |quantity, count: usize, unit| Row::number(&**name, quantity, unit, count as f64);
             rows.push(count("list length", record.triples, "triples"));
             rows.push(count("visible tiles", record.visible.len(), "tiles"));
         }
@@ -267,50 +266,4 @@ fn unlisted_frame<'a>(
         frame.pass("upload", |_| Ok(()))?;
         frame.pass("fused", |cmd| draw.draw(cmd, &texture.resident, &seen, room, images))
     }))
-}
-
-/// A source whose tiles are made once: an Earth tile takes 13 ms of a core.
-pub struct Kept {
-    source: Arc<dyn TileSource>,
-    tiles: Mutex<HashMap<TileId, Arc<[u8]>>>,
-}
-
-impl Kept {
-    pub fn new(source: Arc<dyn TileSource>) -> Kept {
-        Kept { source, tiles: Mutex::default() }
-    }
-
-    /// As new: where the making of tiles is part of what is measured.
-    pub fn forget(&self) {
-        self.tiles.lock().expect("no panic while a tile is stored").clear();
-    }
-}
-
-impl TileSource for Kept {
-    fn describe(&self) -> String {
-        self.source.describe()
-    }
-
-    fn pyramid(&self) -> Pyramid {
-        self.source.pyramid()
-    }
-
-    fn format(&self) -> TileFormat {
-        self.source.format()
-    }
-
-    fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
-        let kept = self.tiles.lock().expect("no panic while a tile is stored").get(&tile).cloned();
-        if let Some(kept) = kept {
-            bytes.copy_from_slice(&kept);
-            return Ok(());
-        }
-        self.source.read_tile(tile, bytes)?;
-        self.tiles.lock().expect("no panic while a tile is stored").insert(tile, Arc::from(&*bytes));
-        Ok(())
-    }
-
-    fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
-        self.source.read_resident_level(level)
-    }
 }

@@ -25,7 +25,7 @@ pub enum Rule {
 impl Rule {
     pub const ALL: [Rule; 4] = [Rule::Optimum, Rule::LeastRecent, Rule::LeastRecentlyShown, Rule::FirstIn];
 
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Rule::Optimum => "optimum (Belady)",
             Rule::LeastRecent => "LRU",

@@ -2,8 +2,10 @@
 //! Scalar code (the crate is built without SIMD), so that every machine bakes the same bytes.
 
 use super::{Rows, Samples, check_size};
+use crate::file;
 use crate::texture::bake::error::SourceError;
-use std::fs;
+use image::metadata::Orientation;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
@@ -24,10 +26,9 @@ pub struct Jpeg {
 }
 
 impl Jpeg {
-    pub fn open(path: &Path) -> Result<Self, SourceError> {
-        let file_bytes = fs::metadata(path)
-            .map_err(|source| SourceError::Open { path: path.to_path_buf(), source })?
-            .len();
+    pub fn open(path: &Path, file: File) -> Result<Self, SourceError> {
+        let failed = |source| SourceError::Open { path: path.to_path_buf(), source };
+        let file_bytes = file.metadata().map_err(failed)?.len();
         let unsupported = |reason: String| Err(SourceError::Unsupported { path: path.to_path_buf(), reason });
         if file_bytes > MOST_FILE_BYTES {
             return unsupported(format!(
@@ -42,6 +43,12 @@ impl Jpeg {
         };
         let size = [u32::from(info.width), u32::from(info.height)];
         check_size(path, size)?;
+        let turned = decoder.exif().and_then(|exif| Orientation::from_exif_chunk(exif));
+        if turned.is_some_and(|turned| turned != Orientation::NoTransforms) {
+            return unsupported(
+                "its EXIF data turns or mirrors it; turn the pixels: jpegtran, or magick -auto-orient".into(),
+            );
+        }
         if u64::from(size[0]) * u64::from(size[1]) > MOST_TEXELS {
             return unsupported(format!(
                 "a JPEG decodes only as a whole, and {} x {} texels are more than 2^27; convert it to TIFF",
@@ -70,7 +77,7 @@ impl Jpeg {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, SourceError> {
-    fs::read(path).map_err(|source| SourceError::Open { path: path.to_path_buf(), source })
+    file::read(path, MOST_FILE_BYTES).map_err(|source| SourceError::Open { path: path.to_path_buf(), source })
 }
 
 fn decoder(file: &[u8]) -> JpegDecoder<ZCursor<&[u8]>> {

@@ -1,15 +1,16 @@
 //! Source pictures, read from the north in bands of rows.
 //!
 //! 8-bit grey, RGB, with or without alpha; the colours are taken as sRGB (profiles and gamma chunks are not
-//! applied), alpha as it is.
+//! applied), alpha as it is. A TIFF that says where it lies on the Earth must cover it.
 
+mod geo;
 mod jpeg;
 mod png;
 mod tiff;
 
 use super::error::SourceError;
-use std::fs::File;
-use std::io::Read;
+use crate::file;
+use std::io::{Read, Seek};
 use std::path::Path;
 
 /// No side of a source is longer: a pyramid has at most 2^20 texels a side.
@@ -42,21 +43,19 @@ pub trait Rows {
 /// [`SourceError`] names the path and what is not supported.
 pub fn open(path: &Path) -> Result<Box<dyn Rows>, SourceError> {
     let open_error = |source| SourceError::Open { path: path.to_path_buf(), source };
-    let mut file = File::open(path).map_err(open_error)?;
-    if !file.metadata().map_err(open_error)?.is_file() {
-        return Err(open_error(std::io::Error::other("it is not a regular file")));
-    }
+    let mut file = file::open(path).map_err(open_error)?;
     let mut start = Vec::new();
     file.by_ref().take(8).read_to_end(&mut start).map_err(open_error)?;
+    file.rewind().map_err(open_error)?;
     if start == b"\x89PNG\r\n\x1a\n" {
-        return Ok(Box::new(png::Png::open(path)?));
+        return Ok(Box::new(png::Png::open(path, file)?));
     }
     if start.starts_with(&[0xFF, 0xD8, 0xFF]) {
-        return Ok(Box::new(jpeg::Jpeg::open(path)?));
+        return Ok(Box::new(jpeg::Jpeg::open(path, file)?));
     }
     // II or MM, 42: TIFF; 43: BigTIFF.
     if [b"II\x2a\0", b"II\x2b\0", b"MM\0\x2a", b"MM\0\x2b"].iter().any(|magic| start.starts_with(*magic)) {
-        return Ok(Box::new(tiff::Tiff::open(path)?));
+        return Ok(Box::new(tiff::Tiff::open(path, file)?));
     }
     Err(SourceError::Kind { path: path.to_path_buf() })
 }

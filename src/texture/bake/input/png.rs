@@ -23,9 +23,7 @@ pub struct Png {
 }
 
 impl Png {
-    pub fn open(path: &Path) -> Result<Self, SourceError> {
-        let file =
-            File::open(path).map_err(|source| SourceError::Open { path: path.to_path_buf(), source })?;
+    pub fn open(path: &Path, file: File) -> Result<Self, SourceError> {
         let limits = Limits { bytes: 16 * MOST_SIDE as usize };
         let mut decoder = Decoder::new_with_limits(BufReader::new(file), limits);
         decoder.set_ignore_text_chunk(true);

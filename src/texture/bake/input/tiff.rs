@@ -1,6 +1,6 @@
 //! TIFF and BigTIFF in strips or tiles: one row of them is in memory at a time.
 
-use super::{Rows, Samples, check_size};
+use super::{Rows, Samples, check_size, geo};
 use crate::texture::bake::error::SourceError;
 use std::fs::File;
 use std::io::BufReader;
@@ -13,6 +13,12 @@ use tiff::{ColorType, TiffError};
 const MOST_BAND_BYTES: u64 = 1 << 30;
 /// The tables of where strips or tiles lie.
 const MOST_TABLE_BYTES: usize = 256 << 20;
+/// Values of ExtraSamples (TIFF 6.0, section 18), and a bit of NewSubfileType.
+const PREMULTIPLIED_ALPHA: u16 = 1;
+const UNASSOCIATED_ALPHA: u16 = 2;
+const TRANSPARENCY_MASK: u32 = 4;
+/// Images of one file that are looked at: a picture, its mask, and both in smaller copies.
+const MOST_IMAGES: usize = 64;
 /// Memory for a strip's or tile's two table entries while they are parsed and kept.
 const TABLE_BYTES_PER_CHUNK: u64 = 160;
 
@@ -21,6 +27,7 @@ pub struct Tiff {
     decoder: Decoder<BufReader<File>>,
     size: [u32; 2],
     samples: Samples,
+    columns_before_the_west: u32,
     /// Size of a strip or tile, the padding of the last ones included.
     chunk: [u32; 2],
     /// The rows of the chunks in memory, and which row of chunks they are.
@@ -31,9 +38,7 @@ pub struct Tiff {
 }
 
 impl Tiff {
-    pub fn open(path: &Path) -> Result<Self, SourceError> {
-        let file =
-            File::open(path).map_err(|source| SourceError::Open { path: path.to_path_buf(), source })?;
+    pub fn open(path: &Path, file: File) -> Result<Self, SourceError> {
         let mut limits = Limits::default();
         limits.decoding_buffer_size = MOST_BAND_BYTES as usize;
         limits.intermediate_buffer_size = MOST_BAND_BYTES as usize;
@@ -43,6 +48,10 @@ impl Tiff {
         let size: [u32; 2] = decoder.dimensions().map_err(wrong)?.into();
         check_size(path, size)?;
         let samples = check_kind(path, &mut decoder)?;
+        check_other_images(path, &mut decoder)?;
+        let columns_before_the_west = geo::columns_before_the_west(&mut decoder, size)
+            .map_err(wrong)?
+            .map_err(|reason| SourceError::Unsupported { path: path.to_path_buf(), reason })?;
         let chunk: [u32; 2] = decoder.chunk_dimensions().into();
         if chunk.contains(&0) {
             return Err(damaged(path, format!("strips or tiles of {} x {} texels", chunk[0], chunk[1])));
@@ -53,6 +62,7 @@ impl Tiff {
             decoder,
             size,
             samples,
+            columns_before_the_west,
             chunk,
             band: Vec::new(),
             band_index: None,
@@ -122,7 +132,8 @@ fn check_kind(path: &Path, decoder: &mut Decoder<BufReader<File>>) -> Result<Sam
         ColorType::RGBA(8) => Samples::Rgba,
         other => {
             return Err(unsupported(format!(
-                "{other:?} texels; convert it to 8-bit grey, RGB or RGBA first"
+                "{other:?} texels; make it 8-bit grey, RGB or RGBA: gdal_translate -ot Byte -scale IN OUT \
+                 (a palette: gdal_translate -expand rgb IN OUT)"
             )));
         }
     };
@@ -137,21 +148,79 @@ fn check_kind(path: &Path, decoder: &mut Decoder<BufReader<File>>) -> Result<Sam
     ];
     if !known.iter().any(|method| method.to_u16() == compression) {
         return Err(unsupported(format!(
-            "compression {compression}; rewrite it with none, LZW, Deflate or PackBits"
+            "compression {compression}, not LZW, Deflate or PackBits: gdal_translate -co COMPRESS=DEFLATE IN OUT"
         )));
     }
     if tag(Tag::PlanarConfiguration)?.unwrap_or(1) != 1 {
-        return Err(unsupported("separate colour planes; rewrite it with interleaved samples".into()));
+        return Err(unsupported("separate colour planes: gdal_translate -co INTERLEAVE=PIXEL IN OUT".into()));
     }
     if tag(Tag::Orientation)?.unwrap_or(1) != 1 {
-        return Err(unsupported("rows that do not run from the top left; rotate it first".into()));
+        return Err(unsupported("rows that do not run from the top left: magick IN -auto-orient OUT".into()));
     }
     let formats =
         decoder.find_tag_unsigned_vec::<u16>(Tag::SampleFormat).map_err(|error| fault(path, error))?;
     if formats.is_some_and(|formats| formats.iter().any(|&format| format != 1)) {
-        return Err(unsupported("signed or floating-point samples".into()));
+        return Err(unsupported(
+            "signed or floating-point samples: gdal_translate -ot Byte -scale IN OUT".into(),
+        ));
     }
+    check_what_is_left_out(path, decoder)?;
     Ok(samples)
+}
+
+/// Refuses bands, values and tiles that stand for something else than a colour.
+fn check_what_is_left_out(path: &Path, decoder: &mut Decoder<BufReader<File>>) -> Result<(), SourceError> {
+    let unsupported = |reason: String| SourceError::Unsupported { path: path.to_path_buf(), reason };
+    let alpha =
+        decoder.find_tag_unsigned_vec::<u16>(Tag::ExtraSamples).map_err(|error| fault(path, error))?;
+    match alpha.as_deref() {
+        None | Some([] | [UNASSOCIATED_ALPHA]) => {}
+        Some([PREMULTIPLIED_ALPHA]) => {
+            return Err(unsupported("premultiplied alpha: magick IN -channel RGB -fx u/a OUT".into()));
+        }
+        Some(_) => {
+            return Err(unsupported("a band that is not alpha: gdal_translate -b 1 -b 2 -b 3 IN OUT".into()));
+        }
+    }
+    if decoder.find_tag(Tag::GdalNodata).map_err(|error| fault(path, error))?.is_some() {
+        return Err(unsupported(
+            "a value that stands for no data: fill the gaps (gdal_fillnodata.py), then \
+             gdal_translate -a_nodata none IN OUT"
+                .into(),
+        ));
+    }
+    for tag in [Tag::StripByteCounts, Tag::TileByteCounts] {
+        let counts = decoder.find_tag_unsigned_vec::<u64>(tag).map_err(|error| fault(path, error))?;
+        if counts.is_some_and(|counts| counts.contains(&0)) {
+            return Err(unsupported(
+                "strips or tiles are left out: gdal_translate -co SPARSE_OK=FALSE IN OUT".into(),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a mask. Other images of the file are smaller copies; the first one counts.
+fn check_other_images(path: &Path, decoder: &mut Decoder<BufReader<File>>) -> Result<(), SourceError> {
+    let mut first_is_a_mask = || -> tiff::TiffResult<bool> {
+        for _ in 0..MOST_IMAGES {
+            if !decoder.more_images() {
+                break;
+            }
+            decoder.next_image()?;
+            let kind = decoder.find_tag_unsigned::<u32>(Tag::NewSubfileType)?.unwrap_or(0);
+            if kind & TRANSPARENCY_MASK != 0 {
+                return Ok(true);
+            }
+        }
+        decoder.seek_to_image(0)?;
+        Ok(false)
+    };
+    if first_is_a_mask().map_err(|error| fault(path, error))? {
+        let reason = "it has a mask: gdal_translate -b 1 -b 2 -b 3 -b mask IN OUT".into();
+        return Err(SourceError::Unsupported { path: path.to_path_buf(), reason });
+    }
+    Ok(())
 }
 
 fn damaged(path: &Path, reason: String) -> SourceError {
@@ -162,6 +231,10 @@ fn fault(path: &Path, error: TiffError) -> SourceError {
     match error {
         TiffError::IoError(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
             damaged(path, "the file ends early".into())
+        }
+        // Seeking to where a damaged offset points is EINVAL.
+        TiffError::IoError(source) if source.raw_os_error().is_some_and(|code| code != libc::EINVAL) => {
+            SourceError::Read { path: path.to_path_buf(), source }
         }
         TiffError::UnsupportedError(error) => {
             SourceError::Unsupported { path: path.to_path_buf(), reason: error.to_string() }
@@ -189,6 +262,7 @@ impl Rows for Tiff {
         }
         let start = (self.next % self.chunk[1]) as usize * self.row_bytes();
         self.samples.to_rgba(&self.band[start..start + self.row_bytes()], rgba);
+        rgba.rotate_left(4 * self.columns_before_the_west as usize);
         self.next += 1;
         Ok(())
     }

@@ -1,18 +1,21 @@
 //! pm.change: what a change of level costs each way of drawing levels: bytes, and the time of device and host.
 
-mod claims;
 mod ways;
 mod written;
 
 use super::orders::simplified;
-use crate::figure::{Axis, Bench, Cell, Claim, Figure, Origin, Plot, Row, Sweep, Timed, Value};
+use crate::figure::claim::{
+    At, Better, Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Bound::Within, Claim, Places,
+    Test, best, each, one,
+};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep, Timed};
 use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::ordered;
 use crate::paper::progressive_mesh::run::Program;
-use crate::stats::Summary;
+use crate::vk::PassTime;
 use std::cell::RefCell;
-use ways::{WAYS, Way};
+use ways::{CLASSICAL, COMPACTED, COPY, MAPPED, ON_DEVICE, OURS, SKIP_LISTS, WAYS, Way};
 use written::Written;
 
 /// The figure.
@@ -28,7 +31,7 @@ pub const CHANGE: Figure = Figure {
             buffer. Beside them a copy of all live faces. Written is what a change writes of the index buffer, faces that come to \
             life included, counted on the way up through all levels and back, the mean and the worst change; sent is what the host \
             sends for a change in the middle, whole blocks, and faces that move to a slice of another size. Times \
-            are of single changes, up to five in the middle of the range, there and back: the host's until the frame is submitted, the device's \
+            are means of single changes, up to five in the middle of the range, there and back: the host's until the frame is submitted, the device's \
             passes, and both. Only one of some hundred splits carries tswaps, and they may be of all faces: the mean says what \
             a walk costs, the worst what one frame of it does.",
     scenes: &["bunny", "torus:96"],
@@ -36,55 +39,65 @@ pub const CHANGE: Figure = Figure {
     sweep: Some(Sweep { name: "step, % of all splits (at least one)", quick: &STEPS, full: &STEPS }),
     measure,
     plots: &[
-        Plot { quantity: WRITTEN, x: Axis::Sweep, log_x: true, log_y: true, floor: None },
-        Plot { quantity: WORST, x: Axis::Sweep, log_x: true, log_y: true, floor: None },
-        Plot { quantity: DEVICE, x: Axis::Sweep, log_x: true, log_y: true, floor: None },
-        Plot { quantity: HOST, x: Axis::Sweep, log_x: true, log_y: true, floor: None },
+        Plot::sweep(WRITTEN).log_x().log_y(),
+        Plot::sweep(WORST).log_x().log_y(),
+        Plot::sweep(DEVICE).log_x().log_y(),
+        Plot::sweep(HOST).log_x().log_y(),
     ],
     claims: &[
-        Claim {
-            id: "moves-of-ours",
-            text: "A split in our order writes 23 faces of 12 bytes at most beside what splits without tswaps write.",
-            from: Origin::Ours,
-            check: claims::moves_of_ours,
-        },
-        Claim {
-            id: "copies-of-lists",
-            text: "Skip lists that fall by 0.707 copy 4.8 faces for each split: lists, where the level comes to another one.",
-            from: Origin::Ours,
-            check: claims::copies_of_lists,
-        },
-        Claim {
-            id: "lists-write-less",
-            text: "Skip lists write less than our order on a walk through all levels by single splits.",
-            from: Origin::Ours,
-            check: claims::lists_write_less,
-        },
-        Claim {
-            id: "small-steps",
-            text: "Our order writes less than a copy of all live faces for steps of up to 1 % of all splits.",
-            from: Origin::Ours,
-            check: claims::small_steps,
-        },
-        Claim {
-            id: "worst-split",
-            text: "The worst split of every way writes no more than a copy of all live faces, and its own corners.",
-            from: Origin::Ours,
-            check: claims::bursts,
-        },
-        Claim {
-            id: "compaction-looks-at-all",
-            text: "A compaction goes through all faces for every change: one split takes the device at least half as long as all.",
-            from: Origin::Ours,
-            check: claims::compaction_looks_at_all,
-        },
-        Claim {
-            id: "less-than-a-copy",
-            text: "A change of 1 % in our order takes host and device less than a copy of all live faces, the best of its three \
-                   ways.",
-            from: Origin::Ours,
-            check: claims::less_than_a_copy,
-        },
+        Claim::ours(
+            "moves-of-ours",
+            "A split in our order writes 23 faces of 12 bytes at most beside what splits without tswaps write.",
+            &[Test::difference(one(WRITTEN, OURS), one(WRITTEN, CLASSICAL), AtMost(276.0))],
+        )
+        .at(SINGLE),
+        Claim::ours(
+            "copies-of-lists",
+            "Skip lists that fall by 0.707 copy 4.8 faces for each split on the way down, within 10 %: 2 / (1 - 0.707) less \
+             2, for all lists but the finest are copied as the level comes to them.",
+            &[Test::value(one(COPIED[1], SKIP_LISTS), Within(4.32, 5.28, Better::Neither))],
+        )
+        .at(SINGLE),
+        Claim::ours(
+            "lists-write-less",
+            "Skip lists write less than our order on a walk through all levels by single splits.",
+            &[Test::ratio(one(WRITTEN, SKIP_LISTS), one(WRITTEN, OURS), Below(1.0))],
+        )
+        .at(SINGLE),
+        Claim::ours(
+            "small-steps",
+            "Our order writes less than a copy of all live faces for steps of up to 1 % of all splits.",
+            &[Test::ratio(one(WRITTEN, OURS), one(WRITTEN, COPY), Below(1.0))],
+        )
+        .at(Places::ALL.x(0.0, 1.0)),
+        Claim::ours(
+            "worst-split",
+            "The worst split of every way writes at most 1 % more than a copy of all live faces.",
+            &[Test::ratio(each(WORST, rivals_of_a_copy), one(WORST, COPY), AtMost(1.01))],
+        )
+        .at(SINGLE),
+        Claim::ours(
+            "compaction-looks-at-all",
+            "A compaction goes through all faces for every change: one split takes the device at least half as long as all.",
+            &[Test::ratio(
+                one(DEVICE, COMPACTED).x(At::X(ONE)),
+                one(DEVICE, COMPACTED).x(At::X(ALL)),
+                AtLeast(0.5),
+            )],
+        )
+        .timed(),
+        Claim::ours(
+            "less-than-a-copy",
+            "A change of 1 % in our order takes host and device less than a copy of all live faces, the best of its three \
+             ways.",
+            &[Test::ratio(
+                one(BOTH, COPY),
+                best(BOTH, || [OURS, MAPPED, ON_DEVICE].map(String::from).into()),
+                Above(1.0),
+            )],
+        )
+        .at(Places::ALL.x(1.0, 1.0))
+        .timed(),
     ],
 };
 
@@ -92,6 +105,7 @@ const STEPS: [f64; 4] = [ONE, 1.0, 10.0, ALL];
 /// Of the largest mesh less than a split.
 const ONE: f64 = 0.001;
 const ALL: f64 = 100.0;
+const SINGLE: Places = Places::ALL.x(0.0, ONE);
 
 const WRITTEN: &str = "bytes written for a change";
 const WORST: &str = "bytes written for the worst change";
@@ -104,6 +118,10 @@ const BOTH: &str = "host and device, a change";
 
 fn variants() -> Vec<String> {
     WAYS.iter().map(|way| way.name.to_string()).collect()
+}
+
+fn rivals_of_a_copy() -> Vec<String> {
+    variants().into_iter().filter(|name| name != COPY).collect()
 }
 
 /// Splits of a step.
@@ -136,7 +154,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     for way in &WAYS {
         let mut way = Way::open(&gpu, way, &meshes, &levels)?;
         let sent = way.sent()? as f64 / (2 * (levels.len() - 1)) as f64;
-        rows.push(Row::new(way.name, SENT, "bytes", Value::Number(sent)));
+        rows.push(Row::number(way.name, SENT, "bytes", sent));
         ways.push(RefCell::new(way));
     }
     let timed = bench.interleave(&gpu, ways.iter().map(Way::contender).collect())?;
@@ -150,7 +168,7 @@ fn written_rows(meshes: &Meshes, step: u32) -> anyhow::Result<Vec<Row>> {
     for way in &WAYS {
         let Written { bytes, changes, worst, copied } = written::walk(way, meshes, &programs, step);
         let mut row = |quantity: &str, unit: &str, number: f64| {
-            rows.push(Row::new(way.name, quantity, unit, Value::Number(number)));
+            rows.push(Row::number(way.name, quantity, unit, number));
         };
         row(WRITTEN, "bytes", bytes as f64 / changes as f64);
         row(WORST, "bytes", worst as f64);
@@ -165,26 +183,26 @@ fn written_rows(meshes: &Meshes, step: u32) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// All single changes of all rounds.
+/// The mean of each round's single changes.
 fn time_rows(timed: &Timed) -> Vec<Row> {
     let of = |labels: &[&str]| -> Option<Vec<f64>> {
-        let passes = timed.rounds.iter().flatten().filter(|pass| labels.contains(&&*pass.label));
-        passes.map(|pass| Some(pass.ns? as f64 / 1e6)).collect()
+        let mean = |round: &Vec<PassTime>| {
+            let passes = round.iter().filter(|pass| labels.contains(&&*pass.label));
+            let sum: Option<u64> = passes.map(|pass| pass.ns).sum();
+            // A change is a pass of the host and one of the device.
+            Some(sum? as f64 / 1e6 / (round.len() as f64 / 2.0))
+        };
+        timed.rounds.iter().map(mean).collect()
     };
-    let (host, device) = (of(&[HOST]), of(&[DEVICE]));
-    let both = host.as_ref().zip(device.as_ref()).map(|(host, device)| {
-        host.iter().zip(device).map(|(host, device)| host + device).collect::<Vec<f64>>()
-    });
-    let row = |(quantity, samples): (&str, Option<Vec<f64>>)| {
-        let summary = Summary::of(&samples?)?;
-        Some(Row::new(&*timed.variant, quantity, "ms", Value::Summary(summary)))
-    };
-    [(HOST, host), (DEVICE, device), (BOTH, both)].into_iter().filter_map(row).collect()
+    let rows = [(HOST, of(&[HOST])), (DEVICE, of(&[DEVICE])), (BOTH, of(&[HOST, DEVICE]))];
+    let timed_rows = rows.into_iter().filter(|(_, rounds)| rounds.is_some());
+    timed_rows.map(|(quantity, rounds)| Row::of_rounds(&timed.variant, quantity, "ms", rounds)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::figure::Value;
 
     #[test]
     fn steps_are_one_split_at_least_and_lie_in_the_middle() {
@@ -195,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_is_a_sample_and_its_time_that_of_host_and_device() {
+    fn a_round_is_the_mean_of_its_changes_and_both_are_host_and_device() {
         let pass =
             |label: &str, ms: u64| crate::vk::PassTime { label: label.into(), ns: Some(ms * 1_000_000) };
         let round = |ms: u64| vec![pass(HOST, ms), pass(DEVICE, 10), pass(HOST, ms + 1), pass(DEVICE, 20)];
@@ -204,6 +222,6 @@ mod tests {
             Value::Summary(summary) => (summary.count, summary.min, summary.max),
             value => panic!("{value:?}"),
         };
-        assert_eq!([of(HOST), of(DEVICE), of(BOTH)], [(4, 1.0, 4.0), (4, 10.0, 20.0), (4, 11.0, 24.0)]);
+        assert_eq!([of(HOST), of(DEVICE), of(BOTH)], [(2, 1.5, 3.5), (2, 15.0, 15.0), (2, 16.5, 18.5)]);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::MOVED;
 use super::lines::{self, LINES};
-use crate::figure::{Contender, Row, Timed, Value};
+use crate::figure::{Contender, Row, Timed};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::check::Flaw;
@@ -16,7 +16,6 @@ use crate::paper::progressive_mesh::stand::stands;
 use crate::paper::progressive_mesh::{Model, ProgressiveMeshes, Settings};
 use crate::picture::Target;
 use crate::scene::Scene;
-use crate::stats::Summary;
 use crate::vk::{Gpu, PassTime};
 use std::hint::black_box;
 use std::sync::Arc;
@@ -34,6 +33,7 @@ pub const FRAME: &str = "a drawn frame";
 pub const SPLITS_UP: &str = "splits a second";
 pub const SPLITS_DOWN: &str = "collapses a second";
 pub const STEP: &str = "a hundredth of the way";
+pub const LOADED: &str = "the host's share of a frame with a hundredth of the way";
 pub const FRAME_HOST: &str = "the host's share of a frame";
 pub const FRAME_WHOLE: &str = "a frame until it is drawn";
 pub const COMMANDS: &str = "bytes of commands for each split";
@@ -181,25 +181,27 @@ fn drawn((session, pose): &mut (Run<ProgressiveMeshes>, Pose)) -> anyhow::Result
 
 /// Rows of times.
 pub fn time_rows(splits: u32, timed: &[Timed]) -> Vec<Row> {
+    let host = timed.iter().find(|one| one.variant == FRAME).and_then(|frame| frame.pass_of_rounds(ALONE));
     let mut rows = Vec::new();
     for one in timed {
-        let of = |label| one.pass(label);
-        let mut row = |quantity: &str, unit: &str, summary: Option<Summary>| {
-            rows.extend(summary.map(|s| Row::new(&*one.variant, quantity, unit, Value::Summary(s))));
+        let of = |label| one.pass_of_rounds(label);
+        let mut row = |quantity: &str, unit: &str, rounds: Option<Vec<f64>>| {
+            rows.extend(rounds.map(|rounds| Row::of_rounds(&one.variant, quantity, unit, Some(rounds))));
         };
         if one.variant == FRAME {
             row(FRAME_HOST, "ms", of(ALONE));
             row(FRAME_WHOLE, "ms", of(DRAWN));
             continue;
         }
+        let step = of(STEPS).map(|steps| steps.iter().map(|ms| 0.01 * ms).collect::<Vec<_>>());
+        let both = host.as_ref().zip(step.as_ref());
+        row(LOADED, "ms", both.map(|(host, step)| host.iter().zip(step).map(|(a, b)| a + b).collect()));
         row("whole way", "ms", of(UP).or(of(ALONE)));
         row("whole way back", "ms", of(DOWN));
-        row(STEP, "ms", of(STEPS).map(|s| s.scaled(0.01)).or(of(ALONE)));
+        row(STEP, "ms", step.or(of(ALONE)));
         for (quantity, label) in [(SPLITS_UP, UP), (SPLITS_DOWN, DOWN)] {
             let rate = |ms: f64| f64::from(splits) / ms / 1e3;
-            let rates =
-                one.pass_of_rounds(label).map(|rounds| rounds.into_iter().map(rate).collect::<Vec<_>>());
-            row(quantity, "millions", rates.and_then(|rates| Summary::of(&rates)));
+            row(quantity, "millions", of(label).map(|rounds| rounds.into_iter().map(rate).collect()));
         }
     }
     rows
@@ -211,7 +213,7 @@ pub fn count_rows(orders: &Orders, programs: &Programs) -> Vec<Row> {
     for (variant, mesh, program, printed) in variants(orders, programs) {
         let splits = f64::from(mesh.last_level());
         let mut row = |quantity: &str, unit: &str, number: f64| {
-            rows.push(Row::new(variant, quantity, unit, Value::Number(number)));
+            rows.push(Row::number(variant, quantity, unit, number));
         };
         let moved = mesh.swaps.cycles.items().len() as f64;
         let corners = mesh.splits.slots.items().len() as f64;
@@ -236,7 +238,7 @@ pub fn herd_rows(program: Program) -> anyhow::Result<Vec<Row>> {
     let mut herd = Instances::new(Arc::new(program), 500)?;
     (0..500).try_for_each(|n| herd.go_to(n, (n as u64 * u64::from(last) / 499) as u32))?;
     let live: usize = (0..500).map(|n| herd.faces(n).len()).sum();
-    let number = |quantity: &str, number: f64| Row::new(FLAT_SWAPS, quantity, "bytes", Value::Number(number));
+    let number = |quantity: &str, number: f64| Row::number(FLAT_SWAPS, quantity, "bytes", number);
     Ok(vec![
         number(STATE, herd.state_bytes() as f64 / 500.0),
         number(SLICES, 12.0 * herd.buffer().len() as f64 / live as f64),

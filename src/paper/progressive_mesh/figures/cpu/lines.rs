@@ -1,7 +1,7 @@
 //! CPU cache lines that a change of level touches. The paper's optimizer has a weight for them.
 
 use super::MOVED;
-use crate::figure::{Row, Value};
+use crate::figure::Row;
 use crate::paper::progressive_mesh::figures::scans;
 use crate::paper::progressive_mesh::order::{OrderOptions, Weights, order};
 use crate::paper::progressive_mesh::run::{Program, Touch};
@@ -64,8 +64,8 @@ pub fn weighed_rows(name: &str) -> anyhow::Result<Vec<Row>> {
         let mesh = order(&model, &collapses, &options, &mut |_, _| ());
         let lines = for_each_split(&Program::new(&mesh)?);
         let moved = mesh.swaps.cycles.items().len() as f64 / f64::from(mesh.last_level().max(1));
-        rows.push(Row::new(variant, LINES, "lines", Value::Number(lines)));
-        rows.push(Row::new(variant, MOVED, "faces", Value::Number(moved)));
+        rows.push(Row::number(variant, LINES, "lines", lines));
+        rows.push(Row::number(variant, MOVED, "faces", moved));
     }
     Ok(rows)
 }

@@ -1,16 +1,23 @@
 //! pm.cpu: what a change of level costs the CPU, and how it comes to the device.
 
-mod claims;
 mod execute;
 mod lines;
 mod send;
 
 use super::scans;
-use crate::figure::{Axis, Bench, Cell, Claim, Effort, Figure, Origin, Plot, Row};
-use execute::{COPY, FLAT, FLAT_FEW, FLAT_SWAPS, FRAME, PRINTED, PRINTED_SWAPS, SPLITS_UP, STEP};
-use lines::{GREEDY, NO_WEIGHT};
-use send::{BOTH, Sender, WAYS};
+use crate::figure::claim::{
+    Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Equal, Claim, Places, Test, every, one,
+};
+use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row};
+use execute::{
+    COPY, FLAT, FLAT_FEW, FLAT_SWAPS, FRAME, LOADED, PRINTED, PRINTED_SWAPS, SPLITS_DOWN, SPLITS_UP, STEP,
+};
+use lines::{GREEDY, LINES, NO_WEIGHT};
+use send::{BOTH, RANGES, Sender, WAYS, WHOLE, WRONG};
 use std::cell::RefCell;
+
+/// As large as the dragon, and itself.
+const LARGE: [&str; 2] = ["torus:466", scans::LARGE];
 
 const MOVED: &str = "moved faces for each split";
 
@@ -25,7 +32,7 @@ pub const CPU: Figure = Figure {
             rises by 20 %. Relative to what is not said: to splits without tswaps, or to the host's work for a frame; both are judged. \
             Rates and times are medians. The frame is one that scenes draw: one instance at a pixel's error, in a picture of 640 x 360 \
             (with --full 1280 x 720), no level changing; of it the host's time counts (who is seen, which level, recording, \
-            submission), and its whole time until it is drawn stands beside. \
+            submission) with a hundredth of the splits on top, and its whole time until it is drawn stands beside. \
             Lines of 64 bytes of the index buffer that a split touches, its share of tswaps included, are counted with each level \
             as a step; up to 100 000 faces also of the paper's greedy, with its weight for lines and without.",
     scenes: &["bunny", "torus:48", "torus:128", "torus:466", scans::SMALL, scans::LARGE],
@@ -33,61 +40,79 @@ pub const CPU: Figure = Figure {
     sweep: None,
     measure,
     plots: &[
-        Plot { quantity: SPLITS_UP, x: Axis::Variant, log_x: false, log_y: true, floor: None },
-        Plot { quantity: STEP, x: Axis::Variant, log_x: false, log_y: true, floor: Some(COPY) },
-        Plot { quantity: BOTH, x: Axis::Variant, log_x: false, log_y: true, floor: None },
+        Plot::bars(SPLITS_UP).log_y(),
+        Plot::bars(STEP).log_y().floor(COPY),
+        Plot::bars(BOTH).log_y(),
     ],
     claims: &[
-        Claim {
-            id: "exact",
-            text: "However a change comes to the device, its index buffer is the host's, bit for bit.",
-            from: Origin::Ours,
-            check: claims::exact,
-        },
-        Claim {
-            id: "rate",
-            text: "With 23 moved faces for each split, one core executes 20 million splits a second, and collapses, on meshes \
-                   up to 100 000 faces.",
-            from: Origin::Ours,
-            check: claims::rate,
-        },
-        Claim {
-            id: "rate-large",
-            text: "And 6 million on a mesh as large as the dragon.",
-            from: Origin::Ours,
-            check: claims::rate_large,
-        },
-        Claim {
-            id: "flat",
-            text: "Flat lists execute the same at least 1.5 times as fast as the pseudocode.",
-            from: Origin::Ours,
-            check: claims::flat,
-        },
-        Claim {
-            id: "load-of-splits",
-            text: "The extension raises the CPU's load by 20 %: relative to splits without tswaps.",
-            from: Origin::Paper("headline"),
-            check: claims::load_of_splits,
-        },
-        Claim {
-            id: "load-of-frames",
-            text: "The extension raises the CPU's load by 20 %: relative to the host's work for a drawn frame that executes a \
-                   hundredth of the splits.",
-            from: Origin::Paper("headline"),
-            check: claims::load_of_frames,
-        },
-        Claim {
-            id: "lines",
-            text: "The weight for CPU cache lines that were touched before lets the paper's greedy touch fewer.",
-            from: Origin::Paper("5"),
-            check: claims::lines,
-        },
-        Claim {
-            id: "touched",
-            text: "Sending the touched ranges alone takes less than sending all live faces.",
-            from: Origin::Ours,
-            check: claims::touched,
-        },
+        Claim::ours(
+            "exact",
+            "However a change comes to the device, its index buffer is the host's, bit for bit.",
+            &[Test::value(every(WRONG), Equal(0.0))],
+        ),
+        Claim::ours(
+            "rate",
+            "With 23 moved faces for each split, one core executes 20 million splits a second, and collapses, on meshes up to \
+             100 000 faces.",
+            &[
+                Test::value(one(SPLITS_UP, FLAT_SWAPS), AtLeast(20.0)),
+                Test::value(one(SPLITS_DOWN, FLAT_SWAPS), AtLeast(20.0)),
+            ],
+        )
+        .at(Places::except(&LARGE))
+        .timed(),
+        Claim::ours(
+            "rate-large",
+            "And 6 million on a mesh as large as the dragon.",
+            &[
+                Test::value(one(SPLITS_UP, FLAT_SWAPS), AtLeast(6.0)),
+                Test::value(one(SPLITS_DOWN, FLAT_SWAPS), AtLeast(6.0)),
+            ],
+        )
+        .at(Places::scenes(&LARGE))
+        .timed(),
+        Claim::ours(
+            "flat",
+            "Flat lists execute the same at least 1.5 times as fast as the pseudocode.",
+            &[
+                Test::ratio(one(SPLITS_UP, FLAT_SWAPS), one(SPLITS_UP, PRINTED_SWAPS), AtLeast(1.5)),
+                Test::ratio(one(SPLITS_DOWN, FLAT_SWAPS), one(SPLITS_DOWN, PRINTED_SWAPS), AtLeast(1.5)),
+            ],
+        )
+        .timed(),
+        Claim::paper(
+            "headline",
+            "load-of-splits",
+            "The extension raises the CPU's load by 20 %: relative to splits without tswaps, by the pseudocode.",
+            &[Test::ratio(one(STEP, PRINTED_SWAPS), one(STEP, PRINTED), AtMost(1.2))],
+        )
+        .timed(),
+        Claim::paper(
+            "headline",
+            "load-of-frames",
+            "The extension raises the CPU's load by 20 %: relative to the host's work for a drawn frame that executes a \
+             hundredth of the splits, by the pseudocode.",
+            &[Test::ratio(one(LOADED, PRINTED_SWAPS), one(LOADED, PRINTED), AtMost(1.2))],
+        )
+        .timed(),
+        Claim::ours(
+            "our-load-of-frames",
+            "With flat lists it raises that work by at most 20 %.",
+            &[Test::ratio(one(LOADED, FLAT_SWAPS), one(LOADED, FLAT), AtMost(1.2))],
+        )
+        .timed(),
+        Claim::paper(
+            "5",
+            "lines",
+            "The weight for CPU cache lines that were touched before lets the paper's greedy touch fewer.",
+            &[Test::ratio(one(LINES, NO_WEIGHT), one(LINES, GREEDY), Above(1.0))],
+        ),
+        Claim::ours(
+            "touched",
+            "Sending the touched ranges alone takes less than sending all live faces.",
+            &[Test::ratio(one(BOTH, WHOLE), one(BOTH, RANGES), Above(1.0))],
+        )
+        .timed(),
     ],
 };
 

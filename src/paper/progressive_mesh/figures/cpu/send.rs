@@ -1,7 +1,7 @@
 //! Bringing a change of levels to the device's index buffer: five ways.
 
 use super::execute::hundredth;
-use crate::figure::{Contender, Row, Value};
+use crate::figure::{Contender, Row};
 use crate::paper::progressive_mesh::apply::{Apply, Change, ChangedSlots, Scatter};
 use crate::paper::progressive_mesh::run::{Program, Touched, Untold};
 use crate::vk::{Buffer, BufferUse, Cmd, Gpu, PassTime};
@@ -211,8 +211,8 @@ pub fn count_rows(gpu: &Gpu, senders: &[RefCell<Sender<'_>>]) -> anyhow::Result<
         let sender = sender.borrow();
         let [bytes, splits] = sender.sent;
         let wrong = sender.wrong_words(gpu)?;
-        rows.push(Row::new(*name, WRONG, "words", Value::Number(wrong as f64)));
-        rows.push(Row::new(*name, SENT, "bytes", Value::Number(bytes as f64 / splits as f64)));
+        rows.push(Row::number(*name, WRONG, "words", wrong as f64));
+        rows.push(Row::number(*name, SENT, "bytes", bytes as f64 / splits as f64));
     }
     Ok(rows)
 }
@@ -221,8 +221,7 @@ pub fn count_rows(gpu: &Gpu, senders: &[RefCell<Sender<'_>>]) -> anyhow::Result<
 pub fn time_rows(timed: &[crate::figure::Timed]) -> Vec<Row> {
     let mut rows = Vec::new();
     for one in timed.iter().filter(|one| WAYS.contains(&&*one.variant)) {
-        let host = one.pass(PASSES[0]);
-        rows.extend(host.map(|summary| Row::new(&*one.variant, HOST, "ms", Value::Summary(summary))));
+        rows.push(Row::of_rounds(&one.variant, HOST, "ms", one.pass_of_rounds(PASSES[0])));
         rows.push(one.row(BOTH));
     }
     rows

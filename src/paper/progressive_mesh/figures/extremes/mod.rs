@@ -4,7 +4,8 @@ mod cases;
 
 use super::super::simplify::{Simplified, SimplifyOptions, simplify};
 use super::surfaces::rival;
-use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict};
+use crate::figure::claim::{Bound::AtMost, Bound::Equal, Claim, Test, one};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::model::clean;
 use crate::reference::distance::Triangles;
 use cases::{CASES, Hostile, mesh};
@@ -29,29 +30,25 @@ pub const EXTREMES: Figure = Figure {
     variants: || [OURS, RIVAL].map(String::from).into(),
     sweep: None,
     measure,
-    plots: &[Plot { quantity: FACES, x: Axis::Variant, log_x: false, log_y: false, floor: Some(TARGET) }],
+    plots: &[Plot::bars(FACES).floor(TARGET)],
     claims: &[
-        Claim {
-            id: "outcome",
-            text: "Every mesh has an outcome: faces that are finite and deviate from what is meant by no more than \
-                   reading cost and the stated error together (which counts a part that vanishes as a whole by its \
-                   extent), or a refusal with its reason; and what reading cost, if \
-                   more than 1/1000 of the diagonal, is said in words.",
-            from: Origin::Ours,
-            check: outcome,
-        },
-        Claim {
-            id: "target",
-            text: "Every mesh comes down to its target.",
-            from: Origin::Ours,
-            check: target,
-        },
-        Claim {
-            id: "crowded",
-            text: "No mesh gets more edges of more than two faces than it had.",
-            from: Origin::Ours,
-            check: crowded,
-        },
+        Claim::ours(
+            "outcome",
+            "Every mesh has an outcome: faces that are finite and deviate from what is meant by no more than reading cost and \
+             the stated error together (which counts a part that vanishes as a whole by its extent), or a refusal with its \
+             reason; and what reading cost, if more than 1/1000 of the diagonal, is said in words.",
+            &[Test::value(one(FAULTS, OURS), Equal(0.0))],
+        ),
+        Claim::ours(
+            "target",
+            "Every mesh comes down to its target.",
+            &[Test::ratio(one(FACES, OURS), one(FACES, TARGET), AtMost(1.0))],
+        ),
+        Claim::ours(
+            "crowded",
+            "No mesh gets more edges of more than two faces than it had.",
+            &[Test::difference(one(CROWDED, OURS), one(CROWDED, MESH), AtMost(0.0))],
+        ),
     ],
 };
 
@@ -66,6 +63,7 @@ const NOT_FINITE: &str = "corners that are not finite";
 const VANISHED: &str = "components that vanished";
 const CLEANING: &str = "cleaning";
 const OUTCOME: &str = "outcome";
+const FAULTS: &str = "promises that the outcome breaks";
 
 const MESH: &str = "the mesh";
 const LOST: &str = "lost in reading and cleaning";
@@ -90,10 +88,10 @@ fn rows(hostile: &Hostile, samples: usize) -> anyhow::Result<Vec<Row>> {
     let Hostile { raw, target_faces, .. } = hostile;
     let theirs = rival(&raw.positions, &raw.faces, *target_faces)?;
     let mut rows = outcome_rows(RIVAL, hostile, &raw.positions, &theirs.faces, theirs.stated, samples);
-    rows.extend(own_rows(hostile, samples));
-    let number = |variant, quantity, unit, number: usize| {
-        Row::new(variant, quantity, unit, Value::Number(number as f64))
-    };
+    let own = own_rows(hostile, samples);
+    rows.push(Row::number(OURS, FAULTS, "", faults(&own) as f64));
+    rows.extend(own);
+    let number = |variant, quantity, unit, number: usize| Row::number(variant, quantity, unit, number as f64);
     rows.push(number(TARGET, FACES, "faces", *target_faces));
     rows.push(number(MESH, FACES, "faces", raw.faces.len()));
     rows.push(number(MESH, CROWDED, "edges", crowded_edges(&raw.positions, &raw.faces)));
@@ -106,7 +104,7 @@ fn own_rows(hostile: &Hostile, samples: usize) -> Vec<Row> {
     let text = |quantity, words: String| Row::new(OURS, quantity, "", Value::Text(words));
     let changes = report.changes().join("; ");
     if model.faces.is_empty() {
-        let zero = Row::new(OURS, FACES, "faces", Value::Number(0.0));
+        let zero = Row::number(OURS, FACES, "faces", 0.0);
         return vec![zero, text(OUTCOME, format!("{REFUSED}no face is left: {changes}"))];
     }
     let options = SimplifyOptions { target_faces: hostile.target_faces, ..SimplifyOptions::default() };
@@ -118,7 +116,7 @@ fn own_rows(hostile: &Hostile, samples: usize) -> Vec<Row> {
     let stated = collapses.error_after(steps);
     let mut rows = outcome_rows(OURS, hostile, &positions, &faces, stated, samples);
     rows.push(distance_row(OURS, LOST, hostile, &positions, &model.faces, samples));
-    rows.push(Row::new(OURS, VANISHED, "components", Value::Number(relaxed.components as f64)));
+    rows.push(Row::number(OURS, VANISHED, "components", relaxed.components as f64));
     rows.push(text(CLEANING, if changes.is_empty() { NOTHING.into() } else { changes }));
     let words = match relaxed.shortfall {
         Some(why) => format!("{} faces: {why}", relaxed.faces),
@@ -142,7 +140,7 @@ fn outcome_rows(
     stated: f64,
     samples: usize,
 ) -> Vec<Row> {
-    let number = |quantity, unit, number| Row::new(name, quantity, unit, Value::Number(number));
+    let number = |quantity, unit, number| Row::number(name, quantity, unit, number);
     vec![
         number(FACES, "faces", faces.len() as f64),
         distance_row(name, HAUSDORFF, hostile, positions, faces, samples),
@@ -187,144 +185,78 @@ fn crowded_edges(positions: &[DVec3], faces: &[[u32; 3]]) -> usize {
     edges.values().filter(|&&faces| faces > 2).count()
 }
 
-/// Ours at every case: a quantity's number.
-fn ours<'a>(table: &'a Table, quantity: &'a str) -> impl Iterator<Item = (&'a str, f64)> + 'a {
-    let own = table.of(quantity).filter(|record| record.row.variant == OURS);
-    own.filter_map(|record| Some((record.scene.as_str(), record.row.value.number()?)))
-}
-
-fn finding(table: &Table, all: usize, wrong: &[&str], what: &str) -> Finding {
-    let verdict = match wrong.len() {
-        _ if all == 0 => Verdict::NotMeasurable,
-        0 if table.missing == 0 => Verdict::Reproduced,
-        many if many == all => Verdict::NotReproduced,
-        _ => Verdict::InPart,
+/// How many promises the outcome of ours breaks, by its rows.
+fn faults(own: &[Row]) -> usize {
+    let row = |quantity: &str| own.iter().find(|row| row.quantity == quantity);
+    let of = |quantity| row(quantity).and_then(|row| row.value.number());
+    let words = |quantity| match row(quantity).map(|row| &row.value) {
+        Some(Value::Text(words)) => &**words,
+        _ => "",
     };
-    let numbers = format!("{} of {all} meshes {what}", all - wrong.len());
-    let why = if wrong.is_empty() { "none does not".into() } else { format!("not: {}", wrong.join(", ")) };
-    Finding::new(verdict, numbers, why)
-}
-
-fn outcome(table: &Table) -> Finding {
-    let of = |case: &str, quantity| table.number(case, None, OURS, quantity);
-    let right = |case: &str, faces: f64| {
-        if faces == 0.0 {
-            return text(table, case, OUTCOME).is_some_and(|words| words.starts_with(REFUSED));
-        }
-        let (Some(distance), Some(stated), Some(lost)) =
-            (of(case, HAUSDORFF), of(case, STATED), of(case, LOST))
-        else {
-            return false;
-        };
-        let told = lost <= LOSS || text(table, case, CLEANING).is_some_and(|words| words != NOTHING);
-        // A part that vanishes counts by its extent, however far it was from the others.
-        let vanished = of(case, VANISHED).is_some_and(|parts| parts > 0.0) && stated > 0.0;
-        let bounded = stated.is_finite() && (vanished || distance <= stated + lost + ROUNDING);
-        of(case, NOT_FINITE) == Some(0.0) && bounded && told
-    };
-    let cases: Vec<(&str, f64)> = ours(table, FACES).collect();
-    let wrong: Vec<&str> =
-        cases.iter().filter(|(case, faces)| !right(case, *faces)).map(|(case, _)| *case).collect();
-    finding(table, cases.len(), &wrong, "have one")
-}
-
-/// Ours at a case, in words.
-fn text<'a>(table: &'a Table, case: &str, quantity: &'a str) -> Option<&'a str> {
-    let found = table.of(quantity).find(|record| record.scene == case && record.row.variant == OURS);
-    match &found?.row.value {
-        Value::Text(words) => Some(words),
-        _ => None,
+    if of(FACES) == Some(0.0) {
+        return usize::from(!words(OUTCOME).starts_with(REFUSED));
     }
-}
-
-fn crowded(table: &Table) -> Finding {
-    let cases: Vec<(&str, f64)> = ours(table, CROWDED).collect();
-    let more = |(case, edges): &&(&str, f64)| {
-        table.number(case, None, MESH, CROWDED).is_none_or(|before| *edges > before)
-    };
-    let wrong: Vec<&str> = cases.iter().filter(more).map(|(case, _)| *case).collect();
-    finding(table, cases.len(), &wrong, "get no more")
-}
-
-fn target(table: &Table) -> Finding {
-    let cases: Vec<(&str, f64)> = ours(table, FACES).collect();
-    let above = |(case, faces): &&(&str, f64)| {
-        table.number(case, None, TARGET, FACES).is_none_or(|target| *faces > target)
-    };
-    let wrong: Vec<&str> = cases.iter().filter(above).map(|(case, _)| *case).collect();
-    finding(table, cases.len(), &wrong, "reach it")
+    let (Some(distance), Some(stated), Some(lost)) = (of(HAUSDORFF), of(STATED), of(LOST)) else { return 1 };
+    let told = lost <= LOSS || !["", NOTHING].contains(&words(CLEANING));
+    // A part that vanishes counts by its extent, however far it was from the others.
+    let vanished = of(VANISHED).is_some_and(|parts| parts > 0.0) && stated > 0.0;
+    let bounded = stated.is_finite() && (vanished || distance <= stated + lost + ROUNDING);
+    [of(NOT_FINITE) == Some(0.0), bounded, told].into_iter().filter(|kept| !kept).count()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::table;
     use super::*;
-    use crate::figure::Record;
-
-    /// A case of 100 faces, and 100 wanted, with some numbers changed.
-    fn judge(changes: &[(&str, f64)], words: [&str; 2]) -> [Verdict; 3] {
-        let usual = [
-            (FACES, 100.0),
-            (HAUSDORFF, 0.1),
-            (STATED, 0.2),
-            (LOST, 0.0),
-            (NOT_FINITE, 0.0),
-            (VANISHED, 0.0),
-            (CROWDED, 3.0),
-        ];
-        let mut rows: Vec<(&str, &str, &str, f64)> = usual
-            .into_iter()
-            .map(|(quantity, number)| {
-                let changed = changes.iter().find(|(of, _)| *of == quantity);
-                ("soup", OURS, quantity, changed.map_or(number, |change| change.1))
-            })
-            .collect();
-        rows.extend([("soup", TARGET, FACES, 100.0), ("soup", MESH, CROWDED, 3.0)]);
-        let mut table = table("cpu", &rows);
-        for (quantity, words) in [CLEANING, OUTCOME].into_iter().zip(words) {
-            let row = Row::new(OURS, quantity, "", Value::Text(words.into()));
-            table.records.push(Record { scene: "soup".into(), x: None, row });
-        }
-        [outcome(&table), target(&table), crowded(&table)].map(|found| found.verdict)
-    }
+    use crate::figure::{Machine, Record, Table, Verdict};
 
     #[test]
-    fn what_is_worse_than_it_says_refutes_its_claim() {
-        use Verdict::{NotReproduced as No, Reproduced as Yes};
-        let words = [NOTHING, "the target"];
-        for (changes, verdicts) in [
-            (vec![], [Yes, Yes, Yes]),
-            (vec![(HAUSDORFF, 0.0), (STATED, 0.0)], [Yes, Yes, Yes]),
-            (vec![(FACES, 101.0)], [Yes, No, Yes]),
-            (vec![(STATED, 0.0)], [No, Yes, Yes]),
-            (vec![(HAUSDORFF, 0.3)], [No, Yes, Yes]),
+    fn what_is_worse_than_it_says_breaks_a_promise() {
+        let broken = |changes: &[(&str, f64)], words: [&str; 2]| {
+            let usual = [(FACES, 100.0), (HAUSDORFF, 0.1), (STATED, 0.2), (LOST, 0.0), (NOT_FINITE, 0.0)];
+            let number = |&(quantity, number): &(&str, f64)| {
+                let changed = changes.iter().find(|(of, _)| *of == quantity);
+                Row::number(OURS, quantity, "", changed.map_or(number, |change| change.1))
+            };
+            let text =
+                |(quantity, words): (&str, &str)| Row::new(OURS, quantity, "", Value::Text(words.into()));
+            let added = changes.iter().filter(|(of, _)| usual.iter().all(|(known, _)| known != of));
+            let texts = [CLEANING, OUTCOME].into_iter().zip(words).map(text);
+            faults(&usual.iter().chain(added).map(number).chain(texts).collect::<Vec<_>>())
+        };
+        for (changes, faults) in [
+            (vec![], 0),
+            (vec![(HAUSDORFF, 0.0), (STATED, 0.0)], 0),
+            (vec![(STATED, 0.0)], 1),
+            (vec![(HAUSDORFF, 0.3)], 1),
             // Lost, and nobody said so.
-            (vec![(HAUSDORFF, 0.3), (LOST, 0.2)], [No, Yes, Yes]),
-            (vec![(NOT_FINITE, 1.0)], [No, Yes, Yes]),
-            (vec![(HAUSDORFF, 0.3), (VANISHED, 1.0)], [Yes, Yes, Yes]),
-            (vec![(HAUSDORFF, 0.3), (VANISHED, 1.0), (STATED, 0.0)], [No, Yes, Yes]),
-            (vec![(CROWDED, 4.0)], [Yes, Yes, No]),
-            (vec![(FACES, 0.0)], [No, Yes, Yes]),
+            (vec![(HAUSDORFF, 0.3), (LOST, 0.2)], 1),
+            (vec![(NOT_FINITE, 1.0)], 1),
+            (vec![(HAUSDORFF, 0.3), (VANISHED, 1.0)], 0),
+            (vec![(HAUSDORFF, 0.3), (VANISHED, 1.0), (STATED, 0.0)], 1),
+            (vec![(FACES, 0.0)], 1),
         ] {
-            assert_eq!(judge(&changes, words), verdicts, "{changes:?}");
+            assert_eq!(broken(&changes, [NOTHING, "the target"]), faults, "{changes:?}");
         }
-        assert_eq!(judge(&[(HAUSDORFF, 0.3), (LOST, 0.2)], ["much", "the target"])[0], Yes);
-        assert_eq!(judge(&[(FACES, 0.0)], ["", "refused: no face is left"])[0], Yes);
+        assert_eq!(broken(&[(HAUSDORFF, 0.3), (LOST, 0.2)], ["much", "the target"]), 0);
+        assert_eq!(broken(&[(FACES, 0.0)], ["", "refused: no face is left"]), 0);
     }
 
     #[test]
     fn every_case_has_an_outcome_at_its_target() {
-        let mut table = table("cpu", &[]);
+        let machine = Machine { device_kind: "cpu".into(), ..Machine::default() };
+        let mut table = Table { machine, records: Vec::new(), lost: Vec::new() };
         for case in CASES {
             let rows = rows(&mesh(case).unwrap(), 500).unwrap();
             table.records.extend(rows.into_iter().map(|row| Record { scene: case.into(), x: None, row }));
         }
-        for finding in [outcome(&table), target(&table), crowded(&table)] {
+        for claim in EXTREMES.claims {
+            let finding = claim.judge(&table);
             assert_eq!(finding.verdict, Verdict::Reproduced, "{finding:?}");
         }
-        assert_eq!(ours(&table, FACES).filter(|(_, faces)| *faces == 0.0).count(), 1, "offset 1e9");
+        let of = |case, quantity| table.number(case, None, OURS, quantity).unwrap();
+        assert_eq!(CASES.iter().filter(|case| of(case, FACES) == 0.0).collect::<Vec<_>>(), [&"offset 1e9"]);
         // What covers nothing costs nothing: the bunny comes out as without its caps.
-        assert!(table.number("flat caps", None, OURS, LOST).unwrap() < ROUNDING);
-        assert!(table.number("one 1000 times out", None, OURS, HAUSDORFF).unwrap() < 0.05);
+        assert!(of("flat caps", LOST) < ROUNDING);
+        assert!(of("one 1000 times out", HAUSDORFF) < 0.05);
     }
 }

@@ -10,7 +10,8 @@ pub use contenders::variants;
 pub use examine::{Examination, Examiner, Outcome, Settled};
 pub use scenes::{EXTREMES, Expected, Extreme, Landscape, Sight};
 
-use crate::figure::{Bench, Cell, Claim, Figure, Finding, Origin, Row, Table, Value, Verdict};
+use crate::figure::claim::{Bound::Equal, Claim, Places, Test, every, one};
+use crate::figure::{Bench, Cell, Figure, Row, Value};
 use crate::paper::virtual_texture::all_needs;
 use anyhow::Context;
 
@@ -23,6 +24,8 @@ const COMPARED: &str = "compared";
 const LOOKED_AT: &str = "looked at";
 /// Quantity: what a superset has beyond the reference.
 const BEYOND: &str = "beyond";
+/// Quantity: refusals that are no line of four words or more.
+const UNREASONED: &str = "refusals without a reason";
 
 pub const EXTREMES_FIGURE: Figure = Figure {
     id: "vt.extremes",
@@ -38,39 +41,45 @@ pub const EXTREMES_FIGURE: Figure = Figure {
     measure,
     plots: &[],
     claims: &[
-        Claim {
-            id: "edges-of-the-texture",
-            text: "i = min(i, hT^0 - 1) and j = min(j, wT^0 - 1) give a tile to every pixel with t = 1 or s = 1",
-            from: Origin::Paper("2.1"),
-            check: |table| exact(table, &["corners", "south-pole", "antimeridian"]),
-        },
-        Claim {
-            id: "every-set-is-exact",
-            text: "Every variant that a device can run lists the reference's tiles at every extreme, no more and no fewer; \
-                   those that promise a superset, no fewer",
-            from: Origin::Ours,
-            check: |table| exact(table, &NAMES),
-        },
-        Claim {
-            id: "stage-1-is-explained",
-            text: "Where a pixel's triple is not the f64 reference's, the border of a decision explains it",
-            from: Origin::Ours,
-            check: stage_1_is_explained,
-        },
-        Claim {
-            id: "every-texel-is-right",
-            text: "The settled picture mixes the right texels only, and every pixel of it is a number",
-            from: Origin::Ours,
-            check: every_texel_is_right,
-        },
-        Claim {
-            id: "refusals-are-words",
-            text: "What a device cannot do is refused in one line that says what and why",
-            from: Origin::Ours,
-            check: refusals_are_words,
-        },
+        Claim::paper(
+            "2.1",
+            "edges-of-the-texture",
+            "i = min(i, hT^0 - 1) and j = min(j, wT^0 - 1) give a tile to every pixel with t = 1 or s = 1",
+            EXACT,
+        )
+        .at(Places::scenes(&["corners", "south-pole", "antimeridian"])),
+        Claim::ours(
+            "every-set-is-exact",
+            "Every variant that a device can run lists the reference's tiles at every extreme, no more and no fewer; those \
+             that promise a superset, no fewer",
+            EXACT,
+        ),
+        Claim::ours(
+            "stage-1-is-explained",
+            "Where a pixel's triple is not the f64 reference's, the border of a decision explains it",
+            &[Test::value(one("unexplained", STAGE_1), Equal(0.0))],
+        ),
+        Claim::ours(
+            "every-texel-is-right",
+            "The settled picture mixes the right texels only, and every pixel of it is a number",
+            &[
+                Test::value(one("wrong", PICTURE), Equal(0.0)),
+                Test::value(one("not finite", PICTURE), Equal(0.0)),
+            ],
+        ),
+        Claim::ours(
+            "refusals-are-words",
+            "What a device cannot do is refused in one line that says what and why",
+            &[Test::value(every(UNREASONED), Equal(0.0))],
+        ),
     ],
 };
+
+const EXACT: &[Test] = &[
+    Test::value(every("lost"), Equal(0.0)),
+    Test::value(every("extra"), Equal(0.0)),
+    Test::value(every("repeated"), Equal(0.0)),
+];
 
 /// The cells: a name each.
 const NAMES: [&str; EXTREMES.len()] = {
@@ -93,7 +102,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 }
 
 fn number(variant: &str, quantity: &str, unit: &str, count: usize) -> Row {
-    Row::new(variant, quantity, unit, Value::Number(count as f64))
+    Row::number(variant, quantity, unit, count as f64)
 }
 
 fn rows(examined: &Examination) -> Vec<Row> {
@@ -121,7 +130,11 @@ fn of_variant(name: &str, outcome: &Outcome, tiles: usize) -> Vec<Row> {
     let text = |words| Row::new(name, "outcome", "", Value::Text(words));
     let count = |quantity, unit, count| number(name, quantity, unit, count);
     match outcome {
-        Outcome::Refused(line) => vec![Row::new(name, "outcome", "", Value::Missing(line.clone()))],
+        Outcome::Refused(line) => {
+            let bad = line.contains('\n') || line.split_whitespace().count() < 4;
+            let outcome = Row::missing(name, "outcome", line.clone());
+            vec![outcome, count(UNREASONED, "refusals", usize::from(bad))]
+        }
         &Outcome::Listed { lost, extra, entries, right_entries } => {
             let words = match (lost, extra) {
                 (0, 0) if entries == right_entries => format!("equal, {tiles} tiles"),
@@ -167,66 +180,4 @@ fn of_picture(settled: &Settled) -> Vec<Row> {
         number(PICTURE, COMPARED, "pixels", compared),
         number(PICTURE, "not finite", "pixels", not_finite),
     ]
-}
-
-/// (sum, number of records) of a quantity over some cells.
-fn sum(table: &Table, quantity: &str, cells: &[&str]) -> (f64, usize) {
-    let values =
-        table.of(quantity).filter(|r| cells.contains(&&*r.scene)).filter_map(|r| r.row.value.number());
-    values.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1))
-}
-
-/// A verdict on counts of faults that are all to be 0 in so many records.
-fn faultless(faults: f64, records: usize, missing: usize, numbers: String, what: &str) -> Finding {
-    match (faults, records, missing) {
-        (_, 0, _) => Finding::new(Verdict::NotMeasurable, numbers, "nothing of it ran on this device"),
-        (0.0, _, 0) => Finding::new(Verdict::Reproduced, numbers, format!("no {what} anywhere")),
-        (0.0, ..) => {
-            Finding::new(Verdict::InPart, numbers, format!("no {what}, but {missing} cells are missing"))
-        }
-        _ => Finding::new(Verdict::NotReproduced, numbers, format!("{faults} {what}")),
-    }
-}
-
-fn exact(table: &Table, cells: &[&str]) -> Finding {
-    let ((lost, lists), (extra, _)) = (sum(table, "lost", cells), sum(table, "extra", cells));
-    let (repeated, _) = sum(table, "repeated", cells);
-    let (beyond, supersets) = sum(table, BEYOND, cells);
-    let numbers = format!(
-        "{lists} lists at {} extremes: {lost} tiles lost, {extra} too many, {repeated} triples repeated; {beyond} hidden \
-         tiles in {supersets} of them that may have such",
-        cells.len()
-    );
-    faultless(lost + extra + repeated, lists, table.missing, numbers, "wrong entry")
-}
-
-fn stage_1_is_explained(table: &Table) -> Finding {
-    let (differing, pictures) = sum(table, "differing", &NAMES);
-    let (unexplained, _) = sum(table, "unexplained", &NAMES);
-    let (looked_at, _) = sum(table, LOOKED_AT, &NAMES);
-    let numbers = format!(
-        "{pictures} pictures: {differing} of {looked_at} pixels differ from f64, {unexplained} of them unexplained"
-    );
-    faultless(unexplained, pictures, table.missing, numbers, "unexplained pixel")
-}
-
-fn every_texel_is_right(table: &Table) -> Finding {
-    let ((wrong, pictures), (broken, _)) = (sum(table, "wrong", &NAMES), sum(table, "not finite", &NAMES));
-    let (compared, _) = sum(table, COMPARED, &NAMES);
-    let numbers = format!(
-        "{pictures} settled pictures: of {compared} pixels, each with all its samples, {wrong} wrong; {broken} no number"
-    );
-    faultless(wrong + broken, pictures, table.missing, numbers, "wrong pixel")
-}
-
-/// A refusal is a line of words: "U2: 65536 x 65536 texels; the device takes …".
-fn refusals_are_words(table: &Table) -> Finding {
-    let lines: Vec<&str> = table
-        .of("outcome")
-        .filter_map(|r| if let Value::Missing(line) = &r.row.value { Some(&**line) } else { None })
-        .collect();
-    let bad = lines.iter().filter(|line| line.contains('\n') || line.split_whitespace().count() < 4).count();
-    let first = lines.first().map_or(String::new(), |line| format!(", first: {line}"));
-    let numbers = format!("{} refusals{first}", lines.len());
-    faultless(bad as f64, lines.len(), table.missing, numbers, "refusal without a reason")
 }

@@ -1,6 +1,5 @@
 //! Along a path: what the samples of some frames name, beside what the last of them shows.
 
-use super::FALSE_TILES;
 use super::watch::{SUBSAMPLINGS, Watch, name};
 use crate::figure::{Row, Value};
 use crate::math::camera::Pose;
@@ -50,15 +49,11 @@ pub fn measure(watch: &mut Watch, frames: u32, pose: impl Fn(u32) -> Pose) -> an
     let stands = cycle(MOST_LOG2);
     let new = |n| MEMORIES.map(|(frames, _)| (Memory::new(frames.unwrap_or(cycle(n))), Along::default()));
     let mut lists: Vec<_> = SUBSAMPLINGS.into_iter().map(new).collect();
-    let mut wrong = vec![0; lists.len()];
     watch.look(&pose(0))?;
     for frame in 0..stands + u64::from(frames) {
         let moved = (frame + 1).saturating_sub(stands) as u32;
         let exact = if moved > 0 { watch.look(&pose(moved))? } else { BTreeMap::new() };
         for (at, seen) in watch.sample(frame, 0)?.iter().enumerate() {
-            if moved > 0 {
-                wrong[at] += seen.iter().filter(|tile| !exact.contains_key(tile)).count();
-            }
             for (memory, along) in &mut lists[at] {
                 let list = memory.add(seen);
                 along.add(&list, &exact);
@@ -66,8 +61,7 @@ pub fn measure(watch: &mut Watch, frames: u32, pose: impl Fn(u32) -> Pose) -> an
         }
     }
     let mut rows = Vec::new();
-    for ((n, lists), wrong) in SUBSAMPLINGS.into_iter().zip(&lists).zip(wrong) {
-        rows.push(Row::new(name(n), FALSE_TILES, "tiles", Value::Number(f64::from(wrong as u32))));
+    for (n, lists) in SUBSAMPLINGS.into_iter().zip(&lists) {
         rows.extend(lists.iter().zip(MEMORIES).flat_map(|((_, along), (_, memory))| along.rows(n, memory)));
     }
     Ok(rows)

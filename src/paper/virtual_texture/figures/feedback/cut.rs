@@ -1,7 +1,7 @@
 //! After a cut, under a camera that stands still: in which frame each tile is first listed, from every start.
 
 use super::watch::{SUBSAMPLINGS, Watch, name};
-use super::{ALL_PIXELS, FALSE_TILES, PIXELS, RECALL, TO_99, TO_ALL};
+use super::{ALL_PIXELS, PIXELS, RECALL, TO_ALL};
 use crate::figure::{Bench, Row, Value};
 use crate::math::pyramid::TileId;
 use crate::paper::virtual_texture::feedback::{MOST_LOG2, blocks, cycle};
@@ -28,14 +28,6 @@ fn delays(tiles: &[TileId], seen: &[Vec<TileId>]) -> Vec<Vec<u64>> {
         }
     }
     delays
-}
-
-/// Frames until so many of the tiles are listed.
-fn frames_to(share: f64, delays: &[u64]) -> f64 {
-    let mut delays = delays.to_vec();
-    delays.sort_unstable();
-    let tiles = (share * delays.len() as f64).ceil() as usize;
-    delays[tiles.max(1) - 1] as f64
 }
 
 /// The pixels whose tile a frame's samples name, in grey, those whose tile they miss in red, and black behind them.
@@ -73,13 +65,11 @@ pub fn measure(bench: &mut Bench, named: &str, watch: &mut Watch) -> anyhow::Res
         named,
         &map(session.technique.settings.size, &triples, first, pyramid.first_resident_level()),
     )?;
-    let mut rows = vec![Row::new(ALL_PIXELS, "visible tiles", "tiles", Value::Number(tiles.len() as f64))];
+    let mut rows = vec![Row::number(ALL_PIXELS, "visible tiles", "tiles", tiles.len() as f64)];
     for (n, seen) in SUBSAMPLINGS.into_iter().zip(&seen) {
         let samples = blocks(n, watch.opened.session.technique.settings.size).map(f64::from);
-        let wrong = seen.iter().flatten().filter(|tile| tiles.binary_search(tile).is_err()).count();
-        let number = |quantity, unit, number| Row::new(name(n), quantity, unit, Value::Number(number));
-        rows.push(number("samples a frame", "pixels", samples[0] * samples[1]));
-        rows.push(number(FALSE_TILES, "tiles", wrong as f64));
+        let samples = Value::Number(samples[0] * samples[1]);
+        rows.push(Row::new(name(n), "samples a frame", "pixels", samples));
         if !tiles.is_empty() {
             rows.extend(delay_rows(n, &pixels, &delays(&tiles, seen)));
         }
@@ -102,15 +92,13 @@ fn delay_rows(n: u32, pixels: &[u64], delays: &[Vec<u64>]) -> Vec<Row> {
     let series = |of: &dyn Fn(u64) -> f64| {
         Value::Series((1..=cycle(n)).map(|frame| [frame as f64, of(frame)]).collect())
     };
-    let to = |share| {
-        let frames: Vec<f64> = delays.iter().map(|delays| frames_to(share, delays)).collect();
-        Value::Summary(Summary::of(&frames).expect("a cycle has frames"))
-    };
+    let last = |delays: &Vec<u64>| delays.iter().copied().max().map(|frame| frame as f64);
+    let to_all: Vec<f64> = delays.iter().filter_map(last).collect();
+    let to_all = Summary::of(&to_all).expect("a cycle has frames and tiles");
     vec![
         Row::new(name(n), RECALL, "", series(&of_tiles)),
         Row::new(name(n), PIXELS, "", series(&of_pixels)),
-        Row::new(name(n), TO_99, "frames", to(0.99)),
-        Row::new(name(n), TO_ALL, "frames", to(1.0)),
+        Row::new(name(n), TO_ALL, "frames", Value::Summary(to_all)),
     ]
 }
 
@@ -133,8 +121,5 @@ mod tests {
         let seen = [vec![often], vec![], vec![often, rare], vec![]];
         let delays = delays(&[often, rare], &seen);
         assert_eq!(delays, [[1, 3], [2, 2], [1, 1], [2, 4]]);
-        assert_eq!(frames_to(1.0, &delays[0]), 3.0);
-        assert_eq!(frames_to(0.5, &delays[0]), 1.0);
-        assert_eq!(frames_to(0.51, &delays[3]), 4.0);
     }
 }

@@ -1,13 +1,13 @@
 //! vt.feedback: what subsampled feedback, which engines ship, misses of the exact list, and for how long.
 
 mod along;
-mod claims;
 mod cut;
 mod times;
 mod watch;
 
 use super::common::{Place, pixels_of};
-use crate::figure::{Axis, Bench, Cell, Claim, Figure, Origin, Plot, Row, Sweep};
+use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::Below, Claim, Part, Test, each, one};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
 use crate::paper::virtual_texture::U1Format;
 use watch::{SUBSAMPLINGS, Watch, name};
 
@@ -27,66 +27,41 @@ pub const FEEDBACK: Figure = Figure {
     sweep: Some(Sweep { name: "picture height, pixels", quick: &[720.0], full: &[360.0, 720.0, 1080.0] }),
     measure,
     plots: &[
-        Plot {
-            quantity: RECALL,
-            x: Axis::Series("frames after a cut"),
-            log_x: true,
-            log_y: false,
-            floor: None,
-        },
-        Plot {
-            quantity: PIXELS,
-            x: Axis::Series("frames after a cut"),
-            log_x: true,
-            log_y: false,
-            floor: None,
-        },
-        Plot { quantity: MOVING_RECALL, x: Axis::Variant, log_x: false, log_y: false, floor: None },
-        Plot { quantity: MOVING_PRECISION, x: Axis::Variant, log_x: false, log_y: false, floor: None },
-        Plot { quantity: TIME, x: Axis::Variant, log_x: false, log_y: true, floor: Some("empty pass") },
+        Plot::curves(RECALL, "frames after a cut").log_x(),
+        Plot::curves(PIXELS, "frames after a cut").log_x(),
+        Plot::bars(MOVING_RECALL),
+        Plot::bars(MOVING_PRECISION),
+        Plot::bars(TIME).log_y().floor("empty pass"),
     ],
     claims: &[
-        Claim {
-            id: "subset",
-            text: "A frame's samples never ask for a tile that its exact list has not.",
-            from: Origin::Ours,
-            check: claims::subset,
-        },
-        Claim {
-            id: "complete",
-            text: "Under a camera that stands still, one pixel of 2^n has listed every visible tile after 2^n frames, \
-                   whichever frame of the cycle it starts in.",
-            from: Origin::Ours,
-            check: claims::complete,
-        },
-        Claim {
-            id: "delay",
-            text: "The exact list has at once what one pixel of 64 or of 256 takes several frames for: in every place \
-                   more than one for 99 % of the tiles, in the median over all frames of the cycle to start in.",
-            from: Origin::Paper("2"),
-            check: claims::delay,
-        },
-        Claim {
-            id: "moving",
-            text: "Under a moving camera no memory mends that: what one frame's pixels of 256 see lacks visible tiles in \
-                   some frames of every path, and most of what a whole cycle remembers is visible no more.",
-            from: Origin::Ours,
-            check: claims::moving,
-        },
-        Claim {
-            id: "cost",
-            text: "In return a list from one pixel of 64 takes at most a tenth of the time of one from all pixels.",
-            from: Origin::Ours,
-            check: claims::cost,
-        },
+        Claim::paper(
+            "2",
+            "delay",
+            "The exact list has at once what one pixel of 64 or of 256 takes several frames for: in every place more than \
+             one until all tiles are listed, in the median over all frames of the cycle to start in.",
+            &[Test::value(each(TO_ALL, || [6, 8].map(name).into()), Above(1.0))],
+        ),
+        Claim::ours(
+            "moving",
+            "Under a moving camera no memory mends that: what one frame's pixels of 256 see lacks visible tiles in some \
+             frames of every path, and most of what a whole cycle remembers is visible no more.",
+            &[
+                Test::value(one(MOVING_RECALL, "1/256").part(Part::Least), Below(1.0)),
+                Test::value(one(MOVING_PRECISION, "1/256"), Below(0.5)),
+            ],
+        ),
+        Claim::ours(
+            "cost",
+            "In return a list from one pixel of 64 takes at most a tenth of the time of one from all pixels.",
+            &[Test::ratio(one(TIME, ALL_PIXELS), one(TIME, "1/64"), AtLeast(10.0))],
+        )
+        .timed(),
     ],
 };
 
 const RECALL: &str = "recall after a cut";
 const PIXELS: &str = "pixels served after a cut";
-const TO_99: &str = "frames to 99 % of the tiles";
 const TO_ALL: &str = "frames to all tiles";
-const FALSE_TILES: &str = "tiles outside the exact list";
 const MOVING_RECALL: &str = "recall of one moving frame";
 const MOVING_PRECISION: &str = "precision of a moving cycle";
 const TIME: &str = "gather, copy and list";

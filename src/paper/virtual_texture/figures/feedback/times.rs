@@ -4,8 +4,7 @@ use super::super::common::passes;
 use super::super::list_on_the_host::and_list;
 use super::watch::{Sampler, Watch, name};
 use super::{ALL_PIXELS, TIME};
-use crate::figure::{Bench, Contender, Row, Timed, Value};
-use crate::stats::Summary;
+use crate::figure::{Bench, Contender, Row, Timed};
 
 pub fn measure(bench: &Bench, watch: &Watch) -> anyhow::Result<Vec<Row>> {
     let session = &watch.opened.session;
@@ -33,11 +32,6 @@ pub fn measure(bench: &Bench, watch: &Watch) -> anyhow::Result<Vec<Row>> {
     });
     contenders.push(and_list(bring, host, || copy.words()));
     let timed = bench.interleave(gpu, contenders)?;
-    let rows = |timed: &Timed| {
-        let pass = |(label, summary): &(String, Option<Summary>)| {
-            summary.map(|summary| Row::new(&*timed.variant, &**label, "ms", Value::Summary(summary)))
-        };
-        [timed.row(TIME)].into_iter().chain(timed.passes.iter().filter_map(pass)).collect::<Vec<_>>()
-    };
+    let rows = |timed: &Timed| [timed.row(TIME)].into_iter().chain(timed.pass_rows()).collect::<Vec<_>>();
     Ok(timed.iter().flat_map(rows).collect())
 }

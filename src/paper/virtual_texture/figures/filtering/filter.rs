@@ -1,8 +1,9 @@
 //! vt.filter: what each filter costs, and how near it comes to what a pixel covers.
 
 use super::super::common::pixels_of;
-use super::{Shown, Variant, detail, of_facts};
-use crate::figure::{Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value};
+use super::{Shown, Variant, detail};
+use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Claim, Test, one};
+use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Value};
 use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::config::source_mesh;
 use crate::paper::virtual_texture::reference::picture::{Filter, Texels};
@@ -10,7 +11,6 @@ use crate::picture::Picture;
 use crate::picture::measures::{Comparison, OUTLIER_BOUND};
 use crate::picture::write::Srgb8Picture;
 use crate::reference::View;
-use crate::stats::Summary;
 
 pub const FILTER: Figure = Figure {
     id: "vt.filter",
@@ -27,37 +27,42 @@ pub const FILTER: Figure = Figure {
     sweep: None,
     measure,
     plots: &[
-        Plot { quantity: AREA_NMSE, x: Axis::Variant, log_x: false, log_y: true, floor: None },
-        Plot { quantity: AREA_FLIP, x: Axis::Variant, log_x: false, log_y: false, floor: None },
-        Plot { quantity: OWN_NMSE, x: Axis::Variant, log_x: false, log_y: true, floor: None },
-        Plot { quantity: TIME, x: Axis::Variant, log_x: false, log_y: true, floor: Some("empty pass") },
+        Plot::bars(AREA_NMSE).log_y(),
+        Plot::bars(AREA_FLIP),
+        Plot::bars(OWN_NMSE).log_y(),
+        Plot::bars(TIME).log_y().floor("empty pass"),
     ],
     claims: &[
-        Claim {
-            id: "anisotropic",
-            text: "Each doubling of the samples along the footprint brings the picture nearer to what its pixels cover.",
-            from: Origin::Ours,
-            check: anisotropic,
-        },
-        Claim {
-            id: "noise",
-            text: "The noise of n single texels, 4 to 64, is at most an n-th of one's.",
-            from: Origin::Ours,
-            check: noise,
-        },
-        Claim {
-            id: "along",
-            text: "16 single texels along the footprint, without a border, are nearer to what a pixel covers than the \
-                   paper's trilinear sample.",
-            from: Origin::Ours,
-            check: along,
-        },
-        Claim {
-            id: "one-tap",
-            text: "One single texel costs no more time than a trilinear sample.",
-            from: Origin::Ours,
-            check: one_tap,
-        },
+        Claim::ours(
+            "anisotropic",
+            "Each doubling of the samples along the footprint brings the picture nearer to what its pixels cover.",
+            &[
+                Test::ratio(one(AREA_NMSE, "anisotropic 2"), one(AREA_NMSE, "trilinear"), Below(1.0)),
+                Test::ratio(one(AREA_NMSE, "anisotropic 4"), one(AREA_NMSE, "anisotropic 2"), Below(1.0)),
+                Test::ratio(one(AREA_NMSE, "anisotropic 8"), one(AREA_NMSE, "anisotropic 4"), Below(1.0)),
+            ],
+        ),
+        Claim::ours(
+            "noise",
+            "The noise of n single texels, 4 to 64, is at most an n-th of one's.",
+            &[
+                Test::ratio(one(OWN_NMSE, "1 tap"), one(OWN_NMSE, "4 taps"), AtLeast(4.0)),
+                Test::ratio(one(OWN_NMSE, "1 tap"), one(OWN_NMSE, "16 taps"), AtLeast(16.0)),
+                Test::ratio(one(OWN_NMSE, "1 tap"), one(OWN_NMSE, "64 taps"), AtLeast(64.0)),
+            ],
+        ),
+        Claim::ours(
+            "along",
+            "16 single texels along the footprint, without a border, are nearer to what a pixel covers than the paper's \
+             trilinear sample.",
+            &[Test::ratio(one(AREA_NMSE, "trilinear"), one(AREA_NMSE, "16 taps along NA 8"), Above(1.0))],
+        ),
+        Claim::ours(
+            "one-tap",
+            "One single texel costs no more time than a trilinear sample.",
+            &[Test::ratio(one(TIME, "1 tap"), one(TIME, "trilinear"), AtMost(1.0))],
+        )
+        .timed(),
     ],
 };
 
@@ -106,7 +111,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             (OWN_NMSE, "", own.nmse),
             (OWN_OUTLIERS, "pixels", own.outliers as f64),
         ] {
-            rows.push(Row::new(variant.name(), quantity, unit, Value::Number(number)));
+            rows.push(Row::number(variant.name(), quantity, unit, number));
         }
         show(bench, cell, &variant.name(), &picture)?;
     }
@@ -190,109 +195,4 @@ fn blacken(mut picture: Picture, inside: &[bool]) -> Picture {
         *pixel = [0.0, 0.0, 0.0, 1.0];
     }
     picture
-}
-
-/// A number of several variants in each scene, as words, and what `holds` of them.
-fn scenes(
-    table: &Table,
-    quantity: &str,
-    of: &[Variant],
-    holds: impl Fn(&[f64]) -> bool,
-) -> (Vec<bool>, String) {
-    let (mut facts, mut words) = (Vec::new(), Vec::new());
-    for scene in FILTER.scenes {
-        let numbers: Option<Vec<f64>> =
-            of.iter().map(|v| table.number(scene, None, &v.name(), quantity)).collect();
-        let Some(numbers) = numbers else { continue };
-        facts.push(holds(&numbers));
-        let each = of.iter().zip(&numbers).map(|(v, number)| format!("{} {number:.3e}", v.name()));
-        words.push(format!("{scene}: {}", each.collect::<Vec<_>>().join(", ")));
-    }
-    (facts, words.join("; "))
-}
-
-fn anisotropic(table: &Table) -> Finding {
-    let (facts, words) =
-        scenes(table, AREA_NMSE, &VARIANTS[1..5], |nmse| nmse.windows(2).all(|pair| pair[1] < pair[0]));
-    of_facts(&facts, words, "NMSE against the f64 mean of the footprint, from one sample to eight")
-}
-
-fn noise(table: &Table) -> Finding {
-    // 1, 4, 16, 64.
-    let in_proportion =
-        |nmse: &[f64]| nmse.iter().zip([1.0, 4.0, 16.0, 64.0]).all(|(n, taps)| n * taps <= nmse[0]);
-    let (facts, words) = scenes(table, OWN_NMSE, &VARIANTS[5..9], in_proportion);
-    of_facts(
-        &facts,
-        words,
-        "NMSE against the f64 trilinear picture, which is their mean; each beside that of one texel",
-    )
-}
-
-fn along(table: &Table) -> Finding {
-    let (facts, words) = scenes(table, AREA_NMSE, &[VARIANTS[1], VARIANTS[9]], |nmse| nmse[1] < nmse[0]);
-    of_facts(&facts, words, "noise included; NMSE against the f64 mean of the footprint")
-}
-
-fn one_tap(table: &Table) -> Finding {
-    let summary = |scene: &str, variant: &Variant| match table.value(scene, None, &variant.name(), TIME) {
-        Some(Value::Summary(summary)) => Some(*summary),
-        _ => None,
-    };
-    let pairs: Vec<(&str, Summary, Summary)> = FILTER
-        .scenes
-        .iter()
-        .filter_map(|scene| Some((*scene, summary(scene, &VARIANTS[5])?, summary(scene, &VARIANTS[1])?)))
-        .collect();
-    let words = pairs.iter().map(|(scene, tap, trilinear)| {
-        format!(
-            "{scene}: {:.2} ms against {:.2} ms, {:.2}x",
-            tap.median,
-            trilinear.median,
-            tap.median / trilinear.median
-        )
-    });
-    let words = words.collect::<Vec<_>>().join("; ");
-    // Medians, unless the ranges p5 to p95 overlap: then neither is the dearer one.
-    let within = |tap: &Summary, t: &Summary| tap.p5 <= t.p95 && t.p5 <= tap.p95;
-    let facts: Vec<bool> = pairs.iter().map(|(_, tap, t)| tap.median <= t.median || within(tap, t)).collect();
-    let count =
-        |holds: &dyn Fn(&Summary, &Summary) -> bool| pairs.iter().filter(|(_, a, b)| holds(a, b)).count();
-    let why = format!(
-        "medians of the texturing pass: the tap is cheaper in {} of {} scenes, dearer in {}, and in {} the ranges p5 to p95 \
-         overlap, which counts as equal",
-        count(&|tap, t| !within(tap, t) && tap.median < t.median),
-        pairs.len(),
-        count(&|tap, t| !within(tap, t) && tap.median > t.median),
-        count(&within)
-    );
-    of_facts(&facts, words, &why)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::super::judge::tests::table;
-    use super::*;
-    use crate::figure::Verdict;
-
-    #[test]
-    fn one_taps_reason_is_what_its_numbers_say() {
-        let [tap, trilinear] = [VARIANTS[5].name(), VARIANTS[1].name()];
-        let found = |ms| {
-            let rows = FILTER
-                .scenes
-                .iter()
-                .flat_map(|scene| [(*scene, None, &*tap, TIME, ms), (*scene, None, &*trilinear, TIME, 1.0)]);
-            one_tap(&table("cpu", &rows.collect::<Vec<_>>()))
-        };
-        for (ms, verdict, words) in [
-            (0.5, Verdict::Reproduced, "cheaper in 2 of 2 scenes, dearer in 0, and in 0"),
-            (1.01, Verdict::Reproduced, "cheaper in 0 of 2 scenes, dearer in 0, and in 2"),
-            (2.0, Verdict::NotReproduced, "cheaper in 0 of 2 scenes, dearer in 2, and in 0"),
-        ] {
-            let finding = found(ms);
-            assert_eq!(finding.verdict, verdict);
-            assert!(finding.why.contains(words), "{}", finding.why);
-        }
-    }
 }

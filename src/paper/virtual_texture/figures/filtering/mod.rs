@@ -4,7 +4,7 @@ pub mod filter;
 pub mod seams;
 
 use super::common::{Opened, Place};
-use crate::figure::{Bench, Contender, Finding, Verdict};
+use crate::figure::{Bench, Contender};
 use crate::frame::{Run, Seen, View};
 use crate::paper::virtual_texture::VirtualTexture;
 use crate::paper::virtual_texture::config::Filter;
@@ -138,16 +138,4 @@ fn detail(picture: &Picture, [x, y]: [u32; 2], zoom: u32) -> Srgb8Picture {
     let size = [width * zoom, height * zoom];
     let pixel = |n: u32| picture.at(left + n % size[0] / zoom, top + n / size[0] / zoom);
     Srgb8Picture::from(&Picture::new(size[0], size[1], (0..size[0] * size[1]).map(pixel).collect()))
-}
-
-/// Reproduced where all of some facts hold, in part where some do.
-fn of_facts(facts: &[bool], numbers: String, why: &str) -> Finding {
-    let met = facts.iter().filter(|&&fact| fact).count();
-    let verdict = match met {
-        _ if facts.is_empty() => Verdict::NotMeasurable,
-        0 => Verdict::NotReproduced,
-        met if met == facts.len() => Verdict::Reproduced,
-        _ => Verdict::InPart,
-    };
-    Finding::new(verdict, numbers, why)
 }

@@ -1,10 +1,9 @@
 //! vt.seams: what a tile's border is for, and how wide it must be.
 
 use super::super::common::pixels_of;
-use super::{Shown, Variant, detail, of_facts};
-use crate::figure::{
-    Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict,
-};
+use super::{Shown, Variant, detail};
+use crate::figure::claim::{At, Bound::Above, Bound::AtMost, Bound::Equal, Claim, Pick, Test, each, one};
+use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Value};
 use crate::math::pyramid::Pyramid;
 use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::FootprintPicture;
@@ -28,38 +27,42 @@ pub const SEAMS: Figure = Figure {
     sweep: None,
     measure,
     plots: &[
-        Plot { quantity: WORST, x: BORDER_AXIS, log_x: false, log_y: false, floor: None },
-        Plot { quantity: NMSE, x: BORDER_AXIS, log_x: false, log_y: false, floor: None },
-        Plot { quantity: ELSEWHERE, x: BORDER_AXIS, log_x: false, log_y: false, floor: None },
+        Plot::curves(WORST, BORDER_AXIS),
+        Plot::curves(NMSE, BORDER_AXIS),
+        Plot::curves(ELSEWHERE, BORDER_AXIS),
     ],
     claims: &[
-        Claim {
-            id: "seams",
-            text: "The paper's tiles, without a border, show seams: at tiles' edges the picture is off by more than 5/256 \
-                   of linear light, elsewhere by less than 1/256.",
-            from: Origin::Ours,
-            check: seams,
-        },
-        Claim {
-            id: "two-levels",
-            text: "Two texels of border are enough for bilinear and for trilinear samples: no pixel is off by more than \
-                   1/256.",
-            from: Origin::Ours,
-            check: two_texels,
-        },
-        Claim {
-            id: "anisotropic",
-            text: "A border of NA texels is enough for NA samples along a footprint: no pixel is off by more than 1/256.",
-            from: Origin::Ours,
-            check: anisotropic,
-        },
-        Claim {
-            id: "stochastic",
-            text: "Single texels chosen by chance, each looked up in its own tile, need no border: with none, the picture \
-                   is the same.",
-            from: Origin::Ours,
-            check: stochastic,
-        },
+        Claim::ours(
+            "seams",
+            "The paper's tiles, without a border, show seams: at tiles' edges the picture is off by more than 5/256 of \
+             linear light, elsewhere by less than 1/256.",
+            &[
+                Test::value(single(WORST, 0.0, 0.0), Above(5.0 * STEP)),
+                Test::value(single(ELSEWHERE, 0.0, 0.0), AtMost(STEP)),
+            ],
+        ),
+        Claim::ours(
+            "two-levels",
+            "Two texels of border are enough for bilinear and for trilinear samples: no pixel is off by more than 1/256.",
+            &[
+                Test::value(single(WORST, 2.0, MOST), AtMost(STEP)),
+                Test::value(single(ELSEWHERE, 2.0, MOST), AtMost(STEP)),
+            ],
+        ),
+        Claim::ours(
+            "anisotropic",
+            "A border of NA texels is enough for NA samples along a footprint: no pixel is off by more than 1/256.",
+            &[Test::value(along(WORST), AtMost(STEP)), Test::value(along(ELSEWHERE), AtMost(STEP))],
+        ),
+        Claim::ours(
+            "stochastic",
+            "Single texels chosen by chance, each looked up in its own tile, need no border: with none, the picture is the \
+             same.",
+            &[
+                Test::value(one(WORST, "16 taps").x(At::Points(0.0, 0.0)), Equal(0.0)),
+                Test::value(one(ELSEWHERE, "16 taps").x(At::Points(0.0, 0.0)), Equal(0.0)),
+            ],
+        ),
     ],
 };
 
@@ -73,6 +76,7 @@ const VARIANTS: [Variant; 6] = [
 ];
 
 const BORDERS: [u32; 5] = [0, 1, 2, 4, 8];
+const MOST: f64 = 8.0;
 /// What all others are compared with.
 const WIDEST: u32 = 16;
 /// Texels of the pixel's level within which a tile's edge counts as near.
@@ -80,7 +84,7 @@ const NEAR_TEXELS: f64 = 8.0;
 /// A step of 8 bits: what sampling one place in images of two sizes may differ by.
 const STEP: f64 = 1.0 / 256.0;
 
-const BORDER_AXIS: Axis = Axis::Series("border, texels");
+const BORDER_AXIS: &str = "border, texels";
 const WORST: &str = "worst error at tiles' edges";
 const NMSE: &str = "NMSE at tiles' edges";
 const ELSEWHERE: &str = "worst error elsewhere";
@@ -117,12 +121,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
                 let unit = if quantity == NMSE { "" } else { "linear light" };
                 rows.push(Row::new(variant.name(), quantity, unit, Value::Series(points)));
             }
-            rows.push(Row::new(
-                variant.name(),
-                "pixels at tiles' edges",
-                "",
-                Value::Number(near.count() as f64),
-            ));
+            rows.push(Row::number(variant.name(), "pixels at tiles' edges", "", near.count() as f64));
         }
     }
     Ok(rows)
@@ -195,95 +194,20 @@ fn near_edge(pyramid: &Pyramid, level: u32, st: [f32; 2]) -> bool {
     })
 }
 
-/// Every (scene, variant, border, error) of a quantity.
-fn points<'a>(table: &'a Table, quantity: &'a str) -> impl Iterator<Item = (&'a str, &'a str, u32, f64)> {
-    table.of(quantity).flat_map(|record| {
-        let points: &[[f64; 2]] = match &record.row.value {
-            Value::Series(points) => points,
-            _ => &[],
-        };
-        points.iter().map(|&[border, error]| (&*record.scene, &*record.row.variant, border as u32, error))
-    })
+/// Errors of one sample a pixel, with borders in a range.
+const fn single(quantity: &'static str, least: f64, most: f64) -> Pick {
+    each(quantity, || ["bilinear", "trilinear"].map(String::from).into()).x(At::Points(least, most))
 }
 
-/// The largest error of the points that `of` takes, each of which `holds`.
-fn judged(
-    table: &Table,
-    quantities: &[&str],
-    of: impl Fn(&str, u32) -> bool,
-    holds: impl Fn(f64) -> bool,
-    why: &str,
-) -> Finding {
-    let found: Vec<_> = quantities
-        .iter()
-        .flat_map(|quantity| points(table, quantity))
-        .filter(|&(_, variant, border, _)| of(variant, border))
-        .collect();
-    let facts: Vec<bool> = found.iter().map(|&(.., error)| holds(error)).collect();
-    of_facts(&facts, ends(&found), why)
-}
-
-/// The least and the largest error of each scene, and whose they are.
-fn ends(found: &[(&str, &str, u32, f64)]) -> String {
-    let mut scenes: Vec<&str> = found.iter().map(|&(scene, ..)| scene).collect();
-    scenes.sort_unstable();
-    scenes.dedup();
-    let of = |scene: &&str| {
-        let errors = || found.iter().filter(|(at, ..)| at == scene);
-        let least = errors().min_by(|a, b| a.3.total_cmp(&b.3))?;
-        let largest = errors().max_by(|a, b| a.3.total_cmp(&b.3))?;
-        let words = |&(_, variant, border, error): &(&str, &str, u32, f64)| {
-            format!("{error:.5} ({variant}, border {border})")
-        };
-        Some(match least.3 == largest.3 {
-            true => format!("{scene} {}", words(largest)),
-            false => format!("{scene} {} to {}", words(least), words(largest)),
-        })
-    };
-    scenes.iter().filter_map(of).collect::<Vec<_>>().join("; ")
-}
-
-fn seams(table: &Table) -> Finding {
-    let bare = |variant: &str, border| border == 0 && !variant.contains("tap");
-    let edges = judged(table, &[WORST], bare, |error| error > 5.0 * STEP, "");
-    let elsewhere = judged(table, &[ELSEWHERE], bare, |error| error <= STEP, "");
-    let facts = match [&edges, &elsewhere].map(|finding| finding.verdict) {
-        [Verdict::NotMeasurable, _] | [_, Verdict::NotMeasurable] => Vec::new(),
-        verdicts => verdicts.map(|verdict| verdict == Verdict::Reproduced).to_vec(),
-    };
-    let numbers = format!("at edges {}; elsewhere {}", edges.numbers, elsewhere.numbers);
-    of_facts(&facts, numbers, "the clamped sampler repeats a tile's last texel where the neighbour's belongs")
-}
-
-fn two_texels(table: &Table) -> Finding {
-    let bordered = |variant: &str, border| border >= 2 && ["bilinear", "trilinear"].contains(&variant);
-    let why = "a sample mixes the next texel of either level, and a border of 2 is 1 of the coarser level";
-    judged(table, &[WORST, ELSEWHERE], bordered, |error| error <= STEP, why)
-}
-
-fn anisotropic(table: &Table) -> Finding {
-    let why = "the outermost of NA samples lies less than NA - 1 texels away and mixes half a texel more";
-    judged(
-        table,
-        &[WORST, ELSEWHERE],
-        |variant, _| variant.starts_with("anisotropic"),
-        |error| error <= STEP,
-        why,
-    )
-}
-
-fn stochastic(table: &Table) -> Finding {
-    let taps = |variant: &str, border| variant.contains("tap") && border == 0;
-    let why = "the same taps fall on the same texels; only where the neighbour's tile is not resident, because no pixel \
-               asks for it, does a coarser one stand in";
-    judged(table, &[WORST, ELSEWHERE], taps, |error| error == 0.0, why)
+/// Errors of NA samples along the footprint, with every border, of NA texels or more.
+const fn along(quantity: &'static str) -> Pick {
+    let names = || VARIANTS.iter().filter(|v| v.max_anisotropy > 1).map(Variant::name).collect();
+    each(quantity, names).x(At::Points(0.0, MOST))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::judge::tests::table as times;
     use super::*;
-    use crate::figure::Record;
 
     /// 18 levels: 0 to 8 streamed, level 9 is 512 x 256 texels, a tile; level 11 is 128 x 64.
     fn pyramid() -> Pyramid {
@@ -313,26 +237,5 @@ mod tests {
         };
         assert_eq!([level(3, 4096.0), level(9, 513.0), level(9, 4097.0), level(9, 1e9)], [3, 9, 12, 18]);
         assert_eq!(shown_level(&pyramid(), 9, [0.5, 0.5], [f32::NAN; 4], 1), 9);
-    }
-
-    #[test]
-    fn a_bare_tile_must_be_off_at_its_edges_and_nowhere_else() {
-        let found = |edge, elsewhere| {
-            let record = |quantity, error| Record {
-                scene: "a/b".into(),
-                x: None,
-                row: Row::new("trilinear", quantity, "", Value::Series(vec![[0.0, error]])),
-            };
-            let records = vec![record(WORST, edge), record(ELSEWHERE, elsewhere)];
-            seams(&Table { records, ..times("cpu", &[]) })
-        };
-        assert_eq!(found(0.1, 0.001).verdict, Verdict::Reproduced);
-        assert_eq!([found(0.1, 0.01).verdict, found(0.01, 0.001).verdict], [Verdict::InPart; 2]);
-        assert_eq!(found(0.01, 0.01).verdict, Verdict::NotReproduced);
-        assert_eq!(seams(&times("cpu", &[])).verdict, Verdict::NotMeasurable);
-        assert_eq!(
-            found(0.1, 0.001).numbers,
-            "at edges a/b 0.10000 (trilinear, border 0); elsewhere a/b 0.00100 (trilinear, border 0)"
-        );
     }
 }

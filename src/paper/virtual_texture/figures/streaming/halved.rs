@@ -1,11 +1,12 @@
 //! vt.cache: a session with half of the room that the path needs.
 
-use super::{Remembered, Route, linear, session, show_beside};
-use crate::figure::{Bench, Cell, Row, Value};
+use super::{Route, linear, session, show_beside};
+use crate::figure::{Bench, Cell, Row};
 use crate::frame::Run;
 use crate::paper::virtual_texture::config::open_texture;
 use crate::paper::virtual_texture::{FrameRecord, VirtualTexture};
 use crate::picture::Target;
+use crate::texture::source::remembered::Remembered;
 
 pub(super) const HALVED: &str = "a session, N1 = half of the largest visible set";
 pub(super) const BIASED: &str = "frames with a level bias";
@@ -62,7 +63,7 @@ pub(super) fn halved(
     let biased = records.iter().filter(|record| record.streaming.oversubscribed).count();
     let most_bias = records.iter().map(|record| record.streaming.bias).max().unwrap_or(0);
     let wrong = misreported(&half.records, slots);
-    let row = |quantity, unit, value: f64| Row::new(HALVED, quantity, unit, Value::Number(value));
+    let row = |quantity, unit, value: f64| Row::number(HALVED, quantity, unit, value);
     Ok(vec![
         row(BIASED, "% of frames", 100.0 * biased as f64 / records.len() as f64),
         row(MOST_BIAS, "levels", f64::from(most_bias)),

@@ -18,7 +18,7 @@ pub use disk::DISK;
 pub use pop::POP;
 pub use prefetch::PREFETCH;
 
-use crate::figure::{Bench, Effort, Table};
+use crate::figure::{Bench, Effort};
 use crate::frame::Run;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::model::mesh;
@@ -34,8 +34,7 @@ use crate::scene::Scene;
 use crate::scene::path::Path;
 use crate::texture::source::{TileError, TileFormat, TileSource};
 use anyhow::Context;
-use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 /// The paths that every camera of an atlas goes.
 const PATHS: [&str; 6] = [
@@ -157,55 +156,6 @@ impl Route {
         }
         session.drain()?;
         Ok(session.records.take())
-    }
-}
-
-/// (path or camera, number) of a variant's quantity, for all cells that were measured.
-fn numbers<'a>(
-    table: &'a Table,
-    variant: &'a str,
-    quantity: &'a str,
-) -> impl Iterator<Item = (&'a str, f64)> {
-    let name = |scene: &'a str| scene.split_once('/').map_or(scene, |(_, path)| path);
-    let of = table.of(quantity).filter(move |record| record.row.variant == variant);
-    of.filter_map(move |record| Some((name(&record.scene), record.row.value.number()?)))
-}
-
-/// A source whose tiles are made once and then come from memory: what they cost binds nothing.
-struct Remembered {
-    whole: Arc<dyn TileSource>,
-    tiles: Mutex<HashMap<TileId, Arc<[u8]>>>,
-}
-
-impl Remembered {
-    fn new(whole: Arc<dyn TileSource>) -> Arc<Remembered> {
-        Arc::new(Remembered { whole, tiles: Mutex::default() })
-    }
-}
-
-impl TileSource for Remembered {
-    fn describe(&self) -> String {
-        format!("{}, in memory", self.whole.describe())
-    }
-    fn pyramid(&self) -> Pyramid {
-        self.whole.pyramid()
-    }
-    fn format(&self) -> TileFormat {
-        self.whole.format()
-    }
-    fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
-        let known = self.tiles.lock().unwrap_or_else(PoisonError::into_inner).get(&tile).cloned();
-        match known {
-            Some(known) => bytes.copy_from_slice(&known),
-            None => {
-                self.whole.read_tile(tile, bytes)?;
-                self.tiles.lock().unwrap_or_else(PoisonError::into_inner).insert(tile, bytes[..].into());
-            }
-        }
-        Ok(())
-    }
-    fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
-        self.whole.read_resident_level(level)
     }
 }
 

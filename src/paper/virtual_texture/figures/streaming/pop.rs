@@ -1,14 +1,14 @@
 //! vt.pop: how far pixels jump when tiles arrive, without and with fade-in.
 
-use super::{Remembered, Route, UNMAGNIFIED, linear, numbers, session, show_beside};
-use crate::figure::{
-    Axis, Bench, Cell, Claim, Effort, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict,
-};
+use super::{Route, UNMAGNIFIED, linear, session, show_beside};
+use crate::figure::claim::{Bound::Above, Claim, Test, one};
+use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Value};
 use crate::frame::Run;
 use crate::paper::virtual_texture::VirtualTexture;
 use crate::paper::virtual_texture::config::open_texture;
 use crate::picture::Target;
 use crate::stats::Summary;
+use crate::texture::source::remembered::Remembered;
 use anyhow::{Context, ensure};
 use std::sync::Arc;
 
@@ -25,8 +25,6 @@ const PIXELS: &str = "pixels of each";
 /// Frames at each pose: a list takes two to the host, a load one, and tiles arrive in the fourth.
 const STAYS: u32 = 4;
 
-const SCENES: [&str; 2] = ["earth/pan", "earth/dive"];
-
 /// The figure.
 pub const POP: Figure = Figure {
     id: "vt.pop",
@@ -39,28 +37,16 @@ pub const POP: Figure = Figure {
             headline's camera goes without its magnification here, so that the dive crosses levels. Every pixel of every frame \
             counts, none is excused: 39 poses of 320 x 180 pixels (quick: every second of the path's first 80) or 239 of 1280 x 720. \
             The pictures are the frame after the largest jump, and the map of that jump.",
-    scenes: &SCENES,
+    scenes: &["earth/pan", "earth/dive"],
     variants,
     sweep: None,
     measure,
-    plots: &[
-        Plot { quantity: ALONG, x: Axis::Series("frame"), log_x: false, log_y: false, floor: None },
-        Plot { quantity: BEHIND, x: Axis::Variant, log_x: false, log_y: false, floor: None },
-    ],
-    claims: &[
-        Claim {
-            id: "tiles-pop",
-            text: "Tiles shown as soon as they are there pop visibly: by more than 8 levels of 255.",
-            from: Origin::Ours,
-            check: tiles_pop,
-        },
-        Claim {
-            id: "fade-in-tames-pops",
-            text: "Fade-in over 16 frames makes the largest jump at least 4 times smaller.",
-            from: Origin::Ours,
-            check: fade_in_tames,
-        },
-    ],
+    plots: &[Plot::curves(ALONG, "frame"), Plot::bars(BEHIND)],
+    claims: &[Claim::ours(
+        "tiles-pop",
+        "Tiles shown as soon as they are there pop visibly: by more than 8 levels of 255.",
+        &[Test::value(one(LARGEST, FADES[0].1), Above(8.0))],
+    )],
 };
 
 fn variants() -> Vec<String> {
@@ -147,52 +133,11 @@ fn watch(
     }
     let behind = Summary::of(&behind).context("a path has frames")?;
     let rows = vec![
-        Row::new(name, LARGEST, "levels of 255", Value::Number(f64::from(largest))),
-        Row::new(name, LOOKED_AT, "frames", Value::Number(pops.len() as f64)),
-        Row::new(name, PIXELS, "pixels", Value::Number((last.len() / 4) as f64)),
+        Row::number(name, LARGEST, "levels of 255", f64::from(largest)),
+        Row::number(name, LOOKED_AT, "frames", pops.len() as f64),
+        Row::number(name, PIXELS, "pixels", (last.len() / 4) as f64),
         Row::new(name, ALONG, "levels of 255", Value::Series(pops)),
         Row::new(name, BEHIND, "levels of 255", Value::Summary(behind)),
     ];
     Ok((rows, worst))
-}
-
-/// Levels about which an eye notices.
-const VISIBLE: f64 = 8.0;
-
-fn tiles_pop(table: &Table) -> Finding {
-    let pops: Vec<(&str, f64)> = numbers(table, FADES[0].1, LARGEST).collect();
-    let list: Vec<String> = pops.iter().map(|(path, pop)| format!("{path} {pop}")).collect();
-    let of = |quantity| numbers(table, FADES[0].1, quantity).map(|(_, number)| number).next().unwrap_or(0.0);
-    let extent = format!("{} frames of {} pixels each", of(LOOKED_AT), of(PIXELS));
-    let verdict = match pops.iter().filter(|(_, pop)| *pop > VISIBLE).count() {
-        all if all == SCENES.len() => Verdict::Reproduced,
-        0 => Verdict::NotReproduced,
-        _ => Verdict::InPart,
-    };
-    let why = "a pan shows tiles where there was a far coarser one; on a dive a tile is asked for where the mix of two \
-               levels still shows the coarser one, and comes unnoticed";
-    Finding::new(verdict, format!("largest jump, levels: {} ({extent})", list.join(", ")), why)
-}
-
-fn fade_in_tames(table: &Table) -> Finding {
-    let faded: Vec<(&str, f64)> = numbers(table, FADES[2].1, LARGEST).collect();
-    let pairs: Vec<(&str, f64, f64)> = numbers(table, FADES[0].1, LARGEST)
-        .zip(&faded)
-        .map(|((path, once), &(_, faded))| (path, once, faded))
-        .collect();
-    let list: Vec<String> =
-        pairs.iter().map(|(path, once, faded)| format!("{path} {once} -> {faded}")).collect();
-    let popping: Vec<_> = pairs.iter().filter(|(_, once, _)| *once > VISIBLE).collect();
-    let tamed = popping.iter().filter(|(_, once, faded)| 4.0 * faded <= *once).count();
-    let verdict = match tamed {
-        _ if pairs.len() < SCENES.len() || popping.is_empty() => Verdict::NotMeasurable,
-        all if all == popping.len() => Verdict::Reproduced,
-        0 => Verdict::NotReproduced,
-        _ => Verdict::InPart,
-    };
-    let why = format!(
-        "{tamed} of the {} paths that pop by more than {VISIBLE} levels; the picture lags meanwhile: see the mean error",
-        popping.len()
-    );
-    Finding::new(verdict, format!("largest jump, levels: {}", list.join(", ")), why)
 }

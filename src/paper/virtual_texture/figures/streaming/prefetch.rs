@@ -1,8 +1,9 @@
 //! vt.prefetch: how many visible tiles are missing, without and with tiles fetched ahead of the camera.
 
 use super::cache::Nowhere;
-use super::{Blank, Route, UNMAGNIFIED, extent, numbers};
-use crate::figure::{Axis, Bench, Cell, Claim, Figure, Finding, Origin, Plot, Row, Table, Value, Verdict};
+use super::{Blank, Route, UNMAGNIFIED, extent};
+use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::paper::virtual_texture::FrameRecord;
 use crate::paper::virtual_texture::streaming::{Order, Streaming, StreamingConfig};
@@ -24,8 +25,6 @@ const ALONG: &str = "missing along the path";
 const COPIES: &str = "copies";
 const UNSEEN: &str = "copies never seen";
 
-const SCENES: [&str; 3] = ["earth/pan", "earth/dive", "earth/orbit"];
-
 /// The figure.
 pub const PREFETCH: Figure = Figure {
     id: "vt.prefetch",
@@ -36,28 +35,22 @@ pub const PREFETCH: Figure = Figure {
             with what the visible tiles leave of the budgets. A tile counts as missing in each frame whose picture \
             needs it and does not have it. The headline's camera goes without its magnification here, so that the dive \
             crosses levels. Every frame (quick: every second one) at 640 x 360 (quick) or 1920 x 1080 pixels.",
-    scenes: &SCENES,
+    scenes: &["earth/pan", "earth/dive", "earth/orbit"],
     variants,
     sweep: None,
     measure,
-    plots: &[
-        Plot { quantity: MISSING, x: Axis::Variant, log_x: false, log_y: false, floor: None },
-        Plot { quantity: MISSING_SLOW, x: Axis::Variant, log_x: false, log_y: false, floor: None },
-        Plot { quantity: ALONG, x: Axis::Series("frame"), log_x: false, log_y: false, floor: None },
-    ],
+    plots: &[Plot::bars(MISSING), Plot::bars(MISSING_SLOW), Plot::curves(ALONG, "frame")],
     claims: &[
-        Claim {
-            id: "prefetch-halves-misses",
-            text: "8 frames of prefetch at least halve the missing tiles on pan, dive and orbit.",
-            from: Origin::Ours,
-            check: halves,
-        },
-        Claim {
-            id: "prefetch-is-cheap",
-            text: "8 frames of prefetch copy at most a quarter more tiles.",
-            from: Origin::Ours,
-            check: cheap,
-        },
+        Claim::ours(
+            "prefetch-halves-misses",
+            "8 frames of prefetch at least halve the missing tiles on pan, dive and orbit.",
+            &[Test::ratio(one(MISSING, EIGHT), one(MISSING, NONE), AtMost(0.5))],
+        ),
+        Claim::ours(
+            "prefetch-is-cheap",
+            "8 frames of prefetch copy at most a quarter more tiles.",
+            &[Test::ratio(one(COPIES, EIGHT), one(COPIES, NONE), AtMost(1.25))],
+        ),
     ],
 };
 
@@ -87,8 +80,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             Row::new(name, MISSING, "% of visible tiles", share(&quick)),
             Row::new(name, MISSING_SLOW, "% of visible tiles", share(&slow)),
             Row::new(name, ALONG, "tiles", Value::Series(along)),
-            Row::new(name, COPIES, "tiles", Value::Number(quick.copies as f64)),
-            Row::new(name, UNSEEN, "tiles", Value::Number(quick.unseen as f64)),
+            Row::number(name, COPIES, "tiles", quick.copies as f64),
+            Row::number(name, UNSEEN, "tiles", quick.unseen as f64),
         ]);
     }
     Ok(rows)
@@ -143,32 +136,3 @@ impl Outcome {
 
 const NONE: &str = AHEAD[0].1;
 const EIGHT: &str = AHEAD[2].1;
-
-/// (path, with over without) of a quantity.
-fn ratios<'a>(table: &'a Table, quantity: &'a str) -> Vec<(&'a str, f64)> {
-    let with = numbers(table, EIGHT, quantity);
-    numbers(table, NONE, quantity)
-        .zip(with)
-        .map(|((path, without), (_, with))| (path, with / without))
-        .collect()
-}
-
-fn finding(ratios: &[(&str, f64)], bound: f64, what: &str) -> Finding {
-    let list: Vec<String> = ratios.iter().map(|(path, ratio)| format!("{path} {ratio:.2}")).collect();
-    let within = ratios.iter().filter(|(_, ratio)| *ratio <= bound).count();
-    let verdict = match within {
-        all if all == SCENES.len() => Verdict::Reproduced,
-        0 => Verdict::NotReproduced,
-        _ => Verdict::InPart,
-    };
-    let why = format!("{within} of {} paths at or below {bound}", SCENES.len());
-    Finding::new(verdict, format!("{what}, with over without: {}", list.join(", ")), why)
-}
-
-fn halves(table: &Table) -> Finding {
-    finding(&ratios(table, MISSING), 0.5, "missing tiles")
-}
-
-fn cheap(table: &Table) -> Finding {
-    finding(&ratios(table, COPIES), 1.25, "copies")
-}

@@ -1,10 +1,10 @@
 //! How a picture recovers, measured several times: vt.budget and vt.disk.
 
-use crate::figure::Value;
+use crate::figure::Row;
 use crate::stats::Summary;
 
-/// How often each recovery is measured, in quick runs too.
-pub(super) const ROUNDS: usize = 3;
+/// How often each recovery is measured, in quick runs too: the least that has a 95 % confidence interval.
+pub(super) const ROUNDS: usize = 6;
 
 /// Each frame's time in milliseconds since the beginning, and its error.
 #[derive(Clone, Debug, Default)]
@@ -20,10 +20,18 @@ fn summary(samples: impl Iterator<Item = f64>) -> Summary {
     Summary::of(&samples.collect::<Vec<_>>()).expect("a recovery is measured more than once")
 }
 
-/// A number of each trace; none where one of them has it not.
-pub(super) fn repeated(traces: &[Trace], of: impl Fn(&Trace) -> Option<f64>) -> Option<Value> {
-    let samples: Option<Vec<f64>> = traces.iter().map(of).collect();
-    Summary::of(&samples?).map(Value::Summary)
+/// A number of each round as a row; infinite where one of them has none.
+pub(super) fn repeated<T>(
+    name: &str,
+    quantity: &str,
+    unit: &str,
+    rounds: &[T],
+    of: impl Fn(&T) -> Option<f64>,
+) -> Row {
+    match rounds.iter().map(of).collect::<Option<Vec<f64>>>() {
+        Some(rounds) => Row::of_rounds(name, quantity, unit, Some(rounds)),
+        None => Row::number(name, quantity, unit, f64::INFINITY),
+    }
 }
 
 impl Trace {

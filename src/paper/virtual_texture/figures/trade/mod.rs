@@ -8,7 +8,7 @@ mod truth;
 
 pub use knobs::{Knob, Setting, not_turned, settings};
 
-use super::side_by_side::{Kept, device, lacks};
+use super::side_by_side::{device, lacks};
 use crate::figure::{Bench, Errors, Machine, Refused, Trade};
 use crate::frame::Run;
 use crate::math::camera::Pose;
@@ -18,6 +18,7 @@ use crate::paper::virtual_texture::{Settings, VirtualTexture, VirtualTextureErro
 use crate::picture::Target;
 use crate::picture::measures::{Comparison, Measures, OUTLIER_BOUND};
 use crate::scene::Scene;
+use crate::texture::source::remembered::Remembered;
 use crate::texture::source::{TileFormat, TileSource};
 use crate::vk::Gpu;
 use anyhow::Context;
@@ -77,7 +78,7 @@ struct Stage<'a> {
     size: [u32; 2],
     truth: Truth,
     /// By border and format: an Earth tile takes 13 ms of a core, and most settings see the same.
-    sources: HashMap<(u32, TileFormat), Arc<Kept>>,
+    sources: HashMap<(u32, TileFormat), Arc<Remembered>>,
 }
 
 impl Sweep<'_> {
@@ -143,7 +144,7 @@ impl Sweep<'_> {
         );
         let (mesh, pose) = (source_mesh(scene)?, scene.pose(0)?);
         let size = self.size.unwrap_or([scene.view.width, scene.view.height]);
-        let source = Arc::new(Kept::new(source));
+        let source = Remembered::new(source);
         Ok(Stage {
             sweep: self,
             gpu: device(bench, &all_needs())?,
@@ -178,7 +179,7 @@ impl Stage<'_> {
         let key = (texture.border, texture.format);
         let source = match self.sources.get(&key) {
             Some(source) => source.clone(),
-            None => Arc::new(Kept::new(open_texture(&scene)?)),
+            None => Remembered::new(open_texture(&scene)?),
         };
         self.sources.insert(key, source.clone());
         let mut settings = Settings::of_scene(&scene, Target::Srgb8)?;
@@ -203,7 +204,9 @@ impl Stage<'_> {
         session.again(&self.pose)?;
         let picture = self.truth.cut(&session.picture_bytes()?);
         let measures = Comparison::of(&picture, &self.truth.picture)?.measures(OUTLIER_BOUND);
-        let forced_bias = session.technique.bias() - session.technique.settings.config.level_bias;
+        // A bias beyond the coarsest level is clamped below the setting.
+        let forced_bias =
+            session.technique.bias().saturating_sub(session.technique.settings.config.level_bias);
         let list_frames = session.technique.frames_to_list();
         Ok(Ok(Open { setting: setting.clone(), session, measures, forced_bias, list_frames }))
     }

@@ -1,0 +1,246 @@
+//! What a figure claims, as data: quantities, variants, places and a bound. [`super::judge`] gives the verdict.
+
+/// A sentence that the numbers bear out or not: every test must hold in every place.
+#[derive(Clone, Copy)]
+pub struct Claim {
+    /// Unique in the figure.
+    pub id: &'static str,
+    pub text: &'static str,
+    pub from: Origin,
+    /// It speaks of time, the host's or the device's: on a software device it holds "here" or not.
+    pub timed: bool,
+    pub places: Places,
+    pub tests: &'static [Test],
+    /// Without these the claim says nothing: vertices must be the bottleneck before their time counts.
+    pub given: &'static [Test],
+}
+
+/// Whose claim it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// The paper's, with section; it is judged on the paper's variant.
+    Paper(&'static str),
+    /// What this project set itself.
+    Ours,
+}
+
+/// The cells that a claim is about.
+#[derive(Clone, Copy)]
+pub struct Places {
+    /// Empty: all of the figure.
+    pub scenes: &'static [&'static str],
+    pub except: &'static [&'static str],
+    /// Values of the sweep, both ends included.
+    pub x: [f64; 2],
+    /// The numbers of all scenes are averaged before they are compared; a scene without one leaves no mean.
+    pub mean: bool,
+}
+
+/// A number of each place, and the bound that it must meet.
+#[derive(Clone, Copy)]
+pub struct Test {
+    pub term: Term,
+    pub bound: Bound,
+}
+
+/// How the numbers of a table become the one that is held against a bound.
+#[derive(Clone, Copy)]
+pub enum Term {
+    Value(Pick),
+    /// Of two measurements that took turns: the median of the ratios of their rounds. 0 over 0 is left out.
+    Ratio(Pick, Pick),
+    Difference(Pick, Pick),
+    /// The value at the largest x over that at the smallest, divided by the ratio of both x to this power.
+    Growth(Pick, f64),
+    /// The value at each x over that at the next smaller one.
+    Steps(Pick),
+}
+
+/// A quantity of one variant, or of several.
+#[derive(Clone, Copy)]
+pub struct Pick {
+    pub quantity: &'static str,
+    pub who: Who,
+    /// Another scene than the place's.
+    pub scene: Option<&'static str>,
+    pub x: At,
+    pub part: Part,
+}
+
+/// Which variants.
+#[derive(Clone, Copy)]
+pub enum Who {
+    One(&'static str),
+    /// The one with the least median. Of several repeated measurements it is chosen on every second round and judged on
+    /// the others.
+    Best(fn() -> Vec<String>),
+    /// All of them, each judged by itself.
+    Each(fn() -> Vec<String>),
+    /// All that have the quantity, but this one.
+    Others(&'static str),
+}
+
+/// At which value of the sweep.
+#[derive(Clone, Copy, PartialEq)]
+pub enum At {
+    /// The place's own.
+    Place,
+    X(f64),
+    /// Where the quantity is least.
+    Least,
+    /// Points of a [`super::Value::Series`] with x in this range, each judged by itself.
+    Points(f64, f64),
+}
+
+/// Which number of a [`super::Value::Summary`].
+#[derive(Clone, Copy, PartialEq)]
+pub enum Part {
+    Median,
+    Least,
+    Most,
+}
+
+/// What a number must be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bound {
+    AtLeast(f64),
+    AtMost(f64),
+    Above(f64),
+    Below(f64),
+    Equal(f64),
+    /// Both ends included, and which side is better still.
+    Within(f64, f64, Better),
+}
+
+/// The side of a range that is better than the range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Better {
+    Less,
+    More,
+    Neither,
+}
+
+impl Claim {
+    /// What this project set itself.
+    pub const fn ours(id: &'static str, text: &'static str, tests: &'static [Test]) -> Claim {
+        Claim { id, text, from: Origin::Ours, timed: false, places: Places::ALL, tests, given: &[] }
+    }
+
+    /// The paper's, with its section.
+    pub const fn paper(
+        section: &'static str,
+        id: &'static str,
+        text: &'static str,
+        tests: &'static [Test],
+    ) -> Claim {
+        Claim { from: Origin::Paper(section), ..Claim::ours(id, text, tests) }
+    }
+
+    /// A claim about time.
+    pub const fn timed(self) -> Claim {
+        Claim { timed: true, ..self }
+    }
+
+    pub const fn at(self, places: Places) -> Claim {
+        Claim { places, ..self }
+    }
+
+    pub const fn given(self, given: &'static [Test]) -> Claim {
+        Claim { given, ..self }
+    }
+}
+
+impl Places {
+    pub const ALL: Places =
+        Places { scenes: &[], except: &[], x: [f64::NEG_INFINITY, f64::INFINITY], mean: false };
+
+    pub const fn scenes(scenes: &'static [&'static str]) -> Places {
+        Places { scenes, ..Places::ALL }
+    }
+
+    pub const fn except(except: &'static [&'static str]) -> Places {
+        Places { except, ..Places::ALL }
+    }
+
+    /// The mean over these scenes.
+    pub const fn mean(scenes: &'static [&'static str]) -> Places {
+        Places { scenes, mean: true, ..Places::ALL }
+    }
+
+    /// Only these values of the sweep.
+    pub const fn x(self, low: f64, high: f64) -> Places {
+        Places { x: [low, high], ..self }
+    }
+
+    /// Whether a cell belongs to them.
+    pub fn hold(&self, scene: &str, x: Option<f64>) -> bool {
+        (self.scenes.is_empty() || self.scenes.contains(&scene))
+            && !self.except.contains(&scene)
+            && x.is_none_or(|x| (self.x[0]..=self.x[1]).contains(&x))
+    }
+}
+
+/// A quantity of one variant.
+pub const fn one(quantity: &'static str, variant: &'static str) -> Pick {
+    Pick::of(quantity, Who::One(variant))
+}
+
+/// A quantity of the variant with the least of it.
+pub const fn best(quantity: &'static str, variants: fn() -> Vec<String>) -> Pick {
+    Pick::of(quantity, Who::Best(variants))
+}
+
+/// A quantity of each of these variants.
+pub const fn each(quantity: &'static str, variants: fn() -> Vec<String>) -> Pick {
+    Pick::of(quantity, Who::Each(variants))
+}
+
+/// A quantity of every variant that has it, but one.
+pub const fn others(quantity: &'static str, but: &'static str) -> Pick {
+    Pick::of(quantity, Who::Others(but))
+}
+
+/// A quantity of every variant that has it.
+pub const fn every(quantity: &'static str) -> Pick {
+    others(quantity, "")
+}
+
+impl Pick {
+    const fn of(quantity: &'static str, who: Who) -> Pick {
+        Pick { quantity, who, scene: None, x: At::Place, part: Part::Median }
+    }
+
+    pub const fn scene(self, scene: &'static str) -> Pick {
+        Pick { scene: Some(scene), ..self }
+    }
+
+    pub const fn x(self, x: At) -> Pick {
+        Pick { x, ..self }
+    }
+
+    pub const fn part(self, part: Part) -> Pick {
+        Pick { part, ..self }
+    }
+}
+
+impl Test {
+    pub const fn value(of: Pick, bound: Bound) -> Test {
+        Test { term: Term::Value(of), bound }
+    }
+
+    pub const fn ratio(of: Pick, to: Pick, bound: Bound) -> Test {
+        Test { term: Term::Ratio(of, to), bound }
+    }
+
+    pub const fn difference(of: Pick, less: Pick, bound: Bound) -> Test {
+        Test { term: Term::Difference(of, less), bound }
+    }
+
+    pub const fn growth(of: Pick, power: f64, bound: Bound) -> Test {
+        Test { term: Term::Growth(of, power), bound }
+    }
+
+    pub const fn steps(of: Pick, bound: Bound) -> Test {
+        Test { term: Term::Steps(of), bound }
+    }
+}

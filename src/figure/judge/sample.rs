@@ -1,0 +1,187 @@
+//! Numbers of a table, by the picks of a claim.
+
+use super::super::claim::{At, Part, Pick, Places, Who};
+use super::super::{Record, Row, Table, Value};
+use crate::stats::median;
+
+/// A variant's number in one place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sample {
+    pub variant: String,
+    pub unit: String,
+    /// The median of `rounds`, or an exact number.
+    pub value: f64,
+    /// Empty: `value` is exact.
+    pub rounds: Vec<f64>,
+    /// Value of the sweep, or of a series, at which it was found.
+    pub x: Option<f64>,
+    /// Rounds of samples with the same cell ran side by side.
+    pub cell: (String, Option<f64>),
+    /// It was chosen among several by other rounds than these.
+    pub chosen: bool,
+}
+
+/// What a table has for a pick.
+#[derive(Debug, Default)]
+pub struct Found {
+    pub samples: Vec<Sample>,
+    /// Why a variant does not run here.
+    pub why_not: Option<String>,
+}
+
+/// A scene, or several that are averaged, at a value of the sweep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    pub scenes: Vec<String>,
+    pub x: Option<f64>,
+}
+
+impl Place {
+    /// `earth/oblique at 720`
+    pub fn name(&self) -> String {
+        let scene = match &self.scenes[..] {
+            [scene] => scene.clone(),
+            scenes => format!("mean of {}", scenes.len()),
+        };
+        self.x.map_or(scene.clone(), |x| format!("{scene} at {x}"))
+    }
+}
+
+/// The places of a table that belong to `places`, in its order. Without `swept` the values of the sweep are no places.
+pub fn places(table: &Table, places: &Places, swept: bool) -> Vec<Place> {
+    let mut found: Vec<Place> = Vec::new();
+    for record in table.records.iter().filter(|record| places.hold(&record.scene, record.x)) {
+        let scenes = match places.mean {
+            true => places.scenes.iter().map(ToString::to_string).collect(),
+            false => vec![record.scene.clone()],
+        };
+        let place = Place { scenes, x: record.x.filter(|_| swept) };
+        if !found.contains(&place) {
+            found.push(place);
+        }
+    }
+    found
+}
+
+fn number(row: &Row, part: Part) -> Option<f64> {
+    match (&row.value, part) {
+        (Value::Summary(summary), Part::Least) => Some(summary.min),
+        (Value::Summary(summary), Part::Most) => Some(summary.max),
+        (value, _) => value.number(),
+    }
+}
+
+fn sample(record: &Record, part: Part) -> Option<Sample> {
+    Some(Sample {
+        variant: record.row.variant.clone(),
+        unit: record.row.unit.clone(),
+        value: number(&record.row, part)?,
+        rounds: if part == Part::Median { record.row.rounds.clone() } else { Vec::new() },
+        x: record.x,
+        cell: (record.scene.clone(), record.x),
+        chosen: false,
+    })
+}
+
+impl Found {
+    /// The samples of a pick in a place.
+    pub fn of(table: &Table, pick: &Pick, place: &Place) -> Found {
+        let mut found = match &place.scenes[..] {
+            [scene] => Found::in_scene(table, pick, pick.scene.unwrap_or(scene), place.x),
+            scenes => {
+                let each = scenes.iter().map(|scene| Found::in_scene(table, pick, scene, place.x)).collect();
+                Found::mean(each)
+            }
+        };
+        match pick.who {
+            Who::Best(_) => found.samples = best(found.samples).into_iter().collect(),
+            _ if pick.x == At::Least => {
+                found.samples = found.samples.into_iter().min_by(by_value).into_iter().collect();
+            }
+            _ => {}
+        }
+        found
+    }
+
+    fn in_scene(table: &Table, pick: &Pick, scene: &str, x: Option<f64>) -> Found {
+        let named = |variant: &str| match pick.who {
+            Who::One(name) => variant == name,
+            Who::Others(name) => variant != name,
+            Who::Best(names) | Who::Each(names) => names().iter().any(|name| name == variant),
+        };
+        let there = |at: Option<f64>| match pick.x {
+            At::Place | At::Points(..) => at == x,
+            At::X(x) => at == Some(x),
+            At::Least => true,
+        };
+        let mut found = Found::default();
+        let of = table.of(pick.quantity).filter(|record| record.scene == scene && there(record.x));
+        for record in of.filter(|record| named(&record.row.variant)) {
+            match (&record.row.value, pick.x) {
+                (Value::Missing(why), _) => found.why_not = Some(format!("{}: {why}", record.row.variant)),
+                (Value::Series(points), At::Points(low, high)) => {
+                    let inside = points.iter().filter(|[x, _]| (low..=high).contains(x));
+                    found.samples.extend(inside.map(|&[x, value]| Sample {
+                        value,
+                        x: Some(x),
+                        rounds: Vec::new(),
+                        variant: record.row.variant.clone(),
+                        unit: record.row.unit.clone(),
+                        cell: (record.scene.clone(), record.x),
+                        chosen: false,
+                    }));
+                }
+                _ => found.samples.extend(sample(record, pick.part)),
+            }
+        }
+        found
+    }
+
+    /// The mean of each variant over the scenes; of those that have one in every scene.
+    fn mean(each: Vec<Found>) -> Found {
+        let why_not = each.iter().find_map(|found| found.why_not.clone());
+        let first = each.first().map_or(&[][..], |found| &found.samples);
+        let mean = |first: &Sample| {
+            let of =
+                |found: &Found| found.samples.iter().find(|s| s.variant == first.variant).map(|s| s.value);
+            let values: Option<Vec<f64>> = each.iter().map(of).collect();
+            let values = values?;
+            let value = values.iter().sum::<f64>() / values.len() as f64;
+            Some(Sample { value, rounds: Vec::new(), ..first.clone() })
+        };
+        Found { samples: first.iter().filter_map(mean).collect(), why_not }
+    }
+}
+
+fn by_value(a: &Sample, b: &Sample) -> std::cmp::Ordering {
+    a.value.total_cmp(&b.value)
+}
+
+/// The sample with the least value. Of repeated measurements it is chosen on the even rounds and keeps the odd ones:
+/// what a lucky round wins in the choice it does not win in the judgement.
+fn best(mut samples: Vec<Sample>) -> Option<Sample> {
+    if samples.len() > 1 && samples.iter().all(|sample| sample.rounds.len() > 1) {
+        for sample in &mut samples {
+            sample.value = sample.every_second(0).value;
+            sample.chosen = true;
+        }
+    }
+    samples.into_iter().min_by(by_value)
+}
+
+impl Sample {
+    fn every_second(&self, first: usize) -> Sample {
+        let rounds: Vec<f64> = self.rounds.iter().skip(first).step_by(2).copied().collect();
+        Sample { value: median(&rounds).unwrap_or(self.value), rounds, ..self.clone() }
+    }
+
+    /// The odd rounds alone: for what one of the compared was chosen by the even ones.
+    pub fn judged(&self) -> Sample {
+        self.every_second(1)
+    }
+
+    /// Whether the rounds of both ran side by side.
+    pub fn pairs_with(&self, other: &Sample) -> bool {
+        !self.rounds.is_empty() && self.rounds.len() == other.rounds.len() && self.cell == other.cell
+    }
+}

@@ -1,0 +1,58 @@
+//! Tiles that are made once: an Earth tile takes 13 ms of a core.
+
+use super::{TileError, TileFormat, TileSource};
+use crate::math::pyramid::{Pyramid, TileId};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// A source whose tiles come from memory after their first reading.
+pub struct Remembered {
+    source: Arc<dyn TileSource>,
+    tiles: Mutex<HashMap<TileId, Arc<[u8]>>>,
+}
+
+impl Remembered {
+    pub fn new(source: Arc<dyn TileSource>) -> Arc<Remembered> {
+        Arc::new(Remembered { source, tiles: Mutex::default() })
+    }
+
+    /// As new: where the making of tiles is part of what is measured.
+    pub fn forget(&self) {
+        self.tiles().clear();
+    }
+
+    /// A panic while a tile was stored leaves the map whole.
+    fn tiles(&self) -> MutexGuard<'_, HashMap<TileId, Arc<[u8]>>> {
+        self.tiles.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl TileSource for Remembered {
+    fn describe(&self) -> String {
+        format!("{}, in memory", self.source.describe())
+    }
+
+    fn pyramid(&self) -> Pyramid {
+        self.source.pyramid()
+    }
+
+    fn format(&self) -> TileFormat {
+        self.source.format()
+    }
+
+    fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
+        let known = self.tiles().get(&tile).cloned();
+        match known {
+            Some(known) => bytes.copy_from_slice(&known),
+            None => {
+                self.source.read_tile(tile, bytes)?;
+                self.tiles().insert(tile, bytes[..].into());
+            }
+        }
+        Ok(())
+    }
+
+    fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
+        self.source.read_resident_level(level)
+    }
+}

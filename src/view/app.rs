@@ -1,0 +1,142 @@
+//! The event loop: opens the window once there is one to open, hands events on, and closes in order.
+
+use super::live::Live;
+use super::{NoDisplay, Opening};
+use anyhow::{Context, bail};
+use ortelius::vk::{Feature, Gpu, GpuOptions};
+use raw_window_handle::HasDisplayHandle;
+use std::sync::Arc;
+use std::time::Instant;
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::error::EventLoopError;
+use winit::event::{StartCause, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::window::{Window, WindowId};
+
+struct App {
+    opening: Opening,
+    /// Dropped before the device.
+    live: Option<Live>,
+    gpu: Option<Gpu>,
+    failed: Option<anyhow::Error>,
+}
+
+/// Runs until the window is closed.
+///
+/// # Errors
+/// As [`super::open`].
+pub fn run(opening: Opening) -> anyhow::Result<()> {
+    let events = EventLoop::new().map_err(|error| NoDisplay(reason(&error)))?;
+    let mut app = App { opening, live: None, gpu: None, failed: None };
+    events.run_app(&mut app).context("the window's event loop")?;
+    if let Some(error) = app.failed {
+        return Err(error);
+    }
+    // The window and all that was made for it are gone: nothing may have memory on the device any more.
+    app.live = None;
+    let Some(gpu) = app.gpu else { return Ok(()) };
+    if let Some((name, bytes)) = gpu.allocations()?.first() {
+        bail!(
+            "{name} still has {bytes} bytes on the device after the window was closed: a leak, please report it"
+        );
+    }
+    match gpu.messages().first() {
+        Some(first) if app.opening.validate => {
+            bail!("Vulkan's validation layer: {}: {}", first.id, first.text)
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The cause in one line, without the place in winit's source.
+fn reason(error: &EventLoopError) -> String {
+    match error {
+        EventLoopError::Os(error) => {
+            error.to_string().rsplit(": ").next().unwrap_or_default().trim_end_matches('.').to_owned()
+        }
+        error => error.to_string(),
+    }
+}
+
+impl App {
+    fn start(&mut self, events: &ActiveEventLoop) -> anyhow::Result<()> {
+        let [width, height] = self.opening.size;
+        let attributes = Window::default_attributes()
+            .with_title(format!("Ortelius: {}", self.opening.scene.name))
+            .with_inner_size(PhysicalSize::new(width, height));
+        let window = events.create_window(attributes).map_err(|error| NoDisplay(error.to_string()))?;
+        let window = Arc::new(window);
+        let display = window.display_handle().map_err(|error| NoDisplay(error.to_string()))?;
+        let gpu = Gpu::new(&GpuOptions {
+            device: self.opening.device.as_deref(),
+            validate: self.opening.validate,
+            needs: &[],
+            // Variants are switched without opening the device again.
+            wishes: &Feature::ALL,
+            display: Some(display),
+        })?;
+        tracing::info!("{}, {}", gpu.physical().name, gpu.physical().driver);
+        self.gpu = Some(gpu.clone());
+        self.live = Some(Live::new(&gpu, window, &self.opening)?);
+        Ok(())
+    }
+
+    /// Ends the loop on an error, or when the user is done.
+    fn after(&mut self, events: &ActiveEventLoop, done: anyhow::Result<bool>) {
+        match done {
+            Ok(true) => {}
+            Ok(false) => self.close(events),
+            Err(error) => {
+                self.failed = Some(error);
+                self.close(events);
+            }
+        }
+    }
+
+    fn close(&mut self, events: &ActiveEventLoop) {
+        self.live = None;
+        events.exit();
+    }
+}
+
+impl ApplicationHandler for App {
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+        if let (StartCause::ResumeTimeReached { .. }, Some(live)) = (cause, &self.live) {
+            live.redraw();
+        }
+    }
+
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        if self.live.is_none() {
+            let done = self.start(events).map(|()| true);
+            self.after(events, done);
+        }
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(live) = &mut self.live else { return };
+        let done = match event {
+            WindowEvent::CloseRequested => Ok(false),
+            WindowEvent::RedrawRequested => live.frame(),
+            event => {
+                live.event(&event);
+                Ok(true)
+            }
+        };
+        self.after(events, done);
+    }
+
+    /// Sleeps until something happens, unless the picture still changes.
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        let Some(live) = &self.live else { return };
+        match live.wakes_in() {
+            Some(delay) if delay.is_zero() => {
+                live.redraw();
+                events.set_control_flow(ControlFlow::Poll);
+            }
+            Some(delay) => events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + delay)),
+            None => events.set_control_flow(ControlFlow::Wait),
+        }
+    }
+}

@@ -1,0 +1,334 @@
+//! Where the eye goes: dragging the ground, turning about it, flying, and ways between two cameras.
+//!
+//! The state is a scene's camera, not a matrix: what is seen can be written into a report and rendered again to the bit.
+
+use glam::{DQuat, DVec2, DVec3};
+use ortelius::math::camera::Pose;
+use ortelius::math::geodesy;
+use ortelius::scene::camera::{Camera, Ground, Place};
+
+/// Heights between which the eye moves, in metres.
+pub const LOWEST_M: f64 = 1.0;
+pub const HIGHEST_M: f64 = 1e8;
+
+/// Seconds of a way from one camera to another.
+const FLIGHT_S: f64 = 0.9;
+
+/// No step moves the eye by more than so many times its height.
+const LONGEST_STEP: f64 = 4.0;
+
+/// The eye, and where it is on its way to.
+pub struct Eye {
+    pub camera: Camera,
+    way: Option<Way>,
+}
+
+struct Way {
+    from: Camera,
+    to: Camera,
+    /// 0 at the start, 1 at the end.
+    done: f64,
+}
+
+impl Eye {
+    pub fn new(camera: Camera) -> Eye {
+        Eye { camera, way: None }
+    }
+
+    /// Whether the eye is on its way somewhere.
+    pub fn is_under_way(&self) -> bool {
+        self.way.is_some()
+    }
+
+    /// Jumps.
+    pub fn set(&mut self, camera: Camera) {
+        *self = Eye::new(camera);
+    }
+
+    /// Sets off for a camera of the same ground.
+    pub fn fly_to(&mut self, to: Camera) {
+        self.way = Some(Way { from: self.camera, to, done: 0.0 });
+    }
+
+    /// Goes on with the way that it is on.
+    pub fn advance(&mut self, seconds: f64) {
+        let Some(way) = &mut self.way else { return };
+        way.done = (way.done + seconds / FLIGHT_S).min(1.0);
+        self.camera = way.camera();
+        if way.done >= 1.0 {
+            self.way = None;
+        }
+    }
+
+    /// The ground under a pixel, in world metres.
+    pub fn ground_at(&self, pixel: DVec2, size: [u32; 2]) -> Option<DVec3> {
+        let pose = self.camera.pose();
+        hit(&pose, ray(&pose, pixel, size), self.camera.place.ground())
+    }
+
+    /// Moves the ground with the pointer: what was under `from` is then under `to`.
+    pub fn drag(&mut self, from: DVec2, to: DVec2, size: [u32; 2]) {
+        self.way = None;
+        let (held, now) = (self.ground_at(from, size), self.ground_at(to, size));
+        match (held, now) {
+            (Some(held), Some(now)) => self.carry(now, held),
+            // Beside the globe: as far as the pointer moves at the globe's distance.
+            _ => {
+                let radians = self.camera.vertical_fov_rad() / f64::from(size[1].max(1));
+                let metres = (from - to) * radians * self.camera.altitude_m;
+                self.go(DVec3::new(metres.x, -metres.y, 0.0));
+            }
+        }
+    }
+
+    /// Moves the eye over the ground as it takes to bring it from above `from` to above `to`.
+    fn carry(&mut self, from: DVec3, to: DVec3) {
+        let pose = self.camera.pose();
+        let moved = match self.camera.place.ground() {
+            Ground::Plane => {
+                let by = (to - from).clamp_length_max(LONGEST_STEP * self.camera.altitude_m);
+                pose.moved(DVec3::new(by.x, by.y, 0.0))
+            }
+            Ground::Planet => {
+                let (from, to) = (from.normalize(), to.normalize());
+                let (axis, angle) = DQuat::from_rotation_arc(from, to).to_axis_angle();
+                let most = LONGEST_STEP * self.camera.altitude_m / geodesy::MEAN_RADIUS_M;
+                pose.rotated(DQuat::from_axis_angle(axis, angle.min(most)), DVec3::ZERO)
+            }
+        };
+        self.take(&moved, self.camera.altitude_m);
+    }
+
+    /// The camera of a pose, at a given height.
+    fn take(&mut self, pose: &Pose, altitude_m: f64) {
+        let altitude_m = altitude_m.clamp(LOWEST_M, HIGHEST_M);
+        self.camera = Camera { altitude_m, ..Camera::of_pose(pose, &self.camera) };
+    }
+
+    /// Metres to the right, ahead over the ground, and up.
+    pub fn go(&mut self, by_m: DVec3) {
+        self.way = None;
+        let frame = self.camera.place.frame();
+        let (sin, cos) = self.camera.heading_deg.to_radians().sin_cos();
+        let ahead = frame.north * cos + frame.east * sin;
+        let right = frame.east * cos - frame.north * sin;
+        let most = LONGEST_STEP * self.camera.altitude_m;
+        let over = (right * by_m.x + ahead * by_m.y).clamp_length_max(most);
+        let pose = self.camera.pose();
+        let moved = match self.camera.place.ground() {
+            Ground::Plane => pose.moved(over),
+            Ground::Planet => match pose.eye.cross(over).try_normalize() {
+                Some(axis) => {
+                    let angle = over.length() / geodesy::MEAN_RADIUS_M;
+                    pose.rotated(DQuat::from_axis_angle(axis, angle), DVec3::ZERO)
+                }
+                None => pose,
+            },
+        };
+        self.take(&moved, self.camera.altitude_m + by_m.z);
+    }
+
+    /// Turns about the ground in the middle of the picture, or, where there is none, about the eye. `by` in pixels.
+    pub fn turn(&mut self, by: DVec2, size: [u32; 2]) {
+        self.way = None;
+        let degrees = by * 180.0 / f64::from(size[1].max(1));
+        let (pose, ground) = (self.camera.pose(), self.camera.place.ground());
+        let near = |middle: &DVec3| middle.distance(pose.eye) < 50.0 * self.camera.altitude_m;
+        let Some(middle) = hit(&pose, pose.forward, ground).filter(near) else {
+            let tilt_deg = (self.camera.tilt_deg - degrees.y).clamp(0.0, 180.0);
+            let heading_deg = wrapped(self.camera.heading_deg + degrees.x);
+            self.camera = Camera { heading_deg, tilt_deg, ..self.camera };
+            return;
+        };
+        let up = match ground {
+            Ground::Plane => DVec3::Z,
+            Ground::Planet => middle.normalize(),
+        };
+        let about = |pose: &Pose, axis: DVec3, degrees: f64| {
+            pose.rotated(DQuat::from_axis_angle(axis, degrees.to_radians()), middle)
+        };
+        let turned = about(&pose, up, -degrees.x);
+        let tilted = about(&turned, turned.right, -degrees.y);
+        // Neither over the top nor into the ground.
+        let upright = tilted.up.dot(up) > 0.0 && -tilted.forward.dot(up) > 0.02;
+        let pose = if upright { tilted } else { turned };
+        let found = Camera::of_pose(&pose, &self.camera);
+        if (LOWEST_M..=HIGHEST_M).contains(&found.altitude_m) {
+            self.camera = found;
+        }
+    }
+
+    /// Multiplies the height by `factor`; the ground under the pixel stays there.
+    pub fn zoom(&mut self, factor: f64, pixel: DVec2, size: [u32; 2]) {
+        self.way = None;
+        let held = self.ground_at(pixel, size);
+        let altitude_m = (self.camera.altitude_m * factor).clamp(LOWEST_M, HIGHEST_M);
+        self.camera = Camera { altitude_m, ..self.camera };
+        if let (Some(held), Some(now)) = (held, self.ground_at(pixel, size)) {
+            self.carry(now, held);
+        }
+    }
+
+    /// Flies to the ground under a pixel, at a quarter of the height.
+    pub fn fly_to_pixel(&mut self, pixel: DVec2, size: [u32; 2]) {
+        let Some(ground) = self.ground_at(pixel, size) else { return };
+        let over = Camera::of_pose(&Pose { eye: ground, ..self.camera.pose() }, &self.camera);
+        let altitude_m = (self.camera.altitude_m / 4.0).max(LOWEST_M);
+        self.fly_to(Camera { place: over.place, altitude_m, tilt_deg: 0.0, ..self.camera });
+    }
+}
+
+/// The unit vector through a pixel's place in the window.
+fn ray(pose: &Pose, pixel: DVec2, size: [u32; 2]) -> DVec3 {
+    let size = DVec2::from(size.map(f64::from)).max(DVec2::ONE);
+    let tan = (0.5 * pose.vertical_fov_rad).tan();
+    let from_middle = (2.0 * pixel - size) / size.y * tan;
+    (pose.forward + pose.right * from_middle.x - pose.up * from_middle.y).normalize()
+}
+
+fn hit(pose: &Pose, ray: DVec3, ground: Ground) -> Option<DVec3> {
+    match ground {
+        Ground::Planet => geodesy::ray_to_ellipsoid(pose.eye, ray),
+        Ground::Plane => {
+            let distance_m = -pose.eye.z / ray.z;
+            (distance_m > 0.0 && distance_m.is_finite()).then(|| pose.eye + ray * distance_m)
+        }
+    }
+}
+
+/// Degrees in -180 ..= 180.
+fn wrapped(degrees: f64) -> f64 {
+    degrees - 360.0 * (degrees / 360.0).round()
+}
+
+impl Way {
+    /// Between both ends: along the great circle, with the logarithm of the height changing evenly.
+    fn camera(&self) -> Camera {
+        let Way { from, to, done } = self;
+        if *done >= 1.0 {
+            return *to;
+        }
+        // Slow at both ends.
+        let share = done * done * (3.0 - 2.0 * done);
+        let between = |a: f64, b: f64| a + (b - a) * share;
+        let even = |a: f64, b: f64| between(a.ln(), b.ln()).exp();
+        Camera {
+            place: between_places(&from.place, &to.place, share),
+            altitude_m: even(from.altitude_m, to.altitude_m),
+            heading_deg: wrapped(from.heading_deg + wrapped(to.heading_deg - from.heading_deg) * share),
+            tilt_deg: between(from.tilt_deg, to.tilt_deg),
+            vertical_fov_deg: between(from.vertical_fov_deg, to.vertical_fov_deg),
+            magnification: even(from.magnification, to.magnification),
+        }
+    }
+}
+
+fn between_places(from: &Place, to: &Place, share: f64) -> Place {
+    match (*from, *to) {
+        (Place::Plane { east_m: x0, north_m: y0 }, Place::Plane { east_m: x1, north_m: y1 }) => {
+            Place::Plane { east_m: x0 + (x1 - x0) * share, north_m: y0 + (y1 - y0) * share }
+        }
+        _ => {
+            // The ellipsoid's normals: their angles are geodetic ones.
+            let (from, to) = (from.frame().up, to.frame().up);
+            let whole = DQuat::from_rotation_arc(from, to);
+            let up = DQuat::IDENTITY.slerp(whole, share) * from;
+            Place::Planet {
+                latitude_deg: up.z.atan2(up.x.hypot(up.y)).to_degrees(),
+                longitude_deg: up.y.atan2(up.x).to_degrees(),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: [u32; 2] = [640, 360];
+
+    fn eye(altitude_m: f64, tilt_deg: f64) -> Eye {
+        let place = Place::Planet { latitude_deg: 46.0, longitude_deg: 8.0 };
+        let camera = Camera {
+            place,
+            altitude_m,
+            heading_deg: 30.0,
+            tilt_deg,
+            vertical_fov_deg: 60.0,
+            magnification: 1.0,
+        };
+        Eye::new(camera)
+    }
+
+    #[test]
+    fn the_ground_under_the_pointer_goes_with_it_at_every_height() {
+        for altitude_m in [1.0, 100.0, 1e4, 1e6, 2e7] {
+            let mut eye = eye(altitude_m, 20.0);
+            let (from, to) = (DVec2::new(320.0, 180.0), DVec2::new(330.0, 200.0));
+            let held = eye.ground_at(from, SIZE).unwrap();
+            eye.drag(from, to, SIZE);
+            let now = eye.ground_at(to, SIZE).unwrap();
+            // The ellipsoid is not round, and north turns on the way: a hundredth of the height.
+            assert!(held.distance(now) < 0.01 * altitude_m, "{altitude_m}: {}", held.distance(now));
+            assert!((eye.camera.altitude_m / altitude_m - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn zooming_from_the_highest_to_the_lowest_eye_is_smooth_and_keeps_the_ground_under_the_pointer() {
+        let mut eye = eye(HIGHEST_M, 0.0);
+        let pixel = DVec2::new(325.0, 175.0);
+        while eye.camera.altitude_m > LOWEST_M {
+            let before = eye.camera;
+            let held = eye.ground_at(pixel, SIZE);
+            eye.zoom(0.9, pixel, SIZE);
+            let ratio = eye.camera.altitude_m / before.altitude_m;
+            assert!((0.9 - 1e-9..1.0).contains(&ratio), "{before:?}");
+            if let (Some(held), Some(now)) = (held, eye.ground_at(pixel, SIZE)) {
+                assert!(held.distance(now) < 0.02 * eye.camera.altitude_m, "{before:?}");
+            }
+        }
+        assert_eq!(eye.camera.altitude_m, LOWEST_M);
+    }
+
+    #[test]
+    fn flying_over_the_pole_is_as_fast_as_elsewhere() {
+        let place = Place::Planet { latitude_deg: 89.99, longitude_deg: 0.0 };
+        let mut eye = Eye::new(Camera { place, heading_deg: 0.0, ..eye(5e3, 45.0).camera });
+        for _ in 0..100 {
+            let before = eye.camera.pose();
+            eye.go(DVec3::new(0.0, 100.0, 0.0));
+            let pose = eye.camera.pose();
+            let moved = before.eye.distance(pose.eye);
+            assert!((moved - 100.0).abs() < 1.0, "{moved} {:?}", eye.camera);
+            assert!(before.forward.dot(pose.forward) > 0.999, "{:?}", eye.camera);
+        }
+    }
+
+    #[test]
+    fn turning_keeps_the_middle_of_the_picture_and_never_dives() {
+        let mut eye = eye(1e4, 40.0);
+        let middle = DVec2::new(320.0, 180.0);
+        let held = eye.ground_at(middle, SIZE).unwrap();
+        for n in 0..200 {
+            eye.turn(DVec2::new(3.0, if n < 100 { -4.0 } else { 7.0 }), SIZE);
+            let now = eye.ground_at(middle, SIZE).unwrap();
+            assert!(held.distance(now) < 50.0, "{n}: {} {:?}", held.distance(now), eye.camera);
+            assert!(eye.camera.altitude_m >= LOWEST_M);
+        }
+    }
+
+    #[test]
+    fn a_way_ends_exactly_at_its_camera() {
+        let mut eye = eye(1e7, 0.0);
+        let place = Place::Planet { latitude_deg: -33.0, longitude_deg: -179.0 };
+        let to = Camera { place, altitude_m: 300.0, heading_deg: -170.0, tilt_deg: 60.0, ..eye.camera };
+        eye.fly_to(to);
+        let mut steps = 0;
+        while eye.is_under_way() {
+            eye.advance(0.02);
+            steps += 1;
+        }
+        assert_eq!((eye.camera, steps), (to, 45));
+    }
+}

@@ -1,0 +1,345 @@
+//! What the window says beside the picture: where the time goes, what streams, what is drawn, and every setting.
+
+use super::action::{Action, KEYS, MOVES};
+use super::path::Player;
+use super::settings::Settings;
+use super::stage::{HISTORY, Stage};
+use egui::{
+    Align2, CollapsingHeader, Color32, Grid, Rect, RichText, ScrollArea, Sense, Slider, Ui, Vec2, vec2,
+};
+use ortelius::paper::virtual_texture::VirtualTexture;
+use ortelius::renderer::Record;
+use ortelius::scene::camera::{Camera, Place};
+use ortelius::vk::PassTime;
+use std::time::{Duration, Instant};
+
+/// State of the panels; the rest is read from the stage.
+pub struct Panels {
+    pub open: bool,
+    pub help: bool,
+    settings: Settings,
+    status: Option<Status>,
+}
+
+/// The last message.
+struct Status {
+    text: String,
+    is_error: bool,
+    since: Instant,
+}
+
+/// How long a message is shown.
+const MESSAGE: Duration = Duration::from_secs(4);
+const ERROR: Duration = Duration::from_secs(20);
+
+/// Width in points.
+const WIDTH: f32 = 330.0;
+
+/// What the panels show.
+pub struct Shown<'a> {
+    pub stage: &'a Stage,
+    pub camera: &'a Camera,
+    pub player: &'a Player,
+    /// Frames of a recording: written, all.
+    pub film: Option<(usize, usize)>,
+    pub difference: bool,
+}
+
+impl Panels {
+    pub fn new(open: bool) -> Panels {
+        Panels { open, help: false, settings: Settings::new(), status: None }
+    }
+
+    /// Shows a message for a while.
+    pub fn say(&mut self, text: String, is_error: bool) {
+        self.status = Some(Status { text, is_error, since: Instant::now() });
+    }
+
+    /// Lays out all that is open; what the user asked for.
+    pub fn show(&mut self, ui: &mut Ui, shown: &Shown<'_>) -> Vec<Action> {
+        let mut actions = Vec::new();
+        if self.open {
+            let side = egui::Panel::right("panels").default_size(WIDTH).resizable(true);
+            side.show(ui, |ui| {
+                ScrollArea::vertical().show(ui, |ui| actions = self.sections(ui, shown));
+            });
+        }
+        if self.help {
+            help(ui);
+        }
+        self.status_line(ui, shown);
+        actions
+    }
+
+    fn sections(&mut self, ui: &mut Ui, shown: &Shown<'_>) -> Vec<Action> {
+        let mut actions = Vec::new();
+        let records = &shown.stage.renderer.records;
+        let section = |name: &str, open| CollapsingHeader::new(name).default_open(open);
+        section("variants", true).show(ui, |ui| variants(ui, shown, &mut actions));
+        if let Some(last) = records.last() {
+            section("passes", true).show(ui, |ui| times(ui, records));
+            if let Some(texture) = &shown.stage.renderer.technique.texture {
+                section("tiles", true).show(ui, |ui| tiles(ui, last, texture));
+                section("caches", false).show(ui, |ui| caches(ui, texture));
+            }
+            if last.meshes.is_some() {
+                section("progressive meshes", true).show(ui, |ui| meshes(ui, last, shown.stage));
+            }
+        }
+        section("eye", true).show(ui, |ui| eye(ui, shown, &mut actions));
+        section("memory", false).show(ui, |ui| memory(ui, shown.stage));
+        let changed = section("settings", false).show(ui, |ui| self.settings.show(ui, &shown.stage.scene));
+        actions.extend(changed.body_returned.into_iter().flatten());
+        actions
+    }
+
+    fn status_line(&mut self, ui: &mut Ui, shown: &Shown<'_>) {
+        let mut line = shown.film.map(|(done, all)| (format!("recording: {done} of {all} frames"), false));
+        if let Some(Status { text, is_error, since }) = &self.status {
+            let left = if *is_error { ERROR } else { MESSAGE }.saturating_sub(since.elapsed());
+            match left.is_zero() {
+                true => self.status = None,
+                false => {
+                    ui.ctx().request_repaint_after(left);
+                    line = line.or(Some((text.clone(), *is_error)));
+                }
+            }
+        }
+        let Some((text, is_error)) = line else { return };
+        let colour = if is_error { Color32::from_rgb(255, 140, 120) } else { Color32::WHITE };
+        egui::Area::new("status".into()).anchor(Align2::LEFT_BOTTOM, vec2(8.0, -8.0)).show(ui.ctx(), |ui| {
+            egui::Frame::popup(ui.style()).show(ui, |ui| ui.label(RichText::new(text).color(colour)));
+        });
+    }
+}
+
+fn help(ui: &mut Ui) {
+    egui::Window::new("keys").anchor(Align2::LEFT_TOP, vec2(8.0, 8.0)).collapsible(false).show(
+        ui.ctx(),
+        |ui| {
+            Grid::new("keys").show(ui, |ui| {
+                let keys = KEYS.iter().map(|(key, about, _)| (key.name(), *about));
+                for (key, about) in keys.chain(MOVES) {
+                    ui.monospace(key);
+                    ui.label(about);
+                    ui.end_row();
+                }
+            });
+        },
+    );
+}
+
+fn variants(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
+    let stage = shown.stage;
+    let second = stage.second.as_ref().map(|(second, _)| *second);
+    for (n, variant) in stage.variants.iter().enumerate() {
+        let name = match second {
+            Some(second) if second == n => format!("{}  (right)", variant.name),
+            _ => variant.name.clone(),
+        };
+        if ui.selectable_label(n == stage.variant, name).on_hover_text(variant.changes.join("\n")).clicked() {
+            actions.push(Action::Show(n));
+        }
+    }
+    ui.horizontal(|ui| {
+        if ui.selectable_label(second.is_some(), "side by side").clicked() {
+            actions.push(Action::Compare);
+        }
+        if second.is_some() && ui.selectable_label(shown.difference, "difference").clicked() {
+            actions.push(Action::Difference);
+        }
+    });
+}
+
+fn total_ms(passes: &[PassTime]) -> Option<f64> {
+    Some(passes.iter().map(|pass| pass.ns).sum::<Option<u64>>()? as f64 / 1e6)
+}
+
+/// Bars of the last frame, and the frames before it.
+fn times(ui: &mut Ui, records: &[Record]) {
+    let last = &records[records.len() - 1];
+    let Some(total) = total_ms(&last.passes) else {
+        ui.label("this device keeps no time");
+        return;
+    };
+    ui.label(format!("{total:.2} ms on the device"));
+    let history: Vec<f64> = records.iter().filter_map(|record| total_ms(&record.passes)).collect();
+    let most = history.iter().copied().fold(1e-3, f64::max);
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 40.0), Sense::hover());
+    let step = rect.width() / HISTORY as f32;
+    for (n, ms) in history.iter().enumerate() {
+        let high = rect.height() * (ms / most) as f32;
+        let left = rect.right() - step * (history.len() - n) as f32;
+        let bar = Rect::from_min_size(egui::pos2(left, rect.bottom() - high), vec2(step.max(1.0), high));
+        ui.painter().rect_filled(bar, 0.0, Color32::from_rgb(90, 150, 210));
+    }
+    Grid::new("passes").num_columns(3).show(ui, |ui| {
+        for pass in &last.passes {
+            let ms = pass.ns.unwrap_or_default() as f64 / 1e6;
+            ui.label(&pass.label);
+            ui.monospace(format!("{ms:8.3} ms"));
+            let (rect, _) = ui.allocate_exact_size(vec2(90.0, 10.0), Sense::hover());
+            let share = if total > 0.0 { (ms / total) as f32 } else { 0.0 };
+            let bar = Rect::from_min_size(rect.min, vec2(rect.width() * share, rect.height()));
+            ui.painter().rect_filled(bar, 0.0, Color32::from_rgb(220, 160, 60));
+            ui.end_row();
+        }
+    });
+}
+
+fn rows<const N: usize>(ui: &mut Ui, id: &str, rows: [(&str, String); N]) {
+    Grid::new(id).num_columns(2).show(ui, |ui| {
+        for (name, value) in rows {
+            ui.label(name);
+            ui.monospace(value);
+            ui.end_row();
+        }
+    });
+}
+
+fn tiles(ui: &mut Ui, last: &Record, texture: &VirtualTexture) {
+    let Some(record) = &last.texture else { return };
+    let streaming = &record.streaming;
+    let slots = texture.streaming.config().gpu_tiles;
+    let resident = (0..slots).filter(|slot| texture.streaming.gpu_tile(*slot).is_some()).count();
+    rows(
+        ui,
+        "tiles",
+        [
+            ("visible", record.visible.len().to_string()),
+            ("wanted", streaming.wanted.to_string()),
+            ("resident", format!("{resident} of {slots}")),
+            ("queued", streaming.pending.to_string()),
+            ("hits, misses", format!("{}, {}", streaming.hits, streaming.misses)),
+            ("loads, uploads", format!("{}, {}", streaming.loads, streaming.uploads)),
+            ("uploaded", format!("{:.2} MB", streaming.upload_bytes as f64 / 1e6)),
+            (
+                "evictions, device and host",
+                format!("{}, {}", streaming.gpu_evictions, streaming.host_evictions),
+            ),
+            ("level bias", streaming.bias.to_string()),
+            ("unreadable", streaming.failures.len().to_string()),
+        ],
+    );
+}
+
+/// A hue for each level, as maps of levels have it.
+pub fn level_colour(level: u32) -> Color32 {
+    let hue = (level as f32 * 0.618_034).fract();
+    egui::ecolor::Hsva::new(hue, 0.65, 0.9, 1.0).into()
+}
+
+/// Slots of both caches in order, coloured by the level of the tile that each holds.
+fn caches(ui: &mut Ui, texture: &VirtualTexture) {
+    let config = texture.streaming.config();
+    let gpu: Vec<_> = (0..config.gpu_tiles).map(|slot| texture.streaming.gpu_tile(slot)).collect();
+    let host: Vec<_> = (0..config.host_tiles).map(|slot| texture.streaming.host_tile(slot)).collect();
+    for (name, slots) in [("tile pool (device)", gpu), ("tile cache (host)", host)] {
+        ui.label(name);
+        let side = 7.0;
+        let columns = ((ui.available_width() / side) as usize).max(1);
+        let size = vec2(side * columns as f32, side * slots.len().div_ceil(columns) as f32);
+        let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+        let cell = |n: usize| {
+            let at = rect.min + vec2(side * (n % columns) as f32, side * (n / columns) as f32);
+            Rect::from_min_size(at, Vec2::splat(side - 1.0))
+        };
+        for (n, tile) in slots.iter().enumerate() {
+            let colour = tile.map_or(Color32::from_gray(45), |tile| level_colour(tile.level));
+            ui.painter().rect_filled(cell(n), 0.0, colour);
+        }
+        let under = response.hover_pos().and_then(|at| (0..slots.len()).find(|n| cell(*n).contains(at)));
+        if let Some(slot) = under {
+            response.on_hover_text(match slots[slot] {
+                Some(tile) => {
+                    format!("slot {slot}: level {}, row {}, column {}", tile.level, tile.row, tile.column)
+                }
+                None => format!("slot {slot}: free"),
+            });
+        }
+    }
+}
+
+fn meshes(ui: &mut Ui, last: &Record, stage: &Stage) {
+    let Some(record) = &last.meshes else { return };
+    let change = &record.change;
+    rows(
+        ui,
+        "meshes",
+        [
+            ("instances seen", change.instances_seen.to_string()),
+            ("faces", change.faces.to_string()),
+            ("vertices", change.vertices.to_string()),
+            ("splits, collapses", format!("{}, {}", change.splits, change.collapses)),
+            ("written", format!("{:.1} kB", change.upload_bytes as f64 / 1e3)),
+            ("host", format!("{:.3} ms", record.host.as_secs_f64() * 1e3)),
+            ("governor's factor", format!("{:.3}", record.error_factor)),
+        ],
+    );
+    for surface in stage.renderer.technique.meshes.iter().flat_map(|meshes| &meshes.surfaces) {
+        let full = surface.program.last_level();
+        let levels: Vec<u32> = surface.instances().map(|(_, level)| level).collect();
+        let (least, most) = (levels.iter().min().unwrap_or(&0), levels.iter().max().unwrap_or(&0));
+        ui.label(format!(
+            "{}: {} instances at levels {least} … {most} of {full}",
+            surface.name,
+            levels.len()
+        ));
+    }
+}
+
+fn eye(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
+    let camera = shown.camera;
+    let place = match camera.place {
+        Place::Planet { latitude_deg, longitude_deg } => format!("{latitude_deg:.6}° {longitude_deg:.6}°"),
+        Place::Plane { east_m, north_m } => format!("{east_m:.2} m east, {north_m:.2} m north"),
+    };
+    let (heading, tilt) = (camera.heading_deg, camera.tilt_deg);
+    let looks = format!("{heading:.1}°, {tilt:.1}°");
+    rows(
+        ui,
+        "eye",
+        [("over", place), ("height", format!("{:.2} m", camera.altitude_m)), ("heading, tilt", looks)],
+    );
+    ui.horizontal_wrapped(|ui| {
+        for (name, camera) in &shown.stage.scene.cameras {
+            if ui.button(name).clicked() {
+                actions.push(Action::FlyTo(*camera));
+            }
+        }
+        if ui.button("copy as TOML").clicked() {
+            actions.push(Action::CopyCamera);
+        }
+    });
+    ui.horizontal_wrapped(|ui| {
+        for name in shown.stage.scene.paths.keys() {
+            if ui.selectable_label(shown.player.path() == Some(name), name).clicked() {
+                actions.push(Action::ChoosePath(name.clone()));
+            }
+        }
+    });
+    if let Some((frame, frames)) = shown.player.place() {
+        let mut at = frame;
+        if ui.add(Slider::new(&mut at, 0.0..=frames).fixed_decimals(0).text("frame")).changed() {
+            actions.push(Action::Seek(at));
+        }
+        ui.horizontal(|ui| {
+            if ui.button(if shown.player.is_playing() { "pause" } else { "play" }).clicked() {
+                actions.push(if shown.player.is_playing() { Action::Pause } else { Action::Play });
+            }
+            if ui.button("record").clicked() {
+                actions.push(Action::Record);
+            }
+        });
+    }
+}
+
+fn memory(ui: &mut Ui, stage: &Stage) {
+    Grid::new("memory").num_columns(2).show(ui, |ui| {
+        for (name, bytes) in stage.renderer.memory() {
+            ui.label(name);
+            ui.monospace(format!("{:.2} MB", bytes as f64 / 1e6));
+            ui.end_row();
+        }
+    });
+}

@@ -1,0 +1,53 @@
+//! F12: a picture, and the report that renders it again to the bit.
+
+use super::stage::Stage;
+use anyhow::Context;
+use ortelius::renderer::report::{Report, RunSection};
+use ortelius::scene::Scene;
+use ortelius::scene::camera::Camera;
+use std::path::{Path, PathBuf};
+
+/// The camera's name in the scene of a report.
+const NAME: &str = "window";
+
+/// The scene with the window's camera as its own.
+///
+/// # Errors
+/// A camera out of the range of scenes.
+fn with_camera(scene: &Scene, camera: &Camera) -> anyhow::Result<Scene> {
+    Ok(scene.with(&[camera.to_change(NAME), format!("view.camera={NAME}")])?)
+}
+
+/// Renders what the window shows as `ortelius render` would: a new run, until nothing is missing. The window's own
+/// picture may hang on its history: on tiles that a camera before it loaded, or on the governor's measured times.
+///
+/// # Errors
+/// The disk, with the path; device lost.
+pub fn take(stage: &Stage, camera: &Camera, folder: &Path) -> anyhow::Result<PathBuf> {
+    let scene = with_camera(&stage.scene, camera)?;
+    let deterministic = stage.deterministic();
+    let run = RunSection {
+        camera: Some(NAME.to_owned()),
+        path: None,
+        size: stage.renderer.size(),
+        deterministic,
+        ..RunSection::settled(&scene)
+    };
+    let mut renderer = stage.another(&scene, deterministic)?;
+    renderer.settle(&camera.pose())?;
+    renderer.drain()?;
+    let picture = free_name(folder, &scene.name)?;
+    renderer.picture()?.save(&picture)?;
+    let mut report = Report::of(&renderer, &scene.name, NAME, None);
+    report.run = Some(run);
+    report.save(&picture.with_extension("json"))?;
+    Ok(picture)
+}
+
+/// `FOLDER/ortelius-SCENE-001.png`, or the first number that is free.
+fn free_name(folder: &Path, scene: &str) -> anyhow::Result<PathBuf> {
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    let name = |n: u32| folder.join(format!("ortelius-{scene}-{n:03}.png"));
+    let free = |path: &PathBuf| !path.exists() && !path.with_extension("json").exists();
+    (1..).map(name).find(free).context("no number is free")
+}

@@ -1,0 +1,369 @@
+//! A window's surface and the images that are presented to it.
+//!
+//! An image that no longer fits the window is a value ([`Acquired::Stale`]), not an error: resizing, minimising and a lost
+//! surface are ordinary.
+
+use super::instance::Instance;
+use super::{Check, Error, FRAMES_IN_FLIGHT, Format, Gpu, Image, Result, Semaphore};
+use ash::{khr, vk};
+use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle, RawWindowHandle};
+use std::any::Any;
+use std::sync::Arc;
+
+/// When a finished picture replaces the one that is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PresentMode {
+    /// In turn, at the display's rate; every device has it.
+    Fifo,
+    /// The newest, at the display's rate.
+    Mailbox,
+    /// At once; the picture may tear.
+    Immediate,
+}
+
+/// How long an acquisition waits. A window that nobody sees may never hand out an image.
+const PATIENCE_NS: u64 = 100_000_000;
+
+/// A window that a device can present to. Keeps the window alive.
+pub struct Surface {
+    handle: vk::SurfaceKHR,
+    calls: khr::surface::Instance,
+    display: RawDisplayHandle,
+    window: RawWindowHandle,
+    _instance: Arc<Instance>,
+    /// Dropped last: the handles above are the window's.
+    _keeps: Arc<dyn Any>,
+}
+
+/// What [`Swapchain::acquire`] found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Acquired {
+    /// The image with this number is free to draw into.
+    Image(usize),
+    /// The images no longer fit the window: [`Swapchain::resize`].
+    Stale,
+    /// No image came free in 0.1 s; draw nothing, and ask again.
+    Busy,
+}
+
+/// The images of a window.
+pub struct Swapchain {
+    gpu: Gpu,
+    calls: khr::swapchain::Device,
+    handle: vk::SwapchainKHR,
+    images: Vec<Image>,
+    /// One for each image: signalled when it is drawn.
+    drawn: Vec<Semaphore>,
+    /// Taken in turn, one more than there are frames in flight: the frame that waited for it has then ended.
+    acquired: Vec<Semaphore>,
+    next: usize,
+    mode: PresentMode,
+    surface: Surface,
+}
+
+impl Surface {
+    fn create(gpu: &Gpu, display: RawDisplayHandle, window: RawWindowHandle) -> Result<vk::SurfaceKHR> {
+        let instance = &gpu.device.instance;
+        // SAFETY: both handles are those of a window that the surface keeps alive.
+        let handle =
+            unsafe { ash_window::create_surface(&instance.entry, &instance.handle, display, window, None) };
+        handle.check("vkCreateSurfaceKHR", "window")
+    }
+}
+
+impl Gpu {
+    /// The surface of a window; the device must have been opened for its display.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] where the device cannot present to it.
+    pub fn surface<W>(&self, window: &Arc<W>) -> Result<Surface>
+    where
+        W: HasWindowHandle + HasDisplayHandle + 'static,
+    {
+        let limit = |what: String| Error::Limit { object: "window".into(), what };
+        let display = window.display_handle().map_err(|error| limit(error.to_string()))?.as_raw();
+        let raw = window.window_handle().map_err(|error| limit(error.to_string()))?.as_raw();
+        let instance = &self.device.instance;
+        let surface = Surface {
+            handle: Surface::create(self, display, raw)?,
+            calls: khr::surface::Instance::new(&instance.entry, &instance.handle),
+            display,
+            window: raw,
+            _instance: instance.clone(),
+            _keeps: window.clone(),
+        };
+        let (physical, family) = (self.device.physical.handle, self.device.queue_family);
+        // SAFETY: plain query on live handles.
+        let presents =
+            unsafe { surface.calls.get_physical_device_surface_support(physical, family, surface.handle) };
+        match presents.check("vkGetPhysicalDeviceSurfaceSupportKHR", "window")? {
+            true => Ok(surface),
+            false => {
+                let name = &self.device.physical.name;
+                Err(limit(format!("{name} cannot present to this window; choose another --device")))
+            }
+        }
+    }
+}
+
+impl PresentMode {
+    fn vk(self) -> vk::PresentModeKHR {
+        match self {
+            PresentMode::Fifo => vk::PresentModeKHR::FIFO,
+            PresentMode::Mailbox => vk::PresentModeKHR::MAILBOX,
+            PresentMode::Immediate => vk::PresentModeKHR::IMMEDIATE,
+        }
+    }
+}
+
+impl Swapchain {
+    /// Images for a window of about `size` pixels.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] where the window has no such mode, or no 8-bit format.
+    pub fn new(gpu: &Gpu, surface: Surface, size: [u32; 2], mode: PresentMode) -> Result<Swapchain> {
+        let acquired = (0..=FRAMES_IN_FLIGHT).map(|_| gpu.semaphore("acquired")).collect::<Result<_>>()?;
+        let mut swapchain = Swapchain {
+            gpu: gpu.clone(),
+            calls: khr::swapchain::Device::new(&gpu.device.instance.handle, &gpu.device.handle),
+            handle: vk::SwapchainKHR::null(),
+            images: Vec::new(),
+            drawn: Vec::new(),
+            acquired,
+            next: 0,
+            mode,
+            surface,
+        };
+        swapchain.resize(size)?;
+        Ok(swapchain)
+    }
+
+    /// Pixels of the images; 0 x 0 while the window has none.
+    pub fn size(&self) -> [u32; 2] {
+        self.images.first().map_or([0; 2], |image| image.info().size)
+    }
+
+    /// Of the images.
+    pub fn format(&self) -> Format {
+        self.images.first().map_or(Format::Bgra8, |image| image.info().format)
+    }
+
+    pub fn image(&self, number: usize) -> &Image {
+        &self.images[number]
+    }
+
+    /// What a submission that draws into image `number` waits for, and what it signals.
+    pub fn semaphores(&self, number: usize) -> [&Semaphore; 2] {
+        [&self.acquired[self.next], &self.drawn[number]]
+    }
+
+    /// New images: for a window of another size, or where the old ones are [`Acquired::Stale`]. Where the system
+    /// knows the window's size, it counts more than `size`. A window of no pixels gets no images.
+    ///
+    /// # Errors
+    /// Out of memory, device lost.
+    pub fn resize(&mut self, size: [u32; 2]) -> Result<()> {
+        let capabilities = match self.capabilities() {
+            Err(vk::Result::ERROR_SURFACE_LOST_KHR) => {
+                self.replace_surface()?;
+                self.capabilities()
+            }
+            found => found,
+        };
+        let capabilities = capabilities.check("vkGetPhysicalDeviceSurfaceCapabilitiesKHR", "window")?;
+        let extent = extent(&capabilities, size);
+        self.clear_images()?;
+        if extent.width == 0 || extent.height == 0 {
+            self.destroy();
+            return Ok(());
+        }
+        self.create(&capabilities, extent)
+    }
+
+    fn create(&mut self, capabilities: &vk::SurfaceCapabilitiesKHR, extent: vk::Extent2D) -> Result<()> {
+        let (format, mode) = (self.choose_format()?, self.check_mode()?);
+        let most = if capabilities.max_image_count == 0 { u32::MAX } else { capabilities.max_image_count };
+        let old = self.handle;
+        let info = vk::SwapchainCreateInfoKHR::default()
+            .surface(self.surface.handle)
+            .min_image_count((capabilities.min_image_count + 1).min(most))
+            .image_format(format.vk())
+            .image_color_space(vk::ColorSpaceKHR::SRGB_NONLINEAR)
+            .image_extent(extent)
+            .image_array_layers(1)
+            .image_usage(vk::ImageUsageFlags::COLOR_ATTACHMENT)
+            .pre_transform(capabilities.current_transform)
+            .composite_alpha(opaque(capabilities))
+            .present_mode(mode)
+            .clipped(true)
+            .old_swapchain(old);
+        // SAFETY: the surface lives; the device has passed every use of the old images.
+        let created = unsafe { self.calls.create_swapchain(&info, None) };
+        self.destroy();
+        self.handle = created.check("vkCreateSwapchainKHR", "window")?;
+        self.gpu.device.name(self.handle, "window");
+        // SAFETY: just made.
+        let handles = unsafe { self.calls.get_swapchain_images(self.handle) };
+        let handles = handles.check("vkGetSwapchainImagesKHR", "window")?;
+        let size = [extent.width, extent.height];
+        let image = |handle| Image::of_swapchain(&self.gpu, handle, size, format);
+        self.images = handles.into_iter().map(image).collect::<Result<_>>()?;
+        self.drawn = self.images.iter().map(|_| self.gpu.semaphore("drawn")).collect::<Result<_>>()?;
+        Ok(())
+    }
+
+    /// The next image to draw into.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn acquire(&mut self) -> Result<Acquired> {
+        if self.images.is_empty() {
+            return Ok(Acquired::Stale);
+        }
+        let next = (self.next + 1) % self.acquired.len();
+        let (semaphore, fence) = (self.acquired[next].handle, vk::Fence::null());
+        // SAFETY: the frame that waited for the semaphore has ended: one more of them than frames in flight.
+        match unsafe { self.calls.acquire_next_image(self.handle, PATIENCE_NS, semaphore, fence) } {
+            Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => Ok(Acquired::Busy),
+            Err(stale) if is_stale(stale) => Ok(Acquired::Stale),
+            acquired => {
+                // Suboptimal ones can be drawn into; presenting then reports it again.
+                let (number, _) = acquired.check("vkAcquireNextImageKHR", "window")?;
+                self.next = next;
+                Ok(Acquired::Image(number as usize))
+            }
+        }
+    }
+
+    /// Shows image `number` once the submission that drew it has ended. Returns whether the images still fit the window.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn present(&mut self, number: usize) -> Result<bool> {
+        let waits = [self.drawn[number].handle];
+        let (swapchains, numbers) = ([self.handle], [number as u32]);
+        let info = vk::PresentInfoKHR::default()
+            .wait_semaphores(&waits)
+            .swapchains(&swapchains)
+            .image_indices(&numbers);
+        // The queue is touched under the ring's lock alone.
+        let _ring = self.gpu.ring.lock().expect("no panic while a frame is recorded");
+        // SAFETY: the image was acquired, and a submission signals the semaphore.
+        match unsafe { self.calls.queue_present(self.gpu.device.queue, &info) } {
+            Err(stale) if is_stale(stale) => Ok(false),
+            presented => Ok(!presented.check("vkQueuePresentKHR", "window")?),
+        }
+    }
+
+    fn capabilities(&self) -> std::result::Result<vk::SurfaceCapabilitiesKHR, vk::Result> {
+        let physical = self.gpu.device.physical.handle;
+        // SAFETY: plain query on live handles.
+        unsafe { self.surface.calls.get_physical_device_surface_capabilities(physical, self.surface.handle) }
+    }
+
+    /// Bytes as they are: the present pass encodes, and panels blend in sRGB as their library expects.
+    fn choose_format(&self) -> Result<Format> {
+        let physical = self.gpu.device.physical.handle;
+        // SAFETY: plain query on live handles.
+        let formats =
+            unsafe { self.surface.calls.get_physical_device_surface_formats(physical, self.surface.handle) };
+        let formats = formats.check("vkGetPhysicalDeviceSurfaceFormatsKHR", "window")?;
+        let has = |format: &Format| {
+            formats.iter().any(|found| {
+                found.format == format.vk() && found.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR
+            })
+        };
+        [Format::Bgra8, Format::Rgba8].into_iter().find(has).ok_or_else(|| Error::Limit {
+            object: "window".into(),
+            what: "it takes neither BGRA nor RGBA of 8 bits; choose another --device".into(),
+        })
+    }
+
+    fn check_mode(&self) -> Result<vk::PresentModeKHR> {
+        let physical = self.gpu.device.physical.handle;
+        let surface = &self.surface;
+        // SAFETY: plain query on live handles.
+        let modes =
+            unsafe { surface.calls.get_physical_device_surface_present_modes(physical, surface.handle) };
+        let modes = modes.check("vkGetPhysicalDeviceSurfacePresentModesKHR", "window")?;
+        match modes.contains(&self.mode.vk()) {
+            true => Ok(self.mode.vk()),
+            false => Err(Error::Limit {
+                object: "window".into(),
+                what: format!("no --present {:?} here; there are {modes:?}", self.mode).to_lowercase(),
+            }),
+        }
+    }
+
+    /// A lost surface is made again from the same window.
+    fn replace_surface(&mut self) -> Result<()> {
+        self.clear_images()?;
+        self.destroy();
+        // SAFETY: its swapchain is gone.
+        unsafe { self.surface.calls.destroy_surface(self.surface.handle, None) };
+        self.surface.handle = vk::SurfaceKHR::null();
+        self.surface.handle = Surface::create(&self.gpu, self.surface.display, self.surface.window)?;
+        Ok(())
+    }
+
+    /// Waits until nothing names the images any more.
+    fn clear_images(&mut self) -> Result<()> {
+        let ring = self.gpu.ring.lock().expect("no panic while a frame is recorded");
+        // Presentation signals nothing: only an idle queue has let go of its semaphores.
+        // SAFETY: the queue is touched under the ring's lock alone.
+        let idle = unsafe { self.gpu.device.handle.queue_wait_idle(self.gpu.device.queue) };
+        drop(ring);
+        idle.check("vkQueueWaitIdle", "window")?;
+        self.images.clear();
+        self.drawn.clear();
+        // The views must be gone before their images.
+        self.gpu.device.collect(u64::MAX, None);
+        Ok(())
+    }
+
+    fn destroy(&mut self) {
+        // SAFETY: nothing names its images any more; null is ignored.
+        unsafe { self.calls.destroy_swapchain(self.handle, None) };
+        self.handle = vk::SwapchainKHR::null();
+    }
+}
+
+fn is_stale(result: vk::Result) -> bool {
+    matches!(result, vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::ERROR_SURFACE_LOST_KHR)
+}
+
+fn extent(capabilities: &vk::SurfaceCapabilitiesKHR, [width, height]: [u32; 2]) -> vk::Extent2D {
+    let (least, most) = (capabilities.min_image_extent, capabilities.max_image_extent);
+    match capabilities.current_extent {
+        // The surface takes the size of its images.
+        vk::Extent2D { width: u32::MAX, .. } => vk::Extent2D {
+            width: width.clamp(least.width, most.width),
+            height: height.clamp(least.height, most.height),
+        },
+        extent => extent,
+    }
+}
+
+fn opaque(capabilities: &vk::SurfaceCapabilitiesKHR) -> vk::CompositeAlphaFlagsKHR {
+    let opaque = vk::CompositeAlphaFlagsKHR::OPAQUE;
+    match capabilities.supported_composite_alpha.contains(opaque) {
+        true => opaque,
+        false => vk::CompositeAlphaFlagsKHR::INHERIT,
+    }
+}
+
+impl Drop for Swapchain {
+    fn drop(&mut self) {
+        if let Err(error) = self.clear_images() {
+            tracing::warn!("while the window closed: {error}");
+        }
+        self.destroy();
+    }
+}
+
+impl Drop for Surface {
+    fn drop(&mut self) {
+        // SAFETY: its swapchain is gone: it is dropped before the surface that it owns.
+        unsafe { self.calls.destroy_surface(self.handle, None) };
+    }
+}

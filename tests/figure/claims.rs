@@ -1,0 +1,174 @@
+//! Every claim of every real figure rejects a table that breaks one of its tests, and takes one that breaks none.
+
+use ortelius::figure::claim::{At, Better, Bound, Claim, Pick, Places, Term, Test, Who};
+use ortelius::figure::{Effort, Figure, Machine, Record, Row, Table, Value, Verdict};
+use ortelius::paper::FAMILIES;
+use std::collections::BTreeMap;
+
+/// Scene, bits of x, variant and quantity.
+type Key = (String, Option<u64>, String, &'static str);
+
+/// Rows under construction.
+#[derive(Clone, Default)]
+struct Rows {
+    numbers: BTreeMap<Key, f64>,
+    curves: BTreeMap<Key, Vec<[f64; 2]>>,
+}
+
+/// On the right side of a bound, and on the wrong one.
+fn sides(bound: Bound) -> [f64; 2] {
+    let off = |edge: f64| (edge.abs() * 1e-3).max(1e-3);
+    match bound {
+        Bound::AtLeast(edge) | Bound::Above(edge) => [edge + off(edge), edge - off(edge)],
+        Bound::AtMost(edge) | Bound::Below(edge) => [edge - off(edge), edge + off(edge)],
+        Bound::Equal(edge) => [edge, edge + 1.0],
+        Bound::Within(low, high, Better::More) => [(low + high) / 2.0, low - off(low)],
+        Bound::Within(low, high, _) => [(low + high) / 2.0, high + off(high)],
+    }
+}
+
+fn variants(who: Who) -> Vec<String> {
+    match who {
+        Who::One(name) => vec![name.into()],
+        Who::Best(names) | Who::Each(names) => names(),
+        Who::Others(_) => vec!["any other".into()],
+    }
+}
+
+impl Rows {
+    fn keys(pick: &Pick, scene: &str, x: Option<f64>) -> Vec<Key> {
+        let scene = pick.scene.unwrap_or(scene);
+        let x = if let At::X(x) = pick.x { Some(x) } else { x };
+        let key = |name: String| (scene.to_string(), x.map(f64::to_bits), name, pick.quantity);
+        variants(pick.who).into_iter().map(key).collect()
+    }
+
+    fn set(&mut self, pick: &Pick, scene: &str, x: Option<f64>, number: f64) {
+        for key in Rows::keys(pick, scene, x) {
+            match pick.x {
+                At::Points(low, high) => {
+                    // A claim about a border of 0 and one about wider ones look at other points of one curve.
+                    let curve = self.curves.entry(key).or_default();
+                    curve.retain(|[x, _]| !(low..=high).contains(x));
+                    curve.extend([[low, number], [high, number]]);
+                }
+                _ => drop(self.numbers.insert(key, number)),
+            }
+        }
+    }
+
+    fn get(&self, pick: &Pick, scene: &str, x: Option<f64>) -> Option<f64> {
+        self.numbers.get(&Rows::keys(pick, scene, x)[0]).copied()
+    }
+
+    /// Makes the term this number, by its first pick where both are there.
+    fn make(&mut self, term: Term, (scene, x): (&str, Option<f64>), ends: [f64; 2], number: f64) {
+        let least = ends[0];
+        match term {
+            Term::Value(pick) => self.set(&pick, scene, x, number),
+            // The least of all x is 1, and the place that is held against it has the number.
+            Term::Ratio(a, b) if b.x == At::Least => {
+                let At::X(at) = a.x else { panic!("the least is held against a stated x") };
+                self.set(&Pick { x: At::Place, ..b }, scene, x, if x == Some(at) { number } else { 1.0 });
+            }
+            Term::Ratio(a, b) | Term::Difference(a, b) => {
+                let of = |a: f64, b: f64| if matches!(term, Term::Ratio(..)) { a * b } else { a + b };
+                let less = |a: f64| if matches!(term, Term::Ratio(..)) { a / number } else { a - number };
+                match (self.get(&a, scene, x), self.get(&b, scene, x)) {
+                    (Some(first), None) => self.set(&b, scene, x, less(first)),
+                    (_, second) => {
+                        let second = second.unwrap_or(8.0);
+                        self.set(&b, scene, x, second);
+                        self.set(&a, scene, x, of(number, second));
+                    }
+                }
+            }
+            Term::Growth(pick, power) => {
+                let x = x.expect("a sweep");
+                let factor = if x == ends[1] { number } else { 1.0 };
+                self.set(&pick, scene, Some(x), 8.0 * factor * (x / least).powf(power));
+            }
+            Term::Steps(pick) => {
+                let x = x.expect("a sweep");
+                // Each step is at least a doubling of x or a part of it: a power of x is steep enough either way.
+                let power = if number > 1.0 { 1.0 } else { -1.0 };
+                self.set(&pick, scene, Some(x), 8.0 * (x / least).powf(power));
+            }
+        }
+    }
+
+    fn table(&self, kind: &str) -> Table {
+        let record = |(scene, x, variant, quantity): &Key, value| Record {
+            scene: scene.clone(),
+            x: x.map(f64::from_bits),
+            row: Row::new(variant.clone(), *quantity, "", value),
+        };
+        let numbers = self.numbers.iter().map(|(key, &number)| record(key, Value::Number(number)));
+        let curves = self.curves.iter().map(|(key, points)| {
+            let mut points = points.clone();
+            points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            points.dedup();
+            record(key, Value::Series(points))
+        });
+        let machine = Machine { device_kind: kind.into(), ..Machine::default() };
+        Table { machine, records: numbers.chain(curves).collect(), lost: Vec::new() }
+    }
+}
+
+/// The cells that a claim looks at: all of a full run, or of a quick one.
+fn cells(figure: &Figure, places: &Places) -> Vec<(String, Option<f64>)> {
+    let all = [Effort::Full, Effort::Quick].into_iter().flat_map(|effort| figure.cells(effort));
+    let mut found: Vec<(String, Option<f64>)> = Vec::new();
+    for cell in all.filter(|cell| places.hold(&cell.scene, cell.x)) {
+        if !found.contains(&(cell.scene.clone(), cell.x)) {
+            found.push((cell.scene, cell.x));
+        }
+    }
+    found
+}
+
+/// Rows that give every test of `claim` a number on the right side of its bound, but one where `broken` says which.
+fn rows(figure: &Figure, claim: &Claim, broken: Option<usize>) -> Rows {
+    let cells = cells(figure, &claim.places);
+    assert!(!cells.is_empty(), "{} {}: no cell of the figure belongs to it", figure.id, claim.id);
+    let xs = || cells.iter().filter_map(|(_, x)| *x);
+    let ends = [xs().fold(f64::INFINITY, f64::min), xs().fold(f64::NEG_INFINITY, f64::max)];
+    let mut rows = Rows::default();
+    let mut make = |test: &Test, wrong: bool| {
+        for (scene, x) in &cells {
+            rows.make(test.term, (scene, *x), ends, sides(test.bound)[usize::from(wrong)]);
+        }
+    };
+    claim.given.iter().chain(claim.tests).for_each(|test| make(test, false));
+    if let Some(at) = broken {
+        make(&claim.tests[at], true);
+    }
+    rows
+}
+
+#[test]
+fn every_claim_takes_what_it_claims_and_rejects_what_breaks_one_of_its_tests() {
+    let mut count = 0;
+    for figure in FAMILIES.iter().flat_map(|(_, figures)| *figures) {
+        for claim in figure.claims {
+            let name = format!("{} {}", figure.id, claim.id);
+            let found = |broken, kind| claim.judge(&rows(figure, claim, broken).table(kind));
+            let right = found(None, "discrete");
+            assert_eq!(right.verdict, Verdict::Reproduced, "{name}: {right:?}");
+            for at in 0..claim.tests.len() {
+                let wrong = found(Some(at), "discrete");
+                let whole = claim.tests.len() == 1 && !matches!(claim.tests[0].term, Term::Steps(_));
+                let allowed: &[Verdict] = match whole {
+                    true => &[Verdict::NotReproduced],
+                    false => &[Verdict::NotReproduced, Verdict::InPart],
+                };
+                assert!(allowed.contains(&wrong.verdict), "{name}, test {at}: {wrong:?}");
+                let here = found(Some(at), "cpu").verdict;
+                let told = [Verdict::NotHere, Verdict::InPartHere].contains(&here);
+                assert_eq!(told, claim.timed, "{name}, test {at} on a software device: {here:?}");
+            }
+            count += 1;
+        }
+    }
+    assert!(count > 80, "{count} claims");
+}

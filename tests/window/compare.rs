@@ -1,0 +1,60 @@
+//! Two variants in one window.
+
+use crate::display::{Display, key};
+use crate::{differing, open};
+use ortelius::picture::write::Srgb8Picture;
+
+/// As `present.frag` draws it.
+const DIVIDER: [u8; 3] = [255, 184, 26];
+
+/// The column of the divider in the middle row.
+fn divider(picture: &Srgb8Picture) -> Option<u32> {
+    let row = (picture.height / 2 * picture.width) as usize;
+    let pixel = |column: u32| &picture.rgba[4 * (row + column as usize)..][..3];
+    (0..picture.width).find(|column| pixel(*column).iter().zip(DIVIDER).all(|(a, b)| a.abs_diff(b) <= 1))
+}
+
+#[test]
+fn two_variants_share_the_window_and_their_difference_is_shown() {
+    let display = Display::start();
+    // The second one is four levels too coarse.
+    let arguments = ["globe", "--size", "256x144", "--no-panels", "--variant", "view.width=256", "--variant"];
+    let mut window = open(&display, &[&arguments[..], &["variant.level_bias=4"]].concat());
+    let alone = window.settled_picture();
+    assert_eq!(divider(&alone.0), None);
+    window.press(key::X);
+    window.said("variant: view.width=256 | variant.level_bias=4");
+    window.until("a divider in the middle", |window| divider(&window.picture().0) == Some(128));
+    let both = window.settled_picture();
+    let half = |side: usize| {
+        let rows = |picture: &Srgb8Picture| -> Vec<u8> {
+            let row = 4 * picture.width as usize;
+            let part = side * row / 2 + 8 * (1 - side)..(side + 1) * row / 2 - 8 * (1 - side);
+            // The status line lies at the bottom.
+            picture.rgba.chunks_exact(row).take(90).flat_map(|row| row[part.clone()].to_vec()).collect()
+        };
+        let (a, b) = (rows(&alone.0), rows(&both.0));
+        a.chunks_exact(4).zip(b.chunks_exact(4)).filter(|(a, b)| a != b).count()
+    };
+    assert_eq!(half(0), 0, "on the left the first variant");
+    assert!(half(1) > 500, "on the right the coarse one: {}", half(1));
+
+    window.drag([128, 72], [60, 72], 1);
+    window.until("the divider follows the pointer", |window| {
+        divider(&window.picture().0).is_some_and(|column| column.abs_diff(60) <= 2)
+    });
+    window.press(key::V);
+    window.until("the difference, black beside the globe", |window| {
+        let picture = window.picture().0;
+        divider(&picture).is_none() && picture.rgba[..3] == [0, 0, 0]
+    });
+    assert!(differing(&window.picture().0, &alone.0) > 1000);
+    window.press(key::X);
+    window.until("one picture again", |window| {
+        let picture = window.picture().0;
+        let rows = 4 * 90 * picture.width as usize;
+        picture.rgba[..rows] == alone.0.rgba[..rows]
+    });
+    window.press(key::ESCAPE);
+    window.closed_in_silence();
+}

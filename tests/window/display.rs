@@ -1,0 +1,108 @@
+//! Xvfb, and a connection to it that looks and types.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+use x11rb::connection::Connection;
+use x11rb::protocol::xproto::{self, ConnectionExt as _, ImageFormat, InputFocus};
+use x11rb::protocol::xtest::ConnectionExt as _;
+use x11rb::rust_connection::RustConnection;
+
+/// Key codes of the server's own keyboard (evdev's, plus 8).
+pub mod key {
+    pub const ESCAPE: u8 = 9;
+    pub const R: u8 = 27;
+    pub const SPACE: u8 = 65;
+    pub const W: u8 = 25;
+    pub const X: u8 = 53;
+    pub const V: u8 = 55;
+    pub const F1: u8 = 67;
+    pub const F2: u8 = 68;
+    pub const F12: u8 = 96;
+}
+
+/// A virtual display; ends with its value.
+pub struct Display {
+    server: Child,
+    pub name: String,
+    pub connection: RustConnection,
+    root: u32,
+}
+
+impl Display {
+    pub fn start() -> Display {
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "800x600x24", "-nolisten", "tcp"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap_or_else(|error| panic!("Xvfb: {error}; `./x test` installs it"));
+        let mut number = String::new();
+        BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
+        let name = format!(":{}", number.trim());
+        let (connection, screen) = RustConnection::connect(Some(&name)).unwrap();
+        let root = connection.setup().roots[screen].root;
+        Display { server, name, connection, root }
+    }
+
+    /// The top-level window of this size or any; `None` until there is one.
+    pub fn window(&self) -> Option<u32> {
+        let tree = self.connection.query_tree(self.root).unwrap().reply().unwrap();
+        tree.children.into_iter().find(|window| {
+            let seen = self.connection.get_window_attributes(*window).unwrap().reply();
+            let named = self.connection.get_property(
+                false,
+                *window,
+                xproto::AtomEnum::WM_NAME,
+                xproto::AtomEnum::ANY,
+                0,
+                64,
+            );
+            let named = named.unwrap().reply().is_ok_and(|name| name.value.starts_with(b"Ortelius"));
+            named && seen.is_ok_and(|seen| seen.map_state == xproto::MapState::VIEWABLE)
+        })
+    }
+
+    /// Keys go to the window from now on: there is no window manager to say so.
+    pub fn focus(&self, window: u32) {
+        self.connection.set_input_focus(InputFocus::PARENT, window, x11rb::CURRENT_TIME).unwrap();
+        self.connection.flush().unwrap();
+    }
+
+    /// Size of a window, and its pixels as BGRX.
+    pub fn pixels(&self, window: u32) -> Option<([u32; 2], Vec<u8>)> {
+        let at = self.connection.get_geometry(window).unwrap().reply().ok()?;
+        let (width, height) = (at.width, at.height);
+        let image = self.connection.get_image(ImageFormat::Z_PIXMAP, window, 0, 0, width, height, u32::MAX);
+        let image = image.unwrap().reply().ok()?;
+        Some(([u32::from(width), u32::from(height)], image.data))
+    }
+
+    /// A key, a button or a motion, as from a device: `kind` is the core event's number.
+    pub fn fake(&self, kind: u8, detail: u8, [x, y]: [i16; 2]) {
+        self.connection.xtest_fake_input(kind, detail, 0, self.root, x, y, 0).unwrap();
+        self.connection.flush().unwrap();
+    }
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        // The server is ours; both fail only where it has ended already.
+        let _ended = self.server.kill().and_then(|()| self.server.wait().map(drop));
+    }
+}
+
+/// Asks until there is an answer.
+///
+/// # Panics
+/// After 30 seconds.
+pub fn wait_for<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(answer) = ask() {
+            return answer;
+        }
+        assert!(start.elapsed() < Duration::from_secs(30), "{what}: not within 30 s");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}

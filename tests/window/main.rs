@@ -1,0 +1,143 @@
+//! A real window, under a virtual display of its own: keys and pointer come from the X server, and what is compared is
+//! what the server shows. Validation is on, and the program itself fails where memory of the device was not given back.
+#![cfg(all(target_os = "linux", feature = "window"))]
+
+mod compare;
+mod display;
+mod program;
+
+use display::{Display, key};
+use ortelius::picture::write::{Srgb8Picture, read_png};
+use program::{Program, Seen};
+use std::path::Path;
+use std::process::Command;
+
+/// `ortelius view ARGUMENTS` on a display of its own.
+fn open<'a>(display: &'a Display, arguments: &[&str]) -> Program<'a> {
+    Program::start(display, arguments, &[])
+}
+
+/// Pixels of two pictures that differ.
+fn differing(a: &Srgb8Picture, b: &Srgb8Picture) -> usize {
+    assert_eq!([a.width, a.height], [b.width, b.height]);
+    a.rgba.chunks_exact(4).zip(b.rgba.chunks_exact(4)).filter(|(a, b)| a[..3] != b[..3]).count()
+}
+
+/// `ortelius render REPORT -o again.png`, in a process of its own.
+fn rendered_again(folder: &Path, report: &str, output: &str) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
+    let ran = command.current_dir(folder).args(["render", report, "-o", output]).output().unwrap();
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+}
+
+#[test]
+fn the_earth_is_flown_over_resized_and_closed_and_leaves_nothing_behind() {
+    let display = Display::start();
+    let mut window = open(&display, &["earth", "--size", "320x180", "--no-panels"]);
+    let first = window.settled_picture();
+    assert!(first.is_varied(), "a picture, not one colour");
+
+    window.drag([160, 90], [60, 130], 1);
+    let moved = window.until_other("the ground follows the pointer", &first);
+    window.wheel([160, 90], 3);
+    let nearer = window.until_other("the wheel goes nearer", &moved);
+    window.hold(key::W, 400);
+    let flown = window.until_other("W flies", &nearer);
+    window.drag([160, 90], [190, 60], 3);
+    let turned = window.until_other("the right button turns", &flown);
+    window.press(key::F1);
+    window.until_other("F1 shows the keys", &turned);
+    window.press(key::F1);
+
+    for n in 0..20u16 {
+        window.resize([[200, 150], [333, 77], [64, 64], [1, 1], [320, 180]][usize::from(n % 5)]);
+    }
+    assert!(window.settled_picture().is_varied(), "after 20 resizes");
+    window.press(key::ESCAPE);
+    window.closed_in_silence();
+}
+
+#[test]
+fn the_valley_switches_variants_and_closes_with_its_button() {
+    let display = Display::start();
+    let mut window = open(&display, &["valley", "--size", "240x135"]);
+    let first = window.settled_picture();
+    window.press(key::F2);
+    let bare = window.until_other("F2 closes the panels", &first);
+    for _ in 0..2 {
+        window.press(key::SPACE);
+        window.said("variant: ");
+    }
+    // Every variant shows the same picture.
+    let above_the_message = |seen: &Seen| seen.0.rgba[..4 * 240 * 90].to_vec();
+    window
+        .until("the same picture", |window| above_the_message(&window.picture()) == above_the_message(&bare));
+    window.close_button();
+    window.closed_in_silence();
+}
+
+#[test]
+fn a_screenshot_is_what_the_window_shows_and_what_its_report_renders() {
+    let display = Display::start();
+    for (scene, tilt) in [("earth", "20"), ("herd", "70")] {
+        let arguments = [scene, "--size", "256x144", "--no-panels", "--tilt", tilt, "--deterministic"];
+        let mut window = open(&display, &arguments);
+        let start = window.settled_picture();
+        window.drag([128, 72], [120, 80], 1);
+        window.until_other("the ground follows the pointer", &start);
+        let shown = window.settled_picture();
+        window.press(key::F12);
+        let png = window.printed(".png");
+        window.press(key::ESCAPE);
+        let folder = window.closed_in_silence();
+        let saved = read_png(&folder.path().join(&png)).unwrap();
+        assert_eq!(differing(&shown.0, &saved), 0, "{scene}: the window and its screenshot");
+        rendered_again(folder.path(), &png.replace(".png", ".json"), "again.png");
+        assert!(saved == read_png(&folder.path().join("again.png")).unwrap(), "{scene}");
+    }
+}
+
+#[test]
+fn a_recorded_path_is_rendered_again_by_its_report() {
+    let display = Display::start();
+    let scene = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/globe.toml")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = "\n[paths.short]\nkind = \"dive\"\nframes = 4\ncamera = \"africa\"\nto_altitude_m = 4e6\n";
+    let name = folder.path().join("short.toml");
+    std::fs::write(&name, scene + path).unwrap();
+    let arguments = [name.to_str().unwrap(), "--size", "160x90", "--no-panels", "-D", "view.path=short"];
+    let mut window = open(&display, &arguments);
+    window.settled_picture();
+    window.press(key::R);
+    let film = window.printed("ortelius-");
+    window.press(key::ESCAPE);
+    let folder = window.closed_in_silence();
+    rendered_again(folder.path(), &format!("{film}/report.json"), "again-{frame}.png");
+    for frame in 0..4 {
+        let recorded = read_png(&folder.path().join(format!("{film}/{frame:05}.png"))).unwrap();
+        let again = read_png(&folder.path().join(format!("again-{frame:05}.png"))).unwrap();
+        assert!(recorded == again, "frame {frame}");
+    }
+}
+
+#[test]
+fn without_a_display_one_line_names_the_headless_command() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
+    for name in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+        command.env_remove(name);
+    }
+    let ran = command.args(["view", "earth"]).output().unwrap();
+    let words = String::from_utf8(ran.stderr).unwrap();
+    assert_eq!(ran.status.code(), Some(2), "{words}");
+    assert!(words.lines().count() == 1 && words.contains("ortelius render SCENE -o"), "{words}");
+}
+
+#[test]
+fn a_lost_device_ends_the_program_with_its_exit_code() {
+    let display = Display::start();
+    let lost = [("ORTELIUS_LOSE_DEVICE", "vkQueuePresentKHR:3")];
+    let window = Program::start(&display, &["earth", "--size", "160x90"], &lost);
+    let (code, words) = window.ended();
+    assert_eq!(code, Some(4), "{words}");
+    assert!(words.contains("device lost in vkQueuePresentKHR"), "{words}");
+}

@@ -1,0 +1,207 @@
+//! `ortelius view` on a display, seen and driven from outside.
+
+use crate::display::{Display, wait_for};
+use ortelius::picture::write::Srgb8Picture;
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+use tempfile::TempDir;
+use x11rb::connection::Connection;
+use x11rb::protocol::xproto::{self, ClientMessageEvent, ConfigureWindowAux, ConnectionExt as _, EventMask};
+
+type Words = Arc<Mutex<String>>;
+
+pub struct Program<'a> {
+    display: &'a Display,
+    child: Child,
+    /// So far on stdout and on stderr.
+    words: [Words; 2],
+    readers: Vec<std::thread::JoinHandle<()>>,
+    folder: TempDir,
+    /// Bytes of stderr that [`Program::said`] has seen.
+    heard: usize,
+}
+
+/// What the server shows of the window.
+pub struct Seen(pub Srgb8Picture);
+
+impl Seen {
+    /// Whether it has more than a few colours.
+    pub fn is_varied(&self) -> bool {
+        let mut colours: Vec<_> = self.0.rgba.chunks_exact(4).collect();
+        colours.sort();
+        colours.dedup();
+        colours.len() > 50
+    }
+}
+
+fn read(stream: impl Read + Send + 'static, words: Words) -> std::thread::JoinHandle<()> {
+    std::thread::spawn(move || {
+        for line in BufReader::new(stream).lines() {
+            let Ok(line) = line else { return };
+            *words.lock().unwrap() += &(line + "\n");
+        }
+    })
+}
+
+impl<'a> Program<'a> {
+    pub fn start(display: &'a Display, arguments: &[&str], environment: &[(&str, &str)]) -> Program<'a> {
+        let folder = tempfile::tempdir().unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
+        command.arg("view").args(arguments).current_dir(&folder);
+        command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY").env("ORTELIUS_VALIDATE", "1");
+        command.envs(environment.iter().copied()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        let words = [Words::default(), Words::default()];
+        let readers = vec![
+            read(child.stdout.take().unwrap(), words[0].clone()),
+            read(child.stderr.take().unwrap(), words[1].clone()),
+        ];
+        Program { display, child, words, readers, folder, heard: 0 }
+    }
+
+    fn stderr(&self) -> String {
+        self.words[1].lock().unwrap().clone()
+    }
+
+    /// The window; fails where the program has ended.
+    fn window(&mut self) -> u32 {
+        let window = wait_for("a window", || {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                panic!("ended with {status}: {}", self.stderr());
+            }
+            self.display.window()
+        });
+        self.display.focus(window);
+        window
+    }
+
+    /// What the server shows now.
+    pub fn picture(&mut self) -> Seen {
+        let window = self.window();
+        let ([width, height], bgrx) = wait_for("the window's pixels", || self.display.pixels(window));
+        let rgba = bgrx.chunks_exact(4).flat_map(|pixel| [pixel[2], pixel[1], pixel[0], 255]).collect();
+        Seen(Srgb8Picture { width, height, rgba })
+    }
+
+    /// A picture that has stayed for half a second.
+    pub fn settled_picture(&mut self) -> Seen {
+        wait_for("a picture that stays", || {
+            let before = self.picture();
+            std::thread::sleep(Duration::from_millis(500));
+            let after = self.picture();
+            (before.is_varied() && before.0 == after.0).then_some(after)
+        })
+    }
+
+    pub fn until(&mut self, what: &str, mut holds: impl FnMut(&mut Program<'a>) -> bool) {
+        wait_for(what, || holds(self).then_some(()));
+    }
+
+    /// A picture of the same size that is another one.
+    pub fn until_other(&mut self, what: &str, before: &Seen) -> Seen {
+        self.until(what, |window| window.picture().0 != before.0);
+        self.settled_picture()
+    }
+
+    /// Waits for a line on stderr after those that were waited for before.
+    pub fn said(&mut self, words: &str) {
+        let heard = self.heard;
+        self.heard = wait_for(words, || {
+            let all = self.stderr();
+            let found = all[heard..].find(words)?;
+            Some(heard + found + words.len())
+        });
+    }
+
+    /// Waits for a line on stdout that holds `words`.
+    pub fn printed(&mut self, words: &str) -> String {
+        wait_for(words, || {
+            let all = self.words[0].lock().unwrap().clone();
+            let line = all.lines().find(|line| line.contains(words)).map(str::to_owned);
+            line.map(|line| line.trim_start_matches("./").to_owned())
+        })
+    }
+
+    pub fn press(&mut self, key: u8) {
+        self.hold(key, 0);
+    }
+
+    pub fn hold(&mut self, key: u8, milliseconds: u64) {
+        self.window();
+        self.display.fake(xproto::KEY_PRESS_EVENT, key, [0, 0]);
+        std::thread::sleep(Duration::from_millis(milliseconds));
+        self.display.fake(xproto::KEY_RELEASE_EVENT, key, [0, 0]);
+    }
+
+    /// Moves the pointer to a place of the window, which is at the root's corner.
+    fn point(&self, at: [i16; 2]) {
+        self.display.fake(xproto::MOTION_NOTIFY_EVENT, 0, at);
+        // Frame by frame, as a hand moves.
+        std::thread::sleep(Duration::from_millis(120));
+    }
+
+    pub fn drag(&mut self, from: [i16; 2], to: [i16; 2], button: u8) {
+        self.window();
+        self.point(from);
+        self.display.fake(xproto::BUTTON_PRESS_EVENT, button, from);
+        for step in 1..=4i16 {
+            self.point([0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * step / 4));
+        }
+        self.display.fake(xproto::BUTTON_RELEASE_EVENT, button, to);
+    }
+
+    pub fn wheel(&mut self, at: [i16; 2], notches: u32) {
+        self.window();
+        self.point(at);
+        for _ in 0..notches {
+            self.display.fake(xproto::BUTTON_PRESS_EVENT, 4, at);
+            self.display.fake(xproto::BUTTON_RELEASE_EVENT, 4, at);
+        }
+    }
+
+    pub fn resize(&mut self, [width, height]: [u32; 2]) {
+        let window = self.window();
+        let size = ConfigureWindowAux::new().width(width).height(height);
+        self.display.connection.configure_window(window, &size).unwrap();
+        self.display.connection.flush().unwrap();
+        std::thread::sleep(Duration::from_millis(60));
+    }
+
+    /// As a window manager does it.
+    pub fn close_button(&mut self) {
+        let window = self.window();
+        let atom = |name: &str| {
+            self.display.connection.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom
+        };
+        let data = [atom("WM_DELETE_WINDOW"), x11rb::CURRENT_TIME, 0, 0, 0];
+        let message = ClientMessageEvent::new(32, window, atom("WM_PROTOCOLS"), data);
+        self.display.connection.send_event(false, window, EventMask::NO_EVENT, message).unwrap();
+        self.display.connection.flush().unwrap();
+    }
+
+    /// Waits for the end: exit code, and all of stderr.
+    pub fn ended(mut self) -> (Option<i32>, String) {
+        let status = wait_for("the program's end", || self.child.try_wait().unwrap());
+        self.readers.drain(..).for_each(|reader| reader.join().unwrap());
+        (status.code(), self.stderr())
+    }
+
+    /// Exit code 0 and neither warning nor error. What it wrote.
+    pub fn closed_in_silence(mut self) -> TempDir {
+        let folder = std::mem::replace(&mut self.folder, tempfile::tempdir().unwrap());
+        let (code, words) = self.ended();
+        assert_eq!(code, Some(0), "{words}");
+        let loud: Vec<&str> = words.lines().filter(|line| !line.starts_with(" INFO ")).collect();
+        assert_eq!(loud, [""; 0], "{words}");
+        folder
+    }
+}
+
+impl Drop for Program<'_> {
+    fn drop(&mut self) {
+        // It is ours; both fail only where it has ended already.
+        let _ended = self.child.kill().and_then(|()| self.child.wait().map(drop));
+    }
+}
