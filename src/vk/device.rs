@@ -242,6 +242,7 @@ fn create(
         .logic_op(has(Feature::LogicOp))
         .pipeline_statistics_query(has(Feature::PipelineStatistics))
         .sampler_anisotropy(has(Feature::SamplerAnisotropy))
+        .shader_int64(has(Feature::Int64))
         .texture_compression_bc(has(Feature::TextureCompressionBc))
         .fragment_stores_and_atomics(has(Feature::FragmentStores));
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default()

@@ -20,10 +20,12 @@ pub enum Feature {
     PipelineStatistics,
     /// The device's own anisotropic filter.
     SamplerAnisotropy,
+    /// 64-bit integers in shaders.
+    Int64,
 }
 
 impl Feature {
-    pub const ALL: [Feature; 9] = [
+    pub const ALL: [Feature; 10] = [
         Feature::GeometryShader,
         Feature::LogicOp,
         Feature::TransformFeedback,
@@ -33,6 +35,7 @@ impl Feature {
         Feature::Subgroups,
         Feature::PipelineStatistics,
         Feature::SamplerAnisotropy,
+        Feature::Int64,
     ];
 
     /// Vulkan's own name.
@@ -47,6 +50,7 @@ impl Feature {
             Feature::Subgroups => "subgroup vote, ballot and arithmetic in compute shaders",
             Feature::PipelineStatistics => "pipelineStatisticsQuery",
             Feature::SamplerAnisotropy => "samplerAnisotropy",
+            Feature::Int64 => "shaderInt64",
         }
     }
 }
@@ -98,6 +102,7 @@ pub(crate) fn offered(
         Feature::ByteStores => v12.storage_buffer8_bit_access == vk::TRUE,
         Feature::PipelineStatistics => core.pipeline_statistics_query == vk::TRUE,
         Feature::SamplerAnisotropy => core.sampler_anisotropy == vk::TRUE,
+        Feature::Int64 => core.shader_int64 == vk::TRUE,
         Feature::Subgroups => {
             subgroup.supported_operations.contains(lanes)
                 && subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)

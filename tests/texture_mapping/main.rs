@@ -1,7 +1,10 @@
-//! Paper 3 on the device, against the reference. Validation and synchronisation validation are on in every test.
+//! Paper 3 on the device, against its f64 references and f32 twins. Validation and synchronisation validation are on in every test.
 
+mod coordinates;
 mod kernels;
 mod methods;
+mod parallax;
+mod relief;
 
 use ortelius::paper::texture_mapping::baselines::Baseline;
 use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};

@@ -28,12 +28,14 @@
 //! - V1's operator is illegible: we read "the volume kept on the texel's side of the cut".
 
 pub mod baselines;
+pub mod coordinates;
 pub mod figures;
 pub mod footprint;
 pub mod method;
 pub mod pass;
 pub mod plane;
 pub mod reference;
+pub mod relief;
 pub mod texels;
 pub mod weight_map;
 pub mod weights;

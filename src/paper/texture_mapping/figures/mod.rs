@@ -1,16 +1,31 @@
 //! Every figure of paper 3: the only place that sees both the GPU's steps and the reference.
 
 pub mod agreement;
+mod contender;
+mod coordinates;
+mod drift;
 mod edges;
 mod extremes;
 mod lab;
 mod methods;
+mod parallax;
 mod pareto;
+mod relief;
 mod shape;
 mod temporal;
 
 use crate::figure::Figure;
 
 /// In the order of the report.
-pub const FIGURES: &[&Figure] =
-    &[&shape::SHAPE, &edges::EDGES, &pareto::PARETO, &extremes::EXTREMES, &temporal::TEMPORAL];
+pub const FIGURES: &[&Figure] = &[
+    &coordinates::COORDINATES,
+    &drift::DRIFT,
+    &shape::SHAPE,
+    &edges::EDGES,
+    &parallax::PARALLAX,
+    &relief::RELIEF,
+    &relief::MAP_BUILD,
+    &pareto::PARETO,
+    &extremes::EXTREMES,
+    &temporal::TEMPORAL,
+];

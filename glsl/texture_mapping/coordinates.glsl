@@ -1,0 +1,43 @@
+// Texture coordinates and their derivatives from a row's constants: coordinates/mod.rs has the formulas.
+
+// What a shader writes for a pixel.
+layout(constant_id = 0) const uint OUTPUT = 0;
+const uint TEXEL = 0, TERMS = 1, COORDINATES = 2, DERIVATIVES = 3;
+
+// How derivatives are found.
+layout(constant_id = 1) const uint METHOD = 0;
+const uint DIFFERENCES = 0, INCREMENTAL = 1, ANALYTIC = 2;
+
+layout(binding = 0) uniform sampler2D image;
+
+layout(push_constant, scalar) uniform PlaneBand {
+    mat3 plane;      // columns of the homography: (A D G), (B E H), (C F I)
+    uvec2 size;      // pixels
+    uint first_row;  // of the picture that the band is cut from
+    float to_unit;   // texels to [0, 1]
+    uint lanes;      // threads that share a row: compute alone
+    uint run;        // pixels that a thread walks where it restarts: compute alone
+} band;
+
+// Constants of a row, from f64. Steps along the row, and to the next one, are the homography's columns.
+struct Row {
+    vec3 start;     // numerators and denominator at the first pixel's centre
+    vec2 dx;        // numerators of du/dx and dv/dx
+    vec2 dy;        // numerators of du/dy and dv/dy at the first pixel's centre
+    vec2 dy_step;   // and their step along the row
+};
+
+// (du/dx, dv/dx, du/dy, dv/dy) from the numerators and the denominator of a pixel.
+vec4 derivatives(Row row, vec2 dy, float w) {
+    precise vec2 below =
+        METHOD == ANALYTIC ? vec2(w * w) : vec2(w * (w + band.plane[0].z), w * (w + band.plane[1].z));
+    return vec4(row.dx / below.x, dy / below.y);
+}
+
+// The words of a pixel; `terms` are u w, v w and w.
+uvec4 words(vec3 terms) {
+    if (OUTPUT == TERMS) return uvec4(floatBitsToUint(terms), 0u);
+    precise vec2 texels = terms.xy / terms.z;
+    if (OUTPUT == COORDINATES) return uvec4(floatBitsToUint(texels), 0u, 0u);
+    return uvec4(packUnorm4x8(textureLod(image, texels * band.to_unit, 0.0)), 0u, 0u, 0u);
+}

@@ -1,0 +1,39 @@
+// How the threads of a row share its pixels.
+layout(constant_id = 2) const uint WALK = 0;
+const uint INTERLEAVED = 0, TWO_ENDS = 1, CHUNKS = 2;
+
+layout(local_size_x = 64) in;
+
+layout(binding = 2, scalar) writeonly buffer Pixels { uint words[]; } pixels;
+
+// A thread's pixels: `count` from column `first` on, `stride` apart.
+struct Walk {
+    uint row;
+    uint first;
+    int stride;
+    uint count;
+};
+
+// No pixels beyond the last row.
+Walk walk() {
+    uint row = gl_GlobalInvocationID.x / band.lanes, lane = gl_GlobalInvocationID.x % band.lanes;
+    uint width = band.size.x;
+    Walk own = Walk(row, lane, int(band.lanes), (width - lane + band.lanes - 1u) / band.lanes);
+    if (WALK == TWO_ENDS) {
+        own.first = lane * (width - 1u);
+        own.stride = 1 - 2 * int(lane);
+    }
+    if (WALK == CHUNKS) own = Walk(row, lane * band.run, 1, min(band.run, width - lane * band.run));
+    if (row >= band.size.y) own.count = 0u;
+    return own;
+}
+
+// One word for each pixel where texels are asked for, else four.
+void store(Walk own, uint n, uvec4 words) {
+    uint at = own.row * band.size.x + uint(int(own.first) + int(n) * own.stride);
+    if (OUTPUT == TEXEL) {
+        pixels.words[at] = words.x;
+    } else {
+        for (uint word = 0; word < 4u; word++) pixels.words[4u * at + word] = words[word];
+    }
+}

@@ -1,0 +1,43 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/extensions.glsl"
+#include "texture_mapping/relief.glsl"
+
+// A thread finds the cone that stands free on a texel: maps.rs has the definition.
+layout(local_size_x = 64) in;
+
+layout(constant_id = 0) const uint RELAXED = 0;
+const uint MARCH = 32;  // steps inside the solid
+
+layout(binding = 5, scalar) writeonly buffer Cones { float texels[]; } cones;
+
+float texel(vec2 at) { return heights.texels[place(ivec2(floor(at + 0.5)))]; }
+
+// Where the ray from the top plane above (0, 0) through (offset, height) leaves the solid again, relative to `own`.
+vec3 leaves(ivec2 own, vec2 offset, float height) {
+    // From that point to the floor.
+    precise vec3 along = vec3(offset, height - relief.depth) * (height / (relief.depth - height) / float(MARCH));
+    for (uint n = 0; n <= MARCH; n++) {
+        precise vec3 at = vec3(offset, height) + float(n) * along;
+        if (texel(vec2(own) + at.xy) < at.z) return at;
+    }
+    return vec3(offset, 0.0);
+}
+
+void main() {
+    ivec2 own = ivec2(gl_GlobalInvocationID.x, relief.first_row + gl_WorkGroupID.y);
+    if (own.x >= int(relief.side)) return;
+    float height = heights.texels[place(own)];
+    float widest = 1.0;
+    int reach = int(relief.side) / 2;
+    for (int b = -reach; b <= reach; b++) {
+        for (int a = -reach; a <= reach; a++) {
+            vec3 obstacle = vec3(a, b, heights.texels[place(own + ivec2(a, b))]);
+            if (obstacle.z <= height) continue;
+            if (RELAXED == 1u && obstacle.z < relief.depth) obstacle = leaves(own, obstacle.xy, obstacle.z);
+            float above = obstacle.z - height;
+            if (above > 0.0) widest = min(widest, length(obstacle.xy) / above);
+        }
+    }
+    cones.texels[place(own)] = widest;
+}

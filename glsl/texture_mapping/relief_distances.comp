@@ -1,0 +1,94 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/extensions.glsl"
+#include "texture_mapping/relief.glsl"
+#include "texture_mapping/relief_root.glsl"
+
+// A workgroup builds a column of cells of a distance map: maps.rs has the definition.
+layout(local_size_x = 64) in;
+
+layout(constant_id = 0) const uint REFINED = 0;
+layout(constant_id = 1) const uint EVERYWHERE = 0;  // else at the cells' centres
+const uint SECTORS = 64, REACH = 32;
+const float NONE = 3.4e38;
+
+layout(binding = 1, scalar) readonly buffer Starts { uint words[]; } starts;
+layout(binding = 2, scalar) readonly buffer Cells { ivec2 offsets[]; } cells;
+layout(binding = 3, scalar) readonly buffer Behind { uvec2 sectors[]; } behind;
+layout(binding = 4, scalar) readonly buffer Inverses { float values[]; } inverses;
+layout(binding = 5, scalar) writeonly buffer Distances { float texels[]; } distances;
+
+shared float horizons[SECTORS];
+shared float least[SECTORS];
+
+// Least and greatest height of a cell, or its centre's.
+vec2 bounds(ivec2 cell) {
+    vec4 of = corners(cell);
+    precise float centre = 0.25 * ((of.x + of.y) + (of.z + of.w));
+    if (EVERYWHERE == 0u) return vec2(centre);
+    return vec2(min(min(of.x, of.y), min(of.z, of.w)), max(max(of.x, of.y), max(of.z, of.w)));
+}
+
+// The square of the distance to the surface in the cell at an offset.
+float squared_distance(ivec2 cell, ivec2 offset, uvec2 sectors, float low, float high) {
+    float extent = 0.0;
+    if (EVERYWHERE == 1u) extent = 1.0;
+    vec2 gap = max(vec2(abs(offset)) - extent, 0.0);
+    precise float across = gap.x * gap.x + gap.y * gap.y;
+    vec2 surface = bounds(cell + offset);
+    float drop = 0.0;
+    if (REFINED == 1u && across > 0.0) {
+        float slope = NONE;
+        for (uint n = 0; n < sectors.y; n++) slope = min(slope, horizons[(sectors.x + n) % SECTORS]);
+        precise float steep = slope * exact_root(across);
+        drop = steep;
+    }
+    precise float lowest_point = high - drop;
+    if (lowest_point < surface.x) return NONE;
+    precise float below = max(max(low - surface.y, drop), 0.0);
+    precise float square = across + below * below;
+    return square;
+}
+
+void main() {
+    uint own = gl_LocalInvocationIndex;
+    ivec2 cell = ivec2(gl_WorkGroupID.x, relief.first_row + gl_WorkGroupID.y);
+    // The lowest obstacle at each distance in this thread's sector.
+    float lowest[REACH];
+    for (uint n = 0; n < REACH; n++) {
+        lowest[n] = NONE;
+        if (REFINED == 0u) continue;
+        uint end = starts.words[own * REACH + n + 1u];
+        for (uint at = starts.words[own * REACH + n]; at < end; at++) {
+            lowest[n] = min(lowest[n], bounds(cell + cells.offsets[at]).x);
+        }
+    }
+    int square_side = 2 * relief.radius + 1;
+    float thickness = relief.depth / float(relief.layers);
+    float own_low = bounds(cell).x;
+    for (uint layer = 0; layer < relief.layers; layer++) {
+        vec2 share = vec2(0.5);
+        if (EVERYWHERE == 1u) share = vec2(0.0, 1.0);
+        precise float low = (float(layer) + share.x) * thickness;
+        precise float high = (float(layer) + share.y) * thickness;
+        float steepest = 0.0;
+        for (uint n = 0; n < REACH && REFINED == 1u; n++) {
+            precise float tangent = (lowest[n] - high) * inverses.values[n];
+            steepest = max(steepest, tangent);
+        }
+        horizons[own] = steepest;
+        barrier();
+        float square = NONE;
+        for (int at = int(own); at < square_side * square_side; at += int(SECTORS)) {
+            ivec2 offset = ivec2(at % square_side, at / square_side) - relief.radius;
+            square = min(square, squared_distance(cell, offset, behind.sectors[at], low, high));
+        }
+        least[own] = square;
+        barrier();
+        if (own == 0u) {
+            for (uint n = 1; n < SECTORS; n++) square = min(square, least[n]);
+            uint at = layer * relief.side * relief.side + place(cell);
+            distances.texels[at] = high <= own_low ? 0.0 : exact_root(square);
+        }
+    }
+}

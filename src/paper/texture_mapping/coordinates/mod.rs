@@ -1,0 +1,304 @@
+//! Texture coordinates over a polygon and their derivatives: formulas (7) to (9).
+//!
+//! A plane maps pixel centres to texels by a homography, `u = (A x + B y + C)/(G x + H y + I)` and
+//! `v = (D x + E y + F)/(G x + H y + I)` (P. Heckbert, "Fundamentals of Texture Mapping and Image Warping", 1989). The
+//! paper's modified form finds numerators and denominator along a row by additions: (7) adds A, D and G for each pixel,
+//! (8) adds them k-fold in each of k threads; two threads may also walk from both ends of the row. Along a row the
+//! derivatives have the numerators `n_ux = (A I - C G) + (A H - B G) y`, constant, and
+//! `n_uy = (B I - C H) + (B G - A H) x`, linear; with the denominator `w`, forward differences are
+//! `du/dx = n_ux / (w (w + G))` and `du/dy = n_uy / (w (w + H))`; `v` has the same with D, E, F for A, B, C.
+//!
+//! Erratum: the scan prints the denominator of `du/dx` in all four derivatives, and all four numerators as increments
+//! along the row; here each has its own.
+//! Differs: a fragment shader has no order along a row, so the paper's measurement cannot have added pixel by pixel.
+//! [`Form`] has what a GPU can do: constants of the row (found in f64, rounded to f32) and one fused multiplication and
+//! addition for each value; interpolation by the rasteriser; and compute shaders whose threads walk rows ([`Walk`]).
+//! Threads find the values of their first pixel by multiplication. Ours: restarts, integers, and analytic derivatives,
+//! whose denominator is `w^2`.
+//!
+//! [`reference`](mod@reference) has the formulas in f64, [`twin`] the forms in f32 as the GPU has them, [`pass`] runs them.
+
+pub mod pass;
+pub mod reference;
+pub mod twin;
+
+use super::plane::{Plane, Tilt};
+use crate::math::splitmix::SplitMix64;
+
+/// Rows of pixels of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Band {
+    /// Pixels of a row, and rows.
+    pub size: [u32; 2],
+    pub first_row: u32,
+}
+
+/// How coordinates are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// The rasteriser interpolates u and v, and divides by w.
+    Varyings,
+    /// The rasteriser interpolates u w, v w and w over the screen; the fragment shader divides.
+    NoPerspective,
+    /// Heckbert's nine coefficients in f32 in the fragment shader.
+    Textbook,
+    /// Constants of the row from a buffer in the fragment shader, one `fma` for each numerator and the denominator.
+    RowConstants,
+    /// A compute shader whose threads walk along rows by additions in f32.
+    Walk(Walk),
+    /// As `Walk`, in 64-bit integers.
+    Integer(Walk),
+}
+
+/// How the threads of a row share its pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Walk {
+    /// (7): one thread.
+    Sequential,
+    /// Two threads from both ends to the middle.
+    TwoEnds,
+    /// (8): so many threads, each with every so many-th pixel.
+    Lanes(u32),
+    /// Threads of so many pixels, each from the row's constants.
+    Restart(u32),
+}
+
+/// How derivatives are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Derivatives {
+    /// (9): the difference to the next pixel's coordinates, from nine coefficients.
+    Differences,
+    /// Numerators and denominators of (9) from the row's constants.
+    Incremental,
+    /// As `Incremental`, with w^2 below: the derivative at the pixel's centre.
+    Analytic,
+}
+
+/// What the set-up hands to f32: numerators and denominator at the first pixel's centre and their steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RowConstants {
+    /// (u w, v w, w).
+    pub start: [f64; 3],
+    /// (A, D, G).
+    pub step: [f64; 3],
+    /// Numerators of du/dx and dv/dx.
+    pub dx: [f64; 2],
+    /// Numerators of du/dy and dv/dy at the first pixel's centre, and their steps.
+    pub dy: [f64; 2],
+    pub dy_step: [f64; 2],
+    /// H.
+    pub step_y: f64,
+}
+
+impl Form {
+    /// All forms that the figures show.
+    pub const ALL: [Form; 16] = [
+        Form::Varyings,
+        Form::NoPerspective,
+        Form::Textbook,
+        Form::RowConstants,
+        Form::Walk(Walk::Sequential),
+        Form::Walk(Walk::TwoEnds),
+        Form::Walk(Walk::Lanes(8)),
+        Form::Walk(Walk::Lanes(32)),
+        Form::Walk(Walk::Lanes(128)),
+        Form::Walk(Walk::Lanes(1024)),
+        Form::Walk(Walk::Restart(1)),
+        Form::Walk(Walk::Restart(8)),
+        Form::Walk(Walk::Restart(16)),
+        Form::Walk(Walk::Restart(64)),
+        Form::Walk(Walk::Restart(256)),
+        Form::Integer(Walk::Lanes(32)),
+    ];
+
+    /// In figures and on the command line.
+    pub fn name(self) -> String {
+        match self {
+            Form::Varyings => "hardware varyings".into(),
+            Form::NoPerspective => "noperspective".into(),
+            Form::Textbook => "textbook".into(),
+            Form::RowConstants => "row constants".into(),
+            Form::Walk(walk) => walk.name(),
+            Form::Integer(walk) => format!("integers, {}", walk.name()),
+        }
+    }
+}
+
+impl Walk {
+    fn name(self) -> String {
+        match self {
+            Walk::Sequential => "sequential".into(),
+            Walk::TwoEnds => "two ends".into(),
+            Walk::Lanes(lanes) => format!("{lanes} lanes"),
+            Walk::Restart(1) => "compute, row constants".into(),
+            Walk::Restart(pixels) => format!("restart {pixels}"),
+        }
+    }
+
+    /// Threads that share a row.
+    pub fn lanes(self, width: u32) -> u32 {
+        match self {
+            Walk::Sequential => 1,
+            Walk::TwoEnds => 2,
+            Walk::Lanes(lanes) => lanes,
+            Walk::Restart(pixels) => width.div_ceil(pixels),
+        }
+    }
+
+    /// A thread's columns, in the order of its walk: the first one, the stride and how many.
+    pub fn columns(self, lane: u32, width: u32) -> (u32, i32, u32) {
+        let lanes = self.lanes(width);
+        let share = (width + lanes - 1).saturating_sub(lane) / lanes;
+        match self {
+            Walk::Sequential | Walk::Lanes(_) => (lane, lanes as i32, share),
+            Walk::TwoEnds => (lane * (width - 1), 1 - 2 * lane as i32, share),
+            Walk::Restart(pixels) => (lane * pixels, 1, pixels.min(width - lane * pixels)),
+        }
+    }
+}
+
+impl Derivatives {
+    pub const ALL: [Derivatives; 3] =
+        [Derivatives::Differences, Derivatives::Incremental, Derivatives::Analytic];
+
+    /// In figures.
+    pub fn name(self) -> &'static str {
+        match self {
+            Derivatives::Differences => "differences",
+            Derivatives::Incremental => "incremental",
+            Derivatives::Analytic => "analytic",
+        }
+    }
+}
+
+/// Planes for pixels counted from the picture's first corner.
+impl Plane {
+    /// A plane tilted and rolled, seen with a vertical field of view of 10 degrees; scaled and moved so that the picture
+    /// shows `0..=texels` at most.
+    pub fn tilted(size: [u32; 2], tilt_degrees: f64, roll_degrees: f64, texels: f64) -> Plane {
+        let tilt = Tilt { roll_degrees, half_view_degrees: 5.0, ..Tilt::of(tilt_degrees) };
+        let [x, y] = size.map(|side| 0.5 * f64::from(side));
+        let moved = tilt.plane(size[1]).shifted([-x, -y]);
+        moved.fitted(size, |low, high| (texels / (high - low), low))
+    }
+
+    /// A plane at random whose coordinates stay within `-texels..=texels`, and whose w varies up to tenfold.
+    pub fn random(seed: u64, size: [u32; 2], texels: f64) -> Plane {
+        let mut random = SplitMix64(seed);
+        let mut unit = || 2.0 * (random.draw() >> 11) as f64 / (1u64 << 53) as f64 - 1.0;
+        let mut row = |constant: Option<f64>, steepest: f64| {
+            let [x, y] = [(); 2].map(|()| steepest * unit());
+            let centre = constant.unwrap_or_else(&mut unit);
+            let [width, height] = size.map(f64::from);
+            [x / width, y / height, centre - 0.5 * (x + y)]
+        };
+        let plane = Plane([row(None, 2.0), row(None, 2.0), row(Some(1.0), 0.9)]);
+        plane.fitted(size, |low, high| (texels / low.abs().max(high.abs()), 0.0))
+    }
+
+    /// A plane at random and a row of it near its horizon, where w is between a 400th and a 100th of that at the
+    /// picture's centre and the larger coordinate reaches `texels`.
+    pub fn near_horizon(seed: u64, size: [u32; 2], texels: f64) -> (Plane, u32) {
+        let unit = |n| (SplitMix64::nth(seed, n) >> 11) as f64 / (1u64 << 53) as f64;
+        let tilt =
+            Tilt { yaw_degrees: 360.0 * unit(0), half_view_degrees: 30.0, ..Tilt::of(80.0 + 9.0 * unit(1)) };
+        let [x, y] = size.map(|side| 0.5 * f64::from(side));
+        let plane = tilt.plane(size[1]);
+        let [_, h, i] = plane.0[2];
+        let row = (y - i / h).ceil();
+        // The camera turned by less than a pixel, so that w is a 200th at the row's middle and varies by half of that.
+        let centre = row + 0.5 - y;
+        let rolled = Plane([plane.0[0], plane.0[1], [0.25 / 200.0 / x, h, 1.0 / 200.0 - h * centre]]);
+        let ends = [-x, x].map(|x| reference::coordinates(&rolled, x, centre));
+        let factor = texels / ends.iter().flatten().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let [u, v, w] = rolled.shifted([-x, -y]).0;
+        (Plane([u.map(|c| c * factor), v.map(|c| c * factor), w]), row as u32)
+    }
+
+    /// u and v scaled alike and moved, each by (factor, origin) of their least and greatest values in the picture; the
+    /// smaller factor counts.
+    fn fitted(self, size: [u32; 2], place: impl Fn(f64, f64) -> (f64, f64)) -> Plane {
+        let [width, height] = size.map(f64::from);
+        let corners = [[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]];
+        let placed = [0, 1].map(|axis| {
+            // A ratio of linear functions has its extremes at corners.
+            let values = corners.map(|[x, y]| reference::coordinates(&self, x, y)[axis]);
+            place(
+                values.iter().copied().fold(f64::INFINITY, f64::min),
+                values.iter().copied().fold(-f64::INFINITY, f64::max),
+            )
+        });
+        let factor = placed[0].0.min(placed[1].0);
+        let w = self.0[2];
+        let row = |axis: usize| {
+            let moved = |c: usize| factor * (self.0[axis][c] - placed[axis].1 * w[c]);
+            [moved(0), moved(1), moved(2)]
+        };
+        Plane([row(0), row(1), w])
+    }
+
+    /// What a row of pixels needs, in f64.
+    pub fn row_constants(&self, row: u32) -> RowConstants {
+        let [[a, b, c], [d, e, f], [g, h, i]] = self.0;
+        let (x, y) = (0.5, f64::from(row) + 0.5);
+        RowConstants {
+            start: self.0.map(|[by_x, by_y, constant]| by_x * x + by_y * y + constant),
+            step: [a, d, g],
+            dx: [(a * i - c * g) + (a * h - b * g) * y, (d * i - f * g) + (d * h - e * g) * y],
+            dy: [(b * i - c * h) + (b * g - a * h) * x, (e * i - f * h) + (e * g - d * h) * x],
+            dy_step: [b * g - a * h, e * g - d * h],
+            step_y: h,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_share_a_row_without_gap_and_without_overlap() {
+        let walks = [Walk::Sequential, Walk::TwoEnds, Walk::Lanes(8), Walk::Lanes(64), Walk::Restart(16)];
+        for (walk, width) in walks.into_iter().flat_map(|walk| [1, 7, 64, 1001].map(|width| (walk, width))) {
+            let mut seen = vec![0; width as usize];
+            for lane in 0..walk.lanes(width) {
+                let (first, stride, count) = walk.columns(lane, width);
+                (0..count as i32).for_each(|n| seen[(first as i32 + n * stride) as usize] += 1);
+            }
+            assert!(seen.iter().all(|&times| times == 1), "{walk:?}, {width}: {seen:?}");
+        }
+    }
+
+    #[test]
+    fn planes_keep_their_promises() {
+        let size = [1920, 1080];
+        let at = |plane: &Plane, x, y| reference::coordinates(plane, x, y);
+        for seed in 0..50 {
+            let plane = Plane::random(seed, size, 8192.0);
+            for corner in 0..4 {
+                let [x, y] = [f64::from(corner & 1) * 1920.0, f64::from(corner >> 1) * 1080.0];
+                assert!(at(&plane, x, y).iter().all(|texels| texels.abs() <= 8192.0001), "{seed}");
+            }
+        }
+        for tilt in [0.0, 45.0, 84.0] {
+            let plane = Plane::tilted(size, tilt, 20.0, 2048.0);
+            let (low, high) = (at(&plane, 0.0, 0.0), at(&plane, 1920.0, 1080.0));
+            assert!([low, high].iter().flatten().all(|texels| (-0.001..2048.001).contains(texels)), "{tilt}");
+        }
+        for seed in 0..50 {
+            let (plane, row) = Plane::near_horizon(seed, size, 5e5);
+            let ends = [0.5, 1919.5].map(|x| (at(&plane, x, f64::from(row) + 0.5), x));
+            let largest = ends.iter().flat_map(|(ends, _)| ends).fold(0.0, |most: f64, t| most.max(t.abs()));
+            assert!((largest / 5e5 - 1.0).abs() < 0.01, "{seed}: {largest}");
+            let w = |x: f64, y: f64| plane.0[2][0] * x + plane.0[2][1] * y + plane.0[2][2];
+            for (_, x) in ends {
+                let share = w(x, f64::from(row) + 0.5) / w(960.0, 540.0);
+                assert!((1.0 / 400.0..1.0 / 100.0).contains(&share), "{seed}: {share}");
+            }
+        }
+        // At no tilt a pixel is a square.
+        let [a, d] = Plane::tilted(size, 0.0, 20.0, 2048.0).jacobian(3.0, 4.0).map(|[x, _]| x);
+        let [b, e] = Plane::tilted(size, 0.0, 20.0, 2048.0).jacobian(3.0, 4.0).map(|[_, y]| y);
+        assert!((a - e).abs() < 1e-12 && (b + d).abs() < 1e-12, "{a} {b} {d} {e}");
+    }
+}

@@ -1,0 +1,251 @@
+//! One form of the coordinates as a pass over a band of pixels.
+
+use super::{Band, Derivatives, Form, Plane, RowConstants, Walk, twin};
+use crate::vk::shader::texture_mapping::{
+    coordinates_band_vert, coordinates_comp, coordinates_frag, coordinates_integer_comp,
+    coordinates_varying_frag, coordinates_varying_vert,
+};
+use crate::vk::shader::{PlaneBand, Shader};
+use crate::vk::{
+    Blend, Buffer, BufferUse, Clear, Cmd, ColorTarget, ComputePipeline, Feature, Format, Gpu, GraphicsInfo,
+    GraphicsPipeline, Image, ImageInfo, Need, Resource, Result, Sampler,
+};
+
+/// What is written for a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Output {
+    /// The image's bilinear texel, RGBA8: one word. All others write four.
+    Texels,
+    /// u w, v w and w: integers are converted to f32.
+    Terms,
+    /// u and v.
+    Coordinates,
+    /// du/dx, dv/dx, du/dy and dv/dy. [`Derivatives::Differences`] goes with [`Form::Textbook`], the others with forms
+    /// that have the row's constants in f32.
+    Derivatives(Derivatives),
+}
+
+/// Pipeline, set-up and target of a form.
+pub struct CoordinatesPass {
+    form: Form,
+    body: Body,
+    /// The rows' constants; a word where the form has none.
+    rows: Buffer,
+    push: PlaneBand,
+    words: u32,
+}
+
+enum Body {
+    Draw(GraphicsPipeline, Image),
+    /// With its pixels.
+    Dispatch(ComputePipeline, Buffer),
+}
+
+/// What a form asks of the device.
+pub fn needs(form: Form) -> Vec<Need> {
+    let integers = Need {
+        feature: Feature::Int64,
+        pass: "integer coordinates",
+        without: "every other form of the coordinates does without",
+    };
+    if matches!(form, Form::Integer(_)) { vec![integers] } else { Vec::new() }
+}
+
+/// The rows' constants as the shaders' `Row`.
+fn rounded(rows: &[RowConstants]) -> Vec<u32> {
+    let words = |row: &RowConstants| {
+        let values = [&row.start[..], &row.dx, &row.dy, &row.dy_step].concat();
+        values.into_iter().map(|value| (value as f32).to_bits())
+    };
+    rows.iter().flat_map(words).collect()
+}
+
+/// And as `IntegerRow`.
+fn integers(rows: &[RowConstants], width: u32) -> Vec<u32> {
+    let words = |row: &RowConstants| {
+        let values = twin::integers(row, width).concat();
+        values.into_iter().flat_map(|value| [value as u32, (value >> 32) as u32])
+    };
+    rows.iter().flat_map(words).collect()
+}
+
+/// The set-up of a band's rows, as its form's shader reads it.
+pub fn set_up(form: Form, plane: &Plane, band: Band) -> Vec<u32> {
+    let [width, height] = band.size;
+    let rows: Vec<_> = (0..height).map(|row| plane.row_constants(band.first_row + row)).collect();
+    match form {
+        Form::Varyings | Form::NoPerspective | Form::Textbook => vec![0],
+        Form::RowConstants | Form::Walk(_) => rounded(&rows),
+        Form::Integer(_) => integers(&rows, width),
+    }
+}
+
+impl CoordinatesPass {
+    /// # Errors
+    /// [`Error::MissingFeature`](crate::vk::Error::MissingFeature) where [`needs`] are not met; a target beyond the
+    /// device's limits.
+    pub fn new(
+        gpu: &Gpu,
+        form: Form,
+        output: Output,
+        plane: &Plane,
+        band: Band,
+        image_side: u32,
+    ) -> Result<CoordinatesPass> {
+        gpu.require(&needs(form))?;
+        let name = form.name();
+        let (output_id, method) = match output {
+            Output::Texels => (0, 0),
+            Output::Terms => (1, 0),
+            Output::Coordinates => (2, 0),
+            Output::Derivatives(method) => (3, method as u32),
+        };
+        let constants = [("OUTPUT", output_id), ("METHOD", method)];
+        let words = if output == Output::Texels { 1 } else { 4 };
+        let body = match form {
+            Form::Walk(walk) | Form::Integer(walk) => {
+                let shader = match form {
+                    Form::Integer(_) => &coordinates_integer_comp::SHADER,
+                    _ => &coordinates_comp::SHADER,
+                };
+                let bytes = 4 * u64::from(words) * band.size.map(u64::from).iter().product::<u64>();
+                let constants = [constants[0], constants[1], ("WALK", walk_id(walk))];
+                let pixels = gpu.buffer(&format!("pixels, {name}"), bytes, BufferUse::Storage)?;
+                Body::Dispatch(gpu.compute_pipeline(&name, shader, &used(shader, &constants))?, pixels)
+            }
+            _ => {
+                let format = if words == 1 { Format::R32Uint } else { Format::Rgba32Uint };
+                let pipeline = draw_pipeline(gpu, &name, form, format, constants)?;
+                Body::Draw(pipeline, gpu.image(&name, ImageInfo::target(band.size, format))?)
+            }
+        };
+        let rows = gpu.buffer_with("rows", &set_up(form, plane, band), BufferUse::Storage)?;
+        Ok(CoordinatesPass { form, body, rows, push: push(form, plane, band, image_side), words })
+    }
+
+    /// The same pixels of another plane, from another row on.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn aim(&mut self, gpu: &Gpu, plane: &Plane, first_row: u32) -> Result<()> {
+        let band = Band { size: self.push.size, first_row };
+        self.rows = gpu.buffer_with("rows", &set_up(self.form, plane, band), BufferUse::Storage)?;
+        self.push = PlaneBand { to_unit: self.push.to_unit, ..push(self.form, plane, band, 1) };
+        Ok(())
+    }
+
+    /// Records the form; `image` is what texels are read from.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn run(&self, cmd: &mut Cmd<'_>, image: &Image, sampler: &Sampler) -> Result<()> {
+        let push = bytemuck::bytes_of(&self.push);
+        let source = (coordinates_frag::IMAGE, Resource::Sampled(image, sampler));
+        let rows = (coordinates_frag::SET_UP, Resource::Buffer(&self.rows));
+        match &self.body {
+            Body::Draw(pipeline, target) => {
+                let targets = [ColorTarget { image: target, clear: Clear::Uint([u32::MAX; 4]) }];
+                cmd.render(self.push.size, &targets, None, |render| {
+                    render.draw(pipeline, &[source, rows], push, 6)
+                })
+            }
+            Body::Dispatch(pipeline, pixels) => {
+                let pixels = (coordinates_comp::PIXELS, Resource::Buffer(pixels));
+                let groups =
+                    (self.push.size[1] * self.push.lanes).div_ceil(coordinates_comp::SHADER.group[0]);
+                cmd.dispatch(pipeline, &[source, rows, pixels], push, [groups, 1, 1])
+            }
+        }
+    }
+
+    /// The words of all pixels, row by row, once all frames before have ended.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn read(&self, gpu: &Gpu) -> Result<Vec<u32>> {
+        match &self.body {
+            Body::Draw(_, target) => Ok(bytemuck::pod_collect_to_vec(&gpu.read_image(target)?)),
+            Body::Dispatch(_, pixels) => {
+                let host = gpu.buffer("pixels on the host", pixels.bytes(), BufferUse::Readback)?;
+                let mut frame = gpu.frame()?;
+                frame.pass("read-back", |cmd| {
+                    cmd.copy_buffer(pixels, 0, &host, 0, pixels.bytes());
+                    Ok(())
+                })?;
+                frame.submit()?.wait()?;
+                Ok(bytemuck::pod_collect_to_vec(host.mapped()))
+            }
+        }
+    }
+
+    /// As [`CoordinatesPass::read`], four values for each pixel.
+    ///
+    /// # Errors
+    /// As [`CoordinatesPass::read`].
+    pub fn read_values(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>> {
+        assert_eq!(self.words, 4, "texels are no values");
+        Ok(self
+            .read(gpu)?
+            .chunks_exact(4)
+            .map(|words| [0, 1, 2, 3].map(|n| f32::from_bits(words[n])))
+            .collect())
+    }
+}
+
+fn walk_id(walk: Walk) -> u32 {
+    match walk {
+        Walk::Sequential | Walk::Lanes(_) => 0,
+        Walk::TwoEnds => 1,
+        Walk::Restart(_) => 2,
+    }
+}
+
+/// The constants that a shader has: integers have no derivatives.
+fn used<'a>(shader: &Shader, constants: &[(&'a str, u32)]) -> Vec<(&'a str, u32)> {
+    let has = |name: &str| shader.specialization.iter().any(|(constant, _)| *constant == name);
+    constants.iter().copied().filter(|(name, _)| has(name)).collect()
+}
+
+fn push(form: Form, plane: &Plane, band: Band, image_side: u32) -> PlaneBand {
+    let (lanes, run) = match form {
+        Form::Walk(walk) | Form::Integer(walk) => {
+            (walk.lanes(band.size[0]), if let Walk::Restart(pixels) = walk { pixels } else { 0 })
+        }
+        _ => (0, 0),
+    };
+    PlaneBand {
+        plane: [0, 1, 2].map(|column| [0, 1, 2].map(|row: usize| plane.0[row][column] as f32)),
+        size: band.size,
+        first_row: band.first_row,
+        to_unit: 1.0 / image_side as f32,
+        lanes,
+        run,
+    }
+}
+
+fn draw_pipeline(
+    gpu: &Gpu,
+    name: &str,
+    form: Form,
+    format: Format,
+    constants: [(&str, u32); 2],
+) -> Result<GraphicsPipeline> {
+    let [noperspective, smooth] = &coordinates_varying_frag::SHADERS;
+    let (vertex, fragment, own) = match form {
+        Form::Varyings => (&coordinates_varying_vert::SHADER, smooth, ("PERSPECTIVE", 1)),
+        Form::NoPerspective => (&coordinates_varying_vert::SHADER, noperspective, ("PERSPECTIVE", 0)),
+        Form::Textbook => (&coordinates_band_vert::SHADER, &coordinates_frag::SHADER, ("ROW_CONSTANTS", 0)),
+        _ => (&coordinates_band_vert::SHADER, &coordinates_frag::SHADER, ("ROW_CONSTANTS", 1)),
+    };
+    gpu.graphics_pipeline(&GraphicsInfo {
+        name,
+        vertex,
+        geometry: None,
+        fragment: Some(fragment),
+        specialization: &[constants[0], constants[1], own],
+        points: false,
+        depth: None,
+        colors: &[format],
+        blend: Blend::Replace,
+    })
+}

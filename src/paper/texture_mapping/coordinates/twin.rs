@@ -1,0 +1,89 @@
+//! The GPU's forms in f32 on the CPU, operation by operation.
+//!
+//! Vulkan allows an `fma` to be rounded once or twice and a division to err by 2.5 ulp; both differ between devices.
+//! So the twins give numerators and denominator, whose arithmetic is fixed but for [`Fma`], and [`ratio_error`] bounds the
+//! division.
+
+use super::{Plane, RowConstants, Walk};
+
+/// How a device rounds an `fma`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fma {
+    /// Once, after the addition.
+    Fused,
+    /// After the multiplication, and after the addition.
+    Twice,
+}
+
+impl Fma {
+    fn of(self, a: f32, b: f32, c: f32) -> f32 {
+        match self {
+            Fma::Fused => a.mul_add(b, c),
+            Fma::Twice => a * b + c,
+        }
+    }
+}
+
+/// [`super::Form::Textbook`]: (u w, v w, w) at a pixel.
+pub fn textbook(plane: &Plane, column: u32, row: u32) -> [f32; 3] {
+    let (x, y) = (column as f32 + 0.5, row as f32 + 0.5);
+    plane.0.map(|row| {
+        let [by_x, by_y, constant] = row.map(|c| c as f32);
+        by_x * x + by_y * y + constant
+    })
+}
+
+/// [`super::Form::RowConstants`].
+pub fn row_constants(constants: &RowConstants, column: u32, fma: Fma) -> [f32; 3] {
+    [0, 1, 2].map(|c| fma.of(constants.step[c] as f32, column as f32, constants.start[c] as f32))
+}
+
+/// [`super::Form::Walk`]: a whole row.
+pub fn walk(constants: &RowConstants, walk: Walk, width: u32, fma: Fma) -> Vec<[f32; 3]> {
+    let mut row = vec![[0.0; 3]; width as usize];
+    for lane in 0..walk.lanes(width) {
+        let (first, stride, count) = walk.columns(lane, width);
+        let mut terms = row_constants(constants, first, fma);
+        let step = constants.step.map(|step| step as f32 * stride as f32);
+        for n in 0..count as i32 {
+            row[(first as i32 + n * stride) as usize] = terms;
+            terms = [0, 1, 2].map(|c| terms[c] + step[c]);
+        }
+    }
+    row
+}
+
+/// The constants of an integer walk: start and step, times the power of two that keeps the whole row below 2^61.
+pub fn integers(constants: &RowConstants, width: u32) -> [[i64; 3]; 2] {
+    let end = |c: usize| constants.start[c] + f64::from(width) * constants.step[c];
+    let largest = (0..3).fold(0.0, |most: f64, c| most.max(constants.start[c].abs()).max(end(c).abs()));
+    let scale = (61.0 - largest.log2().ceil()).exp2();
+    [constants.start, constants.step].map(|values| values.map(|value| (value * scale).round() as i64))
+}
+
+/// [`super::Form::Integer`]: (u w, v w, w) of a pixel, times the set-up's power of two.
+pub fn integer_terms([start, step]: [[i64; 3]; 2], column: u32) -> [i64; 3] {
+    [0, 1, 2].map(|c| start[c] + step[c] * i64::from(column))
+}
+
+/// The most by which `numerator / denominator` may err where Vulkan's f32 division is within 2.5 ulp; an ulp is at most
+/// 2^-23 of the quotient.
+pub fn ratio_error(numerator: f32, denominator: f32) -> f64 {
+    2.5 * 2f64.powi(-23) * (f64::from(numerator) / f64::from(denominator)).abs()
+}
+
+/// The most by which a form that rounds its constants once and its `fma` up to twice may err in u and v at a pixel, in
+/// texels: half an ulp, 2^-24, of each value that is rounded, and the division.
+pub fn row_constants_error(constants: &RowConstants, column: u32) -> [f64; 2] {
+    let n = f64::from(column);
+    let rounded = |c: usize| {
+        let (start, along) = (constants.start[c], n * constants.step[c]);
+        // The constants, the product, the sum.
+        2f64.powi(-24) * (start.abs() + 2.0 * along.abs() + (start + along).abs())
+    };
+    let w = constants.start[2] + n * constants.step[2];
+    [0, 1].map(|c| {
+        let texels = ((constants.start[c] + n * constants.step[c]) / w).abs();
+        (rounded(c) + texels * rounded(2)) / w.abs() + 2.5 * 2f64.powi(-23) * texels
+    })
+}

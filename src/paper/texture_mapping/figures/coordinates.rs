@@ -1,0 +1,173 @@
+//! tm.17: what coordinates cost in every form, against screen area and tilt.
+
+use super::contender::pass;
+use crate::figure::claim::Bound::AtLeast;
+use crate::figure::claim::{Pick, Test, one};
+use crate::figure::{Bench, Cell, Claim, Contender, Figure, Plot, Row, Sweep};
+use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output, needs, set_up};
+use crate::paper::texture_mapping::coordinates::{Band, Derivatives, Form, Walk};
+use crate::paper::texture_mapping::plane::Plane;
+use crate::vk::{Error, Filter, Format, Gpu, Image, ImageInfo, Sampler, SamplerInfo};
+use anyhow::Context;
+use std::cell::RefCell;
+use std::time::Instant;
+
+pub const COORDINATES: Figure = Figure {
+    id: "tm.17",
+    title: "Coordinates: time against screen area and tilt",
+    about: "Figure 17 of the thesis: texturing with Heckbert's coordinates in a fragment shader, and with the modified \
+            ones: 26 % faster \"in all tests\" (elsewhere 0.25 times). A plane that fills the picture, one bilinear texel of \
+            a texture of 2048 x 2048 for each pixel; tilted by 0 to 80 degrees (`tilt 0`, \
+            `tilt 30`, `tilt 60`, `tilt 80`) and rolled by 20, so that w varies along rows. Every form fetches the same texels. A fragment shader has no order along a row: the modified form is there the \
+            row's constants from a buffer, or what the rasteriser interpolates; compute shaders walk the rows as the \
+            thesis's formulas (7) and (8) do, and restart them. The set-up of the rows in f64 on the host is reported apart. \
+            Derivatives are written without a texel: differences of two more coordinates against the rows' numerators.",
+    scenes: &["tilt 0", "tilt 30", "tilt 60", "tilt 80"],
+    variants: || {
+        let methods = Derivatives::ALL.map(derivatives_name);
+        FORMS.map(|form| form.name()).into_iter().chain(methods).collect()
+    },
+    sweep: Some(Sweep {
+        name: "screen area, 10^6 pixels",
+        quick: &[0.25, 0.5, 0.9],
+        full: &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
+    }),
+    measure,
+    plots: &[plot(TIME), plot(DERIVATIVES)],
+    claims: &[
+        Claim::paper(
+            "claim 5, figure 17",
+            "26-percent",
+            "Modified Heckbert coordinates (the row's constants) in a fragment shader texture 26 % faster than the textbook's, \
+             in all tests.",
+            &[Test::ratio(TEXTBOOK, one(TIME, "row constants"), AtLeast(1.26))],
+        )
+        .timed(),
+        Claim::paper(
+            "E, formula (7)",
+            "sequential",
+            "A thread that walks a row by additions, formula (7), beats the textbook's fragment shader.",
+            &[Test::ratio(TEXTBOOK, one(TIME, "sequential"), AtLeast(1.0))],
+        )
+        .timed(),
+        Claim::ours(
+            "not-slower",
+            "The row's constants, which are more exact, are at most 3 % slower than the textbook's coordinates.",
+            &[Test::ratio(TEXTBOOK, one(TIME, "row constants"), AtLeast(0.97))],
+        )
+        .timed(),
+        Claim::ours(
+            "derivatives",
+            "Numerators from the row's constants give derivatives faster than differences of coordinates.",
+            &[Test::ratio(
+                one(DERIVATIVES, "differences derivatives"),
+                one(DERIVATIVES, "incremental derivatives"),
+                AtLeast(1.0),
+            )],
+        )
+        .timed(),
+    ],
+};
+
+/// Quantities.
+const TIME: &str = "coordinates and a texel";
+const DERIVATIVES: &str = "derivatives";
+const SET_UP: &str = "set-up on the host";
+
+const TEXTBOOK: Pick = one(TIME, "textbook");
+
+/// Texels a side of the image.
+const SIDE: u32 = 2048;
+
+const FORMS: [Form; 12] = [
+    Form::Varyings,
+    Form::NoPerspective,
+    Form::Textbook,
+    Form::RowConstants,
+    Form::Walk(Walk::Sequential),
+    Form::Walk(Walk::TwoEnds),
+    Form::Walk(Walk::Lanes(32)),
+    Form::Walk(Walk::Lanes(128)),
+    Form::Walk(Walk::Restart(1)),
+    Form::Walk(Walk::Restart(16)),
+    Form::Walk(Walk::Restart(64)),
+    Form::Integer(Walk::Lanes(32)),
+];
+
+const fn plot(quantity: &'static str) -> Plot {
+    Plot::sweep(quantity).log_y().floor("empty pass")
+}
+
+fn derivatives_name(method: Derivatives) -> String {
+    format!("{} derivatives", method.name())
+}
+
+/// A 16:9 picture of so many pixels.
+fn size_of(million_pixels: f64) -> [u32; 2] {
+    let height = (million_pixels * 1e6 * 9.0 / 16.0).sqrt();
+    [(height * 16.0 / 9.0).round() as u32, height.round() as u32]
+}
+
+/// An image that is different everywhere, with its sampler.
+pub fn noise(gpu: &Gpu, side: u32) -> crate::vk::Result<(Image, Sampler)> {
+    let image = gpu.image("noise", ImageInfo::texture([side; 2], Format::Rgba8, 1))?;
+    let texel = |n: u32| n.wrapping_mul(0x9e37_79b9).rotate_left(15).wrapping_mul(0x85eb_ca6b).to_le_bytes();
+    gpu.fill_levels(&image, &[(0..side * side).flat_map(texel).collect()])?;
+    let sampler = gpu.sampler("linear", SamplerInfo { filter: Filter::Linear, wraps_in_s: false })?;
+    Ok((image, sampler))
+}
+
+/// A contender of a pass that owns its pipeline.
+fn contender<'a>(
+    gpu: &'a Gpu,
+    name: String,
+    own: CoordinatesPass,
+    (image, sampler): &'a (Image, Sampler),
+) -> Contender<'a> {
+    pass(gpu, name, move |cmd| own.run(cmd, image, sampler))
+}
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let tilt: f64 = cell.scene.trim_start_matches("tilt ").parse().context("a scene's tilt")?;
+    let size = size_of(cell.x.context("a sweep")?);
+    let band = Band { size, first_row: 0 };
+    let plane = Plane::tilted(size, tilt, 20.0, f64::from(SIDE));
+    let gpu = bench.gpu(&[])?;
+    let source = noise(&gpu, SIDE)?;
+    let (mut rows, mut forms, mut methods) = (Vec::new(), Vec::new(), Vec::new());
+    for form in FORMS {
+        match CoordinatesPass::new(&gpu, form, Output::Texels, &plane, band, SIDE) {
+            Ok(own) => forms.push(contender(&gpu, form.name(), own, &source)),
+            Err(lack @ (Error::MissingFeature { .. } | Error::Limit { .. })) => {
+                rows.push(Row::missing(form.name(), TIME, lack.to_string()));
+            }
+            Err(error) => return Err(error.into()),
+        }
+        if needs(form).is_empty() && !matches!(form, Form::Varyings | Form::NoPerspective | Form::Textbook) {
+            rows.push(host_time(form, &plane, band));
+        }
+    }
+    for method in Derivatives::ALL {
+        let form = if method == Derivatives::Differences { Form::Textbook } else { Form::RowConstants };
+        let own = CoordinatesPass::new(&gpu, form, Output::Derivatives(method), &plane, band, SIDE)?;
+        methods.push(contender(&gpu, derivatives_name(method), own, &source));
+    }
+    let timed = bench.interleave(&gpu, forms)?;
+    rows.extend(timed.iter().map(|one| one.row(TIME)));
+    let timed = bench.interleave(&gpu, methods)?;
+    rows.extend(timed.iter().map(|one| one.row(DERIVATIVES)));
+    Ok(rows)
+}
+
+/// Milliseconds of a set-up, the least of five.
+fn host_time(form: Form, plane: &Plane, band: Band) -> Row {
+    let words = RefCell::new(0);
+    let run = |_| {
+        let start = Instant::now();
+        *words.borrow_mut() += set_up(form, plane, band).len();
+        start.elapsed().as_secs_f64() * 1e3
+    };
+    let least = (0..5).map(run).fold(f64::INFINITY, f64::min);
+    assert!(words.into_inner() > 0, "a set-up of nothing");
+    Row::number(form.name(), SET_UP, "ms", least)
+}

@@ -1,0 +1,189 @@
+//! tm.drift: how far the coordinates of each form are from f64, along rows of up to 16,384 pixels.
+
+use super::coordinates::noise;
+use crate::figure::claim::Bound::{AtLeast, AtMost};
+use crate::figure::claim::{Pick, Places, Test, one};
+use crate::figure::{Bench, Cell, Claim, Effort, Figure, Plot, Row, Sweep};
+use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output};
+use crate::paper::texture_mapping::coordinates::{Band, Derivatives, Form, reference};
+use crate::paper::texture_mapping::plane::Plane;
+use crate::stats::percentile;
+use crate::vk::{Error, Gpu, Image, Sampler};
+use anyhow::Context;
+
+pub const DRIFT: Figure = Figure {
+    id: "tm.drift",
+    title: "Coordinates: error along a row",
+    about: "The largest error of u and v against f64, in texels, of planes at random (150; quick 16) seen along two rows \
+            each. `8192 texels`: coordinates within that of 0, w varies up to tenfold. `horizon`: rows where w is a 200th \
+            of that at the picture's centre, and coordinates reach 500,000 texels (an ulp of f32 is there 1/32). The \
+            paper's increments (7), (8) add f32 numbers along the row, so they drift linearly in the row's length; \
+            restarts bound the drift, the row's constants (f64, rounded to f32) and `fma` have none, integers neither. \
+            Derivatives: the largest error relative to the pixel's largest derivative.",
+    scenes: &[NEAR, HORIZON],
+    variants: || {
+        let methods = Derivatives::ALL.map(|method| format!("{} derivatives", method.name()));
+        Form::ALL.map(Form::name).into_iter().chain(methods).collect()
+    },
+    sweep: Some(Sweep {
+        name: "row, pixels",
+        quick: &[1920.0, 16384.0],
+        full: &[1920.0, 3840.0, 8192.0, 16384.0],
+    }),
+    measure,
+    plots: &[plot(LARGEST), plot(MEDIAN), plot(DERIVATIVE)],
+    claims: &[
+        Claim::ours(
+            "5-thousandths",
+            "The row's constants and fma err by at most 0.005 texels at 16,384 pixels, within 8192 texels.",
+            &[Test::value(ROW_CONSTANTS, AtMost(0.005))],
+        )
+        .at(Places::scenes(&[NEAR]).x(16384.0, 16384.0)),
+        Claim::ours(
+            "restart-16",
+            "A walk that restarts every 16 pixels errs by at most 1/64 texel, within 8192 texels.",
+            &[Test::value(one(LARGEST, "restart 16"), AtMost(1.0 / 64.0))],
+        )
+        .at(Places::scenes(&[NEAR])),
+        Claim::ours(
+            "sequential",
+            "The paper's sequential increments (7) err by at least 10 times what the row's constants do.",
+            &[Test::ratio(one(LARGEST, "sequential"), ROW_CONSTANTS, AtLeast(10.0))],
+        ),
+        Claim::ours(
+            "horizon",
+            "Near the horizon the textbook's coordinates err by at least 4 times what the row's constants do.",
+            &[Test::ratio(one(LARGEST, "textbook"), ROW_CONSTANTS, AtLeast(4.0))],
+        )
+        .at(Places::scenes(&[HORIZON])),
+        Claim::ours(
+            "derivatives",
+            "Incremental ellipse parameters err by at most 1/100 of what differences of f32 coordinates do.",
+            &[Test::ratio(
+                one(DERIVATIVE, "differences derivatives"),
+                one(DERIVATIVE, "incremental derivatives"),
+                AtLeast(100.0),
+            )],
+        ),
+    ],
+};
+
+const NEAR: &str = "8192 texels";
+const HORIZON: &str = "horizon";
+
+/// Quantities.
+const LARGEST: &str = "largest error";
+const MEDIAN: &str = "median error";
+const DERIVATIVE: &str = "largest relative error";
+
+const ROW_CONSTANTS: Pick = one(LARGEST, "row constants");
+
+const fn plot(quantity: &'static str) -> Plot {
+    Plot::sweep(quantity).log_x().log_y()
+}
+
+/// A plane of a scene and the first of its two rows.
+fn case(scene: &str, seed: u64, size: [u32; 2]) -> (Plane, u32) {
+    match scene {
+        HORIZON => Plane::near_horizon(seed, size, 5e5),
+        _ => (Plane::random(seed, size, 8192.0), (seed % 8) as u32 * size[1] / 8),
+    }
+}
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let width = cell.x.context("a sweep")? as u32;
+    let size = [width, width * 9 / 16];
+    let planes = if bench.effort == Effort::Quick { 16 } else { 150 };
+    let cases: Vec<_> = (0..planes).map(|seed| case(&cell.scene, seed, size)).collect();
+    let gpu = bench.gpu(&[])?;
+    let source = noise(&gpu, 64)?;
+    let mut rows = Vec::new();
+    for form in Form::ALL {
+        let found = match values(&gpu, &source, form, Output::Coordinates, width, &cases) {
+            Ok(found) => found,
+            Err(lack @ (Error::MissingFeature { .. } | Error::Limit { .. })) => {
+                rows.push(Row::missing(form.name(), LARGEST, lack.to_string()));
+                continue;
+            }
+            Err(error) => return Err(error.into()),
+        };
+        let errors = errors(&found, width, &cases, |plane, x, y| {
+            let [u, v] = reference::coordinates(plane, x, y);
+            ([u, v, 0.0, 0.0], 1.0)
+        });
+        let number =
+            |quantity, p| Some(Row::number(form.name(), quantity, "texels", percentile(&errors, p)?));
+        rows.extend(number(LARGEST, 1.0).into_iter().chain(number(MEDIAN, 0.5)));
+    }
+    for method in Derivatives::ALL {
+        let form = if method == Derivatives::Differences { Form::Textbook } else { Form::RowConstants };
+        let found = values(&gpu, &source, form, Output::Derivatives(method), width, &cases)?;
+        let errors = errors(&found, width, &cases, |plane, x, y| exact_derivatives(method, plane, x, y));
+        let name = format!("{} derivatives", method.name());
+        rows.extend(percentile(&errors, 1.0).map(|largest| Row::number(name, DERIVATIVE, "", largest)));
+    }
+    Ok(rows)
+}
+
+/// What a method is to give at a place, and the largest of it.
+fn exact_derivatives(method: Derivatives, plane: &Plane, x: f64, y: f64) -> ([f64; 4], f64) {
+    let [[u_x, u_y], [v_x, v_y]] = match method {
+        Derivatives::Analytic => plane.jacobian(x, y),
+        _ => reference::differences(plane, x, y),
+    };
+    let exact = [u_x, v_x, u_y, v_y];
+    (exact, exact.iter().fold(0.0, |most, d| d.abs().max(most)))
+}
+
+/// What a form gives for two rows of each case.
+fn values(
+    gpu: &Gpu,
+    (image, sampler): &(Image, Sampler),
+    form: Form,
+    output: Output,
+    width: u32,
+    cases: &[(Plane, u32)],
+) -> crate::vk::Result<Vec<Vec<[f32; 4]>>> {
+    let band = Band { size: [width, 2], first_row: 0 };
+    let mut own = CoordinatesPass::new(gpu, form, output, &cases[0].0, band, 64)?;
+    let of_case = |(plane, first_row): &(Plane, u32)| {
+        own.aim(gpu, plane, *first_row)?;
+        let mut frame = gpu.frame()?;
+        frame.pass("coordinates", |cmd| own.run(cmd, image, sampler))?;
+        frame.submit()?.wait()?;
+        own.read_values(gpu)
+    };
+    cases.iter().map(of_case).collect()
+}
+
+/// Each pixel's largest error, over the scale that `exact` gives with what is right; no number is an infinite error.
+fn errors(
+    found: &[Vec<[f32; 4]>],
+    width: u32,
+    cases: &[(Plane, u32)],
+    exact: impl Fn(&Plane, f64, f64) -> ([f64; 4], f64),
+) -> Vec<f64> {
+    let of_case = |(pixels, (plane, first_row)): (&Vec<[f32; 4]>, &(Plane, u32))| {
+        let of_pixel = |(at, pixel): (usize, &[f32; 4])| {
+            let (column, row) = (at as u32 % width, first_row + at as u32 / width);
+            let (exact, scale) = exact(plane, f64::from(column) + 0.5, f64::from(row) + 0.5);
+            let error = (0..4).map(|n| (f64::from(pixel[n]) - exact[n]).abs() / scale);
+            error.fold(0.0, |most: f64, e| if e.is_nan() { f64::INFINITY } else { most.max(e) })
+        };
+        pixels.iter().enumerate().map(of_pixel).collect::<Vec<f64>>()
+    };
+    found.iter().zip(cases).flat_map(of_case).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_that_nothing_wrote_is_an_infinite_error() {
+        let case = case(NEAR, 3, [2, 1]);
+        let found = [vec![[f32::NAN; 4], [0.0; 4]]];
+        let errors = errors(&found, 2, &[case], |_, _, _| ([0.0, 0.5, 0.0, 0.0], 1.0));
+        assert_eq!(errors, [f64::INFINITY, 0.5]);
+    }
+}

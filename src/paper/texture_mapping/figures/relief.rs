@@ -1,0 +1,293 @@
+//! tm.26 and tm.map-build: steps, time and error of relief tracing, and what the maps cost.
+
+use super::contender::pass;
+use crate::figure::claim::Bound::{AtLeast, AtMost};
+use crate::figure::claim::{Pick, Test, one};
+use crate::figure::{Bench, Cell, Claim, Contender, Effort, Figure, Plot, Row, Sweep};
+use crate::paper::texture_mapping::relief::maps::{DistanceMap, Fan, Holds};
+use crate::paper::texture_mapping::relief::pass::{ConeBuild, DistanceBuild, Trace, origin};
+use crate::paper::texture_mapping::relief::trace::{LEAST_STEP, Traced, Tracer};
+use crate::paper::texture_mapping::relief::{Kind, Ray, Relief, reference};
+use crate::vk::{Cmd, Gpu};
+use anyhow::Context;
+use std::sync::{Arc, Mutex};
+
+const RELIEFS: &[&str] = &["bricks", "pillars", "spikes", "rock"];
+
+pub const RELIEF: Figure = Figure {
+    id: "tm.26",
+    title: "Relief: Donnelly's and the refined distance map",
+    about: "Figure 26 of the thesis: the refined map takes fewer iterations (no number) and is up to 11 % faster. Parallel \
+            rays over a relief a quarter as deep as wide: `bricks` with deep joints, `pillars`, a stair with `spikes`, and \
+            noise, `rock` (64 texels a side and 16 layers of cells in quick runs, 128 and \
+            32 in full ones), at elevations from 15 to 80 degrees. `at centres`: distances as Donnelly and the paper have \
+            them, of the cell's centre; a step from elsewhere in the cell may pass the surface. `guaranteed`: bounds for \
+            every point of the cell and every ray, so no step passes it. A step is a lookup of the map; 64 linear steps, \
+            and 6 halvings after each search, are the baseline. Missed: rays whose hit is more than the least step, half \
+            a texel, from the exact one.",
+    scenes: RELIEFS,
+    variants: || Method::ALL.map(|method| method.name()).to_vec(),
+    sweep: Some(Sweep {
+        name: "elevation, degrees",
+        quick: &[15.0, 30.0, 60.0, 80.0],
+        full: &[15.0, 30.0, 45.0, 60.0, 70.0, 80.0],
+    }),
+    measure,
+    plots: &[Plot::sweep(STEPS), Plot::sweep(TIME).log_y(), Plot::sweep(MISSED)],
+    claims: &[
+        Claim::paper(
+            "claim 7",
+            "fewer-steps",
+            "The refined map takes fewer steps than Donnelly's: at least 1 % fewer.",
+            &[Test::ratio(one(STEPS, DONNELLY_AT_CENTRES), one(STEPS, REFINED_AT_CENTRES), AtLeast(1.01))],
+        ),
+        Claim::paper(
+            "claim 7, figure 26",
+            "11-percent",
+            "The refined map is 11 % faster than Donnelly's (the paper says \"up to\": in some of the places).",
+            &[Test::ratio(one(TIME, DONNELLY_AT_CENTRES), one(TIME, REFINED_AT_CENTRES), AtLeast(1.11))],
+        )
+        .timed(),
+        Claim::ours(
+            "no-more-steps",
+            "The guaranteed refined map takes at most half a percent more steps than Donnelly's, anywhere.",
+            &[Test::ratio(GUARANTEED_STEPS, one(STEPS, "Donnelly, guaranteed"), AtMost(1.005))],
+        ),
+        Claim::ours(
+            "guaranteed-hits",
+            "The guaranteed refined map misses at most 1 % of the rays.",
+            &[Test::value(one(MISSED, "refined, guaranteed"), AtMost(0.01))],
+        ),
+        Claim::ours(
+            "8-bits",
+            "8 bits for a cell, rounded down, take at most 10 % more steps than f32.",
+            &[Test::ratio(one(STEPS, "refined, guaranteed, 8 bits"), GUARANTEED_STEPS, AtMost(1.1))],
+        ),
+    ],
+};
+
+pub const MAP_BUILD: Figure = Figure {
+    id: "tm.map-build",
+    title: "Relief: what the maps cost to build",
+    about: "Time of each map's construction on the device, for reliefs of so many texels a side, with a quarter as many \
+            layers. The thesis gives no time. Reliefs `bricks` and `rock`. The refined map searches a horizon in 64 directions for each column of cells, \
+            32 texels far, and tests it for each cell of the neighbourhood; the guaranteed one looks at every cell that a \
+            sector of directions may meet. Bytes are those of a map of 8 bits a cell; 16 and 32 bits are twice and four \
+            times as many; a cone map has one value for each texel.",
+    scenes: &["bricks", "rock"],
+    variants: || Build::ALL.map(|build| build.name()).to_vec(),
+    sweep: Some(Sweep { name: "texels a side", quick: &[16.0, 32.0], full: &[16.0, 32.0, 64.0, 128.0] }),
+    measure: measure_builds,
+    plots: &[Plot::sweep(BUILD).log_x().log_y(), Plot::sweep(BYTES).log_x().log_y()],
+    claims: &[Claim::ours(
+        "refined-price",
+        "The refined map (at centres) builds in at most 4 times the time of Donnelly's.",
+        &[Test::ratio(one(BUILD, REFINED_AT_CENTRES), one(BUILD, DONNELLY_AT_CENTRES), AtMost(4.0))],
+    )
+    .timed()],
+};
+
+/// Quantities.
+const STEPS: &str = "steps a ray";
+const TIME: &str = "tracing";
+const MISSED: &str = "share of rays missed";
+const BUILD: &str = "construction";
+const BYTES: &str = "bytes with 8 bits a cell";
+
+/// Variants.
+const DONNELLY_AT_CENTRES: &str = "Donnelly, at centres";
+const REFINED_AT_CENTRES: &str = "refined, at centres";
+
+const GUARANTEED_STEPS: Pick = one(STEPS, "refined, guaranteed");
+
+/// A map to build.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Build {
+    Distances(Holds, bool),
+    Cones { relaxed: bool },
+}
+
+impl Build {
+    const ALL: [Build; 6] = [
+        Build::Distances(Holds::AtCentres, false),
+        Build::Distances(Holds::AtCentres, true),
+        Build::Distances(Holds::Everywhere, false),
+        Build::Distances(Holds::Everywhere, true),
+        Build::Cones { relaxed: false },
+        Build::Cones { relaxed: true },
+    ];
+
+    fn name(self) -> String {
+        match self {
+            Build::Distances(holds, refined) => {
+                let map = if refined { "refined" } else { "Donnelly" };
+                format!("{map}, {}", if holds == Holds::AtCentres { "at centres" } else { "guaranteed" })
+            }
+            Build::Cones { relaxed: false } => "cone map".into(),
+            Build::Cones { relaxed: true } => "relaxed cone map".into(),
+        }
+    }
+}
+
+/// A tracer of the figure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Method {
+    Linear,
+    Map(Build),
+    /// The guaranteed refined map with so many bits for a cell.
+    Quantised(u32),
+}
+
+const REFINED: Build = Build::Distances(Holds::Everywhere, true);
+
+impl Method {
+    const ALL: [Method; 9] = [
+        Method::Linear,
+        Method::Map(Build::ALL[0]),
+        Method::Map(Build::ALL[1]),
+        Method::Map(Build::ALL[2]),
+        Method::Map(Build::ALL[3]),
+        Method::Quantised(16),
+        Method::Quantised(8),
+        Method::Map(Build::ALL[4]),
+        Method::Map(Build::ALL[5]),
+    ];
+
+    fn name(self) -> String {
+        match self {
+            Method::Linear => "linear and binary search".into(),
+            Method::Map(build) => build.name(),
+            Method::Quantised(bits) => format!("{}, {bits} bits", REFINED.name()),
+        }
+    }
+}
+
+fn relief_of(scene: &str, side: usize) -> anyhow::Result<Relief> {
+    let kind = Kind::ALL.into_iter().find(|kind| kind.name() == scene);
+    Ok(kind.with_context(|| format!("no relief {scene:?}"))?.relief(side))
+}
+
+fn run(gpu: &Gpu, record: impl FnOnce(&mut Cmd<'_>) -> crate::vk::Result<()>) -> crate::vk::Result<()> {
+    let mut frame = gpu.frame()?;
+    frame.pass("relief", record)?;
+    frame.submit()?.wait()?;
+    Ok(())
+}
+
+/// The distance maps in the order of [`Build::ALL`], and the cone map and the relaxed one.
+struct Maps {
+    distances: Vec<DistanceMap>,
+    cones: [Vec<f32>; 2],
+}
+
+/// The last relief's maps, by scene and side: its cells follow each other and need the same ones.
+static LAST: Mutex<Option<(String, usize, Arc<Maps>)>> = Mutex::new(None);
+
+fn maps(gpu: &Gpu, scene: &str, relief: &Relief, layers: usize) -> anyhow::Result<Arc<Maps>> {
+    let mut last = LAST.lock().expect("no panic while maps are built");
+    if let Some((of, side, maps)) = &*last
+        && (&**of, *side) == (scene, relief.side)
+    {
+        return Ok(maps.clone());
+    }
+    let maps = Arc::new(built(gpu, relief, layers)?);
+    *last = Some((scene.to_string(), relief.side, maps.clone()));
+    Ok(maps)
+}
+
+fn built(gpu: &Gpu, relief: &Relief, layers: usize) -> anyhow::Result<Maps> {
+    let (mut distances, mut cones) = (Vec::new(), [Vec::new(), Vec::new()]);
+    for build in Build::ALL {
+        match build {
+            Build::Distances(holds, refined) => {
+                let own = DistanceBuild::new(gpu, relief, layers, &Fan::new(relief.depth, holds), refined)?;
+                run(gpu, |cmd| own.run(cmd))?;
+                distances.push(own.read(gpu)?);
+            }
+            Build::Cones { relaxed } => {
+                let own = ConeBuild::new(gpu, relief, relaxed)?;
+                run(gpu, |cmd| own.run(cmd))?;
+                cones[usize::from(relaxed)] = own.read(gpu)?;
+            }
+        }
+    }
+    Ok(Maps { distances, cones })
+}
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let elevation = cell.x.context("a sweep")?;
+    let (side, layers, columns) = if bench.effort == Effort::Quick { (64, 16, 256) } else { (128, 32, 2048) };
+    let relief = relief_of(&cell.scene, side)?;
+    let gpu = bench.gpu(&[])?;
+    let maps = maps(&gpu, &cell.scene, &relief, layers)?;
+    let Maps { distances, cones } = &*maps;
+    let direction = Ray::towards([0.0; 2], elevation, 33.0).direction;
+    let map_of = |build| &distances[Build::ALL.iter().position(|b| *b == build).expect("one of ALL")];
+    let traces = Method::ALL.map(|method| {
+        let tracer = match method {
+            Method::Linear => Tracer::Linear,
+            Method::Map(Build::Cones { relaxed: false }) => Tracer::Cones(&cones[0]),
+            Method::Map(Build::Cones { relaxed: true }) => Tracer::RelaxedCones(&cones[1]),
+            Method::Map(build) => Tracer::Distances(map_of(build), 32),
+            Method::Quantised(bits) => Tracer::Distances(map_of(REFINED), bits),
+        };
+        Ok((method, Trace::new(&gpu, &relief, &tracer, direction, columns)?))
+    });
+    let traces = traces.into_iter().collect::<anyhow::Result<Vec<(Method, Trace)>>>()?;
+    let contenders: Vec<Contender<'_>> =
+        traces.iter().map(|(method, trace)| pass(&gpu, method.name(), |cmd| trace.run(cmd))).collect();
+    let timed = bench.interleave(&gpu, contenders)?;
+    let mut rows: Vec<Row> = timed.iter().map(|one| one.row(TIME)).collect();
+    let hits = exact_hits(&relief, direction, columns);
+    for (method, trace) in &traces {
+        let found = trace.read(&gpu)?;
+        let mean = found.iter().map(|ray| f64::from(ray.steps)).sum::<f64>() / found.len() as f64;
+        rows.push(Row::number(method.name(), STEPS, "steps", mean));
+        rows.push(Row::number(method.name(), MISSED, "", missed(&found, &hits)));
+    }
+    Ok(rows)
+}
+
+/// (Index of a ray, its exact distance) for a grid of 64 x 64 of the rays.
+fn exact_hits(relief: &Relief, direction: [f32; 3], columns: u32) -> Vec<(usize, f64)> {
+    let stride = columns / 64;
+    let hit = |n: u32| {
+        let at = [n % 64, n / 64].map(|c| c * stride + stride / 2);
+        let ray = Ray { origin: origin(relief, columns, at), direction };
+        ((at[1] * columns + at[0]) as usize, reference::first_hit(relief, &ray))
+    };
+    (0..64 * 64).map(hit).collect()
+}
+
+fn missed(found: &[Traced], hits: &[(usize, f64)]) -> f64 {
+    let far = |&&(at, hit): &&(usize, f64)| {
+        let error = (f64::from(found[at].distance) - hit).abs();
+        error.is_nan() || error > f64::from(LEAST_STEP) + 1e-3
+    };
+    hits.iter().filter(far).count() as f64 / hits.len() as f64
+}
+
+fn measure_builds(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let side = cell.x.context("a sweep")? as usize;
+    let (layers, relief) = (side / 4, relief_of(&cell.scene, side)?);
+    let gpu = bench.gpu(&[])?;
+    let (mut rows, mut contenders) = (Vec::new(), Vec::new());
+    for build in Build::ALL {
+        let cells = match build {
+            Build::Distances(holds, refined) => {
+                let own = DistanceBuild::new(&gpu, &relief, layers, &Fan::new(relief.depth, holds), refined)?;
+                contenders.push(pass(&gpu, build.name(), move |cmd| own.run(cmd)));
+                side * side * layers
+            }
+            Build::Cones { relaxed } => {
+                let own = ConeBuild::new(&gpu, &relief, relaxed)?;
+                contenders.push(pass(&gpu, build.name(), move |cmd| own.run(cmd)));
+                side * side
+            }
+        };
+        rows.push(Row::number(build.name(), BYTES, "bytes", cells as f64));
+    }
+    let timed = bench.interleave(&gpu, contenders)?;
+    rows.extend(timed.iter().filter(|one| one.variant != "empty pass").map(|one| one.row(BUILD)));
+    Ok(rows)
+}

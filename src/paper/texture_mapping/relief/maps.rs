@@ -1,0 +1,298 @@
+//! The maps that tracers step by: Donnelly's and the refined distances, cones and relaxed cones. f32, as the GPU's.
+//!
+//! Only additions, multiplications and comparisons decide a distance, and the GPU has the same order of them: maps are
+//! equal to the bit.
+
+use super::Relief;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Directions that share a horizon.
+pub const SECTORS: usize = 64;
+
+/// How far a horizon is searched, in texels; farther obstacles only steepen it.
+pub const REACH: usize = 32;
+
+/// For which points of a cell and which rays of a sector a distance holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Holds {
+    /// The cell's centre and the sector's middle: Donnelly's and the paper's.
+    AtCentres,
+    /// All.
+    Everywhere,
+}
+
+/// What the construction of distance maps needs of every relief alike.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fan {
+    pub holds: Holds,
+    /// For each sector and each distance 1 ..= REACH: where its cells begin in `cells`; one more at the end.
+    pub starts: Vec<u32>,
+    /// Offsets of the cells in which a point may lie that is so far from a point of cell (0, 0).
+    pub cells: Vec<[i32; 2]>,
+    /// For offsets -radius ..= radius in x and y: the first sector *behind* a ray to that cell, and how many.
+    pub behind: Vec<[u32; 2]>,
+    pub radius: i32,
+}
+
+impl Fan {
+    /// For reliefs of at most so much depth: no distance is longer.
+    pub fn new(depth: f32, holds: Holds) -> Fan {
+        let radius = depth.ceil() as i32 + 1;
+        let mut fan = Fan { holds, starts: vec![0], cells: Vec::new(), behind: Vec::new(), radius };
+        for sector in 0..SECTORS {
+            for distance in 1..=REACH {
+                fan.cells.extend(match holds {
+                    Holds::AtCentres => vec![cell_towards(sector, distance as f64)],
+                    Holds::Everywhere => cells_on_arc(sector, distance as f64),
+                });
+                fan.starts.push(fan.cells.len() as u32);
+            }
+        }
+        let side = 2 * radius + 1;
+        let offsets = (0..side * side).map(|at| [at % side - radius, at / side - radius]);
+        fan.behind = offsets.map(|[a, b]| sectors_behind(a, b, holds)).collect();
+        fan
+    }
+}
+
+/// The cell whose centre is nearest to the point so far from the centre of cell (0, 0), in the sector's middle.
+fn cell_towards(sector: usize, distance: f64) -> [i32; 2] {
+    let angle = (sector as f64 + 0.5) * TAU / SECTORS as f64;
+    [distance * angle.cos(), distance * angle.sin()].map(|c| c.round() as i32)
+}
+
+/// Cells in which a point lies that is `distance` from a point of cell (0, 0) in a direction of the sector.
+fn cells_on_arc(sector: usize, distance: f64) -> Vec<[i32; 2]> {
+    let samples = 64;
+    let points: Vec<[f64; 2]> = (0..=samples)
+        .map(|n| {
+            let angle = (sector as f64 + f64::from(n) / f64::from(samples)) * TAU / SECTORS as f64;
+            [distance * angle.cos(), distance * angle.sin()]
+        })
+        .collect();
+    // A cell meets the unit square around a point of the arc; the margin is the distance between samples.
+    let margin = 1.0 + distance * TAU / SECTORS as f64 / f64::from(samples);
+    let reach = distance as i32 + 2;
+    let near = |&[a, b]: &[i32; 2]| {
+        let [a, b] = [f64::from(a), f64::from(b)];
+        points.iter().any(|[x, y]| (x - a).abs() <= margin && (y - b).abs() <= margin)
+    };
+    let square = (-reach..=reach).flat_map(|b| (-reach..=reach).map(move |a| [a, b]));
+    square.filter(near).collect()
+}
+
+/// The sectors opposite to the directions from a point of cell (0, 0) to a point of cell (a, b): first and count.
+fn sectors_behind(a: i32, b: i32, holds: Holds) -> [u32; 2] {
+    let centre = f64::from(b).atan2(f64::from(a));
+    let sector = |angle: f64| ((angle + centre + 0.5 * TAU) * SECTORS as f64 / TAU).floor();
+    let reach = match holds {
+        Holds::AtCentres => return [sector(0.0).rem_euclid(SECTORS as f64) as u32, 1],
+        // Cells that touch see each other in every direction.
+        Holds::Everywhere if a.abs() <= 1 && b.abs() <= 1 => return [0, SECTORS as u32],
+        Holds::Everywhere => [[-1, -1], [1, -1], [-1, 1], [1, 1]],
+    };
+    let corners = reach.map(|[x, y]| {
+        let angle = f64::from(b + y).atan2(f64::from(a + x)) - centre;
+        // Within half a turn of the centre's.
+        angle - (angle / TAU).round() * TAU
+    });
+    let (low, high) = corners.iter().fold((0f64, 0f64), |(low, high), &c| (low.min(c), high.max(c)));
+    let (first, last) = (sector(low - 1e-9), sector(high + 1e-9));
+    [first.rem_euclid(SECTORS as f64) as u32, (last - first) as u32 + 1]
+}
+
+/// Least and greatest height of each cell, row by row; for centres both are the centre's.
+pub fn bounds(relief: &Relief, holds: Holds) -> Vec<[f32; 2]> {
+    let side = relief.side as i64;
+    let cells = (0..side).flat_map(|j| (0..side).map(move |i| (i, j)));
+    let of_cell = |(i, j)| {
+        let corners = relief.corners(i, j);
+        match holds {
+            Holds::AtCentres => [0.25 * ((corners[0] + corners[1]) + (corners[2] + corners[3])); 2],
+            Holds::Everywhere => {
+                [corners.into_iter().fold(f32::INFINITY, f32::min), corners.into_iter().fold(0.0, f32::max)]
+            }
+        }
+    };
+    cells.map(of_cell).collect()
+}
+
+/// Distances by which a ray may step, for cells of a texel x a texel x depth / layers; layer by layer from below.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DistanceMap {
+    pub layers: usize,
+    /// In texels.
+    pub distances: Vec<f32>,
+}
+
+/// A cell of a distance map on its way to its distance.
+struct Cell<'a> {
+    relief: &'a Relief,
+    bounds: &'a [[f32; 2]],
+    at: [i32; 2],
+    /// Least and greatest height of the points for which the distance is to hold.
+    low: f32,
+    high: f32,
+    /// How far two cells' points are nearer to each other along an axis than the cells' centres.
+    extent: f32,
+}
+
+impl Cell<'_> {
+    fn bounds(&self, [a, b]: [i32; 2]) -> [f32; 2] {
+        let wrap = |at: i32| at.rem_euclid(self.relief.side as i32) as usize;
+        self.bounds[wrap(self.at[1] + b) * self.relief.side + wrap(self.at[0] + a)]
+    }
+
+    /// The least tangent of the horizon in every direction of a sector, seen from any point of the cell.
+    fn horizon(&self, fan: &Fan, sector: usize) -> f32 {
+        (0..REACH).fold(0.0, |steepest: f32, n| {
+            let range = fan.starts[sector * REACH + n] as usize..fan.starts[sector * REACH + n + 1] as usize;
+            let lowest = fan.cells[range].iter().fold(f32::INFINITY, |low, &at| low.min(self.bounds(at)[0]));
+            steepest.max((lowest - self.high) * inverse(n + 1))
+        })
+    }
+
+    /// The square of the least distance to the surface in another cell, to a point that a ray descends to at least as
+    /// steeply as the tangent `slope`; infinite where the cell has none.
+    fn squared_distance(&self, [a, b]: [i32; 2], slope: f32) -> f32 {
+        let gap = |at: i32| (at.abs() as f32 - self.extent).max(0.0);
+        let across = gap(a) * gap(a) + gap(b) * gap(b);
+        let [lowest, highest] = self.bounds([a, b]);
+        let drop = slope * exact_root(across);
+        if self.high - drop < lowest {
+            return f32::INFINITY;
+        }
+        let below = (self.low - highest).max(drop).max(0.0);
+        across + below * below
+    }
+}
+
+/// 1 / distance, the same on every device.
+pub fn inverse(distance: usize) -> f32 {
+    (1.0 / distance as f64) as f32
+}
+
+/// The largest f32 whose square, rounded, is not above `square`: what any device finds from its own root.
+pub fn exact_root(square: f32) -> f32 {
+    // Below this the squares underflow.
+    if square < f32::MIN_POSITIVE {
+        return 0.0;
+    }
+    let mut root = square.sqrt();
+    while root * root > square {
+        root = f32::from_bits(root.to_bits() - 1);
+    }
+    while f32::from_bits(root.to_bits() + 1) * f32::from_bits(root.to_bits() + 1) <= square {
+        root = f32::from_bits(root.to_bits() + 1);
+    }
+    root
+}
+
+/// Donnelly's map, and the refined one where `refined`.
+pub fn distance_map(relief: &Relief, layers: usize, fan: &Fan, refined: bool) -> DistanceMap {
+    let bounds = bounds(relief, fan.holds);
+    let side = relief.side;
+    let thickness = relief.depth / layers as f32;
+    // Of a layer's thickness.
+    let (extent, [lowest, highest]) = match fan.holds {
+        Holds::AtCentres => (0.0, [0.5, 0.5]),
+        Holds::Everywhere => (1.0, [0.0, 1.0]),
+    };
+    let distance = |index: usize| {
+        let [i, j, layer] = [index % side, index / side % side, index / (side * side)];
+        let [low, high] = [lowest, highest].map(|share| (layer as f32 + share) * thickness);
+        let cell = Cell { relief, bounds: &bounds, at: [i as i32, j as i32], low, high, extent };
+        if cell.high <= cell.bounds([0, 0])[0] {
+            return 0.0;
+        }
+        let horizon = |sector| if refined { cell.horizon(fan, sector) } else { 0.0 };
+        let horizons: Vec<f32> = (0..SECTORS).map(horizon).collect();
+        let (radius, square_side) = (fan.radius, 2 * fan.radius + 1);
+        let squares = fan.behind.iter().enumerate().map(|(at, &[first, count])| {
+            let offset = [at as i32 % square_side - radius, at as i32 / square_side - radius];
+            let behind = (first..first + count).map(|sector| horizons[sector as usize % SECTORS]);
+            cell.squared_distance(offset, behind.fold(f32::INFINITY, f32::min))
+        });
+        exact_root(squares.fold(f32::INFINITY, f32::min))
+    };
+    let distances = (0..side * side * layers).into_par_iter().map(distance).collect();
+    DistanceMap { layers, distances }
+}
+
+impl DistanceMap {
+    /// The map's words with 8, 16 or 32 bits for a cell, and the distance of 1: rounded down, so that no distance grows.
+    /// 32 bits are the f32 as they are.
+    pub fn packed(&self, bits: u32) -> (Vec<u32>, f32) {
+        if bits == 32 {
+            return (self.distances.iter().map(|distance| distance.to_bits()).collect(), 1.0);
+        }
+        let most = (1u32 << bits) - 1;
+        let unit = self.distances.iter().copied().fold(f32::MIN_POSITIVE, f32::max) / most as f32;
+        let quantised = |distance: &f32| {
+            let mut steps = ((distance / unit) as u32).min(most);
+            while steps as f32 * unit > *distance {
+                steps -= 1;
+            }
+            steps
+        };
+        let word = |cells: &[f32]| {
+            cells
+                .iter()
+                .enumerate()
+                .fold(0, |word, (n, distance)| word | quantised(distance) << (n as u32 * bits))
+        };
+        (self.distances.chunks((32 / bits) as usize).map(word).collect(), unit)
+    }
+
+    /// The map as a tracer reads it from [`DistanceMap::packed`].
+    pub fn rounded_down(&self, bits: u32) -> DistanceMap {
+        let (words, unit) = self.packed(bits);
+        let each = (32 / bits) as usize;
+        let cell = |at: usize| match bits {
+            32 => f32::from_bits(words[at]),
+            _ => (words[at / each] >> (at % each * bits as usize) & ((1 << bits) - 1)) as f32 * unit,
+        };
+        DistanceMap { layers: self.layers, distances: (0..self.distances.len()).map(cell).collect() }
+    }
+}
+
+/// Steps of a ray inside the solid, from where it enters to the floor.
+const MARCH: u32 = 32;
+
+/// Cones on the texels as ratios of radius to height, at most 1. Dummer's stand free: no other texel is inside. Relaxed
+/// ones may be pierced once: for each other texel, the ray to it from the top plane above the cone's own counts where it
+/// leaves the solid again.
+pub fn cone_map(relief: &Relief, relaxed: bool) -> Vec<f32> {
+    let (side, reach) = (relief.side as i64, relief.side as i64 / 2);
+    let offsets = || (-reach..=reach).flat_map(move |b| (-reach..=reach).map(move |a| [a, b]));
+    let cone = |at: i64| {
+        let own = [at % side, at / side];
+        let height = relief.texel(own[0], own[1]);
+        offsets().fold(1.0, |widest: f32, [a, b]| {
+            let mut obstacle = [a as f32, b as f32, relief.texel(own[0] + a, own[1] + b)];
+            if obstacle[2] <= height {
+                return widest;
+            }
+            if relaxed && obstacle[2] < relief.depth {
+                obstacle = leaves(relief, own, obstacle);
+            }
+            let above = obstacle[2] - height;
+            if above > 0.0 { widest.min(obstacle[0].hypot(obstacle[1]) / above) } else { widest }
+        })
+    };
+    (0..side * side).into_par_iter().map(cone).collect()
+}
+
+/// Where the ray from the top plane above texel `own` through `[x, y, z]`, relative to it, leaves the solid again.
+fn leaves(relief: &Relief, own: [i64; 2], [x, y, z]: [f32; 3]) -> [f32; 3] {
+    let scale = z / (relief.depth - z) / MARCH as f32;
+    let along = [x * scale, y * scale, (z - relief.depth) * scale];
+    let points =
+        (0..=MARCH).map(|n| [x + n as f32 * along[0], y + n as f32 * along[1], z + n as f32 * along[2]]);
+    let outside = |[x, y, z]: &[f32; 3]| {
+        let [i, j] = [x, y].map(|c| (c + 0.5).floor() as i64);
+        relief.texel(own[0] + i, own[1] + j) < *z
+    };
+    points.into_iter().find(outside).unwrap_or([x, y, 0.0])
+}

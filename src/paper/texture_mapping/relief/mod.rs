@@ -1,0 +1,146 @@
+//! Relief: a height field below a polygon, and the tracing of view rays through it. Section I; [`parallax`] filters it,
+//! section H.
+//!
+//! A relief has a height for each texel, repeats, and is bilinear between texels. A ray enters at the top plane and
+//! descends. W. Donnelly ("Per-Pixel Displacement Mapping with Distance Functions", GPU Gems 2, chapter 8, 2005) keeps, in
+//! a 3-D map, the distance from each cell to the nearest surface point and steps by it. The paper refines the map: only
+//! points that a view ray through the cell can hit count. A ray through `p` that was not obstructed above `p` descends at
+//! least as steeply as the horizon behind `p`; so the refined distance is the least to a surface point which lies below
+//! `p` at least that steeply. The tracer stays as it is.
+//!
+//! Differs: the paper searches the unobstructed rays one by one; the horizon gives the same set without a ray. Donnelly
+//! and the paper store the distance of a cell's centre, which may be too long elsewhere in the cell. [`maps`] bounds it
+//! for every point of the cell and every direction of its sector, so a step by the map never passes the surface; where it
+//! is short of the least step, [`trace`] takes that and tests for a crossing.
+//!
+//! Beside them: linear and binary search (F. Policarpo, M. Oliveira, J. Comba, "Real-Time Relief Mapping on Arbitrary
+//! Polygonal Surfaces", I3D 2005); cone maps (J. Dummer, "Cone Step Mapping", 2006) and relaxed cone maps (F. Policarpo,
+//! M. Oliveira, "Relaxed Cone Stepping for Relief Mapping", GPU Gems 3, chapter 18, 2007).
+//! [`reference`](mod@reference) has the exact intersection.
+
+pub mod maps;
+pub mod parallax;
+pub mod pass;
+pub mod reference;
+pub mod trace;
+
+use crate::math::splitmix::SplitMix64;
+
+/// A height field of `side` x `side` texels that repeats. Lengths are in texels; texel (i, j) lies at the place (i, j).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Relief {
+    pub side: usize,
+    /// Of the relief, from the lowest height, 0, to the top plane.
+    pub depth: f32,
+    /// 255 is the top plane; row by row.
+    pub heights: Vec<u8>,
+}
+
+/// The reliefs of the figures, all generated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Narrow deep joints between flat bricks.
+    Bricks,
+    /// Narrow pillars on a deep floor.
+    Pillars,
+    /// A stair with single high spikes.
+    Spikes,
+    /// Noise of four octaves.
+    Rock,
+}
+
+impl Kind {
+    pub const ALL: [Kind; 4] = [Kind::Bricks, Kind::Pillars, Kind::Spikes, Kind::Rock];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Bricks => "bricks",
+            Kind::Pillars => "pillars",
+            Kind::Spikes => "spikes",
+            Kind::Rock => "rock",
+        }
+    }
+
+    /// The relief with so many texels a side, a power of two from 16 on, a quarter of that deep.
+    pub fn relief(self, side: usize) -> Relief {
+        assert!(side.is_power_of_two() && side >= 16, "a relief of {side} texels a side");
+        let unit = side / 16;
+        let height = |x: usize, y: usize| match self {
+            Kind::Bricks => {
+                let row = y / (4 * unit);
+                let shifted = (x + row % 2 * 4 * unit) % (8 * unit);
+                let joint = shifted < unit || y % (4 * unit) < unit;
+                if joint { 0 } else { 255 - (lattice(1, x, y, side) / 32) as u8 }
+            }
+            Kind::Pillars => {
+                let inside = |at: usize| at % (4 * unit) < 2 * unit;
+                if inside(x) && inside(y) { 255 } else { 0 }
+            }
+            Kind::Spikes => {
+                let spike = x % (4 * unit) == unit && y % (4 * unit) == 2 * unit;
+                if spike { 255 } else { (x / (4 * unit) * 51) as u8 }
+            }
+            Kind::Rock => rock(x, y, side),
+        };
+        let heights = (0..side * side).map(|at| height(at % side, at / side)).collect();
+        Relief { side, depth: side as f32 / 4.0, heights }
+    }
+}
+
+/// A number of 0 ..= 255 for each place, that repeats.
+fn lattice(seed: u64, x: usize, y: usize, period: usize) -> u32 {
+    (SplitMix64::nth(seed, (y % period * period + x % period) as u64) >> 56) as u32
+}
+
+/// Value noise: octaves with cells of an 8th of the side and less, each of half the height.
+fn rock(x: usize, y: usize, side: usize) -> u8 {
+    let octave = |n: usize| {
+        let cell = ((side / 8) >> n).max(1);
+        let ([i, fx], [j, fy]) = ([x / cell, x % cell], [y / cell, y % cell]);
+        let at = |a, b| f64::from(lattice(n as u64 + 7, i + a, j + b, side / cell));
+        let smooth = |f: usize| {
+            let t = f as f64 / cell as f64;
+            t * t * (3.0 - 2.0 * t)
+        };
+        let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
+        mix(mix(at(0, 0), at(1, 0), smooth(fx)), mix(at(0, 1), at(1, 1), smooth(fx)), smooth(fy))
+    };
+    let sum: f64 = (0..4).map(|n| octave(n) * 0.5f64.powi(n as i32)).sum();
+    (sum / 1.875) as u8
+}
+
+impl Relief {
+    /// A texel's height in texels; places repeat.
+    pub fn texel(&self, i: i64, j: i64) -> f32 {
+        let wrap = |at: i64| at.rem_euclid(self.side as i64) as usize;
+        f32::from(self.heights[wrap(j) * self.side + wrap(i)]) * (self.depth / 255.0)
+    }
+
+    /// Colours at random, one for each texel, from 0 to 1: independent of the heights.
+    pub fn colours(&self) -> Vec<f32> {
+        let texel = |at: u64| (SplitMix64::nth(41, at) >> 40) as f32 / (1 << 24) as f32;
+        (0..self.heights.len() as u64).map(texel).collect()
+    }
+
+    /// Heights at the corners of the cell between texels (i, j) and (i + 1, j + 1).
+    pub fn corners(&self, i: i64, j: i64) -> [f32; 4] {
+        [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[a, b]| self.texel(i + a, j + b))
+    }
+}
+
+/// A ray that starts at the top plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// x and y.
+    pub origin: [f32; 2],
+    /// Of length 1; z below 0.
+    pub direction: [f32; 3],
+}
+
+impl Ray {
+    /// A ray that descends at `elevation` below the horizontal towards `azimuth`, both in degrees.
+    pub fn towards(origin: [f32; 2], elevation: f64, azimuth: f64) -> Ray {
+        let ((up, along), (y, x)) = (elevation.to_radians().sin_cos(), azimuth.to_radians().sin_cos());
+        Ray { origin, direction: [along * x, along * y, -up].map(|c| c as f32) }
+    }
+}

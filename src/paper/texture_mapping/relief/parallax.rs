@@ -1,0 +1,91 @@
+//! Parallax mapping with filtering: a pixel's colour where a relief moves, deforms and hides parts of its footprint.
+//! Section H.
+//!
+//! The paper filters the moved footprint and counts only texels that the relief does not hide; it gives no formula for
+//! the offset. Here the rays of the footprint's ends are traced, so its offset and its stretching are exact.
+//! Differs: hidden texels are found by one sweep along the view direction, with a running maximum of the place on the
+//! screen, and not by a trace for each texel and a buffer of those already counted; the set is the same.
+//! Ours: [`Method::Projected`] weights each texel by its visible width on the screen, by the same sweep.
+//!
+//! The view is parallel, along +x. A point (x, height) is seen by the ray that enters the top plane at
+//! `s = x - (depth - height) cot(elevation)`; it is hidden if a point before it has a larger s. A pixel is a square of the
+//! top plane, `pixel` texels a side, and is summed along two lines for each row of texels.
+
+use super::reference::first_hit;
+use super::{Ray, Relief};
+
+/// How a pixel is filtered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// The texel that the pixel's centre shows.
+    Point,
+    /// A plain box filter, moved to where the centre's ray meets the relief: Donnelly's unperturbed derivatives.
+    Unperturbed,
+    /// All texels between the hits of the pixel's two ends.
+    Whole,
+    /// The paper's: those of `Whole` that the relief does not hide.
+    Visible,
+    /// Each texel by its visible width.
+    Projected,
+}
+
+impl Method {
+    pub const ALL: [Method; 5] =
+        [Method::Point, Method::Unperturbed, Method::Whole, Method::Visible, Method::Projected];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Method::Point => "one texel",
+            Method::Unperturbed => "unperturbed derivatives",
+            Method::Whole => "whole footprint",
+            Method::Visible => "visible texels",
+            Method::Projected => "projected width",
+        }
+    }
+}
+
+/// What is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    pub elevation_degrees: f64,
+    /// Pixels a side.
+    pub columns: u32,
+    /// Texels a side of a pixel.
+    pub pixel: f64,
+}
+
+impl View {
+    pub fn cotangent(&self) -> f64 {
+        1.0 / self.elevation_degrees.to_radians().tan()
+    }
+}
+
+/// The mean colour that `samples` x `samples` rays in each pixel see, by exact intersections; row by row.
+pub fn truth(relief: &Relief, colours: &[f32], view: &View, samples: u32) -> Vec<f64> {
+    use rayon::prelude::*;
+    let columns = view.columns as usize;
+    let step = view.pixel / f64::from(samples);
+    let pixel = |at: usize| {
+        let corner = [at % columns, at / columns].map(|c| c as f64 * view.pixel);
+        let sum: f64 = (0..samples * samples)
+            .map(|n| {
+                let [s, y] = [(n % samples, 0), (n / samples, 1)]
+                    .map(|(n, axis): (u32, usize)| corner[axis] + (f64::from(n) + 0.5) * step);
+                let ray = Ray::towards([s as f32, y as f32], view.elevation_degrees, 0.0);
+                let x = s + first_hit(relief, &ray) * f64::from(ray.direction[0]);
+                bilinear(relief.side, colours, x, y)
+            })
+            .sum();
+        sum / f64::from(samples * samples)
+    };
+    (0..columns * columns).into_par_iter().map(pixel).collect()
+}
+
+fn bilinear(side: usize, values: &[f32], x: f64, y: f64) -> f64 {
+    let ([i, j], [fx, fy]) = ([x.floor(), y.floor()], [x - x.floor(), y - y.floor()]);
+    let at = |a: i64, b: i64| {
+        let wrap = |c: i64| c.rem_euclid(side as i64) as usize;
+        f64::from(values[wrap(j as i64 + b) * side + wrap(i as i64 + a)])
+    };
+    (at(0, 0) * (1.0 - fx) + at(1, 0) * fx) * (1.0 - fy) + (at(0, 1) * (1.0 - fx) + at(1, 1) * fx) * fy
+}

@@ -1,0 +1,280 @@
+//! Maps built, rays traced and pixels filtered on the GPU.
+
+use super::Relief;
+use super::maps::{self, DistanceMap, Fan, Holds};
+use super::parallax;
+use super::trace::{Traced, Tracer};
+use crate::vk::shader::texture_mapping::{
+    relief_cones_comp, relief_distances_comp, relief_parallax_comp, relief_trace_comp,
+};
+use crate::vk::shader::{Parallax, ReliefPush};
+use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Resource, Result};
+
+fn push(relief: &Relief) -> ReliefPush {
+    ReliefPush {
+        side: relief.side as u32,
+        layers: 1,
+        depth: relief.depth,
+        map_unit: 1.0,
+        direction: [0.0, 0.0, -1.0],
+        columns: 0,
+        radius: 0,
+        first_row: 0,
+    }
+}
+
+/// A relief's heights on the device.
+pub fn heights(gpu: &Gpu, relief: &Relief) -> Result<Buffer> {
+    let side = relief.side as i64;
+    let texels: Vec<f32> = (0..side * side).map(|at| relief.texel(at % side, at / side)).collect();
+    gpu.buffer_with("heights", &texels, BufferUse::Storage)
+}
+
+/// The words of a buffer, once all frames before have ended.
+fn read_words(gpu: &Gpu, buffer: &Buffer) -> Result<Vec<u32>> {
+    let host = gpu.buffer("relief read-back", buffer.bytes(), BufferUse::Readback)?;
+    let mut frame = gpu.frame()?;
+    frame.pass("read-back", |cmd| {
+        cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes());
+        Ok(())
+    })?;
+    frame.submit()?.wait()?;
+    Ok(bytemuck::pod_collect_to_vec(host.mapped()))
+}
+
+/// Rows of cells of a dispatch: a second or so of work is cut.
+const ROWS: u32 = 8;
+
+/// The construction of a distance map.
+pub struct DistanceBuild {
+    pipeline: ComputePipeline,
+    heights: Buffer,
+    starts: Buffer,
+    cells: Buffer,
+    behind: Buffer,
+    inverses: Buffer,
+    distances: Buffer,
+    push: ReliefPush,
+}
+
+impl DistanceBuild {
+    /// # Errors
+    /// Out of memory.
+    pub fn new(gpu: &Gpu, relief: &Relief, layers: usize, fan: &Fan, refined: bool) -> Result<DistanceBuild> {
+        let constants =
+            [("REFINED", u32::from(refined)), ("EVERYWHERE", u32::from(fan.holds == Holds::Everywhere))];
+        let storage = BufferUse::Storage;
+        let inverses: Vec<f32> = (1..=maps::REACH).map(maps::inverse).collect();
+        let texels = 4 * (relief.side * relief.side * layers) as u64;
+        Ok(DistanceBuild {
+            pipeline: gpu.compute_pipeline("distance map", &relief_distances_comp::SHADER, &constants)?,
+            heights: heights(gpu, relief)?,
+            starts: gpu.buffer_with("fan starts", &fan.starts, storage)?,
+            cells: gpu.buffer_with("fan cells", &fan.cells, storage)?,
+            behind: gpu.buffer_with("sectors behind", &fan.behind, storage)?,
+            inverses: gpu.buffer_with("inverse distances", &inverses, storage)?,
+            distances: gpu.buffer("distances", texels, storage)?,
+            push: ReliefPush { layers: layers as u32, radius: fan.radius, ..push(relief) },
+        })
+    }
+
+    /// Records the whole construction.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn run(&self, cmd: &mut Cmd<'_>) -> Result<()> {
+        let buffers = [
+            (relief_distances_comp::HEIGHTS, &self.heights),
+            (relief_distances_comp::STARTS, &self.starts),
+            (relief_distances_comp::CELLS, &self.cells),
+            (relief_distances_comp::BEHIND, &self.behind),
+            (relief_distances_comp::INVERSES, &self.inverses),
+            (relief_distances_comp::DISTANCES, &self.distances),
+        ];
+        let resources = buffers.map(|(binding, buffer)| (binding, Resource::Buffer(buffer)));
+        cmd.dispatch_rounds(&self.pipeline, &resources, &[slices(self.push, self.push.side)])
+    }
+
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn read(&self, gpu: &Gpu) -> Result<DistanceMap> {
+        let distances = read_words(gpu, &self.distances)?.into_iter().map(f32::from_bits).collect();
+        Ok(DistanceMap { layers: self.push.layers as usize, distances })
+    }
+}
+
+/// All rows of a map in dispatches of a few.
+fn slices(push: ReliefPush, groups: u32) -> Vec<(ReliefPush, [u32; 3])> {
+    let firsts = (0..push.side).step_by(ROWS as usize);
+    firsts.map(|first_row| (ReliefPush { first_row, ..push }, [groups, ROWS, 1])).collect()
+}
+
+/// The construction of a cone map.
+pub struct ConeBuild {
+    pipeline: ComputePipeline,
+    heights: Buffer,
+    cones: Buffer,
+    push: ReliefPush,
+}
+
+impl ConeBuild {
+    /// # Errors
+    /// Out of memory.
+    pub fn new(gpu: &Gpu, relief: &Relief, relaxed: bool) -> Result<ConeBuild> {
+        let constants = [("RELAXED", u32::from(relaxed))];
+        Ok(ConeBuild {
+            pipeline: gpu.compute_pipeline("cone map", &relief_cones_comp::SHADER, &constants)?,
+            heights: heights(gpu, relief)?,
+            cones: gpu.buffer("cones", 4 * (relief.side * relief.side) as u64, BufferUse::Storage)?,
+            push: push(relief),
+        })
+    }
+
+    /// Records the whole construction.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn run(&self, cmd: &mut Cmd<'_>) -> Result<()> {
+        let resources = [
+            (relief_cones_comp::HEIGHTS, Resource::Buffer(&self.heights)),
+            (relief_cones_comp::CONES, Resource::Buffer(&self.cones)),
+        ];
+        let groups = self.push.side.div_ceil(relief_cones_comp::SHADER.group[0]);
+        cmd.dispatch_rounds(&self.pipeline, &resources, &[slices(self.push, groups)])
+    }
+
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn read(&self, gpu: &Gpu) -> Result<Vec<f32>> {
+        Ok(read_words(gpu, &self.cones)?.into_iter().map(f32::from_bits).collect())
+    }
+}
+
+/// Parallel rays from a square grid on the top plane, by one tracer.
+pub struct Trace {
+    pipeline: ComputePipeline,
+    heights: Buffer,
+    map: Buffer,
+    hits: Buffer,
+    push: ReliefPush,
+}
+
+impl Trace {
+    /// `columns` x `columns` rays over the relief once.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn new(
+        gpu: &Gpu,
+        relief: &Relief,
+        tracer: &Tracer<'_>,
+        direction: [f32; 3],
+        columns: u32,
+    ) -> Result<Trace> {
+        let (id, bits, words, layers, map_unit) = match tracer {
+            Tracer::Linear => (0, 32, vec![0], 1, 1.0),
+            Tracer::Distances(map, bits) => {
+                let (words, unit) = map.packed(*bits);
+                (1, *bits, words, map.layers as u32, unit)
+            }
+            Tracer::Cones(cones) => (2, 32, bytemuck::cast_slice(cones).to_vec(), 1, 1.0),
+            Tracer::RelaxedCones(cones) => (3, 32, bytemuck::cast_slice(cones).to_vec(), 1, 1.0),
+        };
+        let constants = [("TRACER", id), ("MAP_BITS", bits)];
+        let rays = u64::from(columns) * u64::from(columns);
+        Ok(Trace {
+            pipeline: gpu.compute_pipeline("relief tracing", &relief_trace_comp::SHADER, &constants)?,
+            heights: heights(gpu, relief)?,
+            map: gpu.buffer_with("relief map", &words, BufferUse::Storage)?,
+            hits: gpu.buffer("hits", 8 * rays, BufferUse::Storage)?,
+            push: ReliefPush { layers, map_unit, direction, columns, ..push(relief) },
+        })
+    }
+
+    /// # Errors
+    /// Out of memory.
+    pub fn run(&self, cmd: &mut Cmd<'_>) -> Result<()> {
+        let buffers = [
+            (relief_trace_comp::HEIGHTS, &self.heights),
+            (relief_trace_comp::MAP, &self.map),
+            (relief_trace_comp::HITS, &self.hits),
+        ];
+        let resources = buffers.map(|(binding, buffer)| (binding, Resource::Buffer(buffer)));
+        let groups = self.push.columns.div_ceil(relief_trace_comp::SHADER.group[0]);
+        cmd.dispatch(&self.pipeline, &resources, bytemuck::bytes_of(&self.push), [groups, groups, 1])
+    }
+
+    /// Each ray's distance to its hit in texels, and its steps.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn read(&self, gpu: &Gpu) -> Result<Vec<Traced>> {
+        let words = read_words(gpu, &self.hits)?;
+        let traced = |ray: &[u32]| Traced { distance: f32::from_bits(ray[0]), steps: ray[1] };
+        Ok(words.chunks_exact(2).map(traced).collect())
+    }
+}
+
+/// Where ray (x, y) of `columns` a side starts.
+pub fn origin(relief: &Relief, columns: u32, [x, y]: [u32; 2]) -> [f32; 2] {
+    [x, y].map(|at| (at as f32 + 0.5) * (relief.side as f32 / columns as f32))
+}
+
+/// A picture of a relief filtered by one method.
+pub struct Filtered {
+    pipeline: ComputePipeline,
+    texels: Buffer,
+    pixels: Buffer,
+    push: Parallax,
+}
+
+impl Filtered {
+    /// # Errors
+    /// Out of memory.
+    pub fn new(
+        gpu: &Gpu,
+        relief: &Relief,
+        colours: &[f32],
+        view: &parallax::View,
+        method: parallax::Method,
+    ) -> Result<Filtered> {
+        let side = relief.side as i64;
+        assert_eq!(colours.len(), relief.heights.len(), "a colour for each texel");
+        let heights = (0..side * side).map(|at| relief.texel(at % side, at / side));
+        let texels: Vec<[f32; 2]> = heights.zip(colours).map(|(height, &colour)| [height, colour]).collect();
+        let bytes = 12 * u64::from(view.columns) * u64::from(view.columns);
+        let constants = [("METHOD", method as u32)];
+        Ok(Filtered {
+            pipeline: gpu.compute_pipeline(method.name(), &relief_parallax_comp::SHADER, &constants)?,
+            texels: gpu.buffer_with("heights and colours", &texels, BufferUse::Storage)?,
+            pixels: gpu.buffer("filtered pixels", bytes, BufferUse::Storage)?,
+            push: Parallax {
+                side: relief.side as u32,
+                depth: relief.depth,
+                cotangent: view.cotangent() as f32,
+                columns: view.columns,
+                pixel: view.pixel as f32,
+            },
+        })
+    }
+
+    /// # Errors
+    /// Out of memory.
+    pub fn run(&self, cmd: &mut Cmd<'_>) -> Result<()> {
+        let resources = [
+            (relief_parallax_comp::SURFACE, Resource::Buffer(&self.texels)),
+            (relief_parallax_comp::PIXELS, Resource::Buffer(&self.pixels)),
+        ];
+        let groups = self.push.columns.div_ceil(relief_parallax_comp::SHADER.group[0]);
+        cmd.dispatch(&self.pipeline, &resources, bytemuck::bytes_of(&self.push), [groups, groups, 1])
+    }
+
+    /// Each pixel's colour, and how many texels were looked at.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn read(&self, gpu: &Gpu) -> Result<Vec<[f32; 2]>> {
+        let words: Vec<f32> = read_words(gpu, &self.pixels)?.into_iter().map(f32::from_bits).collect();
+        Ok(words.chunks_exact(3).map(|pixel| [pixel[0] / pixel[1], pixel[2]]).collect())
+    }
+}

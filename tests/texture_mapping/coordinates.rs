@@ -1,0 +1,220 @@
+//! Every form of the coordinates: numerators and denominators equal their f32 twin to the bit, coordinates and
+//! derivatives lie within derived bounds of the f64 reference.
+
+use ortelius::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output, needs};
+use ortelius::paper::texture_mapping::coordinates::twin::{self, Fma};
+use ortelius::paper::texture_mapping::coordinates::{Band, Derivatives, Form, Walk, reference};
+use ortelius::paper::texture_mapping::plane::Plane;
+use ortelius::vk::{Feature, Filter, Format, Gpu, GpuOptions, ImageInfo, SamplerInfo, Watched};
+
+const WIDTH: u32 = 16_384;
+const PICTURE: [u32; 2] = [WIDTH, 9216];
+
+fn device() -> Watched {
+    Watched::open(&GpuOptions { wishes: &[Feature::Int64], ..GpuOptions::default() })
+}
+
+/// Planes of at most 8192 texels with two rows of each.
+fn planes() -> impl Iterator<Item = (Plane, Band)> {
+    (0..6).map(|seed| {
+        let band = Band { size: [WIDTH, 2], first_row: 1800 * seed };
+        (Plane::random(u64::from(seed), PICTURE, 8192.0), band)
+    })
+}
+
+fn run(gpu: &Gpu, form: Form, output: Output, plane: &Plane, band: Band) -> CoordinatesPass {
+    let image = gpu.image("ramp", ImageInfo::texture([64, 64], Format::Rgba8, 1)).unwrap();
+    let texels: Vec<u8> =
+        (0..64 * 64).flat_map(|n: u32| [n % 64 * 4, n / 64 * 4, 0, 255].map(|c| c as u8)).collect();
+    gpu.fill_levels(&image, &[texels]).unwrap();
+    let sampler = gpu.sampler("linear", SamplerInfo { filter: Filter::Linear, wraps_in_s: false }).unwrap();
+    let pass = CoordinatesPass::new(gpu, form, output, plane, band, 64).unwrap();
+    let mut frame = gpu.frame().unwrap();
+    frame.pass("coordinates", |cmd| pass.run(cmd, &image, &sampler)).unwrap();
+    frame.submit().unwrap().wait().unwrap();
+    pass
+}
+
+fn values(gpu: &Gpu, form: Form, output: Output, plane: &Plane, band: Band) -> Vec<[f32; 4]> {
+    run(gpu, form, output, plane, band).read_values(gpu).unwrap()
+}
+
+/// The terms of a band by a form's twin.
+fn twin_of(form: Form, plane: &Plane, band: Band, fma: Fma) -> Vec<[f32; 3]> {
+    let [width, height] = band.size;
+    let rows = (0..height).flat_map(|row| {
+        let constants = plane.row_constants(band.first_row + row);
+        match form {
+            Form::Textbook => {
+                (0..width).map(|column| twin::textbook(plane, column, band.first_row + row)).collect()
+            }
+            Form::RowConstants => (0..width).map(|n| twin::row_constants(&constants, n, fma)).collect(),
+            Form::Walk(walk) => twin::walk(&constants, walk, width, fma),
+            other => panic!("{other:?} has no f32 twin"),
+        }
+    });
+    rows.collect()
+}
+
+/// The errors of a band's coordinates in texels, with each pixel's bound.
+fn errors(found: &[[f32; 4]], plane: &Plane, band: Band) -> Vec<(f64, f64)> {
+    let width = band.size[0] as usize;
+    let of_pixel = |(at, found): (usize, &[f32; 4])| {
+        let (column, row) = ((at % width) as u32, band.first_row + (at / width) as u32);
+        let exact = reference::coordinates(plane, f64::from(column) + 0.5, f64::from(row) + 0.5);
+        let bound = twin::row_constants_error(&plane.row_constants(row), column);
+        let axis = |axis: usize| (f64::from(found[axis]) - exact[axis]).abs();
+        [(axis(0), bound[0]), (axis(1), bound[1])]
+    };
+    found.iter().enumerate().flat_map(of_pixel).collect()
+}
+
+/// NaN, a pixel that nothing wrote, is worse than any error.
+fn greatest(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |most: f64, value| if value.is_nan() { f64::INFINITY } else { most.max(value) })
+}
+
+fn largest(errors: &[(f64, f64)]) -> f64 {
+    greatest(errors.iter().map(|&(error, _)| error))
+}
+
+#[test]
+fn numerators_and_denominators_are_those_of_the_f32_twin_to_the_bit() {
+    let gpu = device();
+    let walks = [
+        Walk::Sequential,
+        Walk::TwoEnds,
+        Walk::Lanes(8),
+        Walk::Lanes(128),
+        Walk::Restart(1),
+        Walk::Restart(16),
+    ];
+    let forms = [Form::Textbook, Form::RowConstants].into_iter().chain(walks.map(Form::Walk));
+    let mut roundings = Vec::new();
+    for (form, (plane, band)) in forms.flat_map(|form| planes().take(2).map(move |case| (form, case))) {
+        let found: Vec<_> =
+            values(&gpu, form, Output::Terms, &plane, band).iter().map(|&[a, b, c, _]| [a, b, c]).collect();
+        let equal = |fma: &Fma| found == twin_of(form, &plane, band, *fma);
+        let matching: Vec<Fma> = [Fma::Fused, Fma::Twice].into_iter().filter(equal).collect();
+        assert!(!matching.is_empty(), "{} equals no twin", form.name());
+        if form != Form::Textbook {
+            roundings.push(matching);
+        }
+    }
+    // A device rounds its `fma` one way, whatever the shader.
+    let common = [Fma::Fused, Fma::Twice].into_iter().any(|fma| roundings.iter().all(|m| m.contains(&fma)));
+    assert!(common, "{roundings:?}");
+}
+
+#[test]
+fn row_constants_err_by_less_than_their_bound_and_by_less_than_5_thousandths_of_a_texel() {
+    let gpu = device();
+    for (plane, band) in planes() {
+        for form in [Form::RowConstants, Form::Walk(Walk::Restart(1))] {
+            let errors = errors(&values(&gpu, form, Output::Coordinates, &plane, band), &plane, band);
+            let beyond = errors.iter().find(|(error, bound)| error.is_nan() || error > bound);
+            assert_eq!(beyond, None, "{}: error and bound", form.name());
+            assert!(largest(&errors) <= 0.005, "{}: {} texels", form.name(), largest(&errors));
+        }
+    }
+}
+
+/// The neighbour that must fail: sums of 16,384 terms leave the bound.
+#[test]
+fn sequential_sums_drift_beyond_the_bound_of_row_constants() {
+    let gpu = device();
+    let (plane, band) = planes().next().unwrap();
+    let sequential = Form::Walk(Walk::Sequential);
+    let errors = errors(&values(&gpu, sequential, Output::Coordinates, &plane, band), &plane, band);
+    assert!(errors.iter().any(|(error, bound)| error > bound));
+    assert!(largest(&errors) > 0.05, "{}", largest(&errors));
+}
+
+#[test]
+fn integers_have_no_drift() {
+    let gpu = device();
+    if !gpu.has(Feature::Int64) {
+        let form = Form::Integer(Walk::Sequential);
+        let (plane, band) = planes().next().unwrap();
+        let refused = CoordinatesPass::new(&gpu, form, Output::Coordinates, &plane, band, 64);
+        assert!(refused.err().is_some_and(|error| error.to_string().contains("shaderInt64")));
+        assert_eq!(needs(form).len(), 1);
+        return;
+    }
+    for (walk, (plane, band)) in [Walk::Sequential, Walk::Lanes(32), Walk::TwoEnds].into_iter().zip(planes())
+    {
+        let form = Form::Integer(walk);
+        for (at, found) in values(&gpu, form, Output::Terms, &plane, band).iter().enumerate() {
+            let (column, row) = (at as u32 % WIDTH, at as u32 / WIDTH);
+            let set_up = twin::integers(&plane.row_constants(band.first_row + row), WIDTH);
+            let exact = twin::integer_terms(set_up, column);
+            for c in 0..3 {
+                // Conversions to f32 may round to either neighbour.
+                let error = (f64::from(found[c]) - exact[c] as f64).abs();
+                assert!(
+                    error <= 2f64.powi(-23) * (exact[c] as f64).abs(),
+                    "{walk:?}: {column}: {} {}",
+                    found[c],
+                    exact[c]
+                );
+            }
+        }
+        let errors = errors(&values(&gpu, form, Output::Coordinates, &plane, band), &plane, band);
+        // Two conversions of an ulp each, and a division of 2.5: 4.5 ulp of 8192 texels.
+        assert!(largest(&errors) <= 4.5 * 2f64.powi(-11), "{}", largest(&errors));
+    }
+}
+
+/// The largest error of derivatives, relative to the largest derivative of the pixel.
+fn derivative_error(gpu: &Gpu, form: Form, method: Derivatives, plane: &Plane, band: Band) -> f64 {
+    let found = values(gpu, form, Output::Derivatives(method), plane, band);
+    let of_pixel = |(at, found): (usize, &[f32; 4])| {
+        let x = f64::from(at as u32 % WIDTH) + 0.5;
+        let y = f64::from(band.first_row + at as u32 / WIDTH) + 0.5;
+        let [[u_x, u_y], [v_x, v_y]] = match method {
+            Derivatives::Analytic => plane.jacobian(x, y),
+            _ => reference::differences(plane, x, y),
+        };
+        let exact = [u_x, v_x, u_y, v_y];
+        let largest = exact.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
+        greatest((0..4).map(|n| (f64::from(found[n]) - exact[n]).abs())) / largest
+    };
+    greatest(found.iter().enumerate().map(of_pixel))
+}
+
+#[test]
+fn derivatives_of_the_rows_constants_err_by_a_few_ulp_and_differences_by_thousands() {
+    let gpu = device();
+    for (plane, band) in planes() {
+        for method in [Derivatives::Incremental, Derivatives::Analytic] {
+            let error = derivative_error(&gpu, Form::RowConstants, method, &plane, band);
+            // The numerator's sum may cancel tenfold (w varies tenfold), w's too, and w counts twice; 2.5 ulp divide.
+            assert!(error <= 40.0 * 2f64.powi(-24), "{}: {error}", method.name());
+        }
+        let differences = derivative_error(&gpu, Form::Textbook, Derivatives::Differences, &plane, band);
+        assert!(differences > 1e-4, "{differences}");
+    }
+}
+
+#[test]
+fn every_form_draws_every_pixel_of_the_same_picture() {
+    let gpu = device();
+    let size = [321, 67];
+    let plane = Plane::tilted(size, 60.0, 20.0, 64.0);
+    let band = Band { size, first_row: 0 };
+    let texels = |form| -> Vec<[u8; 4]> {
+        let words = run(&gpu, form, Output::Texels, &plane, band).read(&gpu).unwrap();
+        words.into_iter().map(u32::to_le_bytes).collect()
+    };
+    let first = texels(Form::Textbook);
+    assert_eq!(first.len(), 321 * 67);
+    let distinct: std::collections::BTreeSet<_> = first.iter().collect();
+    assert!(distinct.len() > 1000, "the picture shows the ramp: {} colours", distinct.len());
+    for form in Form::ALL.into_iter().filter(|form| gpu.require(&needs(*form)).is_ok()) {
+        // 4 codes a texel and 0.01 texels of drift leave one code of rounding; a varying's place may be off by 1/256 pixel.
+        let found = texels(form);
+        let near = |(a, b): (&[u8; 4], &[u8; 4])| a.iter().zip(b).all(|(a, b)| a.abs_diff(*b) <= 1);
+        let far = found.iter().zip(&first).position(|pair| !near(pair));
+        assert_eq!(far.map(|at| (at, found[at], first[at])), None, "{}", form.name());
+    }
+}

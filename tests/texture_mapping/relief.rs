@@ -1,0 +1,194 @@
+//! Relief: maps built on the GPU equal the CPU's to the bit, guaranteed maps never step past the surface, and the GPU's
+//! tracers find the hits of the f64 reference.
+
+use ortelius::paper::texture_mapping::relief::maps::{self, DistanceMap, Fan, Holds};
+use ortelius::paper::texture_mapping::relief::pass::{ConeBuild, DistanceBuild, Trace, origin};
+use ortelius::paper::texture_mapping::relief::trace::{self, LEAST_STEP, Traced, Tracer};
+use ortelius::paper::texture_mapping::relief::{Kind, Ray, Relief, reference};
+use ortelius::vk::{Cmd, Gpu, GpuOptions, Watched};
+
+const SIDE: usize = 32;
+const LAYERS: usize = 8;
+const COLUMNS: u32 = 96;
+
+fn run(gpu: &Gpu, record: impl FnOnce(&mut Cmd<'_>) -> ortelius::vk::Result<()>) {
+    let mut frame = gpu.frame().unwrap();
+    frame.pass("relief", record).unwrap();
+    frame.submit().unwrap().wait().unwrap();
+}
+
+/// Donnelly's and the refined map.
+fn both(relief: &Relief, holds: Holds) -> [DistanceMap; 2] {
+    let fan = Fan::new(relief.depth, holds);
+    [false, true].map(|refined| maps::distance_map(relief, LAYERS, &fan, refined))
+}
+
+/// Rays from every texel in 64 directions: 16 around, at 4 elevations.
+fn rays() -> impl Iterator<Item = Ray> {
+    let directions =
+        (0..64u32).map(|n| ([80.0, 60.0, 30.0, 15.0][n as usize % 4], f64::from(n / 4) * 22.5 + 3.1));
+    directions.flat_map(|(elevation, azimuth)| {
+        (0..SIDE * SIDE).map(move |at| {
+            let texel = [at % SIDE, at / SIDE].map(|c| c as f32 + 0.37);
+            Ray::towards(texel, elevation, azimuth)
+        })
+    })
+}
+
+/// Of each map: steps by it that begin before the first hit and end behind it, of all rays.
+fn steps_past(relief: &Relief, maps: &[DistanceMap]) -> Vec<usize> {
+    let mut past = vec![0; maps.len()];
+    for ray in rays() {
+        let hit = reference::first_hit(relief, &ray);
+        for (map, past) in maps.iter().zip(&mut past) {
+            trace::by_distances(relief, map, &ray, |from, to, by_map| {
+                // An f32 place is within 2^-18 of a texel here, and at 15 degrees a wall is met 4 times as far away.
+                *past += usize::from(by_map && f64::from(from) < hit && f64::from(to) > hit + 1e-4);
+            });
+        }
+    }
+    past
+}
+
+#[test]
+fn no_step_of_a_guaranteed_map_passes_the_surface_whatever_its_format() {
+    for kind in Kind::ALL {
+        let relief = kind.relief(SIDE);
+        let maps = both(&relief, Holds::Everywhere);
+        let formats: Vec<_> =
+            maps.iter().flat_map(|map| [8, 16, 32].map(|bits| map.rounded_down(bits))).collect();
+        assert_eq!(steps_past(&relief, &formats), [0; 6], "{}", kind.name());
+    }
+}
+
+/// The neighbours that must fail: distances three times as long, and the paper's, which hold at the cells' centres.
+#[test]
+fn steps_of_longer_distances_pass_the_surface() {
+    let relief = Kind::Spikes.relief(SIDE);
+    let [donnelly, _] = both(&relief, Holds::Everywhere);
+    let longer = donnelly.distances.iter().map(|distance| 3.0 * distance).collect();
+    let [_, at_centres] = both(&relief, Holds::AtCentres);
+    let past = steps_past(&relief, &[DistanceMap { distances: longer, ..donnelly }, at_centres]);
+    assert!(past.iter().all(|&past| past > 0), "{past:?}");
+}
+
+#[test]
+fn a_refined_distance_is_nowhere_shorter_and_refined_maps_take_no_more_steps() {
+    for holds in [Holds::AtCentres, Holds::Everywhere] {
+        let mut longer = 0;
+        for kind in Kind::ALL {
+            let relief = kind.relief(SIDE);
+            let [donnelly, refined] = both(&relief, holds);
+            for (donnelly, refined) in donnelly.distances.iter().zip(&refined.distances) {
+                assert!(refined >= donnelly, "{} {holds:?}", kind.name());
+                longer += usize::from(refined > donnelly);
+            }
+            let steps = |map| {
+                rays()
+                    .map(|ray| u64::from(trace::by_distances(&relief, map, &ray, |_, _, _| ()).steps))
+                    .sum::<u64>()
+            };
+            let (before, after) = (steps(&donnelly), steps(&refined));
+            // After a longer step a ray looks up other cells, so single rays may take more: together 1 in 200 at most.
+            assert!(after * 200 <= before * 201, "{} {holds:?}: {after} instead of {before}", kind.name());
+        }
+        assert!(longer > 0, "{holds:?}: nothing is refined");
+    }
+}
+
+#[test]
+fn maps_of_the_gpu_equal_those_of_the_cpu_to_the_bit() {
+    let gpu = Watched::open(&GpuOptions::default());
+    for (kind, holds) in
+        Kind::ALL.into_iter().flat_map(|kind| [(kind, Holds::AtCentres), (kind, Holds::Everywhere)])
+    {
+        let relief = kind.relief(SIDE);
+        let fan = Fan::new(relief.depth, holds);
+        for refined in [false, true] {
+            let build = DistanceBuild::new(&gpu, &relief, LAYERS, &fan, refined).unwrap();
+            run(&gpu, |cmd| build.run(cmd));
+            let (found, wanted) =
+                (build.read(&gpu).unwrap(), maps::distance_map(&relief, LAYERS, &fan, refined));
+            let unequal = found.distances.iter().zip(&wanted.distances).position(|(a, b)| a != b);
+            let at = unequal.map(|at| (at, found.distances[at], wanted.distances[at]));
+            assert_eq!(at, None, "{} {holds:?} refined: {refined}", kind.name());
+        }
+    }
+}
+
+#[test]
+fn cones_of_the_gpu_are_those_of_the_cpu_up_to_a_division() {
+    let gpu = Watched::open(&GpuOptions::default());
+    let relief = Kind::Rock.relief(SIDE);
+    let [free, relaxed] = [false, true].map(|relaxed| {
+        let build = ConeBuild::new(&gpu, &relief, relaxed).unwrap();
+        run(&gpu, |cmd| build.run(cmd));
+        (build.read(&gpu).unwrap(), maps::cone_map(&relief, relaxed))
+    });
+    // A root of 3 ulp and a division of 2.5.
+    let far = |(found, wanted): (&f32, &f32)| (found - wanted).abs() > 6.0 * f32::EPSILON * wanted;
+    let count =
+        |(found, wanted): &(Vec<f32>, Vec<f32>)| found.iter().zip(wanted).filter(|&pair| far(pair)).count();
+    assert_eq!(count(&free), 0);
+    // Where a step inside the solid ends at the border of a texel, either side is right.
+    assert!(count(&relaxed) * 100 <= SIDE * SIDE, "{} relaxed cones differ", count(&relaxed));
+    let wider = relaxed.1.iter().zip(&free.1);
+    assert!(
+        wider.clone().all(|(relaxed, free)| relaxed >= free)
+            && wider.clone().any(|(relaxed, free)| relaxed > free)
+    );
+}
+
+/// What the GPU finds for all rays of a direction, each with its ray.
+fn traced(gpu: &Gpu, relief: &Relief, tracer: &Tracer<'_>, elevation: f64) -> Vec<(Ray, Traced)> {
+    let direction = Ray::towards([0.0; 2], elevation, 33.0).direction;
+    let trace = Trace::new(gpu, relief, tracer, direction, COLUMNS).unwrap();
+    run(gpu, |cmd| trace.run(cmd));
+    let found = trace.read(gpu).unwrap();
+    assert_eq!(found.len(), (COLUMNS * COLUMNS) as usize);
+    let ray = |at: usize| {
+        let at = at as u32;
+        Ray { origin: origin(relief, COLUMNS, [at % COLUMNS, at / COLUMNS]), direction }
+    };
+    found.into_iter().enumerate().map(|(at, traced)| (ray(at), traced)).collect()
+}
+
+/// The share of rays whose hit is farther than a least step from the exact one.
+fn missed(relief: &Relief, found: &[(Ray, Traced)]) -> f64 {
+    let far = |(ray, traced): &&(Ray, Traced)| {
+        let error = (f64::from(traced.distance) - reference::first_hit(relief, ray)).abs();
+        error.is_nan() || error > f64::from(LEAST_STEP) + 1e-3
+    };
+    found.iter().filter(far).count() as f64 / found.len() as f64
+}
+
+#[test]
+fn tracing_by_distances_on_the_gpu_equals_its_twin_in_every_step() {
+    let gpu = Watched::open(&GpuOptions::default());
+    for (kind, elevation) in Kind::ALL.into_iter().zip([80.0, 45.0, 30.0, 15.0]) {
+        let relief = kind.relief(SIDE);
+        let [_, refined] = both(&relief, Holds::Everywhere);
+        for bits in [8, 16, 32] {
+            let found = traced(&gpu, &relief, &Tracer::Distances(&refined, bits), elevation);
+            let map = refined.rounded_down(bits);
+            for (ray, traced) in &found {
+                let twin = trace::by_distances(&relief, &map, ray, |_, _, _| ());
+                assert_eq!(*traced, twin, "{}, {bits} bits, {ray:?}", kind.name());
+            }
+            // A least step may jump over a crest of less than its length: at grazing angles on rough relief.
+            let missed = missed(&relief, &found);
+            assert!(missed <= 0.05, "{}, {bits} bits: {missed} of the rays miss", kind.name());
+        }
+    }
+}
+
+#[test]
+fn the_baselines_find_most_hits_of_a_smooth_relief_seen_steeply() {
+    let gpu = Watched::open(&GpuOptions::default());
+    let relief = Kind::Rock.relief(SIDE);
+    let [free, relaxed] = [false, true].map(|relaxed| maps::cone_map(&relief, relaxed));
+    for tracer in [Tracer::Linear, Tracer::Cones(&free), Tracer::RelaxedCones(&relaxed)] {
+        let missed = missed(&relief, &traced(&gpu, &relief, &tracer, 60.0));
+        assert!(missed <= 0.02, "{tracer:.20?}: {missed} of the rays miss");
+    }
+}
