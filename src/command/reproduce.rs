@@ -67,8 +67,6 @@ pub fn run(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
     match args.worker {
         None => {
             args.report.check()?;
-            // Held until this process ends: the child writes.
-            let _lock = Store::create(&args.output)?.lock()?;
             check_stored(args, &figures)?;
             watch(args, line)
         }
@@ -149,6 +147,7 @@ fn measure(args: &ReproduceArgs, figures: &[&'static Figure], from: usize) -> an
     if from == 0 {
         warn_of_load();
     }
+    let _lock = Store::create(&args.output)?.lock()?;
     let run = Run {
         figures,
         folder: &args.output,

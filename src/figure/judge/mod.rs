@@ -353,8 +353,8 @@ impl Bound {
             Bound::AtMost(bound) => format!("at most {}", human(bound)),
             Bound::Above(bound) => format!("above {}", human(bound)),
             Bound::Below(bound) => format!("below {}", human(bound)),
-            Bound::Equal(bound) => human(bound),
-            Bound::Within(low, high, _) => format!("{} to {}", human(low), human(high)),
+            Bound::Equal(bound) => format!("equal to {}", human(bound)),
+            Bound::Within(low, high, _) => format!("within {} to {}", human(low), human(high)),
         }
     }
 }
