@@ -74,8 +74,11 @@ fn main() -> ExitCode {
     };
     // stdout is for data.
     let colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    // What winit finds odd about a display is no concern of ours.
-    let levels = Targets::new().with_default(level).with_target("winit", tracing::Level::ERROR);
+    // What winit and its libraries find odd about a display is no concern of ours.
+    let levels = Targets::new()
+        .with_default(level)
+        .with_target("winit", tracing::Level::ERROR)
+        .with_target("xkbcommon_dl", tracing::Level::ERROR);
     let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
         .with_ansi(colours)

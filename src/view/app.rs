@@ -27,7 +27,7 @@ struct App {
 /// # Errors
 /// As [`super::open`].
 pub fn run(opening: Opening) -> anyhow::Result<()> {
-    let events = EventLoop::new().map_err(|error| NoDisplay(reason(&error)))?;
+    let events = event_loop()?;
     let mut app = App { opening, live: None, gpu: None, failed: None };
     events.run_app(&mut app).context("the window's event loop")?;
     if let Some(error) = app.failed {
@@ -46,6 +46,22 @@ pub fn run(opening: Opening) -> anyhow::Result<()> {
             bail!("Vulkan's validation layer: {}: {}", first.id, first.text)
         }
         _ => Ok(()),
+    }
+}
+
+/// winit panics where a library of X11 is missing; here that is an error as any other.
+fn event_loop() -> Result<EventLoop<()>, NoDisplay> {
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let opened = std::panic::catch_unwind(EventLoop::new);
+    std::panic::set_hook(hook);
+    match opened {
+        Ok(opened) => opened.map_err(|error| NoDisplay(reason(&error))),
+        Err(panic) => {
+            let text = panic.downcast_ref::<String>().map(String::as_str);
+            let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("winit panicked");
+            Err(NoDisplay(text.trim_end_matches('.').to_owned()))
+        }
     }
 }
 
