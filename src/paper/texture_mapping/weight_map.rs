@@ -29,25 +29,7 @@ pub struct WeightMap {
     pub linear: bool,
 }
 
-impl Shape {
-    pub const ALL: [Shape; 4] = [Shape::Square, Shape::Quadrant, Shape::Radial, Shape::SquaredRadius];
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Shape::Square => "2-D",
-            Shape::Quadrant => "quadrant",
-            Shape::Radial => "radial",
-            Shape::SquaredRadius => "r^2",
-        }
-    }
-}
-
 impl WeightMap {
-    pub fn name(&self) -> String {
-        let linear = if self.linear { ", linear" } else { "" };
-        format!("{} map, {} entries of {} bits{linear}", self.shape.name(), self.entries, self.bits)
-    }
-
     /// The table for `exp(-alpha r^2)` up to r = `reach` (x and y up to it), entries packed into words from the least significant
     /// bits on.
     pub fn words(&self, alpha: f32, reach: f64) -> Vec<u32> {
