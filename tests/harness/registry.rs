@@ -293,6 +293,10 @@ const COMPARERS: &[Comparer] = &[
 /// Named like a comparer, but judging nothing.
 const NO_COMPARERS: &[(Place, &str)] = &[
     (("src/paper/virtual_texture/compare.rs", "compare_plain"), "measures times, which no test asserts"),
+    (
+        ("src/paper/texture_mapping/coordinates/reference.rs", "differences"),
+        "gives derivatives by (9), the difference of two coordinates",
+    ),
     (("tests/harness/ruler.rs", "verdicts"), "calls ruler_verdicts"),
 ];
 
