@@ -288,10 +288,16 @@ const COMPARERS: &[Comparer] = &[
         function: ("tests/golden/store.rs", "differences"),
         rejects: &[("tests/golden/main.rs", "what_differs_is_missing_or_is_new_is_rejected")],
     },
+    Comparer {
+        judges: "a screenshot against what the window shows",
+        function: ("tests/window/main.rs", "differing"),
+        rejects: &[("tests/window/main.rs", "one_changed_pixel_is_counted")],
+    },
 ];
 
 /// Named like a comparer, but judging nothing.
 const NO_COMPARERS: &[(Place, &str)] = &[
+    (("src/figure/claim.rs", "difference"), "states a claim's test; src/figure/judge evaluates it"),
     (("src/paper/virtual_texture/compare.rs", "compare_plain"), "measures times, which no test asserts"),
     (
         ("src/paper/texture_mapping/coordinates/reference.rs", "differences"),

@@ -23,6 +23,15 @@ fn differing(a: &Srgb8Picture, b: &Srgb8Picture) -> usize {
     a.rgba.chunks_exact(4).zip(b.rgba.chunks_exact(4)).filter(|(a, b)| a[..3] != b[..3]).count()
 }
 
+#[test]
+fn one_changed_pixel_is_counted() {
+    let a = Srgb8Picture { width: 2, height: 1, rgba: vec![1, 2, 3, 255, 4, 5, 6, 255] };
+    let mut b = a.clone();
+    assert_eq!(differing(&a, &b), 0);
+    b.rgba[5] = 0;
+    assert_eq!(differing(&a, &b), 1);
+}
+
 /// `ortelius render REPORT -o again.png`, in a process of its own.
 fn rendered_again(folder: &Path, report: &str, output: &str) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
