@@ -60,7 +60,7 @@ fn figures_and_parts_that_there_are_not_are_usage_and_nothing_is_written() {
             &["reproduce", "vt.feedbak"][..],
             &["\"vt.feedbak\"", "nearest is vt.feedback", "ortelius list"][..],
         ),
-        (&["reproduce", "tv"], &["\"tv\"", "nearest is vt"]),
+        (&["reproduce", "vtx"], &["\"vtx\"", "nearest is vt"]),
         (&["reproduce", "vt", "--device", "no such device"], &["\"no such device\"", "there are: "]),
     ] {
         let (code, line) = failure(&mut ortelius(&folder, arguments));

@@ -299,6 +299,7 @@ mod tests {
         // At no tilt a pixel is a square.
         let [a, d] = Plane::tilted(size, 0.0, 20.0, 2048.0).jacobian(3.0, 4.0).map(|[x, _]| x);
         let [b, e] = Plane::tilted(size, 0.0, 20.0, 2048.0).jacobian(3.0, 4.0).map(|[_, y]| y);
-        assert!((a - e).abs() < 1e-12 && (b + d).abs() < 1e-12, "{a} {b} {d} {e}");
+        let (right_angle, sides) = (a * b + d * e, [a.hypot(d), b.hypot(e)]);
+        assert!(right_angle.abs() < 1e-12 && (sides[0] - sides[1]).abs() < 1e-12, "{a} {b} {d} {e}");
     }
 }
