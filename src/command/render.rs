@@ -53,7 +53,7 @@ pub struct RenderArgs {
 
 /// Tiles of the texture that could not be read.
 #[derive(Debug, thiserror::Error)]
-#[error("{tiles} tiles could not be read and are shown coarser; `ortelius verify` examines a file of tiles")]
+#[error("{tiles} tiles could not be read and are shown coarser; `ortelius verify` checks a tile file")]
 pub struct Unreadable {
     tiles: usize,
 }
@@ -107,7 +107,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     check_run(args, &renderer)
 }
 
-/// What the frames left to say: unreadable tiles, and messages of the validation layer.
+/// Reports unreadable tiles and messages of the validation layer.
 fn check_run(args: &RenderArgs, renderer: &Renderer) -> anyhow::Result<()> {
     let texture = renderer.records.last().and_then(|record| record.texture.as_ref());
     let unreadable = Unreadable { tiles: texture.map_or(0, |texture| texture.streaming.failed_tiles) };

@@ -10,8 +10,8 @@ use std::sync::{Arc, OnceLock};
 
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// An instance that is never destroyed, so that the loader never unloads the drivers. Without it each [`Instance`] loads
-/// them anew; NVIDIA 580.159 answers about thirty such turns of one process, and then no more.
+/// An instance that is never destroyed, so that the loader keeps the drivers loaded. Otherwise each [`Instance`] loads and
+/// unloads them, and NVIDIA 580.159 fails after about thirty times in one process.
 static DRIVERS: OnceLock<(ash::Entry, ash::Instance)> = OnceLock::new();
 
 /// The Vulkan instance. Surface extensions are asked for only where there is a window to present to.

@@ -12,7 +12,7 @@
 //! | C | edge texels: the cut-off volume V1 | `weights.rs` |
 //! | D | weight maps, (5), (6) | `weight_map.rs` |
 //! | E, F | modified Heckbert coordinates, (7), (8); ellipse parameters by increments, (9) | `coordinates/` |
-//! | G | object-space texturing, filtered in the screen plane | `object_space/` |
+//! | G | object-space texturing, filtered in the screen plane | not built yet |
 //! | H | parallax mapping with anisotropic filtering | `relief/` |
 //! | I | refined distance map | `relief/` |
 //!

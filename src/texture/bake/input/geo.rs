@@ -16,9 +16,8 @@ const PIXEL_IS_POINT: u16 = 2;
 const WGS_84: u16 = 4326;
 const USER_DEFINED: u16 = 32767;
 
-/// How many columns a picture begins before 180 degrees west, or why it is refused. A picture that does not say where
-/// it lies covers the globe.
-pub fn columns_before_the_west(
+/// The column that lies at 180 degrees west, or why the picture is refused. A picture without a placement begins there.
+pub fn western_column(
     decoder: &mut Decoder<impl Read + Seek>,
     size: [u32; 2],
 ) -> TiffResult<Result<u32, String>> {

@@ -45,9 +45,7 @@ impl Jpeg {
         check_size(path, size)?;
         let turned = decoder.exif().and_then(|exif| Orientation::from_exif_chunk(exif));
         if turned.is_some_and(|turned| turned != Orientation::NoTransforms) {
-            return unsupported(
-                "its EXIF data turns or mirrors it; turn the pixels: jpegtran, or magick -auto-orient".into(),
-            );
+            return unsupported("its EXIF data turns or mirrors it: magick IN -auto-orient OUT".into());
         }
         if u64::from(size[0]) * u64::from(size[1]) > MOST_TEXELS {
             return unsupported(format!(

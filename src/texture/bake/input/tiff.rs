@@ -27,7 +27,7 @@ pub struct Tiff {
     decoder: Decoder<BufReader<File>>,
     size: [u32; 2],
     samples: Samples,
-    columns_before_the_west: u32,
+    western_column: u32,
     /// Size of a strip or tile, the padding of the last ones included.
     chunk: [u32; 2],
     /// The rows of the chunks in memory, and which row of chunks they are.
@@ -49,7 +49,7 @@ impl Tiff {
         check_size(path, size)?;
         let samples = check_kind(path, &mut decoder)?;
         check_other_images(path, &mut decoder)?;
-        let columns_before_the_west = geo::columns_before_the_west(&mut decoder, size)
+        let western_column = geo::western_column(&mut decoder, size)
             .map_err(wrong)?
             .map_err(|reason| SourceError::Unsupported { path: path.to_path_buf(), reason })?;
         let chunk: [u32; 2] = decoder.chunk_dimensions().into();
@@ -62,7 +62,7 @@ impl Tiff {
             decoder,
             size,
             samples,
-            columns_before_the_west,
+            western_column,
             chunk,
             band: Vec::new(),
             band_index: None,
@@ -168,7 +168,7 @@ fn check_kind(path: &Path, decoder: &mut Decoder<BufReader<File>>) -> Result<Sam
     Ok(samples)
 }
 
-/// Refuses bands, values and tiles that stand for something else than a colour.
+/// Refuses bands that are not plain alpha, a value for no data, and files whose tiles are partly missing.
 fn check_what_is_left_out(path: &Path, decoder: &mut Decoder<BufReader<File>>) -> Result<(), SourceError> {
     let unsupported = |reason: String| SourceError::Unsupported { path: path.to_path_buf(), reason };
     let alpha =
@@ -176,7 +176,7 @@ fn check_what_is_left_out(path: &Path, decoder: &mut Decoder<BufReader<File>>) -
     match alpha.as_deref() {
         None | Some([] | [UNASSOCIATED_ALPHA]) => {}
         Some([PREMULTIPLIED_ALPHA]) => {
-            return Err(unsupported("premultiplied alpha: magick IN -channel RGB -fx u/a OUT".into()));
+            return Err(unsupported("premultiplied alpha; write it with unassociated alpha".into()));
         }
         Some(_) => {
             return Err(unsupported("a band that is not alpha: gdal_translate -b 1 -b 2 -b 3 IN OUT".into()));
@@ -193,7 +193,7 @@ fn check_what_is_left_out(path: &Path, decoder: &mut Decoder<BufReader<File>>) -
         let counts = decoder.find_tag_unsigned_vec::<u64>(tag).map_err(|error| fault(path, error))?;
         if counts.is_some_and(|counts| counts.contains(&0)) {
             return Err(unsupported(
-                "strips or tiles are left out: gdal_translate -co SPARSE_OK=FALSE IN OUT".into(),
+                "some strips or tiles are missing: gdal_translate -co SPARSE_OK=FALSE IN OUT".into(),
             ));
         }
     }
@@ -262,7 +262,7 @@ impl Rows for Tiff {
         }
         let start = (self.next % self.chunk[1]) as usize * self.row_bytes();
         self.samples.to_rgba(&self.band[start..start + self.row_bytes()], rgba);
-        rgba.rotate_left(4 * self.columns_before_the_west as usize);
+        rgba.rotate_left(4 * self.western_column as usize);
         self.next += 1;
         Ok(())
     }
