@@ -1,9 +1,11 @@
-//! Compiles `glsl/` to SPIR-V 1.5 and writes `shaders.rs`: the words, and everything that Rust and GLSL must
-//! agree on (binding numbers, specialization ids, vertex inputs, the structs of push-constant blocks). Nothing
-//! of that is typed twice; a struct that two shaders spell differently stops the build.
+//! Compiles `glsl/` to SPIR-V 1.5 and writes `shaders.rs`: the code words, and everything on which Rust and GLSL must
+//! agree (binding numbers, specialization ids, vertex inputs, the structs of push-constant blocks). These are
+//! generated, never typed twice. If two shaders declare a struct differently, the build fails.
 //!
-//! SPIR-V 1.5, not 1.6: Mesa 22.3's lavapipe crashes on helper-invocation queries in 1.6.
-//! A shader whose first lines hold `// variants NAME: a b c` is compiled once for each value of that macro.
+//! SPIR-V 1.5, not 1.6: Mesa 22.3's lavapipe crashes on helper-invocation queries in 1.6. A shader with `// variants
+//! NAME: a b c` in its first lines is compiled once for each value of that macro.
+//! The window's F5 runs this program again with a path as its argument: it then compiles the `glsl/` of the current
+//! folder and writes the words there, `NAME<tab>INTERFACE<tab>words in hexadecimal` a line.
 
 use glslang::{
     Compiler, CompilerOptions, ShaderInput, ShaderMessage, ShaderSource, SourceLanguage, SpirvVersion,
@@ -16,9 +18,12 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 fn main() {
+    if let Some(path) = std::env::args_os().nth(1) {
+        return finish(&generated(), |generated| generated.words(), Path::new(&path));
+    }
     println!("cargo:rerun-if-changed=glsl");
     println!("cargo:rerun-if-changed=build.rs");
-    // What the program says of its commit depends on these too.
+    // The commit reported by the program depends on these too.
     for path in ["src", "Cargo.toml", "Cargo.lock"] {
         println!("cargo:rerun-if-changed={path}");
     }
@@ -26,6 +31,14 @@ fn main() {
         println!("cargo:rerun-if-changed={log}");
     }
     println!("cargo:rustc-env=ORTELIUS_COMMIT={}", commit());
+    let this = std::env::current_exe().unwrap_or_default();
+    println!("cargo:rustc-env=ORTELIUS_SHADER_COMPILER={}", this.display());
+    let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join("shaders.rs");
+    finish(&generated(), |generated| generated.text(), &out);
+}
+
+/// Every shader compiled, or all messages.
+fn generated() -> Result<Generated, String> {
     let mut generated = Generated::default();
     let mut failures = Vec::new();
     for path in shader_files(Path::new("glsl")) {
@@ -33,21 +46,24 @@ fn main() {
             failures.push(message);
         }
     }
-    if !failures.is_empty() {
-        eprintln!("{}", failures.join("\n"));
-        std::process::exit(1);
-    }
-    let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join("shaders.rs");
-    if let Err(error) = std::fs::write(&out, generated.text()) {
-        eprintln!("{}: {error}", out.display());
+    if failures.is_empty() { Ok(generated) } else { Err(failures.join("\n")) }
+}
+
+/// Writes what `text` makes of it, or ends the program with the messages.
+fn finish(generated: &Result<Generated, String>, text: impl Fn(&Generated) -> String, path: &Path) {
+    let written = generated.as_ref().map_err(String::clone).and_then(|generated| {
+        std::fs::write(path, text(generated)).map_err(|error| format!("{}: {error}", path.display()))
+    });
+    if let Err(message) = written {
+        eprintln!("{message}");
         std::process::exit(1);
     }
 }
 
-/// The commit that is built, for the manifests of reports; "+changes" behind it where what is compiled is not what
-/// was committed; "unknown" in a tree without history.
+/// The commit that is built, for the manifests of reports; with "+changes" if the compiled files differ from the
+/// commit; "unknown" in a tree without history.
 fn commit() -> String {
-    // A tarball unpacked inside another repository must not pass for that one's commit.
+    // A tarball unpacked inside another repository must not report that repository's commit.
     let ours = git(&["rev-parse", "--show-prefix"]).is_some_and(|prefix| prefix.is_empty());
     let Some(commit) = git(&["rev-parse", "HEAD"]).filter(|_| ours) else { return "unknown".to_string() };
     let compiled = ["src", "glsl", "build.rs", "Cargo.toml", "Cargo.lock"];
@@ -55,7 +71,7 @@ fn commit() -> String {
     if changes.is_none_or(|changes| changes.is_empty()) { commit } else { commit + "+changes" }
 }
 
-/// What git prints, if it can.
+/// The output of git, if it runs successfully.
 fn git(arguments: &[&str]) -> Option<String> {
     let output = std::process::Command::new("git").args(arguments).output().ok()?;
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_string())
@@ -90,7 +106,7 @@ fn stage_of(path: &Path) -> Option<glslang::ShaderStage> {
     }
 }
 
-/// `#include "x"` is a path from `glsl/`.
+/// Resolves `#include "x"` relative to `glsl/`.
 struct Includes;
 
 impl IncludeHandler for Includes {
@@ -113,7 +129,7 @@ fn compile(path: &Path, define: Option<(&str, &str)>) -> Result<Vec<u32>, String
     };
     let source = ShaderSource::from(text);
     let defines: Vec<(&str, Option<&str>)> = define.into_iter().map(|(k, v)| (k, Some(v))).collect();
-    // The main file prints as `ERROR: 0:line:column`.
+    // glslang reports errors in the main file as `ERROR: 0:line:column`.
     let readable = |e: glslang::error::GlslangError| {
         let lines = e.to_string().replace("ERROR: 0:", &format!("ERROR: {name}:"));
         define.map_or(lines.clone(), |(k, v)| format!("{lines}(with {k} = {v})"))
@@ -126,13 +142,17 @@ fn compile(path: &Path, define: Option<(&str, &str)>) -> Result<Vec<u32>, String
     compiler.create_shader(input).map_err(readable)?.compile().map_err(readable)
 }
 
-/// What `shaders.rs` will say.
+/// The content of `shaders.rs`.
 #[derive(Default)]
 struct Generated {
     /// Module texts by folder.
     modules: BTreeMap<String, String>,
     /// Block structs by name: (text, first shader that has it).
     structs: BTreeMap<String, (String, String)>,
+    /// Each module's shaders, as an expression.
+    statics: Vec<String>,
+    /// Name, hash of the interface, words.
+    compiled: Vec<(String, u64, Vec<u32>)>,
 }
 
 impl Generated {
@@ -155,6 +175,12 @@ impl Generated {
         let (Some(folder), Some(stem), None) = (parts.next(), parts.next(), parts.next()) else {
             return Err(format!("{}: shaders live in glsl/FOLDER/STEM.STAGE", path.display()));
         };
+        let one = if variants.is_some() { "SHADERS" } else { "SHADER" };
+        let path_of = format!("{folder}::{stem}::{one}");
+        self.statics.push(match variants {
+            Some(_) => format!("&{path_of}"),
+            None => format!("std::slice::from_ref(&{path_of})"),
+        });
         let modules = self.modules.entry(folder).or_default();
         writeln!(modules, "/// `{}`\npub mod {stem} {{\n    use super::super::*;", path.display()).unwrap();
         for (name, binding) in bindings {
@@ -185,7 +211,7 @@ impl Generated {
         let fail = |e: &dyn std::fmt::Display| format!("{name}: reflection: {e}");
         let entry = reflect(words).map_err(|e| fail(&e))?;
         let (mut descriptors, mut spec, mut inputs) = (Vec::new(), Vec::new(), Vec::new());
-        let mut push_bytes = 0;
+        let (mut push_bytes, mut block) = (0, String::new());
         for variable in &entry.vars {
             match variable {
                 Variable::Descriptor { name: Some(resource), desc_bind, desc_ty, nbind, .. } => {
@@ -197,8 +223,8 @@ impl Generated {
                     bindings.insert(resource.to_uppercase(), desc_bind.bind());
                     descriptors.push(format!("({}, DescriptorKind::{kind})", desc_bind.bind()));
                 }
-                Variable::PushConstant { ty: Type::Struct(block), .. } => {
-                    push_bytes = self.block(&name, block)?;
+                Variable::PushConstant { ty: Type::Struct(ty), .. } => {
+                    (push_bytes, block) = self.block(&name, ty)?;
                 }
                 Variable::SpecConstant { name: Some(constant), spec_id, .. } => {
                     spec.push(format!("({constant:?}, {spec_id})"));
@@ -218,21 +244,22 @@ impl Generated {
         descriptors.sort();
         descriptors.dedup();
         let inputs = inputs.iter().map(|(at, format)| format!("({at}, VertexFormat::{format})"));
-        let suffix = define.map_or(String::new(), |(k, v)| format!(" {k}={v}"));
-        Ok(format!(
-            "Shader {{ name: {:?}, spirv: &[{}], descriptors: &[{}], push_bytes: {push_bytes}, \
-             specialization: &[{}], inputs: &[{}], group: {:?} }}",
-            name + &suffix,
-            words.iter().map(|word| format!("{word:#x}")).collect::<Vec<_>>().join(","),
+        let name = name + &define.map_or(String::new(), |(k, v)| format!(" {k}={v}"));
+        let interface = format!(
+            "descriptors: &[{}], push_bytes: {push_bytes}, specialization: &[{}], inputs: &[{}], group: {:?}",
             descriptors.join(", "),
             spec.join(", "),
             inputs.collect::<Vec<_>>().join(", "),
             group.unwrap_or([1; 3])
-        ))
+        );
+        let hash = hash(&(&interface, &block, &*bindings));
+        self.compiled.push((name.clone(), hash, words.to_vec()));
+        let words = words.iter().map(|word| format!("{word:#x}")).collect::<Vec<_>>().join(",");
+        Ok(format!("Shader {{ name: {name:?}, spirv: &[{words}], {interface}, interface: {hash:#x} }}"))
     }
 
-    /// Generates the struct of a push-constant block; returns its bytes.
-    fn block(&mut self, shader: &str, block: &spirq::ty::StructType) -> Result<usize, String> {
+    /// Generates the struct of a push-constant block; returns its bytes and its text.
+    fn block(&mut self, shader: &str, block: &spirq::ty::StructType) -> Result<(usize, String), String> {
         let name =
             block.name.clone().ok_or_else(|| format!("{shader}: a push-constant block without a name"))?;
         let (mut fields, mut asserts, mut end) = (String::new(), String::new(), 0);
@@ -256,10 +283,19 @@ impl Generated {
                 Err(format!("{shader}: block {name} differs from the one in {first}:\n{text}\n{other}"))
             }
             _ => {
-                self.structs.insert(name, (text, shader.to_string()));
-                Ok(end)
+                self.structs.insert(name, (text.clone(), shader.to_string()));
+                Ok((end, text))
             }
         }
+    }
+
+    /// As F5 reads it.
+    fn words(&self) -> String {
+        let hex = |words: &[u32]| words.iter().map(|word| format!("{word:x}")).collect::<Vec<_>>().join(" ");
+        let line = |(name, interface, words): &(String, u64, Vec<u32>)| {
+            format!("{name}\t{interface:x}\t{}\n", hex(words))
+        };
+        self.compiled.iter().map(line).collect()
     }
 
     fn text(&self) -> String {
@@ -267,11 +303,23 @@ impl Generated {
         let modules = self.modules.iter().map(|(folder, text)| {
             format!("/// `glsl/{folder}/`\n#[allow(unused_imports)]\npub mod {folder} {{\n{text}}}\n")
         });
-        format!("// Generated by build.rs from glsl/.\n{structs}\n{}", modules.collect::<String>())
+        let all = self.statics.join(", ");
+        format!(
+            "// Generated by build.rs from glsl/.\n{structs}\n{}\n/// All of them.\npub static ALL: [&[Shader]; {}] = [{all}];\n",
+            modules.collect::<String>(),
+            self.statics.len()
+        )
     }
 }
 
-/// The one entry point of a module.
+/// Of everything that Rust and a shader must agree on.
+fn hash(interface: &impl std::hash::Hash) -> u64 {
+    let mut hasher = std::hash::DefaultHasher::new();
+    interface.hash(&mut hasher);
+    std::hash::Hasher::finish(&hasher)
+}
+
+/// The single entry point of a module.
 fn reflect(words: &[u32]) -> Result<EntryPoint, String> {
     let entries = ReflectConfig::new()
         .spv(words)
@@ -282,7 +330,7 @@ fn reflect(words: &[u32]) -> Result<EntryPoint, String> {
     entries.map_err(|e| e.to_string())?.pop().ok_or_else(|| "no entry point".to_string())
 }
 
-/// A compute shader's workgroup.
+/// A compute shader's workgroup size.
 fn group(modes: &[spirq::func::ExecutionMode]) -> Option<[u32; 3]> {
     let size = modes.iter().find(|mode| mode.exec_mode == spirq::spirv::ExecutionMode::LocalSize)?;
     let side = |n: usize| match size.operands.get(n)?.value {

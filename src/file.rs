@@ -5,11 +5,11 @@ use std::io::{self, Read};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
-/// Opens a regular file for reading. The kind is that of the open file, so nothing can be put in its place between
-/// the check and the reading; opening never waits for a FIFO's other end.
+/// Opens a regular file for reading. The type of the open file is checked, so it cannot be replaced between check and
+/// reading. Opening never waits for the other end of a FIFO.
 ///
 /// # Errors
-/// The system's, and what is no regular file.
+/// I/O errors, and anything that is not a regular file.
 pub fn open(path: &Path) -> io::Result<File> {
     let file = OpenOptions::new().read(true).custom_flags(libc::O_NONBLOCK).open(path)?;
     match file.metadata()?.is_file() {
@@ -21,7 +21,7 @@ pub fn open(path: &Path) -> io::Result<File> {
 /// Reads a regular file of at most `most` bytes.
 ///
 /// # Errors
-/// As [`open`], and a longer file.
+/// As [`open`], and a file longer than `most`.
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?.take(most + 1).read_to_end(&mut bytes)?;
@@ -31,10 +31,10 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     }
 }
 
-/// As [`read`], of UTF-8.
+/// Like [`read`], for UTF-8 text.
 ///
 /// # Errors
-/// As [`read`], and other bytes.
+/// As [`read`], and invalid UTF-8.
 pub fn read_text(path: &Path, most: u64) -> io::Result<String> {
     String::from_utf8(read(path, most)?).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
 }
@@ -51,7 +51,7 @@ mod tests {
         std::fs::write(&path, "four").unwrap();
         assert_eq!(read_text(&path, 4).unwrap(), "four");
         assert_eq!(read(&path, 3).unwrap_err().to_string(), "it has more than 3 bytes");
-        // Its other end never writes: a read of the pipe would wait for ever.
+        // The other end never writes, so reading the pipe would wait for ever.
         let (pipe, _other_end) = io::pipe().unwrap();
         let pipe = format!("/proc/self/fd/{}", pipe.as_raw_fd());
         for other in [folder.path(), Path::new("/dev/null"), Path::new(&pipe)] {

@@ -8,12 +8,12 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct JsonFormat {
     pub name: &'static str,
-    /// The version that this program writes, and the newest that it reads. It changes when a reader of the one before
-    /// would misread the file.
+    /// The version that this program writes, and the newest that it reads. It increases when a reader of the previous
+    /// version would misread the file.
     pub version: u32,
-    /// The oldest that it reads.
+    /// The oldest version that it reads.
     pub oldest: u32,
-    /// What version 1 called itself where it had another name. A text without a name is version 1, too.
+    /// The name that version 1 used, if it was different. A text without a name is also version 1.
     pub first_name: Option<&'static str>,
 }
 
@@ -26,12 +26,12 @@ pub struct Headed<T> {
     content: T,
 }
 
-/// A text that this program does not read.
+/// A text in a format that this program cannot read.
 #[derive(Debug, Error)]
 pub enum WrongFormat {
     #[error(transparent)]
     Json(#[from] serde_json::Error),
-    /// Both in words.
+    /// Both as text.
     #[error("{found}; this program reads {read}")]
     Other { found: String, read: String },
 }
@@ -48,7 +48,7 @@ impl JsonFormat {
         JsonFormat { name, version, oldest: version, first_name: None }
     }
 
-    /// `content` after the header.
+    /// `content` with the header in front.
     pub fn head<T: Serialize>(&self, content: T) -> Headed<T> {
         Headed { format: self.name, version: self.version, content }
     }
@@ -56,7 +56,7 @@ impl JsonFormat {
     /// Checks a text's header and returns its version.
     ///
     /// # Errors
-    /// [`WrongFormat`] names the text's format and version, and those that are read.
+    /// [`WrongFormat`] names the text's format and version, and the supported ones.
     pub fn check(&self, text: &str) -> Result<u32, WrongFormat> {
         let Head { format, version } = serde_json::from_str(text)?;
         let stated = version.as_ref().and_then(Value::as_u64).and_then(|version| u32::try_from(version).ok());
@@ -70,13 +70,13 @@ impl JsonFormat {
             let version = version.map(|version| format!(" version {version}")).unwrap_or_default();
             let found = match format {
                 Some(format) => format!("format {format:?}{version}"),
-                None => "no format is stated".to_owned(),
+                None => "it states no format".to_owned(),
             };
             WrongFormat::Other { found, read: self.read() }
         })
     }
 
-    /// What is read, in words.
+    /// The supported format and versions, as text.
     fn read(&self) -> String {
         match self.oldest == self.version {
             true => format!("format {:?} version {}", self.name, self.version),
@@ -106,7 +106,7 @@ mod tests {
         assert_eq!(TWO.check(r#"{"format": "made 1", "version": "0.1.0"}"#).unwrap(), 1);
         let only_two = JsonFormat { oldest: 2, first_name: None, ..TWO };
         let error = only_two.check(r#"{"a": 1}"#).unwrap_err().to_string();
-        assert_eq!(error, "no format is stated; this program reads format \"ortelius-made\" version 2");
+        assert_eq!(error, "it states no format; this program reads format \"ortelius-made\" version 2");
     }
 
     #[test]

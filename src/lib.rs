@@ -1,19 +1,20 @@
-//! Ortelius: a research renderer on raw Vulkan. It rebuilds the pipelines of papers, each beside its modern variants and
-//! a slow, exact reference, and measures what every choice costs and what error it makes.
+//! Ortelius: a research renderer on raw Vulkan. It rebuilds the pipelines of papers, each with modern variants and a
+//! slow, exact reference, and measures the cost and error of every choice.
 //!
 //! # The papers
 //!
-//! The question "how does the paper do step Y" is answered by one file, named after the step; the module of each paper
-//! lists them, with the errata.
+//! Each step of a paper is in one file, named after the step. The module of each paper lists them, with the errata.
 //!
-//! - [`paper::virtual_texture`]: super-large textures, whose visible tiles are found wholly on the GPU.
-//! - [`paper::progressive_mesh`]: progressive meshes whose index buffer suits the vertex cache at every level of detail.
-//! - [`paper::texture_mapping`]: texture filters that weigh the texels of a pixel's ellipse, beside those of the field.
+//! - [`paper::virtual_texture`]: super-large textures; the visible tiles are determined entirely on the GPU.
+//! - [`paper::progressive_mesh`]: progressive meshes whose index order suits the vertex cache at every level of
+//!   detail.
+//! - [`paper::texture_mapping`]: texture filters that weight the texels of a pixel's ellipse, compared with
+//!   established filters.
 //!
 //! # Use as a library
 //!
-//! A [`Scene`] is read from a file or by the name of a shipped one; a [`Renderer`] opens it on a device, a [`Gpu`], with
-//! the features, memory and passes that the scene names and no others.
+//! A [`Scene`] is read from a file, or by the name of a shipped one. A [`Renderer`] opens it on a device, a [`Gpu`],
+//! with only the features, memory and passes that the scene needs.
 //!
 //! ```
 //! use ortelius::{Options, Renderer, Scene};
@@ -31,14 +32,14 @@
 //! }
 //! ```
 //!
-//! [`Renderer::frame`] renders one frame from a [`Pose`], [`Renderer::settle`] until nothing is missing, and
-//! [`Renderer::resize`] changes the picture's size between frames. Pictures come as [`Srgb8Picture`]s, as linear
-//! [`Picture`]s, or as bytes ([`Renderer::picture_bytes`]); a [`Report`] holds what was measured. Everything else is
-//! internal: public for the command line and the tests, hidden here, and free to change.
+//! [`Renderer::frame`] renders one frame from a [`Pose`], [`Renderer::settle`] renders until nothing is missing, and
+//! [`Renderer::resize`] changes the picture's size between frames. Pictures are available as [`Srgb8Picture`]s, as
+//! linear [`Picture`]s, or as bytes ([`Renderer::picture_bytes`]); a [`Report`] holds the measurements. Everything
+//! else is internal: public for the command line and the tests, hidden here, and free to change.
 
 #![deny(unsafe_code)]
 
-// A module may use those of the floors above it in this list, never those below.
+// A module may use modules listed above it, never those below.
 
 // floor 0: plain data, no GPU
 #[doc(hidden)]
@@ -51,7 +52,7 @@ pub mod math;
 pub mod picture;
 #[doc(hidden)]
 pub mod stats;
-// floor 1: worlds that do not know each other
+// floor 1: models, reference code, textures and Vulkan; independent of each other
 #[doc(hidden)]
 pub mod model;
 #[doc(hidden)]
@@ -61,16 +62,16 @@ pub mod texture;
 #[allow(unsafe_code)]
 #[doc(hidden)]
 pub mod vk;
-// floor 2: what is shown, how frames are made, what is measured
+// floor 2: scenes, the frame loop, figures
 #[doc(hidden)]
 pub mod figure;
 #[doc(hidden)]
 pub mod frame;
 #[doc(hidden)]
 pub mod scene;
-// floor 3: the papers; none names another
+// floor 3: the papers, independent of each other
 pub mod paper;
-// floor 4: a scene becomes passes
+// floor 4: scenes to passes
 #[doc(hidden)]
 pub mod renderer;
 

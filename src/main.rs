@@ -6,9 +6,10 @@ mod command;
 #[cfg(feature = "window")]
 mod view;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use command::{
-    bake, compare, demo, doctor, exit, fetch, keys, list, merge, mesh, render, reproduce, trade, verify,
+    bake, compare, demo, doctor, exit, fetch, interrupt, keys, list, manual, merge, mesh, page, render,
+    reproduce, trade, verify,
 };
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
@@ -21,7 +22,7 @@ use tracing_subscriber::prelude::*;
 #[derive(Parser)]
 #[command(version, max_term_width = 100)]
 struct CommandLine {
-    /// More words on stderr (twice: all)
+    /// More messages on stderr (twice: all)
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
     /// Errors only
@@ -33,35 +34,60 @@ struct CommandLine {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render the paper's headline picture and measure three of its figures into out/ (made if absent)
+    /// Render the paper's headline picture and measure three of its figures into out/ (created if absent)
     Demo(demo::DemoArgs),
     /// Render a scene
     Render(Box<render::RenderArgs>),
-    /// See a scene in a window: fly through it, switch and compare variants, change every setting
+    /// Show a scene in a window: fly through it, switch and compare variants, change every setting
     #[cfg(feature = "window")]
     View(Box<command::view::ViewArgs>),
-    /// All figures, with what they claim
+    /// List all figures and their claims
     List(list::ListArgs),
     /// Measure figures on this machine, with a verdict for each claim
     Reproduce(reproduce::ReproduceArgs),
     /// Find the cheapest setting of a scene for an error, or the most accurate for a time
     Trade(Box<trade::TradeArgs>),
-    /// Join the parts of a run into one report
+    /// Merge the parts of a run into one report
     Merge(merge::MergeArgs),
+    /// Make the page of stored results again
+    Page(page::PageArgs),
     /// Cut a picture into a tile pyramid (.tiles)
     Bake(bake::BakeArgs),
     /// Check every byte of a tile pyramid
     Verify(verify::VerifyArgs),
-    /// Fetch larger models than those that are shipped, by npm
+    /// Fetch larger models than the shipped ones, by npm
     Fetch(fetch::FetchArgs),
     /// Build, describe, export and check progressive meshes (.pmesh)
     Mesh(mesh::MeshArgs),
-    /// Measure how far one picture is from another
+    /// Measure the difference between two pictures
     Compare(compare::CompareArgs),
     /// List the keys of scene files
     Keys(keys::KeysArgs),
-    /// What there is of Vulkan here, and whether it works
+    /// Show the Vulkan installation and test it
     Doctor(doctor::DoctorArgs),
+    /// Print the completions of a shell: `ortelius completions bash > FILE`, then source FILE in the shell
+    Completions(manual::CompletionsArgs),
+    /// Print a man page: `ortelius man mesh build | man -l -`
+    Man(manual::ManArgs),
+}
+
+impl Command {
+    /// The user's options after Ctrl-C. `None` for commands that write nothing, and for `reproduce`, which handles
+    /// its worker.
+    fn advice(&self) -> Option<&'static str> {
+        match self {
+            Command::Bake(_) => Some(
+                "run the same command to resume; OUT.partial, OUT.scratch and OUT.journal hold the finished work",
+            ),
+            Command::Render(_)
+            | Command::Trade(_)
+            | Command::Merge(_)
+            | Command::Page(_)
+            | Command::Fetch(_)
+            | Command::Mesh(_) => Some("no half-written file is left; finished files stay"),
+            _ => None,
+        }
+    }
 }
 
 fn main() -> ExitCode {
@@ -72,9 +98,9 @@ fn main() -> ExitCode {
         (false, 1) => tracing::Level::DEBUG,
         (false, _) => tracing::Level::TRACE,
     };
-    // stdout is for data.
+    // stdout is for data only.
     let colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    // What winit and its libraries find odd about a display is no concern of ours.
+    // Warnings of winit and its libraries about the display do not concern the user.
     let levels = Targets::new()
         .with_default(level)
         .with_target("winit", tracing::Level::ERROR)
@@ -87,7 +113,20 @@ fn main() -> ExitCode {
         .without_time()
         .with_target(false);
     tracing_subscriber::registry().with(lines.with_filter(levels)).init();
-    let done = match &line.command {
+    let watched = line.command.advice().map_or(Ok(()), |advice| interrupt::watch(Some(advice)));
+    let done = watched.and_then(|()| run(&line));
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // stderr may be closed or full; then the exit code is the only report.
+            let _ignored = writeln!(std::io::stderr(), "ortelius: {}", printable(&one_line(&error)));
+            ExitCode::from(exit::exit_code(&error))
+        }
+    }
+}
+
+fn run(line: &CommandLine) -> anyhow::Result<()> {
+    match &line.command {
         Command::Demo(args) => demo::run(args),
         Command::Render(args) => render::run(args),
         #[cfg(feature = "window")]
@@ -96,6 +135,7 @@ fn main() -> ExitCode {
         Command::Reproduce(args) => reproduce::run(args, &std::env::args_os().skip(1).collect::<Vec<_>>()),
         Command::Trade(args) => trade::run(args),
         Command::Merge(args) => merge::run(args),
+        Command::Page(args) => page::run(args),
         Command::Bake(args) => bake::run(args),
         Command::Verify(args) => verify::run(args),
         Command::Fetch(args) => fetch::run(args),
@@ -103,18 +143,12 @@ fn main() -> ExitCode {
         Command::Compare(args) => compare::run(args),
         Command::Keys(args) => keys::run(args),
         Command::Doctor(args) => doctor::run(args),
-    };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            // stderr may be closed or full: the exit code is then the only report.
-            let _ignored = writeln!(std::io::stderr(), "ortelius: {}", printable(&one_line(&error)));
-            ExitCode::from(exit::exit_code(&error))
-        }
+        Command::Completions(args) => manual::completions(args, CommandLine::command()),
+        Command::Man(args) => manual::man(args, CommandLine::command()),
     }
 }
 
-/// Names of files and keys may hold anything, escape sequences for the terminal included.
+/// Escapes control characters: names of files and keys may contain anything, including terminal escape sequences.
 fn printable(text: &str) -> String {
     let escaped = |c: char| match c {
         '\n' | '\t' => c.to_string(),
@@ -124,7 +158,7 @@ fn printable(text: &str) -> String {
     text.chars().map(escaped).collect()
 }
 
-/// An error with its causes. Many of our errors already name their cause: a text that is there is not repeated.
+/// An error with its causes on one line. Many errors already include their cause, so text is not repeated.
 fn one_line(error: &anyhow::Error) -> String {
     error.chain().skip(1).fold(error.to_string(), |line, cause| match cause.to_string() {
         cause if line.contains(&cause) => line,

@@ -1,6 +1,9 @@
-//! The device itself: does the driver do what it says, and is the validation layer alive?
+//! The device itself: the driver works as it reports, and the validation layer is active.
 
-use ortelius::vk::{BufferUse, Error, Format, Gpu, GpuOptions, ImageInfo, Watched, self_test};
+use ortelius::vk::shader::self_test::dispatch_comp;
+use ortelius::vk::{
+    BufferUse, Error, Feature, Format, Gpu, GpuOptions, ImageInfo, Resource, Watched, Work, self_test,
+};
 
 fn validating<'a>() -> GpuOptions<'a> {
     GpuOptions { validate: true, ..GpuOptions::default() }
@@ -13,14 +16,46 @@ fn the_self_test_passes_without_a_validation_message() {
 }
 
 #[test]
-fn a_table_that_no_texel_buffer_holds_is_refused_in_words() {
+fn a_frame_has_pass_statistics_only_on_request() {
+    let gpu = Watched::open(&GpuOptions { wishes: &[Feature::PipelineStatistics], ..GpuOptions::default() });
+    let pipeline = gpu.compute_pipeline("dispatch", &dispatch_comp::SHADER, &[]).unwrap();
+    let words = gpu.buffer("words", 4 * 256, BufferUse::Storage).unwrap();
+    let other = gpu.buffer("other", 4 * 256, BufferUse::Storage).unwrap();
+    let work = || {
+        let mut frame = gpu.frame().unwrap();
+        let words_at = [(dispatch_comp::WORDS, Resource::Buffer(&words))];
+        frame.pass("dispatch", |cmd| cmd.dispatch(&pipeline, &words_at, &[], [4, 1, 1])).unwrap();
+        frame
+            .pass("copies", |cmd| {
+                cmd.fill(&other, 64, 7);
+                cmd.sync();
+                cmd.copy_buffer(&words, 0, &other, 0, 128);
+                cmd.copy_ranges(&words, &other, &[[512, 512, 16], [600, 600, 8]]);
+                Ok(())
+            })
+            .unwrap();
+        let passes = frame.submit().unwrap().wait().unwrap();
+        passes.into_iter().map(|pass| pass.work).collect::<Vec<_>>()
+    };
+    assert_eq!(work(), [None, None]);
+    gpu.count_work(true);
+    let dispatched = Work { dispatches: 1, compute_invocations: 4 * 64, ..Work::default() };
+    let copied = Work { copied_bytes: 64 + 128 + 16 + 8, ..Work::default() };
+    assert_eq!(work(), [Some(dispatched), Some(copied)]);
+    assert_eq!([dispatched, copied, dispatched].into_iter().sum::<Work>().compute_invocations, 512);
+    gpu.count_work(false);
+    assert_eq!(work(), [None, None]);
+}
+
+#[test]
+fn a_table_larger_than_any_texel_buffer_is_rejected_with_a_message() {
     let gpu = Gpu::new(&validating()).expect("driver and layer");
     // Limits are 32 bits: no device holds 2^38 words.
     let line = gpu.buffer("H1", 1 << 40, BufferUse::Texels).err().map(|error| error.to_string());
-    assert!(line.as_ref().is_some_and(|line| line.contains("texel buffers hold")), "{line:?}");
+    assert!(line.as_ref().is_some_and(|line| line.contains("texel buffers can hold")), "{line:?}");
 }
 
-/// The layer is alive, and so is synchronisation validation: two copies into one buffer without a barrier.
+/// The layer and synchronisation validation are active: two copies into one buffer without a barrier are reported.
 #[test]
 fn a_missing_barrier_is_reported() {
     let gpu = Gpu::new(&validating()).expect("driver and layer");
@@ -40,7 +75,7 @@ fn a_missing_barrier_is_reported() {
     assert!(messages.iter().any(|m| m.id.contains("SYNC-HAZARD")), "{messages:?}");
 }
 
-/// The neighbour that must stay silent: the same copies with the barrier.
+/// Near miss that must stay silent: the same copies with the barrier.
 #[test]
 fn the_same_copies_with_a_barrier_are_silent() {
     let gpu = Gpu::new(&validating()).expect("driver and layer");
@@ -100,20 +135,20 @@ fn an_image_made_while_a_frame_is_recorded_is_ready_for_its_next_pass() {
 }
 
 #[test]
-fn an_image_of_a_frame_that_was_given_up_is_ready_in_the_next() {
+fn an_image_of_an_abandoned_frame_is_ready_in_the_next() {
     clear(&Gpu::new(&validating()).expect("driver and layer"), 2, false, false);
 }
 
 #[test]
-fn a_buffer_of_nothing_is_no_error() {
+fn an_empty_buffer_is_not_an_error() {
     let gpu = Gpu::new(&validating()).expect("driver and layer");
     assert_eq!(gpu.buffer_with::<u32>("nothing", &[], BufferUse::Vertices).unwrap().bytes(), 0);
     assert!(gpu.messages().is_empty(), "{:?}", gpu.messages());
 }
 
-/// No side, no count of layers and no size in bytes reaches the driver that the driver did not promise to take.
+/// No side, layer count or size in bytes beyond the driver's limits reaches the driver.
 #[test]
-fn an_image_beyond_the_devices_limits_is_refused_in_words() {
+fn an_image_beyond_the_devices_limits_is_rejected_with_a_message() {
     let gpu = Gpu::new(&validating()).expect("driver and layer");
     let refused = |info: ImageInfo| match gpu.image("too much", info).map(|_| ()) {
         Err(Error::Limit { object, what }) => {
@@ -123,26 +158,29 @@ fn an_image_beyond_the_devices_limits_is_refused_in_words() {
         other => panic!("{info:?}: {other:?}"),
     };
     let wide = refused(ImageInfo::target([1 << 20, 16], Format::R32Uint));
-    assert!(wide.starts_with("1048576 x 16 texels; the device takes "), "{wide}");
+    assert!(wide.starts_with("needs 1048576 x 16 texels; this device supports "), "{wide}");
     let array = ImageInfo { array: true, layers: 1 << 20, ..ImageInfo::texture([4, 4], Format::Rgba8, 1) };
     let layers = refused(array);
-    assert!(layers.starts_with("1048576 layers of 1 levels; the device takes "), "{layers}");
+    assert!(layers.starts_with("needs 1048576 layers of 1 levels; this device supports "), "{layers}");
     let levels = refused(ImageInfo::texture([4, 4], Format::Rgba8, 40));
-    assert!(levels.starts_with("1 layers of 40 levels; the device takes "), "{levels}");
-    // 2048 layers are every device's, 16384 texels a side nearly every one's; 2 TiB are none's.
+    assert!(levels.starts_with("needs 1 layers of 40 levels; this device supports "), "{levels}");
+    // Every device supports 2048 layers, nearly every one 16384 texels a side; none supports 2 TiB.
     let bytes = ImageInfo { array: true, layers: 2048, ..ImageInfo::texture([16384; 2], Format::Rgba8, 1) };
     let bytes = refused(bytes);
-    assert!(bytes.contains("bytes in one image") || bytes.contains("texels; the device takes"), "{bytes}");
+    assert!(
+        bytes.contains("bytes in one image") || bytes.contains("texels; this device supports"),
+        "{bytes}"
+    );
     assert!(gpu.messages().is_empty(), "{:?}", gpu.messages());
 }
 
-/// A driver leaks a little of the process each time it is loaded: NVIDIA 580.159 answers about thirty times.
+/// A driver leaks some process memory each time it is loaded: NVIDIA 580.159 can be loaded about thirty times.
 #[test]
 fn a_driver_stays_loaded_when_its_last_device_is_gone() {
     let libraries = || -> std::collections::BTreeSet<String> {
         let maps = std::fs::read_to_string("/proc/self/maps").unwrap();
         let paths = maps.lines().filter_map(|line| line.split_once('/')).map(|(_, path)| path);
-        // Layers come and go with the other tests of this process.
+        // Layers are loaded and unloaded by other tests of this process.
         let drivers = paths.filter(|path| path.contains(".so") && !path.contains("VkLayer"));
         drivers.map(String::from).collect()
     };

@@ -1,4 +1,4 @@
-//! The `.tiles` file: what is stored comes back, and any damage to any byte is found.
+//! The `.tiles` file: contents read back unchanged, and damage to any byte is detected.
 
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::texture::bake::{Settings, SourceName, bake};
@@ -30,7 +30,7 @@ fn smallest(folder: &Path) -> PathBuf {
     baked(folder, SourceName::Ruler(5), 16, 2)
 }
 
-/// Every tile and resident level of a file is that of the source. Returns how many differ.
+/// The number of tiles and resident levels of a file that differ from the source's.
 fn differing(file: &TileFile, source: &dyn TileSource) -> usize {
     let pyramid = source.pyramid();
     assert_eq!(file.pyramid(), pyramid);
@@ -51,12 +51,12 @@ fn differing(file: &TileFile, source: &dyn TileSource) -> usize {
 }
 
 #[test]
-fn synthetic_tiles_come_back_from_the_file_as_they_are() {
+fn synthetic_tiles_read_back_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let file = TileFile::open(&baked(folder.path(), SourceName::Ruler(8), 16, 4)).unwrap();
     let pyramid = Pyramid::new(8, 7, 4, 4, None).unwrap();
     assert_eq!(differing(&file, &Ruler::new(pyramid)), 0);
-    // The comparison's neighbour: another source's tiles are not accepted, not one of them.
+    // Near miss: none of another source's tiles is accepted.
     let earth = Earth::new(pyramid).unwrap();
     let all = pyramid.tile_count() as usize + pyramid.resident_levels() as usize;
     assert_eq!(differing(&file, &earth), all);
@@ -67,7 +67,7 @@ fn synthetic_tiles_come_back_from_the_file_as_they_are() {
     assert_eq!(differing(&file, &Earth::new(pyramid).unwrap()), 0);
 }
 
-/// Which record the byte at `offset` belongs to; `None` in header and index.
+/// The record that contains the byte at `offset`; `None` in header and index.
 fn record_at(layout: &Layout, offset: u64) -> Option<Record> {
     let pyramid = layout.pyramid();
     let resident = (pyramid.first_resident_level()..=pyramid.coarsest_level()).find(|&level| {
@@ -81,7 +81,7 @@ fn record_at(layout: &Layout, offset: u64) -> Option<Record> {
     (offset >= tiles).then(|| Record::Tile(layout.tile((offset - tiles) / layout.record_bytes() as u64)))
 }
 
-/// The file can be opened and read, and its bytes are wrong.
+/// True if the file can be opened and read, but its bytes are wrong.
 fn is_damage(error: &TileFileError) -> bool {
     match error {
         TileFileError::NotTiles { .. }
@@ -93,7 +93,7 @@ fn is_damage(error: &TileFileError) -> bool {
 }
 
 #[test]
-fn a_flip_of_any_byte_is_found_and_put_down_to_its_record() {
+fn a_flip_in_any_byte_is_detected_in_its_record() {
     let folder = tempfile::tempdir().unwrap();
     let path = smallest(folder.path());
     let whole = fs::read(&path).unwrap();
@@ -125,7 +125,7 @@ fn a_damaged_tile_is_an_error_and_its_neighbour_still_reads() {
     let path = smallest(folder.path());
     let file = TileFile::open(&path).unwrap();
     let layout = *file.layout();
-    // The last byte of the first tile's record is padding: under the checksum all the same.
+    // The last byte of the first tile's record is padding; the checksum covers it too.
     let offset = layout.record_offset(1) - 1;
     OpenOptions::new().write(true).open(&path).unwrap().write_all_at(&[1], offset).unwrap();
     let mut bytes = vec![0; layout.tile_bytes()];
@@ -162,7 +162,7 @@ fn a_file_cut_while_it_is_open_gives_errors_and_no_panic() {
 }
 
 #[test]
-fn a_header_that_promises_terabytes_is_refused_before_anything_is_allocated() {
+fn a_header_that_declares_terabytes_is_rejected_before_any_allocation() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("huge.tiles");
     let pyramid = Pyramid::new(20, 19, 7, 4, None).unwrap();
@@ -174,7 +174,7 @@ fn a_header_that_promises_terabytes_is_refused_before_anything_is_allocated() {
 }
 
 #[test]
-fn what_is_no_tiles_file_says_so() {
+fn a_file_of_another_format_is_reported_as_such() {
     let folder = tempfile::tempdir().unwrap();
     let missing = folder.path().join("missing.tiles");
     assert!(matches!(TileFile::open(&missing), Err(TileFileError::Open { .. })));

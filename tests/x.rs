@@ -1,4 +1,4 @@
-//! The script `./x`, in a system made of a few files and tools that only say what they were called with.
+//! The script `./x`, in a fake system of a few files, with tools that only record their calls.
 #![cfg(unix)]
 
 use std::fs;
@@ -10,7 +10,7 @@ const LOADER: &str = "usr/lib/x86_64-linux-gnu/libvulkan.so.1";
 const DRIVER: &str = "usr/share/vulkan/icd.d/some_icd.json";
 const LAYER: &str = "usr/share/vulkan/explicit_layer.d/VkLayer_khronos_validation.json";
 
-/// What a window under a virtual display opens at run time; Xvfb itself is a tool.
+/// Libraries that a window under a virtual display opens at run time; Xvfb itself is a tool.
 const WINDOW: [&str; 4] = [
     "usr/lib/x86_64-linux-gnu/libX11-xcb.so.1",
     "usr/lib/x86_64-linux-gnu/libXcursor.so.1",
@@ -26,13 +26,13 @@ struct System {
 
 struct Outcome {
     code: i32,
-    /// What the tools were called with, one a line, and what they and `./x` said on stdout.
+    /// The tools' calls, one a line; and in `said` the output of the tools and `./x`.
     calls: Vec<String>,
     said: String,
 }
 
 impl System {
-    /// A system that has `files`, a user (0: root), and nothing to install with.
+    /// A system with `files`, a user (0: root), and no package manager.
     fn new(files: &[&str], user: u32) -> Self {
         let system = Self { folder: tempfile::tempdir().unwrap(), environment: Vec::new() };
         fs::create_dir(system.path("bin")).unwrap();
@@ -50,7 +50,7 @@ impl System {
         system
     }
 
-    /// As it is, and a virtual display.
+    /// The same system with a virtual display.
     fn with_display(self) -> Self {
         self.tool("Xvfb", "");
         WINDOW.iter().for_each(|file| self.touch(file));
@@ -66,7 +66,7 @@ impl System {
         fs::write(self.path(file), "").unwrap();
     }
 
-    /// A tool that does `script` and then notes its call in the file `calls`.
+    /// A tool that runs `script` and then records its call in the file `calls`.
     fn tool(&self, name: &str, script: &str) {
         let calls = self.path("calls");
         let text = format!("#!/bin/sh\n{script}\necho \"{name} $*\" >> '{}'\n", calls.display());
@@ -74,7 +74,7 @@ impl System {
         fs::set_permissions(self.path("bin").join(name), fs::Permissions::from_mode(0o755)).unwrap();
     }
 
-    /// A package manager that installs everything, whatever it is asked for.
+    /// A package manager that installs everything at any request.
     fn manager(&self, name: &str) {
         let mut script = String::new();
         for file in [LOADER, DRIVER, LAYER].into_iter().chain(WINDOW) {
@@ -212,7 +212,7 @@ fn each_system_has_its_own_packages() {
 }
 
 #[test]
-fn no_install_says_the_command_and_stops() {
+fn no_install_prints_the_command_and_stops() {
     let system = System::new(&[LOADER], 0);
     system.manager("apt-get");
     let outcome = system.run(&["demo", "--no-install"]);
@@ -221,7 +221,7 @@ fn no_install_says_the_command_and_stops() {
 }
 
 #[test]
-fn a_user_without_a_terminal_is_not_made_root_unasked() {
+fn a_user_without_a_terminal_does_not_become_root_unasked() {
     let system = System::new(&[LOADER], 1000);
     system.manager("apt-get");
     system.run(&["demo"]).refused("no sudo here; run as root: apt-get update && ");
@@ -232,7 +232,7 @@ fn a_user_without_a_terminal_is_not_made_root_unasked() {
 }
 
 #[test]
-fn a_user_who_said_yes_or_ci_uses_sudo() {
+fn sudo_is_used_after_consent_or_in_ci() {
     let sudo = "shift; \"$@\"";
     let calls = [
         "apt-get update",
@@ -265,7 +265,7 @@ fn an_update_that_fails_does_not_stop_the_install() {
 }
 
 #[test]
-fn an_install_that_fails_or_brings_nothing_is_no_driver() {
+fn an_install_that_fails_or_installs_nothing_is_an_error() {
     let system = System::new(&[LOADER], 0);
     system.tool("apt-get", "case $1 in install) exit 100 ;; esac");
     system.run(&["demo"]).refused("mesa-vulkan-drivers' failed");
@@ -282,7 +282,7 @@ fn files_named_from_outside_are_respected() {
         system.manager("apt-get");
         system.run(&["demo"]).called(&["cargo run --release -- demo"]);
     }
-    // The loader would not look at what we install.
+    // The loader would ignore the packages that we install.
     let system = System::new(&[LOADER], 0).with("VK_DRIVER_FILES", "/nowhere.json");
     system.manager("apt-get");
     let outcome = system.run(&["demo"]);
@@ -304,7 +304,7 @@ fn tools_that_cargo_needs_are_named() {
 }
 
 #[test]
-fn tests_without_a_browser_are_allowed_and_told_but_not_in_ci() {
+fn tests_without_a_browser_are_allowed_with_a_notice_but_not_in_ci() {
     let system = |browser: bool, ci: &str| {
         let system = System::new(&[LOADER, DRIVER, LAYER], 1000).with_display().with("CI", ci);
         system.tool("cargo", "echo \"allowed: ${ORTELIUS_ALLOW_NO_BROWSER-no}\"");

@@ -1,3 +1,3 @@
-// What every shader of ours asks of the compiler.
+// Extensions of all our shaders.
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_samplerless_texture_functions : require

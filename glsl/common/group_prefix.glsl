@@ -1,7 +1,7 @@
-// What stands before an invocation in its group, by shared memory. Include after local_size.
+// Prefix sums over a workgroup in shared memory. Include after local_size.
 shared uint prefix_sums[gl_WorkGroupSize.x];
 
-// The sum of `value` over the invocations before this one, and over all. Called by the whole group.
+// x: the exclusive prefix sum of `value`, y: the sum over the workgroup. All invocations must call it.
 uvec2 group_prefix(uint value) {
     uint self = gl_LocalInvocationIndex;
     prefix_sums[self] = value;

@@ -4,13 +4,13 @@
 #include "common/view.glsl"
 #include "common/clip.glsl"
 
-// mesh.vert for shapes that the sun lights.
+// mesh.vert for lit shapes.
 layout(location = 0) in vec3 position_high;
 layout(location = 1) in vec3 position_low;
 layout(location = 2) in uvec2 origin;
 layout(location = 3) in vec2 offset;
 
-// A buffer of their own, so that passes without light read the same vertices.
+// In a separate buffer, so that unlit passes read the same vertices.
 layout(binding = 7, scalar) readonly buffer Normals { vec3 of_vertex[]; } normals;
 
 layout(location = 0) flat out uvec2 triangle_origin;

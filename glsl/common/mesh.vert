@@ -9,11 +9,11 @@ layout(location = 1) in vec3 position_low;
 layout(location = 2) in uvec2 origin;
 layout(location = 3) in vec2 offset;
 
-// A triangle's three origins are equal: it is one number of the triangle, not an interpolated one.
+// One value for each triangle: its three vertices have the same origin.
 layout(location = 0) flat out uvec2 triangle_origin;
 layout(location = 1) out vec2 from_origin;
 
-// Every pass that draws the mesh must find the same depth: texturing tests for EQUAL.
+// Every pass that draws the mesh must compute the same depth: texturing tests for EQUAL.
 invariant gl_Position;
 
 void main() {

@@ -3,9 +3,16 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
 #include "common/view.glsl"
+#include "common/exact.glsl"
+#include "texture_mapping/footprint.glsl"
+#include "texture_mapping/weights.glsl"
+#include "texture_mapping/ellipse_level.glsl"
 
-// One plain texture with implicit derivatives: what a surface without a virtual texture shows, and the yardstick for
-// one with.
+// One plain texture, for surfaces without a virtual texture and as the baseline of virtual ones. Filtered by the sampler
+// with implicit derivatives, or by paper 3's ellipse with an axis ratio of at most MOST_RATIO.
+layout(constant_id = 0) const float MOST_RATIO = 0.0;  // 0: the sampler
+layout(constant_id = 1) const float MOST_REACH = 1024.0;
+
 layout(binding = 0) uniform sampler2D plain;
 layout(location = 0) flat in uvec2 triangle_origin;
 layout(location = 1) in vec2 from_origin;
@@ -15,8 +22,34 @@ layout(location = 2) in vec3 normal;
 #endif
 layout(location = 0) out vec4 colour;
 
+// Not textureSize(plain, level): where levels differ within a group of lanes, lavapipe takes the first lane's.
+ivec2 level_size(uint level) { return max(textureSize(plain, 0) >> int(level), ivec2(1)); }
+
+// Columns wrap, as in the sampler; rows are clamped.
+vec3 texel(ivec2 at, uint level) {
+    ivec2 size = level_size(level);
+    // The offset keeps the column positive: no footprint is 16384 pictures wide.
+    int column = int(uint(at.x + 16384 * size.x) % uint(size.x));
+    return texelFetch(plain, ivec2(column, clamp(at.y, 0, size.y - 1)), int(level)).rgb;
+}
+float weight(vec2 at) { return gaussian(at); }
+#include "texture_mapping/ellipse.glsl"
+
+vec4 filtered(vec2 place) {
+    vec2 size = vec2(textureSize(plain, 0)), dx = size * dFdxFine(from_origin), dy = size * dFdyFine(from_origin);
+    uint coarsest = uint(textureQueryLevels(plain)) - 1;
+    float most = most_major_texels(view.limb / gl_FragCoord.w, size.y), across = sin(3.14159265 * place.y);
+    vec4 jacobian = limited(vec4(dx.x, dy.x, dx.y, dy.y), most, max(across, 1e-3));
+    Ellipse finest = ellipse_of(jacobian, jacobian.x * jacobian.w - jacobian.y * jacobian.z, MOST_RATIO);
+    uint level = ellipse_level(finest, MOST_REACH, coarsest);
+    vec2 centre = place * vec2(level_size(level));
+    Spot spot = Spot(ivec2(floor(centre)), centre - floor(centre));
+    return vec4(ellipse_mean(jacobian, finest, level, level == coarsest, spot).colour, 1.0);
+}
+
 void main() {
-    colour = texture(plain, vec2(triangle_origin) * exp2(-32.0) + from_origin);
+    vec2 place = vec2(triangle_origin) * exp2(-32.0) + from_origin;
+    if (MOST_RATIO == 0.0) colour = texture(plain, place); else colour = filtered(place);
 #if LIT
     colour.rgb *= light(normal, view.sun);
 #endif

@@ -1,27 +1,28 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
-// Sections 3 to 5 on the device: one step of what leads from a level to another, in one instance's slice of F.
-// A range of splits runs at once, in any order: a new vertex's index is above those of all live ones, so the last of
-// several splits of one corner is the one with the largest index, and the first of their collapses, which is the last
-// to be undone, leaves the least. Greatest and least do not depend on an order, so no split waits for another.
-// A permutation takes two steps, for a face must be read before its slot is filled.
+// Sections 3 to 5 on the device: one step between two levels, in one instance's slice of F.
+// A range of splits runs at once, in any order. A new vertex's index is above those of all live vertices, so when
+// several splits write one corner, the largest index is the last split's (atomicMax). Downwards, the first split is
+// undone last and its vertex before is the smallest (atomicMin). Maximum and minimum do not depend on the order, so
+// no split waits for another.
+// A permutation takes two steps: all faces are read before any slot is written.
 
 layout(local_size_x = 64) in;
 
-// Three words a split's corner: word of F, new vertex, vertex before. Behind all of them two words a moved face: slot
-// that is filled going up, slot where the face comes from.
+// Three words for each corner of a split: word of F, new vertex, vertex before. Then two words for each moved face: the
+// slot filled going up, and the slot that the face comes from.
 layout(scalar, binding = 0) readonly buffer Program { uint words[]; } program;
 layout(scalar, binding = 1) buffer Indices { uint words[]; } indices;
 // Faces between the two steps of a permutation.
 layout(scalar, binding = 2) buffer Kept { uint words[]; } kept;
 
 layout(push_constant, scalar) uniform Applying {
-    // 0: splits; 1: a permutation's faces are kept; 2: they are placed.
+    // 0: splits; 1: save a permutation's faces; 2: place them.
     uint kind;
-    // Inverses: collapses, and permutations backwards.
+    // Inverse: collapses, and permutations backwards.
     uint down;
-    // First word of the step in `program`, and how many corners or faces it has.
+    // First word of the step in `program`, and its number of corners or faces.
     uint first;
     uint count;
     // First word of the instance's slice.
@@ -41,7 +42,7 @@ void write(uint n) {
 
 void move(uint n) {
     bool keep = applying.kind == 1;
-    // Kept is where the face comes from: going up the second of the two slots.
+    // Step 1 saves the face's source slot: the second of the two going up, the first going down.
     uint slot = program.words[applying.first + 2 * n + uint(keep == (applying.down == 0))];
     uint face = applying.slice + 3 * slot;
     uint own = applying.kept_first + 3 * n;

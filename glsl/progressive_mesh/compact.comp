@@ -1,26 +1,26 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
-// A rival on the device: of the full mesh's faces in their best order, those that are live at a level are copied in that
-// order, with the vertices that they have there. Two steps: live faces of each group's part are counted; then each group
-// sums those before it and places its own. No atomic addition, so the order is the list's.
+// Compaction baseline: copies the faces that are live at a level, in the full mesh's best order, with the vertices that
+// they have at that level. Step 0 counts the live faces of each group; step 1 sums the counts of the groups before and
+// places the group's faces. Without atomic additions the order is the list's.
 
 layout(local_size_x = 256) in;
 
 #include "common/group_prefix.glsl"
 
-// Four words a face, best order first: its slot in the classical order, and its vertices in the full mesh.
+// Four words for each face, in best order: its slot in the classical order, and its vertices in the full mesh.
 layout(scalar, binding = 0) readonly buffer Ranked { uint words[]; } ranked;
-// Of each vertex beyond level 0's the one that it replaces.
+// For each vertex beyond level 0, the vertex that it replaces.
 layout(scalar, binding = 1) readonly buffer SplitVertices { uint words[]; } split_vertices;
 layout(scalar, binding = 2) buffer Counts { uint words[]; } counts;
 layout(scalar, binding = 3) writeonly buffer Indices { uint words[]; } indices;
 
 layout(push_constant, scalar) uniform Compacting {
-    // 0: live faces are counted; 1: they are placed.
+    // 0: count live faces; 1: place them.
     uint kind;
     uint faces;
-    // Of the level.
+    // At the level.
     uint live_faces;
     uint live_vertices;
     // Vertices of level 0.
@@ -51,7 +51,7 @@ void main() {
     for (uint n = gl_LocalInvocationIndex; n < group; n += gl_WorkGroupSize.x) {
         here += counts.words[compacting.counts_first + n];
     }
-    barrier();  // `own` was read from what the next prefix overwrites
+    barrier();  // the next prefix overwrites the shared memory that `own` was read from
     uint before = group_prefix(here).y;
     if (live) {
         uint at = compacting.slice + 3u * (before + own.x);

@@ -4,26 +4,27 @@
 #include "progressive_mesh/surface.glsl"
 #include "progressive_mesh/heavy.glsl"
 
-// A vertex with the split that made it: see session/morph.rs.
+// A vertex with the split that created it: see surface/vertices.rs.
 struct MorphVertex {
     vec3 position;
-    float birth_log2;   // of the wanted error below which it appears; far above all for those of M0
+    float birth_log2;   // of the wanted error below which it appears; 1000 for vertices of M0
     vec3 normal;
-    uint split_vertex;  // whose place it leaves; its own index for those of M0
+    uint split_vertex;  // where it starts; its own index for vertices of M0
 };
 
 layout(binding = 0, scalar) readonly buffer Morph { MorphVertex vertices[]; } morph;
 
 layout(location = 0) out vec3 object_normal;
 
-// How far a vertex has come from its split vertex's place to its own: 0 at birth, 1 once the error has fallen by the band.
+// Progress of a vertex from its split vertex's position to its own: 0 at birth, 1 once the error has fallen by the
+// band.
 float arrived(MorphVertex vertex) {
     return clamp((vertex.birth_log2 - view.wanted_log2) / view.band_log2, 0.0, 1.0);
 }
 
-// The split vertex may itself be on its way: its place now is a mix with its own split vertex's, and so on. The sum
-// over the ancestors ends at one that has arrived, at the latest at one of M0. The first ancestors are older, so each
-// weight is at least the one before, and a vertex at birth is exactly where its split vertex is seen.
+// The split vertex may itself be moving: its current position is a mix with its own split vertex's, and so on. The sum
+// over the ancestors ends at one that has arrived, at the latest at one of M0. Ancestors are born earlier, so their
+// progress is at least as large, and a newborn vertex lies exactly at its split vertex's drawn position.
 void main() {
     MorphVertex vertex = morph.vertices[gl_VertexIndex];
     vec3 place = vec3(0.0);

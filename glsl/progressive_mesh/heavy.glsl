@@ -1,7 +1,7 @@
-// Makes vertices as expensive as one likes: for figures in which they are to be the bottleneck.
+// Makes vertices arbitrarily expensive, for figures that need a vertex-bound frame.
 layout(constant_id = 0) const uint VERTEX_WORK = 0;  // rounds of three multiplications
 
-// The position itself. The logistic map stays in 0 ..= 1, which no compiler knows.
+// Returns the position unchanged. The logistic map stays in 0 ..= 1, but no compiler can prove it.
 vec3 worked(vec3 position) {
     if (VERTEX_WORK == 0) {
         return position;

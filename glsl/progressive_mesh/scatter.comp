@@ -1,11 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
-// The net effect of a change of level: each face that the host changed, with its slot.
+// Net effect of a change of level: writes each face that the host changed into its slot.
 
 layout(local_size_x = 64) in;
 
-// Four words a face: slot, corners.
+// Four words for each face: slot, corners.
 layout(scalar, binding = 0) readonly buffer Changes { uint words[]; } changes;
 layout(scalar, binding = 1) writeonly buffer Indices { uint words[]; } indices;
 

@@ -1,7 +1,7 @@
-// What one instance needs, shared by both vertex shaders and the fragment shader.
+// Per-instance constants, shared by both vertex shaders and the fragment shader.
 layout(push_constant, scalar) uniform SurfaceView {
-    mat4 object_to_clip;   // from object units, relative to the model's centre; the eye is subtracted in f64 before
+    mat4 object_to_clip;   // from object units, relative to the model's centre; the eye was subtracted in f64
     vec3 sun;              // unit vector towards the sun, along the object's axes
-    float wanted_log2;     // of the wanted error in object units; far below all: no vertex moves
+    float wanted_log2;     // of the wanted error in object units; -1000: no vertex moves
     float band_log2;       // a vertex moves while the wanted error falls by 2^band_log2
 } view;

@@ -19,13 +19,7 @@ layout(push_constant, scalar) uniform PlaneBand {
     uint run;        // pixels that a thread walks where it restarts: compute alone
 } band;
 
-// Constants of a row, from f64. Steps along the row, and to the next one, are the homography's columns.
-struct Row {
-    vec3 start;     // numerators and denominator at the first pixel's centre
-    vec2 dx;        // numerators of du/dx and dv/dx
-    vec2 dy;        // numerators of du/dy and dv/dy at the first pixel's centre
-    vec2 dy_step;   // and their step along the row
-};
+#include "texture_mapping/coordinates_row.glsl"
 
 // (du/dx, dv/dx, du/dy, dv/dy) from the numerators and the denominator of a pixel.
 vec4 derivatives(Row row, vec2 dy, float w) {

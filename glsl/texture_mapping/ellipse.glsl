@@ -1,44 +1,16 @@
-// A to D: the weighted mean of the texels of an ellipse.
-layout(constant_id = 1) const uint AXES = 2;  // the order of `Axes`
-layout(constant_id = 2) const uint ALL_POSITIVE = 1;
-layout(constant_id = 3) const float K = 0.0;
-layout(constant_id = 4) const uint ROW_SPAN = 1;
-layout(constant_id = 5) const float MINOR_TEXELS = 0.0;
-layout(constant_id = 6) const float MOST_RATIO = 64.0;
-layout(constant_id = 7) const float RADIUS = 1.0;
-layout(constant_id = 8) const float MOST_VISITED = 16384.0;
+// A to D: the weighted mean of the texels of an ellipse. Needs ellipse_level.glsl, weights.glsl, `float weight(vec2)` and the
+// texture's `vec3 texel(ivec2 at, uint level)`.
+layout(constant_id = 57) const uint AXES = 2;  // the order of `Axes`
 
-// Loops end after so many turns whatever their bounds are.
+// Loops end after this many turns whatever their bounds are.
 const int MOST_TURNS = 4096;
 
-struct Ellipse {
-    vec3 v;
-    float det;
-    uint level;
-    bool whole;  // the level of one texel
+struct Mean {
+    vec3 colour;
+    uint fetched;
+    bool empty;  // no texel had a weight: the nearest one's colour
+    uint visited;
 };
-
-Ellipse ellipse_of(Pixel pixel) {
-    vec3 v = spread(pixel.jacobian * RADIUS);
-    float det = pixel.det * (RADIUS * RADIUS);
-    det *= det;
-    if (!(v.x + v.z < MOST_MAJOR_TEXELS * MOST_MAJOR_TEXELS)) return Ellipse(vec3(1.0), 1.0, COARSEST, true);
-    v = widened(v, det, MOST_RATIO);
-    float smaller = eigenvalues(v, det).y;
-    float wanted = MINOR_TEXELS > 0.0 ? floor(log2(sqrt(max(smaller, 1e-30)) / MINOR_TEXELS)) : 0.0;
-    float visited = ROW_SPAN == 1 ? 4.0 * sqrt(det) : 4.0 * sqrt(v.x * v.z);
-    wanted = max(wanted, ceil(0.5 * log2(max(4.0 * visited / MOST_VISITED, 1e-30))));
-    wanted = max(wanted, ceil(log2(max(sqrt(max(v.x, v.z)) / 1024.0, 1e-30))));
-    uint level = uint(clamp(wanted, 0.0, float(COARSEST)));
-    if (level == COARSEST) return Ellipse(vec3(1.0), 1.0, COARSEST, true);
-    float scale = power_of_half(level) * power_of_half(level);
-    v *= scale;
-    // All terms are positive: det(V + k I).
-    det = det * (scale * scale) + K * (v.x + v.z) + K * K;
-    v += vec3(K, 0.0, K);
-    if (ALL_POSITIVE == 0) det = v.x * v.z - v.y * v.y;
-    return Ellipse(v, det, level, false);
-}
 
 // A square root of V^-1: maps texels to the unit disc by (x + y shear, y) and scales.
 struct ToDisc {
@@ -58,37 +30,24 @@ mat2 printed(vec2 along, vec2 other, float scale) {
     return mat2(vec2(turn.x * axes.x, -turn.y * axes.y), vec2(turn.y * axes.x, turn.x * axes.y));
 }
 
-Filtered ellipse_filtered(Pixel pixel) {
-    Ellipse ellipse = ellipse_of(pixel);
-    float half_power = power_of_half(ellipse.level);
-    vec2 centre = pixel.centre * half_power;
-    ivec2 base = ivec2(floor(centre));
-    vec2 offset = centre - floor(centre) - 0.5;  // texel base + (i, j) lies at (i, j) - offset
-    Filtered result = Filtered(texel(base, ellipse.level), 1, ellipse.level, !ellipse.whole, 0);
-    if (ellipse.whole || !(ellipse.det > 0.0)) return result;
+// `finest`, at a level. `whole`: the level has one texel.
+Mean ellipse_mean(vec4 jacobian, Ellipse finest, uint level, bool whole, Spot spot) {
+    float half_power = power_of_half(level);
+    Ellipse ellipse = at_level(finest, level);
+    vec2 offset = spot.within - 0.5;  // texel spot.texel + (i, j) lies at (i, j) - offset
+    Mean result = Mean(texel(spot.texel, level), 1, !whole, 0);
+    if (whole || !(ellipse.det > 0.0)) return result;
 
     ToDisc disc = to_disc(ellipse.v, ellipse.det);
-    vec4 j = pixel.jacobian * RADIUS;
+    vec4 j = jacobian * RADIUS;
     mat2 weight_axes = AXES == 3 ? mat2(inversesqrt(eigenvalues(ellipse.v, ellipse.det).x))
                      : AXES == 0 ? printed(j.xy, j.zw, half_power * half_power)
                                  : printed(j.xz, j.yw, half_power * half_power);
-    // The ellipse that holds all texels of which an edge may keep a part: a sum of the ellipse and a disc of half a texel.
-    vec3 reach = ellipse.v;
-    float reach_det = ellipse.det;
-    if (EDGE == 0) {
-        // No span ends before a texel that is just inside.
-        reach *= 1.0001;
-        reach_det *= 1.0002;
-    } else {
-        float t = 2.0 * sqrt(eigenvalues(ellipse.v, ellipse.det).y);
-        float a = 1.0 + 1.0 / t;
-        float b = 0.25 * (1.0 + t);
-        reach = reach * a + vec3(b, 0.0, b);
-        reach_det = a * a * reach_det + a * b * (ellipse.v.x + ellipse.v.z) + b * b;
-    }
+    Ellipse reach_of = outer(ellipse);
+    vec3 reach = reach_of.v;
     float rows = sqrt(reach.z);
-    float width = ROW_SPAN == 1 ? sqrt(reach_det / reach.z) : sqrt(reach.x);
-    ToDisc outer = to_disc(reach, reach_det);
+    float width = ROW_SPAN == 1 ? sqrt(reach_of.det / reach.z) : sqrt(reach.x);
+    ToDisc outer_disc = to_disc(reach, reach_of.det);
     float lean = ROW_SPAN == 1 ? reach.y / reach.z : 0.0;
 
     vec3 sum = vec3(0.0);
@@ -112,12 +71,12 @@ Filtered ellipse_filtered(Pixel pixel) {
             float signed_distance = steepness > 0.0 ? (1.0 - r) * r / steepness : 1e6;
             float part = kept(signed_distance);
             // A row's span ends there by itself.
-            vec2 in_outer = vec2(du + outer.shear * dv, dv) * outer.scale;
+            vec2 in_outer = vec2(du + outer_disc.shear * dv, dv) * outer_disc.scale;
             if (ROW_SPAN == 0 && dot(in_outer, in_outer) > 1.0) part = 0.0;
             ++visited;
             if (part > 0.0) {
                 float w = part * weight(AXES == 2 ? at : weight_axes * vec2(du, dv));
-                vec3 value = texel(base + ivec2(column, row), ellipse.level);
+                vec3 value = texel(spot.texel + ivec2(column, row), level);
                 // Differences from the first texel: a constant texture comes out exactly.
                 if (fetched == 0) first = value;
                 sum += w * (value - first);

@@ -1,4 +1,5 @@
 // What every filter has: the texture, and the targets.
+#include "common/exact.glsl"
 layout(binding = 0) uniform sampler2D texture_of;  // tiles the plane; its sides are powers of two
 layout(constant_id = 0) const uint COARSEST = 0;  // the level of one texel
 
@@ -20,11 +21,6 @@ struct Filtered {
 // Texels tile: columns and rows of a level wrap.
 vec3 texel(ivec2 at, uint level) {
     return texelFetch(texture_of, at & ((1 << int(COARSEST - level)) - 1), int(level)).rgb;
-}
-
-// Texels of level 0 to those of another.
-float power_of_half(uint level) {
-    return uintBitsToFloat((127u - level) << 23);
 }
 
 void store(Pixel pixel, Filtered filtered) {

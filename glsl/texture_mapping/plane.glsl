@@ -1,4 +1,4 @@
-// An infinite textured plane (src/paper/texture_mapping/plane.rs): the place in the texture and its derivatives.
+// A textured plane (src/paper/texture_mapping/plane.rs): the place in the texture and its derivatives.
 layout(push_constant, scalar) uniform PlanePush {
     vec3 u_row;  // u = (u_row . (x, y, 1)) / (w_row . (x, y, 1)), in texels of level 0
     vec3 v_row;
@@ -11,6 +11,8 @@ layout(push_constant, scalar) uniform PlanePush {
     float det;  // of the three rows
     vec2 middle;  // the picture's, in pixels
     uint frame;  // decides random numbers
+    vec2 low;  // the texels that the plane ends at
+    vec2 high;
 } plane;
 
 struct Pixel {
@@ -28,6 +30,7 @@ Pixel pixel_at(vec2 place) {
     vec4 derivatives = vec4(plane.u_x.x + plane.u_x.y * at.y, plane.u_y.x + plane.u_y.y * at.x,
                             plane.v_x.x + plane.v_x.y * at.y, plane.v_y.x + plane.v_y.y * at.x);
     vec2 centre = vec2(dot(plane.u_row, x), dot(plane.v_row, x)) * reciprocal;
-    return Pixel(w > 0.0, centre, derivatives * (reciprocal * reciprocal),
+    bool inside = all(greaterThanEqual(centre, plane.low)) && all(lessThanEqual(centre, plane.high));
+    return Pixel(w > 0.0 && inside, centre, derivatives * (reciprocal * reciprocal),
                  plane.det * (reciprocal * reciprocal * reciprocal));
 }

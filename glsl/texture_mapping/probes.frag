@@ -58,6 +58,10 @@ Line line_of(Pixel pixel) {
 
 void main() {
     Pixel pixel = pixel_at(gl_FragCoord.xy);
+    if (!pixel.seen) {
+        store(pixel, Filtered(vec3(0.0), 0, 0, false, 0));
+        return;
+    }
     Line along = line_of(pixel);
     float level = clamp(along.level, 0.0, float(COARSEST));
     float side = float(1u << COARSEST);

@@ -3,7 +3,7 @@
 #include "common/extensions.glsl"
 #include "texture_mapping/relief.glsl"
 
-// A thread finds the cone that stands free on a texel: maps.rs has the definition.
+// A thread finds the largest empty cone on a texel: maps.rs has the definition.
 layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const uint RELAXED = 0;

@@ -1,40 +1,10 @@
-// B, C and D: what a texel weighs.
-layout(constant_id = 20) const float ALPHA = 3.125;
-layout(constant_id = 21) const uint EDGE = 0;  // the order of `Edge`
-layout(constant_id = 22) const uint MAP = 0;  // 0: none, else 1 + the order of `Shape`
-layout(constant_id = 23) const uint MAP_ENTRIES = 1;
-layout(constant_id = 24) const uint MAP_BITS = 8;
-layout(constant_id = 26) const uint MAP_LINEAR = 0;  // between the two nearest entries
-layout(constant_id = 25) const float MAP_REACH = 1.0;  // the largest r of the map
-layout(binding = 1) uniform utextureBuffer weight_map;
+// B and C: what a texel weighs.
+layout(constant_id = 58) const float ALPHA = 2.0;
+layout(constant_id = 59) const uint EDGE = 5;  // the order of `Edge`
 
-float map_entry(uint n) {
-    uint bit = n * MAP_BITS;
-    uint bits = texelFetch(weight_map, int(bit >> 5)).r >> (bit & 31u);
-    uint most = (1u << MAP_BITS) - 1u;
-    return float(bits & most) / float(most);
-}
-
-uint map_place(float part) {
-    return min(uint(max(part, 0.0) * float(MAP_ENTRIES)), MAP_ENTRIES - 1u);
-}
-
-float along_map(float part) {
-    if (MAP_LINEAR == 0) return map_entry(map_place(part));
-    float at = clamp(part * float(MAP_ENTRIES) - 0.5, 0.0, float(MAP_ENTRIES - 1u));
-    uint n = uint(at);
-    return mix(map_entry(n), map_entry(min(n + 1u, MAP_ENTRIES - 1u)), at - float(n));
-}
-
-// At a place of the unit disc.
-float weight(vec2 at) {
-    float square = dot(at, at);
-    if (MAP == 0) return ALPHA == 0.0 ? 1.0 : exp(-ALPHA * square);
-    at /= MAP_REACH;
-    square /= MAP_REACH * MAP_REACH;
-    if (MAP == 1) return map_entry(map_place(0.5 * at.y + 0.5) * MAP_ENTRIES + map_place(0.5 * at.x + 0.5));
-    if (MAP == 2) return map_entry(map_place(abs(at.y)) * MAP_ENTRIES + map_place(abs(at.x)));
-    return along_map(MAP == 3 ? sqrt(square) : square);
+// B: at a place of the unit disc.
+float gaussian(vec2 at) {
+    return ALPHA == 0.0 ? 1.0 : exp(-ALPHA * dot(at, at));
 }
 
 // Of a positive number; at most 1.5e-7 off (Abramowitz and Stegun, "Handbook of mathematical functions", 7.1.26).

@@ -1,6 +1,6 @@
 #version 460
 
-// egui blends sRGB bytes as they are, and so does the window's format.
+// egui blends sRGB bytes without decoding, as the window's format does.
 layout(binding = 0) uniform sampler2D image;
 layout(location = 0) in vec2 texture_place;
 layout(location = 1) in vec4 vertex_colour;

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
 
-// A vertex as egui makes it: points from the window's corner, a place in the texture, sRGB with premultiplied alpha.
+// A vertex of egui: points from the window's corner, texture coordinates, sRGB with premultiplied alpha.
 layout(location = 0) in vec2 position;
 layout(location = 1) in vec2 place;
 layout(location = 2) in uint packed_colour;

@@ -2,45 +2,72 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
 
-// The picture in the window: one, or two side by side in the same place, or how far they are apart; a part of it
-// enlarged.
+// The window's picture: one picture, two with a divider, or their difference, with a magnifier.
 layout(binding = 0) uniform texture2D left;   // as bytes
 layout(binding = 1) uniform texture2D right;
-layout(binding = 2) uniform utexture2D levels;  // q, i, j of each pixel of the left picture
+layout(binding = 2) uniform utexture2D words;  // of the left picture: tiles (shown.frag) or faces (faces.frag)
 layout(push_constant, scalar) uniform Present {
     uint split;      // first column of the right picture
-    float gain;      // 0: pictures; else their difference times this
+    float gain;      // 0: pictures; else the factor of their difference
     ivec2 magnified; // the pixel in the middle of the magnifier
     ivec2 lens_at;   // first column and row of the magnifier in the window
     uint lens_side;  // pixels; 0: no magnifier
-    uint zoom;       // pixels of the window for one of the picture
-    uint grid;       // 1: levels as colours, edges of tiles as lines
+    uint zoom;       // window pixels for each picture pixel
+    uint overlay;    // one of these:
 } present;
 
-layout(location = 0) out vec4 colour;  // sRGB bytes, as the window takes them
+const uint NONE = 0;       // the picture alone
+const uint LEVELS = 1;     // levels as colours, edges of tiles as lines
+const uint SHORTFALL = 2;  // levels by which the tile shown is coarser than the one wanted
+const uint COLLAPSE = 3;   // faces by the level below which they collapse, edges as lines
+const uint MISSES = 4;     // faces by the vertices that the cache lacked
+
+layout(location = 0) out vec4 colour;  // sRGB bytes, the window's format
 
 // The divider is 2 pixels wide.
 const vec3 DIVIDER = vec3(1.0, 0.72, 0.1);
 
-// A hue for each level; src/view/panels.rs has the same.
+// A hue for each level, as in src/view/panels.rs.
 vec3 level_colour(uint level) {
     float hue = 6.0 * fract(float(level) * 0.618034);
     vec3 pure = clamp(abs(mod(hue + vec3(0.0, 4.0, 2.0), 6.0) - 3.0) - 1.0, 0.0, 1.0);
     return 0.9 * mix(vec3(1.0), pure, 0.65);
 }
 
-// The tile of a pixel in its own level; level -1 where there is none.
-ivec3 tile(ivec2 at) {
-    uvec3 qij = texelFetch(levels, min(at, textureSize(levels, 0) - 1), 0).xyz;
-    return qij.x == 0xffffffffu ? ivec3(-1) : ivec3(qij.x, qij.yz >> min(qij.x, 31u));
-}
+uvec4 word(ivec2 at) { return texelFetch(words, min(at, textureSize(words, 0) - 1), 0); }
 
 vec3 with_grid(vec3 picture, ivec2 at) {
-    ivec3 here = tile(at);
-    if (here.x < 0) return picture;
-    bool edge = here != tile(at + ivec2(1, 0)) || here != tile(at + ivec2(0, 1));
-    vec3 hue = level_colour(uint(here.x));
+    uvec3 here = word(at).xyz;
+    bool edge = here != word(at + ivec2(1, 0)).xyz || here != word(at + ivec2(0, 1)).xyz;
+    vec3 hue = level_colour(here.x);
     return edge ? hue : mix(picture, hue, 0.4);
+}
+
+// Nothing is missing: blue. One level is yellow, three and more are red. Finer than wanted: green.
+vec3 with_shortfall(vec3 picture, ivec2 at) {
+    uvec4 here = word(at);
+    int missing = int(here.w) - int(here.x);
+    vec3 hue = missing == 0 ? vec3(0.1, 0.2, 0.8)
+             : missing < 0  ? vec3(0.1, 0.7, 0.2)
+                            : vec3(1.0, 1.0 - min(float(missing), 3.0) / 3.0, 0.0);
+    return mix(picture, hue, 0.6);
+}
+
+vec3 with_faces(vec3 picture, ivec2 at) {
+    uint face = word(at).w, missed = face & 3u;
+    float share = float(face >> 8 & 255u) / 255.0;
+    vec3 hue = present.overlay == COLLAPSE ? mix(vec3(0.1, 0.3, 1.0), vec3(1.0, 0.2, 0.0), share)
+             : missed == 0                 ? vec3(0.0, 0.7, 0.2)
+                                           : vec3(1.0, 1.0 - float(missed - 1) / 2.0, 0.0);
+    bool edge = (face >> 16 & 1u) == 1;
+    return mix(picture, edge ? 0.5 * hue : hue, 0.7);
+}
+
+vec3 with_overlay(vec3 picture, ivec2 at) {
+    if (present.overlay == NONE || word(at).x == 0xffffffffu) return picture;
+    return present.overlay == LEVELS      ? with_grid(picture, at)
+           : present.overlay == SHORTFALL ? with_shortfall(picture, at)
+                                          : with_faces(picture, at);
 }
 
 vec3 shown(ivec2 at) {
@@ -50,8 +77,7 @@ vec3 shown(ivec2 at) {
         return min(apart * present.gain, 1.0);
     }
     if (at.x < int(present.split)) {
-        vec3 picture = texelFetch(left, inside, 0).rgb;
-        return present.grid == 0 ? picture : with_grid(picture, inside);
+        return with_overlay(texelFetch(left, inside, 0).rgb, inside);
     }
     return texelFetch(right, inside, 0).rgb;
 }

@@ -5,16 +5,16 @@
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/blocks.glsl"
 
-// At most 16 streamed levels: 16 texels x 16 bits x 3 components = 768 of the 1024 that Vulkan promises, and 256
-// points, its promise too. (Only 2^20 x 2^20 texels in tiles of 16 have a seventeenth.)
+// At most 16 streamed levels: 16 texels x 16 bits are the 256 points that Vulkan guarantees, and 768 of the 1024
+// components. (Only 2^20 x 2^20 texels in tiles of 16 have 17 streamed levels.)
 #define SIDE (1 << BLOCK_LOG2)
 layout(points) in;
 layout(points, max_vertices = SIDE * SIDE * 16) out;
 
-layout(binding = 0) uniform utexture2D u2;
+layout(binding = 0) uniform utexture2D tile_mask;
 
 layout(location = 0) flat in uvec2 block[];
-// Transform feedback appends to U3; nothing is rasterised, so no position is written.
+// Transform feedback appends to the visible-tile list; nothing is rasterised, so no position is written.
 layout(location = 0, xfb_buffer = 0, xfb_stride = 12, xfb_offset = 0) flat out uvec3 qij;
 
 void main() {
@@ -22,7 +22,7 @@ void main() {
     uvec2 end = min(first + SIDE, blocks.size);
     for (uint i = first.y; i < end.y; i++) {
         for (uint j = first.x; j < end.x; j++) {
-            uint mask = texelFetch(u2, ivec2(j, i), 0).x;
+            uint mask = texelFetch(tile_mask, ivec2(j, i), 0).x;
             if (mask == 0u) continue;
             for (uint q = 0; q < FIRST_RESIDENT_LEVEL; q++) {
                 if ((mask & 1u << q) == 0u) continue;

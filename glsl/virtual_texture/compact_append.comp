@@ -7,12 +7,12 @@
 
 layout(local_size_x = 64) in;
 
-#include "virtual_texture/marks.glsl"
+#include "virtual_texture/tile_mask.glsl"
 #include "virtual_texture/append.glsl"
 
 void main() {
     uint word = line_invocation();
-    if (word >= mark_words()) return;
-    uint mask = load_marks(word);
-    if (mask != 0u) append(word, mask, atomicAdd(u3.count, uint(bitCount(mask))));
+    if (word >= mask_words()) return;
+    uint mask = load_mask(word);
+    if (mask != 0u) append(word, mask, atomicAdd(visible_list.count, uint(bitCount(mask))));
 }

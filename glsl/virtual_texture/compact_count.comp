@@ -7,13 +7,13 @@
 
 layout(local_size_x = 64) in;
 
-#include "virtual_texture/marks.glsl"
+#include "virtual_texture/tile_mask.glsl"
 #include "virtual_texture/words.glsl"
 #include "common/group_prefix.glsl"
 
 layout(binding = 2, scalar) writeonly buffer Sums { uint words[]; } sums;
 
-// The first half of an ordered list: how many marks each group has.
+// First pass of the ordered list: counts the set bits of each workgroup.
 void main() {
     uint all = group_prefix(count_marks()).y;
     if (gl_LocalInvocationIndex == 0u) sums.words[line_group()] = all;

@@ -7,26 +7,26 @@
 
 layout(local_size_x = 64) in;
 
-#include "virtual_texture/marks.glsl"
+#include "virtual_texture/tile_mask.glsl"
 #include "virtual_texture/append.glsl"
 #include "virtual_texture/words.glsl"
 #include "common/group_prefix.glsl"
 
 layout(binding = 2, scalar) readonly buffer Sums { uint words[]; } sums;
 
-// The second half: places follow the marks' own order, whichever group runs first. No atomic addition at all.
+// Second pass of the ordered list: entries follow the order of the mask, whichever group runs first. Needs no atomics.
 void main() {
     uint group = line_group(), here = 0;
     for (uint n = gl_LocalInvocationIndex; n < group; n += gl_WorkGroupSize.x) here += sums.words[n];
     uint finer = group_prefix(here).y;
     if (group == gl_NumWorkGroups.x * gl_NumWorkGroups.y - 1u && gl_LocalInvocationIndex == 0u) {
-        u3.count = finer + sums.words[group];
+        visible_list.count = finer + sums.words[group];
     }
     if (sums.words[group] == 0u) return;  // the same for the whole group
-    barrier();                                // finer was read from what the next prefix overwrites
+    barrier();                                // the next prefix overwrites the memory that `finer` was read from
     uint at = finer + group_prefix(count_marks()).x;
     for (uint word = first_word(); word < end_word(); word++) {
-        uint mask = load_marks(word);
+        uint mask = load_mask(word);
         append(word, mask, at);
         at += uint(bitCount(mask));
     }

@@ -10,15 +10,15 @@
 
 layout(local_size_x = 64) in;
 
-#include "virtual_texture/marks.glsl"
+#include "virtual_texture/tile_mask.glsl"
 #include "virtual_texture/append.glsl"
 
-// One atomic addition a subgroup; most subgroups have nothing to add.
+// One atomic addition per subgroup; most subgroups have no set bit and skip it.
 void main() {
     uint word = line_invocation();
-    uint mask = word < mark_words() ? load_marks(word) : 0u;
+    uint mask = word < mask_words() ? load_mask(word) : 0u;
     if (subgroupAll(mask == 0u)) return;
     uint count = uint(bitCount(mask)), before = subgroupExclusiveAdd(count), all = subgroupAdd(count), at = 0;
-    if (subgroupElect()) at = atomicAdd(u3.count, all);
+    if (subgroupElect()) at = atomicAdd(visible_list.count, all);
     append(word, mask, subgroupBroadcastFirst(at) + before);
 }

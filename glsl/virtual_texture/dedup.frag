@@ -1,6 +1,6 @@
 #version 460
-// The logic operation of the pipeline ORs this into U2.
+// The pipeline's logic operation ORs the output into the tile mask.
 layout(location = 0) flat in uint mask;
-layout(location = 0) out uvec4 u2;
+layout(location = 0) out uvec4 tile_mask;
 
-void main() { u2 = uvec4(mask, 0, 0, 0); }
+void main() { tile_mask = uvec4(mask, 0, 0, 0); }

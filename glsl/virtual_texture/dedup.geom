@@ -5,17 +5,17 @@
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/blocks.glsl"
 
-// A point is 5 components, position and mask, and an invocation may emit 1024: all that Vulkan promises. So p = 4,
-// with 256 texels, is two invocations of half a block each.
+// A point has 5 components, position and mask, and Vulkan guarantees 1024 components per invocation. So p = 4, with 256
+// texels, is split into two invocations of half a block each.
 #define SIDE (1 << BLOCK_LOG2)
 #define INVOCATIONS (BLOCK_LOG2 > 3 ? 2 : 1)
 layout(points, invocations = INVOCATIONS) in;
 layout(points, max_vertices = SIDE * SIDE / INVOCATIONS) out;
 
-layout(constant_id = 6) const uint MEMO = 1;           // emit only where the triple differs from the last one
+layout(constant_id = 6) const uint MEMO = 1;           // emit only if the triple differs from the last one
 layout(constant_id = 7) const uint NATIVE_KEYING = 0;  // 0: (i, j) in M0, as printed; 1: in the tile's own level
 
-layout(binding = 0) uniform utexture2D u1;
+layout(binding = 0) uniform utexture2D requests;
 
 layout(location = 0) flat in uvec2 block[];
 out gl_PerVertex { vec4 gl_Position; };
@@ -29,12 +29,12 @@ void main() {
     uvec3 last = uvec3(BACKGROUND);
     for (uint it = first.y; it < end.y; it++) {
         for (uint jt = first.x; jt < end.x; jt++) {
-            uvec3 qij = load_triple(texelFetch(u1, ivec2(jt, it), 0));
-            if (qij.x >= FIRST_RESIDENT_LEVEL) continue;  // G1 and the background need no tile
+            uvec3 qij = load_triple(texelFetch(requests, ivec2(jt, it), 0));
+            if (qij.x >= FIRST_RESIDENT_LEVEL) continue;  // resident levels and background need no tile
             if (NATIVE_KEYING == 1) qij.yz >>= qij.x;
             if (MEMO == 1 && qij == last) continue;
             last = qij;
-            // The texel's centre: the printed corner -1 + 2j/wT lands one texel to the left and up, and loses tiles.
+            // The texel's centre. The printed corner -1 + 2j/wT hits one texel to the left and up and loses tiles.
             gl_Position = vec4((vec2(qij.zy) + 0.5) * cell - 1.0, 0.0, 1.0);
             mask = 1u << qij.x;
             EmitVertex();

@@ -6,10 +6,10 @@
 #include "virtual_texture/dedup.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
-layout(constant_id = 8) const uint SIDE_LOG2 = 4;  // pixels of an invocation: a square
-layout(constant_id = 9) const uint WORDS = 1;      // of the whole pyramid
+layout(constant_id = 8) const uint SIDE_LOG2 = 4;  // side of the square of pixels of an invocation
+layout(constant_id = 9) const uint WORDS = 1;      // one bit per tile of the whole pyramid
 
-layout(binding = 1, scalar) buffer Marks { uint words[]; } marks;
+layout(binding = 1, scalar) buffer TileMask { uint words[]; } tile_mask;
 
 shared uint bits[WORDS];
 
@@ -18,7 +18,7 @@ void set(uint index) {
     if ((bits[word] & bit) == 0u) atomicOr(bits[word], bit);
 }
 
-// The group's square of pixels is looked at row by row of invocations, so that neighbours read neighbours.
+// Each step reads one contiguous block of pixels, so that neighbouring invocations read neighbouring pixels.
 void main() {
     const uint invocations = gl_WorkGroupSize.x * gl_WorkGroupSize.y;
     for (uint word = gl_LocalInvocationIndex; word < WORDS; word += invocations) bits[word] = 0;
@@ -37,6 +37,6 @@ void main() {
     barrier();
     for (uint word = gl_LocalInvocationIndex; word < WORDS; word += invocations) {
         uint mine = bits[word];
-        if ((mine & ~marks.words[word]) != 0u) atomicOr(marks.words[word], mine);
+        if ((mine & ~tile_mask.words[word]) != 0u) atomicOr(tile_mask.words[word], mine);
     }
 }

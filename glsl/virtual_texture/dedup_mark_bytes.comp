@@ -12,12 +12,13 @@ layout(push_constant, scalar) uniform MarkingFrame {
     uint number;  // 1 to 255
 } frame;
 
-layout(binding = 1, scalar) buffer Marks { uint8_t bytes[]; } marks;
+layout(binding = 1, scalar) buffer TileMask { uint8_t bytes[]; } tile_mask;
 
-// All that write a byte write the same: a plain store does, and last frame's marks need no clearing.
+// All invocations that write a byte write the same value, so a plain store is enough. Bytes of the last frame hold
+// another number and need no clearing.
 void main() {
     uvec3 qij = keyed_triple(stored_triple(gl_GlobalInvocationID.xy));
     if (qij.x >= FIRST_RESIDENT_LEVEL) return;
     uint index = mark_index(qij);
-    if (uint(marks.bytes[index]) != frame.number) marks.bytes[index] = uint8_t(frame.number);
+    if (uint(tile_mask.bytes[index]) != frame.number) tile_mask.bytes[index] = uint8_t(frame.number);
 }

@@ -5,31 +5,31 @@
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/tile_order.glsl"
 #include "virtual_texture/dedup.glsl"
-#include "virtual_texture/dedup_u2.glsl"
+#include "virtual_texture/dedup_tile_mask.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(constant_id = 8) const uint SIDE_LOG2 = 3;  // pixels of an invocation: a square
+layout(constant_id = 8) const uint SIDE_LOG2 = 3;  // side of the square of pixels of an invocation
 
-// Four neighbouring texels of U1, by channel.
+// Four neighbouring texels of the request image, by channel.
 struct Quad {
     uvec4 x, y, z;
 };
 
-// The texels around a corner of four, where no rounding reaches another: half a texel away.
+// Gathers at the common corner of four texels. Only a rounding error of half a texel would select others.
 Quad gather_quad(uvec2 first) {
-    vec2 corner = (vec2(first) + 1.0) / vec2(textureSize(u1, 0));
-    uvec4 x = textureGather(u1, corner, 0);
-    if (U1_PACKED == 1) return Quad(x, uvec4(0), uvec4(0));
-    return Quad(x, textureGather(u1, corner, 1), textureGather(u1, corner, 2));
+    vec2 corner = (vec2(first) + 1.0) / vec2(textureSize(requests, 0));
+    uvec4 x = textureGather(requests, corner, 0);
+    if (REQUESTS_PACKED == 1) return Quad(x, uvec4(0), uvec4(0));
+    return Quad(x, textureGather(requests, corner, 1), textureGather(requests, corner, 2));
 }
 
 bool all_are(Quad quad, uvec3 stored) {
-    return quad.x == uvec4(stored.x) && (U1_PACKED == 1 || quad.y == uvec4(stored.y) && quad.z == uvec4(stored.z));
+    return quad.x == uvec4(stored.x) && (REQUESTS_PACKED == 1 || quad.y == uvec4(stored.y) && quad.z == uvec4(stored.z));
 }
 
-// The memo, four texels at a time: while no lane sees its triple change, a subgroup only looks. A software device
-// runs both sides of every branch: what marks stands outside the loop that looks, and runs once a change. The lanes
-// leave that loop together: lavapipe 22.3 gives one that left earlier what the later ones read.
+// The memo, four texels at a time: a subgroup only reads while no lane's triple changes. A software device runs both
+// sides of every branch, so the code that sets the mask is outside the reading loop and runs once per change. The lanes
+// leave that loop together, because in lavapipe 22.3 a lane that left earlier gets the values of the later ones.
 void main() {
     uvec2 first = gl_GlobalInvocationID.xy << SIDE_LOG2;
     const uint quads_log2 = SIDE_LOG2 - 1u, quads = 1u << 2u * quads_log2;

@@ -4,19 +4,19 @@
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/tile_order.glsl"
 #include "virtual_texture/dedup.glsl"
-#include "virtual_texture/dedup_u2.glsl"
+#include "virtual_texture/dedup_tile_mask.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
 
-// Open addressing, a slot for each invocation: at most so many cells meet in a group, most often fewer than ten.
+// Hash table with open addressing and a slot per invocation: a group has at most as many cells, usually fewer than ten.
 #define SLOTS 256u
 #define PROBES 8
-#define EMPTY 0xffffffffu  // no cell: U2 is an image, and has fewer
+#define EMPTY 0xffffffffu  // no cell: the tile mask is an image, and has fewer
 
 shared uint cells[SLOTS];
 shared uint masks[SLOTS];
 
-// Puts the bit beside its cell; false where the table is too full to look further.
+// Sets the bit of a cell in the table. Returns false if no slot is found within PROBES probes.
 bool put(uint cell, uint bit) {
     uint slot = cell * 2654435769u >> 24;  // Fibonacci hashing: the golden ratio's 32 bits, the top 8 of the product
     for (int probe = 0; probe < PROBES; probe++, slot = (slot + 1u) % SLOTS) {
@@ -43,5 +43,5 @@ void main() {
     uint mask = masks[gl_LocalInvocationIndex], cell = cells[gl_LocalInvocationIndex];
     if (mask == 0u) return;
     ivec2 at = ivec2(cell & (tile_grid().x - 1u), cell >> COLUMN_BITS);
-    if ((~imageLoad(marks, at).x & mask) != 0u) imageAtomicOr(marks, at, mask);
+    if ((~imageLoad(tile_mask, at).x & mask) != 0u) imageAtomicOr(tile_mask, at, mask);
 }

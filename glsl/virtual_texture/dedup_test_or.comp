@@ -4,7 +4,7 @@
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/tile_order.glsl"
 #include "virtual_texture/dedup.glsl"
-#include "virtual_texture/dedup_u2.glsl"
+#include "virtual_texture/dedup_tile_mask.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 

@@ -4,12 +4,12 @@
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/tile_order.glsl"
 #include "virtual_texture/dedup.glsl"
-#include "virtual_texture/dedup_u2.glsl"
+#include "virtual_texture/dedup_tile_mask.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(constant_id = 8) const uint SIDE_LOG2 = 3;  // pixels of an invocation: a square
+layout(constant_id = 8) const uint SIDE_LOG2 = 3;  // side of the square of pixels of an invocation
 
-// The paper's memo: only where the triple differs from the last one is there anything to do.
+// The paper's memo: skips a pixel whose triple equals the last one.
 void main() {
     uvec2 first = gl_GlobalInvocationID.xy << SIDE_LOG2;
     uvec3 last = uvec3(BACKGROUND);

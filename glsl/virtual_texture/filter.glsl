@@ -1,9 +1,7 @@
 // How a pixel's colour is taken from J1 (paper 1, section 4): one file for every pass that textures. Needs
-// pyramid.glsl, footprint.glsl and resident.glsl.
+// pyramid.glsl, footprint.glsl and tile_pool.glsl.
 layout(constant_id = 9) const uint LITERAL_INTERPOLATION = 0;  // 1: C1 f + C2 (1 - f), as printed
 layout(constant_id = 16) const uint FADE_IN = 0;                // 1: tiles that arrive are mixed in over some frames
-layout(constant_id = 17) const uint FILTER = 0;                 // one of these:
-const uint TRILINEAR = 0, BILINEAR = 1, STOCHASTIC = 2;
 layout(constant_id = 18) const uint SAMPLES = 1;  // taps of a pixel, where the filter is stochastic
 
 layout(binding = 2) uniform sampler2DArray j1;  // mip 0: the tile's level, mip 1: its next coarser
@@ -16,6 +14,7 @@ struct Wish {
     float f;      // share of level q + 1
     float count;  // nA
     vec2 major;   // the footprint's longer side, in texels of level 0
+    Footprint footprint;
 };
 
 // log2 of a positive finite number to 2^-13; the sampler's step between levels is 2^-8. The exponent is exact, so that
@@ -32,15 +31,34 @@ Wish wish(uvec3 qij, Coordinate at, Footprint f, uint level_bias) {
     vec2 sides = squared_sides(f);
     bool usable = finite(sides.x);
     float count = usable && sides.x > 0.0 ? sample_count(sides) : 1.0;
-    vec2 major = usable ? (dot(f.r1, f.r1) > dot(f.r2, f.r2) ? f.r1 : f.r2) : vec2(0.0);
-    float e = usable && sides.x > 0.0 ? 0.5 * log2_13(sides.x / (count * count)) : float(qij.x);
+    vec2 major = usable ? major_side(f) : vec2(0.0);
+    float e = FILTER == ELLIPSE ? float(asked_level(f)) : usable && sides.x > 0.0 ? 0.5 * log2_13(sides.x / (count * count)) : float(qij.x);
     float biased = e + float(level_bias);
     uint q = min(qij.x + level_bias, FIRST_RESIDENT_LEVEL);
     if (q == FIRST_RESIDENT_LEVEL)
         q = uint(clamp(biased, float(q), float(max(WIDTH_LOG2, HEIGHT_LOG2))));
     // Magnification (e < 0) shows level 0 alone.
     float fraction = clamp(biased - float(q), 0.0, 1.0);
-    return Wish(at, qij.yz, q, FILTER == BILINEAR ? floor(fraction + 0.5) : fraction, count, major);
+    return Wish(at, qij.yz, q, FILTER == BILINEAR ? floor(fraction + 0.5) : fraction, count, major, f);
+}
+
+// A texel of a level, in the nearest coarser tile from that level on that is in J1.
+struct Found {
+    Resident tile;
+    ivec2 local;  // in texels of the tile's level, from its payload
+};
+
+Found find_texel(uint level, ivec2 texel) {
+    uvec2 ij = uvec2(texel.yx) << level >> TILE_LOG2;
+    Resident tile = find_resident(level, ij);
+    return Found(tile, (texel >> int(tile.level - level)) - (ivec2(ij.yx >> tile.level) << int(TILE_LOG2)));
+}
+
+// The payload's first texel.
+ivec2 corner_of(Resident tile, uvec2 ij) { return ivec2(ij.yx >> tile.level) << int(TILE_LOG2); }
+
+bool outside(ivec2 texel, int margin) {
+    return any(lessThan(texel, ivec2(-margin))) || any(greaterThanEqual(texel, ivec2((1 << int(TILE_LOG2)) + margin)));
 }
 
 // One sample of both levels of a tile, `coarser` of its next coarser one; texels from the payload's corner.
@@ -53,6 +71,26 @@ vec4 bordered_sample(Resident tile, vec2 texels, float coarser) {
     return mix(textureLod(j1, vec3(own, tile.slot), 0.0), textureLod(j1, vec3(half_size, tile.slot), 1.0), coarser);
 }
 
+// A sample around a texel beyond the border is its own tile's.
+vec4 sample_anywhere(Resident tile, uvec2 ij, vec2 texels, float coarser) {
+    ivec2 texel = ivec2(floor(texels));
+    // A loop: software drivers run both sides of a branch.
+    for (bool elsewhere = REACHES == 1 && outside(texel, sample_margin()); elsewhere; elsewhere = false) {
+        vec2 within = texels - vec2(texel);
+        ivec2 place = corner_of(tile, ij) + texel;
+        uint level = tile.level;
+        if (mirrored(level, place)) within.y = 1.0 - within.y;
+        place = true_texel(level, place);
+        Found found = find_texel(level, place);
+        // A coarser tile's texel covers several.
+        uint steps = found.tile.level - level;
+        texels = vec2(found.local) + (vec2(place & ((1 << int(steps)) - 1)) + within) * power_of_half(steps);
+        if (steps > 0u) coarser = float(LITERAL_INTERPOLATION);
+        tile = found.tile;
+    }
+    return bordered_sample(tile, texels, coarser);
+}
+
 // The mean of nA samples spread along the footprint's longer side; each one interpolates two levels.
 vec4 tile_samples(Wish wish, Resident tile, float coarser) {
     vec2 centre = texels_in_tile(wish.at, wish.ij, tile.level);
@@ -60,12 +98,12 @@ vec4 tile_samples(Wish wish, Resident tile, float coarser) {
     vec2 reach = wish.major * power_of_half(tile.level);
     vec4 sum = vec4(0.0);
     for (float n = 0.5; n < wish.count; n++)
-        sum += bordered_sample(tile, centre + (n / wish.count - 0.5) * reach, coarser);
+        sum += sample_anywhere(tile, wish.ij, centre + (n / wish.count - 0.5) * reach, coarser);
     return sum / wish.count;
 }
 
 // One texel, one tap (Pharr et al., "Filtering After Shading With Stochastic Texture Filtering", 2024): place along the
-// longer side, level and texel are chosen by chance, each as often as tile_samples weighs it. No tap mixes two texels,
+// longer side, level and texel are chosen at random, each as often as tile_samples weighs it. No tap mixes two texels,
 // so none needs a border: a neighbour's texel is taken from the neighbour.
 vec4 tap(Wish wish, uint level, float coarser, vec4 chance) {
     uint coarsest = max(WIDTH_LOG2, HEIGHT_LOG2);
@@ -77,7 +115,7 @@ vec4 tap(Wish wish, uint level, float coarser, vec4 chance) {
     ivec2 texel = true_texel(from, base + ivec2(clamp(floor(within - 0.5 + chance.xy), -4194304.0, 4194304.0)));
     uvec2 ij = uvec2(texel.yx) << from >> TILE_LOG2;
     Resident tile = find_resident(level, ij);
-    // Its own picture or its coarser one; where a coarser tile stands in, the texel that covers this one.
+    // Its own picture or its coarser one; where a coarser tile substitutes, the texel that covers this one.
     uint mip = tile.level < from ? 1 : 0;
     ivec2 corner = ivec2(ij.yx >> tile.level) << int(TILE_LOG2 - mip);
     ivec2 local = (texel >> int(tile.level + mip - from)) - corner + int((BORDER + mip) >> mip);
@@ -110,12 +148,37 @@ vec4 taps(Wish wish, uint level, float coarser, uvec4 start) {
     return sum / float(SAMPLES);
 }
 
+// Paper 3's filter. Texels beyond the tile's border are taken from their own tile.
+Resident ellipse_tile;
+ivec2 ellipse_corner;
+vec3 texel(ivec2 at, uint level) {
+    uint slot = ellipse_tile.slot;
+    // A loop, as above.
+    for (bool elsewhere = outside(at, int(BORDER)); elsewhere; elsewhere = false) {
+        Found found = find_texel(level, true_texel(level, ellipse_corner + at));
+        at = found.local;
+        slot = found.tile.slot;
+    }
+    return texelFetch(j1, ivec3(at + int(BORDER), slot), 0).rgb;
+}
+float weight(vec2 at) { return gaussian(at); }
+#include "texture_mapping/ellipse.glsl"
+
+vec4 tile_ellipse(Wish wish, Resident tile) {
+    ellipse_tile = tile;
+    ellipse_corner = corner_of(tile, wish.ij);
+    bool whole = tile.level == max(WIDTH_LOG2, HEIGHT_LOG2);
+    Spot spot = spot_in_tile(wish.at, wish.ij, tile.level);
+    return vec4(ellipse_mean(jacobian(wish.footprint), ellipse(wish.footprint), tile.level, whole, spot).colour, 1.0);
+}
+
 // What one tile shows of a wish.
 vec4 shown_by(Resident tile, Wish wish, uvec4 start) {
     // A coarser stand-in (q' > q) shows one level alone.
     float f = tile.level == wish.q ? wish.f : 0.0;
     float coarser = LITERAL_INTERPOLATION == 1 ? 1.0 - f : f;
     // One sample for whatever level: software drivers run both sides of a branch.
+    if (FILTER == ELLIPSE) return tile_ellipse(wish, tile);
     return FILTER == STOCHASTIC ? taps(wish, tile.level, coarser, start) : tile_samples(wish, tile, coarser);
 }
 

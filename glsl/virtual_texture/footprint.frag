@@ -3,13 +3,16 @@
 #include "common/extensions.glsl"
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/footprint.glsl"
+#include "common/view.glsl"
 
 layout(location = 0) flat in uvec2 triangle_origin;
 layout(location = 1) in vec2 from_origin;
-layout(location = 0) out uvec4 u1;
+layout(location = 0) out uvec4 requests;
 
 void main() {
     vec2 dx = dFdxFine(from_origin), dy = dFdyFine(from_origin);
-    uint q = level(squared_sides(footprint(dx, dy)));
-    u1 = store_triple(uvec3(q, tile_row_column(coordinate(triangle_origin, from_origin))));
+    Coordinate at = coordinate(triangle_origin, from_origin);
+    Footprint f = footprint(dx, dy, at, view.limb / gl_FragCoord.w);
+    uvec3 qij = uvec3(level(f), tile_row_column(at));
+    requests = store_triple(qij, filter_reach(at, qij.yz, f, qij.x));
 }

@@ -2,14 +2,16 @@
 layout(constant_id = 5) const uint MAX_ANISOTROPY = 1;  // NA
 layout(constant_id = 24) const uint PIXEL_LOG2 = 0;    // a pixel stands for 2^n x 2^n pixels of the picture
 
+layout(constant_id = 17) const uint FILTER = 0;        // one of these:
+const uint TRILINEAR = 0, BILINEAR = 1, STOCHASTIC = 2, ELLIPSE = 3;
+
 // A texel of level 0 and the place in it. f32 alone would hold 1/64 texel at 2^18 and 1/16 at 2^20.
 struct Coordinate {
     ivec2 texel;
     vec2 fraction;  // [0, 1)
 };
 
-// 2^-n, exactly: exp2 may be off by some ulp.
-float power_of_half(uint n) { return uintBitsToFloat((127u - n) << 23); }
+#include "common/exact.glsl"
 
 // s = origin / 2^32 + offset. The origin's part is exact integer arithmetic, the offset is small.
 Coordinate coordinate(uvec2 origin, vec2 offset) {
@@ -33,11 +35,37 @@ struct Footprint {
     vec2 r2;  // (s_y, t_y)
 };
 
-Footprint footprint(vec2 dx, vec2 dy) {
-    vec2 size = vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2);
-    size *= power_of_half(PIXEL_LOG2);  // exact
-    return Footprint(size * dx, size * dy);
+#include "texture_mapping/footprint.glsl"
+#include "texture_mapping/weights.glsl"
+#include "texture_mapping/ellipse_level.glsl"
+
+// Paper 3's: rows (s_x, s_y) and (t_x, t_y).
+vec4 jacobian(Footprint f) { return vec4(f.r1.x, f.r2.x, f.r1.y, f.r2.y); }
+
+// `limb`: of the fragment, p / R; paper 1's footprint knows nothing of it.
+Footprint footprint(vec2 dx, vec2 dy, Coordinate at, float limb) {
+    vec2 size = vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2), pixel = size * power_of_half(PIXEL_LOG2);  // exact
+    Footprint f = Footprint(pixel * dx, pixel * dy);
+    if (FILTER != ELLIPSE) return f;
+    float most = most_major_texels(limb * power_of_half(PIXEL_LOG2), size.y);
+    float across = sin(3.14159265 * (float(at.texel.y) + at.fraction.y) / size.y);
+    vec4 j = limited(jacobian(f), most, max(across, 1e-3));
+    return Footprint(j.xz, j.yw);
 }
+
+Ellipse ellipse(Footprint f) {
+    return ellipse_of(jacobian(f), f.r1.x * f.r2.y - f.r2.x * f.r1.y, float(MAX_ANISOTROPY));
+}
+
+// So far, in texels of a level, an ellipse may reach without k, that no texel is further than half a tile from the pixel's own:
+// an edge's half texels make V at most (1 + 1/t) (V + k) + (1 + t) / 4, t = 2 sqrt k.
+float most_reach() {
+    float t = 2.0 * sqrt(K), most = float(1u << TILE_LOG2 >> 1) - 0.5;
+    return sqrt((most * most - 0.25 * (1.0 + t)) / (1.0 + 1.0 / t) - K);
+}
+
+// The ellipse's level, which may lie in G1.
+uint asked_level(Footprint f) { return ellipse_level(ellipse(f), most_reach(), max(WIDTH_LOG2, HEIGHT_LOG2)); }
 
 bool finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
 
@@ -57,7 +85,9 @@ float sample_count(vec2 sides) {
 
 // q = clamp(floor(e), 0, L-L'+1), e = log2(dmax / nA). floor(log2(x) / 2) is read off the exponent: exact,
 // where a rounded log2 would flip at powers of two.
-uint level(vec2 sides) {
+uint level(Footprint f) {
+    if (FILTER == ELLIPSE) return min(asked_level(f), FIRST_RESIDENT_LEVEL);
+    vec2 sides = squared_sides(f);
     if (!finite(sides.x)) return FIRST_RESIDENT_LEVEL;
     if (sides.x == 0.0) return 0;
     float n = sample_count(sides);
@@ -65,4 +95,41 @@ uint level(vec2 sides) {
     float squared = MAX_ANISOTROPY == 1 ? sides.x : sides.x / (n * n);
     int exponent = int(floatBitsToUint(squared) >> 23) - 127;
     return uint(clamp(exponent >> 1, 0, int(FIRST_RESIDENT_LEVEL)));
+}
+
+// In texels of a level, from the payload of the coordinate's tile.
+Spot spot_in_tile(Coordinate at, uvec2 ij, uint q) {
+    ivec2 base = at.texel >> int(q);
+    vec2 within = (vec2(at.texel - (base << int(q))) + at.fraction) * power_of_half(q);
+    return Spot(base - (ivec2(ij.yx >> q) << int(TILE_LOG2)), within);
+}
+
+// The footprint's longer side.
+vec2 major_side(Footprint f) { return dot(f.r1, f.r1) > dot(f.r2, f.r2) ? f.r1 : f.r2; }
+
+// Texels beyond the payload at which a sample still is the pixel's own tile's: the border but for the one that it mixes.
+int sample_margin() { return max(int(BORDER), 1) - 1; }
+
+// Which tiles beside its own a pixel's filter takes texels from (reach.glsl). Where all lie in the border: none.
+uint filter_reach(Coordinate at, uvec2 ij, Footprint f, uint q) {
+    if (REACHES == 0 || q >= FIRST_RESIDENT_LEVEL) return 0u;
+    Spot spot = spot_in_tile(at, ij, q);
+    ivec2 first, last;  // texels, or those that samples are in
+    int margin;
+    if (FILTER == ELLIPSE) {
+        vec2 half_sides = sqrt(outer(at_level(ellipse(f), q)).v.xz);
+        first = spot.texel + ivec2(ceil(spot.within - 0.5 - half_sides));
+        last = spot.texel + ivec2(floor(spot.within - 0.5 + half_sides));
+        margin = int(BORDER);
+    } else {
+        vec2 half_sides = abs(major_side(f)) * ((0.5 - 0.5 / sample_count(squared_sides(f))) * power_of_half(q));
+        first = spot.texel + ivec2(floor(spot.within - half_sides));
+        last = spot.texel + ivec2(floor(spot.within + half_sides));
+        margin = sample_margin();
+    }
+    int side = 1 << int(TILE_LOG2);
+    if (all(greaterThanEqual(first, ivec2(-margin))) && all(lessThan(last, ivec2(side + margin)))) return 0u;
+    uvec2 before = 2u * uvec2(lessThan(first, ivec2(0))), after = uvec2(greaterThanEqual(last, ivec2(side)));
+    uvec2 axes = max(before, after);
+    return axes.x | axes.y << 2;
 }

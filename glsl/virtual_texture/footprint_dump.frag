@@ -3,20 +3,22 @@
 #include "common/extensions.glsl"
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/footprint.glsl"
+#include "common/view.glsl"
 
-// Stage 1 with its inputs laid open: (s, t) and the derivatives beside the triple.
+// Stage 1 that also writes its inputs: (s, t) and the derivatives.
 layout(location = 0) flat in uvec2 triangle_origin;
 layout(location = 1) in vec2 from_origin;
-layout(location = 0) out uvec4 u1;
+layout(location = 0) out uvec4 requests;
 layout(location = 1) out vec4 coordinates;  // s, t, 0, 0
-layout(location = 2) out vec4 derivatives;  // ds/dx, dt/dx, ds/dy, dt/dy
+layout(location = 2) out vec4 derivatives;  // ds/dx, dt/dx, ds/dy, dt/dy; of an ellipse with its bound
 
 void main() {
     vec2 dx = dFdxFine(from_origin), dy = dFdyFine(from_origin);
-    uint q = level(squared_sides(footprint(dx, dy)));
     Coordinate at = coordinate(triangle_origin, from_origin);
-    u1 = store_triple(uvec3(q, tile_row_column(at)));
+    Footprint f = footprint(dx, dy, at, view.limb / gl_FragCoord.w);
+    uvec3 qij = uvec3(level(f), tile_row_column(at));
+    requests = store_triple(qij, filter_reach(at, qij.yz, f, qij.x));
     vec2 size = vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2);
     coordinates = vec4((vec2(at.texel) + at.fraction) / size, 0.0, 0.0);
-    derivatives = vec4(dx, dy);
+    derivatives = FILTER == ELLIPSE ? vec4(f.r1, f.r2) / size.xyxy : vec4(dx, dy);
 }

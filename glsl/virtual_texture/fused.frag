@@ -6,21 +6,22 @@
 #include "virtual_texture/footprint.glsl"
 #include "common/view.glsl"
 #include "virtual_texture/tile_order.glsl"
-#include "virtual_texture/resident.glsl"
+#include "virtual_texture/tile_pool.glsl"
 #include "virtual_texture/filter.glsl"
+#include "virtual_texture/reach.glsl"
 
 // Stage 1, stage 2 and section 4 in one fragment: the triple is found, marked and shown, and never stored.
 // Without this a fragment that the depth test refuses would mark all the same.
 layout(early_fragment_tests) in;
 
-layout(constant_id = 25) const uint LISTS = 1;  // 0: nothing is marked; 1: marks alone; 2: marks and U3
+layout(constant_id = 25) const uint LISTS = 1;  // 0: nothing is marked; 1: marks alone; 2: marks and the visible-tile list
 
-layout(binding = 3, scalar) buffer Marks { uint words[]; } marks;
+layout(binding = 3, scalar) buffer TileMask { uint words[]; } tile_mask;
 // The same words: software drivers fetch the texels of a vector of pixels at once.
 layout(binding = 5) uniform utextureBuffer seen;
 
-#define U3_BINDING 4
-#include "virtual_texture/u3.glsl"
+#define LIST_BINDING 4
+#include "virtual_texture/visible_list.glsl"
 
 layout(location = 0) flat in uvec2 triangle_origin;
 layout(location = 1) in vec2 from_origin;
@@ -37,16 +38,21 @@ void mark(uvec3 qij) {
     uint place = mark_index(qij);
     uint word = place >> 5, bit = 1u << (place & 31u);
     if ((texelFetch(seen, int(word)).x & bit) == 0u) {
-        uint before = atomicOr(marks.words[word], bit);
-        if (LISTS == 2 && (before & bit) == 0u) put_place(atomicAdd(u3.count, 1u), place);
+        uint before = atomicOr(tile_mask.words[word], bit);
+        if (LISTS == 2 && (before & bit) == 0u) put_place(atomicAdd(visible_list.count, 1u), place);
     }
 }
 
 void main() {
     Coordinate at = coordinate(triangle_origin, from_origin);
-    Footprint f = footprint(dFdxFine(from_origin), dFdyFine(from_origin));
-    uvec3 qij = uvec3(level(squared_sides(f)), tile_row_column(at));
-    if (LISTS != 0 && qij.x < FIRST_RESIDENT_LEVEL) mark(qij);
+    Footprint f = footprint(dFdxFine(from_origin), dFdyFine(from_origin), at, view.limb / gl_FragCoord.w);
+    uvec3 qij = uvec3(level(f), tile_row_column(at));
+    if (LISTS != 0 && qij.x < FIRST_RESIDENT_LEVEL) {
+        mark(qij);
+        uint reach = filter_reach(at, qij.yz, f, qij.x);
+        for (uint n = 1u; n < 4u && reach != 0u; n++)
+            if (reaches(reach, n)) mark(neighbour(qij, reach, n));
+    }
     colour = filtered(wish(qij, at, f, view.level_bias), uvec3(gl_FragCoord.xy, view.frame));
 #if LIT
     colour.rgb *= light(normal, view.sun);

@@ -1,9 +1,11 @@
-// The texture's numbering (paper 1, section 2), the same letters: level 0 is 2^m x 2^n texels, tiles are 2^k a side.
+// The texture pyramid, with the letters of paper 1, section 2: level 0 has 2^m x 2^n texels, a tile 2^k x 2^k.
 layout(constant_id = 0) const uint WIDTH_LOG2 = 18;           // m
 layout(constant_id = 1) const uint HEIGHT_LOG2 = 17;          // n
 layout(constant_id = 2) const uint TILE_LOG2 = 9;             // k
-layout(constant_id = 3) const uint FIRST_RESIDENT_LEVEL = 9;  // L-L'+1: q of a pixel that G1 textures
-layout(constant_id = 4) const uint U1_PACKED = 0;             // 1: U1 is one word (q, i, j), else three
+layout(constant_id = 3) const uint FIRST_RESIDENT_LEVEL = 9;  // L-L'+1: the finest level of the resident tail
+layout(constant_id = 4) const uint REQUESTS_PACKED = 0;       // 1: a texel of the request image is one word, 0: three
+layout(constant_id = 30) const uint BORDER = 4;                // width of a tile's border in texels
+layout(constant_id = 31) const uint REACHES = 0;               // 1: a filter may reach beyond a tile's border
 
 const uint COLUMN_BITS = WIDTH_LOG2 - TILE_LOG2;
 const uint ROW_BITS = HEIGHT_LOG2 - TILE_LOG2;
@@ -16,24 +18,36 @@ ivec2 level_size(uint level) {
     return ivec2(max(1u << WIDTH_LOG2 >> level, 1u), max(1u << HEIGHT_LOG2 >> level, 1u));
 }
 
-// The texel at a place that may lie any number of turns outside the level: columns wrap at the antimeridian; a row
-// beyond a pole is the mirrored row half a turn away, and 2 x height rows are a full turn. Sizes are powers of two.
+// Whether a row is on the other side of a pole; 2 x height rows are a full turn.
+bool mirrored(uint level, ivec2 texel) {
+    int rows = level_size(level).y;
+    return (texel.y & (2 * rows - 1)) >= rows;
+}
+
+// Maps a texel that may lie outside the level into it. Columns wrap at the antimeridian. A row beyond a pole is the
+// mirrored row half a turn away; 2 x height rows are a full turn. Sizes are powers of two.
 ivec2 true_texel(uint level, ivec2 texel) {
     ivec2 size = level_size(level);
     int turn = texel.y & (2 * size.y - 1);
-    bool beyond = turn >= size.y;
+    bool beyond = mirrored(level, texel);
     return ivec2(texel.x + (beyond ? size.x / 2 : 0) & (size.x - 1), beyond ? 2 * size.y - 1 - turn : turn);
 }
 
-// (q, i, j) as U1 stores it. Packed: q in the high bits; all ones is the background, which no triple reaches
-// (the host refuses sizes where q would need the last value).
-uvec4 store_triple(uvec3 qij) {
-    return U1_PACKED == 1 ? uvec4(qij.x << (ROW_BITS + COLUMN_BITS) | qij.y << COLUMN_BITS | qij.z, 0, 0, 0)
-                          : uvec4(qij, 0);
+// (q, i, j) and the reach as the request image stores them. Packed: q in the high bits. All ones is the background; no
+// triple has this value, because the host rejects sizes for which q would need it. A filter's reach is in the highest four
+// bits, which are never all ones.
+uvec4 store_triple(uvec3 qij, uint reach) {
+    uint first = REQUESTS_PACKED == 1 ? qij.x << (ROW_BITS + COLUMN_BITS) | qij.y << COLUMN_BITS | qij.z : qij.x;
+    first |= reach << 28;
+    return REQUESTS_PACKED == 1 ? uvec4(first, 0, 0, 0) : uvec4(first, qij.yz, 0);
 }
 
 uvec3 load_triple(uvec4 stored) {
-    if (U1_PACKED == 0 || stored.x == BACKGROUND) return stored.xyz;
-    return uvec3(stored.x >> (ROW_BITS + COLUMN_BITS), stored.x >> COLUMN_BITS & ((1u << ROW_BITS) - 1u),
-                 stored.x & ((1u << COLUMN_BITS) - 1u));
+    if (stored.x == BACKGROUND) return stored.xyz;
+    uint first = REACHES == 1 ? stored.x & 0x0fffffffu : stored.x;
+    if (REQUESTS_PACKED == 0) return uvec3(first, stored.yz);
+    return uvec3(first >> (ROW_BITS + COLUMN_BITS), first >> COLUMN_BITS & ((1u << ROW_BITS) - 1u),
+                 first & ((1u << COLUMN_BITS) - 1u));
 }
+
+uint load_reach(uint stored) { return REACHES == 0 || stored == BACKGROUND ? 0u : stored >> 28; }

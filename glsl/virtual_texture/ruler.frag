@@ -4,19 +4,20 @@
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/footprint.glsl"
 #include "common/view.glsl"
-#include "virtual_texture/resident.glsl"
+#include "virtual_texture/tile_pool.glsl"
 
-// Is each texel that texturing would filter the one that the pixel's own (s, t) and level ask for? The texture's
-// texels are hashes of their level and place; everything is fetched without a sampler.
-layout(binding = 0) uniform utexture2D u1;
+// Checks each texel that texturing would filter against the pixel's own (s, t) and level. The texture's texels are
+// hashes of their level and position; they are fetched without a sampler.
+layout(binding = 0) uniform utexture2D requests;
 layout(binding = 2) uniform texture2DArray j1;  // as bytes
 
 layout(location = 0) flat in uvec2 triangle_origin;
 layout(location = 1) in vec2 from_origin;
-// 1 + the number of wrong texels; bit 30: from G1; bit 31: no tile is resident where one should be. 0: no landscape.
+// 1 + the number of wrong texels; bit 30: from the resident tail; bit 31: the pixel's own tile is not resident.
+// 0: no landscape.
 layout(location = 0) out uint verdict;
 
-// src/scene/source/ruler.rs: the same three lines.
+// Same as in src/texture/source/ruler.rs.
 uint mix32(uint bits) {
     bits = (bits ^ bits >> 16) * 0x7feb352du;
     bits = (bits ^ bits >> 15) * 0x846ca68bu;
@@ -26,15 +27,15 @@ uint ruler_hash(uint level, ivec2 texel) {
     return mix32(mix32(mix32(level + 0x9e3779b9u) ^ uint(texel.x)) ^ uint(texel.y));
 }
 
-// First of the 2 x 2 texels of a level that a bilinear sample at the coordinate mixes, from exact integers.
+// First of the 2 x 2 texels of a level in a bilinear sample at the coordinate, from exact integers.
 ivec2 first_tap(Coordinate at, uint level) {
     ivec2 base = at.texel >> int(level);
     vec2 within = (vec2(at.texel - (base << level)) + at.fraction) * power_of_half(level);
     return base - ivec2(lessThan(within, vec2(0.5)));
 }
 
-// Wrong ones among the 4 texels of one of the tile's two levels (step 0: its own, 1: the next coarser, which the
-// coarsest level has not: it stands for itself).
+// Number of wrong texels among the 4 of one of the tile's two levels. Step 0: its own level; 1: the next coarser, or
+// the coarsest level itself.
 uint wrong_in_tile(Coordinate at, uvec2 ij, Resident tile, uint step) {
     uint level = min(tile.level + step, max(WIDTH_LOG2, HEIGHT_LOG2));
     int size = int(1u << TILE_LOG2 >> step), border = int((BORDER + step) >> step);
@@ -53,12 +54,12 @@ uint wrong_in_tile(Coordinate at, uvec2 ij, Resident tile, uint step) {
 }
 
 void main() {
-    uvec3 qij = load_triple(texelFetch(u1, ivec2(gl_FragCoord.xy), 0));
+    uvec3 qij = load_triple(texelFetch(requests, ivec2(gl_FragCoord.xy), 0));
     Coordinate at = coordinate(triangle_origin, from_origin);
     uint q = min(qij.x + view.level_bias, FIRST_RESIDENT_LEVEL);
     Resident tile = find_resident(q, qij.yz);
     bool g1 = tile.level >= FIRST_RESIDENT_LEVEL;
-    // A pixel of G1 judges all of its levels.
+    // A pixel of the resident tail checks all resident levels.
     uint last = g1 ? max(WIDTH_LOG2, HEIGHT_LOG2) : tile.level;
     uint wrong = 0;
     for (uint level = tile.level; level <= last; level++) {

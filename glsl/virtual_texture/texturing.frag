@@ -5,10 +5,10 @@
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/footprint.glsl"
 #include "common/view.glsl"
-#include "virtual_texture/resident.glsl"
+#include "virtual_texture/tile_pool.glsl"
 #include "virtual_texture/filter.glsl"
 
-layout(binding = 0) uniform utexture2D u1;
+layout(binding = 0) uniform utexture2D requests;
 
 layout(location = 0) flat in uvec2 triangle_origin;
 layout(location = 1) in vec2 from_origin;
@@ -20,9 +20,9 @@ layout(location = 0) out vec4 colour;  // linear light
 
 void main() {
     // The tile is the one that stage 1 named, bit for bit: nothing is decided twice.
-    uvec3 qij = load_triple(texelFetch(u1, ivec2(gl_FragCoord.xy), 0));
+    uvec3 qij = load_triple(texelFetch(requests, ivec2(gl_FragCoord.xy), 0));
     Coordinate at = coordinate(triangle_origin, from_origin);
-    Footprint f = footprint(dFdxFine(from_origin), dFdyFine(from_origin));
+    Footprint f = footprint(dFdxFine(from_origin), dFdyFine(from_origin), at, view.limb / gl_FragCoord.w);
     colour = filtered(wish(qij, at, f, view.level_bias), uvec3(gl_FragCoord.xy, view.frame));
 #if LIT
     colour.rgb *= light(normal, view.sun);

@@ -1,4 +1,4 @@
-//! What a `render` is asked for: a scene and options, or an earlier run with options that override its own.
+//! The work of a `render`: a scene and options, or an earlier run with options that override its own.
 
 use super::Usage;
 use anyhow::bail;
@@ -12,13 +12,14 @@ use ortelius::scene::camera::{Camera, Place};
 use std::io::Read;
 use std::path::Path;
 
-/// Which scene, and where the eye is.
+/// The scene and the camera.
 #[derive(Args)]
 pub struct SceneArgs {
-    /// A scene file, the name of a shipped scene (earth, globe, pole, antimeridian, plane, ruler, bunny, herd, valley), or the
-    /// report of an earlier render, which is rendered again; options then override the report's
+    /// A scene file, the name of a shipped scene (earth, globe, pole, antimeridian, plane, ruler, bunny, herd,
+    /// valley, plane-tilt, sphere, zone-plate, relief-brick, relief-rock), or the report of an earlier render to repeat;
+    /// options then override the report's
     pub scene: String,
-    /// Pixels, WIDTHxHEIGHT; the scene's own otherwise
+    /// Pixels, WIDTHxHEIGHT; default: the scene's size
     #[arg(long, value_parser = parse_size)]
     size: Option<[u32; 2]>,
     /// One of the scene's cameras
@@ -27,48 +28,48 @@ pub struct SceneArgs {
     /// One of the scene's paths
     #[arg(long)]
     path: Option<String>,
-    /// Budgets count tiles and faces instead of time: the same frames on every run
+    /// Budgets count tiles and faces instead of time, so that every run renders the same frames
     #[arg(long)]
     deterministic: bool,
-    /// Override a key of the scene: -D variant.keying=native
+    /// Override a key of the scene, for example -D variant.address=own-level
     #[arg(short = 'D', value_name = "KEY=VALUE")]
     overrides: Vec<String>,
     #[command(flatten)]
     eye: EyeArgs,
 }
 
-/// A camera of the command line: what it leaves out is that of --camera, or of the scene's view.
+/// A camera on the command line. Missing values come from --camera, or from the scene's view.
 #[derive(Args, Clone, Copy, PartialEq)]
 pub struct EyeArgs {
-    /// Geodetic latitude of the eye in degrees
+    /// Geodetic latitude of the camera in degrees
     #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
     lat: Option<f64>,
-    /// Its longitude in degrees
+    /// Geodetic longitude of the camera in degrees
     #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
     lon: Option<f64>,
-    /// Its height above the ellipsoid or the plane
+    /// Height of the camera above the ellipsoid or the plane
     #[arg(long, value_name = "METRES", conflicts_with = "path", allow_negative_numbers = true)]
     alt: Option<f64>,
-    /// Clockwise from north: what is up in the picture when the eye looks straight down
+    /// Clockwise from north: the picture's up direction when looking straight down
     #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
     heading: Option<f64>,
-    /// 0 looks straight down, 90 to the horizontal
+    /// 0 is straight down, 90 horizontal
     #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
     tilt: Option<f64>,
 }
 
-/// A scene, and which frames of it.
+/// A scene and the frames to render.
 #[derive(Args)]
 pub struct RunArgs {
     #[command(flatten)]
     pub of: SceneArgs,
-    /// Render so many frames; without it: until nothing is missing
+    /// Render this many frames; default: until nothing is missing
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     frames: Option<u32>,
-    /// After --frames, go on from the last pose until nothing is missing
+    /// After --frames, continue at the last pose until nothing is missing
     #[arg(long)]
     settle: bool,
-    /// Settle every frame of a sequence before the next: each picture is complete
+    /// Settle every frame of a sequence before the next, so that each picture is complete
     #[arg(long)]
     settle_each: bool,
 }
@@ -77,21 +78,21 @@ pub(super) fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let parsed = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     match parsed {
         Some(size @ [1..=16384, 1..=16384]) => Ok(size),
-        _ => Err("a size is WIDTHxHEIGHT in pixels, 1 to 16384 each, as in 1920x1080".into()),
+        _ => Err("expected WIDTHxHEIGHT in pixels, 1 to 16384 each, for example 1920x1080".into()),
     }
 }
 
-/// A scene, and what is rendered of it.
+/// A scene and its render settings.
 pub struct Asked {
     pub scene: Scene,
     pub run: RunSection,
 }
 
 impl Asked {
-    /// `target`: what the picture's file keeps, where one is written.
+    /// `target`: the format of the picture, if one is written.
     ///
     /// # Errors
-    /// The scene's or the report's, and a camera or path that the scene does not have.
+    /// Errors of the scene or the report, and a camera or path that the scene does not have.
     pub fn of(args: &RunArgs, target: Option<Target>) -> anyhow::Result<Asked> {
         let Asked { scene, run } = Asked::of_scene(&args.of)?;
         let run = RunSection {
@@ -104,7 +105,7 @@ impl Asked {
         Ok(Asked { scene, run })
     }
 
-    /// A scene and its eye alone; frames are those of an earlier run.
+    /// Only the scene and its camera; the frames are those of an earlier run.
     ///
     /// # Errors
     /// As [`Asked::of`].
@@ -131,21 +132,21 @@ impl Asked {
         args.eye.placed(Asked { scene, run })
     }
 
-    /// The camera that the first frame sees through.
+    /// The camera of the first frame.
     ///
     /// # Errors
-    /// A name that the scene does not have.
+    /// A camera that the scene does not have.
     pub fn camera(&self) -> anyhow::Result<Camera> {
         let name = self.run.camera.as_ref().unwrap_or(&self.scene.view.camera);
         Ok(*self.scene.camera(name)?)
     }
 
-    /// Whether the run ends with frames until nothing is missing.
+    /// True if the run ends with frames until nothing is missing.
     pub fn settles(&self) -> bool {
         self.run.settle || self.run.frames.is_none()
     }
 
-    /// What the picture is kept in.
+    /// The format of the picture.
     pub fn target(&self) -> Target {
         if self.run.linear { Target::Linear32 } else { Target::Srgb8 }
     }
@@ -158,7 +159,7 @@ impl Asked {
     /// The run's poses in order.
     ///
     /// # Errors
-    /// A name that the scene does not have.
+    /// A camera or path that the scene does not have.
     pub fn poses(&self) -> anyhow::Result<Vec<Pose>> {
         if self.run.path.is_some() {
             let path = self.scene.path(self.eye())?;
@@ -171,10 +172,10 @@ impl Asked {
 }
 
 impl EyeArgs {
-    /// The name that a camera of the command line has in the scene.
+    /// Name of the command line's camera in the scene.
     const NAME: &str = "asked";
 
-    /// What is asked for, seen from here where the command line says so.
+    /// Applies the command line's camera, if there is one.
     fn placed(&self, asked: Asked) -> anyhow::Result<Asked> {
         let EyeArgs { lat, lon, alt, heading, tilt } = *self;
         if [lat, lon, alt, heading, tilt].iter().all(Option::is_none) {
@@ -189,7 +190,7 @@ impl EyeArgs {
             Place::Plane { .. } if lat.is_some() || lon.is_some() => {
                 let (scene, name) = (&asked.scene.name, &asked.scene.view.camera);
                 bail!(Usage(format!(
-                    "--lat, --lon: scene {scene} lies on a plane; set -D cameras.{name}.east_m and north_m"
+                    "--lat, --lon: the ground of scene {scene} is a plane; set -D cameras.{name}.east_m and north_m"
                 )));
             }
             plane => plane,
@@ -209,7 +210,7 @@ impl EyeArgs {
     }
 }
 
-/// By the name's ending, or by a first byte with which no scene begins.
+/// Detected by the file name extension, or by a first byte that no scene starts with.
 fn is_report(scene: &str) -> bool {
     let begins_so = || {
         let mut first = [0];
@@ -219,13 +220,13 @@ fn is_report(scene: &str) -> bool {
     Path::new(scene).extension().is_some_and(|ending| ending == "json") || begins_so()
 }
 
-/// The scene and the run of a report, with the changes of this command line.
+/// The scene and the run of a report, with the overrides of this command line.
 fn earlier(args: &SceneArgs) -> anyhow::Result<(Scene, RunSection)> {
     let run = RunSection::read(Path::new(&args.scene))?;
     let scene = run.scene(&args.scene)?.with(&args.overrides)?;
     sections::check(&scene)?;
     let mut now = RunSection::settled(&scene);
-    // What -D changes of the view counts more than what the earlier run took from it.
+    // Overrides of the view take precedence over the earlier run.
     let changed = |keys: [&str; 2]| keys.iter().any(|key| scene.changed(&["view", key]));
     if !changed(["camera", "path"]) {
         (now.camera, now.path) = (run.camera, run.path);

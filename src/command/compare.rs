@@ -1,4 +1,4 @@
-//! `ortelius compare`: how far one picture is from another, with the measures that figures use.
+//! `ortelius compare`: the difference between two pictures, with the measures that figures use.
 
 use super::outputs::{check_place, ending};
 use super::{Usage, say};
@@ -15,27 +15,27 @@ use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// How far picture A is from picture B, or both from a reference. All measures but FLIP are of linear light. Alpha is
-/// ignored: red, green and blue count as they are stored, which a PNG does not multiply by alpha and an EXR as a rule
-/// does; how many pixels differ in alpha is told.
+/// Measures the difference between picture A and picture B, or of both from a reference. All measures except FLIP use
+/// linear light. Alpha is ignored: red, green and blue are compared as stored, which a PNG does not premultiply by
+/// alpha and an EXR usually does. The number of pixels with different alpha is printed.
 #[derive(Args, Debug)]
 pub struct CompareArgs {
     /// A picture, .png or .exr
     #[arg(value_name = "A")]
     a: PathBuf,
-    /// Another of the same size; without --reference it is taken for the truth
+    /// A picture of the same size; without --reference it counts as the truth
     #[arg(value_name = "B")]
     b: PathBuf,
-    /// The truth, against which both A and B are measured
+    /// The truth, with which both A and B are compared
     #[arg(long, value_name = "R")]
     reference: Option<PathBuf>,
-    /// An error map: .png in false colours from 1e-5 to 1 (A's left of B's), or .exr with absolute differences and FLIP
+    /// An error map: .png in false colours from 1e-5 to 1 (A left of B), or .exr with absolute differences and FLIP
     #[arg(short, long, value_name = "DIFF")]
     output: Option<PathBuf>,
-    /// Pixels with a larger error in any channel are outliers; 5/256 otherwise
+    /// Pixels with a larger error in any channel are outliers; default: 5/256
     #[arg(long, value_name = "ERROR", default_value_t = OUTLIER_BOUND, hide_default_value = true, value_parser = parse_bound, allow_negative_numbers = true)]
     outliers_above: f64,
-    /// Print JSON; what is infinite is null (the PSNR of equal pictures, the error of a pixel that is no number)
+    /// Print JSON; infinite values are null (the PSNR of equal pictures, the error of a pixel that is not finite)
     #[arg(long)]
     json: bool,
 }
@@ -43,18 +43,18 @@ pub struct CompareArgs {
 fn parse_bound(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(bound) if (0.0..f64::INFINITY).contains(&bound) => Ok(bound),
-        _ => Err("a bound is a number of linear light from 0 up, as in 0.02".into()),
+        _ => Err("expected a number of linear light, 0 or more, for example 0.02".into()),
     }
 }
 
-/// Version 1 was the list of comparisons alone.
+/// Version 1 was only the list of comparisons.
 const FORMAT: JsonFormat = JsonFormat::new("ortelius-comparison", 2);
 
 #[derive(Serialize)]
 struct Measured {
     picture: PathBuf,
     truth: PathBuf,
-    /// Pixels whose alpha differs, which no measure looks at.
+    /// Number of pixels whose alpha differs; no measure includes alpha.
     alpha_differs: usize,
     #[serde(flatten)]
     measures: Measures,
@@ -66,12 +66,12 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
     let truth_path = args.reference.as_deref().unwrap_or(&args.b);
     for path in pictures.iter().copied().chain([truth_path]) {
         if !["png", "exr"].contains(&ending(path)) {
-            bail!(Usage(format!("{}: a picture's name ends in .png or .exr", path.display())));
+            bail!(Usage(format!("{}: the file name of a picture must end in .png or .exr", path.display())));
         }
-        // The map would replace what it is made of.
+        // The map would overwrite its own input.
         if output.as_deref() == Some(path) {
             bail!(Usage(format!(
-                "{} is compared and would be overwritten; give -o another name",
+                "{} is an input and would be overwritten; choose another name for -o",
                 path.display()
             )));
         }
@@ -114,7 +114,8 @@ fn write_map(path: &Path, truth: &Picture, comparisons: &[Comparison]) -> anyhow
         let differences: Vec<_> = comparisons.iter().map(|comparison| &comparison.difference).collect();
         return Ok(write_png(path, &error_maps(size, &differences))?);
     }
-    // One comparison has plain names, which every viewer shows as a picture; of two each is a layer.
+    // A single comparison has plain channel names, which every viewer shows as a picture; two comparisons become
+    // layers.
     let layers: &[&str] = if comparisons.len() == 1 { &[""] } else { &["A.", "B."] };
     let mut channels = BTreeMap::new();
     for (layer, comparison) in layers.iter().zip(comparisons) {
@@ -127,7 +128,7 @@ fn write_map(path: &Path, truth: &Picture, comparisons: &[Comparison]) -> anyhow
     Ok(write_exr(path, &Planes { width: size[0], height: size[1], channels })?)
 }
 
-/// A column for each comparison.
+/// Prints one column for each comparison.
 fn print(measured: &[Measured]) -> anyhow::Result<()> {
     let row = |name: &str, value: &dyn Fn(&Measures) -> String| {
         let values: Vec<String> = measured.iter().map(|m| format!("{:<24}", value(&m.measures))).collect();

@@ -1,4 +1,4 @@
-//! `ortelius demo`: three of a paper's figures and three pictures, under out/: the globe, the valley, and the headline
+//! `ortelius demo`: three of a paper's figures and three pictures in out/: the globe, the valley, and the headline
 //! frame with its report.
 
 use super::{render, reproduce, say};
@@ -6,8 +6,8 @@ use anyhow::Context;
 use clap::{Args, Parser};
 use std::ffi::OsString;
 
-/// What the paper is about, in minutes: what the frame costs, what the keying does, and what happens at extremes.
-const FIGURES: [&str; 3] = ["vt.pipeline", "vt.keying", "vt.extremes"];
+/// The paper's main results, within minutes: the cost of a frame, the effect of the tile address, and extreme cases.
+const FIGURES: [&str; 3] = ["vt.pipeline", "vt.address", "vt.extremes"];
 
 #[derive(Args)]
 pub struct DemoArgs {
@@ -16,21 +16,21 @@ pub struct DemoArgs {
     device: Option<String>,
 }
 
-/// `render`'s arguments by themselves.
+/// Parses the arguments of `render`.
 #[derive(Parser)]
 struct RenderLine {
     #[command(flatten)]
     args: render::RenderArgs,
 }
 
-/// `reproduce`'s arguments by themselves.
+/// Parses the arguments of `reproduce`.
 #[derive(Parser)]
 struct ReproduceLine {
     #[command(flatten)]
     args: reproduce::ReproduceArgs,
 }
 
-/// The pictures, each by the command line that makes it.
+/// The pictures, each with its command line.
 const PICTURES: [&[&str]; 3] = [
     &["globe", "-o", "out/globe.png"],
     &["valley", "-o", "out/valley.png"],
@@ -47,12 +47,12 @@ const PICTURES: [&[&str]; 3] = [
     ],
 ];
 
-/// Measures and renders exactly as the commands that it prints would.
+/// Measures and renders exactly like the commands that it prints.
 pub fn run(args: &DemoArgs) -> anyhow::Result<()> {
-    // The one folder that is ours to make: the demo says so in its help.
-    std::fs::create_dir_all("out").context("out: the demo's folder cannot be made")?;
+    // The only folder that the program creates without being asked; the help says so.
+    std::fs::create_dir_all("out").context("out: the demo's folder cannot be created")?;
     let device: Vec<&str> = args.device.iter().flat_map(|device| ["--device", device]).collect();
-    // What an earlier demo of the same program measured is kept.
+    // Results of an earlier demo of the same program are kept.
     let reproduce = [&["reproduce"], &FIGURES[..], &["--quick", "--resume", "-o", "out"], &device].concat();
     tracing::info!("ortelius {}", reproduce.join(" "));
     let line: Vec<OsString> = reproduce.iter().map(OsString::from).collect();
@@ -72,7 +72,7 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<()> {
 mod tests {
     use super::*;
     use ortelius::figure::choose;
-    use ortelius::paper::FAMILIES;
+    use ortelius::renderer::figures::FAMILIES;
 
     #[test]
     fn the_demos_figures_are_there() {

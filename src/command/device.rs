@@ -1,4 +1,4 @@
-//! Which device a command runs on, and whether the validation layer listens.
+//! The device of a command, and whether validation is enabled.
 
 use clap::Args;
 use ortelius::vk::GpuOptions;
@@ -8,14 +8,14 @@ pub struct DeviceArgs {
     /// Part of a device's name, or its index
     #[arg(long, env = "ORTELIUS_DEVICE")]
     pub device: Option<String>,
-    /// Run with Vulkan's validation layer, synchronisation included; any message of it is a failure. Times then mean
-    /// nothing
+    /// Run with Vulkan's validation layer, including synchronisation validation; any message is a failure. Times are
+    /// then meaningless
     #[arg(long, env = "ORTELIUS_VALIDATE", value_parser = clap::builder::FalseyValueParser::new())]
     pub validate: bool,
 }
 
 impl DeviceArgs {
-    /// The device, opened with no optional feature.
+    /// Options for this device, without optional features.
     pub fn options(&self) -> GpuOptions<'_> {
         GpuOptions { device: self.device.as_deref(), validate: self.validate, ..GpuOptions::default() }
     }

@@ -1,5 +1,5 @@
-//! `ortelius doctor`: what there is of Vulkan, and whether it works. The self-test runs in a child process, so that a
-//! driver that crashes is reported and not suffered.
+//! `ortelius doctor`: shows the Vulkan installation and tests it. The self-test runs in a child process, so that a
+//! crashing driver is reported and does not end the program.
 
 use super::say;
 use clap::Args;
@@ -19,7 +19,7 @@ pub struct DoctorArgs {
     /// Part of a device's name, or its index
     #[arg(long, env = "ORTELIUS_DEVICE")]
     device: Option<String>,
-    /// Run the self-test in this very process (what the child does)
+    /// Run the self-test in this process (used for the child)
     #[arg(long, hide = true)]
     self_test: bool,
 }
@@ -28,15 +28,15 @@ const FORMAT: JsonFormat = JsonFormat::new("ortelius-doctor", 1);
 
 #[derive(Default, Serialize)]
 struct Diagnosis {
-    /// Version of the loader; `None` where it could not be asked.
+    /// Version of the loader; `None` if it does not answer.
     loader: Option<String>,
-    /// What kept the loader, or the drivers, from answering.
+    /// The error of the loader or the drivers.
     error: Option<String>,
     layers: Vec<String>,
-    /// Driver manifests in the folders that the loader searches.
+    /// Driver manifests in the folders searched by the loader.
     drivers: Vec<DriverFolder>,
     devices: Vec<Device>,
-    /// "passed", or what went wrong.
+    /// "passed", or the error.
     self_test: String,
     healthy: bool,
 }
@@ -57,7 +57,7 @@ struct Device {
     features: BTreeMap<&'static str, bool>,
 }
 
-/// What the doctor found wrong.
+/// The faults that the doctor found.
 #[derive(Debug, thiserror::Error)]
 #[error("{what}")]
 pub struct Unwell {
@@ -65,17 +65,17 @@ pub struct Unwell {
     pub exit_code: u8,
 }
 
-/// How the self-test ended.
+/// Result of the self-test.
 struct SelfTest {
-    /// "passed", or what went wrong.
+    /// "passed", or the error.
     words: String,
-    /// The child's; `None` where it has none.
+    /// Exit code of the child, if any.
     exit_code: Option<u8>,
-    /// A driver that crashes or hangs must not be loaded into this process.
+    /// True if the driver crashes or hangs, so that this process must not load it.
     deadly: bool,
 }
 
-/// Longest a healthy software driver has taken here is 0.3 s; a driver that hangs must not hang the doctor.
+/// A working software driver took at most 0.3 s here. A hanging driver must not block the doctor.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 pub fn run(args: &DoctorArgs) -> anyhow::Result<()> {
@@ -93,9 +93,9 @@ pub fn run(args: &DoctorArgs) -> anyhow::Result<()> {
     verdict
 }
 
-/// What there is, and the error that the program ends with where something is wrong.
+/// Collects the diagnosis, and the error with which the program ends if something is wrong.
 fn diagnose(args: &DoctorArgs) -> (Diagnosis, anyhow::Result<()>) {
-    // First the child: it asks of loader and drivers all that is asked here.
+    // Run the child first: it makes the same queries of loader and drivers as this process.
     let test = run_child(args.device.as_deref());
     let mut diagnosis = Diagnosis {
         drivers: driver_folders().into_iter().map(list_folder).collect(),
@@ -139,7 +139,7 @@ fn describe(device: &PhysicalDevice) -> Device {
     }
 }
 
-/// Names of the manifests in a folder; a file that the environment names stands for itself.
+/// Names of the manifests in a folder; a file named by the environment is listed itself.
 fn list_folder(searched: String) -> DriverFolder {
     let path = searched.split(" (from").next().unwrap_or(&searched);
     let mut found: Vec<String> = match std::fs::read_dir(path) {
@@ -158,7 +158,9 @@ fn run_child(device: Option<&str>) -> SelfTest {
     let ended = |words: String, exit_code, deadly| SelfTest { words, exit_code, deadly };
     let program = match std::env::current_exe() {
         Ok(program) => program,
-        Err(error) => return ended(format!("not run: own program not found: {error}"), None, false),
+        Err(error) => {
+            return ended(format!("not run: cannot find this program's own file: {error}"), None, false);
+        }
     };
     let mut command = Command::new(program);
     command.args(["doctor", "--self-test"]).stdout(Stdio::null()).stderr(Stdio::piped());
@@ -169,7 +171,7 @@ fn run_child(device: Option<&str>) -> SelfTest {
         Ok(child) => child,
         Err(error) => return ended(format!("not run: {error}"), None, false),
     };
-    // Read while it speaks: a pipe that nobody empties stops a child of many words.
+    // Read stderr concurrently: a full pipe would block the child.
     let stderr = child.stderr.take();
     let words = std::thread::spawn(move || read_all(stderr));
     let start = Instant::now();
@@ -178,11 +180,11 @@ fn run_child(device: Option<&str>) -> SelfTest {
             Ok(Some(status)) if status.success() => return ended("passed".into(), Some(0), false),
             Ok(Some(status)) => {
                 let last = last_line(words);
-                // A signal leaves no exit code: the driver crashed.
+                // No exit code means a signal: the driver crashed.
                 return match status.code() {
                     Some(code) => ended(format!("failed: {last}"), u8::try_from(code).ok(), false),
                     None => {
-                        let advice = "update it, or name another with VK_DRIVER_FILES";
+                        let advice = "update it, or select another with VK_DRIVER_FILES";
                         ended(format!("the driver crashed ({status}); {advice}. {last}"), None, true)
                     }
                 };
@@ -197,22 +199,22 @@ fn run_child(device: Option<&str>) -> SelfTest {
                 );
             }
             Ok(None) => std::thread::sleep(Duration::from_millis(10)),
-            Err(error) => return ended(format!("not known: {error}"), None, true),
+            Err(error) => return ended(format!("unknown: {error}"), None, true),
         }
     }
 }
 
-/// All that the child says.
+/// Everything that the child wrote.
 fn read_all(stderr: Option<ChildStderr>) -> Vec<u8> {
     let mut words = Vec::new();
     if let Some(mut stderr) = stderr {
-        // What cannot be read is only missing from the words.
+        // Text that cannot be read is only missing from the message.
         let _ = stderr.read_to_end(&mut words);
     }
     words
 }
 
-/// The last thing that the child said, without our own name before it.
+/// The child's last line, without the program's name in front.
 fn last_line(words: std::thread::JoinHandle<Vec<u8>>) -> String {
     let words = words.join().unwrap_or_default();
     let words = String::from_utf8_lossy(&words);
@@ -237,7 +239,7 @@ fn print(diagnosis: &Diagnosis) -> anyhow::Result<()> {
             say(format_args!("           {} {feature}", if *has { "yes" } else { "NO " }))?;
         }
         if !device.usable {
-            say("           not usable: Vulkan 1.3 and scalarBlockLayout are needed")?;
+            say("           not usable: Vulkan 1.3 and scalarBlockLayout are required")?;
         }
     }
     say(format_args!("self-test  {}", diagnosis.self_test))

@@ -1,4 +1,4 @@
-//! The program's exit codes. The library's errors know none: what an error means for a shell is decided here.
+//! The program's exit codes. The library's errors have none; this module maps errors to codes.
 
 use super::Usage;
 use super::doctor::Unwell;
@@ -9,7 +9,7 @@ use ortelius::paper::progressive_mesh::file::{Flaw, PmeshError};
 use ortelius::paper::progressive_mesh::{LoadError, SurfaceError};
 use ortelius::paper::virtual_texture::VirtualTextureError;
 use ortelius::paper::virtual_texture::config::TextureError;
-use ortelius::paper::virtual_texture::resident::ResidentError;
+use ortelius::paper::virtual_texture::tile_pool::TilePoolError;
 use ortelius::renderer::RenderError;
 use ortelius::scene::SceneError;
 use ortelius::texture::bake::{BakeError, SourceError};
@@ -18,18 +18,18 @@ use ortelius::texture::tiles::TileFileError;
 use ortelius::vk;
 use std::error::Error;
 
-/// Everything without a code of its own.
+/// All errors without a code of their own.
 const ERROR: u8 = 1;
 const USAGE_OR_NO_DRIVER: u8 = 2;
 const DATA_CORRUPT: u8 = 3;
-const DEVICE_LOST: u8 = 4;
+pub const DEVICE_LOST: u8 = 4;
 
-/// The first cause that has a code of its own decides.
+/// The first cause that has its own code determines the exit code.
 pub fn exit_code(error: &anyhow::Error) -> u8 {
     error.chain().find_map(code_of).unwrap_or(ERROR)
 }
 
-/// `None` for an error that is no special case.
+/// `None` for errors without a special code.
 fn code_of(cause: &(dyn Error + 'static)) -> Option<u8> {
     let usage = cause.is::<Usage>().then_some(USAGE_OR_NO_DRIVER);
     let damaged =
@@ -59,7 +59,7 @@ fn vulkan(error: &vk::Error) -> Option<u8> {
     }
 }
 
-/// Its variants are transparent: the chain of causes passes them by.
+/// Its variants are transparent, so the chain of causes skips them.
 fn render(error: &RenderError) -> Option<u8> {
     match error {
         RenderError::Vulkan(error) | RenderError::Surface(SurfaceError::Vulkan(error)) => vulkan(error),
@@ -73,16 +73,16 @@ fn render(error: &RenderError) -> Option<u8> {
 
 fn virtual_texture(error: &VirtualTextureError) -> Option<u8> {
     match error {
-        VirtualTextureError::Vulkan(error) | VirtualTextureError::Resident(ResidentError::Vulkan(error)) => {
+        VirtualTextureError::Vulkan(error) | VirtualTextureError::TilePool(TilePoolError::Vulkan(error)) => {
             vulkan(error)
         }
-        // The resident mip tail lies in the same file as the tiles: what cannot be read there is damage.
-        VirtualTextureError::Resident(ResidentError::Source(_)) => Some(DATA_CORRUPT),
+        // The resident mip tail is in the same file as the tiles, so a read error there means damage.
+        VirtualTextureError::TilePool(TilePoolError::Source(_)) => Some(DATA_CORRUPT),
         _ => None,
     }
 }
 
-/// A name on the command line that does not exist is usage; a mistake inside a file is an error.
+/// An unknown name on the command line is a usage error; a mistake inside a file is an ordinary error.
 fn scene(error: &SceneError) -> Option<u8> {
     match error {
         SceneError::Unknown { .. }
@@ -160,11 +160,11 @@ mod tests {
         TileError::Checksum { path: "a.tiles".into(), tile, offset: 0 }
     }
 
-    /// Every code, each with the neighbour that must not have it.
+    /// Every code, each with a similar error that must not have it.
     fn cases() -> Vec<(u8, anyhow::Error)> {
         let path = || "a.tiles".into();
         let out_of_memory = vk::Error::OutOfMemory { object: "tile pool".into(), reason: "full".into() };
-        let resident = |error| RenderError::VirtualTexture(VirtualTextureError::Resident(error));
+        let resident = |error| RenderError::VirtualTexture(VirtualTextureError::TilePool(error));
         let load = |error| RenderError::Load(LoadError::Pmesh { place: "s.toml:1:1".into(), error });
         vec![
             (1, anyhow::anyhow!("something else")),
@@ -181,8 +181,8 @@ mod tests {
             (4, RenderError::Surface(SurfaceError::Vulkan(lost())).into()),
             (4, RenderError::VirtualTexture(VirtualTextureError::Vulkan(lost())).into()),
             (1, RenderError::VirtualTexture(VirtualTextureError::Stalled(Stalled { pending: 1 })).into()),
-            (4, resident(ResidentError::Vulkan(lost())).into()),
-            (3, resident(ResidentError::Source(checksum())).into()),
+            (4, resident(TilePoolError::Vulkan(lost())).into()),
+            (3, resident(TilePoolError::Source(checksum())).into()),
             (
                 3,
                 RenderError::Texture(TextureError::File { place: "s.toml:1:1".into(), error: not_tiles() })

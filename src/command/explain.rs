@@ -5,11 +5,10 @@ use ortelius::frame::Technique;
 use ortelius::renderer::Renderer;
 use ortelius::vk::Need;
 
-/// Prints the passes in their order, each with the surfaces that it is for and the features that it needs; then the
-/// bytes, surface by surface.
+/// Prints the passes in order, each with its surfaces and the features it needs; then the memory by surface.
 ///
 /// # Errors
-/// Those of stdout.
+/// Errors of stdout.
 pub fn explain(renderer: &Renderer) -> anyhow::Result<()> {
     let technique = &renderer.technique;
     say(format_args!("device     {}", renderer.gpu.physical().name))?;
@@ -36,7 +35,7 @@ fn features(needs: &[Need], pass: &str) -> String {
     names.collect::<Vec<_>>().join(", ")
 }
 
-/// `land: J1: 1234 bytes`, those of a surface together and before them their sum.
+/// Prints `land: J1: 1234 bytes`, grouped by surface after the surface's sum.
 fn memory(renderer: &Renderer, surfaces: &[&str]) -> anyhow::Result<()> {
     let memory = renderer.memory();
     let owner = |name: &str| name.split_once(": ").map(|(owner, _)| owner.to_owned());
@@ -45,7 +44,7 @@ fn memory(renderer: &Renderer, surfaces: &[&str]) -> anyhow::Result<()> {
     owners.dedup();
     for of in owners {
         let own = || memory.iter().filter(|(name, _)| owner(name) == of);
-        // What several surfaces share is no surface's: `levels: staging`.
+        // Memory shared by several surfaces belongs to none of them: `levels: staging`.
         if let Some(surface) = of.as_ref().filter(|of| surfaces.contains(&of.as_str())) {
             let in_video_memory = own().filter(|(name, _)| !name.ends_with("on the host"));
             let sum: u64 = in_video_memory.map(|(_, bytes)| bytes).sum();

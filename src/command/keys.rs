@@ -1,4 +1,4 @@
-//! `ortelius keys`: every key of scene files, from its one declaration.
+//! `ortelius keys`: lists every key of scene files, from the declarations.
 
 use super::{Usage, say};
 use anyhow::bail;
@@ -9,13 +9,13 @@ use ortelius::scene::{self, markdown, schema};
 
 #[derive(Args)]
 pub struct KeysArgs {
-    /// Only keys that begin so, as in `surface.NAME.texture` or `cache`
+    /// Only keys with this prefix, for example `surface.NAME.texture` or `cache`
     #[arg(default_value = "")]
     prefix: String,
-    /// docs/scenes.md
+    /// Print docs/scenes.md
     #[arg(long, conflicts_with_all = ["prefix", "json_schema"])]
     markdown: bool,
-    /// docs/scene.schema.json: a JSON Schema for editors
+    /// Print docs/scene.schema.json, a JSON Schema for editors
     #[arg(long, conflicts_with = "prefix")]
     json_schema: bool,
 }
@@ -31,7 +31,7 @@ pub fn run(args: &KeysArgs) -> anyhow::Result<()> {
     let mut found = all.iter().filter(|at| at.dotted.starts_with(&args.prefix)).peekable();
     if found.peek().is_none() {
         let near = nearest(&args.prefix, all.iter().map(|at| &*at.dotted)).unwrap_or_default();
-        bail!(Usage(format!("no key of scenes begins with {:?}; nearest is {near}", args.prefix)));
+        bail!(Usage(format!("no key of scenes starts with {:?}; nearest is {near}", args.prefix)));
     }
     found.try_for_each(|at| say(markdown::lines(at)))
 }

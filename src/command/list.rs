@@ -1,18 +1,18 @@
-//! `ortelius list`: every figure, and what it claims.
+//! `ortelius list`: lists every figure and its claims.
 
 use super::{Usage, say};
 use clap::Args;
 use ortelius::figure::{Effort, Figure, Origin, choose};
 use ortelius::header::JsonFormat;
-use ortelius::paper::FAMILIES;
+use ortelius::renderer::figures::FAMILIES;
 use serde_json::json;
 
-/// Version 1 was the list alone.
+/// Version 1 was only the list.
 const FORMAT: JsonFormat = JsonFormat::new("ortelius-figures", 2);
 
 #[derive(Args)]
 pub struct ListArgs {
-    /// Figures (pm.order) or families (pm), with what they ask and claim; all without one, their claims with -v
+    /// Figures (pm.order) or families (pm) to show in full; default: all figures, with claims only if -v is given
     #[arg(value_name = "FIGURE|FAMILY")]
     figures: Vec<String>,
     /// Print JSON on stdout
@@ -20,7 +20,7 @@ pub struct ListArgs {
     json: bool,
 }
 
-/// `verbose`: claims also where no figure was named.
+/// `verbose`: prints claims even if no figure was named.
 pub fn run(args: &ListArgs, verbose: bool) -> anyhow::Result<()> {
     let chosen = choose(&FAMILIES, &args.figures).map_err(|unknown| Usage(unknown.to_string()))?;
     let of = |figures: &[&'static Figure]| -> Vec<&Figure> {
@@ -38,13 +38,15 @@ pub fn run(args: &ListArgs, verbose: bool) -> anyhow::Result<()> {
     for (family, figures) in families {
         let plural = if figures.len() == 1 { "" } else { "s" };
         say(format_args!("{family}: {} figure{plural}", figures.len()))?;
-        figures.into_iter().try_for_each(|figure| told(figure, verbose || !args.figures.is_empty()))?;
+        figures
+            .into_iter()
+            .try_for_each(|figure| print_figure(figure, verbose || !args.figures.is_empty()))?;
     }
     Ok(())
 }
 
-/// A figure in two lines; `whole`: and what it asks, leaves out and claims.
-fn told(figure: &Figure, whole: bool) -> anyhow::Result<()> {
+/// Prints a figure in two lines; if `whole`, also its description, what a quick run leaves out, and its claims.
+fn print_figure(figure: &Figure, whole: bool) -> anyhow::Result<()> {
     let cells = |effort| figure.cells(effort).len();
     say(format_args!("  {:16} {}", figure.id, figure.title))?;
     say(format_args!(

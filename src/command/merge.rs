@@ -5,7 +5,7 @@ use super::report::ReportArgs;
 use anyhow::bail;
 use clap::Args;
 use ortelius::figure::{Figure, Store, choose, merge};
-use ortelius::paper::FAMILIES;
+use ortelius::renderer::figures::FAMILIES;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]

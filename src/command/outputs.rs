@@ -1,4 +1,4 @@
-//! The files that `render` writes. All are checked before anything is rendered, and each appears whole or not at all.
+//! The files that `render` writes. All paths are checked before rendering, and each file is written atomically.
 
 use super::Usage;
 use anyhow::{Context, bail};
@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Stands for a frame's number in a picture's name.
+/// Placeholder for the frame number in a picture's name.
 const FRAME: &str = "{frame}";
 
 pub struct Outputs {
@@ -23,8 +23,8 @@ pub struct Outputs {
 
 impl Outputs {
     /// # Errors
-    /// Found before minutes are spent: a folder that does not exist, what no rename may replace, an ending that is
-    /// not a picture's, one name given twice.
+    /// Detected before rendering: a missing folder, a target that a rename must not replace, a file name extension
+    /// that is not a picture's, one name for two outputs.
     pub fn check(
         picture: Option<&Path>,
         report: Option<&Path>,
@@ -52,7 +52,7 @@ impl Outputs {
         for (n, path) in paths.iter().enumerate() {
             if path.is_some() && paths[..n].contains(path) {
                 let path = path.as_ref().expect("just asked").display();
-                bail!(Usage(format!("{path} is named for two outputs; give each its own name")));
+                bail!(Usage(format!("{path} is used for two outputs; give each its own name")));
             }
         }
         Ok(outputs)
@@ -63,33 +63,33 @@ impl Outputs {
         [picture, report, visible, footprint, records].into_iter().any(Option::is_some)
     }
 
-    /// The first option whose file only a textured landscape can fill.
+    /// The first requested output that only a virtual texture can produce.
     pub fn of_a_texture(&self) -> Option<&'static str> {
         let dumps = [("--dump-visible", &self.visible), ("--dump-footprint", &self.footprint)];
         dumps.into_iter().find(|(_, path)| path.is_some()).map(|(option, _)| option)
     }
 
-    /// Whether a file is asked for that every frame has a part in.
+    /// True if a requested file contains data of every frame.
     pub fn of_all_frames(&self) -> bool {
         self.report.is_some() || self.visible.is_some()
     }
 
-    /// Where `--records` goes.
+    /// Path of `--records`.
     pub fn records(&self) -> Option<&Path> {
         self.records.as_deref()
     }
 
-    /// Where `--dump-visible` goes.
+    /// Path of `--dump-visible`.
     pub fn visible(&self) -> Option<&Path> {
         self.visible.as_deref()
     }
 
-    /// True if a picture is written, and not one for each frame.
+    /// True if a single picture is written, not one for each frame.
     pub fn only_the_last(&self) -> bool {
         self.picture.as_ref().is_some_and(|path| !path.to_string_lossy().contains(FRAME))
     }
 
-    /// What the picture must be kept in, where one is written.
+    /// The format that the picture needs, if one is written.
     pub fn target(&self) -> Option<Target> {
         self.picture.as_deref().map(|path| match ending(path) {
             "exr" => Target::Linear32,
@@ -97,10 +97,10 @@ impl Outputs {
         })
     }
 
-    /// Writes the picture of one frame of a sequence, where the name has `{frame}`.
+    /// Writes the picture of one frame of a sequence, if the name contains `{frame}`.
     ///
     /// # Errors
-    /// The disk, with the path; device lost.
+    /// I/O errors, with the path; device lost.
     pub fn write_frame(&self, renderer: &mut Renderer, frame: usize) -> anyhow::Result<()> {
         match self.picture.as_ref().map(|path| path.to_string_lossy()) {
             Some(name) if name.contains(FRAME) => {
@@ -110,11 +110,11 @@ impl Outputs {
         }
     }
 
-    /// Writes the last picture. `settled`: the settled one's number in a sequence; without it the last of the
-    /// sequence is on disk already where the name has `{frame}`.
+    /// Writes the last picture. `settled`: frame number of the settled picture in a sequence. Without it, and with
+    /// `{frame}` in the name, the sequence's last picture has already been written.
     ///
     /// # Errors
-    /// The disk, with the path; device lost.
+    /// I/O errors, with the path; device lost.
     pub fn write_last(&self, renderer: &mut Renderer, settled: Option<usize>) -> anyhow::Result<()> {
         match (&self.picture, settled) {
             (Some(path), _) if self.only_the_last() => write_picture(renderer, path),
@@ -124,14 +124,14 @@ impl Outputs {
     }
 
     /// # Errors
-    /// The disk, with the path; device lost.
+    /// I/O errors, with the path; device lost.
     pub fn write_footprint(&self, renderer: &Renderer) -> anyhow::Result<()> {
         let (Some(path), Some(texture)) = (&self.footprint, &renderer.technique.texture) else {
             return Ok(());
         };
         let dump = texture.footprint(&renderer.gpu, renderer.target())?;
         let first_resident = texture.source.pyramid().first_resident_level();
-        // (i, j) of the tile itself: M0's, shifted by the streamed q. G1 and the background have none.
+        // (i, j) of the tile in its own level: M0's, shifted by the streamed q. None for G1 and the background.
         let native = |index: usize| {
             move |&triple: &[u32; 3]| match triple[0] {
                 q if q < first_resident => (triple[index] >> q) as f32,
@@ -158,7 +158,7 @@ impl Outputs {
     }
 
     /// # Errors
-    /// The disk, with the path.
+    /// I/O errors, with the path.
     pub fn write_report(&self, report: &Report) -> anyhow::Result<()> {
         Ok(self.report.as_ref().map_or(Ok(()), |path| report.save(path))?)
     }
@@ -168,59 +168,58 @@ pub(super) fn ending(path: &Path) -> &str {
     path.extension().and_then(|ending| ending.to_str()).unwrap_or("")
 }
 
-/// Where a file is to appear: the path itself, or what it links to, so that a link stays one.
+/// Where a file will be written: the path itself, or its target if it is a link, so that a link stays a link.
 pub(super) fn check_place(path: &Path) -> anyhow::Result<PathBuf> {
     let shown = path.display();
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if folder.exists() && !folder.is_dir() {
-        bail!("{shown}: {} is a file and no folder; name another place", folder.display());
+        bail!("{shown}: {} is a file, not a folder; choose another path", folder.display());
     }
     if !folder.is_dir() {
-        bail!("{shown}: there is no folder {}; create it first", folder.display());
+        bail!("{shown}: folder {} does not exist; create it first", folder.display());
     }
     if path.is_dir() {
-        bail!("{shown} is a folder; name a file");
+        bail!("{shown} is a folder; give a file name");
     }
-    // What took hours to bake, or a scene, is no place for a report.
+    // A report must not overwrite a scene, or a bake that took hours.
     if ["tiles", "toml"].contains(&ending(path)) {
-        bail!(Usage(format!("{shown}: a name for what is written here does not end in .{}", ending(path))));
+        bail!(Usage(format!("{shown}: this output must not be named .{}", ending(path))));
     }
     let place = match path.is_symlink() {
-        true => path.canonicalize().with_context(|| format!("{shown}: a link that leads nowhere"))?,
+        true => path.canonicalize().with_context(|| format!("{shown}: dangling link"))?,
         false => path.to_path_buf(),
     };
-    // Outputs appear by rename, which would replace /dev/null or a pipe itself.
+    // Outputs are written by a rename, which would replace /dev/null or a pipe itself.
     if place.exists() && !place.is_file() {
-        bail!("{shown} is neither new nor a regular file; name another");
+        bail!("{shown} exists and is not a regular file; choose another name");
     }
-    // Outputs are written beside their place first; what no file can be made in is found now.
+    // Outputs are first written beside their target, so test now whether that is possible.
     let beside = place.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     tempfile::tempfile_in(beside)
-        .with_context(|| format!("{shown}: no file can be written in {}", beside.display()))?;
+        .with_context(|| format!("{shown}: cannot write a file in {}", beside.display()))?;
     Ok(place)
 }
 
-/// Refuses to write over what is read: a scan, say, by its own report.
+/// Refuses to overwrite an input, for example a scan by its own report.
 pub(super) fn check_apart(output: &Path, input: &Path) -> anyhow::Result<()> {
     let real = |path: &Path| path.canonicalize().ok();
     if real(output).is_some_and(|output| real(input) == Some(output)) {
-        bail!(Usage(format!("{}: that is the file that is read; name another", output.display())));
+        bail!(Usage(format!("{}: this is the input file; choose another name", output.display())));
     }
     Ok(())
 }
 
-/// Whether a folder is there or can be made, and written into: asked before minutes are spent, and nothing is made.
+/// Checks that a folder exists or can be created, and is writable, before any work starts. Creates nothing.
 pub(super) fn check_folder(path: &Path) -> anyhow::Result<()> {
     let shown = path.display();
     let named =
         |part: &Path| if part.as_os_str().is_empty() { PathBuf::from(".") } else { part.to_path_buf() };
     let there = path.ancestors().map(named).find(|part| part.exists()).unwrap_or_else(|| PathBuf::from("."));
     if !there.is_dir() {
-        bail!("-o {shown}: {} is no folder; name another place", there.display());
+        bail!("-o {shown}: {} is not a folder; choose another path", there.display());
     }
-    tempfile::tempfile_in(&there).with_context(|| {
-        format!("-o {shown}: nothing can be written in {}; name another place", there.display())
-    })?;
+    tempfile::tempfile_in(&there)
+        .with_context(|| format!("-o {shown}: cannot write in {}; choose another path", there.display()))?;
     Ok(())
 }
 
@@ -238,10 +237,10 @@ fn write_picture(renderer: &mut Renderer, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// `frame,q,i,j` for each visible tile, native row and column, sorted; of all frames, or of the last alone.
+/// Writes `frame,q,i,j` for each visible tile (own row and column), sorted; of all frames, or only the last.
 ///
 /// # Errors
-/// The disk, with the path.
+/// I/O errors, with the path.
 pub fn write_visible(path: &Path, records: &[Record], only_last: bool) -> anyhow::Result<()> {
     let first = if only_last { records.len().saturating_sub(1) } else { 0 };
     let mut text = String::from("frame,q,i,j\n");

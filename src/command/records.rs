@@ -1,5 +1,5 @@
-//! `--records`: each frame's record as a line of JSON, as soon as the frame has ended. A run that is stopped keeps the
-//! lines of the frames that it had.
+//! `--records`: one line of JSON for each frame, written as soon as the frame has ended. If a run is stopped, the
+//! lines of its finished frames remain.
 
 use anyhow::Context;
 use ortelius::frame::Records;
@@ -14,19 +14,19 @@ use std::rc::Rc;
 /// A file of JSON Lines.
 pub struct Lines {
     path: PathBuf,
-    /// The first error ends the writing.
+    /// The first error stops the writing.
     file: Rc<RefCell<io::Result<File>>>,
 }
 
 impl Lines {
     /// # Errors
-    /// The disk, with the path.
+    /// I/O errors, with the path.
     pub fn create(path: &Path) -> anyhow::Result<Lines> {
         let file = File::create(path).with_context(|| path.display().to_string())?;
         Ok(Lines { path: path.to_owned(), file: Rc::new(RefCell::new(Ok(file))) })
     }
 
-    /// The same records, each of which is also written.
+    /// The same records, each also written to the file.
     pub fn tap(&self, records: Records<Record>) -> Records<Record> {
         let file = self.file.clone();
         records.with_tap(move |record| {
@@ -42,7 +42,7 @@ impl Lines {
     }
 
     /// # Errors
-    /// A line that was not written, with the path.
+    /// A write error, with the path.
     pub fn finish(self) -> anyhow::Result<()> {
         let file = std::mem::replace(&mut *self.file.borrow_mut(), Err(io::ErrorKind::Other.into()));
         file.map(drop).with_context(|| self.path.display().to_string())

@@ -1,10 +1,11 @@
-//! `ortelius render`: a scene becomes a picture, with a report.
+//! `ortelius render`: renders a scene to a picture, with a report.
 
 use super::Usage;
 use super::asked::{Asked, RunArgs};
 use super::device::DeviceArgs;
 use super::explain::explain;
 use super::outputs::{Outputs, write_visible};
+use super::progress::Bar;
 use super::records::Lines;
 use anyhow::bail;
 use clap::Args;
@@ -20,33 +21,34 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct RenderArgs {
-    /// The picture: .png (sRGB) or .exr (linear light). With {frame} in its name every frame is written, and
-    /// the settled one after them
+    /// The picture: .png (sRGB) or .exr (linear light). With {frame} in its name, every frame is written, followed by
+    /// the settled one
     #[arg(short, long, value_name = "PICTURE")]
     output: Option<PathBuf>,
     #[command(flatten)]
     run: RunArgs,
-    /// Measure the settled frame against the same mesh with one plain trilinear texture (not of bc1 tiles)
+    /// Compare the time of the settled frame with that of the same mesh with one plain trilinear texture (not for bc1
+    /// tiles)
     #[arg(long)]
     compare_plain: bool,
     #[command(flatten)]
     device: DeviceArgs,
-    /// Everything measured, and what it takes to render the same again, as JSON
+    /// All measurements as JSON, with the data needed to repeat the run
     #[arg(long, value_name = "JSON")]
     report: Option<PathBuf>,
-    /// Each frame's record as a line of JSON, as soon as the frame has ended
+    /// One line of JSON for each frame, written as soon as the frame has ended
     #[arg(long, value_name = "JSONL")]
     records: Option<PathBuf>,
-    /// Visible tiles as CSV: frame,q,i,j (native rows and columns)
+    /// Visible tiles as CSV: frame,q,i,j (rows and columns of the tile's own level)
     #[arg(long, value_name = "CSV")]
     dump_visible: Option<PathBuf>,
     /// s, t, derivatives, q, i, j of the last frame's pixels, 32-bit float channels
     #[arg(long, value_name = "EXR")]
     dump_footprint: Option<PathBuf>,
-    /// Exit with 3 if a tile could not be read; without it a coarser tile is shown and a warning printed
+    /// Exit with 3 if a tile could not be read; by default, a coarser tile is shown and a warning printed
     #[arg(long)]
     strict: bool,
-    /// Print the device features, passes and memory that the scene asks for
+    /// Print the device features, passes and memory that the scene needs
     #[arg(long)]
     explain: bool,
 }
@@ -71,9 +73,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     }
     let asked = Asked::of(&args.run, outputs.target())?;
     if args.compare_plain && !asked.settles() {
-        bail!(Usage(
-            "--compare-plain measures the settled frame: add --settle, or leave out --frames".into()
-        ));
+        bail!(Usage("--compare-plain measures the settled frame: add --settle, or omit --frames".into()));
     }
     check_options(args, &asked.scene, &outputs)?;
     let poses = asked.poses()?;
@@ -85,7 +85,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         return Ok(());
     }
     let lines = outputs.records().map(Lines::create).transpose()?;
-    // Only a file that holds every frame needs every frame's record.
+    // Only outputs with data of every frame need all records.
     let records = if outputs.of_all_frames() { Records::all() } else { Records::last_ones(1) };
     renderer.keep(match &lines {
         Some(lines) => lines.tap(records),
@@ -96,7 +96,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let last = poses.last().expect("there is at least one pose");
     outputs.write_last(&mut renderer, asked.settles().then_some(frames))?;
     if let Some(path) = outputs.visible() {
-        // --settle: the settled frame alone; it is the last one.
+        // With --settle, only the settled frame, which is the last.
         write_visible(path, &renderer.records, asked.settles())?;
     }
     outputs.write_footprint(&renderer)?;
@@ -107,7 +107,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     check_run(args, &renderer)
 }
 
-/// Reports unreadable tiles and messages of the validation layer.
+/// Reports unreadable tiles and validation messages.
 fn check_run(args: &RenderArgs, renderer: &Renderer) -> anyhow::Result<()> {
     let texture = renderer.records.last().and_then(|record| record.texture.as_ref());
     let unreadable = Unreadable { tiles: texture.map_or(0, |texture| texture.streaming.failed_tiles) };
@@ -121,7 +121,7 @@ fn check_run(args: &RenderArgs, renderer: &Renderer) -> anyhow::Result<()> {
     match messages.first() {
         Some(first) if args.device.validate => {
             bail!(
-                "Vulkan's validation layer had {} messages, first {}: {}",
+                "the Vulkan validation layer reported {} messages; first: {}: {}",
                 messages.len(),
                 first.id,
                 first.text
@@ -131,13 +131,13 @@ fn check_run(args: &RenderArgs, renderer: &Renderer) -> anyhow::Result<()> {
     }
 }
 
-/// Refuses what only a virtual texture has, where there is none.
+/// Refuses options that need a virtual texture if the scene has none.
 fn check_options(args: &RenderArgs, scene: &Scene, outputs: &Outputs) -> anyhow::Result<()> {
     let option = outputs.of_a_texture().or(args.compare_plain.then_some("--compare-plain"));
     match (owner(scene)?, option) {
         (None, Some(option)) => {
             bail!(Usage(format!(
-                "{option}: scene {} has no virtual texture; leave it out",
+                "{option}: scene {} has no virtual texture; omit the option",
                 args.run.of.scene
             )))
         }
@@ -145,7 +145,7 @@ fn check_options(args: &RenderArgs, scene: &Scene, outputs: &Outputs) -> anyhow:
     }
 }
 
-/// `--compare-plain`, once the picture is safe: what fails here costs only the comparison.
+/// `--compare-plain`, after the picture is written, so that an error here costs only the comparison.
 fn compare_plain(args: &RenderArgs, renderer: &mut Renderer, pose: &Pose) -> Option<PlainComparison> {
     if !args.compare_plain {
         return None;
@@ -160,11 +160,11 @@ fn compare_plain(args: &RenderArgs, renderer: &mut Renderer, pose: &Pose) -> Opt
             Some(plain)
         }
         Ok(None) => {
-            tracing::warn!("{} keeps no time: nothing is compared", gpu.physical().name);
+            tracing::warn!("{} has no timestamps, so --compare-plain is skipped", gpu.physical().name);
             None
         }
         Err(error) => {
-            tracing::warn!("nothing is compared: {error}");
+            tracing::warn!("--compare-plain is skipped: {error}");
             None
         }
     }
@@ -181,7 +181,7 @@ fn open(args: &RenderArgs, asked: &Asked) -> anyhow::Result<Renderer> {
     let named = |error| match error {
         RenderError::Texture(TextureError::Scene(error)) => error.into(),
         RenderError::Texture(error @ TextureError::Differs { .. }) => error.into(),
-        // A texture's file does not say which scene asks for it.
+        // Errors of a texture file do not name the scene.
         RenderError::Texture(_) => anyhow::Error::new(error).context(format!("scene {}", args.run.of.scene)),
         error => error.into(),
     };
@@ -196,25 +196,31 @@ fn open(args: &RenderArgs, asked: &Asked) -> anyhow::Result<Renderer> {
     Ok(renderer)
 }
 
-/// Renders the sequence, then until nothing is missing, as asked. Returns the sequence's length.
+/// Renders the sequence, then settles if requested. Returns the sequence's length.
 fn run_frames(
     asked: &Asked,
     renderer: &mut Renderer,
     poses: &[Pose],
     outputs: &Outputs,
 ) -> anyhow::Result<usize> {
-    // Without --frames a single camera only has to settle; a path is run through first.
+    // Without --frames, a single camera only has to settle; a path is rendered first.
     let sequence = if asked.run.frames.is_some() || poses.len() > 1 { poses } else { &[] };
+    let bar = (sequence.len() > 1).then(|| Bar::counting("frames"));
+    if let Some(bar) = &bar {
+        bar.phase("", Some(sequence.len() as u64));
+    }
     for (frame, pose) in sequence.iter().enumerate() {
         match asked.run.settle_each {
             true => drop(renderer.settle(pose)?),
             false => renderer.frame(pose)?,
         }
         outputs.write_frame(renderer, frame)?;
+        bar.iter().for_each(|bar| bar.advance(1));
     }
+    drop(bar);
     if sequence.len() > 1 && outputs.only_the_last() {
         tracing::info!(
-            "{} frames; the picture is that of the last pose ({{frame}} in its name writes each)",
+            "{} frames; the picture shows the last pose (put {{frame}} in its name to write every frame)",
             sequence.len()
         );
     }

@@ -1,4 +1,4 @@
-//! The end of `reproduce` and `merge`: the report, the verdicts on stdout, and whether they fail the command.
+//! The end of `reproduce` and `merge`: the report, the verdicts on stdout, and the exit status.
 
 use super::outputs::check_place;
 use super::{Usage, say};
@@ -11,10 +11,10 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct ReportArgs {
-    /// Show what changed against stored results (a report's results.json)
+    /// Show changes relative to stored results (a report's results.json)
     #[arg(long, value_name = "RESULTS.json")]
     against: Option<PathBuf>,
-    /// Exit with 1 where a claim's verdict is one of these, or differs from the one of --against
+    /// Exit with 1 if a claim has one of these verdicts, or (changed) another verdict than in --against
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     fail_on: Vec<FailOn>,
     /// Also write the verdicts as JUnit XML
@@ -29,13 +29,13 @@ enum FailOn {
     NotMeasured,
 }
 
-/// Precedes the last argument of a `reproduce` that a `reproduce` started; the user did not give it.
+/// Option before the last argument of a `reproduce` started by another `reproduce`; not for users.
 pub const WORKER: &str = "--worker";
 
-/// Most lines on stdout for changed values; the page lists all.
+/// Limit of printed changes; the page lists all.
 const MOST_CHANGES: usize = 20;
 
-/// What a report needs that is wrong before anything is measured.
+/// Inputs of a report, checked before anything is measured.
 pub struct Checked<'a> {
     args: &'a ReportArgs,
     against: Option<Results>,
@@ -43,10 +43,10 @@ pub struct Checked<'a> {
 
 impl ReportArgs {
     /// # Errors
-    /// A file of `--against` that cannot be read or holds no results; options that do not go together.
+    /// A file of `--against` that cannot be read or holds no results; incompatible options.
     pub fn check(&self) -> anyhow::Result<Checked<'_>> {
         if self.fail_on.contains(&FailOn::Changed) && self.against.is_none() {
-            bail!(Usage("--fail-on changed compares: give --against RESULTS.json, too".into()));
+            bail!(Usage("--fail-on changed needs --against RESULTS.json".into()));
         }
         self.junit.as_deref().map(check_place).transpose()?;
         let read = |path: &PathBuf| -> anyhow::Result<Results> {
@@ -58,11 +58,11 @@ impl ReportArgs {
 }
 
 impl Checked<'_> {
-    /// Writes the report of `figures` as `store` has them, prints a line for each claim, and how many have which verdict.
-    /// Returns what `--fail-on` asks for.
+    /// Writes the report of `figures` from `store`, prints a line for each claim, and the count of each verdict.
+    /// Returns the message of `--fail-on`, if it applies.
     ///
     /// # Errors
-    /// The disk's.
+    /// I/O errors.
     pub fn report(
         &self,
         store: &Store,
@@ -107,7 +107,7 @@ impl Checked<'_> {
             let first = claims.first()?;
             Some(format!("{} claims {words}, first {first}", claims.len()))
         };
-        let told: Vec<String> = self.args.fail_on.iter().filter_map(found).collect();
-        (!told.is_empty()).then(|| format!("--fail-on: {}", told.join("; ")))
+        let failed: Vec<String> = self.args.fail_on.iter().filter_map(found).collect();
+        (!failed.is_empty()).then(|| format!("--fail-on: {}", failed.join("; ")))
     }
 }

@@ -1,8 +1,9 @@
-//! `ortelius trade`: a scene's settings by time and error, and the one to choose.
+//! `ortelius trade`: time and error of a scene's settings, and the best choice.
 
 use super::asked::parse_size;
 use super::device::DeviceArgs;
 use super::outputs::check_folder;
+use super::progress::Bar;
 use super::{Usage, say};
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, ValueEnum};
@@ -28,35 +29,35 @@ pub struct TradeArgs {
     /// Normalised mean squared error, mean FLIP, or the largest error of a channel in linear light
     #[arg(long, value_enum, default_value = "nmse")]
     error: ErrorName,
-    /// Look for the fastest setting with at most this error
+    /// Find the fastest setting with at most this error
     #[arg(long, value_name = "E", value_parser = parse_bound, conflicts_with = "max_ms", allow_negative_numbers = true)]
     max_error: Option<f64>,
-    /// Look for the most accurate setting that takes at most so long
+    /// Find the most accurate setting that takes at most this time
     #[arg(long, value_name = "T", value_parser = parse_bound, allow_negative_numbers = true)]
     max_ms: Option<f64>,
-    /// Turn these alone, of level-bias, filter, anisotropy, border, list, stages, format, gpu-tiles, budgets; all
-    /// otherwise
+    /// Vary only these: level-bias, filter, anisotropy, border, list, stages, format, gpu-tiles, budgets; default:
+    /// all
     #[arg(long, value_name = "KNOB,…", value_delimiter = ',', value_parser = parse_knob)]
     knobs: Vec<Knob>,
-    /// A report (index.html, trade.svg, trade.json) into this folder, made if absent
+    /// Write a report (index.html, trade.svg, trade.json) into this folder, created if absent
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Say whether an earlier sweep (a report's trade.json) found the same front within noise
+    /// Check whether an earlier sweep (a report's trade.json) found the same front within noise
     #[arg(long, value_name = "TRADE.json")]
     against: Option<PathBuf>,
-    /// Put the setting that was found into the scene file; its comments stay
+    /// Write the chosen setting into the scene file; its comments stay
     #[arg(long, conflicts_with = "overrides")]
     write: bool,
-    /// 30 runs of each time at least instead of 10; six times as many where a median is not known by then
+    /// At least 30 runs of each time instead of 10; six times as many if a median is still uncertain
     #[arg(long)]
     full: bool,
-    /// Print everything measured as JSON
+    /// Print all measurements as JSON
     #[arg(long)]
     json: bool,
-    /// Pixels, WIDTHxHEIGHT; the scene's own otherwise
+    /// Pixels, WIDTHxHEIGHT; default: the scene's size
     #[arg(long, value_parser = parse_size)]
     size: Option<[u32; 2]>,
-    /// Override a key of the scene: -D view.camera=low
+    /// Override a key of the scene, for example -D view.camera=low
     #[arg(short = 'D', value_name = "KEY=VALUE")]
     overrides: Vec<String>,
     #[command(flatten)]
@@ -66,26 +67,26 @@ pub struct TradeArgs {
 fn parse_bound(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(bound) if (0.0..f64::INFINITY).contains(&bound) => Ok(bound),
-        _ => Err("a bound is a number from 0 up, as in 0.002".into()),
+        _ => Err("expected a number, 0 or more, for example 0.002".into()),
     }
 }
 
 fn parse_knob(text: &str) -> Result<Knob, String> {
     let names = Knob::ALL.map(Knob::name);
     Knob::ALL.into_iter().find(|knob| knob.name() == text).ok_or_else(|| {
-        format!("no such knob; nearest is {}", nearest(text, names.into_iter()).unwrap_or_default())
+        format!("unknown; nearest is {}", nearest(text, names.into_iter()).unwrap_or_default())
     })
 }
 
 pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
     check(args)?;
-    let earlier = args.against.as_deref().map(earlier).transpose()?;
+    let earlier = args.against.as_deref().map(|path| read("--against", path)).transpose()?;
     if let Some(folder) = &args.output {
         check_folder(folder)?;
         std::fs::create_dir_all(folder)
-            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+            .with_context(|| format!("cannot create the folder {}", folder.display()))?;
     }
-    // What no part of the sweep reads is checked, too.
+    // Check the whole scene, including parts that the sweep does not use.
     sections::load(&args.scene, &args.overrides)?;
     let effort = if args.full { Effort::Full } else { Effort::Quick };
     let mut bench = Bench::new(effort, args.device.device.clone(), PathBuf::new());
@@ -101,9 +102,12 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
             ErrorName::Max => Measure::Max,
         },
     };
-    let trade = sweep.run(&bench, |done, all| tracing::info!("{done} of {all} settings"))?;
+    let bar = Bar::counting("settings");
+    bar.phase("", None);
+    let trade = sweep.run(&bench, |done, all| bar.set(done, all))?;
+    drop(bar);
     if let Some(first) = bench.messages().first() {
-        bail!("Vulkan's validation layer spoke, first {}: {}", first.id, first.text);
+        bail!("the Vulkan validation layer reported messages; first: {}: {}", first.id, first.text);
     }
     let (found, answer) = answer(args, &trade);
     if let Some(folder) = &args.output {
@@ -113,7 +117,7 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
     print(args, &trade)?;
     if let Some(earlier) = &earlier {
         let same = Same::of(earlier, &trade).map_err(|why| anyhow!("--against: {why}"))?;
-        same.lines().iter().try_for_each(|line| tell(args, line))?;
+        same.lines().iter().try_for_each(|line| print_answer(args, line))?;
     }
     let Some(found) = found else { bail!("{answer}") };
     if !args.json {
@@ -121,19 +125,19 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
     }
     if args.write {
         write_changes(Path::new(&args.scene), &found.changes, sections::check)?;
-        tracing::info!("{}: {}", args.scene, told_changes(found));
+        tracing::info!("{}: {}", args.scene, describe_changes(found));
     }
     Ok(())
 }
 
-/// An earlier sweep's report.
-fn earlier(path: &Path) -> anyhow::Result<Trade> {
-    let context = || format!("--against {}: no trade.json of this program", path.display());
+/// Reads an earlier sweep's report.
+pub fn read(option: &str, path: &Path) -> anyhow::Result<Trade> {
+    let context = || format!("{option} {}: not a trade.json of this program", path.display());
     Trade::parse(&std::fs::read_to_string(path).with_context(context)?).with_context(context)
 }
 
-/// A line of the answer; where JSON has stdout, for people alone.
-fn tell(args: &TradeArgs, line: &str) -> anyhow::Result<()> {
+/// Prints a line of the answer; on stderr if stdout is used for JSON.
+fn print_answer(args: &TradeArgs, line: &str) -> anyhow::Result<()> {
     if args.json {
         tracing::info!("{line}");
         return Ok(());
@@ -141,33 +145,33 @@ fn tell(args: &TradeArgs, line: &str) -> anyhow::Result<()> {
     say(line)
 }
 
-/// Refuses what could not be written in the end, before anything is measured.
+/// Refuses, before measuring, requests whose result could not be written.
 fn check(args: &TradeArgs) -> anyhow::Result<()> {
     if !args.write {
         return Ok(());
     }
     if args.max_error.is_none() && args.max_ms.is_none() {
-        bail!(Usage("--write puts in what meets a bound: give --max-error or --max-ms".into()));
+        bail!(Usage("--write needs a bound: give --max-error or --max-ms".into()));
     }
     if SHIPPED.iter().any(|(name, _)| *name == args.scene) {
         bail!(Usage(format!(
-            "--write: {0} is a shipped scene, inside the program; copy scenes/{0}.toml and give the copy",
+            "--write: {0} is a shipped scene inside the program; copy scenes/{0}.toml and use the copy",
             args.scene
         )));
     }
     Ok(())
 }
 
-/// The setting to choose, or none that meets the bound, and a line that says so.
+/// The chosen setting, or `None` if none meets the bound; and the line to print.
 fn answer<'a>(args: &TradeArgs, trade: &'a Trade) -> (Option<&'a Traded>, String) {
     let measure = &trade.measure;
-    let told = |setting: &Traded| {
+    let described = |setting: &Traded| {
         format!(
             "{} ({:.2} ms, {measure} {:.2e}): {}",
             setting.name,
             setting.ms.median,
             setting.error,
-            told_changes(setting)
+            describe_changes(setting)
         )
     };
     let front = trade.front();
@@ -175,31 +179,34 @@ fn answer<'a>(args: &TradeArgs, trade: &'a Trade) -> (Option<&'a Traded>, String
     let count = trade.settings.len();
     match (args.max_error, args.max_ms) {
         (Some(bound), _) => match trade.cheapest(bound) {
-            Some(found) => (Some(found), format!("cheapest with {measure} <= {bound}: {}", told(found))),
+            Some(found) => (Some(found), format!("cheapest with {measure} <= {bound}: {}", described(found))),
             None => (
                 None,
-                format!("none of {count} settings has {measure} <= {bound}; the best is {}", told(first)),
+                format!(
+                    "none of {count} settings has {measure} <= {bound}; the best is {}",
+                    described(first)
+                ),
             ),
         },
         (None, Some(ms)) => match trade.most_accurate(ms) {
-            Some(found) => (Some(found), format!("most accurate within {ms} ms: {}", told(found))),
+            Some(found) => (Some(found), format!("most accurate within {ms} ms: {}", described(found))),
             None => (
                 None,
-                format!("none of {count} settings takes at most {ms} ms; the fastest is {}", told(last)),
+                format!("none of {count} settings takes at most {ms} ms; the fastest is {}", described(last)),
             ),
         },
-        (None, None) => (Some(first), format!("{} of {count} settings are worth choosing", front.len())),
+        (None, None) => (Some(first), format!("{} of {count} settings are Pareto-optimal", front.len())),
     }
 }
 
-fn told_changes(setting: &Traded) -> String {
+fn describe_changes(setting: &Traded) -> String {
     match &setting.changes[..] {
-        [] => "nothing to change".into(),
+        [] => "no changes".into(),
         changes => changes.iter().map(|change| format!("-D {change}")).collect::<Vec<_>>().join(" "),
     }
 }
 
-/// The front, a line a setting.
+/// Prints the front, one line for each setting.
 fn print(args: &TradeArgs, trade: &Trade) -> anyhow::Result<()> {
     if args.json {
         return say(trade.json().trim_end());
@@ -214,7 +221,7 @@ fn print(args: &TradeArgs, trade: &Trade) -> anyhow::Result<()> {
         let (ms, error, frames) = (setting.ms.median, setting.error, setting.list_frames);
         write!(
             text,
-            "\nnot on the front: {} ({ms:.2} ms, {error:.3e}): incomplete list, whole after {frames} frames",
+            "\nnot on the front: {} ({ms:.2} ms, {error:.3e}): incomplete list, complete after {frames} frames",
             setting.name
         )?;
     }

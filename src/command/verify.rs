@@ -1,9 +1,8 @@
 //! `ortelius verify`: checks every byte of a `.tiles` file.
 
-use super::{bake::Bar, say};
+use super::{progress::Bar, say};
 use anyhow::Result;
 use clap::Args;
-use ortelius::texture::bake::Progress;
 use ortelius::texture::tiles::{TileFile, verify};
 use std::path::PathBuf;
 use thiserror::Error;
@@ -16,7 +15,7 @@ pub struct VerifyArgs {
     file: PathBuf,
 }
 
-/// The file opens, but some of its records are damaged: exit code 3.
+/// The file opens, but some records are damaged: exit code 3.
 #[derive(Debug, Error)]
 #[error("{path}: {bad} of {records} records are damaged; bake the file again", path = path.display())]
 pub struct Damaged {
@@ -28,11 +27,11 @@ pub struct Damaged {
 /// Runs the subcommand: one line on stdout for each bad record. A failure carries [`Damaged`] or a
 /// [`ortelius::texture::tiles::TileFileError`].
 pub fn run(args: &VerifyArgs) -> Result<()> {
-    let bar = Bar::new();
+    let bar = Bar::of_bytes();
     let total_bytes = TileFile::open(&args.file)?.layout().total_bytes();
-    bar.begin("checking", total_bytes);
+    bar.phase("checking", Some(total_bytes));
     let report = verify(&args.file, &|bytes| bar.advance(bytes));
-    bar.finish();
+    drop(bar);
     let report = report?;
     for bad in &report.bad {
         say(bad)?;
@@ -41,5 +40,5 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     if !report.bad.is_empty() {
         return Err(Damaged { path: args.file.clone(), bad: report.bad.len(), records }.into());
     }
-    say(format_args!("{}: {records} records, {total_bytes} bytes, all as written", args.file.display()))
+    say(format_args!("{}: {records} records, {total_bytes} bytes, all intact", args.file.display()))
 }

@@ -2,6 +2,7 @@
 
 use super::asked::{Asked, SceneArgs};
 use super::device::DeviceArgs;
+use super::trade;
 use crate::view::{self, Opening, Variant};
 use clap::{Args, ValueEnum};
 use ortelius::vk::PresentMode;
@@ -11,17 +12,26 @@ use std::path::PathBuf;
 pub struct ViewArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Settings that Space switches to, as KEY=VALUE[,KEY=VALUE]; repeat it for more. Without it: the scene's own, and
+    /// Settings that Space switches to, as KEY=VALUE[,KEY=VALUE]; repeat for more. Default: the scene's own, and
     /// every other value of variant.dedup or of a mesh's geometry.apply
     #[arg(long, value_name = "SETTINGS")]
     variant: Vec<String>,
-    /// When a finished picture replaces the one that is shown
+    /// When a finished picture replaces the displayed one
     #[arg(long, value_enum, default_value_t = Present::Fifo)]
     present: Present,
+    /// The trade.json of `ortelius trade -o`: a slider follows its front from the least error to the least time
+    #[arg(long, value_name = "TRADE.json")]
+    trade: Option<PathBuf>,
     /// Only the picture; F2 shows the panels
     #[arg(long)]
     no_panels: bool,
-    /// Where screenshots (F12) and recordings (R) go
+    /// Record the scene's path into the folder of -o, as R does, and close
+    #[arg(long, conflicts_with = "measure")]
+    record: bool,
+    /// Print frame times along the scene's path, with cold caches, warm caches and open panels; then close
+    #[arg(long)]
+    measure: bool,
+    /// Folder of screenshots (F12) and recordings (R)
     #[arg(short, long, value_name = "FOLDER", default_value = ".")]
     output: PathBuf,
     #[command(flatten)]
@@ -30,11 +40,11 @@ pub struct ViewArgs {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Present {
-    /// In turn, at the display's rate
+    /// First in, first out, at the display's rate
     Fifo,
-    /// The newest, at the display's rate
+    /// The newest picture, at the display's rate
     Mailbox,
-    /// At once; the picture may tear
+    /// Immediately; may tear
     Immediate,
 }
 
@@ -55,6 +65,9 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
             Present::Immediate => PresentMode::Immediate,
         },
         panels: !args.no_panels,
+        record: args.record,
+        measure: args.measure,
+        trade: args.trade.as_deref().map(|path| trade::read("--trade", path)).transpose()?,
         device: args.device.device.clone(),
         validate: args.device.validate,
         folder: args.output.clone(),

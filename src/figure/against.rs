@@ -1,4 +1,4 @@
-//! What changed between two results: verdicts, and values further apart than their spreads explain.
+//! Changes between two results: verdicts, and values that differ by more than their spreads.
 
 use super::machine::short_commit;
 use super::words::human;
@@ -7,17 +7,17 @@ use crate::stats::Summary;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Differences between stored results and those of now.
+/// Differences between stored results and new ones.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Changes {
-    /// What the stored results are: device, date, commit, effort.
+    /// The stored results: device, date, commit, effort.
     pub before: String,
     pub claims: Vec<ClaimChange>,
-    /// The largest ratios first; then what is no number.
+    /// Sorted by ratio, largest first; changes without a ratio last.
     pub values: Vec<ValueChange>,
-    /// Values that stand in both.
+    /// Values in both results.
     pub common: usize,
-    /// Values and claims that only the stored results have, and only those of now.
+    /// Values and claims only in the stored results, and those only in the new ones.
     pub gone: usize,
     pub new: usize,
 }
@@ -41,14 +41,14 @@ pub struct ValueChange {
     pub what: String,
     pub before: String,
     pub after: String,
-    /// Now over then; none where that is no number.
+    /// After over before; `None` unless both are numbers.
     pub ratio: Option<f64>,
 }
 
 impl Changes {
-    /// What is different in `after`, in its figures: what else `before` holds was not asked for. Repeated measurements
-    /// differ where not even their p5 .. p95 meet, along a curve at any place that both have; all else where it is not
-    /// equal.
+    /// Compares the figures of `after`; other figures of `before` are ignored. Repeated measurements differ
+    /// if their p5 .. p95 intervals are disjoint (for a curve, at any common x); other values differ unless
+    /// they are equal.
     pub fn between(before: &Results, after: &Results) -> Changes {
         let asked = |id: &str| after.figures.iter().any(|figure| figure.id == id);
         let before = &Results {
@@ -78,7 +78,7 @@ impl Changes {
         }
     }
 
-    /// For a terminal: the changed verdicts, and the `most` largest changes of values.
+    /// Terminal text: the changed verdicts and the `most` largest changes of values.
     pub fn lines(&self, most: usize) -> Vec<String> {
         let mut lines = vec![format!("against {}:", self.before)];
         for c in &self.claims {
@@ -94,7 +94,7 @@ impl Changes {
         }
         let (changed, common) = (self.values.len(), self.common);
         lines.push(format!(
-            "{changed} of {common} common values changed beyond their spreads, {} verdicts; {} only there, {} only here",
+            "{changed} of {common} common values changed beyond their spreads, {} verdicts; {} only stored, {} only new",
             self.claims.len(),
             self.gone,
             self.new
@@ -111,7 +111,7 @@ fn described(results: &Results) -> String {
     format!("{} ({})", machines.join("; "), results.effort.name())
 }
 
-/// Figure, and scene, value of the sweep, variant and quantity.
+/// Figure, and (scene, value of the sweep, variant, quantity).
 type Key = [String; 2];
 
 fn values_of(results: &Results) -> BTreeMap<Key, &Row> {
@@ -128,7 +128,7 @@ fn values_of(results: &Results) -> BTreeMap<Key, &Row> {
     found
 }
 
-/// Whether p5 .. p95 of both have a number in common.
+/// True if the p5 .. p95 intervals overlap.
 fn meet(then: &Summary, now: &Summary) -> bool {
     then.p5 <= now.p95 && now.p5 <= then.p95
 }
@@ -137,12 +137,12 @@ fn change([figure, what]: &Key, before: &Row, after: &Row) -> Option<ValueChange
     let same = match (&before.value, &after.value) {
         (Value::Summary(then), Value::Summary(now)) => meet(then, now),
         (Value::Spreads(then), Value::Spreads(now)) => {
-            // Where one goes on further than the other, nothing stands beside it.
+            // Points without a partner are not compared.
             let beside = |x: f64| now.iter().find(|(other, _)| *other == x).map(|(_, now)| now);
             let mut pairs = then.iter().filter_map(|(x, then)| Some((then, beside(*x)?))).peekable();
             pairs.peek().is_some() && pairs.all(|(then, now)| meet(then, now))
         }
-        // NaN equals nothing; two of them are no change.
+        // NaN != NaN, but NaN in both results is no change.
         (Value::Number(then), Value::Number(now)) => then == now || (then.is_nan() && now.is_nan()),
         (then, now) => then == now,
     };

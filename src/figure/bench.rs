@@ -1,59 +1,62 @@
-//! What a figure measures with.
+//! What a figure uses to measure: device, effort, interleaved timing, pictures.
 
 use super::{Effort, Row};
 use crate::picture::write::{Srgb8Picture, write_png};
 use crate::stats::Summary;
-use crate::vk::{Feature, Gpu, GpuOptions, Message, Need, PassTime};
+use crate::vk::{Feature, Gpu, GpuOptions, Message, Need, PassTime, Work};
 use std::cell::RefCell;
 use std::path::PathBuf;
 
-/// First uses compile on software drivers.
+/// Software drivers compile on first use.
 const WARM_UP: usize = 2;
 
-/// Device, effort and folder of a run.
+/// Device, effort and picture folder of a run.
 pub struct Bench {
     pub effort: Effort,
     /// Part of a device's name, or its index.
     pub device: Option<String>,
     /// Where [`Bench::picture`] writes.
     pub pictures: PathBuf,
-    /// Files that this cell wrote there.
+    /// Files that this cell wrote to it.
     pub written: Vec<String>,
-    /// Devices are opened with the validation layer, and a message of it fails the cell.
+    /// Opens devices with the validation layer; a validation message fails the cell.
     pub validate: bool,
-    /// Devices that this cell opened, kept for their messages where `validate`.
+    /// Devices that this cell opened; with `validate`, kept for their messages.
     opened: RefCell<Vec<Gpu>>,
 }
 
-/// One of the things that are timed in turn.
+/// One of the workloads that are timed in turn.
 pub struct Contender<'a> {
     pub variant: String,
-    /// Runs it once, and tells the time of each of its passes.
+    /// Runs once and returns the time of each pass.
     pub run: Box<dyn FnMut() -> anyhow::Result<Vec<PassTime>> + 'a>,
 }
 
-/// A contender's times in milliseconds; `None` where the device keeps no time.
+/// A contender's times in milliseconds; `None` if the device has no timestamps.
 #[derive(Clone, Debug)]
 pub struct Timed {
     pub variant: String,
-    /// All passes together.
+    /// Sum of all passes.
     pub total: Option<Summary>,
     /// In order of the frame.
     pub passes: Vec<(String, Option<Summary>)>,
-    /// Each round's passes. Round n of one contender ran beside round n of the others of its run.
+    /// Passes of each round. Round n of all contenders of a run is interleaved.
     pub rounds: Vec<Vec<PassTime>>,
+    /// One extra run that counts the work of each pass; empty if the device has no pipeline statistics.
+    pub counted: Vec<PassTime>,
 }
 
 impl Bench {
-    /// Of one cell, with no validation.
+    /// For one cell, without validation.
     pub fn new(effort: Effort, device: Option<String>, pictures: PathBuf) -> Bench {
         Bench { effort, device, pictures, written: Vec::new(), validate: false, opened: RefCell::default() }
     }
 
-    /// Opens the run's device with what `needs` names, and with what else it has: figures compare variants.
+    /// Opens the run's device with the features of `needs` and all others that it has: figures compare
+    /// variants.
     ///
     /// # Errors
-    /// As [`Gpu::new`]; a feature that the device lacks is [`Value::Missing`]'s case.
+    /// As [`Gpu::new`]. If the device lacks a feature, the figure reports [`Value::Missing`].
     pub fn gpu(&self, needs: &[Need]) -> crate::vk::Result<Gpu> {
         let (device, validate) = (self.device.as_deref(), self.validate);
         let options = GpuOptions { device, validate, needs, wishes: &Feature::ALL, ..GpuOptions::default() };
@@ -64,12 +67,12 @@ impl Bench {
         Ok(gpu)
     }
 
-    /// What the validation layer has said so far of this cell's devices; none where it is off.
+    /// Validation messages of this cell's devices so far; empty without validation.
     pub fn messages(&self) -> Vec<Message> {
         self.opened.borrow().iter().flat_map(Gpu::messages).collect()
     }
 
-    /// What a quick run takes, and a full one.
+    /// `quick` or `full`, by the effort.
     pub fn effort_of<T>(&self, quick: T, full: T) -> T {
         match self.effort {
             Effort::Quick => quick,
@@ -77,10 +80,10 @@ impl Bench {
         }
     }
 
-    /// What `of` gives for each of `count` things in every round; each round begins with another one.
+    /// Results of `of` for each of `count` items in every round. Each round starts with another item.
     ///
     /// # Errors
-    /// The first one of `of`.
+    /// The first error of `of`.
     pub fn in_turn<T>(
         rounds: usize,
         count: usize,
@@ -94,17 +97,18 @@ impl Bench {
         Ok(found)
     }
 
-    /// Timed runs of each contender, warm-up apart.
+    /// Timed runs of each contender, without warm-up.
     pub fn runs(&self) -> usize {
         match self.effort {
-            // Of the best of several half are judged, and 6 are the least that have a 95 % confidence interval.
+            // The best of several variants is judged on half of the rounds; a 95 % confidence interval
+            // needs 6.
             Effort::Quick => 12,
             Effort::Full => 30,
         }
     }
 
-    /// Runs all contenders in turn, [`Bench::runs`] times; each round begins with another one, so that drift and
-    /// neighbours hit all alike. A contender "empty pass" is added.
+    /// Runs all contenders in turn, [`Bench::runs`] times. Each round starts with another contender, so
+    /// that drift and other load affect all equally. Adds a contender "empty pass".
     ///
     /// # Errors
     /// The first contender's.
@@ -112,7 +116,7 @@ impl Bench {
         self.interleave_until(gpu, contenders, 1, |_| true)
     }
 
-    /// As [`Bench::interleave`], and as many runs again, up to `most` times, until it is `enough`.
+    /// As [`Bench::interleave`], but repeats the runs, up to `most`, until `enough` returns true.
     ///
     /// # Errors
     /// The first contender's.
@@ -133,12 +137,18 @@ impl Bench {
         });
         let count = contenders.len();
         let mut samples: Vec<Vec<Vec<PassTime>>> = vec![Vec::new(); count];
+        let mut counted: Vec<Vec<PassTime>> = vec![Vec::new(); count];
         for round in 0.. {
+            // The last warm-up counts the work: statistics queries may slow a device.
+            let counts = round + 1 == WARM_UP && gpu.has(Feature::PipelineStatistics);
+            gpu.count_work(counts);
             for turn in 0..count {
                 let at = (turn + round) % count;
-                let times = (contenders[at].run)()?;
-                if round >= WARM_UP {
-                    samples[at].push(times);
+                let passes = (contenders[at].run)()?;
+                match round {
+                    _ if counts => counted[at] = passes,
+                    _ if round >= WARM_UP => samples[at].push(passes),
+                    _ => (),
                 }
             }
             let runs = samples[0].len();
@@ -146,20 +156,25 @@ impl Bench {
                 let timed: Vec<Timed> = contenders
                     .iter()
                     .zip(&samples)
-                    .map(|(c, runs)| Timed::of(&c.variant, runs.clone()))
+                    .zip(&counted)
+                    .map(|((c, runs), counted)| Timed {
+                        counted: counted.clone(),
+                        ..Timed::of(&c.variant, runs.clone())
+                    })
                     .collect();
                 if runs >= most * self.runs() || enough(&timed) {
                     return Ok(timed);
                 }
             }
         }
-        unreachable!("rounds end with the last run")
+        unreachable!("the last run returns")
     }
 
-    /// Writes a picture of the cell as `name`.png; names are unique in the whole run: begin with the figure's id.
+    /// Writes a picture of the cell as `name`.png. Names are unique in the whole run: start them with the
+    /// figure's id.
     ///
     /// # Errors
-    /// The disk's.
+    /// I/O errors.
     pub fn picture(&mut self, name: &str, picture: &Srgb8Picture) -> anyhow::Result<()> {
         let file = format!("{name}.png");
         write_png(&self.pictures.join(&file), picture)?;
@@ -168,7 +183,7 @@ impl Bench {
     }
 }
 
-/// Milliseconds; `None` where the device keeps no time.
+/// Milliseconds; `None` if the device has no timestamps.
 fn milliseconds(ns: Option<u64>) -> Option<f64> {
     Some(ns? as f64 / 1e6)
 }
@@ -178,9 +193,15 @@ fn summary(samples: Option<Vec<f64>>) -> Option<Summary> {
 }
 
 impl Timed {
-    /// From each round's passes.
+    /// From the passes of each round.
     pub fn of(variant: &str, rounds: Vec<Vec<PassTime>>) -> Timed {
-        let mut timed = Timed { variant: variant.to_string(), total: None, passes: Vec::new(), rounds };
+        let mut timed = Timed {
+            variant: variant.to_string(),
+            total: None,
+            passes: Vec::new(),
+            rounds,
+            counted: Vec::new(),
+        };
         timed.total = summary(timed.total_of_rounds());
         let labels = timed.rounds.first().into_iter().flatten().map(|pass| pass.label.clone());
         let of_pass = |(n, label): (usize, String)| {
@@ -191,7 +212,7 @@ impl Timed {
         timed
     }
 
-    /// Milliseconds of all passes together in each round.
+    /// Milliseconds of all passes in each round.
     pub fn total_of_rounds(&self) -> Option<Vec<f64>> {
         let total = |round: &Vec<PassTime>| round.iter().map(|pass| milliseconds(pass.ns)).sum();
         self.rounds.iter().map(total).collect()
@@ -203,14 +224,31 @@ impl Timed {
         self.rounds.iter().map(of).collect()
     }
 
+    /// Work of all passes with these labels in one run; `None` if not counted.
+    pub fn work(&self, labels: &[&str]) -> Option<Work> {
+        let passes = self.counted.iter().filter(|pass| labels.contains(&&*pass.label));
+        let works: Vec<Work> = passes.filter_map(|pass| pass.work).collect();
+        (!works.is_empty()).then(|| works.into_iter().sum())
+    }
+
+    /// Work of all passes in one run.
+    pub fn total_work(&self) -> Option<Work> {
+        let labels: Vec<&str> = self.counted.iter().map(|pass| &*pass.label).collect();
+        self.work(&labels)
+    }
+
     /// The whole contender's time as a row.
     pub fn row(&self, quantity: &str) -> Row {
-        Row::of_rounds(&self.variant, quantity, "ms", self.total_of_rounds())
+        let row = Row::of_rounds(&self.variant, quantity, "ms", self.total_of_rounds());
+        Row { work: self.total_work(), ..row }
     }
 
     /// The time of each pass as a row, by its label.
     pub fn pass_rows(&self) -> impl Iterator<Item = Row> {
-        let of = |label: &String| Row::of_rounds(&self.variant, label, "ms", self.pass_of_rounds(label));
+        let of = |label: &String| Row {
+            work: self.work(&[label]),
+            ..Row::of_rounds(&self.variant, label, "ms", self.pass_of_rounds(label))
+        };
         self.passes.iter().filter(|(_, summary)| summary.is_some()).map(move |(label, _)| of(label))
     }
 

@@ -1,24 +1,25 @@
-//! Figures by the names that people give.
+//! Finds figures by name.
 
 use super::Figure;
 use crate::math::nearest::nearest;
 use thiserror::Error;
 
-/// A family's name, and its figures in the order of the report.
+/// A family's name and its figures, in the order of the report.
 pub type Family = (&'static str, &'static [&'static Figure]);
 
-/// A name that is neither a figure's nor a family's.
+/// A name of no figure and no family.
 #[derive(Debug, Error)]
-#[error("no figure and no family is called {name:?}; the nearest is {nearest}; `ortelius list` shows all")]
+#[error("unknown figure or family {name:?}; the nearest is {nearest}; `ortelius list` shows all")]
 pub struct UnknownFigure {
     pub name: String,
     pub nearest: String,
 }
 
-/// The figures that `names` means (ids, or families), each once, in the order of `families`; all without names.
+/// The figures that `names` select (ids or families), each once, in the order of `families`. No names
+/// select all.
 ///
 /// # Errors
-/// [`UnknownFigure`] for the first name that is none.
+/// [`UnknownFigure`] for the first unknown name.
 pub fn choose(families: &[Family], names: &[String]) -> Result<Vec<&'static Figure>, UnknownFigure> {
     let known = || {
         let ids = families.iter().flat_map(|(_, figures)| figures.iter().map(|figure| figure.id));

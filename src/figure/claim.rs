@@ -1,58 +1,61 @@
-//! What a figure claims, as data: quantities, variants, places and a bound. [`Claim::judge`] gives the verdict.
+//! Claims of a figure as data: quantities, variants, places and a bound. [`Claim::judge`] gives the
+//! verdict.
 
-/// A sentence that the numbers bear out or not: every test must hold in every place.
+/// A claim holds if every test holds in every place.
 #[derive(Clone, Copy)]
 pub struct Claim {
     /// Unique in the figure.
     pub id: &'static str,
     pub text: &'static str,
     pub from: Origin,
-    /// It speaks of time, the host's or the device's: on a software device it holds "here" or not.
+    /// A claim about time, of the host or of the device; a software device gets its own verdicts ("holds
+    /// here").
     pub timed: bool,
     pub places: Places,
     pub tests: &'static [Test],
-    /// Without these the claim says nothing: vertices must be the bottleneck before their time counts.
+    /// Preconditions. Example: vertices must be the bottleneck before their time counts.
     pub given: &'static [Test],
 }
 
-/// Whose claim it is.
+/// Who makes the claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// The paper's, with section; it is judged on the paper's variant.
+    /// The paper, with section. Judged on the paper's variant.
     Paper(&'static str),
-    /// What this project set itself.
+    /// This project.
     Ours,
 }
 
-/// The cells that a claim is about.
+/// The cells to which a claim applies.
 #[derive(Clone, Copy)]
 pub struct Places {
-    /// Empty: all of the figure.
+    /// Empty: all scenes of the figure.
     pub scenes: &'static [&'static str],
     pub except: &'static [&'static str],
     /// Values of the sweep, both ends included.
     pub x: [f64; 2],
-    /// The numbers of all scenes are averaged before they are compared; a scene without one leaves no mean.
+    /// The scenes' numbers are averaged before the comparison; if one scene has no number, there is no
+    /// mean.
     pub mean: bool,
 }
 
-/// A number of each place, and the bound that it must meet.
+/// A number for each place, and its bound.
 #[derive(Clone, Copy)]
 pub struct Test {
     pub term: Term,
     pub bound: Bound,
 }
 
-/// How the numbers of a table become the one that is held against a bound.
+/// How the number for the bound is computed from a table.
 #[derive(Clone, Copy)]
 pub enum Term {
     Value(Pick),
-    /// Of two measurements that took turns: the median of the ratios of their rounds. 0 over 0 is left out.
+    /// For interleaved measurements: the median of the per-round ratios. 0 / 0 is left out.
     Ratio(Pick, Pick),
     Difference(Pick, Pick),
-    /// The value at the largest x over that at the smallest, divided by the ratio of both x to this power.
+    /// Value at the largest x over value at the smallest x, divided by (ratio of both x)^power.
     Growth(Pick, f64),
-    /// The value at each x over that at the next smaller one.
+    /// Value at each x over the value at the next smaller x.
     Steps(Pick),
 }
 
@@ -61,7 +64,7 @@ pub enum Term {
 pub struct Pick {
     pub quantity: &'static str,
     pub who: Who,
-    /// Another scene than the place's.
+    /// A scene other than the place's.
     pub scene: Option<&'static str>,
     pub x: At,
     pub part: Part,
@@ -71,28 +74,28 @@ pub struct Pick {
 #[derive(Clone, Copy)]
 pub enum Who {
     One(&'static str),
-    /// The one with the least median. Of several repeated measurements it is chosen on every second round and judged on
-    /// the others.
+    /// The variant with the least median. With repeated measurements it is chosen on every second round and
+    /// judged on the other rounds.
     Best(fn() -> Vec<String>),
-    /// All of them, each judged by itself.
+    /// All of them, each judged separately.
     Each(fn() -> Vec<String>),
-    /// All that have the quantity, but this one.
+    /// All variants that have the quantity, except this one.
     Others(&'static str),
 }
 
-/// At which value of the sweep.
+/// The value of the sweep.
 #[derive(Clone, Copy, PartialEq)]
 pub enum At {
     /// The place's own.
     Place,
     X(f64),
-    /// Where the quantity is least.
+    /// The value with the least quantity.
     Least,
-    /// Points of a [`super::Value::Series`] with x in this range, each judged by itself.
+    /// Points of a [`super::Value::Series`] with x in this range, each judged separately.
     Points(f64, f64),
 }
 
-/// Which number of a [`super::Value::Summary`].
+/// The number of a [`super::Value::Summary`].
 #[derive(Clone, Copy, PartialEq)]
 pub enum Part {
     Median,
@@ -100,7 +103,7 @@ pub enum Part {
     Most,
 }
 
-/// What a number must be.
+/// The bound of a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
     AtLeast(f64),
@@ -108,11 +111,11 @@ pub enum Bound {
     Above(f64),
     Below(f64),
     Equal(f64),
-    /// Both ends included, and which side is better still.
+    /// Both ends included; the third field is the better side.
     Within(f64, f64, Better),
 }
 
-/// The side of a range that is better than the range.
+/// The better side of a range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Better {
     Less,
@@ -121,12 +124,12 @@ pub enum Better {
 }
 
 impl Claim {
-    /// What this project set itself.
+    /// A claim of this project.
     pub const fn ours(id: &'static str, text: &'static str, tests: &'static [Test]) -> Claim {
         Claim { id, text, from: Origin::Ours, timed: false, places: Places::ALL, tests, given: &[] }
     }
 
-    /// The paper's, with its section.
+    /// A claim of the paper, with section.
     pub const fn paper(
         section: &'static str,
         id: &'static str,
@@ -172,7 +175,7 @@ impl Places {
         Places { x: [low, high], ..self }
     }
 
-    /// Whether a cell belongs to them.
+    /// True if the cell belongs to these places.
     pub fn hold(&self, scene: &str, x: Option<f64>) -> bool {
         (self.scenes.is_empty() || self.scenes.contains(&scene))
             && !self.except.contains(&scene)
@@ -185,7 +188,7 @@ pub const fn one(quantity: &'static str, variant: &'static str) -> Pick {
     Pick::of(quantity, Who::One(variant))
 }
 
-/// A quantity of the variant with the least of it.
+/// A quantity of the variant that has the least of it.
 pub const fn best(quantity: &'static str, variants: fn() -> Vec<String>) -> Pick {
     Pick::of(quantity, Who::Best(variants))
 }
@@ -195,7 +198,7 @@ pub const fn each(quantity: &'static str, variants: fn() -> Vec<String>) -> Pick
     Pick::of(quantity, Who::Each(variants))
 }
 
-/// A quantity of every variant that has it, but one.
+/// A quantity of every variant that has it, except one.
 pub const fn others(quantity: &'static str, but: &'static str) -> Pick {
     Pick::of(quantity, Who::Others(but))
 }

@@ -1,4 +1,4 @@
-//! A figure's rows as comma-separated values (RFC 4180), one row a line; a series takes one line a point.
+//! A figure's rows as comma-separated values (RFC 4180). A row is one line; a series is one line per point.
 
 use super::{FigureResult, Machine, Outcome, Row, Value};
 use crate::stats::Summary;
@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 const HEAD: &str = "figure,scene,x,variant,quantity,unit,value,p5,p95,min,max,count,at,text,device";
 
-/// All rows of `figure`; a cell that failed, or is not there, is a line with its reason in `text`.
+/// All rows of `figure`. A cell that failed or is missing is one line with the reason in `text`.
 pub fn text(figure: &FigureResult, machines: &[Machine]) -> String {
     let mut text = format!("{HEAD}\n");
     for cell in &figure.cells {
@@ -17,7 +17,8 @@ pub fn text(figure: &FigureResult, machines: &[Machine]) -> String {
             Outcome::Rows(rows) => rows.iter().for_each(|row| lines(&mut text, &place, row, &device)),
             Outcome::Failed(error) | Outcome::Crashed(error) => {
                 let error = field(&format!("failed: {error}"));
-                writeln!(text, "{place},,,,,,,,,,,{error},{device}").expect("a string takes all");
+                writeln!(text, "{place},,,,,,,,,,,{error},{device}")
+                    .expect("writing to a string cannot fail");
             }
             Outcome::Absent => text.push_str(&format!("{place},,,,,,,,,,,not measured,\n")),
         }
@@ -28,7 +29,7 @@ pub fn text(figure: &FigureResult, machines: &[Machine]) -> String {
 fn lines(text: &mut String, place: &str, row: &Row, device: &str) {
     let name = [&row.variant, &row.quantity, &row.unit].map(|name| field(name)).join(",");
     let mut line = |rest: String| {
-        writeln!(text, "{place},{name},{rest},{device}").expect("a string takes all");
+        writeln!(text, "{place},{name},{rest},{device}").expect("writing to a string cannot fail");
     };
     let spread = |s: &Summary| format!("{},{},{},{},{},{}", s.median, s.p5, s.p95, s.min, s.max, s.count);
     match &row.value {
@@ -41,7 +42,7 @@ fn lines(text: &mut String, place: &str, row: &Row, device: &str) {
     }
 }
 
-/// Quoted where it must be.
+/// Quoted if necessary.
 fn field(text: &str) -> String {
     match text.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")),

@@ -1,25 +1,25 @@
-//! JSON that people can read and `diff`: indented, but one measured row a line.
+//! Readable JSON for `diff`: indented, with one line for each measured row.
 
 use serde::Serialize;
 use serde_json::ser::{Formatter, PrettyFormatter, Serializer};
 use std::io::{Result, Write};
 
-/// Indents the outer `levels` of arrays and objects and writes what is deeper on one line.
+/// Indents the outer `levels` of arrays and objects; deeper levels are written on one line.
 struct Outer {
     pretty: PrettyFormatter<'static>,
     levels: usize,
     depth: usize,
 }
 
-/// `value` as text that ends with a newline.
+/// `value` as text with a final newline.
 ///
 /// # Panics
-/// Where a map's key is no string, or a number is not finite: our own types have neither.
+/// If a map's key is not a string or a number is not finite; our own types have neither.
 pub fn text(value: &impl Serialize, levels: usize) -> String {
     let mut bytes = Vec::new();
     let formatter = Outer { pretty: PrettyFormatter::new(), levels, depth: 0 };
     let written = value.serialize(&mut Serializer::with_formatter(&mut bytes, formatter));
-    assert!(written.is_ok(), "our own types as JSON: {written:?}");
+    assert!(written.is_ok(), "our types serialize as JSON: {written:?}");
     bytes.push(b'\n');
     String::from_utf8(bytes).expect("JSON is UTF-8")
 }
@@ -29,7 +29,7 @@ impl Outer {
         self.depth <= self.levels
     }
 
-    /// Between two elements of a line.
+    /// Separates two elements of a line.
     fn separator<W: ?Sized + Write>(writer: &mut W, first: bool) -> Result<()> {
         if first { Ok(()) } else { writer.write_all(b", ") }
     }
@@ -91,7 +91,7 @@ mod tests {
     use serde_json::{Value, json};
 
     #[test]
-    fn what_is_deeper_than_asked_stands_on_one_line_and_nothing_is_lost() {
+    fn deeper_levels_are_written_on_one_line_without_loss() {
         let value = json!({"a": [{"b": [1, 2.5], "c": {}}, {}], "d": "e\n", "f": []});
         let one = "{\n  \"a\": [{\"b\": [1, 2.5], \"c\": {}}, {}],\n  \"d\": \"e\\n\",\n  \"f\": []\n}\n";
         assert_eq!(text(&value, 1), one);

@@ -1,10 +1,10 @@
-//! Verdicts as JUnit XML, which CI systems read: a suite for each figure, a case for each claim.
+//! Verdicts as JUnit XML for CI systems: a suite for each figure, a case for each claim.
 
 use super::plot::escaped;
 use super::{ClaimResult, Results, Verdict};
 
 impl Results {
-    /// What holds passes; what fails, wholly or in part, is a failure; what is open is skipped.
+    /// A claim that holds passes; one that fails, wholly or in part, is a failure; an open one is skipped.
     pub fn junit(&self) -> String {
         let mut text =
             String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"ortelius\">\n");

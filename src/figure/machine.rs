@@ -1,4 +1,4 @@
-//! The machine that measures, described for those who read the numbers.
+//! Description of the machine that measures.
 
 use super::Machine;
 use crate::vk::PhysicalDevice;
@@ -6,7 +6,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use xxhash_rust::xxh3::xxh3_64;
 
 impl Machine {
-    /// This machine with one of its devices, today.
+    /// This machine with one of its devices, dated today.
     pub fn here(physical: &PhysicalDevice) -> Machine {
         let (major, minor, patch) = physical.api;
         let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
@@ -22,35 +22,36 @@ impl Machine {
         }
     }
 
-    /// The same machine with the same program, whatever the day.
+    /// True for the same machine and program; the date is ignored.
     pub fn is_same(&self, other: &Machine) -> bool {
         Machine { date: other.date.clone(), ..self.clone() } == *other
     }
 }
 
-/// What tells this build of the program from others of the same commit: XXH3 (64 bits, hexadecimal) of the file that
-/// runs; "unknown" where that cannot be read.
+/// Identifies a build among others of the same commit: XXH3 (64 bits, hexadecimal) of the executable;
+/// "unknown" if it cannot be read.
 pub fn program() -> String {
     let bytes = std::env::current_exe().and_then(std::fs::read);
     bytes.map_or("unknown".to_string(), |bytes| format!("{:016x}", xxh3_64(&bytes)))
 }
 
-/// The mean number of processes that ran or waited in the last minute; none where the system does not tell (Linux does).
+/// Mean number of running or waiting processes in the last minute; `None` unless the system reports it
+/// (Linux does).
 pub fn load() -> Option<f64> {
     std::fs::read_to_string("/proc/loadavg").ok()?.split(' ').next()?.parse().ok()
 }
 
-/// The most bytes that this process has had resident at once; none where the system does not tell (Linux does).
+/// Peak resident memory of this process in bytes; `None` unless the system reports it (Linux does).
 pub fn most_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
 }
 
-/// As the system calls it (Linux); else the architecture.
+/// The processor's name (Linux), else the architecture.
 fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    // "model name" on x86, "Model" on some ARM boards; others name only numbers.
+    // "model name" on x86, "Model" on some ARM boards; others report only numbers.
     let named = |key: &str| {
         let line = text.lines().find(|line| line.starts_with(key))?;
         Some(line.split_once(':')?.1.trim().to_string()).filter(|name| !name.is_empty())
@@ -58,8 +59,8 @@ fn processor() -> String {
     named("model name").or_else(|| named("Model")).unwrap_or_else(|| std::env::consts::ARCH.to_string())
 }
 
-/// 2026-11-21 for a count of days since 1970-01-01 (the `civil_from_days` of H. Hinnant, "chrono-compatible low-level
-/// date algorithms"; years count from March, so that the leap day is a year's last).
+/// Days since 1970-01-01 as 2026-11-21 (`civil_from_days` of H. Hinnant, "chrono-compatible low-level date
+/// algorithms"; years start in March, so that the leap day is the last day).
 fn day(since_1970: u64) -> String {
     let days = since_1970 + 719_468;
     let (era, day_of_era) = (days / 146_097, days % 146_097);
@@ -72,7 +73,7 @@ fn day(since_1970: u64) -> String {
     format!("{year:04}-{month:02}-{day:02}")
 }
 
-/// A commit's first twelve digits, with the mark of what was not committed.
+/// First twelve digits of a commit, with its mark of uncommitted changes.
 pub fn short_commit(commit: &str) -> String {
     let (digits, mark) = commit.split_at(commit.find('+').unwrap_or(commit.len()));
     digits.chars().take(12).chain(mark.chars()).collect()
@@ -83,7 +84,7 @@ mod tests {
     use super::{day, most_memory, short_commit};
 
     #[test]
-    fn a_short_commit_still_tells_of_changes() {
+    fn a_short_commit_keeps_the_mark_of_changes() {
         let long = "0123456789abcdef0123456789abcdef01234567";
         assert_eq!(short_commit(long), "0123456789ab");
         assert_eq!(short_commit(&format!("{long}+changes")), "0123456789ab+changes");
@@ -91,8 +92,8 @@ mod tests {
     }
 
     #[test]
-    fn the_most_memory_is_remembered_when_it_is_gone() {
-        // Where /proc is not as on Linux there is nothing to see.
+    fn peak_memory_includes_freed_memory() {
+        // Without Linux's /proc there is nothing to test.
         let Some(before) = most_memory() else { return };
         let bytes = 64 << 20;
         assert!(std::hint::black_box(vec![1_u8; bytes]).iter().all(|&byte| byte == 1));
@@ -101,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn days_are_the_calendars() {
+    fn days_match_the_calendar() {
         for (days, date) in [
             (0, "1970-01-01"),
             (58, "1970-02-28"),

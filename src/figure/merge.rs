@@ -1,32 +1,32 @@
-//! Parts of a run, measured on one machine or on several, put together.
+//! Merges parts of a run, measured on one or several machines.
 
 use super::{CellResult, Effort, Figure, Outcome, Store, StoreError};
 use std::path::Path;
 use thiserror::Error;
 
-/// Folders that do not go together.
+/// Folders that cannot be merged.
 #[derive(Debug, Error)]
 pub enum MergeError {
     #[error(transparent)]
     Store(#[from] StoreError),
-    #[error("{folder} holds no result; name folders that `ortelius reproduce` has written")]
+    #[error("{folder} holds no results; name folders written by `ortelius reproduce`")]
     Empty { folder: String },
-    #[error("{one} is of {what} {theirs}, {other} of {what} {ours}: they do not merge")]
+    #[error("{one} and {other} cannot be merged: their {what} differs ({theirs}, {ours})")]
     Mixed { one: String, other: String, what: &'static str, theirs: String, ours: String },
     #[error(
-        "{figure} {cell} was measured in {one} and in {other}, with different outcomes; remove one of both files"
+        "{figure} {cell} was measured in {one} and in {other}, with different outcomes; remove one of the two files"
     )]
     Twice { figure: String, cell: String, one: String, other: String },
     #[error("{file}: the picture cannot be copied: {source}")]
     Picture { file: String, source: std::io::Error },
 }
 
-/// Copies the results of `figures` from `sources` into `out` (made if absent; what it holds counts as one of them), and
-/// returns their common effort. Machines may differ, effort and commit may not. Of a cell that failed in one folder and
-/// was measured in another the measurement is taken.
+/// Copies the results of `figures` from `sources` into `out` (created if absent; results in it are one more
+/// source) and returns their common effort. Machines may differ; effort and commit may not. A measured cell
+/// replaces one that failed in another folder.
 ///
 /// # Errors
-/// [`MergeError`]; nothing is copied where the folders do not go together.
+/// [`MergeError`]; nothing is copied if the folders cannot be merged.
 pub fn merge(sources: &[&Path], out: &Path, figures: &[&Figure]) -> Result<Effort, MergeError> {
     let mut merged: Vec<(&Path, CellResult)> = Vec::new();
     let earlier = Store::at(out).all(figures)?;
@@ -44,7 +44,7 @@ pub fn merge(sources: &[&Path], out: &Path, figures: &[&Figure]) -> Result<Effor
     let effort = effort.ok_or_else(|| MergeError::Empty { folder: out.display().to_string() })?;
     let store = Store::create(out)?;
     for (folder, result) in merged.iter().filter(|(folder, _)| *folder != out) {
-        // Pictures first: a cell that is there has all of its own.
+        // Pictures first: a stored cell then has all of its pictures.
         for picture in &result.pictures {
             let from = Store::at(folder).pictures().join(picture);
             std::fs::copy(&from, store.pictures().join(picture))
@@ -76,7 +76,7 @@ fn add<'a>(
     match merged.iter_mut().find(|(_, known)| same(known)) {
         None => merged.push((folder, result)),
         Some(place) if failed(&place.1) => *place = (folder, result),
-        // NaN equals nothing, and a copy of it is a copy: told apart as text.
+        // Compared as text: NaN != NaN, but a copy of NaN is equal.
         Some((_, known)) if failed(&result) || format!("{known:?}") == format!("{result:?}") => {}
         Some((other, _)) => {
             return Err(MergeError::Twice {

@@ -1,9 +1,9 @@
-//! A figure: a question, how it is measured, and the claims that the numbers must bear out. Knows no paper.
+//! A figure: a question, a measurement, and the claims to judge by the numbers. Independent of any paper.
 //!
-//! A figure is one const. Its scenes times the values of its sweep are its [`Cell`]s, the units of work that a run
-//! resumes and that machines share; [`Figure::measure`] turns a cell into [`Row`]s, for all variants at once, so that
-//! their runs can be interleaved ([`Bench::interleave`]) and drift hits all alike. `list`, `reproduce`, `merge`, the
-//! tests and the report iterate the same list.
+//! A figure is one const. Its scenes times its sweep's values are its [`Cell`]s, the units that a run
+//! resumes and that machines share. [`Figure::measure`] measures a cell for all variants at once as
+//! [`Row`]s, so that their runs are interleaved ([`Bench::interleave`]) and drift affects all equally.
+//! `list`, `reproduce`, `merge`, the tests and the report iterate the same list.
 
 mod against;
 mod bench;
@@ -33,6 +33,7 @@ pub use choose::{Family, UnknownFigure, choose};
 pub use claim::{Claim, Origin};
 pub use machine::{load, most_memory, program};
 pub use merge::{MergeError, merge};
+pub use page::of_results as page_of_results;
 pub use results::{CellRows, ClaimResult, FigureResult, NoResults, Results};
 pub use run::{Failure, Partition, Progress, Run, RunError, Tally};
 pub use same::{Choices, Same};
@@ -49,14 +50,16 @@ pub struct Figure {
     /// Family and name: `vt.dedup`.
     pub id: &'static str,
     pub title: &'static str,
-    /// What the figure answers, and what the paper says on it in words and numbers, with its section.
+    /// The question, and the paper's answer in words and numbers, with its section.
     pub about: &'static str,
-    /// What is looked at, by names that [`Figure::measure`] resolves: `earth/oblique`.
+    /// Views by name, resolved by [`Figure::measure`]: `earth/oblique`.
     pub scenes: &'static [&'static str],
     /// Names of all variants, in the order of legends and tables.
     pub variants: fn() -> Vec<String>,
+    /// The paper's own variants; the page sets them off.
+    pub paper: &'static [&'static str],
     pub sweep: Option<Sweep>,
-    /// Everything of one cell, all variants interleaved. Rows may come in any order.
+    /// Measures one cell, all variants interleaved. Rows may come in any order.
     pub measure: fn(&mut Bench, &Cell) -> anyhow::Result<Vec<Row>>,
     pub plots: &'static [Plot],
     pub claims: &'static [Claim],
@@ -85,62 +88,63 @@ pub enum Effort {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
     pub scene: String,
-    /// The sweep's value; none without a sweep.
+    /// The sweep's value; `None` without a sweep.
     pub x: Option<f64>,
 }
 
-/// A picture of a figure's rows: one for each scene.
+/// A plot of a figure's rows; one is drawn for each scene.
 pub struct Plot {
-    /// Name of the rows' quantity that stands on the vertical axis.
+    /// The quantity on the vertical axis.
     pub quantity: &'static str,
     pub x: Axis,
     pub log_x: bool,
     pub log_y: bool,
-    /// A variant whose value is drawn as a horizontal line through all: the physical limit, the paper's number.
+    /// A variant drawn as a horizontal line: the physical limit, or the paper's number.
     pub floor: Option<&'static str>,
 }
 
 /// What a plot's horizontal axis shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axis {
-    /// The sweep; a line for each variant.
+    /// The sweep, with a line for each variant.
     Sweep,
-    /// A bar for each variant.
+    /// No axis: a bar for each variant.
     Variant,
-    /// The first number of each point of a [`Value::Series`] or [`Value::Spreads`], with its name and unit; a line for
-    /// each variant.
+    /// The first number of each point of a [`Value::Series`] or [`Value::Spreads`], with its name and unit;
+    /// a line for each variant.
     Series(&'static str),
 }
 
-/// How a claim fared.
+/// The verdict on a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     Reproduced,
-    /// Beyond the stated range everywhere, on its better side.
+    /// Beyond the stated range, on its better side, everywhere.
     BetterThanStated,
     /// It holds in some places and fails in others.
     InPart,
     NotReproduced,
-    /// Of time, on a software device: [`Verdict::Reproduced`] or better, [`Verdict::InPart`], [`Verdict::NotReproduced`].
+    /// On a software device, a claim about time: [`Verdict::Reproduced`] or better, [`Verdict::InPart`],
+    /// [`Verdict::NotReproduced`].
     HoldsHere,
     InPartHere,
     NotHere,
-    /// A confidence interval straddles its bound.
+    /// A confidence interval contains its bound.
     Undecided,
-    /// This device cannot tell: it lacks what it takes.
+    /// The device lacks a feature that the measurement needs.
     NotMeasurable,
-    /// Some of its cells were left out, failed, or crashed the driver.
+    /// Some of its cells are missing, failed, or crashed the driver.
     NotMeasured,
 }
 
-/// A claim's verdict with the numbers that it rests on.
+/// A claim's verdict with its numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
     pub verdict: Verdict,
     /// Our numbers, with units.
     pub numbers: String,
-    /// Why: the bound that was met or missed, or what keeps it from being measured.
+    /// The reason: the bound that was met or missed, or why it was not measured.
     pub why: String,
 }
 
@@ -159,7 +163,7 @@ impl Plot {
         Plot::of(quantity, Axis::Sweep)
     }
 
-    /// A series of each variant; `x` names its first numbers, with their unit.
+    /// A series of each variant; `x` names the first number of its points, with the unit.
     pub const fn curves(quantity: &'static str, x: &'static str) -> Plot {
         Plot::of(quantity, Axis::Series(x))
     }
@@ -178,7 +182,7 @@ impl Plot {
 }
 
 impl Figure {
-    /// The sweep's values for `effort`; one empty value without a sweep.
+    /// The sweep's values for `effort`; one `None` without a sweep.
     pub fn values(&self, effort: Effort) -> Vec<Option<f64>> {
         match (&self.sweep, effort) {
             (None, _) => vec![None],
@@ -197,7 +201,7 @@ impl Figure {
         self.scenes.iter().flat_map(of_scene).collect()
     }
 
-    /// What a quick run leaves out of a full one beside what [`Figure::about`] says, in words.
+    /// What a quick run omits in addition to what [`Figure::about`] says, in words.
     pub fn quick_leaves_out(&self) -> String {
         let runs = "two thirds of the runs of each timed pass".to_string();
         let Some(Sweep { name, quick, full }) = &self.sweep else { return runs };
@@ -229,7 +233,7 @@ impl Effort {
 }
 
 impl Verdict {
-    /// In the order of counts.
+    /// In the order in which counts are shown.
     pub const ALL: [Verdict; 10] = [
         Verdict::Reproduced,
         Verdict::BetterThanStated,
@@ -243,7 +247,7 @@ impl Verdict {
         Verdict::NotMeasured,
     ];
 
-    /// For people.
+    /// As shown to users.
     pub fn name(self) -> &'static str {
         match self {
             Verdict::Reproduced => "reproduced",
@@ -259,7 +263,7 @@ impl Verdict {
         }
     }
 
-    /// On a software device, whose times rank nothing on a GPU.
+    /// The verdict of a claim about time on a software device: its times do not predict a GPU's.
     fn here(self) -> Verdict {
         match self {
             Verdict::Reproduced | Verdict::BetterThanStated => Verdict::HoldsHere,

@@ -7,21 +7,21 @@ use crate::header::{JsonFormat, WrongFormat};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// `results.json`. Version 1 had the program's version under `version`; version 3 has more verdicts, and rounds.
+/// `results.json`. In version 1, `version` was the program's version; version 3 adds verdicts and rounds.
 pub const FORMAT: JsonFormat =
     JsonFormat { name: "ortelius-results", version: 3, oldest: 1, first_name: Some("ortelius results 1") };
 
 /// Indented levels of the file: a measured row is one line.
 const LEVELS: usize = 6;
 
-/// Everything of one run, or of several that were merged.
+/// The results of one run, or of several merged runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Results {
-    /// Of the program that gathered them; empty in files without it.
+    /// The program that gathered them; empty in files without it.
     #[serde(default)]
     pub program_version: String,
     pub effort: Effort,
-    /// Where the cells were measured; nearly always one.
+    /// Machines that measured cells; usually one.
     pub machines: Vec<Machine>,
     pub figures: Vec<FigureResult>,
 }
@@ -31,7 +31,7 @@ pub struct FigureResult {
     pub id: String,
     pub title: String,
     pub claims: Vec<ClaimResult>,
-    /// All cells of the figure, in order, also those that were not measured.
+    /// All cells of the figure in order, measured or not.
     pub cells: Vec<CellRows>,
 }
 
@@ -49,29 +49,29 @@ pub struct ClaimResult {
 pub struct CellRows {
     #[serde(flatten)]
     pub cell: Cell,
-    /// Index into [`Results::machines`]; none where it was not measured.
+    /// Index into [`Results::machines`]; `None` if not measured.
     pub machine: Option<usize>,
     pub pictures: Vec<String>,
     #[serde(flatten)]
     pub outcome: Outcome,
 }
 
-/// A text that holds no results.
+/// Text that cannot be read as results.
 #[derive(Debug, Error)]
 pub enum NoResults {
-    #[error("no results of this program (a report's results.json): {0}")]
+    #[error("not results of this program (a report's results.json): {0}")]
     Json(#[from] serde_json::Error),
     #[error("results of {0}")]
     Format(WrongFormat),
 }
 
 impl Results {
-    /// From the text of a `results.json`.
+    /// Reads the text of a `results.json`.
     ///
     /// # Errors
     /// [`NoResults`].
     pub fn parse(text: &str) -> Result<Results, NoResults> {
-        /// Version 1 has the program's version there, a text.
+        /// In version 1 this field is the program's version, a string.
         #[derive(Deserialize)]
         struct First {
             version: Option<serde_json::Value>,
@@ -94,20 +94,20 @@ impl Results {
         json::text(&FORMAT.head(self), LEVELS)
     }
 
-    /// Puts the cells of `effort` among `cells` in order and lets each claim of `figures` judge.
+    /// Sorts the cells of `effort` into the figures and judges the claims of `figures`.
     pub fn gather(figures: &[&Figure], effort: Effort, cells: &[CellResult]) -> Results {
         let mut machines: Vec<Machine> = Vec::new();
         let figures = figures.iter().map(|figure| of_figure(figure, effort, cells, &mut machines)).collect();
         Results { program_version: env!("CARGO_PKG_VERSION").to_string(), effort, machines, figures }
     }
 
-    /// How many claims have each verdict, of those that any has.
+    /// The number of claims for each verdict that occurs.
     pub fn counts(&self) -> impl Iterator<Item = (Verdict, usize)> {
         let count = |verdict| self.claims().filter(|(_, claim)| claim.finding.verdict == verdict).count();
         Verdict::ALL.into_iter().map(move |verdict| (verdict, count(verdict))).filter(|(_, count)| *count > 0)
     }
 
-    /// Claims and how they fared, in order.
+    /// All claims in order, with their figures.
     pub fn claims(&self) -> impl Iterator<Item = (&FigureResult, &ClaimResult)> {
         self.figures.iter().flat_map(|figure| figure.claims.iter().map(move |claim| (figure, claim)))
     }
@@ -136,7 +136,7 @@ fn of_figure(
     FigureResult { id: figure.id.to_string(), title: figure.title.to_string(), claims, cells }
 }
 
-/// A machine's index in the list; the same machine on another day widens its dates.
+/// A machine's index in the list; the same machine on another day extends its dates.
 fn place_of(machine: &Machine, machines: &mut Vec<Machine>) -> usize {
     let dates = |date: &str| -> Vec<String> { date.split(" to ").map(String::from).collect() };
     if let Some(at) = machines.iter().position(|known| known.is_same(machine)) {
@@ -170,10 +170,10 @@ fn judge(figure: &Figure, cells: &[CellRows], machines: &[Machine]) -> Vec<Claim
     figure.claims.iter().map(result).collect()
 }
 
-/// The rows that claims judge; `None` if nothing was measured.
+/// The rows for the claims; `None` if nothing was measured.
 pub fn table(cells: &[CellRows], machines: &[Machine]) -> Option<Table> {
     let used = || cells.iter().filter_map(|cell| cell.machine.map(|at| &machines[at]));
-    // With cells from several machines a claim must hold on each of them.
+    // With cells from several machines, a claim must hold on each machine.
     let machine = used().find(|machine| machine.is_software()).or_else(|| used().next())?.clone();
     let mut table = Table { machine, records: Vec::new(), lost: Vec::new() };
     for CellRows { cell, outcome, .. } in cells {
@@ -192,14 +192,14 @@ pub fn table(cells: &[CellRows], machines: &[Machine]) -> Option<Table> {
     Some(table)
 }
 
-/// A finding on cells of several machines says so.
+/// Adds a note if the cells come from several machines.
 fn noted(mut finding: Finding, cells: &[CellRows]) -> Finding {
     let mut used: Vec<usize> = cells.iter().filter_map(|cell| cell.machine).collect();
     used.sort_unstable();
     used.dedup();
     if used.len() > 1 {
         finding.why +=
-            &format!(" (cells of {} machines: times of different cells do not compare)", used.len());
+            &format!(" (cells of {} machines: times of different cells are not comparable)", used.len());
     }
     finding
 }

@@ -1,4 +1,4 @@
-//! Measures cells, one after the other, and keeps each as soon as it is there.
+//! Measures cells one by one and stores each result at once.
 
 use super::{Bench, Cell, CellResult, Effort, Figure, Machine, Outcome, Store, StoreError};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -6,43 +6,43 @@ use std::path::Path;
 use std::time::Instant;
 use thiserror::Error;
 
-/// One machine's share of the cells: every `of`-th, beginning with number `index` (from 1).
+/// One machine's share of the cells: every `of`-th cell, starting with number `index` (from 1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Partition {
     pub index: usize,
     pub of: usize,
 }
 
-/// What to measure, and where it goes.
+/// What to measure and where to store it.
 pub struct Run<'a> {
     pub figures: &'a [&'static Figure],
     pub folder: &'a Path,
     pub effort: Effort,
     /// Part of a device's name, or its index.
     pub device: Option<String>,
-    /// The device's and this machine's description.
+    /// Description of the device and this machine.
     pub machine: Machine,
-    /// With Vulkan's validation layer; a message of it fails the cell.
+    /// With Vulkan's validation layer; a validation message fails the cell.
     pub validate: bool,
     pub partition: Partition,
-    /// Keep what the folder has already.
+    /// Keeps results that are already in the folder.
     pub resume: bool,
-    /// The build that runs ([`super::program`]).
+    /// The running build ([`super::program`]).
     pub program: String,
-    /// The first cell to measure, from 0: what comes before is an earlier worker's ([`super::outlive`]).
+    /// The first cell to measure, from 0; earlier cells belong to an earlier worker ([`super::outlive`]).
     pub from: usize,
 }
 
-/// Told what the run does.
+/// Receives the progress of a run.
 pub trait Progress {
-    /// `number` of `count` cells is measured next.
+    /// Cell `number` of `count` starts.
     fn begins(&self, figure: &str, cell: &Cell, number: usize, count: usize);
     fn ended(&self, result: &CellResult);
-    /// A cell in which an earlier run died: not tried again.
+    /// A cell in which an earlier run crashed; it is not measured again.
     fn skipped(&self, result: &CellResult);
 }
 
-/// What became of a run's cells.
+/// Outcome counts of a run's cells.
 #[derive(Debug, Default)]
 pub struct Tally {
     pub measured: usize,
@@ -52,14 +52,16 @@ pub struct Tally {
 }
 
 /// A cell that failed.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Failure {
     pub figure: String,
     pub cell: Cell,
     pub error: String,
+    /// The error, if this process measured the cell.
+    pub cause: Option<anyhow::Error>,
 }
 
-/// What stops a run; a cell that fails does not.
+/// Errors that stop a run; a failed cell does not.
 #[derive(Debug, Error)]
 pub enum RunError {
     #[error(transparent)]
@@ -85,10 +87,10 @@ impl Run<'_> {
         all.skip(self.partition.index - 1).step_by(self.partition.of).collect()
     }
 
-    /// Measures what is to be measured. `known`: every figure whose results the folder may hold.
+    /// Measures the missing cells. `known`: every figure whose results the folder may contain.
     ///
     /// # Errors
-    /// The folder's, and results in it that belong to another device, effort, commit or build.
+    /// Errors of the folder; results in it from another device, effort, commit or build.
     pub fn run(&self, known: &[&Figure], progress: &dyn Progress) -> Result<Tally, RunError> {
         let store = Store::create(self.folder)?;
         for stored in store.all(known)? {
@@ -99,8 +101,8 @@ impl Run<'_> {
         for (number, (figure, cell)) in cells.iter().enumerate() {
             let kept = self.resume || number < self.from;
             let stored = if kept { store.get(figure.id, cell)? } else { None };
-            let result = match stored {
-                Some(stored) if number < self.from => stored,
+            let (result, cause) = match stored {
+                Some(stored) if number < self.from => (stored, None),
                 Some(stored) if !matches!(stored.outcome, Outcome::Failed(_)) => {
                     if matches!(stored.outcome, Outcome::Crashed(_)) {
                         progress.skipped(&stored);
@@ -111,22 +113,23 @@ impl Run<'_> {
                 _ => {
                     progress.begins(figure.id, cell, number + 1, cells.len());
                     store.begin(number, &self.result(figure, cell))?;
-                    let result = self.measure(figure, cell, &store);
+                    let measured = self.measure(figure, cell, &store);
                     store.end()?;
-                    store.put(&result)?;
-                    progress.ended(&result);
-                    result
+                    store.put(&measured.0)?;
+                    progress.ended(&measured.0);
+                    measured
                 }
             };
             tally.measured += 1;
             if let Outcome::Failed(error) | Outcome::Crashed(error) = result.outcome {
-                tally.failures.push(Failure { figure: figure.id.to_string(), cell: cell.clone(), error });
+                let (figure, cell) = (figure.id.to_string(), cell.clone());
+                tally.failures.push(Failure { figure, cell, error, cause });
             }
         }
         Ok(tally)
     }
 
-    /// A cell's result before it is measured.
+    /// A cell's result without its outcome.
     fn result(&self, figure: &Figure, cell: &Cell) -> CellResult {
         CellResult {
             figure: figure.id.to_string(),
@@ -140,16 +143,21 @@ impl Run<'_> {
         }
     }
 
-    fn measure(&self, figure: &'static Figure, cell: &Cell, store: &Store) -> CellResult {
+    fn measure(
+        &self,
+        figure: &'static Figure,
+        cell: &Cell,
+        store: &Store,
+    ) -> (CellResult, Option<anyhow::Error>) {
         let mut bench = Bench::new(self.effort, self.device.clone(), store.pictures());
         bench.validate = self.validate;
         let start = Instant::now();
-        // A bug in one figure must not cost the hours that the others take.
+        // A bug in one figure must not lose the hours of measurement of the others.
         let measured = catch_unwind(AssertUnwindSafe(|| (figure.measure)(&mut bench, cell)));
         let measured = measured.unwrap_or_else(|panic| {
             let words = panic.downcast_ref::<String>().map(String::as_str);
             let words = words.or_else(|| panic.downcast_ref::<&str>().copied());
-            Err(anyhow::anyhow!("a bug of this program: {}", words.unwrap_or("a panic without words")))
+            Err(anyhow::anyhow!("a bug of this program: {}", words.unwrap_or("a panic without a message")))
         });
         let seconds = start.elapsed().as_secs_f64();
         let measured = measured.and_then(|rows| match bench.messages().first() {
@@ -161,11 +169,12 @@ impl Run<'_> {
                 first.text
             )),
         });
-        let (pictures, outcome) = (bench.written, Outcome::of(measured));
-        CellResult { seconds, pictures, outcome, ..self.result(figure, cell) }
+        let (outcome, cause) = Outcome::of(measured);
+        let result = CellResult { seconds, pictures: bench.written, outcome, ..self.result(figure, cell) };
+        (result, cause)
     }
 
-    /// Whether a stored result may stand beside this run's.
+    /// Checks that a stored result may be combined with this run's.
     fn check(&self, stored: &CellResult) -> Result<(), RunError> {
         let device =
             |m: &Machine| format!("{}, {}, on {}, {} cores", m.device, m.driver, m.processor, m.cores);

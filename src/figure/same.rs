@@ -1,48 +1,52 @@
-//! Whether two sweeps of `ortelius trade` found the same front.
+//! Tests whether two sweeps of `ortelius trade` found the same front.
 
 use super::{Trade, Traded};
 use crate::stats::{ALIKE, percentile};
 use std::collections::HashMap;
 
-/// A later sweep beside an earlier one of the same scene.
+/// A sweep compared with an earlier one of the same scene.
 ///
-/// Fronts are the same within noise where, whatever bound one has on the error, the settings that both sweeps choose for it
-/// are the same, or differ in time, by both sweeps together, by no more than what counts as alike ([`ALIKE`]) times the
-/// noise between the sweeps. That noise is measured, not assumed: 95 of 100 settings took the same time in both within it,
-/// as multiples of the scene's own frame.
+/// Two fronts are the same within noise if, for every bound on the error, both sweeps choose the same
+/// setting, or settings whose times (over both sweeps) differ by at most [`ALIKE`] times the noise between
+/// the sweeps. The noise is measured: 95 of 100 settings took the same time in both sweeps within it, as
+/// multiples of the scene's own frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Same {
-    /// Settings that both have.
+    /// Settings in both sweeps.
     pub settings: usize,
-    /// A factor, 1 without any noise.
+    /// A factor; 1 without noise.
     pub noise: f64,
-    /// Settings whose error is another: these are other pictures.
+    /// Settings whose error changed: their pictures differ.
     pub other_errors: Vec<String>,
-    /// Where the choices are different settings, from the smallest error on.
+    /// The error bounds for which the choices differ, smallest first.
     pub choices: Vec<Choices>,
 }
 
-/// What both sweeps choose for a bound.
+/// The choices of both sweeps for a bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choices {
     pub bound: f64,
-    /// Name of the earlier sweep's choice, and of the later one's; none where no setting meets the bound.
+    /// Names of the earlier and the later sweep's choice; `None` if no setting meets the bound.
     pub earlier: Option<String>,
     pub later: Option<String>,
-    /// Time of the slower over that of the faster, the geometric mean of both sweeps; infinite where one is none.
+    /// Slower over faster, as the geometric mean of both sweeps; infinite if one choice is missing.
     pub factor: f64,
 }
 
 impl Same {
     /// # Errors
-    /// In words: what makes the two no sweeps of the same thing.
+    /// A text that says why the two sweeps are not of the same thing.
     pub fn of(earlier: &Trade, later: &Trade) -> Result<Same, String> {
-        let told = |trade: &Trade| {
+        let subject = |trade: &Trade| {
             let ([width, height], machine) = (trade.size, &trade.machine);
             format!("{} at {width} x {height} by {} on {}", trade.scene, trade.measure, machine.device)
         };
-        if told(earlier) != told(later) {
-            return Err(format!("the earlier sweep is of {}, this one of {}", told(earlier), told(later)));
+        if subject(earlier) != subject(later) {
+            return Err(format!(
+                "the earlier sweep is of {}, this one of {}",
+                subject(earlier),
+                subject(later)
+            ));
         }
         let pairs = pairs(earlier, later);
         if pairs.len() < earlier.settings.len().max(later.settings.len()) {
@@ -77,12 +81,12 @@ impl Same {
         ALIKE * self.noise
     }
 
-    /// Whether the fronts are the same within noise.
+    /// True if the fronts are the same within noise.
     pub fn holds(&self) -> bool {
         self.other_errors.is_empty() && self.choices.iter().all(|choices| choices.factor <= self.bound())
     }
 
-    /// In words, the verdict first.
+    /// Text, the verdict first.
     pub fn lines(&self) -> Vec<String> {
         let percent = |factor: f64| format!("{:.1} %", 100.0 * (factor - 1.0));
         let name = |name: &Option<String>| name.clone().unwrap_or("none".into());
@@ -104,7 +108,7 @@ impl Same {
     }
 }
 
-/// Errors that agree in three digits are as small as each other.
+/// Errors that agree in three digits count as equal.
 const THREE_DIGITS: f64 = 1.005;
 
 fn alike(a: f64, b: f64) -> bool {
@@ -115,7 +119,7 @@ fn named<'a>(trade: &'a Trade, name: &str) -> &'a Traded {
     trade.settings.iter().find(|setting| setting.name == name).expect("a setting that both have")
 }
 
-/// Times of the settings that both have, as multiples of the scene's own.
+/// Times of the common settings, as multiples of the scene's own frame.
 fn pairs<'a>(earlier: &Trade, later: &'a Trade) -> HashMap<&'a str, (f64, f64)> {
     let times = |trade: &Trade| -> HashMap<String, f64> {
         let own = trade.settings.first().map_or(1.0, |own| own.ms.median);
@@ -140,7 +144,7 @@ pub(super) mod tests {
     use super::*;
     use crate::stats::Summary;
 
-    /// Settings as name, milliseconds and error; intervals of a hundredth of the median.
+    /// Settings as name, milliseconds and error; each interval is a hundredth of its median.
     pub fn sweep(settings: &[(&str, f64, f64)]) -> Trade {
         let text = |text: &str| text.to_string();
         let machine = Machine {
@@ -198,8 +202,8 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_setting_that_left_the_front_by_a_hair_changes_nothing() {
-        // 8 against 7.7 is alike, against 7 it was not: "coarser" is not worth its error any more.
+    fn a_setting_that_leaves_the_front_within_noise_is_no_change() {
+        // 8 is alike 7.7 but was not alike 7: "coarser" leaves the front.
         let same = Same::of(&sweep(&FIRST), &with("coarser", 7.7)).unwrap();
         assert!(same.holds(), "{same:?}");
         let choices = &same.choices[0];
@@ -210,7 +214,7 @@ pub(super) mod tests {
 
     #[test]
     fn a_choice_that_is_clearly_slower_is_another_front() {
-        // One setting of 40 changed, beyond the noise of all others.
+        // One setting of 40 changed by more than the noise of all others.
         let many = |ms| {
             let names: Vec<String> = (0..36).map(|n| format!("slow {n}")).collect();
             let slow = names.iter().map(|name| (&**name, 20.0, 0.5));
@@ -233,7 +237,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn another_picture_is_another_front_and_another_scene_none_at_all() {
+    fn a_changed_picture_changes_the_front_and_another_scene_is_an_error() {
         let other =
             sweep(&FIRST.map(|(name, ms, error)| (name, ms, if name == "coarse" { 0.22 } else { error })));
         let same = Same::of(&sweep(&FIRST), &other).unwrap();

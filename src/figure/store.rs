@@ -1,5 +1,5 @@
-//! A run's folder. Each cell has a file under `cells/FIGURE/`, written atomically, so a run may be killed at any moment.
-//! Pictures are under `pictures/`, written before the cell that names them.
+//! A run's folder. Each cell has a file in `cells/FIGURE/`, written atomically, so a run may be killed at
+//! any moment. Pictures are in `pictures/` and are written before the cell that names them.
 
 use super::{Cell, Effort, Figure, Machine, Row, Value, json};
 use crate::header::{JsonFormat, WrongFormat};
@@ -36,22 +36,26 @@ pub struct CellResult {
 #[serde(rename_all = "lowercase")]
 pub enum Outcome {
     Rows(Vec<Row>),
-    /// The error.
+    /// The error message.
     Failed(String),
-    /// How the process died in it. The cell is not tried again.
+    /// How the process died while measuring. The cell is not measured again.
     Crashed(String),
-    /// Not measured yet, or elsewhere.
+    /// Not measured yet, or measured elsewhere.
     Absent,
 }
 
 impl Outcome {
-    /// What a figure measured, or why that cannot be used: a value is not finite, or a row was measured twice.
-    pub(super) fn of(measured: anyhow::Result<Vec<Row>>) -> Outcome {
-        let rows = match measured {
-            Ok(rows) => rows,
-            // With its causes, in one line.
-            Err(error) => return Outcome::Failed(format!("{error:#}").replace('\n', "; ")),
-        };
+    /// The rows of a figure, or why they cannot be used.
+    pub(super) fn of(measured: anyhow::Result<Vec<Row>>) -> (Outcome, Option<anyhow::Error>) {
+        match measured {
+            Ok(rows) => (Outcome::of_rows(rows), None),
+            // With its causes, on one line.
+            Err(error) => (Outcome::Failed(format!("{error:#}").replace('\n', "; ")), Some(error)),
+        }
+    }
+
+    /// Failed if a value is not finite or a row occurs twice.
+    fn of_rows(rows: Vec<Row>) -> Outcome {
         for (at, row) in rows.iter().enumerate() {
             let name = format!("{}, {}", row.variant, row.quantity);
             let finite = match &row.value {
@@ -80,18 +84,19 @@ pub enum StoreError {
     #[error("{path}: {source}")]
     Folder { path: String, source: std::io::Error },
     #[error(
-        "{path}: not a result of this program ({what}); remove the file, and measure it again with --resume"
+        "{path}: not a result of this program ({what}); remove the file and measure the cell again with --resume"
     )]
     Damaged { path: String, what: String },
     #[error("{path}: {error}; name another folder with -o, or use the program that wrote it")]
     Format { path: String, error: WrongFormat },
-    #[error("{folder}: another run writes into it; wait for its end, or name another folder with -o")]
+    #[error("{folder}: another run is writing to it; wait until it ends, or name another folder with -o")]
     Busy { folder: String },
     #[error(transparent)]
     Write(#[from] FileError),
 }
 
-/// Keeps other runs out of a folder: two would disturb each other's times and mix their cells. It ends with the process.
+/// Excludes other runs from a folder: two runs would disturb each other's times and mix their cells.
+/// Released when the process ends.
 pub struct Lock(#[expect(dead_code)] File);
 
 /// The folder of a run.
@@ -100,7 +105,7 @@ pub struct Store {
 }
 
 impl Store {
-    /// Makes the folders that are missing.
+    /// Creates missing folders.
     ///
     /// # Errors
     /// [`StoreError::Folder`].
@@ -114,7 +119,7 @@ impl Store {
     }
 
     /// # Errors
-    /// [`StoreError::Busy`] while another process holds it; the disk's.
+    /// [`StoreError::Busy`] while another process holds the lock; I/O errors.
     pub fn lock(&self) -> Result<Lock, StoreError> {
         let path = self.cells().join("lock");
         let folder = |source| StoreError::Folder { path: path.display().to_string(), source };
@@ -128,7 +133,7 @@ impl Store {
         }
     }
 
-    /// An existing folder, as it is.
+    /// An existing folder; creates nothing.
     pub fn at(folder: &Path) -> Store {
         Store { folder: folder.to_path_buf() }
     }
@@ -164,24 +169,24 @@ impl Store {
         Ok(write_whole(&path, |file| file.write_all(text.as_bytes()))?)
     }
 
-    /// `cells/under-way.json`, while a cell is measured.
+    /// `cells/under-way.json` exists while a cell is measured.
     fn under_way_file(&self) -> PathBuf {
         self.cells().join("under-way.json")
     }
 
-    /// Records that the measurement of a run's cell `number` begins; `result` has no outcome yet.
+    /// Records that measuring cell `number` of a run starts; `result` has no outcome yet.
     ///
     /// # Errors
-    /// The disk's.
+    /// I/O errors.
     pub(super) fn begin(&self, number: usize, result: &CellResult) -> Result<(), StoreError> {
         let text = json::text(&(number, result), 2);
         Ok(write_whole(&self.under_way_file(), |file| file.write_all(text.as_bytes()))?)
     }
 
-    /// The cell that was measured when the process ended, with its number in the run.
+    /// The cell that was being measured when the process ended, with its number in the run.
     ///
     /// # Errors
-    /// The file cannot be read, or is not ours.
+    /// The file cannot be read or has another format.
     pub(super) fn under_way(&self) -> Result<Option<(usize, CellResult)>, StoreError> {
         use std::io::ErrorKind::{NotADirectory, NotFound};
         let path = self.under_way_file();
@@ -198,7 +203,7 @@ impl Store {
     /// Records that no cell is being measured.
     ///
     /// # Errors
-    /// I/O errors; a missing file or folder is not one.
+    /// I/O errors. A missing file or folder is no error.
     pub(super) fn end(&self) -> Result<(), StoreError> {
         use std::io::ErrorKind::{NotADirectory, NotFound};
         let path = self.under_way_file();
@@ -229,13 +234,13 @@ impl Store {
         })?;
         let result: CellResult = serde_json::from_str(&text).map_err(|error| damaged(error.to_string()))?;
         if result.figure != figure || result.cell != *cell {
-            let what = format!("it is of {} {}", result.figure, result.cell);
+            let what = format!("it belongs to {} {}", result.figure, result.cell);
             return Err(damaged(what));
         }
         Ok(Some(result))
     }
 
-    /// All stored results of `figures`, in their order, whatever the effort.
+    /// All stored results of `figures`, in their order, for any effort.
     ///
     /// # Errors
     /// As [`Store::get`].

@@ -1,21 +1,25 @@
-//! What was measured, as rows; claims look numbers up here.
+//! Measured rows, and the table in which claims look up numbers.
 
 use super::Cell;
 use crate::stats::Summary;
+use crate::vk::Work;
 use serde::{Deserialize, Serialize};
 
 /// One measured quantity of one variant in one cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     pub variant: String,
-    /// "dedup", "points emitted": the same word in all cells.
+    /// "dedup", "points emitted": the same spelling in all cells.
     pub quantity: String,
     /// "ms", "tiles"; empty for a plain number.
     pub unit: String,
     pub value: Value,
-    /// What `value` summarises, in the order of rounds: each ran beside the same round of the cell's other rows.
+    /// The samples that `value` summarises, by round; rows of a cell are interleaved round by round.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rounds: Vec<f64>,
+    /// For a time: the work done in it, counted in a separate run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub work: Option<Work>,
 }
 
 /// A measured value.
@@ -24,16 +28,16 @@ pub struct Row {
 pub enum Value {
     /// Repeated measurements; finite.
     Summary(Summary),
-    /// Exact, or computed; may be infinite or NaN.
+    /// Exact or computed; may be infinite or NaN.
     #[serde(with = "any_f64")]
     Number(f64),
-    /// (x, y), in order of x; finite, and exact.
+    /// (x, y), sorted by x; finite and exact.
     Series(Vec<[f64; 2]>),
-    /// Repeated measurements at each x, in order of x; finite.
+    /// Repeated measurements at each x, sorted by x; finite.
     Spreads(Vec<(f64, Summary)>),
     /// An outcome in words.
     Text(String),
-    /// The variant does not run here, and why.
+    /// The variant does not run on this device; with the reason.
     Missing(String),
 }
 
@@ -46,7 +50,7 @@ pub struct Record {
     pub row: Row,
 }
 
-/// Where something was measured.
+/// The machine of a measurement.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Machine {
     pub device: String,
@@ -56,9 +60,9 @@ pub struct Machine {
     pub vulkan: String,
     pub processor: String,
     pub cores: usize,
-    /// Commit of the program, "+changes" behind it where it was built with what was not committed.
+    /// Commit of the program, with "+changes" if it was built with uncommitted changes.
     pub commit: String,
-    /// Day, UTC, as 2026-11-21.
+    /// Date in UTC: 2026-11-21.
     pub date: String,
 }
 
@@ -67,7 +71,7 @@ pub struct Machine {
 pub struct Table {
     pub machine: Machine,
     pub records: Vec<Record>,
-    /// Cells that were to be measured and are not there, and what became of them: "failed".
+    /// Cells without a measurement, and why: "failed".
     pub lost: Vec<(Cell, &'static str)>,
 }
 
@@ -79,7 +83,7 @@ impl Row {
         value: Value,
     ) -> Row {
         let (variant, quantity, unit) = (variant.into(), quantity.into(), unit.into());
-        Row { variant, quantity, unit, value, rounds: Vec::new() }
+        Row { variant, quantity, unit, value, rounds: Vec::new(), work: None }
     }
 
     /// An exact number.
@@ -92,16 +96,16 @@ impl Row {
         Row::new(variant, quantity, unit, Value::Number(number))
     }
 
-    /// What does not run here, and why.
+    /// A quantity of a variant that does not run here, with the reason.
     pub fn missing(variant: impl Into<String>, quantity: impl Into<String>, why: impl Into<String>) -> Row {
         Row::new(variant, quantity, "", Value::Missing(why.into()))
     }
 
-    /// A measurement of each round; `None` where the device keeps no time.
+    /// A sample for each round; `None` if the device has no timestamps.
     pub fn of_rounds(variant: &str, quantity: &str, unit: &str, rounds: Option<Vec<f64>>) -> Row {
         let rounds = rounds.unwrap_or_default();
         let summary = Summary::of(&rounds).map(Value::Summary);
-        let value = summary.unwrap_or_else(|| Value::Missing("the device keeps no time".into()));
+        let value = summary.unwrap_or_else(|| Value::Missing("the device has no timestamps".into()));
         Row { rounds, ..Row::new(variant, quantity, unit, value) }
     }
 }
@@ -117,7 +121,7 @@ impl Value {
     }
 }
 
-/// JSON has no infinities and no NaN: they are written as the strings "inf", "-inf", "NaN".
+/// JSON has no infinities and no NaN; they are stored as the strings "inf", "-inf" and "NaN".
 pub(super) mod any_f64 {
     use serde::{Deserialize, Deserializer, Serializer, de::Error};
 
@@ -164,7 +168,7 @@ impl Table {
 }
 
 impl Machine {
-    /// A processor poses as the device: its times rank nothing on a GPU.
+    /// A software device: its times do not predict GPU rankings.
     pub fn is_software(&self) -> bool {
         self.device_kind == "cpu"
     }

@@ -1,4 +1,4 @@
-//! Cost and error of a scene's settings: the report of `ortelius trade`.
+//! Time and error of a scene's settings: the report of `ortelius trade`.
 
 use super::table::any_f64;
 use super::{Machine, json};
@@ -17,38 +17,40 @@ pub struct Trade {
     pub size: [u32; 2],
     /// Name of the error measure of the front: NMSE, FLIP, largest error.
     pub measure: String,
-    /// What the pictures are compared with, and at which pixels.
+    /// The reference picture, and the pixels that are compared.
     pub truth: String,
     pub machine: Machine,
-    /// Fewest timed frames of each setting. More are taken until its median is known, at most `most_runs`.
+    /// Least timed frames of a setting. More are taken, up to `most_runs`, until the median is precise.
     pub runs: usize,
     pub most_runs: usize,
-    /// Least and most median of the scene's own setting, milliseconds: how far times drifted during the sweep.
+    /// Least and greatest median of the scene's own setting, milliseconds: the drift of times during the
+    /// sweep.
     pub drift_ms: [f64; 2],
-    /// The simplest first: those that change the fewest keys of the scene.
+    /// Sorted by the number of scene keys that they change, fewest first.
     pub settings: Vec<Traded>,
     pub refused: Vec<Refused>,
-    /// Empty where budgets were not varied.
+    /// Empty if budgets were not varied.
     pub budgets: Vec<Budgeted>,
 }
 
-/// A setting as measured.
+/// A measured setting.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Traded {
     pub name: String,
-    /// What it changes of the scene, as `-D` takes it.
+    /// Its changes to the scene, as arguments of `-D`.
     pub changes: Vec<String>,
-    /// The settled frame: multiples of the scene's own frame of the same round, times the median of that frame.
+    /// Time of the settled frame: ratio to the scene's own frame of the same round, times the median of
+    /// that frame.
     pub ms: Summary,
-    /// Where the median lies ([`median_interval`](crate::stats::median_interval)).
+    /// Interval of the median ([`median_interval`](crate::stats::median_interval)).
     pub interval_ms: [f64; 2],
     /// By the chosen measure.
     #[serde(with = "any_f64")]
     pub error: f64,
     pub errors: Errors,
-    /// Levels by which the picture is coarser than asked for, because the visible tiles exceed N1.
+    /// Levels by which the picture is coarser than requested because the visible tiles exceed N1.
     pub forced_bias: u32,
-    /// Frames until a resting camera has listed every visible tile; 1 where each frame's list is exact.
+    /// Frames until a resting camera has listed every visible tile; 1 if each frame's list is exact.
     #[serde(default = "at_once")]
     pub list_frames: u64,
     pub on_front: bool,
@@ -58,12 +60,12 @@ fn at_once() -> u64 {
     1
 }
 
-/// All measures of a picture against the truth.
+/// All error measures of a picture against the truth.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Errors {
     #[serde(with = "any_f64")]
     pub nmse: f64,
-    /// Mean of FLIP.
+    /// Mean FLIP.
     #[serde(with = "any_f64")]
     pub flip: f64,
     /// Largest difference of a channel, linear light.
@@ -71,21 +73,21 @@ pub struct Errors {
     pub max: f64,
 }
 
-/// A budget of streaming: how soon the settled frame is there, and that it is the same frame.
+/// A streaming budget: frames until the picture has settled, and the error of that frame.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Budgeted {
-    /// What it changes of the scene, as `-D` takes it.
+    /// Its changes to the scene, as arguments of `-D`.
     pub changes: Vec<String>,
-    /// From empty caches on.
+    /// Starting with empty caches.
     pub frames: u64,
     pub wall_ms: f64,
-    /// The settled frame; `None` where the device keeps no time.
+    /// Time of the settled frame; `None` if the device has no timestamps.
     pub ms: Option<Summary>,
-    /// Of its picture, against that of the scene's own setting.
+    /// Error of the settled picture against that of the scene's own setting.
     pub differing_bytes: usize,
 }
 
-/// A setting that does not run here.
+/// A setting that does not run on this device.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Refused {
     pub name: String,
@@ -93,8 +95,9 @@ pub struct Refused {
 }
 
 impl Trade {
-    /// Finds the front once all settings are measured. Settings whose list converges more slowly than the scene's own are
-    /// excluded: the settled picture does not show the tiles that they miss after every move of the camera.
+    /// Computes the front after all settings are measured. Settings whose list converges more slowly than
+    /// the scene's own are excluded: after each move of the camera they miss tiles, and the settled picture
+    /// does not show it.
     pub fn mark_front(&mut self) {
         let choice = |setting: &Traded| Choice {
             time: setting.ms.median,
@@ -124,23 +127,23 @@ impl Trade {
         members
     }
 
-    /// The fastest of the front whose error is at most `bound`.
+    /// The fastest setting of the front with an error of at most `bound`.
     pub fn cheapest(&self, bound: f64) -> Option<&Traded> {
-        // Along the front times fall as errors rise.
+        // Times on the front fall as errors rise.
         self.front().into_iter().rfind(|setting| setting.error <= bound)
     }
 
-    /// The one of the front with the smallest error whose median is at most `ms`.
+    /// The setting of the front with the smallest error and a median of at most `ms`.
     pub fn most_accurate(&self, ms: f64) -> Option<&Traded> {
         self.front().into_iter().find(|setting| setting.ms.median <= ms)
     }
 
-    /// JSON, with a line for each setting.
+    /// JSON, one line for each setting.
     pub fn json(&self) -> String {
         json::text(&FORMAT.head(self), 2)
     }
 
-    /// From the text of a `trade.json`.
+    /// Reads the text of a `trade.json`.
     ///
     /// # Errors
     /// [`WrongFormat`]
@@ -155,7 +158,7 @@ mod tests {
     use super::super::same::tests::sweep;
 
     #[test]
-    fn a_list_that_is_whole_later_keeps_a_setting_off_the_front_however_fast_it_is() {
+    fn a_setting_whose_list_converges_more_slowly_is_excluded_from_the_front() {
         let mut trade =
             sweep(&[("the scene's own", 10.0, 0.1), ("feedback 1/64", 5.0, 0.1), ("bias 1", 8.0, 0.2)]);
         let front = |trade: &super::Trade| {

@@ -1,6 +1,7 @@
-//! Numbers for people.
+//! Numbers as text for readers.
 
-/// Four significant digits; whole numbers up to 10^15 in full, in groups of three; else a power of ten.
+/// Four significant digits. Whole numbers up to 10^15 are written in full, in groups of three; larger ones
+/// as powers of ten.
 pub fn human(number: f64) -> String {
     let size = number.abs();
     if !number.is_finite() {
@@ -21,7 +22,7 @@ pub fn human(number: f64) -> String {
         let (mantissa, exponent) = text.split_once('e').expect("{:e} writes an e");
         return format!("{}e{exponent}", trimmed(mantissa));
     }
-    // Digits before the point, 0 or less for what is below 1; rounding may add one, which only shows a digit more.
+    // Digits before the point, at most 0 for numbers below 1. Rounding may add a digit.
     let before = size.log10().floor() as i32 + 1;
     let text = format!("{number:.*}", (4 - before).max(0) as usize);
     match text.split_once('.') {
@@ -30,7 +31,7 @@ pub fn human(number: f64) -> String {
     }
 }
 
-/// Without zeros at the end of a fraction.
+/// Without trailing zeros of a fraction.
 fn trimmed(text: &str) -> &str {
     match text.contains('.') {
         true => text.trim_end_matches('0').trim_end_matches('.'),
@@ -38,7 +39,7 @@ fn trimmed(text: &str) -> &str {
     }
 }
 
-/// 1 234 567 with narrow spaces that do not break (ISO 80000-1), from five digits on.
+/// 1 234 567 with narrow no-break spaces (ISO 80000-1), from five digits on.
 fn grouped(whole: f64) -> String {
     let digits = format!("{:.0}", whole.abs());
     let sign = if whole < 0.0 { "-" } else { "" };
@@ -55,7 +56,7 @@ fn grouped(whole: f64) -> String {
     text
 }
 
-/// [`human`], but large powers of two as such: 2¹⁸.
+/// [`human`], but with large powers of two as 2¹⁸.
 pub fn tick(number: f64) -> String {
     let power = number.log2();
     if number >= 4096.0 && power.fract() == 0.0 && power < 100.0 {

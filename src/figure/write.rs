@@ -1,6 +1,7 @@
 //! The files of a report: the page, `results.json`, `summary.json`, `manifest.json`, and for each figure JSON, CSV and
 //! plots.
 
+use super::page::Beside;
 use super::{CellResult, Changes, Figure, FigureResult, Machine, Results, Store, csv, json, page, plot};
 use crate::header::JsonFormat;
 use crate::picture::write::write_whole;
@@ -13,28 +14,28 @@ use xxhash_rust::xxh3::xxh3_64;
 const SUMMARY: JsonFormat = JsonFormat::new("ortelius-summary", 1);
 /// `FIGURE.json`
 const FIGURE: JsonFormat = JsonFormat::new("ortelius-figure", 1);
-/// `manifest.json`. Before version 2 `version` was the program's.
+/// `manifest.json`. Before version 2, `version` was the program's version.
 const MANIFEST: JsonFormat = JsonFormat::new("ortelius-manifest", 2);
 
 /// Indented levels of the files: a measured row is one line.
 const LEVELS: usize = 6;
 
-/// What it takes to repeat a run, and what it left.
+/// What is needed to repeat a run, and the files that it wrote.
 #[derive(Serialize)]
 struct Manifest<'a> {
     program_version: &'a str,
     command: &'a [String],
     effort: super::Effort,
     machines: &'a [Machine],
-    /// Builds that measured; nearly always one ([`super::program`]).
+    /// Builds that measured; usually one ([`super::program`]).
     programs: BTreeSet<&'a str>,
-    /// Seconds by figure and cell.
+    /// Seconds for each figure and cell.
     seconds: BTreeMap<&'a str, BTreeMap<String, f64>>,
     /// XXH3 (64 bits, hexadecimal) of each file.
     files: BTreeMap<String, String>,
 }
 
-/// One figure with all that its numbers mean something by.
+/// One figure with the context of its numbers.
 #[derive(Serialize)]
 struct FigureFile<'a> {
     effort: super::Effort,
@@ -43,11 +44,11 @@ struct FigureFile<'a> {
     figure: &'a FigureResult,
 }
 
-/// Writes the report of `results`, which are of `figures`, into the run's folder. `cells`: where they came from;
-/// `command`: the line that was given; `changes`: against other results, for the page.
+/// Writes the report of `results` for `figures` into the run's folder. `cells`: the stored cells;
+/// `command`: the command line; `changes`: the comparison with other results, for the page.
 ///
 /// # Errors
-/// The disk's, and a picture that a cell names and that is not there.
+/// I/O errors; a picture that a cell names but that is missing.
 pub fn write_outputs(
     store: &Store,
     figures: &[&Figure],
@@ -70,7 +71,7 @@ pub fn write_outputs(
             put(format!("{}.svg", drawn.name), plot::file(&drawn.svg))?;
         }
     }
-    put("index.html".into(), page::html(figures, results, &plots, store, changes)?)?;
+    put("index.html".into(), page::html(figures, results, &plots, Beside::Run(store), changes)?)?;
     put("results.json".into(), results.text())?;
     let summary: BTreeMap<&str, _> = results.figures.iter().map(|f| (f.id.as_str(), &f.claims)).collect();
     put("summary.json".into(), json::text(&SUMMARY.head(summary), LEVELS))?;

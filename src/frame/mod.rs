@@ -1,6 +1,6 @@
-//! One loop drives every frame, for figures, the command line and the window alike: retire what the frame that used
-//! this slot found out, prepare, record, submit ([`Run`]). What is drawn is a [`Technique`]; papers are techniques,
-//! and this floor knows none of them.
+//! The frame loop ([`Run`]), shared by figures, the command line and the window. For each frame: retire the
+//! results of the last frame in this slot, prepare, record, submit. A [`Technique`] draws; each paper is a
+//! technique, and this module knows none of them.
 
 mod per_frame;
 mod records;

@@ -1,22 +1,22 @@
-//! What exists once for each frame in flight.
+//! Data that exists once for each frame in flight.
 
 use crate::vk::FRAMES_IN_FLIGHT;
 use std::ops::{Index, IndexMut};
 
-/// One of the [`FRAMES_IN_FLIGHT`] places that frames take in turn.
+/// One of the [`FRAMES_IN_FLIGHT`] slots that frames use in rotation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Slot(usize);
 
 impl Slot {
-    /// For work that never overlaps another frame's.
+    /// For work that never overlaps another frame.
     pub const FIRST: Slot = Slot(0);
 
-    /// Its place, 0 ..= [`FRAMES_IN_FLIGHT`] - 1.
+    /// Its index, 0 ..= [`FRAMES_IN_FLIGHT`] - 1.
     pub fn index(self) -> u32 {
         self.0 as u32
     }
 
-    /// Of frame number `frame`.
+    /// The slot of frame number `frame`.
     pub fn of(frame: u64) -> Slot {
         Slot((frame % FRAMES_IN_FLIGHT as u64) as usize)
     }
@@ -28,7 +28,7 @@ pub struct PerFrame<T>([T; FRAMES_IN_FLIGHT]);
 
 impl<T> PerFrame<T> {
     /// # Errors
-    /// The first that `make` returns.
+    /// The first error of `make`.
     pub fn new<E>(mut make: impl FnMut() -> Result<T, E>) -> Result<PerFrame<T>, E> {
         let values = (0..FRAMES_IN_FLIGHT).map(|_| make()).collect::<Result<Vec<T>, E>>()?;
         let values =

@@ -1,9 +1,9 @@
-//! Where the records of frames go.
+//! Storage for the records of frames.
 
 type Tap<R> = Box<dyn FnMut(&R)>;
 
-/// What frames found out, in their order: all of it, or the last ones; and, where asked for, each on its way to
-/// somewhere else (a file of JSON Lines, say).
+/// The records of frames, in order: all of them, or the last ones. A tap can pass each record on (to a JSON
+/// Lines file, for example).
 pub struct Records<R> {
     kept: Vec<R>,
     most: usize,
@@ -21,7 +21,7 @@ impl<R> Records<R> {
         Records { kept: Vec::new(), most, tap: None }
     }
 
-    /// As these, and each record is also given to `tap` when its frame has ended.
+    /// Also passes each record to `tap` when its frame has ended.
     pub fn with_tap(self, tap: impl FnMut(&R) + 'static) -> Records<R> {
         Records { tap: Some(Box::new(tap)), ..self }
     }
@@ -39,13 +39,13 @@ impl<R> Records<R> {
         self.kept.push(record);
     }
 
-    /// Takes out what is kept.
+    /// Removes and returns the kept records.
     pub fn take(&mut self) -> Vec<R> {
         std::mem::take(&mut self.kept)
     }
 }
 
-/// What is kept, in the order of frames.
+/// The kept records, in frame order.
 impl<R> std::ops::Deref for Records<R> {
     type Target = [R];
     fn deref(&self) -> &[R] {
@@ -59,7 +59,7 @@ mod tests {
     use std::sync::mpsc;
 
     #[test]
-    fn a_ring_keeps_the_last_and_the_tap_sees_all() {
+    fn a_ring_keeps_the_last_records_and_the_tap_sees_all() {
         let (sender, receiver) = mpsc::channel();
         let mut records = Records::last_ones(2).with_tap(move |n: &u32| sender.send(*n).unwrap());
         (0..5).for_each(|n| records.push(n));

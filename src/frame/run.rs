@@ -10,7 +10,7 @@ use std::time::Instant;
 pub struct Run<T: Technique> {
     pub gpu: Gpu,
     pub technique: T,
-    /// Frames that have ended; [`Run::drain`] adds those in flight.
+    /// Records of frames that have ended. [`Run::drain`] adds those in flight.
     pub records: Records<T::Record>,
     target: Target,
     in_flight: PerFrame<Option<Ticket>>,
@@ -18,7 +18,7 @@ pub struct Run<T: Technique> {
 }
 
 impl<T: Technique> Run<T> {
-    /// Frames of `technique`, which was made for `target`. Keeps all records: see [`Run::keep`].
+    /// Runs `technique`, created for `target`. Keeps all records; see [`Run::keep`].
     pub fn new(gpu: Gpu, technique: T, target: Target) -> Run<T> {
         for need in technique.needs() {
             let feature = need.feature;
@@ -32,12 +32,12 @@ impl<T: Technique> Run<T> {
         Run { gpu, technique, records, target, in_flight, next: 0 }
     }
 
-    /// From here on records go to `records`.
+    /// Stores all further records in `records`.
     pub fn keep(&mut self, records: Records<T::Record>) {
         self.records = records;
     }
 
-    /// One frame from `pose`.
+    /// Renders one frame from `pose`.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -45,7 +45,8 @@ impl<T: Technique> Run<T> {
         self.frame_between(pose, &[], &[])
     }
 
-    /// As [`Run::frame`]: the device begins when all of `waits` are signalled, and signals all of `signals` at the end.
+    /// Like [`Run::frame`]; the device starts when all of `waits` are signalled, and signals all of `signals`
+    /// at the end.
     ///
     /// # Errors
     /// As [`Run::frame`].
@@ -58,10 +59,11 @@ impl<T: Technique> Run<T> {
         self.frame_with(pose, waits, signals, |_, _, _, _| Ok(()))
     }
 
-    /// As [`Run::frame_between`]; `also` records passes behind those of the technique: what shows the picture in a window.
+    /// Like [`Run::frame_between`]; `also` records more passes after those of the technique, such as a
+    /// window's.
     ///
     /// # Errors
-    /// As [`Run::frame`], and what `also` returns.
+    /// As [`Run::frame`], and errors of `also`.
     pub fn frame_with(
         &mut self,
         pose: &Pose,
@@ -88,7 +90,8 @@ impl<T: Technique> Run<T> {
         Ok(())
     }
 
-    /// Waits for every frame in flight, so that [`Run::records`] holds all of them. It changes nothing that follows.
+    /// Waits for every frame in flight, so that [`Run::records`] holds all of them. Later frames are
+    /// unaffected.
     ///
     /// # Errors
     /// Device lost.
@@ -96,15 +99,15 @@ impl<T: Technique> Run<T> {
         (self.next..self.next + FRAMES_IN_FLIGHT as u64).try_for_each(|frame| self.retire(Slot::of(frame)))
     }
 
-    /// Whether the last frame's picture is complete.
+    /// True if the last frame's picture is complete.
     pub fn settled(&self) -> bool {
         self.next > 0 && self.technique.progress() == Progress::Settled
     }
 
-    /// Frames from one pose until nothing is missing; returns how many it took.
+    /// Renders frames from one pose until nothing is missing. Returns their number.
     ///
     /// # Errors
-    /// [`Stalled`], and all of [`Run::frame`].
+    /// [`Stalled`], and the errors of [`Run::frame`].
     pub fn settle(&mut self, pose: &Pose) -> Result<u64, T::Error> {
         let first = self.next;
         let mut last_arrival = Instant::now();
@@ -121,7 +124,7 @@ impl<T: Technique> Run<T> {
         }
     }
 
-    /// Frames are of `size` pixels from now on.
+    /// Resizes the target to `size` pixels.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -131,10 +134,10 @@ impl<T: Technique> Run<T> {
         self.technique.resize(&self.gpu, &self.target)
     }
 
-    /// Changes the technique between two frames; no frame is in flight.
+    /// Changes the technique between two frames, with no frame in flight.
     ///
     /// # Errors
-    /// Device lost, and what `change` returns.
+    /// Device lost, and errors of `change`.
     pub fn reconfigure(
         &mut self,
         change: impl FnOnce(&mut T, &Gpu, &Target) -> Result<(), T::Error>,
@@ -152,12 +155,12 @@ impl<T: Technique> Run<T> {
         self.target.size()
     }
 
-    /// What [`Run::picture_bytes`] are.
+    /// The format of [`Run::picture_bytes`].
     pub fn kind(&self) -> picture::Target {
         self.target.kind
     }
 
-    /// The last frame's picture, rows from the top: sRGB bytes or f32 of linear light, RGBA.
+    /// The last frame's picture, rows from the top, RGBA: sRGB bytes or f32 linear light.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -166,7 +169,7 @@ impl<T: Technique> Run<T> {
         Ok(self.gpu.read_image(&self.target.color)?)
     }
 
-    /// Of the technique, and of the target.
+    /// Memory of the technique and of the target.
     pub fn memory(&self) -> Memory {
         let target = [("depth", self.target.depth.bytes()), ("picture", self.target.color.bytes())];
         let target = target.map(|(name, bytes)| (name.to_owned(), bytes));

@@ -1,8 +1,8 @@
-//! Triangles that several passes draw, of whichever technique: what a geometry hands to a texture.
+//! Triangles that several passes draw: the interface between geometry and texture techniques.
 //!
-//! A vertex carries its position and its texture coordinate in two parts each ([`MeshVertex`]), because one f32 holds
-//! neither on the earth. A mesh in the world is drawn once; instances of an object share buffers and have a placement
-//! each, whose push constants make the same vertex shader do.
+//! A vertex stores its position and its texture coordinate in two parts each ([`MeshVertex`]), because a
+//! single f32 is too coarse at the scale of the earth. A world-space mesh is drawn once. Instances of an
+//! object share buffers; each has its own placement, passed to the same vertex shader as push constants.
 
 use super::View;
 use crate::math::camera::Pose;
@@ -14,46 +14,48 @@ use glam::{DMat3, DMat4, DVec3};
 use std::mem::offset_of;
 use std::sync::Arc;
 
-/// Buffers, and what of them is drawn where.
+/// Vertex and index buffers, and the draws that use them.
 #[derive(Clone)]
 pub struct Shape {
     /// [`MeshVertex`]
     pub vertices: Arc<Buffer>,
     pub indices: Arc<Buffer>,
-    /// A unit vector for each vertex, along the object's axes: the shape is lit.
+    /// One unit vector for each vertex, in object space. With normals, the shape is lit.
     pub normals: Option<Arc<Buffer>>,
-    /// Where a pass draws depth alone, and the shape stands in the world.
+    /// Buffers for depth-only passes; for shapes in world space.
     pub depth_alone: Option<Arc<DepthAlone>>,
     pub draws: Vec<Draw>,
+    /// As [`Mesh::curvature`].
+    pub curvature: f64,
 }
 
-/// A mesh in the world as positions alone, its triangles in the same order.
+/// A world-space mesh with positions only; triangles in the same order.
 pub struct DepthAlone {
     pub vertices: Buffer,
     pub indices: Buffer,
     pub clusters: Vec<Cluster>,
 }
 
-/// A part of the index buffer, and where it is.
+/// A range of the index buffer and its placement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Draw {
-    /// Positions are world metres; all indices.
+    /// Positions are in world metres; draws all indices.
     World { indices: u32 },
-    /// Positions are relative to `centre` (world metres), along `axes` (world metres for each object unit).
+    /// Positions are relative to `centre` (world metres), in `axes` (world metres for each object unit).
     Object { centre: DVec3, axes: DMat3, first_index: u32, indices: u32 },
 }
 
-/// What is in the target and in its depth before a pass draws there.
+/// What a pass does with the target's previous colour and depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Onto {
-    /// Nothing that counts: both are cleared first, the colour to this linear light.
+    /// Clears both first; the colour to this linear light.
     Cleared([f32; 3]),
-    /// What earlier passes of the frame drew: it may hide what comes.
+    /// Keeps what earlier passes of the frame drew, including its depth.
     Drawn,
 }
 
 impl Onto {
-    /// What happens to a colour target first.
+    /// The clear operation of the colour target.
     pub fn clear(self) -> Clear {
         match self {
             Onto::Cleared([r, g, b]) => Clear::Float([r, g, b, 1.0]),
@@ -62,10 +64,10 @@ impl Onto {
     }
 }
 
-/// Shapes as a frame sees them: with the push constants of each draw.
+/// Shapes with the push constants of each draw for one frame.
 pub struct Seen<'a> {
     pub view: View,
-    /// Levels by which textures are taken coarser.
+    /// Levels added to the texture level of detail.
     pub level_bias: u32,
     pub onto: Onto,
     shapes: Vec<(&'a Shape, Vec<Slice<ViewConstants>>)>,
@@ -75,7 +77,7 @@ impl Shape {
     /// # Errors
     /// Out of memory, device lost.
     pub fn new(gpu: &Gpu, mesh: &Mesh) -> Result<Shape> {
-        // Tightly packed in the order of the shader's locations: the struct must lie so too.
+        // Tightly packed in the order of the shader's locations; the struct must have the same layout.
         let layout = [
             (VertexFormat::Float3, offset_of!(MeshVertex, position_high)),
             (VertexFormat::Float3, offset_of!(MeshVertex, position_low)),
@@ -95,10 +97,11 @@ impl Shape {
             normals: None,
             depth_alone: None,
             draws: vec![Draw::World { indices }],
+            curvature: mesh.curvature,
         })
     }
 
-    /// As [`Shape::new`], and what it takes to draw depth alone.
+    /// Like [`Shape::new`], with buffers for depth-only passes.
     ///
     /// # Errors
     /// Out of memory, device lost.
@@ -115,7 +118,7 @@ impl Shape {
         Ok(Shape { depth_alone: Some(Arc::new(depth_alone)), ..Shape::new(gpu, mesh)? })
     }
 
-    /// The same, lit by the sun.
+    /// The same shape, lit by the sun.
     ///
     /// # Errors
     /// Out of memory, device lost.
@@ -124,7 +127,7 @@ impl Shape {
         Ok(Shape { normals: Some(Arc::new(normals)), ..self })
     }
 
-    /// Bytes in video memory.
+    /// Bytes of video memory.
     pub fn bytes(&self) -> u64 {
         let depth_alone = self.depth_alone.iter().flat_map(|alone| [&alone.vertices, &alone.indices]);
         let own = [&*self.vertices, &*self.indices].into_iter().chain(self.normals.as_deref());
@@ -132,7 +135,7 @@ impl Shape {
     }
 }
 
-/// The push constants of positions in world metres.
+/// Push constants for positions in world metres.
 pub fn world_view(pose: &Pose, size: [u32; 2], level_bias: u32) -> ViewConstants {
     let eye_high = pose.eye.as_vec3();
     ViewConstants {
@@ -142,27 +145,29 @@ pub fn world_view(pose: &Pose, size: [u32; 2], level_bias: u32) -> ViewConstants
         level_bias,
         frame: 0,
         sun: [0.0; 3],
+        limb: 0.0,
     }
 }
 
 impl Draw {
-    fn slice(&self, view: &View, level_bias: u32, sun: DVec3) -> Slice<ViewConstants> {
+    fn slice(&self, view: &View, level_bias: u32, sun: DVec3, curvature: f64) -> Slice<ViewConstants> {
         let View { pose, size, frame } = *view;
         let world = ViewConstants { frame: frame as u32, ..world_view(&pose, size, level_bias) };
         match *self {
             Draw::World { indices } => {
-                let push = ViewConstants { sun: sun.as_vec3().to_array(), ..world };
+                let limb = (pose.pixel_tangent(size[1]) * curvature) as f32;
+                let push = ViewConstants { sun: sun.as_vec3().to_array(), limb, ..world };
                 Slice { push, first_index: 0, count: indices }
             }
             Draw::Object { centre, axes, first_index, indices } => {
-                // The eye is subtracted here, in f64: what is left is small where it matters, and fits f32.
+                // Subtract the eye here, in f64. The difference is small near the eye and fits f32.
                 let to_eye = DMat4::from_translation(centre - pose.eye) * DMat4::from_mat3(axes);
                 let to_clip = (pose.world_to_clip(size[0], size[1]) * to_eye).as_mat4();
                 let push = ViewConstants {
                     eye_to_clip: to_clip.to_cols_array_2d(),
                     eye_high: [0.0; 3],
                     eye_low: [0.0; 3],
-                    // The axes are orthogonal, all of one length.
+                    // The axes are orthogonal and of equal length.
                     sun: (axes.transpose() * sun).normalize_or_zero().as_vec3().to_array(),
                     ..world
                 };
@@ -173,12 +178,12 @@ impl Draw {
 }
 
 impl<'a> Seen<'a> {
-    /// `shapes` in an otherwise empty frame, unlit, before black.
+    /// `shapes` in an otherwise empty frame, unlit, on black.
     pub fn new(shapes: impl IntoIterator<Item = &'a Shape>, view: View, level_bias: u32) -> Seen<'a> {
         Seen::lit(shapes, view, level_bias, DVec3::ZERO)
     }
 
-    /// As [`Seen::new`]; `sun` is the unit vector towards it, along the world's axes.
+    /// Like [`Seen::new`]; `sun` is the unit vector towards the sun in world space.
     pub fn lit(
         shapes: impl IntoIterator<Item = &'a Shape>,
         view: View,
@@ -186,18 +191,21 @@ impl<'a> Seen<'a> {
         sun: DVec3,
     ) -> Seen<'a> {
         let slices = |shape: &'a Shape| {
-            (shape, shape.draws.iter().map(|draw| draw.slice(&view, level_bias, sun)).collect())
+            (
+                shape,
+                shape.draws.iter().map(|draw| draw.slice(&view, level_bias, sun, shape.curvature)).collect(),
+            )
         };
         let shapes = shapes.into_iter().map(slices).collect();
         Seen { view, level_bias, onto: Onto::Cleared([0.0; 3]), shapes }
     }
 
-    /// The same, over something else.
+    /// The same, with another initial content of the target.
     pub fn onto(self, onto: Onto) -> Seen<'a> {
         Seen { onto, ..self }
     }
 
-    /// Draws every shape; `pipeline` says how.
+    /// Draws every shape with the pipeline that `pipeline` returns for it.
     ///
     /// # Errors
     /// Out of memory.

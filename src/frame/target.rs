@@ -1,13 +1,13 @@
-//! What all techniques of a frame draw into.
+//! The colour and depth target that all techniques of a frame draw into.
 
 use crate::picture;
 use crate::vk::{Format, Gpu, Image, ImageInfo, Result};
 use std::sync::Arc;
 
-/// Colour and depth of one size.
+/// Colour and depth of the same size.
 #[derive(Clone)]
 pub struct Target {
-    /// Linear light, stored as [`Target::kind`] says.
+    /// Linear light, stored in the format [`Target::kind`].
     pub color: Arc<Image>,
     /// Reversed: 0 is infinitely far.
     pub depth: Arc<Image>,

@@ -1,15 +1,15 @@
-//! What a frame looks at.
+//! The view of a frame.
 
 use super::Slot;
 use crate::math::camera::Pose;
 
-/// The eye, and the frame that it sees.
+/// Pose, picture size and frame number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     pub pose: Pose,
     /// Pixels.
     pub size: [u32; 2],
-    /// Counts from 0; noise changes with it.
+    /// Frame number from 0; seeds the noise.
     pub frame: u64,
 }
 
@@ -19,7 +19,7 @@ impl View {
         View { pose: *pose, size, frame: 0 }
     }
 
-    /// The frame's place among those in flight.
+    /// The frame's slot among those in flight.
     pub fn slot(&self) -> Slot {
         Slot::of(self.frame)
     }

@@ -1,27 +1,27 @@
-//! Where the eye is and how it sees: a rigid frame in world metres and the projection to Vulkan's clip space.
+//! The camera pose: a rigid frame in world metres, and the projection to Vulkan's clip space.
 
 use glam::{DMat4, DQuat, DVec3, DVec4};
 
-/// An eye in the world: position in metres, three orthonormal unit vectors (`right x up = -forward`), and
-/// the pinhole's angle.
+/// A camera in the world: position in metres, three orthonormal unit vectors (`right x up = -forward`), and
+/// the field of view of a pinhole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     pub eye: DVec3,
     pub right: DVec3,
     pub up: DVec3,
     pub forward: DVec3,
-    /// Full angle between the top and the bottom edge of the picture, magnification included.
+    /// Full angle between the top and bottom edges of the picture, magnification included.
     pub vertical_fov_rad: f64,
-    /// Distance along `forward` of depth 1; nothing nearer is drawn.
+    /// Distance along `forward` where depth is 1. Nearer geometry is clipped.
     pub near_m: f64,
 }
 
 impl Pose {
-    /// From (position - eye) in world axes to Vulkan's clip space: a rotation, then a perspective whose
-    /// depth is 1 at `near_m` and 0 at infinity (reversed Z: a float keeps 2^-24 of the distance
-    /// everywhere). Clip y points down, w is the distance along `forward` in metres.
+    /// From (position - eye) in world axes to Vulkan's clip space: a rotation, then a perspective with depth
+    /// 1 at `near_m` and 0 at infinity. Reversed Z: a float keeps 2^-24 of the distance everywhere. Clip y
+    /// points down; w is the distance along `forward` in metres.
     ///
-    /// The eye is subtracted first, in f64 or in double-single: a matrix that held it would lose 0.5 m to
+    /// Subtract the eye first, in f64 or double-single. A matrix that includes the eye would lose 0.5 m in
     /// f32 (one ulp of the earth's radius).
     pub fn world_to_clip(&self, width_px: u32, height_px: u32) -> DMat4 {
         assert!(width_px > 0 && height_px > 0, "{width_px} x {height_px} pixels");
@@ -36,7 +36,12 @@ impl Pose {
         )
     }
 
-    /// The same eye turned with all its axes about a point; distances to that point stay.
+    /// A pixel's side at a distance of 1 along `forward`.
+    pub fn pixel_tangent(&self, height_px: u32) -> f64 {
+        2.0 * (0.5 * self.vertical_fov_rad).tan() / f64::from(height_px)
+    }
+
+    /// The same camera rotated about a point; the distance to that point is unchanged.
     pub fn rotated(&self, rotation: DQuat, about: DVec3) -> Pose {
         Pose {
             eye: about + rotation * (self.eye - about),
@@ -47,7 +52,7 @@ impl Pose {
         }
     }
 
-    /// The same eye moved, looking the same way.
+    /// The same camera translated, with the same orientation.
     pub fn moved(&self, by_m: DVec3) -> Pose {
         Pose { eye: self.eye + by_m, ..*self }
     }

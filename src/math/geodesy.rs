@@ -1,5 +1,5 @@
-//! The WGS84 ellipsoid (NIMA TR8350.2, table 3.1) in earth-centred, earth-fixed metres: x to longitude 0 on
-//! the equator, z to the north pole. Everything is f64: one ulp of the earth's radius is 0.9 nm.
+//! The WGS84 ellipsoid (NIMA TR8350.2, table 3.1) in earth-centred, earth-fixed metres. x points to longitude
+//! 0 on the equator, z to the north pole. Everything is f64: one ulp of the earth's radius is 0.9 nm.
 
 use glam::DVec3;
 
@@ -9,13 +9,13 @@ pub const EQUATOR_RADIUS_M: f64 = 6_378_137.0;
 pub const FLATTENING: f64 = 1.0 / 298.257_223_563;
 /// b: distance from the centre to a pole in metres.
 pub const POLE_RADIUS_M: f64 = EQUATOR_RADIUS_M * (1.0 - FLATTENING);
-/// R1 = (2a + b) / 3, for turning a distance on the ground into an angle at the centre.
+/// R1 = (2a + b) / 3: converts a ground distance to an angle at the centre.
 pub const MEAN_RADIUS_M: f64 = (2.0 * EQUATOR_RADIUS_M + POLE_RADIUS_M) / 3.0;
 
 /// e^2 = f (2 - f): first eccentricity, squared.
 const ECCENTRICITY_SQUARED: f64 = FLATTENING * (2.0 - FLATTENING);
 
-/// A place above (or, with a negative altitude, below) the ellipsoid.
+/// A position above the ellipsoid (below it if the altitude is negative).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Geodetic {
     pub latitude_deg: f64,
@@ -31,21 +31,21 @@ pub struct LocalFrame {
     pub up: DVec3,
 }
 
-/// Position in metres of a geodetic place.
+/// Position in metres of geodetic coordinates.
 pub fn geodetic_to_ecef(latitude_deg: f64, longitude_deg: f64, altitude_m: f64) -> DVec3 {
     let (sin_lat, cos_lat) = latitude_deg.to_radians().sin_cos();
     let (sin_lon, cos_lon) = longitude_deg.to_radians().sin_cos();
-    // N: from the surface along the normal to the earth's axis.
+    // N: distance along the normal from the surface to the earth's axis.
     let prime_vertical_m = EQUATOR_RADIUS_M / (1.0 - ECCENTRICITY_SQUARED * sin_lat * sin_lat).sqrt();
     let from_axis_m = (prime_vertical_m + altitude_m) * cos_lat;
     let height_m = (prime_vertical_m * (1.0 - ECCENTRICITY_SQUARED) + altitude_m) * sin_lat;
     DVec3::new(from_axis_m * cos_lon, from_axis_m * sin_lon, height_m)
 }
 
-/// The geodetic place of a position in metres; on the axis the longitude is that of `atan2(y, x)`.
+/// Geodetic coordinates of a position in metres. On the axis the longitude is that of `atan2(y, x)`.
 ///
-/// Bowring's iteration on the parametric latitude (Survey Review 23, 1976): from -10 km to 10^8 m of
-/// altitude it is exact to rounding after three rounds; here six. Not for positions near the centre, where
+/// Bowring's iteration on the parametric latitude (Survey Review 23, 1976). From -10 km to 10^8 m of
+/// altitude, three iterations are exact to rounding; this uses six. Not for positions near the centre, where
 /// several normals meet (within the evolute, 43 km).
 pub fn ecef_to_geodetic(position: DVec3) -> Geodetic {
     let from_axis_m = position.x.hypot(position.y);
@@ -71,7 +71,7 @@ pub fn ecef_to_geodetic(position: DVec3) -> Geodetic {
     }
 }
 
-/// East, north and up at a geodetic place. At a pole they are the limit along the given meridian.
+/// East, north and up at geodetic coordinates. At a pole: the limit along the given meridian.
 pub fn local_frame(latitude_deg: f64, longitude_deg: f64) -> LocalFrame {
     let (sin_lat, cos_lat) = latitude_deg.to_radians().sin_cos();
     let (sin_lon, cos_lon) = longitude_deg.to_radians().sin_cos();
@@ -82,7 +82,7 @@ pub fn local_frame(latitude_deg: f64, longitude_deg: f64) -> LocalFrame {
     }
 }
 
-/// Where a ray from `eye` along the unit vector `direction` first meets the ellipsoid, or `None`.
+/// First intersection of a ray from `eye` along the unit vector `direction` with the ellipsoid, or `None`.
 pub fn ray_to_ellipsoid(eye: DVec3, direction: DVec3) -> Option<DVec3> {
     let radii_m = DVec3::new(EQUATOR_RADIUS_M, EQUATOR_RADIUS_M, POLE_RADIUS_M);
     // The unit sphere in scaled space: |o + k d|^2 = 1.
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_known_city_lies_where_it_is_published() {
+    fn a_known_city_has_its_published_position() {
         // EPSG guidance note 7-2, worked example of geocentric conversion (EPSG:9602).
         let place =
             geodetic_to_ecef(53.0 + 48.0 / 60.0 + 33.820 / 3600.0, 2.0 + 7.0 / 60.0 + 46.380 / 3600.0, 73.0);
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn the_inverse_returns_the_place_at_every_latitude_and_altitude() {
+    fn the_inverse_returns_the_coordinates_at_every_latitude_and_altitude() {
         for altitude_m in [-10_000.0, 0.0, 1.0, 300e3, 2e7, 1e8] {
             for latitude_deg in [-90.0, -89.999_999, -45.0, -1e-9, 0.0, 12.5, 60.0, 89.999, 90.0] {
                 for longitude_deg in [-180.0, -179.5, 0.0, 33.0, 180.0] {
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn the_frame_is_orthonormal_and_right_handed_also_at_a_pole() {
+    fn the_frame_is_orthonormal_and_right_handed_including_a_pole() {
         for (latitude_deg, longitude_deg) in [(90.0, 77.0), (-90.0, 0.0), (46.0, 8.0), (0.0, 180.0)] {
             let LocalFrame { east, north, up } = local_frame(latitude_deg, longitude_deg);
             assert!((east.cross(north) - up).length() < 1e-15);

@@ -1,11 +1,11 @@
-//! The one light of a scene.
+//! The light of a scene.
 
-/// Linear light that a white surface reflects.
+/// Linear light reflected by a white surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightColours {
-    /// Where it faces the sun; elsewhere less, by Lambert's cosine.
+    /// Where the surface faces the sun; scaled by Lambert's cosine elsewhere.
     pub sun: [f32; 3],
-    /// Everywhere beside.
+    /// Ambient light, added everywhere.
     pub sky: [f32; 3],
 }
 
@@ -16,7 +16,7 @@ impl Default for LightColours {
 }
 
 impl LightColours {
-    /// As light.glsl is specialized with.
+    /// Specialization constants of light.glsl.
     pub fn constants(&self) -> [(&'static str, u32); 6] {
         let ([r, g, b], [sky_r, sky_g, sky_b]) = (self.sun.map(f32::to_bits), self.sky.map(f32::to_bits));
         [("SUN_R", r), ("SUN_G", g), ("SUN_B", b), ("SKY_R", sky_r), ("SKY_G", sky_g), ("SKY_B", sky_b)]

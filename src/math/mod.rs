@@ -1,4 +1,4 @@
-//! Plain arithmetic that every floor shares: the numbering of levels and tiles, projections, geodesy.
+//! Arithmetic shared by all modules: numbering of levels and tiles, projections, geodesy.
 
 pub mod camera;
 pub mod geodesy;

@@ -1,13 +1,13 @@
-//! The nearest of some names, for messages about a misspelt one.
+//! The name nearest to a misspelt one, for error messages.
 
-/// Of the names, the one with the fewest letters to insert, delete or replace (Levenshtein 1966).
+/// The name with the fewest letters to insert, delete or replace (Levenshtein 1966).
 pub fn nearest<'a>(wanted: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     names.into_iter().min_by_key(|name| edit_distance(wanted, name))
 }
 
 fn edit_distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
-    // row[j]: the distance between the letters of `a` so far and the first j letters of `b`.
+    // row[j]: distance between the prefix of `a` so far and the first j letters of `b`.
     let mut row: Vec<usize> = (0..=b.len()).collect();
     for (i, letter) in a.chars().enumerate() {
         let mut diagonal = std::mem::replace(&mut row[0], i + 1);
@@ -25,7 +25,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn distances_are_levenshteins() {
+    fn edit_distance_is_levenshteins() {
         assert_eq!(edit_distance("kitten", "sitting"), 3);
         assert_eq!(edit_distance("", "abc"), 3);
         assert_eq!(nearest("heigth", ["width", "height", "camera"]), Some("height"));

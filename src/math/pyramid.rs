@@ -1,12 +1,12 @@
 //! The numbering of levels and tiles (paper 1, section 2).
 //!
-//! Level 0 is the source texture of `2^m x 2^n` texels, level `L = max(m, n)` is one texel. Levels
-//! `0 ..= L-L'` are cut into tiles of `2^k x 2^k` texels and streamed (the paper's `G2`); the coarsest
-//! `L'` levels always live in video memory (`G1`). Row 0 is the north edge, column 0 is longitude -180.
+//! Level 0 is the source texture of `2^m x 2^n` texels; level `L = max(m, n)` is one texel. Levels `0 ..=
+//! L-L'` are split into tiles of `2^k x 2^k` texels and streamed (the paper's `G2`). The coarsest `L'` levels
+//! always stay in video memory (`G1`). Row 0 is the north edge, column 0 is longitude -180.
 
 use thiserror::Error;
 
-/// One tile: column `column` and row `row` of level `level`'s own grid (the paper's `q`, `i'`, `j'`).
+/// One tile: column `column` and row `row` in the grid of level `level` (the paper's `q`, `i'`, `j'`).
 /// Ordered by level, then row, then column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TileId {
@@ -34,7 +34,7 @@ impl std::fmt::Display for TileId {
     }
 }
 
-/// What does not make a pyramid.
+/// Invalid parameters of a pyramid.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum PyramidError {
     #[error("a texture of 2^{0} x 2^{1} texels is outside 2^1 .. 2^20 a side")]
@@ -61,8 +61,8 @@ pub struct Pyramid {
 
 impl Pyramid {
     /// A texture of `2^width_log2 x 2^height_log2` texels in tiles of `2^tile_log2` (payload) with
-    /// `border_texels` on each side. `resident_levels` is the paper's L'; `None` takes the fewest that
-    /// leave only levels of whole tiles to stream.
+    /// `border_texels` on each side. `resident_levels` is the paper's L'. `None` takes the smallest value for
+    /// which every streamed level consists of whole tiles.
     ///
     /// # Errors
     /// [`PyramidError`] names the value that is out of range and the range.
@@ -112,8 +112,8 @@ impl Pyramid {
         1 << self.tile_log2
     }
 
-    /// Texels of the neighbours stored around each side of a tile; half as many around its next coarser level, the odd
-    /// one before it.
+    /// Texels of the neighbours stored around each side of a tile. The picture of the next coarser level has
+    /// half as many; if the number is odd, the extra one lies on the side before the payload.
     pub fn border_texels(&self) -> u32 {
         self.border_texels
     }
@@ -153,7 +153,7 @@ impl Pyramid {
             .sum()
     }
 
-    /// A tile's place in the order level, row, column: `0 .. tile_count()`.
+    /// A tile's index in the order level, row, column: `0 .. tile_count()`.
     pub fn tile_index(&self, tile: TileId) -> u64 {
         let [columns, rows] = self.tile_grid(tile.level);
         assert!(tile.column < columns && tile.row < rows, "{tile:?} outside {columns} x {rows} tiles");
@@ -164,7 +164,7 @@ impl Pyramid {
         finer + u64::from(tile.row) * u64::from(columns) + u64::from(tile.column)
     }
 
-    /// Whether the tile exists in this pyramid.
+    /// True if the tile exists in this pyramid.
     pub fn contains(&self, tile: TileId) -> bool {
         tile.level < self.first_resident_level() && {
             let [columns, rows] = self.tile_grid(tile.level);
@@ -172,8 +172,8 @@ impl Pyramid {
         }
     }
 
-    /// Side in texels of the two pictures stored for a tile, border included: its own level, and the next
-    /// coarser one (exactly half, so both fit the two mip levels of one image).
+    /// Sides in texels of the two pictures stored for a tile, border included: its own level, and the next
+    /// coarser one. The second is exactly half the first, so both fit the two mip levels of one image.
     pub fn stored_sides(&self) -> [u32; 2] {
         let side = self.tile_size() + 2 * self.border_texels;
         [side, side / 2]
@@ -198,7 +198,7 @@ mod tests {
         assert_eq!(pyramid.tile_grid(8), [2, 1]);
         assert_eq!(pyramid.level_size(9), [512, 256]);
         assert_eq!(pyramid.level_size(18), [1, 1]);
-        // facts: 174,763 with the half-empty tile of level 9, which is resident here.
+        // The paper's count is 174,763: it includes the half-empty tile of level 9, which is resident here.
         assert_eq!(pyramid.tile_count(), 174_762);
         assert_eq!(pyramid.stored_sides(), [520, 260]);
     }
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn a_streamed_level_of_broken_tiles_is_refused() {
+    fn a_streamed_level_with_partial_tiles_is_refused() {
         let error = Pyramid::new(18, 17, 9, 4, Some(9)).unwrap_err();
         assert_eq!(error, PyramidError::Resident { resident: 9, least: 10, most: 18 });
     }

@@ -1,6 +1,6 @@
-//! Rows of different lengths, one after the other in one vector.
+//! Rows of different lengths, stored back to back in one vector.
 
-/// Rows of different lengths without an allocation for each.
+/// Rows of different lengths, without one allocation for each.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ragged<T> {
     /// Row i is `items[ends[i - 1] .. ends[i]]`.
@@ -18,13 +18,13 @@ impl<T> Ragged<T> {
     /// Appends a row.
     ///
     /// # Panics
-    /// If there were 2^32 items or more.
+    /// If there are 2^32 items or more.
     pub fn push(&mut self, row: impl IntoIterator<Item = T>) {
         self.items.extend(row);
         self.ends.push(u32::try_from(self.items.len()).expect("2^32 items of a ragged table"));
     }
 
-    /// How many rows there are.
+    /// Number of rows.
     pub fn len(&self) -> usize {
         self.ends.len()
     }
@@ -41,7 +41,7 @@ impl<T> Ragged<T> {
         &self.items[self.range(index)]
     }
 
-    /// Where row `index` stands among [`Self::items`].
+    /// Range of row `index` within [`Self::items`].
     ///
     /// # Panics
     /// If there is no such row.
@@ -60,7 +60,7 @@ impl<T> Ragged<T> {
         &self.items
     }
 
-    /// Bytes of main memory that the rows take.
+    /// Bytes of main memory used.
     pub fn bytes(&self) -> usize {
         size_of_val(self.ends.as_slice()) + size_of_val(self.items.as_slice())
     }
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_come_back_as_they_were_also_empty_ones() {
+    fn rows_are_returned_unchanged_including_empty_ones() {
         let rows = [vec![], vec![1, 2, 3], vec![], vec![4]];
         let ragged: Ragged<u32> = rows.iter().cloned().collect();
         assert_eq!(ragged.len(), 4);

@@ -1,13 +1,14 @@
-//! Rows that grow, in one vector.
+//! Rows that can grow, stored in one vector.
 
-/// Rows of items that come and go, without an allocation for each: hundreds of thousands of short lists.
+/// Rows of items that are added and removed, without an allocation for each row, for hundreds of thousands of short
+/// lists.
 #[derive(Clone, Debug, Default)]
 pub struct Rows {
     rows: Vec<Row>,
     items: Vec<u32>,
 }
 
-/// Where a row stands among the items, and how many it may have there.
+/// Position and capacity of a row within the items.
 #[derive(Clone, Copy, Debug, Default)]
 struct Row {
     start: usize,
@@ -15,11 +16,11 @@ struct Row {
     room: u32,
 }
 
-/// A row that outgrows its room gets at least so much: a vertex of a triangle mesh has six faces.
+/// Minimum capacity of a row that is moved: a vertex of a triangle mesh has about six faces.
 const LEAST_ROOM: u32 = 8;
 
 impl Rows {
-    /// How many rows there are.
+    /// Number of rows.
     pub fn len(&self) -> usize {
         self.rows.len()
     }
@@ -28,7 +29,7 @@ impl Rows {
         self.rows.is_empty()
     }
 
-    /// Appends rows without items until there are so many.
+    /// Appends empty rows up to this number.
     pub fn grow(&mut self, rows: usize) {
         self.rows.resize(rows.max(self.rows.len()), Row::default());
     }
@@ -42,8 +43,8 @@ impl Rows {
         &self.items[start..][..length as usize]
     }
 
-    /// Appends an item to row `index`. What the row leaves, where it outgrows its room, is never used again: all rows
-    /// together leave less than they have at most.
+    /// Appends an item to row `index`. A row that outgrows its capacity moves, and its old space is never
+    /// reused. The unused space of all rows together is smaller than their largest total size.
     ///
     /// # Panics
     /// If there is no such row.
@@ -59,7 +60,7 @@ impl Rows {
         row.length += 1;
     }
 
-    /// Leaves row `index` the items that `keep` wants, in their order.
+    /// Removes the items of row `index` that `keep` rejects; the others keep their order.
     ///
     /// # Panics
     /// If there is no such row.
@@ -82,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_grow_and_shrink_apart() {
+    fn rows_grow_and_shrink_independently() {
         let mut rows = Rows::default();
         rows.grow(2);
         let mut wanted = [Vec::new(), Vec::new()];

@@ -1,9 +1,9 @@
-//! Numbers that look like chance and are the same everywhere: SplitMix64 (Steele, Lea and Flood, "Fast splittable
-//! pseudorandom number generators", 2014).
+//! Deterministic pseudorandom numbers, the same on every machine: SplitMix64 (Steele, Lea and Flood, "Fast
+//! splittable pseudorandom number generators", 2014).
 
 const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// A sequence that its seed decides.
+/// A sequence determined by its seed.
 pub struct SplitMix64(pub u64);
 
 impl SplitMix64 {
@@ -14,7 +14,7 @@ impl SplitMix64 {
         bits ^ bits >> 31
     }
 
-    /// The `n`-th number of the sequence of `seed`, from 0.
+    /// Number `n` (from 0) of the sequence of `seed`.
     pub fn nth(seed: u64, n: u64) -> u64 {
         SplitMix64(seed.wrapping_add(n.wrapping_mul(STEP))).draw()
     }

@@ -1,16 +1,16 @@
-//! What a wedge has besides its position.
+//! Attributes of a wedge: everything except its position.
 
 use super::Attributes;
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 
 impl Attributes {
-    /// Whether there are none.
+    /// True if there are none.
     pub fn is_empty(&self) -> bool {
         self.normals.is_empty() && self.coordinates.is_empty() && self.colors.is_empty()
     }
 
-    /// Those of the wedges `indices`, in that order.
+    /// Attributes of the wedges `indices`, in that order.
     ///
     /// # Panics
     /// If there is no such wedge.
@@ -28,7 +28,7 @@ impl Attributes {
         }
     }
 
-    /// The bits of one tuple: equal exactly where the tuples are; what is not there is 0.
+    /// Bits of one tuple, equal exactly for equal tuples. Missing attributes are 0.
     pub(super) fn bits(&self, index: usize) -> [u32; 6] {
         // -0 + 0 is +0.
         let [x, y, z] = self.normals.get(index).map_or([0; 3], |normal| normal.map(|x| (x + 0.0).to_bits()));
@@ -37,7 +37,7 @@ impl Attributes {
     }
 }
 
-/// For each vertex the first vertex of the same point and tuple; 0 for all where there are no attributes.
+/// For each vertex, the first vertex with the same point and attributes; 0 for all if there are no attributes.
 pub(super) fn first_alike(attributes: &Attributes, points: &[u32]) -> Vec<u32> {
     if attributes.is_empty() {
         return vec![0; points.len()];
@@ -48,15 +48,15 @@ pub(super) fn first_alike(attributes: &Attributes, points: &[u32]) -> Vec<u32> {
     points.iter().enumerate().map(&mut first).collect()
 }
 
-/// Makes unit vectors of the normals. One that is zero or not finite becomes the mean of its faces, by their area,
-/// where a face uses it at all. Returns how many were so replaced.
+/// Normalises the normals. A normal that is zero or not finite is replaced by the area-weighted mean of its faces'
+/// normals. Returns the number of replaced normals that faces use.
 pub(super) fn usable_normals(attributes: &mut Attributes, positions: &[DVec3], faces: &[[u32; 3]]) -> usize {
-    // Scaled to 1 first: squares of 1e-30 are 0 in f32, and those of areas may be in f64.
+    // Scale to 1 first: the square of 1e-30 is 0 in f32, and squared areas may underflow in f64.
     let unit = |normal: DVec3| (normal / normal.abs().max_element()).try_normalize();
     let mut lost = HashMap::new();
     for (vertex, normal) in attributes.normals.iter_mut().enumerate() {
         let given = Vec3::from_array(*normal).as_dvec3();
-        // A unit vector but for its rounding stays as it is, so that a written model is read as the same.
+        // Keep vectors that are unit length up to rounding, so that a written model reads back identically.
         let unit = if (given.length_squared() - 1.0).abs() < 1e-6 { Some(given) } else { unit(given) };
         match unit {
             // -0 + 0 is +0.
@@ -80,13 +80,13 @@ pub(super) fn usable_normals(attributes: &mut Attributes, positions: &[DVec3], f
         }
     }
     for (vertex, sum) in lost {
-        // Faces of no area have no normal; any unit vector is as good.
+        // Faces without area have no normal; any unit vector will do.
         attributes.normals[vertex as usize] = unit(sum).unwrap_or(DVec3::Z).as_vec3().to_array();
     }
     used.len()
 }
 
-/// Texture coordinates that are not finite become 0. Returns how many that are used were so replaced.
+/// Replaces texture coordinates that are not finite by 0. Returns the number of replaced ones that faces use.
 pub(super) fn finite_coordinates(attributes: &mut Attributes, faces: &[[u32; 3]]) -> usize {
     let is_lost = |coordinate: &[f32; 2]| coordinate.iter().any(|x| !x.is_finite());
     let lost = |vertex: &&u32| attributes.coordinates.get(**vertex as usize).is_some_and(is_lost);

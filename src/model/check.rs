@@ -1,13 +1,13 @@
-//! The promises of a [`Model`], looked at one by one. Shares no code with the cleaning.
+//! Checks the invariants of a [`Model`] one by one. Shares no code with the cleaning.
 
 use super::Model;
 use std::collections::{HashMap, HashSet};
 
 impl Model {
-    /// Whether everything holds that [`Model`] promises.
+    /// Checks all invariants of [`Model`].
     ///
     /// # Errors
-    /// The first promise that does not, with where.
+    /// The first violated invariant, and where.
     pub fn check(&self) -> Result<(), String> {
         self.check_values()?;
         self.check_indices()?;
@@ -46,12 +46,12 @@ impl Model {
             ("colors", attributes.colors.len()),
         ] {
             if length != 0 && length != wedges {
-                return Err(format!("{length} {what} for {wedges} wedges"));
+                return Err(format!("{length} {what}, but {wedges} wedges"));
             }
         }
         let unit = |normal: &[f32; 3]| {
             let length = normal.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>();
-            // Three roundings to f32 of components of at most 1, each 2^-25, doubled by the square.
+            // Three roundings to f32 of components of at most 1: 2^-25 each, doubled by the square.
             (length - 1.0).abs() <= 1e-6
         };
         if let Some(wedge) = attributes.normals.iter().position(|normal| !unit(normal)) {
@@ -68,7 +68,7 @@ impl Model {
         for (wedge, &position) in self.wedge_positions.iter().enumerate() {
             match used_positions.get_mut(position as usize) {
                 Some(used) => *used = true,
-                None => return Err(format!("wedge {wedge} names position {position}")),
+                None => return Err(format!("wedge {wedge} refers to position {position}")),
             }
         }
         let mut used_wedges = vec![false; self.wedge_positions.len()];
@@ -76,7 +76,7 @@ impl Model {
             for &wedge in wedges {
                 match used_wedges.get_mut(wedge as usize) {
                     Some(used) => *used = true,
-                    None => return Err(format!("face {face} names wedge {wedge}")),
+                    None => return Err(format!("face {face} refers to wedge {wedge}")),
                 }
             }
         }
@@ -88,9 +88,9 @@ impl Model {
         Ok(())
     }
 
-    /// From any face at a position all the others are reached across edges at it.
+    /// The faces at each position are connected through edges at that position.
     fn check_fans(&self) -> Result<(), String> {
-        // For each position the sides opposite to it: (from, to). A fan is one chain of them.
+        // For each position, the opposite sides of its faces: (from, to). A fan is one chain of them.
         let mut links: Vec<Vec<[u32; 2]>> = vec![Vec::new(); self.positions.len()];
         for face in 0..self.faces.len() {
             let [a, b, c] = self.face_positions(face);

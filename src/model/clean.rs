@@ -1,7 +1,7 @@
-//! Cleaning: the content of a file becomes a [`Model`], and every change is counted.
+//! Cleaning: converts the mesh of a file to a [`Model`] and counts every change.
 //!
-//! Invalid vertices are set aside with their faces; equal positions are welded; degenerate and duplicate faces are
-//! dropped; the rest is made a manifold. A hole is never closed: that would be a guess.
+//! Invalid vertices are removed with their faces; equal positions are welded; degenerate and duplicate faces are
+//! dropped; the rest is made manifold. Holes stay open: closing them would be a guess.
 
 use super::attributes::{finite_coordinates, first_alike, usable_normals};
 use super::manifold::Faces;
@@ -13,13 +13,13 @@ use glam::DVec3;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-/// Twice a triangle's area over its longest side squared: what rounding leaves of collinear points in f64.
+/// Twice a triangle's area over its longest side squared: the rounding error of collinear points in f64.
 const FLAT: f64 = 1.0 / (1u64 << 48) as f64;
-/// Makes a model of a mesh. Positions, and faces where they stay, keep their order; the wedges of a position are
-/// neighbours, in the order in which faces use them. A model without faces may come out.
+/// Makes a model of a mesh. Positions and remaining faces keep their order. The wedges of a position are adjacent, in
+/// the order in which faces use them. The model may have no faces.
 ///
 /// # Panics
-/// If an index or a length does not fit, or there are more than 2^27 vertices or faces: readers refuse such files.
+/// If an index or a length does not fit, or there are more than 2^27 vertices or faces (readers refuse such files).
 pub fn clean(raw: &Raw) -> (Model, Report) {
     let vertices = raw.positions.len();
     assert!(vertices <= MOST && raw.faces.len() <= MOST, "{vertices} vertices, {} faces", raw.faces.len());
@@ -42,7 +42,7 @@ pub fn clean(raw: &Raw) -> (Model, Report) {
     (model, report)
 }
 
-/// For each vertex its point, and the points: the first vertex at each place, in the file's order.
+/// For each vertex its point; and the points: the first vertex at each position, in the file's order.
 fn weld(positions: &[DVec3], usable: &[bool], report: &mut Report) -> (Vec<u32>, Vec<DVec3>) {
     let mut known: HashMap<[u64; 3], u32> = HashMap::with_capacity(positions.len());
     let mut points = Vec::new();
@@ -62,10 +62,10 @@ fn weld(positions: &[DVec3], usable: &[bool], report: &mut Report) -> (Vec<u32>,
     (point_of_vertex, points)
 }
 
-/// The faces that are neither degenerate nor duplicates. For each: true if the file has as many reversed copies of it as
-/// copies, itself included.
+/// Drops degenerate and duplicate faces. Returns the remaining faces, and for each whether the file has as many
+/// reversed copies of it as copies (including itself).
 fn sift(raw: &Raw, usable: &[bool], points: &[u32], report: &mut Report) -> (Faces, Vec<bool>) {
-    // By the three points, smallest first: the face that stays, its winding, its copies minus its reversed copies.
+    // Keyed by the three points, smallest first: index of the kept face, its winding, copies minus reversed copies.
     let mut seen: HashMap<[u32; 3], (usize, bool, i32)> = HashMap::with_capacity(raw.faces.len());
     let mut faces = Faces::default();
     for face in &raw.faces {
@@ -101,7 +101,7 @@ fn sift(raw: &Raw, usable: &[bool], points: &[u32], report: &mut Report) -> (Fac
     (faces, doubled)
 }
 
-/// The same face, smallest index first.
+/// The same face, rotated to start with the smallest index.
 fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
     if a < b && a < c {
         [a, b, c]
@@ -112,29 +112,28 @@ fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
     }
 }
 
-/// Twice a face's area over the square of its longest side, and that side (along an axis).
+/// Twice a face's area over the square of its longest side, and the length of that side (along an axis).
 fn slenderness(positions: &[DVec3], face: [u32; 3]) -> (f64, f64) {
     let [a, b, c] = face.map(|point| positions[point as usize]);
     let sides = [b - a, c - b, a - c];
     let longest = sides.iter().fold(0f64, |longest, side| longest.max(side.abs().max_element()));
-    // Scaled to 1 first: squares of 1e-200 are 0, of 1e200 infinite.
+    // Scale to 1 first: the square of 1e-200 is 0, that of 1e200 infinite.
     ((sides[0] / longest).cross(sides[1] / longest).length(), longest)
 }
 
-/// True if a face has no area, at any scale.
+/// True if a face has no area, relative to its size.
 fn is_flat(positions: &[DVec3], face: [u32; 3]) -> bool {
     slenderness(positions, face).0 <= FLAT
 }
 
-/// True if a face has no more area than rounding its corners to f32 may have given it.
+/// True if a face's area can be explained by rounding its corners to f32.
 fn is_thin(positions: &[DVec3], face: [u32; 3]) -> bool {
     let most = face.iter().fold(0f64, |most, &point| most.max(positions[point as usize].abs().max_element()));
     let (slender, longest) = slenderness(positions, face);
     slender <= FLAT || slender * longest <= most * f64::from(f32::EPSILON)
 }
 
-/// Wedges of what is used; `points` tells which vertices stand at the same place, those of `faces` are positions by
-/// now.
+/// Builds the wedges in use. `points` maps vertices to shared points; the indices in `faces` are positions already.
 fn assemble(raw: &Raw, faces: &Faces, positions: &[DVec3], points: &[u32], report: &mut Report) -> Model {
     let Faces { vertices: kept, points: corners } = faces;
     let mut attributes = raw.attributes.clone();
@@ -147,7 +146,7 @@ fn assemble(raw: &Raw, faces: &Faces, positions: &[DVec3], points: &[u32], repor
         (0..kept.len() * 3).map(|corner| (key(corner / 3, corner % 3), corner as u32)).collect();
     wedges.sort_unstable();
     wedges.dedup_by_key(|(key, _)| *key);
-    // The order of faces alone decides, so that a written model is read as the same.
+    // The order depends only on the faces, so that a written model reads back identically.
     let mut order: Vec<u32> = (0..wedges.len() as u32).collect();
     order.sort_unstable_by_key(|&wedge| (wedges[wedge as usize].0 >> 32, wedges[wedge as usize].1));
     let mut model = Model::default();
@@ -194,7 +193,7 @@ mod tests {
     const SQUARE: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
 
     #[test]
-    fn equal_positions_are_one_also_0_and_minus_0() {
+    fn equal_positions_are_welded_including_0_and_minus_0() {
         let soup = raw(
             &[SQUARE[0], SQUARE[1], SQUARE[2], [-0.0, 0.0, -0.0], SQUARE[2], SQUARE[3]],
             &[[0, 1, 2], [3, 4, 5]],
@@ -209,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn faces_that_are_no_triangle_of_their_own_are_dropped_and_counted() {
+    fn degenerate_and_duplicate_faces_are_dropped_and_counted() {
         let mut positions = SQUARE.to_vec();
         positions.push(SQUARE[1]);
         let all = raw(&positions, &[[0, 1, 2], [0, 0, 2], [1, 4, 2], [2, 0, 4], [0, 2, 1], [0, 2, 3]]);
@@ -232,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn attributes_that_cannot_be_are_replaced() {
+    fn invalid_attributes_are_replaced() {
         let mut square = raw(&SQUARE, &[[0, 1, 2], [0, 2, 3]]);
         square.attributes.normals = vec![[0.0, 0.0, 1.0], [0.0; 3], [f32::NAN, 0.0, 0.0], [0.0, 0.0, 1.0]];
         square.attributes.coordinates = vec![[f32::INFINITY, 0.5], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]];
@@ -243,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn flat_faces_are_told_at_any_scale() {
+    fn flat_faces_are_found_at_any_scale() {
         for scale in [1e-300, 1.0, 1e30] {
             let places = [[0.0; 3], [scale, 0.0, 0.0], [2.0 * scale, 0.0, 0.0], [scale, scale, 0.0]];
             let (model, report) = cleaned(&raw(&places, &[[0, 1, 2], [0, 1, 3]]));

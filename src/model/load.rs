@@ -1,4 +1,4 @@
-//! A model from a file or by its name.
+//! Opens a model from a file or by name.
 
 use super::error::{Fault, ModelError, Place};
 use super::names::wrong_size;
@@ -9,19 +9,20 @@ use flate2::read::MultiGzDecoder;
 use std::io::Read;
 use std::path::Path;
 
-/// Files are read whole: a scan of 20 million faces has about 1 GiB.
+/// Files are read whole: a scan of 20 million faces takes about 1 GiB.
 const MOST_BYTES: u64 = 2 << 30;
-/// Scans pack to a quarter; what unpacks to 64 times its size, and to more than this, holds something else.
+/// Limits for compressed files. Scans compress to a quarter; a file that unpacks to more than this and to more than
+/// 64 times its size is not a scan.
 const FEWEST_UNPACKED_BYTES: u64 = 64 << 20;
 const MOST_PACKING: u64 = 64;
 
 impl Model {
-    /// A model by a name of [`NAMES`] or [`FETCHED`] (a size may follow, see [`named`]), else from a file by its path
-    /// (`./bunny` for a file of that name).
+    /// Opens a model by a name of [`NAMES`] or [`FETCHED`] (a size may follow; see [`named`]), otherwise a file by
+    /// its path (`./bunny` for a file of that name).
     ///
     /// # Errors
-    /// As [`Self::load`]; [`ModelError::Size`] for a size that a generated model cannot have;
-    /// [`ModelError::NotFetched`] for a name whose file is not here; [`ModelError::Unknown`] lists the names.
+    /// As [`Self::load`]; [`ModelError::Size`] for an unsupported size of a generated model;
+    /// [`ModelError::NotFetched`] for a name that has not been fetched; [`ModelError::Unknown`] lists the names.
     pub fn open(name_or_path: &str) -> Result<(Model, Report), ModelError> {
         if let Some(model) = named(name_or_path) {
             let mut report = Report {
@@ -43,7 +44,7 @@ impl Model {
         if let Some(why) = wrong_size(name_or_path).filter(|_| !path.exists()) {
             return Err(ModelError::Size(why));
         }
-        // A bare word that is not a file was meant as a name.
+        // A single word without extension that is not a file was meant as a name.
         if !path.exists() && path.components().count() <= 1 && path.extension().is_none() {
             let names = NAMES.into_iter().chain(FETCHED.iter().map(|file| file.name));
             let names = names.collect::<Vec<_>>().join(", ");
@@ -52,13 +53,13 @@ impl Model {
         Self::load(path)
     }
 
-    /// Reads and cleans a `.ply`, `.obj` or `.glb` file, or one of them packed as `.gz`. The model has faces.
+    /// Reads and cleans a `.ply`, `.obj` or `.glb` file, optionally compressed as `.gz`. The model has faces.
     ///
     /// # Errors
-    /// [`ModelError`]: what cannot be read, with where; a mesh of which cleaning leaves nothing.
+    /// [`ModelError`]: what cannot be read, and where; also if cleaning removes all faces.
     pub fn load(path: &Path) -> Result<(Model, Report), ModelError> {
         let failed = |source| ModelError::Read { path: path.to_owned(), source };
-        // For a file that is missing and of an unknown kind, the kind is reported.
+        // If a file is missing and of unknown type, the type is reported.
         let (_, packed) = kind(path)?;
         let mut file = file::open(path).map_err(failed)?;
         let length = file.metadata().map_err(failed)?.len();
@@ -77,7 +78,7 @@ impl Model {
         Self::from_bytes(path, &bytes)
     }
 
-    /// As [`Self::load`], from what the file holds (unpacked). `path` says what kind it is, and stands in errors.
+    /// Like [`Self::load`], from the file's (unpacked) content. `path` determines the type and appears in errors.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -93,7 +94,7 @@ impl Model {
             let why = if raw.faces.is_empty() {
                 "it has no faces".to_owned()
             } else {
-                format!("no face is left: {}", report.changes().join("; "))
+                format!("cleaning removed all faces: {}", report.changes().join("; "))
             };
             return Err(ModelError::Content { path: path.to_owned(), place: Place::Whole, what: why });
         }
@@ -103,7 +104,7 @@ impl Model {
 
 type Reader = fn(&[u8]) -> Result<Raw, Fault>;
 
-/// By the name's ending: how it is read, and whether it is packed.
+/// Reader by file name extension, and whether the file is compressed.
 fn kind(path: &Path) -> Result<(Reader, bool), ModelError> {
     let unknown = || ModelError::Kind { path: path.to_owned() };
     let name = path.file_name().and_then(|name| name.to_str()).ok_or_else(unknown)?.to_ascii_lowercase();

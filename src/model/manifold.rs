@@ -1,12 +1,12 @@
-//! From faces that share points anyhow to a manifold: folds are taken away, neighbours made to agree on their side,
-//! and where more than a fan of faces still meets, the surface is cut apart ("cutting" of Gueziec, Taubin,
+//! Makes faces that share points arbitrarily a manifold: folds are removed, windings of neighbours are made
+//! consistent, and where more than one fan of faces still meets, the surface is cut ("cutting" of Gueziec, Taubin,
 //! Lazarus, Horn 2001).
 
 use super::topology::{Groups, half_edges, next_corner};
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// Faces on their way into a model: the file's vertices, and the points at which these stand.
+/// Faces during cleaning: indices of the file's vertices, and the points of these vertices.
 #[derive(Default)]
 pub(super) struct Faces {
     pub vertices: Vec<[u32; 3]>,
@@ -14,16 +14,16 @@ pub(super) struct Faces {
 }
 
 impl Faces {
-    /// Takes away folds: patches of faces that lie on their own back (`doubled`; one face stands for both) and whose
-    /// rim the other faces close without them. Decimated scans have hundreds. Where the others need the patch, or it is
-    /// a sheet alone, one side of it stays. Returns how many faces went.
+    /// Removes folds: patches of faces that coincide with their own reverse (`doubled`; one face represents both),
+    /// and whose rim the other faces close without them. Decimated scans have hundreds. If the other faces need the
+    /// patch, or it is an isolated sheet, one side of it stays. Returns the number of removed faces.
     pub(super) fn unfold(&mut self, doubled: &[bool]) -> usize {
         if !doubled.contains(&true) {
             return 0;
         }
         let edges = half_edges(self.points.iter().copied());
         let mut patches = Groups::new(self.points.len());
-        // For each edge of a patch to other faces: closed without it, or open.
+        // For each edge between a patch and other faces: closed without the patch, or open.
         let mut rim: Vec<(u32, i64)> = Vec::new();
         for edge in edges.chunk_by(|a, b| a.0 == b.0) {
             let (ours, others): (Vec<u32>, Vec<u32>) =
@@ -47,9 +47,9 @@ impl Faces {
         self.keep(&stays)
     }
 
-    /// Takes away faces without area (`thin`) along edges with more than two faces: they cover nothing, and a cut there
-    /// would part faces that belong together. One whose edges have two faces each fills a gap between them, and stays.
-    /// Returns how many faces went.
+    /// Removes faces without area (`thin`) along edges with more than two faces: they cover nothing, and a cut there
+    /// would separate faces that belong together. A thin face whose edges have two faces each fills a gap and stays.
+    /// Returns the number of removed faces.
     pub(super) fn thin(&mut self, thin: &[bool]) -> usize {
         if !thin.contains(&true) {
             return 0;
@@ -70,7 +70,7 @@ impl Faces {
         self.keep(&stays)
     }
 
-    /// Takes away all faces but some; how many.
+    /// Keeps only the faces marked in `stays`; returns the number of removed ones.
     fn keep(&mut self, stays: &[bool]) -> usize {
         for list in [&mut self.vertices, &mut self.points] {
             let mut stays = stays.iter();
@@ -79,8 +79,9 @@ impl Faces {
         stays.iter().filter(|stays| !**stays).count()
     }
 
-    /// Turns faces so that two that share an edge alone run along it in opposite directions: of each connected patch
-    /// the smaller part. What cannot agree (a Moebius strip) is left to the cut. Returns how many were turned.
+    /// Reverses faces so that two faces sharing an edge run along it in opposite directions; in each connected patch
+    /// the smaller part is reversed. Contradictions (a Moebius strip) are left to the cut. Returns the number of
+    /// reversed faces.
     pub(super) fn orient(&mut self) -> usize {
         let edges = half_edges(self.points.iter().copied());
         let mut mates = vec![u32::MAX; self.points.len() * 3];
@@ -105,7 +106,7 @@ impl Faces {
             let mut next = 0;
             while let Some(&face) = patch.get(next) {
                 next += 1;
-                // In the order of faces, whatever their winding: a model that was turned is not turned again.
+                // In face order, independent of winding, so that a reoriented model is not reoriented again.
                 let mut neighbours = [0, 1, 2].map(|k| (mates[3 * face + k], (3 * face + k) as u32));
                 neighbours.sort_unstable();
                 for (mate, corner) in neighbours.into_iter().filter(|(mate, _)| *mate != u32::MAX) {
@@ -129,13 +130,13 @@ impl Faces {
         turned.iter().filter(|turned| **turned == Some(true)).count()
     }
 
-    /// Cuts the surface along every edge that is not shared by exactly two faces of opposite direction; then the
-    /// corners at a point that no chain of shared edges joins get positions of their own, behind those that there are.
-    /// Where two of the cut faces are still joined round one end, the edge closes again behind the others. Returns
-    /// how many edges were cut, and how many positions added.
+    /// Cuts the surface along every edge that is not shared by exactly two faces of opposite direction. Then corners
+    /// at a point that no chain of shared edges connects get positions of their own, appended to the existing ones.
+    /// If two of the cut faces are still connected around one end, the edge between them closes again. Returns the number of
+    /// cut edges and of added positions.
     ///
-    /// After it every edge is manifold: round a point each face has two sides, so a chain of faces has two ends at
-    /// most, and of those that met at the cut edge at most two share a chain, which crosses the edge in both
+    /// Afterwards every edge is manifold: at a point each face has two sides, so a chain of faces has at most two
+    /// ends. Of the faces that met at the cut edge, at most two share a chain, which crosses the edge in both
     /// directions.
     pub(super) fn cut(&mut self, positions: &mut Vec<DVec3>) -> [usize; 2] {
         let edges = half_edges(self.points.iter().copied());
@@ -151,7 +152,7 @@ impl Faces {
                 _ => cut_edges += 1,
             }
         }
-        // The first fan of a point keeps it; each other one gets a copy.
+        // The first fan of a point keeps it; each other fan gets a copy.
         let mut keeper = vec![u32::MAX; positions.len()];
         let mut copies: HashMap<u32, u32> = HashMap::new();
         for (corner, point) in self.points.as_flattened_mut().iter_mut().enumerate() {
@@ -171,7 +172,7 @@ impl Faces {
         [cut_edges, copies.len()]
     }
 
-    /// The point at which a half-edge starts.
+    /// The point where a half-edge starts.
     fn start(&self, corner: u32) -> u32 {
         self.points[corner as usize / 3][corner as usize % 3]
     }
@@ -200,7 +201,7 @@ mod tests {
     const SQUARE: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
 
     #[test]
-    fn a_fin_comes_off_and_the_surface_below_stays_whole() {
+    fn a_fin_is_cut_off_and_the_surface_below_stays_whole() {
         let below = generate::grid(5, 0);
         let mut finned = raw_of(&below);
         finned.positions.push(DVec3::Z);
@@ -209,7 +210,7 @@ mod tests {
         assert_eq!((report.non_manifold_edges, report.split_positions), (1, 2));
         assert_eq!((model.topology().components, model.topology().boundary_edges), (2, 16 + 3));
         assert_eq!(model.faces[..32], below.faces);
-        // Where neither end is held together by other faces, there is no telling which two belong together.
+        // If no other faces connect either end, it is undecidable which two belong together.
         let mut positions = SQUARE.to_vec();
         positions.push([0.5, 0.5, 1.0]);
         let (model, _) = cleaned(&raw(&positions, &[[0, 1, 2], [0, 2, 3], [0, 2, 4]]));
@@ -217,19 +218,19 @@ mod tests {
     }
 
     #[test]
-    fn a_cap_on_an_edge_goes_and_one_that_fills_a_gap_stays() {
+    fn a_thin_face_on_an_edge_is_removed_and_one_that_fills_a_gap_stays() {
         let below = generate::grid(5, 0);
         let mut capped = raw_of(&below);
         capped.positions.iter_mut().for_each(|p| *p = p.as_vec3().as_dvec3());
         let whole = cleaned(&capped).0;
-        // Rounded to f32 the middle is not quite on the edge.
+        // Rounding to f32 moves the middle slightly off the edge.
         let middle = (capped.positions[12] + capped.positions[13]) / 2.0;
         capped.positions.push((middle + DVec3::splat(1e-9)).as_vec3().as_dvec3());
         capped.faces.push([12, 13, 25]);
         let (model, report) = cleaned(&capped);
         assert_eq!((report.thin_faces, report.non_manifold_edges, report.unused_vertices), (1, 0, 1));
         assert!(model == whole);
-        // Two squares, one of which has a vertex more along their common side.
+        // Two squares; one has an extra vertex on their common side.
         let mut positions = SQUARE.to_vec();
         positions.push([0.5, 0.5, 0.0]);
         let (model, report) = cleaned(&raw(&positions, &[[0, 2, 3], [0, 4, 2], [0, 1, 4], [4, 1, 2]]));
@@ -255,18 +256,18 @@ mod tests {
     }
 
     #[test]
-    fn a_fold_on_a_whole_surface_goes_with_its_back() {
+    fn a_fold_on_a_closed_surface_is_removed_with_its_back() {
         let mut folded = raw_of(&generate::sphere(3));
         let [a, b, c] = folded.faces[10];
         let tip = folded.positions.len() as u32;
         folded.positions.push(folded.positions[a as usize] * 2.0);
-        // Two triangles out along an edge and back again.
+        // Two triangles out along an edge and back.
         folded.positions.push(folded.positions[b as usize] * 2.0);
         folded.faces.extend([[a, b, tip], [b, a, tip], [b, tip + 1, tip], [b, tip, tip + 1]]);
         let (model, report) = cleaned(&folded);
         assert_eq!((report.reversed_faces, report.folded_faces, report.non_manifold_edges), (2, 2, 0));
         assert_eq!(model.faces, generate::sphere(3).faces);
-        // A back on the surface itself is no fold, and which of the two comes first does not matter.
+        // A reversed copy of a surface face is not a fold; the order of the two does not matter.
         for doubled in [vec![[a, b, c], [a, c, b]], vec![[a, c, b], [a, b, c]]] {
             let mut raw = raw_of(&generate::sphere(3));
             raw.faces.splice(10..11, doubled);
@@ -277,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_sheet_with_its_back_one_side_stays() {
+    fn one_side_of_a_double_sided_sheet_stays() {
         let mut sheet = raw_of(&generate::grid(5, 0));
         let backs: Vec<[u32; 3]> = sheet.faces.iter().map(|&[a, b, c]| [b, a, c]).collect();
         sheet.faces.extend(backs);
@@ -287,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_are_made_to_agree_the_fewer_with_the_more() {
+    fn the_minority_winding_is_reversed() {
         let bunny = named("bunny").unwrap();
         let mut mixed = raw_of(&bunny);
         mixed.faces.iter_mut().step_by(3).for_each(|face| face.swap(1, 2));
@@ -330,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_that_touch_in_a_point_get_a_point_each() {
+    fn triangles_that_touch_in_one_point_get_one_point_each() {
         let mut positions = SQUARE.to_vec();
         positions.push([-1.0, 0.0, 0.0]);
         let (model, report) = cleaned(&raw(&positions, &[[0, 1, 2], [0, 3, 4]]));

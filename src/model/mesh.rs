@@ -1,8 +1,8 @@
-//! Landscapes as triangles: the exact source mesh in f64, and what the GPU gets of it.
+//! Landscapes as triangles: the exact source mesh in f64, and its GPU form.
 //!
-//! One f32 holds neither a position on the earth (ulp 0.5 m) nor a texture coordinate on 2^20 texels (ulp
-//! 1/16 texel). So a GPU vertex carries its position as the sum of two floats, and its coordinate as a
-//! small offset from a corner that is the same for all three vertices of its triangle.
+//! One f32 is too coarse for a position on the earth (ulp 0.5 m) and for a texture coordinate on 2^20 texels (ulp
+//! 1/16 texel). So a GPU vertex stores its position as the sum of two floats, and its coordinate as a small offset
+//! from an origin shared by the three vertices of its triangle.
 
 mod clusters;
 mod positions;
@@ -15,14 +15,14 @@ use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 use thiserror::Error;
 
-/// Origins are multiples of 2^-10 of the texture. With 388 x 194 quads on the earth an offset in s stays
-/// below 2^-8 and rounds by at most 2^-33; in t below 2^-7, by 2^-32: 2^-13 texel of 2^20 x 2^19.
+/// Origins are multiples of 2^-10 of the texture. With 388 x 194 quads on the earth, an offset in s stays below 2^-8
+/// and rounds by at most 2^-33; in t below 2^-7 and by 2^-32, which is 2^-13 texel of 2^20 x 2^19.
 const ORIGIN_CELLS_LOG2: u32 = 10;
 
-/// What does not make a mesh that can be drawn and textured.
+/// A mesh that cannot be drawn and textured.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum MeshError {
-    #[error("{what} of {columns} columns x {rows} rows: needs {needs}")]
+    #[error("{what} of {columns} columns x {rows} rows: it needs {needs}")]
     Grid { what: &'static str, columns: u32, rows: u32, needs: &'static str },
     #[error("vertex {vertex}: position {position} is not finite, or beyond 1e30 m")]
     Position { vertex: usize, position: DVec3 },
@@ -30,54 +30,57 @@ pub enum MeshError {
     Coordinate { vertex: usize, coordinate: DVec2 },
     #[error("{positions} positions, but {coordinates} texture coordinates")]
     Lengths { positions: usize, coordinates: usize },
-    #[error("triangle {triangle} names vertex {vertex}, but there are only {count}")]
+    #[error("triangle {triangle} refers to vertex {vertex}, but there are only {count}")]
     Index { triangle: usize, vertex: u32, count: usize },
 }
 
-/// A mesh as it is meant: f64, one texture coordinate (s, t) for each vertex, s from west to east and t from
-/// north to south, both in 0 ..= 1. Seams are made of duplicated vertices, so no triangle wraps.
+/// The exact mesh in f64, with one texture coordinate (s, t) for each vertex: s from west to east, t from north to
+/// south, both in 0 ..= 1. Seams consist of duplicated vertices, so no triangle wraps.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SourceMesh {
     /// World metres.
     pub positions: Vec<DVec3>,
     pub coordinates: Vec<DVec2>,
-    /// Counter-clockwise seen from outside (from above).
+    /// Counter-clockwise seen from outside (above).
     pub triangles: Vec<[u32; 3]>,
+    /// Of the sphere that the mesh stands for, (s, t) its longitude and latitude: 1 / radius, per metre. 0: another shape.
+    pub curvature: f64,
 }
 
 /// A vertex as the GPU reads it, 40 bytes, no padding.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct MeshVertex {
-    /// World metres: the nearest float …
+    /// World metres, rounded to the nearest float.
     pub position_high: [f32; 3],
-    /// … and what it left over. The sum is within 2^-48 of the coordinate (1e-8 m on the earth).
+    /// The rounding error. The sum is within 2^-48 of the coordinate (1e-8 m on the earth).
     pub position_low: [f32; 3],
-    /// Corner (s, t) of the triangle's cell in units of 2^-32: a multiple of 2^22, the same for the
-    /// triangle's three vertices.
+    /// Corner (s, t) of the triangle's cell in units of 2^-32: a multiple of 2^22, shared by the triangle's vertices.
     pub origin: [u32; 2],
-    /// (s, t) - origin / 2^32. Rounded by at most 2^-25 of the power of two above it.
+    /// (s, t) - origin / 2^32, rounded by at most 2^-25 of the power of two above it.
     pub offset: [f32; 2],
 }
 
 impl MeshVertex {
-    /// The texture coordinate that the vertex stands for, without further rounding.
+    /// The vertex's texture coordinate, without further rounding.
     pub fn coordinate(&self) -> DVec2 {
         let axis = |i: usize| f64::from(self.origin[i]) / 4_294_967_296.0 + f64::from(self.offset[i]);
         DVec2::new(axis(0), axis(1))
     }
 }
 
-/// A triangle list for the GPU, triangles in the source mesh's order.
+/// A triangle list for the GPU, in the source mesh's order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     pub vertices: Vec<MeshVertex>,
     pub indices: Vec<u32>,
+    /// As [`SourceMesh::curvature`].
+    pub curvature: f64,
 }
 
 impl Mesh {
-    /// A unit vector for each vertex: the mean of the faces around its position, weighted by their area. Seams are
-    /// smooth, because equal positions share one sum.
+    /// A unit vector for each vertex: the area-weighted mean of the normals of the faces around its position. Seams
+    /// are smooth, because equal positions share one sum.
     pub fn normals(&self) -> Vec<[f32; 3]> {
         let place = |vertex: &MeshVertex| -> [u64; 3] {
             std::array::from_fn(|n| {
@@ -98,17 +101,17 @@ impl Mesh {
                 *sums.entry(place(&self.vertices[index as usize])).or_default() += twice_area;
             }
         }
-        // A vertex of no face is not drawn: any direction will do.
+        // A vertex without faces is not drawn; any direction will do.
         let unit = |vertex| sums.get(&place(vertex)).copied().unwrap_or_default().normalize_or(DVec3::Z);
         self.vertices.iter().map(|vertex| unit(vertex).as_vec3().to_array()).collect()
     }
 }
 
 impl SourceMesh {
-    /// Whether every value can be drawn.
+    /// Checks that every value can be drawn.
     ///
     /// # Errors
-    /// [`MeshError`] names the first vertex or triangle that cannot.
+    /// [`MeshError`] names the first invalid vertex or triangle.
     pub fn check(&self) -> Result<(), MeshError> {
         if self.positions.len() != self.coordinates.len() {
             return Err(MeshError::Lengths {
@@ -117,7 +120,7 @@ impl SourceMesh {
             });
         }
         for (vertex, &position) in self.positions.iter().enumerate() {
-            // f32 ends at 3e38: 1e30 leaves the projection room.
+            // f32 ends at 3e38; 1e30 leaves room for the projection.
             if !(position.abs().max_element() <= 1e30 && position.is_finite()) {
                 return Err(MeshError::Position { vertex, position });
             }
@@ -137,14 +140,17 @@ impl SourceMesh {
     }
 }
 
-/// Turns a mesh into what the GPU reads: splits positions, gives each triangle its origin (the cell of its
-/// smallest s and t), and shares a vertex among the triangles that agree on (vertex, origin).
-///
+/// Converts a mesh to its GPU form: splits positions, gives each triangle its origin (the cell of its smallest s and
+/// t), and shares a vertex among triangles with equal (vertex, origin).
 /// # Errors
 /// As [`SourceMesh::check`].
 pub fn gpu_mesh(source: &SourceMesh) -> Result<Mesh, MeshError> {
     source.check()?;
-    let mut mesh = Mesh { vertices: Vec::new(), indices: Vec::with_capacity(source.triangles.len() * 3) };
+    let mut mesh = Mesh {
+        vertices: Vec::new(),
+        indices: Vec::with_capacity(source.triangles.len() * 3),
+        curvature: source.curvature,
+    };
     let mut known: HashMap<(u32, [u32; 2]), u32> = HashMap::new();
     for triangle in &source.triangles {
         let smallest = triangle
@@ -164,7 +170,7 @@ pub fn gpu_mesh(source: &SourceMesh) -> Result<Mesh, MeshError> {
     Ok(mesh)
 }
 
-/// The corner of the cell that holds a coordinate in 0 ..= 1, in units of 2^-32; 1 itself is in the last cell.
+/// Corner of the cell that contains a coordinate in 0 ..= 1, in units of 2^-32; 1 itself is in the last cell.
 fn origin_of(coordinate: f64) -> u32 {
     let cells = 1u32 << ORIGIN_CELLS_LOG2;
     let cell = (coordinate * f64::from(cells)).floor() as u32;
@@ -184,11 +190,9 @@ fn gpu_vertex(source: &SourceMesh, vertex: u32, origin: [u32; 2]) -> MeshVertex 
     }
 }
 
-/// The WGS84 ellipsoid's surface: `columns` meridians, `rows` bands of latitude,
-/// `s = (longitude + 180) / 360`, `t = (90 - latitude) / 180`. The meridian 180 stands twice (s = 0 and
-/// s = 1, the same positions); each pole has one vertex for each column, in that column's middle.
-/// 388 x 194 are the paper's "about 150 000 polygons" (149 768).
-///
+/// The WGS84 ellipsoid: `columns` meridians, `rows` bands of latitude, `s = (longitude + 180) / 360`, `t = (90 -
+/// latitude) / 180`. The meridian 180 appears twice (s = 0 and s = 1, equal positions). Each pole has one vertex for
+/// each column, in the column's middle. 388 x 194 are the paper's "about 150 000 polygons" (149 768).
 /// # Errors
 /// [`MeshError::Grid`] unless there are at least 3 columns, 2 rows and at most 2^26 of their product.
 pub fn earth(columns: u32, rows: u32) -> Result<SourceMesh, MeshError> {
@@ -196,7 +200,7 @@ pub fn earth(columns: u32, rows: u32) -> Result<SourceMesh, MeshError> {
         let needs = "at least 3 columns and 2 rows, at most 67108864 quads";
         return Err(MeshError::Grid { what: "earth", columns, rows, needs });
     }
-    let mut mesh = SourceMesh::default();
+    let mut mesh = SourceMesh { curvature: 1.0 / geodesy::MEAN_RADIUS_M, ..SourceMesh::default() };
     let mut vertex = |position: DVec3, s: f64, t: f64| {
         mesh.positions.push(position);
         mesh.coordinates.push(DVec2::new(s, t));
@@ -208,7 +212,7 @@ pub fn earth(columns: u32, rows: u32) -> Result<SourceMesh, MeshError> {
     for row in 1..rows {
         let t = f64::from(row) / f64::from(rows);
         for column in 0..=columns {
-            // Modulo: both sides of the seam get the same bits.
+            // The modulo gives both sides of the seam the same bits.
             let turn = f64::from(column % columns) / f64::from(columns);
             let position = geodesy::geodetic_to_ecef(90.0 - 180.0 * t, 360.0 * turn - 180.0, 0.0);
             vertex(position, f64::from(column) / f64::from(columns), t);
@@ -234,8 +238,8 @@ pub fn earth(columns: u32, rows: u32) -> Result<SourceMesh, MeshError> {
     Ok(mesh)
 }
 
-/// A rectangle in the plane z = 0 about the origin, x to the east and y to the north; s from west to east,
-/// t from north to south.
+/// A rectangle in the plane z = 0 around the origin, x to the east and y to the north; s from west to east, t from
+/// north to south.
 ///
 /// # Errors
 /// [`MeshError::Grid`] unless the sides are positive and finite, and there are 1 .. 2^26 quads.
@@ -264,11 +268,11 @@ pub fn plane(width_m: f64, height_m: f64, columns: u32, rows: u32) -> Result<Sou
     Ok(mesh)
 }
 
-/// 2^26 quads are 2^27 triangles and some 10 GiB of vertices; more is a slip of the keyboard.
+/// 2^26 quads are 2^27 triangles and about 10 GiB of vertices; more is a typing error.
 const MOST_QUADS: u64 = 1 << 26;
 
-/// Every (row, column) of a grid, in blocks of 8 x 8: a block has 81 corners for 128 triangles, so a
-/// cache of 32 vertices (two rows of 9 and some) sees each corner once.
+/// Every (row, column) of a grid, in blocks of 8 x 8. A block has 81 corners for 128 triangles; a cache of 32
+/// vertices (more than two rows of 9) loads each corner once.
 fn blocks(columns: u32, rows: u32) -> impl Iterator<Item = [u32; 2]> {
     const SIDE: u32 = 8;
     (0..rows).step_by(SIDE as usize).flat_map(move |top| {
@@ -284,12 +288,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn normals_point_away_from_the_earth_also_at_its_seam_and_poles() {
+    fn normals_point_outward_including_the_seam_and_the_poles() {
         let mesh = gpu_mesh(&earth(64, 32).unwrap()).unwrap();
         for (vertex, normal) in mesh.vertices.iter().zip(mesh.normals()) {
             let [up, normal] =
                 [vertex.position_high, normal].map(|v| DVec3::from(v.map(f64::from)).normalize());
-            // A quad spans 5.6 degrees, and the ellipsoid's normal leaves the centre's ray by 0.2.
+            // A quad spans 5.6 degrees, and the ellipsoid's normal differs from the centre's ray by 0.2.
             assert!(up.dot(normal) > 4f64.to_radians().cos(), "{vertex:?}: {normal}");
         }
     }
@@ -311,7 +315,7 @@ mod tests {
     #[test]
     fn the_earth_is_closed_with_poles_and_seam() {
         let mesh = earth(12, 6).unwrap();
-        // By position, every directed edge has exactly one partner in the other direction.
+        // By position, every directed edge has exactly one partner in the opposite direction.
         let mut edges: HashMap<[[u64; 3]; 2], i32> = HashMap::new();
         for &triangle in &mesh.triangles {
             let bits = corners(&mesh, triangle).map(|p| p.to_array().map(f64::to_bits));
@@ -343,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn every_quad_is_drawn_once_whatever_the_grid() {
+    fn every_quad_is_drawn_once_on_any_grid() {
         for [columns, rows] in [[1, 1], [8, 8], [9, 17], [20, 3]] {
             let mut seen: Vec<[u32; 2]> = blocks(columns, rows).collect();
             seen.sort_unstable();
@@ -426,7 +430,7 @@ mod tests {
     }
 
     #[test]
-    fn a_grid_of_nothing_is_refused() {
+    fn an_empty_grid_is_refused() {
         assert!(earth(2, 10).is_err());
         assert!(earth(3, 2).is_ok());
         assert!(plane(1.0, f64::NAN, 1, 1).is_err());

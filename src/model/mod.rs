@@ -1,6 +1,6 @@
-//! Models: triangle meshes from files (scans, solids with seams), cleaned, and generated ones.
+//! Models: cleaned triangle meshes from files (scans, solids with seams), and generated ones.
 //!
-//! A file's mesh is hostile until it has been cleaned: a [`Model`] holds only what every later step may rely on.
+//! A file's mesh is untrusted until it is cleaned. A [`Model`] satisfies the invariants that all later steps rely on.
 
 mod attributes;
 mod check;
@@ -36,26 +36,26 @@ use glam::DVec3;
 
 /// A clean triangle mesh, in object units.
 ///
-/// It has two index spaces. A *position* is a point of the surface, what topology knows: equal positions are welded
-/// (-0 = +0), except where a non-manifold vertex was split into several. A *wedge* (Hoppe 1998) is what the GPU
-/// calls a vertex: a position with one tuple of attributes; along a seam a position has several wedges. A model
-/// without attributes has one wedge for each position.
+/// It has two index spaces. A *position* is a point of the surface and defines topology: equal positions are welded
+/// (-0 = +0), except where a non-manifold vertex was split. A *wedge* (Hoppe 1998) is what the GPU calls a vertex: a
+/// position with one tuple of attributes. Along a seam a position has several wedges. A model without attributes has
+/// one wedge for each position.
 ///
-/// Holds always: every value is finite; every position is used by a wedge and every wedge by a face; the three
-/// positions of a face differ; no two faces have the same three positions; an edge has at most two faces,
-/// and these run along it in opposite directions; the faces at a position are one fan.
+/// Invariants: every value is finite; every position is used by a wedge and every wedge by a face; the three
+/// positions of a face differ; no two faces have the same three positions; an edge has at most two faces, which run
+/// along it in opposite directions; the faces at a position form one fan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Model {
-    /// In object units, as they were in the file.
+    /// In the object units of the file.
     pub positions: Vec<DVec3>,
-    /// For each wedge the index of its position.
+    /// For each wedge, the index of its position.
     pub wedge_positions: Vec<u32>,
     pub attributes: Attributes,
     /// Wedges, counter-clockwise seen from outside, in the file's order.
     pub faces: Vec<[u32; 3]>,
 }
 
-/// What a wedge has besides its position: each list is empty, or has one entry for each wedge.
+/// Attributes of the wedges. Each list is empty or has one entry for each wedge.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Attributes {
     /// Unit vectors.
@@ -67,7 +67,7 @@ pub struct Attributes {
 }
 
 impl Model {
-    /// The positions of a face's corners, as indices.
+    /// Indices of the positions of a face's corners.
     pub fn face_positions(&self, face: usize) -> [u32; 3] {
         self.faces[face].map(|wedge| self.wedge_positions[wedge as usize])
     }

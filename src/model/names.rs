@@ -1,17 +1,17 @@
-//! Models by name: the shipped scans and the generated ones.
+//! Models by name: shipped scans and generated models.
 
 use super::{Model, clean, generate, obj, terrain};
 use std::ops::RangeInclusive;
 
-/// The shipped models, each of at least 3000 faces. All but the height fields `grid`, `everest` and
-/// `valley` are closed.
+/// The shipped models, each with at least 3000 faces. All are closed except the height fields `grid`, `everest` and
+/// `valley`.
 pub const NAMES: [&str; 8] = ["bunny", "sphere", "torus", "knot", "solid", "grid", "everest", "valley"];
 
 /// The Stanford bunny with 3674 faces (scenes/bunny.NOTICE).
 const BUNNY: &[u8] = include_bytes!("../../scenes/bunny.obj");
 
-/// A model by name; `NAME:SIZE` gives a generated one another size, as its function in [`generate`] takes it. `None`
-/// for a name that is not among [`NAMES`], and for a size that it cannot have.
+/// A model by name. `NAME:SIZE` selects the size of a generated model, in the unit of its function in [`generate`].
+/// `None` for a name that is not in [`NAMES`], or an unsupported size.
 pub fn named(name: &str) -> Option<Model> {
     let (name, size) = match name.split_once(':') {
         Some((name, size)) => (name, Some(size.parse::<u32>().ok()?)),
@@ -28,7 +28,7 @@ pub fn named(name: &str) -> Option<Model> {
     }
 }
 
-/// Why `NAME:SIZE` is no model although NAME is one: the sizes that it can have.
+/// The error text for `NAME:SIZE` if NAME exists but not in this size; lists the supported sizes.
 pub(super) fn wrong_size(name: &str) -> Option<String> {
     let (name, size) = name.split_once(':')?;
     if let Some(Generated { sizes, powers, .. }) = GENERATED.iter().find(|model| model.name == name) {
@@ -36,15 +36,15 @@ pub(super) fn wrong_size(name: &str) -> Option<String> {
         let which = if *powers { "a power of two" } else { "a number" };
         return Some(format!("{name} has no size {size:?}: it is {which} from {least} to {most}"));
     }
-    NAMES.contains(&name).then(|| format!("{name} has one size alone; leave out :{size}"))
+    NAMES.contains(&name).then(|| format!("{name} has only one size; omit :{size}"))
 }
 
-/// A model that is made in the size that is wanted.
+/// A model that is generated in a requested size.
 struct Generated {
     name: &'static str,
     usual: u32,
     sizes: RangeInclusive<u32>,
-    /// Only powers of two.
+    /// True if only powers of two are supported.
     powers: bool,
     generate: fn(u32) -> Model,
 }
@@ -85,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_shipped_model_holds_what_models_promise_and_is_closed_but_height_fields() {
+    fn every_shipped_model_satisfies_the_invariants_and_is_closed_except_height_fields() {
         for name in NAMES {
             let model = named(name).unwrap();
             model.check().unwrap_or_else(|broken| panic!("{name}: {broken}"));
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn sizes_are_taken_and_wrong_ones_are_no_name() {
+    fn sizes_are_accepted_and_unsupported_ones_are_refused() {
         assert_eq!(named("sphere:3").unwrap().faces.len(), 180);
         assert_eq!(named("grid:5").unwrap().faces.len(), 32);
         for name in [
@@ -121,10 +121,10 @@ mod tests {
         ] {
             assert!(named(name).is_none(), "{name}");
         }
-        let told = |name| wrong_size(name).unwrap();
-        assert_eq!(told("sphere:99999"), "sphere has no size \"99999\": it is a number from 1 to 512");
-        assert_eq!(told("solid:12"), "solid has no size \"12\": it is a power of two from 4 to 4096");
-        assert_eq!(told("bunny:3"), "bunny has one size alone; leave out :3");
+        let message = |name| wrong_size(name).unwrap();
+        assert_eq!(message("sphere:99999"), "sphere has no size \"99999\": it is a number from 1 to 512");
+        assert_eq!(message("solid:12"), "solid has no size \"12\": it is a power of two from 4 to 4096");
+        assert_eq!(message("bunny:3"), "bunny has only one size; omit :3");
         assert_eq!((wrong_size("none:3"), wrong_size("sphere")), (None, None));
     }
 }

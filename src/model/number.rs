@@ -1,6 +1,6 @@
-//! Numbers as files hold them.
+//! Numbers as stored in files.
 
-/// A kind of number of fixed size.
+/// A fixed-size number type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     I8,
@@ -20,7 +20,7 @@ pub(super) enum Endian {
 }
 
 impl Kind {
-    /// In bytes.
+    /// Size in bytes.
     pub(super) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -30,7 +30,7 @@ impl Kind {
         }
     }
 
-    /// The number at the start of `bytes`; f64 holds every one of them exactly.
+    /// The number at the start of `bytes`; f64 represents all of them exactly.
     ///
     /// # Panics
     /// If there are fewer bytes than [`Self::size`].
@@ -48,7 +48,7 @@ impl Kind {
         }
     }
 
-    /// A colour channel of this kind in 0 ..= 255: whole numbers span their kind, floats 0 to 1.
+    /// A colour channel of this type as 0 ..= 255: integers span their whole range, floats 0 to 1.
     pub(super) fn channel(self, value: f64) -> u8 {
         let scaled = match self {
             Self::U16 => value / 257.0,

@@ -1,5 +1,5 @@
-//! Wavefront OBJ: `v`, `vt`, `vn` and `f`; polygons become fans. What draws no surface (groups, materials, lines,
-//! points) is passed over. Numbers are read as f64: a scan in map coordinates has no shape in f32.
+//! Wavefront OBJ: `v`, `vt`, `vn` and `f`; polygons become fans. Everything else (groups, materials, lines, points)
+//! is skipped. Numbers are read as f64: a scan in map coordinates has no shape in f32.
 
 use super::error::Fault;
 use super::raw::{MOST, Raw};
@@ -8,7 +8,7 @@ use std::collections::HashMap;
 /// Reads the text of an OBJ file.
 ///
 /// # Errors
-/// [`Fault`] with the line.
+/// [`Fault`] with the line number.
 pub(super) fn read(text: &[u8]) -> Result<Raw, Fault> {
     let mut reader = Reader::default();
     let mut continued: Vec<u8> = Vec::new();
@@ -20,7 +20,7 @@ pub(super) fn read(text: &[u8]) -> Result<Raw, Fault> {
         let line = line.strip_suffix(b"\r").unwrap_or(line);
         if let Some(start) = line.strip_suffix(b"\\") {
             continued.extend_from_slice(start);
-            // So that a continued line is told from none.
+            // A space distinguishes a continued line from an empty continuation.
             continued.push(b' ');
         } else if continued.is_empty() {
             reader.line(line).map_err(|what| Fault::line(first_line, what))?;
@@ -36,20 +36,20 @@ pub(super) fn read(text: &[u8]) -> Result<Raw, Fault> {
     Ok(reader.finish())
 }
 
-/// Of `vt` and `vn`: the index, or none.
+/// Indices of `vt` and `vn`, if any.
 type Extra = [Option<u32>; 2];
 
 #[derive(Default)]
 struct Reader {
-    /// A vertex for each `v`; further ones where it stands with several `vt` or `vn`.
+    /// One vertex for each `v`; additional ones if it is used with several `vt` or `vn`.
     raw: Raw,
-    /// How many `v` there were.
+    /// Number of `v` lines so far.
     places: usize,
     coordinates: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
-    /// What each vertex stands with, once a face has used it.
+    /// For each vertex, its `vt` and `vn`, once a face has used it.
     extras: Vec<Option<Extra>>,
-    /// Vertices made for further extras of a `v`.
+    /// Additional vertices for further `vt` and `vn` of a `v`.
     further: HashMap<(u32, Extra), u32>,
     has: [bool; 2],
 }
@@ -79,7 +79,7 @@ impl Reader {
         keep(&mut self.raw.positions, glam::DVec3::new(x, y, z))?;
         self.places += 1;
         self.extras.push(None);
-        // A colour, as scanners write it; one number would be a weight, which no surface of triangles has.
+        // A colour, as scanners write it. A single number would be a weight, which triangle surfaces do not have.
         if let [red, green, blue] = *rest {
             let channel = |value: f64| (value.clamp(0.0, 1.0) * 255.0).round() as u8;
             self.raw.attributes.colors.resize(self.places - 1, [255; 4]);
@@ -107,14 +107,15 @@ impl Reader {
         if corners < 3 { Err(format!("a face of {corners} corners")) } else { Ok(()) }
     }
 
-    /// The vertex of `v`, `v/vt`, `v//vn` or `v/vt/vn`. Those made here carry [`FURTHER`] until all `v` are known.
+    /// The vertex of `v`, `v/vt`, `v//vn` or `v/vt/vn`. Additional vertices carry [`FURTHER`] until all `v` are
+    /// known.
     fn corner(&mut self, word: &[u8]) -> Result<u32, String> {
         let mut parts = word.split(|&byte| byte == b'/');
         let mut index = |count: usize| match parts.next() {
             None | Some(b"") => Ok(None),
             Some(part) => resolve(part, count).map(Some),
         };
-        let place = index(self.places)?.ok_or("a corner without a vertex")?;
+        let place = index(self.places)?.ok_or("a corner has no vertex")?;
         let extra = [index(self.coordinates.len())?, index(self.normals.len())?];
         self.has = [self.has[0] || extra[0].is_some(), self.has[1] || extra[1].is_some()];
         let first = self.extras[place as usize].get_or_insert(extra);
@@ -147,7 +148,7 @@ impl Reader {
                 *corner = (*corner & !FURTHER) + places as u32;
             }
         }
-        // Where a file gives some corners a `vt` or `vn` and others not, cleaning finds a value and counts it.
+        // If only some corners have a `vt` or `vn`, cleaning fills in the others and counts them.
         let value =
             |extra: &Option<Extra>, which: usize| extra.and_then(|extra| extra[which]).map(|i| i as usize);
         if has[0] {
@@ -164,20 +165,20 @@ impl Reader {
     }
 }
 
-/// Marks vertices beyond the `v`s: 2^31, above any [`MOST`].
+/// Marks additional vertices: 2^31, above any [`MOST`].
 const FURTHER: u32 = 1 << 31;
 
 fn keep<T>(list: &mut Vec<T>, item: T) -> Result<(), String> {
     if list.len() >= MOST {
-        return Err(format!("more than {MOST} of these"));
+        return Err(format!("more than {MOST} lines of this kind"));
     }
     list.push(item);
     Ok(())
 }
 
 fn numbers<'a>(words: impl Iterator<Item = &'a [u8]>) -> Result<Vec<f64>, String> {
-    // More than any of these lines has.
-    words.take(8).map(|word| number(word).ok_or_else(|| format!("{} is no number", shown(word)))).collect()
+    // Reads at most 8 numbers, more than any of these lines has.
+    words.take(8).map(|word| number(word).ok_or_else(|| format!("{} is not a number", shown(word)))).collect()
 }
 
 /// A decimal number, or nan or inf.
@@ -185,19 +186,19 @@ pub(super) fn number(word: &[u8]) -> Option<f64> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
-/// A word of the file in an error: never more than a line holds.
+/// A word of the file for an error, shortened to fit one line.
 pub(super) fn shown(word: &[u8]) -> String {
     let text = String::from_utf8_lossy(&word[..word.len().min(40)]);
     format!("{text:?}")
 }
 
-/// An index from 1, or from the end as -1.
+/// Resolves an index from 1, or from the end starting at -1.
 fn resolve(word: &[u8], count: usize) -> Result<u32, String> {
     let index: Option<i64> = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
-    let index = index.ok_or_else(|| format!("{} is no index", shown(word)))?;
+    let index = index.ok_or_else(|| format!("{} is not an index", shown(word)))?;
     let from_0 = if index < 0 { count as i64 + index } else { index - 1 };
     match u32::try_from(from_0) {
         Ok(from_0) if (from_0 as usize) < count => Ok(from_0),
-        _ => Err(format!("index {index}, but so far there are {count}")),
+        _ => Err(format!("index {index}, but there are only {count} so far")),
     }
 }

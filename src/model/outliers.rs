@@ -1,4 +1,4 @@
-//! Invalid vertices of a file: not finite, or outliers. And the precision of the valid ones.
+//! Finds invalid vertices of a file (not finite, or outliers), and the precision of the valid ones.
 
 use super::{Raw, Report};
 use glam::DVec3;
@@ -7,16 +7,16 @@ use std::collections::HashSet;
 /// f32 ends at 3.4e38; 1e36 leaves room for the projection.
 const FARTHEST: f64 = 1e36;
 /// A vertex 1000 times as far out as 999 of 1000 others would leave them fewer than 14 of the 24 bits of an f32
-/// position about the centre of the box.
+/// position relative to the centre of the box.
 const OUTLYING: f64 = 1000.0;
-/// A vertex 100 times as far out, all of whose neighbours are nearer than that, is a spike, not a part of the shape.
+/// A vertex 100 times as far out, with all neighbours closer than that, is a spike and not part of the shape.
 const SPIKE: f64 = 100.0;
-/// With fewer vertices outliers cannot be recognised.
+/// With fewer vertices, outliers cannot be recognised.
 const FEWEST_FOR_OUTLIERS: usize = 64;
-/// Steps of f32 across a mesh from which on half a step is less than 1/4000 of its box.
+/// Fewer f32 steps than this across a mesh are reported: half a step is then more than 1/8192 of the box.
 const FEW_STEPS: f64 = 4096.0;
 
-/// True for each vertex that may be part of a shape.
+/// For each vertex, true if it may be part of a shape.
 pub(super) fn usable(raw: &Raw, report: &mut Report) -> Vec<bool> {
     let fits = |position: &DVec3| position.is_finite() && position.abs().max_element() <= FARTHEST;
     let mut usable: Vec<bool> = raw.positions.iter().map(fits).collect();
@@ -28,15 +28,15 @@ pub(super) fn usable(raw: &Raw, report: &mut Report) -> Vec<bool> {
     usable
 }
 
-/// The distance of each vertex from the median, in multiples of the distance that 999 of 1000 keep within; 0 for unusable
-/// vertices. `None` where the vertices, or their distinct positions, are too few to tell.
+/// Distance of each vertex from the median, in multiples of the distance that 999 of 1000 stay within; 0 for unusable
+/// vertices. `None` if the vertices, or their distinct positions, are too few.
 fn far_out(positions: &[DVec3], usable: &[bool]) -> Option<Vec<f64>> {
     let fitting: Vec<DVec3> =
         positions.iter().zip(usable).filter(|(_, fits)| **fits).map(|(p, _)| *p).collect();
     if fitting.len() < FEWEST_FOR_OUTLIERS {
         return None;
     }
-    // Medians: a mean would follow the outlier.
+    // Medians, because outliers would shift a mean.
     let middle = |axis: usize| {
         let mut values: Vec<f64> = fitting.iter().map(|p| p[axis]).collect();
         let half = values.len() / 2;
@@ -48,18 +48,18 @@ fn far_out(positions: &[DVec3], usable: &[bool]) -> Option<Vec<f64>> {
     let rank = (distances.len() - 1) * 999 / 1000;
     let usual = *distances.select_nth_unstable_by(rank, f64::total_cmp).1;
     let far = |(position, &fits): (&DVec3, &bool)| if fits { distance(position) / usual } else { 0.0 };
-    // If all others are one point there is no shape to be far from.
+    // If all others coincide, there is no shape to measure distances from.
     (usual > 0.0).then(|| positions.iter().zip(usable).map(far).collect())
 }
 
-/// Sets aside vertices that are too far out, and less distant ones without neighbours there.
+/// Marks vertices that are too far out, and less distant ones without neighbours there, as unusable.
 fn set_aside(raw: &Raw, far: &[f64], usable: &mut [bool], report: &mut Report) {
     let place = |vertex: u32| (raw.positions[vertex as usize] + DVec3::ZERO).to_array().map(f64::to_bits);
     let is_far = |vertex: u32| far[vertex as usize] > SPIKE;
     if !far.iter().any(|&far| far > SPIKE) {
         return;
     }
-    // By position: in a triangle soup several vertices are one corner.
+    // By position: in a triangle soup, several vertices form one corner.
     let mut accompanied: HashSet<[u64; 3]> = HashSet::new();
     for face in &raw.faces {
         for &vertex in face.iter().filter(|&&vertex| is_far(vertex)) {
@@ -76,8 +76,8 @@ fn set_aside(raw: &Raw, far: &[f64], usable: &mut [bool], report: &mut Report) {
     }
 }
 
-/// The steps of f32 across the box of a mesh, as far from the origin as it is; None where they are many, or the
-/// coordinates are finer numbers.
+/// The f32 steps across the box of a mesh, at its distance from the origin. `None` if they are many, or if the
+/// coordinates have more precision than f32.
 fn f32_steps(positions: &[DVec3], usable: &[bool]) -> Option<usize> {
     let fitting = || positions.iter().zip(usable).filter(|(_, fits)| **fits).map(|(p, _)| *p);
     let (low, high) = fitting().fold((DVec3::MAX, DVec3::MIN), |(low, high), p| (low.min(p), high.max(p)));
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn values_that_no_shape_has_are_set_aside_with_their_faces() {
+    fn invalid_vertices_are_removed_with_their_faces() {
         let model = generate::grid(9, 0);
         for (value, finite) in [(f64::NAN, false), (f64::INFINITY, false), (1e300, false), (1e30, true)] {
             let mut raw =
@@ -114,28 +114,28 @@ mod tests {
                 (report.non_finite_vertices, report.outlying_vertices),
                 (usize::from(!finite), usize::from(finite))
             );
-            // 40 is the middle: six faces, which leave a hole.
+            // 40 is in the middle: removing its six faces leaves a hole.
             assert_eq!((report.faces_set_aside, left.faces.len()), (6, 122));
             assert_eq!(report.topology.boundary_edges, 32 + 6);
         }
     }
 
     #[test]
-    fn a_spike_is_set_aside_and_what_is_far_out_together_stays() {
+    fn a_spike_is_removed_and_a_distant_group_stays() {
         let model = generate::grid(33, 0);
         let mut raw =
             Raw { positions: model.positions.clone(), faces: model.faces.clone(), ..Raw::default() };
         raw.positions[500] *= 300.0;
         let (left, report) = cleaned(&raw);
         assert_eq!((report.outlying_vertices, report.faces_set_aside, left.faces.len()), (1, 6, 2042));
-        // Its neighbour is as far out: it may be part of the shape.
+        // Its neighbour is as far out, so it may be part of the shape.
         raw.positions[501] *= 300.0;
         let (left, report) = cleaned(&raw);
         assert_eq!((report.outlying_vertices, left.faces.len()), (0, 2048));
     }
 
     #[test]
-    fn steps_of_f32_are_told_where_they_are_few() {
+    fn few_f32_steps_are_reported() {
         let model = generate::grid(9, 0);
         let steps = |offset: f64, single: bool| {
             let place = |&p: &DVec3| if single { (p + offset).as_vec3().as_dvec3() } else { p + offset };
@@ -144,7 +144,7 @@ mod tests {
         };
         let extent = model.positions.iter().fold(DVec3::ZERO, |most, p| most.max(p.abs())).max_element();
         assert!(extent > 0.1, "{extent}");
-        // A grid about 0 has some millions of them.
+        // A grid around 0 has millions of steps.
         assert_eq!((steps(0.0, true), steps(1e6, false)), (None, None));
         assert!(steps(1e6, true).is_some_and(|steps| steps < 4096));
     }

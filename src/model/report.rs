@@ -1,52 +1,53 @@
-//! What cleaning did to a mesh, in counts and in words.
+//! The changes that cleaning made to a mesh, as counts and as text.
 
 use super::{Model, Topology};
 use serde::Serialize;
 use std::fmt;
 
-/// Counts of what a file held, what was done to it, and what is left.
+/// Counts of a file's content, of each change, and of the result.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Report {
     /// In the file.
     pub vertices: usize,
-    /// In the file, polygons counted as their triangles.
+    /// In the file; polygons count as their triangles.
     pub file_faces: usize,
     /// Vertices with a coordinate that is NaN, infinite or beyond 1e36.
     pub non_finite_vertices: usize,
-    /// Vertices 1000 times as far out as 999 of 1000 others, or 100 times and with no neighbour there.
+    /// Vertices 1000 times as far out as 999 of 1000 others, or 100 times without a neighbour there.
     pub outlying_vertices: usize,
-    /// Faces dropped because they use one of those two kinds.
+    /// Faces dropped because they use a vertex of those two kinds.
     pub faces_set_aside: usize,
-    /// Vertices that stand where an earlier one does.
+    /// Vertices at the position of an earlier one.
     pub welded_vertices: usize,
-    /// Faces dropped because they name a vertex twice.
+    /// Faces dropped because they use a vertex twice.
     pub index_degenerate_faces: usize,
-    /// Faces dropped because two of their vertices stand at the same place.
+    /// Faces dropped because two of their vertices have the same position.
     pub collapsed_faces: usize,
     /// Faces dropped because an earlier one has the same three positions and the same winding.
     pub duplicate_faces: usize,
-    /// Faces dropped because an earlier one has the same three positions and the other winding.
+    /// Faces dropped because an earlier one has the same three positions and the opposite winding.
     pub reversed_faces: usize,
-    /// Faces dropped with their backs because the surface is whole without these folds.
+    /// Faces dropped, with their reversed copies, because the surface is complete without these folds.
     pub folded_faces: usize,
-    /// Faces without area (but for rounding to f32) dropped because an edge of theirs has two others.
+    /// Faces without area (up to rounding to f32) dropped because one of their edges has two other faces.
     pub thin_faces: usize,
-    /// Faces without area that were kept: they hold their neighbours together.
+    /// Faces without area that were kept because they connect their neighbours.
     pub zero_area_faces: usize,
-    /// Faces turned round to agree with more of their neighbours.
+    /// Faces reversed to agree with most of their neighbours.
     pub turned_faces: usize,
-    /// Edges with more than two faces, or with two that cannot agree: cut apart.
+    /// Edges that were cut: they have more than two faces, or two faces of contradicting winding.
     pub non_manifold_edges: usize,
-    /// Positions added by cutting: at such edges, and where fans of faces touched in a point.
+    /// Positions added by cutting, at such edges and where fans of faces touch in a point.
     pub split_positions: usize,
-    /// Vertices that no face uses any more, those set aside not counted.
+    /// Vertices that no face uses any more, without the removed invalid ones.
     pub unused_vertices: usize,
-    /// Normals that were zero or not finite, now their faces'; coordinates that were not finite, now 0.
+    /// Normals that were zero or not finite, replaced by their faces'; coordinates that were not finite, replaced by
+    /// 0.
     pub replaced_attributes: usize,
-    /// Steps of f32 across the mesh's box where all coordinates are f32's and there are fewer than 4096: what was
-    /// smaller was lost before.
+    /// f32 steps across the mesh's box, if all coordinates are f32 and there are fewer than 4096 steps. Finer detail
+    /// was lost before.
     pub f32_steps: Option<usize>,
-    /// What is left.
+    /// Counts of the result.
     pub positions: usize,
     pub wedges: usize,
     pub faces: usize,
@@ -54,7 +55,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Enters what is left.
+    /// Counts the result.
     pub(super) fn count(&mut self, model: &Model) {
         self.positions = model.positions.len();
         self.wedges = model.wedge_positions.len();
@@ -62,40 +63,40 @@ impl Report {
         self.topology = model.topology();
     }
 
-    /// What was done, in words; nothing for a mesh that was clean but for equal vertices.
+    /// The changes as text; empty if only equal vertices were welded.
     pub fn changes(&self) -> Vec<String> {
         [
-            ("vertices that are not finite or beyond 1e36, set aside", self.non_finite_vertices),
+            ("vertices that are not finite or beyond 1e36, removed", self.non_finite_vertices),
             (
-                "vertices more than 1000 times as far out as nearly all others, or 100 times and alone, set aside",
+                "vertices more than 1000 times as far out as nearly all others, or 100 times and isolated, removed",
                 self.outlying_vertices,
             ),
             ("faces of such vertices, dropped", self.faces_set_aside),
-            ("faces that name a vertex twice, dropped", self.index_degenerate_faces),
-            ("faces with two corners at one place, dropped", self.collapsed_faces),
+            ("faces that use a vertex twice, dropped", self.index_degenerate_faces),
+            ("faces with two corners at one position, dropped", self.collapsed_faces),
             ("faces that repeat an earlier one, dropped", self.duplicate_faces),
-            ("faces that are the back of an earlier one, dropped", self.reversed_faces),
-            ("faces of folds on a surface that is whole without, dropped", self.folded_faces),
-            ("faces without area on edges of two others, dropped", self.thin_faces),
+            ("faces that are an earlier one reversed, dropped", self.reversed_faces),
+            ("faces of folds on a surface that is complete without them, dropped", self.folded_faces),
+            ("faces without area on edges with two other faces, dropped", self.thin_faces),
             ("faces without area, kept", self.zero_area_faces),
-            ("faces turned round to agree with their neighbours", self.turned_faces),
-            ("edges with more than two faces, or two that cannot agree, cut apart", self.non_manifold_edges),
+            ("faces reversed to agree with their neighbours", self.turned_faces),
+            ("edges with more than two faces, or two of contradicting winding, cut", self.non_manifold_edges),
             ("positions added where the surface was cut or touched itself in a point", self.split_positions),
             ("vertices in no face, dropped", self.unused_vertices),
-            ("normals and coordinates that could not be used, replaced", self.replaced_attributes),
+            ("invalid normals and coordinates, replaced", self.replaced_attributes),
         ]
         .iter()
         .filter(|(_, count)| *count > 0)
         .map(|(what, count)| format!("{what}: {count}"))
         .chain(self.f32_steps.map(|steps| {
-            format!("steps of f32 across the whole, so far is it from the origin: {steps}; what was finer is lost")
+            format!("f32 steps across the mesh, because it is far from the origin: {steps}; finer detail is lost")
         }))
         .collect()
     }
 }
 
 impl fmt::Display for Report {
-    /// One line for what was read, one for each change, one for what is left.
+    /// One line for the input, one for each change, one for the result.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "read: {} vertices, {} faces", self.vertices, self.file_faces)?;
         for change in self.changes() {

@@ -1,5 +1,5 @@
-//! Real heights: Mount Everest and 60 km about it, from a 30" grid (scenes/everest.NOTICE); and the same, refined for
-//! looks.
+//! Real heights: Mount Everest and 60 km around it, from a 30" grid (scenes/everest.NOTICE); and the same with
+//! synthetic detail, for appearance.
 
 use super::{Model, Raw, generate};
 use crate::math::relief::{AREA_M, EAST_M, NORTH_M, SIDE, relief};
@@ -10,21 +10,22 @@ pub(super) fn everest() -> Model {
     let heights = &relief().samples;
     let middle = f64::from(SIDE / 2);
     generate::heights([SIDE, SIDE], |column, row| {
-        // Rows of a model go north, those of the picture south.
+        // Model rows go north, picture rows south.
         let sample = (SIDE - 1 - row) * SIDE + column;
         let [east, north] = [column, row].map(|index| f64::from(index) - middle);
         DVec3::new(east * EAST_M, north * NORTH_M, heights[sample as usize])
     })
 }
 
-/// The side that the model `valley` has of [`AREA_M`]: beyond the map's edge a texture shows its other side.
+/// Fraction of [`AREA_M`] that the model `valley` covers. Beyond the map's edge, the texture wraps to the opposite
+/// side.
 const SHOWN: f64 = 31.0 / 32.0;
-/// Spacing of the model's middle rows over the mean one: most of the faces are about the summit.
+/// Spacing of the middle rows relative to the mean: most faces are around the summit.
 const MIDDLE: f64 = 0.42;
 
-/// The surface of [`crate::math::relief`], `side` x `side` positions, with texture coordinates over all of its area (s
-/// from west to east, t from north to south, 1/64 to 63/64) and normals: 2 (side - 1)^2 faces, open, no seam. In metres,
-/// as [`everest`]; rows and columns are closest at the summit.
+/// The surface of [`crate::math::relief`] with `side` x `side` positions, normals, and texture coordinates over the
+/// whole area (s from west to east, t from north to south, 1/64 to 63/64): 2 (side - 1)^2 faces, open, no seam. In
+/// metres, like [`everest`]; rows and columns are densest at the summit.
 ///
 /// # Panics
 /// Unless `side` is in 3 ..= 2^10 + 1.
@@ -53,7 +54,7 @@ pub(super) fn valley(side: u32) -> Model {
     generate::welded(&raw)
 }
 
-/// Of each position, by the areas of its faces.
+/// Normal of each position, weighted by the areas of its faces.
 fn normals(positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<[f32; 3]> {
     let mut sums = vec![DVec3::ZERO; positions.len()];
     for face in faces {

@@ -1,29 +1,29 @@
-//! Edges and parts of a mesh.
+//! Edges and connected components of a mesh.
 
 use super::Model;
 use serde::Serialize;
 
-/// Connectivity of a model, in positions, not wedges.
+/// Connectivity of a model, by positions, not wedges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Topology {
     pub edges: usize,
     /// Edges with one face.
     pub boundary_edges: usize,
-    /// Parts that share no position.
+    /// Connected components: parts that share no position.
     pub components: usize,
-    /// Edges along which one of the two faces has other wedges than the other.
+    /// Edges whose two faces use different wedges.
     pub seam_edges: usize,
 }
 
 impl Topology {
-    /// Whether there is no boundary.
+    /// True if there is no boundary.
     pub fn is_closed(&self) -> bool {
         self.boundary_edges == 0
     }
 }
 
 impl Model {
-    /// Counts edges and parts; about 0.3 s for a million faces.
+    /// Counts edges and components; about 0.3 s for a million faces.
     pub fn topology(&self) -> Topology {
         let mut topology = Topology::default();
         let mut parts = Groups::new(self.positions.len());
@@ -49,7 +49,7 @@ impl Model {
     }
 }
 
-/// Every side of every face: (smaller end << 32 | larger end, corner at which it starts as 3 face + k), sorted.
+/// Every side of every face, sorted: (smaller end << 32 | larger end, corner where it starts as 3 face + k).
 pub(super) fn half_edges(faces: impl Iterator<Item = [u32; 3]>) -> Vec<(u64, u32)> {
     let sides = |(face, corners): (usize, [u32; 3])| {
         (0..3).map(move |k| {
@@ -62,12 +62,12 @@ pub(super) fn half_edges(faces: impl Iterator<Item = [u32; 3]>) -> Vec<(u64, u32
     edges
 }
 
-/// The corner after this one in its face.
+/// The next corner of the same face.
 pub(super) fn next_corner(corner: u32) -> u32 {
     if corner % 3 == 2 { corner - 2 } else { corner + 1 }
 }
 
-/// Numbers that are joined into groups (union-find, the smallest member stands for its group).
+/// Union-find: numbers joined into groups; the smallest member represents its group.
 pub(super) struct Groups(Vec<u32>);
 
 impl Groups {
@@ -77,7 +77,7 @@ impl Groups {
 
     /// The smallest number in the group.
     pub(super) fn first(&mut self, mut member: u32) -> u32 {
-        // Halving the path on the way keeps chains short.
+        // Path halving keeps chains short.
         while self.0[member as usize] != member {
             let above = self.0[self.0[member as usize] as usize];
             self.0[member as usize] = above;

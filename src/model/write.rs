@@ -1,12 +1,13 @@
-//! Models as files: PLY (binary, little-endian) and OBJ (plain triangles). Faces keep their order. Positions are
-//! welded: in PLY, whose vertices carry their attributes, unless attributes part them; in OBJ always, but for colours.
+//! Writes models as PLY (binary, little-endian) or OBJ (plain triangles). Faces keep their order. PLY
+//! stores one vertex for each wedge if the model has attributes, otherwise for each position. OBJ stores one for each
+//! position, unless there are colours.
 
 use super::Model;
 use crate::picture::write::{FileError, write_whole};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// A kind of file that can be written.
+/// A file format that can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     Ply,
@@ -14,7 +15,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// By a path's ending, `.ply` or `.obj`.
+    /// Format by file name extension, `.ply` or `.obj`.
     pub fn of(path: &Path) -> Option<Format> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "ply" => Some(Self::Ply),
@@ -25,9 +26,9 @@ impl Format {
 }
 
 impl Model {
-    /// Writes the model, whole or not at all. Read again, it is the same model to the last bit.
+    /// Writes the model atomically. Reading it returns the same model to the last bit.
     ///
-    /// Only indices and lengths have to fit: of a mesh that is no clean model all faces are written as well.
+    /// Only indices and lengths must be valid: all faces of an uncleaned mesh are written too.
     ///
     /// # Errors
     /// [`FileError`] names the path.
@@ -42,10 +43,10 @@ impl Model {
     }
 
     fn write_ply(&self, out: &mut impl Write) -> io::Result<()> {
-        // Without attributes nothing parts the wedges of a position.
+        // Without attributes, the wedges of a position are identical.
         let split = !self.attributes.is_empty();
         let vertices = if split { self.wedge_positions.len() } else { self.positions.len() };
-        // Positions that f32 holds exactly, as most files do, take half the bytes.
+        // Positions that f32 represents exactly, as in most files, take half the bytes.
         let single = self.positions.iter().all(|position| position.as_vec3().as_dvec3() == *position);
         self.ply_header(out, vertices, if single { "float" } else { "double" })?;
         for vertex in 0..vertices {
@@ -70,7 +71,7 @@ impl Model {
             out.write_all(&[3])?;
             let corners = if split { self.faces[face] } else { self.face_positions(face) };
             for corner in corners {
-                // "int", as everyone reads it: a model has fewer than 2^31 wedges.
+                // "int", which every reader supports: a model has fewer than 2^31 wedges.
                 out.write_all(&corner.to_le_bytes())?;
             }
         }
@@ -95,12 +96,12 @@ impl Model {
 
     fn write_obj(&self, out: &mut impl Write) -> io::Result<()> {
         let attributes = &self.attributes;
-        // OBJ's colours stand with the position (and have no alpha).
+        // OBJ's colours belong to the position (and have no alpha).
         let split = !attributes.colors.is_empty();
         if split {
             for (wedge, &position) in self.wedge_positions.iter().enumerate() {
                 let [x, y, z] = self.positions[position as usize].to_array();
-                // Four decimals tell 255ths.
+                // Four decimals distinguish multiples of 1/255.
                 let [r, g, b, _] = attributes.colors[wedge].map(|channel| f64::from(channel) / 255.0);
                 writeln!(out, "v {x} {y} {z} {r:.4} {g:.4} {b:.4}")?;
             }

@@ -1,5 +1,5 @@
-//! How far a picture is from the truth. A mean alone hides a wrong tile: look at the worst pixel and at
-//! the number of pixels beyond a bound.
+//! Error measures of a picture against a reference picture ("truth"). A mean can hide a wrong tile, so also
+//! check the worst pixel and the number of pixels above a bound.
 
 use super::Picture;
 use serde::Serialize;
@@ -10,7 +10,7 @@ use thiserror::Error;
 #[error("a picture of {0} x {1} pixels cannot be compared with one of {2} x {3}")]
 pub struct DifferentSizes(pub u32, pub u32, pub u32, pub u32);
 
-/// A pixel and its error: the largest absolute difference of a channel in linear light (alpha counts).
+/// A pixel and its error: the largest absolute difference of a channel in linear light, alpha included.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PixelError {
     pub x: u32,
@@ -18,18 +18,18 @@ pub struct PixelError {
     pub value: f64,
 }
 
-/// What [`compare`] found.
+/// The result of [`compare`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
     /// Row by row.
     errors: Vec<PixelError>,
-    /// Of red, green and blue.
+    /// Sum over red, green and blue.
     squared_error: f64,
     squared_truth: f64,
 }
 
-/// Compares every channel of every pixel. A value that is not finite, on either side, is an infinite error,
-/// also where both have it: neither is a colour.
+/// Compares every channel of every pixel. A non-finite value on either side is an infinite error, even if
+/// both sides have it.
 ///
 /// # Errors
 /// [`DifferentSizes`].
@@ -37,7 +37,7 @@ pub fn compare(picture: &Picture, truth: &Picture) -> Result<Difference, Differe
     compare_where(picture, truth, |_, _| true)
 }
 
-/// As [`compare`], of those pixels alone whose column and row `counts` takes.
+/// Like [`compare`], restricted to pixels for which `counts` (column, row) is true.
 ///
 /// # Errors
 /// [`DifferentSizes`].
@@ -61,7 +61,7 @@ pub fn compare_where(
             let finite = value.is_finite() && true_value.is_finite();
             let error = if finite { (value - true_value).abs() } else { f64::INFINITY };
             largest = largest.max(error);
-            // Colour alone: an alpha of 1 everywhere would only make every NMSE look smaller.
+            // Colour only: an alpha of 1 everywhere would lower every NMSE.
             if channel < 3 {
                 found.squared_error += error * error;
                 found.squared_truth += if finite { true_value * true_value } else { 0.0 };
@@ -73,15 +73,16 @@ pub fn compare_where(
 }
 
 impl Difference {
-    /// Sum of squared errors over sum of the truth's squares, over red, green and blue; infinite where the truth is
-    /// black and the picture is not.
+    /// Sum of squared errors divided by the sum of the truth's squares, over red, green and blue. Infinite if
+    /// the truth is black and the picture is not.
     pub fn nmse(&self) -> f64 {
-        // 0 / 0: black that is black.
+        // Avoids 0 / 0 if both are black.
         if self.squared_error == 0.0 { 0.0 } else { self.squared_error / self.squared_truth }
     }
 
-    /// Peak signal to noise ratio in dB, `10 log10(1 / MSE)`: MSE is the mean squared error of red, green and blue in
-    /// linear light, the peak is 1. Infinite for equal pictures, minus infinity where something is not finite.
+    /// Peak signal-to-noise ratio in dB, `10 log10(1 / MSE)`: MSE is the mean squared error of red, green and
+    /// blue in linear light; the peak is 1. Infinite for equal pictures, minus infinity if a value is not
+    /// finite.
     pub fn psnr_db(&self) -> f64 {
         if self.squared_error == 0.0 {
             return f64::INFINITY;
@@ -89,7 +90,7 @@ impl Difference {
         -10.0 * (self.squared_error / (3.0 * self.errors.len() as f64)).log10()
     }
 
-    /// The largest error and the first place, row by row, that has it. `None` for a picture of no pixels.
+    /// The largest error and the first pixel, row by row, that has it. `None` for an empty picture.
     pub fn worst(&self) -> Option<PixelError> {
         let mut worst: Option<PixelError> = None;
         for error in self.pixels() {
@@ -100,7 +101,7 @@ impl Difference {
         worst
     }
 
-    /// How many pixels have an error above `bound`.
+    /// Number of pixels with an error above `bound`.
     pub fn count_above(&self, bound: f64) -> usize {
         self.errors.iter().filter(|error| error.value > bound).count()
     }
@@ -144,7 +145,7 @@ mod tests {
 
     #[test]
     fn nmse_is_the_squared_error_over_the_squared_truth() {
-        // 12 pixels of 3 x 0.25 are 9; one channel is off by 0.25, and alpha counts for nothing.
+        // 12 pixels of 3 x 0.25 add up to 9; one channel is off by 0.25; alpha is ignored.
         let difference = compare(&changed(0, 0, 1, 0.75), &grey()).unwrap();
         assert_eq!(difference.nmse(), 0.0625 / 9.0);
         let black = Picture::filled(4, 3, [0.0; 4]);
@@ -158,7 +159,7 @@ mod tests {
         let darker = Picture::filled(4, 3, [0.4, 0.4, 0.4, 1.0]);
         let psnr_db = compare(&darker, &grey()).unwrap().psnr_db();
         assert!((psnr_db - 20.0).abs() < 1e-5, "{psnr_db}");
-        // One of 36 off by 0.25: 10 log10(36 / 0.0625); half as far off would be 6.02 dB more.
+        // One of 36 is off by 0.25: 10 log10(36 / 0.0625). Half the error would give 6.02 dB more.
         let psnr_db = compare(&changed(0, 0, 1, 0.75), &grey()).unwrap().psnr_db();
         assert!((psnr_db - 27.604).abs() < 1e-3, "{psnr_db}");
         assert_eq!(compare(&grey(), &grey()).unwrap().psnr_db(), f64::INFINITY);
@@ -167,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn pixels_that_do_not_count_change_nothing_and_those_that_do_are_seen() {
+    fn excluded_pixels_change_nothing_and_included_ones_count() {
         let picture = changed(2, 1, 0, 0.75);
         let elsewhere = compare_where(&picture, &grey(), |x, y| (x, y) != (2, 1)).unwrap();
         assert_eq!((elsewhere.nmse(), elsewhere.pixels().len(), elsewhere.count_above(0.0)), (0.0, 11, 0));
@@ -178,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_is_an_infinite_error_even_against_itself() {
+    fn a_value_that_is_not_finite_is_an_infinite_error_even_against_itself() {
         for value in [f32::NAN, f32::INFINITY] {
             let broken = changed(3, 2, 0, value);
             for truth in [grey(), broken.clone()] {

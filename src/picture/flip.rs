@@ -1,13 +1,14 @@
-//! FLIP: how strongly a viewer who flips between two pictures sees each pixel change, 0 (not at all) to 1. Andersson et
-//! al., "FLIP: A Difference Evaluator for Alternating Images", HPG 2020; NVIDIA's own code, by the crate `nv-flip`.
+//! FLIP: the visible difference of each pixel when a viewer alternates between two pictures, from 0 (none) to 1 (most).
+//! Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", HPG 2020; NVIDIA's own code, through the
+//! crate `nv-flip`.
 //!
-//! It is defined on 8-bit sRGB: linear light is encoded first, and clamped to 0 ..= 1. What is brighter than white, and
-//! what differs by less than half a code, it does not see; the measures of [`super::error`] do.
+//! FLIP is defined on 8-bit sRGB, so linear light is encoded first and clamped to 0 ..= 1. FLIP misses
+//! differences above white and below half a code; the measures of [`super::error`] include them.
 
 use super::error::DifferentSizes;
 use super::{Picture, srgb};
 
-/// Pixels in a degree of the viewer's sight: the paper's 0.7 m from a 0.7 m wide display of 3840 pixels.
+/// Pixels per degree of visual angle; the paper's viewer sits 0.7 m from a 0.7 m wide display of 3840 pixels.
 pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
 
 /// FLIP of each pixel.
@@ -33,7 +34,7 @@ pub fn flip(picture: &Picture, truth: &Picture) -> Result<FlipMap, DifferentSize
     };
     let mut values = nv_flip::flip(image(truth), image(picture), PIXELS_PER_DEGREE).to_vec();
     for (value, (pixel, true_pixel)) in values.iter_mut().zip(picture.rgba.iter().zip(&truth.rgba)) {
-        // Encoded, a NaN is a harmless black.
+        // Encoding turns a NaN into black, which would hide it.
         if !pixel.iter().chain(true_pixel).all(|channel| channel.is_finite()) {
             *value = 1.0;
         }
@@ -42,12 +43,12 @@ pub fn flip(picture: &Picture, truth: &Picture) -> Result<FlipMap, DifferentSize
 }
 
 impl FlipMap {
-    /// 0 for a picture of no pixels.
+    /// Mean of all pixels; 0 for an empty picture.
     pub fn mean(&self) -> f64 {
         self.values.iter().map(|&value| f64::from(value)).sum::<f64>() / self.values.len().max(1) as f64
     }
 
-    /// The largest.
+    /// Largest value.
     pub fn most(&self) -> f64 {
         self.values.iter().copied().fold(0.0, f32::max).into()
     }
@@ -70,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn a_changed_pixel_is_seen_where_it_is_and_a_stronger_change_more() {
+    fn a_changed_pixel_is_found_at_its_place_and_a_stronger_change_counts_more() {
         let changed = |value: f32| {
             let mut picture = grey();
             picture.rgba[5 * 24 + 7] = [value, value, value, 1.0];
@@ -90,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_is_seen_although_it_encodes_as_black() {
+    fn a_value_that_is_not_finite_counts_although_it_encodes_as_black() {
         let mut broken = Picture::filled(8, 8, [0.0, 0.0, 0.0, 1.0]);
         let truth = broken.clone();
         broken.rgba[9][1] = f32::NAN;

@@ -1,54 +1,70 @@
-//! Errors as a picture: false colours on one logarithmic scale for all maps, so that two maps can be compared by eye.
+//! Error maps: false colours on one logarithmic scale for all maps, so that maps can be compared by eye.
 
 use super::error::{Difference, PixelError};
 use super::write::Srgb8Picture;
 
-/// The scale ends at an error of 1; so many powers of ten below it begins the darkest colour but black.
+/// The scale ends at an error of 1. The darkest colour above black starts this many powers of ten below.
 const DECADES: u32 = 5;
 /// An error of exactly 0.
 const EQUAL: [u8; 3] = [0; 3];
-/// Not finite, on either side: no colour of the scale.
+/// A value that is not finite in at least one of the pictures: a colour outside the scale.
 const NOT_FINITE: [u8; 3] = [0, 255, 255];
 const PAPER: [u8; 3] = [40; 3];
 const INK: [u8; 3] = [230; 3];
-/// The darkest eighth of the colours would pass for black.
+/// Skips the darkest eighth of the colours, which looks black.
 const FIRST_COLOUR: f64 = 32.0;
 /// Pixels between two maps.
 const GAP: u32 = 8;
-/// The legend's height, and the least width that its labels need.
+/// Minimum width (for the labels) and height of the legend.
 const LEGEND: [u32; 2] = [260, 30];
 
-/// Several comparisons of one size side by side above one legend: black is equal, then from 1e-5 to 1 in colours from
-/// dark to light (magma), more than 1 as 1, and cyan what is not finite.
+/// Maps of several comparisons of one size, side by side above one legend. Black is equal; 1e-5 to 1 runs
+/// from dark to light (magma); above 1 counts as 1; cyan is not finite.
 pub fn error_maps(size: [u32; 2], differences: &[&Difference]) -> Srgb8Picture {
     let [width, height] = size;
     let count = differences.len() as u32;
     let whole = [LEGEND[0].max(count * width + GAP * count.saturating_sub(1)), height + LEGEND[1]];
-    let colours = nv_flip::magma_lut().to_vec();
+    let colours = Colours::new();
     let mut canvas = Canvas::new(whole);
     for (n, difference) in differences.iter().enumerate() {
         for PixelError { x, y, value } in difference.pixels() {
-            canvas.set([n as u32 * (width + GAP) + x, y], colour(&colours, value));
+            canvas.set([n as u32 * (width + GAP) + x, y], colours.of(value));
         }
     }
     legend(&mut canvas, &colours, height);
     Srgb8Picture { width: whole[0], height: whole[1], rgba: canvas.rgba }
 }
 
-fn colour(colours: &[u8], error: f64) -> [u8; 3] {
-    if error == 0.0 {
-        return EQUAL;
+/// The scale: black is 0, then from 1e-5 to 1 from dark to light (magma); cyan is not finite.
+pub struct Colours(Vec<u8>);
+
+impl Default for Colours {
+    fn default() -> Colours {
+        Colours::new()
     }
-    if !error.is_finite() {
-        return NOT_FINITE;
-    }
-    let part = (error.log10() / f64::from(DECADES) + 1.0).clamp(0.0, 1.0);
-    let at = 3 * (FIRST_COLOUR + part * (255.0 - FIRST_COLOUR)).round() as usize;
-    [colours[at], colours[at + 1], colours[at + 2]]
 }
 
-/// A box of "0", the scale with a label at each power of ten, a box of what is not finite.
-fn legend(canvas: &mut Canvas, colours: &[u8], top: u32) {
+impl Colours {
+    pub fn new() -> Colours {
+        Colours(nv_flip::magma_lut().to_vec())
+    }
+
+    /// sRGB of an error.
+    pub fn of(&self, error: f64) -> [u8; 3] {
+        if error == 0.0 {
+            return EQUAL;
+        }
+        if !error.is_finite() {
+            return NOT_FINITE;
+        }
+        let part = (error.log10() / f64::from(DECADES) + 1.0).clamp(0.0, 1.0);
+        let at = 3 * (FIRST_COLOUR + part * (255.0 - FIRST_COLOUR)).round() as usize;
+        [self.0[at], self.0[at + 1], self.0[at + 2]]
+    }
+}
+
+/// Draws a box labelled "0", the scale with a label at each power of ten, and a box for non-finite values.
+fn legend(canvas: &mut Canvas, colours: &Colours, top: u32) {
     let (bar_top, text_top) = (top + 5, top + 18);
     let [left, right] = [30, canvas.size[0] - 40];
     let steps = right - left;
@@ -56,7 +72,7 @@ fn legend(canvas: &mut Canvas, colours: &[u8], top: u32) {
     canvas.text([12, text_top], "0");
     for step in 0..=steps {
         let decades = f64::from(step) / f64::from(steps) * f64::from(DECADES) - f64::from(DECADES);
-        canvas.fill([left + step, bar_top], [1, 10], colour(colours, 10f64.powf(decades)));
+        canvas.fill([left + step, bar_top], [1, 10], colours.of(10f64.powf(decades)));
     }
     for (n, label) in (0..).zip(["1e-5", "1e-4", ".001", ".01", ".1", "1"]) {
         let at = left + steps * n / DECADES;
@@ -90,7 +106,7 @@ impl Canvas {
         }
     }
 
-    /// Letters of 3 x 5 dots, each of 2 x 2 pixels.
+    /// Draws text in glyphs of 3 x 5 dots, each of 2 x 2 pixels.
     fn text(&mut self, [left, top]: [u32; 2], text: &str) {
         for (n, letter) in (0..).zip(text.chars()) {
             for (row, dots) in (0..).zip(glyph(letter)) {
@@ -102,7 +118,7 @@ impl Canvas {
     }
 }
 
-/// The legend's letters, rows from the top.
+/// The legend's glyphs, rows from the top.
 fn glyph(letter: char) -> [u8; 5] {
     match letter {
         '0' => [0b111, 0b101, 0b101, 0b101, 0b111],
@@ -142,12 +158,12 @@ mod tests {
         assert_eq!(pixel(&map, 0, 0), EQUAL);
         assert!((1..=4).all(|x| light(x) > light(x - 1)), "{:?}", [0, 1, 2, 3, 4].map(light));
         assert_eq!(pixel(&map, 5, 0), NOT_FINITE);
-        // Side by side, with paper between.
+        // Side by side, with background between.
         assert_eq!((pixel(&map, 6, 0), pixel(&map, 14 + 3, 0)), (PAPER, pixel(&map, 3, 0)));
     }
 
     #[test]
-    fn wide_maps_are_as_wide_as_they_are() {
+    fn wide_maps_keep_their_width() {
         let truth = Picture::filled(300, 4, [0.5; 4]);
         let difference = compare(&truth, &truth).unwrap();
         assert_eq!(error_maps([300, 4], &[&difference, &difference]).width, 608);

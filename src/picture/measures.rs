@@ -1,15 +1,15 @@
-//! All measures of a picture against a truth at once: what `ortelius compare` prints and what figures report.
+//! All measures of a picture against a truth; printed by `ortelius compare` and reported by figures.
 
 use super::Picture;
 use super::error::{Difference, DifferentSizes, PixelError, compare};
 use super::flip::{FlipMap, flip};
 use serde::Serialize;
 
-/// The bound above which a pixel is an outlier, where nothing else is said: 5/256 of linear light, the most that two
-/// bilinear samples and their mix may be off where a sampler weighs with 8 bits.
+/// Default bound for outliers: 5/256 of linear light. Two bilinear samples and their mix may be off by this
+/// much if a sampler has 8-bit weights.
 pub const OUTLIER_BOUND: f64 = 5.0 / 256.0;
 
-/// Numbers of one comparison. As JSON, what is infinite is null.
+/// Numbers of one comparison. In JSON, infinity is null.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Measures {
     pub pixels: usize,
@@ -18,12 +18,12 @@ pub struct Measures {
     /// Mean of FLIP, 0 ..= 1.
     pub flip_mean: f64,
     pub flip_worst: f64,
-    /// `None` for a picture of no pixels.
+    /// `None` for an empty picture.
     pub worst: Option<PixelError>,
     pub outlier_bound: f64,
-    /// Pixels whose error exceeds `outlier_bound`.
+    /// Number of pixels whose error exceeds `outlier_bound`.
     pub outliers: usize,
-    /// Pixels with a NaN or an infinity on either side; they are outliers too.
+    /// Number of pixels with a NaN or an infinity on either side; they also count as outliers.
     pub not_finite: usize,
 }
 

@@ -1,4 +1,4 @@
-//! Pictures in linear light, how far one is from another, and their files.
+//! Pictures in linear light, measures of their difference, and their files.
 
 pub mod error;
 pub mod flip;
@@ -8,7 +8,7 @@ pub mod read;
 pub mod srgb;
 pub mod write;
 
-/// What a rendered picture is kept in.
+/// Pixel format of a rendered picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
     /// 8 bits of sRGB, for PNG and the screen.

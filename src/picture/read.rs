@@ -1,4 +1,4 @@
-//! A picture file of either kind, as linear light.
+//! Reads picture files of both formats as linear light.
 
 use super::Picture;
 use super::write::{FileError, read_exr, read_png};
@@ -8,7 +8,7 @@ use std::path::Path;
 /// Reads a `.png` (sRGB; its alpha is linear) or an `.exr` (channels R, G, B and perhaps A, already linear).
 ///
 /// # Errors
-/// [`FileError::Read`], also for another ending and for an EXR without these channels.
+/// [`FileError::Read`], also for another file name extension and for an EXR without these channels.
 pub fn read(path: &Path) -> Result<Picture, FileError> {
     let failed =
         |what: String| FileError::Read { path: path.display().to_string(), source: io::Error::other(what) };
@@ -19,9 +19,9 @@ pub fn read(path: &Path) -> Result<Picture, FileError> {
             let found = planes.channels.keys().cloned().collect::<Vec<_>>().join(", ");
             planes
                 .picture()
-                .ok_or_else(|| failed(format!("its channels are {found}; R, G and B make a picture")))
+                .ok_or_else(|| failed(format!("it has the channels {found}; a picture needs R, G and B")))
         }
-        _ => Err(failed("a picture's name ends in .png or .exr".into())),
+        _ => Err(failed("the file name of a picture must end in .png or .exr".into())),
     }
 }
 
@@ -31,7 +31,7 @@ mod tests {
     use crate::picture::write::{Planes, Srgb8Picture, write_exr, write_png};
 
     #[test]
-    fn the_same_picture_comes_out_of_either_file() {
+    fn both_formats_return_the_same_picture() {
         let folder = tempfile::tempdir().unwrap();
         let [png, exr] = ["a.png", "a.exr"].map(|name| folder.path().join(name));
         write_png(&png, &Srgb8Picture { width: 2, height: 1, rgba: vec![0, 10, 188, 255, 255, 1, 2, 51] })
@@ -39,7 +39,7 @@ mod tests {
         let picture = read(&png).unwrap();
         assert_eq!(Srgb8Picture::from(&picture), read_png(&png).unwrap());
         assert_eq!(picture.at(1, 0)[3], 0.2);
-        // 10/255/12.92: the straight foot of the curve; 188 is the code of one half.
+        // 10/255/12.92: the linear segment of the curve. 188 is the code of one half.
         assert!((picture.at(0, 0)[1] - 0.003_035_27).abs() < 1e-8);
         assert!((picture.at(0, 0)[2] - 0.5).abs() < 0.003);
         write_exr(&exr, &Planes::from(&picture)).unwrap();
@@ -47,14 +47,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_picture_is_named_with_the_reason() {
+    fn a_file_that_is_not_a_picture_is_reported_with_the_reason() {
         let folder = tempfile::tempdir().unwrap();
         let exr = folder.path().join("footprint.exr");
         write_exr(&exr, &Planes { width: 1, height: 1, channels: [("s".to_owned(), vec![0.5])].into() })
             .unwrap();
         let said = read(&exr).unwrap_err().to_string();
-        assert!(said.contains("footprint.exr: its channels are s; R, G and B"), "{said}");
+        assert!(said.contains("footprint.exr: it has the channels s; a picture needs R, G and B"), "{said}");
         let said = read(Path::new("a.jpg")).unwrap_err().to_string();
-        assert!(said.contains("a.jpg: a picture's name ends in .png or .exr"), "{said}");
+        assert!(said.contains("a.jpg: the file name of a picture must end in .png or .exr"), "{said}");
     }
 }

@@ -1,16 +1,16 @@
-//! sRGB bytes <-> linear light, the same on every machine: tables from `libm` alone (pure IEEE f64
-//! arithmetic, no system maths library), then integers.
+//! sRGB bytes <-> linear light, identical on every machine: tables computed with `libm` only (pure IEEE f64
+//! arithmetic, not the system's maths library), then integers.
 //!
 //! Curve: IEC 61966-2-1, `x/12.92` up to 0.04045, else `((x + 0.055)/1.055)^2.4`.
-//! Fixed point: [`LINEAR_ONE`] = 2^24 is 1.0. The darkest code step, 1/(255*12.92), is then 5092 units, so
-//! a rounding by one unit moves no byte by more than 1/5000 of a step, and four values add up within i32.
+//! Fixed point: [`LINEAR_ONE`] = 2^24 is 1.0. The darkest code step, 1/(255*12.92), is 5092 units. A rounding
+//! of one unit thus moves no byte by more than 1/5000 of a step, and four values add up within i32.
 
 use std::sync::LazyLock;
 
-/// 1.0 in the fixed point of linear light.
+/// 1.0 in fixed-point linear light.
 pub const LINEAR_ONE: i32 = 1 << 24;
 
-/// Bucket width of the inverse's first guess: 2^12 units are less than the least code step (5092), so a
+/// Bucket width of the inverse's first guess: 2^12 units, less than the smallest code step (5092), so a
 /// bucket holds at most one threshold.
 const BUCKET_LOG2: u32 = 12;
 
@@ -30,14 +30,14 @@ pub fn from_linear_f64(linear: f64) -> u8 {
     u8::try_from(thresholds.partition_point(|&threshold| threshold <= linear)).unwrap_or(255)
 }
 
-/// Both directions in fixed point. Take it once with [`table`], outside of loops.
+/// Both directions in fixed point. Get it once with [`table`], outside of loops.
 pub struct SrgbTable {
     linear: [i32; 256],
     /// The code at the lower end of each bucket of 2^12 units.
     bucket_code: [u8; ((LINEAR_ONE >> BUCKET_LOG2) + 1) as usize],
-    /// Entry c: the least value that encodes to more than c.
+    /// Entry c: smallest value that encodes to more than c.
     next_threshold: [i32; 256],
-    /// Entry c: the least linear value of code c+1.
+    /// Entry c: smallest linear value of code c+1.
     thresholds_f64: [f64; 255],
 }
 
@@ -119,7 +119,7 @@ mod tests {
             let threshold = table().next_threshold[usize::from(code)];
             assert_eq!(table().encode(threshold - 1), code);
             assert_eq!(table().encode(threshold), code + 1);
-            // The threshold really is the middle of both codes in encoded value, to one unit of 2^-24.
+            // The threshold is the middle of both codes in encoded value, to one unit of 2^-24.
             let middle = curve((f64::from(code) + 0.5) / 255.0) * f64::from(LINEAR_ONE);
             assert!((0.0..1.0).contains(&(f64::from(threshold) - middle)), "{code}: {threshold} {middle}");
         }
@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn published_values_of_the_curve_hold() {
-        // 188 is the byte for half of full light, 119 (118.9) that for 0.1845 (18 % grey is 117.6).
+        // 188 is the byte of half intensity, 119 (118.9) that of 0.1845 (18 % grey is 117.6).
         assert_eq!(from_linear_f64(0.5), 188);
         assert_eq!(from_linear_f64(0.18), 118);
         assert!((to_linear_f64(10) - 10.0 / 255.0 / 12.92).abs() < 1e-18);

@@ -1,5 +1,5 @@
-//! Picture files: PNG in sRGB bytes, EXR in 32-bit floats with channels of any name. A file appears whole or
-//! not at all: it is written as `X.partial` beside the target and then renamed. Folders are never created.
+//! Picture files: PNG in sRGB bytes, EXR in 32-bit floats with channels of any name. Writes are atomic: a file
+//! is written beside the target under a name of its own and then renamed. Folders are never created.
 
 use super::{Picture, srgb};
 use crate::file;
@@ -9,6 +9,7 @@ use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard};
 use thiserror::Error;
 
 /// A file that could not be written or read.
@@ -31,7 +32,7 @@ pub struct Srgb8Picture {
 }
 
 impl Srgb8Picture {
-    /// Writes a PNG. It appears whole or not at all; its folder must exist.
+    /// Writes a PNG atomically; its folder must exist.
     ///
     /// # Errors
     /// [`FileError`] names the path.
@@ -48,8 +49,9 @@ pub struct Planes {
     pub channels: BTreeMap<String, Vec<f32>>,
 }
 
-/// Writes a file of any kind: `content` writes to `X.partial`, which becomes `X` when all is on disk. After
-/// an error neither a new `X` nor an `X.partial` is left, and an older `X` is untouched.
+/// Writes a file of any kind atomically: `content` writes to `X.PROCESS.partial`, which is renamed to `X` once
+/// all is on disk. After an error, neither a new `X` nor the partial file remains, and an older `X` is unchanged.
+/// Several processes and threads may write the same `X`: the last one wins, whole.
 ///
 /// # Errors
 /// [`FileError`] names the path.
@@ -62,24 +64,59 @@ pub fn write_whole(
     if let Some(folder) = folder.filter(|folder| !folder.exists()) {
         return Err(FileError::NoFolder { path: shown, folder: folder.display().to_string() });
     }
-    let mut partial = OsString::from(path);
-    partial.push(".partial");
-    let partial = PathBuf::from(partial);
-    let written = File::create(&partial).and_then(|file| {
+    let (partial, created) = {
+        let mut half_written = half_written();
+        let partial = unused_name(path, &half_written);
+        half_written.push(partial.clone());
+        let created = File::create(&partial);
+        (partial, created)
+    };
+    let written = created.and_then(|file| {
         let mut writer = BufWriter::new(file);
         content(&mut writer)?;
         writer.flush()?;
-        writer.get_ref().sync_all()?;
-        std::fs::rename(&partial, path)
+        writer.get_ref().sync_all()
     });
-    written.map_err(|source| {
-        // Best effort: the first error is the one to tell; the partial file may not exist at all.
+    let mut half_written = half_written();
+    half_written.retain(|path| *path != partial);
+    written.and_then(|()| std::fs::rename(&partial, path)).map_err(|source| {
+        // Best effort: the first error is the one to report; the partial file may not exist.
         std::fs::remove_file(&partial).ok();
         FileError::Write { path: shown, source }
     })
 }
 
-/// Writes an 8-bit RGBA PNG that says it is sRGB.
+/// `X.PROCESS.partial`; where another thread of this process is writing `X`, `X.PROCESS-1.partial` and so on.
+fn unused_name(path: &Path, half_written: &[PathBuf]) -> PathBuf {
+    let process = std::process::id();
+    let name = |number: String| {
+        let mut name = OsString::from(path);
+        name.push(format!(".{process}{number}.partial"));
+        PathBuf::from(name)
+    };
+    let numbered = (1..).map(|number| name(format!("-{number}")));
+    let mut names = std::iter::once(name(String::new())).chain(numbered);
+    names.find(|name| !half_written.contains(name)).expect("endless")
+}
+
+/// Paths of half-written files. Locked while a file is created and while it is renamed.
+fn half_written() -> MutexGuard<'static, Vec<PathBuf>> {
+    static PATHS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+    PATHS.lock().expect("no panic while paths are moved")
+}
+
+/// Removes every half-written file; for a process that is about to end. Until the result is dropped, no file
+/// is created or renamed.
+pub fn abandon() -> impl Sized {
+    let half_written = half_written();
+    for partial in half_written.iter() {
+        // Best effort: the process is ending, so nothing can handle the error.
+        std::fs::remove_file(partial).ok();
+    }
+    half_written
+}
+
+/// Writes an 8-bit RGBA PNG tagged as sRGB.
 ///
 /// # Errors
 /// [`FileError`] names the path.
@@ -123,8 +160,8 @@ pub fn read_png(path: &Path) -> std::result::Result<Srgb8Picture, FileError> {
     read().map_err(|source| FileError::Read { path: path.display().to_string(), source })
 }
 
-/// Writes one EXR layer without a name, so that the channels are called exactly as in `planes`.
-/// 32-bit floats, lossless: NaN and infinities stay.
+/// Writes one unnamed EXR layer, so that channel names are exactly those in `planes`. 32-bit floats,
+/// lossless, including NaN and infinities.
 ///
 /// # Errors
 /// [`FileError`] names the path.
@@ -132,7 +169,7 @@ pub fn write_exr(path: &Path, planes: &Planes) -> std::result::Result<(), FileEr
     let (width, height) = (planes.width as usize, planes.height as usize);
     let channels = planes.channels.iter().map(|(name, samples)| {
         assert_eq!(samples.len(), width * height, "samples of {name} in an EXR of {width} x {height}");
-        let name = Text::new_or_none(name).unwrap_or_else(|| panic!("{name:?} is no name of a channel"));
+        let name = Text::new_or_none(name).unwrap_or_else(|| panic!("{name:?} is not a valid channel name"));
         AnyChannel::new(name, FlatSamples::F32(samples.clone()))
     });
     let layer = Layer::new(
@@ -185,7 +222,7 @@ fn io_error(error: exr::error::Error) -> io::Error {
 const RGBA: [&str; 4] = ["R", "G", "B", "A"];
 
 impl From<&Picture> for Srgb8Picture {
-    /// Each channel's nearest code; what is outside 0 ..= 1 clamps.
+    /// Nearest code of each channel; values outside 0 ..= 1 clamp.
     fn from(picture: &Picture) -> Srgb8Picture {
         let codes = |[r, g, b, a]: &[f32; 4]| {
             let [r, g, b] = [r, g, b].map(|&channel| srgb::from_linear_f64(f64::from(channel)));
@@ -219,7 +256,7 @@ impl From<&Picture> for Planes {
 }
 
 impl Planes {
-    /// The channels R, G, B and A as a picture; without A it is opaque. `None` where a colour is missing.
+    /// The channels R, G, B and A as a picture; opaque without A. `None` if a colour is missing.
     pub fn picture(&self) -> Option<Picture> {
         let [red, green, blue] = ["R", "G", "B"].map(|name| self.channels.get(name));
         let (red, green, blue, alpha) = (red?, green?, blue?, self.channels.get("A"));
@@ -308,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failure_leaves_the_older_file_and_no_partial_one() {
+    fn a_failure_keeps_the_older_file_and_leaves_no_partial_one() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.txt");
         std::fs::write(&path, "older").unwrap();
@@ -320,10 +357,25 @@ mod tests {
         assert!(message.starts_with("cannot write ") && message.ends_with("a.txt: disk full"), "{message}");
         assert_eq!(std::fs::read(&path).unwrap(), b"older");
         assert_eq!(folder_content(folder.path()), ["a.txt"]);
-        // A folder of the target's name cannot be replaced.
+        // Renaming over a folder fails.
         std::fs::create_dir(folder.path().join("b.png")).unwrap();
         assert!(write_png(&folder.path().join("b.png"), &bytes()).is_err());
         assert_eq!(folder_content(folder.path()), ["a.txt", "b.png"]);
+    }
+
+    #[test]
+    fn two_writers_of_one_file_do_not_share_what_they_write() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        write_whole(&path, |first| {
+            first.write_all(b"first")?;
+            write_whole(&path, |second| second.write_all(b"second")).unwrap();
+            assert_eq!(std::fs::read(&path).unwrap(), b"second");
+            Ok(())
+        })
+        .unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"first");
+        assert_eq!(folder_content(folder.path()), ["a.txt"]);
     }
 
     #[test]

@@ -1,33 +1,33 @@
-//! Which triangles a pixel could show if its centre lay a little elsewhere. A GPU snaps vertices to 1/256
-//! pixel and rounds in f32; near an edge or a silhouette it may rightly show a neighbour of the reference's
-//! triangle, and only one of these.
+//! The triangles that a pixel may show if its centre is shifted slightly. A GPU snaps vertices to 1/256 pixel
+//! and rounds in f32. Near an edge or a silhouette it may correctly show a neighbour of the reference's
+//! triangle, but only one of these.
 
 use super::raster::{MARGIN_PX, Sample, Setup, View};
 use glam::{DVec2, DVec3};
 
-/// What a pixel could show.
+/// The triangles, and perhaps background, that a pixel may show.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidates {
-    /// One for each triangle seen somewhere in the neighbourhood, in the mesh's order, with its values at the
-    /// pixel's own centre (extrapolated where it does not cover that; not finite in the worst case).
+    /// One for each triangle visible in the neighbourhood, in the mesh's order. Values are taken at the
+    /// pixel's own centre: extrapolated if the triangle does not cover it, and possibly not finite.
     pub samples: Vec<Sample>,
-    /// Whether some of the neighbourhood shows no triangle.
+    /// True if part of the neighbourhood shows no triangle.
     pub background: bool,
 }
 
-/// Depths closer than this, relatively, count as equal: f32 cannot order them (2^-24, and a few roundings).
+/// Relative depth differences below this count as equal: f32 cannot order them (2^-24, and a few roundings).
 const DEPTH_SLACK: f64 = 1e-6;
-/// Pieces smaller than this part of the neighbourhood are rounding (1e-16 along an edge), not a view.
+/// Pieces below this fraction of the neighbourhood are rounding errors (1e-16 along an edge).
 const LEAST_PART: f64 = 1e-12;
 
-/// A linear function of the place relative to the pixel's centre, in pixels: `(x, y, 1)` times this.
+/// A linear function of the position relative to the pixel's centre, in pixels: dot product with `(x, y, 1)`.
 type Linear = DVec3;
 /// A convex polygon, corners in order.
 type Polygon = Vec<DVec2>;
 
 impl View {
-    /// All triangles that can be seen at pixel (x, y) if its centre is moved by up to `radius_px` to the right
-    /// or left and up or down: exact areas of the square, not samples.
+    /// All triangles visible at pixel (x, y) if its centre moves by up to `radius_px` horizontally and
+    /// vertically. Computed from exact areas of the square, not from samples.
     pub fn candidates(&self, x: u32, y: u32, radius_px: f64) -> Candidates {
         assert!(
             radius_px > 0.0 && radius_px <= MARGIN_PX,
@@ -49,17 +49,17 @@ impl View {
     }
 }
 
-/// The part of the neighbourhood that one triangle covers.
+/// The part of the neighbourhood covered by one triangle.
 struct Region<'a> {
     setup: &'a Setup,
-    /// All >= 0 inside.
+    /// All are >= 0 inside.
     sides: Vec<Linear>,
     polygon: Polygon,
     inverse_w: Linear,
 }
 
 impl<'a> Region<'a> {
-    /// `None` where the triangle does not touch the neighbourhood.
+    /// `None` if the triangle does not touch the neighbourhood.
     fn new(view: &View, setup: &'a Setup, x: u32, y: u32, square: &Polygon) -> Option<Region<'a>> {
         let centre = view.centre(i64::from(x), i64::from(y));
         let [width, height] = view.size().map(f64::from);
@@ -79,7 +79,8 @@ impl<'a> Region<'a> {
         (polygon.len() >= 3).then_some(Region { setup, sides, polygon, inverse_w })
     }
 
-    /// Whether more than `least_area` of the region is left when all that surely lies before it is cut out.
+    /// True if more than `least_area` of the region remains after all regions that are surely in front are
+    /// cut out.
     fn is_visible(&self, regions: &[Region], least_area: f64) -> bool {
         let mut visible = vec![self.polygon.clone()];
         for other in regions.iter().filter(|other| other.setup.triangle != self.setup.triangle) {
@@ -113,7 +114,7 @@ fn keep(polygon: &Polygon, side: Linear) -> Polygon {
     kept
 }
 
-/// Convex polygons without the convex region where all `sides` are >= 0, as convex polygons.
+/// Convex polygons minus the convex region where all `sides` are >= 0, as convex polygons.
 fn subtract(polygons: Vec<Polygon>, sides: &[Linear]) -> Vec<Polygon> {
     let mut left = Vec::with_capacity(polygons.len());
     for polygon in polygons {
@@ -129,7 +130,8 @@ fn subtract(polygons: Vec<Polygon>, sides: &[Linear]) -> Vec<Polygon> {
                 break;
             }
         }
-        // What is not touched stays whole; cut along lines that only pass it, pieces would multiply.
+        // A polygon that does not intersect stays whole; cutting it along every line would multiply the
+        // pieces.
         if inside.len() < 3 { left.push(polygon) } else { left.append(&mut pieces) }
     }
     left
@@ -161,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_cut_out_and_what_stays_add_up() {
+    fn the_removed_and_remaining_areas_add_up() {
         let triangle =
             [Linear::new(1.0, 0.0, -0.5), Linear::new(0.0, 1.0, -0.5), Linear::new(-1.0, -1.0, 2.5)];
         let rest = subtract(vec![square()], &triangle);

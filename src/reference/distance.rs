@@ -1,8 +1,8 @@
-//! How far two surfaces are apart: Metro (Cignoni, Rocchini, Scopigno 1998) in f64.
+//! Distance between two surfaces: Metro (Cignoni, Rocchini, Scopigno 1998) in f64.
 //!
-//! Points spread evenly over one surface, and its vertices, are measured against the exact nearest point of the other,
-//! and the other way round. A mean that needs no weights, since the points are spread by area; a maximum that is a lower
-//! bound of the Hausdorff distance, and comes near it from below as points are added.
+//! Measures the exact distance from points of each surface (evenly spread points and all vertices) to the
+//! nearest point of the other. Spread points are equally dense by area, so their mean needs no weights. The
+//! maximum is a lower bound of the Hausdorff distance, and approaches it as points are added.
 
 use glam::DVec3;
 use parry3d_f64::math::Vector;
@@ -16,23 +16,23 @@ pub struct Triangles<'a> {
     pub faces: &'a [[u32; 3]],
 }
 
-/// Distances between two surfaces, in their units.
+/// Distances between two surfaces, in the surfaces' units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distances {
-    /// Of the points of both surfaces.
+    /// Mean over the points of both surfaces.
     pub mean: f64,
-    /// Root of the mean square.
+    /// Root mean square.
     pub rms: f64,
-    /// The largest, vertices included: the Hausdorff distance, as far as points find it.
+    /// The largest, vertices included: a lower bound of the Hausdorff distance.
     pub hausdorff: f64,
-    /// The largest from the first surface to the second alone.
+    /// The largest from the first surface to the second.
     pub forth: f64,
-    /// The largest from the second surface to the first alone.
+    /// The largest from the second surface to the first.
     pub back: f64,
 }
 
-/// Distances between two surfaces, from `samples` points on each besides the vertices. None if one has no face with an
-/// area.
+/// Distances between two surfaces, from `samples` points on each and the vertices. `None` if one has no face
+/// with an area.
 pub fn compare_surfaces(a: Triangles, b: Triangles, samples: usize, seed: u64) -> Option<Distances> {
     let (tree_a, tree_b) = (tree(a)?, tree(b)?);
     let forth = OneWay::new(a, samples, seed, |p| distance(&tree_b, p));
@@ -70,7 +70,7 @@ impl OneWay {
     }
 }
 
-/// A face without area has no nearest point that its neighbours do not have.
+/// Drops faces without area: their neighbours contain the same nearest points.
 fn tree(surface: Triangles) -> Option<TriMesh> {
     let corners = |face: &[u32; 3]| face.map(|vertex| surface.positions[vertex as usize]);
     let has_area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a) != DVec3::ZERO;
@@ -85,8 +85,8 @@ fn distance(tree: &TriMesh, point: DVec3) -> f64 {
     (nearest - point).length()
 }
 
-/// Points spread over a surface, equally many on equal areas: one in each of `samples` parts of equal area. A surface
-/// without area has none.
+/// Points spread evenly by area: one in each of `samples` parts of equal area. Empty for a surface without
+/// area.
 pub fn spread(surface: Triangles, samples: usize, seed: u64) -> Vec<DVec3> {
     let corners = |face: &[u32; 3]| face.map(|vertex| surface.positions[vertex as usize]);
     let area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).length();
@@ -97,7 +97,7 @@ pub fn spread(surface: Triangles, samples: usize, seed: u64) -> Vec<DVec3> {
     for face in surface.faces {
         let [a, b, c] = corners(face);
         before += area([a, b, c]) / whole;
-        // The place in its part is the same for all, so that no part is missed where rounding moves a border.
+        // The offset within a part is the same for all, so rounding at a border cannot skip a part.
         while points.len() < samples && (points.len() as f64 + 0.5) / (samples as f64) < before {
             let (mut s, mut t) = (random.next(), random.next());
             if s + t > 1.0 {
@@ -113,7 +113,7 @@ pub fn spread(surface: Triangles, samples: usize, seed: u64) -> Vec<DVec3> {
 struct Random(u64);
 
 impl Random {
-    /// Even in [0, 1).
+    /// Uniform in [0, 1).
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -141,7 +141,7 @@ mod tests {
         (positions, (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).flat_map(square).collect())
     }
 
-    /// The distance to the nearest triangle by looking at all, each as its plane's part and its three sides.
+    /// Distance to the nearest triangle by brute force over all faces: interior of the plane and three sides.
     fn plain_distance(positions: &[DVec3], faces: &[[u32; 3]], p: DVec3) -> f64 {
         let side = |a: DVec3, b: DVec3| {
             let along = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_point_is_that_of_a_search_through_all_faces() {
+    fn the_nearest_point_equals_that_of_a_brute_force_search() {
         let (positions, faces) = bumps(12);
         let surface = Triangles { positions: &positions, faces: &faces };
         let tree = tree(surface).unwrap();
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn a_surface_is_at_no_distance_from_itself_and_at_the_moves_from_one_that_is_moved() {
+    fn a_surface_has_distance_zero_to_itself_and_the_offset_to_a_shifted_copy() {
         let (positions, faces) = bumps(12);
         let moved: Vec<DVec3> = positions.iter().map(|p| *p + DVec3::Z * 10.0).collect();
         let flat: Vec<DVec3> = positions.iter().map(|p| p.with_z(0.0)).collect();
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn one_vertex_out_of_place_is_found_by_the_largest_distance_and_hardly_by_the_mean() {
+    fn one_displaced_vertex_shows_in_the_largest_distance_and_hardly_in_the_mean() {
         let (positions, faces) = bumps(30);
         let mut wrong = positions.clone();
         wrong[15 * 31 + 15].z += 0.2;
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_is_found_from_one_side_only() {
+    fn a_missing_part_is_found_from_one_side_only() {
         let (positions, faces) = bumps(12);
         let whole = Triangles { positions: &positions, faces: &faces };
         let part = Triangles { positions: &positions, faces: &faces[..faces.len() / 2] };

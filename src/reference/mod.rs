@@ -1,8 +1,9 @@
-//! The truth: an f64 rasteriser, an f64 texture filter and the distance between surfaces, plain and slow, that share
-//! no code with what they check.
+//! The reference ("truth"): an f64 rasteriser, an f64 texture filter and the distance between surfaces.
+//! Simple, slow, and without any code shared with what they check.
 
 mod candidates;
 pub mod distance;
+pub mod ellipsoid;
 pub mod filter;
 mod orientation;
 pub mod pattern;

@@ -1,17 +1,17 @@
-//! On which side of an edge a point lies, without rounding: the sign of a 3x3 determinant of doubles.
+//! The side of an edge on which a point lies, without rounding: the sign of a 3x3 determinant of doubles.
 //!
-//! Rounded edge functions agree along an edge (the two triangles compute opposite numbers), but not at a
-//! vertex: a pixel centre that is a vertex to the last digit could fall between all triangles around it.
-//! The exact sum follows Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
-//! Predicates", 1997 (two-sum, grow-expansion). Magnitudes must keep products of three within f64.
+//! Rounded edge functions agree along a shared edge (the two triangles compute opposite numbers), but not at
+//! a vertex: a pixel centre exactly at a vertex could fall between all triangles around it. The exact sum
+//! follows Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates",
+//! 1997 (two-sum, grow-expansion). Products of three values must stay within the range of f64.
 
 use glam::DVec3;
 
 /// Sign (-1, 0, 1) of `(a x b) . p`, exactly.
 pub fn orientation(a: DVec3, b: DVec3, p: DVec3) -> f64 {
     let rounded = a.cross(b).dot(p);
-    // Each of the six products is rounded at most five times on its way into the sum: 5 x 2^-53 of the sum
-    // of magnitudes, and a little for rounding that sum itself.
+    // Each of the six products is rounded at most five times: 5 x 2^-53 of the sum of magnitudes, plus a
+    // little for rounding that sum itself.
     let (a_abs, b_abs) = (a.abs(), b.abs());
     let magnitude = DVec3::new(
         a_abs.y * b_abs.z + b_abs.y * a_abs.z,
@@ -30,14 +30,14 @@ pub fn orientation(a: DVec3, b: DVec3, p: DVec3) -> f64 {
     sum.sign()
 }
 
-/// Like [`orientation`], for a point shifted by (e, e^2, 0) with an infinitely small e: a point on an edge
-/// lies on exactly one side of it. 0 only where `a x b` has no x and no y.
+/// Like [`orientation`], for a point shifted by (e, e^2, 0) with infinitesimal e, so that a point on an edge
+/// lies on exactly one side. 0 only if `a x b` has no x and no y.
 pub fn orientation_without_ties(a: DVec3, b: DVec3, p: DVec3) -> f64 {
     let signs = [p, DVec3::X, DVec3::Y].map(|direction| orientation(a, b, direction));
     signs.into_iter().find(|&sign| sign != 0.0).unwrap_or(0.0)
 }
 
-/// A sum of doubles without rounding: parts that do not overlap, from the smallest to the largest.
+/// An exact sum of doubles: non-overlapping parts, from smallest to largest.
 #[derive(Default)]
 struct ExactSum {
     parts: Vec<f64>,
@@ -75,14 +75,14 @@ impl ExactSum {
     }
 }
 
-/// x + y as a double and the rest (Knuth).
+/// x + y as a double plus the rounding error (Knuth).
 fn two_sum(x: f64, y: f64) -> (f64, f64) {
     let sum = x + y;
     let y_part = sum - x;
     (sum, (x - (sum - y_part)) + (y - y_part))
 }
 
-/// x y as a double and the rest.
+/// x y as a double plus the rounding error.
 fn two_product(x: f64, y: f64) -> (f64, f64) {
     let product = x * y;
     (product, x.mul_add(y, -product))
@@ -100,15 +100,16 @@ mod tests {
     }
 
     #[test]
-    fn the_last_bit_decides_where_rounding_would_not_see_it() {
+    fn the_last_bit_decides_where_rounding_would_lose_it() {
         let (a, b) = (DVec3::new(0.1, 0.7, 1.3), DVec3::new(0.3, 2.1, 3.9));
-        // b is 3 a but for rounding: a x b is rounding alone, and still has one sign.
+        // b is 3 a up to rounding: a x b consists of rounding errors only, and still has a definite sign.
         let tiny = DVec3::new(1.0, 1.0, 1.0);
         assert_eq!(orientation(a, b, tiny), -orientation(b, a, tiny));
         let on = a * 4.0;
         assert_eq!(orientation(a, b, on), 0.0);
         let off = DVec3::new(on.x, on.y, f64::from_bits(on.z.to_bits() + 1));
-        // (a x b) . z is the sign of 0.1 x 2.1 - 0.7 x 0.3 in doubles, which are not these decimals.
+        // The sign of (a x b) . z is that of 0.1 x 2.1 - 0.7 x 0.3 in doubles, which differ from these
+        // decimals.
         let mut cross_z = ExactSum::default();
         cross_z.add_product(0.1, 2.1, 1.0);
         cross_z.add_product(-0.7, 0.3, 1.0);
@@ -117,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sum_keeps_what_doubles_lose() {
+    fn an_exact_sum_keeps_digits_that_doubles_lose() {
         let mut sum = ExactSum::default();
         for value in [1e300, 1.0, -1e300, -1.0, 1e-300] {
             sum.add(value);

@@ -1,24 +1,24 @@
-//! Test patterns: square grey textures that tile the plane, a byte of linear light a texel.
+//! Test patterns: square grey textures that tile the plane, one byte of linear light per texel.
 
 use crate::math::splitmix::SplitMix64;
 use std::f64::consts::TAU;
 
-/// What a texture shows.
+/// The content of a test texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pattern {
     Constant(u8),
-    /// Squares of so many texels, black and white.
+    /// Squares of this many texels, black and white.
     Checker(u32),
-    /// Rings from the middle outwards, up to half a cycle a texel at the middle of each edge.
+    /// Concentric rings, up to half a cycle per texel at the middle of each edge.
     ZonePlate,
     /// 32 white and 32 black sectors.
     SiemensStar,
-    /// Cycles along a row and along a column of the whole texture.
+    /// Cycles across the whole texture along a row, and along a column.
     Sinusoid(f64, f64),
     WhiteNoise,
-    /// Equal energy in each octave: an amplitude spectrum of 1/f.
+    /// Equal energy in each octave: amplitude spectrum 1/f.
     PinkNoise,
-    /// One white texel in each square of so many, on black.
+    /// One white texel in each square of this side, on black.
     Impulses(u32),
 }
 
@@ -65,7 +65,7 @@ impl Pattern {
                 wave((along * (f64::from(x) + 0.5) + down * (f64::from(y) + 0.5)) / f64::from(side))
             }
             Pattern::WhiteNoise => noise(0, u64::from(y) * u64::from(side) + u64::from(x)) as u8,
-            Pattern::PinkNoise => unreachable!("not texel by texel"),
+            Pattern::PinkNoise => unreachable!("pink noise is generated as a whole"),
             Pattern::Impulses(texels) => black_or_white([x, y].iter().all(|n| n.is_multiple_of(texels))),
         }
     }
@@ -76,7 +76,7 @@ fn noise(seed: u64, n: u64) -> u64 {
     SplitMix64::nth(seed, n) >> 56
 }
 
-/// The sum of octaves of white noise, each interpolated between cells twice as large, and stretched to all of 0 ..= 255.
+/// Sum of octaves of white noise, each interpolated from cells twice as large, stretched to 0 ..= 255.
 fn pink_noise(side: u32) -> Vec<u8> {
     let octaves = side.ilog2();
     let value = |x: u32, y: u32| -> f64 {
@@ -105,13 +105,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn patterns_tile_and_are_what_their_names_say() {
+    fn patterns_tile_and_match_their_names() {
         let checker = Pattern::Checker(2).texels(8);
         assert_eq!(checker[..8], [0, 0, 255, 255, 0, 0, 255, 255]);
         assert_eq!(checker[2 * 8..3 * 8], [255, 255, 0, 0, 255, 255, 0, 0]);
         let impulses = Pattern::Impulses(4).texels(8);
         assert_eq!(impulses.iter().filter(|&&texel| texel == 255).count(), 4);
-        // Almost half a cycle a texel near the edge: neighbours in a row differ by all, two further by little.
+        // Almost half a cycle per texel near the edge: neighbours differ by the full range, texels two apart
+        // hardly.
         let zone = Pattern::ZonePlate.texels(512);
         let row = &zone[256 * 512..257 * 512];
         assert!(row[16].abs_diff(row[17]) > 220 && row[16].abs_diff(row[18]) < 60, "{:?}", &row[..20]);
@@ -121,11 +122,11 @@ mod tests {
     }
 
     #[test]
-    fn pink_noise_has_as_much_energy_in_each_octave() {
+    fn pink_noise_has_equal_energy_in_each_octave() {
         let side = 256;
         let texels = Pattern::PinkNoise.texels(side);
         let at = |x: u32, y: u32| f64::from(texels[(y % side * side + x % side) as usize]);
-        // Differences of means of blocks see one octave each.
+        // Differences of block means respond to one octave each.
         let energy = |block: u32| {
             let mean = |i: u32, j: u32| {
                 let of = (0..block).flat_map(|y| (0..block).map(move |x| (x, y)));

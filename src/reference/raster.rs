@@ -1,14 +1,14 @@
-//! Triangles to pixels by homogeneous rasterisation (Olano and Greer, "Triangle Scan Conversion using 2D
-//! Homogeneous Coordinates", 1997): the barycentric coordinates of a pixel come from the inverse of the 3x3
-//! matrix of the vertices' clip x, y, w. Nothing is clipped or divided before, so vertices behind the eye
-//! or on the plane of the eye need no case of their own.
+//! Homogeneous rasterisation (Olano and Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates",
+//! 1997): a pixel's barycentric coordinates come from the inverse of the 3x3 matrix of the vertices' clip x,
+//! y, w. There is no clipping or division before, so vertices behind the eye or in the eye's plane need no
+//! special case.
 
 use super::orientation::{orientation, orientation_without_ties};
 use crate::model::mesh::SourceMesh;
 use glam::{DMat4, DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 
-/// Derivatives of the texture coordinate by the pixel's place; x to the right, y down.
+/// Derivatives of the texture coordinate by pixel position; x to the right, y down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Derivatives {
     pub dsdx: f64,
@@ -17,41 +17,41 @@ pub struct Derivatives {
     pub dtdy: f64,
 }
 
-/// What a triangle shows at a pixel's centre.
+/// The values of a triangle at a pixel's centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Index in the mesh.
     pub triangle: u32,
     pub s: f64,
     pub t: f64,
-    /// Differences within the pixel's quad (2 x 2 pixels from even places) as Vulkan defines dFdxFine and
-    /// dFdyFine: of this triangle at the two centres of the pixel's own row (column), also where the
-    /// triangle does not cover the other centre.
+    /// Differences within the pixel's quad (2 x 2 pixels from even positions), as Vulkan defines dFdxFine and
+    /// dFdyFine: between the two centres of the pixel's own row (column), using this triangle's plane even if
+    /// it does not cover the other centre.
     pub fine: Derivatives,
     /// The exact derivatives at the pixel's centre.
     pub analytic: Derivatives,
     /// Distance along the eye's forward axis in metres (clip w).
     pub w_m: f64,
-    /// The smallest altitude of the projected triangle, in pixels; infinite where it crosses the eye's plane.
+    /// Smallest altitude of the projected triangle, in pixels; infinite if it crosses the eye's plane.
     pub altitude_px: f64,
 }
 
-/// Bins of 8 x 8 pixels only save time: a pixel looks at its bin's triangles instead of at all.
+/// Bins of 8 x 8 pixels save time: a pixel tests only its bin's triangles.
 const BIN_PX: u32 = 8;
-/// How far around its bounding box a triangle is listed, for [`View::candidates`].
+/// Margin around a triangle's bounding box in which it is listed, for [`View::candidates`].
 pub(super) const MARGIN_PX: f64 = 2.0;
 
-/// A linear function of the place in normalised device coordinates: `(x, y, 1)` times this.
+/// A linear function of the position in normalised device coordinates: dot product with `(x, y, 1)`.
 type Linear = DVec3;
 
-/// A triangle ready to be asked at any place of the picture.
+/// A triangle prepared for evaluation at any position in the picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Setup {
     pub triangle: u32,
     /// Clip x, y, w.
     corners: [DVec3; 3],
-    /// One for each vertex: the edge opposite it, positive inside, whichever way the triangle faces. Its
-    /// value is the vertex's barycentric coordinate over w, times `scale`.
+    /// One for each vertex: the function of the opposite edge, positive inside for either facing. Its value
+    /// is the vertex's barycentric coordinate over w, times `scale`.
     pub edges: [Linear; 3],
     /// 1 / w, times `scale`.
     pub inverse_w: Linear,
@@ -59,12 +59,15 @@ pub(super) struct Setup {
     depth: Linear,
     /// 1 for a triangle that is clockwise in the picture (y down), else -1.
     facing: f64,
-    /// |determinant| of the corners: twice the area, times the three w.
+    /// Rounding bound of an edge's value: 2^-48 of the corners' products, at positions up to 2 from the
+    /// middle.
+    doubt: f64,
+    /// |determinant| of the corners: twice the area times the three w.
     scale: f64,
     coordinates: [DVec2; 3],
 }
 
-/// A mesh seen by an eye: ready to be sampled.
+/// A mesh prepared for sampling from one eye.
 pub struct View {
     size: [u32; 2],
     setups: Vec<Setup>,
@@ -73,9 +76,8 @@ pub struct View {
     bins: Vec<Vec<u32>>,
 }
 
-/// Every pixel of a picture, row by row from the top; `None` where no triangle covers the centre. The
-/// nearest triangle wins, the first of equals; both faces are seen. `world_to_clip` acts on
-/// (position - eye).
+/// Every pixel of a picture, row by row from the top; `None` if no triangle covers the centre. The nearest
+/// triangle wins, the first of equals; both faces are visible. `world_to_clip` applies to (position - eye).
 pub fn rasterise(
     mesh: &SourceMesh,
     world_to_clip: &DMat4,
@@ -86,8 +88,8 @@ pub fn rasterise(
 }
 
 impl View {
-    /// Prepares all triangles. `world_to_clip` acts on (position - eye), clip y points down, depth lies in
-    /// 0 ..= 1; `size` is the picture's width and height in pixels.
+    /// Prepares all triangles. `world_to_clip` applies to (position - eye), clip y points down, depth lies in
+    /// 0 ..= 1. `size` is the picture's width and height in pixels.
     pub fn new(mesh: &SourceMesh, world_to_clip: &DMat4, eye: DVec3, size: [u32; 2]) -> View {
         assert!(size[0] > 0 && size[1] > 0, "a picture of {size:?} pixels");
         let clip: Vec<DVec4> =
@@ -116,18 +118,34 @@ impl View {
         self.size
     }
 
-    /// What is seen at the centre of one pixel.
+    /// The visible sample at the centre of one pixel.
     pub fn sample(&self, x: u32, y: u32) -> Option<Sample> {
         let centre = self.centre(i64::from(x), i64::from(y));
+        self.nearest([x, y], centre).map(|setup| self.sample_of(setup, x, y))
+    }
+
+    /// Texture coordinate at any position, in pixels from the picture's upper left corner. Positions up to
+    /// [`MARGIN_PX`] beyond the picture use triangles that reach into it.
+    pub fn coordinate(&self, x: f64, y: f64) -> Option<[f64; 2]> {
+        let pixel = |at: f64, side: u32| (at.max(0.0) as u32).min(side - 1);
+        let place =
+            DVec3::new(2.0 * x / f64::from(self.size[0]) - 1.0, 2.0 * y / f64::from(self.size[1]) - 1.0, 1.0);
+        let setup = self.nearest([pixel(x, self.size[0]), pixel(y, self.size[1])], place)?;
+        Some((setup.coordinates[0] + setup.coordinate_from_first(place)).to_array())
+    }
+
+    /// The nearest of the triangles near a pixel that cover a position.
+    fn nearest(&self, [x, y]: [u32; 2], place: DVec3) -> Option<&Setup> {
         let mut nearest: Option<(f64, &Setup)> = None;
         for setup in self.near(x, y) {
-            if let Some(inverse_w) = setup.covers(centre)
+            if !setup.misses(place)
+                && let Some(inverse_w) = setup.covers(place)
                 && nearest.is_none_or(|(nearest, _)| inverse_w > nearest)
             {
                 nearest = Some((inverse_w, setup));
             }
         }
-        nearest.map(|(_, setup)| self.sample_of(setup, x, y))
+        nearest.map(|(_, setup)| setup)
     }
 
     /// Every pixel, row by row from the top.
@@ -136,20 +154,20 @@ impl View {
         (0..width * height).into_par_iter().map(|pixel| self.sample(pixel % width, pixel / width)).collect()
     }
 
-    /// The triangles that can touch a pixel's neighbourhood of [`MARGIN_PX`].
+    /// Triangles that may touch a pixel's neighbourhood of [`MARGIN_PX`].
     pub(super) fn near(&self, x: u32, y: u32) -> impl Iterator<Item = &Setup> {
         assert!(x < self.size[0] && y < self.size[1], "pixel ({x}, {y}) of {:?}", self.size);
         let bin = (y / BIN_PX) * self.bin_columns + x / BIN_PX;
         self.bins[bin as usize].iter().map(|&setup| &self.setups[setup as usize])
     }
 
-    /// A pixel's centre in normalised device coordinates; pixels beyond the picture's edge exist for quads.
+    /// A pixel's centre in normalised device coordinates. Quads also need pixels beyond the picture's edge.
     pub(super) fn centre(&self, x: i64, y: i64) -> DVec3 {
         let axis = |pixel: i64, side: u32| (2 * pixel + 1) as f64 / f64::from(side) - 1.0;
         DVec3::new(axis(x, self.size[0]), axis(y, self.size[1]), 1.0)
     }
 
-    /// A triangle's values at a pixel, whether or not it covers its centre.
+    /// A triangle's values at a pixel, even if it does not cover the centre.
     pub(super) fn sample_of(&self, setup: &Setup, x: u32, y: u32) -> Sample {
         let (x, y) = (i64::from(x), i64::from(y));
         let (left, top) = (x & !1, y & !1);
@@ -171,20 +189,22 @@ impl View {
 }
 
 impl Setup {
-    /// `None` for a triangle seen exactly edge-on, or without area.
+    /// `None` for a triangle seen exactly edge-on or without area.
     fn new(triangle: u32, corners: &[DVec4; 3], coordinates: [DVec2; 3]) -> Option<Setup> {
         let in_picture = corners.map(|corner| DVec3::new(corner.x, corner.y, corner.w));
         let [a, b, c] = in_picture;
         let facing = orientation(a, b, c);
-        // Rows of the adjugate.
+        // Rows of the adjugate matrix.
         let edges = [b.cross(c), c.cross(a), a.cross(b)].map(|edge| edge * facing);
         let scale = a.dot(edges[0]);
-        // Not positive only where rounding leaves nothing of a triangle that is all but edge-on.
+        // `scale` is 0 or negative only if the triangle is nearly edge-on and rounding removes all of it.
         if facing == 0.0 || scale <= 0.0 || !scale.is_finite() {
             return None;
         }
+        let longest = in_picture.map(DVec3::length).into_iter().fold(0.0, f64::max);
         Some(Setup {
             triangle,
+            doubt: 2f64.powi(-46) * longest * longest,
             corners: in_picture,
             edges,
             inverse_w: edges[0] + edges[1] + edges[2],
@@ -195,8 +215,13 @@ impl Setup {
         })
     }
 
-    /// 1/w at a place that the triangle covers, between the near plane and infinity. Exact: each place of a
-    /// closed surface belongs to exactly one of the triangles that meet there.
+    /// True if a position is certainly outside, despite rounding; holds for most triangles of a bin.
+    fn misses(&self, place: DVec3) -> bool {
+        self.edges.iter().any(|edge| edge.dot(place) < -self.doubt)
+    }
+
+    /// 1/w at a position that the triangle covers, between the near plane and infinity. Exact: each position
+    /// of a closed surface belongs to exactly one of the adjacent triangles.
     fn covers(&self, place: DVec3) -> Option<f64> {
         let [a, b, c] = self.corners;
         let inside = [(b, c), (c, a), (a, b)]
@@ -211,7 +236,7 @@ impl Setup {
         [self.inverse_w / self.scale, self.depth / self.scale]
     }
 
-    /// Texture coordinate minus that of the first vertex: small, so that differences keep their digits.
+    /// Texture coordinate relative to the first vertex: small, so that differences keep their digits.
     fn coordinate_from_first(&self, place: DVec3) -> DVec2 {
         let [s, t] = self.numerators();
         DVec2::new(s.dot(place), t.dot(place)) / self.inverse_w.dot(place)
@@ -227,7 +252,7 @@ impl Setup {
         ]
     }
 
-    /// Twice the projected area over the longest side.
+    /// Twice the projected area divided by the longest side.
     fn altitude_px(&self, size: [u32; 2]) -> f64 {
         if self.corners.iter().any(|corner| corner.z <= 0.0) {
             return f64::INFINITY;
@@ -238,7 +263,7 @@ impl Setup {
         (b - a).perp_dot(c - a).abs() / longest
     }
 
-    /// d(N/D) = (dN D - N dD) / D^2, by pixels: one pixel is 2 / size of device coordinates.
+    /// d(N/D) = (dN D - N dD) / D^2 per pixel: one pixel is 2 / size in device coordinates.
     fn derivatives(&self, place: DVec3, size: [u32; 2]) -> Derivatives {
         let below = self.inverse_w.dot(place);
         let step = [2.0 / f64::from(size[0]), 2.0 / f64::from(size[1])];
@@ -255,8 +280,8 @@ impl Setup {
     }
 }
 
-/// First and last pixel column and row (left, top, right, bottom) that a triangle can touch, with the
-/// margin; `None` where it lies wholly beyond one side of the picture or behind the eye.
+/// First and last pixel column and row (left, top, right, bottom) that a triangle may touch, with margin.
+/// `None` if it lies wholly beyond one side of the picture or behind the eye.
 fn pixel_box(corners: &[DVec4; 3], size: [u32; 2]) -> Option<[u32; 4]> {
     if corners.iter().all(|corner| corner.w <= 0.0) {
         return None;
@@ -265,22 +290,22 @@ fn pixel_box(corners: &[DVec4; 3], size: [u32; 2]) -> Option<[u32; 4]> {
     let mut found = [0, 0, size[0] - 1, size[1] - 1];
     for axis in 0..2 {
         let side = f64::from(size[axis]);
-        // One pixel more than the margin: what is left out is out beyond any rounding.
+        // One pixel more than the margin, so that rejected triangles are outside despite rounding.
         let margin_px = MARGIN_PX + 1.0;
         let reach = 1.0 + 2.0 * margin_px / side;
-        // Linear in the corner, so it holds for the whole triangle, also behind the eye.
+        // Linear in the corners, so it holds for the whole triangle, even behind the eye.
         let beyond = |sign: f64| corners.iter().all(|corner| sign * corner[axis] > reach * corner.w);
         if beyond(1.0) || beyond(-1.0) {
             return None;
         }
         if crosses_the_eyes_plane {
-            // A corner behind the eye projects to the wrong side: look everywhere.
+            // A corner behind the eye projects to the wrong side: search everywhere.
             continue;
         }
         let places = corners.map(|corner| (corner[axis] / corner.w + 1.0) * 0.5 * side);
         let low = places.into_iter().fold(f64::INFINITY, f64::min) - margin_px;
         let high = places.into_iter().fold(f64::NEG_INFINITY, f64::max) + margin_px;
-        // Float to integer saturates: what lies far outside ends at the picture's edge.
+        // Float-to-integer casts saturate, so far values end at the picture's edge.
         found[axis] = (low.floor() as u32).min(size[axis] - 1);
         found[axis + 2] = (high.ceil() as u32).min(size[axis] - 1);
     }

@@ -1,14 +1,16 @@
-//! The truth of texture filtering: each pixel's kernel over the textured surface, by stratified samples in f64.
+//! The truth of texture filtering: each pixel's kernel over the textured surface, by stratified samples in
+//! f64.
 //!
-//! The surface is a function from a place of the picture to a place of the texture, so it has no Jacobian and no level:
-//! perspective, horizons and curvature are exact. A pixel gets as many strata as its footprint demands. Everything is
-//! computed twice from independent samples; the half difference is the truth's own error.
+//! The surface is a function from picture position to texture position. There is no Jacobian and no level, so
+//! perspective, horizons and curvature are exact. The number of strata follows from the pixel's footprint.
+//! Everything is computed twice from independent samples; half the difference estimates the truth's own
+//! error.
 
 use crate::math::splitmix::SplitMix64;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
-/// What a pixel sees of the picture plane around its centre.
+/// The kernel around a pixel's centre in the picture plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kernel {
     /// The pixel's own square.
@@ -23,35 +25,36 @@ pub struct Tiled {
     values: Vec<f64>,
 }
 
-/// How densely to sample.
+/// Sampling density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Density {
-    /// Strata a texel, both ways.
+    /// Strata per texel, in each direction.
     pub per_texel: f64,
-    /// Of one axis of a pixel's support.
+    /// Limits of the strata along one axis of a pixel's support.
     pub least: u32,
     pub most: u32,
 }
 
-/// A picture of one channel, and how exact it is.
+/// A one-channel picture and its accuracy.
 #[derive(Clone, Debug)]
 pub struct Truth {
     pub size: [u32; 2],
-    /// Row by row; 0 where the kernel sees nothing of the surface.
+    /// Row by row; 0 if the kernel covers none of the surface.
     pub values: Vec<f64>,
-    /// Where the kernel lies wholly on the surface.
+    /// True if the kernel lies wholly on the surface.
     pub whole: Vec<bool>,
-    /// NMSE of `values` that the independent halves show.
+    /// NMSE of `values`, estimated from the independent halves.
     pub own_nmse: f64,
-    /// The most samples of one pixel, and their mean.
+    /// Largest number of samples of a pixel, and the mean.
     pub most_samples: u64,
     pub mean_samples: f64,
 }
 
 impl Kernel {
-    /// The place, from the pixel's centre, of a point of the square [-1, 1]^2: equal areas have equal weights. The disc by the
-    /// concentric map (Shirley and Chiu, "A low distortion map between disk and square", 1997), which keeps areas, and the
-    /// Gaussian by its share inside a radius.
+    /// Maps a point of the square [-1, 1]^2 to an offset from the pixel's centre, so that equal areas have
+    /// equal kernel weights. The disc uses the concentric map (Shirley and Chiu, "A low distortion map
+    /// between disk and square", 1997), which preserves area; the Gaussian uses its cumulative weight by
+    /// radius.
     fn place(self, a: f64, b: f64) -> [f64; 2] {
         let Kernel::Gaussian { sigma, radius } = self else { return [a / 2.0, b / 2.0] };
         let (rho, angle) = match (a, b) {
@@ -64,7 +67,7 @@ impl Kernel {
         [distance * angle.cos(), distance * angle.sin()]
     }
 
-    /// Half of the side of the square that holds all of it.
+    /// Half the side of the square that contains the support.
     pub fn reach(self) -> f64 {
         match self {
             Kernel::Box => 0.5,
@@ -74,13 +77,13 @@ impl Kernel {
 }
 
 impl Tiled {
-    /// `side` texels both ways, row by row.
+    /// `side` texels in each direction, row by row.
     pub fn new(side: u32, texels: &[u8]) -> Tiled {
         assert!(side.is_power_of_two() && texels.len() == (side * side) as usize, "{side} texels a side");
         Tiled { side: side as usize, values: texels.iter().map(|&byte| f64::from(byte) / 255.0).collect() }
     }
 
-    /// The value at a place in texels; texel (0, 0) has its centre at (0.5, 0.5).
+    /// The value at a position in texels; texel (0, 0) has its centre at (0.5, 0.5).
     pub fn at(&self, [u, v]: [f64; 2]) -> f64 {
         let (x, y) = (u - 0.5, v - 0.5);
         let (right, down) = (x - x.floor(), y - y.floor());
@@ -95,10 +98,10 @@ impl Tiled {
 }
 
 impl Density {
-    /// 2048 samples a pixel and more: an own NMSE of some 1e-6; figures report it.
+    /// At least 2048 samples per pixel: the truth has an NMSE of about 1e-6, which figures report.
     pub const FINE: Density = Density { per_texel: 2.0, least: 32, most: 1024 };
 
-    /// Strata of a side of the support that spans so many texels.
+    /// Strata along a side of the support that spans this many texels.
     fn strata(&self, texels: f64) -> u32 {
         let wanted = (self.per_texel * texels).ceil();
         // A footprint beyond the horizon has no extent.
@@ -106,8 +109,8 @@ impl Density {
     }
 }
 
-/// Samples `surface` (place of the picture, pixels from its upper left corner, to place of `texture`; `None` where there
-/// is none) under `kernel` around each pixel's centre.
+/// Samples `surface` under `kernel` around each pixel's centre. `surface` maps a picture position (pixels
+/// from the upper left corner) to a position of `texture`, or `None` off the surface.
 pub fn supersample(
     size: [u32; 2],
     surface: impl Fn(f64, f64) -> Option<[f64; 2]> + Sync,
@@ -139,7 +142,7 @@ pub fn supersample(
     }
 }
 
-/// Columns and rows of strata: from the extent of the support's edges and middle lines in the texture.
+/// Columns and rows of strata, from the texture extent of the support's edges and middle lines.
 fn strata(
     surface: &impl Fn(f64, f64) -> Option<[f64; 2]>,
     kernel: Kernel,
@@ -213,8 +216,8 @@ mod tests {
     }
 
     #[test]
-    fn a_sinusoid_under_an_affine_map_loses_the_amplitude_that_the_gaussian_says() {
-        // exp(-2 pi^2 sigma^2 |J^T f|^2), f in cycles a texel.
+    fn a_sinusoid_under_an_affine_map_is_attenuated_as_the_gaussian_predicts() {
+        // exp(-2 pi^2 sigma^2 |J^T f|^2), f in cycles per texel.
         let f = [0.6, 0.9];
         let seen = [J[0][0] * f[0] + J[1][0] * f[1], J[0][1] * f[0] + J[1][1] * f[1]];
         let amplitude = (-2.0 * PI * PI * 0.25 * (seen[0] * seen[0] + seen[1] * seen[1])).exp();
@@ -230,8 +233,8 @@ mod tests {
     }
 
     #[test]
-    fn an_impulse_spreads_by_the_kernels_covariance_and_the_texels_own() {
-        // Of the kernel J sigma^2 J^T; of a bilinear texel 1/6 each way.
+    fn an_impulse_spreads_by_the_covariance_of_kernel_and_texel() {
+        // Covariance: J sigma^2 J^T of the kernel, 1/6 per axis of a bilinear texel.
         let sigma = 1.0;
         let kernel = Kernel::Gaussian { sigma, radius: 5.0 };
         let texture = Tiled::new(64, &Impulse::texels(64));
@@ -267,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn more_samples_have_a_smaller_own_error_and_the_own_error_is_about_the_true_one() {
+    fn more_samples_lower_the_own_error_which_matches_the_true_error() {
         let texels: Vec<u8> = (0..64 * 64).map(|n| (SplitMix64::nth(9, n) >> 56) as u8).collect();
         let texture = Tiled::new(64, &texels);
         let steep = |x: f64, y: f64| Some([3.0 * x, 11.0 * y]);
@@ -284,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn pixels_that_see_beyond_the_surface_are_marked_and_have_what_is_seen() {
+    fn pixels_partly_off_the_surface_are_marked_and_keep_the_visible_part() {
         let texture = Tiled::new(4, &[51; 16]);
         let half = |x: f64, y: f64| (x < 2.0).then_some([x, y]);
         let truth = supersample([4, 1], half, |at| texture.at(at), Kernel::Box, Density::FINE);

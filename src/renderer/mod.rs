@@ -1,5 +1,6 @@
-//! A scene becomes passes: the device features, memory and passes of the surfaces that it shows, and of nothing else.
+//! Converts a scene to passes: only the device features, memory and passes that its surfaces need.
 
+pub mod figures;
 pub mod report;
 pub mod sections;
 
@@ -24,7 +25,7 @@ use thiserror::Error;
 /// A scene on a device.
 pub type Renderer = Run<Surfaces>;
 
-/// What can stop a picture.
+/// Errors that stop rendering.
 #[derive(Debug, Error)]
 pub enum RenderError {
     #[error(transparent)]
@@ -46,10 +47,15 @@ pub enum RenderError {
     #[error(transparent)]
     Stalled(#[from] Stalled),
     #[error(
-        "--deterministic: governor.frame_ms follows measured times, which no two runs have alike; set governor.frame_faces, a \
+        "--deterministic: governor.frame_ms follows measured times, which differ between runs; set governor.frame_faces, a \
          budget in faces"
     )]
     MeasuredBudget,
+    #[error(
+        "governor.frame_ms: this device has no timestamps; set governor.frame_faces, a budget in faces, or choose \
+         another device"
+    )]
+    NoClock,
     #[error(transparent)]
     Vulkan(#[from] vk::Error),
 }

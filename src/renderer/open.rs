@@ -1,57 +1,62 @@
-//! From a scene to its techniques.
+//! Creates the techniques of a scene.
 
-use super::plain::{ALBEDO, PlainSurface, PlainSurfaces, upload};
+use super::plain::{ALBEDO, PlainFilter, PlainSurface, PlainSurfaces, upload};
 use super::{Carrier, RenderError, Renderer, Surfaces, sections};
 use crate::frame::{PerFrame, Run, Shape, Target};
 use crate::model::mesh::{SourceMesh, gpu_mesh};
 use crate::paper::progressive_mesh::governor::Budget;
 use crate::paper::progressive_mesh::{self, Model, ProgressiveMeshes, Textured};
+use crate::paper::texture_mapping::config::{ReliefKeys, ReliefMethod, side_of};
+use crate::paper::texture_mapping::relief::surface::{MOST_PAIRS, ReliefSurface, pairs};
+use crate::paper::texture_mapping::relief::{Kind, Relief};
 use crate::paper::virtual_texture::config::{Filter, check_opened, open_texture, owner};
-use crate::paper::virtual_texture::{self, VirtualTexture};
+use crate::paper::virtual_texture::{self, Filtering, VirtualTexture};
 use crate::picture;
-use crate::scene::{Plain, PlainSource, Scene, Surface};
+use crate::picture::srgb;
+use crate::reference::pattern::Pattern;
+use crate::scene::{Geometry, Plain, PlainSource, Scene, Surface};
 use crate::texture::plain::PlainTexture;
 use crate::texture::source::TileSource;
 use crate::vk::{self, Gpu, GpuOptions, Image, Need};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// How a scene is to be opened.
+/// Options for opening a scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Options<'a> {
     pub target: picture::Target,
-    /// Pixels; the scene's own otherwise.
+    /// Pixels; `None` uses the scene's size.
     pub size: Option<[u32; 2]>,
     /// Part of a device's name, or its index.
     pub device: Option<&'a str>,
     pub validate: bool,
-    /// Budgets count tiles and faces instead of time: the same frames on every run.
+    /// Budgets count tiles and faces instead of time, so that every run renders the same frames.
     pub deterministic: bool,
 }
 
 impl Default for Options<'_> {
-    /// A picture for the screen, on the first usable device.
+    /// An sRGB picture, on the first usable device.
     fn default() -> Self {
         let target = picture::Target::Srgb8;
         Options { target, size: None, device: None, validate: false, deterministic: false }
     }
 }
 
-/// What the host has of a scene before a device is opened.
+/// The host data of a scene, before a device is opened.
 struct Loaded<'a> {
     scene: &'a Scene,
     models: Vec<Model>,
     meshes: progressive_mesh::Settings,
     texture: Option<(virtual_texture::Settings, Arc<dyn TileSource>)>,
-    /// The surface in whose table the virtual texture is.
+    /// The surface whose table contains the virtual texture.
     owner: Option<&'a Surface>,
 }
 
 impl Renderer {
-    /// Opens a device with what the scene needs, and the scene on it.
+    /// Opens a device with the features that the scene needs, and the scene on it.
     ///
     /// # Errors
-    /// [`RenderError`] names the key, the file, or what the device lacks.
+    /// [`RenderError`] names the key, the file, or the missing device feature.
     pub fn open(scene: &Scene, options: &Options<'_>) -> Result<Renderer, RenderError> {
         sections::check(scene)?;
         let loaded = Loaded::of(scene, options)?;
@@ -59,7 +64,7 @@ impl Renderer {
         loaded.renderer(gpu, options)
     }
 
-    /// The scene on a device that is open already: `options` names another one in vain.
+    /// Opens the scene on a device that is already open; `options.device` is ignored.
     ///
     /// # Errors
     /// As [`Renderer::open`].
@@ -71,8 +76,49 @@ impl Renderer {
     }
 }
 
+impl Renderer {
+    /// Goes from the scene `now`, which it shows, to `next` without opening it: where they differ only in how the virtual
+    /// texture is listed and filtered. All caches stay. False where `next` must be opened.
+    ///
+    /// # Errors
+    /// As [`Renderer::on`]; `now` then stays.
+    pub fn go_on_with(&mut self, now: &Scene, next: &Scene) -> Result<bool, RenderError> {
+        sections::check(next)?;
+        let owner = owner(next)?;
+        let (Some(texture), Some(owner)) = (&self.technique.texture, owner) else { return Ok(false) };
+        next.surfaces.values().try_for_each(|surface| check(next, surface, Some(owner)))?;
+        let settings = virtual_texture::Settings::of_scene(next, self.kind())?;
+        let (before, after) = (texture.settings.config, settings.config);
+        let others = |scene: &Scene| without_variant(scene, &owner.name);
+        let stays = before.level_bias == after.level_bias
+            && before.draws_depth_alone() == after.draws_depth_alone()
+            && texture.settings.streaming.prefetch_frames == 0
+            && others(now) == others(next);
+        if !stays {
+            return Ok(false);
+        }
+        check_opened(next, &after, &texture.source.pyramid())?;
+        self.reconfigure(|surfaces, gpu, target| {
+            let texture = surfaces.texture.as_mut().expect("it was there above");
+            Ok(texture.reconfigure(gpu, after, target)?)
+        })?;
+        Ok(true)
+    }
+}
+
+/// What a scene says of all but its variant and the filter of the surface `owner`.
+fn without_variant(scene: &Scene, owner: &str) -> Option<toml::Table> {
+    let mut table: toml::Table = scene.to_toml().parse().ok()?;
+    table.remove("variant");
+    table.get_mut("surface")?.get_mut(owner)?.as_table_mut()?.remove("filter");
+    Some(table)
+}
+
 impl<'a> Loaded<'a> {
-    fn renderer(self, gpu: Gpu, options: &Options<'_>) -> Result<Renderer, RenderError> {
+    fn renderer(mut self, gpu: Gpu, options: &Options<'_>) -> Result<Renderer, RenderError> {
+        if !gpu.keeps_time() {
+            self.meshes.budget = untimed(self.meshes.budget, RenderError::NoClock)?;
+        }
         let view = &self.scene.view;
         let size = options.size.unwrap_or([view.width, view.height]);
         let target = Target::new(&gpu, size, options.target)?;
@@ -85,7 +131,9 @@ impl<'a> Loaded<'a> {
         scene.surfaces.values().try_for_each(|surface| check(scene, surface, owner))?;
         let mut meshes = progressive_mesh::Settings::of_scene(scene, options.target)?;
         meshes.size = options.size.unwrap_or(meshes.size);
-        meshes.budget = budget(meshes.budget, options.deterministic)?;
+        if options.deterministic {
+            meshes.budget = untimed(meshes.budget, RenderError::MeasuredBudget)?;
+        }
         let mut models = progressive_mesh::load(scene)?;
         for model in &mut models {
             let surface = &scene.surfaces[&model.name];
@@ -99,7 +147,7 @@ impl<'a> Loaded<'a> {
         let texture = self.texture.iter();
         let texture =
             texture.flat_map(|(settings, source)| virtual_texture::needs(&settings.config, source.format()));
-        progressive_mesh::needs(&self.meshes).into_iter().chain(texture).collect()
+        texture.collect()
     }
 
     fn surfaces(self, gpu: &Gpu, target: &Target) -> Result<Surfaces, RenderError> {
@@ -131,7 +179,7 @@ impl<'a> Loaded<'a> {
         })
     }
 
-    /// The surfaces that show the virtual texture, the one that has it in its table first.
+    /// The surfaces with the virtual texture; the one whose table contains it comes first.
     fn carriers(&self, gpu: &Gpu) -> Result<Vec<Carrier>, RenderError> {
         let Some((settings, _)) = &self.texture else { return Ok(Vec::new()) };
         let carries = |surface: &&Surface| carries_virtual(surface, self.owner);
@@ -147,7 +195,7 @@ impl<'a> Loaded<'a> {
         surfaces.into_iter().map(carrier).collect()
     }
 
-    /// The surfaces with a plain texture, and the grids with none.
+    /// The surfaces with a plain texture, and the grids without a texture.
     fn plain(&self, gpu: &Gpu) -> Result<Vec<PlainSurface>, RenderError> {
         let mut images: HashMap<Option<&str>, Arc<Image>> = HashMap::new();
         let mut plain = Vec::new();
@@ -163,30 +211,39 @@ impl<'a> Loaded<'a> {
             };
             images.insert(from, texture.clone());
             let shape = grid.map(|grid| shape(gpu, &grid, false, is_lit(surface, self.owner))).transpose()?;
-            plain.push(PlainSurface { name: surface.name.clone(), shape, texture });
+            let filter = plain_filter(self.scene, surface)?;
+            let relief = relief(self.scene, surface)?;
+            let relief =
+                relief.map(|(keys, relief, size_m)| ReliefSurface::new(gpu, &relief, keys.method, size_m));
+            let relief = relief.transpose()?;
+            plain.push(PlainSurface { name: surface.name.clone(), filter, shape, texture, relief });
         }
         Ok(plain)
     }
 }
 
-/// Whether a surface shows the virtual texture that `owner` has in its table.
+/// True if a surface shows the virtual texture of `owner`.
 fn carries_virtual(surface: &Surface, owner: Option<&Surface>) -> bool {
     owner.is_some_and(|owner| surface.texture.as_ref() == Some(&owner.name))
 }
 
-/// Whether the sun shades it: what has a virtual texture only where the scene says so.
+/// True if the sun lights the surface. A surface with a virtual texture is lit only if the scene says so.
 fn is_lit(surface: &Surface, owner: Option<&Surface>) -> bool {
     surface.lit.unwrap_or(!carries_virtual(surface, owner))
 }
 
-/// Refuses what a surface states and no technique would do.
+/// Refuses settings of a surface that no technique would use.
 fn check(scene: &Scene, surface: &Surface, owner: Option<&Surface>) -> Result<(), RenderError> {
     let key = |key| ["surface", &surface.name, key];
     let fault = |at, what: &str| Err(scene.fault(&key(at), what).into());
     let is_mesh = surface.grid().is_none();
     if is_mesh && surface.texture.is_none() && surface.lit == Some(false) {
-        return fault("lit", "a progressive mesh without a texture is always lit; leave lit out");
+        return fault("lit", "a progressive mesh without a texture is always lit; omit lit");
     }
+    if scene.has(&key("relief")) && carries_virtual(surface, owner) {
+        return fault("relief", "a virtual texture carries none: take a plain texture, or leave it out");
+    }
+    relief(scene, surface)?;
     if !scene.has(&key("filter")) {
         return Ok(());
     }
@@ -194,19 +251,64 @@ fn check(scene: &Scene, surface: &Surface, owner: Option<&Surface>) -> Result<()
     if carries_virtual(surface, owner) && !is_owner {
         return fault(
             "filter",
-            "a shared texture has one filter: state it at the surface that has the texture",
+            "a shared texture has one filter; state it at the surface that owns the texture",
         );
     }
     let filter: Filter = scene.read(&key("filter"))?;
-    if !is_owner && filter != Filter::DEFAULT {
-        let what = "a plain texture is filtered by the sampler, trilinear; leave the filter out, or choose a virtual \
-                    texture";
+    let for_plain = Filter {
+        kind: Filtering::Ellipse,
+        max_anisotropy: filter.max_anisotropy,
+        minor_texels: filter.minor_texels,
+        ..Filter::DEFAULT
+    };
+    if !is_owner && ![Filter::DEFAULT, for_plain].contains(&filter) {
+        let what = "a plain texture is filtered by the sampler, trilinear, or by kind = \"ellipse\" with \
+                    max_anisotropy and minor_texels; choose one of them, or a virtual texture";
         return fault("filter", what);
     }
     Ok(())
 }
 
-/// What the scene's virtual texture asks for, and where its tiles come from.
+/// The filter of a surface's plain texture; other settings were refused before.
+fn plain_filter(scene: &Scene, surface: &Surface) -> Result<PlainFilter, RenderError> {
+    if scene.has(&["surface", &surface.name, "relief"]) {
+        let keys: ReliefKeys = scene.read(&["surface", &surface.name, "relief"])?;
+        return Ok(PlainFilter::Relief(keys.method));
+    }
+    let filter: Filter = scene.read(&["surface", &surface.name, "filter"])?;
+    Ok(match filter.kind {
+        Filtering::Ellipse => PlainFilter::Ellipse([filter.max_anisotropy, filter.minor_texels]),
+        _ => PlainFilter::Trilinear,
+    })
+}
+
+/// A surface's relief, and the side of its plane.
+fn relief(scene: &Scene, surface: &Surface) -> Result<Option<(ReliefKeys, Relief, f64)>, RenderError> {
+    let table = ["surface", &surface.name, "relief"];
+    let Geometry::Plane(plane) = surface.geometry else { return Ok(None) };
+    if !scene.has(&table) {
+        return Ok(None);
+    }
+    let keys: ReliefKeys = scene.read(&table)?;
+    let at = |key| ["surface", &surface.name, "relief", key];
+    let picture = keys.path.as_ref().map(|path| {
+        let picture = PlainTexture::open(path);
+        picture.map_err(|error| RenderError::Plain { place: scene.place(&at("path")), error })
+    });
+    let heights = |picture: PlainTexture| {
+        (picture.size, picture.levels[0].chunks_exact(4).map(|texel| texel[0]).collect())
+    };
+    let relief = keys.relief(plane.width_m, picture.transpose()?.map(heights));
+    let relief = relief.map_err(|what| scene.fault(&at("path"), &what))?;
+    if keys.method == ReliefMethod::Trace && pairs(&relief) > MOST_PAIRS {
+        let what = "a distance map of so deep a relief takes minutes: make it less deep, take a smaller picture, or method = \
+                    \"projected-width\"";
+        return Err(scene.fault(&at("depth_m"), what).into());
+    }
+    Ok(Some((keys, relief, plane.width_m)))
+}
+
+/// The settings of the scene's virtual texture, and its tile source.
 fn texture(
     scene: &Scene,
     options: &Options<'_>,
@@ -219,16 +321,38 @@ fn texture(
     Ok((settings, source))
 }
 
-/// The plain texture in the table of the surface `of`; without one, a grey.
+/// The plain texture in the table of the surface `of`; grey if it has none.
 fn plain_texture(scene: &Scene, of: Option<&str>) -> Result<PlainTexture, RenderError> {
     let Some(of) = of else { return Ok(PlainTexture::grey(ALBEDO)) };
     let plain: Plain = scene.read(&["surface", of, "texture"])?;
     let texture = match (plain.source, &plain.path) {
-        (PlainSource::File, Some(path)) => PlainTexture::open(path),
-        _ => PlainTexture::earth(),
+        (PlainSource::File, path) => PlainTexture::open(path.as_ref().expect("checked")),
+        (PlainSource::Earth, _) => PlainTexture::earth(),
+        (PlainSource::Checker, _) => Ok(pattern(Pattern::Checker(32), [2048, 1024])),
+        (PlainSource::ZonePlate, _) => Ok(pattern(Pattern::ZonePlate, [1024; 2])),
+        (PlainSource::Bricks, _) => Ok(colours(Kind::Bricks)),
+        (PlainSource::Rock, _) => Ok(colours(Kind::Rock)),
     };
     let place = || scene.place(&["surface", of, "texture", "path"]);
     texture.map_err(|error| RenderError::Plain { place: place(), error })
+}
+
+/// A test pattern, repeated along the longer side.
+fn pattern(pattern: Pattern, [width, height]: [u32; 2]) -> PlainTexture {
+    let bytes = pattern.texels(height);
+    let grey = |linear: u8| {
+        let byte = srgb::from_linear_f64(f64::from(linear) / 255.0);
+        [byte, byte, byte, 255]
+    };
+    let places = (0..height).flat_map(|y| (0..width).map(move |x| y * height + x % height));
+    PlainTexture::new([width, height], places.flat_map(|at| grey(bytes[at as usize])).collect())
+}
+
+/// What goes with a generated relief.
+fn colours(kind: Kind) -> PlainTexture {
+    let side = side_of(kind);
+    let texels = kind.picture(side).into_iter().flat_map(|[r, g, b]| [r, g, b, 255]).collect();
+    PlainTexture::new([side as u32; 2], texels)
 }
 
 fn shape(gpu: &Gpu, grid: &SourceMesh, depth_alone: bool, lit: bool) -> Result<Shape, RenderError> {
@@ -244,14 +368,28 @@ fn gpu(options: &Options<'_>, needs: &[Need]) -> vk::Result<Gpu> {
     let Options { device, validate, .. } = *options;
     let gpu = Gpu::new(&GpuOptions { device, validate, needs, ..GpuOptions::default() })?;
     tracing::info!("{}, {}", gpu.physical().name, gpu.physical().driver);
+    gpu.require_drawing()?;
     Ok(gpu)
 }
 
-/// The governor's budget: without the time, where frames must be the same on every run.
-fn budget(stated: Option<Budget>, deterministic: bool) -> Result<Option<Budget>, RenderError> {
+/// The governor's budget without the time; refused if only a time is stated.
+fn untimed(stated: Option<Budget>, refused: RenderError) -> Result<Option<Budget>, RenderError> {
     match stated {
-        Some(Budget { frame_faces: None, .. }) if deterministic => Err(RenderError::MeasuredBudget),
-        Some(budget) if deterministic => Ok(Some(Budget { frame_ms: None, ..budget })),
-        _ => Ok(stated),
+        Some(Budget { frame_faces: None, .. }) => Err(refused),
+        _ => Ok(stated.map(|budget| Budget { frame_ms: None, ..budget })),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_timestamps_a_budget_only_in_milliseconds_is_refused() {
+        let of = |frame_ms, frame_faces| Some(Budget { frame_ms, frame_faces });
+        let refused = untimed(of(Some(5.0), None), RenderError::NoClock).unwrap_err().to_string();
+        assert!(refused.contains("governor.frame_faces"), "{refused}");
+        assert_eq!(untimed(of(Some(5.0), Some(9)), RenderError::NoClock).unwrap(), of(None, Some(9)));
+        assert_eq!(untimed(None, RenderError::NoClock).unwrap(), None);
     }
 }

@@ -1,4 +1,4 @@
-//! What a renderer hands out after a frame: its picture, and the report.
+//! Output of a renderer after a frame: its picture, and the report.
 
 use super::report::Report;
 use super::{RenderError, Renderer};
@@ -19,7 +19,7 @@ impl Renderer {
         })
     }
 
-    /// The last frame's picture in linear light: exact with [`Target::Linear32`], else decoded from sRGB bytes.
+    /// The last frame's picture in linear light: exact with [`Target::Linear32`], otherwise decoded from sRGB bytes.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -33,8 +33,8 @@ impl Renderer {
         })
     }
 
-    /// Everything that was measured in the frames so far, for [`Report::save`]. `view` names what they look at, as the
-    /// report then states it. Such a report cannot be rendered again: only the caller knows which frames it asked for.
+    /// All measurements of the frames so far, for [`Report::save`]. `view` describes what the frames show. Such a
+    /// report cannot be rendered again, because only the caller knows which frames it rendered.
     ///
     /// # Errors
     /// Device lost.

@@ -1,36 +1,52 @@
-//! Surfaces with a plain texture, or none: one draw each, filtered by the sampler.
+//! Surfaces with a plain texture, or none: one draw each, filtered by the sampler, by paper 3's ellipse, or by its relief.
 
 use crate::frame::{Memory, Onto, Seen, Shape, Target};
 use crate::math::light::LightColours;
+use crate::paper::texture_mapping::config::ReliefMethod;
+use crate::paper::texture_mapping::relief::surface::ReliefSurface;
 use crate::texture::plain::PlainTexture;
 use crate::vk::shader::common::{lit_mesh_vert, mesh_vert, plain_frag};
+use crate::vk::shader::texture_mapping::relief_surface_frag;
 use crate::vk::{
     Blend, Cmd, ColorTarget, Depth, DepthTarget, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
     ImageInfo, Resource, Result, Sampler, SamplerInfo,
 };
 use std::sync::Arc;
 
-/// Albedo of a surface without a texture, linear light: that of progressive meshes.
+/// Albedo (linear light) of a surface without a texture, for example a progressive mesh.
 pub const ALBEDO: f64 = 0.6;
 
-/// All surfaces of a scene that are drawn so.
+/// All surfaces of a scene with a plain texture or none.
 pub struct PlainSurfaces {
     pub surfaces: Vec<PlainSurface>,
-    lit: GraphicsPipeline,
-    unlit: GraphicsPipeline,
+    /// For each filter, the unlit and the lit pipeline.
+    pipelines: Vec<(PlainFilter, [GraphicsPipeline; 2])>,
     sampler: Sampler,
 }
 
-/// One of them.
+/// How its texture is filtered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlainFilter {
+    /// The sampler's, trilinear.
+    Trilinear,
+    /// The ellipse: its largest ratio of axes, and the texels along its minor semi-axis.
+    Ellipse([u32; 2]),
+    Relief(ReliefMethod),
+}
+
+/// One surface with a plain texture or none.
 pub struct PlainSurface {
     pub name: String,
+    pub filter: PlainFilter,
     /// `None`: a progressive mesh, whose shape changes from frame to frame.
     pub shape: Option<Shape>,
     /// Surfaces that share a texture share its image.
     pub texture: Arc<Image>,
+    /// Of [`PlainFilter::Relief`].
+    pub relief: Option<ReliefSurface>,
 }
 
-/// A texture in video memory.
+/// Uploads a texture to video memory.
 ///
 /// # Errors
 /// Out of memory, device lost.
@@ -50,12 +66,16 @@ impl PlainSurfaces {
         target: &Target,
         light: LightColours,
     ) -> Result<PlainSurfaces> {
-        let pipeline = |vertex, lit: usize, specialization: &[_]| {
+        let pipeline = |filter, vertex, lit: usize, specialization: &[_]| {
+            let shaders = match filter {
+                PlainFilter::Relief(_) => &relief_surface_frag::SHADERS,
+                _ => &plain_frag::SHADERS,
+            };
             gpu.graphics_pipeline(&GraphicsInfo {
-                name: plain_frag::SHADERS[lit].name,
+                name: shaders[lit].name,
                 vertex,
                 geometry: None,
-                fragment: Some(&plain_frag::SHADERS[lit]),
+                fragment: Some(&shaders[lit]),
                 specialization,
                 points: false,
                 depth: Some(Depth::Write),
@@ -63,16 +83,34 @@ impl PlainSurfaces {
                 blend: Blend::Replace,
             })
         };
+        let mut pipelines: Vec<(PlainFilter, [GraphicsPipeline; 2])> = Vec::new();
+        for surface in &surfaces {
+            if pipelines.iter().all(|(filter, _)| *filter != surface.filter) {
+                let filter = surface.filter;
+                let ellipse = |[ratio, minor]: [u32; 2]| {
+                    vec![("MOST_RATIO", (ratio as f32).to_bits()), ("MINOR_TEXELS", (minor as f32).to_bits())]
+                };
+                let own = match filter {
+                    // A ratio of 0 is the sampler.
+                    PlainFilter::Trilinear => ellipse([0, 1]),
+                    PlainFilter::Ellipse(axes) => ellipse(axes),
+                    PlainFilter::Relief(method) => ReliefSurface::constants(method).to_vec(),
+                };
+                let unlit = pipeline(filter, &mesh_vert::SHADER, 0, &own)?;
+                let both = [&own[..], &light.constants()].concat();
+                let lit = pipeline(filter, &lit_mesh_vert::SHADER, 1, &both)?;
+                pipelines.push((surface.filter, [unlit, lit]));
+            }
+        }
         Ok(PlainSurfaces {
             surfaces,
-            lit: pipeline(&lit_mesh_vert::SHADER, 1, &light.constants())?,
-            unlit: pipeline(&mesh_vert::SHADER, 0, &[])?,
+            pipelines,
             sampler: gpu
                 .sampler("plain sampler", SamplerInfo { filter: Filter::Linear, wraps_in_s: true })?,
         })
     }
 
-    /// Draws them; `seen` makes one shape what a frame sees of it.
+    /// Draws the surfaces; `seen` returns a shape with its push constants for this frame.
     ///
     /// # Errors
     /// Out of memory.
@@ -88,22 +126,28 @@ impl PlainSurfaces {
         let depth = DepthTarget { image: &target.depth, clear: onto != Onto::Drawn };
         cmd.render(target.size(), &[color], Some(depth), |render| {
             for (surface, shape) in shapes {
-                let texture = &self.surfaces[*surface].texture;
-                let resources = [(plain_frag::PLAIN, Resource::Sampled(texture, &self.sampler))];
-                let pipeline = if shape.normals.is_some() { &self.lit } else { &self.unlit };
+                let PlainSurface { texture, filter, relief, .. } = &self.surfaces[*surface];
+                let plain = (plain_frag::PLAIN, Resource::Sampled(texture, &self.sampler));
+                let relief = relief.iter().flat_map(ReliefSurface::resources);
+                let resources: Vec<_> = relief.chain([plain]).collect();
+                let of_filter = self.pipelines.iter().find(|(other, _)| other == filter);
+                let pipeline = &of_filter.expect("made for each").1[usize::from(shape.normals.is_some())];
                 seen(shape).draw(render, &resources, |_| pipeline)?;
             }
             Ok(())
         })
     }
 
-    /// A shared image is counted under the first surface that has it.
+    /// A shared image is counted under the first surface that uses it.
     pub fn memory(&self) -> Memory {
         let mut memory = Memory::new();
         for (n, surface) in self.surfaces.iter().enumerate() {
             if !self.surfaces[..n].iter().any(|other| Arc::ptr_eq(&other.texture, &surface.texture)) {
                 memory.push((format!("{}: texture", surface.name), surface.texture.bytes()));
             }
+            memory.extend(
+                surface.relief.as_ref().map(|relief| (format!("{}: relief", surface.name), relief.bytes())),
+            );
             memory.extend(
                 surface.shape.as_ref().map(|shape| (format!("{}: mesh", surface.name), shape.bytes())),
             );

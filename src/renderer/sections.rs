@@ -1,13 +1,17 @@
-//! The whole language of scenes: what every scene can state, and what each paper adds.
+//! All settings of scenes: those of every scene, and those that each paper adds.
 
-use crate::paper::{progressive_mesh, virtual_texture};
+use crate::paper::{progressive_mesh, texture_mapping, virtual_texture};
 use crate::scene::{self, Language, Scene, SceneError};
 
 /// All declarations of settings.
-pub const LANGUAGES: &[&Language] =
-    &[&scene::LANGUAGE, &virtual_texture::config::LANGUAGE, &progressive_mesh::config::LANGUAGE];
+pub const LANGUAGES: &[&Language] = &[
+    &scene::LANGUAGE,
+    &virtual_texture::config::LANGUAGE,
+    &progressive_mesh::config::LANGUAGE,
+    &texture_mapping::config::LANGUAGE,
+];
 
-/// Holds a whole scene against all declarations.
+/// Checks a whole scene against all declarations.
 ///
 /// # Errors
 /// [`SceneError`] at the first fault.
@@ -15,7 +19,8 @@ pub fn check(scene: &Scene) -> Result<(), SceneError> {
     scene.check(LANGUAGES)
 }
 
-/// As [`Scene::load_with`], for a user: everything in the scene is checked, also what nothing would read.
+/// Like [`Scene::load_with`], for scenes of users: checks everything in the scene, including settings that are not
+/// used.
 ///
 /// # Errors
 /// [`SceneError`].

@@ -1,5 +1,6 @@
-//! All surfaces of a scene in one frame: progressive meshes are brought to their levels; what has no virtual texture is
-//! drawn; then what carries one is, over what is there, so that a texel which another surface hides asks for no tile.
+//! Renders all surfaces of a scene in one frame. First, progressive meshes change to their levels. Then surfaces
+//! without a virtual texture are drawn. Surfaces with one come last, so that texels hidden by another surface request
+//! no tile.
 
 use super::RenderError;
 use super::plain::PlainSurfaces;
@@ -12,27 +13,27 @@ use crate::paper::virtual_texture::{self, VirtualTexture};
 use crate::vk::{Frame, Gpu, Need, PassTime};
 use glam::DVec3;
 
-/// What the surfaces of a scene ask for, and nothing else.
+/// The techniques of a scene's surfaces.
 pub struct Surfaces {
     pub meshes: Option<ProgressiveMeshes>,
     pub plain: Option<PlainSurfaces>,
     pub texture: Option<VirtualTexture>,
-    /// The surfaces that carry the texture, by name.
+    /// The surfaces with the virtual texture, by name.
     pub carriers: Vec<Carrier>,
-    /// Linear light of what no surface covers.
+    /// Linear light where no surface is visible.
     pub background: [f32; 3],
-    /// Unit vector towards it, along the world's axes.
+    /// Unit vector towards the sun, in world space.
     pub sun: DVec3,
-    /// The eye for which levels are chosen and tiles are streamed, where it is not the one that sees.
+    /// The camera used for levels and streaming, if it is not the rendering camera.
     pub frozen: Option<Pose>,
     /// Numbers of the frames in flight.
     pub frames: PerFrame<u64>,
 }
 
-/// The pass of surfaces with a plain texture, or none.
+/// The pass of surfaces with a plain texture or none.
 const PLAIN: &str = "plain";
 
-/// A surface that carries the virtual texture.
+/// A surface with the virtual texture.
 pub struct Carrier {
     pub name: String,
     /// `None`: a progressive mesh, whose shape changes from frame to frame.
@@ -44,7 +45,7 @@ pub struct Carrier {
 #[derive(Clone, Debug)]
 pub struct Record {
     pub frame: u64,
-    /// Of the whole frame.
+    /// Times of all passes of the frame.
     pub passes: Vec<PassTime>,
     pub meshes: Option<progressive_mesh::FrameRecord>,
     pub texture: Option<virtual_texture::FrameRecord>,
@@ -56,7 +57,7 @@ impl Surfaces {
         own.clone().or_else(|| self.meshes.as_ref()?.shape(name))
     }
 
-    /// The passes in order, each with the surfaces that it is for.
+    /// The passes in order, each with its surfaces.
     pub fn passes_by_surface(&self) -> Vec<(&'static str, Vec<&str>)> {
         let carriers = || self.carriers.iter().map(|carrier| &*carrier.name);
         let plain = || self.plain.iter().flat_map(|plain| &plain.surfaces).map(|surface| &*surface.name);
@@ -73,25 +74,25 @@ impl Surfaces {
         found
     }
 
-    /// What carries the virtual texture in this frame.
+    /// The shapes with the virtual texture in this frame.
     fn carrying(&self) -> Vec<Shape> {
         self.carriers.iter().filter_map(|Carrier { name, shape, .. }| self.shape(name, shape)).collect()
     }
 
-    /// What is drawn with a plain texture in this frame, by the surface's place in [`PlainSurfaces::surfaces`].
+    /// The shapes with a plain texture in this frame, by index in [`PlainSurfaces::surfaces`].
     fn plain_shapes(&self) -> Vec<(usize, Shape)> {
         let surfaces = self.plain.iter().flat_map(|plain| &plain.surfaces).enumerate();
         surfaces.filter_map(|(n, one)| Some((n, self.shape(&one.name, &one.shape)?))).collect()
     }
 
-    /// What is in the target when the pass of plain surfaces begins, and when the virtual texture's begin.
+    /// How the pass of plain surfaces, and the virtual texture's passes, treat the target's content.
     fn onto(&self) -> [Onto; 2] {
         let drawn = self.meshes.as_ref().is_some_and(ProgressiveMeshes::draws);
         let onto = |drawn| if drawn { Onto::Drawn } else { Onto::Cleared(self.background) };
         [onto(drawn), onto(drawn || self.plain.is_some())]
     }
 
-    /// The surface that the texture's own memory is counted under: the first that carries it.
+    /// The surface under which the texture's memory is counted: the first that carries it.
     fn texture_owner(&self) -> &str {
         self.carriers.first().map_or("texture", |carrier| &carrier.name)
     }
@@ -167,7 +168,7 @@ impl Technique for Surfaces {
     fn memory(&self) -> Memory {
         let meshes = self.meshes.iter().flat_map(Technique::memory);
         let owner = self.texture_owner();
-        // Each carrier's mesh is counted under its own name.
+        // Each carrier's mesh is counted under the carrier's name.
         let texture = self.texture.iter().flat_map(Technique::memory).filter(|(name, _)| name != MESH);
         let texture = texture.map(|(name, bytes)| (format!("{owner}: {name}"), bytes));
         let own = |carrier: &Carrier| {

@@ -1,11 +1,11 @@
-//! Cameras as a scene names them: a place on the ground, a height above it, and where the eye looks.
+//! Cameras of a scene: a position on the ground, a height above it, and a direction.
 
 use crate::math::camera::Pose;
 use crate::math::geodesy::{self, LocalFrame};
 use glam::{DMat3, DVec3};
 use serde::Serialize;
 
-/// What the eye hovers over; decides what altitude, north and a straight line mean.
+/// The ground below the camera; defines altitude, north and straight lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Ground {
@@ -15,13 +15,13 @@ pub enum Ground {
     Plane,
 }
 
-/// The point of the ground below the eye.
+/// The point of the ground below the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Place {
     /// Geodetic degrees.
     Planet { latitude_deg: f64, longitude_deg: f64 },
-    /// Metres from the plane's middle.
+    /// Metres from the centre of the plane.
     Plane { east_m: f64, north_m: f64 },
 }
 
@@ -33,7 +33,7 @@ impl Place {
         }
     }
 
-    /// East, north and up there.
+    /// East, north and up at this point.
     pub fn frame(&self) -> LocalFrame {
         match *self {
             Place::Planet { latitude_deg, longitude_deg } => {
@@ -43,7 +43,7 @@ impl Place {
         }
     }
 
-    /// World position in metres of the point `altitude_m` above the place.
+    /// World position in metres, `altitude_m` above this point.
     pub fn above(&self, altitude_m: f64) -> DVec3 {
         match *self {
             Place::Planet { latitude_deg, longitude_deg } => {
@@ -59,21 +59,24 @@ impl Place {
 pub struct Camera {
     #[serde(flatten)]
     pub place: Place,
-    /// Height of the eye above the ground, > 0.
+    /// Height of the camera above the ground, > 0.
     pub altitude_m: f64,
-    /// Clockwise from north: the direction that is up in the picture when the eye looks straight down.
+    /// Clockwise from north: the picture's up direction when looking straight down.
     pub heading_deg: f64,
-    /// 0 looks straight down, 90 to the horizontal in the direction of the heading, 180 straight up.
+    /// 0 is straight down, 90 horizontal in the direction of the heading, 180 straight up.
     pub tilt_deg: f64,
-    /// Angle between the picture's upper and lower edge before magnification.
+    /// Angle between the picture's top and bottom edges, before magnification.
     pub vertical_fov_deg: f64,
-    /// Divides the tangent of half the angle: 4 shows a quarter of the width and of the height.
+    /// Divides the tangent of half the angle: 4 shows a quarter of the width and height.
     pub magnification: f64,
+    /// Nothing nearer is drawn; [`near_m`] of the height by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub near_m: Option<f64>,
 }
 
 impl Camera {
-    /// The camera that sees what `pose` sees, with the pinhole of `like`. Roll is lost; straight up or down the
-    /// heading is the picture's.
+    /// The camera with the pose `pose` and the field of view of `like`. Roll is lost. When looking straight up or
+    /// down, the heading is the picture's up direction.
     pub fn of_pose(pose: &Pose, like: &Camera) -> Camera {
         let (place, altitude_m) = match like.place.ground() {
             Ground::Planet => {
@@ -96,20 +99,20 @@ impl Camera {
         }
     }
 
-    /// `[cameras.NAME]`, as a scene states it.
+    /// The TOML table `[cameras.NAME]` of this camera.
     pub fn to_toml(&self, name: &str) -> String {
         let keys = toml::to_string(self).expect("a camera is a table of numbers");
         format!("[cameras.{name}]\n{keys}")
     }
 
-    /// The change that gives a scene this camera under `name`, or replaces the one that it has.
+    /// The override that adds this camera to a scene as `name`, or replaces it.
     pub fn to_change(&self, name: &str) -> String {
         let keys = toml::Value::try_from(self).expect("a camera is a table of numbers");
         let keys = keys.as_table().into_iter().flatten().map(|(key, value)| format!("{key} = {value}"));
         format!("cameras.{name}={{ {} }}", keys.collect::<Vec<_>>().join(", "))
     }
 
-    /// The eye's frame in world metres.
+    /// The camera's pose in world metres.
     pub fn pose(&self) -> Pose {
         let LocalFrame { east, north, up } = self.place.frame();
         let (sin_heading, cos_heading) = self.heading_deg.to_radians().sin_cos();
@@ -123,7 +126,7 @@ impl Camera {
             up: image_up,
             forward,
             vertical_fov_rad: self.vertical_fov_rad(),
-            near_m: near_m(self.altitude_m),
+            near_m: self.near_m.unwrap_or_else(|| near_m(self.altitude_m)),
         }
     }
 
@@ -134,23 +137,23 @@ impl Camera {
     }
 }
 
-/// The near plane for an eye `altitude_m` above the ground. Nothing of the ground is nearer than the
-/// altitude (a mesh of chords lies below the ellipsoid), so a pixel whose ray leaves the axis by up to
-/// acos(1/64) = 89.1 degrees keeps its ground. Reversed float depth loses nothing by the factor.
+/// Near plane of a camera `altitude_m` above the ground. The ground is never nearer than the altitude (a mesh of
+/// chords lies below the ellipsoid), so pixels whose rays deviate from the axis by up to acos(1/64) = 89.1 degrees
+/// still show it. Reversed float depth loses no precision by the factor.
 pub fn near_m(altitude_m: f64) -> f64 {
     altitude_m / 64.0
 }
 
-/// Where an eye that was at `before` a frame ago and is at `now` will be in `frames` more, if it goes on so: the rigid
-/// motion between the two, repeated. As many frames as take it at most half its height above the ground away, so that
-/// it never dives into it; `None` where that is not one (it jumped), or where it stands still.
+/// Extrapolates a camera's motion by `frames` frames: the rigid motion from `before` to `now` is repeated. Stops
+/// early so that the camera moves at most half its height above the ground and never below it. `None` if a single
+/// frame moves further than that (a jump), or if the camera is at rest.
 pub fn continued(before: &Pose, now: &Pose, frames: u32) -> Option<Pose> {
     if (before.eye, before.forward, before.up) == (now.eye, now.forward, now.up) {
         return None;
     }
     let axes = |pose: &Pose| DMat3::from_cols(pose.right, pose.up, pose.forward);
     let turn = axes(now) * axes(before).transpose();
-    // near_m is the height over 64.
+    // near_m is the height divided by 64.
     let farthest_m = 32.0 * now.near_m;
     let step = |pose: &Pose| Pose {
         eye: turn * (pose.eye - before.eye) + now.eye,
@@ -164,7 +167,7 @@ pub fn continued(before: &Pose, now: &Pose, frames: u32) -> Option<Pose> {
         .take(frames as usize)
         .take_while(|pose| pose.eye.distance(now.eye) <= farthest_m)
         .last()?;
-    // Half the height is left at least, and with it half the near plane's distance.
+    // At least half the height remains, and with it half the near plane's distance.
     Some(Pose { near_m: now.near_m / 2.0, ..ahead })
 }
 
@@ -173,7 +176,15 @@ mod tests {
     use super::*;
 
     fn camera(place: Place, heading_deg: f64, tilt_deg: f64) -> Camera {
-        Camera { place, altitude_m: 300e3, heading_deg, tilt_deg, vertical_fov_deg: 60.0, magnification: 4.0 }
+        Camera {
+            place,
+            altitude_m: 300e3,
+            heading_deg,
+            tilt_deg,
+            vertical_fov_deg: 60.0,
+            magnification: 4.0,
+            near_m: None,
+        }
     }
 
     #[test]
@@ -195,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn a_camera_is_found_again_from_its_pose_also_at_the_pole_and_straight_down() {
+    fn a_camera_is_recovered_from_its_pose_even_at_the_pole_and_straight_down() {
         let planet = |latitude_deg, longitude_deg| Place::Planet { latitude_deg, longitude_deg };
         let places =
             [planet(46.0, 8.0), planet(89.999_999, -120.0), Place::Plane { east_m: 5.0, north_m: -7.0 }];

@@ -1,6 +1,5 @@
-//! How a technique declares its settings: one `settings!` for a table of a scene, one `choices!` for an enum. Both
-//! generate everything that else would be written again: the struct, its defaults, the reading with its checks, and
-//! the list of keys from which the documents are made.
+//! Declares the settings of a technique: `settings!` for a table of a scene, `choices!` for an enum. Each generates
+//! the struct, its defaults, parsing with checks, and the list of keys from which the documents are generated.
 
 use super::document::Fault;
 use super::part::Part;
@@ -17,25 +16,26 @@ pub struct Key {
     pub kind: Kind,
     /// In TOML. `None`: see `required`.
     pub default: Option<toml::Value>,
-    /// Without a default a key is required, or it is optional and its documentation says what its absence means.
+    /// True if a key without default must be stated. Otherwise it is optional, and its documentation says what its
+    /// absence means.
     pub required: bool,
     pub least_and_most: Option<[Json; 2]>,
-    /// Empty where it has none.
+    /// Empty if there is none.
     pub unit: &'static str,
-    /// A value with the relative path in it, if it is one, starting from a folder instead.
+    /// If the value is a relative path: the same path resolved against a folder.
     pub(super) anchored: fn(&toml::Value, &Path) -> toml::Value,
 }
 
 /// A struct that is a table of a scene. Implemented by [`settings!`](crate::scene::settings).
 pub trait Settings: Sized {
-    /// What the table sets.
+    /// Description of the table.
     const ABOUT: &'static str;
-    /// The value of the table's key `kind`, where that decides which keys there are.
+    /// Value of the table's key `kind`, if the kind determines which keys exist.
     const KIND: Option<&'static str>;
 
     fn keys() -> Vec<Key>;
 
-    /// Reads and checks a table: types, ranges, unknown keys, and what the declaration checks beside.
+    /// Reads and checks a table: types, ranges, unknown keys, and the declaration's own check.
     ///
     /// # Errors
     /// [`Fault`] with the key.
@@ -47,9 +47,9 @@ pub fn names<T: Settings>() -> Vec<&'static str> {
     T::keys().iter().map(|key| key.name).chain(T::KIND.map(|_| "kind")).collect()
 }
 
-/// A table of scenes, as documents and the check of a whole scene see it.
+/// A table of scenes, for documents and the check of a whole scene.
 pub struct Table {
-    /// `*` for a name that the scene chooses.
+    /// `*` matches any name that the scene chooses.
     pub path: &'static [&'static str],
     pub kind: Option<&'static str>,
     pub about: &'static str,
@@ -64,10 +64,10 @@ impl Table {
     }
 }
 
-/// All that one technique adds to the language of scenes.
+/// All tables and keys that one technique adds to scenes.
 pub struct Language {
     pub tables: &'static [Table],
-    /// What no table shows by itself.
+    /// A check that involves several tables.
     pub check: fn(&Scene) -> Result<(), SceneError>,
 }
 
@@ -93,7 +93,7 @@ impl Key {
     }
 }
 
-/// Only a path reads differently in another folder.
+/// Only paths depend on the folder.
 fn anchored<T: Setting>(value: &toml::Value, folder: &Path) -> toml::Value {
     let read = |folder| T::read(value, folder).ok().and_then(|value| value.to_toml());
     match read(folder) {
@@ -102,18 +102,18 @@ fn anchored<T: Setting>(value: &toml::Value, folder: &Path) -> toml::Value {
     }
 }
 
-/// The lines of a doc comment as one.
+/// Joins the lines of a doc comment.
 pub fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Declares a table of scenes, each key once:
-/// `settings! { /// doc  pub struct Cache with DEFAULT { /// doc  gpu_tiles: u32 = 192, in 1..=65536, unit "tiles"; } }`.
+/// Declares a table of scenes, each key once: `settings! { /// doc  pub struct Cache with DEFAULT { /// doc
+/// gpu_tiles: u32 = 192, in 1..=65536, unit "tiles"; } }`.
 ///
-/// After the struct's name, all optional and in this order: `derive(Copy, ...)`; `kind "plane"` where the table's
-/// `kind` decides its keys; `with DEFAULT` for a table that may be left out: every key then has a default, and the struct
-/// a constant `DEFAULT`. A key without a default is required. `beside { ... }` adds fields that this table does not set;
-/// `check F` names a `fn(&Self, &Part) -> Result<(), Fault>` for what one key cannot show.
+/// Optional after the struct's name, in this order: `derive(Copy, ...)`; `kind "plane"` if the table's `kind`
+/// determines its keys; `with DEFAULT` for an optional table: every key then has a default, and the struct has a
+/// constant `DEFAULT`. A key without a default is required. `beside { ... }` adds fields that this table does not
+/// set; `check F` names a `fn(&Self, &Part) -> Result<(), Fault>` for conditions on several keys.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! __settings {
@@ -171,7 +171,7 @@ macro_rules! __settings {
     (@default [] $name:ident $fields:tt) => {};
     (@default [DEFAULT] $name:ident { $($field:ident: ($value:expr),)* }) => {
         impl $name {
-            /// What a scene has that leaves the table out.
+            /// The settings of a scene without this table.
             pub const DEFAULT: $name = $name { $($field: $value),* };
         }
 
@@ -183,7 +183,7 @@ macro_rules! __settings {
     };
 }
 
-/// Declares an enum whose values have a name in scenes and a line that says what they do.
+/// Declares an enum whose values have a name in scenes and a one-line description.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! __choices {
@@ -199,12 +199,12 @@ macro_rules! __choices {
         impl $name {
             pub const ALL: &'static [$name] = &[$($name::$value),+];
 
-            /// As scenes spell it.
+            /// Name in scenes.
             pub const fn name(self) -> &'static str {
                 match self { $($name::$value => $word,)+ }
             }
 
-            /// What it does.
+            /// Description.
             pub fn about(self) -> &'static str {
                 match self { $($name::$value => concat!($($about),+).trim_ascii(),)+ }
             }

@@ -1,4 +1,4 @@
-//! The text of a scene, the changes beside it, and the way from a key back to where its value was set.
+//! The text of a scene, the overrides applied to it, and the origin of each key's value.
 
 use super::SHIPPED;
 use super::error::{SceneError, list};
@@ -9,15 +9,15 @@ use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 use toml::{Table, Value};
 
-/// More than any scene, and little enough for a line of it to be shown.
+/// Larger than any scene, and small enough that one line of it can be shown.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// A value that does not do, by its key.
+/// An invalid value or key.
 #[derive(Clone, Debug)]
 pub struct Fault {
     pub key: Vec<String>,
     pub what: String,
-    /// The key itself is wrong, not its value.
+    /// True if the key itself is wrong, not its value.
     pub of_key: bool,
 }
 
@@ -33,7 +33,7 @@ impl Fault {
     }
 }
 
-/// What a file says, with the changes applied.
+/// The content of a file, with the overrides applied.
 #[derive(Clone, Debug)]
 pub(super) struct Document {
     /// For messages.
@@ -45,10 +45,10 @@ pub(super) struct Document {
     pub table: Table,
 }
 
-/// Where a value was set.
+/// The origin of a value.
 enum Origin<'a> {
     Change(&'a Change),
-    /// Bytes of the text.
+    /// A byte range of the text.
     Text(Range<usize>),
 }
 
@@ -60,13 +60,13 @@ impl Document {
         let text = String::from_utf8(bytes).map_err(|error| {
             let start = error.utf8_error().valid_up_to();
             let text = String::from_utf8_lossy(error.as_bytes());
-            // Everything before `start` is unchanged by the replacement.
+            // Invalid bytes come first at `start`; everything before it is unchanged by the replacement.
             SceneError::at(&shown, &text, start..start, "this byte is not UTF-8, which TOML requires")
         })?;
         Document::of_text(path, text)
     }
 
-    /// What the file at `path` holds, or would.
+    /// Parses `text` as the content of the file at `path`, which need not exist.
     pub fn of_text(path: &Path, text: String) -> Result<Document, SceneError> {
         let shown = path.display().to_string();
         let table = text.parse().map_err(|error: toml::de::Error| {
@@ -90,19 +90,17 @@ impl Document {
         Ok(Document { folder: PathBuf::new(), ..Document::of_text(&path, (*text).to_owned())? })
     }
 
-    /// A text that is no file: `shown` stands for one in messages.
+    /// Parses a text that is not in a file; messages show `shown` as its path.
     pub fn of_parts(shown: &str, name: &str, folder: &Path, text: String) -> Result<Document, SceneError> {
         let document = Document::of_text(Path::new(shown), text)?;
         Ok(Document { name: name.to_owned(), folder: folder.to_owned(), ..document })
     }
 
-    /// The document with more changes, in order.
+    /// Applies more overrides, in order.
     pub fn change(&mut self, changes: &[String]) -> Result<(), SceneError> {
-        for text in changes {
-            let change = Change::parse(text)?;
-            change.apply(&mut self.table)?;
-            self.changes.push(change);
-        }
+        let changes = changes.iter().map(|text| Change::parse(text)).collect::<Result<Vec<_>, _>>()?;
+        changes.iter().try_for_each(|change| change.apply(&mut self.table, &changes))?;
+        self.changes.extend(changes);
         Ok(())
     }
 
@@ -115,33 +113,33 @@ impl Document {
         table.get(*last)
     }
 
-    /// What a relative path starts from: a path that a change sets, from the working directory.
+    /// Base folder of a relative path: the working directory if an override set it, otherwise the scene's folder.
     pub fn folder(&self, key: &[&str]) -> &Path {
         if self.changed(key) { Path::new("") } else { &self.folder }
     }
 
-    /// What a relative path in the text starts from.
+    /// Base folder of relative paths in the text.
     pub fn own_folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Whether a change decided the value of a key.
+    /// True if an override set the value of a key.
     pub fn changed(&self, key: &[&str]) -> bool {
         self.changes.iter().any(|change| change.sets(key))
     }
 
-    /// The change that set a key or made its table, or else its place in the text; of a key that is nowhere, the
-    /// innermost table around it.
+    /// The override that set the key or created its table; otherwise its range in the text. For a key that does not
+    /// exist, the innermost table around it.
     fn origin(&self, key: &[&str], of_key: bool) -> Origin<'_> {
         if let Some(change) = self.changes.iter().rfind(|change| change.sets(key)) {
             return Origin::Change(change);
         }
-        // The text was parsed before, so this cannot fail; if it did, the file's start is a fair place.
+        // The text parsed before, so this cannot fail; the file's start is a safe fallback.
         let Ok(root) = DeTable::parse(&self.text) else { return Origin::Text(0..0) };
         let (mut table, mut span) = (root.get_ref(), 0..0);
         for (depth, part) in key.iter().enumerate() {
             let Some((name, value)) = table.get_key_value(*part) else {
-                // A table that only a change made is the change's.
+                // A table that exists only through an override belongs to that override.
                 let made = |change: &&Change| change.is_within(&key[..=depth]) && depth + 1 < key.len();
                 return self.changes.iter().rfind(made).map_or(Origin::Text(span), Origin::Change);
             };
@@ -152,7 +150,7 @@ impl Document {
         Origin::Text(span)
     }
 
-    /// A fault as an error that shows where its value was set.
+    /// Converts a fault to an error that shows the origin of its value.
     pub fn error(&self, fault: Fault) -> SceneError {
         let key: Vec<&str> = fault.key.iter().map(String::as_str).collect();
         match self.origin(&key, fault.of_key) {
@@ -171,7 +169,7 @@ impl Document {
         }
     }
 
-    /// Where a key was set, in a few words: `s.toml:4:8: surface.land.texture.path`, or `-D ...`.
+    /// Origin of a key as text: `s.toml:4:8: surface.land.texture.path`, or `-D ...`.
     pub fn place(&self, key: &[&str]) -> String {
         match self.origin(key, false) {
             Origin::Change(change) => format!("-D {}", change.text),

@@ -1,4 +1,4 @@
-//! Changes put into a scene file itself; its comments and its order stay.
+//! Writes overrides into a scene file, keeping comments and order.
 
 use super::Scene;
 use super::error::SceneError;
@@ -8,12 +8,12 @@ use std::io::{Error, Write};
 use std::path::Path;
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
-/// Puts `KEY=VALUE`s, as [`Scene::load_with`] takes them, into the scene file at `path`: it then says by itself
-/// what it said with them beside. The file appears whole or stays as it is; a link stays a link. `check` sees the
-/// changed scene before anything is written.
+/// Writes `KEY=VALUE`s, as accepted by [`Scene::load_with`], into the scene file at `path`, so that it equals the
+/// scene with these overrides. The write is atomic; a link stays a link. `check` receives the changed scene before
+/// anything is written.
 ///
 /// # Errors
-/// [`SceneError`]: a file that is no scene, a change that is not right, the disk.
+/// [`SceneError`]: not a scene file, an invalid override, or an I/O error.
 pub fn write_changes(
     path: &Path,
     changes: &[String],
@@ -31,7 +31,7 @@ pub fn write_changes(
     }
     let text = document.to_string();
     let written = Scene::of_text(&path, text.clone())?;
-    assert_eq!(written, wanted, "the scene as it would be written, and as it was asked for");
+    assert_eq!(written, wanted, "the scene as written differs from the requested one");
     Ok(write_whole(&path, |file| file.write_all(text.as_bytes()))?)
 }
 
@@ -46,7 +46,7 @@ fn put(document: &mut DocumentMut, change: &Change) {
     let mut value: toml_edit::Value = text.parse().expect("one TOML writer's value is the other's");
     match table.get_mut(last).and_then(Item::as_value_mut) {
         Some(old) => {
-            // The comment behind it.
+            // Keep the comment after the value.
             *value.decor_mut() = old.decor().clone();
             *old = value;
         }
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_in_place_of_a_generated_texture_takes_its_sizes_away() {
+    fn replacing_a_generated_texture_by_a_file_removes_its_sizes() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plane.toml");
         std::fs::write(&path, plane()).unwrap();
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_right_changes_nothing() {
+    fn an_invalid_override_changes_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plane.toml");
         std::fs::write(&path, plane()).unwrap();

@@ -1,4 +1,4 @@
-//! What can be wrong with a scene, and where: `file:line:column`, the line, and a caret below it.
+//! Errors in a scene, with their position: `file:line:column`, the line, and a caret below it.
 
 use crate::picture::write::FileError;
 use std::ops::Range;
@@ -11,12 +11,12 @@ pub enum SceneError {
     Read { path: String, source: std::io::Error },
     #[error(transparent)]
     Write(#[from] FileError),
-    /// Something inside the file; `line` and `column` (in characters) count from 1.
+    /// An error inside the file; `line` and `column` (in characters) count from 1.
     #[error("{path}:{line}:{column}: {what}\n{snippet}")]
     Content { path: String, line: usize, column: usize, what: String, snippet: String },
-    #[error("no scene file and no shipped scene is called {name:?}; shipped are {shipped}")]
+    #[error("{name:?} is neither a scene file nor a shipped scene; shipped scenes: {shipped}")]
     Unknown { name: String, shipped: String },
-    /// A change given beside the scene.
+    /// An invalid override.
     #[error("-D {change}: {what}")]
     Override { change: String, what: String },
     #[error("scene {scene} has no camera {name:?}; it has {existing}")]
@@ -25,7 +25,7 @@ pub enum SceneError {
     Path { scene: String, name: String, existing: String },
 }
 
-/// Bytes of a line that are shown on each side of an error's place.
+/// Bytes of a line that are shown on each side of an error.
 const SHOWN_BYTES: usize = 100;
 
 impl SceneError {
@@ -36,13 +36,13 @@ impl SceneError {
         let line_start = text[..start].rfind('\n').map_or(0, |newline| newline + 1);
         let line_end = text[start..].find('\n').map_or(text.len(), |newline| start + newline);
         let [line, column] = SceneError::line_and_column(text, start);
-        // A line may be as long as the file: what stands around the place is shown.
+        // A line may be as long as the file, so only the part around the error is shown.
         let shown_from = floor_char(text, line_start.max(start.saturating_sub(SHOWN_BYTES)));
         let shown_to = floor_char(text, line_end.min(start + SHOWN_BYTES));
         let printable = |c: char| if c.is_control() && c != '\t' { char::REPLACEMENT_CHARACTER } else { c };
         let source_line: String =
             text[shown_from..shown_to].trim_end_matches('\r').chars().map(printable).collect();
-        // Tabs are repeated, so that the caret stands below its letter however wide they are.
+        // Tabs are repeated, so that the caret lines up at any tab width.
         let before: String =
             text[shown_from..start].chars().map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
         let carets = text[start..end.min(shown_to).max(start)].trim_end().chars().count().max(1);
@@ -52,13 +52,13 @@ impl SceneError {
             path: path.to_owned(),
             line,
             column,
-            // One line: parsers add what they expected on a second.
+            // One line only: parsers add expectations on a second line.
             what: what.trim().replace('\n', "; "),
             snippet: format!("{number} | {source_line}\n{margin} | {before}{}", "^".repeat(carets)),
         }
     }
 
-    /// Of a byte; both count from 1, columns in characters.
+    /// Line and column of a byte; both count from 1, columns in characters.
     pub(super) fn line_and_column(text: &str, byte: usize) -> [usize; 2] {
         let before = &text[..floor_char(text, byte)];
         let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
@@ -66,7 +66,7 @@ impl SceneError {
     }
 }
 
-/// The start of the character that holds byte `index`.
+/// Start of the character that contains byte `index`.
 fn floor_char(text: &str, index: usize) -> usize {
     (0..=index.min(text.len())).rev().find(|&index| text.is_char_boundary(index)).unwrap_or(0)
 }
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_caret_stands_below_its_letter_also_after_tabs_and_umlauts() {
+    fn the_caret_is_below_its_letter_even_after_tabs_and_umlauts() {
         let text = "a = 1\n\tö = xyz # end\n";
         let start = text.find("xyz").unwrap();
         let error = SceneError::at("s.toml", text, start..start + 3, "no\nsuch").to_string();

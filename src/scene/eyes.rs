@@ -1,5 +1,4 @@
-//! `[view]`, `[cameras.NAME]` and `[paths.NAME]`: how a scene states its eyes, and the checks that need more than one
-//! key.
+//! `[view]`, `[cameras.NAME]` and `[paths.NAME]`: the cameras of a scene, with the checks that involve several keys.
 
 use super::camera::{Camera, Ground, Place};
 use super::declare::{Settings, choices, settings};
@@ -10,7 +9,7 @@ use super::path::{self, Motion};
 use std::collections::BTreeMap;
 
 settings! {
-    /// The picture to make.
+    /// The picture to render.
     pub struct View {
         /// Width of the picture.
         width: u32, in 1..=16_384, unit "pixels";
@@ -18,75 +17,78 @@ settings! {
         height: u32, in 1..=16_384, unit "pixels";
         /// A name among the scene's cameras.
         camera: String;
-        /// A name among the scene's paths; the eye then follows it from the path's own start.
+        /// A name among the scene's paths. If stated, the camera follows this path from the path's own start.
         path: Option<String> = None;
-        /// Linear light where no surface is seen.
+        /// Linear light where no surface is visible.
         background: [f64; 3] = [0.0; 3], in 0.0..=1e3;
     }
 }
 
 settings! {
-    /// A named eye: a place on the ground, a height above it, and where it looks.
+    /// A named camera: a position on the ground, a height above it, and a direction.
     pub struct CameraKeys {
-        /// Geodetic; over an ellipsoid, and required there.
+        /// Geodetic latitude. Required over an ellipsoid, not allowed over a plane.
         latitude_deg: Option<f64> = None, in -90.0..=90.0, unit "degrees";
-        /// Over an ellipsoid, and required there.
+        /// Geodetic longitude. Required over an ellipsoid, not allowed over a plane.
         longitude_deg: Option<f64> = None, in -360.0..=360.0, unit "degrees";
-        /// From the plane's middle; over a plane, and required there.
+        /// East of the plane's centre. Required over a plane, not allowed over an ellipsoid.
         east_m: Option<f64> = None, in -1e9..=1e9, unit "m";
-        /// As `east_m`.
+        /// North of the plane's centre. Required over a plane, not allowed over an ellipsoid.
         north_m: Option<f64> = None, in -1e9..=1e9, unit "m";
-        /// Above the ellipsoid or the plane.
+        /// Height above the ellipsoid or the plane.
         altitude_m: f64, in 1e-3..=1e9, unit "m";
-        /// Clockwise from north: the direction that is up in the picture when the eye looks straight down.
+        /// Clockwise from north: the picture's up direction when looking straight down.
         heading_deg: f64 = 0.0, in -360.0..=360.0, unit "degrees";
-        /// 0 looks straight down, 90 to the horizontal in the direction of the heading, 180 straight up.
+        /// 0 is straight down, 90 horizontal in the direction of the heading, 180 straight up.
         tilt_deg: f64 = 0.0, in 0.0..=180.0, unit "degrees";
-        /// Angle between the picture's upper and lower edge before magnification. Above 178 the near plane would cut
-        /// into the ground at the picture's corners.
+        /// Angle between the picture's top and bottom edges, before magnification. Above 178 degrees, the near plane
+        /// would cut into the ground at the picture's corners.
         vertical_fov_deg: f64 = 60.0, in 1e-3..=170.0, unit "degrees";
-        /// Divides the tangent of half the angle: 4 shows a quarter of the width and of the height.
+        /// Divides the tangent of half the angle: 4 shows a quarter of the width and height.
         magnification: f64 = 1.0, in 1.0..=1e6;
+        /// Nothing nearer is drawn. A 64th of the height by default; above terrain, state a 64th of the height above
+        /// the terrain.
+        near_m: Option<f64> = None, in 1e-6..=1e8, unit "m";
     }
 }
 
 choices! {
-    /// How an eye moves along a path.
+    /// How a camera moves along a path.
     pub enum PathKind {
-        /// Circles about the ground's point in the middle of the picture.
+        /// Circles around the ground point at the centre of the picture.
         Orbit = "orbit",
-        /// Along a great circle, or over a plane along a straight line, at constant altitude.
+        /// Along a great circle (over a plane: a straight line) at constant altitude.
         Pan = "pan",
-        /// Straight up or down; the logarithm of the altitude changes evenly.
+        /// Straight up or down; the logarithm of the altitude changes linearly.
         Dive = "dive",
-        /// At each of several cameras for an equal share of the frames.
+        /// Stays at each of several cameras for an equal share of the frames.
         Teleport = "teleport",
     }
 }
 
 settings! {
-    /// A named way of the eye through the scene.
+    /// A named camera path through the scene.
     pub struct PathKeys {
-        /// How the eye moves.
+        /// The kind of motion.
         kind: PathKind;
-        /// Steps from the start to the end; later frames hold the end.
+        /// Steps from the start to the end; later frames stay at the end.
         frames: u32, in 1..=1_000_000, unit "frames";
-        /// Where it starts; required, but for a teleport.
+        /// Where the path starts. Required except for a teleport.
         camera: Option<String> = None;
         /// The stops of a teleport.
         cameras: Option<Vec<String>> = None;
-        /// The whole angle of an orbit; positive is counter-clockwise seen from above.
+        /// The total angle of an orbit; positive is counter-clockwise seen from above.
         degrees: Option<f64> = None, in -36_000.0..=36_000.0, unit "degrees";
-        /// Where a pan leaves to, clockwise from north.
+        /// The direction of a pan, clockwise from north.
         heading_deg: Option<f64> = None, in -360.0..=360.0, unit "degrees";
         /// Length of a pan on the ground.
         distance_m: Option<f64> = None, in -1e9..=1e9, unit "m";
-        /// The end of a dive.
+        /// The final altitude of a dive.
         to_altitude_m: Option<f64> = None, in 1e-3..=1e9, unit "m";
     }
 }
 
-/// The names of a section's tables, each checked.
+/// Names of a section's tables, checked.
 pub(super) fn names<'a>(scene: &'a super::Scene, section: &str) -> Result<Vec<&'a str>, Fault> {
     let Some(value) = scene.document.value(&[section]) else { return Ok(Vec::new()) };
     let wrong = || Fault::new(&[section], format!("{value} is not a table of tables"));
@@ -122,15 +124,15 @@ pub(super) fn camera(part: &Part<'_>, ground: Ground) -> Result<Camera, Fault> {
             }
         }
     };
-    let CameraKeys { altitude_m, heading_deg, tilt_deg, vertical_fov_deg, magnification, .. } = keys;
-    Ok(Camera { place, altitude_m, heading_deg, tilt_deg, vertical_fov_deg, magnification })
+    let CameraKeys { altitude_m, heading_deg, tilt_deg, vertical_fov_deg, magnification, near_m, .. } = keys;
+    Ok(Camera { place, altitude_m, heading_deg, tilt_deg, vertical_fov_deg, magnification, near_m })
 }
 
 pub(super) fn path(part: &Part<'_>, cameras: &BTreeMap<String, Camera>) -> Result<path::Path, Fault> {
     let keys = PathKeys::read(part)?;
     let find = |key: &str, camera: &String| {
         cameras.get(camera).copied().ok_or_else(|| {
-            part.fault(key, format!("no camera {camera:?}; there are {}", list(cameras.keys())))
+            part.fault(key, format!("no camera {camera:?}; available: {}", list(cameras.keys())))
         })
     };
     let (kind, own): (_, &[&str]) = match keys.kind {
@@ -169,19 +171,19 @@ pub(super) fn path(part: &Part<'_>, cameras: &BTreeMap<String, Camera>) -> Resul
     Ok(path)
 }
 
-/// Whether the view's camera and path are there.
+/// Checks that the view's camera and path exist.
 pub(super) fn check_view(
     view: &View,
     cameras: &BTreeMap<String, Camera>,
     paths: &BTreeMap<String, path::Path>,
 ) -> Result<(), Fault> {
     if !cameras.contains_key(&view.camera) {
-        let what = format!("no camera {:?}; there are {}", view.camera, list(cameras.keys()));
+        let what = format!("no camera {:?}; available: {}", view.camera, list(cameras.keys()));
         return Err(Fault::new(&["view", "camera"], what));
     }
     match &view.path {
         Some(path) if !paths.contains_key(path) => {
-            let what = format!("no path {path:?}; there are {}", list(paths.keys()));
+            let what = format!("no path {path:?}; available: {}", list(paths.keys()));
             Err(Fault::new(&["view", "path"], what))
         }
         _ => Ok(()),

@@ -1,4 +1,4 @@
-//! The whole language of scenes: the check of a scene against every declared table, and the list of keys.
+//! Checks a scene against all declared tables, and lists all keys.
 
 use super::declare::{Key, Language, Table};
 use super::document::Fault;
@@ -8,7 +8,7 @@ use crate::math::nearest::nearest;
 use std::path::{Path, PathBuf};
 use toml::Value;
 
-/// A key with the place of its table, as documents and `ortelius keys` name it.
+/// A key with the path of its table, as shown in documents and by `ortelius keys`.
 pub struct KeyAt {
     /// `surface.NAME.geometry.columns`.
     pub dotted: String,
@@ -31,14 +31,14 @@ pub(super) fn tables<'a>(languages: &'a [&Language]) -> impl Iterator<Item = &'s
     languages.iter().flat_map(|language| language.tables)
 }
 
-/// A table's path with NAME for what a scene names.
+/// A table's dotted path, with NAME for `*`.
 pub(super) fn dotted(path: &[&str]) -> String {
     path.iter().map(|part| if *part == "*" { "NAME" } else { part }).collect::<Vec<_>>().join(".")
 }
 
 impl Scene {
-    /// Checks everything that a scene states against everything that is declared: unknown sections and kinds, each
-    /// table's keys, types and ranges, and what the techniques check beside.
+    /// Checks the whole scene against all declarations: unknown sections and kinds, each table's keys, types and
+    /// ranges, and the techniques' own checks.
     ///
     /// # Errors
     /// [`SceneError`] at the first fault.
@@ -62,10 +62,11 @@ impl Scene {
         languages.iter().try_for_each(|language| (language.check)(self))
     }
 
-    /// The scene as TOML, changes included, so that [`Scene::of_parts`] makes it again anywhere: with the absolute
-    /// folder that its relative paths start from. Paths that changes gave, from the working directory, become absolute.
+    /// The scene as TOML with its overrides, and the absolute base folder of its relative paths, so that
+    /// [`Scene::of_parts`] can rebuild it anywhere. Paths set by overrides, which are relative to the working
+    /// directory, become absolute.
     pub fn to_parts(&self, languages: &[&Language]) -> (PathBuf, String) {
-        // Without a working directory no relative path is found; it then stays as it is.
+        // Without a working directory no relative path resolves; it stays unchanged.
         let absolute =
             |path: &Path| std::path::absolute(Path::new(".").join(path)).unwrap_or(path.to_owned());
         let here = absolute(Path::new(""));
@@ -92,7 +93,7 @@ impl Scene {
         (absolute(self.document.own_folder()), document.to_string())
     }
 
-    /// The paths of this scene that a table's path stands for, where there is something.
+    /// The existing paths of this scene that match a table's path.
     fn places(&self, pattern: &[&str]) -> Vec<Vec<String>> {
         let mut places = vec![Vec::new()];
         for part in pattern {
@@ -107,7 +108,7 @@ impl Scene {
             };
             places = places.into_iter().flat_map(next).collect();
         }
-        // A texture that is a name is another table's business.
+        // A texture given by the name of another surface is checked at that surface.
         let stated = |place: &Vec<String>| {
             let at: Vec<&str> = place.iter().map(String::as_str).collect();
             self.document.value(&at).is_some_and(|value| !value.is_str())
@@ -131,14 +132,14 @@ impl Scene {
                 let names = quoted(kinds.into_iter());
                 Err(self.fault(
                     &key,
-                    format!("{word:?} is not a kind of {}; there are {names}", path[path.len() - 1]),
+                    format!("{word:?} is not a kind of {}; available: {names}", path[path.len() - 1]),
                 ))
             }
         }
     }
 }
 
-/// The first key inside an unknown section, which says more than the section alone.
+/// The first key inside an unknown section, which is more specific than the section alone.
 fn first_leaf<'a>(section: &'a str, value: &'a Value) -> Vec<&'a str> {
     let (mut key, mut value) = (vec![section], value);
     while let Some((name, inner)) = value.as_table().and_then(|table| table.iter().next()) {

@@ -1,4 +1,4 @@
-//! docs/scenes.md and the lines of `ortelius keys`, from the declarations.
+//! Generates docs/scenes.md and the lines of `ortelius keys` from the declarations.
 
 use super::declare::{Key, Language, Table, one_line};
 use super::language::{KeyAt, dotted, tables};
@@ -41,7 +41,7 @@ altitude_m = 300e3
 - Every key can be changed from the command line by its dotted name: `-D surface.land.texture.width_log2=10`. A new
   camera is `-D 'cameras.sea={ latitude_deg = 0, longitude_deg = -30, altitude_m = 5e3 }'`.
 - Unknown sections and keys are refused with the nearest known key; mistakes are shown with file, line and column.
-- An optional key that is no text takes `\"auto\"`, the same as leaving it out.
+- An optional key that is not a text accepts `\"auto\"`, which is the same as omitting it.
 - `ortelius keys [PREFIX]` prints the keys below. [scene.schema.json](scene.schema.json) is the same as a JSON Schema
   (`ortelius keys --json-schema`). Editors with taplo complete and check the keys of a file whose first
   line is `#:schema PATH/TO/scene.schema.json`.
@@ -68,7 +68,7 @@ pub fn markdown(languages: &[&Language]) -> String {
     text
 }
 
-/// The tables, all kinds of one place beside each other.
+/// The tables, with all kinds of one path adjacent.
 fn by_path(languages: &[&Language]) -> Vec<&'static Table> {
     let all: Vec<&Table> = tables(languages).collect();
     let first = |table: &Table| all.iter().position(|other| other.path == table.path);
@@ -118,7 +118,7 @@ fn meaning(key: &Key) -> String {
     format!("{}<br>{}", key.about, values.join("<br>"))
 }
 
-/// What `ortelius keys` prints of a key.
+/// The text that `ortelius keys` prints for a key.
 pub fn lines(at: &KeyAt) -> String {
     let kind = at.kind.map(|kind| format!("   (kind = {kind:?})")).unwrap_or_default();
     let default = match default(&at.key) {

@@ -1,10 +1,11 @@
-//! What is to be seen: scene files, the surfaces in them, cameras and paths. Knows no paper.
+//! Scene files: surfaces, cameras and paths. Independent of the papers.
 //!
 //! A scene is a TOML file with any number of `[surface.NAME]` (geometry x texture x filter), `[view]`,
-//! `[cameras.NAME]`, `[paths.NAME]`, `[sun]`, and sections of techniques. Each setting has one owner, which declares it
-//! with [`settings!`](settings): type, default, range, unit, documentation and check. This module declares what no
-//! paper owns; a paper reads its part of a scene with [`Scene::read`]. [`Scene::check`] holds a whole scene against
-//! all declarations, and the renderer, which knows them all, calls it wherever a user opens a scene.
+//! `[cameras.NAME]`, `[paths.NAME]`, `[sun]`, and sections of techniques. Each setting is declared once, by its
+//! owner, with [`settings!`](settings): type, default, range, unit, documentation and check. This module declares the
+//! settings that belong to no paper; a paper reads its part of a scene with [`Scene::read`]. [`Scene::check`] checks
+//! a whole scene against all declarations. The renderer, which knows all of them, calls it for every scene that a
+//! user opens.
 
 pub mod camera;
 mod declare;
@@ -42,19 +43,24 @@ use std::collections::BTreeMap;
 use surface::SurfaceKeys;
 
 /// The shipped scenes: name and text.
-pub const SHIPPED: [(&str, &str); 9] = [
+pub const SHIPPED: [(&str, &str); 14] = [
     ("antimeridian", include_str!("../../scenes/antimeridian.toml")),
     ("bunny", include_str!("../../scenes/bunny.toml")),
     ("earth", include_str!("../../scenes/earth.toml")),
     ("globe", include_str!("../../scenes/globe.toml")),
     ("herd", include_str!("../../scenes/herd.toml")),
     ("plane", include_str!("../../scenes/plane.toml")),
+    ("plane-tilt", include_str!("../../scenes/plane-tilt.toml")),
     ("pole", include_str!("../../scenes/pole.toml")),
+    ("relief-brick", include_str!("../../scenes/relief-brick.toml")),
+    ("relief-rock", include_str!("../../scenes/relief-rock.toml")),
     ("ruler", include_str!("../../scenes/ruler.toml")),
+    ("sphere", include_str!("../../scenes/sphere.toml")),
     ("valley", include_str!("../../scenes/valley.toml")),
+    ("zone-plate", include_str!("../../scenes/zone-plate.toml")),
 ];
 
-/// What every scene can state, whatever techniques there are.
+/// Settings that every scene can have, independent of techniques.
 pub const LANGUAGE: Language = Language {
     tables: &[
         Table::of::<SurfaceKeys>(&["surface", "*"]),
@@ -66,11 +72,11 @@ pub const LANGUAGE: Language = Language {
         Table::of::<PathKeys>(&["paths", "*"]),
         Table::of::<Sun>(&["sun"]),
     ],
-    // Its own tables are read, and held against each other, when a scene is loaded.
+    // Its own tables are read, and checked against each other, when a scene is loaded.
     check: |_| Ok(()),
 };
 
-/// A scene whose own sections have been checked. Those of techniques are checked where they are read.
+/// A scene whose own sections are checked. Sections of techniques are checked when they are read.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// The file's stem, or the shipped scene's name.
@@ -84,14 +90,14 @@ pub struct Scene {
     document: Document,
 }
 
-/// Equal names, and the same values for the same keys.
+/// Equal if the names are equal and the same keys have the same values.
 impl PartialEq for Scene {
     fn eq(&self, other: &Scene) -> bool {
         (&self.name, &self.document.table) == (&other.name, &other.document.table)
     }
 }
 
-/// As the file has it, changes included.
+/// The file's content with overrides applied.
 impl serde::Serialize for Scene {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.document.table.serialize(serializer)
@@ -102,7 +108,7 @@ impl Scene {
     /// Reads a scene file. Paths inside it are relative to its folder.
     ///
     /// # Errors
-    /// [`SceneError`], with line, column and the line itself where something inside the file is wrong.
+    /// [`SceneError`], with line, column and the line itself for an error inside the file.
     pub fn load(path: &std::path::Path) -> Result<Scene, SceneError> {
         Scene::of(Document::read(path)?)
     }
@@ -115,7 +121,7 @@ impl Scene {
         Scene::of(Document::shipped(name)?)
     }
 
-    /// The scene that a file at `path` with this text would be.
+    /// Parses `text` as the scene file `path`.
     ///
     /// # Errors
     /// As [`Scene::load`].
@@ -123,7 +129,7 @@ impl Scene {
         Scene::of(Document::of_text(path, text)?)
     }
 
-    /// The scene that [`Scene::to_parts`] took apart; `shown` stands for its file in messages.
+    /// Rebuilds the scene from [`Scene::to_parts`]; messages show `shown` as its file.
     ///
     /// # Errors
     /// As [`Scene::load`].
@@ -136,18 +142,17 @@ impl Scene {
         Scene::of(Document::of_parts(shown, name, folder, text)?)
     }
 
-    /// A shipped scene by its name (`earth`), else a scene file by its path (`./earth` for a file of that
-    /// name), with changes `KEY=VALUE`: dotted keys, any TOML value, bare words taken as strings. A
-    /// path given so is relative to the working directory.
-    ///
+    /// Loads a shipped scene by name (`earth`), otherwise a scene file by path (`./earth` for a file of that name),
+    /// with overrides `KEY=VALUE`: dotted keys, any TOML value, single words taken as strings. A path in an override
+    /// is relative to the working directory.
     /// # Errors
-    /// [`SceneError`]; for a change it repeats the change.
+    /// [`SceneError`]; for an invalid override it shows the override.
     pub fn load_with(path_or_name: &str, overrides: &[String]) -> Result<Scene, SceneError> {
         let mut document = match Document::shipped(path_or_name) {
             Ok(document) => document,
             Err(unknown) => {
                 let path = std::path::Path::new(path_or_name);
-                // A bare word that is no file was meant as a name.
+                // A single word that is not a file was meant as a name.
                 if !path.exists() && path.components().count() == 1 && path.extension().is_none() {
                     return Err(unknown);
                 }
@@ -158,7 +163,7 @@ impl Scene {
         Scene::of(document)
     }
 
-    /// This scene with more changes.
+    /// This scene with more overrides.
     ///
     /// # Errors
     /// [`SceneError::Override`].
@@ -169,7 +174,7 @@ impl Scene {
     }
 
     fn of(document: Document) -> Result<Scene, SceneError> {
-        // Read bottom up: cameras need the ground, paths the cameras. Until then a placeholder stands in.
+        // Read bottom up: cameras need the ground, paths need the cameras. Until then there are placeholders.
         let mut scene = Scene {
             name: document.name.clone(),
             ground: Ground::Plane,
@@ -188,7 +193,7 @@ impl Scene {
 
     fn read_own(&mut self) -> Result<(), Fault> {
         if let Some((key, now)) = moved::first_in(&self.document.table) {
-            let what = moved::told(&key, &now, &self.document.table);
+            let what = moved::message(&key, &now, &self.document.table);
             return Err(Fault { of_key: true, ..Fault::new(&key, what) });
         }
         self.ground = surface::ground(self)?;
@@ -211,40 +216,40 @@ impl Scene {
         Ok(())
     }
 
-    /// Reads a technique's table; its defaults where the scene has none.
+    /// Reads a technique's table; returns its defaults if the scene does not have it.
     ///
     /// # Errors
-    /// [`SceneError`] at the key, also for keys that the table does not have.
+    /// [`SceneError`] with the key; also for unknown keys of the table.
     pub fn read<T: Settings>(&self, path: &[&str]) -> Result<T, SceneError> {
         Part::of(self, path).and_then(|part| T::read(&part)).map_err(|fault| self.error(fault))
     }
 
-    /// Whether the scene states a key or a table.
+    /// True if the scene states a key or a table.
     pub fn has(&self, key: &[&str]) -> bool {
         self.document.value(key).is_some()
     }
 
-    /// Whether a change, not the file, decided the value of a key.
+    /// True if an override, not the file, set the value of a key.
     pub fn changed(&self, key: &[&str]) -> bool {
         self.document.changed(key)
     }
 
-    /// What the scene states for a key.
+    /// The value that the scene states for a key.
     pub fn value(&self, key: &[&str]) -> Option<&toml::Value> {
         self.document.value(key)
     }
 
-    /// A key's text, where it has one: for the `kind` of a table.
+    /// A key's string value, if it has one; used for the `kind` of a table.
     pub fn word(&self, key: &[&str]) -> Option<&str> {
         self.document.value(key)?.as_str()
     }
 
-    /// The `kind` of a surface's texture, its own or the one that it shares.
+    /// The `kind` of a surface's texture, whether its own or shared.
     pub fn texture_kind(&self, surface: &Surface) -> Option<&str> {
         self.word(&["surface", surface.texture.as_ref()?, "texture", "kind"])
     }
 
-    /// An error at a key, for faults that are found after the scene was read.
+    /// An error at a key, for faults found after the scene was read.
     pub fn fault(&self, key: &[&str], what: impl Into<String>) -> SceneError {
         self.error(Fault::new(key, what))
     }
@@ -254,18 +259,18 @@ impl Scene {
         self.document.error(fault)
     }
 
-    /// Where a key was set, for messages of one line: `s.toml:4:8: surface.land.texture.path`, or `-D CHANGE`.
+    /// Origin of a key for one-line messages: `s.toml:4:8: surface.land.texture.path`, or `-D CHANGE`.
     pub fn place(&self, key: &[&str]) -> String {
         self.document.place(key)
     }
 
-    /// The scene as TOML, changes included.
+    /// The scene as TOML, with its overrides.
     pub fn to_toml(&self) -> String {
         self.document.table.to_string()
     }
 
     /// A camera by name.
-    ///
+    /// Finds a camera by name.
     /// # Errors
     /// [`SceneError::Camera`] lists those that exist.
     pub fn camera(&self, name: &str) -> Result<&Camera, SceneError> {
@@ -277,7 +282,7 @@ impl Scene {
     }
 
     /// A path by name.
-    ///
+    /// Finds a path by name.
     /// # Errors
     /// [`SceneError::Path`] lists those that exist.
     pub fn path(&self, name: &str) -> Result<&path::Path, SceneError> {
@@ -288,10 +293,10 @@ impl Scene {
         })
     }
 
-    /// The eye at a frame: on the view's path if it names one, else at its camera.
+    /// The camera pose of a frame: on the view's path if there is one, otherwise at its camera.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] or [`SceneError::Path`], possible only after `view` was changed by hand.
+    /// [`SceneError::Camera`] or [`SceneError::Path`], possible only if `view` was modified afterwards.
     pub fn pose(&self, frame: u32) -> Result<Pose, SceneError> {
         match &self.view.path {
             Some(name) => Ok(self.path(name)?.pose(frame)),

@@ -1,9 +1,10 @@
-//! Keys of scene files before `[surface.NAME]`, and where each is now: an old file or `-D` is refused with the new key.
+//! Renamed keys: keys from before `[surface.NAME]`, with their new names. An old file or `-D` is refused with the new
+//! key.
 
 use toml::{Table, Value};
 
-/// Old key and new one. `N` is a name that both have, `NAME` the name of a surface; `*` is any key.
-const MOVED: [(&str, &str); 7] = [
+/// Old key and new key. `N` is a name in both, `NAME` the name of a surface; `*` is any key.
+const MOVED: [(&str, &str); 9] = [
     ("texture.*", "surface.NAME.texture.*"),
     ("mesh.*", "surface.NAME.geometry.*"),
     ("progressive_mesh.N.*", "surface.N.geometry.*"),
@@ -11,9 +12,29 @@ const MOVED: [(&str, &str); 7] = [
     ("variant.max_anisotropy", "surface.NAME.filter.max_anisotropy"),
     ("variant.samples", "surface.NAME.filter.samples"),
     ("variant.interpolation", "surface.NAME.filter.interpolation"),
+    ("variant.keying", "variant.address"),
+    ("variant.u1", "variant.request_format"),
 ];
 
-/// The new key of an old one, or of an old section.
+/// Old values of settings, and what became of them.
+const RENAMED: [(&str, &str, &str); 4] = [
+    ("ours", "tail-23", "is now"),
+    ("ours-few-moves", "tail-10", "is now"),
+    ("coherent", "in-place-23", "is gone, as many faces move and fewer vertices are transformed in"),
+    (
+        "coherent-few-moves",
+        "in-place-10",
+        "is gone, as many faces move and fewer vertices are transformed in",
+    ),
+];
+
+/// What to say of an old value where one of `names` has replaced it.
+pub(super) fn value(old: &str, names: impl IntoIterator<Item = &'static str>) -> Option<String> {
+    let (_, new, what) = RENAMED.iter().find(|(known, ..)| *known == old)?;
+    names.into_iter().any(|name| name == *new).then(|| format!("{old:?} {what} {new:?}"))
+}
+
+/// The new key of an old key or section.
 pub(super) fn now(key: &[&str]) -> Option<String> {
     MOVED.iter().find_map(|(old, new)| {
         let (mut named, mut rest) = (None, None);
@@ -26,7 +47,7 @@ pub(super) fn now(key: &[&str]) -> Option<String> {
                 _ => return None,
             }
         }
-        // [variant] itself is not moved.
+        // [variant] itself has not moved.
         if key.len() < old.len() && old[0] == "variant" {
             return None;
         }
@@ -40,8 +61,8 @@ pub(super) fn now(key: &[&str]) -> Option<String> {
     })
 }
 
-/// The message: with the surface's name where the scene has only one.
-pub(super) fn told(key: &[&str], now: &str, scene: &Table) -> String {
+/// The message; names the surface if the scene has only one.
+pub(super) fn message(key: &[&str], now: &str, scene: &Table) -> String {
     let surfaces = scene.get("surface").and_then(Value::as_table);
     let mut names = surfaces.into_iter().flat_map(Table::keys);
     let now = match (names.next(), names.next()) {
@@ -49,6 +70,9 @@ pub(super) fn told(key: &[&str], now: &str, scene: &Table) -> String {
         _ => now.to_owned(),
     };
     let kind = match key[0] {
+        "variant" if key.get(1) == Some(&"keying") => {
+            "; \"paper\" is \"level-0\", \"native\" is \"own-level\""
+        }
         "texture" => "; its kind is \"virtual\"",
         "mesh" => "; the kind \"earth\" is now \"ellipsoid\"",
         "progressive_mesh" => "; its kind is \"progressive-mesh\"",
@@ -57,7 +81,7 @@ pub(super) fn told(key: &[&str], now: &str, scene: &Table) -> String {
     format!("{} is now {now}{kind}", key.join("."))
 }
 
-/// The first old key of a scene, as `(key, new key)`.
+/// The first old key of a scene: `(key, new key)`.
 pub(super) fn first_in(scene: &Table) -> Option<(Vec<&str>, String)> {
     let inner = |section| {
         let table = scene.get(section).and_then(Value::as_table);
@@ -73,7 +97,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_old_key_has_one_new_key_and_a_new_one_none() {
+    fn an_old_value_is_known_where_the_new_one_is() {
+        assert_eq!(value("ours", ["tail-23"]).as_deref(), Some("\"ours\" is now \"tail-23\""));
+        assert_eq!([value("ours", ["cpu"]), value("best", ["tail-23"])], [None, None]);
+    }
+
+    #[test]
+    fn an_old_key_has_one_new_key_and_a_new_key_has_no_newer_one() {
         let now = |key: &str| now(&key.split('.').collect::<Vec<_>>());
         for (old, new) in [
             ("texture", "surface.NAME.texture"),
@@ -82,6 +112,7 @@ mod tests {
             ("progressive_mesh", "surface.NAME.geometry"),
             ("progressive_mesh.herd.order", "surface.herd.geometry.order"),
             ("variant.filter", "surface.NAME.filter.kind"),
+            ("variant.keying", "variant.address"),
         ] {
             assert_eq!(now(old).as_deref(), Some(new));
         }

@@ -1,10 +1,10 @@
-//! Changes beside a scene: `-D variant.block_log2=2`.
+//! Overrides of a scene's settings: `-D variant.block_log2=2`.
 
 use super::error::{SceneError, list};
 use super::moved;
 use toml::{Table, Value};
 
-/// Sections of tables that a scene names itself.
+/// Sections whose tables have names chosen by the scene.
 const NAMED: [&str; 3] = ["cameras", "paths", "surface"];
 
 /// One `KEY=VALUE`.
@@ -16,15 +16,23 @@ pub(super) struct Change {
     pub value: Value,
 }
 
+/// Whether changes give the camera `name` a place: one of its other keys alone may be meant for a camera with a name
+/// like it.
+fn places(name: &str, changes: &[Change]) -> bool {
+    let sets = |key| changes.iter().any(|change| change.key == ["cameras", name, key]);
+    let over_the_earth = sets("latitude_deg") && sets("longitude_deg");
+    sets("altitude_m") && (over_the_earth || sets("east_m") && sets("north_m"))
+}
+
 impl Change {
-    /// Reads `KEY=VALUE`. What is no TOML value and begins like none that has brackets or quotes is a
-    /// string: `view.camera=oblique`.
+    /// Parses `KEY=VALUE`. A value that is not valid TOML, and does not start with a quote or bracket, is a string:
+    /// `view.camera=oblique`.
     pub fn parse(text: &str) -> Result<Change, SceneError> {
         let wrong = |what: String| SceneError::Override { change: text.to_owned(), what };
         let (key, value) = text.split_once('=').unwrap_or_default();
         let key: Vec<String> = key.split('.').map(|part| part.trim().to_owned()).collect();
         if key.len() < 2 && !value.trim().starts_with('{') || key.iter().any(String::is_empty) {
-            return Err(wrong("a change is SECTION.KEY=VALUE, as in variant.block_log2=2".to_owned()));
+            return Err(wrong("expected SECTION.KEY=VALUE, for example variant.block_log2=2".to_owned()));
         }
         let value = value.trim();
         let value = match value.parse::<Value>() {
@@ -34,18 +42,18 @@ impl Change {
             }
             Err(error) => {
                 let why = error.message().trim().replace('\n', "; ");
-                return Err(wrong(format!("{value:?} is no TOML value: {why}")));
+                return Err(wrong(format!("{value:?} is not a TOML value: {why}")));
             }
         };
         Ok(Change { text: text.to_owned(), key, value })
     }
 
-    /// Whether the change decided the value of a key.
+    /// True if the override sets the value of a key.
     pub fn sets(&self, key: &[&str]) -> bool {
         key.len() >= self.key.len() && self.key.iter().zip(key).all(|(own, part)| own == part)
     }
 
-    /// Whether the change sets a key of a table.
+    /// True if the override sets a key of a table.
     pub fn is_within(&self, table: &[&str]) -> bool {
         self.key.len() > table.len() && self.key.iter().zip(table).all(|(own, part)| own == part)
     }
@@ -54,20 +62,20 @@ impl Change {
         SceneError::Override { change: self.text.clone(), what: what.into() }
     }
 
-    /// Puts the value into a scene; tables on the way to it are made. Whether the key is known is checked when its
-    /// table is read.
+    /// Inserts the value into a scene, creating tables as needed. Unknown keys are detected when their table is read.
     ///
     /// # Errors
-    /// A camera, path or surface that the scene does not have, unless the value is a whole one; a key of the
-    /// format before this one.
-    pub fn apply(&self, scene: &mut Table) -> Result<(), SceneError> {
+    /// A camera, path or surface that the scene does not have, unless the value is a complete table, or `all` changes place
+    /// a new camera; a key of the previous format.
+    pub fn apply(&self, scene: &mut Table, all: &[Change]) -> Result<(), SceneError> {
         let key: Vec<&str> = self.key.iter().map(String::as_str).collect();
         if let Some(now) = moved::now(&key) {
-            return Err(self.wrong(moved::told(&key, &now, scene)));
+            return Err(self.wrong(moved::message(&key, &now, scene)));
         }
         if let [section, name, rest @ ..] = &key[..]
             && NAMED.contains(section)
             && !(rest.is_empty() && self.value.is_table())
+            && !(*section == "cameras" && places(name, all))
         {
             let inner = scene.get(*section).and_then(Value::as_table);
             if !inner.is_some_and(|inner| inner.contains_key(*name)) {
@@ -76,7 +84,7 @@ impl Change {
                 return Err(self.wrong(what));
             }
         }
-        let (last, sections) = key.split_last().expect("a change has a key");
+        let (last, sections) = key.split_last().expect("an override has a key");
         let mut table = scene;
         for (depth, section) in sections.iter().enumerate() {
             let inner = table.entry(*section).or_insert_with(|| Value::Table(Table::new()));
@@ -90,8 +98,8 @@ impl Change {
         Ok(())
     }
 
-    /// Keys beside this one that no longer hold: a file knows its own sizes, so those stated for the texture
-    /// that it replaces do not count.
+    /// Keys that this override invalidates: a file has its own sizes, so the sizes of the generated texture that it
+    /// replaces are dropped.
     pub fn dropped(&self) -> &'static [&'static str] {
         match &self.key[..] {
             [surface, _, texture, source]

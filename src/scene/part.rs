@@ -1,4 +1,4 @@
-//! One table of a scene while it is read.
+//! One table of a scene, while it is read.
 
 use super::Scene;
 use super::document::Fault;
@@ -7,7 +7,7 @@ use crate::math::nearest::nearest;
 use std::ops::RangeInclusive;
 use toml::Table;
 
-/// A table of a scene; empty where the scene has none at that place.
+/// A table of a scene; empty if the scene does not have it.
 pub struct Part<'a> {
     pub scene: &'a Scene,
     path: &'a [&'a str],
@@ -16,7 +16,7 @@ pub struct Part<'a> {
 
 impl<'a> Part<'a> {
     /// # Errors
-    /// A value that is no table.
+    /// The value is not a table.
     pub(super) fn of(scene: &'a Scene, path: &'a [&'a str]) -> Result<Part<'a>, Fault> {
         let table = match scene.document.value(path) {
             None => None,
@@ -32,7 +32,7 @@ impl<'a> Part<'a> {
         Fault::new(&self.key_of(name), what)
     }
 
-    /// A fault of the table as a whole.
+    /// A fault of the whole table.
     pub fn whole(&self, what: impl Into<String>) -> Fault {
         Fault::new(self.path, what)
     }
@@ -44,12 +44,12 @@ impl<'a> Part<'a> {
         self.path.iter().copied().chain([name]).collect()
     }
 
-    /// Whether the scene states the key.
+    /// True if the scene states the key.
     pub fn states(&self, name: &str) -> bool {
         self.table.is_some_and(|table| table.contains_key(name))
     }
 
-    /// Refuses keys that are not `known`, with the nearest that is.
+    /// Refuses keys that are not in `known`, and names the nearest known one.
     ///
     /// # Errors
     /// [`Fault`] with the first unknown key.
@@ -67,7 +67,7 @@ impl<'a> Part<'a> {
     /// One key's value.
     ///
     /// # Errors
-    /// A required key that is missing, another type, a number out of its range.
+    /// A required key is missing, the type is wrong, or a number is out of range.
     pub fn field<T: Setting>(
         &self,
         name: &str,
@@ -80,7 +80,7 @@ impl<'a> Part<'a> {
         };
         let read = T::read(value, self.scene.document.folder(&key)).map_err(|what| self.fault(name, what))?;
         if let Some(range) = range {
-            // NaN is in no range.
+            // A range never contains NaN.
             if let Some(number) = read.numbers().into_iter().find(|number| !range.contains(number)) {
                 let what = format!("{number} is outside {} ..= {}", range.start(), range.end());
                 return Err(self.fault(name, what));
@@ -89,18 +89,18 @@ impl<'a> Part<'a> {
         Ok(read)
     }
 
-    /// A key that this kind of thing needs.
+    /// A key that is required for this kind.
     ///
     /// # Errors
-    /// [`Fault`] that says so.
+    /// [`Fault`] if it is missing.
     pub fn needed<T: Clone>(&self, name: &str, value: &Option<T>, kind: &str) -> Result<T, Fault> {
         value.clone().ok_or_else(|| self.fault(name, format!("{kind} needs {name}")))
     }
 
-    /// Keys that this kind of thing does not have.
+    /// Keys that are not allowed for this kind.
     ///
     /// # Errors
-    /// [`Fault`] with the first that the scene states.
+    /// [`Fault`] for the first one that the scene states.
     pub fn absent(&self, names: &[&str], kind: &str) -> Result<(), Fault> {
         match names.iter().find(|name| self.states(name)) {
             Some(name) => Err(self.fault(name, format!("{kind} has no {name}"))),

@@ -1,5 +1,5 @@
-//! Paths: a pose for every frame. Poses move by rigid rotations and translations of the whole frame, never
-//! by changing a latitude, longitude or heading, so nothing happens at a pole or at the antimeridian.
+//! Camera paths: one pose for every frame. Poses move by rigid rotations and translations, never by changing
+//! latitude, longitude or heading, so poles and the antimeridian need no special case.
 
 use super::camera::{Camera, Ground, near_m};
 use crate::math::camera::Pose;
@@ -7,7 +7,7 @@ use crate::math::geodesy;
 use glam::{DQuat, DVec3};
 use serde::Serialize;
 
-/// A camera's way through a scene: frame 0 is the start, frame `frames` the end; later frames hold the end.
+/// A camera path: frame 0 is the start, frame `frames` the end; later frames stay at the end.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Path {
     /// Number of steps, >= 1.
@@ -15,31 +15,33 @@ pub struct Path {
     pub motion: Motion,
 }
 
-/// How the eye moves. Steps are equal.
+/// The kind of motion. Steps are equal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Motion {
-    /// Circles about the ground's normal at the point in the middle of the picture; positive degrees are
-    /// counter-clockwise seen from above.
+    /// Circles around the ground normal at the centre of the picture; positive degrees are counter-clockwise seen
+    /// from above.
     Orbit { start: Camera, degrees: f64 },
-    /// Along the great circle (on a plane: the straight line) that leaves in `heading_deg`, `distance_m`
-    /// on the ground, at constant altitude. The picture keeps its place relative to that line.
+    /// Along the great circle (on a plane: the straight line) with initial direction `heading_deg`, for `distance_m`
+    /// on the ground, at constant altitude. The view keeps its orientation relative to that line.
     Pan { start: Camera, heading_deg: f64, distance_m: f64 },
-    /// Straight up or down; the logarithm of the altitude changes evenly.
+    /// Straight up or down; the logarithm of the altitude changes linearly.
     Dive { start: Camera, to_altitude_m: f64 },
-    /// Stands at each camera for an equal share of the frames, then jumps.
+    /// Stays at each camera for an equal share of the frames, then jumps.
     Teleport { stops: Vec<Camera> },
 }
 
-/// Why a path has no poses.
+/// An invalid path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PathError {
-    #[error("an orbit needs a camera that looks at the ground; this one looks past it: lower its tilt")]
+    #[error(
+        "an orbit needs a camera that looks at the ground; this one looks above the horizon: lower its tilt"
+    )]
     NothingToOrbit,
 }
 
 impl Path {
-    /// The eye at a frame.
+    /// The camera pose of a frame.
     pub fn pose(&self, frame: u32) -> Pose {
         let done = f64::from(frame.min(self.frames)) / f64::from(self.frames);
         match &self.motion {
@@ -57,10 +59,10 @@ impl Path {
         }
     }
 
-    /// Whether every frame has a pose.
+    /// Checks that every frame has a pose.
     ///
     /// # Errors
-    /// [`PathError`] says what is wrong with the path's camera.
+    /// [`PathError`] describes the fault of the path's camera.
     pub fn check(&self) -> Result<(), PathError> {
         match &self.motion {
             Motion::Orbit { start, .. } => {
@@ -71,7 +73,7 @@ impl Path {
     }
 }
 
-/// The ground's point straight ahead of the eye and the ground's normal there.
+/// The ground point at the centre of the picture, and the ground normal there.
 fn middle_of_the_picture(camera: &Camera) -> Option<(DVec3, DVec3)> {
     let pose = camera.pose();
     match camera.place.ground() {
@@ -118,8 +120,8 @@ fn pan(start: &Camera, heading_deg: f64, distance_m: f64) -> Pose {
     }
 }
 
-/// Shifts the eye along the ground's normal to the start's altitude: a rotation about the earth's centre
-/// alone would rise or sink by up to 21 km between equator and pole.
+/// Shifts the camera along the ground normal to the start's altitude. A rotation about the earth's centre alone would
+/// change the altitude by up to 21 km between equator and pole.
 fn at_altitude(start: &Camera, pose: Pose) -> Pose {
     match start.place.ground() {
         Ground::Plane => pose,
@@ -149,6 +151,7 @@ mod tests {
             tilt_deg,
             vertical_fov_deg: 60.0,
             magnification: 1.0,
+            near_m: None,
         }
     }
 
@@ -158,7 +161,7 @@ mod tests {
         assert!(pose.up.dot(pose.forward).abs() < 1e-14);
     }
 
-    /// Every frame moves as far as the first, to a part in a thousand, and turns as little.
+    /// Asserts that every frame moves as far as the first (to 0.1 %) and hardly rotates.
     fn is_smooth(path: &Path) {
         let first_m = path.pose(0).eye.distance(path.pose(1).eye);
         for frame in 0..path.frames {
@@ -207,7 +210,8 @@ mod tests {
         for frame in 0..=36 {
             let pose = path.pose(frame);
             is_orthonormal(&pose);
-            // The ellipsoid is not round: holding the altitude shifts the eye by up to 0.2 mrad of the distance.
+            // The ellipsoid is not a sphere: keeping the altitude shifts the camera by up to 0.2 mrad of the
+            // distance.
             let aside = (centre - pose.eye).normalize().cross(pose.forward).length();
             assert!(aside < 1e-3, "frame {frame}: {aside} rad");
         }
@@ -215,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn an_orbit_about_the_sky_is_refused() {
+    fn an_orbit_around_the_sky_is_refused() {
         let path = Path { frames: 3, motion: Motion::Orbit { start: start(0.0, 0.0, 100.0), degrees: 9.0 } };
         assert_eq!(path.check(), Err(PathError::NothingToOrbit));
     }
@@ -232,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn a_teleport_stands_at_each_stop_for_its_share() {
+    fn a_teleport_stays_at_each_stop_for_its_share() {
         let stops = vec![start(0.0, 0.0, 0.0), start(1.0, 0.0, 0.0), start(2.0, 0.0, 0.0)];
         let path = Path { frames: 6, motion: Motion::Teleport { stops: stops.clone() } };
         let seen: Vec<usize> = (0..8)

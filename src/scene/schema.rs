@@ -15,7 +15,7 @@ pub fn schema(languages: &[&Language]) -> Json {
     root
 }
 
-/// What may stand at a path.
+/// The schema of a path.
 fn at(tables: &[&Table], path: &[&str]) -> Json {
     let here: Vec<&&Table> = tables.iter().filter(|table| table.path == path).collect();
     match &here[..] {
@@ -35,7 +35,7 @@ fn of_table(tables: &[&Table], table: &Table) -> Json {
     schema
 }
 
-/// A table with these keys and the tables that are declared below it.
+/// A table with these keys and the tables declared below it.
 fn object(tables: &[&Table], path: &[&str], keys: &[Key]) -> Json {
     let mut properties: Map<String, Json> = Map::new();
     let mut additional = json!(false);

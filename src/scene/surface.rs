@@ -1,5 +1,5 @@
-//! `[surface.NAME]`: geometry, texture and filter of one thing that is seen. The geometries and textures that no paper
-//! owns are declared here: grids, and a picture as a plain mip chain. What other kinds mean is their papers' business.
+//! `[surface.NAME]`: geometry, texture and filter of one visible object. Declares the geometries and textures that
+//! belong to no paper: grids, and a picture as a plain mip chain. Papers declare the other kinds.
 
 use super::Scene;
 use super::camera::Ground;
@@ -15,21 +15,24 @@ use std::path::PathBuf;
 use toml::{Table, Value};
 
 settings! {
-    /// One thing that is seen. All surfaces share one camera, one depth buffer and one ground: an ellipsoid if a
-    /// geometry is one, else a plane.
+    /// One visible object. All surfaces share one camera, one depth buffer and one ground: an ellipsoid if any
+    /// geometry is an ellipsoid, otherwise a plane.
     pub struct SurfaceKeys {
-        /// Its shape.
+        /// The shape.
         geometry: Table;
-        /// What it is covered with, or the name of another surface whose texture it shares.
+        /// The texture, or the name of another surface whose texture is shared.
         texture: Option<TextureKeys> = None;
-        /// How a pixel's colour is taken from the texture.
+        /// How the texture is filtered.
         filter: Option<Table> = None;
-        /// Whether the sun shades it. Without the key, surfaces with a virtual texture are unlit and all others lit.
+        /// Heights below a plane.
+        relief: Option<Table> = None;
+        /// True if the sun lights the surface. By default, surfaces with a virtual texture are unlit and all others
+        /// are lit.
         lit: Option<bool> = None;
     }
 }
 
-/// A texture's own table, or the surface whose texture is shared.
+/// A texture's own table, or the name of the surface whose texture is shared.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[serde(untagged)]
 pub enum TextureKeys {
@@ -58,7 +61,7 @@ impl Setting for TextureKeys {
 }
 
 settings! {
-    /// The WGS84 ellipsoid in earth-centred metres, as a grid of quads; the texture covers all of it.
+    /// The WGS84 ellipsoid in earth-centred metres, as a grid of quads. The texture covers all of it.
     pub struct Ellipsoid derive(Copy) kind "ellipsoid" {
         /// Quads along a parallel.
         columns: u32, in 3..=8192;
@@ -68,7 +71,8 @@ settings! {
 }
 
 settings! {
-    /// A rectangle of the plane z = 0 around its middle, x to the east and y to the north; the texture covers it once.
+    /// A rectangle in the plane z = 0 around the origin, x to the east and y to the north. The texture covers it
+    /// once.
     pub struct Plane derive(Copy) kind "plane" {
         /// East to west.
         width_m: f64, in 1e-3..=1e9, unit "m";
@@ -82,21 +86,29 @@ settings! {
 }
 
 choices! {
-    /// Where a plain texture comes from.
+    /// The source of a plain texture.
     pub enum PlainSource {
         /// A PNG or JPEG.
         File = "file",
         /// The shipped picture of the earth, 4096 x 2048 texels.
         Earth = "earth",
+        /// 64 x 32 squares, black and white, 2048 x 1024 texels.
+        Checker = "checker",
+        /// Rings up to half a cycle a texel, 1024 x 1024 texels.
+        ZonePlate = "zone-plate",
+        /// Colours of the relief `bricks`, 256 x 256 texels.
+        Bricks = "bricks",
+        /// Colours of the relief `rock`, 128 x 128 texels.
+        Rock = "rock",
     }
 }
 
 settings! {
     /// A picture as one image with its mip chain.
     pub struct Plain kind "plain" {
-        /// Where it comes from.
+        /// The source of the picture.
         source: PlainSource = PlainSource::File;
-        /// A PNG or JPEG, relative to the scene (given by `-D`: to the working directory).
+        /// A PNG or JPEG, relative to the scene, or to the working directory if given by `-D`.
         path: Option<PathBuf> = None;
     }
     check check_plain;
@@ -105,16 +117,16 @@ settings! {
 fn check_plain(plain: &Plain, part: &Part<'_>) -> Result<(), Fault> {
     match plain.source {
         PlainSource::File => part.needed("path", &plain.path, "a plain texture").map(drop),
-        PlainSource::Earth => part.absent(&["path"], "the source \"earth\""),
+        other => part.absent(&["path"], &format!("the source {:?}", other.name())),
     }
 }
 
-/// The shape of a surface, as far as it is not a paper's.
+/// The shape of a surface; details only for shapes that belong to no paper.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Geometry {
     Ellipsoid(Ellipsoid),
     Plane(Plane),
-    /// Its `kind`; a paper reads the rest.
+    /// The `kind` of another shape; its paper reads the rest.
     Other(String),
 }
 
@@ -123,16 +135,16 @@ pub enum Geometry {
 pub struct Surface {
     pub name: String,
     pub geometry: Geometry,
-    /// The surface in whose table the texture is: this one, unless it shares another's.
+    /// The surface whose table contains the texture: this one, or the one it shares with.
     pub texture: Option<String>,
     pub lit: Option<bool>,
 }
 
 impl Surface {
-    /// The triangles of an ellipsoid or a plane; `None` for another kind.
+    /// The triangles of an ellipsoid or a plane; `None` for other kinds.
     ///
     /// # Errors
-    /// Numbers that a declaration lets pass and the grid does not.
+    /// Numbers that pass the declared ranges but do not form a grid.
     pub fn grid(&self) -> Option<Result<SourceMesh, MeshError>> {
         match self.geometry {
             Geometry::Ellipsoid(Ellipsoid { columns, rows }) => Some(mesh::earth(columns, rows)),
@@ -144,10 +156,10 @@ impl Surface {
     }
 }
 
-/// What the eyes of a scene hover over.
+/// The common ground of a scene.
 ///
 /// # Errors
-/// A surface without geometry; an ellipsoid beside a plane.
+/// A surface without geometry, or both an ellipsoid and a plane.
 pub(super) fn ground(scene: &Scene) -> Result<Ground, Fault> {
     let kinds = names(scene, "surface")?.into_iter().map(|name| Ok((name, kind(scene, name)?)));
     let kinds = kinds.collect::<Result<Vec<_>, _>>()?;
@@ -155,7 +167,7 @@ pub(super) fn ground(scene: &Scene) -> Result<Ground, Fault> {
     match (of("ellipsoid"), of("plane")) {
         (Some(ellipsoid), Some(plane)) => {
             let what = format!(
-                "a scene has one ground, and {ellipsoid} is an ellipsoid; make a scene of its own for the plane"
+                "a scene has one ground, and {ellipsoid} is an ellipsoid; put the plane into another scene"
             );
             Err(Fault::new(&["surface", plane, "geometry", "kind"], what))
         }
@@ -176,10 +188,29 @@ fn kind<'a>(scene: &'a Scene, name: &str) -> Result<&'a str, Fault> {
 pub(super) fn surfaces(scene: &Scene) -> Result<BTreeMap<String, Surface>, Fault> {
     let names = names(scene, "surface")?;
     if names.is_empty() {
-        return Err(Fault::new(&["surface"], "nothing to see: a scene has at least one [surface.NAME]"));
+        return Err(Fault::new(&["surface"], "the scene is empty: it needs at least one [surface.NAME]"));
     }
     let all = names.iter().map(|&name| Ok((name.to_owned(), surface(scene, name, &names)?)));
     all.collect()
+}
+
+/// Refuses a relief where the surface cannot carry it.
+fn check_relief(part: &Part<'_>, keys: &SurfaceKeys, geometry: &Geometry) -> Result<(), Fault> {
+    let fault = |what: &str| Err(part.fault("relief", what));
+    match geometry {
+        Geometry::Plane(Plane { width_m, height_m, .. }) if width_m == height_m => {}
+        Geometry::Plane(_) => {
+            return fault("its texels are squares: make width_m and height_m of the plane equal");
+        }
+        _ => return fault("only a plane carries one: take geometry.kind = \"plane\", or leave it out"),
+    }
+    if keys.texture.is_none() {
+        return fault("a surface without a texture has none: add a plain texture");
+    }
+    if keys.filter.is_some() {
+        return fault("it is filtered by its own method: leave filter out, or the relief");
+    }
+    Ok(())
 }
 
 fn surface(scene: &Scene, name: &str, names: &[&str]) -> Result<Surface, Fault> {
@@ -196,6 +227,9 @@ fn surface(scene: &Scene, name: &str, names: &[&str]) -> Result<Surface, Fault> 
     if keys.filter.is_some() && keys.texture.is_none() {
         return Err(part.fault("filter", "a surface without a texture has no filter"));
     }
+    if keys.relief.is_some() {
+        check_relief(&part, &keys, &geometry)?;
+    }
     let texture = match keys.texture {
         None => None,
         Some(TextureKeys::Own(_)) => Some(name.to_owned()),
@@ -206,8 +240,9 @@ fn surface(scene: &Scene, name: &str, names: &[&str]) -> Result<Surface, Fault> 
                     scene.document.value(&["surface", name, "texture"]).is_some_and(Value::is_table)
                 };
                 let existing = list(names.iter().filter(has));
-                let what =
-                    format!("no surface {other:?} has a texture of its own to share; these have: {existing}");
+                let what = format!(
+                    "no surface {other:?} has its own texture to share; surfaces with a texture: {existing}"
+                );
                 return Err(part.fault("texture", what));
             }
             Some(other)

@@ -1,16 +1,17 @@
 //! The types that a setting can have.
 
+use super::moved;
 use serde::Serialize;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
-/// What a key's value is, for documents.
+/// The type of a key's value, for documents.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Kind {
     Whole,
     Number,
-    /// So many, as in `[1.0, 2.0]`.
+    /// This many numbers, as in `[1.0, 2.0]`.
     Numbers(usize),
     Truth,
     Text,
@@ -42,23 +43,23 @@ pub fn quoted<'a>(names: impl Iterator<Item = &'a str>) -> String {
     names.map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ")
 }
 
-/// A type of settings.
+/// A type that settings can have.
 pub trait Setting: Sized {
-    /// What a range is made of; any type where there are no numbers.
+    /// The type of the range's bounds; arbitrary if there are no numbers.
     type Number: Copy + PartialOrd + Display + Serialize;
 
     fn kind() -> Kind;
 
-    /// `folder` is what a relative path starts from.
+    /// Parses a value; relative paths are resolved against `folder`.
     ///
     /// # Errors
-    /// Why the value does not do, in words.
+    /// The reason why the value is invalid.
     fn read(value: &Value, folder: &Path) -> Result<Self, String>;
 
-    /// As a scene would say it; `None` where it would leave the key out.
+    /// The value as a scene states it; `None` if the scene would omit the key.
     fn to_toml(&self) -> Option<Value>;
 
-    /// What must be in the key's range.
+    /// The numbers that must be in the key's range.
     fn numbers(&self) -> Vec<Self::Number> {
         Vec::new()
     }
@@ -93,7 +94,7 @@ impl Setting for f64 {
     fn read(value: &Value, _: &Path) -> Result<f64, String> {
         match value {
             Value::Float(number) => Ok(*number),
-            // A scene's whole numbers stay far below 2^53.
+            // A scene's integers are far below 2^53.
             Value::Integer(whole) => Ok(*whole as f64),
             _ => not(value, "a number"),
         }
@@ -126,7 +127,7 @@ impl<const N: usize> Setting for [f64; N] {
     }
 }
 
-/// Settings without numbers: their values are kept as they are.
+/// Settings without numbers; values are stored unchanged.
 macro_rules! plain {
     ($($type:ty, $kind:expr, $what:literal, $read:expr, $write:expr;)*) => {$(
         impl Setting for $type {
@@ -157,7 +158,7 @@ plain! {
     Table, Kind::Table, "a table", |value, _| value.as_table().cloned(), |table| Value::Table(table.clone());
 }
 
-/// An optional key; `"auto"` is the same as leaving it out, except where any text is a value.
+/// An optional key. `"auto"` is the same as omitting it, except for keys that accept any text.
 impl<T: Setting> Setting for Option<T> {
     type Number = T::Number;
     fn kind() -> Kind {
@@ -177,7 +178,7 @@ impl<T: Setting> Setting for Option<T> {
     }
 }
 
-/// An enum that scenes name the values of. Implemented by [`choices!`](crate::scene::choices).
+/// An enum whose values are named in scenes. Implemented by [`choices!`](crate::scene::choices).
 pub trait Choice: Copy + 'static {
     const ALL: &'static [Self];
     fn name(self) -> &'static str;
@@ -191,8 +192,10 @@ impl<T: Choice> Setting for T {
     }
     fn read(value: &Value, _: &Path) -> Result<T, String> {
         let found = T::ALL.iter().find(|choice| value.as_str() == Some(choice.name()));
-        let names = || quoted(T::ALL.iter().map(|choice| choice.name()));
-        found.copied().ok_or_else(|| format!("{value} is not one of {}", names()))
+        let names = || T::ALL.iter().map(|choice| choice.name());
+        let moved = || moved::value(value.as_str()?, names());
+        let unknown = || moved().unwrap_or_else(|| format!("{value} is not one of {}", quoted(names())));
+        found.copied().ok_or_else(unknown)
     }
     fn to_toml(&self) -> Option<Value> {
         Some(Value::String(self.name().to_owned()))

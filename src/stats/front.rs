@@ -1,21 +1,22 @@
-//! Of many settings those that are worth choosing: the Pareto front of time and error, told apart no finer than what
-//! was measured allows.
+//! The Pareto front of time and error over many settings, with differences below the measurement's resolution
+//! ignored.
 //!
-//! One setting is clearly faster than another where the intervals of their medians are apart and the medians differ by
-//! more than [`ALIKE`]; else they are as fast as each other. Errors are as small as each other where they agree in three
-//! digits. Intervals of medians narrow with the number of runs, which a range of p5 to p95 does not: on a machine with
-//! neighbours that range is half of the time itself, and a front made of it changes from run to run.
+//! One setting is clearly faster than another if the intervals of their medians are disjoint and the medians
+//! differ by more than [`ALIKE`]; otherwise their times count as equal. Errors count as equal if they agree
+//! in three digits. Intervals of medians narrow with the number of runs; a range of p5 to p95 does not. On a
+//! shared machine that range is half of the time itself, and a front based on it changes from run to run.
 
-/// A setting's measured time, in any unit, and its error, which is not NaN.
+/// A setting's measured time, in any unit, and its error (not NaN).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
-    /// Median, and the interval in which it lies ([`super::median_interval`]).
+    /// Median, and its confidence interval ([`super::median_interval`]).
     pub time: f64,
     pub interval: [f64; 2],
     pub error: f64,
 }
 
-/// Times whose ratio is at most this are not worth a larger error, or another key of the scene.
+/// Times whose ratio is at most this count as equal: the difference justifies neither a larger error nor
+/// another key in the scene.
 pub const ALIKE: f64 = 1.05;
 
 impl Choice {
@@ -24,16 +25,16 @@ impl Choice {
     }
 }
 
-/// Three digits of an error.
+/// An error rounded to three digits.
 fn rounded(error: f64) -> f64 {
-    assert!(!error.is_nan(), "an error that is no number");
+    assert!(!error.is_nan(), "the error is NaN");
     format!("{error:.2e}").parse().expect("what was just printed")
 }
 
-/// The places of the front's members in `choices`, from the smallest error to the least time; `choices` begin with the
-/// simplest. Each member is clearly faster than all with a smaller error. Each choice that is left out has a member
-/// with no larger error than which it is not clearly faster; of equally good ones the simplest stays that is as fast as the
-/// fastest.
+/// Indices of the front's members in `choices`, from the smallest error to the least time. `choices` starts
+/// with the simplest. Each member is clearly faster than all members with a smaller error. For each choice
+/// that is left out, some member has no larger error and is not clearly slower. Among equally good choices,
+/// the simplest one that is as fast as the fastest is kept.
 pub fn front(choices: &[Choice]) -> Vec<usize> {
     let mut places: Vec<usize> = (0..choices.len()).collect();
     places.sort_by(|&a, &b| rounded(choices[a].error).total_cmp(&rounded(choices[b].error)));
@@ -45,7 +46,7 @@ pub fn front(choices: &[Choice]) -> Vec<usize> {
         let faster: Vec<usize> = alike.iter().copied().filter(faster).collect();
         let least = faster.iter().map(|&place| choices[place].time).fold(f64::INFINITY, f64::min);
         let as_fast = |&place: &usize| choices[place].time <= ALIKE * least;
-        // The sort is stable: the first is the simplest.
+        // The sort is stable, so the first is the simplest.
         members.extend(faster.iter().copied().find(as_fast));
     }
     members
@@ -61,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_slower_and_worse_is_left_out() {
+    fn slower_and_less_accurate_choices_are_left_out() {
         let choices = [
             choice(9.0, 10.0, 0.1),
             choice(1.0, 2.0, 0.5),
@@ -74,23 +75,23 @@ mod tests {
     }
 
     #[test]
-    fn of_times_that_overlap_the_smaller_error_wins_and_of_equal_errors_the_simplest() {
+    fn at_overlapping_times_the_smaller_error_wins_and_at_equal_errors_the_simplest() {
         assert_eq!(front(&[choice(1.0, 2.1, 0.5), choice(2.0, 3.0, 0.4)]), [1]);
         assert_eq!(front(&[choice(1.0, 1.9, 0.5), choice(2.0, 3.0, 0.4)]), [1, 0]);
         assert_eq!(front(&[choice(2.0, 2.3, 0.4), choice(2.0, 2.1, 0.4)]), [0]);
-        // Apart, and by 4 % only.
+        // Disjoint intervals, but only 4 % apart.
         assert_eq!(front(&[choice(1.03, 1.05, 0.4), choice(0.99, 1.01, 0.5)]), [0]);
         assert_eq!(front(&[choice(1.06, 1.08, 0.4), choice(0.99, 1.01, 0.5)]), [0, 1]);
-        // As fast by its interval, and a quarter slower in the middle.
+        // Overlapping intervals, with medians a quarter apart.
         assert_eq!(front(&[choice(2.0, 3.0, 0.4), choice(1.9, 2.1, 0.4)]), [1]);
         assert_eq!(front(&[choice(2.0, 3.0, 0.4), choice(1.0, 1.9, 0.4)]), [1]);
-        // 0.4 and 0.4001 print alike.
+        // 0.4 and 0.4001 round to the same three digits.
         assert_eq!(front(&[choice(2.0, 2.3, 0.4001), choice(2.0, 2.1, 0.4)]), [0]);
     }
 
     #[test]
     fn a_chain_of_overlaps_does_not_hide_its_fast_end() {
-        // Each overlaps the next, the first and the last do not.
+        // Each overlaps the next; the first and the last are disjoint.
         let choices = [choice(1.0, 2.0, 0.3), choice(1.5, 2.5, 0.2), choice(2.2, 3.0, 0.1)];
         assert_eq!(front(&choices), [2, 0]);
     }
@@ -104,7 +105,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn members_are_clearly_apart_and_whoever_is_left_out_has_one_that_is_as_good(choices in many()) {
+        fn members_are_clearly_apart_and_each_omitted_choice_has_a_member_as_good(choices in many()) {
             let members = front(&choices);
             for pair in members.windows(2) {
                 let [accurate, fast] = [choices[pair[0]], choices[pair[1]]];
@@ -119,10 +120,10 @@ mod tests {
         }
 
         #[test]
-        fn with_different_errors_the_order_of_the_list_decides_nothing(choices in many(), turn in 0usize..24) {
+        fn with_different_errors_the_order_of_the_list_does_not_matter(choices in many(), turn in 0usize..24) {
             let mut choices = choices;
             for (n, choice) in choices.iter_mut().enumerate() {
-                // 7 and 24 have no common divisor: no two are alike.
+                // 7 and 24 have no common divisor, so all errors differ.
                 choice.error = 1.0 + 0.01 * (n * 7 % 24) as f64;
             }
             let named = |choices: &[Choice]| front(choices).iter().map(|&n| choices[n]).collect::<Vec<_>>();

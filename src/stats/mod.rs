@@ -1,4 +1,4 @@
-//! Order statistics of repeated measurements: what a report prints of a time.
+//! Order statistics of repeated measurements, as reports print them.
 
 mod front;
 
@@ -6,25 +6,25 @@ pub use front::{ALIKE, Choice, front};
 
 use serde::{Deserialize, Serialize};
 
-/// The value at a share `p` (0.0 ..= 1.0) of the sorted samples, linear between the two nearest (type 7 of
-/// Hyndman and Fan, "Sample quantiles in statistical packages", 1996: the default of R and NumPy).
-/// `None` without samples.
+/// The `p`-quantile (0.0 ..= 1.0) of the sorted samples, linear between the two nearest (type 7 of Hyndman
+/// and Fan, "Sample quantiles in statistical packages", 1996: the default of R and NumPy). `None` without
+/// samples.
 ///
 /// # Panics
-/// Where a sample is NaN or `p` is outside 0 ..= 1: nothing that was measured is either.
+/// If a sample is NaN, or `p` is outside 0 ..= 1.
 pub fn percentile(samples: &[f64], p: f64) -> Option<f64> {
     at_share(&sorted(samples), p)
 }
 
-/// The middle of the samples, or the mean of both middles: [`percentile`] 0.5.
+/// The middle sample, or the mean of the two middle ones: [`percentile`] 0.5.
 pub fn median(samples: &[f64]) -> Option<f64> {
     percentile(samples, 0.5)
 }
 
-/// Where the median of what is sampled lies, in 95 of 100 cases or more, whatever its distribution: the order statistics
-/// 0.98 sqrt(n) + 1/2 places from the middle, rounded outwards (W. J. Conover, "Practical Nonparametric Statistics", 1971,
-/// section 3.2; the binomial's normal approximation). Of fewer than 6 samples it is their whole range, and less sure.
-/// `None` without samples.
+/// Confidence interval of the median, at least 95 % for any distribution: the order statistics 0.98 sqrt(n) +
+/// 1/2 ranks from the middle, rounded outwards (W. J. Conover, "Practical Nonparametric Statistics", 1971,
+/// section 3.2; normal approximation of the binomial). With fewer than 6 samples it is their whole range and
+/// covers less than 95 %. `None` without samples.
 ///
 /// # Panics
 /// As [`percentile`].
@@ -54,7 +54,7 @@ fn at_share(sorted: &[f64], p: f64) -> Option<f64> {
     Some(if low == high { low } else { low + (position - below as f64) * (high - low) })
 }
 
-/// A measurement taken `count` times, in the samples' unit.
+/// Summary of `count` measurements, in the samples' unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     pub count: usize,
@@ -69,7 +69,7 @@ impl Summary {
     /// `None` without samples.
     ///
     /// # Panics
-    /// Where a sample is NaN.
+    /// If a sample is NaN.
     pub fn of(samples: &[f64]) -> Option<Summary> {
         let sorted = sorted(samples);
         let at = |p| at_share(&sorted, p);
@@ -83,19 +83,19 @@ impl Summary {
         })
     }
 
-    /// Of `of(a, b)` over the pairs of two measurements that were taken in turn. What disturbs a round disturbs both, so
-    /// the median of differences or ratios is steadier than the difference or ratio of two medians, and has a spread.
-    /// `None` without samples, or where a pair gives no finite number.
+    /// Summary of `of(a, b)` over pairs of measurements taken in turn. A disturbance of a round affects both,
+    /// so the median of ratios or differences is steadier than the ratio or difference of the medians, and it
+    /// has a spread. `None` without samples, or if a pair gives no finite number.
     ///
     /// # Panics
-    /// Where one was taken more often than the other.
+    /// If the two have different lengths.
     pub fn of_pairs(a: &[f64], b: &[f64], of: impl Fn(f64, f64) -> f64) -> Option<Summary> {
-        assert_eq!(a.len(), b.len(), "rounds of two measurements");
+        assert_eq!(a.len(), b.len(), "the two measurements have different numbers of rounds");
         let samples: Vec<f64> = a.iter().zip(b).map(|(&a, &b)| of(a, b)).collect();
         samples.iter().all(|sample| sample.is_finite()).then(|| Summary::of(&samples))?
     }
 
-    /// p95 - p5: nine tenths of the samples lie this close together.
+    /// p95 - p5: 90 % of the samples lie within this range.
     pub fn spread(&self) -> f64 {
         self.p95 - self.p5
     }
@@ -107,7 +107,7 @@ impl Summary {
         Summary { count, min, p5, median, p95, max }
     }
 
-    /// The spread as a share of the median; infinite or NaN where the median is 0.
+    /// The spread divided by the median; infinite or NaN if the median is 0.
     pub fn relative_spread(&self) -> f64 {
         self.spread() / self.median
     }
@@ -134,14 +134,14 @@ mod tests {
         assert_eq!((percentile(&samples, 0.0), percentile(&samples, 1.0)), (Some(0.0), Some(20.0)));
     }
 
-    /// The chance that the median lies between two order statistics is a sum of binomials.
+    /// The probability that the median lies between two order statistics is a sum of binomials.
     #[test]
     fn an_interval_of_the_median_holds_it_in_95_of_100_cases() {
         for count in [6usize, 8, 10, 20, 30, 50, 60, 180] {
             let samples: Vec<f64> = (0..count).map(|n| n as f64).collect();
             let [low, high] = median_interval(&samples).unwrap();
-            assert_eq!(low + high, count as f64 - 1.0, "both ends are as far from the middle");
-            // Exactly k of the samples lie below the median.
+            assert_eq!(low + high, count as f64 - 1.0, "both ends are equally far from the middle");
+            // Probability that exactly k of the samples lie below the median.
             let mut chance = 0.5f64.powi(count as i32);
             let mut held = 0.0;
             for below in 0..=count {
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn one_outlier_moves_the_maximum_alone() {
+    fn one_outlier_moves_only_the_maximum() {
         let mut samples = vec![1.0; 40];
         samples.push(1e9);
         let summary = Summary::of(&samples).unwrap();
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ratio_of_pairs_is_not_moved_by_what_disturbs_both() {
+    fn a_disturbance_of_both_does_not_change_the_ratio_of_pairs() {
         let (quiet, disturbed) = ([20.0, 20.0, 20.0], [20.0, 60.0, 200.0]);
         let half = |samples: &[f64]| samples.iter().map(|ms| ms / 2.0).collect::<Vec<f64>>();
         for samples in [quiet, disturbed] {
@@ -193,7 +193,7 @@ mod tests {
 
     #[test]
     #[should_panic(expected = "sample 1 of 2 is NaN")]
-    fn a_sample_that_is_no_number_is_refused() {
+    fn a_nan_sample_is_refused() {
         let _ = median(&[1.0, f64::NAN]);
     }
 }

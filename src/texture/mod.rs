@@ -1,5 +1,5 @@
-//! Textures as tiles: where tiles come from ([`source`]), pyramids on disk ([`tiles`]), and how pictures become
-//! pyramids ([`bake`]); pictures that need no tiles ([`plain`]).
+//! Textures as tiles: tile sources ([`source`]), pyramids on disk ([`tiles`]), baking pictures to pyramids
+//! ([`bake`]), and pictures without tiles ([`plain`]).
 
 pub mod bake;
 pub mod plain;

@@ -6,10 +6,10 @@ use crate::picture::srgb;
 use std::path::Path;
 use thiserror::Error;
 
-/// Most texels of level 0: 1 GiB as RGBA8, a third more with all levels.
+/// Maximum texels of level 0: 1 GiB as RGBA8, a third more with all levels.
 const MOST_TEXELS: u64 = 1 << 28;
 
-/// A picture that is no texture.
+/// A picture that cannot be used as a plain texture.
 #[derive(Debug, Error)]
 pub enum PlainError {
     #[error(transparent)]
@@ -17,7 +17,7 @@ pub enum PlainError {
     #[error(transparent)]
     Earth(#[from] EarthError),
     #[error(
-        "{path}: {width} x {height} texels are more than a plain texture holds (2^28); bake it, and name it as a virtual one"
+        "{path}: {width} x {height} texels are more than a plain texture holds (2^28); bake it and use it as a virtual texture"
     )]
     Size { path: String, width: u32, height: u32 },
 }
@@ -32,10 +32,10 @@ pub struct PlainTexture {
 }
 
 impl PlainTexture {
-    /// A PNG, JPEG or TIFF.
+    /// Opens a PNG, JPEG or TIFF.
     ///
     /// # Errors
-    /// A file that is none, or too large.
+    /// The file is not such a picture, or is too large.
     pub fn open(path: &Path) -> Result<PlainTexture, PlainError> {
         let mut rows = bake::open_picture(path)?;
         let [width, height] = rows.size();
@@ -45,27 +45,27 @@ impl PlainTexture {
         let row_bytes = 4 * width as usize;
         let mut texels = vec![0; row_bytes * height as usize];
         texels.chunks_exact_mut(row_bytes).try_for_each(|row| rows.next_row(row))?;
-        Ok(PlainTexture::of([width, height], texels))
+        Ok(PlainTexture::new([width, height], texels))
     }
 
     /// The shipped picture of the earth.
     ///
     /// # Errors
-    /// A shipped picture that does not decode.
+    /// If the shipped picture does not decode.
     pub fn earth() -> Result<PlainTexture, PlainError> {
         let (size, texels) = earth::finest_imagery()?;
-        Ok(PlainTexture::of(size, texels.iter().flat_map(|&[r, g, b]| [r, g, b, 255]).collect()))
+        Ok(PlainTexture::new(size, texels.iter().flat_map(|&[r, g, b]| [r, g, b, 255]).collect()))
     }
 
-    /// One texel of a grey albedo, linear light.
+    /// One texel of grey albedo, in linear light.
     pub fn grey(albedo: f64) -> PlainTexture {
         let byte = srgb::from_linear_f64(albedo);
-        PlainTexture::of([1, 1], vec![byte, byte, byte, 255])
+        PlainTexture::new([1, 1], vec![byte, byte, byte, 255])
     }
 
-    /// With all coarser levels. Each texel is the mean of 2 x 2 in linear light; where a side is odd its last texel is
-    /// left out, as Vulkan's sizes of levels do.
-    fn of(size: [u32; 2], texels: Vec<u8>) -> PlainTexture {
+    /// From sRGB texels, RGBA8: builds all coarser levels. Each texel is the mean of 2 x 2 in linear light. If a side is odd, its last
+    /// texel is dropped, as Vulkan's level sizes require.
+    pub fn new(size: [u32; 2], texels: Vec<u8>) -> PlainTexture {
         assert_eq!(texels.len(), 4 * size[0] as usize * size[1] as usize, "bytes of {size:?}");
         let (mut levels, mut last) = (vec![texels], size);
         while last != [1, 1] {
@@ -96,7 +96,7 @@ mod tests {
 
     #[test]
     fn levels_halve_down_to_one_texel_and_keep_one_colour() {
-        let texture = PlainTexture::of([5, 2], [9, 100, 200, 255].repeat(10));
+        let texture = PlainTexture::new([5, 2], [9, 100, 200, 255].repeat(10));
         let texels: Vec<usize> = texture.levels.iter().map(|level| level.len() / 4).collect();
         assert_eq!(texels, [10, 2, 1]);
         assert!(texture.levels.iter().all(|level| level.chunks(4).all(|texel| texel == [9, 100, 200, 255])));
@@ -104,14 +104,15 @@ mod tests {
 
     #[test]
     fn a_texel_is_the_mean_of_four_in_linear_light() {
-        let texture = PlainTexture::of([2, 2], [[0, 0, 0, 255], [255; 4], [255; 4], [0, 0, 0, 255]].concat());
+        let texture =
+            PlainTexture::new([2, 2], [[0, 0, 0, 255], [255; 4], [255; 4], [0, 0, 0, 255]].concat());
         let [r, ..] = texture.levels[1][..] else { panic!("one texel") };
         assert_eq!(r, srgb::from_linear_f64(0.5));
         assert_ne!(r, 128, "the mean of the bytes");
     }
 
     #[test]
-    fn the_shipped_earth_is_there() {
+    fn the_shipped_earth_decodes() {
         let earth = PlainTexture::earth().unwrap();
         assert_eq!(earth.size[0], 2 * earth.size[1]);
         assert_eq!(earth.levels.len() as u32, earth.size[0].ilog2() + 1);

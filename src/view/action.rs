@@ -1,58 +1,100 @@
-//! What the user can ask for, and the keys for it: one list, from which the help is made, too.
+//! The actions of the window and their keys. The help is generated from the same list.
 
+use super::overlay::Overlay;
 use egui::Key;
 use ortelius::scene::camera::Camera;
 
-/// One wish of the user.
+/// One action.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     Close,
     Help,
     Panels,
     Pause,
+    Reload,
+    Capture,
     FullScreen,
     Screenshot,
     Magnify,
+    PrintPixel,
+    PrintMemory,
     NextVariant,
     Show(usize),
     Compare,
-    Difference,
-    Levels,
+    /// Shows a variant beside the current one.
+    ShowBeside(usize),
+    /// Cycles through pictures, their difference, and FLIP.
+    NextComparison,
+    Comparison(Comparison),
+    /// Selects a setting from the Pareto front.
+    Trade(usize),
+    NextOverlay,
+    Overlay(Option<Overlay>),
     Freeze,
     Play,
-    /// To a frame of the chosen path; it is then paused.
+    /// Jumps to a frame of the chosen path and pauses there.
     Seek(f64),
     ChoosePath(String),
     Record,
     CopyCamera,
     FlyTo(Camera),
-    /// A place among the bookmarks.
+    /// Index of a bookmark.
     Save(usize),
     Recall(usize),
-    /// A key of scenes, and its TOML value.
+    /// A scene key and its TOML value.
     Set(String, String),
 }
 
-/// Keys that ask for something when pressed.
-pub const KEYS: [(Key, &str, Action); 15] = [
+/// How two variants share the window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Comparison {
+    /// Side by side at the divider.
+    Pictures,
+    /// Eight times the difference of their bytes.
+    Difference,
+    Flip,
+}
+
+impl Comparison {
+    pub const ALL: [(Comparison, &str); 3] = [
+        (Comparison::Pictures, "pictures"),
+        (Comparison::Difference, "difference"),
+        (Comparison::Flip, "FLIP"),
+    ];
+
+    pub fn next(self) -> Comparison {
+        match self {
+            Comparison::Pictures => Comparison::Difference,
+            Comparison::Difference => Comparison::Flip,
+            Comparison::Flip => Comparison::Pictures,
+        }
+    }
+}
+
+/// Keys that trigger an action when pressed.
+pub const KEYS: [(Key, &str, Action); 19] = [
     (Key::F1, "help", Action::Help),
     (Key::F2, "panels", Action::Panels),
+    (Key::F5, "compile the shaders again", Action::Reload),
+    (Key::F8, "capture the next frame, where RenderDoc started the program", Action::Capture),
     (Key::F9, "pause the path, go on", Action::Pause),
     (Key::F11, "full screen", Action::FullScreen),
     (Key::F12, "screenshot, and the report that renders it again", Action::Screenshot),
     (Key::Space, "next variant", Action::NextVariant),
     (Key::X, "this variant beside the next: drag the divider", Action::Compare),
-    (Key::V, "the difference of both", Action::Difference),
-    (Key::G, "levels as colours, and the edges of tiles", Action::Levels),
+    (Key::V, "both, their difference, FLIP", Action::NextComparison),
+    (Key::G, "next overlay: levels and tiles, wanted minus shown, …", Action::NextOverlay),
     (Key::F, "stream and cull for this eye on, and look from elsewhere", Action::Freeze),
-    (Key::Z, "magnifier", Action::Magnify),
+    (Key::Z, "magnifier, and the numbers of the pixel", Action::Magnify),
+    (Key::N, "print the numbers under the magnifier", Action::PrintPixel),
+    (Key::M, "print the memory that is held", Action::PrintMemory),
     (Key::P, "play the path", Action::Play),
     (Key::R, "record the path as numbered pictures", Action::Record),
     (Key::C, "copy the camera as TOML (and print it)", Action::CopyCamera),
     (Key::Escape, "quit", Action::Close),
 ];
 
-/// What moves the eye, for the help alone: [`super::control`] reads it as long as it is held.
+/// Keys that move the camera, for the help only: [`super::control`] reads them while they are held.
 pub const MOVES: [(&str, &str); 7] = [
     ("drag", "move the ground"),
     ("right drag", "turn about the middle of the picture"),
@@ -60,7 +102,7 @@ pub const MOVES: [(&str, &str); 7] = [
     ("double click", "fly there"),
     ("W A S D, Q E", "fly; Q down, E up"),
     ("Shift, Ctrl", "four times as fast, four times as slow"),
-    ("1 … 9", "fly to a bookmark; with Ctrl: save it"),
+    ("1 … 9", "fly to a bookmark; with Ctrl: save it, for later runs too"),
 ];
 
 /// Bookmarks, in order.

@@ -1,4 +1,4 @@
-//! The event loop: opens the window once there is one to open, hands events on, and closes in order.
+//! The event loop: opens the window when the event loop is ready, forwards events, and closes in order.
 
 use super::live::Live;
 use super::{NoDisplay, Opening};
@@ -33,7 +33,7 @@ pub fn run(opening: Opening) -> anyhow::Result<()> {
     if let Some(error) = app.failed {
         return Err(error);
     }
-    // The window and all that was made for it are gone: nothing may have memory on the device any more.
+    // The window and everything made for it are gone: no device memory may remain allocated.
     app.live = None;
     let Some(gpu) = app.gpu else { return Ok(()) };
     if let Some((name, bytes)) = gpu.allocations()?.first() {
@@ -49,7 +49,7 @@ pub fn run(opening: Opening) -> anyhow::Result<()> {
     }
 }
 
-/// winit panics where a library of X11 is missing; here that is an error as any other.
+/// winit panics if an X11 library is missing; here that becomes an ordinary error.
 fn event_loop() -> Result<EventLoop<()>, NoDisplay> {
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));
@@ -65,7 +65,7 @@ fn event_loop() -> Result<EventLoop<()>, NoDisplay> {
     }
 }
 
-/// The cause in one line, without the place in winit's source.
+/// The cause in one line, without the location in winit's source.
 fn reason(error: &EventLoopError) -> String {
     match error {
         EventLoopError::Os(error) => {
@@ -88,17 +88,20 @@ impl App {
             device: self.opening.device.as_deref(),
             validate: self.opening.validate,
             needs: &[],
-            // Variants are switched without opening the device again.
+            // Variants are switched without reopening the device.
             wishes: &Feature::ALL,
             display: Some(display),
         })?;
         tracing::info!("{}, {}", gpu.physical().name, gpu.physical().driver);
         self.gpu = Some(gpu.clone());
-        self.live = Some(Live::new(&gpu, window, &self.opening)?);
+        let live = self.live.insert(Live::new(&gpu, window, &self.opening)?);
+        if self.opening.record {
+            live.record()?;
+        }
         Ok(())
     }
 
-    /// Ends the loop on an error, or when the user is done.
+    /// Ends the loop on an error, or when the user quits.
     fn after(&mut self, events: &ActiveEventLoop, done: anyhow::Result<bool>) {
         match done {
             Ok(true) => {}
@@ -143,7 +146,7 @@ impl ApplicationHandler for App {
         self.after(events, done);
     }
 
-    /// Sleeps until something happens, unless the picture still changes.
+    /// Sleeps until an event arrives, unless the picture still changes.
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         let Some(live) = &self.live else { return };
         match live.wakes_in() {

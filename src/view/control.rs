@@ -1,35 +1,35 @@
-//! Keys and pointer become moves of the eye, and actions.
+//! Converts keys and pointer input to camera motion and actions.
 
 use super::action::{Action, DIGITS, KEYS};
 use super::eye::Eye;
-use egui::{Context, InputState, Key, PointerButton, Pos2};
+use egui::{Context, Event, InputState, Key, PointerButton, Pos2};
 use glam::{DVec2, DVec3};
 
-/// How far flying goes in a second, in heights.
+/// Flight speed, in heights per second.
 const SPEED: f64 = 1.0;
-/// By what Shift multiplies it, and Ctrl divides it.
+/// Shift multiplies the speed by this factor; Ctrl divides it.
 const FASTER: f64 = 4.0;
-/// A notch of the wheel, 50 points as egui counts them, takes a sixth of the height.
+/// One notch of the wheel (50 egui points) reduces the height by a sixth.
 const WHEEL: f64 = 0.0033;
-/// So many points from the divider still grab it.
+/// Grab distance of the divider, in points.
 const GRASP: f32 = 6.0;
 
-/// What a press of the pointer has hold of until it is released, and where the pointer was in the last frame.
+/// What the pointer drags until it is released, and its position in the last frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hold {
-    /// To move it.
+    /// Moves the ground.
     Ground(Pos2),
-    /// To turn about its middle.
+    /// Orbits about the ground point in the middle of the picture.
     View(Pos2),
     Divider,
 }
 
-/// The window as the pointer sees it.
+/// The window's geometry, for pointer input.
 pub struct Pane {
     /// Pixels.
     pub size: [u32; 2],
     pub pixels_per_point: f32,
-    /// Where the divider is, as a share of the width, where there is one.
+    /// The divider's position as a share of the width, if there is a divider.
     pub divider: Option<f32>,
 }
 
@@ -43,20 +43,29 @@ impl Pane {
     }
 }
 
-/// Actions of keys pressed in this frame, unless a text is being typed.
+/// The actions of keys pressed in this frame, unless a text field has the focus.
 pub fn actions(context: &Context) -> Vec<Action> {
     if context.egui_wants_keyboard_input() {
         return Vec::new();
     }
-    context.input(|input| {
-        let pressed = KEYS.iter().filter(|(key, ..)| input.key_pressed(*key) && !input.modifiers.command);
-        let digits = DIGITS.iter().enumerate().filter(|(_, key)| input.key_pressed(**key));
-        let bookmark = |(n, _)| if input.modifiers.command { Action::Save(n) } else { Action::Recall(n) };
-        pressed.map(|(.., action)| action.clone()).chain(digits.map(bookmark)).collect()
-    })
+    // Each press carries its own modifiers: in a slow frame they may already be released again.
+    let pressed = |event: &Event| match event {
+        Event::Key { key, pressed: true, repeat: false, modifiers, .. } => action(*key, modifiers.command),
+        _ => None,
+    };
+    context.input(|input| input.events.iter().filter_map(pressed).collect())
 }
 
-/// Moves the eye, or the divider, whose new place is returned. `seconds` since the last frame.
+fn action(key: Key, command: bool) -> Option<Action> {
+    match DIGITS.iter().position(|digit| *digit == key) {
+        Some(n) if command => Some(Action::Save(n)),
+        Some(n) => Some(Action::Recall(n)),
+        None if command => None,
+        None => KEYS.iter().find(|(own, ..)| *own == key).map(|(.., action)| action.clone()),
+    }
+}
+
+/// Moves the camera, or the divider, whose new position is returned. `seconds`: time since the last frame.
 pub fn steer(
     context: &Context,
     eye: &mut Eye,
@@ -74,7 +83,7 @@ pub fn steer(
             zoom(input, eye, at, pane);
         }
         if pointer && input.pointer.any_pressed() && hold.is_none() {
-            // A slow frame may hold the press and moves behind it.
+            // In a slow frame, moves may follow the press within the same frame.
             *hold = Some(grasped(input, input.pointer.press_origin().unwrap_or(at), pane));
         }
         let mut divider = None;
@@ -115,8 +124,8 @@ fn fly(input: &InputState, eye: &mut Eye, seconds: f64) {
     if direction != DVec3::ZERO {
         let faster = if input.modifiers.shift { FASTER } else { 1.0 };
         let slower = if input.modifiers.ctrl { FASTER } else { 1.0 };
-        let step_m = SPEED * seconds * eye.camera.altitude_m * faster / slower;
-        // Up and down the height changes by a factor, so that it never reaches the ground.
+        let step_m = SPEED * seconds * eye.height_m() * faster / slower;
+        // Up and down scale the height, so the camera never reaches the ground.
         let up_m = eye.camera.altitude_m * ((direction.z * step_m / eye.camera.altitude_m).exp() - 1.0);
         eye.go(DVec3::new(direction.x * step_m, direction.y * step_m, up_m));
     }

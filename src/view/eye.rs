@@ -1,56 +1,76 @@
-//! Where the eye goes: dragging the ground, turning about it, flying, and ways between two cameras.
+//! Camera motion: dragging the ground, orbiting, flying, and transitions between two cameras.
 //!
-//! The state is a scene's camera, not a matrix: what is seen can be written into a report and rendered again to the bit.
+//! The state is a scene's camera instead of a matrix, so a report can store the view and render it again bit for bit.
 
 use glam::{DQuat, DVec2, DVec3};
 use ortelius::math::camera::Pose;
 use ortelius::math::geodesy;
-use ortelius::scene::camera::{Camera, Ground, Place};
+use ortelius::scene::camera::{Camera, Ground, Place, near_m};
 
-/// Heights between which the eye moves, in metres.
+/// Least and greatest height of the camera, in metres.
 pub const LOWEST_M: f64 = 1.0;
 pub const HIGHEST_M: f64 = 1e8;
 
-/// Seconds of a way from one camera to another.
+/// Least height above terrain. Terrain heights are known per grid cell.
+const CLEARANCE_M: f64 = 2.0;
+
+/// Duration of a transition between two cameras, in seconds.
 const FLIGHT_S: f64 = 0.9;
 
-/// No step moves the eye by more than so many times its height.
+/// Longest step of the camera, in multiples of its height.
 const LONGEST_STEP: f64 = 4.0;
 
-/// The eye, and where it is on its way to.
+/// The camera, and its transition if there is one.
 pub struct Eye {
     pub camera: Camera,
     way: Option<Way>,
+    /// Height of the terrain below the camera. The camera's height is measured from it.
+    ground_m: f64,
 }
 
 struct Way {
     from: Camera,
     to: Camera,
-    /// 0 at the start, 1 at the end.
+    /// Progress: 0 at the start, 1 at the end.
     done: f64,
 }
 
 impl Eye {
     pub fn new(camera: Camera) -> Eye {
-        Eye { camera, way: None }
+        Eye { camera, way: None, ground_m: 0.0 }
     }
 
-    /// Whether the eye is on its way somewhere.
+    /// True during a transition.
     pub fn is_under_way(&self) -> bool {
         self.way.is_some()
     }
 
-    /// Jumps.
+    /// Moves to a camera at once.
     pub fn set(&mut self, camera: Camera) {
-        *self = Eye::new(camera);
+        *self = Eye { ground_m: self.ground_m, ..Eye::new(camera) };
     }
 
-    /// Sets off for a camera of the same ground.
+    /// Metres above the terrain.
+    pub fn height_m(&self) -> f64 {
+        (self.camera.altitude_m - self.ground_m).max(LOWEST_M)
+    }
+
+    /// Keeps the camera above terrain of this height, and the near plane in front of the terrain. Without terrain
+    /// nothing changes.
+    pub fn rise_above(&mut self, ground_m: f64) {
+        self.ground_m = ground_m;
+        if ground_m > 0.0 {
+            self.camera.altitude_m = self.camera.altitude_m.max(ground_m + CLEARANCE_M);
+            self.camera.near_m = Some(near_m(self.height_m()));
+        }
+    }
+
+    /// Starts a transition to a camera over the same ground.
     pub fn fly_to(&mut self, to: Camera) {
         self.way = Some(Way { from: self.camera, to, done: 0.0 });
     }
 
-    /// Goes on with the way that it is on.
+    /// Advances the transition.
     pub fn advance(&mut self, seconds: f64) {
         let Some(way) = &mut self.way else { return };
         way.done = (way.done + seconds / FLIGHT_S).min(1.0);
@@ -66,13 +86,13 @@ impl Eye {
         hit(&pose, ray(&pose, pixel, size), self.camera.place.ground())
     }
 
-    /// Moves the ground with the pointer: what was under `from` is then under `to`.
+    /// Drags the ground: the point under `from` moves to `to`.
     pub fn drag(&mut self, from: DVec2, to: DVec2, size: [u32; 2]) {
         self.way = None;
         let (held, now) = (self.ground_at(from, size), self.ground_at(to, size));
         match (held, now) {
             (Some(held), Some(now)) => self.carry(now, held),
-            // Beside the globe: as far as the pointer moves at the globe's distance.
+            // The pointer misses the globe: use its motion at the globe's distance.
             _ => {
                 let radians = self.camera.vertical_fov_rad() / f64::from(size[1].max(1));
                 let metres = (from - to) * radians * self.camera.altitude_m;
@@ -81,7 +101,7 @@ impl Eye {
         }
     }
 
-    /// Moves the eye over the ground as it takes to bring it from above `from` to above `to`.
+    /// Moves the camera over the ground by the displacement from `from` to `to`.
     fn carry(&mut self, from: DVec3, to: DVec3) {
         let pose = self.camera.pose();
         let moved = match self.camera.place.ground() {
@@ -104,7 +124,7 @@ impl Eye {
         self.camera = Camera { altitude_m, ..Camera::of_pose(pose, &self.camera) };
     }
 
-    /// Metres to the right, ahead over the ground, and up.
+    /// Moves by metres to the right, forward along the ground, and up.
     pub fn go(&mut self, by_m: DVec3) {
         self.way = None;
         let frame = self.camera.place.frame();
@@ -127,7 +147,8 @@ impl Eye {
         self.take(&moved, self.camera.altitude_m + by_m.z);
     }
 
-    /// Turns about the ground in the middle of the picture, or, where there is none, about the eye. `by` in pixels.
+    /// Orbits about the ground point in the middle of the picture; without one, turns about the camera. `by` in
+    /// pixels.
     pub fn turn(&mut self, by: DVec2, size: [u32; 2]) {
         self.way = None;
         let degrees = by * 180.0 / f64::from(size[1].max(1));
@@ -148,7 +169,7 @@ impl Eye {
         };
         let turned = about(&pose, up, -degrees.x);
         let tilted = about(&turned, turned.right, -degrees.y);
-        // Neither over the top nor into the ground.
+        // Keeps the pitch away from the zenith, and the camera above the ground.
         let upright = tilted.up.dot(up) > 0.0 && -tilted.forward.dot(up) > 0.02;
         let pose = if upright { tilted } else { turned };
         let found = Camera::of_pose(&pose, &self.camera);
@@ -157,7 +178,7 @@ impl Eye {
         }
     }
 
-    /// Multiplies the height by `factor`; the ground under the pixel stays there.
+    /// Multiplies the height by `factor`; the ground point under the pixel stays there.
     pub fn zoom(&mut self, factor: f64, pixel: DVec2, size: [u32; 2]) {
         self.way = None;
         let held = self.ground_at(pixel, size);
@@ -168,7 +189,7 @@ impl Eye {
         }
     }
 
-    /// Flies to the ground under a pixel, at a quarter of the height.
+    /// Flies to the ground point under a pixel, at a quarter of the height.
     pub fn fly_to_pixel(&mut self, pixel: DVec2, size: [u32; 2]) {
         let Some(ground) = self.ground_at(pixel, size) else { return };
         let over = Camera::of_pose(&Pose { eye: ground, ..self.camera.pose() }, &self.camera);
@@ -177,8 +198,8 @@ impl Eye {
     }
 }
 
-/// The edge of what `seen` sees of the ground, in the pixels of another camera's picture of the same size. `None` where
-/// the edge shows no ground, or the ground there is not seen.
+/// The border of the ground area that the camera `seen` sees, in pixels of another camera with the same picture size.
+/// `None` where the border misses the ground or its ground point is not visible.
 pub fn outline(seen: &Camera, from: &Camera, size: [u32; 2]) -> Vec<Option<DVec2>> {
     const STEPS: u32 = 32;
     let (theirs, ours, ground) = (seen.pose(), from.pose(), seen.place.ground());
@@ -198,7 +219,7 @@ pub fn outline(seen: &Camera, from: &Camera, size: [u32; 2]) -> Vec<Option<DVec2
     corners.windows(2).flat_map(edge).chain([DVec2::ZERO]).map(project).collect()
 }
 
-/// The unit vector through a pixel's place in the window.
+/// The unit view vector through a pixel position in the window.
 fn ray(pose: &Pose, pixel: DVec2, size: [u32; 2]) -> DVec3 {
     let size = DVec2::from(size.map(f64::from)).max(DVec2::ONE);
     let tan = (0.5 * pose.vertical_fov_rad).tan();
@@ -222,13 +243,13 @@ fn wrapped(degrees: f64) -> f64 {
 }
 
 impl Way {
-    /// Between both ends: along the great circle, with the logarithm of the height changing evenly.
+    /// Interpolates between both ends: along the great circle, linearly in the logarithm of the height.
     fn camera(&self) -> Camera {
         let Way { from, to, done } = self;
         if *done >= 1.0 {
             return *to;
         }
-        // Slow at both ends.
+        // Eases in and out.
         let share = done * done * (3.0 - 2.0 * done);
         let between = |a: f64, b: f64| a + (b - a) * share;
         let even = |a: f64, b: f64| between(a.ln(), b.ln()).exp();
@@ -239,12 +260,13 @@ impl Way {
             tilt_deg: between(from.tilt_deg, to.tilt_deg),
             vertical_fov_deg: between(from.vertical_fov_deg, to.vertical_fov_deg),
             magnification: even(from.magnification, to.magnification),
+            near_m: None,
         }
     }
 }
 
-/// The rotation between two directions: axis, and angle in radians. glam's is the identity below 2e-8 rad, which is
-/// 0.1 m on the ground.
+/// The rotation from one direction to another: axis, and angle in radians. glam's function returns the identity for
+/// angles below 2e-8 rad, which is 0.1 m on the ground.
 fn arc(from: DVec3, to: DVec3) -> (DVec3, f64) {
     let (from, to) = (from.normalize(), to.normalize());
     let cross = from.cross(to);
@@ -257,7 +279,7 @@ fn between_places(from: &Place, to: &Place, share: f64) -> Place {
             Place::Plane { east_m: x0 + (x1 - x0) * share, north_m: y0 + (y1 - y0) * share }
         }
         _ => {
-            // The ellipsoid's normals: their angles are geodetic ones.
+            // These are normals of the ellipsoid, so their angles are geodetic.
             let (from, to) = (from.frame().up, to.frame().up);
             let (axis, angle) = arc(from, to);
             let up = DQuat::from_axis_angle(axis, angle * share) * from;
@@ -284,6 +306,7 @@ mod tests {
             tilt_deg,
             vertical_fov_deg: 60.0,
             magnification: 1.0,
+            near_m: None,
         };
         Eye::new(camera)
     }
@@ -296,7 +319,8 @@ mod tests {
             let held = eye.ground_at(from, SIZE).unwrap();
             eye.drag(from, to, SIZE);
             let now = eye.ground_at(to, SIZE).unwrap();
-            // The ellipsoid is not round, and north turns on the way: a hundredth of the height.
+            // The ellipsoid is not a sphere, and the direction of north changes on the way: the tolerance is a
+            // hundredth of the height.
             assert!(held.distance(now) < 0.01 * altitude_m, "{altitude_m}: {}", held.distance(now));
             assert!((eye.camera.altitude_m / altitude_m - 1.0).abs() < 1e-12);
         }
@@ -317,6 +341,23 @@ mod tests {
             }
         }
         assert_eq!(eye.camera.altitude_m, LOWEST_M);
+    }
+
+    #[test]
+    fn no_flight_leads_below_the_terrain() {
+        let place = Place::Plane { east_m: 0.0, north_m: 0.0 };
+        let mut eye = Eye::new(Camera { place, ..eye(3000.0, 80.0).camera });
+        eye.fly_to(Camera { altitude_m: 10.0, ..eye.camera });
+        while eye.is_under_way() {
+            eye.advance(0.05);
+            eye.rise_above(2500.0);
+            assert!(eye.camera.altitude_m >= 2502.0);
+        }
+        // The near plane is much closer than the ground below.
+        assert_eq!(eye.camera.pose().near_m, 2.0 / 64.0);
+        eye.go(DVec3::new(0.0, 0.0, -1e6));
+        eye.rise_above(2500.0);
+        assert_eq!((eye.camera.altitude_m, eye.height_m()), (2502.0, 2.0));
     }
 
     #[test]

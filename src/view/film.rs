@@ -1,5 +1,7 @@
-//! A path as numbered pictures, and the report with which `ortelius render -o NAME.{frame}.png` makes them again.
+//! Records a path as numbered pictures, with a report from which `ortelius render -o NAME.{frame}.png` renders them
+//! again.
 
+use super::encode;
 use super::stage::Stage;
 use anyhow::Context;
 use ortelius::frame::Records;
@@ -8,7 +10,7 @@ use ortelius::renderer::Renderer;
 use ortelius::renderer::report::{Report, RunSection};
 use std::path::{Path, PathBuf};
 
-/// A recording under way. It has a renderer of its own, so that it does not hang on what the window showed before.
+/// A recording in progress. It has its own renderer, so it does not depend on what the window showed before.
 pub struct Film {
     pub renderer: Renderer,
     run: RunSection,
@@ -19,12 +21,12 @@ pub struct Film {
 
 impl Film {
     /// # Errors
-    /// A folder that cannot be made; as [`Renderer::open`].
+    /// The folder cannot be created; or as [`Renderer::open`].
     pub fn new(stage: &Stage, path: &str, folder: &Path) -> anyhow::Result<Film> {
         let way = stage.scene.path(path)?;
         let folder = folder.join(format!("ortelius-{}-{path}", stage.scene.name));
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
-        // Budgets in tiles: a frame of a film shows the same on every machine.
+        // Budgets count tiles, so a film's frames are the same on every machine.
         let mut renderer = stage.another(&stage.scene, true)?;
         renderer.keep(Records::last_ones(1));
         let run = RunSection {
@@ -49,11 +51,11 @@ impl Film {
         (self.next, self.poses.len())
     }
 
-    /// Writes the frame that was just rendered; behind the last one, the report. Returns the folder once all is
-    /// written.
+    /// Writes the frame just rendered. After the last frame also writes the report and the film, and returns the
+    /// folder.
     ///
     /// # Errors
-    /// The disk, with the path; device lost.
+    /// A file cannot be written (the error names its path); device lost.
     pub fn write(&mut self) -> anyhow::Result<Option<&Path>> {
         self.renderer.picture()?.save(&self.folder.join(format!("{:05}.png", self.next)))?;
         self.next += 1;
@@ -64,6 +66,10 @@ impl Film {
         let mut report = Report::of(&self.renderer, &self.run.name, path, None);
         report.run = Some(self.run.clone());
         report.save(&self.folder.join("report.json"))?;
+        encode::animation(&self.folder, self.poses.len() as u32)?;
+        if !encode::film(&self.folder)? {
+            tracing::info!("no ffmpeg on this machine: pictures and an animated PNG, no film");
+        }
         Ok(Some(&self.folder))
     }
 }

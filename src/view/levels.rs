@@ -1,41 +1,50 @@
-//! Which level each pixel asks for, and where its tiles end: stage 1 of paper 1 once more, for the present pass to colour.
+//! Paper 1's decisions for each pixel, for overlays and the magnifier: a second stage 1 that also outputs its inputs,
+//! and the level that each pixel shows.
 
 use ortelius::frame::{Onto, Target, View};
 use ortelius::paper::virtual_texture::config::Config;
-use ortelius::paper::virtual_texture::footprint::Footprint;
-use ortelius::paper::virtual_texture::{U1Format, VirtualTexture, VirtualTextureError};
-use ortelius::vk::{self, Depth, Frame, Gpu, Image};
+use ortelius::paper::virtual_texture::footprint::{Footprint, FootprintDump};
+use ortelius::paper::virtual_texture::shown::ShownLevels;
+use ortelius::paper::virtual_texture::{RequestFormat, VirtualTexture, VirtualTextureError};
+use ortelius::vk::{self, Depth, Frame, Gpu};
 use std::sync::Arc;
 
-/// A stage 1 of its own: fused variants have none, and formats differ.
-pub struct Levels(Footprint);
+/// A separate stage 1, because fused variants have none and request formats differ.
+pub struct Levels {
+    stage1: Footprint,
+    pub open: FootprintDump,
+    pub shown: ShownLevels,
+}
 
 impl Levels {
-    /// For the pictures that are drawn into `target`.
+    /// For pictures drawn into `target`.
     ///
     /// # Errors
     /// Out of memory.
     pub fn new(gpu: &Gpu, texture: &VirtualTexture, target: &Target) -> Result<Levels, VirtualTextureError> {
-        let config = Config { u1: Some(U1Format::Rgba32), ..texture.settings.config };
-        let depth = (target.depth.clone(), Depth::Equal);
-        Ok(Levels(Footprint::on(gpu, &texture.source.pyramid(), &config, depth, 0)?))
+        let config = Config { request_format: Some(RequestFormat::Rgba32), ..texture.settings.config };
+        let (depth, pyramid) = ((target.depth.clone(), Depth::Equal), texture.source.pyramid());
+        let stage1 = Footprint::on(gpu, &pyramid, &config, depth, 0)?;
+        Ok(Levels {
+            open: FootprintDump::new(gpu, &pyramid, &config, &stage1)?,
+            shown: ShownLevels::new(gpu, &pyramid, &config, &texture.resident, &stage1)?,
+            stage1,
+        })
     }
 
-    /// Whether it still belongs to the target.
+    /// True if it was made for this target.
     pub fn fits(&self, target: &Target) -> bool {
-        Arc::ptr_eq(&self.0.depth, &target.depth)
+        Arc::ptr_eq(&self.stage1.depth, &target.depth)
     }
 
-    /// Draws it, on the depth that the frame has drawn.
+    /// Draws it with the depth image of the frame.
     ///
     /// # Errors
     /// Out of memory.
     pub fn draw(&self, frame: &mut Frame<'_>, texture: &VirtualTexture, view: &View) -> vk::Result<()> {
-        frame.pass("tile levels", |cmd| self.0.draw(cmd, &texture.seen(*view).onto(Onto::Drawn)))
-    }
-
-    /// (q, i, j) of each pixel, in four words.
-    pub fn image(&self) -> &Image {
-        &self.0.u1
+        let seen = texture.seen(*view).onto(Onto::Drawn);
+        frame.pass("tile levels", |cmd| self.open.draw(cmd, &self.stage1, &seen))?;
+        frame
+            .pass("levels shown", |cmd| self.shown.draw(cmd, &self.stage1, &texture.resident, texture.bias()))
     }
 }

@@ -1,67 +1,87 @@
 //! The open window, frame by frame: input, panels, actions, picture.
 
 use super::Opening;
-use super::action::Action;
+use super::action::{Action, Comparison};
+use super::bookmarks::Bookmarks;
 use super::control::{self, Hold, Pane};
 use super::eye::{self, Eye};
 use super::film::Film;
+use super::judge::{self, Judge, Question, Subject};
 use super::levels::Levels;
+use super::measure::Measure;
+use super::overlay::Overlay;
 use super::painter::Painting;
-use super::panels::{Panels, Shown};
+use super::panels::Panels;
 use super::path::Player;
+use super::probe::{Found, LaidOpen, Probe};
+use super::reload::{self, Reload};
 use super::screen::{Arrangement, Pictures, Screen};
-use super::shot;
+use super::shown::{Front, Shown};
 use super::stage::Stage;
-use anyhow::anyhow;
+use super::terrain::Terrain;
 use egui::{FullOutput, Pos2, TexturesDelta, ViewportId};
 use glam::DVec2;
 use ortelius::math::camera::Pose;
+use ortelius::paper::progressive_mesh::faces::Faces;
 use ortelius::scene::camera::Camera;
 use ortelius::vk::Gpu;
-use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::event::WindowEvent;
-use winit::window::{Fullscreen, Window};
+use winit::window::Window;
 
-/// Frames that follow the last change, so that what the frames in flight found out is shown, too.
-const ECHO: u32 = 3;
+/// Frames after the last change, so that results of the frames in flight are shown, too: the values of a frame are
+/// read back two frames later, laid out in the third, and egui draws them in the fourth.
+pub(super) const ECHO: u32 = 5;
 
-/// No step of the eye is longer than this, whatever a frame took.
+/// Longest time step of the camera, however long a frame took.
 const LONGEST_FRAME_S: f64 = 0.1;
 
 pub struct Live {
-    stage: Stage,
-    film: Option<Film>,
-    screen: Screen,
-    input: egui_winit::State,
-    /// Textures of the panels that no frame has uploaded yet.
+    pub(super) stage: Stage,
+    pub(super) film: Option<Film>,
+    pub(super) screen: Screen,
+    pub(super) input: egui_winit::State,
+    /// Panel textures that no frame has uploaded yet.
     textures: TexturesDelta,
-    eye: Eye,
+    pub(super) eye: Eye,
     hold: Option<Hold>,
-    player: Player,
-    panels: Panels,
-    bookmarks: [Option<Camera>; 9],
-    magnifies: bool,
-    difference: bool,
-    shows_levels: bool,
-    levels: Option<Levels>,
-    /// The eye that tiles are streamed and meshes culled for, where it is not the one that sees.
-    frozen: Option<Camera>,
-    /// Of the divider, as a share of the width.
+    pub(super) player: Player,
+    pub(super) panels: Panels,
+    pub(super) bookmarks: Bookmarks,
+    pub(super) magnifies: bool,
+    pub(super) comparison: Comparison,
+    pub(super) trade: Option<Front>,
+    judge: Judge,
+    /// Counts changes to the picture of a fixed pose.
+    pub(super) edition: u64,
+    /// Of the last frame.
+    last_pose: Option<Pose>,
+    terrain: Terrain,
+    measure: Option<Measure>,
+    /// Closes the window once the path is recorded.
+    records_alone: bool,
+    pub(super) overlay: Option<Overlay>,
+    probe: Probe,
+    pub(super) levels: Option<Levels>,
+    pub(super) faces: Option<Faces>,
+    pub(super) reload: Reload,
+    /// The camera for tile streaming and mesh culling, if it differs from the viewing camera.
+    pub(super) frozen: Option<Camera>,
+    /// Position of the divider, as a share of the width.
     divider: f32,
-    folder: PathBuf,
+    pub(super) folder: PathBuf,
     last_frame: Instant,
-    /// Frames that still follow although nothing changes.
-    echo: u32,
-    /// When the panels want to be drawn again.
+    /// Frames still to draw although nothing changes.
+    pub(super) echo: u32,
+    /// When the panels request the next redraw.
     repaint: Duration,
-    window: Arc<Window>,
+    pub(super) window: Arc<Window>,
 }
 
 impl Live {
-    /// # Errors
+    /// The device cannot present to the window; or any error that stops a renderer.
     /// A window that the device cannot present to; whatever stops a renderer.
     pub fn new(gpu: &Gpu, window: Arc<Window>, opening: &Opening) -> anyhow::Result<Live> {
         let size: [u32; 2] = window.inner_size().into();
@@ -72,11 +92,17 @@ impl Live {
         let context = egui::Context::default();
         let factor = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(context, ViewportId::ROOT, &*window, factor, None, None);
-        let mut bookmarks = [None; 9];
-        for (bookmark, camera) in bookmarks.iter_mut().zip(stage.scene.cameras.values()) {
-            *bookmark = Some(*camera);
+        let measure = opening.measure.then(|| Measure::new(&stage.scene)).transpose()?;
+        let (bookmarks, read) = Bookmarks::open(&stage.scene);
+        let mut panels = Panels::new(opening.panels);
+        if let Err(error) = read {
+            tracing::warn!("{error:#}");
+            panels.say(format!("{error:#}"), true);
         }
         Ok(Live {
+            terrain: Terrain::of(&stage.scene),
+            measure,
+            records_alone: false,
             player: Player::new(&stage.scene),
             stage,
             film: None,
@@ -85,12 +111,19 @@ impl Live {
             textures: TexturesDelta::default(),
             eye: Eye::new(opening.camera),
             hold: None,
-            panels: Panels::new(opening.panels),
+            panels,
             bookmarks,
             magnifies: false,
-            difference: false,
-            shows_levels: false,
+            comparison: Comparison::Pictures,
+            trade: opening.trade.as_ref().map(Front::of),
+            judge: Judge::default(),
+            edition: 0,
+            last_pose: None,
+            overlay: None,
+            probe: Probe::default(),
             levels: None,
+            faces: None,
+            reload: Reload::default(),
             frozen: None,
             divider: 0.5,
             folder: opening.folder.clone(),
@@ -101,7 +134,16 @@ impl Live {
         })
     }
 
-    /// Takes an event of the window's system.
+    /// Only records the path.
+    ///
+    /// # Errors
+    /// There is no path; a folder cannot be created.
+    pub fn record(&mut self) -> anyhow::Result<()> {
+        self.records_alone = true;
+        self.act(Action::Record)
+    }
+
+    /// Handles a window event.
     pub fn event(&mut self, event: &WindowEvent) {
         let response = self.input.on_window_event(&self.window, event);
         if response.repaint || matches!(event, WindowEvent::Resized(_) | WindowEvent::Occluded(false)) {
@@ -113,19 +155,23 @@ impl Live {
         self.window.request_redraw();
     }
 
-    /// When the next frame is due; `None`: with the next event.
+    /// When the next frame is due; `None`: at the next event.
     pub fn wakes_in(&self) -> Option<Duration> {
-        let moves = self.eye.is_under_way() || self.player.is_playing() || self.film.is_some();
+        let moves = self.eye.is_under_way() || self.player.is_playing();
+        let moves = moves || self.film.is_some() || self.measure.is_some() || self.records_alone;
         if self.is_hidden() {
             return None;
         }
-        match moves || self.echo > 0 || !self.stage.settled() {
+        let unjudged = self.subject().is_some_and(|subject| !self.judge.is_about(&subject));
+        match moves || self.echo > 0 || !self.stage.settled() || unjudged {
             true => Some(Duration::ZERO),
+            false if self.judge.is_at_work() => Some(judge::REFRESH),
+            false if self.reload.is_under_way() => Some(reload::LOOK_AGAIN),
             false => Some(self.repaint).filter(|repaint| *repaint < Duration::from_secs(3600)),
         }
     }
 
-    /// Minimised: there are no pixels to draw.
+    /// Minimised: the window has no pixels.
     fn is_hidden(&self) -> bool {
         let size = self.window.inner_size();
         size.width == 0 || size.height == 0 || self.window.is_minimized() == Some(true)
@@ -134,10 +180,17 @@ impl Live {
     /// One frame. Returns whether the window stays open.
     ///
     /// # Errors
-    /// Device lost, out of memory. What fails of an action is shown, and ends nothing.
+    /// Device lost, out of memory. A failed action is only reported.
     pub fn frame(&mut self) -> anyhow::Result<bool> {
         if self.is_hidden() {
             return Ok(true);
+        }
+        if self.records_alone && self.film.is_none() {
+            return Ok(false);
+        }
+        if let Some(measure) = &mut self.measure {
+            self.panels.open = measure.begin(&mut self.player);
+            self.follow_path();
         }
         let seconds = self.last_frame.elapsed().as_secs_f64().min(LONGEST_FRAME_S);
         self.last_frame = Instant::now();
@@ -150,37 +203,53 @@ impl Live {
         self.input.handle_platform_output(&self.window, platform);
         actions.extend(control::actions(self.input.egui_ctx()));
         self.move_eye(seconds);
+        let mut done = vec![self.take_shaders()];
         for action in actions {
             if action == Action::Close {
                 return Ok(false);
             }
             self.echo = ECHO;
-            if let Err(error) = self.act(action) {
-                tracing::warn!("{error:#}");
-                self.panels.say(format!("{error:#}"), true);
-            }
+            done.push(self.act(action));
+        }
+        for error in done.into_iter().filter_map(Result::err) {
+            tracing::warn!("{error:#}");
+            self.panels.say(format!("{error:#}"), true);
         }
         self.draw(output)?;
+        if let Some(report) = self.measure.as_mut().and_then(Measure::end) {
+            self.print(&report)?;
+            return Ok(false);
+        }
         Ok(true)
     }
 
-    /// Input to panels; what they show, and what was asked for in them.
+    /// Passes input to the panels; returns their output and the requested actions.
     fn lay_out(&mut self) -> (FullOutput, Vec<Action>) {
         let raw = self.input.take_egui_input(&self.window);
         let context = self.input.egui_ctx().clone();
+        let judged = self.subject().and_then(|subject| self.judge.show(&context, &subject));
         let shown = Shown {
             stage: &self.stage,
             camera: &self.eye.camera,
             player: &self.player,
             film: self.film.as_ref().map(Film::progress),
-            difference: self.difference,
+            comparison: self.comparison,
+            judged,
+            trade: self.trade.as_ref(),
+            overlay: self.overlay,
+            found: self.probe.found.as_ref().filter(|_| self.magnifies),
             outline: self.outline(context.pixels_per_point()),
         };
         let panels = &mut self.panels;
         let mut actions = Vec::new();
-        // egui may lay out twice: the last time counts.
+        // egui may lay out twice: the last layout counts.
         let output = context.run_ui(raw, |ui| actions = panels.show(ui, &shown));
         (output, actions)
+    }
+
+    /// The pixel under the magnifier.
+    pub(super) fn found(&self) -> Option<&Found> {
+        self.probe.found.as_ref().filter(|_| self.magnifies)
     }
 
     /// In points of the window.
@@ -209,137 +278,32 @@ impl Live {
         if self.player.is_playing() {
             self.player.advance(seconds);
             self.follow_path();
+        } else {
+            self.eye.rise_above(self.terrain.height_m(&self.eye.camera));
+        }
+        if self.eye.camera != before {
+            self.terrain.begin();
         }
         if self.eye.camera != before || divider.is_some() {
             self.echo = ECHO;
         }
     }
 
-    fn follow_path(&mut self) {
+    pub(super) fn follow_path(&mut self) {
         if let Some(camera) = self.player.camera() {
             self.eye.set(camera);
         }
     }
 
-    fn say(&mut self, text: String) {
-        tracing::info!("{text}");
-        self.panels.say(text, false);
-    }
-
-    fn act(&mut self, action: Action) -> anyhow::Result<()> {
-        match action {
-            Action::Close => {}
-            Action::Help => self.panels.help = !self.panels.help,
-            Action::Panels => self.panels.open = !self.panels.open,
-            Action::Magnify => self.magnifies = !self.magnifies,
-            Action::Difference => self.difference = !self.difference,
-            Action::Levels => self.shows_levels = !self.shows_levels,
-            Action::Freeze => {
-                self.frozen = if self.frozen.is_some() { None } else { Some(self.eye.camera) };
-            }
-            Action::FullScreen => {
-                let now = self.window.fullscreen().is_some();
-                self.window.set_fullscreen((!now).then_some(Fullscreen::Borderless(None)));
-            }
-            Action::NextVariant | Action::Show(_) | Action::Compare | Action::Set(..) => {
-                self.change(action)?;
-            }
-            Action::Screenshot => {
-                let picture = shot::take(&self.stage, &self.eye.camera, &self.folder)?;
-                self.print(&picture.display().to_string())?;
-                self.say(format!("{} and its report", picture.display()));
-            }
-            Action::CopyCamera => {
-                let text = self.eye.camera.to_toml("NAME");
-                self.input.egui_ctx().copy_text(text.clone());
-                self.print(&text)?;
-                self.say("the camera is in the clipboard".to_owned());
-            }
-            Action::FlyTo(camera) => self.fly_to(camera),
-            Action::Save(n) => {
-                self.bookmarks[n] = Some(self.eye.camera);
-                self.say(format!("bookmark {}", n + 1));
-            }
-            Action::Recall(n) => {
-                let empty = || anyhow!("bookmark {0} is empty; Ctrl+{0} saves one", n + 1);
-                let camera = self.bookmarks[n].ok_or_else(empty)?;
-                self.fly_to(camera);
-            }
-            Action::Play | Action::Pause | Action::Seek(_) | Action::ChoosePath(_) | Action::Record => {
-                self.act_on_path(action)?;
-            }
-        }
-        Ok(())
-    }
-
-    fn fly_to(&mut self, camera: Camera) {
-        self.player.stop();
-        self.eye.fly_to(camera);
-    }
-
-    /// What opens renderers.
-    fn change(&mut self, action: Action) -> anyhow::Result<()> {
-        match action {
-            Action::Show(variant) => self.stage.show(variant)?,
-            Action::Compare => self.stage.toggle_second()?,
-            Action::Set(key, value) => self.stage.set(&key, &value)?,
-            _ => self.show_next()?,
-        }
-        let text = match &self.stage.second {
-            Some((second, _)) => format!("{} | {}", self.name(self.stage.variant), self.name(*second)),
-            None => self.name(self.stage.variant).to_owned(),
+    /// The subject of the comparison that is shown, if any.
+    fn subject(&self) -> Option<Subject> {
+        let question = match self.comparison {
+            Comparison::Flip if self.stage.second.is_some() => Question::Flip,
+            _ if self.overlay == Some(Overlay::Error) => Question::Error,
+            _ => return None,
         };
-        self.say(format!("variant: {text}"));
-        Ok(())
-    }
-
-    /// The next variant that this device and scene take.
-    fn show_next(&mut self) -> anyhow::Result<()> {
-        let mut next = self.stage.next(self.stage.variant);
-        while let Err(error) = self.stage.show(next) {
-            if next == self.stage.variant {
-                return Err(error);
-            }
-            tracing::warn!("{error:#}");
-            next = self.stage.next(next);
-        }
-        Ok(())
-    }
-
-    fn name(&self, variant: usize) -> &str {
-        &self.stage.variants[variant].name
-    }
-
-    fn act_on_path(&mut self, action: Action) -> anyhow::Result<()> {
-        let path = self.player.path().cloned();
-        if path.is_none() && !matches!(action, Action::ChoosePath(_)) {
-            return Err(anyhow!("scene {} has no path", self.stage.scene.name));
-        }
-        match action {
-            Action::Play => self.player.play(),
-            Action::Pause => self.player.pause(),
-            Action::Seek(frame) => {
-                self.player.seek(frame);
-                self.follow_path();
-            }
-            Action::ChoosePath(name) => {
-                self.player.choose(&self.stage.scene, &name);
-                self.follow_path();
-            }
-            _ => {
-                let film = Film::new(&self.stage, &path.unwrap_or_default(), &self.folder)?;
-                self.film = Some(film);
-            }
-        }
-        Ok(())
-    }
-
-    /// To stdout, which is for data. A closed pipe is no error.
-    fn print(&self, text: &str) -> anyhow::Result<()> {
-        match writeln!(std::io::stdout(), "{text}") {
-            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.into()),
-            _ => Ok(()),
-        }
+        let (pose, size) = (self.eye.camera.pose(), self.stage.renderer.size());
+        self.film.is_none().then_some(Subject { question, pose, size, edition: self.edition })
     }
 
     fn draw(&mut self, output: FullOutput) -> anyhow::Result<()> {
@@ -365,16 +329,20 @@ impl Live {
         self.write_film()
     }
 
-    /// The levels' own stage 1, where they are to be seen and there is a virtual texture.
-    fn prepare_levels(&mut self) -> anyhow::Result<()> {
+    /// The techniques' decisions for the overlay or the magnifier, if the scene has them.
+    fn prepare_overlays(&mut self) -> anyhow::Result<()> {
         let renderer = &self.stage.renderer;
-        let texture =
-            renderer.technique.texture.as_ref().filter(|_| self.shows_levels && self.film.is_none());
-        let fits = |levels: &Levels| levels.fits(renderer.target());
-        self.levels = match (texture, self.levels.take().filter(fits)) {
-            (None, _) => None,
-            (Some(_), Some(levels)) => Some(levels),
-            (Some(texture), None) => Some(Levels::new(&renderer.gpu, texture, renderer.target())?),
+        let (gpu, target) = (&renderer.gpu, renderer.target());
+        let wanted = (self.overlay.is_some() || self.magnifies) && self.film.is_none();
+        let texture = renderer.technique.texture.as_ref().filter(|_| wanted);
+        self.levels = match (texture, self.levels.take().filter(|levels| levels.fits(target))) {
+            (Some(texture), None) => Some(Levels::new(gpu, texture, target)?),
+            (texture, levels) => texture.and(levels),
+        };
+        let meshes = renderer.technique.meshes.as_ref().filter(|_| wanted);
+        self.faces = match (meshes, self.faces.take().filter(|faces| faces.fits(target))) {
+            (Some(meshes), None) => Some(Faces::new(gpu, meshes, target)?),
+            (meshes, faces) => meshes.and(faces),
         };
         Ok(())
     }
@@ -385,8 +353,13 @@ impl Live {
         arrangement: &Arrangement,
         painting: &Painting,
     ) -> anyhow::Result<()> {
-        self.prepare_levels()?;
+        self.prepare_overlays()?;
         let pose: Pose = self.eye.camera.pose();
+        // The last frame knows if a picture is complete; this is valid only if its pose was the same.
+        let rests = self.last_pose == Some(pose) && self.stage.settled();
+        let subject = self.subject().filter(|_| rests);
+        self.last_pose = Some(pose);
+        self.judge.start_arrived(&self.stage);
         let frozen = self.frozen.as_ref().map(Camera::pose);
         self.stage.renderer.technique.frozen = frozen;
         let (mut second, films) = (None, self.film.is_some());
@@ -402,18 +375,33 @@ impl Live {
             }
             None => (&mut self.stage.renderer, pose),
         };
-        let (screen, levels) = (&self.screen, &self.levels);
+        let (screen, levels, faces, probe) = (&self.screen, &self.levels, &mut self.faces, &mut self.probe);
+        let (gpu, overlay, judge) = (renderer.gpu.clone(), self.overlay, &mut self.judge);
         let [acquired, drawn] = screen.swapchain.semaphores(number);
         renderer.frame_with(&pose, &[acquired], &[drawn], |frame, view, surfaces, target| {
             let levels = levels.as_ref().zip(surfaces.texture.as_ref());
             if let Some((levels, texture)) = levels {
                 levels.draw(frame, texture, view)?;
             }
+            let levels = levels.map(|(levels, _)| levels);
+            if let Some((faces, meshes)) = faces.as_mut().zip(surfaces.meshes.as_ref()) {
+                faces.record(&gpu, frame, meshes, view)?;
+            }
+            let faces = faces.as_ref().map(|faces| &faces.image);
             let pictures = Pictures {
                 left: &target.color,
                 right: second.as_ref().unwrap_or(&target.color),
-                levels: levels.map(|(levels, _)| levels.image()),
+                words: match overlay {
+                    Some(overlay) if overlay.is_of_meshes() => faces,
+                    _ => levels.map(|levels| &levels.shown.image),
+                },
             };
+            judge.step(&gpu, frame, view, [pictures.left, pictures.right], subject)?;
+            let at = arrangement.magnified;
+            let is_right = at.is_some_and(|at| at[0] >= arrangement.split as i32);
+            let picture = if is_right { pictures.right } else { pictures.left };
+            let laid_open = LaidOpen { levels, faces };
+            probe.step(&gpu, frame, view, (target, picture, laid_open), at)?;
             screen.record(frame, number, pictures, arrangement, painting)
         })?;
         Ok(())
@@ -425,8 +413,9 @@ impl Live {
         let magnified = pointer.map(|at| [at.x, at.y].map(|at| (at * points) as i32));
         Arrangement {
             split: if compares { (self.divider * size[0] as f32) as u32 } else { size[0] + 1 },
-            gain: if compares && self.difference { 8.0 } else { 0.0 },
+            gain: if compares && self.comparison == Comparison::Difference { 8.0 } else { 0.0 },
             magnified: magnified.filter(|_| self.magnifies),
+            overlay: self.overlay.filter(|_| self.film.is_none()).map_or(0, Overlay::number),
         }
     }
 
@@ -440,6 +429,7 @@ impl Live {
                 self.print(&folder)?;
                 self.say(format!("{folder}: pictures and their report"));
             }
+            Err(error) if self.records_alone => return Err(error),
             Err(error) => {
                 self.film = None;
                 self.panels.say(format!("{error:#}"), true);

@@ -1,7 +1,8 @@
-//! egui's triangles, drawn over the picture.
+//! Draws egui's triangles over the picture.
 //!
-//! Not egui-ash-renderer: its version 0.13 waits for an idle queue at each new glyph, copies parts of a texture from the
-//! layout UNDEFINED, which may discard the rest, and frees textures that a frame in flight still reads.
+//! egui-ash-renderer is not used: its version 0.13 waits for an idle queue at each new glyph, copies parts of a
+//! texture from the layout UNDEFINED (which may discard the rest), and frees textures that a frame in flight still
+//! reads.
 
 use egui::epaint::{ImageDelta, Primitive};
 use egui::{ClippedPrimitive, ImageData, TextureId, TexturesDelta};
@@ -25,7 +26,7 @@ pub struct Painter {
 pub struct Painting {
     points: [f32; 2],
     buffers: Option<(Buffer, Buffer)>,
-    /// Draws that follow each other with the same texture.
+    /// Consecutive draws with the same texture.
     draws: Vec<(TextureId, Vec<ClippedSlice>)>,
     uploads: Vec<(TextureId, Buffer, TexelCopy)>,
 }
@@ -61,7 +62,7 @@ impl Painter {
         })
     }
 
-    /// Takes over new textures and triangles for a window of `size` pixels.
+    /// Uploads new textures and triangles for a window of `size` pixels.
     ///
     /// # Errors
     /// Out of memory.
@@ -125,7 +126,7 @@ impl Painter {
         )))
     }
 
-    /// A new texture, or a part of one.
+    /// Uploads a new texture, or a part of one.
     fn upload(&mut self, id: TextureId, delta: &ImageDelta) -> Result<(TextureId, Buffer, TexelCopy)> {
         let ImageData::Color(image) = &delta.image;
         let size = [image.width() as u32, image.height() as u32];
@@ -140,13 +141,13 @@ impl Painter {
         Ok((id, staging, TexelCopy { offset: 0, mip: 0, layer: 0, at, size }))
     }
 
-    /// Draws over what `target` holds.
+    /// Draws over the content of `target`.
     ///
     /// # Errors
     /// Out of memory.
     pub fn draw(&self, cmd: &mut Cmd<'_>, target: &Image, painting: &Painting) -> Result<()> {
         for (n, (id, staging, copy)) in painting.uploads.iter().enumerate() {
-            // Parts of one texture may overlap.
+            // Updates of one texture may overlap.
             if n > 0 {
                 cmd.sync();
             }
@@ -170,7 +171,7 @@ impl Painter {
         })
     }
 
-    /// Forgets textures that the frame just recorded was the last to show.
+    /// Drops textures that were last used in the frame just recorded.
     pub fn free(&mut self, textures: &TexturesDelta) {
         textures.free.iter().for_each(|id| drop(self.textures.remove(id)));
     }

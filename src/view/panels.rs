@@ -1,8 +1,10 @@
-//! What the window says beside the picture: where the time goes, what streams, what is drawn, and every setting.
+//! The panels beside the picture: times, streaming, draws, and all settings.
 
 use super::action::{Action, KEYS, MOVES};
-use super::path::Player;
+use super::compared;
+use super::inspector;
 use super::settings::Settings;
+use super::shown::Shown;
 use super::stage::{HISTORY, Stage};
 use egui::{
     Align2, CollapsingHeader, Color32, Grid, Pos2, Rect, RichText, ScrollArea, Sense, Slider, Stroke, Ui,
@@ -11,11 +13,11 @@ use egui::{
 use ortelius::math::pyramid::TileId;
 use ortelius::paper::virtual_texture::VirtualTexture;
 use ortelius::renderer::Record;
-use ortelius::scene::camera::{Camera, Place};
+use ortelius::scene::camera::Place;
 use ortelius::vk::PassTime;
 use std::time::{Duration, Instant};
 
-/// State of the panels; the rest is read from the stage.
+/// State of the panels; all other data come from the stage.
 pub struct Panels {
     pub open: bool,
     pub help: bool,
@@ -30,24 +32,12 @@ struct Status {
     since: Instant,
 }
 
-/// How long a message is shown.
+/// Display time of a message.
 const MESSAGE: Duration = Duration::from_secs(4);
 const ERROR: Duration = Duration::from_secs(20);
 
 /// Width in points.
 const WIDTH: f32 = 330.0;
-
-/// What the panels show.
-pub struct Shown<'a> {
-    pub stage: &'a Stage,
-    pub camera: &'a Camera,
-    pub player: &'a Player,
-    /// Frames of a recording: written, all.
-    pub film: Option<(usize, usize)>,
-    pub difference: bool,
-    /// Edge of what a frozen eye sees, in points.
-    pub outline: Vec<Option<Pos2>>,
-}
 
 impl Panels {
     pub fn new(open: bool) -> Panels {
@@ -59,9 +49,17 @@ impl Panels {
         self.status = Some(Status { text, is_error, since: Instant::now() });
     }
 
-    /// Lays out all that is open; what the user asked for.
+    /// Lays out all open panels; returns the requested actions.
     pub fn show(&mut self, ui: &mut Ui, shown: &Shown<'_>) -> Vec<Action> {
         let mut actions = Vec::new();
+        if let Some((texture, about)) = &shown.judged {
+            let all = Rect::from_min_max(Pos2::ZERO, egui::pos2(1.0, 1.0));
+            ui.painter().image(texture.id(), ui.ctx().content_rect(), all, Color32::WHITE);
+            let area = egui::Area::new("judged".into()).anchor(Align2::CENTER_TOP, vec2(0.0, 8.0));
+            area.interactable(false).fade_in(false).show(ui.ctx(), |ui| {
+                egui::Frame::popup(ui.style()).show(ui, |ui| ui.label(about));
+            });
+        }
         for ends in shown.outline.windows(2) {
             if let [Some(from), Some(to)] = *ends {
                 ui.painter().line_segment([from, to], Stroke::new(2.0, Color32::YELLOW));
@@ -76,6 +74,9 @@ impl Panels {
         if self.help {
             help(ui);
         }
+        if let Some(found) = shown.found {
+            inspector::show(ui, shown.stage, found);
+        }
         self.status_line(ui, shown);
         actions
     }
@@ -84,7 +85,9 @@ impl Panels {
         let mut actions = Vec::new();
         let records = &shown.stage.renderer.records;
         let section = |name: &str, open| CollapsingHeader::new(name).default_open(open);
-        section("variants", true).show(ui, |ui| variants(ui, shown, &mut actions));
+        section("variants", true).show(ui, |ui| compared::variants(ui, shown, &mut actions));
+        section("trade", shown.trade.is_some()).show(ui, |ui| compared::trade(ui, shown, &mut actions));
+        section("overlays", false).show(ui, |ui| compared::overlays(ui, shown, &mut actions));
         if let Some(last) = records.last() {
             section("passes", true).show(ui, |ui| times(ui, records));
             if let Some(texture) = &shown.stage.renderer.technique.texture {
@@ -138,33 +141,11 @@ fn help(ui: &mut Ui) {
     );
 }
 
-fn variants(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
-    let stage = shown.stage;
-    let second = stage.second.as_ref().map(|(second, _)| *second);
-    for (n, variant) in stage.variants.iter().enumerate() {
-        let name = match second {
-            Some(second) if second == n => format!("{}  (right)", variant.name),
-            _ => variant.name.clone(),
-        };
-        if ui.selectable_label(n == stage.variant, name).on_hover_text(variant.changes.join("\n")).clicked() {
-            actions.push(Action::Show(n));
-        }
-    }
-    ui.horizontal(|ui| {
-        if ui.selectable_label(second.is_some(), "side by side").clicked() {
-            actions.push(Action::Compare);
-        }
-        if second.is_some() && ui.selectable_label(shown.difference, "difference").clicked() {
-            actions.push(Action::Difference);
-        }
-    });
-}
-
 fn total_ms(passes: &[PassTime]) -> Option<f64> {
     Some(passes.iter().map(|pass| pass.ns).sum::<Option<u64>>()? as f64 / 1e6)
 }
 
-/// Bars of the last frame, and the frames before it.
+/// Bars of the last frame, and of earlier frames.
 fn times(ui: &mut Ui, records: &[Record]) {
     let last = &records[records.len() - 1];
     let Some(total) = total_ms(&last.passes) else {
@@ -233,7 +214,7 @@ fn tiles(ui: &mut Ui, last: &Record, texture: &VirtualTexture) {
     levels(ui, &record.visible);
 }
 
-/// A hue for each level; present.frag has the same.
+/// A hue for each level; the same as in present.frag.
 fn level_colour(level: u32) -> Color32 {
     let hue = (level as f32 * 0.618_034).fract();
     egui::ecolor::HsvaGamma { h: hue, s: 0.65, v: 0.9, a: 1.0 }.into()
@@ -252,7 +233,7 @@ fn levels(ui: &mut Ui, visible: &[TileId]) {
     });
 }
 
-/// Slots of both caches in order, coloured by the level of the tile that each holds.
+/// Slots of both caches in order, coloured by the level of the tile in each.
 fn caches(ui: &mut Ui, texture: &VirtualTexture) {
     let config = texture.streaming.config();
     let gpu: Vec<_> = (0..config.gpu_tiles).map(|slot| texture.streaming.gpu_tile(slot)).collect();

@@ -1,13 +1,11 @@
-//! A scene's path in the window: played, paused and scrubbed.
+//! Playback of a scene's path in the window: play, pause and scrub.
 
+use super::encode::FRAMES_PER_SECOND;
 use ortelius::scene::Scene;
 use ortelius::scene::camera::Camera;
 use ortelius::scene::path::{Motion, Path};
 
-/// Steps of a path in a second.
-const STEPS_PER_SECOND: f64 = 30.0;
-
-/// The chosen path, and the place on it.
+/// The chosen path, and the position on it.
 #[derive(Default)]
 pub struct Player {
     chosen: Option<(String, Path)>,
@@ -16,7 +14,7 @@ pub struct Player {
 }
 
 impl Player {
-    /// Starts with the view's path, else the scene's first.
+    /// Starts with the view's path; without one, with the scene's first path.
     pub fn new(scene: &Scene) -> Player {
         let name = scene.view.path.as_ref().or(scene.paths.keys().next());
         let chosen = name.and_then(|name| Some((name.clone(), scene.paths.get(name)?.clone())));
@@ -41,7 +39,7 @@ impl Player {
         self.chosen.as_ref().map(|(_, path)| (self.frame, f64::from(path.frames)))
     }
 
-    /// From here on, or from the start where the end is reached.
+    /// Plays from the current position, or from the start if the end is reached.
     pub fn play(&mut self) {
         self.playing = self.chosen.is_some();
         if self.place().is_some_and(|(frame, frames)| frame >= frames) {
@@ -49,7 +47,7 @@ impl Player {
         }
     }
 
-    /// Stops, or goes on.
+    /// Toggles between pause and playback.
     pub fn pause(&mut self) {
         self.playing = !self.playing && self.chosen.is_some();
     }
@@ -58,18 +56,18 @@ impl Player {
         self.playing = false;
     }
 
-    /// To a frame; it is then paused.
+    /// Jumps to a frame and pauses there.
     pub fn seek(&mut self, frame: f64) {
         (self.frame, self.playing) = (frame, false);
     }
 
     pub fn advance(&mut self, seconds: f64) {
         let Some((_, frames)) = self.place().filter(|_| self.playing) else { return };
-        self.frame = (self.frame + seconds * STEPS_PER_SECOND).min(frames);
+        self.frame = (self.frame + seconds * f64::from(FRAMES_PER_SECOND)).min(frames);
         self.playing = self.frame < frames;
     }
 
-    /// The camera at the place on the path; `None` without a path.
+    /// The camera at the current position; `None` without a path.
     pub fn camera(&self) -> Option<Camera> {
         let (_, path) = self.chosen.as_ref()?;
         let like = match &path.motion {

@@ -1,4 +1,4 @@
-//! The window's side of a frame: an image of the swapchain, the picture in it, the panels over it.
+//! The window's part of a frame: acquires a swapchain image, draws the picture and the panels into it.
 
 use super::painter::{Painter, Painting};
 use ortelius::vk::shader::Present;
@@ -8,25 +8,27 @@ use ortelius::vk::{
     ImageInfo, PresentMode, Resource, Result, Surface, Swapchain, View,
 };
 
-/// What the present pass shows.
+/// Parameters of the present pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrangement {
-    /// First column of the second picture; as wide as the window where there is none.
+    /// First column of the second picture; the window's width if there is only one.
     pub split: u32,
-    /// Factor on the difference of both pictures; 0 shows the pictures.
+    /// Factor on the difference of both pictures; 0 shows the pictures themselves.
     pub gain: f32,
     /// The pixel under the magnifier.
     pub magnified: Option<[i32; 2]>,
+    /// The overlay's number in present.frag; 0 shows the picture alone.
+    pub overlay: u32,
 }
 
-/// What the present pass reads.
+/// Inputs of the present pass.
 #[derive(Clone, Copy)]
 pub struct Pictures<'a> {
     pub left: &'a Image,
-    /// The same where there is only one.
+    /// The first picture again if there is only one.
     pub right: &'a Image,
-    /// Words as [`super::levels::Levels::image`] has them: then the levels of the left picture are shown.
-    pub levels: Option<&'a Image>,
+    /// The values that colour the left picture as an overlay: four words per pixel.
+    pub words: Option<&'a Image>,
 }
 
 /// Swapchain, present pass and panels of one window.
@@ -34,36 +36,35 @@ pub struct Screen {
     pub swapchain: Swapchain,
     pub painter: Painter,
     pipeline: GraphicsPipeline,
-    /// Bound where no levels are shown.
-    no_levels: Image,
+    /// Bound if there is no overlay.
+    no_words: Image,
 }
 
-/// Side of the magnifier, and how many pixels of the window it makes of one.
-const LENS: u32 = 176;
+/// Side of the magnifier, and its magnification.
+pub const LENS: u32 = 176;
 const ZOOM: u32 = 8;
 
 impl Screen {
     /// # Errors
-    /// A window that the device cannot present to as asked; out of memory.
+    /// The device cannot present to the window as requested; out of memory.
     pub fn new(gpu: &Gpu, surface: Surface, size: [u32; 2], mode: PresentMode) -> Result<Screen> {
         let swapchain = Swapchain::new(gpu, surface, size, mode)?;
         let format = swapchain.format();
-        let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
-            name: present_frag::SHADER.name,
-            vertex: &present_vert::SHADER,
-            geometry: None,
-            fragment: Some(&present_frag::SHADER),
-            specialization: &[],
-            points: false,
-            depth: None,
-            colors: &[format],
-            blend: Blend::Replace,
-        })?;
-        let no_levels = gpu.image("no levels", ImageInfo::target([1, 1], Format::Rgba32Uint))?;
-        Ok(Screen { painter: Painter::new(gpu, format)?, swapchain, pipeline, no_levels })
+        let pipeline = pipeline(gpu, format)?;
+        let no_words = gpu.image("no overlay", ImageInfo::target([1, 1], Format::Rgba32Uint))?;
+        Ok(Screen { painter: Painter::new(gpu, format)?, swapchain, pipeline, no_words })
     }
 
-    /// An image to draw into; `None` where the window shows nothing now, or has just been given new images.
+    /// Rebuilds the present pass's pipeline from reloaded shaders.
+    ///
+    /// # Errors
+    /// The driver's compiler fails.
+    pub fn rebuild(&mut self, gpu: &Gpu) -> Result<()> {
+        self.pipeline = pipeline(gpu, self.swapchain.format())?;
+        Ok(())
+    }
+
+    /// Acquires an image to draw into; `None` if the window shows nothing now, or its swapchain was just recreated.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -78,7 +79,7 @@ impl Screen {
         }
     }
 
-    /// Records the passes of the window behind those of the picture.
+    /// Records the window's passes after those of the picture.
     ///
     /// # Errors
     /// Out of memory.
@@ -86,7 +87,7 @@ impl Screen {
         &self,
         frame: &mut Frame<'_>,
         number: usize,
-        Pictures { left, right, levels }: Pictures<'_>,
+        Pictures { left, right, words }: Pictures<'_>,
         arrangement: &Arrangement,
         painting: &Painting,
     ) -> Result<()> {
@@ -97,9 +98,10 @@ impl Screen {
             let resources = [
                 (present_frag::LEFT, Resource::Texture(left, View::Raw)),
                 (present_frag::RIGHT, Resource::Texture(right, View::Raw)),
-                (present_frag::LEVELS, Resource::Texture(levels.unwrap_or(&self.no_levels), View::Whole)),
+                (present_frag::WORDS, Resource::Texture(words.unwrap_or(&self.no_words), View::Whole)),
             ];
-            let push = Present { grid: u32::from(levels.is_some()), ..arrangement.push(image.info().size) };
+            let overlay = if words.is_some() { arrangement.overlay } else { 0 };
+            let push = Present { overlay, ..arrangement.push(image.info().size) };
             cmd.render(image.info().size, &[color], None, |render| {
                 render.draw(&self.pipeline, &resources, bytemuck::bytes_of(&push), 3)
             })
@@ -110,22 +112,39 @@ impl Screen {
     }
 }
 
+fn pipeline(gpu: &Gpu, format: Format) -> Result<GraphicsPipeline> {
+    gpu.graphics_pipeline(&GraphicsInfo {
+        name: present_frag::SHADER.name,
+        vertex: &present_vert::SHADER,
+        geometry: None,
+        fragment: Some(&present_frag::SHADER),
+        specialization: &[],
+        points: false,
+        depth: None,
+        colors: &[format],
+        blend: Blend::Replace,
+    })
+}
+
+/// First column and row of the magnifier: on the side of the pointer that has room.
+pub fn lens_at(pointer: [i32; 2], size: [u32; 2]) -> [i32; 2] {
+    [0, 1].map(|axis| match pointer[axis] as u32 > size[axis] / 2 {
+        true => pointer[axis] - (LENS + 2 * ZOOM) as i32,
+        false => pointer[axis] + 2 * ZOOM as i32,
+    })
+}
+
 impl Arrangement {
     fn push(&self, size: [u32; 2]) -> Present {
-        // Beside the pointer, on the side where there is room.
-        let beside = |axis: usize, at: i32| match at as u32 > size[axis] / 2 {
-            true => at - (LENS + 2 * ZOOM) as i32,
-            false => at + 2 * ZOOM as i32,
-        };
         let magnified = self.magnified.unwrap_or_default();
         Present {
             split: self.split,
             gain: self.gain,
             magnified,
-            lens_at: [beside(0, magnified[0]), beside(1, magnified[1])],
+            lens_at: lens_at(magnified, size),
             lens_side: if self.magnified.is_some() { LENS } else { 0 },
             zoom: ZOOM,
-            grid: 0,
+            overlay: self.overlay,
         }
     }
 }

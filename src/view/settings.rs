@@ -1,4 +1,4 @@
-//! Every setting of the scene, live, from the generated list of keys with their documentation.
+//! The panel of all settings of the scene, built from the generated list of keys with their documentation.
 
 use super::action::Action;
 use egui::{ComboBox, DragValue, Response, TextEdit, Ui};
@@ -6,16 +6,16 @@ use ortelius::renderer::sections::LANGUAGES;
 use ortelius::scene::{self, Key, KeyAt, Kind, Scene};
 use std::collections::HashMap;
 
-/// What is being typed, until it is taken.
+/// The text of a field until it is committed.
 pub struct Settings {
     keys: Vec<KeyAt>,
     numbers: HashMap<String, f64>,
     texts: HashMap<String, String>,
-    /// Only keys that hold this are shown.
+    /// Filter: only keys that contain this text are shown.
     filter: String,
 }
 
-/// A key of one scene.
+/// One key of a scene.
 struct Entry<'a> {
     /// `surface.land.filter.kind`
     dotted: String,
@@ -26,12 +26,12 @@ struct Entry<'a> {
 impl Settings {
     pub fn new() -> Settings {
         let mut keys = scene::keys(LANGUAGES);
-        // The eye has its own panel; the window has its own size.
+        // The camera has its own panel, and the window determines the size.
         keys.retain(|at| !["cameras.", "paths.", "view."].iter().any(|own| at.dotted.starts_with(own)));
         Settings { keys, numbers: HashMap::new(), texts: HashMap::new(), filter: String::new() }
     }
 
-    /// Shows them; what the user changed.
+    /// Shows the settings; returns the user's changes.
     pub fn show(&mut self, ui: &mut Ui, scene: &Scene) -> Vec<Action> {
         ui.add(TextEdit::singleline(&mut self.filter).hint_text("filter"));
         let entries: Vec<Entry<'_>> = self
@@ -59,13 +59,13 @@ impl Settings {
     }
 }
 
-/// A declared key in a scene: once for each surface that has such a table.
+/// A declared key in a scene: one entry for each surface that has such a table.
 fn entries<'a>(at: &'a KeyAt, scene: &'a Scene) -> Vec<Entry<'a>> {
     let entry = |dotted: String| {
         let path: Vec<&str> = dotted.split('.').collect();
         let value = scene.value(&path).or(at.key.default.as_ref());
         let table = &path[..path.len() - 1];
-        // A texture that is shared is set where it is stated.
+        // A shared texture is edited at the surface that declares it.
         let is_table =
             table[0] != "surface" || table.len() == 2 || scene.value(table).is_none_or(toml::Value::is_table);
         let of_kind = at.kind.is_none() || at.kind == scene.word(&[table, &["kind"]].concat());
@@ -88,7 +88,7 @@ impl Entry<'_> {
         format!("{}{unit}{values}", self.key.about)
     }
 
-    /// The widget of its kind; a change is pushed once it is made.
+    /// The widget for the key's type; a completed edit is pushed.
     fn widget(
         &self,
         ui: &mut Ui,
@@ -174,7 +174,7 @@ mod tests {
     use super::*;
     use egui::{Context, Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
 
-    /// Lays the settings out in a tall window, with these events.
+    /// Lays out the settings in a tall window and applies these events.
     fn shown(settings: &mut Settings, context: &Context, scene: &Scene, events: Vec<Event>) -> Vec<Action> {
         let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, Vec2::new(400.0, 4000.0)));
         let mut actions = Vec::new();
@@ -194,7 +194,7 @@ mod tests {
         {
             assert!(names.iter().any(|name| name == key), "{key} in {names:#?}");
         }
-        // Of an ellipsoid, and of the eye.
+        // Keys of an ellipsoid, and of the camera.
         for key in ["surface.land.geometry.width_m", "view.width", "surface.land.texture"] {
             assert!(!names.iter().any(|name| name == key), "{key}");
         }
@@ -207,7 +207,7 @@ mod tests {
         settings.filter = "geomorph".to_owned();
         assert_eq!(shown(&mut settings, &context, &scene, Vec::new()), []);
         let mut found = Vec::new();
-        // The box is somewhere right of the key's name.
+        // The checkbox is somewhere to the right of the key's name.
         for (x, y) in (0..40).flat_map(|row| (5..30).map(move |column| (10 * column, 5 * row))) {
             let pos = Pos2::new(x as f32, y as f32);
             let button = |pressed| {

@@ -1,4 +1,4 @@
-//! F12: a picture, and the report that renders it again to the bit.
+//! F12: saves a picture, and the report from which it is rendered again bit for bit.
 
 use super::stage::Stage;
 use anyhow::Context;
@@ -10,19 +10,19 @@ use std::path::{Path, PathBuf};
 /// The camera's name in the scene of a report.
 const NAME: &str = "window";
 
-/// The scene with the window's camera as its own.
+/// The scene with the window's camera.
 ///
 /// # Errors
-/// A camera out of the range of scenes.
+/// The camera is outside the range that scenes allow.
 fn with_camera(scene: &Scene, camera: &Camera) -> anyhow::Result<Scene> {
     Ok(scene.with(&[camera.to_change(NAME), format!("view.camera={NAME}")])?)
 }
 
-/// Renders what the window shows as `ortelius render` would: a new run, until nothing is missing. The window's own
-/// picture may hang on its history: on tiles that a camera before it loaded, or on the governor's measured times.
+/// Renders the view as `ortelius render` would: a new run until nothing is missing. The window's own picture may
+/// depend on its history: on tiles loaded for an earlier camera, or on the governor's measured times.
 ///
 /// # Errors
-/// The disk, with the path; device lost.
+/// A file cannot be written (the error names its path); device lost.
 pub fn take(stage: &Stage, camera: &Camera, folder: &Path) -> anyhow::Result<PathBuf> {
     let scene = with_camera(&stage.scene, camera)?;
     let deterministic = stage.deterministic();
@@ -44,7 +44,7 @@ pub fn take(stage: &Stage, camera: &Camera, folder: &Path) -> anyhow::Result<Pat
     Ok(picture)
 }
 
-/// `FOLDER/ortelius-SCENE-001.png`, or the first number that is free.
+/// `FOLDER/ortelius-SCENE-001.png`, with the first free number.
 fn free_name(folder: &Path, scene: &str) -> anyhow::Result<PathBuf> {
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let name = |n: u32| folder.join(format!("ortelius-{scene}-{n:03}.png"));

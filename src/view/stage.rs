@@ -1,4 +1,4 @@
-//! The scene in the window: its variants, the settings changed by hand, and the renderers of what is compared.
+//! The scene in the window: its variants, manual changes to its settings, and the renderers that are compared.
 
 use anyhow::Context;
 use ortelius::frame::Records;
@@ -8,32 +8,34 @@ use ortelius::renderer::{Options, RenderError, Renderer};
 use ortelius::scene::{self, Kind, Scene};
 use ortelius::vk::Gpu;
 
-/// Frames whose times the panels show.
+/// Frames in the panels' time display.
 pub const HISTORY: usize = 120;
 
-/// Settings that belong together.
+/// Overrides that are applied together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variant {
     pub name: String,
-    /// As for `-D`.
+    /// In the syntax of `-D`.
     pub changes: Vec<String>,
 }
 
 /// One scene on one device.
 pub struct Stage {
     gpu: Gpu,
-    /// Without variant and without changes.
+    /// Without variant and overrides.
     base: Scene,
     deterministic: bool,
     pub variants: Vec<Variant>,
-    /// Number of the variant that is shown.
+    /// Index of the shown variant.
     pub variant: usize,
-    /// Changed by hand, on top of every variant; as for `-D`, by key.
+    /// The selected point of the Pareto front, applied on top of every variant.
+    front: Vec<String>,
+    /// Manual changes, on top of every variant; in the syntax of `-D`, by key.
     changes: Vec<(String, String)>,
-    /// What is shown.
+    /// The renderer of the shown variant.
     pub scene: Scene,
     pub renderer: Renderer,
-    /// The variant beside it.
+    /// The variant shown beside it.
     pub second: Option<(usize, Renderer)>,
 }
 
@@ -50,15 +52,27 @@ impl Stage {
         let variants = if variants.is_empty() { own_variants(&base) } else { variants };
         let scene = base.with(&variants[0].changes)?;
         let renderer = open(gpu, &scene, size, deterministic)?;
-        let changes = Vec::new();
+        let (front, changes) = (Vec::new(), Vec::new());
         let gpu = gpu.clone();
-        Ok(Stage { gpu, base, deterministic, variants, variant: 0, changes, scene, renderer, second: None })
+        Ok(Stage {
+            gpu,
+            base,
+            deterministic,
+            variants,
+            variant: 0,
+            front,
+            changes,
+            scene,
+            renderer,
+            second: None,
+        })
     }
 
-    /// The scene of a variant, with the changes by hand.
+    /// The scene of a variant, with the manual changes.
     fn scene_of(&self, variant: usize) -> anyhow::Result<Scene> {
         let by_hand = self.changes.iter().map(|(key, value)| format!("{key}={value}"));
-        let changes: Vec<String> = self.variants[variant].changes.iter().cloned().chain(by_hand).collect();
+        let changes: Vec<String> =
+            self.variants[variant].changes.iter().chain(&self.front).cloned().chain(by_hand).collect();
         Ok(self.base.with(&changes)?)
     }
 
@@ -66,63 +80,98 @@ impl Stage {
         Ok(open(&self.gpu, scene, self.renderer.size(), self.deterministic)?)
     }
 
-    /// Shows a variant. What is shown stays where that fails.
+    /// Shows a variant. If that fails, the current one stays.
     ///
     /// # Errors
     /// As [`Renderer::open`].
     pub fn show(&mut self, variant: usize) -> anyhow::Result<()> {
         let name = || format!("variant {}", self.variants[variant].name);
         let scene = self.scene_of(variant).with_context(name)?;
-        let renderer = self.open(&scene).with_context(name)?;
-        self.renderer.drain()?;
-        (self.scene, self.renderer, self.variant) = (scene, renderer, variant);
+        if !self.renderer.go_on_with(&self.scene, &scene).with_context(name)? {
+            let renderer = self.open(&scene).with_context(name)?;
+            self.renderer.drain()?;
+            self.renderer = renderer;
+        }
+        (self.scene, self.variant) = (scene, variant);
         Ok(())
     }
 
-    /// The number of the variant behind `variant`.
+    /// The number of the variant after `variant`.
     pub fn next(&self, variant: usize) -> usize {
         (variant + 1) % self.variants.len()
     }
 
-    /// Opens the next variant beside the one that is shown, or closes it.
+    /// Opens the next variant beside the current one, or closes the second one.
     ///
     /// # Errors
     /// As [`Renderer::open`].
     pub fn toggle_second(&mut self) -> anyhow::Result<()> {
-        if self.second.take().is_some() {
-            return Ok(());
+        match self.second.take() {
+            Some(_) => Ok(()),
+            None => self.show_beside(self.next(self.variant)),
         }
-        let next = self.next(self.variant);
-        let name = || format!("variant {}", self.variants[next].name);
-        let renderer = self.open(&self.scene_of(next).with_context(name)?).with_context(name)?;
-        self.second = Some((next, renderer));
+    }
+
+    /// Opens a variant beside the current one.
+    ///
+    /// # Errors
+    /// As [`Renderer::open`].
+    pub fn show_beside(&mut self, variant: usize) -> anyhow::Result<()> {
+        let name = || format!("variant {}", self.variants[variant].name);
+        let renderer = self.open(&self.scene_of(variant).with_context(name)?).with_context(name)?;
+        self.second = Some((variant, renderer));
         Ok(())
     }
 
-    /// Sets a key of the scene to a TOML value, in every variant. What is shown stays where that fails.
+    /// Replaces the selected point of the Pareto front. If that fails, the current one stays.
     ///
     /// # Errors
-    /// A value that the scene cannot have; as [`Renderer::open`].
+    /// As [`Renderer::open`].
+    pub fn take_setting(&mut self, changes: &[String]) -> anyhow::Result<()> {
+        let before = std::mem::replace(&mut self.front, changes.to_vec());
+        self.take_changes().inspect_err(|_| self.front = before)
+    }
+
+    /// Sets a key of the scene to a TOML value, in every variant. If that fails, the old value stays.
+    ///
+    /// # Errors
+    /// The scene does not allow this value; or as [`Renderer::open`].
     pub fn set(&mut self, key: &str, value: &str) -> anyhow::Result<()> {
         let before = self.changes.clone();
         self.changes.retain(|(changed, _)| changed != key);
         self.changes.push((key.to_owned(), value.to_owned()));
-        let second = self.second.as_ref().map(|(second, _)| *second);
-        let done = self.show(self.variant).and_then(|()| match second {
-            Some(second) => {
-                let renderer = self.open(&self.scene_of(second)?)?;
-                self.second = Some((second, renderer));
-                Ok(())
-            }
-            None => Ok(()),
-        });
+        let done = self.take_changes();
         if done.is_err() {
             self.changes = before;
         }
         done
     }
 
-    /// A renderer for the scene with more changes, on the same device.
+    /// Reopens both renderers, for example for new shaders. If that fails, both stay.
+    ///
+    /// # Errors
+    /// As [`Renderer::open`].
+    pub fn reopen(&mut self) -> anyhow::Result<()> {
+        let (renderer, second) = (self.open(&self.scene)?, self.second_again()?);
+        self.renderer.drain()?;
+        (self.renderer, self.second) = (renderer, second);
+        Ok(())
+    }
+
+    /// The second variant, with the current manual changes.
+    fn second_again(&self) -> anyhow::Result<Option<(usize, Renderer)>> {
+        let Some((second, _)) = self.second else { return Ok(None) };
+        Ok(Some((second, self.open(&self.scene_of(second)?)?)))
+    }
+
+    fn take_changes(&mut self) -> anyhow::Result<()> {
+        let second = self.second_again()?;
+        self.show(self.variant)?;
+        self.second = second;
+        Ok(())
+    }
+
+    /// A renderer for the scene with further changes, on the same device.
     ///
     /// # Errors
     /// As [`Renderer::open`].
@@ -140,7 +189,7 @@ impl Stage {
         self.deterministic
     }
 
-    /// Frames are of `size` pixels from now on.
+    /// Sets the frame size to `size` pixels.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -149,7 +198,7 @@ impl Stage {
         std::iter::once(&mut self.renderer).chain(second).try_for_each(|renderer| renderer.resize(size))
     }
 
-    /// Whether the last pictures are complete.
+    /// True if the last pictures are complete.
     pub fn settled(&self) -> bool {
         self.renderer.settled() && self.second.as_ref().is_none_or(|(_, renderer)| renderer.settled())
     }
@@ -162,8 +211,8 @@ fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], deterministic: bool) -> Result
     Ok(renderer)
 }
 
-/// The scene as it is, and every other value of the setting that its paper varies first: how visible tiles are found,
-/// or who applies levels of detail.
+/// The scene itself, then one variant for each other value of the setting that its paper compares: the method that
+/// lists visible tiles, or the processor that changes levels of detail.
 fn own_variants(scene: &Scene) -> Vec<Variant> {
     let own = Variant { name: "the scene's own".to_owned(), changes: Vec::new() };
     let keys = scene::keys(LANGUAGES);
@@ -223,6 +272,35 @@ mod tests {
         second.settle(&pose).unwrap();
         let (first, second) = (stage.renderer.picture_bytes().unwrap(), second.picture_bytes().unwrap());
         assert!(first == second, "two variants, one picture");
+    }
+
+    #[test]
+    fn another_variant_finds_the_caches_full() {
+        let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
+        // At this size the whole globe is in the resident tail.
+        let base = Scene::embedded("earth").unwrap();
+        let pose = base.pose(0).unwrap();
+        let mut stage = Stage::new(&gpu, base, Vec::new(), [64, 36], true).unwrap();
+        let loads = |stage: &mut Stage| -> usize {
+            stage.renderer.keep(Records::all());
+            stage.renderer.settle(&pose).unwrap();
+            stage.renderer.drain().unwrap();
+            let records = stage.renderer.records.iter().filter_map(|record| record.texture.as_ref());
+            records.map(|record| record.streaming.loads).sum()
+        };
+        assert!(loads(&mut stage) > 0);
+        let first = stage.renderer.picture_bytes().unwrap();
+        stage.show(1).unwrap();
+        assert_eq!(loads(&mut stage), 0, "variant {}", stage.variants[1].name);
+        assert!(first == stage.renderer.picture_bytes().unwrap());
+        stage.set("surface.land.filter.max_anisotropy", "4").unwrap();
+        let fresh = stage.another(&stage.scene, true).unwrap();
+        let old = std::mem::replace(&mut stage.renderer, fresh);
+        assert!(loads(&mut stage) > 0, "a renderer that was just opened has empty caches");
+        let opened = stage.renderer.picture_bytes().unwrap();
+        stage.renderer = old;
+        stage.renderer.settle(&pose).unwrap();
+        assert!(opened == stage.renderer.picture_bytes().unwrap(), "reconfigured as if opened");
     }
 
     #[test]

@@ -6,24 +6,24 @@ use ash::vk;
 use gpu_allocator::{MemoryLocation, vulkan::Allocation};
 use std::sync::Arc;
 
-/// What a buffer is for; decides usage flags and where its memory lives.
+/// What a buffer is for. Decides its usage flags and memory location.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BufferUse {
     Vertices,
     Indices,
-    /// Indices that shaders write, and copies read.
+    /// Indices that shaders write and copies read.
     WritableIndices,
-    /// Indices that the host writes where the GPU reads them: mapped.
+    /// Mapped indices: written by the host, read by the GPU in place.
     MappedIndices,
-    /// Vertices that the host writes where the GPU reads them: mapped.
+    /// Mapped vertices: written by the host, read by the GPU in place.
     MappedVertices,
-    /// Written by transform feedback and copied from; also its counter.
+    /// Transform-feedback output, or its counter; copies can read it.
     TransformFeedback,
     Storage,
-    /// Words that shaders write, and fetch like texels.
+    /// Words that shaders write and also fetch as texels.
     FetchedStorage,
-    /// 32-bit words that shaders fetch like texels: a table that is only read. Software drivers fetch the texels of
-    /// a vector of pixels at once, and words of a storage buffer pixel by pixel.
+    /// Read-only table of 32-bit words that shaders fetch as texels. Software drivers fetch the texels of a
+    /// whole vector of pixels at once, but read a storage buffer pixel by pixel.
     Texels,
     /// Mapped, written by the host, read by copies.
     Upload,
@@ -31,10 +31,10 @@ pub enum BufferUse {
     Readback,
 }
 
-/// A buffer with its memory. Dropping it waits for the GPU in the background.
+/// A buffer with its memory. After a drop it is destroyed once the GPU no longer uses it.
 pub struct Buffer {
     pub(crate) handle: vk::Buffer,
-    /// Null but for [`BufferUse::Texels`] and [`BufferUse::FetchedStorage`].
+    /// Null except for [`BufferUse::Texels`] and [`BufferUse::FetchedStorage`].
     pub(crate) texels: vk::BufferView,
     device: Arc<Device>,
     memory: Option<Allocation>,
@@ -42,7 +42,7 @@ pub struct Buffer {
     name: String,
 }
 
-/// A rectangle of one level and layer of an image, tightly packed in a buffer from `offset` on.
+/// A rectangle of one level and layer of an image, tightly packed in a buffer from `offset`.
 #[derive(Clone, Copy, Debug)]
 pub struct TexelCopy {
     pub offset: u64,
@@ -59,11 +59,11 @@ impl Gpu {
     pub fn buffer(&self, name: &str, bytes: u64, usage: BufferUse) -> Result<Buffer> {
         use vk::BufferUsageFlags as U;
         let (flags, location) = match usage {
-            BufferUse::Vertices => (U::VERTEX_BUFFER | U::TRANSFER_DST, MemoryLocation::GpuOnly),
-            BufferUse::Indices => {
-                (U::INDEX_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST, MemoryLocation::GpuOnly)
+            BufferUse::Vertices => {
+                (U::VERTEX_BUFFER | U::STORAGE_BUFFER | U::TRANSFER_DST, MemoryLocation::GpuOnly)
             }
-            BufferUse::WritableIndices => (
+            // Index buffers that only copies write are also read as storage.
+            BufferUse::Indices | BufferUse::WritableIndices => (
                 U::INDEX_BUFFER | U::STORAGE_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST,
                 MemoryLocation::GpuOnly,
             ),
@@ -100,11 +100,10 @@ impl Gpu {
             Buffer { handle, texels, device: device.clone(), memory: None, bytes, name: name.into() };
         // SAFETY: as above.
         let requirements = unsafe { device.handle.get_buffer_memory_requirements(handle) };
-        let memory = device.allocate(name, requirements, location, true)?;
+        let memory = buffer.memory.insert(device.allocate(name, requirements, location, true)?);
         // SAFETY: the allocation fits the requirements and is bound once.
         unsafe { device.handle.bind_buffer_memory(handle, memory.memory(), memory.offset()) }
             .check("vkBindBufferMemory", name)?;
-        buffer.memory = Some(memory);
         if matches!(usage, BufferUse::Texels | BufferUse::FetchedStorage) {
             let view = vk::BufferViewCreateInfo::default()
                 .buffer(handle)
@@ -119,29 +118,29 @@ impl Gpu {
         Ok(buffer)
     }
 
-    /// Whether the device takes a buffer of that size for that use.
+    /// Returns an error if the device's limits forbid a buffer of this size for this use.
     fn require_buffer(&self, name: &str, bytes: u64, usage: BufferUse) -> Result<()> {
         let physical = &self.device.physical;
         let texels = 4 * u64::from(physical.limits.max_texel_buffer_elements);
         let storage = u64::from(physical.limits.max_storage_buffer_range);
         let (whose, most, advice) = match usage {
             BufferUse::Storage => {
-                ("shaders reach", storage, "take larger tiles, or lower variant.list_capacity")
+                ("shaders can address", storage, "take larger tiles, or lower variant.list_capacity")
             }
             BufferUse::WritableIndices => {
-                ("shaders reach", storage, "show fewer instances, or apply levels on the CPU")
+                ("shaders can address", storage, "show fewer instances, or apply levels on the CPU")
             }
-            BufferUse::FetchedStorage => ("shaders reach", storage.min(texels), "take larger tiles"),
-            BufferUse::Texels => ("texel buffers hold", texels, "take larger tiles"),
+            BufferUse::FetchedStorage => ("shaders can address", storage.min(texels), "take larger tiles"),
+            BufferUse::Texels => ("texel buffers can hold", texels, "take larger tiles"),
             BufferUse::TransformFeedback => (
-                "transform feedback takes",
+                "transform feedback can write",
                 physical.most_feedback_bytes,
                 "lower variant.list_capacity, or show fewer tiles",
             ),
             _ => return Ok(()),
         };
         if bytes > most {
-            let what = format!("{bytes} bytes, the device's {whose} {most}; {advice}");
+            let what = format!("needs {bytes} bytes; this device's {whose} {most}; {advice}");
             return Err(Error::Limit { object: name.to_string(), what });
         }
         Ok(())
@@ -178,14 +177,14 @@ impl Buffer {
         &self.name
     }
 
-    /// The memory of a mapped, `Upload` or `Readback` buffer. The host must not read what a frame in flight writes:
-    /// wait for its [`super::Ticket`] first.
+    /// The memory of a mapped, `Upload` or `Readback` buffer. Wait for a frame's [`super::Ticket`] before
+    /// reading what that frame writes.
     pub fn mapped(&self) -> &[u8] {
         let memory = self.memory.as_ref().and_then(Allocation::mapped_slice);
         &memory.unwrap_or_else(|| panic!("{} is not mapped", self.name))[..self.bytes as usize]
     }
 
-    /// As [`Buffer::mapped`], to write.
+    /// Like [`Buffer::mapped`], for writing.
     pub fn mapped_mut(&mut self) -> &mut [u8] {
         let memory = self.memory.as_mut().and_then(Allocation::mapped_slice_mut);
         &mut memory.unwrap_or_else(|| panic!("{} is not mapped", self.name))[..self.bytes as usize]

@@ -2,9 +2,7 @@
 
 use super::device::Device;
 use super::shader::DescriptorKind;
-use super::{
-    Buffer, Check, ComputePipeline, Image, Result, Sampler, ShaderQuery, StreamQuery, TexelCopy, View,
-};
+use super::{Buffer, Check, ComputePipeline, Image, Result, Sampler, StreamQuery, TexelCopy, View, Work};
 use ash::vk;
 
 /// The recorder of one pass.
@@ -12,6 +10,8 @@ pub struct Cmd<'a> {
     pub(crate) device: &'a Device,
     pub(crate) handle: vk::CommandBuffer,
     pub(crate) descriptors: vk::DescriptorPool,
+    /// What has been recorded so far.
+    pub(crate) work: Work,
 }
 
 /// What a binding number of a shader stands for in one draw or dispatch.
@@ -33,7 +33,7 @@ impl Cmd<'_> {
             .dst_access_mask(all)];
         let dependency = vk::DependencyInfo::default().memory_barriers(&barriers);
         // SAFETY: recording into the frame's own buffer, outside rendering. ALL_COMMANDS holds the transform-feedback
-        // stage, and MEMORY_* its accesses: older layers do not check those, so they are right by construction.
+        // stage, and MEMORY_* its accesses: older validation layers do not check these, so the barrier covers all of them.
         unsafe { self.device.handle.cmd_pipeline_barrier2(self.handle, &dependency) };
     }
 
@@ -46,13 +46,14 @@ impl Cmd<'_> {
     ) -> Result<()> {
         let base = &pipeline.0;
         self.bind(base, vk::PipelineBindPoint::COMPUTE, resources, push)?;
+        self.work.dispatches += 1;
         // SAFETY: pipeline, descriptors and push constants are bound.
         unsafe { self.device.handle.cmd_dispatch(self.handle, groups[0], groups[1], groups[2]) };
         Ok(())
     }
 
-    /// Dispatches of one pipeline that share their resources, each with its own push constants and groups. Those of a
-    /// round are independent; each round sees what the ones before wrote.
+    /// Dispatches of one pipeline that share their resources, each with its own push constants and groups. The dispatches of a
+    /// round are independent; each round sees what earlier rounds wrote.
     ///
     /// # Errors
     /// Out of memory.
@@ -69,6 +70,7 @@ impl Cmd<'_> {
             if n > 0 {
                 self.sync();
             }
+            self.work.dispatches += round.len() as u64;
             for (push, [x, y, z]) in round {
                 let (push, device) = (bytemuck::bytes_of(push), &self.device.handle);
                 // SAFETY: pipeline and descriptors are bound, and stay bound behind barriers; `bind` checked the size of
@@ -193,6 +195,7 @@ impl Cmd<'_> {
     pub fn copy_buffer(&mut self, from: &Buffer, from_at: u64, to: &Buffer, to_at: u64, bytes: u64) {
         assert!(from_at + bytes <= from.bytes(), "{}: {from_at} + {bytes} of {}", from.name(), from.bytes());
         assert!(to_at + bytes <= to.bytes(), "{}: {to_at} + {bytes} of {}", to.name(), to.bytes());
+        self.work.copied_bytes += bytes;
         let region = vk::BufferCopy { src_offset: from_at, dst_offset: to_at, size: bytes };
         // SAFETY: the ranges were checked.
         unsafe { self.device.handle.cmd_copy_buffer(self.handle, from.handle, to.handle, &[region]) };
@@ -209,6 +212,7 @@ impl Cmd<'_> {
             vk::BufferCopy { src_offset, dst_offset, size }
         };
         let regions: Vec<_> = ranges.iter().map(region).collect();
+        self.work.copied_bytes += regions.iter().map(|region| region.size).sum::<u64>();
         // SAFETY: the ranges were checked.
         unsafe { self.device.handle.cmd_copy_buffer(self.handle, from.handle, to.handle, &regions) };
     }
@@ -218,6 +222,7 @@ impl Cmd<'_> {
             return;
         }
         let regions: Vec<_> = copies.iter().map(|copy| region(to, from, copy)).collect();
+        self.work.copied_bytes += texel_bytes(to, copies);
         // SAFETY: `region` checked the ranges; the image is in GENERAL.
         unsafe {
             self.device.handle.cmd_copy_buffer_to_image(
@@ -232,6 +237,7 @@ impl Cmd<'_> {
 
     pub fn copy_from_image(&mut self, from: &Image, to: &Buffer, copies: &[TexelCopy]) {
         let regions: Vec<_> = copies.iter().map(|copy| region(from, to, copy)).collect();
+        self.work.copied_bytes += texel_bytes(from, copies);
         // SAFETY: as above.
         unsafe {
             self.device.handle.cmd_copy_image_to_buffer(
@@ -244,7 +250,7 @@ impl Cmd<'_> {
         }
     }
 
-    /// The first `bytes` of a buffer, whole words, all to one value.
+    /// Sets the first `bytes` of a buffer, a whole number of words, to one value.
     pub fn fill(&mut self, buffer: &Buffer, bytes: u64, value: u32) {
         assert!(
             bytes <= buffer.bytes() && bytes.is_multiple_of(4),
@@ -252,11 +258,12 @@ impl Cmd<'_> {
             buffer.name(),
             buffer.bytes()
         );
+        self.work.copied_bytes += bytes;
         // SAFETY: the range was checked.
         unsafe { self.device.handle.cmd_fill_buffer(self.handle, buffer.handle, 0, bytes, value) };
     }
 
-    /// Every level and layer of an integer image to one value.
+    /// Sets every level and layer of an integer image to one value.
     pub fn clear_uint(&mut self, image: &Image, value: u32) {
         let value = vk::ClearColorValue { uint32: [value; 4] };
         // SAFETY: the image is in GENERAL.
@@ -271,36 +278,21 @@ impl Cmd<'_> {
         }
     }
 
-    /// Makes a query ready; outside rendering.
+    /// Resets a query before its use. Not allowed while rendering.
     pub fn reset(&mut self, query: &StreamQuery, index: u32) {
         // SAFETY: the frame that used this index last has ended.
         unsafe { self.device.handle.cmd_reset_query_pool(self.handle, query.pool, index, 1) };
     }
 
-    /// What the shaders of `record` do is counted, in place `index` of the query. Outside rendering.
-    ///
-    /// # Errors
-    /// What `record` returns.
-    pub fn counted<T>(
-        &mut self,
-        query: &ShaderQuery,
-        index: u32,
-        record: impl FnOnce(&mut Self) -> Result<T>,
-    ) -> Result<T> {
-        // SAFETY: the frame that used this index last has ended; begin and end lie both outside rendering.
-        unsafe {
-            self.device.handle.cmd_reset_query_pool(self.handle, query.pool, index, 1);
-            self.device.handle.cmd_begin_query(
-                self.handle,
-                query.pool,
-                index,
-                vk::QueryControlFlags::empty(),
-            );
-        }
-        let result = record(self);
-        // SAFETY: begun above.
-        unsafe { self.device.handle.cmd_end_query(self.handle, query.pool, index) };
-        result
+    pub(crate) fn begin_statistics(&self, queries: vk::QueryPool, index: u32) {
+        let none = vk::QueryControlFlags::empty();
+        // SAFETY: the pool was reset at the frame's begin; begin and end both lie outside rendering.
+        unsafe { self.device.handle.cmd_begin_query(self.handle, queries, index, none) };
+    }
+
+    pub(crate) fn end_statistics(&self, queries: vk::QueryPool, index: u32) {
+        // SAFETY: begun by `begin_statistics`.
+        unsafe { self.device.handle.cmd_end_query(self.handle, queries, index) };
     }
 
     pub(crate) fn timestamp(&self, queries: vk::QueryPool, index: u32) {
@@ -336,6 +328,10 @@ impl Cmd<'_> {
             unsafe { debug.cmd_end_debug_utils_label(self.handle) };
         }
     }
+}
+
+fn texel_bytes(image: &Image, copies: &[TexelCopy]) -> u64 {
+    copies.iter().map(|copy| image.info().format.bytes(copy.size)).sum()
 }
 
 fn region(image: &Image, buffer: &Buffer, copy: &TexelCopy) -> vk::BufferImageCopy {

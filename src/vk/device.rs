@@ -1,4 +1,4 @@
-//! The device: one queue, one allocator, and the queue of objects that wait for the GPU before they die.
+//! The device: one queue, one allocator, and the deferred-destruction queue.
 
 use super::instance::{Instance, PhysicalDevice};
 use super::{Check, Error, Feature, Result};
@@ -7,7 +7,7 @@ use gpu_allocator::vulkan::{Allocation, Allocator, AllocatorCreateDesc};
 use std::mem::ManuallyDrop;
 use std::sync::{Arc, Mutex};
 
-/// What every wrapper keeps alive.
+/// Device state that every wrapper shares through an `Arc`.
 pub(crate) struct Device {
     pub(crate) handle: ash::Device,
     pub(crate) debug: Option<ext::debug_utils::Device>,
@@ -17,22 +17,24 @@ pub(crate) struct Device {
     pub(crate) queue: vk::Queue,
     pub(crate) queue_family: u32,
     pub(crate) timestamp_bits: u32,
-    /// Counts submitted frames; its value tells which have ended.
+    /// Counts submitted frames; its value is the last frame that has ended.
     pub(crate) timeline: vk::Semaphore,
     pub(crate) allocator: ManuallyDrop<Mutex<Allocator>>,
     garbage: Mutex<Garbage>,
+    /// Shaders that were reloaded.
+    pub(crate) replaced: Mutex<super::shader::Replaced>,
     pub(crate) new_images: Mutex<Vec<vk::ImageMemoryBarrier2<'static>>>,
     pub(crate) instance: Arc<Instance>,
 }
 
 #[derive(Default)]
 struct Garbage {
-    /// The value that the next submission will signal: an object dropped now may be named by it.
+    /// Value that the next submission signals. Objects dropped before that submission may be used by it.
     next_value: u64,
     waiting: Vec<(u64, Dead)>,
 }
 
-/// A handle, with its memory, that waits for the GPU.
+/// A handle, with its memory, to be destroyed once the GPU no longer uses it.
 pub(crate) enum Dead {
     Buffer(vk::Buffer, vk::BufferView, Option<Allocation>),
     Image(vk::Image, Vec<vk::ImageView>, Option<Allocation>),
@@ -90,6 +92,7 @@ impl Device {
             timeline,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             garbage: Mutex::new(Garbage { next_value: 1, waiting: Vec::new() }),
+            replaced: Mutex::default(),
             new_images: Mutex::default(),
             instance,
         };
@@ -98,7 +101,7 @@ impl Device {
         Ok(device)
     }
 
-    /// Gives an object its name in tools and in messages.
+    /// Sets an object's name for debuggers and validation messages.
     pub(crate) fn name<H: vk::Handle>(&self, handle: H, name: &str) {
         let Some(debug) = &self.debug else { return };
         let name = std::ffi::CString::new(name).expect("names hold no null");
@@ -127,7 +130,7 @@ impl Device {
                 },
             )
         };
-        // What was dropped waits for the next frame; where memory is short it need not.
+        // Dropped objects normally wait for the next frame. When memory is short, they are destroyed now.
         let allocation = match allocate() {
             Ok(allocation) => Ok(allocation),
             Err(_) => {
@@ -148,15 +151,15 @@ impl Device {
             .check("vkGetSemaphoreCounterValue", "timeline")
     }
 
-    /// Takes an object whose wrapper was dropped.
+    /// Queues the object of a dropped wrapper for destruction.
     pub(crate) fn bury(&self, dead: Dead) {
         let mut garbage = self.garbage.lock().expect("no panic while garbage is moved");
         let value = garbage.next_value;
         garbage.waiting.push((value, dead));
     }
 
-    /// Destroys what no submitted frame can name any more. `next_value`: what the next submission will signal,
-    /// where that changes.
+    /// Destroys objects that no submitted frame uses any more. `next_value`: the value that the next
+    /// submission signals, if it changes.
     pub(crate) fn collect(&self, finished: u64, next_value: Option<u64>) {
         let dead: Vec<Dead> = {
             let mut garbage = self.garbage.lock().expect("no panic while garbage is moved");
@@ -268,13 +271,23 @@ fn create(
         .check("vkCreateDevice", &physical.name)
 }
 
+impl Device {
+    /// Waits before objects are destroyed. A lost device uses no object, and its loss was reported earlier.
+    pub(crate) fn wait_at_the_end(&self) {
+        // SAFETY: the device lives; nobody else uses the queue when a device or its ring is dropped.
+        match unsafe { self.handle.device_wait_idle() } {
+            Ok(()) => {}
+            Err(vk::Result::ERROR_DEVICE_LOST) => tracing::debug!("device lost at shutdown"),
+            Err(result) => tracing::warn!("vkDeviceWaitIdle at shutdown: {result}"),
+        }
+    }
+}
+
 impl Drop for Device {
     fn drop(&mut self) {
+        self.wait_at_the_end();
         // SAFETY: the last Arc is gone, so no wrapper and no frame exists; after the wait the GPU names nothing.
         unsafe {
-            if let Err(result) = self.handle.device_wait_idle() {
-                tracing::warn!("vkDeviceWaitIdle at the end: {result}");
-            }
             self.collect(u64::MAX, None);
             ManuallyDrop::drop(&mut self.allocator);
             self.handle.destroy_semaphore(self.timeline, None);

@@ -1,25 +1,25 @@
-//! What the world can do to us: no loader, no device, a feature missing, memory full, device lost.
+//! Errors of the Vulkan environment: no loader, no device, a missing feature, out of memory, device lost.
 
 use ash::vk;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use thiserror::Error;
 
-/// Each message says what was tried, on what, and what the user can do.
+/// Each message says what was tried, on which object, and what the user can do.
 #[derive(Clone, Debug, Error)]
 pub enum Error {
     #[error(
-        "no Vulkan loader (libvulkan.so.1): {0}. Install your GPU's driver, or Mesa's software driver (Debian: mesa-vulkan-drivers); `ortelius doctor` tells more"
+        "no Vulkan loader (libvulkan.so.1): {0}. Install your GPU's driver, or Mesa's software driver (Debian: mesa-vulkan-drivers); for details, run `ortelius doctor`"
     )]
     Loader(String),
     #[error(
-        "no Vulkan driver answers; searched {searched}. Install your GPU's driver, or Mesa's software driver (Debian: mesa-vulkan-drivers); `ortelius doctor` tells more"
+        "no Vulkan driver found; searched {searched}. Install your GPU's driver, or Mesa's software driver (Debian: mesa-vulkan-drivers); for details, run `ortelius doctor`"
     )]
     NoDevice { searched: String },
-    #[error("no device {wanted:?}; there are: {found}")]
+    #[error("no device {wanted:?}; available: {found}")]
     DeviceChoice { wanted: String, found: String },
     #[error(
-        "the validation layer VK_LAYER_KHRONOS_validation is not installed (Debian: vulkan-validationlayers), or leave out --validate"
+        "the validation layer VK_LAYER_KHRONOS_validation is not installed (Debian: vulkan-validationlayers), or omit --validate"
     )]
     NoValidationLayer,
     #[error("{device}: pass {pass:?} needs {feature}, which this device lacks; {without}")]
@@ -29,21 +29,21 @@ pub enum Error {
     #[error("{object}: out of memory ({reason}); choose smaller caches or a smaller picture")]
     OutOfMemory { object: String, reason: String },
     #[error(
-        "device lost in {call} on {object}: the driver gave up; rerun with --validate, or another --device"
+        "device lost in {call} on {object}: the driver stopped responding; rerun with --validate, or choose another --device"
     )]
     DeviceLost { call: &'static str, object: String },
     #[error("{call} on {object}: {result}")]
     Call { call: &'static str, object: String, result: vk::Result },
 }
 
-/// Turns a Vulkan result into an [`Error`] that names the call and the object: every call goes through here.
+/// Turns a Vulkan result into an [`Error`] that names the call and the object. Every Vulkan call uses this.
 pub(crate) trait Check<T> {
     fn check(self, call: &'static str, object: &str) -> Result<T, Error>;
 }
 
 impl<T> Check<T> for Result<T, vk::Result> {
     fn check(self, call: &'static str, object: &str) -> Result<T, Error> {
-        let result = if lost_on_purpose(call) { Err(vk::Result::ERROR_DEVICE_LOST) } else { self };
+        let result = if injected_loss(call) { Err(vk::Result::ERROR_DEVICE_LOST) } else { self };
         result.map_err(|result| match result {
             vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
                 Error::OutOfMemory { object: object.to_string(), reason: format!("{call}: {result}") }
@@ -54,9 +54,9 @@ impl<T> Check<T> for Result<T, vk::Result> {
     }
 }
 
-/// A fault that the environment asks for: no driver loses its device when a test wants it to.
-/// `ORTELIUS_LOSE_DEVICE=vkQueueSubmit2:3` lets the third call of that name say that the device is lost.
-fn lost_on_purpose(call: &str) -> bool {
+/// Injected device loss for tests. `ORTELIUS_LOSE_DEVICE=vkQueueSubmit2:3` makes the third call of that name
+/// report a lost device.
+fn injected_loss(call: &str) -> bool {
     static WANTED: OnceLock<Option<(String, u64)>> = OnceLock::new();
     static CALLS: AtomicU64 = AtomicU64::new(0);
     let wanted = WANTED.get_or_init(|| parse_fault(&std::env::var("ORTELIUS_LOSE_DEVICE").ok()?));
@@ -66,7 +66,7 @@ fn lost_on_purpose(call: &str) -> bool {
     }
 }
 
-/// CALL or CALL:N; the first call where N is left out or no number.
+/// Parses `CALL` or `CALL:N`. N defaults to 1, also if it is not a number.
 fn parse_fault(text: &str) -> Option<(String, u64)> {
     let (name, nth) = text.split_once(':').unwrap_or((text, "1"));
     (!name.is_empty()).then(|| (name.to_owned(), nth.parse().unwrap_or(1)))

@@ -1,9 +1,9 @@
-//! Device features by name. A scene's passes say which they need; nothing else is asked of the device.
+//! Device features by name. A scene's passes list the features they need; no others are enabled.
 
 use super::{Error, Result};
 use ash::{ext, vk};
 
-/// An optional feature of Vulkan 1.3 that one of our passes can want.
+/// An optional feature of Vulkan 1.3 that one of our passes can use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Feature {
     GeometryShader,
@@ -55,7 +55,7 @@ impl Feature {
     }
 }
 
-/// A feature, the pass that wants it, and which variant does without: the whole text of the error.
+/// A feature, the pass that needs it, and the variant that works without it. Becomes the error message.
 #[derive(Clone, Copy, Debug)]
 pub struct Need {
     pub feature: Feature,
@@ -63,16 +63,16 @@ pub struct Need {
     pub without: &'static str,
 }
 
-/// What a device offers of [`Feature::ALL`], and of what every Ortelius program needs.
+/// Which of [`Feature::ALL`] a device offers, and which of the requirements of every Ortelius program.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Offered {
     pub(crate) features: Vec<Feature>,
     pub(crate) scalar_block_layout: bool,
-    /// Lanes that run together.
+    /// Lanes per subgroup.
     pub(crate) subgroup_size: u32,
 }
 
-/// Asks a device of Vulkan 1.3 or later.
+/// Queries a device of Vulkan 1.3 or later.
 pub(crate) fn offered(
     instance: &ash::Instance,
     device: vk::PhysicalDevice,
@@ -145,7 +145,7 @@ impl Offered {
                 device: device.to_string(),
                 feature: "scalarBlockLayout",
                 pass: "every pass",
-                without: "no variant does without: choose another --device",
+                without: "every variant needs it; choose another --device",
             });
         }
         Ok(())
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_feature_is_refused_with_its_name_the_pass_and_the_way_out() {
+    fn a_missing_feature_is_refused_with_its_name_the_pass_and_the_alternative() {
         for feature in Feature::ALL {
             let others: Vec<_> = Feature::ALL.into_iter().filter(|other| *other != feature).collect();
             let need = Need { feature, ..NEED };
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_need_that_is_not_met_is_the_one_told() {
+    fn the_first_unmet_need_is_the_one_reported() {
         let needs = [
             NEED,
             Need { feature: Feature::GeometryShader, pass: "other", ..NEED },
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn what_nobody_needs_may_be_missing_but_scalar_block_layout_may_not() {
+    fn unneeded_features_may_be_missing_but_scalar_block_layout_may_not() {
         assert!(offered(&[Feature::LogicOp]).require("Some GPU", &[NEED]).is_ok());
         assert!(offered(&[]).require("Some GPU", &[]).is_ok());
         let bare = Offered { features: Feature::ALL.to_vec(), scalar_block_layout: false, subgroup_size: 8 };

@@ -5,7 +5,8 @@
 
 use super::command::Cmd;
 use super::device::Device;
-use super::{Check, Error, Gpu, Image, Result, Semaphore};
+use super::query::statistics_info;
+use super::{Check, Error, Feature, Gpu, Image, Result, Semaphore, Work};
 use ash::vk;
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -15,11 +16,14 @@ pub const FRAMES_IN_FLIGHT: usize = 2;
 /// Two timestamps a pass.
 const MOST_PASSES: usize = 64;
 
-/// A pass and the nanoseconds between its two timestamps; `None` where the device keeps no time.
+/// What a pass cost.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PassTime {
     pub label: String,
+    /// Nanoseconds between its two timestamps; `None` where the device keeps no time.
     pub ns: Option<u64>,
+    /// `None` unless [`Gpu::count_work`] asked for it.
+    pub work: Option<Work>,
 }
 
 type Times = Arc<Mutex<Option<Vec<PassTime>>>>;
@@ -30,7 +34,11 @@ struct Slot {
     buffer: vk::CommandBuffer,
     descriptors: vk::DescriptorPool,
     queries: vk::QueryPool,
+    /// Pipeline statistics, where the device was opened with them.
+    statistics: Option<vk::QueryPool>,
     labels: Vec<String>,
+    /// One for each label in a frame that counts, else none.
+    works: Vec<Work>,
     /// The timeline's value once the GPU has passed the slot's last submission.
     value: u64,
     times: Times,
@@ -40,6 +48,8 @@ pub(crate) struct Ring {
     slots: Vec<Slot>,
     device: Arc<Device>,
     submitted: u64,
+    /// The next frames count the work of their passes.
+    counting: bool,
 }
 
 /// A frame that is being recorded.
@@ -63,7 +73,7 @@ pub struct Ticket {
 impl Ring {
     pub(crate) fn new(device: &Arc<Device>) -> Result<Ring> {
         let slots = (0..FRAMES_IN_FLIGHT).map(|_| Slot::new(device)).collect::<Result<_>>()?;
-        Ok(Ring { slots, device: device.clone(), submitted: 0 })
+        Ok(Ring { slots, device: device.clone(), submitted: 0, counting: false })
     }
 
     /// Waits for every frame that was submitted.
@@ -86,6 +96,10 @@ impl Ring {
             return Ok(());
         }
         let labels = std::mem::take(&mut slot.labels);
+        let mut works = std::mem::take(&mut slot.works);
+        if let Some(statistics) = slot.statistics {
+            Work::add_statistics(device, statistics, &mut works)?;
+        }
         let mut stamps = vec![0u64; 2 * labels.len()];
         if !stamps.is_empty() && device.timestamp_bits > 0 {
             // SAFETY: the frame has ended, and wrote 2 timestamps a label.
@@ -104,7 +118,8 @@ impl Ring {
         let period_ns = f64::from(device.physical.limits.timestamp_period);
         let times = labels.into_iter().enumerate().map(|(n, label)| {
             let ticks = stamps[2 * n + 1].wrapping_sub(stamps[2 * n]) & mask;
-            PassTime { label, ns: (device.timestamp_bits > 0).then_some((ticks as f64 * period_ns) as u64) }
+            let ns = (device.timestamp_bits > 0).then_some((ticks as f64 * period_ns) as u64);
+            PassTime { label, ns, work: works.get(n).copied() }
         });
         *slot.times.lock().expect("no panic while times are stored") = Some(times.collect());
         Ok(())
@@ -144,6 +159,13 @@ impl Slot {
                 .check("vkCreateDescriptorPool", "frame")?;
             let queries =
                 device.handle.create_query_pool(&query_info, None).check("vkCreateQueryPool", "frame")?;
+            let statistics = match device.features.contains(&Feature::PipelineStatistics) {
+                true => {
+                    let info = statistics_info(MOST_PASSES as u32);
+                    Some(device.handle.create_query_pool(&info, None).check("vkCreateQueryPool", "frame")?)
+                }
+                false => None,
+            };
             device.name(pool, "frame commands");
             device.name(buffer, "frame");
             device.name(descriptors, "frame descriptors");
@@ -153,7 +175,9 @@ impl Slot {
                 buffer,
                 descriptors,
                 queries,
+                statistics,
                 labels: Vec::new(),
+                works: Vec::new(),
                 value: 0,
                 times: Times::default(),
             })
@@ -183,6 +207,17 @@ impl Gpu {
     }
 }
 
+impl Gpu {
+    /// Whether the frames from now on count what their passes do. Statistics of shaders cost time on some devices.
+    ///
+    /// # Panics
+    /// If the device was opened without [`Feature::PipelineStatistics`].
+    pub fn count_work(&self, counting: bool) {
+        assert!(!counting || self.has(Feature::PipelineStatistics), "opened without pipeline statistics");
+        self.ring.lock().expect("no panic while a frame is recorded").counting = counting;
+    }
+}
+
 impl Frame<'_> {
     fn begin(&self) -> Result<()> {
         let device = &self.gpu.device;
@@ -199,6 +234,9 @@ impl Frame<'_> {
                 .reset_descriptor_pool(slot.descriptors, vk::DescriptorPoolResetFlags::empty())
                 .check("vkResetDescriptorPool", "frame")?;
             device.handle.reset_query_pool(slot.queries, 0, 2 * MOST_PASSES as u32);
+            if let Some(statistics) = slot.statistics {
+                device.handle.reset_query_pool(statistics, 0, MOST_PASSES as u32);
+            }
             device.handle.begin_command_buffer(slot.buffer, &begin).check("vkBeginCommandBuffer", "frame")?;
         }
         Ok(())
@@ -254,18 +292,28 @@ impl Frame<'_> {
     pub fn pass<T>(&mut self, label: &str, record: impl FnOnce(&mut Cmd<'_>) -> Result<T>) -> Result<T> {
         self.flush_new_images();
         let device = &*self.gpu.device;
+        let counting = self.ring.counting;
         let slot = &mut self.ring.slots[self.slot];
         assert!(slot.labels.len() < MOST_PASSES, "{label:?} is pass {} of a frame", slot.labels.len() + 1);
-        let query = 2 * slot.labels.len() as u32;
+        let query = slot.labels.len() as u32;
         slot.labels.push(label.to_string());
-        let mut cmd = Cmd { device, handle: slot.buffer, descriptors: slot.descriptors };
+        let statistics = slot.statistics.filter(|_| counting);
+        let mut cmd =
+            Cmd { device, handle: slot.buffer, descriptors: slot.descriptors, work: Work::default() };
         cmd.begin_label(label);
         // Before the barrier: llvmpipe bins a timestamp with what is to be rasterised, and without a barrier takes it
-        // only once the pass's vertices are through. A transform feedback of 35 ms was told as 0.04.
-        cmd.timestamp(slot.queries, query);
+        // only once the pass's vertices are through. A transform feedback of 35 ms was reported as 0.04.
+        cmd.timestamp(slot.queries, 2 * query);
         cmd.sync();
+        if let Some(statistics) = statistics {
+            cmd.begin_statistics(statistics, query);
+        }
         let result = record(&mut cmd);
-        cmd.timestamp(slot.queries, query + 1);
+        if let Some(statistics) = statistics {
+            cmd.end_statistics(statistics, query);
+            slot.works.push(cmd.work);
+        }
+        cmd.timestamp(slot.queries, 2 * query + 1);
         cmd.end_label();
         result
     }
@@ -329,6 +377,7 @@ impl Drop for Frame<'_> {
         if !self.submitted {
             // Nothing was written: nobody may wait for this frame's timestamps.
             self.ring.slots[self.slot].labels.clear();
+            self.ring.slots[self.slot].works.clear();
             let mut new_images =
                 self.gpu.device.new_images.lock().expect("no panic while a barrier is stored");
             new_images.append(&mut self.transitions);
@@ -360,15 +409,16 @@ impl Ticket {
 
 impl Drop for Ring {
     fn drop(&mut self) {
+        self.device.wait_at_the_end();
         // SAFETY: after the wait the GPU names none of the pools.
         unsafe {
-            if let Err(result) = self.device.handle.device_wait_idle() {
-                tracing::warn!("vkDeviceWaitIdle at the end: {result}");
-            }
             for slot in &self.slots {
                 self.device.handle.destroy_command_pool(slot.pool, None);
                 self.device.handle.destroy_descriptor_pool(slot.descriptors, None);
                 self.device.handle.destroy_query_pool(slot.queries, None);
+                slot.statistics
+                    .into_iter()
+                    .for_each(|pool| self.device.handle.destroy_query_pool(pool, None));
             }
         }
     }

@@ -7,14 +7,14 @@ use ash::vk;
 use gpu_allocator::{MemoryLocation, vulkan::Allocation};
 use std::sync::Arc;
 
-/// The formats that we use, by what a texel holds.
+/// Supported formats, named by the content of a texel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// Four bytes, sRGB: filtered in linear light.
     Rgba8Srgb,
     /// Four bytes as they are.
     Rgba8,
-    /// As `Rgba8`, blue first: what most windows show.
+    /// Like `Rgba8` with blue first; the format of most windows.
     Bgra8,
     Bc1Srgb,
     R32Uint,
@@ -24,7 +24,7 @@ pub enum Format {
     Depth32Float,
 }
 
-/// What passes draw a picture into.
+/// The image format of a picture that passes render.
 impl From<Target> for Format {
     fn from(target: Target) -> Format {
         match target {
@@ -70,27 +70,27 @@ impl Format {
     }
 }
 
-/// What an image is to be.
+/// Description of an image to create.
 #[derive(Clone, Copy, Debug)]
 pub struct ImageInfo {
     pub size: [u32; 2],
     pub format: Format,
     pub mip_levels: u32,
-    /// Above 1, or with `array`, the shader sees an array.
+    /// Layers. Shaders see an array if there is more than one, or if `array` is set.
     pub layers: u32,
     pub array: bool,
     pub attachment: bool,
-    /// Shaders store into it, with atomics.
+    /// Shaders write it with image stores and atomics.
     pub storage: bool,
 }
 
 impl ImageInfo {
-    /// One picture of one level that passes draw into and read.
+    /// A single-level image that passes render into and read.
     pub fn target(size: [u32; 2], format: Format) -> Self {
         ImageInfo { size, format, mip_levels: 1, layers: 1, array: false, attachment: true, storage: false }
     }
 
-    /// A texture of several levels.
+    /// A sampled texture with `mip_levels` levels.
     pub fn texture(size: [u32; 2], format: Format, mip_levels: u32) -> Self {
         ImageInfo { size, format, mip_levels, layers: 1, array: false, attachment: false, storage: false }
     }
@@ -100,21 +100,21 @@ impl ImageInfo {
         self.size.map(|side| side.checked_shr(mip).unwrap_or(0).max(1))
     }
 
-    /// Bytes of all levels and layers, padding of the driver apart.
+    /// Bytes of all levels and layers, without the driver's padding.
     pub fn bytes(&self) -> u64 {
         let levels = (0..self.mip_levels).map(|mip| self.format.bytes(self.mip_size(mip)));
         levels.sum::<u64>() * u64::from(self.layers)
     }
 }
 
-/// An image, its memory, and a view of the whole (for Rgba8Srgb a second one that reads the bytes as they are).
+/// An image, its memory, and a view of all of it. Rgba8Srgb has a second view without sRGB decoding.
 pub struct Image {
     pub(crate) handle: vk::Image,
     pub(crate) view: vk::ImageView,
     pub(crate) raw_view: vk::ImageView,
     device: Arc<Device>,
     memory: Option<Allocation>,
-    /// The handle is the swapchain's to destroy.
+    /// True for swapchain images: the swapchain destroys the handle.
     borrowed: bool,
     info: ImageInfo,
     name: String,
@@ -123,7 +123,7 @@ pub struct Image {
 /// Which view of an image a shader reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum View {
-    /// In the image's own format.
+    /// All of it, in the image's own format.
     Whole,
     /// Rgba8Srgb without the decoding.
     Raw,
@@ -159,11 +159,11 @@ impl Gpu {
         };
         // SAFETY: as above.
         let requirements = unsafe { device.handle.get_image_memory_requirements(handle) };
-        let memory = device.allocate(name, requirements, MemoryLocation::GpuOnly, false)?;
+        let memory =
+            image.memory.insert(device.allocate(name, requirements, MemoryLocation::GpuOnly, false)?);
         // SAFETY: the allocation fits the requirements and is bound once.
         unsafe { device.handle.bind_image_memory(handle, memory.memory(), memory.offset()) }
             .check("vkBindImageMemory", name)?;
-        image.memory = Some(memory);
         image.view = image.create_view(info.format)?;
         if raw {
             image.raw_view = image.create_view(Format::Rgba8)?;
@@ -173,7 +173,7 @@ impl Gpu {
         if raw {
             device.name(image.raw_view, &format!("{name}, raw"));
         }
-        // The next frame starts by bringing it into GENERAL, where it stays.
+        // The next frame starts with the transition to GENERAL, where the image stays.
         device.new_images.lock().expect("no panic while a barrier is stored").push(
             vk::ImageMemoryBarrier2::default()
                 .image(handle)
@@ -200,7 +200,7 @@ impl Gpu {
             assert_eq!(
                 level.len() as u64,
                 image.info().format.bytes(size),
-                "{}: bytes of mip {mip}",
+                "{}: byte count of mip {mip}",
                 image.name()
             );
             staging.mapped_mut()[offset..offset + level.len()].copy_from_slice(level);
@@ -216,7 +216,7 @@ impl Gpu {
         Ok(())
     }
 
-    /// All texels of an image's first level, tightly packed, once all frames before have ended.
+    /// All texels of an image's first level, tightly packed. Waits for all earlier frames.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -233,20 +233,21 @@ impl Gpu {
         Ok(host.mapped()[..bytes as usize].to_vec())
     }
 
-    /// Whether an image may have so many layers; `advice` says what they are and what to do.
+    /// Returns an error if an image may not have this many layers. `advice` says what the layers are and what
+    /// to do.
     ///
     /// # Errors
     /// [`Error::Limit`] with both numbers.
     pub fn require_layers(&self, name: &str, layers: u32, advice: impl FnOnce() -> String) -> Result<()> {
         let most = self.device.physical.limits.max_image_array_layers;
         if layers > most {
-            let what = format!("{layers} layers, the device takes {most}: {}", advice());
+            let what = format!("needs {layers} layers; this device supports {most}: {}", advice());
             return Err(Error::Limit { object: name.to_string(), what });
         }
         Ok(())
     }
 
-    /// Whether passes can draw into the format.
+    /// True if passes can render into the format.
     pub fn renders_to(&self, format: Format) -> bool {
         let wanted = vk::FormatFeatureFlags::COLOR_ATTACHMENT | vk::FormatFeatureFlags::SAMPLED_IMAGE;
         self.optimal_features(format).contains(wanted)
@@ -263,7 +264,8 @@ impl Gpu {
         properties.optimal_tiling_features
     }
 
-    /// What this device says of images of just this format and use: beyond it `vkCreateImage` is undefined.
+    /// Checks the device's limits for exactly this format and use. Beyond them `vkCreateImage` is undefined
+    /// behaviour.
     fn check_limits(&self, name: &str, info: &ImageInfo, create: &vk::ImageCreateInfo<'_>) -> Result<()> {
         let limit = |what: String| Err(Error::Limit { object: name.to_string(), what });
         // SAFETY: plain query of a live device.
@@ -279,7 +281,7 @@ impl Gpu {
         };
         let most = match most {
             Err(vk::Result::ERROR_FORMAT_NOT_SUPPORTED) => {
-                return limit(format!("the device has no image of {:?} for this use", info.format));
+                return limit(format!("this device does not support {:?} images for this use", info.format));
             }
             most => most.check("vkGetPhysicalDeviceImageFormatProperties", name)?,
         };
@@ -287,25 +289,28 @@ impl Gpu {
         if width > most.max_extent.width || height > most.max_extent.height {
             let (most_width, most_height) = (most.max_extent.width, most.max_extent.height);
             return limit(format!(
-                "{width} x {height} texels; the device takes {most_width} x {most_height} of {:?}",
+                "needs {width} x {height} texels; this device supports {most_width} x {most_height} of {:?}",
                 info.format
             ));
         }
         let atomics = vk::FormatFeatureFlags::STORAGE_IMAGE_ATOMIC;
         if info.storage && !self.optimal_features(info.format).contains(atomics) {
-            return limit(format!("no atomics on texels of {:?}; choose another variant.dedup", info.format));
+            return limit(format!(
+                "this device has no atomics on {:?} texels; choose another variant.dedup",
+                info.format
+            ));
         }
         if info.layers > most.max_array_layers || info.mip_levels > most.max_mip_levels {
             return limit(format!(
-                "{} layers of {} levels; the device takes {} of {}",
+                "needs {} layers of {} levels; this device supports {} of {}",
                 info.layers, info.mip_levels, most.max_array_layers, most.max_mip_levels
             ));
         }
-        // The driver's padding comes on top: what passes here may still find no memory.
+        // The driver's padding comes on top, so allocation may still fail.
         let bytes = info.bytes();
         if bytes > most.max_resource_size {
             return limit(format!(
-                "{bytes} bytes in one image; the device takes {}; choose smaller caches, tiles or pictures",
+                "needs {bytes} bytes in one image; this device supports {}; choose smaller caches, tiles or pictures",
                 most.max_resource_size
             ));
         }
@@ -318,14 +323,15 @@ impl Gpu {
         self.create_sampler(name, info.filter, [in_s, edge], 1)
     }
 
-    /// Of a texture that tiles the plane. Above 1, `most_anisotropy` asks for the device's own anisotropic filter of at most so
-    /// many samples (the device must have been opened with [`Feature::SamplerAnisotropy`]), or of as many as it has.
+    /// A sampler for a texture that tiles the plane. `most_anisotropy` above 1 selects the device's
+    /// anisotropic filter with at most that many samples, or the device's own maximum if that is lower. The
+    /// device must have been opened with [`Feature::SamplerAnisotropy`].
     ///
     /// # Errors
     /// Out of memory.
     pub fn tiling_sampler(&self, name: &str, most_anisotropy: u32) -> Result<Sampler> {
         let allowed = most_anisotropy == 1 || self.has(Feature::SamplerAnisotropy);
-        assert!(allowed, "{name}: the device was opened without the feature");
+        assert!(allowed, "{name}: the device was opened without samplerAnisotropy");
         self.create_sampler(name, Filter::Linear, [vk::SamplerAddressMode::REPEAT; 2], most_anisotropy)
     }
 
@@ -370,7 +376,7 @@ fn usage(info: &ImageInfo) -> vk::ImageUsageFlags {
 }
 
 impl Image {
-    /// An image of a swapchain, to draw into. It is in GENERAL only between [`super::Frame::begin_present`] and
+    /// A swapchain image to render into. It is in GENERAL only between [`super::Frame::begin_present`] and
     /// [`super::Frame::end_present`].
     pub(crate) fn of_swapchain(
         gpu: &Gpu,
@@ -407,7 +413,7 @@ impl Image {
         self.info.mip_size(mip)
     }
 
-    /// Bytes of all levels and layers, padding of the driver apart.
+    /// Bytes of all levels and layers, without the driver's padding.
     pub fn bytes(&self) -> u64 {
         self.info.bytes()
     }
@@ -447,7 +453,7 @@ impl Drop for Image {
     }
 }
 
-/// How texels between texels are read.
+/// How a sampler filters between texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filter {
     Nearest,

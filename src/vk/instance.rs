@@ -1,4 +1,4 @@
-//! Loader, layers, messenger, and the devices that there are.
+//! Loader, layers, debug messenger and the list of devices.
 
 use super::features::{Feature, Offered, offered};
 use super::message::{Message, Messages, messenger_info};
@@ -10,11 +10,11 @@ use std::sync::{Arc, OnceLock};
 
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// An instance that is never destroyed, so that the loader keeps the drivers loaded. Otherwise each [`Instance`] loads and
-/// unloads them, and NVIDIA 580.159 fails after about thirty times in one process.
+/// An instance that is never destroyed, so that the loader keeps the drivers loaded. Otherwise each
+/// [`Instance`] loads and unloads them, and NVIDIA 580.159 fails after about 30 times in one process.
 static DRIVERS: OnceLock<(ash::Entry, ash::Instance)> = OnceLock::new();
 
-/// The Vulkan instance. Surface extensions are asked for only where there is a window to present to.
+/// The Vulkan instance. Surface extensions are enabled only if there is a window to present to.
 pub struct Instance {
     pub(crate) handle: ash::Instance,
     pub(crate) debug: Option<ext::debug_utils::Instance>,
@@ -24,21 +24,21 @@ pub struct Instance {
     pub(crate) entry: ash::Entry,
 }
 
-/// One device, as found.
+/// One device, as enumerated.
 #[derive(Clone, Debug)]
 pub struct PhysicalDevice {
     pub(crate) handle: vk::PhysicalDevice,
     pub name: String,
     /// "discrete", "integrated", "virtual", "cpu" or "other".
     pub kind: &'static str,
-    /// Driver name and version text, as the driver says it.
+    /// Driver name and version, as the driver reports them.
     pub driver: String,
     /// (major, minor, patch)
     pub api: (u32, u32, u32),
     pub features: Vec<Feature>,
-    /// Lanes of a subgroup.
+    /// Lanes per subgroup.
     pub subgroup_size: u32,
-    /// Bytes that a workgroup can share.
+    /// Shared memory of a workgroup, in bytes.
     pub shared_bytes: u32,
     pub(crate) offered: Offered,
     pub(crate) limits: vk::PhysicalDeviceLimits,
@@ -46,13 +46,13 @@ pub struct PhysicalDevice {
 }
 
 impl PhysicalDevice {
-    /// Vulkan 1.3 and scalar block layout: without them no program of ours runs.
+    /// True if the device has Vulkan 1.3 and scalar block layout. All our programs need both.
     pub fn usable(&self) -> bool {
         self.api >= (1, 3, 0) && self.offered.scalar_block_layout
     }
 }
 
-/// What the loader sees: for `ortelius doctor`.
+/// What the loader finds; for `ortelius doctor`.
 #[derive(Clone, Debug)]
 pub struct Survey {
     pub loader_api: (u32, u32, u32),
@@ -61,8 +61,8 @@ pub struct Survey {
 }
 
 impl Instance {
-    /// Opens the loader. `validate` switches the validation layer on, with synchronisation validation; layers
-    /// and settings that the environment asks for stay in force.
+    /// Opens the loader. `validate` enables the validation layer with synchronisation validation. Layers and
+    /// settings from the environment stay in force.
     ///
     /// # Errors
     /// [`Error::Loader`], [`Error::NoValidationLayer`], [`Error::NoDevice`] where no driver loads.
@@ -70,11 +70,12 @@ impl Instance {
         Instance::presenting(validate, None)
     }
 
-    /// As [`Instance::new`]; windows of `display` can be presented to.
+    /// Like [`Instance::new`], and enables presenting to windows of `display`.
     ///
     /// # Errors
-    /// As [`Instance::new`]; [`Error::Limit`] where the loader knows no such display.
+    /// As [`Instance::new`]; [`Error::Limit`] if the loader does not support this display.
     pub fn presenting(validate: bool, display: Option<DisplayHandle<'_>>) -> Result<Instance> {
+        warn_of_mixed_vector_widths();
         // SAFETY: the loader's initialisers are sound to run; the entry outlives the instance (field order).
         let entry = unsafe { ash::Entry::load() }.map_err(|e| Error::Loader(e.to_string()))?;
         let layers = layer_names(&entry)?;
@@ -113,7 +114,7 @@ impl Instance {
         Ok(Instance { handle, debug, messenger, messages, validating: validate, entry })
     }
 
-    /// Every message so far that is not on the accepted list.
+    /// Every message so far, except those on the accepted list.
     pub fn messages(&self) -> Vec<Message> {
         self.messages.all()
     }
@@ -122,7 +123,8 @@ impl Instance {
         self.validating
     }
 
-    /// All devices, discrete first, then integrated, virtual, software; within a kind in the loader's order.
+    /// All devices: discrete, then integrated, virtual, software. Devices of one kind keep the loader's
+    /// order.
     ///
     /// # Errors
     /// [`Error::Call`] where the loader fails.
@@ -142,14 +144,15 @@ impl Instance {
         Ok(devices)
     }
 
-    /// The device that `wanted` names (part of its name, or its index in [`Instance::devices`]), or the first usable.
+    /// The device that `wanted` names (part of its name, or its index in [`Instance::devices`]), or the first
+    /// usable one.
     ///
     /// # Errors
-    /// [`Error::NoDevice`], [`Error::DeviceChoice`] with the list of what is there.
+    /// [`Error::NoDevice`]; [`Error::DeviceChoice`] with the list of available devices.
     pub fn choose(&self, wanted: Option<&str>) -> Result<PhysicalDevice> {
         let devices = self.devices()?;
         let found = || devices.iter().map(|d| d.name.clone()).collect::<Vec<_>>().join(", ");
-        // An empty ORTELIUS_DEVICE is none.
+        // An empty ORTELIUS_DEVICE counts as unset.
         let wanted = wanted.filter(|wanted| !wanted.is_empty());
         let index = wanted.and_then(|wanted| wanted.parse::<usize>().ok());
         let named = |device: &&PhysicalDevice| {
@@ -157,7 +160,8 @@ impl Instance {
         };
         match index {
             Some(index) => devices.get(index).cloned(),
-            // One device under two drivers: the usable one. Where none is, its own error says why.
+            // A device that appears under two drivers: prefer the usable one. If neither is usable, opening
+            // reports why.
             None => devices
                 .iter()
                 .find(|device| named(device) && device.usable())
@@ -189,7 +193,7 @@ impl Instance {
             c.map_or(String::new(), |c: &CStr| c.to_string_lossy().into_owned())
         };
         let mut offered = offered(&self.handle, handle, &extensions);
-        // Only the stream query tells that a list was too short (a device without the extension leaves 0 here).
+        // Only the stream query reports an overflow of the list. Devices without the extension leave 0 here.
         if feedback.transform_feedback_queries == vk::FALSE {
             offered.features.retain(|feature| *feature != Feature::TransformFeedback);
         }
@@ -218,7 +222,7 @@ impl Instance {
         })
     }
 
-    /// What `ortelius doctor` prints.
+    /// Collects the data that `ortelius doctor` prints.
     ///
     /// # Errors
     /// [`Error::Loader`] or a failed enumeration.
@@ -236,7 +240,7 @@ impl Instance {
     }
 }
 
-/// What presenting to a window of `display` takes.
+/// Instance extensions for presenting to a window of `display`.
 fn surface_extensions(display: Option<DisplayHandle<'_>>) -> Result<Vec<&'static CStr>> {
     let Some(display) = display else { return Ok(Vec::new()) };
     let names = ash_window::enumerate_required_extensions(display.as_raw());
@@ -281,6 +285,18 @@ fn create(
     match unsafe { entry.create_instance(&info, None) } {
         Err(vk::Result::ERROR_INCOMPATIBLE_DRIVER) => Err(Error::NoDevice { searched: searched_folders() }),
         other => other.check("vkCreateInstance", "instance"),
+    }
+}
+
+/// Mesa's shader cache does not distinguish vector widths, and code of another width writes beyond its buffers.
+fn warn_of_mixed_vector_widths() {
+    let is_set = |name| std::env::var_os(name).is_some();
+    let own_cache = is_set("MESA_SHADER_CACHE_DIR") || is_set("MESA_SHADER_CACHE_DISABLE");
+    if is_set("LP_NATIVE_VECTOR_WIDTH") && !own_cache {
+        tracing::warn!(
+            "LP_NATIVE_VECTOR_WIDTH: Mesa's shader cache mixes vector widths, and lavapipe may crash; set \
+             MESA_SHADER_CACHE_DIR to a folder for this width"
+        );
     }
 }
 

@@ -1,4 +1,4 @@
-//! Messages of the validation layer and of the driver, kept so that a test can fail on them.
+//! Messages of the validation layer and the driver, kept so that a test can fail on them.
 
 use ash::vk;
 use std::ffi::{CStr, c_void};
@@ -18,17 +18,17 @@ pub struct Message {
     pub text: String,
 }
 
-/// Warnings that may come without failing a test: (part of the text, why). An error is never accepted.
+/// Accepted warnings, which do not fail a test: (part of the text, reason). Errors are never accepted.
 const ACCEPTED: &[(&str, &str)] = &[
     (
         "Decoration not allowed on struct members: SpvDecorationInvariant",
-        "Mesa 22.3's SPIR-V reader, not the layer: the decoration is legal on gl_PerVertex's members, and is honoured",
+        "Mesa 22.3's SPIR-V reader, not the layer: the decoration is legal on gl_PerVertex's members and takes effect",
     ),
-    // The layer's word for an image in GENERAL where another layout is faster: design, section 2.
-    ("For optimal performance", "advice: images live in GENERAL, so that no layout can be forgotten"),
+    // The layer's warning for an image in GENERAL where another layout is faster; see the design, section 2.
+    ("For optimal performance", "advice: images stay in GENERAL, which rules out missing layout transitions"),
 ];
 
-/// The sink that the messenger writes into.
+/// The messages that the debug messenger has received.
 #[derive(Default)]
 pub(crate) struct Messages(Mutex<Vec<Message>>);
 
@@ -38,7 +38,7 @@ impl Messages {
     }
 
     fn push(&self, message: Message) {
-        // The loader tells of drivers that it skipped, and of failures that our own errors then tell better.
+        // The loader reports skipped drivers, and failures that our own errors describe better.
         let from_loader = message.id.contains("Loader Message");
         let accepted = message.severity == Severity::Warning
             && (from_loader || ACCEPTED.iter().any(|(part, _)| message.text.contains(part)));

@@ -1,8 +1,8 @@
-//! Vulkan's nouns, and the only `unsafe` of the crate.
+//! Thin wrappers around Vulkan objects, and the only `unsafe` of the crate.
 //!
-//! Wrappers own their handle and an `Arc` of the device. `Drop` hands handle and memory to a queue that is
-//! emptied when the GPU has passed every frame that could name them. Images live in GENERAL. A [`Frame`] is a
-//! short list of passes, each with label, one global barrier and two timestamps.
+//! Wrappers own their handle and an `Arc` of the device. `Drop` moves handle and memory to a queue, which
+//! destroys them once the GPU has finished every frame that could use them. Images stay in GENERAL. A
+//! [`Frame`] is a short list of passes, each with a label, one global barrier and two timestamps.
 
 mod buffer;
 mod command;
@@ -16,6 +16,7 @@ mod message;
 mod pipeline;
 mod query;
 mod render;
+pub mod renderdoc;
 pub mod self_test;
 mod semaphore;
 pub mod shader;
@@ -31,7 +32,7 @@ pub use image::{Filter, Format, Image, ImageInfo, Sampler, SamplerInfo, View};
 pub use instance::{Instance, PhysicalDevice, Survey, driver_folders};
 pub use message::{Message, Severity};
 pub use pipeline::{Blend, ComputePipeline, Depth, GraphicsInfo, GraphicsPipeline};
-pub use query::{ShaderCounts, ShaderQuery, StreamCount, StreamQuery};
+pub use query::{StreamCount, StreamQuery, Work};
 pub use render::{Clear, ClippedSlice, ColorTarget, DepthTarget, Geometry, Render, Slice, TransformFeedback};
 pub use semaphore::Semaphore;
 pub use swapchain::{Acquired, PresentMode, Surface, Swapchain};
@@ -49,14 +50,15 @@ pub type Result<T> = std::result::Result<T, Error>;
 /// How to open a device.
 #[derive(Clone, Debug, Default)]
 pub struct GpuOptions<'a> {
-    /// Part of a device's name, or its index; `None`: the first usable, discrete before integrated before software.
+    /// Part of a device's name, or its index. `None`: the first usable one (discrete, then integrated, then
+    /// software).
     pub device: Option<&'a str>,
-    /// Validation with synchronisation validation.
+    /// Enables validation, with synchronisation validation.
     pub validate: bool,
     pub needs: &'a [Need],
-    /// Switched on where the device has them: for runs that compare variants.
+    /// Enabled if the device has them; for runs that compare variants.
     pub wishes: &'a [Feature],
-    /// Whose windows the device is to present to.
+    /// The display to whose windows the device presents.
     pub display: Option<DisplayHandle<'a>>,
 }
 
@@ -68,10 +70,11 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// Opens the device with exactly the features that `needs` and `wishes` name.
+    /// Opens the device with exactly the features in `needs` and `wishes`.
     ///
     /// # Errors
-    /// No loader, driver or device; a missing feature, with the pass that wants it and the variant that does without.
+    /// No loader, driver or device; a missing feature, with the pass that needs it and the variant that works
+    /// without it.
     pub fn new(options: &GpuOptions<'_>) -> Result<Gpu> {
         let instance = Arc::new(Instance::presenting(options.validate, options.display)?);
         let physical = instance.choose(options.device)?;
@@ -80,14 +83,14 @@ impl Gpu {
             return Err(Error::Limit {
                 object: physical.name,
                 what: format!(
-                    "Vulkan {major}.{minor}; 1.3 is needed. Choose another --device, or update the driver"
+                    "Vulkan {major}.{minor}; 1.3 is required. Choose another --device, or update the driver"
                 ),
             });
         }
         physical.offered.require(&physical.name, options.needs)?;
         let needed = options.needs.iter().map(|need| need.feature);
-        let wished = options.wishes.iter().copied().filter(|wish| physical.features.contains(wish));
-        let features = needed.chain(wished).collect();
+        let optional = options.wishes.iter().copied().filter(|feature| physical.features.contains(feature));
+        let features = needed.chain(optional).collect();
         let device = Arc::new(Device::new(instance, physical, features, options.display.is_some())?);
         let ring = Arc::new(Mutex::new(Ring::new(&device)?));
         Ok(Gpu { device, ring })
@@ -97,14 +100,33 @@ impl Gpu {
         &self.device.physical
     }
 
+    /// True if passes have GPU timestamps.
+    pub fn keeps_time(&self) -> bool {
+        self.device.timestamp_bits > 0
+    }
+
     pub fn has(&self, feature: Feature) -> bool {
         self.device.features.contains(&feature)
     }
 
-    /// Whether the device was opened with what `needs` names.
+    /// Rejects a device that cannot draw: lavapipe crashes in draws with vectors of 512 bits. It chooses 256 or 128 itself, and
+    /// compute shaders run with all widths.
     ///
     /// # Errors
-    /// [`Error::MissingFeature`] with the pass that wants it and the variant that does without.
+    /// [`Error::Limit`]
+    pub fn require_drawing(&self) -> Result<()> {
+        let name = &self.device.physical.name;
+        if name.starts_with("llvmpipe") && name.contains("512 bits") {
+            let what = "lavapipe crashes with vectors of 512 bits; unset LP_NATIVE_VECTOR_WIDTH".into();
+            return Err(Error::Limit { object: name.clone(), what });
+        }
+        Ok(())
+    }
+
+    /// Checks that the device was opened with the features in `needs`.
+    ///
+    /// # Errors
+    /// [`Error::MissingFeature`] with the pass that needs it and the variant that works without it.
     pub fn require(&self, needs: &[Need]) -> Result<()> {
         let Some(missing) = needs.iter().find(|need| !self.has(need.feature)) else { return Ok(()) };
         Err(Error::MissingFeature {
@@ -115,8 +137,7 @@ impl Gpu {
         })
     }
 
-    /// (name, bytes) of everything that has device memory now, sorted: for finding what is never given back. Waits for
-    /// the device.
+    /// (name, bytes) of every device-memory allocation, sorted; for finding leaks. Waits for the device.
     ///
     /// # Errors
     /// Device lost.
@@ -131,7 +152,7 @@ impl Gpu {
         Ok(allocations)
     }
 
-    /// Validation messages so far (none, or the test that caused them fails).
+    /// Validation messages so far. A test with messages fails.
     pub fn messages(&self) -> Vec<Message> {
         self.device.instance.messages()
     }

@@ -1,44 +1,46 @@
-//! Pipelines, made from generated shaders: layouts come from reflection, variants from specialization constants.
+//! Pipelines made from generated shaders. Layouts come from reflection, variants from specialization
+//! constants.
 
 use super::device::{Dead, Device};
-use super::shader::{DescriptorKind, Shader, VertexFormat};
+use super::shader::{DescriptorKind, Replaced, Shader, VertexFormat};
 use super::{Check, Error, Format, Gpu, Result};
 use ash::vk;
 use std::sync::Arc;
 
-/// The depth test; depth is reversed, 1 near and 0 infinitely far.
+/// The depth test. Depth is reversed: 1 is near, 0 is infinitely far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Depth {
-    /// Nearest wins and is written.
+    /// The nearest fragment wins and writes depth.
     Write,
-    /// Only fragments that an earlier pass found nearest.
+    /// Only fragments whose depth equals that of an earlier pass.
     Equal,
 }
 
-/// A graphics pipeline's whole description.
+/// Description of a graphics pipeline.
 #[derive(Clone, Copy)]
 pub struct GraphicsInfo<'a> {
     pub name: &'a str,
     pub vertex: &'static Shader,
     pub geometry: Option<&'static Shader>,
-    /// None: depth alone is drawn, or, without `depth`, nothing is rasterised (transform feedback alone).
+    /// `None`: the pass writes only depth. Without `depth` too, rasterisation is off (transform feedback
+    /// only).
     pub fragment: Option<&'static Shader>,
-    /// (constant's name in GLSL, value); every name must exist in one of the shaders.
+    /// (constant's name in GLSL, value). Every name must exist in one of the shaders.
     pub specialization: &'a [(&'a str, u32)],
-    /// Points, else triangles.
+    /// Draws points instead of triangles.
     pub points: bool,
     pub depth: Option<Depth>,
     pub colors: &'a [Format],
     pub blend: Blend,
 }
 
-/// How a fragment joins what the target holds.
+/// How a fragment is combined with the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blend {
     Replace,
-    /// OR into an integer target.
+    /// Bitwise OR into an integer target.
     LogicOr,
-    /// Over it, with premultiplied alpha; both sides of a triangle are drawn.
+    /// "Over" with premultiplied alpha; draws both sides of a triangle.
     Over,
 }
 
@@ -59,7 +61,7 @@ pub struct ComputePipeline(pub(crate) Base);
 type Stages<'a> = [(vk::ShaderStageFlags, &'a Shader)];
 
 impl Base {
-    /// Layouts as the shaders declare them.
+    /// Builds the layouts from the shaders' reflection.
     fn new(gpu: &Gpu, name: &str, stages: &Stages<'_>) -> Result<Base> {
         let device = &gpu.device;
         let mut descriptors: Vec<(u32, DescriptorKind)> = Vec::new();
@@ -120,7 +122,7 @@ impl Drop for Base {
     }
 }
 
-/// A shader module for the time of a pipeline's creation, with its specialization.
+/// A shader module with its specialization, alive while a pipeline is created.
 struct Module<'a> {
     handle: vk::ShaderModule,
     entries: Vec<vk::SpecializationMapEntry>,
@@ -136,7 +138,9 @@ impl<'a> Module<'a> {
         shader: &Shader,
         specialization: &[(&str, u32)],
     ) -> Result<Self> {
-        let info = vk::ShaderModuleCreateInfo::default().code(shader.spirv);
+        let replaced = device.replaced.lock().expect("no panic while words are moved");
+        let words = replaced.get(shader.name).map_or(shader.spirv, Vec::as_slice);
+        let info = vk::ShaderModuleCreateInfo::default().code(words);
         // SAFETY: the words are glslang's.
         let handle = unsafe { device.handle.create_shader_module(&info, None) }
             .check("vkCreateShaderModule", shader.name)?;
@@ -185,10 +189,10 @@ fn assert_names_exist(name: &str, stages: &Stages<'_>, specialization: &[(&str, 
 }
 
 impl Gpu {
-    /// Whether a geometry shader may emit so many points, components and run so many invocations.
+    /// Checks that a geometry shader may emit this many points and components and run this many invocations.
     ///
     /// # Errors
-    /// [`Error::Limit`] names the limit that is exceeded, and both numbers.
+    /// [`Error::Limit`] names the exceeded limit and both numbers.
     pub fn require_geometry(&self, name: &str, points: u32, components: u32, invocations: u32) -> Result<()> {
         let limits = &self.device.physical.limits;
         let checks = [
@@ -200,41 +204,50 @@ impl Gpu {
             None => Ok(()),
             Some((limit, wanted, most)) => Err(Error::Limit {
                 object: name.to_string(),
-                what: format!("needs {limit} = {wanted}, the device has {most}; choose smaller blocks"),
+                what: format!("needs {limit} = {wanted}; this device has {most}; choose smaller blocks"),
             }),
         }
     }
 
-    /// Whether a workgroup may share so many bytes; `advice` says what to do where it may not.
+    /// Checks that a workgroup may use this many bytes of shared memory. `advice` says what to do if it may
+    /// not.
     ///
     /// # Errors
     /// [`Error::Limit`] with both numbers.
     pub fn require_shared(&self, name: &str, bytes: u64, advice: &str) -> Result<()> {
         let most = self.device.physical.shared_bytes;
         if bytes > u64::from(most) {
-            let what =
-                format!("{bytes} bytes of a workgroup's shared memory, the device has {most}; {advice}");
+            let what = format!(
+                "needs {bytes} bytes of shared memory for each workgroup; this device has {most}; {advice}"
+            );
             return Err(Error::Limit { object: name.to_string(), what });
         }
         Ok(())
     }
 
-    /// Whether indices may reach so many vertices.
+    /// Checks that indices may address this many vertices.
     ///
     /// # Errors
     /// [`Error::Limit`] with both numbers.
     pub fn require_indices(&self, name: &str, vertices: usize) -> Result<()> {
         let most = self.device.physical.limits.max_draw_indexed_index_value;
         if vertices as u64 > u64::from(most) + 1 {
-            let what =
-                format!("{vertices} vertices, the device's indices reach {most}; choose a coarser mesh");
+            let what = format!(
+                "needs {vertices} vertices; this device's indices can address {most}; choose a coarser mesh"
+            );
             return Err(Error::Limit { object: name.to_string(), what });
         }
         Ok(())
     }
 
+    /// Pipelines that are made from now on have these words in place of the built ones. Returns the previous
+    /// replacements. The words come from this build's own compiler, for shaders of the same interface.
+    pub fn replace_shaders(&self, words: Replaced) -> Replaced {
+        std::mem::replace(&mut *self.device.replaced.lock().expect("no panic while words are moved"), words)
+    }
+
     /// # Errors
-    /// A workgroup larger than the device's; the driver's compiler fails.
+    /// The workgroup exceeds the device's limit, or the driver fails to compile the shader.
     pub fn compute_pipeline(
         &self,
         name: &str,
@@ -247,8 +260,9 @@ impl Gpu {
             self.device.physical.limits.max_compute_work_group_invocations,
         );
         if invocations > most {
-            let what =
-                format!("workgroups of {invocations}, the device takes {most}; choose another variant");
+            let what = format!(
+                "needs workgroups of {invocations}; this device supports {most}; choose another variant"
+            );
             return Err(Error::Limit { object: name.to_string(), what });
         }
         assert_names_exist(name, &stages, specialization);
@@ -267,7 +281,7 @@ impl Gpu {
     }
 
     /// # Errors
-    /// The driver's compiler fails.
+    /// The driver fails to compile a shader.
     pub fn graphics_pipeline(&self, info: &GraphicsInfo<'_>) -> Result<GraphicsPipeline> {
         let mut stages = vec![(vk::ShaderStageFlags::VERTEX, info.vertex)];
         stages.extend(info.geometry.map(|shader| (vk::ShaderStageFlags::GEOMETRY, shader)));
@@ -339,7 +353,7 @@ impl GraphicsInfo<'_> {
     fn raster(&self) -> vk::PipelineRasterizationStateCreateInfo<'static> {
         vk::PipelineRasterizationStateCreateInfo::default()
             .rasterizer_discard_enable(self.fragment.is_none() && self.depth.is_none())
-            // Meshes are counter-clockwise seen from outside; what shows its back is behind the limb.
+            // Meshes are counter-clockwise seen from outside. Back faces lie beyond the limb.
             .cull_mode(match self.points || self.blend == Blend::Over {
                 true => vk::CullModeFlags::NONE,
                 false => vk::CullModeFlags::BACK,
@@ -365,7 +379,7 @@ impl GraphicsInfo<'_> {
         }
     }
 
-    /// One for each target.
+    /// One blend state for each target.
     fn attachments(&self) -> Vec<vk::PipelineColorBlendAttachmentState> {
         let writes = match self.fragment {
             Some(_) => vk::ColorComponentFlags::RGBA,
@@ -383,7 +397,7 @@ impl GraphicsInfo<'_> {
     }
 }
 
-/// Attributes tightly packed in the order of their locations, and the stride.
+/// Vertex attributes, tightly packed in the order of their locations, and the stride.
 fn vertex_attributes(shader: &Shader) -> (Vec<vk::VertexInputAttributeDescription>, u32) {
     let mut offset = 0;
     let attributes = shader.inputs.iter().map(|&(location, format)| {

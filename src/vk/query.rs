@@ -1,8 +1,9 @@
-//! What the device counts itself: points of a transform feedback, written and wanted, and invocations of shaders.
+//! What the device counts: points of a transform feedback, written and wanted, and invocations of shaders.
 
 use super::device::{Dead, Device};
-use super::{Check, Feature, Gpu, Result};
+use super::{Check, Gpu, Result};
 use ash::vk;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Queries of a transform-feedback stream, one for each frame in flight.
@@ -11,7 +12,7 @@ pub struct StreamQuery {
     device: Arc<Device>,
 }
 
-/// `needed > written`: the buffer was too small. Only this query can tell; the counter is clipped.
+/// `needed > written`: the buffer was too small. Only this query reports it; the counter is clipped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StreamCount {
     pub written: u64,
@@ -33,70 +34,119 @@ impl Gpu {
     }
 }
 
-/// Counts of what the shaders of a pass did, one for each frame in flight.
-pub struct ShaderQuery {
-    pub(crate) pool: vk::QueryPool,
-    device: Arc<Device>,
-}
-
-/// What the device says that it did. Only `input_vertices` is the same on every device; the others are the device's
-/// own way of working (`VkQueryPipelineStatisticFlagBits` allows it to shade more than it must, and less).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ShaderCounts {
-    /// Indices of the draws.
+/// What a pass did: draws, dispatches and copied bytes as recorded, the rest as the device counted it.
+///
+/// Input vertices, the geometry shader's invocations and primitives and compute invocations are the same on every device.
+/// Vertex and fragment invocations are the device's own: it may share vertices, and shade more fragments than it must
+/// (`VkQueryPipelineStatisticFlagBits`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Work {
+    #[serde(skip_serializing_if = "is_zero")]
+    pub draws: u64,
+    #[serde(skip_serializing_if = "is_zero")]
+    pub dispatches: u64,
+    /// Written by copies and fills.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub copied_bytes: u64,
+    /// Indices of the draws, or vertices of those without indices.
+    #[serde(skip_serializing_if = "is_zero")]
     pub input_vertices: u64,
+    #[serde(skip_serializing_if = "is_zero")]
     pub vertex_invocations: u64,
+    #[serde(skip_serializing_if = "is_zero")]
+    pub geometry_invocations: u64,
+    /// Emitted by the geometry shader.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub geometry_primitives: u64,
+    #[serde(skip_serializing_if = "is_zero")]
     pub fragment_invocations: u64,
+    #[serde(skip_serializing_if = "is_zero")]
+    pub compute_invocations: u64,
 }
 
-impl Gpu {
-    /// The device must have been opened with [`Feature::PipelineStatistics`].
-    ///
-    /// # Errors
-    /// Out of memory.
-    pub fn shader_query(&self, name: &str, count: u32) -> Result<ShaderQuery> {
-        assert!(self.has(Feature::PipelineStatistics), "{name}: the device was opened without the feature");
-        use vk::QueryPipelineStatisticFlags as S;
-        let info = vk::QueryPoolCreateInfo::default()
-            .query_type(vk::QueryType::PIPELINE_STATISTICS)
-            .pipeline_statistics(
-                S::INPUT_ASSEMBLY_VERTICES | S::VERTEX_SHADER_INVOCATIONS | S::FRAGMENT_SHADER_INVOCATIONS,
-            )
-            .query_count(count);
-        // SAFETY: the device lives.
-        let pool =
-            unsafe { self.device.handle.create_query_pool(&info, None) }.check("vkCreateQueryPool", name)?;
-        self.device.name(pool, name);
-        Ok(ShaderQuery { pool, device: self.device.clone() })
-    }
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
-impl ShaderQuery {
-    /// The counts of a frame that has ended, and in which [`super::Cmd::counted`] was given `index`.
-    ///
-    /// # Errors
-    /// Device lost.
-    pub fn read(&self, index: u32) -> Result<ShaderCounts> {
-        let mut counts = [[0u64; 3]];
-        // SAFETY: the query ended with its frame, which the caller has waited for.
+/// In the order of [`Work`]'s fields, which is that of the flags' bits.
+const STATISTICS: [vk::QueryPipelineStatisticFlags; 6] = [
+    vk::QueryPipelineStatisticFlags::INPUT_ASSEMBLY_VERTICES,
+    vk::QueryPipelineStatisticFlags::VERTEX_SHADER_INVOCATIONS,
+    vk::QueryPipelineStatisticFlags::GEOMETRY_SHADER_INVOCATIONS,
+    vk::QueryPipelineStatisticFlags::GEOMETRY_SHADER_PRIMITIVES,
+    vk::QueryPipelineStatisticFlags::FRAGMENT_SHADER_INVOCATIONS,
+    vk::QueryPipelineStatisticFlags::COMPUTE_SHADER_INVOCATIONS,
+];
+
+/// A pool of pipeline statistics.
+pub(super) fn statistics_info(count: u32) -> vk::QueryPoolCreateInfo<'static> {
+    let flags = STATISTICS.into_iter().fold(vk::QueryPipelineStatisticFlags::empty(), |all, one| all | one);
+    vk::QueryPoolCreateInfo::default()
+        .query_type(vk::QueryType::PIPELINE_STATISTICS)
+        .pipeline_statistics(flags)
+        .query_count(count)
+}
+
+impl Work {
+    /// Adds what the device counted of each pass in a frame that has ended.
+    pub(super) fn add_statistics(device: &Device, pool: vk::QueryPool, works: &mut [Work]) -> Result<()> {
+        let mut counts = vec![[0u64; STATISTICS.len()]; works.len()];
+        if counts.is_empty() {
+            return Ok(());
+        }
+        // SAFETY: the frame has ended, and wrote a query a pass.
         unsafe {
-            self.device.handle.get_query_pool_results(
-                self.pool,
-                index,
+            device.handle.get_query_pool_results(
+                pool,
+                0,
                 &mut counts,
                 vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
             )
         }
-        .check("vkGetQueryPoolResults", "shader query")?;
-        // In the order of the flags' bits.
-        let [input_vertices, vertex_invocations, fragment_invocations] = counts[0];
-        Ok(ShaderCounts { input_vertices, vertex_invocations, fragment_invocations })
+        .check("vkGetQueryPoolResults", "pipeline statistics")?;
+        for (work, count) in works.iter_mut().zip(counts) {
+            [
+                work.input_vertices,
+                work.vertex_invocations,
+                work.geometry_invocations,
+                work.geometry_primitives,
+                work.fragment_invocations,
+                work.compute_invocations,
+            ] = count;
+        }
+        Ok(())
+    }
+
+    /// Every count with its name, in order.
+    pub fn named(&self) -> [(&'static str, u64); 9] {
+        [
+            ("draws", self.draws),
+            ("dispatches", self.dispatches),
+            ("bytes copied", self.copied_bytes),
+            ("input vertices", self.input_vertices),
+            ("vertex invocations", self.vertex_invocations),
+            ("geometry shader invocations", self.geometry_invocations),
+            ("primitives emitted", self.geometry_primitives),
+            ("fragment invocations", self.fragment_invocations),
+            ("compute invocations", self.compute_invocations),
+        ]
     }
 }
 
-impl Drop for ShaderQuery {
-    fn drop(&mut self) {
-        self.device.bury(Dead::Queries(self.pool));
+impl std::iter::Sum for Work {
+    fn sum<I: Iterator<Item = Work>>(works: I) -> Work {
+        works.fold(Work::default(), |a, b| Work {
+            draws: a.draws + b.draws,
+            dispatches: a.dispatches + b.dispatches,
+            copied_bytes: a.copied_bytes + b.copied_bytes,
+            input_vertices: a.input_vertices + b.input_vertices,
+            vertex_invocations: a.vertex_invocations + b.vertex_invocations,
+            geometry_invocations: a.geometry_invocations + b.geometry_invocations,
+            geometry_primitives: a.geometry_primitives + b.geometry_primitives,
+            fragment_invocations: a.fragment_invocations + b.fragment_invocations,
+            compute_invocations: a.compute_invocations + b.compute_invocations,
+        })
     }
 }
 

@@ -150,6 +150,7 @@ impl Render<'_, '_> {
         count: u32,
     ) -> Result<()> {
         self.cmd.bind(&pipeline.0, vk::PipelineBindPoint::GRAPHICS, resources, push)?;
+        self.cmd.work.draws += 1;
         // SAFETY: pipeline and descriptors are bound.
         unsafe { self.cmd.device.handle.cmd_draw(self.cmd.handle, count, 1, 0, 0) };
         Ok(())
@@ -166,6 +167,7 @@ impl Render<'_, '_> {
     ) -> Result<()> {
         self.cmd.bind(&pipeline.0, vk::PipelineBindPoint::GRAPHICS, resources, push)?;
         let count = u32::try_from(indices.bytes() / 4).expect("a mesh has fewer than 2^32 indices");
+        self.cmd.work.draws += 1;
         // SAFETY: the buffers live until the frame has passed; build.rs generated the vertex layout.
         unsafe {
             let device = &self.cmd.device.handle;
@@ -187,6 +189,7 @@ impl Render<'_, '_> {
         let Some(first) = slices.first() else { return Ok(()) };
         let (base, indices) = (&pipeline.0, geometry.indices);
         self.cmd.bind(base, vk::PipelineBindPoint::GRAPHICS, resources, bytemuck::bytes_of(&first.push))?;
+        self.cmd.work.draws += slices.len() as u64;
         let (device, cmd) = (&self.cmd.device.handle, self.cmd.handle);
         // SAFETY: the buffers live until the frame has passed; build.rs generated the vertex layout, and `bind` checked
         // the size of the push constants; the indices of a slice lie within the buffer.
@@ -219,6 +222,7 @@ impl Render<'_, '_> {
         slices: &[ClippedSlice],
     ) -> Result<()> {
         self.cmd.bind(&pipeline.0, vk::PipelineBindPoint::GRAPHICS, resources, push)?;
+        self.cmd.work.draws += slices.len() as u64;
         let (device, cmd) = (&self.cmd.device.handle, self.cmd.handle);
         // SAFETY: the buffers live until the frame has passed; build.rs generated the vertex layout; the indices of a
         // slice lie within the buffer.
@@ -255,6 +259,7 @@ impl Render<'_, '_> {
         let feedback =
             self.cmd.device.feedback.as_ref().expect("the pass named TransformFeedback in its needs");
         let feedback = feedback.fp();
+        self.cmd.work.draws += 1;
         let cmd = self.cmd.handle;
         // SAFETY: ash 0.38 has no wrapper; every pointer lives on this stack frame. A Begin without counter buffers
         // starts at offset 0; End stores the bytes written. Barriers are the pass's and `Cmd::sync`'s.

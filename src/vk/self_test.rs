@@ -1,5 +1,5 @@
-//! Does the driver do what it says? One dispatch, and one geometry-shader draw with transform feedback.
-//! `ortelius doctor` runs this in a child process, so that a crashing driver is reported and not suffered.
+//! Driver self-test: one dispatch, and one geometry-shader draw with transform feedback. `ortelius doctor`
+//! runs it in a child process, so that a crashing driver is reported and does not end the program.
 
 use super::shader::self_test::{dispatch_comp, feedback_geom, feedback_vert};
 use super::{
@@ -7,7 +7,7 @@ use super::{
     TransformFeedback,
 };
 
-/// What the self-test asks of the device.
+/// Features that the self-test needs.
 pub const NEEDS: [Need; 2] = [
     Need { feature: Feature::GeometryShader, pass: "self-test", without: "the papers' own variants need it" },
     Need {
@@ -17,10 +17,10 @@ pub const NEEDS: [Need; 2] = [
     },
 ];
 
-/// Runs both tests on one device; returns what the validation layer said.
+/// Runs both tests on one device; returns the validation messages.
 ///
 /// # Errors
-/// What the device refuses, or which result is wrong.
+/// The device lacks something, or a result is wrong.
 pub fn run(options: &GpuOptions<'_>) -> Result<Vec<Message>> {
     let gpu = Gpu::new(&GpuOptions { needs: &NEEDS, ..options.clone() })?;
     dispatch(&gpu)?;

@@ -1,11 +1,11 @@
-//! Binary semaphores: what orders a frame before or after work outside its queue's own order, such as presentation.
+//! Binary semaphores. They order a frame against work that queue order does not cover, such as presentation.
 
 use super::device::{Dead, Device};
 use super::{Check, Gpu, Result};
 use ash::vk;
 use std::sync::Arc;
 
-/// Signalled by one submission, and waited for by one that comes later.
+/// Signalled by one submission; a later one waits for it.
 pub struct Semaphore {
     pub(crate) handle: vk::Semaphore,
     device: Arc<Device>,

@@ -1,7 +1,7 @@
 //! A window's surface and the images that are presented to it.
 //!
-//! An image that no longer fits the window is a value ([`Acquired::Stale`]), not an error: resizing, minimising and a lost
-//! surface are ordinary.
+//! An image that no longer fits the window is a value ([`Acquired::Stale`]), not an error: resizing,
+//! minimising and losing the surface are normal events.
 
 use super::instance::Instance;
 use super::{Check, Error, FRAMES_IN_FLIGHT, Format, Gpu, Image, Result, Semaphore};
@@ -10,39 +10,39 @@ use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle, Raw
 use std::any::Any;
 use std::sync::Arc;
 
-/// When a finished picture replaces the one that is shown.
+/// When a finished picture replaces the displayed one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PresentMode {
-    /// In turn, at the display's rate; every device has it.
+    /// First in, first out, at the display's rate. Every device supports it.
     Fifo,
-    /// The newest, at the display's rate.
+    /// The newest picture, at the display's rate.
     Mailbox,
-    /// At once; the picture may tear.
+    /// Immediately; may tear.
     Immediate,
 }
 
-/// How long an acquisition waits. A window that nobody sees may never hand out an image.
+/// Longest wait of an acquisition. A hidden window may never return an image.
 const PATIENCE_NS: u64 = 100_000_000;
 
-/// A window that a device can present to. Keeps the window alive.
+/// A window surface that a device can present to. Keeps the window alive.
 pub struct Surface {
     handle: vk::SurfaceKHR,
     calls: khr::surface::Instance,
     display: RawDisplayHandle,
     window: RawWindowHandle,
     _instance: Arc<Instance>,
-    /// Dropped last: the handles above are the window's.
+    /// Dropped last, because the handles above belong to the window.
     _keeps: Arc<dyn Any>,
 }
 
-/// What [`Swapchain::acquire`] found.
+/// Result of [`Swapchain::acquire`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Acquired {
-    /// The image with this number is free to draw into.
+    /// The image with this number can be drawn into.
     Image(usize),
-    /// The images no longer fit the window: [`Swapchain::resize`].
+    /// The images no longer fit the window; call [`Swapchain::resize`].
     Stale,
-    /// No image came free in 0.1 s; draw nothing, and ask again.
+    /// No image was available within 0.1 s. Skip the frame and try again.
     Busy,
 }
 
@@ -52,9 +52,10 @@ pub struct Swapchain {
     calls: khr::swapchain::Device,
     handle: vk::SwapchainKHR,
     images: Vec<Image>,
-    /// One for each image: signalled when it is drawn.
+    /// One for each image, signalled when rendering into it ends.
     drawn: Vec<Semaphore>,
-    /// Taken in turn, one more than there are frames in flight: the frame that waited for it has then ended.
+    /// Used in rotation. One more than there are frames in flight, so that the last frame that waited for one
+    /// has ended.
     acquired: Vec<Semaphore>,
     next: usize,
     mode: PresentMode,
@@ -76,7 +77,7 @@ impl Gpu {
     /// The surface of a window; the device must have been opened for its display.
     ///
     /// # Errors
-    /// [`Error::Limit`] where the device cannot present to it.
+    /// [`Error::Limit`] if the device cannot present to it.
     pub fn surface<W>(&self, window: &Arc<W>) -> Result<Surface>
     where
         W: HasWindowHandle + HasDisplayHandle + 'static,
@@ -118,10 +119,10 @@ impl PresentMode {
 }
 
 impl Swapchain {
-    /// Images for a window of about `size` pixels.
+    /// Creates images for a window of about `size` pixels.
     ///
     /// # Errors
-    /// [`Error::Limit`] where the window has no such mode, or no 8-bit format.
+    /// [`Error::Limit`] if the window lacks this present mode, or has no 8-bit format.
     pub fn new(gpu: &Gpu, surface: Surface, size: [u32; 2], mode: PresentMode) -> Result<Swapchain> {
         let acquired = (0..=FRAMES_IN_FLIGHT).map(|_| gpu.semaphore("acquired")).collect::<Result<_>>()?;
         let mut swapchain = Swapchain {
@@ -141,12 +142,12 @@ impl Swapchain {
         Ok(swapchain)
     }
 
-    /// Pixels of the images; 0 x 0 while the window has none.
+    /// Size of the images in pixels; 0 x 0 while the window has none.
     pub fn size(&self) -> [u32; 2] {
         self.images.first().map_or([0; 2], |image| image.info().size)
     }
 
-    /// Of the images, whatever the window's size.
+    /// Format of the images.
     pub fn format(&self) -> Format {
         self.format
     }
@@ -155,13 +156,14 @@ impl Swapchain {
         &self.images[number]
     }
 
-    /// What a submission that draws into image `number` waits for, and what it signals.
+    /// The semaphores of a submission that draws into image `number`: the one it waits for, then the one it
+    /// signals.
     pub fn semaphores(&self, number: usize) -> [&Semaphore; 2] {
         [&self.acquired[self.next], &self.drawn[number]]
     }
 
-    /// New images: for a window of another size, or where the old ones are [`Acquired::Stale`]. Where the system
-    /// knows the window's size, it counts more than `size`. A window of no pixels gets no images.
+    /// Creates new images, for a resized window or after [`Acquired::Stale`]. If the system knows the
+    /// window's size, `size` is ignored. A window of no pixels gets no images.
     ///
     /// # Errors
     /// Out of memory, device lost.
@@ -215,7 +217,7 @@ impl Swapchain {
         Ok(())
     }
 
-    /// The next image to draw into.
+    /// Acquires the next image to draw into.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -230,7 +232,7 @@ impl Swapchain {
             Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => Ok(Acquired::Busy),
             Err(stale) if is_stale(stale) => Ok(Acquired::Stale),
             acquired => {
-                // Suboptimal ones can be drawn into; presenting then reports it again.
+                // Suboptimal images can still be drawn into; presenting reports the state again.
                 let (number, _) = acquired.check("vkAcquireNextImageKHR", "window")?;
                 self.next = next;
                 Ok(Acquired::Image(number as usize))
@@ -238,7 +240,8 @@ impl Swapchain {
         }
     }
 
-    /// Shows image `number` once the submission that drew it has ended. Returns whether the images still fit the window.
+    /// Presents image `number` once the submission that drew it has ended. Returns whether the images still
+    /// fit the window.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -249,7 +252,7 @@ impl Swapchain {
             .wait_semaphores(&waits)
             .swapchains(&swapchains)
             .image_indices(&numbers);
-        // The queue is touched under the ring's lock alone.
+        // The queue is only used under the ring's lock.
         let _ring = self.gpu.ring.lock().expect("no panic while a frame is recorded");
         // SAFETY: the image was acquired, and a submission signals the semaphore.
         match unsafe { self.calls.queue_present(self.gpu.device.queue, &info) } {
@@ -264,7 +267,7 @@ impl Swapchain {
         unsafe { self.surface.calls.get_physical_device_surface_capabilities(physical, self.surface.handle) }
     }
 
-    /// Bytes as they are: the present pass encodes, and panels blend in sRGB as their library expects.
+    /// UNORM, without sRGB encoding: the present pass encodes, and the panel library blends in sRGB.
     fn choose_format(&self) -> Result<Format> {
         let physical = self.gpu.device.physical.handle;
         // SAFETY: plain query on live handles.
@@ -278,7 +281,7 @@ impl Swapchain {
         };
         [Format::Bgra8, Format::Rgba8].into_iter().find(has).ok_or_else(|| Error::Limit {
             object: "window".into(),
-            what: "it takes neither BGRA nor RGBA of 8 bits; choose another --device".into(),
+            what: "supports neither 8-bit BGRA nor 8-bit RGBA; choose another --device".into(),
         })
     }
 
@@ -293,12 +296,13 @@ impl Swapchain {
             true => Ok(self.mode.vk()),
             false => Err(Error::Limit {
                 object: "window".into(),
-                what: format!("no --present {:?} here; there are {modes:?}", self.mode).to_lowercase(),
+                what: format!("--present {:?} is not supported here; available: {modes:?}", self.mode)
+                    .to_lowercase(),
             }),
         }
     }
 
-    /// A lost surface is made again from the same window.
+    /// Recreates a lost surface from the same window.
     fn replace_surface(&mut self) -> Result<()> {
         self.clear_images()?;
         self.destroy();
@@ -309,17 +313,17 @@ impl Swapchain {
         Ok(())
     }
 
-    /// Waits until nothing names the images any more.
+    /// Waits until the GPU and the presentation engine no longer use the images.
     fn clear_images(&mut self) -> Result<()> {
         let ring = self.gpu.ring.lock().expect("no panic while a frame is recorded");
-        // Presentation signals nothing: only an idle queue has let go of its semaphores.
+        // Presentation signals nothing. Its semaphores are free only when the queue is idle.
         // SAFETY: the queue is touched under the ring's lock alone.
         let idle = unsafe { self.gpu.device.handle.queue_wait_idle(self.gpu.device.queue) };
         drop(ring);
         idle.check("vkQueueWaitIdle", "window")?;
         self.images.clear();
         self.drawn.clear();
-        // The views must be gone before their images.
+        // Views must be destroyed before their images.
         self.gpu.device.collect(u64::MAX, None);
         Ok(())
     }

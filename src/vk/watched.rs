@@ -1,20 +1,20 @@
-//! A device that lets no message of the validation layer pass: for tests.
+//! A device for tests that fails on any message of the validation layer.
 
 use super::{Gpu, GpuOptions};
 use std::ops::Deref;
 
-/// A device with validation and synchronisation validation. Dropping it panics where a message came, unless a panic
-/// is under way.
+/// A device with validation and synchronisation validation. Dropping it panics if there were messages, unless
+/// a panic is already in progress.
 pub struct Watched(Gpu);
 
 impl Watched {
-    /// Opens a device; validation is on whatever `options` say.
+    /// Opens a device, always with validation.
     ///
     /// # Panics
     /// If there is no such device, or no validation layer.
     pub fn open(options: &GpuOptions) -> Watched {
         let options = GpuOptions { validate: true, ..options.clone() };
-        Watched(Gpu::new(&options).unwrap_or_else(|e| panic!("{e}; `./x test` installs what is missing")))
+        Watched(Gpu::new(&options).unwrap_or_else(|e| panic!("{e}; `./x test` installs missing parts")))
     }
 }
 

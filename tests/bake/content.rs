@@ -1,4 +1,4 @@
-//! What is in a baked file.
+//! The contents of a baked file.
 
 use super::pictures::{
     Picture, dotted, geo_tags, write_png, write_tiff_strips, write_tiff_tagged, write_tiff_tiles,
@@ -10,7 +10,7 @@ use ortelius::picture::srgb;
 use ortelius::texture::source::TileSource;
 use ortelius::texture::tiles::TileFile;
 
-/// A level of a baked file, RGBA8, put together from the tiles' payloads (or from the resident level).
+/// A level of a baked file, RGBA8, assembled from the tiles' payloads (or from the resident level).
 fn level(file: &TileFile, level: u32) -> Picture {
     let pyramid = file.pyramid();
     let [width, height] = pyramid.level_size(level).map(|side| side as usize);
@@ -33,10 +33,10 @@ fn level(file: &TileFile, level: u32) -> Picture {
     picture
 }
 
-/// How many texels of a level are not the mean, by the definition in f64, of the four of `finer`.
-fn texels_that_are_no_means(finer: &Picture, coarser: &Picture) -> usize {
-    // The baker's linear light has units of 2^-24, and rounds twice: means that close to the border of two
-    // codes (on the curve's straight foot half of 3 and 4 is exactly there) may go either way.
+/// The number of texels of a level that are not the f64 mean of the four of `finer`.
+fn texels_that_are_not_means(finer: &Picture, coarser: &Picture) -> usize {
+    // The baker's linear light has units of 2^-24 and rounds twice. Means that close to the boundary of two codes may
+    // round either way (on the linear part of the sRGB curve, the mean of codes 3 and 4 lies exactly on it).
     let unit = 2f64.powi(-23);
     let mut wrong = 0;
     for y in 0..coarser.height {
@@ -67,20 +67,20 @@ fn every_level_is_the_mean_of_four_of_the_files_own_texels() {
     assert_eq!(file.pyramid().level_size(0), [512, 256]);
     for coarser in 1..=file.pyramid().coarsest_level() {
         let (finer, mut coarser) = (level(&file, coarser - 1), level(&file, coarser));
-        assert_eq!(texels_that_are_no_means(&finer, &coarser), 0, "{} x {}", coarser.width, coarser.height);
-        // The neighbour: a level moved by a texel is refused, and so is one code in one texel.
+        assert_eq!(texels_that_are_not_means(&finer, &coarser), 0, "{} x {}", coarser.width, coarser.height);
+        // Near miss: a level shifted by a texel is rejected, and so is one code in one texel.
         if coarser.width >= 16 {
             coarser.rgba.rotate_left(4);
-            assert!(texels_that_are_no_means(&finer, &coarser) > coarser.width * coarser.height / 2);
+            assert!(texels_that_are_not_means(&finer, &coarser) > coarser.width * coarser.height / 2);
             coarser.rgba.rotate_right(4);
             coarser.rgba[17] ^= 1;
-            assert_eq!(texels_that_are_no_means(&finer, &coarser), 1);
+            assert_eq!(texels_that_are_not_means(&finer, &coarser), 1);
         }
     }
 }
 
 #[test]
-fn a_picture_that_fits_is_level_0_as_it_is_with_its_neighbours_around_every_tile() {
+fn a_picture_that_fits_is_level_0_unchanged_with_neighbouring_texels_as_borders() {
     let folder = tempfile::tempdir().unwrap();
     let (source, output) = (folder.path().join("a.png"), folder.path().join("a.tiles"));
     let picture = dotted(256, 128);
@@ -102,7 +102,8 @@ fn a_picture_that_fits_is_level_0_as_it_is_with_its_neighbours_around_every_tile
                 .map(|at| (i64::from(at) * 32 - i64::from(pyramid.border_texels())) >> step);
             for y in top..top + i64::from(side) {
                 for x in left..left + i64::from(side) {
-                    // Beyond a pole: the mirrored row, half a turn away. Beyond the date line: the other end.
+                    // Beyond a pole: the mirrored row, half a turn away. Beyond the date line: the opposite end of the
+                    // row.
                     let height = level.height as i64;
                     let beyond = !(0..height).contains(&y);
                     let row = if y < 0 {
@@ -124,7 +125,7 @@ fn a_picture_that_fits_is_level_0_as_it_is_with_its_neighbours_around_every_tile
     assert!(wrapped_or_mirrored > 1000, "{wrapped_or_mirrored}");
 }
 
-/// Longitudes 0 to 360: the eastern half of the file is the western one of the texture.
+/// Longitudes 0 to 360: the eastern half of the file becomes the western half of the texture.
 #[test]
 fn a_tiff_that_begins_at_greenwich_is_rolled() {
     let folder = tempfile::tempdir().unwrap();
@@ -166,7 +167,7 @@ fn png_and_every_kind_of_tiff_of_one_picture_make_the_same_file() {
         let found = baked(&path(name), &path(&format!("{name}.tiles")), &settings);
         assert!(found == expected, "{name}");
     }
-    // The neighbour: a single other texel is another file.
+    // Near miss: one changed texel gives another file.
     opaque.rgba[4 * 12345] ^= 0x40;
     write_png(&path("other.png"), &opaque);
     assert!(baked(&path("other.png"), &path("other.tiles"), &settings) != expected);
@@ -238,7 +239,7 @@ fn grey_palette_and_interlaced_png_mean_the_same_texels() {
     assert!(bake_raw("palette.png", 3, false, &palette, &grey) == expected);
 }
 
-/// The mean difference in codes of two pictures of one size, the second turned by some columns.
+/// The mean difference in codes of two pictures of one size, the second shifted by some columns.
 fn mean_difference(one: &Picture, other: &Picture, columns: usize) -> f64 {
     assert_eq!((one.width, one.height), (other.width, other.height));
     let mut sum = 0.0;
@@ -252,7 +253,7 @@ fn mean_difference(one: &Picture, other: &Picture, columns: usize) -> f64 {
 }
 
 #[test]
-fn a_jpeg_enlarged_and_averaged_is_the_same_earth_as_the_source_made_of_it_by_areas() {
+fn a_jpeg_enlarged_and_averaged_agrees_with_the_area_averaged_earth_source() {
     let folder = tempfile::tempdir().unwrap();
     let (source, output) = (folder.path().join("bmng.jpg"), folder.path().join("a.tiles"));
     fs::write(&source, &include_bytes!("../../scenes/bmng.jpg")[..]).unwrap();
@@ -261,9 +262,31 @@ fn a_jpeg_enlarged_and_averaged_is_the_same_earth_as_the_source_made_of_it_by_ar
     let output = folder.path().join("earth.tiles");
     baked(Path::new("earth:9"), &output, &["--tile", "64"]);
     let earth = level(&TileFile::open(&output).unwrap(), 0);
-    // Cubic enlarging and boxes against boxes of other sizes: a code or less on average; one column off, of
-    // 512, is several times that.
+    // Cubic enlargement and box filters against box filters of other sizes: at most one code on average. One column of
+    // 512 off is several times that.
     let (here, beside) = (mean_difference(&from_jpeg, &earth, 0), mean_difference(&from_jpeg, &earth, 1));
     println!("{here} codes, {beside} one column off");
     assert!(here < 1.0 && beside > 3.0 * here, "{here}, {beside}");
+}
+
+/// The same 20 x 16 texels in strips and tiles, by texel and by plane, in each compression.
+#[test]
+fn tiffs_of_one_picture_bake_to_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/corpus/tiff");
+    let of = |name: &str| {
+        baked(&corpus.join(name), &folder.path().join(name).with_extension("tiles"), &["--tile", "16"])
+    };
+    let strips = of("strips.tif");
+    for name in [
+        "tiles-deflate.tif",
+        "planes-strips.tif",
+        "planes-tiles-deflate.tif",
+        "zstd.tif",
+        "zstd-planes-tiles.tif",
+        "webp.tif",
+    ] {
+        assert!(of(name) == strips, "{name}");
+    }
+    assert!(of("packbits-big-endian.tif") != strips, "it has alpha");
 }

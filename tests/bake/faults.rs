@@ -1,4 +1,4 @@
-//! Kills, full disks, bad input, little memory.
+//! Kills, full disks, invalid input, limited memory.
 
 use super::pictures::{
     dotted, geo_tags, write_png, write_tall_tiff, write_tiff_alpha, write_tiff_strips, write_tiff_tagged,
@@ -12,7 +12,7 @@ use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 use tiff::tags::{ExtraSamples, Tag};
 
-/// Numbers that look random and are the same in every run (Marsaglia's xorshift, 64 bits).
+/// Pseudo-random numbers, the same in every run (Marsaglia's xorshift, 64 bits).
 struct Random(u64);
 
 impl Random {
@@ -24,11 +24,11 @@ impl Random {
     }
 }
 
-/// Starts a bake and kills it (SIGKILL) after a time. Whether it was still running.
+/// Kills a bake (SIGKILL) after a time. Returns whether it was still running.
 fn kill_after(mut child: Child, time: Duration) -> bool {
     std::thread::sleep(time);
     let was_running = child.try_wait().unwrap().is_none();
-    // An error means that it has just ended by itself.
+    // An error means that it has just ended.
     let _ = child.kill();
     child.wait().unwrap();
     was_running
@@ -45,7 +45,7 @@ fn a_bake_killed_at_20_random_moments_resumes_to_the_same_bytes() {
     let whole = start.elapsed();
     let mut random = Random(0x0123_4567_89AB_CDEF);
     let (mut kills, mut with_work_done, mut bakes) = (0, 0, 0);
-    // A killed bake is begun again, and killed again, until one is quicker than its killer; then the next.
+    // A killed bake is restarted and killed again until one finishes before its kill; then a new one begins.
     while kills < 20 {
         let output = folder.path().join(format!("killed{bakes}.tiles"));
         while !output.exists() && kills < 20 {
@@ -66,7 +66,9 @@ fn a_bake_killed_at_20_random_moments_resumes_to_the_same_bytes() {
         assert!(finished == expected, "bake {bakes}");
         bakes += 1;
     }
-    println!("{kills} kills, {with_work_done} with work done, of {bakes} bakes of {whole:?} undisturbed");
+    println!(
+        "{kills} kills, {with_work_done} with work done, of {bakes} bakes; undisturbed, a bake takes {whole:?}"
+    );
     assert!(with_work_done >= 5, "only {with_work_done} of {kills} kills came after the first job");
 }
 
@@ -77,9 +79,9 @@ fn a_full_disk_is_one_line_and_the_same_command_resumes_when_there_is_room() {
     write_png(&source, &dotted(1500, 1000));
     let settings = ["--tile", "64"];
     let expected = baked(&source, &folder.path().join("undisturbed.tiles"), &settings);
-    // A limit on the size of a file, the nearest to a full disk that needs no root: SIGXFSZ ignored, write(2)
-    // fails with EFBIG where it would with ENOSPC. Units of 512 bytes: the scratch file (11 MB) just does
-    // not, or only the output (16 MB) does not, or nearly nothing does.
+    // A limit on the file size simulates a full disk without root: with SIGXFSZ ignored, write(2) fails with EFBIG
+    // instead of ENOSPC. Units of 512 bytes. Almost nothing fits; the scratch file (11 MB) almost fits; or all but the
+    // output (16 MB) fits.
     for units in [1, 20_000, 26_000] {
         let output = folder.path().join(format!("full{units}.tiles"));
         let limited = Command::new("sh")
@@ -96,7 +98,7 @@ fn a_full_disk_is_one_line_and_the_same_command_resumes_when_there_is_room() {
             .unwrap();
         let (code, line) = failure(&limited);
         assert_eq!(code, 1, "{line}");
-        assert!(line.contains("no room") && line.contains("it resumes"), "{line}");
+        assert!(line.contains("disk full") && line.contains("the bake resumes"), "{line}");
         assert!(line.contains(&format!("full{units}.tiles.")), "{line}");
         assert!(!output.exists());
         assert!(baked(&source, &output, &settings) == expected, "limit {units}");
@@ -132,7 +134,7 @@ fn a_truncated_source_is_one_line_with_its_path_and_leaves_nothing() {
 }
 
 #[test]
-fn what_cannot_be_baked_is_refused_in_one_line_and_nothing_is_written() {
+fn invalid_bakes_are_rejected_in_one_line_and_nothing_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     write_png(&path("good.png"), &dotted(64, 64));
@@ -177,9 +179,9 @@ fn what_cannot_be_baked_is_refused_in_one_line_and_nothing_is_written() {
     assert!(failure(&ruler).1.contains("hashes"));
 }
 
-/// What a TIFF says of its place and its samples is honoured or refused, never ignored.
+/// A TIFF's georeference and sample format are honoured or rejected, never ignored.
 #[test]
-fn a_tiff_that_is_not_the_whole_globe_is_refused_with_the_command_that_helps() {
+fn a_tiff_that_is_not_the_whole_globe_is_rejected_with_the_command_that_helps() {
     let folder = tempfile::tempdir().unwrap();
     let (source, output) = (folder.path().join("a.tif"), folder.path().join("a.tiles"));
     let picture = dotted(128, 64);
@@ -196,15 +198,15 @@ fn a_tiff_that_is_not_the_whole_globe_is_refused_with_the_command_that_helps() {
     let patch = geo_tags([10.0 / 128.0, 10.0 / 64.0], [5.0, 50.0]);
     refused(&patch, &[], "longitudes 5.0000 to 15.0000 and latitudes 40.0000 to 50.0000");
     refused(&patch, &[], "gdalwarp -t_srs EPSG:4326 -te -180 -90 180 90");
-    refused(&globe, &[keys(1, 4326)], "another projection");
+    refused(&globe, &[keys(1, 4326)], "projection other than longitude and latitude");
     refused(&globe, &[keys(2, 4267)], "EPSG:4267");
-    refused(&[(Tag::ModelTransformationTag, vec![1.0; 16])], &[], "turned or sheared");
+    refused(&[(Tag::ModelTransformationTag, vec![1.0; 16])], &[], "rotated or sheared");
     refused(&globe[..1], &[], "one tie point");
-    // A texel more in the west.
+    // One more texel in the west.
     let beside = geo_tags([360.0 / 128.0, 180.0 / 64.0], [-180.0 - 360.0 / 128.0, 90.0]);
     refused(&beside, &[], "longitudes -182.8125");
-    refused(&[], &[(Tag::GdalNodata, vec![0])], "no data");
-    // Neighbours that are accepted.
+    refused(&[], &[(Tag::GdalNodata, vec![0])], "no-data value");
+    // Near misses that are accepted.
     let whole = [(&globe[..], vec![keys(2, 4326)]), (&[], vec![])];
     for (doubles, shorts) in whole {
         write_tiff_tagged(&source, &picture, doubles, &shorts);
@@ -213,7 +215,7 @@ fn a_tiff_that_is_not_the_whole_globe_is_refused_with_the_command_that_helps() {
 }
 
 #[test]
-fn a_fourth_band_that_is_not_plain_alpha_is_refused() {
+fn a_fourth_band_that_is_not_plain_alpha_is_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let (source, output) = (folder.path().join("a.tif"), folder.path().join("a.tiles"));
     let picture = dotted(128, 64);
@@ -227,12 +229,12 @@ fn a_fourth_band_that_is_not_plain_alpha_is_refused() {
 }
 
 #[test]
-fn tiles_that_a_tiff_leaves_out_are_refused() {
+fn a_tiff_with_missing_tiles_is_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let (source, output) = (folder.path().join("a.tif"), folder.path().join("a.tiles"));
     write_tiff_tiles(&source, &dotted(128, 64), false, 64);
     let mut bytes = fs::read(&source).unwrap();
-    // TileByteCounts: the array of lengths, found by its value for two tiles.
+    // TileByteCounts: the array of lengths, located by its value for two tiles.
     let length = (64 * 64 * 3_u32).to_le_bytes();
     let at = bytes.windows(8).position(|pair| pair[..4] == length && pair[4..] == length).unwrap();
     bytes[at + 4..at + 8].fill(0);
@@ -242,7 +244,7 @@ fn tiles_that_a_tiff_leaves_out_are_refused() {
 }
 
 #[test]
-fn a_photograph_that_its_exif_data_turns_is_refused() {
+fn a_photograph_with_an_exif_rotation_is_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let (source, output) = (folder.path().join("a.jpg"), folder.path().join("a.tiles"));
     let plain = include_bytes!("../../scenes/bmng.jpg");
@@ -261,7 +263,7 @@ fn a_photograph_that_its_exif_data_turns_is_refused() {
 
 /// The file appears by rename, which would replace the link or the device.
 #[test]
-fn a_link_stays_a_link_and_a_device_is_refused() {
+fn a_link_stays_a_link_and_a_device_is_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let forced = |output: &str| bake(&path("a.png"), &path(output), &["--tile", "32", "--force"]);
@@ -271,11 +273,11 @@ fn a_link_stays_a_link_and_a_device_is_refused() {
     assert!(forced("link.tiles").status.success());
     assert!(path("link.tiles").is_symlink() && TileFile::open(&path("target.tiles")).is_ok());
     std::os::unix::fs::symlink("nowhere.tiles", path("loose.tiles")).unwrap();
-    assert!(failure(&forced("loose.tiles")).1.contains("leads nowhere"));
-    // A socket stands for every special file: no privilege is needed to make one.
+    assert!(failure(&forced("loose.tiles")).1.contains("dangling link"));
+    // A socket represents all special files: it can be created without privileges.
     let _listens = std::os::unix::net::UnixListener::bind(path("socket.tiles")).unwrap();
     let (_, line) = failure(&forced("socket.tiles"));
-    assert!(line.contains("no regular file") && !path("socket.tiles").is_file(), "{line}");
+    assert!(line.contains("not a regular file") && !path("socket.tiles").is_file(), "{line}");
 }
 
 #[test]
@@ -293,7 +295,7 @@ fn an_output_is_replaced_only_by_force() {
 }
 
 #[test]
-fn unfinished_work_of_another_source_is_refused_and_dropped_by_force() {
+fn unfinished_work_of_another_source_is_rejected_and_dropped_by_force() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     write_png(&path("a.png"), &dotted(600, 500));
@@ -318,7 +320,7 @@ fn unfinished_work_of_another_source_is_refused_and_dropped_by_force() {
     assert!(work.contains(&".journal".to_string()));
     for (source, settings) in [("b.png", ["--tile", "64"]), ("a.png", ["--tile", "32"])] {
         let (code, line) = failure(&bake(&path(source), &output, &settings));
-        assert!(code == 1 && line.contains("unfinished work") && line.contains("--force"), "{line}");
+        assert!(code == 1 && line.contains("unfinished bake") && line.contains("--force"), "{line}");
         assert_eq!(leftovers(&output), work);
     }
     let expected = baked(&path("b.png"), &path("b.tiles"), &["--tile", "64"]);
@@ -334,8 +336,7 @@ fn a_bake_of_a_picture_larger_than_its_memory_stays_under_the_stated_bound() {
     let bound = stated(&bake(&source, &output, &["--dry-run"]), "memory bytes");
     assert!(bound < 100 << 20, "the bound, {bound}, proves nothing for a picture of 192 MiB");
     let mut child = bake_command(&source, &output, &[]).stderr(Stdio::null()).spawn().unwrap();
-    // The kernel's own high-water mark; it only grows, so the last look before the end is the peak but for
-    // the last 2 ms.
+    // The kernel's high-water mark never falls, so the last sample before the end is the peak except for the last 2 ms.
     let mut peak = 0;
     while child.try_wait().unwrap().is_none() {
         peak = peak_bytes(child.id()).unwrap_or(peak);
@@ -343,12 +344,12 @@ fn a_bake_of_a_picture_larger_than_its_memory_stays_under_the_stated_bound() {
     }
     assert!(child.wait().unwrap().success());
     println!("peak {peak} of at most {bound} bytes");
-    assert!(peak > 8 << 20, "{peak} bytes are no measurement");
+    assert!(peak > 8 << 20, "{peak} bytes are too few to be a measurement");
     assert!(peak <= bound, "{peak} bytes, stated at most {bound}");
     assert!(TileFile::open(&output).is_ok());
 }
 
-/// The most memory that a process has had resident (VmHWM).
+/// The peak resident memory of a process (VmHWM).
 fn peak_bytes(process: u32) -> Option<u64> {
     let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
@@ -372,7 +373,7 @@ fn sources_with_random_damage_give_errors_or_pictures_and_never_a_panic() {
         for _ in 0..300 {
             let mut damaged = whole.clone();
             for _ in 0..=random.below(4) {
-                // Half of the damage to the first or last 200 bytes, where sizes and offsets stand.
+                // Half of the damage is in the first or last 200 bytes, which hold sizes and offsets.
                 let length = damaged.len() as u64;
                 let at = match random.below(4) {
                     0 => random.below(length.min(200)),
@@ -391,7 +392,7 @@ fn sources_with_random_damage_give_errors_or_pictures_and_never_a_panic() {
                 resident_levels: None,
                 force: true,
             };
-            // A size that damage has made huge is left alone: only how the header is read is of interest.
+            // Sizes that damage has made huge are not baked: this test is about reading the header.
             let small = ortelius::texture::bake::plan(&settings)
                 .is_ok_and(|plan| plan.layout.total_bytes() < 16 << 20);
             if !small || ortelius::texture::bake::bake(&settings, &()).is_err() {

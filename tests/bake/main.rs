@@ -1,4 +1,4 @@
-//! `ortelius bake`, as a user runs it.
+//! `ortelius bake` from the command line.
 
 mod content;
 mod faults;
@@ -23,7 +23,7 @@ fn bake(source: &Path, output: &Path, more: &[&str]) -> Output {
     bake_command(source, output, more).output().unwrap()
 }
 
-/// Bakes and gives the file's bytes; nothing else may lie beside it.
+/// Bakes and returns the file's bytes; checks that no other file is left beside it.
 fn baked(source: &Path, output: &Path, more: &[&str]) -> Vec<u8> {
     let ran = bake(source, output, more);
     assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
@@ -31,7 +31,7 @@ fn baked(source: &Path, output: &Path, more: &[&str]) -> Vec<u8> {
     fs::read(output).unwrap()
 }
 
-/// Which of the files that a bake works with are there.
+/// The working files of a bake that exist.
 fn leftovers(output: &Path) -> Vec<String> {
     let names = [".partial", ".scratch", ".journal"];
     names.iter().filter(|suffix| beside(output, suffix).exists()).map(ToString::to_string).collect()
@@ -43,14 +43,14 @@ fn beside(output: &Path, suffix: &str) -> PathBuf {
     name.into()
 }
 
-/// A failed run: its exit code and its one line.
+/// A failed run: its exit code and its only line.
 fn failure(ran: &Output) -> (i32, String) {
     let line = String::from_utf8(ran.stderr.clone()).unwrap();
     assert_eq!(line.trim_end().lines().count(), 1, "not one line: {line}");
     (ran.status.code().unwrap(), line)
 }
 
-/// The first number in the line of a dry run that starts like this.
+/// The first number in the line of a dry run that begins with `start`.
 fn stated(dry: &Output, start: &str) -> u64 {
     let text = String::from_utf8(dry.stdout.clone()).unwrap();
     let line = text.lines().find(|line| line.starts_with(start)).unwrap();

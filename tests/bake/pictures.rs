@@ -1,4 +1,4 @@
-//! Pictures for tests to bake, and files of them.
+//! Test pictures, and writers of their files.
 
 use std::fs::{self, File};
 use std::io::BufWriter;
@@ -6,7 +6,7 @@ use std::path::Path;
 use tiff::encoder::{Compression, TiffEncoder, colortype};
 use tiff::tags::{ExtraSamples, Tag};
 
-/// RGBA8, rows from the north.
+/// RGBA8, northernmost row first.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Picture {
     pub width: usize,
@@ -26,7 +26,7 @@ impl Picture {
     }
 }
 
-/// No two neighbours alike, no symmetry, all bytes used.
+/// No two neighbours are equal, there is no symmetry, and all bytes are used.
 pub fn dotted(width: usize, height: usize) -> Picture {
     let texel = |index: usize| {
         let (x, y) = ((index % width) as u32, (index / width) as u32);
@@ -93,7 +93,7 @@ pub fn write_tiff_tagged(
     image.write_data(&picture.rgb()).unwrap();
 }
 
-/// RGB in strips of 64 rows, a strip in memory at a time.
+/// RGB in strips of 64 rows, one strip in memory at a time.
 pub fn write_tall_tiff(path: &Path, width: u32, height: u32) {
     let file = BufWriter::new(File::create(path).unwrap());
     let mut encoder = TiffEncoder::new_big(file).unwrap();
@@ -126,7 +126,7 @@ pub fn write_tiff_tiles(path: &Path, picture: &Picture, big: bool, side: usize) 
         for y in 0..side {
             for x in 0..side {
                 let (x, y) = (tile % columns * side + x, tile / columns * side + y);
-                // Padding is to be ignored: grey 77.
+                // Padding must be ignored: grey 77.
                 let inside = x < picture.width && y < picture.height;
                 let texel = if inside { picture.texel(x, y) } else { [77; 4] };
                 file.extend(&texel[..3]);
@@ -144,7 +144,7 @@ pub fn write_tiff_tiles(path: &Path, picture: &Picture, big: bool, side: usize) 
     file.extend([8, 0, 8, 0, 8, 0, 0, 0]);
     let directory_at = file.len();
     file[pointer_at..pointer_at + word_bytes].copy_from_slice(&word(directory_at));
-    // Type 3: 16 bits, 4: 32, 16: 64. What fits into the entry stands in it.
+    // Type 3: 16 bits, 4: 32, 16: 64. Values that fit into the entry are stored in it.
     let long = if big { 16 } else { 4 };
     let bits = if big { 8 | 8 << 16 | 8 << 32 } else { bits_at };
     let array_value = |at: usize, first: usize| if count == 1 { first } else { at };

@@ -1,5 +1,5 @@
-//! PNG files that the encoder at hand cannot write: interlaced, palettes. Uncompressed (stored) deflate blocks.
-//! Source: the PNG specification, third edition.
+//! PNG files that the `png` encoder cannot write: interlaced, palettes. Uncompressed (stored) deflate blocks. Source:
+//! the PNG specification, third edition.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! A report is rendered again: the same bytes, from any folder.
+//! Rendering a report again gives the same bytes, from any folder.
 
 use super::*;
 use serde_json::Value;
@@ -18,8 +18,8 @@ fn run_of(folder: &TempDir, name: &str) -> Value {
     report["run"].clone()
 }
 
-/// Renders `arguments` in `folder` and its report in another one, with a picture of this ending. Both runs must be the
-/// same, and both pictures; the second folder has nothing but `again.*`.
+/// Renders `arguments` in `folder`, and its report in a second folder, with a picture of this ending. Both runs
+/// and both pictures must be equal; the second folder contains only `again.*`.
 fn same_again(folder: &TempDir, arguments: &[&str], ending: &str) -> TempDir {
     let [first, second] = ["first", "again"].map(|name| format!("{name}.{ending}"));
     rendered(folder, &[arguments, &["-o", &first, "--report", "r.json"]].concat());
@@ -31,9 +31,9 @@ fn same_again(folder: &TempDir, arguments: &[&str], ending: &str) -> TempDir {
 }
 
 #[test]
-fn a_landscape_with_overrides_is_the_same_again_and_options_override_the_reports() {
+fn a_landscape_with_overrides_is_reproduced_and_options_override_the_reports() {
     let folder = folder();
-    let changes = ["-Dvariant.level_bias=2", "-D", "variant.keying=native", "-Dcache.upload_budget_ms=1"];
+    let changes = ["-Dvariant.level_bias=2", "-D", "variant.address=own-level", "-Dcache.upload_budget_ms=1"];
     let run = ["earth", "--size", "160x90", "--camera", "oblique", "--frames", "3", "--deterministic"];
     let elsewhere = same_again(&folder, &[&run[..], &changes].concat(), "png");
     let report = path(&folder, "r.json");
@@ -58,7 +58,7 @@ fn a_landscape_with_overrides_is_the_same_again_and_options_override_the_reports
 }
 
 #[test]
-fn progressive_meshes_are_the_same_again() {
+fn progressive_meshes_are_reproduced() {
     let folder = folder();
     let run = ["herd", "--size", "128x72", "--path", "rise", "--frames", "4", "--deterministic"];
     same_again(&folder, &[&run[..], &["-Dsurface.herd.geometry.instances=20"]].concat(), "png");
@@ -74,7 +74,7 @@ fn relative_files_are_found_from_another_folder() {
     let scene = small_scene("source = \"file\"\npath = \"../tiles/t.tiles\"");
     write(&folder, "scenes/s.toml", &scene);
     same_again(&folder, &["scenes/s.toml"], "png");
-    // Given by -D, a path starts from the working directory.
+    // A path given by -D is relative to the working directory.
     write(&folder, "scenes/none.toml", &scene.replace("t.tiles", "none.tiles"));
     let change = ["-D", "surface.land.texture.path=tiles/t.tiles"];
     same_again(&folder, &[&["scenes/none.toml"][..], &change].concat(), "png");
@@ -83,7 +83,7 @@ fn relative_files_are_found_from_another_folder() {
 }
 
 #[test]
-fn linear_light_is_the_same_again_also_where_only_a_report_is_asked_for() {
+fn linear_light_is_reproduced_also_with_only_a_report() {
     let folder = folder();
     write(&folder, "s.toml", &small_scene(SYNTHETIC));
     let elsewhere = same_again(&folder, &["s.toml", "--camera", "elsewhere"], "exr");
@@ -94,11 +94,11 @@ fn linear_light_is_the_same_again_also_where_only_a_report_is_asked_for() {
 }
 
 #[test]
-fn what_is_no_report_of_this_version_is_refused_in_one_line_that_names_both() {
+fn a_report_of_another_version_is_rejected_in_one_line_that_names_both() {
     let folder = folder();
     let own = "this program reads format \"ortelius-render-report\" version 3";
     for (text, words) in [
-        ("{}", &["no format is stated", own][..]),
+        ("{}", &["it states no format", own][..]),
         (
             "{\"format\": \"ortelius-render-report\", \"version\": 4}",
             &["format \"ortelius-render-report\" version 4", own],
@@ -108,7 +108,10 @@ fn what_is_no_report_of_this_version_is_refused_in_one_line_that_names_both() {
             &["format \"ortelius-render-report\" version 2", own],
         ),
         ("{\"format\": \"ortelius-trade\", \"version\": 1}", &["format \"ortelius-trade\" version 1", own]),
-        ("{\"format\": \"ortelius-render-report\", \"version\": 3}", &["no run to render again"]),
+        (
+            "{\"format\": \"ortelius-render-report\", \"version\": 3}",
+            &["this report cannot be rendered again"],
+        ),
         ("[surface.land]", &["r.json: not a render report"]),
     ] {
         write(&folder, "r.json", text);
@@ -121,7 +124,7 @@ fn what_is_no_report_of_this_version_is_refused_in_one_line_that_names_both() {
 }
 
 #[test]
-fn a_camera_of_the_command_line_is_that_of_its_keys_and_goes_into_the_report() {
+fn a_camera_of_the_command_line_equals_its_keys_and_is_in_the_report() {
     let folder = folder();
     let eye = ["--lat", "-33.5", "--lon", "18", "--alt", "9e5", "--heading", "-20", "--tilt", "35"];
     let run = ["globe", "--size", "96x54", "--camera", "antarctica"];
@@ -132,7 +135,7 @@ fn a_camera_of_the_command_line_is_that_of_its_keys_and_goes_into_the_report() {
     let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
     rendered(&folder, &[&run[..], &keys, &["-o", "keys.png"]].concat());
     assert!(bytes(&folder, "first.png") == bytes(&folder, "keys.png"));
-    // The scene's own path gives way, a path that is asked for does not.
+    // It replaces the scene's own path, but conflicts with --path.
     rendered(&folder, &["herd", "--size", "96x54", "--tilt", "60", "-o", "herd.png"]);
     let (code, line) = render_failure(&folder, &["plane", "--lat", "1", "-o", "p.png"]);
     assert_eq!(code, 2);
@@ -143,7 +146,7 @@ fn a_camera_of_the_command_line_is_that_of_its_keys_and_goes_into_the_report() {
     holds(&refused, &["--tilt", "--path"]);
 }
 
-/// What clap says of a command line that it refuses.
+/// The message of clap for a rejected command line.
 fn usage_error(folder: &TempDir, arguments: &[&str]) -> String {
     let ran = run(folder, arguments);
     assert_eq!(ran.status.code(), Some(2));

@@ -1,11 +1,11 @@
-//! `ortelius compare`: measures by hand, maps, and what it refuses.
+//! `ortelius compare`: hand-computed measures, maps, and rejected inputs.
 
 use super::*;
 use ortelius::picture::Picture;
 use ortelius::picture::write::{Planes, read_exr, write_exr, write_png};
 use serde_json::Value;
 
-/// 40 x 20 pixels of one half, in linear light.
+/// 40 x 20 pixels of 0.5 in linear light.
 fn grey() -> Picture {
     Picture::filled(40, 20, [0.5, 0.5, 0.5, 1.0])
 }
@@ -14,7 +14,7 @@ fn save(folder: &TempDir, name: &str, picture: &Picture) {
     write_exr(&folder.path().join(name), &Planes::from(picture)).unwrap();
 }
 
-/// Equal to grey but for green at (7, 3), which is 0.75.
+/// Grey except for green at (7, 3), which is 0.75.
 fn wrong() -> Picture {
     let mut picture = grey();
     picture.rgba[3 * 40 + 7][1] = 0.75;
@@ -40,14 +40,14 @@ fn every_measure_of_a_wrong_pixel_is_the_hand_computed_one() {
     save(&folder, "a.exr", &wrong());
     save(&folder, "b.exr", &grey());
     let found = &json(&folder, &["a.exr", "b.exr", "--outliers-above", "0.2"])[0];
-    // One of 2400 values of 0.5 is off by 0.25.
+    // One of 2400 values of 0.5 differs by 0.25.
     assert_eq!(found["nmse"].as_f64().unwrap(), 0.0625 / 600.0);
     assert!((found["psnr_db"].as_f64().unwrap() - 10.0 * (2400.0f64 / 0.0625).log10()).abs() < 1e-9);
     assert_eq!(found["worst"], serde_json::json!({ "x": 7, "y": 3, "value": 0.25 }));
     assert_eq!((&found["outliers"], &found["pixels"]), (&1.into(), &800.into()));
     let flip = found["flip_mean"].as_f64().unwrap();
     assert!(0.0 < flip && flip < 0.1, "{flip}");
-    // At the bound itself a pixel is none.
+    // A pixel exactly at the bound is not counted.
     assert_eq!(json(&folder, &["a.exr", "b.exr", "--outliers-above", "0.25"])[0]["outliers"], 0);
     let words = said(&folder, &["a.exr", "b.exr"]);
     holds(
@@ -60,7 +60,7 @@ fn every_measure_of_a_wrong_pixel_is_the_hand_computed_one() {
             "1 of 800",
         ],
     );
-    // A picture is itself; infinity has no JSON.
+    // A picture compared with itself; JSON has no infinity.
     let same = &json(&folder, &["a.exr", "a.exr"])[0];
     assert_eq!(
         (&same["nmse"], &same["flip_worst"], &same["psnr_db"]),
@@ -69,7 +69,7 @@ fn every_measure_of_a_wrong_pixel_is_the_hand_computed_one() {
 }
 
 #[test]
-fn alpha_is_ignored_and_how_many_pixels_differ_in_it_is_told() {
+fn alpha_is_ignored_and_the_pixels_that_differ_in_it_are_counted() {
     let folder = folder();
     let mut clear = grey();
     (clear.rgba[0][3], clear.rgba[9][3]) = (0.25, 0.5);
@@ -88,7 +88,7 @@ fn a_png_is_compared_in_linear_light() {
     write_png(&folder.path().join("white.png"), &bytes(255)).unwrap();
     write_png(&folder.path().join("half.png"), &bytes(188)).unwrap();
     save(&folder, "half.exr", &Picture::filled(2, 2, [0.5, 0.5, 0.5, 1.0]));
-    // Code 188 is half of white's light, not 188/255 of it.
+    // Code 188 is half of white's linear light, not 188/255 of it.
     let found = &json(&folder, &["half.png", "white.png"])[0];
     assert!((found["nmse"].as_f64().unwrap() - 0.25).abs() < 0.005, "{found}");
     let found = &json(&folder, &["half.png", "half.exr"])[0];
@@ -96,7 +96,7 @@ fn a_png_is_compared_in_linear_light() {
 }
 
 #[test]
-fn both_are_measured_against_a_reference_and_drawn_side_by_side() {
+fn two_pictures_are_measured_against_a_reference_and_drawn_side_by_side() {
     let folder = folder();
     save(&folder, "a.exr", &wrong());
     save(&folder, "b.exr", &Picture::filled(40, 20, [0.4, 0.5, 0.5, 1.0]));
@@ -125,7 +125,7 @@ fn both_are_measured_against_a_reference_and_drawn_side_by_side() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_refused_in_one_line() {
+fn incomparable_inputs_are_rejected_in_one_line() {
     let folder = folder();
     save(&folder, "a.exr", &grey());
     save(&folder, "small.exr", &Picture::filled(4, 3, [0.5; 4]));
@@ -138,7 +138,7 @@ fn what_cannot_be_compared_is_refused_in_one_line() {
         (&["a.jpg", "a.exr"], 2, &["a.jpg", ".png or .exr"]),
         (&["a.exr", "a.exr", "-o", "d.txt"], 2, &["d.txt", ".png or .exr"]),
         (&["a.exr", "small.exr", "-o", "a.exr"], 2, &["a.exr", "overwritten"]),
-        (&["a.exr", "a.exr", "-o", "no/d.png"], 1, &["no/d.png", "no folder no", "create it"]),
+        (&["a.exr", "a.exr", "-o", "no/d.png"], 1, &["no/d.png", "folder no does not exist", "create it"]),
     ] {
         let (found, line) = failure(&mut ortelius(&folder, &[&["compare"], arguments].concat()));
         assert_eq!(found, code, "{line}");
@@ -146,9 +146,6 @@ fn what_cannot_be_compared_is_refused_in_one_line() {
     }
     let ran = run(&folder, &["compare", "a.exr", "a.exr", "--outliers-above", "-1"]);
     assert_eq!(ran.status.code(), Some(2));
-    holds(
-        &String::from_utf8(ran.stderr).unwrap(),
-        &["'-1'", "a bound is a number of linear light from 0 up"],
-    );
+    holds(&String::from_utf8(ran.stderr).unwrap(), &["'-1'", "expected a number of linear light, 0 or more"]);
     assert_eq!(names(&folder), ["a.exr", "a.jpg", "broken.png", "small.exr"]);
 }

@@ -19,7 +19,7 @@ fn manifest(folder: &TempDir, library: &str) -> String {
 }
 
 #[test]
-fn a_healthy_machine_passes_and_says_what_it_has() {
+fn a_healthy_machine_passes_and_is_described() {
     let folder = folder();
     let ran = run(&folder, &["doctor"]);
     assert_eq!(ran.status.code(), Some(0));
@@ -41,7 +41,7 @@ fn a_healthy_machine_passes_and_says_what_it_has() {
 }
 
 #[test]
-fn no_driver_is_exit_2_and_the_searched_places_are_told() {
+fn no_driver_is_exit_2_and_the_searched_places_are_listed() {
     let folder = folder();
     let (code, found, words) = doctor(&folder, "/nonexistent/driver.json");
     assert_eq!(code, 2, "{words}");
@@ -54,7 +54,7 @@ fn no_driver_is_exit_2_and_the_searched_places_are_told() {
 }
 
 #[test]
-fn a_driver_whose_library_is_missing_is_no_driver() {
+fn a_driver_without_its_library_is_not_a_driver() {
     let folder = folder();
     let driver = manifest(&folder, "/nonexistent/libdriver.so");
     let (code, found, words) = doctor(&folder, &driver);
@@ -64,9 +64,9 @@ fn a_driver_whose_library_is_missing_is_no_driver() {
 }
 
 #[test]
-fn a_driver_that_crashes_is_reported_and_not_suffered() {
+fn a_crashing_driver_is_reported_and_does_not_crash_the_doctor() {
     let folder = folder();
-    // The build needs a C++ compiler too, named in the same way.
+    // CXX names the compiler, as for the build.
     write(&folder, "crash.cpp", "#include <cstdlib>\nstruct S { S() { abort(); } } s;\n");
     let compiler = std::env::var("CXX").unwrap_or_else(|_| "c++".into());
     let mut command = Command::new(&compiler);
@@ -82,9 +82,9 @@ fn a_driver_that_crashes_is_reported_and_not_suffered() {
 }
 
 #[test]
-fn a_device_that_is_not_there_is_usage() {
+fn an_absent_device_is_a_usage_error() {
     let folder = folder();
     let ran = run(&folder, &["doctor", "--device", "no such device"]);
     assert_eq!(ran.status.code(), Some(2));
-    holds(&String::from_utf8(ran.stderr).unwrap(), &["\"no such device\"", "there are: "]);
+    holds(&String::from_utf8(ran.stderr).unwrap(), &["\"no such device\"", "available: "]);
 }

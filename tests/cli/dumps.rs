@@ -6,17 +6,17 @@ use ortelius::paper::virtual_texture::reference::{Footprint, triple};
 use ortelius::picture::write::{Planes, read_exr};
 use std::collections::BTreeSet;
 
-/// The shipped scenes' texture.
+/// The texture of the shipped scenes.
 fn pyramid() -> Pyramid {
     Pyramid::new(18, 17, 9, 4, None).unwrap()
 }
 
-/// (frame, tile) for each line, the header checked.
+/// (frame, tile) of each line; checks the header.
 fn visible(folder: &TempDir, name: &str) -> Vec<(u32, TileId)> {
     let text = read(folder, name);
     let mut lines = text.lines();
     assert_eq!(lines.next(), Some("frame,q,i,j"));
-    let number = |field: &str| field.parse().unwrap_or_else(|_| panic!("{field:?} is no number"));
+    let number = |field: &str| field.parse().unwrap_or_else(|_| panic!("{field:?} is not a number"));
     lines
         .map(|line| match line.split(',').map(number).collect::<Vec<u32>>()[..] {
             [frame, level, row, column] => (frame, TileId { level, row, column }),
@@ -26,7 +26,7 @@ fn visible(folder: &TempDir, name: &str) -> Vec<(u32, TileId)> {
 }
 
 #[test]
-fn visible_tiles_are_sorted_lie_in_their_levels_grid_and_are_the_settled_frames_alone() {
+fn visible_tiles_are_sorted_within_their_levels_grid_and_only_of_the_settled_frame() {
     let folder = folder();
     rendered(&folder, &["plane", "--size", "160x90", "--settle", "--dump-visible", "a.csv"]);
     let tiles = visible(&folder, "a.csv");
@@ -37,7 +37,7 @@ fn visible_tiles_are_sorted_lie_in_their_levels_grid_and_are_the_settled_frames_
     }
     let levels: BTreeSet<u32> = tiles.iter().map(|(_, tile)| tile.level).collect();
     assert!(levels.len() > 3, "a plane to its horizon shows many levels: {levels:?}");
-    // Also after a sequence.
+    // The same after a sequence.
     let more = ["--frames", "3", "--settle", "--dump-visible", "b.csv", "--report", "b.json"];
     rendered(&folder, &[&["plane", "--size", "160x90"], &more[..]].concat());
     let after = visible(&folder, "b.csv");
@@ -69,8 +69,8 @@ fn dumped(scene: &[&str]) -> (Planes, BTreeSet<TileId>) {
     (planes, visible(&folder, "a.csv").into_iter().map(|(_, tile)| tile).collect())
 }
 
-/// Checks every pixel of a dump against the paper's formula in f64. How many differ, each within f32's
-/// rounding of a decision.
+/// Checks every pixel of a dump against the paper's formula in f64 and returns the number that differ; each
+/// difference must be within f32's rounding of a decision.
 fn disagreements(planes: &Planes, max_anisotropy: u32) -> usize {
     let pyramid = pyramid();
     let g1 = pyramid.first_resident_level();
@@ -91,7 +91,7 @@ fn disagreements(planes: &Planes, max_anisotropy: u32) -> usize {
             triple(&footprint, &pyramid, max_anisotropy)
         };
         let exact = wanted([1.0; 2]);
-        // nA and q hang on sums of two f32 squares, a quotient and a root: 8 roundings of 2^-24 are below 1e-6.
+        // nA and q depend on sums of two f32 squares, a quotient and a root: 8 roundings of 2^-24 are below 1e-6.
         let around = [0.999_999, 1.000_001]
             .map(|x| [0.999_999, 1.000_001].map(|y| f64::from(wanted([x, y]).q)))
             .concat();
@@ -99,7 +99,7 @@ fn disagreements(planes: &Planes, max_anisotropy: u32) -> usize {
             near += 1;
             assert!(around.contains(&q), "pixel {pixel}: q {q}, in f64 {exact:?}");
         }
-        // s and t times a power of two are exact: rows and columns follow without any tolerance.
+        // s and t times a power of two are exact, so rows and columns need no tolerance.
         let native = match q < f64::from(g1) {
             true => [f64::from(exact.i >> q as u32), f64::from(exact.j >> q as u32)],
             false => [-1.0; 2],
@@ -110,11 +110,11 @@ fn disagreements(planes: &Planes, max_anisotropy: u32) -> usize {
 }
 
 #[test]
-fn footprints_are_the_papers_formula_of_their_own_coordinates_and_list_the_visible_tiles() {
+fn footprints_follow_the_papers_formula_and_list_the_visible_tiles() {
     let cases = [
         (&["plane"][..], 1),
         (&["plane", "-Dsurface.land.filter.max_anisotropy=4"], 4),
-        (&["earth", "--camera", "oblique", "-Dvariant.u1=packed"], 1),
+        (&["earth", "--camera", "oblique", "-Dvariant.request_format=packed"], 1),
         (&["globe"], 1),
     ];
     for (scene, max_anisotropy) in cases {
@@ -122,9 +122,9 @@ fn footprints_are_the_papers_formula_of_their_own_coordinates_and_list_the_visib
         let names: Vec<&str> = planes.channels.keys().map(String::as_str).collect();
         assert_eq!(names, ["dsdx", "dsdy", "dtdx", "dtdy", "i", "j", "q", "s", "t"]);
         let near = disagreements(&planes, max_anisotropy);
-        println!("{scene:?}: {near} of 14400 pixels beside a decision");
-        // A part of 1e-6 of a level's range in each of 14400 pixels: one would be rare, 3 are not chance.
-        assert!(near < 3, "{near} pixels beside a decision");
+        println!("{scene:?}: {near} of 14400 pixels near a decision");
+        // Each of 14400 pixels is within 1e-6 of a level's range: one difference would be rare, 3 are not chance.
+        assert!(near < 3, "{near} pixels near a decision");
         let first_resident = pyramid().first_resident_level() as f32;
         let [q, i, j] = ["q", "i", "j"].map(|channel| &planes.channels[channel]);
         let seen: BTreeSet<TileId> = (0..q.len())
@@ -137,7 +137,7 @@ fn footprints_are_the_papers_formula_of_their_own_coordinates_and_list_the_visib
 
 #[test]
 #[should_panic(expected = "in f64")]
-fn a_level_that_is_not_the_formulas_is_found() {
+fn a_wrong_level_is_found() {
     let (mut planes, _) = dumped(&["plane"]);
     let q = planes.channels.get_mut("q").unwrap();
     let pixel = q.iter().position(|q| *q >= 1.0).unwrap();
@@ -147,7 +147,7 @@ fn a_level_that_is_not_the_formulas_is_found() {
 
 #[test]
 #[should_panic(expected = "left")]
-fn a_row_beside_the_right_one_is_found() {
+fn a_neighbouring_row_is_found() {
     let (mut planes, _) = dumped(&["plane"]);
     let pixel = planes.channels["i"].iter().position(|i| *i >= 0.0).unwrap();
     planes.channels.get_mut("i").unwrap()[pixel] += 1.0;

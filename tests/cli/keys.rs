@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn keys_are_printed_by_prefix_with_all_that_is_declared() {
+fn keys_are_printed_by_prefix_with_their_whole_declaration() {
     let folder = folder();
     let said = |arguments: &[&str]| {
         let ran = run(&folder, &[&["keys"], arguments].concat());
@@ -18,7 +18,7 @@ fn keys_are_printed_by_prefix_with_all_that_is_declared() {
     assert_eq!(cache.lines().count(), 3);
     holds(
         &said(&["surface.NAME.geometry.order"]),
-        &["(kind = \"progressive-mesh\")", "default \"ours\"", "\n      \"skip-lists\": "],
+        &["(kind = \"progressive-mesh\")", "default \"tail-23\"", "\n      \"skip-lists\": "],
     );
     assert!(said(&[]).lines().filter(|line| !line.starts_with(' ')).count() > 90);
     assert!(said(&["--markdown"]).starts_with("# Scene files\n"));
@@ -27,14 +27,14 @@ fn keys_are_printed_by_prefix_with_all_that_is_declared() {
 }
 
 #[test]
-fn a_prefix_that_no_key_has_is_usage() {
+fn a_prefix_of_no_key_is_a_usage_error() {
     let (code, line) = failure(&mut ortelius(&folder(), &["keys", "cash.gpu_tiles"]));
     assert_eq!(code, 2, "{line}");
-    holds(&line, &["no key of scenes begins with \"cash.gpu_tiles\"", "nearest is cache.gpu_tiles"]);
+    holds(&line, &["no key of scenes starts with \"cash.gpu_tiles\"", "nearest is cache.gpu_tiles"]);
 }
 
 #[test]
-fn a_section_that_no_technique_reads_is_named_and_an_old_key_in_a_file_has_its_line() {
+fn an_unknown_section_is_reported_and_an_old_key_in_a_file_has_its_line() {
     let folder = folder();
     write(&folder, "s.toml", &format!("{}[sunn]\nazimuth_deg = 3\n", small_scene(SYNTHETIC)));
     let ran = run(&folder, &["render", "s.toml", "-o", "a.png"]);

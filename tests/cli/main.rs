@@ -1,4 +1,4 @@
-//! The program from outside: what it says, writes and returns.
+//! The program as a process: output, files and exit codes.
 
 mod again;
 mod compare;
@@ -6,10 +6,12 @@ mod doctor;
 mod dumps;
 mod fetch;
 mod figures;
+mod interrupt;
 mod keys;
 mod mesh;
 mod pictures;
 mod program;
+mod readers;
 mod report;
 mod tiles;
 mod trade;
@@ -20,11 +22,20 @@ use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-/// The program, in `folder`: never in the repository, so that nothing of it can be missed.
+/// The program, run in `folder` and never in the repository: it must not depend on the repository's files.
 fn ortelius(folder: &TempDir, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
-    // Validation in every test that draws: any message of the layer is then an error.
+    // Validation is on in every test that draws; any message of the layer is an error.
     command.current_dir(folder).args(arguments).env("ORTELIUS_VALIDATE", "1");
+    command
+}
+
+/// The program, whose partial file of `output` is the file `target`: a shell makes the link, since the name holds
+/// the number of the process that the shell becomes.
+fn ortelius_writing_to(target: &str, output: &str, folder: &TempDir, arguments: &[&str]) -> Command {
+    let mut command = Command::new("sh");
+    command.args(["-c", "ln -s \"$1\" \"$2.$$.partial\" && shift 2 && exec \"$@\"", "sh", target, output]);
+    command.arg(env!("CARGO_BIN_EXE_ortelius")).current_dir(folder).args(arguments).env("ORTELIUS_VALIDATE", "1");
     command
 }
 
@@ -32,7 +43,7 @@ fn run(folder: &TempDir, arguments: &[&str]) -> Output {
     ortelius(folder, arguments).output().unwrap()
 }
 
-/// `ortelius render ARGUMENTS`, which must succeed. What it said on stderr.
+/// `ortelius render ARGUMENTS`, which must succeed; returns stderr.
 fn rendered(folder: &TempDir, arguments: &[&str]) -> String {
     let ran = run(folder, &[&["render"], arguments].concat());
     let words = String::from_utf8(ran.stderr).unwrap();
@@ -40,11 +51,11 @@ fn rendered(folder: &TempDir, arguments: &[&str]) -> String {
     words
 }
 
-/// A command that must fail in one line on stderr, with nothing on stdout. Its exit code and that line.
+/// A command that must fail with one line on stderr and nothing on stdout; returns the exit code and the line.
 fn failure(command: &mut Command) -> (i32, String) {
     let ran = command.output().unwrap();
     let words = String::from_utf8(ran.stderr).unwrap();
-    // What it did before (device, frames) may be told; the error is the last line and the only one.
+    // Progress (device, frames) may precede the error, which is the last line and the only error.
     let lines: Vec<&str> = words.lines().filter(|line| !line.starts_with(" INFO ")).collect();
     assert_eq!(lines.len(), 1, "{command:?}: not one line: {words}");
     assert!(lines[0].starts_with("ortelius: "), "{words}");
@@ -56,7 +67,7 @@ fn render_failure(folder: &TempDir, arguments: &[&str]) -> (i32, String) {
     failure(&mut ortelius(folder, &[&["render"], arguments].concat()))
 }
 
-/// Asserts that a line holds each of some words.
+/// Asserts that a line contains each of `words`.
 fn holds(line: &str, words: &[&str]) {
     for word in words {
         assert!(line.contains(word), "no {word:?} in: {line}");
@@ -79,8 +90,8 @@ fn picture(path: &Path) -> Srgb8Picture {
     read_png(path).unwrap()
 }
 
-/// An earth of 2^11 x 2^10 texels in tiles of 128 (levels 0 ..= 3 are streamed), seen at 160 x 90 so that
-/// levels 0 to 2 are visible. `texture` is what its table says beside the kind.
+/// An earth of 2^11 x 2^10 texels in tiles of 128 (levels 0 ..= 3 are streamed), at 160 x 90 pixels, so that
+/// levels 0 to 2 are visible. `texture` are the further keys of its table.
 fn small_scene(texture: &str) -> String {
     format!(
         "[surface.land]\ngeometry = {{ kind = \"ellipsoid\", columns = 96, rows = 48 }}\n\

@@ -19,8 +19,8 @@ fn mesh_failure(folder: &TempDir, arguments: &[&str]) -> (i32, String) {
     failure(&mut ortelius(folder, &[&["mesh"], arguments].concat()))
 }
 
-/// What `ortelius mesh ARGUMENTS` says on stdout and stderr; it must succeed.
-fn told(folder: &TempDir, arguments: &[&str]) -> [String; 2] {
+/// stdout and stderr of `ortelius mesh ARGUMENTS`, which must succeed.
+fn run_mesh(folder: &TempDir, arguments: &[&str]) -> [String; 2] {
     let ran = run(folder, &[&["mesh"], arguments].concat());
     let [out, err] = [ran.stdout, ran.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
     assert_eq!(ran.status.code(), Some(0), "{arguments:?}: {err}");
@@ -28,7 +28,7 @@ fn told(folder: &TempDir, arguments: &[&str]) -> [String; 2] {
 }
 
 fn info(folder: &TempDir, file: &str) -> serde_json::Value {
-    serde_json::from_str(&told(folder, &["info", file, "--json"])[0]).unwrap()
+    serde_json::from_str(&run_mesh(folder, &["info", file, "--json"])[0]).unwrap()
 }
 
 #[test]
@@ -42,27 +42,27 @@ fn a_built_mesh_is_described_and_verified() {
     assert_eq!(json["bytes"], std::fs::metadata(folder.path().join("b.pmesh")).unwrap().len());
     let sizes: f64 =
         json["sizes"].as_array().unwrap().iter().map(|size| size["bytes"].as_f64().unwrap()).sum();
-    assert!((sizes - json["bytes"].as_f64().unwrap()).abs() < 1e-6, "all bytes are told: {sizes}");
-    let [text, _] = told(&folder, &["info", "b.pmesh"]);
-    holds(&text, &["3674 faces, error 0", "FIFO of 16", "bytes a split"]);
-    let [text, _] = told(&folder, &["verify", "b.pmesh"]);
-    holds(&text, &["b.pmesh: ", "3674 faces, all as written"]);
+    assert!((sizes - json["bytes"].as_f64().unwrap()).abs() < 1e-6, "not all bytes are reported: {sizes}");
+    let [text, _] = run_mesh(&folder, &["info", "b.pmesh"]);
+    holds(&text, &["3674 faces, error 0", "FIFO of 16", "bytes per split"]);
+    let [text, _] = run_mesh(&folder, &["verify", "b.pmesh"]);
+    holds(&text, &["b.pmesh: ", "3674 faces, all intact"]);
 }
 
 #[test]
-fn a_build_reports_what_it_did_and_took() {
+fn a_build_reports_its_steps_and_times() {
     let folder = folder();
-    told(&folder, &["build", "sphere:4", "-o", "s.pmesh", "--target-faces", "20", "--report", "r.json"]);
+    run_mesh(&folder, &["build", "sphere:4", "-o", "s.pmesh", "--target-faces", "20", "--report", "r.json"]);
     let report: serde_json::Value = serde_json::from_str(&read(&folder, "r.json")).unwrap();
     assert_eq!((&report["cleaning"]["faces"], &report["simplifying"]["faces"]), (&320.into(), &20.into()));
     assert_eq!(report["file_bytes"], std::fs::metadata(folder.path().join("s.pmesh")).unwrap().len());
     for step in ["load_and_clean", "simplify", "order", "write"] {
         assert!(report["milliseconds"][step].as_f64().is_some_and(|time| time >= 0.0), "{step}: {report}");
     }
-    // A program has more than a MiB.
+    // The program itself needs more than a MiB.
     let most = &report["most_memory_bytes"];
     assert!(most.is_null() || most.as_u64().unwrap() > 1 << 20, "{most}");
-    // Before the build: nothing is written.
+    // Checked before the build: nothing is written.
     let (code, line) = mesh_failure(&folder, &["build", "bunny", "-o", "x.pmesh", "--report", "no/r.json"]);
     assert_eq!(code, 1);
     holds(&line, &["no/r.json", "create it first"]);
@@ -70,34 +70,37 @@ fn a_build_reports_what_it_did_and_took() {
 }
 
 #[test]
-fn an_order_is_chosen_and_told() {
+fn an_order_is_chosen_and_reported() {
     let folder = folder();
     let moved = |arguments: &[&str]| {
-        told(&folder, &[&["build", "sphere:8", "-o", "s.pmesh", "--target-faces", "20"], arguments].concat());
+        run_mesh(
+            &folder,
+            &[&["build", "sphere:8", "-o", "s.pmesh", "--target-faces", "20"], arguments].concat(),
+        );
         let json = info(&folder, "s.pmesh");
         let transforms = &json["transforms_per_vertex"]["mean"];
         (json["moved_faces_per_split"].as_f64().unwrap(), transforms.as_f64().unwrap())
     };
-    let [classical, ours, few, groups] = [
+    let [classical, tail, few, groups] = [
         &["--order", "classical"][..],
         &[],
-        &["--moves-budget", "8", "--order", "coherent"],
+        &["--moves-budget", "8", "--order", "in-place-23"],
         &["--groups", "3", "--cache", "12", "--order", "paper"],
     ]
     .map(moved);
     assert!(classical.0 == 0.0 && classical.1 > 3.5, "{classical:?}");
-    assert!((10.0..=23.0).contains(&ours.0) && ours.1 < 1.8, "{ours:?}");
+    assert!((10.0..=23.0).contains(&tail.0) && tail.1 < 1.8, "{tail:?}");
     assert!((2.0..=8.0).contains(&few.0) && few.1 < 2.2, "{few:?}");
-    // Two faces a split, of which 1/3, 2/3 and 3/3 move; and the coarsest level's.
+    // Two faces for each split, of which 1/3, 2/3 and 3/3 move; and those of the coarsest level.
     assert!((3.0..4.2).contains(&groups.0), "three groups: {groups:?}");
-    for order in ["ours-few-moves", "coherent-few-moves"] {
+    for order in ["tail-10", "in-place-10"] {
         let few = moved(&["--order", order]);
         assert!((4.0..=10.0).contains(&few.0) && few.1 < 2.2, "{order}: {few:?}");
     }
-    // At most one group a split, however many are wanted.
+    // At most one group for each split, however many are requested.
     for many in ["4000000000", "0.000001%"] {
         let all = moved(&["--groups", many]);
-        assert!(all.1 < ours.1, "{many} groups: {all:?}");
+        assert!(all.1 < tail.1, "{many} groups: {all:?}");
     }
     for wrong in [["--groups", "0"], ["--cache", "3"], ["--moves-budget", "-1"], ["--order", "best"]] {
         let ran = run(&folder, &[&["mesh", "build", "bunny", "-o", "x.pmesh"][..], &wrong].concat());
@@ -111,39 +114,39 @@ fn a_level_is_exported_by_number_by_error_and_by_faces() {
     let folder = built();
     let mesh = ProgressiveMesh::read(&folder.path().join("b.pmesh")).unwrap().mesh;
     let faces = |file: &str| Model::load(&folder.path().join(file)).unwrap().0.faces.len() as u32;
-    told(&folder, &["export", "b.pmesh", "--level", "0", "-o", "base.obj"]);
+    run_mesh(&folder, &["export", "b.pmesh", "--level", "0", "-o", "base.obj"]);
     assert_eq!(faces("base.obj"), mesh.levels[0].faces);
-    told(&folder, &["export", "b.pmesh", "--faces", "1000", "-o", "some.ply"]);
+    run_mesh(&folder, &["export", "b.pmesh", "--faces", "1000", "-o", "some.ply"]);
     assert!(faces("some.ply").abs_diff(1000) <= 1);
-    told(&folder, &["export", "b.pmesh", "--error", "0", "-o", "full.obj"]);
+    run_mesh(&folder, &["export", "b.pmesh", "--error", "0", "-o", "full.obj"]);
     assert_eq!(faces("full.obj"), 3674);
     let (full, _) = Model::load(&folder.path().join("full.obj")).unwrap();
     assert_eq!(full.positions.len(), 1839, "welded");
     full.check().unwrap();
-    let [_, words] = told(&folder, &["export", "b.pmesh", "--error", "1e9", "-o", "coarse.ply"]);
+    let [_, words] = run_mesh(&folder, &["export", "b.pmesh", "--error", "1e9", "-o", "coarse.ply"]);
     holds(&words, &["coarse.ply: level 0 of "]);
 }
 
 #[test]
-fn a_cut_file_is_a_coarser_mesh_and_not_verified() {
+fn a_truncated_file_is_a_coarser_mesh_and_fails_verification() {
     let folder = built();
     let bytes = std::fs::read(folder.path().join("b.pmesh")).unwrap();
     std::fs::write(folder.path().join("cut.pmesh"), &bytes[..bytes.len() / 2]).unwrap();
-    let [_, words] = told(&folder, &["info", "cut.pmesh"]);
+    let [_, words] = run_mesh(&folder, &["info", "cut.pmesh"]);
     holds(&words, &["WARN", "cut.pmesh: the end is missing: ", " of 3674 faces are here"]);
     let json = info(&folder, "cut.pmesh");
     let (levels, faces) = (json["levels"].as_u64().unwrap(), json["finest"]["faces"].as_u64().unwrap());
     assert!((200..3600).contains(&faces) && json["cut"] == true, "{levels} levels, {faces} faces");
-    // The same level of the whole file, face for face.
+    // The same level as in the whole file, face for face.
     let level = (levels - 1).to_string();
-    told(&folder, &["export", "cut.pmesh", "--level", &level, "-o", "cut.ply"]);
-    told(&folder, &["export", "b.pmesh", "--level", &level, "-o", "whole.ply"]);
+    run_mesh(&folder, &["export", "cut.pmesh", "--level", &level, "-o", "cut.ply"]);
+    run_mesh(&folder, &["export", "b.pmesh", "--level", &level, "-o", "whole.ply"]);
     let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     assert!(read("cut.ply") == read("whole.ply"));
     let (code, line) = mesh_failure(&folder, &["verify", "cut.pmesh"]);
     assert_eq!(code, 3);
     holds(&line, &["cut.pmesh", "chunks", "of 3674 faces are here"]);
-    // Up to the end of the first chunk there is no mesh; what is needed is told as far as it is known.
+    // Before the end of the first chunk there is no mesh; the required bytes are reported as far as known.
     let base = 72 + 28 + u32::from_le_bytes(bytes[72..76].try_into().unwrap()) as usize;
     for (length, needs) in [(3, 100), (60, 100), (80, 100), (100, base), (base - 1, base)] {
         std::fs::write(folder.path().join("stub.pmesh"), &bytes[..length]).unwrap();
@@ -154,11 +157,11 @@ fn a_cut_file_is_a_coarser_mesh_and_not_verified() {
         holds(&line, &["stub.pmesh: ", &words]);
     }
     std::fs::write(folder.path().join("stub.pmesh"), &bytes[..base]).unwrap();
-    holds(&told(&folder, &["info", "stub.pmesh"])[1], &["1 of ", " levels"]);
+    holds(&run_mesh(&folder, &["info", "stub.pmesh"])[1], &["1 of ", " levels"]);
 }
 
 #[test]
-fn a_cut_file_in_a_scene_is_told_and_reported() {
+fn a_truncated_file_in_a_scene_is_warned_of_and_reported() {
     let folder = built();
     let bytes = std::fs::read(folder.path().join("b.pmesh")).unwrap();
     let scene = "[view]\nwidth = 32\nheight = 18\ncamera = \"a\"\n[cameras.a]\naltitude_m = 1.0\neast_m = 0.0\n\
@@ -179,7 +182,7 @@ fn a_cut_file_in_a_scene_is_told_and_reported() {
 }
 
 #[test]
-fn damage_is_told_with_its_chunk() {
+fn damage_is_reported_with_its_chunk() {
     let folder = built();
     let path = folder.path().join("b.pmesh");
     let mut bytes = std::fs::read(&path).unwrap();
@@ -194,13 +197,13 @@ fn damage_is_told_with_its_chunk() {
 }
 
 #[test]
-fn what_cannot_be_is_told_in_one_line() {
+fn invalid_commands_are_reported_in_one_line() {
     let folder = built();
     write(&folder, "text.pmesh", "a text, and no mesh");
     let cases: [(&[&str], i32, &[&str]); 21] = [
         (&["info", "none.pmesh"], 1, &["none.pmesh", "cannot read"]),
         (&["info", "."], 1, &["not a regular file"]),
-        (&["info", "text.pmesh"], 3, &["text.pmesh: no .pmesh file"]),
+        (&["info", "text.pmesh"], 3, &["text.pmesh: not a .pmesh file"]),
         (&["export", "b.pmesh", "--level", "99999", "-o", "x.ply"], 2, &["--level 99999", "levels 0 to "]),
         (&["export", "b.pmesh", "--error", "-1", "-o", "x.ply"], 2, &["--error -1: it must be 0 or more"]),
         (&["export", "b.pmesh", "--error", "NaN", "-o", "x.ply"], 2, &["--error NaN"]),
@@ -210,39 +213,43 @@ fn what_cannot_be_is_told_in_one_line() {
         (
             &["export", "b.pmesh", "--faces", "9", "-o", "b.pmesh/x.ply"],
             1,
-            &["b.pmesh is a file and no folder"],
+            &["b.pmesh is a file, not a folder"],
         ),
-        // Before a build of minutes: the model is not even looked for.
+        // Rejected before a build of minutes: the model is not even read.
         (&["build", "none.ply", "-o", "x.txt"], 2, &["-o x.txt: the name must end in .pmesh"]),
         (&["build", "none.ply", "-o", "no/x.pmesh"], 1, &["no/x.pmesh", "create it first"]),
         (
             &["build", "none.ply", "-o", "/proc/x.pmesh"],
             1,
-            &["/proc/x.pmesh", "no file can be written in /proc"],
+            &["/proc/x.pmesh", "cannot write a file in /proc"],
         ),
         (
             &["build", "bunny", "-o", "x.pmesh", "--order", "classical", "--moves-budget", "10"],
             2,
-            &["--moves-budget says nothing to --order classical"],
+            &["--moves-budget has no effect with --order classical"],
         ),
         (
             &["build", "bunny", "-o", "x.pmesh", "--order", "classical", "--cache", "16"],
             2,
-            &["--cache says nothing to --order classical"],
+            &["--cache has no effect with --order classical"],
         ),
         (
             &["build", "bunny", "-o", "x.pmesh", "--order", "classical", "--groups", "9"],
             2,
-            &["--groups says nothing to --order classical"],
+            &["--groups has no effect with --order classical"],
         ),
         (
             &["build", "solid", "-o", "x.pmesh", "--groups", "1000000000"],
             2,
-            &["--groups: up to 1.3e8 faces would change their slots", "1e8 is the most"],
+            &["--groups: up to 1.3e8 faces would change their slots", "the limit is 1e8"],
         ),
         (&["build", "sphere:99999", "-o", "x.pmesh"], 1, &["sphere has no size \"99999\"", "from 1 to 512"]),
         (&["build", "grid:0", "-o", "x.pmesh"], 1, &["grid has no size \"0\"", "from 2 to 2048"]),
-        (&["build", "bunny.stl", "-o", "x.pmesh"], 1, &["bunny.stl: no model by its ending"]),
+        (
+            &["build", "bunny.stl", "-o", "x.pmesh"],
+            1,
+            &["bunny.stl: the file name extension is not that of a model"],
+        ),
         (&["build", "bunny.ply", "-o", "x.pmesh"], 1, &["bunny.ply: cannot be read"]),
     ];
     for (arguments, expected, words) in cases {
@@ -254,9 +261,9 @@ fn what_cannot_be_is_told_in_one_line() {
 }
 
 #[test]
-fn what_is_read_is_never_written_over() {
+fn an_input_file_is_never_overwritten() {
     let folder = built();
-    told(&folder, &["export", "b.pmesh", "--level", "9", "-o", "m.ply"]);
+    run_mesh(&folder, &["export", "b.pmesh", "--level", "9", "-o", "m.ply"]);
     std::fs::copy(folder.path().join("b.pmesh"), folder.path().join("p.ply")).unwrap();
     let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     let [model, mesh] = ["m.ply", "p.ply"].map(bytes);
@@ -267,14 +274,14 @@ fn what_is_read_is_never_written_over() {
     for arguments in cases {
         let (code, line) = mesh_failure(&folder, arguments);
         assert_eq!(code, 2, "{arguments:?}: {line}");
-        holds(&line, &["that is the file that is read; name another"]);
+        holds(&line, &["this is the input file; choose another name"]);
     }
     assert!(bytes("m.ply") == model && bytes("p.ply") == mesh);
     assert_eq!(names(&folder), ["b.pmesh", "m.ply", "p.ply"]);
 }
 
 #[test]
-fn a_level_without_faces_is_refused() {
+fn a_level_without_faces_is_rejected() {
     let folder = built();
     let ran = run(&folder, &["mesh", "export", "b.pmesh", "--faces", "0", "-o", "x.ply"]);
     assert_eq!(ran.status.code(), Some(2));

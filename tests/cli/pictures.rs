@@ -1,4 +1,4 @@
-//! Sequences, names of pictures, `--explain`, validation.
+//! Sequences, picture names, `--explain`, validation.
 
 use super::*;
 
@@ -7,7 +7,7 @@ const SEQUENCE: [&str; 8] =
     ["earth", "--size", "160x90", "--path", "teleport", "-Dpaths.teleport.frames=12", "--frames", "12"];
 
 #[test]
-fn a_deterministic_sequence_is_the_same_bytes_twice() {
+fn a_deterministic_sequence_gives_the_same_bytes_twice() {
     let runs = [folder(), folder()];
     for folder in &runs {
         let more = ["--deterministic", "-o", "f{frame}.png", "--dump-visible", "a.csv"];
@@ -21,13 +21,13 @@ fn a_deterministic_sequence_is_the_same_bytes_twice() {
     for name in &expected {
         assert!(bytes(&runs[0], name) == bytes(&runs[1], name), "{name}");
     }
-    // Something happens in it: neither all frames are alike, nor the stops.
+    // The frames differ, and so do the stops.
     assert!(bytes(&runs[0], "f00000.png") != bytes(&runs[0], "f00005.png"));
     assert!(bytes(&runs[0], "f00005.png") != bytes(&runs[0], "f00011.png"));
 }
 
 #[test]
-fn without_a_frames_number_in_its_name_only_the_last_picture_is_written() {
+fn a_name_without_a_frame_number_writes_only_the_last_picture() {
     let all = folder();
     rendered(&all, &[&SEQUENCE[..], &["--deterministic", "-o", "f{frame}.png"]].concat());
     let last = folder();
@@ -38,7 +38,7 @@ fn without_a_frames_number_in_its_name_only_the_last_picture_is_written() {
 }
 
 #[test]
-fn the_settled_picture_follows_the_sequence_under_the_next_number() {
+fn the_settled_picture_has_the_number_after_the_sequence() {
     let folder = folder();
     let size = ["earth", "--size", "160x90"];
     rendered(&folder, &[&size[..], &["-o", "s{frame}.png"]].concat());
@@ -49,7 +49,7 @@ fn the_settled_picture_follows_the_sequence_under_the_next_number() {
 }
 
 #[test]
-fn a_link_stays_a_link_and_its_file_is_replaced() {
+fn a_link_is_kept_and_its_file_replaced() {
     let folder = folder();
     std::fs::create_dir(folder.path().join("d")).unwrap();
     write(&folder, "d/a.png", "older");
@@ -71,13 +71,13 @@ fn every_shipped_scene_renders_outside_the_repository() {
 }
 
 #[test]
-fn earth_renders_without_a_word_from_the_validation_layer() {
+fn earth_renders_without_validation_messages() {
     let folder = folder();
     let words = rendered(&folder, &["earth", "--size", "160x90", "--validate", "-o", "a.png"]);
     assert_eq!(words.matches("WARN").count() + words.matches("ERROR").count(), 0, "{words}");
 }
 
-/// What `--explain` says, as (first word, rest).
+/// The output of `--explain` as (first word, rest).
 fn explained(folder: &TempDir, more: &[&str]) -> Vec<(String, String)> {
     let ran = run(folder, &[&["render", "earth", "--size", "160x90", "--explain"], more].concat());
     assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
@@ -121,23 +121,28 @@ fn explain_lists_features_passes_and_bytes_and_writes_nothing() {
     assert!(needed.iter().all(|(_, rest)| !rest.contains("needs")), "compute variants need none: {needed:?}");
     // 192 tiles of 520 x 520 and 260 x 260 texels, 4 bytes each.
     assert_eq!(memory_bytes(&said, "land: J1"), 192 * 4 * (520 * 520 + 260 * 260));
-    assert_eq!(memory_bytes(&said, "land: U2"), 512 * 256 * 8, "a cell of 8 bytes for each tile of level 0");
+    assert_eq!(
+        memory_bytes(&said, "land: tile mask"),
+        512 * 256 * 8,
+        "a cell of 8 bytes for each tile of level 0"
+    );
     assert_eq!(memory_bytes(&said, "picture"), 160 * 90 * 4);
     assert_eq!(memory_bytes(&said, "depth"), 160 * 90 * 4);
 }
 
 #[test]
-fn a_variant_takes_the_memory_that_it_needs_and_no_other() {
+fn a_variant_takes_only_the_memory_that_it_needs() {
     let folder = folder();
-    let wide = explained(&folder, &["-Dvariant.u1=rgba32"]);
-    let packed = explained(&folder, &["-Dvariant.u1=packed"]);
+    let wide = explained(&folder, &["-Dvariant.request_format=rgba32"]);
+    let packed = explained(&folder, &["-Dvariant.request_format=packed"]);
     let few = explained(&folder, &["-Dcache.gpu_tiles=96"]);
-    assert_eq!(memory_bytes(&wide, "land: U1"), 160 * 90 * 16);
-    assert_eq!(memory_bytes(&packed, "land: U1"), 160 * 90 * 4);
+    assert_eq!(memory_bytes(&wide, "land: request image"), 160 * 90 * 16);
+    assert_eq!(memory_bytes(&packed, "land: request image"), 160 * 90 * 4);
     assert_eq!(2 * memory_bytes(&few, "land: J1"), memory_bytes(&packed, "land: J1"));
-    // All but U1 and the sum that it is in.
+    // All except the request image and the total that includes it.
     let but = |said: &[(String, String)]| -> Vec<(String, String)> {
-        let other = |rest: &str| !rest.starts_with("land: U1") && !rest.ends_with(" of video memory");
+        let other =
+            |rest: &str| !rest.starts_with("land: request image") && !rest.ends_with(" of video memory");
         said.iter().filter(|(_, rest)| other(rest)).cloned().collect()
     };
     assert_eq!(but(&wide), but(&packed));

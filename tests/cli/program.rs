@@ -1,8 +1,8 @@
-//! The release program as a file: small enough to ship, and its panics can still be located.
+//! The release program is small enough to ship, and its panics can be located.
 
 use std::process::Command;
 
-/// Two times today's size. Line tables alone would add 80 MB.
+/// Twice the current size. Line tables alone would add 80 MB.
 const MOST_BYTES: u64 = 40_000_000;
 
 #[test]
@@ -14,7 +14,7 @@ fn the_release_program_is_under_40_megabytes() {
     assert!(bytes < MOST_BYTES, "{bytes} bytes");
 }
 
-/// The program has no panic to show, and this test program is built with the same profile.
+/// The program has no panic to trigger; this test program is built with the same profile.
 #[test]
 fn a_panic_names_its_file_and_line() {
     let mut child = Command::new(std::env::current_exe().unwrap());

@@ -8,7 +8,7 @@ use std::os::unix::ffi::OsStrExt;
 const SMALL: [&str; 3] = ["--size", "160x90", "--report"];
 
 #[test]
-fn the_reports_key_numbers_stand_once_each_and_are_integers() {
+fn the_reports_key_numbers_are_unique_integers() {
     let folder = folder();
     rendered(&folder, &[&["earth"], &SMALL[..], &["a.json", "--compare-plain", "-o", "a.png"]].concat());
     let text = read(&folder, "a.json");
@@ -29,7 +29,7 @@ fn the_reports_key_numbers_stand_once_each_and_are_integers() {
     assert_eq!(text.matches("\"settled_over_plain\":").count(), 1);
     let plain = &report["plain"];
     let of = |what: &str, value: &str| plain[what][value].as_f64().unwrap();
-    // Each turn's ratio lies between the extremes of both, and so does their median.
+    // Each round's ratio lies between the extremes of both, and so does the median.
     let least = of("settled_frame_ns", "min") / of("plain_frame_ns", "max");
     let most = of("settled_frame_ns", "max") / of("plain_frame_ns", "min");
     let ratio = of("settled_over_plain", "median");
@@ -38,11 +38,11 @@ fn the_reports_key_numbers_stand_once_each_and_are_integers() {
 }
 
 #[test]
-fn a_report_tells_each_frames_passes_and_what_it_takes_to_repeat_the_run() {
+fn a_report_has_each_frames_passes_and_all_inputs_of_the_run() {
     let folder = folder();
     let arguments = [&["earth"], &SMALL[..], &["a.json", "--frames", "5", "--deterministic"]].concat();
     let mut command = ortelius(&folder, &[&["render"], &arguments[..]].concat());
-    // Neither a variable's value nor an argument has to be Unicode.
+    // Neither an environment variable nor an argument must be Unicode.
     let ran =
         command.env("ORTELIUS_NOTE", OsStr::from_bytes(b"caf\xe9")).env("OTHER", "no").output().unwrap();
     assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
@@ -81,9 +81,9 @@ fn a_report_tells_each_frames_passes_and_what_it_takes_to_repeat_the_run() {
 }
 
 #[test]
-fn a_report_tells_the_variant_that_ran() {
+fn a_report_names_the_variant_that_ran() {
     let folder = folder();
-    let variant = ["-Dvariant.u1=packed", "-Dvariant.keying=native", "-Dvariant.memo=false"];
+    let variant = ["-Dvariant.request_format=packed", "-Dvariant.address=own-level", "-Dvariant.memo=false"];
     let more = [
         "-Dvariant.block_log2=1",
         "-Dsurface.land.filter.max_anisotropy=4",
@@ -94,8 +94,8 @@ fn a_report_tells_the_variant_that_ran() {
     let text = read(&folder, "a.json");
     let report: Value = serde_json::from_str(&text).unwrap();
     let ran = &report["variant"];
-    assert_eq!(ran["u1"], "packed");
-    assert_eq!(ran["keying"], "native");
+    assert_eq!(ran["request_format"], "packed");
+    assert_eq!(ran["address"], "own-level");
     assert_eq!(ran["memo"], false);
     assert_eq!(ran["block_log2"], 1);
     assert_eq!(ran["filter"]["interpolation"], "literal");
@@ -103,7 +103,7 @@ fn a_report_tells_the_variant_that_ran() {
     assert_eq!(text.matches("\"max_anisotropy\"").count(), 1);
 }
 
-/// Those of other sections are in the scene's text: `run.scene`.
+/// Settings of other sections are in the scene's text: `run.scene`.
 #[test]
 fn a_report_has_every_setting_of_the_variant_the_caches_and_the_filter() {
     let folder = folder();
@@ -125,7 +125,7 @@ fn a_report_has_every_setting_of_the_variant_the_caches_and_the_filter() {
 }
 
 #[test]
-fn records_are_the_reports_frames_a_line_each() {
+fn records_are_the_reports_frames_one_per_line() {
     let folder = folder();
     let run = ["--frames", "4", "--deterministic", "--records", "a.jsonl"];
     rendered(&folder, &[&["earth"], &SMALL[..], &["a.json"], &run[..]].concat());
@@ -134,7 +134,7 @@ fn records_are_the_reports_frames_a_line_each() {
     let lines: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(lines.len(), 4);
     assert_eq!(report["frames"], Value::from(lines));
-    // Without a report no record is kept, and every line is written all the same.
+    // Without a report, frames are not kept in memory, but every line is written.
     rendered(&folder, &["bunny", "--size", "64x36", "--frames", "3", "--records", "b.jsonl"]);
     assert_eq!(read(&folder, "b.jsonl").lines().count(), 3);
 }

@@ -1,16 +1,16 @@
-//! `ortelius trade`: a small sweep that ends with a choice, and what it refuses.
+//! `ortelius trade`: a small sweep with a choice, and rejected inputs.
 
 use super::*;
 use serde_json::Value;
 
-/// The scene with a comment at what `--write` changes.
+/// The scene with a comment at the line that `--write` changes.
 fn commented() -> String {
     let variant = "[surface.land.filter]\n# What the paper has.\nkind = \"trilinear\" # two levels\n";
     small_scene(SYNTHETIC) + variant
 }
 
 #[test]
-fn a_sweep_finds_its_front_and_writes_what_meets_the_bound() {
+fn a_sweep_finds_its_front_and_writes_the_setting_within_the_bound() {
     let folder = folder();
     write(&folder, "small.toml", &commented());
     let sweep = ["trade", "small.toml", "--size", "96x54", "--knobs", "level-bias,filter"];
@@ -20,7 +20,7 @@ fn a_sweep_finds_its_front_and_writes_what_meets_the_bound() {
     let trade: Value = serde_json::from_slice(&ran.stdout).unwrap();
     assert_eq!((&trade["format"], &trade["version"]), (&"ortelius-trade".into(), &1.into()));
     let settings = trade["settings"].as_array().unwrap();
-    // Three biases, and trilinear, bilinear, and 1, 4 and 16 single texels.
+    // Three biases; trilinear, bilinear, and 1, 4 and 16 single texels.
     assert_eq!((settings.len(), trade["refused"].as_array().unwrap().len()), (15, 0));
     let number = |setting: &Value, key: &str| setting[key].as_f64().unwrap();
     let named = |name: &str| settings.iter().find(|setting| setting["name"] == name).unwrap();
@@ -38,13 +38,13 @@ fn a_sweep_finds_its_front_and_writes_what_meets_the_bound() {
     );
     assert!(read(&folder, "report/trade.svg").contains("<style>"));
 
-    // A second time, the same front: the rule is src/figure/same.rs's.
+    // The front is the same the second time, by the rule of src/figure/same.rs.
     let again = run(&folder, &[&sweep[..], &["--against", "report/trade.json"]].concat());
     let said = String::from_utf8(again.stdout).unwrap();
     let found = said.lines().skip_while(|line| !line.contains("front")).collect::<Vec<_>>();
     assert!(found[0].starts_with("the same front within noise: 95 of 100 of the 15 settings"), "{said}");
 
-    // Any error will do, and the fastest of all is to be had.
+    // With any error allowed, the fastest setting is chosen.
     let ran = run(&folder, &[&sweep[..4], &["--knobs", "filter", "--max-error", "0.9", "--write"]].concat());
     let said = String::from_utf8(ran.stdout).unwrap();
     assert_eq!(ran.status.code(), Some(0), "{}", String::from_utf8_lossy(&ran.stderr));
@@ -68,11 +68,11 @@ fn a_sweep_finds_its_front_and_writes_what_meets_the_bound() {
         &["ortelius: none of 5 settings takes at most 0 ms; the fastest is "],
     );
     let said = String::from_utf8(ran.stdout).unwrap();
-    holds(&said, &["not on the front: feedback 1/256 (", "incomplete list, whole after 256 frames"]);
+    holds(&said, &["not on the front: feedback 1/256 (", "incomplete list, complete after 256 frames"]);
 }
 
 #[test]
-fn budgets_change_how_soon_the_settled_picture_is_there_and_nothing_of_it() {
+fn budgets_change_the_frames_until_settled_but_not_the_picture() {
     let folder = folder();
     write(&folder, "small.toml", &commented());
     let sweep = ["trade", "small.toml", "--size", "96x54", "--knobs", "budgets,gpu-tiles", "-o", "report"];
@@ -90,11 +90,11 @@ fn budgets_change_how_soon_the_settled_picture_is_there_and_nothing_of_it() {
     }
     let said = String::from_utf8(ran.stdout).unwrap();
     holds(&said, &["cache.upload_budget_ms=0.5: ", "frames, ", "the same settled picture"]);
-    assert!(read(&folder, "report/index.html").contains("Budgets: how soon, not what"));
+    assert!(read(&folder, "report/index.html").contains("Budgets: frames until settled"));
 }
 
 #[test]
-fn what_could_not_be_written_or_measured_is_refused_first() {
+fn invalid_outputs_and_knobs_are_rejected_before_any_measurement() {
     let folder = folder();
     write(&folder, "small.toml", &commented());
     write(&folder, "newer.json", "{\"format\": \"ortelius-trade\", \"version\": 2}");
@@ -105,13 +105,13 @@ fn what_could_not_be_written_or_measured_is_refused_first() {
             &["earth is a shipped scene", "copy scenes/earth.toml"][..],
         ),
         (&["small.toml", "--write"], 2, &["give --max-error or --max-ms"]),
-        (&["nowhere"], 2, &["nowhere", "shipped are"]),
-        (&["small.toml", "-o", "small.toml"], 1, &["-o small.toml: small.toml is no folder"]),
-        (&["small.toml", "-o", "/proc/trade"], 1, &["-o /proc/trade: nothing can be written in /proc"]),
+        (&["nowhere"], 2, &["nowhere", "shipped scenes: "]),
+        (&["small.toml", "-o", "small.toml"], 1, &["-o small.toml: small.toml is not a folder"]),
+        (&["small.toml", "-o", "/proc/trade"], 1, &["-o /proc/trade: cannot write in /proc"]),
         (
             &["small.toml", "--against", "small.toml"],
             1,
-            &["--against small.toml: no trade.json of this program"],
+            &["--against small.toml: not a trade.json of this program"],
         ),
         (
             &["small.toml", "--against", "newer.json"],
@@ -131,7 +131,7 @@ fn what_could_not_be_written_or_measured_is_refused_first() {
     }
     let ran = run(&folder, &["trade", "small.toml", "--max-error", "-1"]);
     assert_eq!((ran.status.code(), ran.stdout.len()), (Some(2), 0));
-    holds(&String::from_utf8(ran.stderr).unwrap(), &["'-1'", "a bound is a number from 0 up"]);
+    holds(&String::from_utf8(ran.stderr).unwrap(), &["'-1'", "expected a number, 0 or more"]);
     for arguments in [
         &["trade", "small.toml", "--max-ms", "-1"][..],
         &["trade", "small.toml", "--max-error", "1", "--max-ms", "1"],
@@ -148,7 +148,7 @@ fn what_could_not_be_written_or_measured_is_refused_first() {
     );
 }
 
-/// The run clamps a level bias beyond the coarsest level below the knob's value.
+/// The run clamps the knob's level bias to the coarsest level.
 #[test]
 fn a_texture_smaller_than_the_knobs_bias_is_swept() {
     let folder = folder();

@@ -1,4 +1,4 @@
-//! What changed, and what did not.
+//! Comparison of two results.
 
 use super::family::{BARS, SWEPT};
 use super::*;
@@ -27,7 +27,7 @@ fn slow_times(row: &mut Row, factor: f64) {
 }
 
 #[test]
-fn nothing_changed_between_a_result_and_itself_not_even_nan() {
+fn a_result_equals_itself_including_nan() {
     let [before, after] = changed(|_| {});
     let changes = Changes::between(&before, &after);
     assert_eq!((changes.claims.len(), changes.values.len(), changes.gone, changes.new), (0, 0, 0, 0));
@@ -36,8 +36,8 @@ fn nothing_changed_between_a_result_and_itself_not_even_nan() {
 }
 
 #[test]
-fn a_time_changed_only_where_the_spreads_do_not_meet() {
-    // p5 to p95 is 3.1 to 5.35.
+fn a_time_changed_only_if_the_spreads_are_disjoint() {
+    // Its p5 to p95 is 3.1 to 5.35.
     let [before, after] = changed(|row| slow_times(row, 1.5));
     assert!(Changes::between(&before, &after).values.is_empty());
     for factor in [2.0, 0.5] {
@@ -49,7 +49,7 @@ fn a_time_changed_only_where_the_spreads_do_not_meet() {
 }
 
 #[test]
-fn a_curve_of_repeated_measurements_changed_where_one_spread_does_not_meet_its_own() {
+fn a_curve_changed_if_the_spreads_of_one_point_are_disjoint() {
     let curve = |second: f64, at: f64| {
         let spread = |median: f64| Summary {
             count: 3,
@@ -69,14 +69,14 @@ fn a_curve_of_repeated_measurements_changed_where_one_spread_does_not_meet_its_o
     };
     let values = |after: Results| Changes::between(&curve(2.0, 2.0), &after).values.len();
     assert_eq!([values(curve(2.2, 2.0)), values(curve(3.0, 2.0))], [0, 7]);
-    // The end of a longer curve has nothing beside it; a curve elsewhere is another one.
+    // Extra points at the end of a longer curve are not compared; a curve at other x is another curve.
     assert_eq!([values(curve(9.0, 2.5)), values(elsewhere())], [0, 7]);
     let text = serde_json::to_string(&curve(2.0, 2.0)).unwrap();
     assert_eq!(Results::parse(&text).unwrap().figures[1].cells[0], curve(2.0, 2.0).figures[1].cells[0]);
 }
 
 #[test]
-fn an_exact_number_words_a_series_or_a_unit_changed_where_they_are_not_equal() {
+fn exact_numbers_words_series_and_units_changed_if_unequal() {
     for (name, change) in [
         ("words", (|row| row.value = Value::Text("else".into())) as fn(&mut Row)),
         ("absent", |row| row.value = Value::Missing("why".into())),
@@ -96,7 +96,7 @@ fn an_exact_number_words_a_series_or_a_unit_changed_where_they_are_not_equal() {
 }
 
 #[test]
-fn verdicts_and_what_is_new_or_gone_are_told_on_stdout_and_in_the_page() {
+fn changed_verdicts_and_new_or_gone_values_are_on_stdout_and_in_the_page() {
     let [before, mut after] = changed(|row| slow_times(row, 3.0));
     after.figures[0].claims[0].finding.verdict = Verdict::NotReproduced;
     after.figures[0].cells[5].outcome = Outcome::Absent;
@@ -105,9 +105,9 @@ fn verdicts_and_what_is_new_or_gone_are_told_on_stdout_and_in_the_page() {
     let text = changes.lines(20).join("\n");
     for part in [
         "against made-up device, made-up processor, 2026-11-21, commit 0123456789ab (quick):",
-        "verdict  made.swept doubles: reproduced -> not reproduced (size, double over single: earth/oblique at 1 2x,",
+        "verdict  made.swept doubles: reproduced -> not reproduced (size, double over single: earth/oblique at 1: 2x,",
         "value    made.bars plane, slow, time: 4 ms -> 12 ms (3x)",
-        "1 of 32 common values changed beyond their spreads, 1 verdicts; 5 only there, 0 only here",
+        "1 of 32 common values changed beyond their spreads, 1 verdicts; 5 only stored, 0 only new",
     ] {
         assert!(text.contains(part), "no {part:?} in {text}");
     }
@@ -125,10 +125,10 @@ fn verdicts_and_what_is_new_or_gone_are_told_on_stdout_and_in_the_page() {
 }
 
 #[test]
-fn what_is_no_result_of_ours_is_refused() {
+fn foreign_files_are_rejected() {
     for (text, words) in [
-        ("{}", "no results of this program"),
-        ("[1", "no results of this program"),
+        ("{}", "not results of this program"),
+        ("[1", "not results of this program"),
         (
             "{\"format\": \"ortelius-results\", \"version\": 4}",
             "results of format \"ortelius-results\" version 4; this program reads format \"ortelius-results\" versions 1 to 3",

@@ -1,5 +1,5 @@
-//! The page in a real browser: headless Chromium measures its layout and takes pictures of it, on a phone's and a desk's
-//! width, light and dark. The pictures stay under `target/tmp/page/`, to be looked at.
+//! The page in headless Chromium: measures its layout and takes screenshots at phone and desktop widths,
+//! light and dark. The screenshots are kept in `target/tmp/page/` for inspection.
 
 use super::family::{BARS, FAILS, MANY, SWEPT};
 use super::*;
@@ -10,7 +10,7 @@ use std::process::Command;
 
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
-/// None only where the user allows that.
+/// `None` only if the user allows it.
 fn browser() -> Option<PathBuf> {
     let named = std::env::var_os("ORTELIUS_BROWSER").map(PathBuf::from);
     let path = std::env::var_os("PATH").unwrap_or_default();
@@ -21,16 +21,16 @@ fn browser() -> Option<PathBuf> {
     if found.is_none() {
         assert!(
             allowed && !ci,
-            "no browser ({}) in PATH: install Chromium, name one in ORTELIUS_BROWSER, or do without the check of the page \
+            "no browser ({}) in PATH: install Chromium, name one in ORTELIUS_BROWSER, or skip the check of the page \
              with ORTELIUS_ALLOW_NO_BROWSER=1",
             NAMES.join(", ")
         );
-        eprintln!("NOT RUN: no browser here, and ORTELIUS_ALLOW_NO_BROWSER=1");
+        eprintln!("NOT RUN: no browser found, and ORTELIUS_ALLOW_NO_BROWSER=1");
     }
     found
 }
 
-/// A page with everything that a page can have.
+/// A page with every element.
 fn page(folder: &Path) {
     let figures = [&SWEPT, &BARS, &MANY, &FAILS];
     let results = reported(&figures, folder);
@@ -51,7 +51,7 @@ fn run_browser(browser: &Path, folder: &Path, arguments: &[&str], page: &str) ->
     let page = format!("file://{}", folder.join(page).display());
     let profile = format!("--user-data-dir={}", folder.join("profile").display());
     let ran = Command::new(browser)
-        // Root, as in containers, has no sandbox; the only page is ours.
+        // Root, as in containers, has no sandbox. The only page is our own.
         .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"])
         .args(["--no-first-run", "--virtual-time-budget=4000", &profile])
         .args(arguments)
@@ -63,11 +63,11 @@ fn run_browser(browser: &Path, folder: &Path, arguments: &[&str], page: &str) ->
     String::from_utf8(ran.stdout).unwrap()
 }
 
-/// Widths of the window that the layout is measured at.
+/// Window widths at which the layout is measured.
 const WIDTHS: [u32; 4] = [320, 390, 768, 1280];
 
-/// Asks each frame: how much wider it is than its window, its least letters in plots (hundredths of a pixel), texts that
-/// leave their plot, and how many plots and opened tables it shows.
+/// Measures in each frame: pixels by which it exceeds its window, the smallest letters in plots (hundredths
+/// of a pixel), texts outside their plot, and the number of plots and opened tables.
 const MEASURE: &str = "<script>onload = () => {
   const found = [...document.querySelectorAll('iframe')].map(frame => {
     const page = frame.contentDocument, root = page.documentElement;
@@ -107,7 +107,7 @@ fn the_page_fits_its_window_and_no_text_leaves_its_plot() {
         let parts: Vec<&str> = line.split('|').collect();
         let number = |at: usize| parts[at].parse::<i64>().unwrap_or_else(|_| panic!("{line}"));
         assert_eq!(number(0), 0, "at {width} pixels the page is {} wider than its window", number(0));
-        // 7 CSS pixels are the least that a phone's user reads without zooming.
+        // 7 CSS pixels are the smallest letters that are readable on a phone without zooming.
         assert!(number(1) >= 700, "at {width} pixels letters of {} hundredths", number(1));
         assert_eq!((number(2), number(3)), (16, 4), "plots and open tables at {width} pixels");
         assert_eq!(parts[4], "", "at {width} pixels these texts leave their plots");
@@ -130,7 +130,7 @@ fn pixels(picture: &Srgb8Picture, colour: u32) -> usize {
     picture.rgba.chunks_exact(4).filter(|pixel| pixel[..3] == rgb).count()
 }
 
-/// Of `page.css` and `plot.css`: paper, ink, verdicts (yes, part, no), first and last hue, bars.
+/// Colours of `page.css` and `plot.css`: paper, ink, verdicts (yes, part, no), first and last hue, bars.
 const LIGHT: [u32; 8] = [0xffffff, 0x1c2126, 0x1a7f4b, 0x8a6100, 0xb3261e, 0x0068a8, 0x5a6066, 0x3b7fb5];
 const DARK: [u32; 8] = [0x14181c, 0xe8ebee, 0x4cc38a, 0xe5b53c, 0xff8a80, 0x5cb3ee, 0xc3c9cf, 0x5a9fd4];
 
@@ -145,18 +145,19 @@ fn the_page_shows_its_colours_on_phone_and_desk_light_and_dark() {
             let picture = screenshot(&browser, folder.path(), &name, size, scheme == "dark");
             assert_eq!(picture.width, width, "{name}");
             let whole = (picture.width * picture.height) as usize;
-            // Most is paper; letters, badges, lines and bars are there in their colours, and nothing of the other scheme.
+            // Most pixels are paper; letters, badges, lines and bars have the scheme's colours, and none
+            // the other scheme's.
             assert!((whole / 2..whole * 99 / 100).contains(&pixels(&picture, colours[0])), "{name}: paper");
             for (n, colour) in colours.into_iter().enumerate().skip(1) {
                 assert!(pixels(&picture, colour) >= 20, "{name}: colour {n} is nowhere");
-                // The soft edges of letters run through many colours.
+                // Antialiased edges of letters have many colours.
                 let (own, other) = (pixels(&picture, colour), pixels(&picture, others[n]));
                 assert!(
                     other * 4 < own,
                     "{name}: colour {n}: {own} pixels, and {other} of the other scheme's"
                 );
             }
-            // Nothing runs out of the window on the right.
+            // Nothing crosses the right edge of the window.
             let right = picture.rgba.chunks_exact(4).skip(width as usize - 4).step_by(width as usize);
             let paper = (colours[0] >> 8) as u8;
             assert!(

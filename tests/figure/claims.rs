@@ -1,21 +1,22 @@
-//! Every claim of every real figure rejects a table that breaks one of its tests, and takes one that breaks none.
+//! Every claim of every real figure holds on a table that meets its tests, and fails on a table that breaks
+//! one.
 
 use ortelius::figure::claim::{At, Better, Bound, Claim, Pick, Places, Term, Test, Who};
 use ortelius::figure::{Effort, Figure, Machine, Record, Row, Table, Value, Verdict};
-use ortelius::paper::FAMILIES;
+use ortelius::renderer::figures::FAMILIES;
 use std::collections::BTreeMap;
 
 /// Scene, bits of x, variant and quantity.
 type Key = (String, Option<u64>, String, &'static str);
 
-/// Rows under construction.
+/// A table under construction.
 #[derive(Clone, Default)]
 struct Rows {
     numbers: BTreeMap<Key, f64>,
     curves: BTreeMap<Key, Vec<[f64; 2]>>,
 }
 
-/// On the right side of a bound, and on the wrong one.
+/// A number on the right side of a bound, and one on the wrong side.
 fn sides(bound: Bound) -> [f64; 2] {
     let off = |edge: f64| (edge.abs() * 1e-3).max(1e-3);
     match bound {
@@ -47,7 +48,8 @@ impl Rows {
         for key in Rows::keys(pick, scene, x) {
             match pick.x {
                 At::Points(low, high) => {
-                    // A claim about a border of 0 and one about wider ones look at other points of one curve.
+                    // A claim about a border of 0 and one about wider ones use different points of one
+                    // curve.
                     let curve = self.curves.entry(key).or_default();
                     curve.retain(|[x, _]| !(low..=high).contains(x));
                     curve.extend([[low, number], [high, number]]);
@@ -61,14 +63,13 @@ impl Rows {
         self.numbers.get(&Rows::keys(pick, scene, x)[0]).copied()
     }
 
-    /// Makes the term this number, by its first pick where both are there.
-    fn make(&mut self, term: Term, (scene, x): (&str, Option<f64>), ends: [f64; 2], number: f64) {
-        let least = ends[0];
+    /// Gives the term this value, by its first pick if there are two.
+    fn make(&mut self, term: Term, (scene, x): (&str, Option<f64>), xs: &[f64], number: f64) {
         match term {
             Term::Value(pick) => self.set(&pick, scene, x, number),
-            // The least of all x is 1, and the place that is held against it has the number.
+            // The least over all x is 1; the place that is compared with it has the number.
             Term::Ratio(a, b) if b.x == At::Least => {
-                let At::X(at) = a.x else { panic!("the least is held against a stated x") };
+                let At::X(at) = a.x else { panic!("the least is compared with a stated x") };
                 self.set(&Pick { x: At::Place, ..b }, scene, x, if x == Some(at) { number } else { 1.0 });
             }
             Term::Ratio(a, b) | Term::Difference(a, b) => {
@@ -85,14 +86,13 @@ impl Rows {
             }
             Term::Growth(pick, power) => {
                 let x = x.expect("a sweep");
-                let factor = if x == ends[1] { number } else { 1.0 };
-                self.set(&pick, scene, Some(x), 8.0 * factor * (x / least).powf(power));
+                let factor = if Some(&x) == xs.last() { number } else { 1.0 };
+                self.set(&pick, scene, Some(x), 8.0 * factor * (x / xs[0]).powf(power));
             }
             Term::Steps(pick) => {
                 let x = x.expect("a sweep");
-                // Each step is at least a doubling of x or a part of it: a power of x is steep enough either way.
-                let power = if number > 1.0 { 1.0 } else { -1.0 };
-                self.set(&pick, scene, Some(x), 8.0 * (x / least).powf(power));
+                let step = xs.iter().position(|other| *other == x).expect("a value of the sweep");
+                self.set(&pick, scene, Some(x), 8.0 * number.powi(step as i32));
             }
         }
     }
@@ -115,7 +115,7 @@ impl Rows {
     }
 }
 
-/// The cells that a claim looks at: all of a full run, or of a quick one.
+/// The cells of a claim: all of a full run, or those of a quick one.
 fn cells(figure: &Figure, places: &Places) -> Vec<(String, Option<f64>)> {
     let all = [Effort::Full, Effort::Quick].into_iter().flat_map(|effort| figure.cells(effort));
     let mut found: Vec<(String, Option<f64>)> = Vec::new();
@@ -127,16 +127,17 @@ fn cells(figure: &Figure, places: &Places) -> Vec<(String, Option<f64>)> {
     found
 }
 
-/// Rows that give every test of `claim` a number on the right side of its bound, but one where `broken` says which.
+/// Rows that give every test of `claim` a number on the right side of its bound, except test `broken`.
 fn rows(figure: &Figure, claim: &Claim, broken: Option<usize>) -> Rows {
     let cells = cells(figure, &claim.places);
     assert!(!cells.is_empty(), "{} {}: no cell of the figure belongs to it", figure.id, claim.id);
-    let xs = || cells.iter().filter_map(|(_, x)| *x);
-    let ends = [xs().fold(f64::INFINITY, f64::min), xs().fold(f64::NEG_INFINITY, f64::max)];
+    let mut xs: Vec<f64> = cells.iter().filter_map(|(_, x)| *x).collect();
+    xs.sort_by(f64::total_cmp);
+    xs.dedup();
     let mut rows = Rows::default();
     let mut make = |test: &Test, wrong: bool| {
         for (scene, x) in &cells {
-            rows.make(test.term, (scene, *x), ends, sides(test.bound)[usize::from(wrong)]);
+            rows.make(test.term, (scene, *x), &xs, sides(test.bound)[usize::from(wrong)]);
         }
     };
     claim.given.iter().chain(claim.tests).for_each(|test| make(test, false));
@@ -147,7 +148,7 @@ fn rows(figure: &Figure, claim: &Claim, broken: Option<usize>) -> Rows {
 }
 
 #[test]
-fn every_claim_takes_what_it_claims_and_rejects_what_breaks_one_of_its_tests() {
+fn every_claim_holds_on_a_fitting_table_and_fails_if_one_test_is_broken() {
     let mut count = 0;
     for figure in FAMILIES.iter().flat_map(|(_, figures)| *figures) {
         for claim in figure.claims {
@@ -164,8 +165,8 @@ fn every_claim_takes_what_it_claims_and_rejects_what_breaks_one_of_its_tests() {
                 };
                 assert!(allowed.contains(&wrong.verdict), "{name}, test {at}: {wrong:?}");
                 let here = found(Some(at), "cpu").verdict;
-                let told = [Verdict::NotHere, Verdict::InPartHere].contains(&here);
-                assert_eq!(told, claim.timed, "{name}, test {at} on a software device: {here:?}");
+                let is_of_time = [Verdict::NotHere, Verdict::InPartHere].contains(&here);
+                assert_eq!(is_of_time, claim.timed, "{name}, test {at} on a software device: {here:?}");
             }
             count += 1;
         }

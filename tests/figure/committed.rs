@@ -1,17 +1,17 @@
-//! What stands under results/ is readable by this program, and of figures and claims that it has.
+//! This program can read every file of results/, and has its figures and claims.
 
-use ortelius::figure::{Outcome, Results, choose};
-use ortelius::paper::FAMILIES;
+use ortelius::figure::{Outcome, Results, choose, page_of_results};
+use ortelius::renderer::figures::FAMILIES;
 use std::path::{Path, PathBuf};
 
-/// Why a file of results cannot stand there.
+/// Why a file must not be in results/.
 fn objection(text: &str) -> Option<String> {
     let results = match Results::parse(text) {
         Ok(results) => results,
         Err(error) => return Some(error.to_string()),
     };
     if results.machines.is_empty() {
-        return Some("of no machine".into());
+        return Some("no machine".into());
     }
     for result in &results.figures {
         let Ok(figures) = choose(&FAMILIES, std::slice::from_ref(&result.id)) else {
@@ -36,16 +36,33 @@ fn files() -> Vec<PathBuf> {
 }
 
 #[test]
-fn every_file_of_results_is_read_and_has_its_page() {
+fn every_file_of_results_is_readable_and_gives_a_page() {
+    let known = choose(&FAMILIES, &[]).unwrap();
     for file in files() {
         let text = std::fs::read_to_string(&file).unwrap();
         assert_eq!(objection(&text), None, "{}", file.display());
-        assert!(file.with_extension("html").exists(), "{} has no page beside it", file.display());
+        let results = Results::parse(&text).unwrap();
+        let (page, unknown) = page_of_results(&results, &known).unwrap();
+        assert_eq!(unknown, Vec::<String>::new(), "{}", file.display());
+        for figure in &results.figures {
+            assert!(page.contains(&format!("<section id=\"{}\"", figure.id)), "{}", figure.id);
+        }
+        assert!(!page.contains("<img") && page.contains("<svg"), "{}", file.display());
     }
 }
 
 #[test]
-fn what_is_unreadable_of_another_figure_or_half_measured_is_rejected() {
+fn an_unknown_figure_is_left_out_of_the_page_and_named() {
+    let text = std::fs::read_to_string(&files()[0]).unwrap();
+    let mut results = Results::parse(&text).unwrap();
+    results.figures[0].id = "vt.of-another-program".into();
+    let (page, unknown) = page_of_results(&results, &choose(&FAMILIES, &[]).unwrap()).unwrap();
+    assert_eq!(unknown, ["vt.of-another-program"]);
+    assert!(!page.contains("vt.of-another-program"));
+}
+
+#[test]
+fn unreadable_foreign_or_incomplete_results_are_rejected() {
     let figure = choose(&FAMILIES, &[]).unwrap()[0];
     let text = |id: &str, claim: &str, outcome: &str| {
         format!(
@@ -58,13 +75,13 @@ fn what_is_unreadable_of_another_figure_or_half_measured_is_rejected() {
     };
     let (id, claim, rows) = (figure.id, figure.claims[0].id, r#""rows": []"#);
     assert_eq!(objection(&text(id, claim, rows)), None);
-    let told = |text: &str, word: &str| {
+    let rejected = |text: &str, word: &str| {
         let objection = objection(text).unwrap();
         assert!(objection.contains(word), "{objection}");
     };
-    told("{}", "no results of this program");
-    told(&text("vt.no-such-figure", claim, rows), "no such figure");
-    told(&text(id, "no-such-claim", rows), "no such claim");
-    told(&text(id, claim, r#""failed": "why""#), "not measured");
-    told(&text(id, claim, rows).replace("results 1", "results 0"), "of format");
+    rejected("{}", "not results of this program");
+    rejected(&text("vt.no-such-figure", claim, rows), "no such figure");
+    rejected(&text(id, "no-such-claim", rows), "no such claim");
+    rejected(&text(id, claim, r#""failed": "why""#), "not measured");
+    rejected(&text(id, claim, rows).replace("results 1", "results 0"), "of format");
 }

@@ -15,6 +15,7 @@ pub const SWEPT: Figure = Figure {
     about: "What doubles doubles. The paper says so in section 1.",
     scenes: &["earth/oblique", "globe"],
     variants: || vec!["single".into(), "double".into()],
+    paper: &[],
     sweep: Some(Sweep { name: "side, texels", quick: &[1.0, 2.5, 1e6], full: &[1.0, 2.0, 3.0, 4.0] }),
     measure: swept,
     plots: &[Plot::sweep("size").log_x().log_y().floor("empty pass")],
@@ -36,13 +37,14 @@ pub const SWEPT: Figure = Figure {
     ],
 };
 
-/// Times with a spread, a variant that does not run here, words, and a series.
+/// Times with spread, a variant that does not run here, text, and a series.
 pub const BARS: Figure = Figure {
     id: "made.bars",
     title: "Times of variants",
     about: "Bars with spreads.",
     scenes: &["plane"],
     variants: || ["fast", "slow", "absent", "worded"].map(String::from).to_vec(),
+    paper: &[],
     sweep: None,
     measure: bars,
     plots: &[Plot::bars("time").floor("empty pass"), Plot::curves("error", "time since the cut, ms").log_y()],
@@ -53,7 +55,7 @@ pub const BARS: Figure = Figure {
     )],
 };
 
-/// As many variants as the real figures have at most, with long names, along a sweep and as bars.
+/// As many variants as the largest real figure, with long names, along a sweep and as bars.
 pub const MANY: Figure = Figure {
     id: "made.many",
     title: "Many variants along many resolutions",
@@ -65,6 +67,7 @@ pub const MANY: Figure = Figure {
         let of_block = |p| ["memo", "no memo", "compute"].map(|kind| format!("geometry, p = {p}, {kind}"));
         (0..6).flat_map(of_block).collect()
     },
+    paper: &[],
     sweep: Some(Sweep {
         name: "texels a side",
         quick: &[4096.0, 16384.0, 65536.0, 262144.0, 1048576.0],
@@ -79,13 +82,14 @@ pub const MANY: Figure = Figure {
     )],
 };
 
-/// Dies in the second of its three cells, as a driver does.
+/// Crashes in the second of its three cells, as a driver does.
 pub const DIES: Figure = Figure {
     id: "made.dies",
     title: "A figure that crashes the driver",
-    about: "One of three cells takes the process along.",
+    about: "One of three cells kills the process.",
     scenes: &["earth", "globe", "plane"],
     variants: || vec!["only".into()],
+    paper: &[],
     sweep: None,
     measure: |_, cell| match &*cell.scene {
         "globe" => std::process::abort(),
@@ -95,13 +99,14 @@ pub const DIES: Figure = Figure {
     claims: &[Claim::ours("whole", "all cells are there", &[Test::value(every("size"), Equal(1.0))])],
 };
 
-/// Fails in one of its cells, and panics in another.
+/// Fails in one cell and panics in another.
 pub const FAILS: Figure = Figure {
     id: "made.fails",
-    title: "A figure with trouble",
+    title: "A figure with failing cells",
     about: "Two of three cells fail.",
     scenes: &["earth", "globe", "plane"],
     variants: || vec!["only".into()],
+    paper: &[],
     sweep: None,
     measure: |_, cell| match &*cell.scene {
         "earth" => anyhow::bail!("the disk is on fire"),
@@ -119,6 +124,7 @@ pub const SLOW: Figure = Figure {
     about: "Each takes a moment.",
     scenes: &["a", "b", "c", "d"],
     variants: || vec!["only".into()],
+    paper: &[],
     sweep: Some(Sweep { name: "n", quick: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6], full: &[1.0] }),
     measure: |bench, cell| {
         std::thread::sleep(Duration::from_millis(10));

@@ -1,9 +1,9 @@
-//! The real figures keep the rules, and are found by their names.
+//! Rules for the real figures, and selection by name.
 
 use super::family::{BARS, FAILS, SWEPT};
 use ortelius::figure::{Effort, Family, choose};
-use ortelius::paper::FAMILIES;
 use ortelius::paper::virtual_texture::figures::extremes::EXTREMES;
+use ortelius::renderer::figures::FAMILIES;
 use ortelius::scene::Scene;
 use std::collections::BTreeSet;
 
@@ -27,7 +27,7 @@ fn figures_are_chosen_by_id_and_by_family_each_once_in_order() {
 }
 
 #[test]
-fn an_unknown_name_is_told_with_the_nearest() {
+fn an_unknown_name_is_reported_with_the_nearest_one() {
     let line = chosen(&["made.bars", "made.swetp"]).unwrap_err();
     assert!(line.contains("\"made.swetp\"") && line.contains("nearest is made.swept"), "{line}");
     let line = chosen(&["mad"]).unwrap_err();
@@ -40,16 +40,16 @@ fn every_figure_has_its_own_id_words_claims_and_scenes_that_exist() {
     for (family, figures) in FAMILIES {
         for figure in figures {
             let id = figure.id;
-            assert!(ids.insert(id), "{id} stands twice in the list");
+            assert!(ids.insert(id), "{id} is twice in the list");
             assert!(id.starts_with(&format!("{family}.")), "{id} is of family {family}");
             assert!(!figure.title.is_empty() && figure.about.len() > 40, "{id}: what does it answer?");
             assert!(!figure.claims.is_empty(), "{id} claims nothing");
             let claims: BTreeSet<_> = figure.claims.iter().map(|claim| claim.id).collect();
-            assert_eq!(claims.len(), figure.claims.len(), "{id}: a claim's id stands twice");
+            assert_eq!(claims.len(), figure.claims.len(), "{id}: a duplicate claim id");
             assert!(figure.claims.iter().all(|claim| !claim.text.is_empty()), "{id}: a claim without words");
             assert!(!figure.scenes.is_empty(), "{id} looks at nothing");
             for scene in figure.scenes {
-                // What is no scene of a file is told of in `about` by its name, or is one of the extremes.
+                // Names that are not scenes of a file are described in `about`, or are extremes.
                 let extreme = EXTREMES.iter().any(|extreme| extreme.name == *scene);
                 if !extreme && !figure.about.contains(&format!("`{scene}`")) {
                     exists(id, scene);
@@ -61,16 +61,17 @@ fn every_figure_has_its_own_id_words_claims_and_scenes_that_exist() {
             for effort in [Effort::Quick, Effort::Full] {
                 let cells = figure.cells(effort);
                 let names: BTreeSet<_> = cells.iter().map(ToString::to_string).collect();
-                assert_eq!(names.len(), cells.len(), "{id}: a cell stands twice");
+                assert_eq!(names.len(), cells.len(), "{id}: a duplicate cell");
             }
         }
     }
 }
 
-/// Scenes that figures make themselves: every pixel asks for a tile at random.
+/// Scenes that figures create: each pixel requests a random tile.
 const MADE_BY_FIGURES: [&str; 1] = ["noise"];
 
-/// "SCENE", "SCENE/CAMERA" or "SCENE/PATH" of a shipped scene; an extreme; or what a figure makes itself.
+/// "SCENE", "SCENE/CAMERA" or "SCENE/PATH" of a shipped scene; an extreme; or a scene that a figure
+/// creates.
 fn exists(figure: &str, name: &str) {
     let (scene, view) = name.split_once('/').map_or((name, None), |(scene, view)| (scene, Some(view)));
     let extreme = figure == "vt.extremes" && EXTREMES.iter().any(|extreme| extreme.name == name);

@@ -1,5 +1,5 @@
-//! The machinery of figures: runs that are killed, shared and merged, cells that fail, verdicts and the page. The
-//! figures here are made up, so that it takes no device and no time; the last module holds the real ones to the rules.
+//! Figures: runs that are killed, shared and merged, failing cells, verdicts and the page. The figures are
+//! made up, so the tests need no device and little time; the last module checks the real ones.
 
 mod against;
 mod browser;
@@ -17,7 +17,7 @@ use ortelius::figure::{
 use std::path::Path;
 use tempfile::TempDir;
 
-/// The machine that all runs here claim to be on.
+/// The machine of all runs here.
 fn machine() -> Machine {
     Machine {
         device: "made-up device".into(),
@@ -58,7 +58,7 @@ fn run(run: &Run) -> Result<Tally, RunError> {
     run.run(run.figures, &Silent)
 }
 
-/// Writes the report of what `folder` holds of `figures`.
+/// Writes the report of the results of `figures` in `folder`.
 fn report(figures: &[&'static Figure], folder: &Path) -> Results {
     let store = Store::at(folder);
     let cells = store.all(figures).unwrap();
@@ -67,7 +67,7 @@ fn report(figures: &[&'static Figure], folder: &Path) -> Results {
     results
 }
 
-/// A whole run with its report.
+/// A complete run and its report.
 fn reported(figures: &[&'static Figure], folder: &Path) -> Results {
     run(&a_run(figures, folder)).unwrap();
     report(figures, folder)

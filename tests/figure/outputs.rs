@@ -1,4 +1,4 @@
-//! What a report says.
+//! Contents of a report.
 
 use super::family::{BARS, FAILS, MANY, SWEPT};
 use super::*;
@@ -6,11 +6,11 @@ use ortelius::figure::{Outcome, Verdict, merge};
 use std::path::PathBuf;
 
 #[test]
-fn results_come_back_from_their_file_to_the_last_bit() {
+fn results_are_read_back_bit_for_bit() {
     let folder = folder();
     let results = reported(&[&SWEPT, &BARS], folder.path());
     let again: Results = serde_json::from_str(&read(folder.path(), "results.json")).unwrap();
-    // NaN equals nothing: compared as text.
+    // Compared as text, because NaN != NaN.
     assert_eq!(format!("{again:?}"), format!("{results:?}"));
     assert!(format!("{again:?}").contains("Number(NaN)") && format!("{again:?}").contains("Number(inf)"));
 }
@@ -25,8 +25,8 @@ fn every_claim_has_its_verdict_with_numbers_in_the_summary() {
     assert_eq!(verdicts, ["reproduced", "in-part", "not-reproduced", "not-measurable"]);
     assert_eq!(
         claims[0]["numbers"],
-        "size, double over single: earth/oblique at 1 2x, earth/oblique at 2.5 2x, earth/oblique at 1000000 2x, globe at 1 \
-         2x, globe at 2.5 2x, globe at 1000000 2x"
+        "size, double over single: earth/oblique at 1: 2x, earth/oblique at 2.5: 2x, earth/oblique at 1000000: 2x, globe at 1: \
+         2x, globe at 2.5: 2x, globe at 1000000: 2x"
     );
     assert_eq!(claims[0]["from"], "paper, section 1");
     assert_eq!(summary["made.bars"][0]["why"], "1 of 1 above 1");
@@ -55,7 +55,7 @@ fn rows_are_lines_of_the_csv() {
 }
 
 #[test]
-fn the_manifest_holds_the_sum_of_every_file() {
+fn the_manifest_has_the_checksum_of_every_file() {
     let folder = folder();
     reported(&[&SWEPT, &BARS], folder.path());
     let manifest: serde_json::Value = serde_json::from_str(&read(folder.path(), "manifest.json")).unwrap();
@@ -69,7 +69,7 @@ fn the_manifest_holds_the_sum_of_every_file() {
 }
 
 #[test]
-fn a_claim_on_a_part_of_the_cells_is_not_reproduced_yet() {
+fn a_claim_with_missing_cells_is_not_measured() {
     let folder = folder();
     let mut part = a_run(&[&SWEPT], folder.path());
     part.partition = Partition { index: 2, of: 2 };
@@ -77,8 +77,8 @@ fn a_claim_on_a_part_of_the_cells_is_not_reproduced_yet() {
     let results = report(&[&SWEPT, &BARS], folder.path());
     let claims = &results.figures[0].claims;
     assert_eq!(claims[0].finding.verdict, Verdict::NotMeasured);
-    assert_eq!(claims[0].finding.why, "cells that are not there: 3 left out");
-    // Nor does it fail: what it lacks may be elsewhere.
+    assert_eq!(claims[0].finding.why, "missing cells: 3 left out");
+    // It does not fail either: the missing cells may be elsewhere.
     assert_eq!(claims[2].finding.verdict, Verdict::NotMeasured);
     assert_eq!(results.figures[1].claims[0].finding.why, "no cell was measured");
     let absent = results.figures[0].cells.iter().filter(|cell| cell.outcome == Outcome::Absent).count();
@@ -86,7 +86,7 @@ fn a_claim_on_a_part_of_the_cells_is_not_reproduced_yet() {
 }
 
 #[test]
-fn the_page_holds_every_claim_with_its_verdict_every_plot_and_no_other_file() {
+fn the_page_has_every_claim_verdict_and_plot_and_is_self_contained() {
     let folder = folder();
     let results = reported(&[&SWEPT, &BARS, &MANY, &FAILS], folder.path());
     let page = read(folder.path(), "index.html");
@@ -107,10 +107,11 @@ fn the_page_holds_every_claim_with_its_verdict_every_plot_and_no_other_file() {
         assert!(page.contains(&format!(">{verdict}</span>")), "no {verdict:?}");
     }
     assert!(page.contains(
-        "A quick run: it leaves out two thirds of the runs of each timed pass, and side, texels: 2, 3, 4."
+        "Quick run, without two thirds of the runs of each timed pass, and side, texels: 2, 3, 4."
     ));
-    assert!(page.contains("the disk is on fire") && page.contains("its times rank nothing on a GPU"));
-    // Plots: a sweep for each of two scenes; bars and a series; a sweep and bars for each of 5 values, in two scenes.
+    assert!(page.contains("the disk is on fire") && page.contains("do not predict GPU rankings"));
+    // Plots: a sweep in each of two scenes; bars and a series; a sweep, and bars for each of 5 values, in
+    // two scenes.
     let files =
         std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
     let plots: Vec<String> = files.filter(|name| name.ends_with(".svg")).collect();
@@ -122,7 +123,7 @@ fn the_page_holds_every_claim_with_its_verdict_every_plot_and_no_other_file() {
             "{plot}"
         );
     }
-    // Both pictures are inside; what is linked is beside the page, and nothing is fetched.
+    // Both pictures are embedded, links are relative, and nothing is fetched.
     assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 2);
     assert_eq!(page.matches("src=").count(), 2);
     assert!(!page.contains("http-equiv") && !page.contains("@import") && !page.contains("<script"));
@@ -142,7 +143,7 @@ fn equal_results_give_equal_bytes() {
 }
 
 #[test]
-fn a_plot_shows_spread_floor_unit_and_what_is_missing() {
+fn a_plot_shows_spread_floor_unit_and_missing_variants() {
     let folder = folder();
     reported(&[&BARS], folder.path());
     let bars = read(folder.path(), "made.bars-time-plane.svg");
@@ -161,7 +162,7 @@ fn a_plot_shows_spread_floor_unit_and_what_is_missing() {
     assert_eq!(series.matches("<polyline").count(), 2);
 }
 
-/// A folder's JSON files with their text, pictures and lists aside.
+/// A folder's JSON files with their text, without pictures and lists.
 fn json_files(folder: &Path) -> Vec<(PathBuf, String)> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).unwrap() {
@@ -175,7 +176,7 @@ fn json_files(folder: &Path) -> Vec<(PathBuf, String)> {
     found
 }
 
-/// Without the first lines, which are the header.
+/// Strips the first lines, which are the header.
 fn without_header(text: &str) -> String {
     let head: Vec<&str> = text.lines().take(3).collect();
     assert!(
@@ -186,7 +187,7 @@ fn without_header(text: &str) -> String {
 }
 
 #[test]
-fn every_file_has_a_header_and_those_before_it_are_read_as_version_1() {
+fn every_file_has_a_header_and_files_without_one_are_read_as_version_1() {
     let (folder, merged) = (folder(), super::folder());
     let results = reported(&[&SWEPT, &BARS], folder.path());
     let files = json_files(folder.path());
@@ -207,7 +208,7 @@ fn every_file_has_a_header_and_those_before_it_are_read_as_version_1() {
 }
 
 #[test]
-fn a_newer_cell_is_refused_in_words() {
+fn a_newer_cell_is_rejected_with_both_versions() {
     let folder = folder();
     reported(&[&BARS], folder.path());
     for (path, text) in json_files(&folder.path().join("cells")) {
@@ -226,7 +227,7 @@ fn verdicts_are_cases_of_junit() {
         "<testsuite name=\"made.swept\" tests=\"4\" failures=\"2\" skipped=\"1\">",
         "<testcase classname=\"made.swept\" name=\"doubles\"><system-out>reproduced: size, double over single",
         "<failure message=\"not reproduced: 0 of 6 below 0\"/>",
-        "<skipped message=\"not measured: cells that are not there: 2 failed\"/>",
+        "<skipped message=\"not measured: missing cells: 2 failed\"/>",
     ] {
         assert!(text.contains(part), "no {part:?} in {text}");
     }

@@ -1,4 +1,4 @@
-//! Killed, resumed, shared, merged.
+//! Runs that are killed, resumed, shared and merged.
 
 use super::family::{BARS, DIES, FAILS, SLOW, SWEPT};
 use super::*;
@@ -7,10 +7,10 @@ use std::cell::RefCell;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Names the folder of the child process.
+/// Environment variable with the folder of the child process.
 const FOLDER: &str = "ORTELIUS_TEST_FOLDER";
 
-/// By itself a run in a folder of its own; started by the test below, the run that is killed.
+/// Run directly: a run in its own folder. Started by the test below: the run that is killed.
 #[test]
 fn a_run_measures_every_cell_once() {
     let own = folder();
@@ -28,7 +28,7 @@ fn a_run_that_is_killed_resumes_without_loss() {
     let (undisturbed, killed) = (folder(), folder());
     run(&a_run(&[&SLOW], undisturbed.path())).unwrap();
     let mut kills = 0;
-    // 24 cells of 10 ms and more: killed after 60, 75, 90 … ms.
+    // 24 cells of at least 10 ms each: killed after 60, 75, 90 … ms.
     for patience in (60..).step_by(15).map(Duration::from_millis) {
         let mut child = Command::new(std::env::current_exe().unwrap())
             .args(["--exact", "runs::a_run_measures_every_cell_once"])
@@ -49,7 +49,7 @@ fn a_run_that_is_killed_resumes_without_loss() {
         child.kill().unwrap();
         child.wait().unwrap();
         kills += 1;
-        // What is there can be read: nothing is half-written.
+        // All files are readable: nothing is half-written.
         Store::at(killed.path()).all(&[&SLOW]).unwrap();
     }
     assert!(kills > 0, "the child was never killed: lower the patience");
@@ -61,10 +61,10 @@ fn a_run_that_is_killed_resumes_without_loss() {
     }
 }
 
-/// Names the first cell of the child process below, and `+` for a run that is resumed.
+/// Environment variable with the first cell of the child process below, and `+` for a resumed run.
 const FROM: &str = "ORTELIUS_TEST_FROM";
 
-/// Nothing by itself; started by the test below, the worker that dies.
+/// Run directly: does nothing. Started by the test below: the worker that crashes.
 #[test]
 fn a_worker_measures_from_its_cell_on() {
     let (Some(folder), Some(from)) = (std::env::var_os(FOLDER), std::env::var_os(FROM)) else { return };
@@ -75,38 +75,38 @@ fn a_worker_measures_from_its_cell_on() {
     assert_eq!(tally.measured + tally.kept, 4);
 }
 
-/// The cells that crashed, told as they do, and the number of workers that it took.
+/// The crashed cells in the order reported, and the number of workers.
 fn outlived(folder: &Path, resume: &str) -> (Vec<String>, usize) {
-    let (told, workers) = (RefCell::new(Vec::new()), std::cell::Cell::new(0));
+    let (reported, workers) = (RefCell::new(Vec::new()), std::cell::Cell::new(0));
     let worker = |from: usize| {
         workers.set(workers.get() + 1);
         let mut child = Command::new(std::env::current_exe().unwrap());
         child.args(["--exact", "runs::a_worker_measures_from_its_cell_on"]).stdout(Stdio::null());
         child.stderr(Stdio::null()).env(FOLDER, folder).env(FROM, format!("{from}{resume}")).status()
     };
-    let tell = |result: &CellResult| {
+    let report = |result: &CellResult| {
         let Outcome::Crashed(how) = &result.outcome else { panic!("{result:?}") };
-        told.borrow_mut().push(format!("{} {}: {how}", result.figure, result.cell));
+        reported.borrow_mut().push(format!("{} {}: {how}", result.figure, result.cell));
     };
-    let status = outlive(folder, worker, tell).unwrap();
+    let status = outlive(folder, worker, report).unwrap();
     assert!(status.success(), "{status}");
-    (told.into_inner(), workers.get())
+    (reported.into_inner(), workers.get())
 }
 
 #[test]
-fn a_driver_that_crashes_costs_one_cell_and_is_not_asked_again() {
+fn a_crash_of_the_driver_costs_one_cell_which_is_not_tried_again() {
     let folder = folder();
-    let (told, workers) = outlived(folder.path(), "");
-    assert_eq!((told.len(), workers), (1, 2), "{told:?}");
-    assert!(told[0].starts_with("made.dies globe: the driver crashed (signal: 6"), "{told:?}");
+    let (reported, workers) = outlived(folder.path(), "");
+    assert_eq!((reported.len(), workers), (1, 2), "{reported:?}");
+    assert!(reported[0].starts_with("made.dies globe: the driver crashed (signal: 6"), "{reported:?}");
     let results = report(&[&DIES, &BARS], folder.path());
     let finding = &results.figures[0].claims[0].finding;
     assert_eq!(finding.verdict, Verdict::NotMeasured);
-    assert_eq!(finding.why, "cells that are not there: 1 crashed the driver");
+    assert_eq!(finding.why, "missing cells: 1 crashed the driver");
     assert_eq!(results.figures[1].claims[0].finding.verdict, Verdict::Reproduced);
     assert!(read(folder.path(), "made.dies.csv").contains("failed: the driver crashed (signal: 6"));
     assert!(read(folder.path(), "index.html").contains("the driver crashed (signal: 6"));
-    // Resumed, nothing is left to do; begun anew, it dies again.
+    // A resumed run has nothing left to do; a new run crashes again.
     assert_eq!(outlived(folder.path(), "+"), (Vec::new(), 1));
     assert_eq!(outlived(folder.path(), "").1, 2);
 }
@@ -121,7 +121,11 @@ fn a_worker_that_is_asked_to_end_is_not_started_again() {
     };
     let status = outlive(folder.path(), worker, |result| panic!("{result:?}")).unwrap();
     assert_eq!((status.code(), workers), (None, 1));
-    let status = outlive(folder.path(), |_| Command::new("false").status(), |result| panic!("{result:?}"));
+    let status = outlive(
+        folder.path(),
+        |_| Command::new("sh").args(["-c", "exit 1"]).status(),
+        |result| panic!("{result:?}"),
+    );
     assert_eq!(status.unwrap().code(), Some(1), "it has no cell under way");
 }
 
@@ -130,7 +134,7 @@ fn rows(folder: &Path) -> Vec<(Cell, Outcome)> {
 }
 
 #[test]
-fn without_resume_everything_is_measured_anew() {
+fn without_resume_everything_is_measured_again() {
     let folder = folder();
     let all = a_run(&[&BARS, &SWEPT], folder.path());
     assert_eq!((run(&all).unwrap().measured, run(&all).unwrap().measured), (7, 7));
@@ -162,7 +166,7 @@ fn results_of_another_effort_commit_or_device_are_not_mixed() {
     ] {
         assert!(line.contains(what) && line.contains("-o"), "{line}");
     }
-    // Another day is no other machine.
+    // Another date is the same machine.
     let mut tomorrow = a_run(&[&SWEPT], folder.path());
     (tomorrow.resume, tomorrow.machine.date) = (true, "2026-11-22".into());
     assert_eq!(run(&tomorrow).unwrap().kept, 6);
@@ -186,18 +190,18 @@ fn parts_are_disjoint_and_together_the_whole() {
 }
 
 #[test]
-fn a_cell_that_fails_stops_nothing_and_makes_no_claim_true() {
+fn a_failing_cell_stops_nothing_and_reproduces_no_claim() {
     let folder = folder();
     let tally = run(&a_run(&[&FAILS, &BARS], folder.path())).unwrap();
-    let told: Vec<_> = tally.failures.iter().map(|f| (&*f.cell.scene, &*f.error)).collect();
+    let reported: Vec<_> = tally.failures.iter().map(|f| (&*f.cell.scene, &*f.error)).collect();
     let expected = [("earth", "the disk is on fire"), ("globe", "a bug of this program: left 1 right 2")];
-    assert_eq!((tally.measured, &told[..]), (4, &expected[..]));
+    assert_eq!((tally.measured, &reported[..]), (4, &expected[..]));
     let results = report(&[&FAILS, &BARS], folder.path());
     let finding = &results.figures[0].claims[0].finding;
     assert_eq!(finding.verdict, Verdict::NotMeasured);
-    assert_eq!(finding.why, "cells that are not there: 2 failed");
+    assert_eq!(finding.why, "missing cells: 2 failed");
     assert_eq!(results.figures[1].claims[0].finding.verdict, Verdict::Reproduced);
-    // What failed is tried again.
+    // A failed cell is tried again.
     let mut again = a_run(&[&FAILS, &BARS], folder.path());
     again.resume = true;
     let tally = run(&again).unwrap();
@@ -214,7 +218,7 @@ fn a_damaged_result_is_named() {
     assert!(line.contains("cells/made.bars/plane.json") && line.contains("remove the file"), "{line}");
 }
 
-/// Measures each of `of` parts in a folder of its own; `change` makes its machine.
+/// Measures each of `of` parts in its own folder; `change` changes its machine.
 fn parts(figures: &[&'static Figure], of: usize, change: fn(usize, &mut Machine)) -> Vec<TempDir> {
     let part = |index| {
         let folder = folder();
@@ -237,7 +241,7 @@ fn merged_parts_equal_the_undivided_run_byte_for_byte() {
     let (whole, merged) = (folder(), folder());
     reported(&figures, whole.path());
     let parts = parts(&figures, 3, |_, _| {});
-    // In any order, and a second time.
+    // In any order, and repeatedly.
     let mut sources = paths(&parts);
     sources.reverse();
     for _ in 0..2 {
@@ -246,7 +250,7 @@ fn merged_parts_equal_the_undivided_run_byte_for_byte() {
     report(&figures, merged.path());
     let names =
         std::fs::read_dir(&whole).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
-    // The manifest holds seconds.
+    // The manifest contains seconds.
     let names: Vec<String> = names.filter(|name| name.contains('.') && name != "manifest.json").collect();
     assert!(names.len() > 10, "{names:?}");
     for name in names {
@@ -281,7 +285,7 @@ fn parts_of_several_machines_merge_and_the_claims_say_so() {
 }
 
 #[test]
-fn folders_that_do_not_go_together_are_not_merged() {
+fn incompatible_folders_are_not_merged() {
     let merged = folder();
     let refused = |sources: &[&Path]| {
         let line = merge(sources, merged.path(), &[&SWEPT, &FAILS]).unwrap_err().to_string();
@@ -290,7 +294,7 @@ fn folders_that_do_not_go_together_are_not_merged() {
     };
     let commits = parts(&[&SWEPT], 2, |index, machine| machine.commit = format!("commit{index}"));
     let line = refused(&paths(&commits));
-    assert!(line.contains("is of commit commit2") && line.contains("of commit commit1"), "{line}");
+    assert!(line.contains("cannot be merged: their commit differs"), "{line}");
     let empty = folder();
     let line = refused(&[commits[0].path(), empty.path()]);
     assert!(line.contains("holds no result"), "{line}");
@@ -306,7 +310,7 @@ fn folders_that_do_not_go_together_are_not_merged() {
 }
 
 #[test]
-fn where_a_cell_failed_on_one_machine_the_other_ones_is_taken() {
+fn a_measured_cell_replaces_one_that_failed_on_another_machine() {
     let (failed, merged) = (folder(), folder());
     run(&a_run(&[&FAILS], failed.path())).unwrap();
     let mended = folder();
@@ -328,7 +332,7 @@ fn a_folder_takes_one_run_at_a_time() {
     let store = Store::create(folder.path()).unwrap();
     let lock = store.lock().unwrap();
     let Err(busy) = store.lock() else { panic!("two runs in one folder") };
-    assert!(busy.to_string().contains("another run writes into it"), "{busy}");
+    assert!(busy.to_string().contains("another run is writing to it"), "{busy}");
     drop(lock);
     assert!(store.lock().is_ok());
 }

@@ -1,4 +1,4 @@
-//! What the checkers must reject, and the neighbours that they must accept.
+//! Sources that the checkers must reject, and similar ones that they must accept.
 
 use crate::circles::{Source, circles};
 use crate::rules::objections;
@@ -16,7 +16,7 @@ fn passes(file: &str, text: &str) {
 }
 
 #[test]
-fn an_import_that_points_up_is_found() {
+fn an_upward_import_is_found() {
     objects("src/math/a.rs", "use crate::vk::Gpu;", "math (floor 0) names vk (floor 1)");
     objects("src/scene/mod.rs", "use crate::{math::b, paper};", "scene (floor 2) names paper (floor 3)");
     objects(
@@ -34,43 +34,47 @@ fn an_import_that_points_up_is_found() {
 }
 
 #[test]
-fn an_import_that_points_up_is_named_with_its_line() {
+fn an_upward_import_is_reported_with_its_line() {
     objects("src/math/a.rs", "\n// comment\nuse crate::vk::Gpu;", "src/math/a.rs:3: ");
 }
 
 #[test]
-fn worlds_of_one_floor_do_not_know_each_other() {
-    objects("src/vk/a.rs", "use crate::model::Model;", "vk and model (floor 1) do not know each other");
-    objects("src/texture/a.rs", "use crate::vk::Gpu;", "texture and vk (floor 1) do not know each other");
-    objects("src/frame/a.rs", "use crate::scene::Scene;", "frame and scene (floor 2) do not know each other");
+fn modules_of_one_floor_must_not_import_each_other() {
+    objects("src/vk/a.rs", "use crate::model::Model;", "vk and model (floor 1) must not import each other");
+    objects("src/texture/a.rs", "use crate::vk::Gpu;", "texture and vk (floor 1) must not import each other");
+    objects(
+        "src/frame/a.rs",
+        "use crate::scene::Scene;",
+        "frame and scene (floor 2) must not import each other",
+    );
     objects("src/model/a.rs", "use crate::reference::raster;", "model and reference (floor 1)");
     objects("src/vk/a.rs", "use crate::reference::raster;", "vk and reference (floor 1)");
     passes("src/reference/a.rs", "use crate::model::mesh::Mesh;");
 }
 
 #[test]
-fn a_reference_never_looks_at_the_gpu() {
+fn a_reference_must_not_use_the_gpu() {
     for file in ["src/reference/raster.rs", "src/paper/x/reference.rs", "src/paper/x/reference/a.rs"] {
-        objects(file, "use crate::vk::Gpu;", "a reference never looks at the GPU");
+        objects(file, "use crate::vk::Gpu;", "a reference must not use the GPU");
         passes(file, "// crate::vk::Gpu\nuse crate::math::a;");
     }
     passes("src/paper/x/figures.rs", "use super::reference; use crate::vk::Gpu;");
 }
 
 #[test]
-fn papers_do_not_name_each_other() {
-    objects("src/paper/x/a.rs", "use crate::paper::y::b;", "papers do not name each other: paper::y::b");
-    objects("src/paper/x/a.rs", "use super::super::y;", "papers do not name each other");
-    objects("src/paper/x.rs", "use super::y;", "papers do not name each other");
-    objects("src/paper/x/a.rs", "use crate::paper::*;", "papers do not name each other");
+fn papers_must_not_import_each_other() {
+    objects("src/paper/x/a.rs", "use crate::paper::y::b;", "papers must not import each other: paper::y::b");
+    objects("src/paper/x/a.rs", "use super::super::y;", "papers must not import each other");
+    objects("src/paper/x.rs", "use super::y;", "papers must not import each other");
+    objects("src/paper/x/a.rs", "use crate::paper::*;", "papers must not import each other");
     passes("src/paper/x/a.rs", "use crate::paper::x::b; use super::{b, c};");
     passes("src/paper/mod.rs", "pub mod x; pub mod y; use x::Z; use self::y::W;");
 }
 
 #[test]
-fn the_library_does_not_know_its_command_line() {
-    objects("src/renderer.rs", "use crate::command::Arguments;", "does not know its command line");
-    objects("src/lib.rs", "pub mod command;", "does not know its command line");
+fn the_library_must_not_import_its_command_line() {
+    objects("src/renderer.rs", "use crate::command::Arguments;", "must not import its command line");
+    objects("src/lib.rs", "pub mod command;", "must not import its command line");
     passes("src/main.rs", "mod command; fn main() { command::run() }");
     passes("src/command/render.rs", "use crate::command::Arguments; use ortelius::{renderer, vk};");
     passes("src/vk/command.rs", "use super::command; use crate::vk::command::Buffer;");
@@ -92,14 +96,14 @@ fn unsafe_code_and_ash_stay_in_vk() {
 
 #[test]
 fn a_module_must_have_a_floor() {
-    objects("src/math/a.rs", "use crate::utilities::b;", "names utilities, which stands on no floor");
-    objects("src/utilities/a.rs", "use crate::math::b;", "utilities stands on no floor");
+    objects("src/math/a.rs", "use crate::utilities::b;", "names utilities, which has no floor");
+    objects("src/utilities/a.rs", "use crate::math::b;", "utilities has no floor");
 }
 
 #[test]
 fn ways_around_the_floors_are_closed() {
-    objects("src/math/a.rs", "use crate::*;", "takes in the whole crate");
-    objects("src/renderer.rs", "use super::*;", "takes in the whole crate");
+    objects("src/math/a.rs", "use crate::*;", "imports the whole crate");
+    objects("src/renderer.rs", "use super::*;", "imports the whole crate");
     objects("src/math/a.rs", "#[path = \"../vk/mod.rs\"] mod gpu;", "escapes the floors");
     objects("src/math/a.rs", "use ortelius::vk::Gpu;", "math (floor 0) names vk");
     objects("src/math/a.rs", "use crate::r#vk::Gpu;", "math (floor 0) names vk");
@@ -129,7 +133,7 @@ fn is_no_circle(files: &[(&str, &str)]) {
 }
 
 #[test]
-fn two_files_that_need_each_other_are_a_circle() {
+fn two_files_that_depend_on_each_other_are_a_circle() {
     let a = ("src/x/a.rs", "use super::b::B; pub struct A;");
     is_circle(&[a, ("src/x/b.rs", "use super::a::A; pub struct B;")], "src/x/a.rs -> src/x/b.rs: B");
     is_circle(&[a, ("src/x/b.rs", "fn f() { crate::x::a::g() }")], "src/x/b.rs -> src/x/a.rs: g");
@@ -140,7 +144,7 @@ fn two_files_that_need_each_other_are_a_circle() {
 }
 
 #[test]
-fn a_circle_may_take_several_steps_and_end_in_another_folder() {
+fn a_circle_may_have_several_steps_across_folders() {
     is_circle(
         &[
             ("src/x/a.rs", "use super::b::B;"),
@@ -152,7 +156,7 @@ fn a_circle_may_take_several_steps_and_end_in_another_folder() {
 }
 
 #[test]
-fn a_name_that_is_passed_on_leads_to_the_file_that_defines_it() {
+fn a_re_export_is_followed_to_the_file_that_defines_the_name() {
     let parent = ("src/x/mod.rs", "mod a; mod b; pub use a::A; pub use b::{B as C, D};");
     let a = ("src/x/a.rs", "use super::C; pub struct A;");
     is_circle(&[parent, a, ("src/x/b.rs", "use super::A; pub struct B;")], "src/x/a.rs -> src/x/b.rs: B");
@@ -177,7 +181,7 @@ fn a_child_may_use_what_its_parents_file_defines() {
 }
 
 #[test]
-fn test_code_ties_no_circle() {
+fn test_code_makes_no_circle() {
     let a = ("src/x/a.rs", "use super::b::B; pub struct A;");
     is_no_circle(&[a, ("src/x/b.rs", "pub struct B; #[cfg(test)] mod tests { use crate::x::a::A; }")]);
     is_circle(

@@ -1,11 +1,11 @@
-//! Circles between files: a file that needs another which, over any number of steps, needs the first.
+//! Circles between files: a file that depends on itself through any number of other files.
 //!
-//! The rule. A file depends on the file that defines what it names:
-//! - `mod child;` is no dependency. Neither is a `pub use` whose name the file's own code does not use: it only passes
-//!   the name on, and who imports that name depends on the file that defines it.
-//! - A parent whose code uses a child's item depends on the child. A child may also use what the files above it in its
-//!   own folders define: `mod.rs` holds the vocabulary that its children share, and that direction does not count.
-//! - Test code (`#[cfg(test)]`) does not count: a test may look at anything.
+//! The rule: a file depends on the files that define the names it uses.
+//! - `mod child;` is no dependency. A `pub use` is none either if the file's own code does not use the name: an
+//!   importer of that name depends on the file that defines it.
+//! - A parent whose code uses a child's item depends on the child. A child's use of its parents' items does not
+//!   count: `mod.rs` holds the vocabulary that its children share.
+//! - Test code (`#[cfg(test)]`) does not count.
 
 use crate::lexer::{Token, tokens};
 use crate::paths::module_path;
@@ -14,10 +14,10 @@ use std::collections::{BTreeMap, BTreeSet};
 /// A source file: its path within the repository, and its text.
 pub type Source = (String, String);
 
-/// For each file the files that it depends on, with the names that it takes from each.
+/// For each file: the files that it depends on, with the names used from each.
 type Edges = BTreeMap<String, BTreeMap<String, BTreeSet<String>>>;
 
-/// The circles of a source tree, each with the names that tie it.
+/// The circles of a source tree, with the names that cause each.
 pub fn circles(sources: &[Source]) -> Vec<String> {
     let edges = edges(sources);
     let reached: BTreeMap<&String, BTreeSet<&String>> =
@@ -29,7 +29,7 @@ pub fn circles(sources: &[Source]) -> Vec<String> {
     circles.iter().filter(|circle| circle.len() > 1).map(|circle| described(&edges, circle)).collect()
 }
 
-/// How many pairs of files depend on each other in one direction or the other.
+/// The number of dependent pairs of files, in either direction.
 pub fn dependencies(sources: &[Source]) -> usize {
     edges(sources).values().map(BTreeMap::len).sum()
 }
@@ -56,7 +56,7 @@ fn reachable<'a>(edges: &'a Edges, from: &'a String) -> BTreeSet<&'a String> {
 
 fn edges(sources: &[Source]) -> Edges {
     let files: Vec<File> = sources.iter().map(|(path, text)| File::read(path, text)).collect();
-    // Nothing is imported from src/main.rs; the other root, src/lib.rs, passes the facade on.
+    // Nothing imports from src/main.rs; the other root, src/lib.rs, re-exports the facade.
     let imported = files.iter().filter(|file| file.path != "src/main.rs");
     let tree = Tree { files: imported.map(|file| (&file.module[..], file)).collect() };
     let of = |file: &File| {
@@ -79,13 +79,14 @@ fn edges(sources: &[Source]) -> Edges {
     files.iter().map(of).collect()
 }
 
-/// All files by their module's path.
+/// All files by module path.
 struct Tree<'a> {
     files: BTreeMap<&'a [String], &'a File>,
 }
 
 impl<'a> Tree<'a> {
-    /// The file that defines what a path from the root names, and the name. `None` where no file of the tree does.
+    /// The file that defines the item of a path from the root, and the item's name; `None` if no file of
+    /// the tree defines it.
     fn definition<'p>(&self, path: &'p [String], depth: usize) -> Option<(&'a File, &'p str)>
     where
         'a: 'p,
@@ -95,7 +96,7 @@ impl<'a> Tree<'a> {
         let Some(name) = path.get(inside) else { return Some((file, "the module")) };
         let import = file.imports.iter().find(|import| import.local == *name);
         match import {
-            // 16 steps: more is a name that is passed on in a circle, which does not compile.
+            // At most 16 steps: a longer chain is a re-export circle, which does not compile.
             Some(import) if depth < 16 && !file.items.contains(name) => {
                 self.definition(&import.path, depth + 1)
             }
@@ -108,12 +109,12 @@ impl<'a> Tree<'a> {
 struct Import {
     /// From the root.
     path: Vec<String>,
-    /// The name here; `*` for all.
+    /// The local name; `*` for a glob.
     local: String,
     passed_on: bool,
 }
 
-/// What a file imports, names and defines.
+/// Imports, used names and definitions of a file.
 struct File {
     path: String,
     module: Vec<String>,
@@ -154,7 +155,7 @@ impl File {
     }
 }
 
-/// Leaves out each item behind `#[cfg(test)]`.
+/// Removes each item after `#[cfg(test)]`.
 fn without_tests(tokens: &[Token]) -> Vec<Token> {
     const MARK: [&str; 7] = ["#", "[", "cfg", "(", "test", ")", "]"];
     let mut kept = Vec::new();
@@ -183,7 +184,7 @@ fn without_tests(tokens: &[Token]) -> Vec<Token> {
     kept
 }
 
-/// The `use` declarations, each from its `pub` or `use` to before its `;`, and all other words.
+/// The `use` declarations, from `pub` or `use` up to the `;`, and all other words.
 fn split<'w>(words: &[&'w str]) -> (Vec<Vec<&'w str>>, Vec<&'w str>) {
     let (mut declarations, mut code) = (Vec::new(), Vec::new());
     let mut at = 0;
@@ -232,7 +233,7 @@ fn leaves_of(tree: &[&str], base: &[String], leaves: &mut Vec<(Vec<String>, Stri
     leaves.extend(path.last().cloned().map(|local| (path, local)));
 }
 
-/// Splits at the commas that lie in no inner braces.
+/// Splits at commas outside inner braces.
 fn branches<'t, 'w>(tree: &'t [&'w str]) -> Vec<&'t [&'w str]> {
     let mut depth = 0;
     let outer_comma = |word: &&str| {
@@ -246,7 +247,7 @@ fn branches<'t, 'w>(tree: &'t [&'w str]) -> Vec<&'t [&'w str]> {
     tree.split(outer_comma).filter(|branch| !branch.is_empty()).collect()
 }
 
-/// All paths of two segments or more in the code.
+/// All paths of at least two segments in the code.
 fn paths_of(code: &[&str]) -> Vec<Vec<String>> {
     let is_name = |at: usize| {
         code.get(at).is_some_and(|word| word.starts_with(|c: char| c.is_alphabetic() || c == '_'))
@@ -260,7 +261,7 @@ fn paths_of(code: &[&str]) -> Vec<Vec<String>> {
     (0..code.len()).filter(|&at| is_name(at) && starts(at) && follows(at + 1)).map(path_at).collect()
 }
 
-/// Where a file's paths start.
+/// The base of a file's paths.
 struct Scope<'a> {
     module: &'a [String],
     /// Modules that the file declares.
@@ -268,7 +269,7 @@ struct Scope<'a> {
 }
 
 impl Scope<'_> {
-    /// A path of the file as one from the root; `None` for a path of another crate or of the prelude.
+    /// A path of the file, from the crate root; `None` for a path of another crate or the prelude.
     fn rooted(&self, path: &[String], imports: &[Import]) -> Option<Vec<String>> {
         let (first, rest) = path.split_first()?;
         let supers = path.iter().take_while(|segment| *segment == "super").count();

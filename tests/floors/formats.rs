@@ -1,4 +1,4 @@
-//! docs/formats.md has every JSON format of the source, with its version.
+//! docs/formats.md lists every JSON format of the source with its version.
 
 use super::{read, root, sources};
 

@@ -1,4 +1,4 @@
-//! The length of functions: a function that does not fit on a screen has steps that deserve names.
+//! Limits the length of functions: a function longer than a screen has steps that deserve names.
 
 use crate::lexer::{Token, tokens};
 
@@ -14,17 +14,17 @@ pub struct Function {
     pub body_lines: usize,
 }
 
-/// All functions with a body, inner ones and those of tests too.
+/// All functions with a body, including inner functions and tests.
 pub fn functions(text: &str) -> Vec<Function> {
     let tokens = tokens(text);
     let starts = (0..tokens.len()).filter(|&at| tokens[at].text == "fn");
     starts.filter_map(|at| function(&tokens, at)).collect()
 }
 
-/// The function whose `fn` is token `at`; `None` for a type (`fn(u32)`) and for a declaration without a body.
+/// The function whose `fn` is token `at`; `None` for a type (`fn(u32)`) or a declaration without a body.
 fn function(tokens: &[Token], at: usize) -> Option<Function> {
     let name = tokens.get(at + 1).filter(|token| token.text != "(")?;
-    // Parentheses and brackets: the `;` of `[u8; 4]` in a signature does not end it.
+    // Depth of parentheses and brackets: the `;` of `[u8; 4]` does not end a signature.
     let mut depth = 0;
     let open = (at..tokens.len()).find(|&at| {
         match tokens[at].text.as_str() {
@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn signatures_inner_functions_and_literals_do_not_confuse() {
+    fn signatures_inner_functions_and_literals_are_parsed() {
         let text = "fn a(\n    x: [u8; 4],\n) -> [u8; 4]\nwhere\n    A: B,\n{\n    x\n}";
         assert_eq!(lengths(text), [("a".into(), 1)]);
         assert_eq!(

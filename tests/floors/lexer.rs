@@ -1,4 +1,5 @@
-//! Rust text to names and marks; comments and literals are left out, since nothing in them is an import.
+//! Splits Rust text into names and marks. Comments and literals are left out, because they contain no
+//! imports.
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Token {
@@ -19,7 +20,7 @@ struct Rest<'a> {
 }
 
 impl<'a> Rest<'a> {
-    /// Moves on by `bytes` and returns what was passed.
+    /// Advances by `bytes` and returns the skipped text.
     fn take(&mut self, bytes: usize) -> &'a str {
         let (taken, rest) = self.text.split_at(bytes.min(self.text.len()));
         self.line += taken.matches('\n').count();
@@ -27,7 +28,7 @@ impl<'a> Rest<'a> {
         taken
     }
 
-    /// Moves on to behind the next `end`, or to the end of the text.
+    /// Advances past the next `end`, or to the end of the text.
     fn take_past(&mut self, end: &str) {
         self.take(self.text.find(end).map_or(self.text.len(), |at| at + end.len()));
     }
@@ -53,7 +54,7 @@ impl<'a> Rest<'a> {
         self.take(length);
     }
 
-    /// From the opening quote on; `\` hides the next character.
+    /// Starts at the opening quote; `\` escapes the next character.
     fn quoted(&mut self, quote: char) {
         self.character();
         while let Some(c) = self.text.chars().next() {
@@ -66,7 +67,7 @@ impl<'a> Rest<'a> {
         }
     }
 
-    /// `r"..."`, `br#"..."#` and so on. False where the text is none, and then nothing is read.
+    /// `r"..."`, `br#"..."#` and so on. Returns false, without reading, if there is none.
     fn raw_string(&mut self) -> bool {
         let prefix = ["br", "cr", "r"].into_iter().find(|prefix| self.text.starts_with(prefix));
         let Some(after) = prefix.map(|prefix| &self.text[prefix.len()..]) else { return false };
@@ -107,7 +108,7 @@ pub fn tokens(text: &str) -> Vec<Token> {
         } else if rest.text.starts_with("r#") && rest.text[2..].starts_with(is_name) {
             rest.take(2); // a raw name; the name follows
         } else if rest.raw_string() || c.is_whitespace() {
-            // A raw string has been read.
+            // `raw_string` has consumed it.
             if c.is_whitespace() {
                 rest.character();
             }
@@ -146,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_behind_a_literal_is_seen() {
+    fn a_name_after_a_literal_is_found() {
         for text in [
             "'\"' unsafe '\"'",
             "\"\\\\\" unsafe",

@@ -1,17 +1,17 @@
-//! Which modules of the crate a file names.
+//! Finds the modules of the crate that a file names.
 
 use crate::lexer::Token;
 
-/// A path that starts in the crate's root: `crate::texture::source`, or what `super::` comes to.
+/// A path from the crate's root: `crate::texture::source`, or the resolved `super::`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reference {
-    /// At least one segment; `*` for a glob import of the root itself. Further segments as far as they
-    /// are names.
+    /// At least one segment; `*` for a glob import of the root. Further segments while they are names.
     pub path: Vec<String>,
     pub line: usize,
 }
 
-/// `src/scene/source/mod.rs` -> `scene`, `source`. The roots (`src/lib.rs`, `src/main.rs`) have no segment.
+/// `src/scene/source/mod.rs` -> `scene`, `source`. The roots (`src/lib.rs`, `src/main.rs`) have no
+/// segments.
 pub fn module_path(file: &str) -> Vec<String> {
     let inner = file.strip_prefix("src/").unwrap_or(file).trim_end_matches(".rs");
     let mut path: Vec<String> = inner.split('/').map(str::to_owned).collect();
@@ -21,11 +21,11 @@ pub fn module_path(file: &str) -> Vec<String> {
     path
 }
 
-/// All references of a file. `ortelius::` counts as `crate::`: the binary sees the library so.
+/// All references of a file. `ortelius::` counts as `crate::`, because the binary uses it for the library.
 pub fn references(file: &str, tokens: &[Token]) -> Vec<Reference> {
     let mut scan = Scan { tokens, references: Vec::new() };
     let outer = module_path(file);
-    // Modules written in the file, with the depth of braces at which each ends.
+    // Inline modules, with the brace depth at which each ends.
     let mut inline: Vec<(String, usize)> = Vec::new();
     let mut depth = 0;
     let mut at = 0;
@@ -36,7 +36,7 @@ pub fn references(file: &str, tokens: &[Token]) -> Vec<Reference> {
         match tokens[at].text.as_str() {
             "mod" if scan.text(at + 2) == "{" => {
                 inline.push((tokens[at + 1].text.clone(), depth));
-                at += 1; // the brace is counted in its turn
+                at += 1; // the next step counts the brace
             }
             "{" => depth += 1,
             "}" => {
@@ -76,8 +76,8 @@ impl Scan<'_> {
         self.tokens.get(at).map_or("", |token| &token.text)
     }
 
-    /// One path, or a tree of them as `use` has it, that starts at token `at` below `base`. Returns the
-    /// token behind it.
+    /// A path, or a tree of paths as in `use`, that starts at token `at` below `base`. Returns the next
+    /// token.
     fn tree(&mut self, base: &[String], mut at: usize) -> usize {
         let mut path = base.to_vec();
         loop {
@@ -100,7 +100,7 @@ impl Scan<'_> {
                 break;
             }
             at += 1;
-            // `Vec::<T>`: the path has ended.
+            // `Vec::<T>`: the path ends here.
             if self.text(at) == "<" {
                 break;
             }
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn trees_are_taken_apart() {
+    fn use_trees_are_split_into_paths() {
         let text = "use crate::{math::{self, pyramid::TileId as Id}, scene, vk::*}; fn f() { crate::stats::median() }";
         assert_eq!(
             paths("src/view.rs", text),
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn super_is_counted_from_the_module_it_stands_in() {
+    fn super_is_resolved_from_its_module() {
         assert_eq!(paths("src/paper/a/b.rs", "use super::super::c::d;"), ["paper::c::d"]);
         assert_eq!(paths("src/paper/a/mod.rs", "use super::super::vk;"), ["vk"]);
         assert_eq!(

@@ -1,13 +1,13 @@
 //! How a case is rendered: the only file here that knows the renderer's API. Where that changes, the hashes stay.
 
 use crate::cases::{Case, View};
-use crate::store::{Entry, Hash};
+use crate::store::{Entry, Hash, picture_here};
 use ortelius::math::camera::Pose;
 use ortelius::model::mesh::{Mesh, gpu_mesh};
 use ortelius::paper::progressive_mesh::config::surface;
 use ortelius::paper::progressive_mesh::stand::stands;
 use ortelius::paper::progressive_mesh::{self, Model, ProgressiveMeshes};
-use ortelius::paper::virtual_texture::config::{open_texture, source_mesh};
+use ortelius::paper::virtual_texture::config::{open_texture, papers_scene, source_mesh};
 use ortelius::paper::virtual_texture::{self, VirtualTexture, all_needs};
 use ortelius::picture::Target;
 use ortelius::scene::Scene;
@@ -54,7 +54,7 @@ fn scene(case: &Case) -> Scene {
         None => format!("{}.{change}", section(change)),
     };
     let changes: Vec<String> = case.changes.iter().map(|change| key(change)).collect();
-    Scene::load_with(case.scene, &changes).unwrap()
+    papers_scene(case.scene).unwrap().with(&changes).unwrap()
 }
 
 fn pose(scene: &Scene, view: &View) -> Pose {
@@ -64,7 +64,8 @@ fn pose(scene: &Scene, view: &View) -> Pose {
     }
 }
 
-/// Paper 1: of each view the picture, the sorted tiles and, of the last one, `U3` where its order is determined.
+/// Paper 1: of each view the picture, the sorted tiles and, of the last one, the visible-tile list where its order is
+/// determined.
 pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry> {
     let scene = scene(case);
     let mut settings = virtual_texture::Settings::of_scene(&scene, Target::Srgb8).unwrap();
@@ -96,13 +97,14 @@ pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry
         let mut tiles = session.records.last().unwrap().visible.clone();
         tiles.sort_by_key(|tile| (tile.level, tile.row, tile.column));
         let tiles = tiles.iter().flat_map(|tile| [tile.level, tile.row, tile.column]);
-        let hashes = vec![("picture", Hash::of_bytes(&picture)), ("tiles", Hash::of_words(tiles))];
+        let hashes =
+            vec![(picture_here(), Hash::of_bytes(&picture)), ("tiles".to_owned(), Hash::of_words(tiles))];
         entries.push(Entry { name, hashes });
     }
     if case.ordered() {
         let last = session.again(&pose(&scene, case.views.last().unwrap())).unwrap();
         let list = Hash::of_words(last.triples.into_iter().flatten());
-        entries.last_mut().unwrap().hashes.push(("list", list));
+        entries.last_mut().unwrap().hashes.push(("list".to_owned(), list));
     }
     entries
 }
@@ -120,7 +122,7 @@ pub fn progressive_mesh(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entr
     for view in case.views {
         session.frame(&pose(&scene, view)).unwrap();
         let picture = session.picture_bytes().unwrap();
-        let mut hashes = vec![("picture", Hash::of_bytes(&picture))];
+        let mut hashes = vec![(picture_here(), Hash::of_bytes(&picture))];
         let surface = &session.technique.surfaces[0];
         let faces: Option<Vec<_>> =
             (0..surface.instances().count()).map(|instance| surface.faces(instance)).collect();
@@ -128,7 +130,7 @@ pub fn progressive_mesh(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entr
             let words = faces
                 .iter()
                 .flat_map(|faces| std::iter::once(faces.len() as u32).chain(faces.iter().copied().flatten()));
-            hashes.push(("faces", Hash::of_words(words)));
+            hashes.push(("faces".to_owned(), Hash::of_words(words)));
         }
         entries.push(Entry { name: case.name(view), hashes });
     }

@@ -1,4 +1,4 @@
-//! Every scene with every variant, by name. A name is the whole definition: `earth/dedup=runs,keying=native`.
+//! Every scene with every variant, by name. A name is the whole definition: `earth/dedup=runs,address=own-level`.
 
 /// What is rendered: a scene with changed settings, seen by some views in this order.
 #[derive(Clone, Debug)]
@@ -26,7 +26,7 @@ pub enum View {
 }
 
 impl Case {
-    /// `earth/headline/dedup=runs,keying=native`; `paper` where nothing is changed.
+    /// `earth/headline/dedup=runs,address=own-level`; `paper` where nothing is changed.
     pub fn name(&self, view: &View) -> String {
         let changes = match self.changes.is_empty() {
             true => "paper".to_owned(),
@@ -61,28 +61,29 @@ const TEXTURED: [(&str, &[View]); 6] = [
 /// These run every variant.
 const WITH_ALL: [&str; 2] = ["earth", "ruler"];
 
-/// Stage 2 as a pass that fills U2: goes with every stage 3 but fused-append.
-const DEDUP_TO_U2: [&str; 8] =
+/// Stage 2 as a pass that fills the tile mask: goes with every stage 3 but fused-append.
+const DEDUP_TO_MASK: [&str; 8] =
     ["geometry", "points", "atomic-or", "test-or", "subgroup-unique", "shared-hash", "tile-memo", "runs"];
 const COMPACT: [&str; 5] = ["transform-feedback", "append", "subgroup", "workgroup", "ordered"];
-const KEYING: [&str; 2] = ["paper", "native"];
+const ADDRESS: [&str; 2] = ["level-0", "own-level"];
 
 /// The variants of stages 2 and 3 that go together.
 fn staged() -> Vec<String> {
     let mut found = Vec::new();
-    for keying in KEYING {
+    for address in ADDRESS {
         let mut add = |dedup: &str, compact: &str| {
-            found.push(format!("dedup={dedup},compact={compact},keying={keying}"));
+            found.push(format!("dedup={dedup},compact={compact},address={address}"));
         };
-        for dedup in DEDUP_TO_U2 {
+        for dedup in DEDUP_TO_MASK {
             COMPACT.into_iter().for_each(|compact| add(dedup, compact));
         }
-        // Transform feedback reads U2, which these do not fill; a bit for each tile has no room for the paper's keying.
+        // Transform feedback reads the tile mask, which these do not fill; a bit for each tile has no room for level-0
+        // tile addresses.
         for compact in COMPACT.into_iter().filter(|&compact| compact != "transform-feedback") {
             add("mark-bytes", compact);
             add("fused", compact);
             add("fused-exact", compact);
-            if keying == "native" {
+            if address == "own-level" {
                 add("bitset", compact);
             }
         }
@@ -103,8 +104,8 @@ const OTHERS: [&str; 13] = [
     "max_anisotropy=4",
     "max_anisotropy=4,filter=stochastic,samples=4",
     "interpolation=literal",
-    "u1=rgba32",
-    "u1=packed",
+    "request_format=rgba32",
+    "request_format=packed",
     "block_log2=0,memo=false",
     "level_bias=1",
 ];
@@ -112,7 +113,7 @@ const OTHERS: [&str; 13] = [
 /// On scenes that do not run every variant.
 const FEW: [&str; 5] = [
     "",
-    "dedup=runs,compact=ordered,keying=native",
+    "dedup=runs,compact=ordered,address=own-level",
     "dedup=fused-exact,compact=fused-append",
     "list=host-bitmap",
     "filter=stochastic,samples=2",
@@ -160,7 +161,7 @@ const SURFACES: [(&str, &[View]); 2] = [
     ),
 ];
 /// Orders of the paper's kind: their splits can be executed by the device.
-const ORDERS: [&str; 6] = ["classical", "paper", "ours", "ours-few-moves", "coherent", "coherent-few-moves"];
+const ORDERS: [&str; 6] = ["classical", "paper", "tail-23", "tail-10", "in-place-23", "in-place-10"];
 const BASELINES: [&str; 5] = ["random", "re-optimised", "re-optimised-fifo", "compacted", "skip-lists"];
 
 /// Paper 2: an order's cases follow each other, so that it is made once.
@@ -169,7 +170,7 @@ pub fn progressive_mesh() -> Vec<Case> {
     let mut add = |order: &str, rest: &str| {
         let changes = changes(&format!("order={order},{rest}"));
         // 7 s on two cores for each: the herd moves its vertices in one order alone, the bunny in all.
-        let slow = rest.ends_with("geomorph=true") && order != "ours";
+        let slow = rest.ends_with("geomorph=true") && order != "tail-23";
         let case =
             |(scene, views)| Case { scene, paper: Paper::ProgressiveMesh, changes: changes.clone(), views };
         cases.extend(SURFACES.into_iter().filter(|(scene, _)| !slow || *scene != "herd").map(case));

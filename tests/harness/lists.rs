@@ -1,16 +1,16 @@
-//! Neighbours of a right list of tiles.
+//! Near misses of a correct tile list.
 
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::reference::{distinct_triples, visible_tiles};
-use ortelius::paper::virtual_texture::streaming::{Keying, distinct_tiles};
+use ortelius::paper::virtual_texture::streaming::{TileAddress, distinct_tiles};
 use std::collections::BTreeSet;
 
 fn pyramid() -> Pyramid {
     Pyramid::new(9, 8, 4, 2, None).unwrap()
 }
 
-/// 64 x 32 pixels; level and place change, and the last rows are background.
-fn u1() -> Vec<[u32; 3]> {
+/// 64 x 32 pixels with varying level and position; the last rows are background.
+fn requests() -> Vec<[u32; 3]> {
     (0..2048u32)
         .map(|pixel| match pixel {
             1920.. => [u32::MAX, 0, 0],
@@ -20,9 +20,9 @@ fn u1() -> Vec<[u32; 3]> {
 }
 
 #[test]
-fn a_list_with_a_tile_more_or_less_or_another_is_rejected() {
-    let expected = visible_tiles(&u1(), &pyramid());
-    let right = distinct_tiles(&u1(), Keying::Paper, pyramid().first_resident_level());
+fn a_list_with_an_extra_missing_or_wrong_tile_is_rejected() {
+    let expected = visible_tiles(&requests(), &pyramid());
+    let right = distinct_tiles(&requests(), TileAddress::Level0, pyramid().first_resident_level());
     let set = |tiles: &[TileId]| tiles.iter().copied().collect::<BTreeSet<_>>();
     assert_eq!(set(&right), expected);
     for index in 0..right.len() {
@@ -37,15 +37,15 @@ fn a_list_with_a_tile_more_or_less_or_another_is_rejected() {
 }
 
 #[test]
-fn one_pixel_decides() {
-    let mut spoilt = u1();
-    // The only pixel that sees this tile.
+fn one_pixel_can_add_a_tile() {
+    let mut spoilt = requests();
+    // Only this pixel sees the tile.
     spoilt[1000] = [4, 0, 31];
-    assert_ne!(visible_tiles(&spoilt, &pyramid()), visible_tiles(&u1(), &pyramid()));
+    assert_ne!(visible_tiles(&spoilt, &pyramid()), visible_tiles(&requests(), &pyramid()));
 }
 
 #[test]
-fn triples_that_name_the_same_tile_are_told_apart() {
+fn different_triples_of_the_same_tile_are_distinguished() {
     let (one, other) = ([[1, 4, 6]], [[1, 5, 7]]);
     assert_eq!(visible_tiles(&one, &pyramid()), visible_tiles(&other, &pyramid()));
     assert_ne!(distinct_triples(&one, &pyramid()), distinct_triples(&other, &pyramid()));

@@ -1,5 +1,5 @@
-//! Who compares, and what each comparer must reject: a test that passes is worth as much as the comparison in
-//! it. Here is the list; neighbours that belong to no other test stand beside it.
+//! The list of comparers and of the tests in which each must reject: a test is only as good as its
+//! comparison. Near misses that belong to no other test are here as well.
 
 mod lists;
 mod registry;

@@ -1,4 +1,4 @@
-//! The list of comparers, and the check that it is whole.
+//! The list of comparers, and the check that it is complete.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 /// A function in a file of the repository.
 type Place = (&'static str, &'static str);
 
-/// What tests trust to tell right from wrong.
+/// A function that tests trust to reject wrong results.
 struct Comparer {
     judges: &'static str,
     function: Place,
-    /// Tests in which it must reject a neighbour of what it accepts.
+    /// Tests in which it must reject a near miss.
     rejects: &'static [Place],
 }
 
@@ -29,14 +29,14 @@ const COMPARERS: &[Comparer] = &[
         function: (PICTURE, "compare"),
         rejects: &[
             (PICTURE, "a_shift_by_one_pixel_is_rejected"),
-            (PICTURE, "what_is_not_finite_is_an_infinite_error_even_against_itself"),
+            (PICTURE, "a_value_that_is_not_finite_is_an_infinite_error_even_against_itself"),
             (PICTURE, "pictures_of_different_shape_are_not_compared"),
         ],
     },
     Comparer {
         judges: "a part of a picture",
         function: (PICTURE, "compare_where"),
-        rejects: &[(PICTURE, "pixels_that_do_not_count_change_nothing_and_those_that_do_are_seen")],
+        rejects: &[(PICTURE, "excluded_pixels_change_nothing_and_included_ones_count")],
     },
     Comparer {
         judges: "a whole picture against a peak of 1",
@@ -49,11 +49,35 @@ const COMPARERS: &[Comparer] = &[
         rejects: &[("tests/texture_mapping/methods.rs", "a_changed_setting_is_not_explained_by_rounding")],
     },
     Comparer {
-        judges: "what a viewer sees of a difference",
+        judges: "a picture of object-space texturing against the f64 reference",
+        function: ("src/paper/texture_mapping/figures/agreement.rs", "compare_fragments"),
+        rejects: &[(
+            "tests/texture_mapping/object_space.rs",
+            "another_spacing_or_a_moved_polygon_is_not_explained_by_rounding",
+        )],
+    },
+    Comparer {
+        judges: "a relief of a scene against the mean of exact rays",
+        function: ("tests/renderer/relief.rs", "nmse"),
+        rejects: &[(
+            "tests/renderer/relief.rs",
+            "a_relief_is_near_the_mean_of_exact_rays_and_a_flat_plane_is_not",
+        )],
+    },
+    Comparer {
+        judges: "a ball of a scene against the ellipsoid in closed form",
+        function: ("tests/renderer/sphere.rs", "nmse"),
+        rejects: &[("tests/renderer/sphere.rs", "the_ball_is_near_its_truth_and_a_turned_one_is_not")],
+    },
+    Comparer {
+        judges: "the visible difference of two pictures",
         function: ("src/picture/flip.rs", "flip"),
         rejects: &[
-            ("src/picture/flip.rs", "a_changed_pixel_is_seen_where_it_is_and_a_stronger_change_more"),
-            ("src/picture/flip.rs", "what_is_not_finite_is_seen_although_it_encodes_as_black"),
+            (
+                "src/picture/flip.rs",
+                "a_changed_pixel_is_found_at_its_place_and_a_stronger_change_counts_more",
+            ),
+            ("src/picture/flip.rs", "a_value_that_is_not_finite_counts_although_it_encodes_as_black"),
         ],
     },
     Comparer {
@@ -62,7 +86,7 @@ const COMPARERS: &[Comparer] = &[
         rejects: &[("src/picture/measures.rs", "every_measure_is_of_the_same_two_pictures")],
     },
     Comparer {
-        judges: "picture files, as users get it",
+        judges: "picture files, as `ortelius compare` does",
         function: ("src/command/compare.rs", "run"),
         rejects: &[("tests/cli/compare.rs", "every_measure_of_a_wrong_pixel_is_the_hand_computed_one")],
     },
@@ -72,7 +96,7 @@ const COMPARERS: &[Comparer] = &[
         rejects: &[(PICTURE, "one_wrong_channel_of_one_pixel_is_found_at_its_place")],
     },
     Comparer {
-        judges: "how many pixels are outliers",
+        judges: "the number of outlier pixels",
         function: (PICTURE, "count_above"),
         rejects: &[(PICTURE, "one_wrong_channel_of_one_pixel_is_found_at_its_place")],
     },
@@ -82,19 +106,19 @@ const COMPARERS: &[Comparer] = &[
         rejects: &[(PICTURE, "nmse_is_the_squared_error_over_the_squared_truth")],
     },
     Comparer {
-        judges: "lists of visible tiles, whatever variant made them",
+        judges: "lists of visible tiles, of all variants",
         function: (REFERENCE, "visible_tiles"),
-        rejects: &[("tests/harness/lists.rs", "a_list_with_a_tile_more_or_less_or_another_is_rejected")],
+        rejects: &[("tests/harness/lists.rs", "a_list_with_an_extra_missing_or_wrong_tile_is_rejected")],
     },
     Comparer {
-        judges: "lists of triples before they are made tiles",
+        judges: "lists of triples before conversion to tiles",
         function: (REFERENCE, "distinct_triples"),
-        rejects: &[("tests/harness/lists.rs", "triples_that_name_the_same_tile_are_told_apart")],
+        rejects: &[("tests/harness/lists.rs", "different_triples_of_the_same_tile_are_distinguished")],
     },
     Comparer {
         judges: "the level and tile of one pixel",
         function: (REFERENCE, "possible_triples"),
-        rejects: &[(REFERENCE, "a_decision_far_from_a_border_has_one_outcome_and_near_it_two")],
+        rejects: &[(REFERENCE, "a_footprint_far_from_a_rounding_border_has_one_outcome_and_near_it_two")],
     },
     Comparer {
         judges: "stage 1 against f64 footprints",
@@ -116,17 +140,17 @@ const COMPARERS: &[Comparer] = &[
         function: (MESH_PICTURES, "beyond_f64"),
         rejects: &[
             (MESH_PICTURES, "a_hundredth_of_the_models_size_is_not_the_f64_picture"),
-            (MESH_PICTURES, "a_vertex_on_its_way_is_drawn_where_f64_puts_it"),
+            (MESH_PICTURES, "a_morphing_vertex_is_drawn_at_its_f64_position"),
         ],
     },
     Comparer {
         judges: "each texel that a settled frame fetches",
         function: ("src/paper/virtual_texture/dump.rs", "ruler_verdicts"),
         rejects: &[
-            ("tests/harness/ruler.rs", "a_wrong_bit_in_each_tile_is_seen"),
-            ("tests/harness/ruler.rs", "a_wrong_border_is_seen"),
-            ("tests/harness/ruler.rs", "a_wrong_coarser_picture_is_seen"),
-            ("tests/harness/ruler.rs", "a_tile_of_another_place_is_seen"),
+            ("tests/harness/ruler.rs", "a_wrong_bit_in_each_tile_is_detected"),
+            ("tests/harness/ruler.rs", "a_wrong_border_is_detected"),
+            ("tests/harness/ruler.rs", "a_wrong_coarser_picture_is_detected"),
+            ("tests/harness/ruler.rs", "a_tile_of_another_place_is_detected"),
         ],
     },
     Comparer {
@@ -156,35 +180,32 @@ const COMPARERS: &[Comparer] = &[
         rejects: &[
             (
                 "src/reference/distance.rs",
-                "one_vertex_out_of_place_is_found_by_the_largest_distance_and_hardly_by_the_mean",
+                "one_displaced_vertex_shows_in_the_largest_distance_and_hardly_in_the_mean",
             ),
-            ("src/reference/distance.rs", "what_is_missing_is_found_from_one_side_only"),
+            ("src/reference/distance.rs", "a_missing_part_is_found_from_one_side_only"),
         ],
     },
     Comparer {
         judges: "results of figures against stored ones",
         function: ("src/figure/against.rs", "between"),
         rejects: &[
-            ("tests/figure/against.rs", "a_time_changed_only_where_the_spreads_do_not_meet"),
-            (
-                "tests/figure/against.rs",
-                "an_exact_number_words_a_series_or_a_unit_changed_where_they_are_not_equal",
-            ),
+            ("tests/figure/against.rs", "a_time_changed_only_if_the_spreads_are_disjoint"),
+            ("tests/figure/against.rs", "exact_numbers_words_series_and_units_changed_if_unequal"),
         ],
     },
     Comparer {
         judges: "a whole .tiles file",
         function: ("src/texture/tiles/verify.rs", "verify"),
-        rejects: &[("tests/tiles.rs", "a_flip_of_any_byte_is_found_and_put_down_to_its_record")],
+        rejects: &[("tests/tiles.rs", "a_flip_in_any_byte_is_detected_in_its_record")],
     },
     Comparer {
         judges: "tiles read from a file",
         function: ("tests/tiles.rs", "differing"),
-        rejects: &[("tests/tiles.rs", "synthetic_tiles_come_back_from_the_file_as_they_are")],
+        rejects: &[("tests/tiles.rs", "synthetic_tiles_read_back_unchanged")],
     },
     Comparer {
         judges: "levels of a baked file against the means of four",
-        function: ("tests/bake/content.rs", "texels_that_are_no_means"),
+        function: ("tests/bake/content.rs", "texels_that_are_not_means"),
         rejects: &[("tests/bake/content.rs", "every_level_is_the_mean_of_four_of_the_files_own_texels")],
     },
     Comparer {
@@ -192,13 +213,13 @@ const COMPARERS: &[Comparer] = &[
         function: ("tests/bake/content.rs", "mean_difference"),
         rejects: &[(
             "tests/bake/content.rs",
-            "a_jpeg_enlarged_and_averaged_is_the_same_earth_as_the_source_made_of_it_by_areas",
+            "a_jpeg_enlarged_and_averaged_agrees_with_the_area_averaged_earth_source",
         )],
     },
     Comparer {
         judges: "the Earth's tiles against differently cut ones",
         function: (EARTH, "differing_texels"),
-        rejects: &[(EARTH, "the_comparison_of_borders_rejects_another_places_texels")],
+        rejects: &[(EARTH, "the_comparison_of_borders_rejects_texels_of_another_place")],
     },
     Comparer {
         judges: "the Earth's levels against the means of four",
@@ -211,17 +232,14 @@ const COMPARERS: &[Comparer] = &[
     Comparer {
         judges: "the picture of BC1 tiles against that of RGBA8 tiles",
         function: ("tests/cli/tiles.rs", "difference"),
-        rejects: &[(
-            "tests/cli/tiles.rs",
-            "bc1_tiles_give_nearly_the_same_picture_with_the_feature_asked_for",
-        )],
+        rejects: &[("tests/cli/tiles.rs", "bc1_tiles_give_nearly_the_same_picture_and_request_the_feature")],
     },
     Comparer {
         judges: "--dump-footprint against the formula in f64",
         function: ("tests/cli/dumps.rs", "disagreements"),
         rejects: &[
-            ("tests/cli/dumps.rs", "a_level_that_is_not_the_formulas_is_found"),
-            ("tests/cli/dumps.rs", "a_row_beside_the_right_one_is_found"),
+            ("tests/cli/dumps.rs", "a_wrong_level_is_found"),
+            ("tests/cli/dumps.rs", "a_neighbouring_row_is_found"),
         ],
     },
     Comparer {
@@ -262,9 +280,9 @@ const COMPARERS: &[Comparer] = &[
     },
     Comparer {
         judges: "pictures of a level in one order against another's",
-        function: ("tests/progressive_mesh/rivals.rs", "different_pixels"),
+        function: ("tests/progressive_mesh/baselines.rs", "different_pixels"),
         rejects: &[(
-            "tests/progressive_mesh/rivals.rs",
+            "tests/progressive_mesh/baselines.rs",
             "every_order_draws_the_faces_and_the_picture_of_the_same_level",
         )],
     },
@@ -272,16 +290,16 @@ const COMPARERS: &[Comparer] = &[
         judges: "imports between modules",
         function: ("tests/floors/rules.rs", "objections"),
         rejects: &[
-            ("tests/floors/cases.rs", "an_import_that_points_up_is_found"),
-            ("tests/floors/cases.rs", "worlds_of_one_floor_do_not_know_each_other"),
-            ("tests/floors/cases.rs", "papers_do_not_name_each_other"),
+            ("tests/floors/cases.rs", "an_upward_import_is_found"),
+            ("tests/floors/cases.rs", "modules_of_one_floor_must_not_import_each_other"),
+            ("tests/floors/cases.rs", "papers_must_not_import_each_other"),
             ("tests/floors/cases.rs", "unsafe_code_and_ash_stay_in_vk"),
         ],
     },
     Comparer {
         judges: "dependencies between files",
         function: ("tests/floors/circles.rs", "circles"),
-        rejects: &[("tests/floors/cases.rs", "two_files_that_need_each_other_are_a_circle")],
+        rejects: &[("tests/floors/cases.rs", "two_files_that_depend_on_each_other_are_a_circle")],
     },
     Comparer {
         judges: "hashes against the recorded ones",
@@ -295,8 +313,8 @@ const COMPARERS: &[Comparer] = &[
     },
 ];
 
-/// Named like a comparer, but judging nothing.
-const NO_COMPARERS: &[(Place, &str)] = &[
+/// Functions named like a comparer that compare nothing.
+const NOT_COMPARERS: &[(Place, &str)] = &[
     (("src/figure/claim.rs", "difference"), "states a claim's test; src/figure/judge evaluates it"),
     (("src/paper/virtual_texture/compare.rs", "compare_plain"), "measures times, which no test asserts"),
     (
@@ -306,8 +324,8 @@ const NO_COMPARERS: &[(Place, &str)] = &[
     (("tests/harness/ruler.rs", "verdicts"), "calls ruler_verdicts"),
 ];
 
-/// Parts of names that say that a function compares. What is public in the library, or stands in a test,
-/// and has one of them must be in one of the two lists.
+/// Parts of names that indicate a comparison. A function with one of them must be in one of the two lists
+/// if it is public in the library or in a test.
 const TELLING: [&str; 10] = [
     "compare",
     "count_above",
@@ -326,7 +344,7 @@ fn text(file: &str) -> String {
     fs::read_to_string(&path).unwrap_or_else(|error| panic!("{file}: {error}"))
 }
 
-/// Names of the functions that a file defines: (name, is public, is a test that runs).
+/// Functions that a file defines: (name, is public, is a test that runs).
 fn functions(text: &str) -> Vec<(String, bool, bool)> {
     let mut found = Vec::new();
     let (mut test, mut ignored) = (false, false);
@@ -363,7 +381,7 @@ fn every_comparer_has_a_test_in_which_it_must_reject() {
     for Comparer { judges, function: (file, name), rejects } in COMPARERS {
         let defined = functions(&text(file)).iter().any(|(function, ..)| function == name);
         assert!(defined, "{file} has no {name}, which judges {judges}");
-        assert!(!rejects.is_empty(), "{name} judges {judges}, and nothing shows that it ever rejects");
+        assert!(!rejects.is_empty(), "{name} judges {judges}, and no test shows that it rejects");
         for (file, test) in *rejects {
             let runs = functions(&text(file)).iter().any(|(function, _, runs)| function == test && *runs);
             assert!(runs, "{file} has no test {test} that runs: nothing shows that {name} rejects");
@@ -375,7 +393,7 @@ fn every_comparer_has_a_test_in_which_it_must_reject() {
 fn every_function_that_is_named_like_a_comparer_is_listed() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let listed: Vec<Place> =
-        COMPARERS.iter().map(|c| c.function).chain(NO_COMPARERS.iter().map(|&(place, _)| place)).collect();
+        COMPARERS.iter().map(|c| c.function).chain(NOT_COMPARERS.iter().map(|&(place, _)| place)).collect();
     let mut missing = Vec::new();
     for path in sources(&root.join("src")).into_iter().chain(sources(&root.join("tests"))) {
         let file = path.strip_prefix(root).unwrap().to_string_lossy().replace('\\', "/");
@@ -394,14 +412,14 @@ fn every_function_that_is_named_like_a_comparer_is_listed() {
 }
 
 #[test]
-fn no_entry_outlives_its_function() {
-    for ((file, name), _) in NO_COMPARERS {
+fn every_entry_names_an_existing_function() {
+    for ((file, name), _) in NOT_COMPARERS {
         assert!(functions(&text(file)).iter().any(|(function, ..)| function == name), "{file} has no {name}");
     }
 }
 
 #[test]
-fn a_test_is_told_from_a_function_and_from_an_ignored_test() {
+fn tests_functions_and_ignored_tests_are_distinguished() {
     let text = "
         pub fn outer() {}
         #[test]

@@ -1,4 +1,4 @@
-//! The ruler on textures that are wrong in one way each: the proof of every texel must see it.
+//! The ruler texture with one kind of error at a time: the check of every texel must detect each.
 
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::{Pyramid, TileId};
@@ -14,10 +14,10 @@ use ortelius::texture::source::{TileError, TileFormat, TileSource};
 use ortelius::vk::{GpuOptions, Watched};
 use std::sync::Arc;
 
-/// The ruler, with something done to each tile.
+/// The ruler with a modification of each tile.
 struct Spoilt {
     ruler: Ruler,
-    /// Side of the tile's own picture in texels, its border, and the tile's bytes.
+    /// Arguments: side of the tile's interior in texels, border, and the tile's bytes.
     spoil: fn(usize, usize, &mut [u8]),
     /// The tile that is read instead.
     instead: fn(TileId) -> TileId,
@@ -53,6 +53,7 @@ fn pose() -> Pose {
         tilt_deg: 0.0,
         vertical_fov_deg: 45.0,
         magnification: 1.0,
+        near_m: None,
     }
     .pose()
 }
@@ -68,7 +69,7 @@ fn verdicts(spoil: fn(usize, usize, &mut [u8]), instead: fn(TileId) -> TileId) -
     let mut renderer = VirtualTexture::run(gpu.clone(), source, &mesh, settings).unwrap();
     renderer.settle(&pose()).unwrap();
     let verdicts = renderer.ruler_verdicts().unwrap();
-    // Straight down from 300 km the ground fills the frame, and none of it is so coarse as to be G1's.
+    // Straight down from 300 km the ground fills the frame, and no tile is coarse enough to be in G1.
     assert_eq!((verdicts.covered, verdicts.from_g1, verdicts.not_resident), (320 * 180, 0, 0));
     verdicts
 }
@@ -88,8 +89,8 @@ fn an_unspoilt_ruler_has_no_wrong_texel() {
 }
 
 #[test]
-fn a_wrong_bit_in_each_tile_is_seen() {
-    // One row of texels of each tile, its 32nd.
+fn a_wrong_bit_in_each_tile_is_detected() {
+    // Row 32 of the texels of each tile.
     let wrong = verdicts(
         |side, border, bytes| flip(&mut bytes[..side * side * 4], side, |_, y| y == border + 31),
         |t| t,
@@ -98,7 +99,7 @@ fn a_wrong_bit_in_each_tile_is_seen() {
 }
 
 #[test]
-fn a_wrong_border_is_seen() {
+fn a_wrong_border_is_detected() {
     let spoil = |side: usize, border: usize, bytes: &mut [u8]| {
         let outside = |at: usize| at < border || at >= side - border;
         flip(&mut bytes[..side * side * 4], side, |x, y| outside(x) || outside(y));
@@ -108,14 +109,14 @@ fn a_wrong_border_is_seen() {
 }
 
 #[test]
-fn a_wrong_coarser_picture_is_seen() {
+fn a_wrong_coarser_picture_is_detected() {
     let wrong =
         verdicts(|side, _, bytes| flip(&mut bytes[side * side * 4..], side / 2, |_, _| true), |tile| tile);
     assert_eq!(wrong.wrong, wrong.covered);
 }
 
 #[test]
-fn a_tile_of_another_place_is_seen() {
+fn a_tile_of_another_place_is_detected() {
     let wrong = verdicts(|_, _, _| {}, |tile| TileId { column: tile.column ^ 1, ..tile });
     assert_eq!(wrong.wrong, wrong.covered);
 }

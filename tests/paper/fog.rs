@@ -51,6 +51,7 @@ pub const FIGURES: &[&Figure] = &[&Figure {
     about: "Whether fog hides more than half.",
     scenes: &["haze"],
     variants: || vec!["fog".into()],
+    paper: &[],
     sweep: None,
     measure: |_, _: &Cell| Ok(vec![Row::new("fog", "density", "", Value::Number(0.25))]),
     plots: &[],

@@ -1,7 +1,7 @@
-//! Meshes that cannot be executed are told from those that can.
+//! Meshes that cannot be executed are rejected.
 
 use super::made::{Random, arrange, collapse, quad, torus};
-use ortelius::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
+use ortelius::paper::progressive_mesh::mesh::{Births, Level, NOWHERE, ProgressiveMesh};
 
 fn flaw(change: impl FnOnce(&mut ProgressiveMesh)) -> String {
     let mut mesh = quad();
@@ -11,12 +11,12 @@ fn flaw(change: impl FnOnce(&mut ProgressiveMesh)) -> String {
 }
 
 #[test]
-fn each_flaw_is_told_with_its_place() {
+fn each_flaw_is_reported_with_its_place() {
     let level = |vertices, faces, error| Level { vertices, faces, error };
     let slots = |rows: &[&[u32]]| rows.iter().map(|row| row.to_vec()).collect();
     type Change<'a> = Box<dyn Fn(&mut ProgressiveMesh) + 'a>;
-    let cases: [(Change, &str); 23] = [
-        (Box::new(|m| m.levels.clear()), "levels: there is none"),
+    let cases: [(Change, &str); 24] = [
+        (Box::new(|m| m.levels.clear()), "levels: the list is empty"),
         (Box::new(|m| m.levels[1].faces = 3), "last level: 3 faces of 2"),
         (Box::new(|m| m.levels[1].vertices = 5), "last level: 5 vertices of 4"),
         (Box::new(|m| m.levels[0] = level(3, 3, 1.0)), "level 1: fewer vertices or faces"),
@@ -29,7 +29,7 @@ fn each_flaw_is_told_with_its_place() {
         (Box::new(|m| m.splits.slots = slots(&[&[1]])), "vertex 3: slot 1 of 1 live faces"),
         (Box::new(|m| m.splits.slots = slots(&[&[0, 0]])), "slot 0 shows [0, 3, 2], not 1"),
         (Box::new(|m| m.faces[0] = [0, 3, 2]), "level 0, face 0: [0, 3, 2] of 3 live vertices"),
-        (Box::new(|m| m.faces[1] = [0, 2, 2]), "level 1, face 1: [0, 2, 2] is no triangle"),
+        (Box::new(|m| m.faces[1] = [0, 2, 2]), "level 1, face 1: [0, 2, 2] is not a triangle"),
         (Box::new(|m| m.swaps.levels[0] = 0), "swaps: levels are not ascending from 1"),
         (Box::new(|m| m.swaps.cycle_ends[0] = 2), "swaps: 1 cycles, of which 2 belong"),
         (Box::new(|m| m.swaps.cycles = slots(&[&[0, 2]])), "permutation of level 1: slot 2 of 2 live"),
@@ -41,17 +41,18 @@ fn each_flaw_is_told_with_its_place() {
             Box::new(|m| m.vertices.welded[3] = 2),
             "vertex 3: at [0.0, 1.0, 0.0], welded to 2 at [1.0, 1.0, 0.0]",
         ),
+        (Box::new(|m| m.births = Births::InPlace), "level 1, face 1: it has an area before it is born"),
         (Box::new(|m| m.vertices.positions[2][1] = f32::NAN), "vertex 2: position [1.0, NaN, 0.0]"),
     ];
     for (change, words) in cases {
-        let told = flaw(change);
-        assert!(told.contains(words) && !told.contains('\n'), "{told:?}, wanted {words:?}");
+        let reported = flaw(change);
+        assert!(reported.contains(words) && !reported.contains('\n'), "{reported:?}, wanted {words:?}");
     }
 }
 
-/// Any one word of the lists, any other value: either the mesh is refused, or it runs without a panic.
+/// One word of the lists is changed at random: the mesh is either rejected, or runs without a panic.
 #[test]
-fn a_changed_word_is_refused_or_runs() {
+fn a_mesh_with_a_changed_word_is_rejected_or_runs() {
     let random = &mut Random(7);
     let model = torus(5, 4, true, 2);
     let collapses = collapse(&model, 10, random);
@@ -97,5 +98,5 @@ fn a_changed_word_is_refused_or_runs() {
             }
         }
     }
-    assert!(refused > 1500, "{refused} of 2000 were refused");
+    assert!(refused > 1500, "{refused} of 2000 were rejected");
 }

@@ -1,8 +1,9 @@
-//! Changes of level on the device: the CPU's buffer, bit for bit. Validation is on in every test; any message fails it.
+//! Changes of level on the device give the CPU's buffer, bit for bit. Validation is on in every test; any message fails
+//! it.
 
 use super::made::{Random, arrange, collapse, torus};
 use ortelius::paper::progressive_mesh::apply::{Apply, Change, ChangedSlots, Scatter};
-use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
+use ortelius::paper::progressive_mesh::mesh::{Births, ProgressiveMesh};
 use ortelius::paper::progressive_mesh::run::Program;
 use ortelius::vk::{Buffer, BufferUse, Gpu, GpuOptions, Watched};
 
@@ -27,11 +28,17 @@ fn mesh(seed: u64, swap_every: usize) -> ProgressiveMesh {
 }
 
 #[test]
-fn the_device_applies_levels_of_many_instances_as_the_host_does() {
+fn the_device_applies_levels_of_many_instances_like_the_host() {
     let gpu = Watched::open(&GpuOptions::default());
     // Many permutations, few, and none.
-    for (seed, swap_every) in [(1, 3), (2, 30), (3, usize::MAX)] {
-        let program = Program::new(&mesh(seed, swap_every)).unwrap();
+    for (seed, swap_every, births) in [
+        (1, 3, Births::Tail),
+        (2, 30, Births::Tail),
+        (3, usize::MAX, Births::Tail),
+        (4, 3, Births::InPlace),
+        (5, 30, Births::InPlace),
+    ] {
+        let program = Program::new(&ProgressiveMesh { births, ..mesh(seed, swap_every) }).unwrap();
         let slots = program.faces().len();
         let apply = Apply::new(&gpu, &program).unwrap();
         let mut instances = vec![(0u32, program.faces().to_vec()); 7];
@@ -41,7 +48,7 @@ fn the_device_applies_levels_of_many_instances_as_the_host_does() {
         for round in 0..4 {
             let mut changes = Vec::new();
             for (n, (level, faces)) in instances.iter_mut().enumerate() {
-                // The first goes all the way, and back; some stay where they are.
+                // The first goes up and down all the way; some keep their level.
                 let to = match n {
                     0 if round % 2 == 0 => program.last_level(),
                     0 => 0,

@@ -33,7 +33,7 @@ fn walk(budget: &str, deterministic: bool) -> Vec<(u64, f64, Vec<u8>)> {
 }
 
 #[test]
-fn a_budget_in_faces_is_held_in_every_frame_and_two_runs_are_alike() {
+fn a_budget_in_faces_is_kept_in_every_frame_and_two_runs_agree() {
     let budget = format!("governor.frame_faces={FACES}");
     let first = walk(&budget, true);
     assert!(
@@ -50,7 +50,7 @@ fn a_budget_in_faces_is_held_in_every_frame_and_two_runs_are_alike() {
 }
 
 #[test]
-fn a_budget_in_milliseconds_alone_is_refused_where_runs_must_be_alike() {
+fn a_budget_in_milliseconds_alone_is_rejected_in_deterministic_runs() {
     let refused = open("governor.frame_ms=5", true).err().unwrap().to_string();
     assert!(refused.contains("--deterministic") && refused.contains("governor.frame_faces"), "{refused}");
     assert!(open("governor.frame_ms=5", false).is_ok());

@@ -1,5 +1,5 @@
-//! Models, collapses and progressive meshes for tests: small, quick to make, and at random, so that orders occur that
-//! no sensible simplifier or optimizer would choose.
+//! Models, collapses and progressive meshes for tests: small, quick to make, and random, so that they include orders
+//! that no sensible simplifier or optimizer would choose.
 
 use glam::DVec3;
 use ortelius::math::ragged::Ragged;
@@ -25,8 +25,8 @@ impl Random {
     }
 }
 
-/// A torus of `around` by `along` squares; with seams each of its two seams doubles its wedges, where they cross there
-/// are four. Beside it so many tetrahedra, components of their own.
+/// A torus of `around` by `along` squares. With seams, each of its two seams doubles its wedges, and four meet where
+/// the seams cross. Beside it `tetrahedra` tetrahedra as separate components.
 pub fn torus(around: usize, along: usize, seams: bool, tetrahedra: usize) -> Model {
     let mut model = Model::default();
     let mut wedges = BTreeMap::new();
@@ -64,7 +64,7 @@ pub fn torus(around: usize, along: usize, seams: bool, tetrahedra: usize) -> Mod
     model
 }
 
-/// Random half-edge collapses, of whole components too, until none is left or `least` faces remain.
+/// Random half-edge collapses, also of whole components, until none is possible or at most `least` faces remain.
 pub fn collapse(model: &Model, least: usize, random: &mut Random) -> Collapses {
     let mut faces: Vec<Option<[u32; 3]>> = model.faces.iter().copied().map(Some).collect();
     let mut collapses = Collapses::default();
@@ -115,12 +115,16 @@ fn component(model: &Model, faces: &[Option<[u32; 3]>], position: u32, most: usi
     }
     let inside = |face: &Option<[u32; 3]>| face.is_some_and(|face| reached.contains(&positions(face)[0]));
     let gone: Vec<u32> = (0..faces.len() as u32).filter(|&face| inside(&faces[face as usize])).collect();
-    let wedges: BTreeSet<u32> = gone.iter().flat_map(|&face| faces[face as usize].unwrap()).collect();
-    (gone.len() <= most && gone.len() < 20)
-        .then(|| (wedges.into_iter().map(|wedge| [wedge, NOWHERE]).collect(), gone))
+    let wedges = reached.iter().flat_map(|&position| at(model, position));
+    (gone.len() <= most && gone.len() < 20).then(|| (wedges.map(|wedge| [wedge, NOWHERE]).collect(), gone))
 }
 
-/// A position moves onto a neighbour, along a seam if it lies on one; none where a wedge would not know its target.
+/// The wedges of a position.
+fn at(model: &Model, position: u32) -> impl Iterator<Item = u32> {
+    (0u32..).zip(&model.wedge_positions).filter(move |(_, at)| **at == position).map(|(wedge, _)| wedge)
+}
+
+/// A position moves onto a neighbour, along a seam if it lies on one; `None` if a wedge would have no target.
 fn edge(model: &Model, faces: &[Option<[u32; 3]>], old: u32, new: u32) -> Option<Step> {
     let mut gone = Vec::new();
     let (mut targets, mut left) = (BTreeMap::new(), BTreeSet::new());
@@ -141,7 +145,10 @@ fn edge(model: &Model, faces: &[Option<[u32; 3]>], old: u32, new: u32) -> Option
         }
     }
     let known = left.iter().all(|wedge| targets.contains_key(wedge));
-    known.then(|| (targets.into_iter().map(|(from, to)| [from, to]).collect(), gone))
+    // A wedge without faces follows the others of its position.
+    let others = at(model, old).filter(|wedge| !targets.contains_key(wedge)).map(|wedge| [wedge, NOWHERE]);
+    let others: Vec<[u32; 2]> = others.collect();
+    known.then(|| (targets.into_iter().map(|(from, to)| [from, to]).chain(others).collect(), gone))
 }
 
 /// A progressive mesh and the model's wedge of each of its vertices.
@@ -197,7 +204,8 @@ pub fn arrange(model: &Model, collapses: &Collapses, swap_every: usize, random: 
     Made { mesh, wedges }
 }
 
-/// For each collapse and each of its wedges the faces that it shows last before; and each face when it vanishes.
+/// For each collapse and each of its wedges, the faces that still use it; and for each face the collapse that removes
+/// it.
 struct Taken {
     faces: Vec<Vec<Vec<u32>>>,
     at_birth: Vec<[u32; 3]>,
@@ -267,7 +275,7 @@ fn vertices(model: &Model, wedges: &[u32]) -> Vertices {
     }
 }
 
-/// A quad of two triangles that comes from one triangle, one split, and one swap: small enough to be read.
+/// A quad of two triangles from one triangle, one split and one swap: small enough to read.
 pub fn quad() -> ProgressiveMesh {
     let level = |vertices, faces, error| Level { vertices, faces, error };
     ProgressiveMesh {
@@ -280,5 +288,6 @@ pub fn quad() -> ProgressiveMesh {
         levels: vec![level(3, 1, 1.0), level(4, 2, 0.0)],
         splits: Splits { split_vertices: vec![1], slots: Ragged::from_iter([vec![0]]) },
         swaps: Swaps { levels: vec![1], cycle_ends: vec![1], cycles: Ragged::from_iter([vec![0, 1]]) },
+        ..ProgressiveMesh::default()
     }
 }

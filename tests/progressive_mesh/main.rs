@@ -1,5 +1,6 @@
-//! Paper 2: what runs, against meshes built afresh at each level.
+//! Paper 2: incremental changes of level against meshes built from scratch at each level.
 
+mod baselines;
 mod built;
 mod check;
 mod device;
@@ -7,5 +8,5 @@ mod governed;
 mod made;
 mod model;
 mod pictures;
-mod rivals;
+mod published;
 mod run;

@@ -1,5 +1,4 @@
-//! Frames on the device, with validation: against f64 pictures of the same level, and against a session that has no
-//! past.
+//! Frames on the device, with validation: against f64 pictures of the same level, and against a fresh session.
 
 use glam::{DVec2, DVec3};
 use ortelius::frame::{Run, Technique};
@@ -16,14 +15,14 @@ use ortelius::renderer::{Options, Renderer};
 use ortelius::scene::Scene;
 use ortelius::vk::{Feature, Gpu, GpuOptions, Watched};
 
-/// A device that counts shader invocations, if it can.
+/// A device that counts shader invocations, if supported.
 pub fn device() -> Watched {
     Watched::open(&GpuOptions { wishes: &[Feature::PipelineStatistics], ..GpuOptions::default() })
 }
 
 const SIZE: [u32; 2] = [320, 180];
 
-/// A small picture by the renderer.
+/// Options for a small picture.
 pub fn options() -> Options<'static> {
     Options {
         target: Target::Srgb8,
@@ -49,8 +48,7 @@ fn picture(session: &mut Run<ProgressiveMeshes>) -> Picture {
     Picture::new(SIZE[0], SIZE[1], bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect())
 }
 
-/// Position and normal of each vertex as they are to be seen, f64: moved, where a band is given, from the vertex that
-/// it split from.
+/// The expected position and normal of each vertex in f64; with a band, partly moved from its split vertex.
 fn seen_vertices(scene: &Scene, wanted: f64, band_log2: Option<f64>) -> Vec<(DVec3, DVec3)> {
     let model = &load(scene).unwrap()[0];
     let mesh = &model.mesh;
@@ -66,7 +64,7 @@ fn seen_vertices(scene: &Scene, wanted: f64, band_log2: Option<f64>) -> Vec<(DVe
         .collect();
     let Some(band_log2) = band_log2 else { return seen };
     let first = mesh.levels[0].vertices as usize;
-    // A split vertex comes before the vertices that split from it: its place is known.
+    // A split vertex precedes the vertices that split from it, so its position is known.
     for level in 1..mesh.levels.len() {
         let (before, after) = (&mesh.levels[level - 1], &mesh.levels[level]);
         for vertex in before.vertices as usize..after.vertices as usize {
@@ -79,14 +77,14 @@ fn seen_vertices(scene: &Scene, wanted: f64, band_log2: Option<f64>) -> Vec<(DVe
     seen
 }
 
-/// The f64 view of what the session's one instance shows at its level, and each triangle's normals.
+/// The f64 view of the session's one instance at its level, and each triangle's normals.
 fn truth(session: &Run<ProgressiveMeshes>, pose: &Pose, seen: &[(DVec3, DVec3)]) -> (View, Vec<[DVec3; 3]>) {
     let (place, _) = session.technique.surfaces[0].instances().next().unwrap();
     let place: Place = *place;
     let (mut mesh, mut normals) = (SourceMesh::default(), Vec::new());
     for (n, face) in session.technique.surfaces[0].faces(0).unwrap().iter().enumerate() {
         mesh.positions.extend(face.map(|vertex| place.to_world(seen[vertex as usize].0)));
-        // Texture coordinates that are the barycentric ones: the rasteriser interpolates them.
+        // Barycentric coordinates as texture coordinates, so that the rasteriser interpolates them.
         mesh.coordinates.extend([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(DVec2::from));
         mesh.triangles.push([0, 1, 2].map(|corner| 3 * n as u32 + corner));
         normals.push(face.map(|vertex| place.rotation * seen[vertex as usize].1));
@@ -101,14 +99,15 @@ fn shade(sample: &Sample, normals: &[[DVec3; 3]], sun: DVec3) -> [f32; 4] {
     [grey as f32, grey as f32, grey as f32, 1.0]
 }
 
-/// A pixel lies inside one triangle if its centre, moved by what a GPU's snapping to 1/256 pixel and f32 make of it,
-/// stays there.
+/// A pixel lies inside one triangle if its centre stays there when moved by the error of a GPU's snapping to 1/256
+/// pixel and of f32.
 const RADIUS_PX: f64 = 1.0 / 128.0;
-/// Linear light. A 256th of a pixel in a triangle of a third of a pixel's width turns a barycentric coordinate by
-/// 1/85; normals of neighbours differ by up to a radian on the bunny's ears, and light by 0.45 a radian.
+/// In linear light. In a triangle a third of a pixel wide, 1/256 of a pixel changes a barycentric coordinate by 1/85.
+/// Normals of neighbours differ by up to a radian on the bunny's ears, and light by 0.45 a radian.
 const BOUND: f64 = 0.45 / 85.0;
 
-/// Pixels of the session's picture beyond BOUND from the f64 picture inside one triangle or outside all, and the worst.
+/// Counts the pixels of the session's picture that differ by more than BOUND from the f64 picture, inside one triangle
+/// or outside all; and returns the worst difference.
 fn beyond_f64(session: &mut Run<ProgressiveMeshes>, pose: &Pose, seen: &[(DVec3, DVec3)]) -> (usize, f64) {
     let picture = picture(session);
     let (view, normals) = truth(session, pose, seen);
@@ -153,7 +152,7 @@ fn a_level_is_drawn_as_f64_draws_it() {
     }
 }
 
-/// The neighbour that must be rejected: the picture of other vertices, each a hundredth of the model away.
+/// Near miss that must be rejected: the picture with vertices moved by a hundredth of the model.
 #[test]
 fn a_hundredth_of_the_models_size_is_not_the_f64_picture() {
     let gpu = device();
@@ -169,7 +168,7 @@ fn a_hundredth_of_the_models_size_is_not_the_f64_picture() {
 }
 
 #[test]
-fn a_vertex_on_its_way_is_drawn_where_f64_puts_it() {
+fn a_morphing_vertex_is_drawn_at_its_f64_position() {
     let gpu = device();
     let scene =
         scene("bunny", &["surface.bunny.geometry.geomorph=true", "surface.bunny.geometry.error_pixels=8"]);
@@ -181,13 +180,13 @@ fn a_vertex_on_its_way_is_drawn_where_f64_puts_it() {
     let moved = seen_vertices(&scene, wanted, Some(f64::from(MORPH_BAND_LOG2)));
     let (beyond, worst) = beyond_f64(&mut session, &pose, &moved);
     assert_eq!(beyond, 0, "worst {worst}");
-    // And not where it will be.
+    // And not at its final position.
     let (beyond, _) = beyond_f64(&mut session, &pose, &seen_vertices(&scene, wanted, None));
     assert!(beyond > 100, "{beyond}");
 }
 
 #[test]
-fn a_herd_that_has_walked_shows_what_one_that_just_came_shows() {
+fn a_herd_after_a_walk_equals_a_fresh_one() {
     let gpu = device();
     let changes = ["surface.herd.geometry.instances=40", "surface.herd.geometry.aside_m=8"];
     let scene = scene("herd", &changes);
@@ -208,7 +207,7 @@ fn a_herd_that_has_walked_shows_what_one_that_just_came_shows() {
     assert!(sum(|c| c.splits) > 1000 && sum(|c| c.collapses) > 1000, "levels went up and down");
     let culled = walked.records.iter().any(|record| record.change.instances_seen < 40);
     assert!(culled, "some were out of sight");
-    // What has not changed is not copied: the last levels' blocks are far fewer than all faces.
+    // Unchanged data are not copied: the last frame's blocks are far fewer than all faces.
     let last = &walked.records.last().unwrap().change;
     assert!(last.upload_bytes < 12 * last.faces, "{last:?}");
     let quiet = path.pose(0);
@@ -216,7 +215,7 @@ fn a_herd_that_has_walked_shows_what_one_that_just_came_shows() {
         walked.frame(&quiet).unwrap();
     }
     walked.drain().unwrap();
-    assert_eq!(walked.records.last().unwrap().change.upload_bytes, 0, "a camera that stands changes nothing");
+    assert_eq!(walked.records.last().unwrap().change.upload_bytes, 0, "a still camera changes nothing");
 }
 
 #[test]
@@ -240,7 +239,7 @@ fn levels_that_the_device_applies_are_the_hosts() {
     };
     assert_eq!(changes(&host), changes(&device));
     assert!(device.records.iter().all(|record| record.change.upload_bytes == 0));
-    // Slices were exchanged and the buffer grew, and neither is as large as 40 full meshes.
+    // Slices were exchanged and the buffer grew, but neither reached the size of 40 full meshes.
     for session in [&host, &device] {
         let (surface, memory) = (&session.technique.surfaces[0], session.technique.surfaces[0].memory());
         let (first, full) = (40 * 12 * 64, 40 * 12 * surface.program.faces().len() as u64);
@@ -253,21 +252,27 @@ fn levels_that_the_device_applies_are_the_hosts() {
 fn the_device_counts_every_index_and_no_more_vertices_than_those() {
     let gpu = device();
     let scene = scene("herd", &["surface.herd.geometry.instances=20"]);
-    let settings =
-        Settings { size: SIZE, count_shaders: true, ..Settings::of_scene(&scene, Target::Srgb8).unwrap() };
+    let settings = Settings { size: SIZE, ..Settings::of_scene(&scene, Target::Srgb8).unwrap() };
     let mut session = ProgressiveMeshes::run(gpu.clone(), &load(&scene).unwrap(), settings).unwrap();
+    gpu.count_work(true);
     session.frame(&scene.camera("start").unwrap().pose()).unwrap();
     session.drain().unwrap();
     let record = &session.records[0];
-    let counts = record.counts.unwrap();
-    assert_eq!(counts.input_vertices, 3 * record.change.faces);
-    assert!(counts.vertex_invocations >= record.change.vertices, "{counts:?}, {:?}", record.change);
-    assert!(counts.vertex_invocations <= counts.input_vertices, "{counts:?}");
-    assert!(counts.fragment_invocations > 0);
+    let drawn = record.passes.iter().find(|pass| pass.label == "surfaces").unwrap();
+    let work = drawn.work.unwrap();
+    assert_eq!(work.draws, record.change.instances_seen as u64);
+    assert_eq!(work.input_vertices, 3 * record.change.faces);
+    assert!(work.vertex_invocations >= record.change.vertices, "{work:?}, {:?}", record.change);
+    assert!(work.vertex_invocations <= work.input_vertices, "{work:?}");
+    assert!(work.fragment_invocations > 0);
+    gpu.count_work(false);
+    session.frame(&scene.camera("start").unwrap().pose()).unwrap();
+    session.drain().unwrap();
+    assert!(session.records[1].passes.iter().all(|pass| pass.work.is_none()));
 }
 
 #[test]
-fn a_scene_asks_for_what_it_shows_and_nothing_else() {
+fn a_scene_requires_only_the_features_that_it_uses() {
     let opened = |name: &str, changes: &[&str]| {
         let scene = scene(name, changes);
         let renderer = Renderer::open(&scene, &options()).unwrap();

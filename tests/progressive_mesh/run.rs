@@ -1,15 +1,15 @@
-//! Buffers at every level: bit-equal on every way there, and the faces of a fresh build.
+//! Buffers at every level: bit-equal on every path there, with the faces of a mesh built from scratch.
 
 use super::made::{Made, Random, arrange, collapse, quad, torus};
 use ortelius::model::Model;
-use ortelius::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh};
-use ortelius::paper::progressive_mesh::reference::{face_set, faces_at, wedges_at};
+use ortelius::paper::progressive_mesh::mesh::{Births, NOWHERE, ProgressiveMesh};
+use ortelius::paper::progressive_mesh::reference::{drawn_in_place, face_set, faces_at, wedges_at};
 use ortelius::paper::progressive_mesh::run::{Instances, Program, State, Touched, Untold};
 use ortelius::paper::progressive_mesh::simplify::Collapses;
 use proptest::prelude::*;
 use std::sync::Arc;
 
-/// A model, its collapses and a progressive mesh of them, all at random.
+/// A random model, its collapses and a progressive mesh of them.
 fn anything(seed: u64) -> (Model, Collapses, Made) {
     let random = &mut Random(seed);
     let model = torus(3 + random.below(6), 3 + random.below(6), random.below(2) == 0, random.below(4));
@@ -18,7 +18,7 @@ fn anything(seed: u64) -> (Model, Collapses, Made) {
     (model, collapses, made)
 }
 
-/// The first way in which live faces at a level are not those of a fresh build, if there is one.
+/// The first difference between the live faces at a level and those built from scratch.
 fn difference(
     live: &[[u32; 3]],
     (model, collapses, made): &(Model, Collapses, Made),
@@ -36,7 +36,7 @@ fn difference(
     (shown != built).then(|| format!("level {level}: {} of {} faces; {other:?}", shown.len(), built.len()))
 }
 
-/// All forms of execution at once; each step compares them.
+/// All forms of execution in parallel; each step compares them.
 struct Walk {
     program: Arc<Program>,
     literal: State,
@@ -77,7 +77,7 @@ proptest! {
             walk.go_to(mesh, level);
             prop_assert_eq!(difference(walk.instance.faces(0), &all, level), None);
         }
-        prop_assert!(walk.whole == mesh.faces, "M0 is not what it was");
+        prop_assert!(walk.whole == mesh.faces, "M0 has changed");
     }
 
     #[test]
@@ -94,7 +94,7 @@ proptest! {
         for _ in 0..30 {
             let level = random.below(buffers.len());
             walk.go_to(mesh, level as u32);
-            prop_assert!(walk.whole == buffers[level], "another way to level {level}, other bits");
+            prop_assert!(walk.whole == buffers[level], "another path to level {level} gives other bits");
         }
     }
 
@@ -117,13 +117,13 @@ proptest! {
                 prop_assert!(instances.faces(other) == alone.live(&made.mesh), "instance {other} after {instance}");
                 let slots = instances.slots(other);
                 let uploaded = &copy[3 * slots.start..3 * slots.end];
-                prop_assert!(uploaded == instances.faces(other).as_flattened(), "{other} was not told");
+                prop_assert!(uploaded == instances.faces(other).as_flattened(), "{other} was not reported");
             }
         }
     }
 
     #[test]
-    fn what_was_written_lies_in_the_touched_ranges(seed: u64) {
+    fn all_writes_lie_in_the_touched_ranges(seed: u64) {
         let (_, _, made) = anything(seed);
         let program = Program::new(&made.mesh).unwrap();
         let (mut faces, mut random) = (made.mesh.faces.clone(), Random(!seed));
@@ -142,7 +142,42 @@ proptest! {
     }
 }
 
-/// What the tests above are to meet is met: seams, components, permutations, levels that none carries.
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    #[test]
+    fn births_in_place_come_to_each_level_with_the_references_buffer_and_the_faces_of_a_fresh_build(seed: u64) {
+        let mut all = anything(seed);
+        all.2.mesh.births = Births::InPlace;
+        let mesh = &all.2.mesh;
+        let last = mesh.last_level();
+        let wanted: Vec<_> = (0..=last).map(|level| drawn_in_place(mesh, level)).collect();
+        let mut instances = Instances::new(Arc::new(Program::new(mesh).unwrap()), 2).unwrap();
+        let (mut copy, mut random): (Vec<u32>, _) = (Vec::new(), Random(!seed));
+        let walk: Vec<u32> = (0..30).map(|_| random.below(wanted.len()) as u32).collect();
+        for level in (0..=last).chain((0..last).rev()).chain(walk) {
+            let instance = random.below(2);
+            instances.go_to(instance, level).unwrap();
+            prop_assert!(instances.faces(instance) == wanted[level as usize], "level {level}");
+            let born = instances.faces(instance).iter().copied().filter(|face| has_area(mesh, face));
+            prop_assert_eq!(difference(&born.collect::<Vec<_>>(), &all, level), None);
+            copy.resize(3 * instances.buffer().len(), 0);
+            for words in instances.take_touched() {
+                copy[words.clone()].copy_from_slice(&instances.buffer().as_flattened()[words]);
+            }
+            let slots = instances.slots(instance);
+            let uploaded = &copy[3 * slots.start..3 * slots.end];
+            prop_assert!(uploaded == instances.faces(instance).as_flattened(), "level {level} was not uploaded");
+        }
+    }
+}
+
+fn has_area(mesh: &ProgressiveMesh, face: &[u32; 3]) -> bool {
+    let [a, b, c] = face.map(|vertex| mesh.vertices.welded[vertex as usize]);
+    a != b && b != c && c != a
+}
+
+/// The random meshes of the tests above have seams, components, permutations, and levels without any.
 #[test]
 fn the_random_meshes_have_seams_components_and_permutations() {
     let (mut seams, mut components, mut swaps, mut bare) = (0, 0, 0, 0);
@@ -168,7 +203,7 @@ fn a_quad_is_split_and_swapped_as_the_paper_says() {
     assert_eq!(state.faces(), mesh.faces);
 }
 
-/// The comparison must see a slot that is another one, where the mesh can still be executed.
+/// The comparison must detect a split in another slot, if the mesh can still be executed.
 #[test]
 fn a_split_in_another_face_is_not_the_fresh_build() {
     let (mut seen, mut random) = (0, Random(1));
@@ -180,7 +215,7 @@ fn a_split_in_another_face_is_not_the_fresh_build() {
         }
         let mut rows: Vec<Vec<u32>> = mesh.splits.slots.rows().map(<[u32]>::to_vec).collect();
         let filled: Vec<usize> = (0..rows.len()).filter(|&row| !rows[row].is_empty()).collect();
-        // One face fewer shows the new vertex.
+        // One face fewer uses the new vertex.
         rows[filled[random.below(filled.len())]].pop();
         mesh.splits.slots = rows.into_iter().collect();
         let Ok(program) = Program::new(mesh) else {
@@ -193,7 +228,7 @@ fn a_split_in_another_face_is_not_the_fresh_build() {
             instance.go_to(0, level).unwrap();
             difference(instance.faces(0), &all, level).is_some()
         });
-        assert!(differs, "seed {seed}: a face that kept its old vertex was not noticed");
+        assert!(differs, "seed {seed}: a face that kept its old vertex was not detected");
         seen += 1;
     }
     assert!(seen >= 30, "{seen} of 50 seeds have splits");

@@ -1,4 +1,4 @@
-//! Candidates: all that a pixel whose centre moves a little could see, and no more.
+//! Candidates: everything that a pixel could see if its centre moved a little, and no more.
 
 use crate::{over_earth, over_plane, straight_on, view};
 use glam::{DMat4, DVec2, DVec3};
@@ -7,12 +7,12 @@ use ortelius::reference::{Candidates, View};
 use proptest::prelude::*;
 
 proptest! {
-    // Slow: every pixel's candidates, seven pictures a case.
+    // Slow: all pixels' candidates for seven pictures a case.
     #![proptest_config(ProptestConfig::with_cases(16))]
 
-    /// What a moved centre sees is among the candidates, and so is the background.
+    /// A moved centre's triangle, or the background, is among the candidates.
     #[test]
-    fn candidates_hold_whatever_a_moved_centre_sees(
+    fn candidates_contain_what_a_moved_centre_sees(
         latitude_deg in -90.0..90.0f64, longitude_deg in -180.0..180.0f64,
         altitude_log10 in 5.0..7.3f64, tilt_deg in 0.0..95.0f64,
         moves in proptest::collection::vec((-1.0..1.0f64, -1.0..1.0f64), 6),
@@ -25,7 +25,7 @@ proptest! {
         let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
         let candidates: Vec<Candidates> = pixels.map(|(x, y)| here.candidates(x, y, radius_px)).collect();
         for (x_part, y_part) in moves {
-            // Moving the picture by -d shows at a pixel's centre what lies at +d.
+            // Moving the picture by -d brings to a pixel's centre the point that was at +d.
             let shift = DVec2::new(-x_part, -y_part) * radius_px * 2.0 / DVec2::new(24.0, 14.0);
             let shear = DMat4::from_cols_array(&[
                 1.0, 0.0, 0.0, 0.0,  0.0, 1.0, 0.0, 0.0,  0.0, 0.0, 1.0, 0.0,  shift.x, shift.y, 0.0, 1.0,
@@ -48,7 +48,7 @@ proptest! {
 }
 
 #[test]
-fn the_nearer_of_two_planes_is_seen_and_the_farther_is_no_candidate() {
+fn the_nearer_of_two_planes_is_seen_and_the_farther_is_not_a_candidate() {
     let mut both = mesh::plane(1000.0, 1000.0, 1, 1).unwrap();
     let upper = mesh::plane(1000.0, 1000.0, 1, 1).unwrap();
     let first = both.positions.len() as u32;
@@ -72,7 +72,7 @@ fn candidates_are_one_inside_a_triangle_two_at_an_edge_and_never_the_earths_far_
     let (to_clip, eye) = straight_on([32, 32]);
     let flat = View::new(&plane, &to_clip, eye, [32, 32]);
     assert_eq!(flat.candidates(4, 4, 0.5).samples.len(), 1);
-    // The diagonal runs through (15.5, 16.5) and its like.
+    // The diagonal runs through (15.5, 16.5) and equivalent points.
     assert_eq!(flat.candidates(15, 16, 0.01).samples.len(), 2);
     assert_eq!(flat.candidates(15, 18, 0.01).samples.len(), 1);
     assert!(!flat.candidates(0, 9, 0.49).background && flat.candidates(0, 9, 0.51).background);
@@ -91,7 +91,7 @@ fn candidates_are_one_inside_a_triangle_two_at_an_edge_and_never_the_earths_far_
                     .map(|vertex| earth.positions[vertex as usize].distance(pose.eye))
                     .into_iter()
                     .fold(f64::INFINITY, f64::min);
-                // The horizon is sqrt(d^2 - R^2) away; a triangle there is 330 km long.
+                // The horizon is at sqrt(d^2 - R^2); a triangle there is 330 km long.
                 let horizon_m = (pose.eye.length().powi(2) - 6.37e6f64.powi(2)).sqrt();
                 assert!(nearest < horizon_m + 4e5, "({x}, {y}) sees through the earth: {sample:?}");
             }

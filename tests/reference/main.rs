@@ -11,7 +11,15 @@ use ortelius::reference::View;
 use ortelius::scene::camera::{Camera, Place};
 
 fn camera(place: Place, altitude_m: f64, tilt_deg: f64) -> Camera {
-    Camera { place, altitude_m, heading_deg: 0.0, tilt_deg, vertical_fov_deg: 60.0, magnification: 1.0 }
+    Camera {
+        place,
+        altitude_m,
+        heading_deg: 0.0,
+        tilt_deg,
+        vertical_fov_deg: 60.0,
+        magnification: 1.0,
+        near_m: None,
+    }
 }
 
 fn over_plane(east_m: f64, north_m: f64, altitude_m: f64, tilt_deg: f64) -> Pose {

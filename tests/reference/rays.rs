@@ -1,4 +1,4 @@
-//! Against another method: what rays meet; and that triangles which meet leave no hole and no double.
+//! The rasteriser against ray tracing; and adjacent triangles leave no hole and no overlap.
 
 use crate::{camera, ray, straight_on, view};
 use glam::{DVec2, DVec3};
@@ -7,8 +7,8 @@ use ortelius::reference::rasterise;
 use ortelius::scene::camera::{Camera, Place};
 use proptest::prelude::*;
 
-/// Nearest triangle along a ray and (s, t) there (Moeller and Trumbore 1997): another method than the
-/// rasteriser's. The last value is the smallest barycentric coordinate: near 0 an edge decides.
+/// The nearest triangle along a ray, with (s, t) (Moeller and Trumbore 1997): a method independent of the rasteriser.
+/// The last value is the smallest barycentric coordinate; near 0 the point is on an edge.
 fn trace(mesh: &SourceMesh, eye: DVec3, direction: DVec3) -> Option<(u32, DVec2, f64)> {
     let mut nearest: Option<(f64, u32, DVec2, f64)> = None;
     for (index, triangle) in mesh.triangles.iter().enumerate() {
@@ -53,9 +53,9 @@ proptest! {
 
     /// Corners on quarters of a pixel: many centres lie exactly on an edge or a corner.
     #[test]
-    fn triangles_that_meet_leave_no_hole_and_no_double(
+    fn adjacent_triangles_leave_no_hole_and_no_overlap(
         shifts in proptest::collection::vec((-3..=3i32, -3..=3i32), 81),
-        // Up to 0.75 pixel each way: at 1 pixel a triangle of 4 x 4 pixels could fold over.
+        // Up to 0.75 pixel each way: with 1 pixel a triangle of 4 x 4 pixels could fold over.
         steps in prop_oneof![Just(4.0), Just(8.0), Just(7.3)],
     ) {
         let mesh = jittered(&shifts, 8, steps);
@@ -69,14 +69,14 @@ proptest! {
         prop_assert!(covered.iter().all(|&count| count == 1), "{:?}", covered);
     }
 
-    /// Another method finds the same triangle and coordinate, whatever the eye and the tilt.
+    /// An independent method finds the same triangle and coordinate for every eye and tilt.
     #[test]
-    fn the_rasteriser_sees_what_rays_meet(
+    fn the_rasteriser_agrees_with_ray_tracing(
         latitude_deg in -90.0..90.0f64, longitude_deg in -180.0..180.0f64,
         altitude_log10 in 4.0..8.0f64, heading_deg in 0.0..360.0f64, tilt_deg in 0.0..100.0f64,
     ) {
         let earth = mesh::earth(24, 12).unwrap();
-        // With chords of 15 degrees the mesh lies up to 110 km below the ellipsoid.
+        // With chords of 15 degrees the mesh is up to 110 km below the ellipsoid.
         let place = Place::Planet { latitude_deg, longitude_deg };
         let pose = Camera { heading_deg, ..camera(place, 10f64.powf(altitude_log10), tilt_deg) }.pose();
         let size = [20, 12];
@@ -93,7 +93,7 @@ proptest! {
                         let error = (DVec2::new(sample.s, sample.t) - coordinate).length();
                         prop_assert!(error < 1e-9, "{:?} {}", sample, coordinate);
                     }
-                    // On an edge rounding decides.
+                    // On an edge either result is correct.
                     (_, Some((_, _, least))) if least <= 1e-9 => {}
                     other => prop_assert!(false, "({}, {}): {:?}", x, y, other),
                 }
@@ -104,7 +104,7 @@ proptest! {
 }
 
 #[test]
-fn a_hole_would_be_noticed() {
+fn a_hole_is_detected() {
     let shifts = vec![(1, -2); 81];
     let mut mesh = jittered(&shifts, 8, 4.0);
     let (to_clip, eye) = straight_on([32, 32]);

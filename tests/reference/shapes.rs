@@ -163,7 +163,12 @@ fn the_altitude_is_that_on_the_longest_side() {
     for (side, altitude_px) in [(1.0, 35.355), (0.01, 0.353_55)] {
         let positions = [[0.0, 0.0], [side, 0.0], [0.0, side]].map(|[x, y]| DVec3::new(x, y, 0.5));
         let coordinates = vec![DVec2::ZERO, DVec2::X, DVec2::Y];
-        let mesh = SourceMesh { positions: positions.to_vec(), coordinates, triangles: vec![[0, 1, 2]] };
+        let mesh = SourceMesh {
+            positions: positions.to_vec(),
+            coordinates,
+            triangles: vec![[0, 1, 2]],
+            curvature: 0.0,
+        };
         // Both triangles cover the centre of pixel (50, 50), (0.01, 0.01) in device coordinates.
         let eye = DVec3::new(0.25 * side - 0.01, 0.25 * side - 0.01, 0.0);
         let view = View::new(&mesh, &DMat4::IDENTITY, eye, [100, 100]);

@@ -1,12 +1,16 @@
 //! Surfaces of every kind in one frame: what hides what, what each of them costs, and how they are lit. Validation and
 //! synchronisation validation are on; any message fails the test.
 
+mod filters;
+mod relief;
 mod scenes;
+mod sphere;
 
 use glam::{DVec2, DVec3};
 use ortelius::frame::Technique;
 use ortelius::model::mesh::SourceMesh;
 use ortelius::paper::progressive_mesh::{self, Model};
+use ortelius::paper::virtual_texture::config::papers_scene;
 use ortelius::paper::virtual_texture::figures::stage1::{Stage1Check, compare_surfaces};
 use ortelius::paper::virtual_texture::reference::visible_tiles;
 use ortelius::picture::Target;
@@ -75,20 +79,21 @@ fn all_triangles(scene: &Scene, renderer: &Renderer, without: &str) -> (SourceMe
     (all, offsets)
 }
 
-/// The frame's `U1` against the f64 reference of all surfaces but `without`.
+/// The frame's request image against the f64 reference of all surfaces but `without`.
 fn against_reference(scene: &Scene, renderer: &Renderer, without: &str) -> Stage1Check {
     let pose = scene.pose(0).unwrap();
     let texture = renderer.technique.texture.as_ref().unwrap();
-    let u1 = texture.u1(&renderer.gpu, renderer.target()).unwrap();
+    let requests = texture.requests(&renderer.gpu, renderer.target()).unwrap();
     let (mesh, offsets) = all_triangles(scene, renderer, without);
     let view = View::new(&mesh, &pose.world_to_clip(SIZE[0], SIZE[1]), pose.eye, SIZE);
-    compare_surfaces(&u1, &view, &texture.source.pyramid(), |triangle| offsets[triangle as usize])
+    compare_surfaces(&requests, &view, &texture.source.pyramid(), 1, |triangle| offsets[triangle as usize])
 }
 
 #[test]
 fn a_texel_behind_another_surface_asks_for_no_tile() {
     let parts = Parts::new();
-    for variant in ["", "[variant]\ndedup = \"fused-exact\"\nkeying = \"native\"\ncompact = \"append\"\n"] {
+    for variant in ["", "[variant]\ndedup = \"fused-exact\"\naddress = \"own-level\"\ncompact = \"append\"\n"]
+    {
         let scene = parts.scene(&["land", "hill", "bunny", "board"], variant);
         let renderer = settled(&scene, Target::Srgb8);
         let check = against_reference(&scene, &renderer, "");
@@ -106,10 +111,10 @@ fn a_texel_behind_another_surface_asks_for_no_tile() {
         }
         // The list is that of the pixels, exactly.
         let texture = renderer.technique.texture.as_ref().unwrap();
-        let u1 = texture.u1(&renderer.gpu, renderer.target()).unwrap();
+        let requests = texture.requests(&renderer.gpu, renderer.target()).unwrap();
         let record = renderer.records.last().unwrap().texture.as_ref().unwrap();
         let listed: BTreeSet<_> = record.visible.iter().copied().collect();
-        assert_eq!(listed, visible_tiles(&u1, &texture.source.pyramid()), "{variant}");
+        assert_eq!(listed, visible_tiles(&requests, &texture.source.pyramid()), "{variant}");
         let verdicts = texture.ruler_verdicts(&renderer.gpu, renderer.target()).unwrap();
         assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "{variant}");
         assert!(verdicts.covered > 5000, "{verdicts:?}");
@@ -120,7 +125,7 @@ fn a_texel_behind_another_surface_asks_for_no_tile() {
 /// The shipped scene of both papers: a terrain of 204,800 faces and 500 meshes on it.
 #[test]
 fn the_valleys_visible_set_is_that_of_the_reference() {
-    let scene = Scene::embedded("valley").unwrap();
+    let scene = papers_scene("valley").unwrap();
     let renderer = settled(&scene, Target::Srgb8);
     let check = against_reference(&scene, &renderer, "");
     println!("{} of {} pixels differ", check.differing, check.pixels);
@@ -128,10 +133,10 @@ fn the_valleys_visible_set_is_that_of_the_reference() {
     let blind = against_reference(&scene, &renderer, "herd");
     assert!(blind.unexplained.len() > 500, "{}", blind.unexplained.len());
     let texture = renderer.technique.texture.as_ref().unwrap();
-    let u1 = texture.u1(&renderer.gpu, renderer.target()).unwrap();
+    let requests = texture.requests(&renderer.gpu, renderer.target()).unwrap();
     let record = renderer.records.last().unwrap().texture.as_ref().unwrap();
     let listed: BTreeSet<_> = record.visible.iter().copied().collect();
-    assert_eq!(listed, visible_tiles(&u1, &texture.source.pyramid()));
+    assert_eq!(listed, visible_tiles(&requests, &texture.source.pyramid()));
     silent(&renderer);
 }
 
@@ -195,7 +200,7 @@ fn the_sun_lights_what_the_scene_says() {
         let bytes = settled(scene, Target::Linear32).picture_bytes().unwrap();
         bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()
     };
-    for variant in ["", "[variant]\ndedup = \"fused\"\nkeying = \"native\"\ncompact = \"append\"\n"] {
+    for variant in ["", "[variant]\ndedup = \"fused\"\naddress = \"own-level\"\ncompact = \"append\"\n"] {
         let unlit = floats(&parts.scene(&["land"], variant));
         let sun = "[sun]\nazimuth_deg = 10.0\nelevation_deg = 30.0\n";
         let lit = floats(&parts.lit("land", &format!("{sun}{variant}")));

@@ -56,7 +56,7 @@ kind = "plain"
 path = "board.png"
 "#;
 
-const VIEW: &str = r#"
+pub const VIEW: &str = r#"
 [view]
 width = 160
 height = 90

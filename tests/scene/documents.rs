@@ -1,4 +1,4 @@
-//! The documents that are generated from the declarations, and the scenes that they must describe.
+//! The generated documents, and the scenes that they must describe.
 
 use ortelius::renderer::sections::LANGUAGES;
 use ortelius::scene::{SHIPPED, keys, markdown, schema};
@@ -40,7 +40,7 @@ fn every_key_is_declared_once_and_documented() {
     assert!(seen.len() > 90, "{}", seen.len());
 }
 
-/// Why a value does not fit a schema, as far as our schemas go.
+/// Why a value does not match a schema, for the parts of JSON Schema that we use.
 fn misfit(value: &Value, schema: &Value) -> Option<String> {
     let all = |key: &str| schema[key].as_array().map(|parts| parts.iter().map(|part| misfit(value, part)));
     if let Some(parts) = all("oneOf") {
@@ -66,18 +66,18 @@ fn misfit(value: &Value, schema: &Value) -> Option<String> {
         Some("object") => misfit_of_object(value, schema),
         Some("array") => match value.as_array() {
             Some(items) => items.iter().find_map(|item| misfit(item, &schema["items"])),
-            None => Some(format!("{value} is no array")),
+            None => Some(format!("{value} is not an array")),
         },
-        Some("integer") => (!value.is_i64()).then(|| format!("{value} is no integer")),
-        Some("number") => (!value.is_number()).then(|| format!("{value} is no number")),
-        Some("string") => (!value.is_string()).then(|| format!("{value} is no string")),
-        Some("boolean") => (!value.is_boolean()).then(|| format!("{value} is no boolean")),
+        Some("integer") => (!value.is_i64()).then(|| format!("{value} is not an integer")),
+        Some("number") => (!value.is_number()).then(|| format!("{value} is not a number")),
+        Some("string") => (!value.is_string()).then(|| format!("{value} is not a string")),
+        Some("boolean") => (!value.is_boolean()).then(|| format!("{value} is not a boolean")),
         _ => None,
     }
 }
 
 fn misfit_of_object(value: &Value, schema: &Value) -> Option<String> {
-    let Some(object) = value.as_object() else { return Some(format!("{value} is no object")) };
+    let Some(object) = value.as_object() else { return Some(format!("{value} is not an object")) };
     let required = schema["required"].as_array().into_iter().flatten().map(|name| name.as_str().unwrap());
     if let Some(missing) = required.into_iter().find(|name| !object.contains_key(*name)) {
         return Some(format!("{missing} is missing"));
@@ -93,7 +93,7 @@ fn misfit_of_object(value: &Value, schema: &Value) -> Option<String> {
 }
 
 #[test]
-fn the_schema_takes_every_shipped_scene_and_refuses_what_is_wrong() {
+fn the_schema_accepts_every_shipped_scene_and_rejects_wrong_ones() {
     let schema = schema::schema(LANGUAGES);
     for (name, text) in SHIPPED {
         let scene: Value = serde_json::to_value(text.parse::<toml::Table>().unwrap()).unwrap();
@@ -118,6 +118,6 @@ fn the_schema_takes_every_shipped_scene_and_refuses_what_is_wrong() {
     }
     let mut shared = earth;
     shared["surface"]["land"]["texture"] = json!("other");
-    shared["variant"] = json!({ "u1": "auto", "keying": "native" });
+    shared["variant"] = json!({ "request_format": "auto", "address": "own-level" });
     assert_eq!(misfit(&shared, &schema), None);
 }

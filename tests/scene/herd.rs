@@ -1,4 +1,4 @@
-//! Scenes of progressive meshes: what they state, and where their instances stand.
+//! Scenes of progressive meshes: their keys, and the poses of their instances.
 
 use crate::{SMALL, load};
 use glam::DVec3;
@@ -27,7 +27,7 @@ to_altitude_m = 10.0
 frames = 5
 ";
 
-/// A herd with more keys.
+/// A herd with additional keys.
 fn herd(lines: &str) -> String {
     format!(
         "[surface.herd.geometry]\nkind = \"progressive-mesh\"\nsource = \"bunny\"\nsize_m = 2.0\n{lines}\n{EYE}"
@@ -47,7 +47,7 @@ fn a_herd_needs_no_texture_and_has_its_documented_values() {
 }
 
 #[test]
-fn what_a_herd_cannot_be_is_refused_at_its_key() {
+fn a_wrong_value_of_a_herd_is_rejected_at_its_key() {
     for (line, expected) in [
         ("instances = 0", "0 is outside 1 ..= 100000"),
         ("instances = 3", "a grid needs area_m"),
@@ -55,7 +55,8 @@ fn what_a_herd_cannot_be_is_refused_at_its_key() {
         ("area_m = [1.0, -2.0]", "-2 is outside 0 ..="),
         ("error_pixels = -1.0", "-1 is outside 0 ..="),
         ("error_pixels = nan", "NaN is outside"),
-        ("order = \"best\"", "\"best\" is not one of \"classical\", \"paper\", \"ours\""),
+        ("order = \"best\"", "\"best\" is not one of \"classical\", \"paper\", \"tail-23\""),
+        ("order = \"ours-few-moves\"", "\"ours-few-moves\" is now \"tail-10\""),
         ("order = \"skip-lists\"\napply = \"gpu\"", "executes no splits that a device could apply"),
         ("order = \"discrete\"\ngeomorph = true", "none moves; leave geomorph out"),
         ("layout = \"along\"", "a layout along a path needs path"),
@@ -75,7 +76,7 @@ fn what_a_herd_cannot_be_is_refused_at_its_key() {
     }
 }
 
-/// The stands of `herd` in a scene with these keys.
+/// The poses of `herd` in a scene with these keys.
 fn stands_of(lines: &str) -> Vec<Stand> {
     let scene = load(herd(lines)).unwrap();
     stands(&scene, &config::surface(&scene, "herd").unwrap())
@@ -84,7 +85,7 @@ fn stands_of(lines: &str) -> Vec<Stand> {
 const PLACE: &str = "east_m = 10.0\nnorth_m = 20.0\nup_m = 3.0\narea_m = [40.0, 30.0]\n";
 
 #[test]
-fn a_grid_fills_its_area_and_no_two_stand_on_one_place() {
+fn a_grid_fills_its_area_without_duplicate_positions() {
     let stands = stands_of(&format!("{PLACE}instances = 12"));
     assert_eq!(stands.len(), 12);
     let mut places: Vec<[i64; 2]> =
@@ -96,19 +97,19 @@ fn a_grid_fills_its_area_and_no_two_stand_on_one_place() {
         let within = (foot.x - 10.0).abs() <= 20.0 && (foot.y - 20.0).abs() <= 15.0 && foot.z == 3.0;
         assert!(within, "{foot}");
     }
-    // Four columns of three rows: the outer ones stand half a cell from the area's edge.
+    // Four columns and three rows: the outer instances are half a cell from the area's edge.
     assert!((stands[0].foot - DVec3::new(-5.0, 10.0, 3.0)).length() < 1e-12, "{}", stands[0].foot);
 }
 
 #[test]
-fn a_scatter_stays_in_its_area_and_another_seed_is_another_scatter() {
+fn a_scatter_stays_in_its_area_and_depends_on_its_seed() {
     let scatter = |seed| stands_of(&format!("{PLACE}instances = 500\nlayout = \"scatter\"\nseed = {seed}"));
     let stands = scatter(1);
     assert!(stands.iter().all(|s| (s.foot.x - 10.0).abs() <= 20.0 && (s.foot.y - 20.0).abs() <= 15.0));
     assert_ne!(stands, scatter(2));
     assert_eq!(stands, scatter(1));
     let mean = stands.iter().map(|s| s.foot.x).sum::<f64>() / 500.0;
-    // The mean of 500 places has a spread of 40 / sqrt(12 * 500).
+    // The mean of 500 positions has a standard deviation of 40 / sqrt(12 * 500).
     assert!((mean - 10.0).abs() < 4.0 * 40.0 / 6000f64.sqrt(), "{mean}");
 }
 
@@ -119,7 +120,7 @@ fn on_the_earth(lines: &str) -> String {
 }
 
 #[test]
-fn over_an_ellipsoid_instances_stand_upright_on_it_where_the_tangent_plane_leaves_it() {
+fn instances_are_upright_on_the_ellipsoid_also_far_from_the_tangent_point() {
     let lines =
         "latitude_deg = 46.0\nlongitude_deg = 8.0\nup_m = 5.0\ninstances = 4\narea_m = [400e3, 400e3]\n";
     let scene = load(on_the_earth(lines)).unwrap();
@@ -133,7 +134,8 @@ fn over_an_ellipsoid_instances_stand_upright_on_it_where_the_tangent_plane_leave
         assert!(
             (stand.axes.z_axis - own.up).length() < 1e-12 && (stand.axes.x_axis - own.east).length() < 1e-12
         );
-        // Columns at -100 and 100 km; the ellipsoid falls away by 3 km at 141 km, which shifts them by 70 m.
+        // Columns at -100 and 100 km; the ellipsoid is 3 km below the tangent plane at 141 km, which shifts them
+        // by 70 m.
         let by = stand.foot - middle;
         let expected = [[-1e5, -1e5], [1e5, -1e5], [-1e5, 1e5], [1e5, 1e5]][n];
         assert!((by.dot(frame.east) - expected[0]).abs() < 200.0, "{by}");
@@ -165,7 +167,7 @@ fn scene_of(surfaces: &[String]) -> Scene {
     load(surfaces.concat() + EYE).unwrap()
 }
 
-/// The height of a model's faces at a place of the plane, by looking at every one.
+/// Height of a model's surface at a point of the plane, from a test of every face.
 fn height(model: &Model, scale: f64, at: DVec3) -> f64 {
     let (least, most) = model
         .positions
@@ -188,7 +190,7 @@ fn height(model: &Model, scale: f64, at: DVec3) -> f64 {
 }
 
 #[test]
-fn instances_stand_on_the_full_terrain_whatever_its_level() {
+fn instances_are_placed_on_the_full_terrain_at_every_level() {
     let terrain = mesh("terrain", "source = \"grid:20\"\nsize_m = 100.0\nup = \"z\"\neast_m = 0.0");
     let trees = mesh(
         "trees",
@@ -203,7 +205,7 @@ fn instances_stand_on_the_full_terrain_whatever_its_level() {
     let mut heights = Vec::new();
     for stand in stands {
         let expected = height(&model, 100.0 / width, stand.foot) - 0.25;
-        // The progressive mesh has its positions in f32: 2^-24 of 50 m, and slopes of up to 1.
+        // The progressive mesh stores positions in f32: 2^-24 of 50 m, with slopes of up to 1.
         assert!((stand.foot.z - expected).abs() < 1e-4, "{} {expected}", stand.foot);
         heights.push(stand.foot.z);
     }
@@ -216,7 +218,7 @@ fn instances_stand_on_the_full_terrain_whatever_its_level() {
 }
 
 #[test]
-fn a_terrain_on_the_ellipsoid_carries_instances_along_their_own_verticals() {
+fn instances_on_a_terrain_of_the_ellipsoid_rise_along_their_own_verticals() {
     let place = "latitude_deg = 46.0\nlongitude_deg = 8.0\n";
     let terrain = mesh("terrain", &format!("source = \"grid:9\"\nsize_m = 60e3\nup = \"z\"\n{place}"));
     let trees = mesh(
@@ -232,15 +234,16 @@ fn a_terrain_on_the_ellipsoid_carries_instances_along_their_own_verticals() {
     for (stand, before) in of("trees").stands.iter().zip(before) {
         let up = stand.axes.z_axis;
         let risen = stand.foot - before.foot;
-        assert!((risen - up * risen.dot(up)).length() < 1e-6, "straight up: {risen}");
-        // Heights of the grid: -0.15 .. 0.15 of 60 km and its foot at 0; at 35 km the tangent plane is 0.1 km above.
+        assert!((risen - up * risen.dot(up)).length() < 1e-6, "not along the vertical: {risen}");
+        // The grid's heights are -0.15 .. 0.15 of 60 km with the foot at 0; at 35 km the tangent plane is 0.1 km
+        // above the ellipsoid.
         assert!((0.0..20e3).contains(&risen.dot(up)), "{risen}");
     }
     assert!(of("terrain").stands[0].axes.z_axis == local_frame(46.0, 8.0).up);
 }
 
 #[test]
-fn a_plane_is_a_ground_as_far_as_it_reaches() {
+fn a_plane_is_a_ground_within_its_bounds() {
     let plane = "[surface.floor]\ngeometry = { kind = \"plane\", width_m = 10.0, height_m = 10.0, columns = 1, rows = 1 }\n";
     let tree = |east_m: f64| {
         mesh(
@@ -255,7 +258,7 @@ fn a_plane_is_a_ground_as_far_as_it_reaches() {
 }
 
 #[test]
-fn a_ground_is_one_mesh_that_stands_on_none() {
+fn a_ground_is_a_single_mesh_without_a_ground_of_its_own() {
     let ground = |lines: &str| mesh("ground", &format!("source = \"bunny\"\nsize_m = 1.0\n{lines}"));
     let tree = mesh("tree", "source = \"bunny\"\nsize_m = 1.0\nground = \"ground\"");
     let other = mesh("other", "source = \"bunny\"\nsize_m = 1.0");

@@ -1,4 +1,4 @@
-//! Scene files: what loads, what is refused, and where the message points.
+//! Scene files: which load, which are rejected, and the position in the message.
 
 mod documents;
 mod herd;
@@ -6,7 +6,7 @@ mod surfaces;
 
 use ortelius::paper::virtual_texture::config::{Config, TextureSource, source_mesh, texture};
 use ortelius::paper::virtual_texture::streaming::StreamingConfig;
-use ortelius::paper::virtual_texture::{Keying, Settings};
+use ortelius::paper::virtual_texture::{Settings, TileAddress};
 use ortelius::picture::Target;
 use ortelius::renderer::sections;
 use ortelius::scene::camera::{self, Place};
@@ -15,10 +15,10 @@ use proptest::prelude::*;
 use std::path::{Path, PathBuf};
 
 #[test]
-fn an_eye_on_a_path_is_expected_where_the_path_leads() {
+fn the_next_pose_of_a_path_is_extrapolated() {
     let scene = Scene::embedded("earth").unwrap();
-    // Turns go on exactly; a pan's height follows the ellipsoid, and a dive slows down: e^(-8 x 0.0267) is 0.808, the
-    // straight line comes to 0.784.
+    // Turns extrapolate exactly. A pan's height follows the ellipsoid. A dive slows down: e^(-8 x 0.0267) is
+    // 0.808, the straight line reaches 0.784.
     for (name, bound) in [("orbit", 1e-3), ("pan", 1e-3), ("pole-crossing", 1e-3), ("dive", 0.03)] {
         let path = scene.path(name).unwrap();
         let (before, now, then) = (path.pose(9), path.pose(10), path.pose(18));
@@ -30,15 +30,23 @@ fn an_eye_on_a_path_is_expected_where_the_path_leads() {
     }
     let path = scene.path("teleport").unwrap();
     let jump = (1..path.frames).find(|&frame| path.pose(frame) != path.pose(frame - 1)).unwrap();
-    assert_eq!(camera::continued(&path.pose(jump - 1), &path.pose(jump), 8), None, "a jump leads nowhere");
-    assert_eq!(camera::continued(&path.pose(0), &path.pose(0), 8), None, "nor does rest");
+    assert_eq!(
+        camera::continued(&path.pose(jump - 1), &path.pose(jump), 8),
+        None,
+        "a jump is not extrapolated"
+    );
+    assert_eq!(
+        camera::continued(&path.pose(0), &path.pose(0), 8),
+        None,
+        "a resting camera is not extrapolated"
+    );
 }
 
 fn scenes_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")
 }
 
-/// A small whole scene; tests change one line of it.
+/// A small complete scene; tests change one line of it.
 const SMALL: &str = r#"[surface.land.texture]
 kind = "virtual"
 source = "earth"
@@ -79,7 +87,7 @@ fn written(text: impl AsRef<[u8]>) -> Written {
     Written { folder, path }
 }
 
-/// Loads as for a user: everything is checked.
+/// Loads with all checks of the program.
 fn load_file(file: &Written, changes: &[String]) -> Result<Scene, SceneError> {
     sections::load(file.path.to_str().unwrap(), changes)
 }
@@ -109,7 +117,7 @@ fn every_shipped_scene_loads_and_equals_its_file() {
         .filter_map(|name| name.strip_suffix(".toml").map(str::to_owned))
         .collect();
     files.sort();
-    assert_eq!(files, SHIPPED.map(|(name, _)| name), "a scene in the folder is not shipped");
+    assert_eq!(files, SHIPPED.map(|(name, _)| name), "shipped scenes and the folder differ");
     for name in files {
         let path = scenes_folder().join(format!("{name}.toml"));
         let embedded = Scene::embedded(&name).unwrap_or_else(|error| panic!("{error}"));
@@ -124,7 +132,7 @@ fn every_shipped_scene_loads_and_equals_its_file() {
         match embedded.surfaces.contains_key("land") {
             true => {
                 assert!(texture(&embedded).unwrap().pyramid().unwrap().is_some());
-                // A progressive mesh's triangles are in its model.
+                // A progressive mesh's triangles are in its model file.
                 if let Some(grid) = embedded.surfaces["land"].grid() {
                     grid.unwrap().check().unwrap();
                     source_mesh(&embedded).unwrap();
@@ -150,14 +158,14 @@ fn the_shipped_earth_is_the_papers_headline() {
 }
 
 #[test]
-fn what_a_scene_leaves_out_has_its_documented_value() {
+fn omitted_keys_have_their_documented_values() {
     let scene = load(SMALL).unwrap();
     assert_eq!(scene.name, "small");
     assert_eq!((texture(&scene).unwrap().tile_size, texture(&scene).unwrap().border), (512, 4));
     let Settings { config, streaming, .. } = Settings::of_scene(&scene, Target::Srgb8).unwrap();
     assert_eq!((config, &streaming), (Config::DEFAULT, &StreamingConfig::DEFAULT));
     assert_eq!((streaming.gpu_tiles, streaming.host_tiles), (192, 384));
-    assert_eq!((config.u1, config.keying), (None, Keying::Paper));
+    assert_eq!((config.request_format, config.address), (None, TileAddress::Level0));
     assert_eq!((config.block_log2, config.list_capacity), (3, 65_536));
     assert_eq!(scene.cameras["alps"].magnification, 1.0);
     assert_eq!(scene.view.background, [0.0; 3]);
@@ -175,7 +183,7 @@ fn a_typo_names_line_and_column_and_shows_the_caret() {
 }
 
 #[test]
-fn broken_toml_is_shown_at_its_place() {
+fn broken_toml_is_shown_at_its_position() {
     let message = message("rows = 12", "rows = = 12");
     assert!(message.starts_with("small.toml:10:8: "), "{message}");
     assert!(message.contains("\n10 | rows = = 12\n   |        ^"), "{message}");
@@ -203,7 +211,7 @@ fn an_unknown_camera_lists_those_that_exist() {
     let text = message("camera = \"alps\"\n\n", "camera = \"alp\"\n\n");
     assert_eq!(
         text,
-        "small.toml:15:10: view.camera: no camera \"alp\"; there are alps\n\
+        "small.toml:15:10: view.camera: no camera \"alp\"; available: alps\n\
          15 | camera = \"alp\"\n   |          ^^^^^"
     );
     let text = message("camera = \"alps\"\nto", "camera = \"x\"\nto");
@@ -213,7 +221,7 @@ fn an_unknown_camera_lists_those_that_exist() {
 }
 
 #[test]
-fn numbers_out_of_range_are_refused_with_the_range() {
+fn numbers_out_of_range_are_rejected_with_the_range() {
     for (line, by, expected) in [
         ("latitude_deg = 46.0", "latitude_deg = 90.5", "90.5 is outside -90 ..= 90"),
         ("latitude_deg = 46.0", "latitude_deg = nan", "NaN is outside -90 ..= 90"),
@@ -235,7 +243,11 @@ fn numbers_out_of_range_are_refused_with_the_range() {
         ("frames = 5", "frames = 5\n[variant]\nblock_log2 = 5", "5 is outside 0 ..= 4"),
         ("frames = 5", "frames = 5\n[variant]\ncompact_block_log2 = 3", "3 is outside 0 ..= 2"),
         ("frames = 5", "frames = 5\n[surface.land.filter]\nmax_anisotropy = 0", "0 is outside 1 ..= 16"),
-        ("frames = 5", "frames = 5\n[variant]\nu1 = \"rg32\"", "\"rg32\" is not one of \"rgb32\", "),
+        (
+            "frames = 5",
+            "frames = 5\n[variant]\nrequest_format = \"rg32\"",
+            "\"rg32\" is not one of \"rgb32\", ",
+        ),
         ("frames = 5", "frames = 5\n[cache]\ngpu_tiles = 0", "0 is outside 1 ..="),
         ("frames = 5", "frames = 5\n[cache]\nload_budget_ms = nan", "NaN is outside"),
     ] {
@@ -248,7 +260,7 @@ fn numbers_out_of_range_are_refused_with_the_range() {
 }
 
 #[test]
-fn keys_of_another_kind_are_refused() {
+fn keys_of_another_kind_are_rejected() {
     for (line, by, expected) in [
         ("columns = 24", "columns = 24\nwidth_m = 3.0", "no scene has the key surface.land.geometry.width_m"),
         ("latitude_deg = 46.0", "east_m = 46.0", "a camera over the earth has no east_m"),
@@ -268,7 +280,7 @@ fn keys_of_another_kind_are_refused() {
 }
 
 #[test]
-fn an_orbit_about_the_sky_is_refused_at_its_camera() {
+fn an_orbit_about_the_sky_is_rejected_at_its_camera() {
     let by = "\naltitude_m = 300e3\ntilt_deg = 120.0\n[paths.round]\nkind = \"orbit\"\ncamera = \"alps\"\n\
               degrees = 90.0\nframes = 3";
     let message = message("\naltitude_m = 300e3", by);
@@ -290,7 +302,7 @@ fn a_texture_file_is_found_beside_its_scene() {
     assert_eq!(found.pyramid().unwrap(), None, "the file itself knows its size");
     let scene = load_file(&file, &["surface.land.texture.path=c.tiles".to_owned()]).unwrap();
     assert_eq!(texture(&scene).unwrap().path, Some("c.tiles".into()), "from the working directory");
-    // The sizes of the texture that a file replaces are not its own.
+    // The size keys of the replaced texture do not apply to the file.
     let scene = changed(&["surface.land.texture.path=c.tiles", "surface.land.texture.source=file"]).unwrap();
     assert_eq!(texture(&scene).unwrap().pyramid().unwrap(), None);
 }
@@ -302,7 +314,7 @@ fn absent_and_unreadable_scenes_are_named() {
     let error = Scene::load_with("no/such.toml", &[]).unwrap_err().to_string();
     assert!(error.starts_with("no/such.toml: cannot read the scene: "), "{error}");
     let error = Scene::load_with("eart", &[]).unwrap_err().to_string();
-    assert!(error.contains("\"eart\"; shipped are antimeridian, bunny, earth,"), "{error}");
+    assert!(error.contains("\"eart\" is neither a scene file nor a shipped scene; shipped scenes: antimeridian, bunny, earth,"), "{error}");
     let error = load(b"[view]\nsource = \"\xff\"\n").unwrap_err().to_string();
     assert!(error.contains("small.toml:2:11: this byte is not UTF-8"), "{error}");
 }
@@ -311,7 +323,7 @@ fn absent_and_unreadable_scenes_are_named() {
 fn changes_reach_every_section_with_any_value() {
     let scene = changed(&[
         "variant.block_log2=1",
-        "variant.keying = native",
+        "variant.address = own-level",
         "cache.upload_budget_ms=0.5",
         "cameras.alps.altitude_m=1e3",
         "cameras.sea={ latitude_deg = 0, longitude_deg = -30.0, altitude_m = 5 }",
@@ -319,11 +331,11 @@ fn changes_reach_every_section_with_any_value() {
         "view.path=\"down\"",
         "surface.land.geometry.columns=30",
         "surface.land.filter.kind=stochastic",
-        "variant.u1=auto",
+        "variant.request_format=auto",
     ])
     .unwrap();
     let Settings { config, streaming, .. } = Settings::of_scene(&scene, Target::Srgb8).unwrap();
-    assert_eq!((config.block_log2, config.keying, config.u1), (1, Keying::Native, None));
+    assert_eq!((config.block_log2, config.address, config.request_format), (1, TileAddress::OwnLevel, None));
     assert_eq!(config.filter.kind.name(), "stochastic");
     assert_eq!(streaming.upload_budget_ms, 0.5);
     assert_eq!(scene.cameras["alps"].altitude_m, 1e3);
@@ -344,13 +356,13 @@ fn a_wrong_change_repeats_itself_and_suggests_the_nearest_key() {
         ("variant.block_log2=9", "9 is outside 0 ..= 4"),
         ("variant.compact=fused-append", "choose \"append\", or variant.dedup = \"fused-exact\""),
         ("variant.block_log2=many", "\"many\" is not a whole number"),
-        ("variant.memo=[1", "is no TOML value"),
-        ("variant.memo=", "is no TOML value"),
-        ("variant.memo", "a change is SECTION.KEY=VALUE"),
-        ("view.camera=sea", "no camera \"sea\"; there are alps"),
-        ("variant={ p = 3 }", "no scene has the key variant.p; nearest is variant.u1"),
-        ("view=3", "a change is SECTION.KEY=VALUE"),
-        ("=3", "a change is SECTION.KEY=VALUE"),
+        ("variant.memo=[1", "is not a TOML value"),
+        ("variant.memo=", "is not a TOML value"),
+        ("variant.memo", "expected SECTION.KEY=VALUE"),
+        ("view.camera=sea", "no camera \"sea\"; available: alps"),
+        ("variant={ p = 3 }", "no scene has the key variant.p; nearest is variant.list"),
+        ("view=3", "expected SECTION.KEY=VALUE"),
+        ("=3", "expected SECTION.KEY=VALUE"),
         ("sun.x.y=3", "no scene has the key sun.x"),
         ("surface.lnd.lit=true", "no surface.lnd in this scene; it has land"),
         ("surface.land.geometry.rows=1", "1 is outside 2 ..= 8192"),
@@ -361,6 +373,16 @@ fn a_wrong_change_repeats_itself_and_suggests_the_nearest_key() {
         assert!(error.contains(expected), "{error}");
         assert_eq!(error.lines().count(), 1, "{error}");
     }
+}
+
+#[test]
+fn changes_that_place_a_camera_make_a_new_one() {
+    let place = ["cameras.new.latitude_deg=10", "cameras.new.longitude_deg=20", "cameras.new.altitude_m=3e6"];
+    let scene = changed(&[&place[..], &["cameras.new.tilt_deg=5", "view.camera=new"]].concat()).unwrap();
+    let camera = scene.camera("new").unwrap();
+    assert_eq!((camera.altitude_m, camera.tilt_deg), (3e6, 5.0));
+    let refused = changed(&place[1..]).unwrap_err().to_string();
+    assert!(refused.contains("no cameras.new in this scene"), "{refused}");
 }
 
 #[test]
@@ -383,13 +405,13 @@ fn every_key_of_the_shipped_scenes_can_be_changed() {
 }
 
 #[test]
-fn a_report_can_hold_the_whole_scene() {
+fn a_report_can_contain_the_whole_scene() {
     let earth = Scene::embedded("earth").unwrap();
     let json = serde_json::to_value(&earth).unwrap();
     assert_eq!(json["cameras"]["headline"]["latitude_deg"], 30.2);
     assert_eq!(json["surface"]["land"]["texture"]["width_log2"], 18);
     assert_eq!(json["paths"]["pole-crossing"]["kind"], "pan");
-    let changed = earth.with(&["variant.keying=native".into()]).unwrap();
+    let changed = earth.with(&["variant.address=own-level".into()]).unwrap();
     assert_eq!(Scene::of_text(Path::new("earth.toml"), changed.to_toml()).unwrap(), changed);
     assert_ne!(changed, earth);
 }
@@ -397,7 +419,7 @@ fn a_report_can_hold_the_whole_scene() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// Bytes replaced, inserted or removed anywhere: a scene, or one message; never a panic.
+    /// Bytes are replaced, inserted or removed at any position: a scene or one message results, never a panic.
     #[test]
     fn a_mutated_scene_never_panics(
         which in 0..=SHIPPED.len(),
@@ -410,7 +432,7 @@ proptest! {
                 0 => bytes[place] = byte,
                 1 => bytes.insert(place, byte),
                 2 => drop(bytes.remove(place)),
-                // Digits make it past the parser more often.
+                // Digits pass the parser more often.
                 _ => bytes[place] = b'0' + byte % 10,
             }
         }

@@ -1,4 +1,4 @@
-//! `[surface.NAME]`: what surfaces share, and what the format before it is told.
+//! `[surface.NAME]`: properties that surfaces share, and errors for files of the former format.
 
 use crate::{SMALL, changed, load, message};
 use ortelius::paper::virtual_texture::config::owner;
@@ -21,7 +21,7 @@ fn surfaces_share_a_ground_and_one_virtual_texture() {
     assert_eq!(owner(&scene).unwrap().unwrap().name, "land");
     assert_eq!(scene.texture_kind(shell), Some("virtual"));
     assert_eq!(shell.grid().unwrap().unwrap().triangles.len(), 8 * 2 + 8 * 2 * 2);
-    // Deleting the other surface leaves a whole scene.
+    // Without the other surface the scene is still complete.
     assert_eq!(load(SMALL).unwrap().surfaces.len(), 1);
 }
 
@@ -46,7 +46,7 @@ fn a_plain_texture_is_a_file_or_the_shipped_earth() {
 }
 
 #[test]
-fn what_surfaces_cannot_be_together_is_refused() {
+fn invalid_combinations_of_surfaces_are_rejected() {
     let plane = "\n[surface.floor]\ngeometry = { kind = \"plane\", width_m = 1, height_m = 1, columns = 1, rows = 1 }\n";
     let second = "texture = { kind = \"virtual\", source = \"ruler\", width_log2 = 12, height_log2 = 11 }\n";
     for (more, expected) in [
@@ -54,7 +54,7 @@ fn what_surfaces_cannot_be_together_is_refused() {
         (format!("{SHELL}{second}"), "a scene has one virtual texture, and land has one already; share it"),
         (
             format!("{SHELL}texture = \"sea\"\n"),
-            "no surface \"sea\" has a texture of its own to share; these have: land",
+            "no surface \"sea\" has its own texture to share; surfaces with a texture: land",
         ),
         (format!("{SHELL}texture = 3\n"), "3 is not a table, nor the name of a surface"),
         (format!("{SHELL}filter = {{ samples = 2 }}\n"), "a surface without a texture has no filter"),
@@ -63,11 +63,11 @@ fn what_surfaces_cannot_be_together_is_refused() {
         ("\n[surface]\nflat = 3\n".into(), "surface.flat"),
         (
             SHELL.replace("ellipsoid", "teapot"),
-            "\"teapot\" is not a kind of geometry; there are \"ellipsoid\", ",
+            "\"teapot\" is not a kind of geometry; available: \"ellipsoid\", ",
         ),
         (
             format!("{SHELL}texture = {{ source = \"earth\" }}\n"),
-            "\"\" is not a kind of texture; there are \"plain\", ",
+            "\"\" is not a kind of texture; available: \"plain\", ",
         ),
         ("\n[sun]\nelevation_deg = 91.0\n".into(), "91 is outside -90 ..= 90"),
         (
@@ -85,12 +85,12 @@ fn what_surfaces_cannot_be_together_is_refused() {
         "[view]\nwidth = 9\nheight = 9\ncamera = \"a\"\n[cameras.a]\naltitude_m = 1.0\neast_m = 0.0\nnorth_m = 0.0\n",
     );
     assert!(
-        nothing.unwrap_err().to_string().contains("nothing to see: a scene has at least one [surface.NAME]")
+        nothing.unwrap_err().to_string().contains("the scene is empty: it needs at least one [surface.NAME]")
     );
 }
 
 #[test]
-fn a_key_of_the_old_format_is_refused_with_the_new_one() {
+fn a_key_of_the_old_format_is_rejected_and_the_new_one_named() {
     for (old, expected) in [
         ("[texture]\nsource = \"earth\"", "texture is now surface.land.texture; its kind is \"virtual\""),
         (
@@ -120,20 +120,20 @@ fn a_key_of_the_old_format_is_refused_with_the_new_one() {
 }
 
 #[test]
-fn without_a_sun_the_light_is_what_it_was_to_the_last_bit() {
+fn without_a_sun_the_light_is_unchanged_bit_for_bit() {
     let bunny = Scene::embedded("bunny").unwrap();
     assert_eq!(bunny.sun(), glam::DVec3::new(-0.45, -0.45, 0.77).normalize());
     let with = |change: &str| bunny.with(&[change.to_owned()]).unwrap().sun();
-    assert!((with("sun={}") - bunny.sun()).length() < 1e-3, "the documented angles are those");
+    assert!((with("sun={}") - bunny.sun()).length() < 1e-3, "the documented angles are the defaults");
     assert!((with("sun={ azimuth_deg = 90, elevation_deg = 0 }") - glam::DVec3::X).length() < 1e-15);
     assert!((with("sun={ elevation_deg = 90 }") - glam::DVec3::Z).length() < 1e-15);
-    // Over an ellipsoid the angles are those at the view's camera.
+    // Over an ellipsoid the angles are measured at the view's camera.
     let earth = Scene::embedded("earth").unwrap().with(&["sun={ elevation_deg = 90 }".into()]).unwrap();
     assert!((earth.sun() - earth.cameras["headline"].place.frame().up).length() < 1e-15);
 }
 
 #[test]
-fn the_shipped_meshes_have_the_background_that_they_had() {
+fn the_shipped_meshes_keep_their_background() {
     for name in ["bunny", "herd"] {
         let [red, green, blue] = Scene::embedded(name).unwrap().view.background.map(|channel| channel as f32);
         assert_eq!([red, green, blue], [0.02f32, 0.03, 0.05]);
@@ -143,7 +143,7 @@ fn the_shipped_meshes_have_the_background_that_they_had() {
 }
 
 #[test]
-fn an_error_that_is_found_late_points_at_the_file_or_at_the_change() {
+fn a_late_error_points_at_the_file_or_the_change() {
     let key = ["surface", "land", "texture", "width_log2"];
     let scene = load(SMALL).unwrap();
     let place = scene.place(&key);

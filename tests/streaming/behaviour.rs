@@ -1,4 +1,4 @@
-//! Single facts about caches, queues, budgets and threads.
+//! Individual rules of caches, queues, budgets and threads.
 
 use crate::source::{Bench, TestSource, block, counting, tile, timed};
 use ortelius::math::pyramid::TileId;
@@ -10,7 +10,7 @@ const A: TileId = TileId { level: 0, row: 0, column: 0 };
 const B: TileId = TileId { level: 0, row: 9, column: 20 };
 
 #[test]
-fn a_tile_is_asked_for_loaded_and_copied_in_the_papers_order() {
+fn a_tile_is_requested_loaded_and_uploaded_in_the_papers_order() {
     let mut bench = Bench::new(TestSource::default(), counting(4, 4, 4, 4));
     assert_eq!(bench.streaming.state(A), (-2, -2));
     let first = bench.frame(&[A, A]);
@@ -40,7 +40,7 @@ fn a_tile_that_left_video_memory_comes_back_without_a_second_read() {
 }
 
 #[test]
-fn what_is_left_over_in_the_queue_waits_for_the_next_frame() {
+fn uploads_left_in_the_queue_wait_for_the_next_frame() {
     let mut bench = Bench::new(TestSource::default(), counting(8, 8, 8, 8));
     bench.memory.room = Some(2);
     bench.frame(&block(2, 2));
@@ -64,7 +64,7 @@ fn an_uploader_without_room_evicts_nothing() {
 }
 
 #[test]
-fn a_copy_longer_than_the_budget_is_the_only_one_of_its_frame() {
+fn an_upload_longer_than_the_budget_is_the_only_one_of_its_frame() {
     let config = StreamingConfig { upload_budget_ms: 1.0, ..timed(8, 8) };
     let mut bench = Bench::new(TestSource::default(), config);
     bench.memory.delay = Duration::from_millis(2);
@@ -74,17 +74,17 @@ fn a_copy_longer_than_the_budget_is_the_only_one_of_its_frame() {
 }
 
 #[test]
-fn a_budget_however_short_lets_one_tile_through() {
+fn the_shortest_budget_still_uploads_one_tile() {
     let config = StreamingConfig { upload_budget_ms: 1e-6, ..timed(8, 8) };
     let mut bench = Bench::new(TestSource::default(), config);
-    // An upload that is over in no time is still longer than a nanosecond.
+    // Even the fastest upload takes longer than a nanosecond.
     let reports = bench.settle(&block(2, 2), 10_000);
     assert!(reports.iter().all(|report| report.uploads <= 1));
 }
 
 #[test]
 fn loads_beyond_the_budget_wait_for_later_grants() {
-    // Each load takes a million times the grant of a frame, so each thread (8 at most) loads one tile and stops.
+    // Each load takes a million times the budget of a frame, so each thread (8 at most) loads one tile and stops.
     let config = StreamingConfig { load_budget_ms: 5e-6, ..timed(32, 32) };
     let mut bench = Bench::new(TestSource::with_delay(|_| Duration::from_millis(5)), config);
     while bench.source.reads().is_empty() {
@@ -99,7 +99,7 @@ fn loads_beyond_the_budget_wait_for_later_grants() {
 }
 
 #[test]
-fn requests_not_visible_any_more_are_not_read() {
+fn requests_no_longer_visible_are_not_read() {
     let mut bench = Bench::new(TestSource::default(), counting(32, 32, 1, 1));
     bench.frame(&block(4, 4));
     bench.settle(&[B], 3);
@@ -108,7 +108,7 @@ fn requests_not_visible_any_more_are_not_read() {
 }
 
 #[test]
-fn a_tile_that_arrives_too_late_to_be_seen_is_kept_in_main_memory_only() {
+fn a_tile_that_arrives_when_no_longer_visible_stays_in_main_memory_only() {
     let mut bench = Bench::new(TestSource::default(), counting(4, 4, 4, 4));
     bench.frame(&[A]);
     let report = bench.frame(&[]);
@@ -129,7 +129,7 @@ fn a_visible_set_larger_than_main_memory_still_arrives() {
 }
 
 #[test]
-fn a_load_begun_before_a_reset_does_not_land_in_the_reused_place() {
+fn a_load_begun_before_a_reset_is_not_written_to_the_reused_slot() {
     let mut bench = Bench::new(TestSource::default(), timed(1, 1));
     bench.source.set_gate(true);
     bench.frame(&[A]);
@@ -140,7 +140,7 @@ fn a_load_begun_before_a_reset_does_not_land_in_the_reused_place() {
     bench.frame(&[B]);
     assert_eq!(bench.streaming.host_tile(0), Some(B));
     bench.source.set_gate(false);
-    // The bench compares the bytes of what is displayed with the tile's.
+    // The bench compares the displayed bytes with the tile's.
     let reports = bench.settle(&[B], 10_000);
     assert_eq!(reports.iter().map(|report| report.stale_loads).sum::<usize>(), 1);
     assert_eq!(reports.iter().map(|report| report.loads).sum::<usize>(), 1);
@@ -148,7 +148,7 @@ fn a_load_begun_before_a_reset_does_not_land_in_the_reused_place() {
 }
 
 #[test]
-fn a_load_nobody_waits_for_loses_its_place_to_a_visible_tile() {
+fn a_load_no_longer_needed_loses_its_slot_to_a_visible_tile() {
     let mut bench = Bench::new(TestSource::default(), timed(1, 1));
     bench.source.set_gate(true);
     bench.frame(&[A]);
@@ -156,7 +156,7 @@ fn a_load_nobody_waits_for_loses_its_place_to_a_visible_tile() {
     bench.frame(&[B]);
     assert_eq!(bench.streaming.state(A), (-2, -2));
     assert_eq!(bench.streaming.state(B), (-2, -1));
-    // And back again: the first load of A has another generation than the second.
+    // And back again: the second load of A has another generation than the first.
     bench.frame(&[A]);
     bench.source.set_gate(false);
     let reports = bench.settle(&[A], 10_000);
@@ -165,7 +165,7 @@ fn a_load_nobody_waits_for_loses_its_place_to_a_visible_tile() {
     assert_eq!(reports.iter().map(|report| report.loads).sum::<usize>(), 1);
 }
 
-/// 16 loads under way against a shut gate; the first has begun, and at most 8 (one a thread) have.
+/// 16 loads in flight against a closed gate; at least one has begun, at most 8 (one per thread).
 fn stuck() -> Bench {
     let mut bench = Bench::new(TestSource::default(), timed(16, 16));
     bench.source.set_gate(true);
@@ -187,7 +187,7 @@ fn loads_cancelled_by_a_reset_before_they_began_are_not_read() {
 }
 
 #[test]
-fn the_load_that_gives_up_its_place_is_the_latest_and_is_not_read() {
+fn the_latest_load_gives_up_its_slot_and_is_not_read() {
     let mut bench = stuck();
     bench.frame(&[B]);
     assert_eq!(bench.streaming.state(tile(0, 1, 7)), (-2, -2));
@@ -219,12 +219,12 @@ fn dropping_joins_the_threads_with_loads_under_way() {
         let Bench { source, streaming, .. } = bench;
         drop(streaming);
         assert_eq!(Arc::strong_count(&source), 1, "a thread still holds the source");
-        assert!(source.reads().len() < 32, "loads not begun are not begun any more");
+        assert!(source.reads().len() < 32, "loads that had not begun are dropped");
     }
 }
 
 #[test]
-fn an_oversubscribed_cache_shows_a_coarser_level_and_says_so() {
+fn an_oversubscribed_cache_shows_a_coarser_level_and_reports_it() {
     let mut bench = Bench::new(TestSource::default(), counting(8, 8, 4, 4));
     for _ in 0..2 {
         let report = bench.settle(&block(4, 4), 20).pop().unwrap();
@@ -235,7 +235,7 @@ fn an_oversubscribed_cache_shows_a_coarser_level_and_says_so() {
 }
 
 #[test]
-fn the_users_bias_is_added_and_is_no_oversubscription() {
+fn the_users_bias_is_added_and_does_not_count_as_oversubscription() {
     let config = StreamingConfig { level_bias: 1, ..counting(4, 8, 4, 4) };
     let mut bench = Bench::new(TestSource::default(), config);
     let report = bench.settle(&block(4, 4), 20).pop().unwrap();
@@ -245,7 +245,7 @@ fn the_users_bias_is_added_and_is_no_oversubscription() {
 }
 
 #[test]
-fn a_still_camera_at_any_size_of_the_cache_comes_to_rest() {
+fn a_still_camera_settles_at_any_cache_size() {
     for gpu_tiles in 1..40 {
         let mut bench = Bench::new(TestSource::default(), counting(gpu_tiles, 4, 2, 2));
         bench.settle(&block(6, 6), 60);
@@ -257,8 +257,8 @@ fn a_still_camera_at_any_size_of_the_cache_comes_to_rest() {
 }
 
 #[test]
-fn cameras_that_alternate_at_the_size_of_the_cache_do_not_live_lock() {
-    // 16 tiles fit exactly, 20 need bias 1 (6 coarser tiles): together 22, over N1 = 16.
+fn alternating_cameras_at_the_cache_size_do_not_livelock() {
+    // 16 tiles fit exactly; 20 need bias 1 (6 coarser tiles). Together that is 22, over N1 = 16.
     let (fits, too_many) = (block(4, 4), block(4, 5));
     let mut bench = Bench::new(TestSource::default(), counting(16, 32, 4, 4));
     for _ in 0..20 {
@@ -269,20 +269,20 @@ fn cameras_that_alternate_at_the_size_of_the_cache_do_not_live_lock() {
         for (list, wanted) in [(&fits, 16), (&too_many, 6)] {
             let report = bench.frame(list);
             assert_eq!((report.wanted, report.loads), (wanted, 0), "both sets stay in main memory");
-            // Never more than the 6 tiles by which the two sets exceed the cache.
+            // At most the 6 tiles by which the two sets exceed the cache.
             assert!(report.misses <= 6 && report.uploads <= 4, "{report:?}");
         }
     }
     for list in [&fits, &too_many] {
-        // At rest: 6 tiles at most are missing, 4 arrive in a frame.
+        // At rest at most 6 tiles are missing, and 4 arrive in a frame.
         bench.settle(list, 2);
         assert_eq!(bench.frame(list).uploads, 0);
     }
 }
 
 #[test]
-fn what_is_shown_for_a_missing_tile_is_not_the_first_to_go() {
-    // The coarse tile is older than B, but stands in for A, which never comes.
+fn the_substitute_of_a_missing_tile_is_not_evicted_first() {
+    // The coarse tile is older than B, but substitutes for A, which never arrives.
     let mut bench = Bench::new(TestSource::default(), counting(2, 4, 1, 1));
     let coarse = A.ancestor(2);
     bench.settle(&[coarse], 2);

@@ -28,7 +28,7 @@ fn a_broken_tile_is_reported_once_and_its_coarser_tile_shown() {
 }
 
 #[test]
-fn where_every_level_is_broken_nothing_is_pending() {
+fn with_every_level_broken_nothing_is_pending() {
     let mut bench = Bench::new(TestSource::default(), counting(8, 8, 8, 8));
     let finest = tile(0, 5, 9);
     bench.source.set_broken((0..5).map(|levels| finest.ancestor(levels)));
@@ -47,7 +47,7 @@ fn a_tile_that_recovers_is_shown_after_failures_are_forgotten() {
     assert_eq!(bench.memory.display.keys().copied().collect::<Vec<_>>(), [tile(1, 0, 0)]);
     bench.source.set_broken([]);
     bench.frame(&[broken]);
-    assert!(bench.streaming.settled(), "not asked again by itself");
+    assert!(bench.streaming.settled(), "not requested again automatically");
     bench.streaming.forget_failures();
     bench.settle(&[broken], 10_000);
     assert!(bench.memory.display.contains_key(&broken));
@@ -66,11 +66,11 @@ fn a_tile_that_fails_again_is_reported_again_after_failures_are_forgotten() {
 }
 
 #[test]
-fn a_disk_that_recovers_is_noticed_without_being_told() {
+fn a_recovered_disk_is_detected_automatically() {
     let config = StreamingConfig { retry_after_ms: 5.0, ..timed(8, 8) };
     let mut bench = Bench::new(TestSource::default(), config);
     let visible = block(2, 2);
-    // Nothing can be read, at any level.
+    // No tile is readable, at any level.
     let chain = |tile: &TileId| {
         let tile = *tile;
         (0..5).map(move |levels| tile.ancestor(levels))
@@ -82,7 +82,7 @@ fn a_disk_that_recovers_is_noticed_without_being_told() {
         reported.extend(bench.frame(&visible).failures.into_iter().map(|failure| failure.tile));
     }
     let attempts = bench.source.reads().len();
-    assert!(attempts > 4 + 4, "the tiles and their four ancestors were asked for {attempts} times");
+    assert!(attempts > 4 + 4, "the tiles and their four ancestors were requested {attempts} times");
     let distinct: std::collections::BTreeSet<_> = reported.iter().collect();
     assert_eq!(distinct.len(), reported.len(), "each is reported once, however often it fails");
     bench.source.set_broken([]);
@@ -90,21 +90,21 @@ fn a_disk_that_recovers_is_noticed_without_being_told() {
         bench.frame(&visible);
         assert!(begin.elapsed() < Duration::from_secs(20), "not recovered");
     }
-    // Ancestors that nobody asked for again keep their mark; the four visible tiles have lost theirs.
+    // Ancestors that were not requested again keep their mark; the four visible tiles have lost theirs.
     let last = bench.frame(&visible);
     assert!(last.failures.is_empty() && last.failed_tiles <= 4, "{last:?}");
 }
 
 #[test]
-fn a_broken_tile_gives_its_place_back() {
-    // One place in J2: every later load needs the very place of the failed ones.
+fn a_broken_tile_returns_its_slot() {
+    // One slot in J2: every later load needs the slot of the failed ones.
     let mut bench = Bench::new(TestSource::default(), counting(16, 1, 1, 1));
     bench.source.set_broken(block(2, 2));
     bench.settle(&block(4, 4), 60);
     assert_eq!(bench.memory.display.len(), 16 - 4 + 1);
 }
 
-/// A source that does what none may.
+/// A source that violates its contract.
 struct Panicking;
 
 impl TileSource for Panicking {
@@ -127,7 +127,7 @@ impl TileSource for Panicking {
 
 #[test]
 #[should_panic(expected = "a bug at TileId { level: 0, row: 0, column: 0 }")]
-fn a_panic_of_the_source_is_heard_in_the_frame_and_does_not_hang() {
+fn a_panic_of_the_source_reaches_the_frame_and_does_not_hang() {
     let mut streaming = Streaming::new(Arc::new(Panicking), counting(1, 1, 1, 1)).unwrap();
     for _ in 0..2 {
         streaming.frame(&[tile(0, 0, 0)], &mut crate::source::VideoMemory::default());
@@ -135,11 +135,11 @@ fn a_panic_of_the_source_is_heard_in_the_frame_and_does_not_hang() {
 }
 
 fn error(config: StreamingConfig) -> StreamingError {
-    Streaming::new(Arc::new(TestSource::default()), config).err().expect("these settings must be refused")
+    Streaming::new(Arc::new(TestSource::default()), config).err().expect("these settings must be rejected")
 }
 
 #[test]
-fn settings_that_could_show_nothing_are_refused_by_name() {
+fn settings_that_could_show_nothing_are_rejected_by_name() {
     for (config, text) in [
         (counting(0, 1, 1, 1), "gpu_tiles = 0: must be 1 ..= "),
         (counting(1, 0, 1, 1), "host_tiles = 0"),
@@ -155,13 +155,13 @@ fn settings_that_could_show_nothing_are_refused_by_name() {
 }
 
 #[test]
-fn counts_do_not_matter_where_time_is_measured_nor_time_where_tiles_are_counted() {
+fn count_budgets_are_ignored_in_timed_mode_and_time_budgets_in_counting_mode() {
     let source = || Arc::new(TestSource::default());
     let timed = StreamingConfig { load_tiles_per_frame: 0, ..timed(1, 1) };
     Streaming::new(source(), timed.clone()).unwrap();
-    // Uploads need staging memory in any mode.
+    // Uploads need staging memory in every mode.
     let unstaged = StreamingConfig { upload_tiles_per_frame: 0, ..timed };
-    let error = Streaming::new(source(), unstaged).err().expect("no room for a single tile");
+    let error = Streaming::new(source(), unstaged).err().expect("no staging memory for a single tile");
     assert!(matches!(error, StreamingError::OutOfRange { setting: "upload_tiles_per_frame", .. }), "{error}");
     let counting = StreamingConfig { upload_budget_ms: 0.0, load_budget_ms: 0.0, ..counting(1, 1, 1, 1) };
     Streaming::new(source(), counting).unwrap();

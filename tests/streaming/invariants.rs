@@ -1,4 +1,4 @@
-//! What holds after every frame, whatever the lists, sizes, budgets and threads.
+//! Invariants after every frame, for all lists, sizes, budgets and thread timings.
 
 use crate::source::{Bench, TestSource, VideoMemory, counting, pyramid, tile, timed};
 use ortelius::math::pyramid::TileId;
@@ -14,7 +14,7 @@ fn all_tiles() -> impl Iterator<Item = TileId> {
     })
 }
 
-/// Which tile is in which slot; an error where one is in two.
+/// The slot of each tile; an error if a tile is in two slots.
 fn contents(slots: u32, held: impl Fn(u32) -> Option<TileId>) -> Result<HashMap<TileId, i32>, String> {
     let mut contents = HashMap::new();
     for slot in 0..slots {
@@ -27,8 +27,8 @@ fn contents(slots: u32, held: impl Fn(u32) -> Option<TileId>) -> Result<HashMap<
     Ok(contents)
 }
 
-/// No tile in two slots; tables and slots agree; the display table names exactly what is in `J1`, and its
-/// texels are that tile's.
+/// No tile is in two slots; tables and slots agree; the page table names exactly the tiles in `J1`, and their slots
+/// hold their texels.
 pub fn check(streaming: &Streaming, memory: &VideoMemory, report: &FrameReport) -> Result<(), String> {
     let config = streaming.config();
     let j1 = contents(config.gpu_tiles, |slot| streaming.gpu_tile(slot))?;
@@ -39,12 +39,12 @@ pub fn check(streaming: &Streaming, memory: &VideoMemory, report: &FrameReport) 
         if k1 >= 0 && j1.get(&tile) != Some(&k1) || k1 < 0 && j1.contains_key(&tile) {
             return Err(format!("H1 says {k1} of {tile:?}, J1 {:?}", j1.get(&tile)));
         }
-        // A tile being loaded has its place already.
+        // A tile that is being loaded already has its slot.
         if k2 >= 0 && j2.get(&tile) != Some(&k2) || k2 == ABSENT && j2.contains_key(&tile) {
             return Err(format!("H2 says {k2} of {tile:?}, J2 {:?}", j2.get(&tile)));
         }
         if k1 == QUEUED && k2 < 0 {
-            return Err(format!("{tile:?} waits for its copy, but its k2 is {k2}"));
+            return Err(format!("{tile:?} waits for its upload, but its k2 is {k2}"));
         }
         queued_uploads += usize::from(k1 == QUEUED);
         queued_loads += usize::from(k2 == QUEUED && !j2.contains_key(&tile));
@@ -101,7 +101,7 @@ fn the_check_rejects_a_tile_in_two_slots() {
     assert!(error.contains("is in slots 0 and 2"), "{error}");
 }
 
-/// A list of visible tiles around a corner small enough for lists to overlap.
+/// A list of visible tiles near one corner, so that lists overlap.
 pub fn visible_list() -> impl Strategy<Value = Vec<TileId>> {
     let any_tile = (0u32..5, 0u32..6, 0u32..6).prop_map(|(level, row, column)| {
         let [columns, rows] = pyramid().tile_grid(level);
@@ -110,13 +110,13 @@ pub fn visible_list() -> impl Strategy<Value = Vec<TileId>> {
     prop::collection::vec(any_tile, 0..14)
 }
 
-/// A path: some lists are held for a while, as a camera at rest would.
+/// A path: some lists repeat for a few frames, like a camera at rest.
 pub fn visible_path() -> impl Strategy<Value = Vec<Vec<TileId>>> {
     prop::collection::vec((visible_list(), 1usize..4), 1..12)
         .prop_map(|path| path.into_iter().flat_map(|(list, frames)| vec![list; frames]).collect())
 }
 
-/// Frames along the path; nothing wanted that was in `J1` may have left it.
+/// Runs the frames of a path; checks that no wanted tile leaves `J1`.
 fn run(bench: &mut Bench, path: &[Vec<TileId>]) -> Result<(), TestCaseError> {
     for visible in path {
         let before: HashMap<TileId, i32> =
@@ -132,7 +132,7 @@ fn run(bench: &mut Bench, path: &[Vec<TileId>]) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// From 0 to 0.3 ms: loads overtake each other.
+/// From 0 to 0.3 ms, so that loads overtake each other.
 fn uneven(tile: TileId) -> Duration {
     Duration::from_micros(u64::from(tile.level * 7 + tile.row * 13 + tile.column * 29) % 4 * 100)
 }
@@ -141,7 +141,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
     #[test]
-    fn the_invariants_hold_whatever_the_thread_timing(
+    fn the_invariants_hold_for_any_thread_timing(
         gpu in 1u32..12, host in 1u32..12, path in visible_path(), broken in visible_list(), reset in 0usize..40,
     ) {
         let config = StreamingConfig { upload_budget_ms: 0.05, ..timed(gpu, host) };
@@ -157,7 +157,7 @@ proptest! {
     }
 
     #[test]
-    fn the_invariants_hold_where_budgets_count_tiles(
+    fn the_invariants_hold_with_budgets_in_tiles(
         gpu in 1u32..12, host in 1u32..12, uploads in 1u32..4, loads in 1u32..4, bias in 0u32..3,
         path in visible_path(), broken in visible_list(),
     ) {
@@ -166,13 +166,13 @@ proptest! {
         bench.source.set_broken(broken);
         run(&mut bench, &path)?;
         if let Some(last) = path.last() {
-            // Each tile is loaded and uploaded once, one a frame; a failed one adds its ancestors (at most 4).
+            // Each tile is loaded and uploaded once, one per frame; a failed one adds its ancestors (at most 4).
             bench.settle(last, 14 * 5 + 4);
         }
     }
 
     #[test]
-    fn the_same_lists_give_the_same_frames_whatever_the_thread_timing(
+    fn the_same_lists_give_the_same_frames_for_any_thread_timing(
         gpu in 1u32..12, host in 1u32..12, path in visible_path(), broken in visible_list(),
     ) {
         let play = |source: TestSource| {

@@ -1,4 +1,4 @@
-//! The same rules on plain lists, written from the module's text: every search is a loop, every order a clock.
+//! The same rules on plain lists, written from the module's documentation: every search is a loop, every order a clock.
 
 use crate::invariants::{visible_list, visible_path};
 use crate::source::{Bench, TestSource, counting, pyramid};
@@ -7,7 +7,7 @@ use ortelius::paper::virtual_texture::streaming::FrameReport;
 use proptest::prelude::*;
 use std::collections::BTreeSet;
 
-/// A tile in a cache and the tick of its last use; `None`: pinned, or still being loaded.
+/// A tile in a cache and the clock of its last use; `None`: pinned, or still loading.
 type Held = (TileId, Option<u64>);
 
 struct Model {
@@ -142,7 +142,7 @@ impl Model {
         uploads
     }
 
-    /// The first difference between this and what streaming says.
+    /// The first difference between this model and streaming.
     fn compare(&self, bench: &Bench, report: &FrameReport, uploads: usize) -> Result<(), String> {
         let config = bench.streaming.config();
         let tiles = |cache: &[Held]| cache.iter().map(|&(tile, _)| tile).collect::<BTreeSet<_>>();
@@ -187,7 +187,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
 
     #[test]
-    fn streaming_does_what_plain_lists_do(
+    fn streaming_agrees_with_the_model_on_plain_lists(
         gpu in 1u32..12, host in 1u32..12, uploads in 1u32..5, loads in 1u32..5,
         path in visible_path(), broken in visible_list(),
     ) {
@@ -213,7 +213,7 @@ fn the_comparison_rejects_another_order_of_replacement() {
     let mut play = |list: &[TileId], spoil: bool| {
         let report = bench.frame(list);
         if spoil {
-            // First in, first out instead: the oldest entry loses whatever its last use was.
+            // FIFO instead: the oldest entry is evicted regardless of its last use.
             model.j1.iter_mut().enumerate().for_each(|(index, held)| held.1 = Some(index as u64));
         }
         let expected = model.frame(list);
@@ -222,5 +222,5 @@ fn the_comparison_rejects_another_order_of_replacement() {
     for list in [&[a][..], &[a], &[b], &[b], &[a], &[c]] {
         play(list, false).unwrap();
     }
-    assert!(play(&[c], true).is_err(), "a was used after b, so b has to go");
+    assert!(play(&[c], true).is_err(), "a was used after b, so b is evicted");
 }

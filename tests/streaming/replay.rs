@@ -1,4 +1,4 @@
-//! The rule of replacement alone: streaming whose every tile lies in main memory does what the replay on paper says.
+//! The replacement rule alone: with every tile in main memory, streaming agrees with the replay.
 
 use crate::invariants::visible_path;
 use crate::source::{Bench, TestSource, counting, pyramid};
@@ -7,7 +7,7 @@ use ortelius::paper::virtual_texture::streaming::Uploader;
 use ortelius::paper::virtual_texture::streaming::replay::{Replayed, Rule, Step, replay, steps};
 use proptest::prelude::*;
 
-/// Video memory that takes nothing.
+/// Video memory that rejects every upload.
 struct Closed;
 
 impl Uploader for Closed {
@@ -16,11 +16,11 @@ impl Uploader for Closed {
     }
 }
 
-/// What streaming does on a path whose tiles all wait in main memory, and what the rule says.
+/// Streaming's frames on a path whose tiles are all in main memory, and the rule's.
 fn both(path: &[Vec<TileId>], slots: u32, rule: Rule) -> (Vec<Replayed>, Vec<Replayed>) {
     let mut bench = Bench::new(TestSource::default(), counting(slots, 2000, 64, 64));
     for list in path {
-        // Asked for, loaded; the copy is refused.
+        // Requested and loaded; the upload is rejected.
         bench.streaming.frame(list, &mut Closed);
         bench.streaming.frame(list, &mut Closed);
     }
@@ -29,7 +29,7 @@ fn both(path: &[Vec<TileId>], slots: u32, rule: Rule) -> (Vec<Replayed>, Vec<Rep
         .iter()
         .map(|list| {
             let report = bench.frame(list);
-            assert_eq!((report.loads, report.pending), (0, 0), "all tiles lie in main memory");
+            assert_eq!((report.loads, report.pending), (0, 0), "all tiles are in main memory");
             Replayed { wanted: report.wanted, faults: report.uploads, evictions: report.gpu_evictions }
         })
         .collect();
@@ -41,16 +41,16 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
     #[test]
-    fn streaming_replaces_as_the_replay_says(path in visible_path(), slots in 1u32..12) {
+    fn streaming_agrees_with_the_replay(path in visible_path(), slots in 1u32..12) {
         let (built, replayed) = both(&path, slots, Rule::LeastRecentlyShown);
         prop_assert_eq!(built, replayed);
     }
 }
 
 #[test]
-fn another_rule_is_told_apart() {
+fn another_rule_is_rejected() {
     let tiles: Vec<TileId> = (0..4).map(|column| TileId { level: 0, row: 0, column }).collect();
-    // The first is used again, and so FIFO alone sends it away.
+    // The first tile is used again, so only FIFO evicts it.
     let path: Vec<Vec<TileId>> = [0, 1, 0, 2, 0].iter().map(|&n| vec![tiles[n]]).collect();
     let (built, replayed) = both(&path, 2, Rule::LeastRecentlyShown);
     assert_eq!(built, replayed);

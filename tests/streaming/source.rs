@@ -1,4 +1,4 @@
-//! A texture whose reading can be slowed, stopped and broken, and video memory that remembers its bytes.
+//! A texture whose reads can be delayed, blocked and broken, and video memory that records its bytes.
 
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::streaming::{FrameReport, Order, Streaming, StreamingConfig, Uploader};
@@ -45,18 +45,18 @@ impl TestSource {
         self.behaviour.lock().unwrap().broken = tiles.into_iter().collect();
     }
 
-    /// While the gate is shut every read waits.
+    /// While the gate is shut, every read waits.
     pub fn set_gate(&self, shut: bool) {
         self.behaviour.lock().unwrap().shut = shut;
         self.changed.notify_all();
     }
 
-    /// Tiles asked for so far, in the order in which reading began.
+    /// Tiles read so far, in the order in which the reads began.
     pub fn reads(&self) -> Vec<TileId> {
         self.behaviour.lock().unwrap().reads.clone()
     }
 
-    /// What a tile's bytes must be.
+    /// The correct bytes of a tile.
     pub fn bytes(tile: TileId) -> Vec<u8> {
         let name = [tile.level as u8, tile.row as u8, tile.column as u8, 0xA5];
         name.into_iter().cycle().take(TileFormat::Rgba8.tile_bytes(&pyramid())).collect()
@@ -96,12 +96,12 @@ impl TileSource for TestSource {
     }
 }
 
-/// `J1`'s texels and the display table, kept as a driver would: from uploads and reported changes alone.
+/// `J1`'s texels and the page table, maintained like a driver's: only from uploads and reported changes.
 #[derive(Default)]
 pub struct VideoMemory {
     pub slots: HashMap<u32, Vec<u8>>,
     pub display: HashMap<TileId, u32>,
-    /// Uploads that still fit; then it says that there is no room.
+    /// Number of uploads still accepted; then there is no room.
     pub room: Option<usize>,
     /// Sleep in every upload.
     pub delay: Duration,
@@ -132,7 +132,7 @@ impl VideoMemory {
     }
 }
 
-/// Streaming over a test source into a test memory, every frame checked.
+/// Streaming from a test source into a test memory; every frame is checked.
 pub struct Bench {
     pub source: Arc<TestSource>,
     pub memory: VideoMemory,
@@ -150,14 +150,14 @@ impl Bench {
         self.frame_ahead(visible, &[])
     }
 
-    pub fn frame_ahead(&mut self, visible: &[TileId], ahead: &[TileId]) -> FrameReport {
-        let report = self.streaming.frame_ahead(visible, ahead, &mut self.memory);
+    pub fn frame_ahead(&mut self, visible: &[TileId], expected: &[TileId]) -> FrameReport {
+        let report = self.streaming.frame_ahead(visible, expected, &mut self.memory);
         self.memory.apply(&report);
         crate::invariants::check(&self.streaming, &self.memory, &report).unwrap();
         report
     }
 
-    /// Frames until settled, `most` at most.
+    /// Frames until settled, at most `most`.
     pub fn settle(&mut self, visible: &[TileId], most: usize) -> Vec<FrameReport> {
         let mut reports = Vec::new();
         while reports.len() < most {
@@ -173,7 +173,7 @@ impl Bench {
     }
 }
 
-/// Budgets that count tiles.
+/// Budgets in tiles.
 pub fn counting(gpu_tiles: u32, host_tiles: u32, uploads: u32, loads: u32) -> StreamingConfig {
     StreamingConfig {
         gpu_tiles,
@@ -187,7 +187,7 @@ pub fn counting(gpu_tiles: u32, host_tiles: u32, uploads: u32, loads: u32) -> St
     }
 }
 
-/// Budgets that measure time, so long that they do not bind.
+/// Budgets in time, too long to bind.
 pub fn timed(gpu_tiles: u32, host_tiles: u32) -> StreamingConfig {
     StreamingConfig {
         gpu_tiles,

@@ -35,7 +35,7 @@ fn the_corrected_filter_spreads_by_its_kernels_covariance_up_to_a_ratio_of_64() 
     for kernel in [Kernel::FORMULA_4, Kernel::EWA] {
         let method = method.kernel(kernel);
         for (ratio, degrees) in [(1.0, 0.0), (4.0, 30.0), (16.0, 77.0), (64.0, 45.0), (64.0, 10.0)] {
-            // Whitened: the identity is right.
+            // The whitened covariance should be the identity.
             let mut mean = [0.0; 3];
             let phases = 8;
             for n in 0..phases * phases {
@@ -90,7 +90,9 @@ fn a_radial_map_of_64_entries_is_the_formula_up_to_5e_6() {
                     Pixel { place: [0, 0], centre: plane.texels(x, y).unwrap(), jacobian, determinant };
                 for texels in [&texels, &checker] {
                     let level = ellipse::levels(&formula, &pixel, texels.coarsest())[0];
-                    let value = |method: &Ellipse| ellipse::filtered(method, &pixel, texels, level).value;
+                    let texel = |column, row| f64::from(texels.byte(level, column, row)) / 255.0;
+                    let levels = [level, texels.coarsest()];
+                    let value = |method: &Ellipse| ellipse::filtered(method, &pixel, levels, texel).value;
                     let truth = value(&formula);
                     error += (value(&mapped) - truth).powi(2);
                     square += truth * truth;
@@ -113,7 +115,7 @@ fn approximations_of_v1_keep_the_bounds_that_the_thesis_states() {
     let worst = |edge: Edge| {
         let at = |n: u32| f64::from(n) / 10_000.0 * 0.5;
         let error = |d: f64| (ellipse::kept(edge, d) - ellipse::kept(Edge::Exact, d)).abs();
-        // At 1/2 itself the forms end.
+        // The forms end at 1/2, which is excluded.
         (0..10_000).map(|n| error(at(n))).fold(0.0, f64::max)
     };
     let [quadratic, cubic, linear] = [Edge::Quadratic, Edge::Cubic, Edge::PiecewiseLinear].map(worst);
@@ -127,4 +129,30 @@ fn approximations_of_v1_keep_the_bounds_that_the_thesis_states() {
             assert!((sum - 1.0).abs() < 1e-12, "{edge:?} at {d}: {sum}");
         }
     }
+}
+
+#[test]
+fn a_footprint_within_a_bound_takes_no_texel_beyond() {
+    let mut reached = [0.0f64; 2];
+    for (index, most) in [4, 16].into_iter().enumerate() {
+        let method = Ellipse::BEST.within(most);
+        for n in 0..4000 {
+            // Axes from a tenth of a texel to 10^5, ratios to 10^4, any direction, any place in the texel.
+            let part = |prime: f64| (f64::from(n) * prime).fract();
+            let minor = 10f64.powf(6.0 * part(0.618034) - 1.0);
+            let ratio = 10f64.powf(4.0 * part(0.754878));
+            let pixel = pixel(minor, ratio, 180.0 * part(0.569840), [part(0.819173), part(0.671044)]);
+            for level in ellipse::levels(&method, &pixel, 40) {
+                let place = pixel.centre.map(|c| c / 2f64.powi(level as i32));
+                for (offset, _) in ellipse::weights(&method, &pixel, 40, level) {
+                    for axis in 0..2 {
+                        let texel = (place[axis] + offset[axis]).floor() - place[axis].floor();
+                        reached[index] = reached[index].max(texel.abs());
+                    }
+                }
+            }
+        }
+    }
+    // The bound, 4 or 16, is nearly reached, in some direction.
+    assert!((3.0..=4.0).contains(&reached[0]) && (14.0..=16.0).contains(&reached[1]), "{reached:?}");
 }

@@ -3,6 +3,7 @@
 mod coordinates;
 mod kernels;
 mod methods;
+mod object_space;
 mod parallax;
 mod relief;
 

@@ -1,4 +1,5 @@
-//! Every extreme of vt.extremes: the sets are exact, stage 1 is explained, the settled picture is right.
+//! Every extreme of vt.extremes: the sets are exact, differences in stage 1 are explained, the settled picture is
+//! right.
 
 use crate::device;
 use ortelius::paper::virtual_texture::figures::extremes::{EXTREMES, Examiner, Extreme, Outcome};
@@ -6,7 +7,7 @@ use std::collections::BTreeSet;
 use std::process::Command;
 use std::time::Instant;
 
-/// The figure's sizes, halved: a test has less time. What is extreme by its size stays.
+/// The figure's sizes, halved to save time. Sizes that are themselves extreme stay.
 fn size(extreme: &Extreme) -> [u32; 2] {
     match extreme.size {
         [width, height] if width.min(height) > 64 => [width / 2, height / 2],
@@ -42,16 +43,20 @@ fn nothing_is_lost_invented_or_unexplained_at_any_extreme() {
         never_ran = Some(never_ran.map_or(refused.clone(), |never| &never & &refused));
     }
     assert!(faults.is_empty(), "{faults:#?}");
-    // A variant that refuses everything would be exact everywhere.
+    // A variant that rejects everything would be exact everywhere.
     assert_eq!(never_ran, Some(BTreeSet::new()));
 }
 
-/// Pictures whose groups are cut short, small enough for three runs.
+/// Pictures with partial workgroups at their edges, small enough for three runs.
 #[test]
 fn the_edges_of_groups_are_exact() {
     let gpu = device();
     if let Ok(lanes) = std::env::var(LANES) {
-        assert_eq!(gpu.physical().subgroup_size.to_string(), lanes, "the driver does as the test asks");
+        assert_eq!(
+            gpu.physical().subgroup_size.to_string(),
+            lanes,
+            "the driver uses the requested vector width"
+        );
     }
     let mut examiner = Examiner::of_lists(gpu.clone());
     for (name, size) in [
@@ -68,22 +73,22 @@ fn the_edges_of_groups_are_exact() {
     }
 }
 
-/// Set in a child process: the invocations of a subgroup that it must find.
+/// Set in a child process: the expected number of invocations of a subgroup.
 const LANES: &str = "ORTELIUS_TEST_LANES";
 
-/// A process sees one vector width only, so 4 lanes run in a child of this binary. 16 cannot be had here: Mesa 22.3
-/// crashes as it compiles stage 1's fragment shader for them.
+/// A process has one vector width, so 4 lanes run in a child of this binary. 16 are not possible here: Mesa 22.3
+/// crashes when it compiles stage 1's fragment shader for them.
 #[test]
 fn the_edges_of_groups_are_exact_with_subgroups_of_4() {
     let gpu = device();
     if gpu.physical().kind != "cpu" {
-        // A GPU has the subgroups that it has.
+        // A GPU's subgroup size is fixed.
         return;
     }
     let ran = Command::new(std::env::current_exe().unwrap())
         .args(["--exact", "extremes::the_edges_of_groups_are_exact"])
         .env("LP_NATIVE_VECTOR_WIDTH", "128")
-        // Mesa's cache on disk does not tell widths apart: code for 8 lanes writes beyond buffers for 4.
+        // Mesa's disk cache does not distinguish widths: code for 8 lanes writes beyond buffers for 4.
         .env("MESA_SHADER_CACHE_DISABLE", "true")
         .env(LANES, "4")
         .output()

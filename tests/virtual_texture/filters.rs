@@ -197,13 +197,13 @@ fn lengths(sample: &Sample, pyramid: &Pyramid) -> ([f64; 2], f64) {
 /// The settled picture with at most `most` samples against f64 pictures with at most `reference_most`. Where the ratio
 /// of the sides is an integer within the derivatives' tolerance, nA may be either one, and the picture jumps between
 /// them: both are right.
-fn anisotropic_beyond(camera: &str, most: u32, reference_most: u32) -> usize {
+fn anisotropic_beyond(camera: &str, border: u32, most: u32, reference_most: u32) -> usize {
     // As for one sample, 5/256 of the contrast; and the outermost of nA samples is nA/2 texels away by a side that is
     // known to 2^-8 of itself.
     let bound = (5.0 + f64::from(most) / 2.0) / 256.0;
     beyond(
         camera,
-        most.max(2),
+        border,
         bound,
         |settings| settings.config.filter.max_anisotropy = most,
         |texels, sample, pyramid| {
@@ -219,17 +219,20 @@ fn anisotropic_beyond(camera: &str, most: u32, reference_most: u32) -> usize {
 }
 
 #[test]
-fn the_anisotropic_picture_is_the_f64_picture_for_every_number_of_samples_that_a_border_allows() {
-    for most in [2, 4, 8] {
-        assert_eq!(anisotropic_beyond("oblique", most, most), 0, "NA = {most}");
+fn the_anisotropic_picture_is_the_f64_picture_for_every_number_of_samples() {
+    for most in 2..=16 {
+        assert_eq!(anisotropic_beyond("oblique", 4, most, most), 0, "NA = {most}");
     }
-    assert_eq!(anisotropic_beyond("low", 4, 4), 0);
+    // All in the border, and as many as can be beyond it.
+    for (most, border) in [(4, 4), (16, 16), (3, 2), (16, 2)] {
+        assert_eq!(anisotropic_beyond("low", border, most, most), 0, "NA = {most}, border {border}");
+    }
 }
 
 /// The neighbour that must be rejected: half as many samples.
 #[test]
 fn the_anisotropic_picture_is_not_that_of_half_as_many_samples() {
-    let beyond = anisotropic_beyond("oblique", 4, 2);
+    let beyond = anisotropic_beyond("oblique", 4, 4, 2);
     assert!(beyond > 20, "{beyond}");
 }
 

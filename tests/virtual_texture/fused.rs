@@ -1,4 +1,5 @@
-//! Marking in the fragment shader that textures: the list beside stage 1's own triples, and the picture beside the paper's.
+//! Marking in the fragment shader that textures: the list against stage 1's triples, and the picture against the
+//! paper's.
 
 use crate::Renderer;
 use crate::lists::assert_lists;
@@ -9,8 +10,8 @@ use ortelius::math::pyramid::TileId;
 use ortelius::model::mesh::{SourceMesh, gpu_mesh};
 use ortelius::paper::virtual_texture::config::{open_texture, source_mesh};
 use ortelius::paper::virtual_texture::fused::Fused;
-use ortelius::paper::virtual_texture::lister::Stage3;
-use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Keying, reference};
+use ortelius::paper::virtual_texture::list_passes::Stage3;
+use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, TileAddress, reference};
 use ortelius::paper::virtual_texture::{Settings, VirtualTexture};
 use ortelius::scene::Scene;
 use ortelius::vk::Gpu;
@@ -19,26 +20,26 @@ use std::rc::Rc;
 
 fn fuse(settings: &mut Settings, dedup: Dedup) {
     settings.config.dedup = dedup;
-    settings.config.keying = Keying::Native;
+    settings.config.address = TileAddress::OwnLevel;
     settings.config.compact = Compaction::Append;
 }
 
-/// The last frame's tiles, and those that its pixels ask for.
+/// The last frame's listed tiles, and those that its pixels request.
 fn listed_and_seen(renderer: &mut Renderer) -> (BTreeSet<TileId>, BTreeSet<TileId>) {
     renderer.drain().unwrap();
-    let seen = reference::visible_tiles(&renderer.u1().unwrap(), &renderer.technique.source.pyramid());
+    let seen = reference::visible_tiles(&renderer.requests().unwrap(), &renderer.technique.source.pyramid());
     let record = renderer.records.last().unwrap();
     assert_eq!(record.triples, record.visible.len(), "a tile seen twice is listed once");
     (record.visible.iter().copied().collect(), seen)
 }
 
-/// The scene's mesh with what drawing depth alone takes.
+/// The scene's mesh with the buffers for depth-only drawing.
 fn shape(gpu: &Gpu, scene: &Scene) -> Rc<Shape> {
     let mesh = gpu_mesh(&source_mesh(scene).unwrap()).unwrap();
     Rc::new(Shape::with_depth_alone(gpu, &mesh).unwrap())
 }
 
-/// A fused variant beside a renderer's own, over what the renderer has resident.
+/// A fused variant that draws with a renderer's resident tiles.
 struct Beside {
     config: Config,
     shape: Rc<Shape>,
@@ -65,7 +66,7 @@ impl Beside {
         }
     }
 
-    /// Draws `pose` and takes `U3`.
+    /// Draws `pose` and returns the visible-tile list.
     fn list(&mut self, gpu: &Gpu, renderer: &Renderer, pose: &Pose) -> Vec<[u32; 3]> {
         let (resident, target) = (&renderer.technique.resident, renderer.target());
         let seen = Seen::new([&*self.shape], View::new(pose, target.size()), 0);
@@ -77,23 +78,23 @@ impl Beside {
         self.stage3.collect(gpu, Slot::FIRST).unwrap().0
     }
 
-    /// Lists `pose`, which the renderer has drawn last, and holds the list against the renderer's `U1`; returns how
-    /// many triples are too many.
+    /// Lists `pose`, which the renderer drew last, and compares the list with the renderer's request image; returns the
+    /// number of surplus triples.
     fn check(&mut self, gpu: &Gpu, renderer: &mut Renderer, pose: &Pose, what: &str) -> usize {
         let triples = self.list(gpu, renderer, pose);
-        let (u1, pyramid, keying) =
-            (renderer.u1().unwrap(), renderer.technique.source.pyramid(), self.config.keying);
+        let (requests, pyramid, address) =
+            (renderer.requests().unwrap(), renderer.technique.source.pyramid(), self.config.address);
         let what = format!("{what}: {:?}", self.config);
         if self.config.dedup == Dedup::FusedExact {
-            assert_lists(&u1, &pyramid, &triples, keying, &what);
+            assert_lists(&requests, &pyramid, &triples, address, &what);
             return 0;
         }
         let entries: BTreeSet<[u32; 3]> = triples.iter().copied().collect();
         assert_eq!(entries.len(), triples.len(), "{what}: an entry twice");
-        let seen = match keying {
-            Keying::Paper => reference::distinct_triples(&u1, &pyramid),
-            Keying::Native => {
-                let tiles = reference::visible_tiles(&u1, &pyramid);
+        let seen = match address {
+            TileAddress::Level0 => reference::distinct_triples(&requests, &pyramid),
+            TileAddress::OwnLevel => {
+                let tiles = reference::visible_tiles(&requests, &pyramid);
                 tiles.into_iter().map(|tile| [tile.level, tile.row, tile.column]).collect()
             }
         };
@@ -103,17 +104,17 @@ impl Beside {
 }
 
 const FUSED: [Dedup; 2] = [Dedup::FusedExact, Dedup::Fused];
-const KEYINGS: [Keying; 2] = [Keying::Paper, Keying::Native];
+const ADDRESSES: [TileAddress; 2] = [TileAddress::Level0, TileAddress::OwnLevel];
 
 #[test]
-fn behind_depth_alone_the_list_is_the_reference_set_and_without_it_a_superset() {
+fn after_a_depth_pass_the_list_is_the_reference_set_and_without_it_a_superset() {
     let gpu = device();
     for name in landscapes() {
         let scene = scene(name);
         let mut renderer = open(&gpu, &scene, [250, 141], |_| ());
         let config = renderer.technique.settings.config;
-        let of = |dedup, keying| Config { dedup, keying, compact: Compaction::FusedAppend, ..config };
-        let configs = FUSED.into_iter().flat_map(|dedup| KEYINGS.map(|keying| of(dedup, keying)));
+        let of = |dedup, address| Config { dedup, address, compact: Compaction::FusedAppend, ..config };
+        let configs = FUSED.into_iter().flat_map(|dedup| ADDRESSES.map(|address| of(dedup, address)));
         let surface = shape(&gpu, &scene);
         let mut variants: Vec<Beside> =
             configs.map(|config| Beside::new(&gpu, &renderer, &surface, config)).collect();
@@ -122,13 +123,13 @@ fn behind_depth_alone_the_list_is_the_reference_set_and_without_it_a_superset() 
             renderer.frame(&pose).unwrap();
             renderer.drain().unwrap();
             let mut extra = variants.iter_mut().map(|v| v.check(&gpu, &mut renderer, &pose, &what));
-            println!("{what}: too many {:?}", extra.by_ref().collect::<Vec<_>>());
+            println!("{what}: surplus {:?}", extra.by_ref().collect::<Vec<_>>());
         }
     }
 }
 
 #[test]
-fn every_compaction_behind_a_fused_draw_lists_by_either_keying() {
+fn every_compaction_after_a_fused_draw_lists_with_either_tile_address() {
     let gpu = device();
     let scene = scene("earth");
     let pose = pose(&scene, "oblique");
@@ -138,8 +139,9 @@ fn every_compaction_behind_a_fused_draw_lists_by_either_keying() {
     let (pyramid, surface) = (renderer.technique.source.pyramid(), shape(&gpu, &scene));
     let mut ran = 0;
     for &compact in Compaction::ALL {
-        for (dedup, keying) in FUSED.into_iter().flat_map(|dedup| KEYINGS.map(|keying| (dedup, keying))) {
-            let config = Config { dedup, keying, compact, ..renderer.technique.settings.config };
+        for (dedup, address) in FUSED.into_iter().flat_map(|dedup| ADDRESSES.map(|address| (dedup, address)))
+        {
+            let config = Config { dedup, address, compact, ..renderer.technique.settings.config };
             if config.check(&pyramid).is_err() {
                 assert_eq!(compact, Compaction::TransformFeedback);
                 continue;
@@ -156,20 +158,20 @@ fn every_compaction_behind_a_fused_draw_lists_by_either_keying() {
     assert_eq!(ran, 4 * (Compaction::ALL.len() - 1));
 }
 
-/// Two planes, the lower one drawn first and hidden by the upper one, 100 m above it.
+/// Two planes: the lower one is drawn first and is hidden by the upper one, 100 m above it.
 fn hidden_plane(scene: &Scene) -> SourceMesh {
     let lower = source_mesh(scene).unwrap();
     let mut both = lower.clone();
     let first = both.positions.len() as u32;
     both.positions.extend(lower.positions.iter().map(|p| *p + 100.0 * glam::DVec3::Z));
-    // The upper plane shows the texture's first quarter alone.
+    // The upper plane shows only the first quarter of the texture.
     both.coordinates.extend(lower.coordinates.iter().map(|st| *st * 0.25));
     both.triangles.extend(lower.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + first)));
     both
 }
 
 #[test]
-fn what_is_hidden_is_marked_only_without_depth_alone() {
+fn hidden_tiles_are_marked_only_without_a_depth_pass() {
     let gpu = device();
     let scene = scene("plane");
     let mesh = gpu_mesh(&hidden_plane(&scene)).unwrap();
@@ -187,9 +189,9 @@ fn what_is_hidden_is_marked_only_without_depth_alone() {
         assert!(listed.is_superset(&seen));
         extra.push(listed.len() - seen.len());
     }
-    println!("{extra:?} too many");
+    println!("{extra:?} surplus tiles");
     assert_eq!(extra[0], 0);
-    assert!(extra[1] > 0, "the scene hides nothing: it proves nothing");
+    assert!(extra[1] > 0, "the scene hides nothing, so the test proves nothing");
 }
 
 #[test]
@@ -217,7 +219,7 @@ fn the_settled_picture_is_the_papers_bit_for_bit() {
 }
 
 #[test]
-fn a_list_that_overflows_is_compacted_again_and_a_fused_frame_has_no_u1() {
+fn an_overflowing_list_is_compacted_again_and_a_fused_frame_has_no_request_image() {
     let gpu = device();
     let scene = scene("earth");
     let passes: [&[&str]; 2] =
@@ -227,7 +229,7 @@ fn a_list_that_overflows_is_compacted_again_and_a_fused_frame_has_no_u1() {
             fuse(settings, Dedup::FusedExact);
             (settings.config.compact, settings.config.list_capacity) = (compact, 4);
         });
-        // Two frames in flight learn it, each for itself; the third has the room.
+        // Each of the two frames in flight overflows once; the third has room.
         for overflows in [true, true, false] {
             renderer.frame(&pose(&scene, "oblique")).unwrap();
             let (listed, seen) = listed_and_seen(&mut renderer);
@@ -235,8 +237,8 @@ fn a_list_that_overflows_is_compacted_again_and_a_fused_frame_has_no_u1() {
             assert!(listed.len() > 4);
             assert_eq!(listed, seen, "{compact:?}");
         }
-        assert!(renderer.memory().iter().all(|(name, _)| name != "U1"));
-        // Positions stand apart where depth alone is drawn: 74 886 of 24 bytes, and an index for each corner.
+        assert!(renderer.memory().iter().all(|(name, _)| name != "request image"));
+        // For depth-only drawing positions have their own buffer: 74,886 of 24 bytes, and an index for each corner.
         let mesh = |dedup| {
             let renderer = open(&gpu, &scene, [320, 180], |settings| fuse(settings, dedup));
             renderer.memory().iter().find(|(name, _)| name == "mesh").unwrap().1

@@ -1,4 +1,4 @@
-//! Stages 1 to 3: the list equals the integer reference that is computed from the same U1.
+//! Stages 1 to 3: the list equals the integer reference computed from the same request image.
 
 use crate::Renderer;
 use crate::{device, landscapes, open, pose, scene};
@@ -7,34 +7,34 @@ use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::compact::CompactPass;
 use ortelius::paper::virtual_texture::dedup::DedupPass;
 use ortelius::paper::virtual_texture::footprint::Footprint;
-use ortelius::paper::virtual_texture::marks::Marks;
-use ortelius::paper::virtual_texture::streaming::{Keying, distinct_tiles};
-use ortelius::paper::virtual_texture::{Compaction, Config, U1Format, reference};
+use ortelius::paper::virtual_texture::streaming::{TileAddress, distinct_tiles};
+use ortelius::paper::virtual_texture::tile_mask::TileMask;
+use ortelius::paper::virtual_texture::{Compaction, Config, RequestFormat, reference};
 use ortelius::vk::Gpu;
 use std::collections::BTreeSet;
 
-/// Runs stages 2 and 3 of a variant on the U1 that the renderer's last frame left.
+/// Runs stages 2 and 3 of a variant on the request image of the renderer's last frame.
 pub(crate) fn list(gpu: &Gpu, renderer: &Renderer, config: &Config) -> Vec<[u32; 3]> {
     let pyramid = renderer.technique.source.pyramid();
     let stage1 = renderer.technique.stage1().unwrap();
     let dedup = DedupPass::new(gpu, &pyramid, config, stage1).unwrap();
     let compact = CompactPass::new(gpu, &pyramid, config).unwrap();
-    run(gpu, stage1, config, &dedup, &compact, &dedup.marks(gpu).unwrap())
+    run(gpu, stage1, config, &dedup, &compact, &dedup.mask(gpu).unwrap())
 }
 
-/// Runs them once, and takes the list.
+/// Runs the passes once and returns the list.
 pub(crate) fn run(
     gpu: &Gpu,
     stage1: &Footprint,
     config: &Config,
     dedup: &DedupPass,
     compact: &CompactPass,
-    marks: &Marks,
+    mask: &TileMask,
 ) -> Vec<[u32; 3]> {
     let mut list = compact.list(gpu, u64::from(config.list_capacity)).unwrap();
     let mut frame = gpu.frame().unwrap();
-    frame.pass("dedup", |cmd| dedup.run(cmd, &stage1.u1, marks)).unwrap();
-    frame.pass("compact", |cmd| compact.run(cmd, marks, &list)).unwrap();
+    frame.pass("dedup", |cmd| dedup.run(cmd, &stage1.requests, mask)).unwrap();
+    frame.pass("compact", |cmd| compact.run(cmd, mask, &list)).unwrap();
     frame
         .pass("read-back", |cmd| {
             list.read_back(cmd);
@@ -42,38 +42,38 @@ pub(crate) fn run(
         })
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
-    compact.collect(gpu, marks, &mut list).unwrap().0
+    compact.collect(gpu, mask, &mut list).unwrap().0
 }
 
-/// What a variant's list must be, from U1 alone.
+/// Compares a variant's list with the reference of the request image.
 pub(crate) fn assert_equals_reference(
     renderer: &mut Renderer,
     triples: &[[u32; 3]],
-    keying: Keying,
+    address: TileAddress,
     what: &str,
 ) -> usize {
     let pyramid = renderer.technique.source.pyramid();
-    let u1 = renderer.u1().unwrap();
-    assert_lists(&u1, &pyramid, triples, keying, what)
+    let requests = renderer.requests().unwrap();
+    assert_lists(&requests, &pyramid, triples, address, what)
 }
 
 pub(crate) fn assert_lists(
-    u1: &[[u32; 3]],
+    requests: &[[u32; 3]],
     pyramid: &Pyramid,
     triples: &[[u32; 3]],
-    keying: Keying,
+    address: TileAddress,
     what: &str,
 ) -> usize {
-    let expected = reference::visible_tiles(u1, pyramid);
+    let expected = reference::visible_tiles(requests, pyramid);
     let found: BTreeSet<TileId> =
-        distinct_tiles(triples, keying, pyramid.first_resident_level()).into_iter().collect();
+        distinct_tiles(triples, address, pyramid.first_resident_level()).into_iter().collect();
     assert_eq!(found, expected, "{what}");
-    // Not only the tiles: the list itself, each entry once.
+    // The list itself, not only its tiles: each entry once.
     let entries: BTreeSet<[u32; 3]> = triples.iter().copied().collect();
     assert_eq!(entries.len(), triples.len(), "{what}: an entry twice");
-    match keying {
-        Keying::Paper => assert_eq!(entries, reference::distinct_triples(u1, pyramid), "{what}"),
-        Keying::Native => {
+    match address {
+        TileAddress::Level0 => assert_eq!(entries, reference::distinct_triples(requests, pyramid), "{what}"),
+        TileAddress::OwnLevel => {
             assert_eq!(triples.len(), expected.len(), "{what}: a tile seen twice is listed once")
         }
     }
@@ -91,7 +91,7 @@ fn every_camera_of_every_scene_lists_the_reference_set() {
             renderer.drain().unwrap();
             let triples = list(&gpu, &renderer, &renderer.technique.settings.config.clone());
             let what = format!("{name}, {camera}");
-            let tiles = assert_equals_reference(&mut renderer, &triples, Keying::Paper, &what);
+            let tiles = assert_equals_reference(&mut renderer, &triples, TileAddress::Level0, &what);
             let record = renderer.records.last().unwrap();
             assert_eq!((record.triples, record.visible.len()), (triples.len(), tiles), "{what}");
             println!("{what}: {} triples, {tiles} tiles", triples.len());
@@ -100,7 +100,7 @@ fn every_camera_of_every_scene_lists_the_reference_set() {
 }
 
 #[test]
-fn every_block_size_memo_and_keying_lists_the_reference_set_in_all_scenes() {
+fn every_block_size_memo_and_tile_address_lists_the_reference_set_in_all_scenes() {
     let gpu = device();
     for name in landscapes() {
         let scene = scene(name);
@@ -109,17 +109,17 @@ fn every_block_size_memo_and_keying_lists_the_reference_set_in_all_scenes() {
         renderer.drain().unwrap();
         for block_log2 in 0..=4 {
             for memo in [false, true] {
-                for keying in [Keying::Paper, Keying::Native] {
+                for address in [TileAddress::Level0, TileAddress::OwnLevel] {
                     let compact_block_log2 = block_log2 % 3;
                     let config = Config {
                         block_log2,
                         memo,
-                        keying,
+                        address,
                         compact_block_log2,
                         ..renderer.technique.settings.config
                     };
                     let triples = list(&gpu, &renderer, &config);
-                    assert_equals_reference(&mut renderer, &triples, keying, &format!("{name}: {config:?}"));
+                    assert_equals_reference(&mut renderer, &triples, address, &format!("{name}: {config:?}"));
                 }
             }
         }
@@ -127,17 +127,18 @@ fn every_block_size_memo_and_keying_lists_the_reference_set_in_all_scenes() {
 }
 
 #[test]
-fn every_format_of_u1_lists_the_reference_set() {
+fn every_request_format_lists_the_reference_set() {
     let gpu = device();
     let scene = scene("earth");
     let mut sets = Vec::new();
-    for &format in U1Format::ALL.iter().filter(|format| gpu.renders_to(format.image_format())) {
-        let mut renderer = open(&gpu, &scene, [320, 180], |settings| settings.config.u1 = Some(format));
+    for &format in RequestFormat::ALL.iter().filter(|format| gpu.renders_to(format.image_format())) {
+        let mut renderer =
+            open(&gpu, &scene, [320, 180], |settings| settings.config.request_format = Some(format));
         renderer.frame(&pose(&scene, "oblique")).unwrap();
         renderer.drain().unwrap();
         let triples = list(&gpu, &renderer, &renderer.technique.settings.config.clone());
-        assert_equals_reference(&mut renderer, &triples, Keying::Paper, format.name());
-        sets.push(renderer.u1().unwrap());
+        assert_equals_reference(&mut renderer, &triples, TileAddress::Level0, format.name());
+        sets.push(renderer.requests().unwrap());
     }
     // Every device renders to the packed format and to RGBA32UI; all formats hold the same triples.
     assert!(sets.len() >= 2);
@@ -149,7 +150,7 @@ fn every_format_of_u1_lists_the_reference_set() {
 }
 
 #[test]
-fn a_list_that_overflows_is_run_again_and_loses_no_tile() {
+fn an_overflowing_list_is_run_again_and_loses_no_tile() {
     let gpu = device();
     let scene = scene("earth");
     for compact in [Compaction::TransformFeedback, Compaction::Append, Compaction::Ordered] {
@@ -160,32 +161,32 @@ fn a_list_that_overflows_is_run_again_and_loses_no_tile() {
             renderer.frame(&pose(&scene, "oblique")).unwrap();
             renderer.drain().unwrap();
             let record = renderer.records.last().unwrap().clone();
-            // Each frame in flight has its own list, and each learns once.
+            // Each frame in flight has its own list, and each overflows once.
             assert_eq!(record.overflowed, frame < 2, "{compact:?}, frame {frame}");
             assert!(record.triples > 16);
             let pyramid = renderer.technique.source.pyramid();
-            let expected = reference::visible_tiles(&renderer.u1().unwrap(), &pyramid);
+            let expected = reference::visible_tiles(&renderer.requests().unwrap(), &pyramid);
             assert_eq!(record.visible.iter().copied().collect::<BTreeSet<_>>(), expected, "{compact:?}");
         }
     }
 }
 
-/// The host copies little more than the frame before had; a cut must not cost the tiles beyond.
+/// The host copies slightly more than the previous frame listed; a truncated copy must not lose tiles.
 #[test]
-fn a_list_that_grows_beyond_what_the_host_reads_is_read_again() {
+fn a_list_longer_than_the_hosts_copy_is_read_again() {
     let gpu = device();
     let scene = scene("globe");
     let globe = pose(&scene, &scene.view.camera);
     let away = Pose { forward: -globe.forward, right: -globe.right, ..globe };
     for compact in [Compaction::TransformFeedback, Compaction::Append, Compaction::Ordered] {
         let mut renderer = open(&gpu, &scene, [320, 180], |settings| {
-            settings.config = Config { keying: Keying::Paper, compact, ..settings.config };
+            settings.config = Config { address: TileAddress::Level0, compact, ..settings.config };
         });
         for (frame, pose) in [&away, &away, &globe, &globe, &away, &globe].into_iter().enumerate() {
             renderer.frame(pose).unwrap();
             renderer.drain().unwrap();
             let record = renderer.records.last().unwrap().clone();
-            // More than an empty frame leads to expect.
+            // More than the host copies after an empty frame.
             assert_eq!(
                 record.triples > 1024,
                 pose == &globe,
@@ -194,7 +195,7 @@ fn a_list_that_grows_beyond_what_the_host_reads_is_read_again() {
             );
             assert!(!record.overflowed, "{compact:?}, frame {frame}");
             let pyramid = renderer.technique.source.pyramid();
-            let expected = reference::visible_tiles(&renderer.u1().unwrap(), &pyramid);
+            let expected = reference::visible_tiles(&renderer.requests().unwrap(), &pyramid);
             assert_eq!(record.visible.iter().copied().collect::<BTreeSet<_>>(), expected, "{compact:?}");
         }
     }
@@ -210,7 +211,7 @@ fn an_empty_frame_lists_no_tile() {
     away.right = -away.right;
     renderer.frame(&away).unwrap();
     renderer.drain().unwrap();
-    assert!(renderer.u1().unwrap().iter().all(|triple| triple[0] == u32::MAX));
+    assert!(renderer.requests().unwrap().iter().all(|triple| triple[0] == u32::MAX));
     assert_eq!(renderer.records.last().unwrap().triples, 0);
 }
 
@@ -223,6 +224,6 @@ fn a_picture_of_one_pixel_and_a_long_thin_one_list_the_reference_set() {
         renderer.frame(&pose(&scene, "oblique")).unwrap();
         renderer.drain().unwrap();
         let triples = list(&gpu, &renderer, &renderer.technique.settings.config.clone());
-        assert_equals_reference(&mut renderer, &triples, Keying::Paper, &format!("{size:?}"));
+        assert_equals_reference(&mut renderer, &triples, TileAddress::Level0, &format!("{size:?}"));
     }
 }

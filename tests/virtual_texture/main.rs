@@ -1,7 +1,7 @@
-//! Paper 1 on the device, against the reference: lists equal as sets, texels proven, caches that degrade and recover.
+//! Paper 1 on the device against the reference: lists equal as sets, texels verified, caches that degrade and recover.
 //! Validation and synchronisation validation are on in every test; any message fails it.
 
-mod classic;
+mod ellipse;
 mod extremes;
 mod filters;
 mod fused;
@@ -9,6 +9,7 @@ mod lists;
 mod masks;
 mod paths;
 mod prepass;
+mod read_back;
 mod streaming;
 mod texels;
 mod truth;
@@ -17,7 +18,7 @@ mod variants;
 use ortelius::frame::Run;
 use ortelius::math::camera::Pose;
 use ortelius::model::mesh;
-use ortelius::paper::virtual_texture::config::{open_texture, owner, source_mesh};
+use ortelius::paper::virtual_texture::config::{open_texture, owner, papers_scene, source_mesh};
 use ortelius::paper::virtual_texture::{Settings, VirtualTexture, all_needs};
 use ortelius::picture::Target;
 use ortelius::scene::{SHIPPED, Scene};
@@ -28,12 +29,12 @@ use std::sync::Arc;
 /// Frames of one landscape.
 type Renderer = Run<VirtualTexture>;
 
-/// A device with all that any variant needs.
+/// A device with the features of all variants.
 fn device() -> Watched {
     Watched::open(&GpuOptions { needs: &all_needs(), ..GpuOptions::default() })
 }
 
-/// A shipped scene's renderer at a test's size, with changed settings and perhaps another texture.
+/// A shipped scene's renderer at test size, with changed settings and possibly another texture.
 fn open_with(
     gpu: &Gpu,
     scene: &Scene,
@@ -55,10 +56,10 @@ fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], change: impl FnOnce(&mut Setti
 }
 
 fn scene(name: &str) -> Scene {
-    Scene::embedded(name).unwrap()
+    papers_scene(name).unwrap()
 }
 
-/// A scene with another border.
+/// A scene with another tile border.
 fn bordered(name: &str, border: u32) -> Scene {
     scene(name).with(&[format!("surface.land.texture.border={border}")]).unwrap()
 }

@@ -1,6 +1,7 @@
-//! Moving cameras: too little room, tiles fetched ahead, a disk that fails.
+//! Moving cameras: small caches, prefetched tiles, a failing disk.
 
 use crate::Renderer;
+use crate::scene;
 use crate::{device, open, open_with};
 use ortelius::paper::virtual_texture::config::open_texture;
 use ortelius::paper::virtual_texture::disk::{Disk, FaultyDisk};
@@ -10,16 +11,17 @@ use std::time::{Duration, Instant};
 
 const PATHS: [&str; 6] = ["orbit", "pan", "dive", "pole-crossing", "antimeridian-crossing", "teleport"];
 
-/// The earth's mesh and paths under the ruler's texels, in tiles of 128: as many at 160 x 90 as tiles of 512 at 640 x 360.
+/// The earth's mesh and paths with the ruler's texels, in tiles of 128: as many tiles at 160 x 90 as of 512 at 640 x
+/// 360.
 fn earth_of_ruler() -> Scene {
     let changes =
         ["surface.land.texture.source=ruler", "surface.land.texture.tile_size=128"].map(str::to_owned);
-    Scene::load_with("earth", &changes).unwrap()
+    scene("earth").with(&changes).unwrap()
 }
 
 const SIZE: [u32; 2] = [160, 90];
 
-/// Every 24th frame of a path of 240, and of teleport's 150.
+/// Renders every 24th frame of a path (240 frames; teleport 150); returns the largest visible set.
 fn go(renderer: &mut Renderer, scene: &Scene, path: &str) -> usize {
     let path = scene.path(path).unwrap();
     let first = renderer.records.len();
@@ -31,7 +33,7 @@ fn go(renderer: &mut Renderer, scene: &Scene, path: &str) -> usize {
 }
 
 #[test]
-fn half_of_the_room_that_a_path_needs_shows_it_coarser_and_comes_to_rest() {
+fn with_half_of_the_needed_cache_a_path_is_coarser_and_settles() {
     let gpu = device();
     let scene = earth_of_ruler();
     let mut roomy = open(&gpu, &scene, SIZE, |_| ());
@@ -46,9 +48,9 @@ fn half_of_the_room_that_a_path_needs_shows_it_coarser_and_comes_to_rest() {
         assert!(halved.records.iter().any(|record| record.streaming.oversubscribed), "{path}: it all fits");
         let last = scene.path(path).unwrap().pose(u32::MAX);
         let frames = halved.settle(&last).unwrap();
-        // A frame copies 8 tiles and there are no more than 64.
+        // A frame uploads 8 tiles, and there are at most 64.
         assert!(frames <= 16, "{path}: {frames} frames to rest");
-        // Once is enough: it compiles the check's shader.
+        // Once is enough: the first use compiles the check's shader.
         if path == "pole-crossing" {
             let verdicts = halved.ruler_verdicts().unwrap();
             assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "{path}: coarser, but whole");
@@ -65,7 +67,7 @@ fn half_of_the_room_that_a_path_needs_shows_it_coarser_and_comes_to_rest() {
 }
 
 #[test]
-fn tiles_fetched_ahead_are_there_sooner_and_change_no_picture_at_rest() {
+fn prefetching_halves_the_misses_and_leaves_the_settled_picture_unchanged() {
     let gpu = device();
     let scene = earth_of_ruler();
     let path = scene.path("pan").unwrap();
@@ -82,7 +84,7 @@ fn tiles_fetched_ahead_are_there_sooner_and_change_no_picture_at_rest() {
         let expected: usize = renderer
             .records
             .windows(9)
-            .map(|r| r[0].ahead.iter().filter(|tile| r[8].visible.binary_search(tile).is_ok()).count())
+            .map(|r| r[0].expected.iter().filter(|tile| r[8].visible.binary_search(tile).is_ok()).count())
             .sum();
         renderer.settle(&path.pose(58)).unwrap();
         (misses, expected, renderer.picture_bytes().unwrap())
@@ -90,8 +92,8 @@ fn tiles_fetched_ahead_are_there_sooner_and_change_no_picture_at_rest() {
     let (without, nothing, picture) = run(0);
     let (with, expected, same) = run(8);
     assert_eq!(nothing, 0);
-    assert!(expected > 0, "some of what was expected was seen 8 frames later");
-    assert!(2 * with <= without, "{with} misses with tiles fetched ahead, {without} without");
+    assert!(expected > 0, "some expected tiles were visible 8 frames later");
+    assert!(2 * with <= without, "{with} misses with prefetch, {without} without");
     assert!(same == picture);
 }
 
@@ -104,8 +106,8 @@ fn frames_go_on_while_the_disk_is_down_and_the_picture_recovers() {
     healthy.settle(&pose).unwrap();
     let picture = healthy.picture_bytes().unwrap();
     drop(healthy);
-    let trouble = Disk { delay_ms: 1.0, fails_for_s: 1.0, ..Disk::default() };
-    let disk = Arc::new(FaultyDisk::new(open_texture(&scene).unwrap(), trouble));
+    let fault = Disk { delay_ms: 1.0, fails_for_s: 1.0, ..Disk::default() };
+    let disk = Arc::new(FaultyDisk::new(open_texture(&scene).unwrap(), fault));
     let mut renderer = open_with(&gpu, &scene, SIZE, disk.clone(), |settings| {
         settings.streaming.deterministic = false;
         settings.streaming.retry_after_ms = 50.0;

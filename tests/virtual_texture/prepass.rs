@@ -1,5 +1,5 @@
-//! The exact fused draw leaves parts of the mesh out of its depth pass: what it lists, and the depth that it shades for,
-//! stay those of stage 1, which draws everything, whatever the mesh and the camera.
+//! The exact fused draw culls clusters in its depth pass. Its list and the depth of its shaded pixels must equal those
+//! of stage 1, which draws everything, for all meshes and cameras.
 
 use crate::lists::assert_lists;
 use crate::{device, scene};
@@ -11,11 +11,11 @@ use ortelius::model::mesh::{Cluster, Mesh, SourceMesh, earth, gpu_mesh, plane};
 use ortelius::paper::virtual_texture::config::source_mesh;
 use ortelius::paper::virtual_texture::footprint::Footprint;
 use ortelius::paper::virtual_texture::fused::Fused;
-use ortelius::paper::virtual_texture::lister::Stage3;
+use ortelius::paper::virtual_texture::list_passes::Stage3;
 use ortelius::paper::virtual_texture::prepass::Culling;
-use ortelius::paper::virtual_texture::read_u1;
-use ortelius::paper::virtual_texture::resident::Resident;
-use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Keying, PAPER, U1Format};
+use ortelius::paper::virtual_texture::read_requests;
+use ortelius::paper::virtual_texture::tile_pool::TilePool;
+use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, PAPER, RequestFormat, TileAddress};
 use ortelius::texture::source::ruler::Ruler;
 use ortelius::vk::{Format, Gpu, Image, ImageInfo};
 use std::time::Instant;
@@ -23,10 +23,10 @@ use std::time::Instant;
 const SIZE: [u32; 2] = [250, 141];
 
 /// The same numbers in every run (splitmix64).
-struct Chance(u64);
+struct Random(u64);
 
-impl Chance {
-    /// Of [0, 1).
+impl Random {
+    /// In [0, 1).
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut bits = self.0;
@@ -44,7 +44,7 @@ impl Chance {
         DVec3::new(turn.cos(), turn.sin(), 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z
     }
 
-    /// An eye at `eye` that looks near `target`, from a keyhole to a fish's eye.
+    /// An eye at `eye` that looks near `target`, with a field of view from very narrow to fish-eye.
     fn pose(&mut self, eye: DVec3, target: DVec3, altitude: f64) -> Pose {
         let forward = (target - eye).normalize();
         let right = forward.cross(self.direction()).normalize();
@@ -59,7 +59,7 @@ impl Chance {
         }
     }
 
-    /// From a hair above a ball of radius 1 metre (times `scale`) to far away, at it, over it or past it.
+    /// From just above a ball of radius `scale` metres to far away; looks at it, over it or past it.
     fn about_a_ball(&mut self, scale: f64) -> Pose {
         let (up, altitude) = (self.direction(), scale * 10f64.powf(self.between(-3.0, 1.0)));
         let eye = up * (scale + altitude);
@@ -68,12 +68,12 @@ impl Chance {
     }
 }
 
-/// Everything for one mesh.
+/// Everything needed to draw one mesh.
 struct Drawn<'a> {
     gpu: &'a Gpu,
     config: Config,
     pyramid: Pyramid,
-    resident: Resident,
+    resident: TilePool,
     target: Image,
     shape: Shape,
     clusters: Vec<Cluster>,
@@ -88,12 +88,12 @@ impl Drawn<'_> {
         let config = Config {
             dedup: Dedup::FusedExact,
             compact: Compaction::FusedAppend,
-            keying: Keying::Native,
-            u1: Some(U1Format::Packed),
+            address: TileAddress::OwnLevel,
+            request_format: Some(RequestFormat::Packed),
             ..PAPER
         };
         let pyramid = Pyramid::new(18, 17, 9, 4, None).unwrap();
-        let resident = Resident::new(gpu, &Ruler::new(pyramid), 1).unwrap();
+        let resident = TilePool::new(gpu, &Ruler::new(pyramid), 1).unwrap();
         let target = gpu.image("picture", ImageInfo::target(SIZE, Format::Rgba8Srgb)).unwrap();
         let mesh = gpu_mesh(source).unwrap();
         Drawn {
@@ -111,7 +111,7 @@ impl Drawn<'_> {
         }
     }
 
-    /// Holds one camera's depth and list against stage 1's; returns the share of the indices that were left out.
+    /// Compares one camera's depth and list with stage 1's; returns the share of the indices that was culled.
     fn check(&mut self, pose: &Pose, what: &str) -> f64 {
         let gpu = self.gpu;
         let Drawn { fused, resident, shape, target, depth, stage3, .. } = &*self;
@@ -127,31 +127,31 @@ impl Drawn<'_> {
         let [whole, culled] = [&*self.stage1.depth, &self.depth].map(|d| gpu.read_image(d).unwrap());
         let differing = whole.chunks(4).zip(culled.chunks(4)).filter(|(a, b)| a != b).count();
         assert_eq!(differing, 0, "{what}: pixels with another depth");
-        let u1 = read_u1(gpu, &self.stage1, &self.pyramid).unwrap();
-        assert_lists(&u1, &self.pyramid, &triples, self.config.keying, &what);
+        let requests = read_requests(gpu, &self.stage1, &self.pyramid).unwrap();
+        assert_lists(&requests, &self.pyramid, &triples, self.config.address, &what);
         let runs = Culling::new(&world_view(pose, SIZE, 0), SIZE).runs(&self.clusters);
         let drawn: u32 = runs.iter().map(|run| run.end - run.start).sum();
         let all: u32 = self.clusters.iter().map(|cluster| cluster.count).sum();
         1.0 - f64::from(drawn) / f64::from(all)
     }
 
-    /// All the cameras; returns the mean of the shares.
+    /// Checks all cameras; returns the mean share.
     fn check_all(&mut self, poses: impl IntoIterator<Item = Pose>, what: &str) -> f64 {
         let shares: Vec<f64> = poses.into_iter().map(|pose| self.check(&pose, what)).collect();
         let mean = shares.iter().sum::<f64>() / shares.len() as f64;
-        println!("{what}: {} cameras, left out on average {mean:.3}", shares.len());
+        println!("{what}: {} cameras, mean culled share {mean:.3}", shares.len());
         mean
     }
 }
 
-/// A ball of radius 1 with ridges and needles: each vertex moved along its radius by up to `height`, waves and chance.
-fn bumpy_ball(chance: &mut Chance, [columns, rows]: [u32; 2], height: f64) -> SourceMesh {
+/// A ball of radius 1 with ridges and needles: each vertex moved along its radius by up to `height`, by waves and needles.
+fn bumpy_ball(random: &mut Random, [columns, rows]: [u32; 2], height: f64) -> SourceMesh {
     let mut mesh = earth(columns, rows).unwrap();
     let waves: Vec<(DVec3, f64)> =
-        (0..4).map(|_| (chance.direction() * chance.between(2.0, 40.0), chance.next())).collect();
+        (0..4).map(|_| (random.direction() * random.between(2.0, 40.0), random.next())).collect();
     let lift = |place: DVec3| {
         let wave = |(k, phase): &(DVec3, f64)| (k.dot(place) + phase).sin();
-        // A needle here and there, the same on both sides of the seam.
+        // A few needles, the same on both sides of the seam.
         let needle = if (place * 1e3).round().length_squared() % 11.0 < 1.0 { 1.0 } else { 0.0 };
         waves.iter().map(wave).sum::<f64>() / 8.0 + 0.5 * needle
     };
@@ -162,7 +162,7 @@ fn bumpy_ball(chance: &mut Chance, [columns, rows]: [u32; 2], height: f64) -> So
     mesh
 }
 
-/// Corners of a cluster's triangles, as the GPU has them.
+/// Corners of a cluster's triangles, in the GPU's precision.
 fn corners(mesh: &Mesh, cluster: &Cluster) -> Vec<[DVec3; 3]> {
     let place = |&index: &u32| {
         let vertex = mesh.vertices[index as usize];
@@ -174,7 +174,7 @@ fn corners(mesh: &Mesh, cluster: &Cluster) -> Vec<[DVec3; 3]> {
 }
 
 #[test]
-fn clusters_are_all_triangles_once_and_their_bounds_hold_every_place_and_normal() {
+fn clusters_contain_each_triangle_once_and_their_bounds_contain_every_position_and_normal() {
     for [columns, rows] in [[3, 2], [40, 23], [388, 194]] {
         let mesh = gpu_mesh(&earth(columns, rows).unwrap()).unwrap();
         let (mut next, mut largest) = (0, 0f64);
@@ -192,13 +192,13 @@ fn clusters_are_all_triangles_once_and_their_bounds_hold_every_place_and_normal(
             largest = largest.max(cluster.radius_m);
         }
         assert_eq!(next as usize, mesh.indices.len());
-        // 8 x 2 quads of 0.93 degrees, or as many on the way to the next block: none runs around the earth.
+        // 8 x 2 quads of 0.93 degrees, or as many up to the next block: none runs around the earth.
         assert!(columns < 388 || largest < 1.2e6, "{largest}");
     }
 }
 
 #[test]
-fn a_cluster_of_no_number_or_no_area_is_bounded_by_nothing() {
+fn a_cluster_with_nan_or_without_area_has_infinite_or_empty_bounds() {
     let mut mesh = gpu_mesh(&plane(30.0, 40.0, 1, 1).unwrap()).unwrap();
     let [cluster] = mesh.clusters()[..] else { panic!("two triangles are one cluster") };
     assert!((cluster.least_height_m - 24.0).abs() < 1e-12, "3, 4 and 5: {cluster:?}");
@@ -212,20 +212,20 @@ fn a_cluster_of_no_number_or_no_area_is_bounded_by_nothing() {
     mesh.indices[1] = mesh.indices[0];
     let [cluster] = mesh.clusters()[..] else { panic!("two triangles are one cluster") };
     assert_eq!(cluster.least_height_m, 0.0);
-    assert!(cluster.spread_rad > 1.5, "a normal that is none is in no cone: {}", cluster.spread_rad);
+    assert!(cluster.spread_rad > 1.5, "an undefined normal is in no cone: {}", cluster.spread_rad);
 }
 
 #[test]
-fn what_the_depth_pass_leaves_out_changes_neither_depth_nor_list() {
+fn culling_in_the_depth_pass_changes_neither_depth_nor_list() {
     let gpu = device();
-    let mut chance = Chance(3);
+    let mut random = Random(3);
     for (name, height) in [("ball", 0.0), ("hills", 0.02), ("ridges", 0.3)] {
         for grid in [[97, 48], [24, 12]] {
-            let mut drawn = Drawn::new(&gpu, &bumpy_ball(&mut chance, grid, height));
-            let poses: Vec<Pose> = (0..60).map(|_| chance.about_a_ball(1.0)).collect();
+            let mut drawn = Drawn::new(&gpu, &bumpy_ball(&mut random, grid, height));
+            let poses: Vec<Pose> = (0..60).map(|_| random.about_a_ball(1.0)).collect();
             let left_out = drawn.check_all(poses, &format!("{name} of {grid:?}"));
             let least = if grid[0] > 50 { 0.2 } else { 0.0 };
-            assert!(left_out > least, "{left_out}: nothing is left out, and it proves nothing");
+            assert!(left_out > least, "{left_out}: nothing is culled, so the test proves nothing");
         }
     }
 }
@@ -233,7 +233,7 @@ fn what_the_depth_pass_leaves_out_changes_neither_depth_nor_list() {
 #[test]
 fn open_surfaces_above_each_other_and_seen_from_below_keep_their_depth() {
     let gpu = device();
-    let mut chance = Chance(4);
+    let mut random = Random(4);
     let mut sheets = plane(2.0, 2.0, 40, 40).unwrap();
     let first = sheets.positions.len() as u32;
     sheets.positions.extend_from_within(..);
@@ -248,24 +248,24 @@ fn open_surfaces_above_each_other_and_seen_from_below_keep_their_depth() {
         place.z = above + 0.15 * (5.0 * place.x).sin() * (7.0 * place.y).cos();
     }
     let mut drawn = Drawn::new(&gpu, &sheets);
-    let poses: Vec<Pose> = (0..80).map(|_| chance.about_a_ball(0.6)).collect();
+    let poses: Vec<Pose> = (0..80).map(|_| random.about_a_ball(0.6)).collect();
     assert!(drawn.check_all(poses, "sheets") > 0.2);
 }
 
 #[test]
-fn the_shipped_earth_is_left_out_but_for_what_is_seen() {
+fn most_of_the_shipped_earth_is_culled() {
     let gpu = device();
-    let mut chance = Chance(5);
+    let mut random = Random(5);
     let earth = scene("earth");
     let mut drawn = Drawn::new(&gpu, &source_mesh(&earth).unwrap());
     let globe = scene("globe");
     for (name, camera) in earth.cameras.iter().chain(&globe.cameras) {
         let left_out = drawn.check(&camera.pose(), name);
         println!("{name}: {left_out:.3}");
-        // From far away a triangle is hardly higher than what snapping moves.
+        // From far away a triangle is hardly higher than the snapping distance.
         assert!(left_out > 0.5 || globe.cameras.contains_key(name), "{name}: {left_out}");
     }
-    drawn.check_all((0..20).map(|_| chance.about_a_ball(6.4e6)), "cameras about the earth");
+    drawn.check_all((0..20).map(|_| random.about_a_ball(6.4e6)), "cameras about the earth");
     let view = world_view(&earth.cameras["oblique"].pose(), [1920, 1080], 0);
     let begun = Instant::now();
     let runs = (0..100).map(|_| Culling::new(&view, [1920, 1080]).runs(&drawn.clusters).len()).sum::<usize>();

@@ -1,4 +1,4 @@
-//! Caches on the device: too small, too slow, broken, and the same twice.
+//! Caches on the device: too small, too slow, broken, and deterministic.
 
 use crate::Renderer;
 use crate::{device, open, open_with, pose, scene};
@@ -9,7 +9,7 @@ use ortelius::texture::source::{TileError, TileFormat, TileSource};
 use std::sync::Arc;
 
 #[test]
-fn caches_that_are_too_small_degrade_say_so_and_recover() {
+fn caches_that_are_too_small_degrade_report_it_and_recover() {
     let gpu = device();
     let scene = scene("ruler");
     let mut renderer = open(&gpu, &scene, [320, 180], |settings| settings.streaming.gpu_tiles = 6);
@@ -17,12 +17,12 @@ fn caches_that_are_too_small_degrade_say_so_and_recover() {
     renderer.settle(&wide).unwrap();
     assert!(renderer.technique.bias() > 0);
     let verdicts = renderer.ruler_verdicts().unwrap();
-    assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "a coarser picture, but a whole one");
+    assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "a coarser picture, but a complete one");
     assert!(renderer.records.last().unwrap().streaming.oversubscribed);
     renderer.settle(&narrow).unwrap();
     assert_eq!(renderer.technique.bias(), 0, "it fits again");
     assert!(renderer.records.last().unwrap().visible.len() <= 6);
-    // A thousand frames of going to and fro would not differ from these.
+    // More frames of alternation would not differ from these.
     for _ in 0..3 {
         renderer.settle(&wide).unwrap();
         renderer.settle(&narrow).unwrap();
@@ -75,7 +75,7 @@ fn an_unreadable_tile_is_reported_once_and_shown_from_the_next_coarser() {
         renderer.frame(&pose).unwrap();
     }
     let verdicts = renderer.ruler_verdicts().unwrap();
-    assert_eq!(verdicts.wrong, 0, "what is shown instead is the right texel of a coarser tile");
+    assert_eq!(verdicts.wrong, 0, "the substitute is the right texel of a coarser tile");
     assert!(verdicts.not_resident > 0 && verdicts.not_resident < verdicts.covered);
     assert_eq!(verdicts.from_g1, 0, "the next coarser tile, not G1");
     let failures: Vec<_> = renderer.records.iter().flat_map(|record| &record.streaming.failures).collect();
@@ -110,10 +110,10 @@ fn a_deterministic_run_shows_the_same_frames_twice() {
     let (first, second) = (run(), run());
     assert_eq!(first.0, second.0);
     assert!(first.1 == second.1, "pictures differ");
-    assert!(first.0.iter().any(|(_, _, evictions, _)| *evictions > 0), "the caches were put to work");
+    assert!(first.0.iter().any(|(_, _, evictions, _)| *evictions > 0), "the caches evicted tiles");
 }
 
-/// Every channel of a picture of linear light.
+/// Every channel of a linear-light picture.
 fn floats(renderer: &mut Renderer) -> Vec<f32> {
     renderer
         .picture_bytes()
@@ -124,13 +124,13 @@ fn floats(renderer: &mut Renderer) -> Vec<f32> {
 }
 
 #[test]
-fn tiles_that_fade_in_are_mixed_with_what_was_shown_before_in_equal_steps() {
+fn tiles_fade_in_over_the_previous_picture_in_equal_steps() {
     let gpu = device();
     let scene = scene("ruler");
-    // Tiles of one level: none stands in for another, or their shares would multiply.
+    // Tiles of one level: no tile substitutes for another, otherwise their weights would multiply.
     let pose = pose(&scene, "corner");
     let pictures = |fade_in_frames| {
-        // All tiles come in one frame.
+        // All tiles arrive in one frame.
         let mut renderer = open(&gpu, &scene, [160, 90], |settings| {
             settings.target = Target::Linear32;
             settings.config.fade_in_frames = fade_in_frames;
@@ -150,10 +150,10 @@ fn tiles_that_fade_in_are_mixed_with_what_was_shown_before_in_equal_steps() {
     assert!(before != after);
     let (faded, same) = pictures(3);
     assert_eq!((same, faded.len()), (arrival, at_once.len() + 3), "not settled before the fade is over");
-    assert!(faded.last() == at_once.last(), "once there, a tile that faded in is the same tile");
+    assert!(faded.last() == at_once.last(), "a tile that has faded in equals one shown at once");
     for (picture, left) in faded[arrival..].iter().zip([192.0f32, 128.0, 64.0, 0.0]) {
         let mixed = before.iter().zip(after).map(|(b, a)| b * (left / 255.0) + a * (1.0 - left / 255.0));
-        // Some roundings of values up to 1.
+        // A few roundings of values up to 1.
         let worst = picture.iter().zip(mixed).map(|(p, m)| (p - m).abs()).fold(0.0, f32::max);
         assert!(worst <= 4.0 * f32::EPSILON, "{left}: {worst:e}");
     }

@@ -1,8 +1,8 @@
 //! The ruler: every texel that texturing would filter is the one that the pixel's own (s, t) and level ask for.
 
-use crate::{device, open, pose, scene};
+use crate::{bordered, device, open, pose, scene};
 use ortelius::model::mesh;
-use ortelius::paper::virtual_texture::config::{open_texture, source_mesh, texture};
+use ortelius::paper::virtual_texture::config::{Filter, open_texture, source_mesh, texture};
 use ortelius::paper::virtual_texture::{Settings, VirtualTexture};
 use ortelius::picture::Target;
 
@@ -72,17 +72,20 @@ fn texels_stay_right_on_the_largest_texture_and_with_small_tiles() {
 }
 
 #[test]
-fn samples_that_would_leave_the_border_are_refused() {
+fn samples_beyond_the_border_need_two_texels_of_it_and_tiles_twice_as_wide() {
     let gpu = device();
-    let scene = scene("earth");
-    let mut settings = Settings::of_scene(&scene, Target::Srgb8).unwrap();
-    settings.size = [64, 36];
-    settings.streaming.gpu_tiles = 8;
-    let mesh = mesh::gpu_mesh(&source_mesh(&scene).unwrap()).unwrap();
-    for (max_anisotropy, refused) in [(1, false), (4, false), (5, true), (16, true)] {
-        settings.config.filter.max_anisotropy = max_anisotropy;
-        let renderer =
-            VirtualTexture::run(gpu.clone(), open_texture(&scene).unwrap(), &mesh, settings.clone());
-        assert_eq!(renderer.is_err(), refused, "NA = {max_anisotropy} with a border of 4");
+    for (border, max_anisotropy, refused) in [(0, 1, false), (1, 2, true), (2, 16, false)] {
+        let scene = bordered("earth", border);
+        let mut settings = Settings::of_scene(&scene, Target::Srgb8).unwrap();
+        settings.size = [64, 36];
+        settings.streaming.gpu_tiles = 8;
+        settings.config.filter = Filter { max_anisotropy, ..Filter::DEFAULT };
+        let mesh = mesh::gpu_mesh(&source_mesh(&scene).unwrap()).unwrap();
+        let renderer = VirtualTexture::run(gpu.clone(), open_texture(&scene).unwrap(), &mesh, settings);
+        assert_eq!(renderer.is_err(), refused, "NA = {max_anisotropy} with a border of {border}");
     }
+    let of = |max_anisotropy, border, tile_size| {
+        Filter { max_anisotropy, ..Filter::DEFAULT }.beyond(border, tile_size).is_some()
+    };
+    assert_eq!([of(9, 2, 16), of(10, 2, 16), of(16, 8, 16), of(16, 2, 32)], [false, true, true, false]);
 }

@@ -1,5 +1,5 @@
-//! The variants of stages 2 and 3: each pair that can be lists the reference set, whatever the subgroup's size; pairs
-//! that cannot be are refused.
+//! The variants of stages 2 and 3: each valid pair lists the reference set at every subgroup size; invalid pairs are
+//! rejected.
 
 use crate::Renderer;
 use crate::lists::{assert_equals_reference, assert_lists, list, run};
@@ -9,13 +9,15 @@ use ortelius::paper::virtual_texture::compact::CompactPass;
 use ortelius::paper::virtual_texture::dedup::DedupPass;
 use ortelius::paper::virtual_texture::footprint::Footprint;
 use ortelius::paper::virtual_texture::needs;
-use ortelius::paper::virtual_texture::streaming::Keying;
-use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, Layout, PAPER, U1Format, reference};
+use ortelius::paper::virtual_texture::streaming::TileAddress;
+use ortelius::paper::virtual_texture::{
+    Compaction, Config, Dedup, MaskLayout, PAPER, RequestFormat, reference,
+};
 use ortelius::texture::source::TileFormat;
 use ortelius::vk::{BufferUse, Feature, Gpu, GpuOptions, Need, TexelCopy, Watched};
 use std::collections::BTreeSet;
 
-/// Every pair of stages 2 and 3 with both keyings, where the pair can be.
+/// Every valid pair of stages 2 and 3 with both addresses.
 fn all_variants(renderer: &Renderer) -> Vec<Config> {
     variants_of(&renderer.technique.settings.config, &renderer.technique.source.pyramid())
 }
@@ -24,8 +26,8 @@ fn variants_of(base: &Config, pyramid: &Pyramid) -> Vec<Config> {
     let mut configs = Vec::new();
     for dedup in Dedup::staged() {
         for &compact in Compaction::ALL {
-            for keying in [Keying::Paper, Keying::Native] {
-                let config = Config { dedup, compact, keying, ..*base };
+            for address in [TileAddress::Level0, TileAddress::OwnLevel] {
+                let config = Config { dedup, compact, address, ..*base };
                 configs.extend(config.check(pyramid).is_ok().then_some(config));
             }
         }
@@ -33,24 +35,26 @@ fn variants_of(base: &Config, pyramid: &Pyramid) -> Vec<Config> {
     configs
 }
 
-/// Stages 2 and 3 of variants, made once for each pyramid and format of U1: a pipeline's first use compiles.
+/// Stages 2 and 3 of the variants, created once for each pyramid and request format, because a pipeline's first use
+/// compiles it.
 #[derive(Default)]
-struct Passes(Vec<(Pyramid, U1Format, Config, DedupPass, CompactPass)>);
+struct Passes(Vec<(Pyramid, RequestFormat, Config, DedupPass, CompactPass)>);
 
 impl Passes {
     fn list(&mut self, gpu: &Gpu, renderer: &Renderer, config: &Config) -> Vec<[u32; 3]> {
         let (pyramid, stage1) = (renderer.technique.source.pyramid(), renderer.technique.stage1().unwrap());
-        let same = |known: &(Pyramid, U1Format, Config, _, _)| {
-            (known.0, known.1, known.2) == (pyramid, stage1.format, Config { u1: None, ..*config })
+        let same = |known: &(Pyramid, RequestFormat, Config, _, _)| {
+            (known.0, known.1, known.2)
+                == (pyramid, stage1.format, Config { request_format: None, ..*config })
         };
         let at = self.0.iter().position(same).unwrap_or_else(|| {
             let dedup = DedupPass::new(gpu, &pyramid, config, stage1).unwrap();
             let compact = CompactPass::new(gpu, &pyramid, config).unwrap();
-            self.0.push((pyramid, stage1.format, Config { u1: None, ..*config }, dedup, compact));
+            self.0.push((pyramid, stage1.format, Config { request_format: None, ..*config }, dedup, compact));
             self.0.len() - 1
         });
         let (.., dedup, compact) = &self.0[at];
-        run(gpu, stage1, config, dedup, compact, &dedup.marks(gpu).unwrap())
+        run(gpu, stage1, config, dedup, compact, &dedup.mask(gpu).unwrap())
     }
 }
 
@@ -58,24 +62,27 @@ impl Passes {
 fn every_pair_of_variants_lists_the_reference_set() {
     let gpu = device();
     let scene = scene("earth");
-    // 141 rows: the last groups reach over the picture's edge.
-    let mut renderer = open(&gpu, &scene, [250, 141], |settings| settings.config.u1 = Some(U1Format::Packed));
+    // 141 rows: the last groups extend beyond the picture's edge.
+    let mut renderer = open(&gpu, &scene, [250, 141], |settings| {
+        settings.config.request_format = Some(RequestFormat::Packed)
+    });
     renderer.frame(&pose(&scene, "oblique")).unwrap();
     renderer.drain().unwrap();
     let configs = all_variants(&renderer);
     assert!(configs.len() > Dedup::ALL.len() * Compaction::ALL.len(), "{}", configs.len());
     for config in configs {
         let triples = list(&gpu, &renderer, &config);
-        assert_equals_reference(&mut renderer, &triples, config.keying, &format!("{config:?}"));
+        assert_equals_reference(&mut renderer, &triples, config.address, &format!("{config:?}"));
         if config.compact == Compaction::Ordered {
             assert_is_in_order(&triples, config.dedup);
         }
     }
 }
 
-/// An ordered list follows the marks: U2's texels row by row, or the pyramid level by level.
+/// An ordered list follows the mask: the tile mask's texels row by row, or the pyramid level by level.
 fn assert_is_in_order(triples: &[[u32; 3]], dedup: Dedup) {
-    let key = |&[q, i, j]: &[u32; 3]| if dedup.layout() == Layout::U2 { [i, j, q] } else { [q, i, j] };
+    let key =
+        |&[q, i, j]: &[u32; 3]| if dedup.layout() == MaskLayout::Texels { [i, j, q] } else { [q, i, j] };
     assert!(triples.iter().map(key).is_sorted(), "{dedup:?}");
 }
 
@@ -85,27 +92,28 @@ fn every_variant_of_either_stage_lists_the_reference_set_in_all_scenes_and_forma
     let mut passes = Passes::default();
     for name in landscapes() {
         let scene = scene(name);
-        for &format in U1Format::ALL.iter().filter(|format| gpu.renders_to(format.image_format())) {
-            let mut renderer = open(&gpu, &scene, [250, 141], |settings| settings.config.u1 = Some(format));
+        for &format in RequestFormat::ALL.iter().filter(|format| gpu.renders_to(format.image_format())) {
+            let mut renderer =
+                open(&gpu, &scene, [250, 141], |settings| settings.config.request_format = Some(format));
             renderer.frame(&pose(&scene, &scene.view.camera)).unwrap();
             renderer.drain().unwrap();
             for config in one_of_each(&renderer) {
                 let triples = passes.list(&gpu, &renderer, &config);
                 let what = format!("{name}: {config:?}");
-                assert_equals_reference(&mut renderer, &triples, config.keying, &what);
+                assert_equals_reference(&mut renderer, &triples, config.address, &what);
             }
         }
     }
 }
 
-/// Each variant of stage 2, with both keyings where it can; the variants of stage 3 take turns beside it.
+/// Each variant of stage 2, with both addresses where valid; the variants of stage 3 alternate.
 fn one_of_each(renderer: &Renderer) -> Vec<Config> {
     let all = all_variants(renderer);
     let turn = |n: usize, &dedup: &Dedup| {
         let of_dedup: Vec<&Config> = all.iter().filter(|config| config.dedup == dedup).collect();
-        let keyed = |keying| of_dedup.iter().filter(move |config| config.keying == keying);
-        let pick = |keying, n: usize| keyed(keying).nth(n % keyed(keying).count().max(1)).map(|c| **c);
-        [pick(Keying::Paper, n), pick(Keying::Native, n + 2)]
+        let keyed = |address| of_dedup.iter().filter(move |config| config.address == address);
+        let pick = |address, n: usize| keyed(address).nth(n % keyed(address).count().max(1)).map(|c| **c);
+        [pick(TileAddress::Level0, n), pick(TileAddress::OwnLevel, n + 2)]
     };
     Dedup::staged().enumerate().flat_map(|(n, dedup)| turn(n, &dedup)).flatten().collect()
 }
@@ -117,13 +125,17 @@ fn frames_in_flight_do_not_share_their_marks() {
     let poses = ["oblique", "headline"].map(|camera| pose(&scene, camera));
     for dedup in Dedup::staged() {
         let mut renderer = open(&gpu, &scene, [64, 36], |settings| {
-            settings.config =
-                Config { dedup, compact: Compaction::Append, keying: Keying::Native, ..settings.config };
+            settings.config = Config {
+                dedup,
+                compact: Compaction::Append,
+                address: TileAddress::OwnLevel,
+                ..settings.config
+            };
         });
         let alone = poses.map(|pose| {
             renderer.frame(&pose).unwrap();
-            let u1 = renderer.u1().unwrap();
-            reference::visible_tiles(&u1, &renderer.technique.source.pyramid())
+            let requests = renderer.requests().unwrap();
+            reference::visible_tiles(&requests, &renderer.technique.source.pyramid())
         });
         assert_ne!(alone[0], alone[1]);
         for pose in poses.iter().cycle().take(6) {
@@ -137,42 +149,43 @@ fn frames_in_flight_do_not_share_their_marks() {
     }
 }
 
-/// Frame numbers come again after 255 frames. The two pictures take turns, so that a number's last marks were the
-/// other's.
+/// Frame numbers repeat after 255 frames. The two pictures alternate, so that the last marks with the same number are
+/// the other picture's.
 #[test]
-fn bytes_of_the_frame_255_ago_are_no_marks() {
+fn bytes_of_the_frame_255_ago_do_not_count_as_marks() {
     let gpu = device();
     let scene = scene("earth");
     let mut renderers = ["oblique", "headline"].map(|camera| {
-        let mut renderer =
-            open(&gpu, &scene, [64, 36], |settings| settings.config.u1 = Some(U1Format::Packed));
+        let mut renderer = open(&gpu, &scene, [64, 36], |settings| {
+            settings.config.request_format = Some(RequestFormat::Packed)
+        });
         renderer.frame(&pose(&scene, camera)).unwrap();
         renderer.drain().unwrap();
         renderer
     });
-    for keying in [Keying::Paper, Keying::Native] {
+    for address in [TileAddress::Level0, TileAddress::OwnLevel] {
         let config = Config {
             dedup: Dedup::MarkBytes,
             compact: Compaction::Append,
-            keying,
+            address,
             ..renderers[0].technique.settings.config
         };
         let (pyramid, stage1) =
             (renderers[0].technique.source.pyramid(), renderers[0].technique.stage1().unwrap());
         let dedup = DedupPass::new(&gpu, &pyramid, &config, stage1).unwrap();
         let compact = CompactPass::new(&gpu, &pyramid, &config).unwrap();
-        let marks = dedup.marks(&gpu).unwrap();
+        let mask = dedup.mask(&gpu).unwrap();
         for n in 0..259 {
             let renderer = &mut renderers[n % 2];
-            let triples = run(&gpu, renderer.technique.stage1().unwrap(), &config, &dedup, &compact, &marks);
+            let triples = run(&gpu, renderer.technique.stage1().unwrap(), &config, &dedup, &compact, &mask);
             if !(2..=252).contains(&n) {
-                assert_equals_reference(renderer, &triples, keying, &format!("{keying:?}, run {n}"));
+                assert_equals_reference(renderer, &triples, address, &format!("{address:?}, run {n}"));
             }
         }
     }
 }
 
-/// A picture that no mesh drew: runs of hashed triples, the shortest of one pixel, and background between them.
+/// A synthetic picture: runs of hashed triples, the shortest of one pixel, with background between them.
 fn hashed_triples(pyramid: &Pyramid, size: [u32; 2]) -> Vec<[u32; 3]> {
     let levels = pyramid.first_resident_level();
     let [columns, rows] = pyramid.tile_grid(0);
@@ -188,31 +201,31 @@ fn hashed_triples(pyramid: &Pyramid, size: [u32; 2]) -> Vec<[u32; 3]> {
         .collect()
 }
 
-/// U1 is copied in, not drawn: with 16 lanes lavapipe 22.3 crashes where it rasterises.
+/// The request image is copied in, not drawn: with 16 lanes lavapipe 22.3 crashes when it rasterises.
 #[test]
 fn variants_with_subgroups_list_the_reference_set() {
     let gpu = device();
     println!("{} has subgroups of {}", gpu.physical().name, gpu.physical().subgroup_size);
     let pyramid = Pyramid::new(18, 17, 9, 4, None).unwrap();
     let size = [122, 67];
-    let base = Config { u1: Some(U1Format::Packed), ..PAPER };
+    let base = Config { request_format: Some(RequestFormat::Packed), ..PAPER };
     let stage1 = Footprint::new(&gpu, &pyramid, &base, size).unwrap();
-    let u1 = hashed_triples(&pyramid, size);
+    let requests = hashed_triples(&pyramid, size);
     let [columns, rows] = pyramid.tile_grid(0);
     let pack = |&[q, i, j]: &[u32; 3]| if q == u32::MAX { q } else { (q * rows + i) * columns + j };
-    let words: Vec<u32> = u1.iter().map(pack).collect();
+    let words: Vec<u32> = requests.iter().map(pack).collect();
     let texels = gpu.buffer_with("texels", &words, BufferUse::Storage).unwrap();
     let mut frame = gpu.frame().unwrap();
     frame
         .pass("upload", |cmd| {
             let whole = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size };
-            cmd.copy_to_image(&texels, &stage1.u1, &[whole]);
+            cmd.copy_to_image(&texels, &stage1.requests, &[whole]);
             Ok(())
         })
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
     for config in variants_of(&base, &pyramid) {
-        // Each shader that knows subgroups once a keying; the other stage is the plainest, in each layout.
+        // Each subgroup shader once with each tile address; the other stage is the simplest, in each mask layout.
         let lanes = |needs: Vec<Need>| needs.iter().any(|need| need.feature == Feature::Subgroups);
         let plain = matches!(config.dedup, Dedup::TestOr | Dedup::Bitset | Dedup::MarkBytes);
         match (lanes(config.dedup.needs()), lanes(config.compact.needs())) {
@@ -222,12 +235,12 @@ fn variants_with_subgroups_list_the_reference_set() {
         }
         let dedup = DedupPass::new(&gpu, &pyramid, &config, &stage1).unwrap();
         let compact = CompactPass::new(&gpu, &pyramid, &config).unwrap();
-        let triples = run(&gpu, &stage1, &config, &dedup, &compact, &dedup.marks(&gpu).unwrap());
-        assert_lists(&u1, &pyramid, &triples, config.keying, &format!("{config:?}"));
+        let triples = run(&gpu, &stage1, &config, &dedup, &compact, &dedup.mask(&gpu).unwrap());
+        assert_lists(&requests, &pyramid, &triples, config.address, &format!("{config:?}"));
     }
 }
 
-/// lavapipe's subgroups are as wide as its vectors, 32 bits a lane; a process chooses before it loads the driver.
+/// lavapipe's subgroups have its vector width, 32 bits a lane; it is set before the process loads the driver.
 #[test]
 fn subgroups_of_4_and_of_16_lanes_list_the_reference_set() {
     let software = device().physical().name.contains("llvmpipe");
@@ -235,7 +248,7 @@ fn subgroups_of_4_and_of_16_lanes_list_the_reference_set() {
         let ran = std::process::Command::new(std::env::current_exe().unwrap())
             .args(["variants::variants_with_subgroups_list_the_reference_set", "--exact", "--nocapture"])
             .env("LP_NATIVE_VECTOR_WIDTH", bits.to_string())
-            // Code of another width must not come from the cache.
+            // The cache must not supply code of another width.
             .env("MESA_SHADER_CACHE_DISABLE", "true")
             .output()
             .unwrap();
@@ -247,21 +260,25 @@ fn subgroups_of_4_and_of_16_lanes_list_the_reference_set() {
 }
 
 #[test]
-fn variants_that_cannot_be_are_refused_with_the_reason_and_the_way_out() {
+fn invalid_variants_are_rejected_with_the_reason_and_a_remedy() {
     let paper = Pyramid::new(18, 17, 9, 4, None).unwrap();
     let seventeen_levels = Pyramid::new(20, 20, 4, 2, None).unwrap();
     let fused = Config { dedup: Dedup::Fused, compact: Compaction::FusedAppend, ..PAPER };
     let base = Config { compact: Compaction::Append, ..PAPER };
-    let bits = Config { dedup: Dedup::Bitset, keying: Keying::Native, ..base };
+    let bits = Config { dedup: Dedup::Bitset, address: TileAddress::OwnLevel, ..base };
     let bytes = Config { dedup: Dedup::MarkBytes, ..base };
     for (config, pyramid, words) in [
-        (Config { keying: Keying::Paper, ..bits }, paper, ["bitset", "keying = \"native\""]),
+        (Config { address: TileAddress::Level0, ..bits }, paper, ["bitset", "address = \"own-level\""]),
         (Config { compact: Compaction::TransformFeedback, ..bits }, paper, ["transform-feedback", "append"]),
         (Config { compact: Compaction::TransformFeedback, ..bytes }, paper, ["transform-feedback", "append"]),
         (PAPER, seventeen_levels, ["16 streamed levels", "larger tiles"]),
         (Config { dedup: Dedup::TestOr, ..fused }, paper, ["fused-append", "fused-exact"]),
         (fused, seventeen_levels, ["32 bits", "larger tiles"]),
-        (Config { keying: Keying::Native, ..bytes }, seventeen_levels, ["mark-bytes", "larger tiles"]),
+        (
+            Config { address: TileAddress::OwnLevel, ..bytes },
+            seventeen_levels,
+            ["mark-bytes", "larger tiles"],
+        ),
     ] {
         let line = config.check(&pyramid).unwrap_err().to_string();
         assert!(words.iter().all(|word| line.contains(word)), "{line}");
@@ -270,7 +287,7 @@ fn variants_that_cannot_be_are_refused_with_the_reason_and_the_way_out() {
     for (config, pyramid) in fits {
         assert_eq!(config.check(&pyramid), Ok(()));
     }
-    // 2^20 x 2^19 texels have 350 KB of bits, more than any device shares.
+    // 2^20 x 2^19 texels need 350 KB of bits, more than any device's shared memory.
     let gpu = device();
     let large = Pyramid::new(20, 19, 9, 4, None).unwrap();
     let stage1 = Footprint::new(&gpu, &large, &bits, [16, 16]).unwrap();
@@ -290,7 +307,8 @@ fn a_device_opened_for_compute_variants_has_no_geometry_shader_and_runs_them() {
     let mut renderer = open(&gpu, &scene, [64, 36], |settings| settings.config = compute);
     renderer.frame(&pose(&scene, "oblique")).unwrap();
     renderer.drain().unwrap();
-    let expected = reference::visible_tiles(&renderer.u1().unwrap(), &renderer.technique.source.pyramid());
+    let expected =
+        reference::visible_tiles(&renderer.requests().unwrap(), &renderer.technique.source.pyramid());
     assert_eq!(renderer.records[0].visible.iter().copied().collect::<BTreeSet<_>>(), expected);
     let refused = DedupPass::new(
         &gpu,

@@ -49,6 +49,15 @@ fn two_variants_share_the_window_and_their_difference_is_shown() {
         divider(&picture).is_none() && picture.rgba[..3] == [0, 0, 0]
     });
     assert!(differing(&window.picture().0, &alone.0) > 1000);
+    let difference = window.settled_picture();
+    window.press(key::V);
+    // Where FLIP is 0 the map is black, elsewhere in the colours of a scale that begins at purple.
+    window.until("FLIP of both", |window| {
+        let picture = window.picture().0;
+        let purple = |rgba: &&[u8]| rgba[0] > rgba[1].saturating_add(40) && rgba[2] > rgba[1];
+        picture != difference.0 && picture.rgba.chunks_exact(4).filter(purple).count() > 1000
+    });
+    window.settled_picture();
     window.press(key::X);
     window.until("one picture again", |window| {
         let picture = window.picture().0;

@@ -12,6 +12,21 @@ use x11rb::rust_connection::RustConnection;
 pub mod key {
     pub const ESCAPE: u8 = 9;
     pub const R: u8 = 27;
+    pub const Z: u8 = 52;
+    pub const N: u8 = 57;
+    pub const M: u8 = 58;
+    pub const C: u8 = 54;
+    pub const Q: u8 = 24;
+    pub const S: u8 = 39;
+    pub const A: u8 = 38;
+    pub const D: u8 = 40;
+    pub const E: u8 = 26;
+    pub const P: u8 = 33;
+    pub const CONTROL: u8 = 37;
+    pub const DIGIT_1: u8 = 10;
+    pub const F8: u8 = 74;
+    pub const F9: u8 = 75;
+    pub const F11: u8 = 95;
     pub const F: u8 = 41;
     pub const G: u8 = 42;
     pub const SPACE: u8 = 65;
@@ -20,6 +35,7 @@ pub mod key {
     pub const V: u8 = 55;
     pub const F1: u8 = 67;
     pub const F2: u8 = 68;
+    pub const F5: u8 = 71;
     pub const F12: u8 = 96;
 }
 
@@ -97,14 +113,14 @@ impl Drop for Display {
 /// Asks until there is an answer.
 ///
 /// # Panics
-/// After 30 seconds.
+/// After two minutes: a machine that does much else is slow, and nothing that passes waits so long.
 pub fn wait_for<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();
     loop {
         if let Some(answer) = ask() {
             return answer;
         }
-        assert!(start.elapsed() < Duration::from_secs(30), "{what}: not within 30 s");
+        assert!(start.elapsed() < Duration::from_secs(120), "{what}: not within 120 s");
         std::thread::sleep(Duration::from_millis(20));
     }
 }

@@ -1,9 +1,11 @@
 //! `ortelius view` on a display, seen and driven from outside.
 
-use crate::display::{Display, wait_for};
+use crate::display::{Display, key, wait_for};
 use ortelius::picture::write::Srgb8Picture;
 use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 use tempfile::TempDir;
@@ -51,6 +53,8 @@ impl<'a> Program<'a> {
         let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
         command.arg("view").args(arguments).current_dir(&folder);
         command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY").env("ORTELIUS_VALIDATE", "1");
+        // Bookmarks of one test are no other's.
+        command.env("XDG_CONFIG_HOME", folder.path());
         command.envs(environment.iter().copied()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().unwrap();
         let words = [Words::default(), Words::default()];
@@ -59,6 +63,15 @@ impl<'a> Program<'a> {
             read(child.stderr.take().unwrap(), words[1].clone()),
         ];
         Program { display, child, words, readers, folder, heard: 0 }
+    }
+
+    pub fn process(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// So far.
+    pub fn stdout(&self) -> String {
+        self.words[0].lock().unwrap().clone()
     }
 
     fn stderr(&self) -> String {
@@ -85,14 +98,24 @@ impl<'a> Program<'a> {
         Seen(Srgb8Picture { width, height, rgba })
     }
 
-    /// A picture that has stayed for half a second.
+    /// A picture that has stayed for a second. It is also written into the folder `ORTELIUS_PICTURES`, to be looked
+    /// at.
     pub fn settled_picture(&mut self) -> Seen {
-        wait_for("a picture that stays", || {
-            let before = self.picture();
-            std::thread::sleep(Duration::from_millis(500));
-            let after = self.picture();
-            (before.is_varied() && before.0 == after.0).then_some(after)
-        })
+        let seen = wait_for("a picture that stays", || {
+            let mut next = || {
+                std::thread::sleep(Duration::from_millis(500));
+                self.picture()
+            };
+            let [before, between, after] = [next(), next(), next()];
+            let stays = before.0 == between.0 && between.0 == after.0;
+            (before.is_varied() && stays).then_some(after)
+        });
+        if let Ok(folder) = std::env::var("ORTELIUS_PICTURES") {
+            static COUNT: AtomicU32 = AtomicU32::new(0);
+            let name = format!("{:03}.png", COUNT.fetch_add(1, Ordering::Relaxed));
+            seen.0.save(&Path::new(&folder).join(name)).unwrap();
+        }
+        seen
     }
 
     pub fn until(&mut self, what: &str, mut holds: impl FnMut(&mut Program<'a>) -> bool) {
@@ -128,6 +151,35 @@ impl<'a> Program<'a> {
         self.hold(key, 0);
     }
 
+    /// Presses a key that prints, until what it prints holds: the numbers of a pixel are known some frames later.
+    pub fn press_until_printed(&mut self, key: u8, holds: impl Fn(&str) -> bool) -> String {
+        wait_for("the line that a key prints", || {
+            self.press(key);
+            std::thread::sleep(Duration::from_millis(200));
+            self.stdout().lines().rfind(|line| holds(line)).map(str::to_owned)
+        })
+    }
+
+    /// With Ctrl.
+    pub fn press_with_control(&mut self, key: u8) {
+        self.window();
+        self.display.fake(xproto::KEY_PRESS_EVENT, key::CONTROL, [0, 0]);
+        // Not by `press`: a change of focus between would let go of Ctrl.
+        self.display.fake(xproto::KEY_PRESS_EVENT, key, [0, 0]);
+        self.display.fake(xproto::KEY_RELEASE_EVENT, key, [0, 0]);
+        self.display.fake(xproto::KEY_RELEASE_EVENT, key::CONTROL, [0, 0]);
+    }
+
+    /// Off the screen and back, as a window manager minimises.
+    pub fn hide_and_show(&mut self) {
+        let window = self.window();
+        self.display.connection.unmap_window(window).unwrap();
+        self.display.connection.flush().unwrap();
+        std::thread::sleep(Duration::from_millis(200));
+        self.display.connection.map_window(window).unwrap();
+        self.display.connection.flush().unwrap();
+    }
+
     pub fn hold(&mut self, key: u8, milliseconds: u64) {
         self.window();
         self.display.fake(xproto::KEY_PRESS_EVENT, key, [0, 0]);
@@ -136,7 +188,7 @@ impl<'a> Program<'a> {
     }
 
     /// Moves the pointer to a place of the window, which is at the root's corner.
-    fn point(&self, at: [i16; 2]) {
+    pub fn point(&self, at: [i16; 2]) {
         self.display.fake(xproto::MOTION_NOTIFY_EVENT, 0, at);
         // Frame by frame, as a hand moves.
         std::thread::sleep(Duration::from_millis(120));
@@ -188,6 +240,13 @@ impl<'a> Program<'a> {
         let status = wait_for("the program's end", || self.child.try_wait().unwrap());
         self.readers.drain(..).for_each(|reader| reader.join().unwrap());
         (status.code(), self.stderr())
+    }
+
+    /// Exit code 0, whatever was warned of: a key in vain, a clipboard that nobody takes over. A message of the validation
+    /// layer, or memory that is not given back, is no 0.
+    pub fn closed(self) {
+        let (code, words) = self.ended();
+        assert_eq!(code, Some(0), "{words}");
     }
 
     /// Exit code 0 and neither warning nor error. What it wrote.

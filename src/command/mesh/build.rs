@@ -1,24 +1,25 @@
-//! `ortelius mesh build`: a model becomes a `.pmesh` file.
+//! `ortelius mesh build`: converts a model to a `.pmesh` file.
 
 use super::report::{BuildReport, Laps, Steps};
 use crate::command::Usage;
 use crate::command::outputs::{check_apart, check_place, ending};
+use crate::command::progress::Bar;
 use anyhow::{Result, bail};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use indicatif::{ProgressBar, ProgressStyle};
 use ortelius::model::Model;
-use ortelius::paper::progressive_mesh::choices::FaceOrder;
+use ortelius::paper::progressive_mesh::choices::{BuildEffort, FaceOrder};
 use ortelius::paper::progressive_mesh::config::DEFAULT_ORDER;
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions, classical, order};
 use ortelius::paper::progressive_mesh::simplify::{Collapses, Report, SimplifyOptions, simplify};
+use ortelius::scene::Choice;
 use std::path::{Path, PathBuf};
 
 /// Simplifies a model to a progressive mesh and writes it, coarsest level first.
 #[derive(Args, Debug)]
 pub struct BuildArgs {
-    /// A .ply, .obj or .glb file (also packed as .gz), or a model's name
+    /// A .ply, .obj or .glb file (also compressed as .gz), or a model's name
     #[arg(value_name = "IN")]
     input: String,
 
@@ -30,46 +31,58 @@ pub struct BuildArgs {
     #[arg(long, value_name = "N", default_value_t = SimplifyOptions::default().target_faces, allow_negative_numbers = true)]
     target_faces: usize,
 
-    /// Decides by lot which of collapses that cost the same comes first; 0: where they stand in space
+    /// Order of collapses with equal cost: random with this seed; 0: by position in space
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
 
-    /// How faces are ordered
+    /// fast: one pass of the simplifier, whose error rises in steps; best: two passes, so that every level is usable
+    #[arg(long, value_parser = named(|_: BuildEffort| true), default_value = BuildEffort::Best.name())]
+    effort: BuildEffort,
+
+    /// Order of the faces
     #[arg(long, value_parser = orders(), default_value = DEFAULT_ORDER.name())]
     order: FaceOrder,
 
-    /// Where the order is renewed: N equal groups of splits, or P%: whenever so many faces more are there
+    /// Where faces are reordered: N equal groups of splits, or P%: after each growth of the face count by P %
     #[arg(long, value_name = "N|P%", value_parser = groups, conflicts_with = "moves_budget")]
     groups: Option<Groups>,
 
-    /// Faces that may change their slots for each split; decides the groups (23 where neither is said)
+    /// Faces that may change their slots per split; determines the groups (default: 23 if --groups is not given
+    /// either)
     #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
     moves_budget: Option<f64>,
 
-    /// Entries of the vertex cache that the order is for, first in, first out
-    /// (16 where nothing is said)
+    /// Entries of the FIFO vertex cache for which the order is optimised (default: 16)
     #[arg(long, value_name = "ENTRIES", value_parser = clap::value_parser!(u32).range(4..=1024), allow_negative_numbers = true)]
     cache: Option<u32>,
 
-    /// Write what was cleaned and reached, each step's time and the most memory taken, as JSON
+    /// Write the cleaning and build results, the time of each step and the peak memory, as JSON
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
 }
 
-/// The orders that a file can have, by their names everywhere.
+/// The orders that a file can have.
 fn orders() -> impl TypedValueParser<Value = FaceOrder> {
-    let named = |order: FaceOrder| PossibleValue::new(order.name()).help(order.about());
-    let names = FaceOrder::ALL.iter().copied().filter(|order| !order.is_rival()).map(named);
-    let order = |name: String| FaceOrder::ALL.iter().copied().find(|order| order.name() == name);
-    PossibleValuesParser::new(names).try_map(move |name| order(name).ok_or("no order has this name"))
+    named(|order: FaceOrder| !order.is_baseline())
+}
+
+/// Parses a choice by its name.
+fn named<T: Choice + Send + Sync>(allowed: fn(T) -> bool) -> impl TypedValueParser<Value = T> {
+    let value = |choice: T| PossibleValue::new(choice.name()).help(choice.about());
+    let names = T::ALL.iter().copied().filter(move |choice| allowed(*choice)).map(value);
+    let find = |name: String| T::ALL.iter().copied().find(|choice| choice.name() == name);
+    PossibleValuesParser::new(names).try_map(move |name| find(name).ok_or("no choice has this name"))
 }
 
 /// Runs the subcommand. A failure names the file.
 pub fn run(args: &BuildArgs) -> Result<()> {
-    // A build may take minutes: what cannot be is told before.
+    // A build may take minutes, so invalid arguments are reported first.
     let (output, report) = (check(args)?, args.report.as_deref().map(check_place).transpose()?);
     if report.as_ref() == Some(&output) {
-        bail!(Usage(format!("--report {}: that is the mesh's own name; give it another", output.display())));
+        bail!(Usage(format!(
+            "--report {}: this is the output file of the mesh; choose another name",
+            output.display()
+        )));
     }
     for written in [Some(&output), report.as_ref()].into_iter().flatten() {
         check_apart(written, Path::new(&args.input))?;
@@ -79,21 +92,21 @@ pub fn run(args: &BuildArgs) -> Result<()> {
     cleaned.to_string().lines().for_each(|line| tracing::info!("{line}"));
     check_moves(args, model.faces.len())?;
     let load = laps.lap();
-    let bar = Bar::new();
-    let options = SimplifyOptions { target_faces: args.target_faces, seed: args.seed };
-    let simplified = simplify(&model, &options, &mut bar.phase("simplify"));
+    let bar = Bar::counting("faces");
+    let options = SimplifyOptions { target_faces: args.target_faces, seed: args.seed, effort: args.effort };
+    let simplified = simplify(&model, &options, &mut phase(&bar, "simplify"));
     let simplify = laps.lap();
     let mesh = ordered(options_of(args), &model, &simplified.collapses, &bar);
-    bar.0.finish_and_clear();
+    drop(bar);
     let order = laps.lap();
     let contents = mesh.write(&output)?;
     if let Some(path) = report {
         let steps = Steps::of([load, simplify, order, laps.lap()]);
         BuildReport::new(&cleaned, &simplified.report, &contents, steps).write(&path)?;
     }
-    told(&simplified.report);
+    log_report(&simplified.report);
     tracing::info!(
-        "{}: {} bytes, {} levels, {:.2} bytes a split but for positions, attributes and header",
+        "{}: {} bytes, {} levels, {:.2} bytes per split without positions, attributes and header",
         args.output.display(),
         contents.bytes,
         contents.whole.levels,
@@ -102,7 +115,7 @@ pub fn run(args: &BuildArgs) -> Result<()> {
     Ok(())
 }
 
-/// Refuses what says nothing to the order, and a place where no `.pmesh` file can be written; returns the place.
+/// Refuses options that the order ignores, and paths where no `.pmesh` file can be written. Returns the output path.
 fn check(args: &BuildArgs) -> Result<PathBuf> {
     let given = [
         ("--groups", args.groups.is_some()),
@@ -111,7 +124,7 @@ fn check(args: &BuildArgs) -> Result<PathBuf> {
     ];
     if let (FaceOrder::Classical, Some((option, _))) = (args.order, given.iter().find(|(_, given)| *given)) {
         bail!(Usage(format!(
-            "{option} says nothing to --order classical, in which no face moves; leave it out"
+            "{option} has no effect with --order classical, in which no face moves; omit it"
         )));
     }
     let path = &args.output;
@@ -121,48 +134,51 @@ fn check(args: &BuildArgs) -> Result<PathBuf> {
     check_place(path)
 }
 
-/// What was reached, and what had to be allowed for it.
-fn told(report: &Report) {
+/// Logs the results of the simplification, and the exceptions that were necessary.
+fn log_report(report: &Report) {
     let allowed = [
-        (report.components, "components vanish as a whole"),
+        (report.components, "connected components disappear"),
         (report.closed_holes, "collapses close a hole of three edges"),
-        (report.pinches, "collapses make two sheets share an edge"),
-        (report.flips, "collapses turn a face by more than 75 degrees, or leave it without area"),
-        (report.crossing, "collapses no longer hold borders and seams"),
+        (report.pinches, "collapses join two sheets at an edge"),
+        (report.flips, "collapses rotate a face by more than 75 degrees, or leave it without area"),
+        (report.crossing, "collapses ignore borders and seams"),
     ];
     for (count, what) in allowed.iter().filter(|(count, _)| *count > 0) {
         tracing::info!("{count} {what}");
     }
     let Report { faces, target_faces, .. } = report;
     match report.shortfall {
-        None => tracing::info!("coarsest level: {faces} faces (at most {target_faces} wanted)"),
+        None => tracing::info!("coarsest level: {faces} faces (target: at most {target_faces})"),
         Some(why) => tracing::warn!("coarsest level: {faces} faces instead of {target_faces}: {why}"),
     }
 }
 
-/// What the arguments say of the order; none: the classical one.
+/// The order options of the arguments; `None` for the classical order.
 fn options_of(args: &BuildArgs) -> Option<OrderOptions> {
-    let mut options = match (args.order, args.moves_budget) {
-        (FaceOrder::Ours | FaceOrder::OursFewMoves, Some(moves)) => OrderOptions::of_moves(moves),
-        (order, _) => OrderOptions::of(order)?,
-    };
-    options.groups = args.groups.or(args.moves_budget.map(Groups::Budget)).unwrap_or(options.groups);
+    let mut options = OrderOptions::of(args.order)?;
+    match (args.groups, args.moves_budget) {
+        // Regions take turns within a budget alone.
+        (Some(groups), _) => options = OrderOptions { groups, regions: 1, ..options },
+        (None, Some(moves)) if args.order == FaceOrder::Paper => options.groups = Groups::Budget(moves),
+        (None, Some(moves)) => options = options.with_moves(moves),
+        (None, None) => {}
+    }
     options.cache_entries = args.cache.unwrap_or(options.cache_entries);
     Some(options)
 }
 
-/// Moved faces that an order has at most: 2 GB of memory.
+/// Limit of moved faces of an order: 2 GB of memory.
 const MOST_MOVES: f64 = 1e8;
 
-/// Refuses an order that would not fit the memory.
+/// Refuses an order that would not fit in memory.
 fn check_moves(args: &BuildArgs, faces: usize) -> Result<()> {
     let groups = options_of(args).map(|options| options.groups);
     let moves = groups.map_or(0.0, |groups| groups.moved_faces(args.target_faces, faces));
     let option = if args.groups.is_some() { "--groups" } else { "--moves-budget" };
     if moves > MOST_MOVES {
         bail!(Usage(format!(
-            "{option}: up to {moves:.1e} faces would change their slots on the way through all levels of {faces} faces, \
-             and {MOST_MOVES:.0e} is the most; ask for fewer (23 for each split where nothing is said)"
+            "{option}: up to {moves:.1e} faces would change their slots over all levels of {faces} faces, \
+             but the limit is {MOST_MOVES:.0e}; request fewer (default: 23 per split)"
         )));
     }
     Ok(())
@@ -176,50 +192,31 @@ fn ordered(
 ) -> ProgressiveMesh {
     match options {
         None => classical(model, collapses),
-        Some(options) => order(model, collapses, &options, &mut bar.phase("order")),
+        Some(options) => order(model, collapses, &options, &mut phase(bar, "order")),
     }
 }
 
-/// `64`, or `10%`.
+/// Parses `64`, or `10%`.
 fn groups(text: &str) -> Result<Groups, String> {
     match text.strip_suffix('%') {
         Some(percent) => Ok(Groups::Geometric(1.0 + positive(percent)? / 100.0)),
         None => match text.parse() {
             Ok(count) if count > 0 => Ok(Groups::Uniform(count)),
-            _ => Err("a number of groups, or a growth such as 10%".into()),
+            _ => Err("expected a number of groups, or a growth such as 10%".into()),
         },
     }
 }
 
 fn positive(text: &str) -> Result<f64, String> {
-    // Below, a ratio of faces is 1 in f64, and no group ends.
+    // Below 1e-6, a ratio of face counts is 1 in f64, and no group ends.
     let usable = |number: &f64| number.is_finite() && *number >= 1e-6;
-    text.parse().ok().filter(usable).ok_or_else(|| "a number above 0".into())
+    text.parse().ok().filter(usable).ok_or_else(|| "expected a number above 0".into())
 }
 
-/// A bar on stderr; hidden where that is no terminal.
-struct Bar(ProgressBar);
-
-impl Bar {
-    fn new() -> Bar {
-        let bar = ProgressBar::no_length();
-        let template = "{msg:>8} {wide_bar} {pos}/{len} faces {eta} left";
-        // The template is ours; a wrong one shows the default style.
-        bar.set_style(
-            ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()),
-        );
-        Bar(bar)
-    }
-
-    /// What a step tells its progress to: faces done, and all.
-    fn phase(&self, name: &'static str) -> impl FnMut(usize, usize) + '_ {
-        self.0.reset();
-        self.0.set_message(name);
-        |done, all| {
-            self.0.set_length(all as u64);
-            self.0.set_position(done as u64);
-        }
-    }
+/// Progress callback of a step: faces done, and all faces.
+fn phase<'a>(bar: &'a Bar, name: &str) -> impl FnMut(usize, usize) + use<'a> {
+    bar.phase(name, None);
+    |done, all| bar.set(done, all)
 }
 
 #[cfg(test)]

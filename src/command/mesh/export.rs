@@ -1,4 +1,4 @@
-//! `ortelius mesh export`: one level of a `.pmesh` file as a plain mesh.
+//! `ortelius mesh export`: writes one level of a `.pmesh` file as a plain mesh.
 
 use super::load;
 use crate::command::Usage;
@@ -11,7 +11,7 @@ use ortelius::paper::progressive_mesh::mesh::{Level, ProgressiveMesh};
 use ortelius::paper::progressive_mesh::run::{State, level_for_error};
 use std::path::PathBuf;
 
-/// Writes one level as a plain mesh, its faces in the order of the index buffer.
+/// Writes one level as a plain mesh, with its faces in index-buffer order.
 #[derive(Args, Debug)]
 #[command(group(ArgGroup::new("which").required(true)))]
 pub struct ExportArgs {
@@ -19,16 +19,16 @@ pub struct ExportArgs {
     #[arg(value_name = "FILE.pmesh")]
     file: PathBuf,
 
-    /// The level: how many splits are applied
+    /// The level: the number of applied splits
     #[arg(long, group = "which", value_name = "L", allow_negative_numbers = true)]
     level: Option<u32>,
 
-    /// The coarsest level whose error is at most so much, in object units: an estimate of its deviation, mostly from
-    /// above (six samples a face and all vertices are measured), no bound
+    /// The coarsest level whose error is at most this, in object units. The error is an estimate of the deviation,
+    /// mostly too high (six samples per face and all vertices are measured), but not a bound
     #[arg(long, group = "which", value_name = "E", allow_negative_numbers = true)]
     error: Option<f32>,
 
-    /// The level whose number of faces is nearest
+    /// The level with the nearest number of faces
     #[arg(long, group = "which", value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     faces: Option<u32>,
 
@@ -67,20 +67,20 @@ fn level(args: &ExportArgs, mesh: &ProgressiveMesh) -> Result<u32, Usage> {
         (_, Some(error), _) if error >= 0.0 => Ok(level_for_error(&mesh.levels, error)),
         (_, Some(error), _) => Err(Usage(format!("--error {error}: it must be 0 or more"))),
         (.., Some(faces)) => Ok(nearest(&mesh.levels, faces)),
-        // The group is required.
+        // clap requires one of the group.
         (None, None, None) => Ok(last),
     }
 }
 
-/// The level whose faces are nearest to so many, the coarser of two.
+/// The level whose face count is nearest to `faces`; of two, the coarser.
 fn nearest(levels: &[Level], faces: u32) -> u32 {
     let distance = |level: &Level| level.faces.abs_diff(faces);
     let nearest = levels.iter().enumerate().min_by_key(|(_, level)| distance(level));
     nearest.map_or(0, |(at, _)| at as u32)
 }
 
-/// A level's live faces in the order of the buffer, with the vertices that are live; positions as plain as `format` can
-/// have them.
+/// A level's live faces in index-buffer order, with its live vertices. Positions use as few digits as `format`
+/// allows.
 fn at_level(mesh: &ProgressiveMesh, level: u32, format: Format) -> Model {
     let mut state = State::new(mesh);
     state.go_to(mesh, level);
@@ -111,9 +111,8 @@ fn at_level(mesh: &ProgressiveMesh, level: u32, format: Format) -> Model {
     }
 }
 
-/// The plainest coordinate whose distance from the centre is the stored f32: of a text the one with the fewest digits
-/// (six, or more where these do not tell), of numbers in bytes an f32. The sum itself has seventeen digits, most of
-/// them noise.
+/// The shortest coordinate whose offset from the centre rounds to the stored f32. For text: the fewest digits (at
+/// least six); for binary: an f32. The exact sum would have seventeen digits, most of them noise.
 fn plain(centre: f64, stored: f32, format: Format) -> f64 {
     let sum = centre + f64::from(stored);
     let is_stored = |place: &f64| (place - centre) as f32 == stored;
@@ -124,13 +123,13 @@ fn plain(centre: f64, stored: f32, format: Format) -> f64 {
     plainest.unwrap_or(sum)
 }
 
-/// Digits by which a sum is below one of its terms: they were lost, and zeros stand for them.
+/// Digits lost because the sum is smaller than one of its terms; replaced by zeros.
 fn lost(sum: f64, stored: f32) -> i32 {
     let digits = (f64::from(stored) / sum).abs().log10();
     if digits.is_finite() { (digits as i32).max(0) } else { 0 }
 }
 
-/// Rounded to a first digit and so many more; to 0 where there are fewer than none.
+/// Rounds to `digits` digits after the first; to 0 if `digits` is negative.
 fn rounded(number: f64, digits: i32) -> Option<f64> {
     match usize::try_from(digits) {
         Ok(digits) => format!("{number:.digits$e}").parse().ok(),
@@ -143,15 +142,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_coordinate_is_written_with_as_few_digits_as_tell_the_stored_number() {
-        // As they stood in a text, and about which centre: these come back.
+    fn a_coordinate_is_written_with_the_fewest_digits_that_identify_the_stored_number() {
+        // Coordinates as in a text file, with the centre; they are recovered exactly.
         for (place, centre) in
             [(0.1, 0.0), (0.1, 3.7), (-12.345678, 5.0), (1e6 + 0.25, 1e6), (7e-20, 0.0), (0.0, 0.1)]
         {
             let stored = (place - centre) as f32;
             assert_eq!(plain(centre, stored, Format::Obj), place, "about {centre}");
         }
-        // Any other is at least the same number for the mesh, in both formats.
+        // Any other coordinate is at least the same number for the mesh, in both formats.
         for n in 0..10_000_u32 {
             let stored = f32::from_bits(n.wrapping_mul(0x9E37_79B9));
             for centre in [0.0, -1.0 / 3.0, 1e9] {
@@ -170,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_level_is_taken_and_of_two_the_coarser() {
+    fn the_nearest_level_is_chosen_and_of_two_the_coarser() {
         let levels: Vec<Level> =
             [4, 6, 6, 10].map(|faces| Level { faces, ..Level::default() }).into_iter().collect();
         let found = |faces| nearest(&levels, faces);

@@ -1,4 +1,4 @@
-//! `ortelius mesh info`: what a `.pmesh` file holds.
+//! `ortelius mesh info`: describes the content of a `.pmesh` file.
 
 use super::load;
 use crate::command::say;
@@ -6,13 +6,13 @@ use anyhow::Result;
 use clap::Args;
 use ortelius::header::JsonFormat;
 use ortelius::paper::progressive_mesh::cache::{Cache, level_costs, sampled_levels};
-use ortelius::paper::progressive_mesh::file::{Contents, Extent, VERSION};
-use ortelius::paper::progressive_mesh::mesh::{Level, ProgressiveMesh};
+use ortelius::paper::progressive_mesh::file::{Contents, Extent, version};
+use ortelius::paper::progressive_mesh::mesh::{Births, Level, ProgressiveMesh};
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Levels, errors (estimates of a level's deviation, mostly from above, no bounds), sizes by content, and what the
-/// order of faces costs a vertex cache.
+/// Prints levels, errors (estimates of a level's deviation, mostly too high, not bounds), sizes by content, and the
+/// vertex-cache cost of the face order.
 #[derive(Args, Debug)]
 pub struct InfoArgs {
     /// The file to describe
@@ -24,31 +24,32 @@ pub struct InfoArgs {
     json: bool,
 }
 
-/// Before version 2 `version` was the .pmesh format's.
+/// Before version 2, `version` was that of the .pmesh format.
 const FORMAT: JsonFormat = JsonFormat::new("ortelius-mesh-info", 2);
 
-/// All that is told, in one shape for both outputs.
+/// All printed data, in one shape for both outputs.
 #[derive(Serialize)]
 struct Info {
     pmesh_version: u32,
+    births_in_place: bool,
     bytes: u64,
-    /// Whether the end of the file is missing; what follows is of the part that is there.
+    /// True if the end of the file is missing; the data below then describe the existing part.
     cut: bool,
     whole: Parts,
     chunks: u32,
-    /// One more than the last level's number.
+    /// The last level's number plus one.
     levels: usize,
     coarsest: LevelInfo,
     finest: LevelInfo,
-    /// What the levels' errors say.
+    /// Explains the levels' errors.
     errors_are: &'static str,
     attributes: Vec<&'static str>,
     permutations: usize,
     moved_faces_per_split: f64,
-    /// Of a first-in first-out cache of 16 entries, over the levels.
+    /// For a FIFO cache of 16 entries, over the levels.
     transforms_per_vertex: Transforms,
     sizes: Vec<Size>,
-    /// But for positions, attributes and header.
+    /// Without positions, attributes and header.
     bytes_per_split: f64,
 }
 
@@ -94,9 +95,9 @@ pub fn run(args: &InfoArgs) -> Result<()> {
 
 impl Info {
     fn of(mesh: &ProgressiveMesh, contents: &Contents) -> Info {
-        // A split is a level; on a seam it brings several vertices.
+        // Each split is a level; on a seam it adds several vertices.
         let splits = f64::from(mesh.last_level().max(1));
-        // All levels of meshes that take some seconds; the paper's mean is over all.
+        // All levels of meshes that take a few seconds, a sample of larger ones. The paper's mean is over all.
         let levels = sampled_levels(mesh, 100_000, 256);
         let costs = &level_costs(mesh, &[Cache::Fifo(16)], &levels)[0];
         let attributes = &mesh.vertices.attributes;
@@ -108,7 +109,8 @@ impl Info {
         let size = |content, bytes: f64| Size { content, bytes, bytes_per_split: bytes / splits };
         let named = contents.sizes.named().map(|(content, bits)| size(content, bits / 8.0));
         Info {
-            pmesh_version: VERSION,
+            pmesh_version: version(mesh.births),
+            births_in_place: mesh.births == Births::InPlace,
             bytes: contents.bytes,
             cut: contents.is_cut(),
             whole: contents.whole.into(),
@@ -116,7 +118,7 @@ impl Info {
             levels: mesh.levels.len(),
             coarsest: mesh.levels[0].into(),
             finest: mesh.levels[mesh.levels.len() - 1].into(),
-            errors_are: "object units; estimates of the distance from the finest level, mostly from above, no bounds",
+            errors_are: "object units; estimates of the distance from the finest level, mostly too high, not bounds",
             attributes: attributes.iter().filter(|(_, count)| *count > 0).map(|(name, _)| *name).collect(),
             permutations: mesh.swaps.levels.len(),
             moved_faces_per_split: mesh.swaps.cycles.items().len() as f64 / splits,
@@ -151,22 +153,24 @@ impl Info {
             format!("errors        {}", self.errors_are),
             format!("attributes    {attributes}"),
             format!(
-                "tswaps        {} levels carry them, {:.2} faces moved a split",
-                self.permutations, self.moved_faces_per_split
+                "tswaps        in {} levels, {:.2} faces moved per split; new faces {}",
+                self.permutations,
+                self.moved_faces_per_split,
+                if self.births_in_place { "in place" } else { "at the tail" }
             ),
             format!(
-                "transforms    {:.3} a vertex on average over {} levels (p95 {:.3}, worst {:.3}); FIFO of 16",
+                "transforms    {:.3} per vertex on average over {} levels (p95 {:.3}, worst {:.3}); FIFO of 16",
                 costs.mean, costs.levels_measured, costs.p95, costs.worst
             ),
         ];
-        lines.push("content                   bytes  a split".to_owned());
+        lines.push("content                   bytes  per split".to_owned());
         lines.extend(
             self.sizes.iter().map(|size| {
-                format!("  {:18} {:10.0} {:8.2}", size.content, size.bytes, size.bytes_per_split)
+                format!("  {:18} {:10.0} {:10.2}", size.content, size.bytes, size.bytes_per_split)
             }),
         );
         lines.push(format!(
-            "all but positions, attributes and header: {:.2} bytes a split",
+            "without positions, attributes and header: {:.2} bytes per split",
             self.bytes_per_split
         ));
         lines

@@ -23,17 +23,17 @@ pub struct MeshArgs {
 
 #[derive(Subcommand)]
 enum MeshCommand {
-    /// Simplify a model to a progressive mesh, with an order of faces for the vertex cache at every level
+    /// Simplify a model to a progressive mesh, with a face order for the vertex cache at every level
     Build(build::BuildArgs),
-    /// Levels, sizes, errors, and what the order costs a vertex cache
+    /// Show levels, sizes, errors, and the vertex-cache cost of the order
     Info(info::InfoArgs),
     /// Write one level as a plain mesh
     Export(export::ExportArgs),
-    /// Check every byte, every level, and that the way up and down again changes nothing
+    /// Check every byte and every level, and that going up and down again changes nothing
     Verify(verify::VerifyArgs),
 }
 
-/// Runs the subcommand. A failure names the file; what is corrupt carries a
+/// Runs the subcommand. A failure names the file; for a corrupt file it carries a
 /// [`ortelius::paper::progressive_mesh::file::PmeshError`] or an [`Unsound`].
 pub fn run(args: &MeshArgs) -> Result<()> {
     match &args.command {
@@ -44,9 +44,10 @@ pub fn run(args: &MeshArgs) -> Result<()> {
     }
 }
 
-/// Reads a file; warns where its end is missing.
+/// Reads a file that can be executed; warns if its end is missing.
 fn load(path: &Path) -> Result<Loaded> {
     let loaded = ProgressiveMesh::read(path)?;
+    loaded.mesh.check().map_err(|flaw| Unsound::new(path, flaw.to_string()))?;
     if let Some(missing) = loaded.contents.missing() {
         tracing::warn!("{}: {missing}", path.display());
     }

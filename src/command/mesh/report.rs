@@ -1,4 +1,4 @@
-//! What `mesh build --report` writes.
+//! The JSON of `mesh build --report`.
 
 use ortelius::figure::most_memory;
 use ortelius::header::JsonFormat;
@@ -13,7 +13,7 @@ use std::time::Instant;
 
 const FORMAT: JsonFormat = JsonFormat::new("ortelius-mesh-build", 1);
 
-/// All of a build: what was done to the model, what was reached, and what it took.
+/// A whole build: changes to the model, results, and cost.
 #[derive(Serialize)]
 pub struct BuildReport<'a> {
     cleaning: &'a model::Report,
@@ -21,11 +21,11 @@ pub struct BuildReport<'a> {
     levels: u32,
     file_bytes: u64,
     milliseconds: Steps,
-    /// That this process had resident at once; none where the system does not tell.
+    /// Peak resident memory of this process; `None` if the system does not report it.
     most_memory_bytes: Option<u64>,
 }
 
-/// Times of a build's steps, in milliseconds.
+/// Times of the steps of a build, in milliseconds.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Steps {
     load_and_clean: f64,
@@ -34,7 +34,7 @@ pub struct Steps {
     write: f64,
 }
 
-/// A clock that tells one step after the other.
+/// A stopwatch for consecutive steps.
 pub struct Laps(Instant);
 
 impl Laps {
@@ -50,14 +50,14 @@ impl Laps {
 }
 
 impl Steps {
-    /// In their order.
+    /// In order of execution.
     pub fn of([load_and_clean, simplify, order, write]: [f64; 4]) -> Steps {
         Steps { load_and_clean, simplify, order, write }
     }
 }
 
 impl<'a> BuildReport<'a> {
-    /// At the end of a build, when it has taken all the memory that it takes.
+    /// Call at the end of a build, so that the peak memory is final.
     pub fn new(
         cleaning: &'a model::Report,
         simplifying: &'a simplify::Report,

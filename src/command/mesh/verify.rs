@@ -1,15 +1,15 @@
-//! `ortelius mesh verify`: every byte and every level of a `.pmesh` file.
+//! `ortelius mesh verify`: checks every byte and every level of a `.pmesh` file.
 
 use crate::command::say;
 use anyhow::Result;
 use clap::Args;
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
-use ortelius::paper::progressive_mesh::run::State;
+use ortelius::paper::progressive_mesh::run::{Program, State, Untold};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Checks every byte of a .pmesh file against its checksums, that all levels can be reached, and that the way from the
-/// coarsest level to the full mesh and back gives the same buffer of faces to the last bit.
+/// Checks every byte of a .pmesh file against its checksums, that all levels can be reached, and that going from the
+/// coarsest level to the full mesh and back restores the same face buffer bit by bit.
 #[derive(Args, Debug)]
 pub struct VerifyArgs {
     /// The file to check
@@ -25,21 +25,27 @@ pub struct Unsound {
     what: String,
 }
 
+impl Unsound {
+    pub(super) fn new(path: &Path, what: String) -> Unsound {
+        Unsound { path: path.to_owned(), what }
+    }
+}
+
 /// Runs the subcommand. A failure carries [`Unsound`] or a
 /// [`ortelius::paper::progressive_mesh::file::PmeshError`].
 pub fn run(args: &VerifyArgs) -> Result<()> {
     let path = &args.file;
-    let unsound = |what| Unsound { path: path.clone(), what };
+    let unsound = |what| Unsound::new(path, what);
     let loaded = ProgressiveMesh::read(path)?;
     let contents = &loaded.contents;
     if let Some(missing) = contents.missing() {
         return Err(unsound(missing).into());
     }
     let mesh = &loaded.mesh;
-    mesh.check().map_err(|flaw| unsound(flaw.to_string()))?;
-    goes_up_and_down(path, mesh)?;
+    let program = Program::new(mesh).map_err(|flaw| unsound(flaw.to_string()))?;
+    goes_up_and_down(mesh, &program).map_err(unsound)?;
     say(format_args!(
-        "{}: {} bytes, {} chunks, {} levels of {} to {} faces, all as written; up and down again it is the same",
+        "{}: {} bytes, {} chunks, {} levels of {} to {} faces, all intact; the same after going up and down",
         path.display(),
         contents.bytes,
         contents.whole.chunks,
@@ -49,18 +55,19 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     ))
 }
 
-/// From the coarsest level to the full mesh and back.
-fn goes_up_and_down(path: &Path, mesh: &ProgressiveMesh) -> Result<(), Unsound> {
-    let base = State::new(mesh);
-    let mut state = base.clone();
+/// Goes from the coarsest level to the full mesh and back.
+fn goes_up_and_down(mesh: &ProgressiveMesh, program: &Program) -> Result<(), String> {
+    let mut state = State::new(mesh);
     state.go_to(mesh, mesh.last_level());
     state.go_to(mesh, 0);
-    let differs = state.faces().iter().zip(base.faces()).position(|(after, before)| after != before);
-    match differs {
-        None => Ok(()),
-        Some(slot) => {
-            let what = format!("up and down again, slot {slot} shows another face");
-            Err(Unsound { path: path.to_owned(), what })
+    let mut faces = program.faces().to_vec();
+    for [from, to] in [[0, mesh.last_level()], [mesh.last_level(), 0]] {
+        program.run(&mut faces, from, to, &mut Vec::new(), &mut Untold);
+    }
+    for (after, before) in [(state.faces(), &mesh.faces[..]), (&faces, program.faces())] {
+        if let Some(slot) = after.iter().zip(before).position(|(after, before)| after != before) {
+            return Err(format!("after going up and down, slot {slot} holds another face"));
         }
     }
+    Ok(())
 }

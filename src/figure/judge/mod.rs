@@ -1,8 +1,9 @@
 //! One judge for every claim: from the rows of a table to a verdict.
 //!
-//! Exact numbers meet a bound or miss it. A repeated measurement meets it only where the 95 % confidence interval of its
-//! median lies on the right side, and misses it where the interval lies on the wrong one; a ratio or a difference of two
-//! that took turns is taken in each round. What straddles its bound is undecided.
+//! An exact number meets or misses its bound. A repeated measurement meets the bound if the 95 % confidence
+//! interval of its median is on the right side, and misses it if the interval is on the wrong side;
+//! otherwise the claim is undecided. Ratios and differences of interleaved measurements are computed for
+//! each round.
 
 mod sample;
 #[cfg(test)]
@@ -14,42 +15,43 @@ use super::{Finding, Table, Verdict};
 use crate::stats::{median, median_interval};
 use sample::{Found, Place, Sample, places};
 
-/// Fewer have no 95 % confidence interval of the median: both ends of 5 miss it in 2 x 2^-5 = 6 % of all cases.
+/// Fewest rounds for a 95 % confidence interval of the median: the range of 5 samples misses it in 2 x 2^-5
+/// = 6 % of all cases.
 const LEAST_ROUNDS: usize = 6;
 
-/// More items than these are told as a range, and those that fail by name.
-const TOLD: usize = 8;
+/// More items are reported as a range; failing items are named.
+const MOST_LISTED: usize = 8;
 
-/// How a number stands to its bound.
+/// A number's relation to its bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Outcome {
     Holds,
     /// Beyond the stated range, on its better side.
     Better,
     Fails,
-    /// With the number of rounds that would decide it.
+    /// With the estimated number of rounds to decide.
     Undecided(f64),
 }
 
-/// A number held against a bound.
+/// A number compared with a bound.
 #[derive(Clone, Debug)]
 struct Item {
     place: String,
-    /// The variants that were chosen, or that this one is of several.
+    /// The chosen variants, or the variant if there are several.
     names: String,
     unit: String,
     value: f64,
     interval: [f64; 2],
-    /// Rounds that the interval rests on; 0: exact.
+    /// Rounds behind the interval; 0 for an exact number.
     rounds: usize,
     outcome: Outcome,
 }
 
-/// All numbers of a claim's test.
+/// All numbers of a test.
 #[derive(Debug, Default)]
 struct Items {
     items: Vec<Item>,
-    /// Where nothing could be compared, and why.
+    /// Places where nothing could be compared, with the reason.
     why_not: Vec<String>,
 }
 
@@ -63,16 +65,16 @@ impl Claim {
         }
         for (given, items) in self.given.iter().map(|test| (test, test.items(table, &self.places))) {
             if items.items.is_empty() {
-                let why = format!("no {} was measured, which it presumes", given.term.label());
+                let why = format!("its precondition was not measured: no {}", given.term.label());
                 return Finding::new(Verdict::NotMeasured, numbers, why);
             }
             if items.items.iter().any(|item| !item.met()) {
-                let told = self::numbers(std::slice::from_ref(given), std::slice::from_ref(&items));
-                let why = format!("what it presumes is not given: {told}, must be {}", given.bound.words());
+                let numbers_given = self::numbers(std::slice::from_ref(given), std::slice::from_ref(&items));
+                let why = format!("its precondition fails: {numbers_given}, must be {}", given.bound.words());
                 return Finding::new(Verdict::NotMeasurable, numbers, why);
             }
         }
-        // A test without any number leaves the claim open, whatever the others say.
+        // A test without a number leaves the claim open, whatever the other tests say.
         if let Some(empty) = found.iter().position(|items| items.items.is_empty()) {
             return match found[empty].why_not.first() {
                 Some(why) => Finding::new(Verdict::NotMeasurable, numbers, why),
@@ -89,7 +91,7 @@ impl Claim {
 }
 
 impl Claim {
-    /// How many of its cells are not there, and what became of them; `None` where all are.
+    /// The number of missing cells and why; `None` if all are present.
     fn lost(&self, table: &Table) -> Option<String> {
         let mut lost: Vec<(&str, usize)> = Vec::new();
         for (_, became) in table.lost.iter().filter(|(cell, _)| self.places.hold(&cell.scene, cell.x)) {
@@ -99,11 +101,11 @@ impl Claim {
             }
         }
         let words = lost.iter().map(|(became, count)| format!("{count} {became}")).collect::<Vec<_>>();
-        (!words.is_empty()).then(|| format!("cells that are not there: {}", words.join(", ")))
+        (!words.is_empty()).then(|| format!("missing cells: {}", words.join(", ")))
     }
 }
 
-/// Of all tests and places together.
+/// The verdict over all tests and places.
 fn verdict(outcomes: impl Iterator<Item = Outcome>) -> Verdict {
     let (mut holds, mut better, mut fails, mut undecided) = (0, 0, 0, 0);
     for outcome in outcomes {
@@ -134,12 +136,14 @@ impl Item {
         let interval =
             if *rounds > 0 { format!(" [{} .. {}]", human(*low), human(*high)) } else { String::new() };
         let names = if names.is_empty() { String::new() } else { format!(" ({names})") };
-        format!("{place} {}{unit}{interval}{names}", human(*value))
+        // Without the separator, "solid at 50 0.9x" reads as two numbers.
+        let colon = if place.ends_with(|c: char| c.is_ascii_digit()) { ":" } else { "" };
+        format!("{place}{colon} {}{unit}{interval}{names}", human(*value))
     }
 }
 
 impl Test {
-    /// Each number of the term, with how it stands to the bound.
+    /// Each number of the term, with its outcome.
     fn items(&self, table: &Table, at: &Places) -> Items {
         let mut found = Items::default();
         let swept = !matches!(self.term, Term::Growth(..) | Term::Steps(_)) && !self.term.crosses();
@@ -171,7 +175,7 @@ impl Test {
         found
     }
 
-    /// Two samples' ratio or difference; `None` for 0 over 0.
+    /// Ratio or difference of two samples; `None` for 0 / 0.
     fn compared(&self, place: &Place, a: &Sample, b: &Sample) -> Option<Item> {
         let halved = a.chosen || b.chosen;
         let judged = |sample: &Sample| if halved { sample.judged() } else { sample.clone() };
@@ -182,7 +186,7 @@ impl Test {
         Some(self.item(place, &[&a, &b], compared(&a, &b, self.term.of())))
     }
 
-    /// What a quantity grows by, from the smallest x to the largest, or from each to the next.
+    /// Growth of a quantity from the smallest x to the largest, or from each x to the next.
     fn grown(&self, place: &Place, samples: &[Sample]) -> Vec<Item> {
         let ratio = |small: &Sample, large: &Sample, power: f64| {
             let factor = (large.x.unwrap_or(1.0) / small.x.unwrap_or(1.0)).powf(power);
@@ -232,7 +236,7 @@ impl Test {
     }
 }
 
-/// A number with the interval in which it lies, and the rounds behind it.
+/// A number with its interval and its rounds.
 #[derive(Clone, Copy, Debug)]
 struct Measured {
     value: f64,
@@ -245,8 +249,8 @@ fn measured(sample: &Sample) -> Measured {
     Measured { value: sample.value, interval, rounds: sample.rounds.len() }
 }
 
-/// `of` two samples: in each round where both took turns, else between the ends of both intervals. `of` grows with its
-/// first argument and falls with its second.
+/// `of` two samples: for each round if both are interleaved, otherwise from the ends of both intervals.
+/// `of` increases in its first argument and decreases in its second.
 fn compared(a: &Sample, b: &Sample, of: impl Fn(f64, f64) -> f64) -> Measured {
     if a.pairs_with(b) {
         let rounds: Vec<f64> = a.rounds.iter().zip(&b.rounds).map(|(&a, &b)| of(a, b)).collect();
@@ -294,12 +298,12 @@ impl Bound {
         }
     }
 
-    /// Met, or bettered.
+    /// Met or better.
     fn fine(self, value: f64) -> bool {
         self.met(value) || self.bettered(value)
     }
 
-    /// Beyond a range, on its better side.
+    /// Outside the range, on its better side.
     fn bettered(self, value: f64) -> bool {
         match self {
             Bound::Within(low, _, Better::Less) => value < low,
@@ -308,7 +312,7 @@ impl Bound {
         }
     }
 
-    /// Where what is fine becomes what is missed.
+    /// Values at which the outcome changes between met and missed.
     fn edges(self) -> Vec<f64> {
         match self {
             Bound::Within(_, edge, Better::Less) | Bound::Within(edge, _, Better::More) => vec![edge],
@@ -323,7 +327,7 @@ impl Bound {
 
     fn outcome(self, value: f64, [low, high]: [f64; 2], rounds: usize, halved: bool) -> Outcome {
         let factor = if halved { 2.0 } else { 1.0 };
-        // Both ends may be missed on either side of a range.
+        // A range can be missed on either side.
         let astride = self.edges().iter().any(|&edge| low < edge && edge < high);
         match [self.fine(low), self.fine(high)] {
             _ if (1..LEAST_ROUNDS).contains(&rounds) => Outcome::Undecided(factor * LEAST_ROUNDS as f64),
@@ -335,7 +339,7 @@ impl Bound {
         }
     }
 
-    /// Intervals shrink with the square root of the rounds: so many until the nearest edge is outside.
+    /// Intervals shrink with the square root of the rounds: the rounds until the nearest edge is outside.
     fn rounds_to_decide(self, value: f64, [low, high]: [f64; 2], rounds: f64) -> f64 {
         let needed = |edge: f64| {
             let (half, away) =
@@ -360,7 +364,7 @@ impl Bound {
 }
 
 impl Who {
-    /// The name where there is only one.
+    /// The name, if there is only one.
     fn only(self) -> Option<String> {
         match self {
             Who::One(name) => Some(name.into()),
@@ -383,7 +387,7 @@ impl Term {
         move |a, b| if ratio { a / b } else { a - b }
     }
 
-    /// Whether it compares values of the sweep with each other: its places are scenes.
+    /// True if it compares values of the sweep with each other; its places are then scenes.
     fn crosses(&self) -> bool {
         self.picks().iter().any(|pick| matches!(pick.x, At::X(_) | At::Least))
     }
@@ -410,12 +414,14 @@ impl Term {
     }
 }
 
-/// The numbers of all tests, each behind what it is.
+/// The numbers of all tests, each after its term.
 fn numbers(tests: &[Test], found: &[Items]) -> String {
     let of = |(test, Items { items, .. }): (&Test, &Items)| {
-        let told = match &items[..] {
+        let values = match &items[..] {
             [] => return None,
-            items if items.len() <= TOLD => items.iter().map(Item::words).collect::<Vec<_>>().join(", "),
+            items if items.len() <= MOST_LISTED => {
+                items.iter().map(Item::words).collect::<Vec<_>>().join(", ")
+            }
             items => {
                 let by = |a: &&Item, b: &&Item| a.value.total_cmp(&b.value);
                 let (least, most) = (items.iter().min_by(by)?, items.iter().max_by(by)?);
@@ -425,12 +431,12 @@ fn numbers(tests: &[Test], found: &[Items]) -> String {
                 }
             }
         };
-        Some(format!("{}: {told}", test.term.label()))
+        Some(format!("{}: {values}", test.term.label()))
     };
     tests.iter().zip(found).filter_map(of).collect::<Vec<_>>().join("; ")
 }
 
-/// The bounds, and where they were missed or are undecided.
+/// The bounds, and the places that miss them or are undecided.
 fn why(tests: &[Test], found: &[Items]) -> String {
     let of = |(test, Items { items, .. }): (&Test, &Items)| {
         let met = items.iter().filter(|item| item.met()).count();
@@ -441,14 +447,14 @@ fn why(tests: &[Test], found: &[Items]) -> String {
         }
         let named = |item: &Item| match items.len() {
             1 => String::new(),
-            ..=TOLD => format!(" {}", item.place),
+            ..=MOST_LISTED => format!(" {}", item.place),
             _ => format!(" {}", item.words()),
         };
         let failed: Vec<String> =
             items.iter().filter(|item| item.outcome == Outcome::Fails).map(named).collect();
         if !failed.is_empty() && failed.len() < items.len() {
-            let more = if failed.len() > TOLD { ", …" } else { "" };
-            words += &format!(", not{}{more}", failed[..failed.len().min(TOLD)].join(","));
+            let more = if failed.len() > MOST_LISTED { ", …" } else { "" };
+            words += &format!(", not{}{more}", failed[..failed.len().min(MOST_LISTED)].join(","));
         }
         for item in items {
             if let Outcome::Undecided(rounds) = item.outcome {

@@ -1,35 +1,35 @@
-//! Numbers of a table, by the picks of a claim.
+//! Looks up the numbers of a claim in a table.
 
 use super::super::claim::{At, Part, Pick, Places, Who};
 use super::super::{Record, Row, Table, Value};
 use crate::stats::median;
 
-/// A variant's number in one place.
+/// A variant's number at one place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
     pub variant: String,
     pub unit: String,
-    /// The median of `rounds`, or an exact number.
+    /// Median of `rounds`, or an exact number.
     pub value: f64,
     /// Empty: `value` is exact.
     pub rounds: Vec<f64>,
-    /// Value of the sweep, or of a series, at which it was found.
+    /// The value of the sweep, or x of a series, of this number.
     pub x: Option<f64>,
-    /// Rounds of samples with the same cell ran side by side.
+    /// Samples of the same cell were measured in interleaved rounds.
     pub cell: (String, Option<f64>),
-    /// It was chosen among several by other rounds than these.
+    /// True if it was chosen from several by other rounds than these.
     pub chosen: bool,
 }
 
-/// What a table has for a pick.
+/// The samples for a pick.
 #[derive(Debug, Default)]
 pub struct Found {
     pub samples: Vec<Sample>,
-    /// Why a variant does not run here.
+    /// Reasons why variants do not run here.
     pub why_not: Option<String>,
 }
 
-/// A scene, or several that are averaged, at a value of the sweep.
+/// A scene, or several averaged scenes, at a value of the sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Place {
     pub scenes: Vec<String>,
@@ -47,7 +47,8 @@ impl Place {
     }
 }
 
-/// The places of a table that belong to `places`, in its order. Without `swept` the values of the sweep are no places.
+/// The places of a table that match `places`, in its order. Without `swept`, values of the sweep are not
+/// separate places.
 pub fn places(table: &Table, places: &Places, swept: bool) -> Vec<Place> {
     let mut found: Vec<Place> = Vec::new();
     for record in table.records.iter().filter(|record| places.hold(&record.scene, record.x)) {
@@ -137,7 +138,7 @@ impl Found {
         found
     }
 
-    /// The mean of each variant over the scenes; of those that have one in every scene.
+    /// The mean of each variant over the scenes, for variants with a number in every scene.
     fn mean(each: Vec<Found>) -> Found {
         let why_not = each.iter().find_map(|found| found.why_not.clone());
         let first = each.first().map_or(&[][..], |found| &found.samples);
@@ -157,8 +158,8 @@ fn by_value(a: &Sample, b: &Sample) -> std::cmp::Ordering {
     a.value.total_cmp(&b.value)
 }
 
-/// The sample with the least value. Of repeated measurements it is chosen on the even rounds and keeps the odd ones:
-/// what a lucky round wins in the choice it does not win in the judgement.
+/// The sample with the least value. With repeated measurements it is chosen on the even rounds and keeps
+/// only the odd ones, so that a lucky round does not bias the judgement.
 fn best(mut samples: Vec<Sample>) -> Option<Sample> {
     if samples.len() > 1 && samples.iter().all(|sample| sample.rounds.len() > 1) {
         for sample in &mut samples {
@@ -175,12 +176,12 @@ impl Sample {
         Sample { value: median(&rounds).unwrap_or(self.value), rounds, ..self.clone() }
     }
 
-    /// The odd rounds alone: for what one of the compared was chosen by the even ones.
+    /// Only the odd rounds, to compare with a sample that was chosen on the even ones.
     pub fn judged(&self) -> Sample {
         self.every_second(1)
     }
 
-    /// Whether the rounds of both ran side by side.
+    /// True if the rounds of both were interleaved.
     pub fn pairs_with(&self, other: &Sample) -> bool {
         !self.rounds.is_empty() && self.rounds.len() == other.rounds.len() && self.cell == other.cell
     }

@@ -1,4 +1,4 @@
-//! Each rule with a table on both sides of its bound and on it.
+//! Each rule is tested on both sides of its bound and on it.
 
 use super::super::claim::{At, Better, Bound, Claim, Part, Places, Test, best, each, every, one, others};
 use super::super::{Cell, Finding, Machine, Record, Row, Table, Value, Verdict};
@@ -25,7 +25,7 @@ fn exact(numbers: &[(&str, f64)]) -> Table {
     table("discrete", &rows)
 }
 
-/// Repeated measurements of variants in one scene, in turn.
+/// Interleaved repeated measurements of variants in one scene.
 fn rounds(kind: &str, rows: &[(&str, Vec<f64>)]) -> Table {
     let row = |(name, rounds): &(&str, Vec<f64>)| Record {
         scene: "s".into(),
@@ -70,13 +70,13 @@ fn every_bound_has_two_sides_and_an_edge() {
 }
 
 #[test]
-fn better_than_a_stated_range_is_told_and_worse_refutes() {
+fn better_than_the_range_is_reported_and_worse_is_not_reproduced() {
     const LESS: &[Test] = &[Test::value(OF_A, Within(1.6, 2.0, Better::Less))];
     const MORE: &[Test] = &[Test::value(OF_A, Within(1.6, 2.0, Better::More))];
     let found = |tests| [1.5, 1.6, 2.0, 2.1].map(|number| verdict(tests, &exact(&[("a", number)])));
     assert_eq!(found(LESS), [BetterThanStated, Reproduced, Reproduced, NotReproduced]);
     assert_eq!(found(MORE), [NotReproduced, Reproduced, Reproduced, BetterThanStated]);
-    // An interval over the better end holds, one over the worse end is open.
+    // An interval across the better end holds; one across the worse end is undecided.
     let noisy =
         |middle: f64| rounds("discrete", &[("a", (0..8).map(|n| middle + 0.01 * f64::from(n)).collect())]);
     assert_eq!([1.57, 1.97].map(|middle| verdict(LESS, &noisy(middle))), [Reproduced, Undecided]);
@@ -89,13 +89,13 @@ fn ratios_and_differences_are_judged_on_both_sides_and_on_the_bound() {
     let found = |tests, numbers: [f64; 3]| numbers.map(|a| verdict(tests, &exact(&[("a", a), ("b", 2.0)])));
     assert_eq!(found(RATIO, [5.9, 6.0, 6.1]), [NotReproduced, Reproduced, Reproduced]);
     assert_eq!(found(DIFFERENCE, [5.9, 6.0, 6.1]), [Reproduced, Reproduced, NotReproduced]);
-    // Something over nothing is infinite, nothing over nothing is no number.
+    // x / 0 is infinite; 0 / 0 is not a number.
     assert_eq!(verdict(RATIO, &exact(&[("a", 1.0), ("b", 0.0)])), Reproduced);
     assert_eq!(verdict(RATIO, &exact(&[("a", 0.0), ("b", 0.0)])), NotMeasured);
 }
 
 #[test]
-fn a_time_holds_only_with_its_whole_interval_on_the_right_side() {
+fn a_time_holds_only_if_its_whole_interval_is_on_the_right_side() {
     const FASTER: &[Test] = &[Test::ratio(OF_A, OF_B, Above(1.0))];
     let found = |factors: [f64; 12]| {
         let slow: Vec<f64> = (1..=12).map(f64::from).collect();
@@ -112,7 +112,7 @@ fn a_time_holds_only_with_its_whole_interval_on_the_right_side() {
 }
 
 #[test]
-fn the_rounds_that_would_decide_grow_with_the_square_of_what_lacks() {
+fn the_rounds_to_decide_grow_with_the_inverse_square_of_the_margin() {
     const SLOW: &[Test] = &[Test::value(OF_A, Above(10.0))];
     // 8 rounds: the interval is their whole range, -1 to +1 around the median.
     let around = |middle: f64| [-1.0, -0.5, -0.2, 0.0, 0.0, 0.2, 0.5, 1.0].map(|off| middle + off).to_vec();
@@ -131,7 +131,7 @@ fn fewer_than_six_rounds_decide_nothing() {
 }
 
 #[test]
-fn measurements_that_did_not_take_turns_are_compared_by_their_intervals() {
+fn measurements_without_common_rounds_are_compared_by_their_intervals() {
     const FLAT: &[Test] = &[Test::ratio(OF_A.x(At::X(2.0)), OF_A.x(At::X(1.0)), AtMost(1.25))];
     let found = |large: f64| {
         let at = |x, middle: f64| Record {
@@ -157,7 +157,7 @@ fn the_best_is_chosen_on_every_second_round_and_judged_on_the_others() {
         best("q", || ["lucky", "steady"].map(String::from).into()),
         AtLeast(1.5),
     )];
-    // The lucky one is chosen by its even rounds; its odd rounds are what it takes.
+    // The lucky variant is chosen by its even rounds and judged by its odd ones.
     let lucky: Vec<f64> = (0..16).map(|n| if n % 2 == 0 { 1.0 } else { 2.0 }).collect();
     let with = |lucky: Vec<f64>| {
         rounds("discrete", &[("slow", vec![2.2; 16]), ("lucky", lucky), ("steady", vec![1.4; 16])])
@@ -168,18 +168,18 @@ fn the_best_is_chosen_on_every_second_round_and_judged_on_the_others() {
     let found = judged(BEST, &with(vec![3.0; 16]));
     assert_eq!(found.verdict, Reproduced);
     assert!(found.numbers.contains("(steady)"), "{found:?}");
-    // Half of 10 rounds are too few, and 12 would do.
+    // Half of 10 rounds are too few; 12 rounds suffice.
     let few: Vec<(&str, Vec<f64>)> =
         [("slow", 9.0), ("lucky", 1.0), ("steady", 2.0)].map(|(name, ms)| (name, vec![ms; 10])).into();
     let found = judged(BEST, &rounds("discrete", &few));
     assert_eq!(found.verdict, Undecided);
     assert!(found.why.ends_with("12 rounds would decide"), "{}", found.why);
-    // Exact numbers have no luck.
+    // Exact numbers are not split.
     assert_eq!(verdict(BEST, &exact(&[("slow", 3.0), ("lucky", 2.0), ("steady", 9.0)])), Reproduced);
 }
 
 #[test]
-fn some_places_are_in_part_with_their_names() {
+fn a_claim_that_fails_in_some_places_is_in_part_and_names_them() {
     const SMALL: &[Test] = &[Test::value(OF_A, AtMost(1.0))];
     let found = |numbers: [f64; 3]| {
         let rows: Vec<_> = ["s", "t", "u"]
@@ -202,7 +202,7 @@ fn all_tests_of_a_claim_must_hold() {
     const BOTH: &[Test] = &[Test::value(OF_A, AtMost(1.0)), Test::value(OF_B, AtMost(1.0))];
     let found = |a, b| verdict(BOTH, &exact(&[("a", a), ("b", b)]));
     assert_eq!([found(1.0, 1.0), found(1.0, 2.0), found(2.0, 2.0)], [Reproduced, InPart, NotReproduced]);
-    assert_eq!(verdict(BOTH, &exact(&[("a", 1.0)])), NotMeasured, "one of the two is not there");
+    assert_eq!(verdict(BOTH, &exact(&[("a", 1.0)])), NotMeasured, "one of the two is missing");
 }
 
 #[test]
@@ -225,7 +225,7 @@ fn on_a_software_device_a_claim_about_time_holds_here_or_not() {
 }
 
 #[test]
-fn a_lost_cell_of_its_places_leaves_a_claim_unmeasured() {
+fn a_missing_cell_leaves_its_claim_unmeasured() {
     const SMALL: &[Test] = &[Test::value(OF_A, AtMost(1.0))];
     let claim = Claim::ours("id", "text", SMALL).at(Places::scenes(&["s", "t"]).x(1.0, 2.0));
     let rows = [("s", Some(1.0), "a", Value::Number(1.0))];
@@ -235,11 +235,11 @@ fn a_lost_cell_of_its_places_leaves_a_claim_unmeasured() {
     };
     assert_eq!([found("u", 1.0).verdict, found("t", 3.0).verdict], [Reproduced; 2]);
     assert_eq!(found("t", 2.0).verdict, NotMeasured);
-    assert_eq!(found("t", 2.0).why, "cells that are not there: 1 failed");
+    assert_eq!(found("t", 2.0).why, "missing cells: 1 failed");
 }
 
 #[test]
-fn a_variant_that_does_not_run_is_told_and_the_others_are_judged() {
+fn a_variant_that_does_not_run_is_reported_and_the_others_are_judged() {
     const SMALL: &[Test] = &[Test::value(OF_A, AtMost(1.0))];
     let missing = || Value::Missing("no geometry shader".into());
     let one = [("s", None, "a", missing())];
@@ -253,7 +253,7 @@ fn a_variant_that_does_not_run_is_told_and_the_others_are_judged() {
 }
 
 #[test]
-fn what_a_claim_presumes_must_be_given() {
+fn a_claim_needs_its_precondition() {
     const SMALL: &[Test] = &[Test::value(OF_A, AtMost(1.0))];
     const GIVEN: &[Test] = &[Test::ratio(OF_B, OF_A, AtLeast(4.0))];
     let claim = Claim::ours("id", "text", SMALL).given(GIVEN);
@@ -277,10 +277,10 @@ fn means_growth_and_steps_follow_their_definitions() {
     assert_eq!(mean.judge(&of(&[("s", 1.0, 1.0)])).verdict, NotMeasured, "a scene is missing");
 
     const GROWTH: &[Test] = &[Test::growth(OF_A, 2.0, AtMost(1.25))];
-    // From 1 to 4, 16 times as many; what is between does not count.
+    // x grows by a factor of 4, so growth of order 2 is a factor of 16. Values between do not count.
     let found = |most| verdict(GROWTH, &of(&[("s", 4.0, most), ("s", 1.0, 2.0), ("s", 2.0, 99.0)]));
     assert_eq!([found(39.0), found(40.0), found(41.0)], [Reproduced, Reproduced, NotReproduced]);
-    assert_eq!(verdict(GROWTH, &of(&[("s", 1.0, 2.0)])), NotMeasured, "one x tells no growth");
+    assert_eq!(verdict(GROWTH, &of(&[("s", 1.0, 2.0)])), NotMeasured, "one x has no growth");
 
     const STEPS: &[Test] = &[Test::steps(OF_A, Below(1.0))];
     let found = |last| verdict(STEPS, &of(&[("s", 1.0, 3.0), ("s", 2.0, 2.0), ("s", 3.0, last)]));
@@ -288,7 +288,7 @@ fn means_growth_and_steps_follow_their_definitions() {
 }
 
 #[test]
-fn picks_take_ends_points_the_least_and_other_variants() {
+fn picks_select_ends_points_the_least_and_other_variants() {
     let summary = Value::Summary(crate::stats::Summary::of(&[1.0, 2.0, 9.0]).unwrap());
     let spread = table("discrete", &[("s", None, "a", summary)]);
     const LEAST: &[Test] = &[Test::value(OF_A.part(Part::Least), Equal(1.0))];

@@ -1,5 +1,6 @@
-//! The report as one page that needs no other file: style, plots and pictures stand inside it.
+//! The report as one self-contained page, with style, plots and pictures.
 
+mod glossary;
 mod pictures;
 mod tables;
 mod trade;
@@ -8,12 +9,13 @@ use super::machine::short_commit;
 use super::plot::{self, Drawn};
 use super::words::human;
 use super::{Changes, ClaimResult, Effort, Figure, FigureResult, Machine, Outcome, Results, Store, Verdict};
+use glossary::GLOSSARY;
 use minijinja::{Environment, HtmlEscape, Value, syntax::SyntaxConfig, value::Serde};
 use pictures::Shown;
 use serde::Serialize;
 use tables::TableView;
 
-/// What the template is given.
+/// Values of the template.
 #[derive(Serialize)]
 struct Page<'a> {
     style: String,
@@ -25,6 +27,7 @@ struct Page<'a> {
     figures: Vec<FigureView<'a>>,
     changes: Option<ChangesView<'a>>,
     failed: usize,
+    glossary: &'static [(&'static str, &'static str)],
 }
 
 #[derive(Serialize)]
@@ -34,7 +37,7 @@ struct MachineView<'a> {
     software: bool,
 }
 
-/// How many claims have a verdict.
+/// The number of claims with a verdict.
 #[derive(Serialize)]
 struct Count {
     name: &'static str,
@@ -42,19 +45,19 @@ struct Count {
     count: usize,
 }
 
-/// Differences to stored results.
+/// Differences from stored results.
 #[derive(Serialize)]
 struct ChangesView<'a> {
     #[serde(flatten)]
     changes: &'a Changes,
-    /// Ratios of the values, for people.
+    /// Ratios of the values, as text.
     ratios: Vec<String>,
 }
 
 impl ChangesView<'_> {
     fn of(changes: &Changes) -> ChangesView<'_> {
-        let told = |ratio: Option<f64>| ratio.map(|ratio| format!("{}x", human(ratio))).unwrap_or_default();
-        ChangesView { changes, ratios: changes.values.iter().map(|value| told(value.ratio)).collect() }
+        let text = |ratio: Option<f64>| ratio.map(|ratio| format!("{}x", human(ratio))).unwrap_or_default();
+        ChangesView { changes, ratios: changes.values.iter().map(|value| text(value.ratio)).collect() }
     }
 }
 
@@ -63,12 +66,16 @@ struct FigureView<'a> {
     id: &'a str,
     title: &'a str,
     about: Vec<&'a str>,
-    /// What the run left out because it was quick.
+    /// What a quick run left out.
     left_out: Option<String>,
     claims: Vec<ClaimView<'a>>,
     plots: Vec<PlotView>,
     tables: Vec<TableView>,
     pictures: Vec<Shown>,
+    /// Pictures of the run that are not in the page.
+    pictures_elsewhere: usize,
+    /// CSV and JSON of the figure are next to the page.
+    has_data: bool,
     failures: Vec<[String; 2]>,
     absent: usize,
     cells: usize,
@@ -96,7 +103,7 @@ const STYLES: [&str; 2] = [include_str!("../plot/plot.css"), include_str!("page.
 
 const TEMPLATE: &str = include_str!("page.html");
 
-/// A verdict's class in the style.
+/// The CSS class of a verdict.
 fn class(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Reproduced | Verdict::BetterThanStated | Verdict::HoldsHere => "yes",
@@ -106,22 +113,46 @@ fn class(verdict: Verdict) -> &'static str {
     }
 }
 
-/// The page of `results`, with the plots that `plots` gives for each figure. Pictures are taken from `store`.
+/// The files next to a page.
+#[derive(Clone, Copy)]
+pub enum Beside<'a> {
+    /// The run's folder, with the figures' data and pictures.
+    Run(&'a Store),
+    /// Only `results.json` is available.
+    Nothing,
+}
+
+/// The page of a `results.json`, without pictures, and the ids of its figures that are not in `known`.
+/// Verdicts are those of the file.
 ///
 /// # Errors
-/// A picture that a result names and that cannot be read.
+/// Only for a wrong template.
+pub fn of_results(results: &Results, known: &[&'static Figure]) -> anyhow::Result<(String, Vec<String>)> {
+    let of = |result: &FigureResult| known.iter().copied().find(|figure| figure.id == result.id);
+    let (here, gone): (Vec<_>, Vec<_>) =
+        results.figures.iter().cloned().partition(|result| of(result).is_some());
+    let figures: Vec<&Figure> = here.iter().filter_map(of).collect();
+    let results = Results { figures: here, ..results.clone() };
+    let page = html(&figures, &results, &plots(&figures, &results), Beside::Nothing, None)?;
+    Ok((page, gone.into_iter().map(|result| result.id).collect()))
+}
+
+/// The page of `results`, with the plots of each figure.
+///
+/// # Errors
+/// A picture that a result names but that cannot be read.
 pub fn html(
     figures: &[&Figure],
     results: &Results,
     plots: &[Vec<Drawn>],
-    store: &Store,
+    beside: Beside<'_>,
     changes: Option<&Changes>,
 ) -> anyhow::Result<String> {
     let mut views = Vec::new();
     for ((figure, result), drawn) in figures.iter().zip(&results.figures).zip(plots) {
         assert_eq!(figure.id, result.id, "results are in the order of their figures");
         let left_out = (results.effort == Effort::Quick).then(|| figure.quick_leaves_out());
-        views.push(FigureView { left_out, ..figure_view(figure, result, drawn, store)? });
+        views.push(FigureView { left_out, ..figure_view(figure, result, drawn, beside)? });
     }
     let mut commits: Vec<&str> = results.machines.iter().map(|machine| &*machine.commit).collect();
     commits.dedup();
@@ -142,11 +173,12 @@ pub fn html(
         changes: changes.map(ChangesView::of),
         failed: views.iter().map(|view| view.failures.len()).sum(),
         figures: views,
+        glossary: GLOSSARY,
     };
     filled("page.html", TEMPLATE, page)
 }
 
-/// A template with its values; the name's ending turns escaping on.
+/// Fills a template. The ending of `name` turns escaping on.
 fn filled(name: &str, template: &str, values: impl Serialize) -> anyhow::Result<String> {
     let mut environment = Environment::new();
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
@@ -156,14 +188,14 @@ fn filled(name: &str, template: &str, values: impl Serialize) -> anyhow::Result<
     Ok(environment.get_template(name)?.render(Serde(values))?)
 }
 
-/// What stands before a pair of backticks, between them, and behind.
+/// The text before a pair of backticks, between them, and after.
 fn pair(text: &str) -> Option<[&str; 3]> {
     let (before, from) = text.split_once('`')?;
     let (word, after) = from.split_once('`')?;
     Some([before, word, after])
 }
 
-/// Text as HTML, with what stands between `backticks` as code; an odd one stays itself.
+/// Text as HTML, with `backticks` as code; an unpaired one is kept.
 fn code(text: &str) -> Value {
     let escaped = HtmlEscape(text).to_string();
     let mut html = String::new();
@@ -179,7 +211,7 @@ fn figure_view<'a>(
     figure: &'a Figure,
     result: &'a FigureResult,
     drawn: &[Drawn],
-    store: &Store,
+    beside: Beside<'_>,
 ) -> anyhow::Result<FigureView<'a>> {
     let failure = |cell: &super::CellRows| match &cell.outcome {
         Outcome::Failed(error) | Outcome::Crashed(error) => Some([cell.cell.to_string(), error.clone()]),
@@ -191,8 +223,11 @@ fn figure_view<'a>(
         svg: drawn.svg.clone(),
     };
     let mut pictures = Vec::new();
-    for file in result.cells.iter().flat_map(|cell| &cell.pictures) {
-        pictures.push(pictures::shown(&store.pictures(), file)?);
+    let names: Vec<&String> = result.cells.iter().flat_map(|cell| &cell.pictures).collect();
+    if let Beside::Run(store) = beside {
+        for file in &names {
+            pictures.push(pictures::shown(&store.pictures(), file)?);
+        }
     }
     Ok(FigureView {
         id: figure.id,
@@ -202,7 +237,9 @@ fn figure_view<'a>(
         claims: result.claims.iter().map(claim_view).collect(),
         plots: drawn.iter().map(plot).collect(),
         tables: tables::of(figure, result),
+        pictures_elsewhere: names.len() - pictures.len(),
         pictures,
+        has_data: matches!(beside, Beside::Run(_)),
         failures: result.cells.iter().filter_map(failure).collect(),
         absent: result.cells.iter().filter(|cell| cell.outcome == Outcome::Absent).count(),
         cells: result.cells.len(),

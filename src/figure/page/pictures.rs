@@ -1,4 +1,4 @@
-//! Pictures inside the page: as PNG in base64, the larger ones reduced.
+//! Pictures in the page, as PNG in base64; larger ones are reduced.
 
 use crate::picture::srgb::{from_linear_f64, to_linear_f64};
 use crate::picture::write::{Srgb8Picture, read_png};
@@ -6,15 +6,15 @@ use anyhow::Context;
 use serde::Serialize;
 use std::path::Path;
 
-/// Pixels of width that a page shows at most; 0.3 MB of PNG are rarely exceeded at 16:9.
+/// Largest width of a picture in a page, in pixels: at 16:9 a PNG rarely exceeds 0.3 MB.
 const WIDEST: u32 = 480;
 
 /// A picture in the page.
 #[derive(Serialize)]
 pub struct Shown {
-    /// The file's name without its ending.
+    /// File name without its ending.
     name: String,
-    /// From the page: the picture in full.
+    /// Link to the full picture.
     file: String,
     width: u32,
     height: u32,
@@ -22,7 +22,7 @@ pub struct Shown {
 }
 
 /// # Errors
-/// A file that cannot be read.
+/// A file cannot be read.
 pub fn shown(folder: &Path, file: &str) -> anyhow::Result<Shown> {
     let path = folder.join(file);
     let picture = read_png(&path)?;
@@ -38,7 +38,7 @@ pub fn shown(folder: &Path, file: &str) -> anyhow::Result<Shown> {
     })
 }
 
-/// Each pixel is the mean of `factor x factor` in linear light; what is left over at the edges is dropped.
+/// Each pixel is the mean of `factor x factor` pixels in linear light; remainders at the edges are dropped.
 fn reduced(picture: &Srgb8Picture, factor: u32) -> Srgb8Picture {
     let linear: Vec<f64> = (0..=255).map(to_linear_f64).collect();
     let (width, height) = ((picture.width / factor).max(1), (picture.height / factor).max(1));
@@ -66,7 +66,7 @@ fn reduced(picture: &Srgb8Picture, factor: u32) -> Srgb8Picture {
 fn png_bytes(picture: &Srgb8Picture) -> anyhow::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, picture.width, picture.height);
-    // An opaque picture needs no alpha: a quarter less.
+    // An opaque picture needs no alpha channel, which saves a quarter.
     let opaque = picture.rgba.iter().skip(3).step_by(4).all(|&alpha| alpha == 255);
     encoder.set_color(if opaque { png::ColorType::Rgb } else { png::ColorType::Rgba });
     encoder.set_depth(png::BitDepth::Eight);
@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn base64_is_the_standards() {
+    fn base64_matches_the_standard() {
         let words = ["", "f", "fo", "foo", "foob", "fooba", "foobar"];
         let coded = ["", "Zg==", "Zm8=", "Zm9v", "Zm9vYg==", "Zm9vYmE=", "Zm9vYmFy"];
         assert_eq!(words.map(|word| base64(word.as_bytes())), coded);
@@ -112,8 +112,8 @@ mod tests {
     }
 
     #[test]
-    fn a_reduced_picture_keeps_the_light() {
-        // A chessboard of black and white holds half of the light: 188 in sRGB, not 128.
+    fn a_reduced_picture_keeps_its_mean_light() {
+        // A black and white chessboard averages to half the light: 188 in sRGB, not 128.
         let pixel = |n: u32| if (n % 6 + n / 6).is_multiple_of(2) { [0, 0, 0, 255] } else { [255; 4] };
         let picture = Srgb8Picture { width: 6, height: 4, rgba: (0..24).flat_map(pixel).collect() };
         let small = reduced(&picture, 2);

@@ -1,7 +1,8 @@
-//! A figure's numbers as tables, one a quantity: scenes and values of the sweep against variants.
+//! A figure's numbers as tables, one for each quantity: scenes and values of the sweep against variants.
 
 use crate::figure::words::human;
 use crate::figure::{CellRows, Figure, FigureResult, Outcome, Row, Value, plot};
+use crate::vk::Work;
 use serde::Serialize;
 
 /// One quantity's table.
@@ -9,18 +10,26 @@ use serde::Serialize;
 pub struct TableView {
     quantity: String,
     unit: String,
-    /// Shown at once, or behind a click.
+    /// True if the table is shown at once, false if after a click.
     open: bool,
-    head: Vec<String>,
+    head: Vec<Name>,
     rows: Vec<RowView>,
-    /// Reasons of what is missing, by their numbers from 1.
+    /// Reasons for missing values, numbered from 1.
     notes: Vec<String>,
 }
 
 #[derive(Serialize)]
 struct RowView {
-    name: String,
+    name: Name,
     entries: Vec<Entry>,
+}
+
+/// The name of a variant or a cell.
+#[derive(Clone, Serialize)]
+struct Name {
+    text: String,
+    /// True for the paper's own variant.
+    cited: bool,
 }
 
 #[derive(Clone, Default, Serialize)]
@@ -28,16 +37,18 @@ struct Entry {
     text: String,
     /// p5 to p95.
     spread: Option<String>,
+    /// Counts of the work done in the measured time.
+    work: Vec<String>,
     /// Number of a note.
     note: Option<usize>,
-    /// Not a number: stands left and may wrap.
+    /// Not a number: aligned left, may wrap.
     words: bool,
 }
 
-/// More entries than these are shown behind a click.
+/// Larger tables are shown after a click.
 const AT_ONCE: usize = 24;
 
-/// All quantities in order of their first appearance; those that are only curves are left to the plots.
+/// All quantities in order of first appearance; pure curves are left to the plots.
 pub fn of(figure: &Figure, result: &FigureResult) -> Vec<TableView> {
     let measured: Vec<(&CellRows, &[Row])> = result
         .cells
@@ -59,9 +70,7 @@ pub fn of(figure: &Figure, result: &FigureResult) -> Vec<TableView> {
 
 fn table(figure: &Figure, measured: &[(&CellRows, &[Row])], quantity: &str) -> TableView {
     let find = |rows: &'_ [Row], variant: &str| {
-        rows.iter()
-            .find(|row| row.quantity == quantity && row.variant == variant)
-            .map(|row| row.value.clone())
+        rows.iter().find(|row| row.quantity == quantity && row.variant == variant).cloned()
     };
     let cells: Vec<&CellRows> = measured.iter().map(|(cell, _)| *cell).collect();
     let variants = plot::variants(figure, &cells, quantity, None);
@@ -72,8 +81,11 @@ fn table(figure: &Figure, measured: &[(&CellRows, &[Row])], quantity: &str) -> T
         .iter()
         .map(|(_, rows)| variants.iter().map(|variant| entry(find(rows, variant), &mut notes)).collect())
         .collect();
-    let cells: Vec<String> = used.iter().map(|(cell, _)| cell.cell.to_string()).collect();
-    // The longer side goes down the page.
+    let cells = used.iter().map(|(cell, _)| Name { text: cell.cell.to_string(), cited: false });
+    let cells: Vec<Name> = cells.collect();
+    let variants = variants.into_iter().map(|text| Name { cited: figure.paper.contains(&&*text), text });
+    let variants: Vec<Name> = variants.collect();
+    // The longer side becomes the rows.
     let (first, head, names, grid) = match variants.len() > cells.len() {
         true => ("variant", cells, variants, transposed(&grid)),
         false => ("scene", variants, cells, grid),
@@ -84,7 +96,7 @@ fn table(figure: &Figure, measured: &[(&CellRows, &[Row])], quantity: &str) -> T
         quantity: quantity.to_string(),
         unit: unit.map(|row| row.unit.clone()).unwrap_or_default(),
         open: grid.iter().map(Vec::len).sum::<usize>() <= AT_ONCE,
-        head: [vec![first.to_string()], head].concat(),
+        head: [vec![Name { text: first.to_string(), cited: false }], head].concat(),
         rows: names.into_iter().zip(grid).map(|(name, entries)| RowView { name, entries }).collect(),
         notes,
     }
@@ -95,20 +107,20 @@ fn transposed(grid: &[Vec<Entry>]) -> Vec<Vec<Entry>> {
     (0..columns).map(|column| grid.iter().map(|row| row[column].clone()).collect()).collect()
 }
 
-fn entry(value: Option<Value>, notes: &mut Vec<String>) -> Entry {
+fn entry(row: Option<Row>, notes: &mut Vec<String>) -> Entry {
+    let Some(Row { value, work, .. }) = row else { return Entry::default() };
     match value {
-        None => Entry::default(),
-        Some(Value::Number(number)) => Entry { text: human(number), ..Entry::default() },
-        Some(Value::Summary(s)) => {
+        Value::Number(number) => Entry { text: human(number), ..Entry::default() },
+        Value::Summary(s) => {
             let spread = Some(format!("{} to {}", human(s.p5), human(s.p95)));
-            Entry { text: human(s.median), spread, ..Entry::default() }
+            let counts = work.iter().flat_map(Work::named).filter(|(_, count)| *count > 0);
+            let work = counts.map(|(name, count)| format!("{} {name}", human(count as f64))).collect();
+            Entry { text: human(s.median), spread, work, ..Entry::default() }
         }
-        Some(Value::Series(points)) => Entry { text: format!("{} points", points.len()), ..Entry::default() },
-        Some(Value::Spreads(points)) => {
-            Entry { text: format!("{} points", points.len()), ..Entry::default() }
-        }
-        Some(Value::Text(text)) => Entry { text, words: true, ..Entry::default() },
-        Some(Value::Missing(why)) => {
+        Value::Series(points) => Entry { text: format!("{} points", points.len()), ..Entry::default() },
+        Value::Spreads(points) => Entry { text: format!("{} points", points.len()), ..Entry::default() },
+        Value::Text(text) => Entry { text, words: true, ..Entry::default() },
+        Value::Missing(why) => {
             let known = notes.iter().position(|note| *note == why);
             let note = known.unwrap_or_else(|| {
                 notes.push(why);

@@ -27,7 +27,7 @@ struct Page<'a> {
     budgets: Vec<Budget>,
 }
 
-/// A budget for people.
+/// A budget as text.
 #[derive(Serialize)]
 struct Budget {
     changes: String,
@@ -51,7 +51,7 @@ impl Budget {
     }
 }
 
-/// A setting for people.
+/// A setting as text.
 #[derive(Serialize)]
 struct Line<'a> {
     name: &'a str,
@@ -75,13 +75,14 @@ impl Line<'_> {
             errors: [errors.nmse, errors.flip, errors.max].map(human),
             on_front: setting.on_front,
             note: (setting.list_frames > 1)
-                .then(|| format!("incomplete list: whole after {} frames", setting.list_frames)),
+                .then(|| format!("incomplete list: complete after {} frames", setting.list_frames)),
         }
     }
 }
 
 impl Trade {
-    /// Writes `index.html`, `trade.svg` and `trade.json` into an existing folder, with `answer` at the head of the page.
+    /// Writes `index.html`, `trade.svg` and `trade.json` into an existing folder; the page starts with
+    /// `answer`.
     ///
     /// # Errors
     /// I/O errors.
@@ -109,7 +110,8 @@ impl Trade {
             log: true,
         };
         let spot = |setting: &Traded| Spot {
-            name: format!("{}, {} {:.2e}", setting.name, self.measure, setting.error),
+            name: setting.name.clone(),
+            tooltip: format!("{}, {} {:.2e}", setting.name, self.measure, setting.error),
             time: Point { y: setting.ms.median, low: setting.ms.p5, high: setting.ms.p95 },
             error: setting.error,
             on_front: setting.on_front,
@@ -121,7 +123,7 @@ impl Trade {
 }
 
 /// # Errors
-/// Only a wrong template.
+/// Only for a wrong template.
 fn html(trade: &Trade, svg: Option<&str>, answer: &str) -> anyhow::Result<String> {
     let mut all: Vec<&Traded> = trade.settings.iter().collect();
     all.sort_by(|a, b| a.ms.median.total_cmp(&b.ms.median));

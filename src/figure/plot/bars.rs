@@ -1,23 +1,35 @@
-//! A bar for each variant, one below the other, so that long names stand level and twenty fit. On a logarithmic axis,
-//! where a length means nothing, a mark in place of the bar.
+//! A bar for each variant, top to bottom, so that long names are readable and twenty fit. A logarithmic
+//! axis has marks in place of bars, because lengths on it mean nothing.
 
 use super::scale::Scale;
-use super::svg::{Anchor, Svg, WIDTH, shortened, told_apart, width_of};
+use super::svg::{Anchor, Svg, WIDTH, cut_apart, shortened, width_of};
 use super::{Chart, Point};
 use crate::figure::words::{human, tick};
 
-/// A row's height; its bar's.
+/// Heights of a row, of a group's name, and of a bar.
 const ROW: f64 = 24.0;
+const HEAD: f64 = 22.0;
 const BAR: f64 = 13.0;
 
 /// One variant's value.
 pub struct Bar {
     pub name: String,
+    /// True for the paper's own variant.
+    pub cited: bool,
     pub value: Result<Point, String>,
 }
 
-/// `floor`: a name and a value, drawn as a line across.
-pub fn draw(chart: &Chart, bars: &[Bar], floor: Option<(&str, f64)>) -> Option<String> {
+/// The bars of one cell.
+pub struct Group {
+    /// Shown above the bars if there are several groups.
+    pub name: String,
+    pub bars: Vec<Bar>,
+}
+
+/// `floor`: name and value of a line across the chart.
+pub fn draw(chart: &Chart, groups: &[Group], floor: Option<(&str, f64)>) -> Option<String> {
+    let bars: Vec<&Bar> = groups.iter().flat_map(|group| &group.bars).collect();
+    let head = if groups.len() > 1 { HEAD } else { 0.0 };
     let widest = |texts: &mut dyn Iterator<Item = &str>| texts.map(width_of).fold(0.0, f64::max);
     let values: Vec<&Point> = bars.iter().filter_map(|bar| bar.value.as_ref().ok()).collect();
     let numbers: Vec<String> = values.iter().map(|point| human(point.y)).collect();
@@ -28,7 +40,7 @@ pub fn draw(chart: &Chart, bars: &[Bar], floor: Option<(&str, f64)>) -> Option<S
     let scale = Scale::covering(&ends, chart.log, [left, right])?;
     let mut svg = Svg::default();
     let top = chart.head(&mut svg) + if floor.is_some() { 18.0 } else { 4.0 };
-    let bottom = top + bars.len() as f64 * ROW;
+    let bottom = top + bars.len() as f64 * ROW + groups.len() as f64 * head;
     for value in scale.with_room(&scale.ticks(5), 34.0) {
         let x = scale.at(value);
         svg.line([x, top], [x, bottom], "rule");
@@ -36,10 +48,19 @@ pub fn draw(chart: &Chart, bars: &[Bar], floor: Option<(&str, f64)>) -> Option<S
     }
     svg.line([left, top], [left, bottom], "axis");
     let names: Vec<&str> = bars.iter().map(|bar| &*bar.name).collect();
-    for (row, (bar, name)) in bars.iter().zip(told_apart(&names, left - 6.0)).enumerate() {
-        let y = top + (row as f64 + 0.5) * ROW;
-        svg.text([left - 6.0, y + 4.5], Anchor::End, "name", &name);
-        one(&mut svg, chart, &scale, bar, [left, y]);
+    let mut cut = cut_apart(&names, left - 6.0).into_iter();
+    let mut y = top;
+    for group in groups {
+        if head > 0.0 {
+            svg.text([left + 4.0, y + 0.7 * HEAD], Anchor::Start, "faint", &group.name);
+        }
+        y += head;
+        for (bar, name) in group.bars.iter().zip(&mut cut) {
+            let class = if bar.cited { "name cited" } else { "name" };
+            svg.text([left - 6.0, y + 0.5 * ROW + 4.5], Anchor::End, class, &name);
+            one(&mut svg, chart, &scale, bar, [left, y + 0.5 * ROW]);
+            y += ROW;
+        }
     }
     if let Some((name, value)) = floor.filter(|(_, value)| scale.shows(*value)) {
         let x = scale.at(value);
@@ -60,10 +81,11 @@ fn one(svg: &mut Svg, chart: &Chart, scale: &Scale, bar: &Bar, [left, y]: [f64; 
             return svg.text([left + 12.0, y + 4.5], Anchor::Start, "absent", &why);
         }
     };
-    let (x, told) = (scale.at(point.y), point.told(&bar.name, &chart.unit));
+    let (x, tooltip) = (scale.at(point.y), point.described(&bar.name, &chart.unit));
+    let class = if bar.cited { "bar cited" } else { "bar" };
     match chart.log {
-        true => svg.mark([x, y], 0, "bar", &told),
-        false => svg.bar([left, y - BAR / 2.0], [x - left, BAR], "bar", &told),
+        true => svg.mark([x, y], 0, class, &tooltip),
+        false => svg.bar([left, y - BAR / 2.0], [x - left, BAR], class, &tooltip),
     }
     let high = scale.at(point.high.max(point.y));
     if point.low < point.high {

@@ -11,6 +11,8 @@ const FIELD: f64 = 230.0;
 /// One variant's values, in order of x.
 pub struct Line {
     pub name: String,
+    /// True for the paper's own variant.
+    pub cited: bool,
     pub points: Vec<(f64, Point)>,
 }
 
@@ -18,11 +20,11 @@ pub struct Line {
 pub struct Along {
     pub name: String,
     pub log: bool,
-    /// Values that may be named; round ones otherwise.
+    /// Values to label; `None` for round ones.
     pub at: Option<Vec<f64>>,
 }
 
-/// `floor` is drawn as the line that the others cannot pass.
+/// `floor` is drawn as a limit line.
 pub fn draw(chart: &Chart, along: &Along, lines: &[Line], floor: Option<&Line>) -> Option<String> {
     let all = || lines.iter().chain(floor).flat_map(|line| &line.points);
     let heights: Vec<f64> = all().flat_map(|(_, p)| [p.low, p.y, p.high]).collect();
@@ -61,17 +63,17 @@ pub fn draw(chart: &Chart, along: &Along, lines: &[Line], floor: Option<&Line>) 
     Some(svg.inline(end, &chart.title))
 }
 
-/// Classes of line number `number`: its hue, then its dashes.
-fn classes(number: usize) -> (String, String) {
+/// Classes of line number `number`, its hue and dashes, and of its marks.
+fn classes(number: usize, cited: bool) -> (String, String) {
     let (hue, round) = (number % HUES, number / HUES);
-    (format!("curve s{hue} dash{round}"), format!("f{hue}"))
+    (format!("curve s{hue} dash{round}{}", if cited { " cited" } else { "" }), format!("f{hue}"))
 }
 
 fn draw_floor(svg: &mut Svg, [scale_x, scale_y]: [&Scale; 2], floor: &Line, [left, right]: [f64; 2]) {
     let shown = || floor.points.iter().filter(|(x, p)| scale_x.shows(*x) && scale_y.shows(p.y));
     let mut points: Vec<[f64; 2]> = shown().map(|(x, p)| [scale_x.at(*x), scale_y.at(p.y)]).collect();
     let (Some(&[_, first]), Some(&[_, last])) = (points.first(), points.last()) else { return };
-    // Through the whole field.
+    // Across the whole field.
     points.insert(0, [left, first]);
     points.push([right, last]);
     svg.polyline(&points, "floor");
@@ -79,7 +81,7 @@ fn draw_floor(svg: &mut Svg, [scale_x, scale_y]: [&Scale; 2], floor: &Line, [lef
 }
 
 fn draw_line(svg: &mut Svg, chart: &Chart, [scale_x, scale_y]: [&Scale; 2], number: usize, line: &Line) {
-    let (curve, fill) = classes(number);
+    let (curve, fill) = classes(number, line.cited);
     let shown = || line.points.iter().filter(|(x, p)| scale_x.shows(*x) && scale_y.shows(p.y));
     let points: Vec<[f64; 2]> = shown().map(|(x, p)| [scale_x.at(*x), scale_y.at(p.y)]).collect();
     svg.polyline(&points, &curve);
@@ -93,16 +95,16 @@ fn draw_line(svg: &mut Svg, chart: &Chart, [scale_x, scale_y]: [&Scale; 2], numb
                 svg.line([at - 3.0, end], [at + 3.0, end], &whisker);
             }
         }
-        // Marks that would touch are a curve, not measurements to be read one by one.
-        if at - last >= 9.0 {
+        // Marks that would touch are drawn as a curve without marks.
+        if (at - last).abs() >= 9.0 {
             last = at;
-            let told = format!("{} at {}", point.told(&line.name, &chart.unit), tick(*x));
-            svg.mark([at, y], number, &fill, &told);
+            let tooltip = format!("{} at {}", point.described(&line.name, &chart.unit), tick(*x));
+            svg.mark([at, y], number, &fill, &tooltip);
         }
     }
 }
 
-/// Names of the lines in as many rows as it takes; where the drawing ends.
+/// Draws the names of the lines in as many rows as needed; returns the bottom.
 fn legend(svg: &mut Svg, lines: &[Line], top: f64) -> f64 {
     let (mut x, mut y) = (0.0, top);
     for (number, line) in lines.iter().enumerate() {
@@ -111,10 +113,10 @@ fn legend(svg: &mut Svg, lines: &[Line], top: f64) -> f64 {
         if x > 0.0 && x + room > WIDTH {
             (x, y) = (0.0, y + 19.0);
         }
-        let (curve, fill) = classes(number);
+        let (curve, fill) = classes(number, line.cited);
         svg.line([x, y], [x + 24.0, y], &curve);
         svg.mark([x + 12.0, y], number, &fill, &line.name);
-        svg.text([x + 30.0, y + 4.5], Anchor::Start, "name", &name);
+        svg.text([x + 30.0, y + 4.5], Anchor::Start, if line.cited { "name cited" } else { "name" }, &name);
         x += room;
     }
     y + 12.0

@@ -1,4 +1,4 @@
-//! Plots as SVG text, for the page and as files of their own; equal inputs give equal bytes.
+//! Plots as SVG text, for the page and as files; equal inputs give equal bytes.
 
 mod bars;
 mod lines;
@@ -11,21 +11,21 @@ pub use svg::{escaped, file};
 use super::words::human;
 use super::{Axis, CellRows, Figure, FigureResult, Machine, Outcome, Plot, Row, Value};
 use crate::stats::Summary;
-use bars::Bar;
+use bars::{Bar, Group};
 use lines::{Along, Line};
 use svg::{Anchor, Svg, WIDTH, shortened};
 
 /// A finished plot.
 pub struct Drawn {
-    /// A file's stem: `vt.dedup-dedup-earth-oblique`.
+    /// File stem: `vt.dedup-dedup-earth-oblique`.
     pub name: String,
-    /// What it shows, and where.
+    /// Title: quantity and place.
     pub title: String,
-    /// To stand in a page; [`file`] makes a file of it.
+    /// SVG for the page; [`file`] makes a stand-alone file of it.
     pub svg: String,
 }
 
-/// A measured value with its spread; without one, low and high are the value.
+/// A measured value with its spread; without a spread, low and high equal the value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     pub y: f64,
@@ -35,19 +35,19 @@ pub struct Point {
     pub high: f64,
 }
 
-/// What all charts say of themselves.
+/// The common parts of all charts.
 pub struct Chart {
     pub title: String,
     /// Device and spread, below the title.
     pub below: String,
     pub quantity: String,
     pub unit: String,
-    /// The measured quantity's axis.
+    /// True for a logarithmic axis of the measured quantity.
     pub log: bool,
 }
 
 impl Chart {
-    /// Title and the line below; where they end.
+    /// Draws the title and the line below; returns the bottom.
     fn head(&self, svg: &mut Svg) -> f64 {
         svg.text([0.0, 14.0], Anchor::Start, "title", &shortened(&self.title, WIDTH));
         svg.text([0.0, 31.0], Anchor::Start, "faint", &shortened(&self.below, WIDTH * 1.08));
@@ -74,7 +74,7 @@ impl Point {
         }
     }
 
-    fn told(&self, name: &str, unit: &str) -> String {
+    fn described(&self, name: &str, unit: &str) -> String {
         let spread = match self.low < self.high {
             true => format!(" ({} to {})", human(self.low), human(self.high)),
             false => String::new(),
@@ -83,11 +83,20 @@ impl Point {
     }
 }
 
-/// All plots of a figure: for each of its [`Plot`]s one a scene, and one a value of the sweep where that is not the
-/// axis. A plot without a number is left out.
+/// Up to this number, bars of all cells share one chart.
+const MOST_BARS: usize = 16;
+
+/// All plots of a figure. Each [`Plot`] is drawn once for each scene, and once for each value of the sweep
+/// unless the sweep is the axis; few bars share one chart. A plot without numbers is left out.
 pub fn draw(figure: &Figure, result: &FigureResult, machines: &[Machine]) -> Vec<Drawn> {
     let mut drawn = Vec::new();
     for plot in figure.plots {
+        let all: Vec<&CellRows> = result.cells.iter().collect();
+        let bars = all.iter().map(|cell| rows_of(cell, plot.quantity).count()).sum::<usize>();
+        if plot.x == Axis::Variant && plot.floor.is_none() && all.len() > 1 && bars <= MOST_BARS {
+            drawn.extend(grouped(figure, plot, &all, machines));
+            continue;
+        }
         for scene in figure.scenes {
             let cells: Vec<&CellRows> = result.cells.iter().filter(|c| c.cell.scene == *scene).collect();
             match plot.x {
@@ -101,13 +110,30 @@ pub fn draw(figure: &Figure, result: &FigureResult, machines: &[Machine]) -> Vec
     drawn
 }
 
+/// The bars of several cells in one chart.
+fn grouped(figure: &Figure, plot: &Plot, cells: &[&CellRows], machines: &[Machine]) -> Option<Drawn> {
+    let groups: Vec<Group> = cells.iter().map(|cell| group(figure, plot, cell)).collect();
+    let groups: Vec<Group> = groups.into_iter().filter(|group| !group.bars.is_empty()).collect();
+    let rows = || cells.iter().flat_map(|cell| rows_of(cell, plot.quantity));
+    let chart = Chart {
+        title: plot.quantity.to_string(),
+        below: below(cells, plot.quantity, machines),
+        quantity: plot.quantity.to_string(),
+        unit: rows().find(|row| !row.unit.is_empty()).map(|row| row.unit.clone()).unwrap_or_default(),
+        log: plot.log_y,
+    };
+    let svg = bars::draw(&chart, &groups, None)?;
+    let name = format!("{}-{}", figure.id, plain(plot.quantity));
+    Some(Drawn { name, title: chart.title, svg })
+}
+
 fn one(figure: &Figure, plot: &Plot, cells: &[&CellRows], machines: &[Machine]) -> Option<Drawn> {
     let rows = || cells.iter().flat_map(|cell| rows_of(cell, plot.quantity));
-    // What is missing has no unit.
+    // Missing values have no unit.
     let sample = rows().find(|row| !row.unit.is_empty()).or_else(|| rows().next())?;
     let first = cells.first()?;
     let x = first.cell.x.filter(|_| plot.x != Axis::Sweep);
-    // Beside the device: titles of both scene and sweep were cut.
+    // The place is written beside the device: titles with both scene and sweep were cut.
     let swept = x.zip(figure.sweep.as_ref()).map(|(x, sweep)| format!("{}: {} · ", sweep.name, human(x)));
     let chart = Chart {
         title: format!("{}: {}", plot.quantity, first.cell.scene),
@@ -126,12 +152,12 @@ fn one(figure: &Figure, plot: &Plot, cells: &[&CellRows], machines: &[Machine]) 
     Some(Drawn { name, title: chart.title, svg })
 }
 
-/// Letters and digits of a name, for a file's.
+/// Letters and digits of a name, for a file name.
 fn plain(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
 }
 
-/// Device, and what the bars of spread are.
+/// The device, and the meaning of the spread bars.
 fn below(cells: &[&CellRows], quantity: &str, machines: &[Machine]) -> String {
     let mut devices: Vec<&str> =
         cells.iter().filter_map(|cell| Some(&*machines[cell.machine?].device)).collect();
@@ -153,7 +179,7 @@ fn rows_of<'a>(cell: &'a CellRows, quantity: &'a str) -> impl Iterator<Item = &'
     rows.iter().filter(move |row| row.quantity == quantity)
 }
 
-/// Variants in the figure's order, then those that it does not name, as they come; no floor among them.
+/// Variants in the figure's order, then other measured ones in order of appearance; without the floor.
 pub fn variants(figure: &Figure, cells: &[&CellRows], quantity: &str, floor: Option<&str>) -> Vec<String> {
     let measured: Vec<&str> =
         cells.iter().flat_map(|cell| rows_of(cell, quantity)).map(|row| &*row.variant).collect();
@@ -172,7 +198,7 @@ fn value_of<'a>(cell: &'a CellRows, quantity: &'a str, variant: &str) -> Option<
     rows_of(cell, quantity).find(|row| row.variant == variant).map(|row| &row.value)
 }
 
-fn draw_bars(figure: &Figure, plot: &Plot, chart: &Chart, cell: &CellRows) -> Option<String> {
+fn group(figure: &Figure, plot: &Plot, cell: &CellRows) -> Group {
     let bar = |name: String| {
         let value = value_of(cell, plot.quantity, &name).expect("a variant that was measured");
         let value = match (Point::of(value), value) {
@@ -181,18 +207,22 @@ fn draw_bars(figure: &Figure, plot: &Plot, chart: &Chart, cell: &CellRows) -> Op
             (None, Value::Text(words)) => Err(words.clone()),
             (None, _) => Err("a series".into()),
         };
-        Bar { name, value }
+        Bar { cited: figure.paper.contains(&&*name), name, value }
     };
     let names = variants(figure, &[cell], plot.quantity, plot.floor);
-    let bars: Vec<Bar> = names.into_iter().map(bar).collect();
+    Group { name: cell.cell.to_string(), bars: names.into_iter().map(bar).collect() }
+}
+
+fn draw_bars(figure: &Figure, plot: &Plot, chart: &Chart, cell: &CellRows) -> Option<String> {
     let floor = plot.floor.and_then(|name| Some((name, value_of(cell, plot.quantity, name)?.number()?)));
-    bars::draw(chart, &bars, floor)
+    bars::draw(chart, &[group(figure, plot, cell)], floor)
 }
 
 fn draw_sweep(figure: &Figure, plot: &Plot, chart: &Chart, cells: &[&CellRows]) -> Option<String> {
     let line = |name: &str| {
         let point = |cell: &&CellRows| Some((cell.cell.x?, Point::of(value_of(cell, plot.quantity, name)?)?));
-        Line { name: name.to_string(), points: cells.iter().filter_map(point).collect() }
+        let points = cells.iter().filter_map(point).collect();
+        Line { name: name.to_string(), cited: figure.paper.contains(&name), points }
     };
     let sweep = figure.sweep.as_ref()?;
     let at = cells.iter().filter_map(|cell| cell.cell.x).collect();
@@ -214,16 +244,20 @@ fn draw_series(figure: &Figure, plot: &Plot, chart: &Chart, cell: &CellRows, nam
         }
         _ => None,
     };
-    let lines: Vec<Line> =
-        names.iter().filter_map(|name| Some(Line { name: name.clone(), points: series(name)? })).collect();
+    let line = |name: &String| {
+        let cited = figure.paper.contains(&&**name);
+        Some(Line { name: name.clone(), cited, points: series(name)? })
+    };
+    let lines: Vec<Line> = names.iter().filter_map(line).collect();
     let ends = lines.iter().flat_map(|line| line.points.iter().map(|(x, _)| *x));
     let ends: Vec<f64> =
         [ends.clone().reduce(f64::min), ends.reduce(f64::max)].into_iter().flatten().collect();
-    // A floor may be a series itself, or one number all along.
+    // A floor is a series or one constant.
     let floor = plot.floor.and_then(|floor| {
         let number = || value_of(cell, plot.quantity, floor)?.number();
         let flat = |y| ends.iter().map(|&x| (x, Point { y, low: y, high: y })).collect();
-        Some(Line { name: floor.to_string(), points: series(floor).or_else(|| number().map(flat))? })
+        let points = series(floor).or_else(|| number().map(flat))?;
+        Some(Line { name: floor.to_string(), cited: false, points })
     });
     let along = Along { name: axis_name(name, plot.log_x), log: plot.log_x, at: None };
     lines::draw(chart, &along, &lines, floor.as_ref())

@@ -1,6 +1,6 @@
-//! Axes: where a value lies, and which values are named.
+//! Axes: positions of values, and the values to label.
 
-/// A stretch of values mapped to a stretch of a drawing.
+/// Maps an interval of values to an interval of a drawing.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
     low: f64,
@@ -11,14 +11,14 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// Covers `values`, with room at the ends; a linear scale of nothing negative begins at 0. Without values, or on a
-    /// logarithmic scale without positive ones: `None`.
+    /// Covers `values` with a margin; a linear scale of non-negative values starts at 0. `None` without
+    /// values, or on a logarithmic scale without positive values.
     pub fn covering(values: &[f64], log: bool, [from, to]: [f64; 2]) -> Option<Scale> {
         let usable = || values.iter().copied().filter(|v| v.is_finite() && (!log || *v > 0.0));
         let low = usable().reduce(f64::min)?;
         let high = usable().reduce(f64::max)?;
         let (low, high) = match log {
-            // A twentieth of the stretch, at least a quarter of an octave.
+            // A twentieth of the interval, at least a quarter of an octave.
             true => {
                 let room = (high / low).powf(0.05).max(2f64.powf(0.25));
                 (low / room, high * room)
@@ -32,8 +32,8 @@ impl Scale {
         Some(Scale { low, high, log, from, to })
     }
 
-    /// As [`Scale::covering`], without a zero that would leave more than half of the drawing empty: for lines, whose
-    /// length means nothing.
+    /// As [`Scale::covering`], but starts at 0 only if that leaves at most half of the drawing empty: for
+    /// lines, whose lengths mean nothing.
     pub fn around(values: &[f64], log: bool, ends: [f64; 2]) -> Option<Scale> {
         let usable = || values.iter().copied().filter(|v| v.is_finite());
         let (low, high) = (usable().reduce(f64::min)?, usable().reduce(f64::max)?);
@@ -43,7 +43,7 @@ impl Scale {
         }
     }
 
-    /// As [`Scale::covering`], with room on both sides of the values and no zero forced: for a sweep.
+    /// As [`Scale::covering`], with margins on both sides and without a forced zero: for a sweep.
     pub fn along(values: &[f64], log: bool, [from, to]: [f64; 2]) -> Option<Scale> {
         let mut scale = Scale::covering(values, log, [from, to])?;
         if !log {
@@ -55,12 +55,12 @@ impl Scale {
         Some(scale)
     }
 
-    /// Whether the scale has a place for `value`.
+    /// True if the scale can show `value`.
     pub fn shows(&self, value: f64) -> bool {
         value.is_finite() && (!self.log || value > 0.0)
     }
 
-    /// The place of a value; what lies outside stands at the edge.
+    /// Position of a value; values outside are placed at the edge.
     pub fn at(&self, value: f64) -> f64 {
         let share = match self.log {
             true => (value / self.low).ln() / (self.high / self.low).ln(),
@@ -69,8 +69,8 @@ impl Scale {
         self.from + share.clamp(0.0, 1.0) * (self.to - self.from)
     }
 
-    /// About `count` round values: 1, 2 or 5 times a power of ten; on a logarithmic scale of more than two decades whole
-    /// powers of ten.
+    /// About `count` round values: 1, 2 or 5 times a power of ten. On a logarithmic scale of more than two
+    /// decades: powers of ten.
     pub fn ticks(&self, count: usize) -> Vec<f64> {
         if !self.log {
             return self.linear_ticks(count);
@@ -95,7 +95,7 @@ impl Scale {
         let rough = (self.high - self.low) / count as f64;
         let decade = rough.log10().floor() as i32;
         let mantissa = rough / 10f64.powi(decade);
-        // The nearest of the three by ratio: the bounds are the roots of 2, 10 and 50.
+        // The nearest of 1, 2, 5 and 10 by ratio: the bounds are the roots of 2, 10 and 50.
         let digit = match mantissa {
             m if m < 2f64.sqrt() => 1.0,
             m if m < 10f64.sqrt() => 2.0,
@@ -108,7 +108,7 @@ impl Scale {
         (first..).map(|n| decimal(n as f64 * digit, decade)).take_while(|value| *value <= self.high).collect()
     }
 
-    /// Those of `values` that have room for a label each, `apart` of the drawing's units from the one before.
+    /// Those of `values` whose labels have room: at least `apart` units after the previous label.
     pub fn with_room(&self, values: &[f64], apart: f64) -> Vec<f64> {
         let mut kept: Vec<f64> = Vec::new();
         for &value in values.iter().filter(|v| self.shows(**v)) {
@@ -145,24 +145,24 @@ mod tests {
     }
 
     #[test]
-    fn a_value_lies_where_its_share_of_the_stretch_is() {
+    fn a_value_maps_to_its_share_of_the_interval() {
         let scale = Scale::covering(&[0.0, 100.0], false, [10.0, 116.0]).unwrap();
         assert_eq!((scale.at(0.0), scale.at(50.0), scale.at(100.0)), (10.0, 60.0, 110.0));
         let log = Scale::covering(&[1.0, 100.0], true, [0.0, 1.0]).unwrap();
         assert!((log.at(10.0) - 0.5).abs() < 1e-12);
-        // What a scale cannot show stands at its edge and is told by `shows`.
+        // A value that a scale cannot show is placed at its edge; `shows` returns false.
         assert!(log.at(0.0) == 0.0 && !log.shows(0.0) && !log.shows(f64::NAN));
     }
 
     #[test]
-    fn lines_begin_at_zero_only_where_that_leaves_no_half_empty() {
+    fn lines_start_at_zero_unless_half_of_the_drawing_would_be_empty() {
         let first = |values: &[f64]| Scale::around(values, false, [0.0, 1.0]).unwrap().low;
         assert_eq!((first(&[1.0, 3.0]), first(&[7.0]), first(&[0.0, 0.0])), (0.0, 0.0, 0.0));
         assert!((0.89..0.9).contains(&first(&[0.9, 1.0])));
     }
 
     #[test]
-    fn no_value_or_one_value_makes_no_empty_scale() {
+    fn a_scale_of_no_value_or_one_value_is_not_empty() {
         assert!(Scale::covering(&[], false, [0.0, 1.0]).is_none());
         assert!(Scale::covering(&[0.0, -1.0], true, [0.0, 1.0]).is_none());
         for log in [false, true] {

@@ -1,8 +1,8 @@
-//! Settings by time and error: each a mark, the front a line through its own.
+//! Settings by time and error: a mark for each, a line through the front.
 
 use super::super::words::tick;
 use super::scale::Scale;
-use super::svg::{Anchor, Svg, WIDTH, width_of};
+use super::svg::{Anchor, Svg, WIDTH, shortened, width_of};
 use super::{Chart, Point};
 
 /// Height of the plotted field.
@@ -10,15 +10,19 @@ const FIELD: f64 = 300.0;
 
 /// One setting.
 pub struct Spot {
+    /// Written next to the marks of the front.
     pub name: String,
-    /// Across.
+    /// Tooltip.
+    pub tooltip: String,
+    /// Horizontal.
     pub time: Point,
-    /// Upwards.
+    /// Vertical.
     pub error: f64,
     pub on_front: bool,
 }
 
-/// `spots` with logarithmic axes; those of the front in its order. An error of 0 has no place on such an axis.
+/// Draws `spots` on logarithmic axes; spots of the front are in its order. An error of 0 cannot be shown on
+/// such an axis.
 pub fn draw(chart: &Chart, across: &str, spots: &[Spot]) -> Option<String> {
     let errors: Vec<f64> = spots.iter().map(|spot| spot.error).collect();
     let times: Vec<f64> = spots.iter().flat_map(|spot| [spot.time.low, spot.time.high]).collect();
@@ -47,16 +51,44 @@ pub fn draw(chart: &Chart, across: &str, spots: &[Spot]) -> Option<String> {
     let shown = |spot: &&Spot| along.shows(spot.time.y) && up.shows(spot.error);
     let members: Vec<[f64; 2]> = spots.iter().filter(|s| s.on_front).filter(shown).map(place).collect();
     svg.polyline(&members, "curve s0");
-    // The front's marks lie above the others.
+    // Marks of the front are drawn last, on top.
     for on_front in [false, true] {
         for spot in spots.iter().filter(|spot| spot.on_front == on_front).filter(shown) {
-            let ([x, y], told) = (place(spot), spot.time.told(&spot.name, "ms"));
+            let ([x, y], tooltip) = (place(spot), spot.time.described(&spot.tooltip, "ms"));
             if on_front {
                 let [low, high] = [spot.time.low, spot.time.high].map(|time| along.at(time));
                 svg.line([low, y], [high, y], "whisker s0");
             }
-            svg.mark([x, y], usize::from(!on_front), if on_front { "f0" } else { "f7" }, &told);
+            svg.mark([x, y], usize::from(!on_front), if on_front { "f0" } else { "f7" }, &tooltip);
         }
     }
+    let fronts = spots.iter().filter(|spot| spot.on_front).filter(shown);
+    let named: Vec<(&str, [f64; 2])> = fronts.map(|spot| (&*spot.name, place(spot))).collect();
+    label(&mut svg, &named, [left, right], [top, bottom]);
     Some(svg.inline(bottom + 46.0, &chart.title))
+}
+
+/// Largest width and the height of a label.
+const LABEL: [f64; 2] = [170.0, 13.0];
+
+/// Writes each name next to its mark if it covers no mark and no other name; other names are only in the
+/// table.
+fn label(svg: &mut Svg, named: &[(&str, [f64; 2])], [left, right]: [f64; 2], [top, bottom]: [f64; 2]) {
+    let mut taken: Vec<[f64; 4]> =
+        named.iter().map(|(_, [x, y])| [x - 4.0, y - 4.0, x + 4.0, y + 4.0]).collect();
+    for (name, [x, y]) in named {
+        let name = shortened(name, LABEL[0]);
+        let width = width_of(&name) * 0.85;
+        let free = |[x0, y0, x1, y1]: [f64; 4]| {
+            let apart = |t: &[f64; 4]| x1 <= t[0] || t[2] <= x0 || y1 <= t[1] || t[3] <= y0;
+            left <= x0 && x1 <= right && top <= y0 && y1 <= bottom && taken.iter().all(apart)
+        };
+        let places = [(7.0, -5.0), (7.0, 13.0), (-7.0, 13.0), (-7.0, -5.0)].map(|(dx, dy)| {
+            let (from, base) = (if dx > 0.0 { x + dx } else { x + dx - width }, y + dy);
+            ([from, base - LABEL[1] + 2.0, from + width, base + 2.0], [from, base])
+        });
+        let Some((area, at)) = places.into_iter().find(|(area, _)| free(*area)) else { continue };
+        svg.text(at, Anchor::Start, "faint", &name);
+        taken.push(area);
+    }
 }

@@ -1,26 +1,26 @@
-//! The few shapes that plots are made of. Colours are classes, so that one drawing serves light and dark pages.
+//! The shapes of plots. Colours are CSS classes, so that one drawing serves light and dark pages.
 
 use std::fmt::Write as _;
 
-/// A drawing's width in its own units; on a phone of 390 points these are about 0.8 points each.
+/// Width of a drawing in its own units; on a phone of 390 points a unit is about 0.8 points.
 pub const WIDTH: f64 = 440.0;
 
-/// So wide is a letter of 13 units' height on average in the widest of the usual fonts (DejaVu Sans).
+/// Average width of a letter of size 13 in the widest common font (DejaVu Sans).
 const LETTER: f64 = 7.8;
 
-/// Kinds of lines: hues, then dashes.
+/// Number of hues; further lines are dashed.
 pub const HUES: usize = 8;
 
-/// What stands in `plot.css`, for a file of its own.
+/// `plot.css`, for stand-alone files.
 const STYLE: &str = include_str!("plot.css");
 
-/// A drawing that grows downwards.
+/// An SVG under construction; y points down.
 #[derive(Default)]
 pub struct Svg {
     body: String,
 }
 
-/// Which end of a text stands at its place.
+/// The point of a text that is at its position.
 #[derive(Clone, Copy)]
 pub enum Anchor {
     Start,
@@ -32,12 +32,12 @@ pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// Room for a text in units, rather too much than too little.
+/// Estimated width of a text, rather too large.
 pub fn width_of(text: &str) -> f64 {
     text.chars().count() as f64 * LETTER
 }
 
-/// At most `room` units of a text.
+/// The text, cut to at most `room` units.
 pub fn shortened(text: &str, room: f64) -> String {
     let most = (room / LETTER).max(2.0) as usize;
     match text.chars().count() > most {
@@ -46,8 +46,8 @@ pub fn shortened(text: &str, room: f64) -> String {
     }
 }
 
-/// Names at most `room` wide. Where a cut end would leave two alike, their middles are cut.
-pub fn told_apart(names: &[&str], room: f64) -> Vec<String> {
+/// Cuts names to at most `room`. If cutting the ends would make two equal, their middles are cut.
+pub fn cut_apart(names: &[&str], room: f64) -> Vec<String> {
     let ends: Vec<String> = names.iter().map(|name| shortened(name, room)).collect();
     let middle = |name: &str| {
         let (all, most) = (name.chars().count(), (room / LETTER).max(2.0) as usize);
@@ -55,14 +55,15 @@ pub fn told_apart(names: &[&str], room: f64) -> Vec<String> {
         let tail = most - 1 - head;
         name.chars().take(head).chain(['…']).chain(name.chars().skip(all - tail)).collect()
     };
-    let alike = |at: usize| ends.iter().enumerate().any(|(other, end)| other != at && *end == ends[at]);
+    let alike =
+        |at: usize| (0..names.len()).any(|other| names[other] != names[at] && ends[other] == ends[at]);
     let of = |at: usize| if alike(at) { middle(names[at]) } else { ends[at].clone() };
     (0..names.len()).map(of).collect()
 }
 
 impl Svg {
     fn push(&mut self, text: std::fmt::Arguments<'_>) {
-        self.body.write_fmt(text).expect("a string takes all");
+        self.body.write_fmt(text).expect("writing to a string cannot fail");
         self.body.push('\n');
     }
 
@@ -89,27 +90,27 @@ impl Svg {
         self.push(format_args!(r#"<polyline points="{}" class="{class}"/>"#, points.join(" ")));
     }
 
-    /// A bar; `told` appears where a pointer rests.
-    pub fn bar(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], class: &str, told: &str) {
-        let told = escaped(told);
+    /// A bar; `tooltip` appears on hover.
+    pub fn bar(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], class: &str, tooltip: &str) {
+        let tooltip = escaped(tooltip);
         self.push(format_args!(
-            r#"<rect x="{x:.1}" y="{y:.1}" width="{width:.1}" height="{height:.1}" class="{class}"><title>{told}</title></rect>"#
+            r#"<rect x="{x:.1}" y="{y:.1}" width="{width:.1}" height="{height:.1}" class="{class}"><title>{tooltip}</title></rect>"#
         ));
     }
 
     /// A mark of one of four forms.
-    pub fn mark(&mut self, [x, y]: [f64; 2], form: usize, class: &str, told: &str) {
-        let told = escaped(told);
+    pub fn mark(&mut self, [x, y]: [f64; 2], form: usize, class: &str, tooltip: &str) {
+        let tooltip = escaped(tooltip);
         let path = match form % 4 {
             0 => format!("M{:.1},{y:.1}a3.5,3.5 0 1 0 7,0a3.5,3.5 0 1 0 -7,0", x - 3.5),
             1 => format!("M{:.1},{:.1}h6v6h-6z", x - 3.0, y - 3.0),
             2 => format!("M{x:.1},{:.1}l4,7h-8z", y - 4.2),
             _ => format!("M{x:.1},{:.1}l4,4l-4,4l-4,-4z", y - 4.0),
         };
-        self.push(format_args!(r#"<path d="{path}" class="{class}"><title>{told}</title></path>"#));
+        self.push(format_args!(r#"<path d="{path}" class="{class}"><title>{tooltip}</title></path>"#));
     }
 
-    /// The drawing, to stand in a page that has the style. `described`: for those who do not see it.
+    /// The drawing for a page that has the style. `described`: text for screen readers.
     pub fn inline(&self, height: f64, described: &str) -> String {
         let (described, body) = (escaped(described), &self.body);
         format!(
@@ -119,7 +120,7 @@ impl Svg {
     }
 }
 
-/// A file of its own from what [`Svg::inline`] gave.
+/// A stand-alone file from the output of [`Svg::inline`].
 pub fn file(inline: &str) -> String {
     inline.replacen(
         ">\n",
@@ -130,13 +131,15 @@ pub fn file(inline: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{LETTER, told_apart};
+    use super::{LETTER, cut_apart};
 
     #[test]
-    fn names_that_begin_alike_are_cut_in_the_middle_and_others_at_the_end() {
+    fn names_with_equal_starts_are_cut_in_the_middle_and_others_at_the_end() {
         let names = ["feedback, blocks of 1 x 1", "feedback, blocks of 2 x 2", "a longer name than has room"];
-        let cut = told_apart(&names, 12.0 * LETTER);
+        let cut = cut_apart(&names, 12.0 * LETTER);
         assert_eq!(cut, ["feedb… 1 x 1", "feedb… 2 x 2", "a longer na…"]);
-        assert_eq!(told_apart(&names[..1], 12.0 * LETTER), ["feedback, b…"]);
+        assert_eq!(cut_apart(&names[..1], 12.0 * LETTER), ["feedback, b…"]);
+        // The same name in two groups.
+        assert_eq!(cut_apart(&["one", "one"], 12.0 * LETTER), ["one", "one"]);
     }
 }

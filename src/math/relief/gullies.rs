@@ -1,23 +1,25 @@
-//! Gullies and spurs that run down a slope, as ice and water cut them: noise whose crests lie along the direction of
-//! descent (after the erosion filters of R. Johansen and of clayjohn, 2018 and later, which are cellular Gabor noise).
+//! Gullies and spurs that run downhill, as if cut by ice and water: noise whose crests follow the direction
+//! of descent (after the erosion filters of R. Johansen and of clayjohn, 2018 and later, which are cellular
+//! Gabor noise).
 //!
-//! A point in each cell carries a wave across the slope; near points are mixed. The steeper the ground, the closer its
-//! waves: on a plain there are none. Each octave is half as wide and follows the slope that the wider ones have left.
+//! A point in each cell carries a wave across the slope; nearby waves are blended. Steeper ground has a
+//! higher frequency; a plain has none. Each octave is half as wide and follows the slope that the wider
+//! octaves have produced.
 
 use super::Slope;
 
-/// The widest gullies.
+/// Width of the widest gullies.
 const WIDEST_M: f64 = 2400.0;
 const OCTAVES: u32 = 6;
-/// Height of a crest over the width of its gully, where the ground is steep.
+/// Ratio of crest height to gully width on steep ground.
 const STEEPNESS: f64 = 0.11;
-/// An octave's height over the one before.
+/// Ratio of an octave's height to that of the octave before.
 const FALL: f64 = 0.45;
 
-/// Metres to add at a place with this smooth slope. `ridge_m`: how far the place is above its surroundings.
+/// Metres to add at a point with this smooth slope. `ridge_m`: height of the point above its surroundings.
 pub fn height_m([east_m, north_m]: [f64; 2], smooth: &Slope, ridge_m: f64, finest_m: f64) -> f64 {
     let (mut east, mut north) = (smooth.east, smooth.north);
-    // Crests and floors have no slope, but are rough where what surrounds them is.
+    // Crests and floors have no slope, but are rough if their surroundings are.
     let rough = east * east + north * north + ridge_m * ridge_m * 4e-6;
     let strength = rough / (rough + 0.14);
     let (mut height, mut wide_m, mut high_m) = (0.0, WIDEST_M, STEEPNESS * WIDEST_M * strength);
@@ -26,7 +28,7 @@ pub fn height_m([east_m, north_m]: [f64; 2], smooth: &Slope, ridge_m: f64, fines
         if seen == 0.0 {
             break;
         }
-        // Across the slope; its length is how many waves a cell has.
+        // Direction across the slope; its length is the number of waves in a cell.
         let steep = (east * east + north * north).sqrt();
         let waves = 1.1 * steep / (steep + 0.12) / steep.max(1e-9);
         let across = [-north * waves, east * waves];
@@ -41,7 +43,7 @@ pub fn height_m([east_m, north_m]: [f64; 2], smooth: &Slope, ridge_m: f64, fines
     height
 }
 
-/// The wave's value, -1 ..= 1, and about its slope, at a place in units of cells.
+/// The wave's value, -1 ..= 1, and roughly its slope, at a point in units of cells.
 fn wave([x, y]: [f64; 2], across: [f64; 2], octave: u32) -> (f64, [f64; 2]) {
     let (column, row) = (x.floor(), y.floor());
     let (mut value, mut rise, mut weights) = (0.0, 0.0, 0.0);
@@ -66,7 +68,8 @@ fn wave([x, y]: [f64; 2], across: [f64; 2], octave: u32) -> (f64, [f64; 2]) {
     (value / weights, [rise * across[0], rise * across[1]])
 }
 
-/// A wave and about its slope after `t` full turns: a sharp crest of 1 at a whole number, a round floor of -1 between two.
+/// A wave and roughly its slope after `t` full turns: a sharp crest of 1 at whole numbers, a round floor of
+/// -1 halfway.
 fn turn(t: f64) -> (f64, f64) {
     let t = t - (t + 0.5).floor();
     let away = 2.0 * t.abs();

@@ -1,13 +1,15 @@
-//! The heights of the scene `valley`: Mount Everest and 50 km about it.
+//! The heights of the scene `valley`: Mount Everest and 50 km around it.
 //!
-//! Real: a 30" grid (scenes/everest.NOTICE), 900 m between samples, which a cubic of Catmull and Rom goes through.
-//! **Synthetic, for looks alone**: everything finer. Ridges are raised and valleys deepened by a share of what a blur
-//! takes away, because a mean over 900 m is blunter than a mountain; `gullies` of 1.6 km down to 100 m run down the
-//! slopes, as high as the slope allows; the half in Nepal, which was drawn from few contour lines, gets `ridges`; and one
-//! place is level ([`PLAIN_M`]). Nothing is measured on this surface; the model `everest` has the samples alone.
+//! Real: a 30" grid (scenes/everest.NOTICE), 900 m between samples, interpolated by a Catmull-Rom cubic.
+//! **Synthetic, for appearance only**: everything finer. Ridges are raised and valleys deepened by a fraction
+//! of the difference to a blurred surface, because a mean over 900 m is smoother than a mountain. `gullies`
+//! from 1.6 km down to 100 m follow the slopes; their height depends on the slope. The half in Nepal, whose
+//! source maps have few contour lines, gets `ridges`. One area is level ([`PLAIN_M`]). No measurement uses
+//! this surface; the model `everest` has only the samples.
 //!
-//! Here, below models and textures, because both need the same surface: the model `valley` as a mesh, the texture
-//! `terrain` to know what grows on a slope. Only +, -, x, / and square roots: the same bits on every machine.
+//! Models and textures share this surface: the model `valley` as a mesh, the texture `terrain` for the
+//! vegetation of a slope. It uses only +, -, x, / and square roots, so the bits are the same on every
+//! machine.
 
 mod gullies;
 mod ridges;
@@ -15,33 +17,34 @@ mod ridges;
 use std::sync::LazyLock;
 
 const PICTURE: &[u8] = include_bytes!("../../../scenes/everest.png");
-/// Samples on a side, the middle one being the summit.
+/// Samples per side; the middle one is the summit.
 pub const SIDE: u32 = 129;
-/// 30" on a sphere of 6371 km, and their part along the parallel of 27.9875 degrees.
+/// 30" on a sphere of 6371 km: along the meridian, and along the parallel at 27.9875 degrees.
 pub const NORTH_M: f64 = 926.6;
 pub const EAST_M: f64 = 818.2;
 
-/// The square about the summit that a texture covers: a sample less on each side than there are in the east.
+/// Side of the square around the summit that a texture covers: one sample less on each side than the grid has
+/// in the east-west direction.
 pub const AREA_M: f64 = 102_400.0;
 
-/// Share of a blur's loss that ridges get in addition, and valleys lose.
+/// Fraction of the difference to a blurred surface that is added again to ridges and valleys.
 const SHARPEN: f64 = 0.55;
 
-/// Of the samples north of the divide, about: how far they are from what surrounds them.
+/// Approximate roughness of the samples north of the divide: their mean distance from the local mean.
 const ROUGH_M: f64 = 90.0;
-/// Height of the synthetic ridges where the samples lack them.
+/// Height of the synthetic ridges where the samples are too smooth.
 const RIDGE_M: f64 = 2400.0;
 
-/// The bed of a lake that has dried out, synthetic as well: level ground for what a scene puts on it. Metres east and north
-/// of the summit, and above the sea; level within the first radius, untouched beyond the second.
+/// The bed of a dry lake, synthetic as well: level ground for objects of a scene. Metres east and north of
+/// the summit, and above the sea. Level within the first radius, unchanged beyond the second.
 pub const PLAIN_M: [f64; 3] = [-16_800.0, -4600.0, 4150.0];
 const PLAIN_RADII_M: [f64; 2] = [1900.0, 3900.0];
 
-/// Real samples, and how far each is above its surroundings.
+/// The real samples, and each one's height above its surroundings.
 pub struct Relief {
     /// Metres, rows from the north.
     pub samples: Vec<f64>,
-    /// A sample less the mean of 3 x 3 with weights 1-2-1.
+    /// A sample minus the 3 x 3 mean with weights 1-2-1.
     above: Vec<f64>,
     /// 0 where the samples are as rough as mountains, 1 where they are smooth.
     lacking: Vec<f64>,
@@ -83,20 +86,20 @@ fn above(samples: &[f64]) -> Vec<f64> {
     (0..side * side).map(|index| at(index % side, index / side) - mean(index % side, index / side)).collect()
 }
 
-/// How far [`Relief::above`] is in the mean of 9 x 9 samples below that of rough ground.
+/// How far the 9 x 9 mean of [`Relief::above`] is below that of rough ground.
 fn lacking(above: &[f64]) -> Vec<f64> {
     let side = i64::from(SIDE);
     let at = |x: i64, y: i64| above[(y.clamp(0, side - 1) * side + x.clamp(0, side - 1)) as usize];
     let value = |index: i64| {
         let around = (-4..=4).flat_map(|j| (-4..=4).map(move |i| (index % side + i, index / side + j)));
-        // One summit on a smooth slope makes no rough ground.
+        // A single summit on a smooth slope does not count as rough ground.
         let mean = around.map(|(x, y)| at(x, y).abs().min(2.0 * ROUGH_M)).sum::<f64>() / 81.0;
         (1.25 - mean / ROUGH_M).clamp(0.0, 1.0)
     };
     (0..side * side).map(value).collect()
 }
 
-/// Weights of four samples and of their differences, at `t` between the middle two (Catmull and Rom 1974).
+/// Weights of four samples and of their derivatives, at `t` between the middle two (Catmull and Rom 1974).
 fn cubic(t: f64) -> ([f64; 4], [f64; 4]) {
     let (t2, t3) = (t * t, t * t * t);
     let value = [
@@ -115,7 +118,8 @@ fn cubic(t: f64) -> ([f64; 4], [f64; 4]) {
 }
 
 impl Relief {
-    /// The smooth surface through one of the grids, metres east and north of the summit; held beyond the last sample.
+    /// The smooth surface through one of the grids, in metres east and north of the summit; constant beyond
+    /// the last sample.
     fn through(samples: &[f64], east_m: f64, north_m: f64) -> Slope {
         let last = i64::from(SIDE) - 1;
         let middle = f64::from(SIDE / 2);
@@ -139,13 +143,13 @@ impl Relief {
         Slope { height, east: by_column / EAST_M, north: -by_row / NORTH_M }
     }
 
-    /// The real heights, smooth.
+    /// The real heights, interpolated.
     pub fn real(&self, east_m: f64, north_m: f64) -> Slope {
         Relief::through(&self.samples, east_m, north_m)
     }
 
-    /// The surface that is shown, metres above the sea. `finest_m`: what is smaller is left out, as a grid of that
-    /// spacing asks for.
+    /// The displayed surface, in metres above the sea. Features smaller than `finest_m`, the spacing of the
+    /// caller's grid, are omitted.
     pub fn height_m(&self, east_m: f64, north_m: f64, finest_m: f64) -> f64 {
         let real = self.real(east_m, north_m);
         let ridge = Relief::through(&self.above, east_m, north_m);
@@ -171,7 +175,7 @@ fn level(east_m: f64, north_m: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// 32 bits that look like chance: multiply-xorshift of a cell's place.
+/// 32 pseudorandom bits of a cell: multiply-xorshift of its coordinates.
 fn hash(x: i32, y: i32, octave: u32) -> u32 {
     let mut bits = (x as u32)
         .wrapping_mul(0x9E37_79B1)
@@ -219,7 +223,8 @@ mod tests {
         }
         let rms = f64::sqrt(squares / 40_000.0);
         println!("synthetic: at most {most} m, rms {rms} m; steepest {steepest}");
-        // Valleys of a kilometre where the samples have none. The steepest of 40 000 places are cliffs of 79 degrees.
+        // The synthetic part adds valleys of a kilometre where the samples have none. The steepest of 40 000
+        // points are cliffs of 79 degrees.
         assert!(most < 1600.0 && (200.0..550.0).contains(&rms), "{most} {rms}");
         assert!(steepest < 6.0, "{steepest}");
     }
@@ -233,7 +238,7 @@ mod tests {
         }
     }
 
-    /// The heights reach two worlds, models and textures: a change is seen.
+    /// Models and textures depend on these heights: a change must be noticed.
     #[test]
     fn heights_are_pinned() {
         let places = [(0.0, 0.0), (-12_345.0, 6_789.0), (30_000.0, -45_000.0)];

@@ -1,29 +1,30 @@
-//! Ridges and valleys of 9 km down to 1 km, for where the samples have none: the half of the grid that lies in Nepal was
-//! drawn from maps of few contour lines, and is as smooth as a dune.
+//! Ridges and valleys from 9 km down to 1 km where the samples have none: the half of the grid in Nepal comes
+//! from maps with few contour lines, and is as smooth as a dune.
 //!
-//! Ridged noise of several octaves (Musgrave 1998): 1 - |n| of smooth noise n has crests where n crosses 0; a finer octave
-//! is as strong as the coarser ones are high, so that valleys stay smooth.
+//! Ridged noise of several octaves (Musgrave 1998): 1 - |n| of smooth noise n has crests where n crosses 0. A
+//! finer octave is weighted by the height of the coarser ones, so that valleys stay smooth.
 
 use super::Slope;
 
 const WIDEST_M: f64 = 11_000.0;
 const OCTAVES: u32 = 4;
-/// 1 over the noise at the foot of a slope.
+/// A slope ends at the flat valley floor where the noise reaches the reciprocal of this.
 const STEEP: f64 = 2.6;
-/// What lies at the height of the samples: ridges stand out of them less than valleys are cut into them.
+/// The noise value that maps to the samples' height: ridges rise less above the samples than valleys are cut
+/// into them.
 const MEAN: f64 = 0.62;
 
-/// About -0.5 ..= 0.7, and its slope for each metre.
+/// About -0.5 ..= 0.7, and its slope per metre.
 pub fn ridges(east_m: f64, north_m: f64) -> Slope {
     let (mut sum, mut wide_m, mut share, mut weight) = (Slope::default(), WIDEST_M, 0.62, 1.0);
     for octave in 0..OCTAVES {
-        // Each octave is turned by atan(3/4): no direction is favoured.
+        // Each octave is rotated by atan(3/4), so that no direction dominates.
         let turned = match octave % 2 {
             0 => [east_m, north_m],
             _ => [0.8 * east_m - 0.6 * north_m, 0.6 * east_m + 0.8 * north_m],
         };
         let noise = smooth([turned[0] / wide_m, turned[1] / wide_m], octave);
-        // Crests where n is 0, rounded off: no mountain is a knife. Floors are flat, as ice leaves them.
+        // Crests where n is 0, rounded off. Floors are flat, as in glacial valleys.
         let away = (noise.height * noise.height + 0.0008).sqrt();
         let across = (STEEP * away).min(1.0);
         let crest = 1.0 - across * (2.0 - across);
@@ -42,7 +43,7 @@ pub fn ridges(east_m: f64, north_m: f64) -> Slope {
     sum
 }
 
-/// Gradient noise, about -0.7 ..= 0.7, with its slopes, at a place in units of the lattice (Perlin 2002).
+/// Gradient noise, about -0.7 ..= 0.7, with its slopes, at a point in lattice units (Perlin 2002).
 fn smooth([x, y]: [f64; 2], octave: u32) -> Slope {
     let (column, row) = (x.floor(), y.floor());
     let (s, t) = (x - column, y - row);
@@ -78,7 +79,7 @@ mod tests {
             let [east, north] = [f64::from(n) * 317.0 - 50_000.0, f64::from(n * n % 977) * 91.0 - 40_000.0];
             let (slope, at) = (ridges(east, north), |e, n| ridges(east + e, north + n).height);
             let found = [at(0.5, 0.0) - at(-0.5, 0.0), at(0.0, 0.5) - at(0.0, -0.5)];
-            // Weights of finer octaves follow the coarser ones' height; their slope leaves that out.
+            // Weights of finer octaves depend on the height of coarser ones; the slope ignores this.
             for (found, stated) in found.into_iter().zip([slope.east, slope.north]) {
                 assert!((found - stated).abs() < 2e-4, "{n}: {found} {stated}");
             }

@@ -1,8 +1,8 @@
-//! Generated models: the same bits on every machine (no transcendental function but `libm`'s), any size
-//! up to some 2^24 faces.
+//! Generated models of any size up to about 2^24 faces. The bits are the same on every machine: the only
+//! transcendental functions are those of `libm`.
 //!
-//! All are closed but the [`grid`]. [`knot`] has the seams of a texture, [`fn@solid`] the sharp edges of a machined part,
-//! the others no attributes at all.
+//! All are closed except [`grid`]. [`knot`] has texture seams, [`fn@solid`] the sharp edges of a machined part; the
+//! others have no attributes.
 
 mod solid;
 
@@ -12,15 +12,15 @@ use super::{Attributes, Model, Raw, clean};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// What a generator makes is clean already: cleaning only welds it.
+/// Welds a generated mesh, which must need no other cleaning.
 pub(super) fn welded(raw: &Raw) -> Model {
     let (model, report) = clean(raw);
     assert_eq!(report.changes(), [""; 0], "a generated mesh needs no cleaning");
     model
 }
 
-/// The corners of the two triangles of each quad of a grid of `columns` x `rows` quads, row by row; `corner` numbers
-/// them by column and row. Counter-clockwise where rows go up when columns go right.
+/// Triangles of a grid of `columns` x `rows` quads, two for each quad, row by row. `corner` returns a corner's vertex
+/// from its column and row. Counter-clockwise if rows go up while columns go right.
 pub(super) fn quads(columns: u32, rows: u32, corner: impl Fn(u32, u32) -> u32) -> Vec<[u32; 3]> {
     let mut faces = Vec::with_capacity(columns as usize * rows as usize * 2);
     for row in 0..rows {
@@ -33,9 +33,8 @@ pub(super) fn quads(columns: u32, rows: u32, corner: impl Fn(u32, u32) -> u32) -
     faces
 }
 
-/// A fractal height field over the unit square about the origin, heights along z: `side` x `side` positions,
-/// 2 (side - 1)^2 faces, open.
-///
+/// A fractal height field over the unit square around the origin, heights along z: `side` x `side` positions, 2 (side
+/// - 1)^2 faces, open.
 /// # Panics
 /// Unless `side` is in 2 ..= 2^11.
 pub fn grid(side: u32, seed: u32) -> Model {
@@ -46,7 +45,7 @@ pub fn grid(side: u32, seed: u32) -> Model {
     })
 }
 
-/// A height field of any origin: `size` positions in columns and rows.
+/// A height field from a function: `size` positions in columns and rows.
 pub(super) fn heights(size: [u32; 2], position: impl Fn(u32, u32) -> DVec3) -> Model {
     let [columns, rows] = size;
     let positions =
@@ -55,7 +54,8 @@ pub(super) fn heights(size: [u32; 2], position: impl Fn(u32, u32) -> DVec3) -> M
     welded(&Raw { positions: positions.collect(), faces, ..Raw::default() })
 }
 
-/// Six octaves of noise, each twice as fine and half as high; the first has 4 x 4 cells and heights of +-0.1.
+/// Six octaves of noise, each at twice the frequency and half the height. The first has 4 x 4 cells and heights of
+/// +-0.1.
 fn fractal(x: f64, y: f64, seed: u32) -> f64 {
     let octave = |octave: u32| {
         let cells = f64::from(4u32 << octave);
@@ -64,7 +64,7 @@ fn fractal(x: f64, y: f64, seed: u32) -> f64 {
     0.4 * (0..6).map(octave).sum::<f64>()
 }
 
-/// Smooth noise in -1 ..= 1: hashed values at whole numbers, blended by 3t^2 - 2t^3.
+/// Smooth noise in -1 ..= 1: hashed values at integers, blended by 3t^2 - 2t^3.
 fn value_noise(x: f64, y: f64, seed: u32) -> f64 {
     let at = |x: f64, y: f64| f64::from(hash(x as u32, y as u32, seed)) / f64::from(u32::MAX) * 2.0 - 1.0;
     let smooth = |t: f64| t * t * (3.0 - 2.0 * t);
@@ -85,7 +85,8 @@ fn hash(x: u32, y: u32, seed: u32) -> u32 {
     bits
 }
 
-/// A geodesic sphere of radius 1: each side of an icosahedron in `frequency` parts, 20 frequency^2 faces.
+/// A geodesic sphere of radius 1: each edge of an icosahedron is divided into `frequency` parts, 20 frequency^2
+/// faces.
 ///
 /// # Panics
 /// Unless `frequency` is in 1 ..= 2^9.
@@ -101,7 +102,7 @@ pub fn sphere(frequency: u32) -> Model {
         DVec3::from_array(corner)
     };
     let corners: Vec<DVec3> = (0..3).flat_map(|axis| signs.map(|signs| corner(axis, signs))).collect();
-    // Sides are 2 long; the next distance is 2 golden.
+    // Edges have length 2; the next larger distance is 2 golden.
     let near = |a: usize, b: usize| (corners[a] - corners[b]).length() < 2.1;
     let mut raw = Raw::default();
     for a in 0..12 {
@@ -116,8 +117,8 @@ pub fn sphere(frequency: u32) -> Model {
     welded(&raw)
 }
 
-/// One face of the icosahedron in frequency^2 triangles. Two patches give the same bits to a point of their common
-/// side: its position is a sum of two terms, and a 0.
+/// Divides one face of the icosahedron into frequency^2 triangles. Adjacent patches give a point of their common edge
+/// the same bits, because its position is a sum of two terms and a 0.
 fn patch(raw: &mut Raw, [a, b, c]: [DVec3; 3], frequency: u32) {
     let first = raw.positions.len() as u32;
     for row in 0..=frequency {
@@ -126,7 +127,7 @@ fn patch(raw: &mut Raw, [a, b, c]: [DVec3; 3], frequency: u32) {
             raw.positions.push((a * weights[0] + b * weights[1] + c * weights[2]).normalize());
         }
     }
-    // Rows get shorter by one.
+    // Each row is one shorter than the row before.
     let point =
         |column: u32, row: u32| first + row * (frequency + 1) - row * row.saturating_sub(1) / 2 + column;
     for row in 0..frequency {
@@ -140,7 +141,7 @@ fn patch(raw: &mut Raw, [a, b, c]: [DVec3; 3], frequency: u32) {
     }
 }
 
-/// A torus about the z axis, radii 1 and 0.4: 4 rows^2 faces, `2 rows` round the axis and `rows` round the tube.
+/// A torus about the z axis, radii 1 and 0.4: 4 rows^2 faces, `2 rows` around the axis and `rows` around the tube.
 ///
 /// # Panics
 /// Unless `rows` is in 3 ..= 2^11.
@@ -160,8 +161,8 @@ pub fn torus(rows: u32) -> Model {
     welded(&raw)
 }
 
-/// A tube along the (2, 3) torus knot, with normals and with texture coordinates from 0 to 1 along it (s) and round
-/// it (t), so with a seam each way: 24 rows^2 faces, `12 rows` along and `rows` round.
+/// A tube along the (2, 3) torus knot, with normals and texture coordinates 0 to 1 along it (s) and around it (t), so
+/// with a seam in each direction: 24 rows^2 faces, `12 rows` along and `rows` around.
 ///
 /// # Panics
 /// Unless `rows` is in 3 ..= 2^9.
@@ -173,7 +174,7 @@ pub fn knot(rows: u32) -> Model {
     for column in 0..=columns {
         let ([middle, out, aside], s) = (knot_frame(column % columns, columns), turn(column, columns));
         for row in 0..=rows {
-            // Modulo: both sides of a seam get the same bits.
+            // The modulo gives both sides of a seam the same bits.
             let (sine, cosine) = libm::sincos(TAU * turn(row % rows, rows));
             let normal = out * cosine + aside * sine;
             raw.positions.push(middle + normal * 0.35);
@@ -189,7 +190,7 @@ fn turn(index: u32, count: u32) -> f64 {
     f64::from(index) / f64::from(count)
 }
 
-/// A point of the knot on a torus of radii 2 and 0.8, that torus's normal there, and the third axis of a right-handed
+/// A point of the knot on a torus of radii 2 and 0.8, the torus's normal there, and the third axis of a right-handed
 /// frame with the knot's direction.
 fn knot_frame(column: u32, columns: u32) -> [DVec3; 3] {
     let angle = TAU * turn(column, columns);

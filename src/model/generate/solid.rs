@@ -1,23 +1,23 @@
-//! A machined part: flat faces, cylinders and fillets that meet in sharp edges, where a position has a wedge for each
-//! normal.
+//! A machined part: flat faces, cylinders and fillets that meet in sharp edges, where a position has one wedge for
+//! each normal.
 
 use super::welded;
 use crate::model::{Model, Raw};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
-/// Top of the plate; its bottom is z = 0. Lengths are multiples of 1/8: runs that meet must have the same bits there.
+/// Top of the plate; its bottom is z = 0. Lengths are multiples of 1/8, so that adjacent runs have the same bits
+/// where they meet.
 const TOP: f64 = 0.75;
-/// Radius of the fillets, and side of the chamfers.
+/// Radius of the fillets, and width of the chamfers.
 const FILLET: f64 = 0.125;
-/// Rows of quads of a fillet, of a flat ring and of a wall.
+/// Rows of quads of a fillet, a flat ring or a wall.
 const ROWS: u32 = 4;
 
 /// A plate of 3 x 2 cells of side 2: rounded and counterbored holes, and bosses with a fillet at the foot and a
-/// chamfer. `detail` quads on a cell's side, 4 `detail` round each hole; 16 384 faces at 16, proportional to it.
-///
+/// chamfer. `detail` quads per cell side, 4 `detail` around each hole; 16 384 faces at 16, proportional to `detail`.
 /// # Panics
-/// Unless `detail` is a power of two in 4 ..= 2^12: then corners of neighbouring cells have the same bits.
+/// Unless `detail` is a power of two in 4 ..= 2^12; otherwise corners of adjacent cells would differ in their bits.
 pub fn solid(detail: u32) -> Model {
     assert!(detail.is_power_of_two() && (4..=1 << 12).contains(&detail), "a solid of detail {detail}");
     let mut raw = Raw::default();
@@ -33,47 +33,47 @@ pub fn solid(detail: u32) -> Model {
     welded(&raw)
 }
 
-/// A ring round a cell's axis.
+/// A ring around a cell's axis.
 #[derive(Clone, Copy)]
 struct Ring {
-    /// 1: the cell's square; 0: the circle; between: between.
+    /// 1: the cell's square; 0: the circle; values between interpolate.
     square: f64,
     radius: f64,
     z: f64,
-    /// Away from the axis, and up.
+    /// The normal: component away from the axis, and component up.
     normal: [f64; 2],
 }
 
-/// Rings that follow one another smoothly. Between runs the edge is sharp unless their normals agree.
+/// Consecutive rings that join smoothly. The edge between two runs is sharp unless their normals agree.
 type Run = Vec<Ring>;
 
 fn steps(ring: impl Fn(f64) -> Ring) -> Run {
     (0..=ROWS).map(|step| ring(f64::from(step) / f64::from(ROWS))).collect()
 }
 
-/// From the cell's square in to a circle.
+/// From the cell's square inwards to a circle.
 fn inward(radius: f64, z: f64) -> Run {
     steps(|at| Ring { square: 1.0 - at, radius, z, normal: [0.0, 1.0] })
 }
 
-/// From a circle out to the cell's square, seen from below.
+/// From a circle outwards to the cell's square, seen from below.
 fn outward(radius: f64) -> Run {
     steps(|at| Ring { square: at, radius, z: 0.0, normal: [0.0, -1.0] })
 }
 
-/// Straight from one (radius, z) to another, the solid on the right of the way.
+/// Straight from one (radius, z) to another; the solid lies to the right of the direction.
 fn straight(from: [f64; 2], to: [f64; 2]) -> Run {
     let way = [to[0] - from[0], to[1] - from[1]];
     let length = way[0].hypot(way[1]);
     let normal = [way[1] / length, -way[0] / length];
     steps(|at| {
-        // Ends exactly: the next run starts there.
+        // The end must be exact, because the next run starts there.
         let [radius, z] = std::array::from_fn(|i| if at == 1.0 { to[i] } else { from[i] + at * way[i] });
         Ring { square: 0.0, radius, z, normal }
     })
 }
 
-/// A quarter of a circle; `point` gives (radius, z) and the normal for (sine, cosine) of 0 to 90 degrees.
+/// A quarter circle; `point` returns (radius, z) and the normal from (sine, cosine) of 0 to 90 degrees.
 fn quarter(point: impl Fn(f64, f64) -> ([f64; 2], [f64; 2])) -> Run {
     steps(|at| {
         let (sine, cosine) = if at == 1.0 { (1.0, 0.0) } else { libm::sincos(at * FRAC_PI_2) };
@@ -82,7 +82,7 @@ fn quarter(point: impl Fn(f64, f64) -> ([f64; 2], [f64; 2])) -> Run {
     })
 }
 
-/// A hole whose upper edge is rounded.
+/// A hole with a rounded upper edge.
 fn hole(radius: f64) -> Vec<Run> {
     let mouth = radius + FILLET;
     let rounding =
@@ -90,7 +90,7 @@ fn hole(radius: f64) -> Vec<Run> {
     vec![inward(mouth, TOP), rounding, straight([radius, TOP - FILLET], [radius, 0.0]), outward(radius)]
 }
 
-/// A hole that is wider in its upper half.
+/// A counterbored hole.
 fn sink() -> Vec<Run> {
     let step = TOP / 2.0;
     vec![
@@ -102,7 +102,7 @@ fn sink() -> Vec<Run> {
     ]
 }
 
-/// A cylinder that stands on the plate.
+/// A cylinder on top of the plate.
 fn boss(radius: f64, height: f64) -> Vec<Run> {
     let (foot, end) = (radius + FILLET, TOP + height);
     let fillet =
@@ -118,7 +118,7 @@ fn boss(radius: f64, height: f64) -> Vec<Run> {
     ]
 }
 
-/// Adds the surface that a run makes round the axis at `centre`.
+/// Adds the surface that a run sweeps around the axis at `centre`.
 fn turn(raw: &mut Raw, run: &Run, centre: DVec3, detail: u32) {
     let around = 4 * detail;
     let first = raw.positions.len() as u32;
@@ -148,7 +148,8 @@ fn turn(raw: &mut Raw, run: &Run, centre: DVec3, detail: u32) {
     }
 }
 
-/// Point `step` of a cell's border, counter-clockwise from its lower right corner: multiples of 2 / detail.
+/// Point `step` of a cell's border, counter-clockwise from its lower right corner; coordinates are multiples of 2 /
+/// detail.
 fn square(step: u32, detail: u32) -> DVec3 {
     let along = 2.0 * f64::from(step % detail) / f64::from(detail) - 1.0;
     match step / detail {
@@ -159,7 +160,7 @@ fn square(step: u32, detail: u32) -> DVec3 {
     }
 }
 
-/// The outside of the plate: -1 ..= 5 by -1 ..= 3.
+/// The outer walls of the plate: -1 ..= 5 by -1 ..= 3.
 fn walls(raw: &mut Raw, detail: u32) {
     let sides: [([f64; 2], [f64; 2], u32); 4] = [
         ([-1.0, -1.0], [1.0, 0.0], 3),

@@ -1,4 +1,4 @@
-//! Accessors: numbers in the binary chunk, every bound checked before the first is read.
+//! Accessors: numbers in the binary chunk. All bounds are checked before reading.
 
 use super::json::{Accessor, Document};
 use crate::model::error::Fault;
@@ -6,7 +6,7 @@ use crate::model::number::{Endian, Kind};
 
 /// Rows of numbers.
 pub(super) struct Numbers<'a> {
-    /// From the first row on; holds `count` rows.
+    /// Starts at the first row; holds `count` rows.
     bytes: &'a [u8],
     stride: usize,
     pub count: usize,
@@ -16,12 +16,12 @@ pub(super) struct Numbers<'a> {
 }
 
 impl Numbers<'_> {
-    /// As stored.
+    /// The number as stored.
     pub(super) fn raw(&self, row: usize, column: usize) -> f64 {
         self.kind.read(&self.bytes[row * self.stride + column * self.kind.size()..], Endian::Little)
     }
 
-    /// Whole numbers that stand for fractions made so (glTF 2.0, 3.6.2.2).
+    /// Integers of normalized accessors become fractions (glTF 2.0, 3.6.2.2).
     pub(super) fn value(&self, row: usize, column: usize) -> f64 {
         let most = match self.kind {
             Kind::I8 => 127.0,
@@ -40,7 +40,7 @@ impl Numbers<'_> {
     }
 }
 
-/// The accessor `index`, which must have one of these numbers of columns and no other `count`.
+/// The accessor `index`. It must have one of these numbers of columns and, if given, `count` rows.
 pub(super) fn accessor<'a>(
     document: &Document,
     bin: &'a [u8],
@@ -49,7 +49,7 @@ pub(super) fn accessor<'a>(
     count: Option<usize>,
 ) -> Result<Numbers<'a>, Fault> {
     let fault = |what: &str| Fault::whole(format!("accessor {index}: {what}"));
-    let accessor = document.accessors.get(index).ok_or_else(|| fault("there is none"))?;
+    let accessor = document.accessors.get(index).ok_or_else(|| fault("it does not exist"))?;
     let numbers = locate(document, bin, accessor).map_err(|what| fault(&what))?;
     if !columns.contains(&numbers.columns) {
         return Err(fault(&format!(
@@ -59,7 +59,7 @@ pub(super) fn accessor<'a>(
     }
     match count {
         Some(count) if count != numbers.count => {
-            Err(fault(&format!("{} rows, but its primitive has {count} positions", numbers.count)))
+            Err(fault(&format!("it has {} rows, but its primitive has {count} positions", numbers.count)))
         }
         _ => Ok(numbers),
     }
@@ -67,7 +67,7 @@ pub(super) fn accessor<'a>(
 
 fn locate<'a>(document: &Document, bin: &'a [u8], accessor: &Accessor) -> Result<Numbers<'a>, String> {
     if accessor.sparse.is_some() {
-        return Err("sparse, which is not read; save it without".into());
+        return Err("sparse accessors are not supported; save the file without them".into());
     }
     let kind = match accessor.component_type {
         5120 => Kind::I8,
@@ -76,33 +76,33 @@ fn locate<'a>(document: &Document, bin: &'a [u8], accessor: &Accessor) -> Result
         5123 => Kind::U16,
         5125 => Kind::U32,
         5126 => Kind::F32,
-        other => return Err(format!("component type {other} is none of glTF's")),
+        other => return Err(format!("component type {other} does not exist in glTF")),
     };
     let columns = match accessor.shape.as_str() {
         "SCALAR" => 1,
         "VEC2" => 2,
         "VEC3" => 3,
         "VEC4" => 4,
-        other => return Err(format!("type {other:.20} is none of a mesh's")),
+        other => return Err(format!("type {other:.20} cannot hold mesh data")),
     };
     let index = accessor.buffer_view.ok_or("it has no data")?;
     let view = document.buffer_views.get(index).ok_or_else(|| format!("there is no buffer view {index}"))?;
     match document.buffers.get(view.buffer) {
         None => return Err(format!("there is no buffer {}", view.buffer)),
         Some(buffer) if buffer.uri.is_some() => {
-            return Err("its data lie outside of the file; save it as one .glb".into());
+            return Err("its data are in another file; save everything as one .glb".into());
         }
         Some(_) if view.buffer != 0 => return Err(format!("buffer {} is not the binary chunk", view.buffer)),
         Some(_) => {}
     }
     let end = view.byte_offset.checked_add(view.byte_length);
     let bytes = end.and_then(|end| bin.get(view.byte_offset..end));
-    let bytes =
-        bytes.ok_or_else(|| format!("buffer view {index} leaves the binary chunk of {} bytes", bin.len()))?;
+    let bytes = bytes
+        .ok_or_else(|| format!("buffer view {index} exceeds the binary chunk of {} bytes", bin.len()))?;
     let row_bytes = columns * kind.size();
     let stride = view.byte_stride.unwrap_or(row_bytes);
     if stride < row_bytes {
-        return Err(format!("rows of {row_bytes} bytes every {stride} bytes"));
+        return Err(format!("rows of {row_bytes} bytes overlap at a stride of {stride} bytes"));
     }
     let bytes = bytes.get(accessor.byte_offset..).unwrap_or_default();
     let needed = match accessor.count {
@@ -110,7 +110,7 @@ fn locate<'a>(document: &Document, bin: &'a [u8], accessor: &Accessor) -> Result
         count => (count - 1).checked_mul(stride).and_then(|before| before.checked_add(row_bytes)),
     };
     if needed.is_none_or(|needed| needed > bytes.len()) {
-        return Err(format!("{} rows leave buffer view {index}", accessor.count));
+        return Err(format!("{} rows exceed buffer view {index}", accessor.count));
     }
     Ok(Numbers { bytes, stride, count: accessor.count, columns, kind, normalized: accessor.normalized })
 }

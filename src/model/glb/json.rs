@@ -1,5 +1,5 @@
-//! The part of glTF 2.0's JSON that says where triangles lie. Materials, animations and skins are not looked at,
-//! so nothing that is wrong with them keeps a shape from being read.
+//! The geometry part of glTF 2.0's JSON. Materials, animations and skins are ignored, so errors in them do not
+//! prevent reading a shape.
 
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -35,10 +35,10 @@ pub(super) struct Node {
     pub mesh: Option<usize>,
     #[serde(default)]
     pub children: Vec<usize>,
-    /// Columns.
+    /// Column-major.
     pub matrix: Option<[f64; 16]>,
     pub translation: Option<[f64; 3]>,
-    /// A quaternion, x y z w.
+    /// A quaternion: x, y, z, w.
     pub rotation: Option<[f64; 4]>,
     pub scale: Option<[f64; 3]>,
 }
@@ -63,7 +63,7 @@ pub(super) struct Accessor {
     pub buffer_view: Option<usize>,
     #[serde(default)]
     pub byte_offset: usize,
-    /// GL's number of the kind.
+    /// GL's number of the component type.
     pub component_type: u32,
     pub count: usize,
     /// SCALAR, VEC2, VEC3, VEC4 …
@@ -86,6 +86,6 @@ pub(super) struct View {
 
 #[derive(Deserialize)]
 pub(super) struct Buffer {
-    /// None: the file's own binary chunk.
+    /// `None`: the file's own binary chunk.
     pub uri: Option<String>,
 }

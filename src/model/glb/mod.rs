@@ -1,5 +1,5 @@
-//! Binary glTF 2.0: the triangles of every mesh in the scene, by lists, strips and fans, where its nodes put them.
-//! Points and lines are passed over, skins and morph targets stay at rest.
+//! Binary glTF 2.0: the triangles (lists, strips and fans) of every mesh in the scene, transformed by their nodes.
+//! Points and lines are skipped; skins and morph targets stay at rest.
 
 mod accessor;
 mod json;
@@ -10,10 +10,11 @@ use accessor::{Numbers, accessor};
 use glam::{DMat3, DMat4, DQuat, DVec3};
 use json::{Document, Node, Primitive};
 
-/// Nodes may place a mesh any number of times: not more faces or vertices than this, unless the file has more bytes.
+/// Nodes may instantiate a mesh any number of times. Limit of the resulting faces and vertices, unless the file has
+/// more bytes.
 const MOST_PLACED: usize = 1 << 24;
 
-/// Required extensions that leave the shape as it is, by their beginnings.
+/// Prefixes of required extensions that do not change the shape.
 const HARMLESS: [&str; 5] =
     ["KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_mesh_quantization"];
 
@@ -24,11 +25,11 @@ const HARMLESS: [&str; 5] =
 pub(super) fn read(file: &[u8]) -> Result<Raw, Fault> {
     let (text, bin) = chunks(file)?;
     let document: Document =
-        serde_json::from_slice(text).map_err(|error| Fault::whole(format!("its JSON: {error}")))?;
+        serde_json::from_slice(text).map_err(|error| Fault::whole(format!("invalid JSON: {error}")))?;
     let strange = |name: &&String| !HARMLESS.iter().any(|harmless| name.starts_with(harmless));
     if let Some(extension) = document.extensions_required.iter().find(strange) {
         return Err(Fault::whole(format!(
-            "needs the extension {extension:.60}, which is not read; save it without"
+            "it requires the extension {extension:.60}, which is not supported; save the file without it"
         )));
     }
     let mut builder =
@@ -61,7 +62,7 @@ fn chunks(file: &[u8]) -> Result<(&[u8], &[u8]), Fault> {
             return Err(Fault::byte(at + 4, format!("not a chunk {:?}", String::from_utf8_lossy(kind))));
         }
         let content = file[at + 8..].get(..length);
-        content.ok_or_else(|| Fault::byte(at, format!("a chunk of {length} bytes leaves the file")))
+        content.ok_or_else(|| Fault::byte(at, format!("a chunk of {length} bytes exceeds the file")))
     };
     let text = chunk(12, b"JSON")?;
     let second = 20 + text.len().next_multiple_of(4);
@@ -77,7 +78,7 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    /// The scene that is shown first, else the first.
+    /// Adds the default scene, or the first scene.
     fn scene(&mut self) -> Result<(), Fault> {
         let document = self.document;
         let index = document.scene.unwrap_or(0);
@@ -90,7 +91,9 @@ impl Builder<'_> {
             let node = document.nodes.get(index);
             let node = node.ok_or_else(|| Fault::whole(format!("there is no node {index}")))?;
             if std::mem::replace(&mut seen[index], true) {
-                return Err(Fault::whole(format!("node {index} is in the scene twice, or above itself")));
+                return Err(Fault::whole(format!(
+                    "node {index} appears twice in the scene, or is its own ancestor"
+                )));
             }
             let to_world = parent * transform(node);
             open.extend(node.children.iter().rev().map(|&child| (child, to_world)));
@@ -121,7 +124,8 @@ impl Builder<'_> {
             let index = primitive.attributes.get(name);
             index.map(|&index| accessor(self.document, self.bin, index, columns, count)).transpose()
         };
-        let positions = attribute("POSITION", &[3], None)?.ok_or_else(|| Fault::whole("without POSITION"))?;
+        let positions =
+            attribute("POSITION", &[3], None)?.ok_or_else(|| Fault::whole("it has no POSITION"))?;
         let count = positions.count;
         let normals = attribute("NORMAL", &[3], Some(count))?;
         let coordinates = attribute("TEXCOORD_0", &[2], Some(count))?;
@@ -138,7 +142,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// The vertices in the order of drawing.
+    /// The vertices in drawing order.
     fn corners(&self, primitive: &Primitive, count: usize) -> Result<Vec<u32>, Fault> {
         let Some(index) = primitive.indices else {
             return Ok((0..count as u32).collect());
@@ -158,15 +162,15 @@ impl Builder<'_> {
         let triangle = |[a, b, c]: [usize; 3]| [a, b, c].map(|at| first + corners[at]);
         let drawn: Vec<[u32; 3]> = match mode {
             4 if !count.is_multiple_of(3) => {
-                return Err(Fault::whole(format!("{count} corners are no whole triangles")));
+                return Err(Fault::whole(format!("{count} corners do not form whole triangles")));
             }
             4 => (0..count / 3).map(|i| triangle([3 * i, 3 * i + 1, 3 * i + 2])).collect(),
-            // Every second triangle of a strip runs the other way.
+            // Every second triangle of a strip has the opposite winding.
             5 => (2..count).map(|i| triangle([i - 2, i - 1 + i % 2, i - i % 2])).collect(),
             6 => (2..count).map(|i| triangle([0, i - 1, i])).collect(),
-            other => return Err(Fault::whole(format!("mode {other} is none of glTF's"))),
+            other => return Err(Fault::whole(format!("mode {other} does not exist in glTF"))),
         };
-        // A mirror turns faces inside out (glTF 2.0, 3.7.4).
+        // A mirroring transform reverses the winding (glTF 2.0, 3.7.4).
         let mirrored = to_world.determinant() < 0.0;
         self.raw
             .faces
@@ -174,7 +178,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Where other primitives have none, cleaning finds a value and counts it.
+    /// If only other primitives have an attribute, cleaning fills it in here and counts it.
     fn attributes(
         &mut self,
         first: usize,

@@ -1,31 +1,31 @@
-//! The mesh cut into clusters: triangles that follow each other in the index buffer, with bounds for their places and
-//! their normals, so that a pass can leave out at once what a camera cannot see (Shirman and Abi-Ezzi, "The cone of
-//! normals technique for fast processing of curved patches", 1993).
+//! Splits the mesh into clusters: consecutive triangles of the index buffer, with bounds of their positions and
+//! normals, so that a pass can cull them at once (Shirman and Abi-Ezzi, "The cone of normals technique for fast
+//! processing of curved patches", 1993).
 
 use super::Mesh;
 use glam::DVec3;
 
-/// Two rows of 8 quads of our grids. Fewer make rounder clusters, and more of them to look at.
+/// Two rows of 8 quads of our grids. Smaller clusters are rounder, but there are more to test.
 pub const CLUSTER_TRIANGLES: usize = 32;
 
-/// Bounds of some triangles. Where a triangle is no number, no bound holds it: the sphere's radius is infinite.
+/// Bounds of some triangles. If a position is not finite, the sphere's radius is infinite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cluster {
     pub first_index: u32,
     pub count: u32,
-    /// Sphere about all vertices, world metres.
+    /// Bounding sphere of all vertices, world metres.
     pub centre: DVec3,
     pub radius_m: f64,
     /// Unit vector; the normal of each triangle is at most [`Cluster::spread_rad`] from it.
     pub axis: DVec3,
-    /// Above a quarter turn, or no number, where no cone is of use.
+    /// Above a quarter turn, or NaN, if the cone is useless.
     pub spread_rad: f64,
-    /// Least of all heights of the triangles, metres; 0 where one has no area.
+    /// Smallest height of the triangles, metres; 0 if one has no area.
     pub least_height_m: f64,
 }
 
 impl Mesh {
-    /// All triangles in their order, [`CLUSTER_TRIANGLES`] in each cluster but perhaps the last.
+    /// All triangles in order, [`CLUSTER_TRIANGLES`] in each cluster except perhaps the last.
     pub fn clusters(&self) -> Vec<Cluster> {
         let runs = self.indices.chunks(3 * CLUSTER_TRIANGLES).enumerate();
         runs.map(|(n, run)| {
@@ -40,7 +40,7 @@ impl Mesh {
         .collect()
     }
 
-    /// The place that the GPU has of a vertex, without further rounding.
+    /// A vertex's position as the GPU has it, without further rounding.
     fn position(&self, index: u32) -> DVec3 {
         let vertex = &self.vertices[index as usize];
         DVec3::from_array(vertex.position_high.map(f64::from))
@@ -55,7 +55,7 @@ impl Cluster {
             .iter()
             .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
         let centre = 0.5 * (low + high);
-        // f64::max passes over what is no number.
+        // f64::max ignores NaN.
         let finite = places.iter().all(|place| place.is_finite());
         let radius = places.iter().map(|place| place.distance(centre)).fold(0.0, f64::max);
         let crosses = triangles.iter().map(|&[a, b, c]| (b - a).cross(c - a));
@@ -69,14 +69,14 @@ impl Cluster {
             centre: if finite { centre } else { DVec3::ZERO },
             radius_m: if finite { radius } else { f64::INFINITY },
             axis,
-            // An angle near 0 has half the digits of its cosine.
+            // An angle near 0 has only half the digits of its cosine.
             spread_rad: least_cosine.clamp(-1.0, 1.0).acos() + 1e-7,
             least_height_m: if finite { heights.fold(f64::INFINITY, f64::min) } else { 0.0 },
         }
     }
 }
 
-/// The area over the longest side, twice; 0 where there is none.
+/// Smallest height: twice the area over the longest side; 0 without area.
 fn least_height(&[a, b, c]: &[DVec3; 3]) -> f64 {
     let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
     if longest > 0.0 { (b - a).cross(c - a).length() / longest } else { 0.0 }

@@ -1,7 +1,8 @@
-//! The mesh without its texture coordinates, for passes that draw depth alone.
+//! The mesh without texture coordinates, for depth-only passes.
 //!
-//! Triangles of different cells share no [`MeshVertex`](super::MeshVertex), but they share positions: the paper's earth
-//! has 300 312 vertices and 74 886 positions, and a software driver transforms what a draw names on one thread.
+//! Triangles of different cells share no [`MeshVertex`](super::MeshVertex), but they share positions: the paper's
+//! earth has 300 312 vertices and 74 886 positions. A software driver transforms all vertices of a draw on one
+//! thread.
 
 use super::Mesh;
 use std::collections::HashMap;
@@ -10,19 +11,20 @@ use std::collections::HashMap;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct MeshPosition {
-    /// World metres: the nearest float …
+    /// World metres, rounded to the nearest float.
     pub high: [f32; 3],
-    /// … and what it left over.
+    /// The rounding error.
     pub low: [f32; 3],
 }
 
 impl Mesh {
-    /// The same triangles in the same order, of positions alone: each position once, whatever its coordinates are.
+    /// The same triangles in the same order, with each position stored once regardless of its texture coordinates.
     pub fn positions(&self) -> (Vec<MeshPosition>, Vec<u32>) {
         let (mut positions, mut known) = (Vec::new(), HashMap::new());
         let place_of = self.vertices.iter().map(|vertex| {
             let position = MeshPosition { high: vertex.position_high, low: vertex.position_low };
-            // By bits: the depth that two passes find must be equal, so 0 and -0 are two, and NaN is itself.
+            // Compared by bits, because the depths of two passes must be equal: 0 and -0 differ, and NaN equals
+            // itself.
             let bits: [u32; 6] = bytemuck::cast(position);
             *known.entry(bits).or_insert_with(|| {
                 positions.push(position);
@@ -41,10 +43,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn positions_alone_are_the_same_triangles_with_each_position_once() {
+    fn depth_only_triangles_are_the_same_with_each_position_once() {
         let mesh = gpu_mesh(&earth(388, 194).unwrap()).unwrap();
         let (positions, indices) = mesh.positions();
-        // 193 rings of 388, whose seam is one place, and the poles.
+        // 193 rings of 388 (the seam is one position), and the poles.
         assert_eq!(positions.len(), 193 * 388 + 2);
         assert_eq!(indices.len(), mesh.indices.len());
         for (&index, &place) in mesh.indices.iter().zip(&indices) {

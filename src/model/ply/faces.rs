@@ -1,4 +1,4 @@
-//! What a PLY file has of faces: polygons, strips of triangles, and texture coordinates of a face's corners.
+//! Faces of a PLY file: polygons, triangle strips, and texture coordinates of face corners.
 
 use super::{Element, Fault, Kind, MOST, Property, Raw, Values, pass_list};
 
@@ -9,19 +9,19 @@ fn is_corners(property: &Property) -> bool {
     property.length.is_some() && [&b"vertex_indices"[..], b"vertex_index"].contains(&property.name)
 }
 
-/// As scanning tools write them: two numbers for each corner, in its order.
+/// The form that scanning tools write: two numbers for each corner, in order.
 fn is_coordinates(property: &Property) -> bool {
     property.length.is_some() && property.name == b"texcoord"
 }
 
 fn needs_corners(element: &Element, whose: &str) -> Result<(), Fault> {
     match element.count > 0 && !element.properties.iter().any(is_corners) {
-        true => Err(Fault::whole(format!("{whose} without the list \"vertex_indices\""))),
+        true => Err(Fault::whole(format!("{whose} have no list \"vertex_indices\""))),
         false => Ok(()),
     }
 }
 
-/// Faces as fans of triangles; `coordinates` gets one for each triangle, where the file has them.
+/// Reads faces as fans of triangles. `coordinates` gets one entry for each triangle, if the file has them.
 pub(super) fn polygons(
     element: &Element,
     values: &mut Values,
@@ -53,7 +53,7 @@ pub(super) fn polygons(
         if has_coordinates {
             let (pairs, rest) = of_face.as_chunks::<2>();
             if pairs.len() != corners || !rest.is_empty() {
-                let what = format!("{} numbers of texcoord for a face of {corners} corners", of_face.len());
+                let what = format!("texcoord has {} numbers for a face of {corners} corners", of_face.len());
                 return Err(values.fault(what));
             }
             coordinates.extend((2..corners).map(|n| [pairs[0], pairs[n - 1], pairs[n]]));
@@ -81,13 +81,17 @@ fn polygon(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Resu
 
 fn corner(values: &mut Values, kind: Kind) -> Result<u32, Fault> {
     let value = values.next(kind)?;
-    // Also a vertex that is not there is told at the end, when their number is known.
+    // A vertex that does not exist is reported at the end, when the count is known.
     let index = value as u32;
-    if f64::from(index) == value { Ok(index) } else { Err(values.fault(format!("{value} is no vertex"))) }
+    if f64::from(index) == value {
+        Ok(index)
+    } else {
+        Err(values.fault(format!("{value} is not a vertex index")))
+    }
 }
 
-/// Strips, as the Stanford repository packs scans: each vertex makes a triangle with the two before it, every second
-/// one turned, and -1 begins anew.
+/// Reads strips, as the Stanford repository packs scans: each vertex makes a triangle with the two before it, every
+/// second one reversed; -1 starts a new strip.
 pub(super) fn strips(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(), Fault> {
     needs_corners(element, "tristrips")?;
     for _ in 0..element.count {
@@ -118,7 +122,7 @@ fn strip(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Result
         }
         let vertex = value as u32;
         if f64::from(vertex) != value {
-            return Err(values.fault(format!("{value} is no vertex")));
+            return Err(values.fault(format!("{value} is not a vertex index")));
         }
         if place >= 2 {
             let [a, b] = before;
@@ -130,14 +134,16 @@ fn strip(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Result
     Ok(())
 }
 
-/// A vertex for each corner, with its own texture coordinates: cleaning makes wedges of what is alike.
+/// One vertex for each corner, with its own texture coordinates. Cleaning merges equal ones to wedges.
 pub(super) fn of_corners(raw: &Raw, coordinates: &[Corners]) -> Result<Raw, Fault> {
     if coordinates.len() != raw.faces.len() {
-        return Err(Fault::whole("tristrips beside faces with texcoord, which strips have none of"));
+        return Err(Fault::whole(
+            "it has both tristrips and faces with texcoord; strips cannot have texcoord",
+        ));
     }
     let corners = 3 * raw.faces.len();
     if corners > MOST {
-        return Err(Fault::whole(format!("texcoord of {corners} corners, more than {MOST}")));
+        return Err(Fault::whole(format!("texcoord for {corners} corners, more than {MOST}")));
     }
     let vertices = raw.faces.as_flattened();
     let mut attributes = raw.attributes.select(vertices);

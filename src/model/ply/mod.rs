@@ -1,7 +1,6 @@
-//! PLY, the Stanford polygon format: ascii and both binary orders, in any order of elements and properties; polygons
-//! become fans, strips of triangles their triangles. Of vertices it reads x y z, nx ny nz, s t (also u v, texture_u
-//! texture_v) and red green blue alpha, of faces the texture coordinates of their corners; everything else is passed
-//! over.
+//! PLY, the Stanford polygon format: ascii and both binary byte orders, with elements and properties in any order.
+//! Polygons become fans, strips their triangles. Vertex properties read: x y z, nx ny nz, s t (also u v, texture_u
+//! texture_v) and red green blue alpha; of faces also the texture coordinates of corners. Everything else is skipped.
 
 mod faces;
 
@@ -18,16 +17,16 @@ use glam::DVec3;
 pub(super) fn read(file: &[u8]) -> Result<Raw, Fault> {
     let (header, mut values) = header(file)?;
     if header.elements.iter().all(|element| ![&b"face"[..], b"tristrips"].contains(&element.name)) {
-        return Err(Fault::whole("no element \"face\" or \"tristrips\": points have no faces to read"));
+        return Err(Fault::whole("no element \"face\" or \"tristrips\": a point cloud has no faces"));
     }
     let (mut raw, mut corners) = (Raw::default(), Vec::new());
     for element in &header.elements {
-        // Reserved is what the file has bytes for: a header may declare anything.
+        // Reserve at most what the file's size allows, because a header may declare any count.
         let room = values.left() / element.least_bytes(values.endian).max(1);
         if element.count > room {
             let (name, count) = (shown(element.name), element.count);
             return Err(
-                values.fault(format!("{count} of {name} declared, but there is room for {room} at most"))
+                values.fault(format!("{count} of {name} declared, but the file has room for at most {room}"))
             );
         }
         if element.count > MOST {
@@ -44,7 +43,7 @@ pub(super) fn read(file: &[u8]) -> Result<Raw, Fault> {
     let wrong = raw.faces.iter().position(|face| face.iter().any(|&vertex| vertex as usize >= count));
     wrong.map_or(Ok(()), |face| {
         let vertex = raw.faces[face].iter().max().expect("a face has three corners");
-        Err(Fault::whole(format!("triangle {face} names vertex {vertex}, but there are {count}")))
+        Err(Fault::whole(format!("triangle {face} refers to vertex {vertex}, but there are only {count}")))
     })?;
     if corners.is_empty() { Ok(raw) } else { faces::of_corners(&raw, &corners) }
 }
@@ -63,23 +62,23 @@ struct Element<'a> {
 struct Property<'a> {
     name: &'a [u8],
     kind: Kind,
-    /// The kind of a list's length.
+    /// The type of a list's length.
     length: Option<Kind>,
 }
 
 impl Element<'_> {
-    /// What one of it takes in the file at least.
+    /// Minimum size of one element in the file.
     fn least_bytes(&self, endian: Option<Endian>) -> usize {
         let bytes = |property: &Property| match endian {
             Some(_) => property.length.unwrap_or(property.kind).size(),
-            // A digit and what parts it from the next.
+            // A digit and a separator.
             None => 2,
         };
         self.properties.iter().map(bytes).sum()
     }
 }
 
-/// Real headers have some 20 lines.
+/// Real headers have about 20 lines.
 const MOST_HEADER_LINES: usize = 1000;
 
 fn header(file: &[u8]) -> Result<(Header<'_>, Values<'_>), Fault> {
@@ -103,19 +102,20 @@ fn header(file: &[u8]) -> Result<(Header<'_>, Values<'_>), Fault> {
             [b"format", b"binary_little_endian", _] => format = Some(Some(Endian::Little)),
             [b"format", b"binary_big_endian", _] => format = Some(Some(Endian::Big)),
             [b"element", name, count] => match number(count).filter(|n| *n >= 0.0 && n.fract() == 0.0) {
-                Some(_) if elements.iter().any(|element| element.name == name) => return fault("a second"),
+                Some(_) if elements.iter().any(|element| element.name == name) => return fault("duplicate"),
                 Some(count) => elements.push(Element { name, count: count as usize, properties: Vec::new() }),
-                None => return fault("no number of elements:"),
+                None => return fault("not a number of elements:"),
             },
             [b"property", ref words @ ..] => match (property(words), elements.last_mut()) {
                 (Some(property), Some(element)) => element.properties.push(property),
-                _ => return fault("no property of an element:"),
+                _ => return fault("not a property of an element:"),
             },
             [b"end_header"] => {
-                let endian = format.ok_or_else(|| Fault::line(line_number, "a header without \"format\""))?;
+                let endian =
+                    format.ok_or_else(|| Fault::line(line_number, "the header has no \"format\""))?;
                 return Ok((Header { elements }, Values { file, at, line: line_number + 1, endian }));
             }
-            _ => return fault("no line of a PLY header:"),
+            _ => return fault("not a line of a PLY header:"),
         }
     }
     Err(Fault::line(MOST_HEADER_LINES, "the header does not end"))
@@ -146,19 +146,19 @@ fn kind(word: &[u8]) -> Option<Kind> {
     })
 }
 
-/// The values behind the header, one after the other.
+/// The values after the header, in order.
 struct Values<'a> {
     file: &'a [u8],
     at: usize,
-    /// Of ascii: the line of `at`, from 1.
+    /// In ascii: the line of `at`, from 1.
     line: usize,
-    /// None: ascii.
+    /// `None`: ascii.
     endian: Option<Endian>,
 }
 
 impl<'a> Values<'a> {
     fn left(&self) -> usize {
-        // The last value of an ascii file needs nothing behind it.
+        // The last value of an ascii file needs no separator after it.
         self.file.len() - self.at + usize::from(self.endian.is_none())
     }
 
@@ -175,7 +175,7 @@ impl<'a> Values<'a> {
             let word = self.word();
             return number(word).ok_or_else(|| match word {
                 [] => self.fault("ends before the last value"),
-                _ => self.fault(format!("{} is no number", shown(word))),
+                _ => self.fault(format!("{} is not a number", shown(word))),
             });
         };
         match self.file[self.at..].get(..kind.size()) {
@@ -199,7 +199,7 @@ impl<'a> Values<'a> {
         &rest[..length]
     }
 
-    /// A list's length, which the rest of the file has room for.
+    /// A list's length, checked against the rest of the file.
     fn length(&mut self, length: Kind, kind: Kind) -> Result<usize, Fault> {
         let count = self.next(length)?;
         let size = if self.endian.is_some() { kind.size() } else { 2 };
@@ -207,12 +207,12 @@ impl<'a> Values<'a> {
         if count >= 0.0 && count.fract() == 0.0 && count <= room as f64 {
             Ok(count as usize)
         } else {
-            Err(self.fault(format!("a list of {count} values, with room for {room} at most")))
+            Err(self.fault(format!("a list of {count} values, but the file has room for at most {room}")))
         }
     }
 }
 
-/// What a vertex may have, in this order.
+/// Vertex properties, in this order.
 const NAMES: [&[&[u8]]; 12] = [
     &[b"x"],
     &[b"y"],
@@ -233,11 +233,11 @@ fn vertices(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(),
     let slots: Vec<Option<usize>> = element.properties.iter().map(slot).collect();
     let has = |wanted: std::ops::Range<usize>| wanted.into_iter().all(|slot| slots.contains(&Some(slot)));
     if !has(0..3) {
-        return Err(Fault::whole("vertices without x, y and z"));
+        return Err(Fault::whole("the vertices lack x, y or z"));
     }
     raw.positions.reserve_exact(element.count);
     for _ in 0..element.count {
-        // Opaque where no alpha is given.
+        // Opaque if there is no alpha.
         let (mut found, mut colors) = ([0.0; 12], [255; 4]);
         for (property, slot) in element.properties.iter().zip(&slots) {
             if let Some(length) = property.length {

@@ -1,9 +1,9 @@
-//! Changes of level on the GPU, in an index buffer that never leaves it (ours; the paper executes on the CPU).
+//! Changes of level on the GPU, in a device-local index buffer (ours; the paper executes on the CPU).
 //!
-//! [`Apply`] runs a [`Program`] there: the host sends a few words for each step. All splits between two permutations are
-//! one dispatch although they build upon each other, since the order does not count: see `apply.comp`. A
-//! permutation is two. [`Scatter`] is the plain variant beside it: the host executes, and sends each face that has
-//! changed with its slot.
+//! [`Apply`] runs a [`Program`]: the host sends a few words for each step. All splits between two permutations are
+//! one dispatch although they build upon each other, because their order does not matter (see `apply.comp`). A
+//! permutation takes two dispatches. [`Scatter`] is the plain variant: the host executes, and sends each changed face
+//! with its slot.
 
 use super::run::{Program, Step, Touch};
 use crate::vk::shader::progressive_mesh::{apply_comp, scatter_comp};
@@ -11,22 +11,22 @@ use crate::vk::shader::{Applying, Scattering};
 use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Resource, Result};
 use std::ops::Range;
 
-/// A group for 64 items; where they are more than this many groups hold, each invocation takes several.
+/// A group handles 64 items. Beyond this many groups, each invocation handles several items.
 const MOST_GROUPS: u32 = 32_768;
 
-/// Faces of permutations that instances in one batch keep at a time, where no single one needs more: 768 KiB.
+/// Saved faces for all instances of a batch, unless a single permutation needs more: 768 KiB.
 const KEPT_FACES: usize = 1 << 16;
 
-/// A program on the device, for all instances of its mesh.
+/// A program on the device, shared by all instances of its mesh.
 pub struct Apply {
     pipeline: ComputePipeline,
     program: Buffer,
     kept: Buffer,
-    /// Where the moved faces begin in `program`, in words.
+    /// First word of the moved faces in `program`.
     moves_at: usize,
 }
 
-/// One instance's change of level. Its slice of the index buffer holds F whole: slots that are not live too.
+/// One instance's change of level. Its slice of the index buffer holds all of F, including slots that are not live.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
     /// First slot of the instance's slice.
@@ -35,7 +35,7 @@ pub struct Change {
     pub to: u32,
 }
 
-/// Dispatches that see what the rounds before them wrote; those of one round are independent.
+/// Each round sees the writes of the rounds before; dispatches of one round are independent.
 type Rounds = Vec<Vec<(Applying, [u32; 3])>>;
 
 fn groups(items: u32) -> [u32; 3] {
@@ -44,7 +44,7 @@ fn groups(items: u32) -> [u32; 3] {
 
 impl Apply {
     /// # Errors
-    /// Out of memory, or a program beyond what the device's shaders reach of a buffer.
+    /// Out of memory, or a program larger than shaders can address in a buffer.
     pub fn new(gpu: &Gpu, program: &Program) -> Result<Apply> {
         let (corners, moves) = (program.corners(), program.moves());
         let mut words = Vec::with_capacity(3 * corners.words.len() + 2 * moves.from.len());
@@ -68,13 +68,14 @@ impl Apply {
         self.program.bytes() + self.kept.bytes()
     }
 
-    /// Executes the changes, of different instances, in `indices`: made as [`BufferUse::WritableIndices`].
+    /// Executes the changes, each of a different instance, in `indices`, a buffer made as
+    /// [`BufferUse::WritableIndices`].
     ///
     /// # Errors
     /// Out of memory.
     ///
     /// # Panics
-    /// If a level is none of `program`, which this was made of.
+    /// If a level is not one of `program`, which this was made from.
     pub fn run(
         &self,
         cmd: &mut Cmd<'_>,
@@ -90,7 +91,7 @@ impl Apply {
         cmd.dispatch_rounds(&self.pipeline, &resources, &self.rounds(program, changes))
     }
 
-    /// Instances go in step, as many at a time as have room for the largest permutation that each meets.
+    /// Instances run in lockstep, as many at a time as fit the largest permutations that they meet.
     fn rounds(&self, program: &Program, changes: &[Change]) -> Rounds {
         let capacity = (self.kept.bytes() / 12) as usize;
         let mut rounds = Rounds::new();
@@ -140,7 +141,7 @@ impl Apply {
     }
 }
 
-/// Sends faces that the host has changed.
+/// Sends the faces that the host changed.
 pub struct Scatter {
     pipeline: ComputePipeline,
 }
@@ -173,7 +174,7 @@ impl Scatter {
     }
 }
 
-/// Slots that were written, each once: what [`Scatter`] sends.
+/// Slots that were written, each once: the input of [`Scatter`].
 #[derive(Clone, Debug)]
 pub struct ChangedSlots {
     seen: Vec<bool>,
@@ -181,12 +182,12 @@ pub struct ChangedSlots {
 }
 
 impl ChangedSlots {
-    /// Of an index buffer of so many faces.
+    /// For an index buffer of `faces` faces.
     pub fn new(faces: usize) -> ChangedSlots {
         ChangedSlots { seen: vec![false; faces], slots: Vec::new() }
     }
 
-    /// The changed faces as [`Scatter::run`] wants them; forgets them.
+    /// Takes the changed faces in the form of [`Scatter::run`].
     pub fn take(&mut self, faces: &[[u32; 3]]) -> Vec<[u32; 4]> {
         let change = |slot: u32| {
             self.seen[slot as usize] = false;

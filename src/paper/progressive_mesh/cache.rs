@@ -1,31 +1,31 @@
-//! What an order of faces costs (paper 2, section 2): how many vertices are transformed for each vertex of the mesh.
+//! The cost of an order of faces (paper 2, section 2): vertex transforms per vertex of the mesh.
 //!
-//! 1 is the bound (each vertex once); 3 x faces / vertices, about 6 on closed meshes, is no reuse at all. The paper
-//! speaks of a post-transform cache of about 16 to 32 vertices and does not say how it works: the field's model is
-//! first in, first out ([`Cache::Fifo`]). Today's devices have no such cache: they share work inside a batch of
-//! vertices, counted by [`Cache::Batches`].
+//! 1 is the lower bound (each vertex once); 3 x faces / vertices, about 6 on closed meshes, means no reuse. The paper
+//! speaks of a post-transform cache of about 16 to 32 vertices without a replacement rule; the usual model is FIFO
+//! ([`Cache::Fifo`]). Today's devices have no such cache: they share work inside a batch of vertices, counted by
+//! [`Cache::Batches`].
 //!
-//! Both count in the index space that they are given. The figures give positions
-//! ([`Vertices::welded`](super::mesh::Vertices::welded)): wedges of one position are several vertices for a device, but a
-//! seam would otherwise hide what the order does.
+//! Both count in the index space of their input. The figures use positions
+//! ([`Vertices::welded`](super::mesh::Vertices::welded)): wedges of one position are several vertices for a device, but
+//! counting them would hide the order's effect at seams.
 
 mod levels;
 
 use super::mesh::ProgressiveMesh;
 
-pub use levels::{LevelCosts, level_costs, live_faces, sampled_levels};
+pub use levels::{LevelCosts, costs_of, drawn_faces, level_costs, live_faces, sampled_levels};
 
 /// A count of vertex transforms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Transforms {
-    /// How many vertices were transformed.
+    /// Number of transformed vertices.
     pub transforms: u64,
-    /// How many distinct vertices the faces name.
+    /// Number of distinct vertices in the faces.
     pub vertices: u64,
 }
 
 impl Transforms {
-    /// Transforms per vertex; 1 for no faces at all.
+    /// Transforms per vertex; 1 without faces.
     pub fn per_vertex(self) -> f64 {
         match self.vertices {
             0 => 1.0,
@@ -34,17 +34,17 @@ impl Transforms {
     }
 }
 
-/// Something that counts the transforms of a list of faces, drawn from an empty cache.
+/// A model of vertex reuse that counts the transforms of a list of faces, from an empty cache.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Cache {
-    /// So many entries, first in, first out.
+    /// FIFO with this many entries.
     Fifo(u32),
-    /// Batches of at most 32 vertices and 32 triangles; nothing is shared between two of them. meshoptimizer takes
-    /// this for NVIDIA's devices; Kerbl et al. 2018 measured batches on all devices, of other sizes.
+    /// Batches of at most 32 vertices and 32 triangles; nothing is shared between batches. meshoptimizer assumes this
+    /// for NVIDIA's devices; Kerbl et al. 2018 measured batches of other sizes on all devices.
     Batches,
 }
 
-/// The caches that figures report: the paper's 16 to 32 entries, one smaller, one between, and today's kind.
+/// The caches in figures: the paper's 16 to 32 entries, one smaller, one between, and today's batches.
 pub const CACHES: [Cache; 5] =
     [Cache::Fifo(12), Cache::Fifo(16), Cache::Fifo(24), Cache::Fifo(32), Cache::Batches];
 
@@ -58,22 +58,22 @@ impl Cache {
     }
 }
 
-/// A cache with the memory for meshes of some size: counts many lists without clearing anything between.
+/// A cache with memory for meshes of some size; counts many lists without clearing.
 pub struct Counter {
     cache: Cache,
-    /// When each vertex last entered the cache.
+    /// The time at which each vertex last entered the cache.
     entered: Vec<u64>,
     clock: u64,
 }
 
-/// Vertices and triangles of a batch.
+/// Most vertices, and most triangles, of a batch.
 const BATCH: u32 = 32;
 
 impl Counter {
     /// A counter for vertices 0 … `vertices` - 1.
     ///
     /// # Panics
-    /// If the cache holds less than a face.
+    /// If the cache holds fewer than three vertices.
     pub fn new(cache: Cache, vertices: usize) -> Self {
         assert!(!matches!(cache, Cache::Fifo(..3)), "{cache:?} holds less than a face");
         Self { cache, entered: vec![0; vertices], clock: 0 }
@@ -82,7 +82,7 @@ impl Counter {
     /// The transforms of `faces`, in their order, from an empty cache.
     ///
     /// # Panics
-    /// If a face names a vertex beyond the counter's.
+    /// If a face names a vertex beyond the counter's range.
     pub fn count(&mut self, faces: impl IntoIterator<Item = [u32; 3]>) -> Transforms {
         match self.cache {
             Cache::Fifo(entries) => self.fifo(u64::from(entries), faces),
@@ -92,7 +92,7 @@ impl Counter {
 
     /// A vertex is in the cache while fewer than `entries` others have entered after it.
     fn fifo(&mut self, entries: u64, faces: impl IntoIterator<Item = [u32; 3]>) -> Transforms {
-        // Everything before has left the cache.
+        // All earlier entries have left the cache.
         self.clock += entries;
         let start = self.clock;
         let mut vertices = 0;
@@ -107,11 +107,11 @@ impl Counter {
         Transforms { transforms: self.clock - start, vertices }
     }
 
-    /// A face whose new vertices no longer fit starts a batch.
+    /// A face whose new vertices do not fit starts a new batch.
     fn batches(&mut self, faces: impl IntoIterator<Item = [u32; 3]>) -> Transforms {
         let start = self.clock;
         let mut count = Transforms::default();
-        // Vertices that entered after this moment are in the batch.
+        // Vertices that entered after this time are in the batch.
         let (mut batch, mut triangles) = (self.clock, 0);
         for face in faces {
             let new = face.iter().filter(|&&vertex| self.entered[vertex as usize] <= batch).count() as u64;
@@ -143,7 +143,7 @@ pub fn transforms(cache: Cache, faces: &[[u32; 3]]) -> Transforms {
 mod tests {
     use super::*;
 
-    /// A grid of quads, row by row, and the same faces dealt like cards.
+    /// A grid of quads, row by row, and the same faces interleaved.
     fn grid(side: u32) -> [Vec<[u32; 3]>; 2] {
         let quads = (0..side * side).map(|quad| (quad % side, quad / side));
         let corner = |x: u32, y: u32| y * (side + 1) + x;
@@ -158,13 +158,13 @@ mod tests {
     }
 
     #[test]
-    fn a_vertex_leaves_the_fifo_when_as_many_others_have_entered_as_it_holds() {
+    fn a_vertex_leaves_the_fifo_once_its_capacity_of_others_has_entered() {
         let fan: Vec<[u32; 3]> = (1..=20).map(|n| [0, n, n + 1]).collect();
-        // 0 enters first of all and leaves with the 16th that follows, 17, in the face (0, 16, 17): it comes back
-        // in the next one.
+        // Vertex 0 enters first and leaves with the 16th that follows, 17, in the face (0, 16, 17): it is transformed
+        // again in the next face.
         assert_eq!(transforms(Cache::Fifo(16), &fan), Transforms { transforms: 23, vertices: 22 });
         assert_eq!(transforms(Cache::Fifo(22), &fan), Transforms { transforms: 22, vertices: 22 });
-        // A hit does not renew an entry: 0 is used by each face and leaves all the same.
+        // A hit does not renew an entry: 0 is used by each face and leaves nevertheless.
         assert_eq!(transforms(Cache::Fifo(3), &[[0, 1, 2], [0, 2, 3], [0, 3, 4]]).transforms, 6);
         assert_eq!(transforms(Cache::Fifo(3), &[[0, 1, 2], [0, 2, 1], [2, 0, 1]]).transforms, 3);
     }
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn no_faces_cost_what_the_bound_is() {
+    fn an_empty_list_costs_the_lower_bound() {
         assert_eq!(transforms(Cache::Batches, &[]).per_vertex(), 1.0);
     }
 }

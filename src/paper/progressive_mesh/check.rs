@@ -1,11 +1,11 @@
-//! Whether a progressive mesh can be executed: asked once, after loading a file, so that running needs no checks.
+//! Checks that a progressive mesh can be executed: once, after loading a file, so that execution needs no checks.
 //!
-//! All levels are executed as the paper prints them, on a copy of F, and every index is looked at before it is used:
-//! a second at most for 870 000 faces with permutations of 20 faces a split.
+//! All levels are executed as printed in the paper, on a copy of F, and every index is checked before use: at most a
+//! second for 870,000 faces with permutations of 20 faces a split.
 
-use super::mesh::{Level, NOWHERE, ProgressiveMesh};
+use super::mesh::{Births, Level, NOWHERE, ProgressiveMesh};
 
-/// Why a progressive mesh cannot be executed: in which step, and what is wrong there.
+/// Why a progressive mesh cannot be executed: the step, and the fault.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: {what}")]
 pub struct Flaw {
@@ -17,7 +17,7 @@ fn flaw<T>(place: impl Into<String>, what: impl Into<String>) -> Result<T, Flaw>
     Err(Flaw { place: place.into(), what: what.into() })
 }
 
-/// `condition`, or what is wrong.
+/// Returns a flaw unless `condition` holds.
 macro_rules! hold {
     ($condition:expr, $place:expr, $($what:tt)+) => {
         if !$condition {
@@ -26,13 +26,14 @@ macro_rules! hold {
     };
 }
 
-/// Each corner that a split writes, as the walk meets it: (index into F as a flat list, new vertex, vertex before).
+/// Each corner that a split writes: (index into F as a flat list, new vertex, vertex before).
 pub(super) type Corner = (u32, u32, u32);
 
 impl ProgressiveMesh {
-    /// Whether every level can be reached: levels grow, every slot and vertex is in range and live when it is used, a
-    /// split's slots show its `splitVert`, welded vertices stand at one place, a permutation's cycles share no slot,
-    /// both are spelt as [`super::mesh`] says, and all faces have three different live vertices.
+    /// Checks that every level can be reached: levels grow; every slot and vertex is in range and live when used; a
+    /// split's slots contain its `splitVert`; welded vertices have equal positions; a permutation's cycles share no
+    /// slot; both are in the normal form of [`super::mesh`]; and all faces have three different live vertices. With
+    /// births in place, no face has an area before its level.
     ///
     /// # Errors
     /// The first flaw, in one line.
@@ -40,13 +41,13 @@ impl ProgressiveMesh {
         self.walk(|_| ())
     }
 
-    /// As [`ProgressiveMesh::check`], and shows every corner that the splits write, in order.
+    /// Like [`ProgressiveMesh::check`]; also passes every corner that the splits write to `meet`, in order.
     pub(super) fn walk(&self, mut meet: impl FnMut(Corner)) -> Result<(), Flaw> {
         self.check_sizes()?;
         self.check_vertices()?;
         let mut faces = self.faces.clone();
         let mut permutation = 0;
-        // The permutation that saw a slot last, counted from 1.
+        // For each slot the last permutation that moved it, counted from 1.
         let mut seen = vec![0u32; faces.len()];
         self.check_new_faces(0, 0, &faces)?;
         for level in 1..self.levels.len() {
@@ -59,12 +60,44 @@ impl ProgressiveMesh {
         }
         let beyond = self.swaps.levels.get(permutation);
         hold!(beyond.is_none(), "swaps", "levels are not ascending from 1 to the last: {beyond:?}");
+        match self.births {
+            Births::Tail => Ok(()),
+            Births::InPlace => self.check_births(),
+        }
+    }
+
+    /// Births in place: at the level before its own, a face must have two corners at one position, and wedges of one
+    /// position must have predecessors at one position.
+    fn check_births(&self) -> Result<(), Flaw> {
+        let (predecessors, welded) = (self.predecessors(), &self.vertices.welded);
+        let before = |vertex: u32| welded[predecessors[vertex as usize] as usize];
+        let first = self.levels[0].vertices;
+        for (vertex, &other) in
+            (0..).zip(welded).skip(first as usize).filter(|&(vertex, &other)| vertex != other)
+        {
+            let together = other >= first && before(vertex) == before(other);
+            hold!(
+                together,
+                format!("vertex {vertex}"),
+                "it splits from elsewhere than {other} at its position"
+            );
+        }
+        for (level, pair) in (1..).zip(self.levels.windows(2)) {
+            for face in pair[0].faces..pair[1].faces {
+                let shown = |vertex: u32| {
+                    if vertex < pair[0].vertices { welded[vertex as usize] } else { before(vertex) }
+                };
+                let [a, b, c] = self.faces[face as usize].map(shown);
+                let place = || format!("level {level}, face {face}");
+                hold!(a == b || b == c || c == a, place(), "it has an area before it is born");
+            }
+        }
         Ok(())
     }
 
     fn check_sizes(&self) -> Result<(), Flaw> {
         let (Some(first), Some(last)) = (self.levels.first(), self.levels.last()) else {
-            return flaw("levels", "there is none");
+            return flaw("levels", "the list is empty");
         };
         let (vertices, faces) = (self.vertices.positions.len(), self.faces.len());
         hold!(last.vertices as usize == vertices, "last level", "{} vertices of {vertices}", last.vertices);
@@ -106,26 +139,26 @@ impl ProgressiveMesh {
             let place = || format!("vertex {vertex}");
             hold!(position.iter().all(|x| x.is_finite()), place(), "position {position:?}");
             let first = welded as usize <= vertex && vertices.welded[welded as usize] == welded;
-            hold!(first, place(), "welded to {welded}, which is no first vertex of a position");
+            hold!(first, place(), "welded to {welded}, which is not the first vertex at its position");
             let there = vertices.positions[welded as usize];
             hold!(*position == there, place(), "at {position:?}, welded to {welded} at {there:?}");
         }
         Ok(())
     }
 
-    /// The faces from slot `before` on that come to life at `level`.
+    /// Checks the faces from slot `before` on, which appear at `level`.
     fn check_new_faces(&self, level: usize, before: u32, faces: &[[u32; 3]]) -> Result<(), Flaw> {
         let Level { vertices, faces: after, .. } = self.levels[level];
         for (slot, &[a, b, c]) in (before..after).zip(&faces[before as usize..after as usize]) {
             let live = [a, b, c].iter().all(|&vertex| vertex < vertices);
             hold!(live, format!("level {level}, face {slot}"), "[{a}, {b}, {c}] of {vertices} live vertices");
             let three = a != b && b != c && c != a;
-            hold!(three, format!("level {level}, face {slot}"), "[{a}, {b}, {c}] is no triangle");
+            hold!(three, format!("level {level}, face {slot}"), "[{a}, {b}, {c}] is not a triangle");
         }
         Ok(())
     }
 
-    /// The vertices that come to life at `level`, each in the faces that it takes over.
+    /// Executes the splits of `level`: each new vertex in the faces that it takes over.
     fn split(&self, level: usize, faces: &mut [[u32; 3]], meet: &mut impl FnMut(Corner)) -> Result<(), Flaw> {
         let (before, after, base) =
             (self.levels[level - 1], self.levels[level].vertices, self.levels[0].vertices);
@@ -155,7 +188,7 @@ impl ProgressiveMesh {
         Ok(())
     }
 
-    /// The permutation at `index` of the list; `seen` holds for each slot the last one that moved it.
+    /// Executes the permutation at `index` of the list; `seen` holds for each slot the last permutation that moved it.
     fn permute(
         &self,
         index: usize,

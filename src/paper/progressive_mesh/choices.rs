@@ -9,41 +9,52 @@ choices! {
         Classical = "classical",
         /// The paper's greedy as printed.
         Paper = "paper",
-        /// With a weight for vertices that have few faces left, and groups that grow with the mesh: 23 moved faces a split.
-        Ours = "ours",
+        /// A greedy that prefers vertices with few faces left; groups that grow with the mesh; 23 moved faces a split.
+        Tail23 = "tail-23",
+        /// The same with 10 moved faces a split, a region of the mesh at a time.
+        Tail10 = "tail-10",
+        /// New faces beside their neighbours instead of at the buffer's tail, degenerate until they are born; rollouts;
+        /// 23 moved faces a split.
+        InPlace23 = "in-place-23",
         /// The same with 10 moved faces a split.
-        OursFewMoves = "ours-few-moves",
-        /// As ours, the splits of a group in an order that suits the cache.
-        Coherent = "coherent",
-        /// The same with 10 moved faces a split.
-        CoherentFewMoves = "coherent-few-moves",
-        /// A baseline: the live faces in a random order.
+        InPlace10 = "in-place-10",
+        /// A baseline: the live faces in random order.
         Random = "random",
-        /// A baseline: every level ordered anew by meshoptimizer.
+        /// A baseline: every level reordered by meshoptimizer.
         ReOptimised = "re-optimised",
         /// A baseline: the same by its optimizer for a FIFO of 16 entries.
         ReOptimisedFifo = "re-optimised-fifo",
-        /// A baseline: the full mesh's best order, of which a compute pass copies the live faces.
+        /// A baseline: a compute pass copies the live faces in the full mesh's best order.
         Compacted = "compacted",
-        /// A baseline: lists of a row of levels; what is not live of a list has no area (Forsyth 2001).
+        /// A baseline: lists for a series of levels; faces that are not live are degenerate (Forsyth 2001).
         SkipLists = "skip-lists",
-        /// A baseline: a chain of meshes by meshoptimizer's simplifier, which has levels of its own.
+        /// A baseline: a discrete chain of meshes by meshoptimizer's simplifier, with its own levels.
         Discrete = "discrete",
     }
 }
 
 impl FaceOrder {
     /// Whether a level is drawn another way than as the beginning of one buffer that splits change in place.
-    pub const fn is_rival(self) -> bool {
+    pub const fn is_baseline(self) -> bool {
         use FaceOrder::*;
         matches!(self, Random | ReOptimised | ReOptimisedFifo | Compacted | SkipLists | Discrete)
     }
 }
 
 choices! {
+    /// How much work the simplifier does.
+    pub enum BuildEffort {
+        /// One pass, by quadrics: the error rises in jumps.
+        Fast = "fast",
+        /// Two passes: the second orders collapses by their deviation too, and the error rises evenly.
+        Best = "best",
+    }
+}
+
+choices! {
     /// Which processor executes splits, collapses and permutations.
     pub enum Apply {
-        /// The host, in its own copy of the index buffer; what it touched is copied.
+        /// The host, in its own copy of the index buffer; the changed parts are copied.
         Cpu = "cpu",
         /// Compute shaders, in place; not for baselines.
         Gpu = "gpu",
@@ -53,9 +64,9 @@ choices! {
 choices! {
     /// The model's axis that points up.
     pub enum UpAxis {
-        /// As scans and glTF have it.
+        /// As in scans and glTF.
         Y = "y",
-        /// As maps have it.
+        /// As in maps.
         Z = "z",
     }
 }
@@ -67,7 +78,7 @@ choices! {
         Grid = "grid",
         /// At random places and headings in that area.
         Scatter = "scatter",
-        /// Below the eye's way along `path`, evenly, each up to `aside_m` to its side at random.
+        /// Evenly below the camera path `path`, each at random up to `aside_m` to the side.
         Along = "along",
     }
 }

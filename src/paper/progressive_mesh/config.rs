@@ -6,11 +6,10 @@ use crate::math::light::LightColours;
 use crate::picture::Target;
 use crate::scene::camera::Ground;
 use crate::scene::{Fault, Geometry, Language, Part, Scene, SceneError, Setting, Table, settings};
-use crate::vk::{Feature, Need};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
-/// What paper 2 adds to scenes.
+/// Paper 2's part of the scene language.
 pub const LANGUAGE: Language = Language {
     tables: &[
         Table::of::<ProgressiveSurface>(&["surface", "*", "geometry"]),
@@ -29,14 +28,14 @@ fn check(scene: &Scene) -> Result<(), SceneError> {
 /// The geometry's `kind`.
 pub const KIND: &str = "progressive-mesh";
 
-/// The order of faces where none is asked for.
-pub const DEFAULT_ORDER: FaceOrder = FaceOrder::Ours;
+/// The default order of faces.
+pub const DEFAULT_ORDER: FaceOrder = FaceOrder::Tail23;
 
-/// Where a model comes from.
+/// The source of a model.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ModelSource {
-    /// A shipped model, or one that `ortelius fetch` has brought.
+    /// A shipped model, or one downloaded by `ortelius fetch`.
     Named(String),
     /// .ply, .obj, .glb, or .pmesh; the path is ready to open.
     File(PathBuf),
@@ -71,12 +70,12 @@ settings! {
         size_m: f64, in 1e-6..=1e9, unit "m";
         /// The model's axis that points up in the scene.
         up: UpAxis = UpAxis::Y;
-        /// Where the middle of the foot of its box is, over a plane; left out: 0.
+        /// Centre of the bottom of its box, over a plane; default 0.
         east_m: Option<f64> = None, in -1e9..=1e9, unit "m";
         /// As `east_m`.
         north_m: Option<f64> = None, in -1e9..=1e9, unit "m";
-        /// The same over an ellipsoid, in whose local east-north-up frame the model then stands; required there, but for
-        /// the layout `"along"`.
+        /// The same over an ellipsoid, where the model stands in the local east-north-up frame; required there, except
+        /// for the layout `"along"`.
         latitude_deg: Option<f64> = None, in -90.0..=90.0, unit "degrees";
         /// As `latitude_deg`.
         longitude_deg: Option<f64> = None, in -360.0..=360.0, unit "degrees";
@@ -84,7 +83,7 @@ settings! {
         up_m: f64 = 0.0, in -1e9..=1e9, unit "m";
         /// Clockwise from north, of every instance.
         heading_deg: f64 = 0.0, in -360.0..=360.0, unit "degrees";
-        /// How often it is drawn; instances share the vertex buffer, and each has its own level.
+        /// Number of instances; they share the vertex buffer, and each has its own level.
         instances: u32 = 1, in 1..=100_000;
         /// How several instances are spread; over an ellipsoid in the tangent plane, then put on the ellipsoid.
         layout: Layout = Layout::Grid;
@@ -92,19 +91,20 @@ settings! {
         area_m: Option<[f64; 2]> = None, in 0.0..=1e9, unit "m";
         /// The path of the layout `"along"`.
         path: Option<String> = None;
-        /// See the layout `"along"`; left out: 0.
+        /// See the layout `"along"`; default 0.
         aside_m: Option<f64> = None, in 0.0..=1e9, unit "m";
-        /// Of the layouts `"scatter"` and `"along"`; left out: 0.
+        /// For the layouts `"scatter"` and `"along"`; default 0.
         seed: Option<u32> = None;
-        /// Another surface, a progressive mesh of one instance or a plane, on which each instance stands: its foot is
-        /// at the height that the other's full mesh has there.
+        /// Another surface on which each instance stands: a progressive mesh of one instance, or a plane. The height is
+        /// that of its full mesh.
         ground: Option<String> = None;
         /// The wanted deviation from the full model in the picture; 0 draws the full model. The levels' errors are
-        /// estimates, mostly from above (measured at six samples a face and all vertices), no bounds.
+        /// estimates, mostly too large (measured at six samples a face and all vertices), not bounds.
         error_pixels: f64 = 1.0, in 0.0..=1e6, unit "pixels";
-        /// Vertices that appear move to their place instead of jumping there.
+        /// New vertices move to their positions instead of popping.
         geomorph: bool = false;
-        /// Of faces in the index buffer. A `.pmesh` keeps its own; for a baseline it must be in classical order.
+        /// The order of faces in the index buffer. A `.pmesh` keeps its own; for a baseline it must be in classical
+        /// order.
         order: FaceOrder = DEFAULT_ORDER;
         /// Which processor executes changes of level.
         apply: Apply = Apply::Cpu;
@@ -119,10 +119,10 @@ fn check_surface(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fa
     check_ground(surface, part)
 }
 
-/// Whether what is asked for beside an order is its business.
+/// Checks that the other settings fit the order.
 fn check_order(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fault> {
     let order = surface.order;
-    if order.is_rival() && surface.apply == Apply::Gpu {
+    if order.is_baseline() && surface.apply == Apply::Gpu {
         let what = format!(
             "order = {:?} executes no splits that a device could apply; leave apply out",
             order.name()
@@ -202,36 +202,34 @@ pub fn names(scene: &Scene) -> impl Iterator<Item = &str> {
     scene.surfaces.values().filter(move |surface| is_one(&surface.geometry)).map(|surface| &*surface.name)
 }
 
-/// One of them as the scene describes it.
+/// The progressive mesh of a surface.
 ///
 /// # Errors
-/// A key that does not do, or no such geometry.
+/// An invalid key, or another kind of geometry.
 pub fn surface(scene: &Scene, name: &str) -> Result<ProgressiveSurface, SceneError> {
     scene.read(&["surface", name, "geometry"])
 }
 
-/// How frames are made.
+/// Settings of frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// Pixels.
     pub size: [u32; 2],
     pub target: Target,
-    /// The device counts invocations of shaders: needs its feature.
-    pub count_shaders: bool,
-    /// Rounds of needless work for each vertex: for figures in which vertices are to be the bottleneck.
+    /// Rounds of artificial work for each vertex, for figures that need a vertex-bound frame.
     pub vertex_work: u32,
-    /// What a frame may take, and how that is held.
+    /// The budget of a frame, and the rule that keeps it.
     pub budget: Option<Budget>,
     pub rule: Rule,
     /// Towards the sun, world axes.
     pub sun: DVec3,
     pub light: LightColours,
-    /// What is behind everything, linear light.
+    /// The background, in linear light.
     pub background: [f32; 3],
 }
 
 impl Settings {
-    /// What a scene asks for.
+    /// The settings of a scene.
     ///
     /// # Errors
     /// A governor without a budget.
@@ -239,7 +237,6 @@ impl Settings {
         Ok(Settings {
             size: [scene.view.width, scene.view.height],
             target,
-            count_shaders: false,
             vertex_work: 0,
             budget: scene.has(&["governor"]).then(|| scene.read(&["governor"])).transpose()?,
             rule: Rule::default(),
@@ -248,14 +245,4 @@ impl Settings {
             background: scene.view.background.map(|channel| channel as f32),
         })
     }
-}
-
-/// Device features that frames need: give them to `Gpu::new`.
-pub fn needs(settings: &Settings) -> Vec<Need> {
-    let counts = Need {
-        feature: Feature::PipelineStatistics,
-        pass: "surfaces",
-        without: "do without counts, or choose another --device",
-    };
-    settings.count_shaders.then_some(counts).into_iter().collect()
 }

@@ -1,4 +1,4 @@
-//! The ground of instances that stand on another surface: exact heights of its full mesh.
+//! The ground of instances that stand on another surface: exact heights of that surface's full mesh.
 
 use super::cache::live_faces;
 use super::mesh::ProgressiveMesh;
@@ -6,7 +6,7 @@ use super::place::Place;
 use super::stand::Stand;
 use glam::{DMat3, DVec2, DVec3};
 
-/// The heights of a full mesh: triangles in the east-north-up frame of its own place, in a grid of cells.
+/// The heights of a full mesh: triangles in its own east-north-up frame, in a grid of cells.
 pub struct Heights {
     origin: DVec3,
     axes: DMat3,
@@ -15,7 +15,7 @@ pub struct Heights {
     most: DVec3,
     /// Cells a side.
     side: usize,
-    /// Triangles of each cell, those whose box reaches into it.
+    /// For each cell, the triangles whose box overlaps it.
     cells: Vec<Vec<u32>>,
 }
 
@@ -35,7 +35,7 @@ impl Heights {
             faces.iter().map(|face| face.map(|vertex| local[vertex as usize])).collect();
         let least = local.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let most = local.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
-        // About a triangle a cell.
+        // About one triangle per cell.
         let side = ((corners.len() as f64).sqrt().ceil() as usize).clamp(1, 1024);
         let cells = vec![Vec::new(); side * side];
         let mut heights = Heights { origin: stand.foot, axes: stand.axes, corners, least, most, side, cells };
@@ -48,12 +48,12 @@ impl Heights {
         heights
     }
 
-    /// The cells that a box reaches into.
+    /// The cells that a box overlaps.
     fn cells_of(&self, least: DVec3, most: DVec3) -> impl Iterator<Item = usize> + use<> {
         let side = self.side;
         let cell = |at: f64, least: f64, most: f64| {
             let cells = (at - least) / (most - least) * side as f64;
-            // The cast saturates; 0 / 0 of a mesh without width is cell 0.
+            // The cast saturates; for a mesh without width 0 / 0 gives cell 0.
             (cells as usize).min(side - 1)
         };
         let columns = cell(least.x, self.least.x, self.most.x)..=cell(most.x, self.least.x, self.most.x);
@@ -61,12 +61,12 @@ impl Heights {
         rows.flat_map(move |row| columns.clone().map(move |column| row * side + column))
     }
 
-    /// The foot of an instance `up_m` above the highest point of the mesh on the vertical through `stand`; `None` beside
-    /// the mesh.
+    /// The foot of an instance `up_m` above the highest point of the mesh on the vertical through `stand`; `None` if
+    /// the vertical misses the mesh.
     pub fn foot(&self, stand: &Stand, up_m: f64) -> Option<DVec3> {
         let to_local = self.axes.transpose();
         let (point, up) = (to_local * (stand.foot - self.origin), to_local * stand.axes.z_axis);
-        // On an ellipsoid verticals differ; beyond 60 degrees nothing is above anything.
+        // On an ellipsoid verticals differ; beyond 60 degrees the query is rejected.
         if up.z < 0.5 {
             return None;
         }
@@ -81,7 +81,7 @@ impl Heights {
         let above = |triangle: &u32| {
             let corners = self.corners[*triangle as usize];
             let [a, b, c] = corners.map(flat);
-            // Twice the areas; swapped ends negate one exactly, so no point falls between two neighbours.
+            // Twice the areas. Swapped ends negate an area exactly, so no point falls between two neighbours.
             let area = |from: DVec2, to: DVec2| (from - at).perp_dot(to - at);
             let areas = DVec3::new(area(b, c), area(c, a), area(a, b));
             let inside = areas.min_element() >= 0.0 || areas.max_element() <= 0.0;

@@ -1,4 +1,4 @@
-//! From a scene's names to progressive meshes.
+//! Loads a scene's progressive meshes.
 
 use super::choices::FaceOrder;
 use super::config::{self, ModelSource, ProgressiveSurface};
@@ -14,29 +14,29 @@ use crate::scene::{Geometry, Plane, Scene, SceneError};
 use std::collections::HashMap;
 use thiserror::Error;
 
-/// A surface as it is to be shown.
+/// A surface ready to be drawn.
 #[derive(Clone, Debug)]
 pub struct Model {
-    /// In the scene.
+    /// Its name in the scene.
     pub name: String,
     pub surface: ProgressiveSurface,
     pub mesh: ProgressiveMesh,
-    /// What its file holds when whole, where the file's end is missing.
+    /// If the file is truncated, the extent of the complete file.
     pub cut_from: Option<Extent>,
     /// One for each instance.
     pub stands: Vec<Stand>,
-    /// Another technique textures it.
+    /// Set if another technique textures it.
     pub textured: Option<Textured>,
 }
 
-/// How the texture of another technique lies on a surface.
+/// How another technique's texture applies to a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Textured {
-    /// The sun lights it.
+    /// The surface is lit by the sun.
     pub lit: bool,
 }
 
-/// A progressive mesh that cannot be loaded. `place` is where its source or its order was set.
+/// A progressive mesh that cannot be loaded. `place` locates the source or order in the scene file.
 #[derive(Debug, Error)]
 pub enum LoadError {
     #[error(transparent)]
@@ -46,13 +46,13 @@ pub enum LoadError {
     #[error("{place}: {error}")]
     Model { place: String, error: ModelError },
     #[error(
-        "{place}: {order} goes through the faces of a .pmesh in classical order, and {file} has another; build it with \
+        "{place}: {order} needs a .pmesh in classical order, and {file} is in another; build it with \
          --order classical"
     )]
     Order { place: String, order: &'static str, file: String },
 }
 
-/// All progressive meshes of a scene by name, simplified and ordered as it says, each instance on its ground.
+/// All progressive meshes of a scene, simplified and ordered as the scene says, each instance on its ground.
 ///
 /// # Errors
 /// [`LoadError`] names the surface's key, and the file or the model.
@@ -81,7 +81,7 @@ fn heights(model: &Model) -> Heights {
     Heights::new(&model.mesh, &place, &stand)
 }
 
-/// Puts each instance on the model's ground, where it has one.
+/// Moves each instance onto the model's ground, if it has one.
 fn put_on_ground(
     scene: &Scene,
     model: &mut Model,
@@ -94,7 +94,7 @@ fn put_on_ground(
     };
     for (n, stand) in model.stands.iter_mut().enumerate() {
         let foot = match &scene.surfaces[ground].geometry {
-            // Its height is the 0 from which up_m counts already.
+            // The plane's height is the 0 from which up_m counts.
             Geometry::Plane(rectangle) => plane(rectangle, stand),
             _ => grounds[ground].foot(stand, model.surface.up_m),
         };
@@ -107,7 +107,7 @@ fn put_on_ground(
     Ok(())
 }
 
-/// The mesh, and what its file holds when whole where its end is missing.
+/// The mesh; and, if its file is truncated, the extent of the complete file.
 fn mesh(
     scene: &Scene,
     name: &str,
@@ -117,10 +117,10 @@ fn mesh(
     if let ModelSource::File(path) = &surface.source
         && path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("pmesh"))
     {
-        // Its order was chosen when it was built.
+        // A .pmesh has the order that it was built with.
         let read = ProgressiveMesh::read(path);
         let read = read.map_err(|error| LoadError::Pmesh { place: place("source"), error })?;
-        if surface.order.is_rival() && !read.mesh.swaps.levels.is_empty() {
+        if surface.order.is_baseline() && !read.mesh.swaps.levels.is_empty() {
             let (order, file) = (surface.order.name(), path.display().to_string());
             return Err(LoadError::Order { place: place("order"), order, file });
         }
@@ -138,8 +138,8 @@ fn mesh(
     Ok((ordered(&model, &simplified.collapses, surface.order), None))
 }
 
-/// A model's progressive mesh with its faces in one of the orders; for a baseline in the classical one, which it goes
-/// through.
+/// A model's progressive mesh with its faces in one of the orders; for baselines in the classical order, which they
+/// read.
 pub fn ordered(model: &model::Model, collapses: &Collapses, face_order: FaceOrder) -> ProgressiveMesh {
     match OrderOptions::of(face_order) {
         Some(options) => order(model, collapses, &options, &mut |_, _| ()),

@@ -1,9 +1,8 @@
 //! A progressive mesh as it is executed and stored: two buffers, the splits, and the permutations (paper 2, sections 4
 //! and 5).
 //!
-//! Differs from the paper: a split may add several vertices, where the split position lies on a seam and so has
-//! several wedges (each replaces its own vertex), or where a component appears as a whole (its vertices replace
-//! nothing).
+//! Differs from the paper: a split may add several vertices. On a seam the split position has several wedges, each with
+//! its own vertex to replace; or a component appears as a whole, and its vertices replace nothing.
 
 use crate::math::ragged::Ragged;
 use crate::model::Attributes;
@@ -11,23 +10,38 @@ use glam::DVec3;
 
 pub use super::simplify::NOWHERE;
 
-/// A mesh at every level of detail. Level i = i splits are applied; level 0 is M0, level n the full mesh.
+/// A mesh at every level of detail. Level i has i splits applied; level 0 is M0, level n the full mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ProgressiveMesh {
     /// The paper's V for all levels: level i draws with the first `levels[i].vertices` of them.
     pub vertices: Vertices,
-    /// The paper's F at level 0, with the slots of all levels: the first `levels[0].faces` are live. What stands
-    /// in the others is what the splits find when they bring them to life.
+    /// The paper's F at level 0, with the slots of all levels: the first `levels[0].faces` are live. The other slots
+    /// hold their faces as they are at their birth.
     pub faces: Vec<[u32; 3]>,
     /// n + 1 levels, coarsest first.
     pub levels: Vec<Level>,
-    /// What the vertices beyond those of level 0 do when they appear, in their order.
+    /// The splits of the vertices beyond level 0, in their order.
     pub splits: Splits,
     /// The permutations of faces, coarsest level first.
     pub swaps: Swaps,
+    /// Where new faces are drawn.
+    pub births: Births,
 }
 
-/// What is live at a level, and how far it is from the full mesh.
+/// Where faces are drawn between two permutations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Births {
+    /// As in the paper: each split appends its faces to the live prefix.
+    #[default]
+    Tail,
+    /// In place (ours): from a permutation's level on, all faces are drawn that are live at the next permutation's
+    /// level, in this permutation's order. A vertex that is not yet live is replaced by its predecessor, so unborn
+    /// faces have no area. The levels before the first permutation are also drawn in its order; after the last, splits
+    /// append faces.
+    InPlace,
+}
+
+/// The live elements of a level, and its deviation from the full mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Level {
     /// `CurNumVerts`.
@@ -45,31 +59,31 @@ pub struct Vertices {
     pub centre: DVec3,
     /// Positions less `centre`, rounded to f32.
     pub positions: Vec<[f32; 3]>,
-    /// For each vertex the first vertex that has the same position: position-welded index space.
+    /// For each vertex the first vertex at the same position: position-welded index space.
     pub welded: Vec<u32>,
     pub attributes: Attributes,
 }
 
-/// For each vertex beyond level 0's: which vertex it replaces, and where.
+/// For each vertex beyond level 0's: the vertex that it replaces, and where.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Splits {
-    /// The paper's `splitVert`, or [`NOWHERE`] where nothing is replaced.
+    /// The paper's `splitVert`, or [`NOWHERE`] if nothing is replaced.
     pub split_vertices: Vec<u32>,
-    /// The paper's `f1 … f_numF`: slots of the live faces in which the new vertex takes `splitVert`'s place,
-    /// ascending. Of faces that were live at the level before: a face that appears has its corners already.
+    /// The paper's `f1 … f_numF`: slots in which the new vertex replaces `splitVert`, ascending. Only faces that were
+    /// live at the level before: a new face already has its corners.
     pub slots: Ragged<u32>,
 }
 
 /// The paper's `tswap`s.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Swaps {
-    /// Levels that carry permutations, ascending: executed after the splits that lead to the level from below, and
-    /// run backwards before the collapses that lead down from it.
+    /// Levels with permutations, ascending. A permutation is executed after the splits that lead up to its level, and
+    /// inverted before the collapses that lead down from it.
     pub levels: Vec<u32>,
-    /// For each of `levels` the number of cycles of it and all before it.
+    /// For each of `levels` the number of cycles up to and including it.
     pub cycle_ends: Vec<u32>,
-    /// The cycles: slots `f1 … f_numF` of one `tswap` each; no slot is in two cycles of one level. Each begins
-    /// with its least slot, and they stand in the order of these: one spelling for each permutation.
+    /// The cycles: slots `f1 … f_numF` of one `tswap` each; no slot is in two cycles of one level. Each begins with its
+    /// least slot, and cycles ascend by it: a normal form of the permutation.
     pub cycles: Ragged<u32>,
 }
 
@@ -77,14 +91,30 @@ impl ProgressiveMesh {
     /// n: the level of the full mesh.
     ///
     /// # Panics
-    /// If there is no level at all.
+    /// If there are no levels.
     pub fn last_level(&self) -> u32 {
         u32::try_from(self.levels.len() - 1).expect("fewer than 2^32 levels")
     }
 }
 
+impl ProgressiveMesh {
+    /// For each vertex the one from which it splits, at a lower level; for those of level 0 the vertex itself. A vertex
+    /// that replaces none takes the predecessor of the others at its position; a component's vertices take vertex 0.
+    pub fn predecessors(&self) -> Vec<u32> {
+        let first = self.levels.first().map_or(0, |level| level.vertices);
+        let mut predecessors: Vec<u32> = (0..first).collect();
+        for pair in self.levels.windows(2) {
+            let rows = (pair[0].vertices - first) as usize..(pair[1].vertices - first) as usize;
+            let splits = &self.splits.split_vertices[rows];
+            let other = splits.iter().copied().find(|&split| split != NOWHERE).unwrap_or(0);
+            predecessors.extend(splits.iter().map(|&split| if split == NOWHERE { other } else { split }));
+        }
+        predecessors
+    }
+}
+
 impl Swaps {
-    /// The cycles of the permutation that is carried by `levels[index]`, as a range of rows of `cycles`.
+    /// The cycles of the permutation of `levels[index]`, as a range of rows of `cycles`.
     pub fn cycles_of(&self, index: usize) -> std::ops::Range<usize> {
         let start = if index == 0 { 0 } else { self.cycle_ends[index - 1] };
         start as usize..self.cycle_ends[index] as usize

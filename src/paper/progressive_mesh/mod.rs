@@ -7,18 +7,29 @@
 //! wasted. The paper adds cyclic permutations of faces (tswap) between groups of splits, which keep the buffer's
 //! order good for that cache at every level.
 //!
+//! | the paper's word | meaning | file |
+//! |---|---|---|
+//! | M0, Mn | the coarsest mesh; the full mesh, after n splits | [`mesh`] |
+//! | ecol | edge collapse: removes one vertex and the faces of the edge | [`simplify`] |
+//! | vsplit | vertex split, the inverse: appends one vertex and up to two faces, and rewrites corners around it | [`run`] |
+//! | tswap | a cyclic permutation of faces in the index buffer; backwards for ecol | [`order`], [`run`] |
+//! | group | the splits between two sets of tswaps | [`order`] |
+//! | transforms per vertex | misses of a vertex cache (FIFO of 16 entries unless stated) over vertices | [`cache`] |
+//!
 //! Steps, one file or folder each: [`simplify`] finds the collapses, [`order`] arranges faces and finds the
 //! tswaps, [`mesh`] is the result, and [`run`] executes it, once [`check`] has found it sound. [`cache`] counts what an
-//! order costs, and [`rivals`] what else could be done; [`apply`] runs it on the GPU; [`reference`](mod@reference)
+//! order costs, and [`baselines`] what else could be done; [`apply`] runs it on the GPU; [`reference`](mod@reference)
 //! builds a level afresh; [`file`](mod@file) is how it is stored. [`load`](mod@load) makes the meshes of a scene, [`stand`],
 //! [`ground`] and [`place`] say where their instances are. A [`surface`] has many instances, [`technique`]
-//! is the paper's part of a frame, and the [`governor`] holds its time.
+//! is the paper's part of a frame, and the [`governor`] holds its time; [`faces`] lays a frame's faces open.
 
 pub mod apply;
+pub mod baselines;
 pub mod cache;
 pub mod check;
 pub mod choices;
 pub mod config;
+pub mod faces;
 pub mod figures;
 pub mod file;
 pub mod governor;
@@ -29,14 +40,13 @@ pub mod order;
 pub mod place;
 mod record;
 pub mod reference;
-pub mod rivals;
 pub mod run;
 pub mod simplify;
 pub mod stand;
 pub mod surface;
 pub mod technique;
 
-pub use config::{Settings, needs};
+pub use config::Settings;
 pub use load::{LoadError, Model, Textured, load, ordered};
 pub use record::FrameRecord;
 pub use surface::{Change, Surface, SurfaceError, SurfaceMemory};

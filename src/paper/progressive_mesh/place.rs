@@ -1,12 +1,11 @@
-//! Where an instance stands, whether the eye sees it, and which deviation it may have (paper 2, section 4: the wanted
-//! deviation; from what it follows is a gap of the paper).
+//! Where an instance stands, whether it is visible, and which deviation it may have (paper 2, section 4: the wanted
+//! deviation; the paper does not say how to choose it).
 //!
-//! From pixels to object units: a pinhole with `f` pixels of focal length (`height / (2 tan(fov / 2))`) shows a length
-//! `e` at distance `d`, seen square-on in the picture's middle, as `f e / d` pixels. So `p` pixels are `p d / f`
-//! metres at the nearest point of the instance's bounding sphere, and over the instance's scale object units. Away
-//! from the middle the same length is longer in the picture, by at most 1 / cos^2 of its angle from the axis: 2.4
-//! in the corner of 60 degrees and 16:9. What is asked for is therefore kept in the middle, and by that factor not in
-//! the corners.
+//! From pixels to object units: a pinhole with `f` pixels of focal length (`height / (2 tan(fov / 2))`) shows a
+//! length `e` at distance `d`, square-on in the middle of the picture, as `f e / d` pixels. So `p` pixels are `p d / f`
+//! metres at the nearest point of the instance's bounding sphere; divided by the instance's scale, object units. Away
+//! from the middle the same length appears longer, by at most 1 / cos^2 of its angle from the axis: 2.4 in the corner
+//! at 60 degrees and 16:9. The bound therefore holds in the middle, and may be exceeded by that factor in the corners.
 
 use super::choices::UpAxis;
 use super::config::ProgressiveSurface;
@@ -15,16 +14,16 @@ use crate::math::camera::Pose;
 
 use glam::{DMat3, DMat4, DVec3};
 
-/// A model's box and the sphere around it, about its centre, in object units.
+/// A model's bounding box and sphere about its centre, in object units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     pub half_sides: DVec3,
-    /// Of the farthest vertex.
+    /// Distance of the farthest vertex from the centre.
     pub radius: f64,
 }
 
 impl Bounds {
-    /// Of positions relative to the centre of their box.
+    /// For positions relative to the centre of their box.
     pub fn of(positions: &[[f32; 3]]) -> Bounds {
         let far = |so_far: (DVec3, f64), position: &[f32; 3]| {
             let position = DVec3::from(position.map(f64::from));
@@ -38,24 +37,24 @@ impl Bounds {
 /// An instance in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// World metres of the centre of the model's box.
+    /// Centre of the model's box in world metres.
     pub centre: DVec3,
-    /// From the object's axes to the world's.
+    /// From object axes to world axes.
     pub rotation: DMat3,
-    /// Metres of an object unit.
+    /// Metres per object unit.
     pub scale: f64,
-    /// Of the sphere around the centre, metres.
+    /// Radius of the sphere around the centre, metres.
     pub radius: f64,
 }
 
 impl Place {
-    /// Where `stand` puts a model of these bounds.
+    /// Places a model of these bounds at `stand`.
     pub fn new(surface: &ProgressiveSurface, bounds: &Bounds, stand: &Stand) -> Place {
-        // A point is as high as one likes: it has no side.
+        // A model of a single point has no extent: any scale will do.
         let longest = 2.0 * bounds.half_sides.max_element();
         let scale = if longest > 0.0 { surface.size_m / longest } else { 1.0 };
         let (upright, half_height) = match surface.up {
-            // x stays in the east, y rises, z comes towards the south.
+            // x stays east, y becomes up, z points south.
             UpAxis::Y => (DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y), bounds.half_sides.y),
             UpAxis::Z => (DMat3::IDENTITY, bounds.half_sides.z),
         };
@@ -68,8 +67,8 @@ impl Place {
         }
     }
 
-    /// From positions relative to the model's centre, object units, to Vulkan's clip space. The eye is subtracted here,
-    /// in f64: what is left is small where it matters, and fits f32.
+    /// From positions relative to the model's centre, in object units, to Vulkan's clip space. The eye is subtracted
+    /// here in f64: near the eye the rest is small enough for f32.
     pub fn object_to_clip(&self, pose: &Pose, size: [u32; 2]) -> DMat4 {
         let object_to_eye = DMat4::from_translation(self.centre - pose.eye)
             * DMat4::from_mat3(self.rotation * DMat3::from_diagonal(DVec3::splat(self.scale)));
@@ -81,8 +80,7 @@ impl Place {
         self.centre + self.rotation * (position * self.scale)
     }
 
-    /// Whether the sphere reaches into the pyramid that the eye sees; at its edges it may say so of a sphere that stays
-    /// just outside.
+    /// True if the sphere intersects the view pyramid; near its edges also for spheres that lie just outside.
     pub fn is_seen(&self, pose: &Pose, size: [u32; 2]) -> bool {
         let to_centre = self.centre - pose.eye;
         let ahead_m = to_centre.dot(pose.forward);
@@ -91,16 +89,16 @@ impl Place {
         }
         let tan_y = (0.5 * pose.vertical_fov_rad).tan();
         let tan_x = tan_y * f64::from(size[0]) / f64::from(size[1]);
-        // A side's plane holds the eye; its distance is positive outside.
+        // The plane of a side contains the eye; the distance is positive outside.
         let outside = |across_m: f64, tan: f64| (across_m.abs() - tan * ahead_m) / (1.0 + tan * tan).sqrt();
         outside(to_centre.dot(pose.right), tan_x) <= self.radius
             && outside(to_centre.dot(pose.up), tan_y) <= self.radius
     }
 
-    /// The deviation in object units that shows as `pixels` in a picture of so many rows.
+    /// The deviation in object units that appears as `pixels` in a picture of `rows` rows.
     pub fn wanted_error(&self, pose: &Pose, rows: u32, pixels: f64) -> f64 {
         let focal_px = f64::from(rows) / (2.0 * (0.5 * pose.vertical_fov_rad).tan());
-        // Within the sphere the nearest point that can be seen is on the near plane.
+        // Inside the sphere the nearest visible point is on the near plane.
         let distance_m = ((self.centre - pose.eye).length() - self.radius).max(pose.near_m);
         pixels * distance_m / focal_px / self.scale
     }
@@ -132,17 +130,17 @@ mod tests {
     }
 
     #[test]
-    fn the_model_stands_on_its_foot_as_high_as_it_is_told() {
+    fn the_model_stands_on_its_foot_with_the_given_height() {
         let place = place(DVec3::new(5.0, 6.0, 7.0), 90.0);
         let near = |a: DVec3, b: DVec3| assert!((a - b).length() < 1e-12, "{a} {b}");
         near(place.to_world(DVec3::new(0.0, -2.0, 0.0)), DVec3::new(5.0, 6.0, 7.0));
         near(place.to_world(DVec3::new(0.0, 2.0, 0.0)), DVec3::new(5.0, 6.0, 15.0));
-        // x, east without a heading, is turned by a quarter clockwise: south.
+        // x, east without a heading, turns a quarter clockwise: south.
         near(place.to_world(DVec3::new(1.0, -2.0, 0.0)), DVec3::new(5.0, 4.0, 7.0));
     }
 
     #[test]
-    fn the_error_that_is_allowed_is_so_many_pixels_where_the_sphere_is_nearest() {
+    fn the_wanted_error_spans_the_given_pixels_at_the_spheres_nearest_point() {
         let place = place(DVec3::ZERO, 0.0);
         let pose = eye(place.centre - DVec3::Y * (place.radius + 10.0));
         // 90 degrees over 200 rows: a focal length of 100 pixels; 10 m away a pixel is 0.1 m, 0.05 units at 2 m each.
@@ -157,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_behind_or_beside_the_picture_is_not_seen() {
+    fn a_model_behind_or_beside_the_view_is_not_seen() {
         let place = place(DVec3::ZERO, 0.0);
         let from = |by: DVec3| place.is_seen(&eye(place.centre + by), [100, 100]);
         assert!(from(DVec3::new(0.0, -20.0, 0.0)));
@@ -170,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn the_matrix_is_the_place() {
+    fn the_matrix_agrees_with_to_world() {
         let place = place(DVec3::new(1e6, 2e6, 30.0), 33.0);
         let pose = eye(place.centre + DVec3::new(3.0, -40.0, 1.0));
         let at = DVec3::new(0.3, -0.7, 0.2);

@@ -1,28 +1,26 @@
-//! What is kept of each frame.
+//! The record of each frame.
 
 use super::surface::Change;
-use crate::vk::{PassTime, ShaderCounts};
+use crate::vk::PassTime;
 use std::time::Duration;
 
-/// One frame, as the report tells it.
+/// One frame of a report.
 #[derive(Clone, Debug)]
 pub struct FrameRecord {
     /// 0 for the first.
     pub index: u64,
-    /// Of all surfaces together.
+    /// Sum over all surfaces.
     pub change: Change,
-    /// The host's time for levels: who is seen, which level, its execution and the copies into mapped memory.
+    /// The host's time for levels: culling, choice of levels, execution, and copies into mapped memory.
     pub host: Duration,
-    /// By what the surfaces' wanted errors were multiplied; 1 without a governor.
+    /// The factor on the surfaces' wanted errors; 1 without a governor.
     pub error_factor: f64,
     pub passes: Vec<PassTime>,
-    /// What the device counted, where it was asked to.
-    pub counts: Option<ShaderCounts>,
 }
 
 impl FrameRecord {
-    /// The frame's time in milliseconds: the host's work on levels and the device's passes, one after the other; `None`
-    /// where the device keeps no time.
+    /// The frame's time in milliseconds: the host's work on levels plus the device's passes; `None` if the device has
+    /// no timestamps.
     pub fn milliseconds(&self) -> Option<f64> {
         let device_ns = self.passes.iter().map(|pass| pass.ns).sum::<Option<u64>>()?;
         Some(self.host.as_secs_f64() * 1e3 + device_ns as f64 / 1e6)

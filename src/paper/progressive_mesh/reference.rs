@@ -1,16 +1,18 @@
-//! A level of detail, built afresh from the model and its collapses, as section 3 says it: the truth for every buffer
-//! that the run-time part holds.
+//! A level of detail, built from scratch from the model and its collapses as in section 3: the reference for every
+//! buffer of the run-time part.
 
+use super::mesh::ProgressiveMesh;
+use super::run::State;
 use super::simplify::{Collapses, NOWHERE};
 use crate::model::Model;
 use std::collections::BTreeSet;
 
-/// The faces of a level, in wedges of the model, in the model's order: the full mesh, and `ecol` from the last level down
-/// to this one.
+/// The faces of a level, in wedges of the model, in the model's order: the full mesh, then `ecol` from the last level
+/// down to this one.
 ///
 /// # Panics
-/// If there is no such level, or the collapses contradict themselves: a face that vanishes twice, or a wedge that vanishes
-/// while a face shows it.
+/// If there is no such level, or the collapses are inconsistent: a face vanishes twice, or a wedge vanishes while a
+/// face uses it.
 pub fn faces_at(model: &Model, collapses: &Collapses, level: u32) -> Vec<[u32; 3]> {
     let levels = collapses.errors.len();
     assert!(level as usize <= levels, "level {level} of {levels}");
@@ -32,7 +34,32 @@ pub fn faces_at(model: &Model, collapses: &Collapses, level: u32) -> Vec<[u32; 3
     faces.into_iter().flatten().collect()
 }
 
-/// The wedges that are left at a level: all but those of the collapses above it.
+/// The index buffer of a level of `mesh` with births in place: the faces of the next permutation's level, with each
+/// vertex that is not live at `level` replaced by its predecessor until it is.
+///
+/// # Panics
+/// If there is no such level.
+pub fn drawn_in_place(mesh: &ProgressiveMesh, level: u32) -> Vec<[u32; 3]> {
+    let last = mesh.levels.len() as u32 - 1;
+    let next = mesh.swaps.levels.iter().copied().find(|&swap| swap > level).unwrap_or(last);
+    let mut state = State::new(mesh);
+    state.go_to(mesh, next);
+    let live = mesh.levels[level as usize].vertices;
+    let shown = |vertex: u32| {
+        let mut shown = vertex;
+        while shown >= live.max(1) {
+            let brought_by = mesh.levels.iter().position(|level| shown < level.vertices).expect("a level");
+            let brought = mesh.levels[brought_by - 1].vertices..mesh.levels[brought_by].vertices;
+            let split = |vertex: u32| mesh.splits.split_vertices[(vertex - mesh.levels[0].vertices) as usize];
+            let own = [split(shown)].into_iter().chain(brought.map(split)).find(|&split| split != NOWHERE);
+            shown = own.unwrap_or(0);
+        }
+        shown
+    };
+    state.live(mesh).iter().map(|face| face.map(shown)).collect()
+}
+
+/// The wedges of a level: all but those removed by the collapses above it.
 ///
 /// # Panics
 /// If there is no such level.
@@ -43,7 +70,7 @@ pub fn wedges_at(model: &Model, collapses: &Collapses, level: u32) -> BTreeSet<u
     (0..model.wedge_positions.len() as u32).filter(|wedge| !gone.contains(wedge)).collect()
 }
 
-/// Faces as a set with orientation: each begins at its least corner, of which it has one, and all are sorted.
+/// Faces as an oriented set: each is rotated to begin at its least corner, and all are sorted.
 pub fn face_set<T: Ord + Clone>(faces: impl IntoIterator<Item = [T; 3]>) -> Vec<[T; 3]> {
     let turned = |mut face: [T; 3]| {
         let least = (0..3).min_by(|&a, &b| face[a].cmp(&face[b])).expect("three corners");
@@ -60,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_set_of_faces_knows_orientation_and_neither_first_corner_nor_order() {
+    fn a_set_of_faces_depends_on_orientation_but_not_on_first_corner_or_order() {
         let set = |faces: &[[u32; 3]]| face_set(faces.iter().copied());
         assert_eq!(set(&[[2, 0, 1], [3, 1, 0]]), set(&[[0, 3, 1], [0, 1, 2]]));
         assert_ne!(set(&[[0, 1, 2]]), set(&[[0, 2, 1]]));

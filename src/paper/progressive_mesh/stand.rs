@@ -1,4 +1,4 @@
-//! Where the instances of a surface stand: their layout over a plane or an ellipsoid.
+//! Layout of a surface's instances over a plane or an ellipsoid.
 
 use super::choices::Layout;
 use super::config::ProgressiveSurface;
@@ -12,11 +12,11 @@ use glam::{DMat3, DVec2, DVec3};
 /// Where an instance stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stand {
-    /// The middle of the foot of its box, world metres.
+    /// Centre of the bottom of its box, world metres.
     pub foot: DVec3,
     /// Clockwise from north.
     pub heading_deg: f64,
-    /// East, north and up there, as columns.
+    /// Local east, north and up, as columns.
     pub axes: DMat3,
 }
 
@@ -26,7 +26,7 @@ impl Stand {
         Stand { foot, heading_deg, axes: DMat3::IDENTITY }
     }
 
-    /// Over the ellipsoid, `up_m` above it, below or above a point of space.
+    /// Over the ellipsoid: at height `up_m` on the vertical through a point in space.
     fn on_ellipsoid(point: DVec3, up_m: f64, heading_deg: f64) -> Stand {
         let place = geodesy::ecef_to_geodetic(point);
         let LocalFrame { east, north, up } = geodesy::local_frame(place.latitude_deg, place.longitude_deg);
@@ -35,10 +35,10 @@ impl Stand {
     }
 }
 
-/// Where the instances of a surface stand before they are put on another surface.
+/// The instances of a surface, before they are moved onto another surface.
 ///
 /// # Panics
-/// If the surface was not read from this scene: a path that it does not have.
+/// If the surface names a path that this scene does not have.
 pub fn stands(scene: &Scene, surface: &ProgressiveSurface) -> Vec<Stand> {
     let count = surface.instances;
     let stand = |by: DVec2, turn_deg: f64| at(scene, surface, by, turn_deg);
@@ -61,7 +61,7 @@ pub fn stands(scene: &Scene, surface: &ProgressiveSurface) -> Vec<Stand> {
             let aside_m = surface.aside_m.unwrap_or(0.0);
             let mut next = |n: u32| {
                 let done = (f64::from(n) + 0.5) / f64::from(count) * f64::from(path.frames);
-                let (eye, right) = way(path, done, scene.ground);
+                let (eye, right) = eye_on_path(path, done, scene.ground);
                 let point = eye + right * (2.0 * random.next() - 1.0) * aside_m;
                 let turn_deg = 360.0 * random.next();
                 match scene.ground {
@@ -76,7 +76,7 @@ pub fn stands(scene: &Scene, surface: &ProgressiveSurface) -> Vec<Stand> {
     }
 }
 
-/// An instance `by` east and north of the surface's own place.
+/// An instance `by` metres east and north of the surface's own place.
 fn at(scene: &Scene, surface: &ProgressiveSurface, by: DVec2, turn_deg: f64) -> Stand {
     let heading_deg = surface.heading_deg + turn_deg;
     match scene.ground {
@@ -91,7 +91,7 @@ fn at(scene: &Scene, surface: &ProgressiveSurface, by: DVec2, turn_deg: f64) -> 
             };
             let LocalFrame { east, north, up } = geodesy::local_frame(latitude_deg, longitude_deg);
             if by == DVec2::ZERO {
-                // Not through the inverse: exact also at a pole, where the longitude decides the axes.
+                // Does not use the inverse: exact at a pole too, where the longitude determines the axes.
                 let foot = geodesy::geodetic_to_ecef(latitude_deg, longitude_deg, surface.up_m);
                 return Stand { foot, heading_deg, axes: DMat3::from_cols(east, north, up) };
             }
@@ -101,7 +101,7 @@ fn at(scene: &Scene, surface: &ProgressiveSurface, by: DVec2, turn_deg: f64) -> 
     }
 }
 
-/// Rows and columns that fill an area: as square as it, so that columns / rows is about its east / north.
+/// Grid of rows and columns over an area, with nearly square cells.
 fn grid(count: u32, area_m: [f64; 2]) -> impl Iterator<Item = DVec2> {
     let [east_m, north_m] = area_m.map(|side_m| side_m.max(1e-9));
     let columns = (f64::from(count) * east_m / north_m).sqrt().ceil().clamp(1.0, f64::from(count));
@@ -114,8 +114,8 @@ fn grid(count: u32, area_m: [f64; 2]) -> impl Iterator<Item = DVec2> {
     })
 }
 
-/// The eye at a (broken) frame, over a plane at height 0, and the unit vector to the eye's right there.
-fn way(path: &Path, frame: f64, ground: Ground) -> (DVec3, DVec3) {
+/// The eye at a fractional frame, over a plane at height 0, and the unit vector to its right.
+fn eye_on_path(path: &Path, frame: f64, ground: Ground) -> (DVec3, DVec3) {
     let whole = frame.floor();
     let [before, after]: [Pose; 2] = [whole, whole + 1.0].map(|frame| path.pose(frame as u32));
     match ground {
@@ -128,7 +128,7 @@ fn way(path: &Path, frame: f64, ground: Ground) -> (DVec3, DVec3) {
     }
 }
 
-/// Pseudo-random numbers from 0 to 1, the same everywhere: PCG (O'Neill 2014), 32 bits of 64.
+/// Pseudo-random numbers from 0 to 1, the same on every machine: PCG (O'Neill 2014), 32 bits of 64.
 struct Random(u64);
 
 impl Random {

@@ -1,10 +1,10 @@
-//! Paper 2's part of a frame: every instance that is seen is brought to the level that its distance asks for, what
-//! that changed of the index buffers is copied, and all are drawn; or handed on as shapes, to what textures them.
+//! Paper 2's part of a frame. Every visible instance is brought to the level for its distance, changes of the index
+//! buffers are copied, and all instances are drawn, or passed as shapes to the technique that textures them.
 //!
-//! A vertex is shaded as in a plain renderer: nothing of the levels is left in the shaders, unless vertices that
-//! appear are to move to their places (geomorphing): see [`vertices`](super::surface::vertices).
+//! Vertices are shaded as in a plain renderer: the shaders do not know levels, except with geomorphing, where new
+//! vertices move to their positions: see [`vertices`](super::surface::vertices).
 
-use super::config::{Settings, needs};
+use super::config::Settings;
 use super::governor::Governor;
 use super::load::Model;
 use super::record::FrameRecord;
@@ -17,19 +17,19 @@ use crate::picture;
 use crate::vk::shader::Shader;
 use crate::vk::shader::progressive_mesh::{geomorph_vert, surface_frag, surface_vert};
 use crate::vk::{
-    Blend, Buffer, BufferUse, Cmd, ColorTarget, Depth, DepthTarget, FRAMES_IN_FLIGHT, Frame, Geometry, Gpu,
-    GraphicsInfo, GraphicsPipeline, Need, PassTime, Resource, Result, ShaderQuery,
+    Blend, Buffer, BufferUse, Cmd, ColorTarget, Depth, DepthTarget, Frame, Geometry, Gpu, GraphicsInfo,
+    GraphicsPipeline, Need, PassTime, Resource, Result,
 };
 use glam::DVec3;
 use std::time::Instant;
 
-/// A frame's passes.
+/// The pass that changes levels.
 const LEVELS: &str = "levels";
 const COMPACT: &str = "compact";
-/// Draws the surfaces that have no texture.
+/// The pass that draws the untextured surfaces.
 pub const SURFACES: &str = "surfaces";
 
-/// A pipeline of the pass that draws, with one of its two vertex shaders.
+/// The pipeline of the drawing pass, with one of its two vertex shaders.
 ///
 /// # Errors
 /// The driver's compiler fails.
@@ -61,14 +61,13 @@ pub struct ProgressiveMeshes {
     geomorph: Option<GraphicsPipeline>,
     copies: Copies,
     staging: PerFrame<Buffer>,
-    queries: Option<ShaderQuery>,
     pending: PerFrame<Option<FrameRecord>>,
     governor: Option<Governor>,
-    /// The next frame draws nothing: an instance of the first surface goes to a level.
+    /// If set, the next frame draws nothing, and this instance of the first surface goes to this level.
     only: Option<(usize, u32)>,
 }
 
-/// Words that a frame copies, and where they go: (surface, first word there, words).
+/// Words that a frame copies, and their destination: (surface, first word there, words).
 #[derive(Default)]
 struct Copies {
     words: Vec<u32>,
@@ -77,13 +76,12 @@ struct Copies {
 
 impl ProgressiveMeshes {
     /// # Errors
-    /// What the device lacks, a mesh that is not one.
+    /// A missing device feature, or an invalid mesh.
     pub fn new(
         gpu: &Gpu,
         models: &[Model],
         settings: Settings,
     ) -> std::result::Result<ProgressiveMeshes, SurfaceError> {
-        gpu.require(&needs(&settings))?;
         let surfaces = models
             .iter()
             .map(|model| Surface::new(gpu, model))
@@ -99,10 +97,6 @@ impl ProgressiveMeshes {
             geomorph: geomorph.then(|| pipeline(&geomorph_vert::SHADER)).transpose()?,
             copies: Copies::default(),
             staging: PerFrame::new(|| gpu.buffer("levels: staging", 0, BufferUse::Upload))?,
-            queries: match settings.count_shaders {
-                true => Some(gpu.shader_query("surfaces: counts", FRAMES_IN_FLIGHT as u32)?),
-                false => None,
-            },
             pending: PerFrame::default(),
             governor: settings.budget.map(|budget| Governor::new(budget, settings.rule)),
             only: None,
@@ -112,7 +106,7 @@ impl ProgressiveMeshes {
         })
     }
 
-    /// Frames of these meshes and nothing else.
+    /// A run that draws only these meshes.
     ///
     /// # Errors
     /// As [`ProgressiveMeshes::new`].
@@ -126,12 +120,13 @@ impl ProgressiveMeshes {
         Ok(Run::new(gpu, technique, target))
     }
 
-    /// Whether it draws pixels itself: some surface has no texture of another technique.
+    /// True if it draws pixels itself: some surface is not textured by another technique.
     pub fn draws(&self) -> bool {
         self.plain.is_some() || self.geomorph.is_some()
     }
 
-    /// What the last prepared frame hands on of the surface `name`; `None` where it has none such, or draws it itself.
+    /// The shape of surface `name` for the technique that textures it, from the last prepared frame; `None` if there is
+    /// no such surface or it is drawn here.
     pub fn shape(&self, name: &str) -> Option<Shape> {
         self.surfaces.iter().find(|surface| surface.name == name)?.shape()
     }
@@ -145,7 +140,7 @@ impl ProgressiveMeshes {
             .plan(|factor| wanted.iter().map(|(surface, wanted)| surface.live_faces(wanted, factor)).sum())
     }
 
-    /// Brings all instances to their levels; by what their wanted errors were multiplied for that.
+    /// Brings all instances to their levels; returns the change and the governor's factor.
     fn choose_levels(&mut self, gpu: &Gpu, view: &View) -> Result<(Change, f64)> {
         let Self { surfaces, copies, .. } = self;
         if let Some(level) = self.only {
@@ -163,7 +158,7 @@ impl ProgressiveMeshes {
         Ok((change, error_factor))
     }
 
-    /// Copies, or executes, what the levels changed.
+    /// Copies or executes the changes of levels.
     fn record_levels(&self, cmd: &mut Cmd<'_>, slot: Slot) -> Result<()> {
         let mut from = 0;
         for (n, surface) in self.surfaces.iter().enumerate() {
@@ -189,7 +184,7 @@ impl ProgressiveMeshes {
                     }
                     VertexBuffer::Textured { .. } => continue,
                 };
-                let pipeline = pipeline.as_ref().expect("made for the surfaces that there are");
+                let pipeline = pipeline.as_ref().expect("created with the surfaces");
                 let geometry = Geometry { vertices, indices: &surface.indices };
                 let slices = surface.slices(&view.pose, view.size, self.settings.sun);
                 render.draw_slices(pipeline, &resources, geometry, &slices)?;
@@ -200,15 +195,11 @@ impl ProgressiveMeshes {
 }
 
 impl Run<ProgressiveMeshes> {
-    /// A frame that draws nothing: an instance of the first surface goes to a level. For what that alone costs.
+    /// A frame that only brings an instance of the first surface to a level, to measure that cost.
     ///
     /// # Errors
     /// As [`Run::frame`].
-    ///
-    /// # Panics
-    /// If shaders are to be counted: none runs.
     pub fn change_level(&mut self, instance: usize, level: u32) -> std::result::Result<(), SurfaceError> {
-        assert!(self.technique.queries.is_none(), "no draw to count in");
         self.technique.only = Some((instance, level));
         let nowhere = Pose {
             eye: DVec3::ZERO,
@@ -229,10 +220,10 @@ impl Technique for ProgressiveMeshes {
     type Error = SurfaceError;
 
     fn needs(&self) -> Vec<Need> {
-        needs(&self.settings)
+        Vec::new()
     }
 
-    /// Levels are executed, or copied; a baseline that the device executes has a pass of its own; surfaces are drawn.
+    /// Levels are executed or copied; a baseline that runs on the device has its own pass; surfaces are drawn.
     fn passes(&self) -> Vec<&'static str> {
         let compacts = self.surfaces.iter().any(Surface::compacts);
         let passes = [Some(LEVELS), compacts.then_some(COMPACT), self.draws().then_some(SURFACES)];
@@ -247,7 +238,6 @@ impl Technique for ProgressiveMeshes {
     ) -> std::result::Result<FrameRecord, SurfaceError> {
         let mut record = self.pending[slot].take().expect("a frame that has ended was prepared");
         record.passes = times;
-        record.counts = self.queries.as_ref().map(|query| query.read(slot.index())).transpose()?;
         if let (Some(governor), Some(ms)) = (&mut self.governor, record.milliseconds()) {
             governor.frame_took(ms, record.change.live_faces);
         }
@@ -265,7 +255,6 @@ impl Technique for ProgressiveMeshes {
             host: start.elapsed(),
             error_factor,
             passes: Vec::new(),
-            counts: None,
         });
         Ok(())
     }
@@ -282,10 +271,7 @@ impl Technique for ProgressiveMeshes {
             frame.pass(COMPACT, |cmd| self.surfaces.iter().try_for_each(|surface| surface.compact(cmd)))?;
         }
         if self.draws() && self.only.is_none() {
-            frame.pass(SURFACES, |cmd| match &self.queries {
-                Some(query) => cmd.counted(query, slot.index(), |cmd| self.draw(cmd, view, target)),
-                None => self.draw(cmd, view, target),
-            })?;
+            frame.pass(SURFACES, |cmd| self.draw(cmd, view, target))?;
         }
         self.surfaces.iter_mut().for_each(Surface::submitted);
         Ok(())
@@ -296,7 +282,7 @@ impl Technique for ProgressiveMeshes {
         Ok(())
     }
 
-    /// Instances are at their levels at once.
+    /// Instances reach their levels at once.
     fn progress(&self) -> Progress {
         Progress::Settled
     }
@@ -321,7 +307,7 @@ impl Copies {
         self.parts.push((surface, at, words.len()));
     }
 
-    /// Into mapped memory, a larger one where it does not suffice.
+    /// Copies to mapped memory; grows it if necessary.
     fn stage(&self, gpu: &Gpu, staging: &mut Buffer) -> Result<()> {
         let bytes: &[u8] = bytemuck::cast_slice(&self.words);
         if staging.bytes() < bytes.len() as u64 {

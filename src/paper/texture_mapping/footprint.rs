@@ -1,58 +1,66 @@
-//! A: the footprint. The disc `r <= 1` of a pixel maps to the ellipse `q^T V^-1 q <= 1` in texels around the pixel's centre,
-//! `V = J J^T`: the thesis's (1)…(3), Heckbert's "Fundamentals of texture mapping and image warping" (UCB/CSD 89/516, 1989).
+//! A: the footprint. The disc `r <= 1` of a pixel maps to the ellipse `q^T V^-1 q <= 1` in texels around
+//! the pixel's centre, with `V = J J^T`: the thesis's (1)…(3); Heckbert, "Fundamentals of texture mapping
+//! and image warping" (UCB/CSD 89/516, 1989).
 //!
-//! Ours: `V = s J J^T + k I` with a reconstruction term k, whose determinant has positive terms alone; the level of detail
-//! by the minor axis; a cap on the ratio of the axes.
+//! Ours: `V = s J J^T + k I` with a reconstruction term k, whose determinant has only positive terms; the
+//! level of detail by the minor axis; a cap on the axis ratio.
 
-/// Which ellipse the weights (4) follow. The texels that take part are always those of the exact ellipse.
+/// The ellipse that the weights (4) follow. The contributing texels are always those of the exact ellipse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axes {
-    /// As printed: axes as long as the rows of J, turned by the angle of the first row.
+    /// As printed: axis lengths from the rows of J, rotated by the angle of the first row.
     Rows,
-    /// As printed, with J's columns in place of its rows.
+    /// As printed, with J's columns instead of its rows.
     Columns,
     /// Exact for every J.
     Corrected,
-    /// A circle as wide as the exact major axis is long: weights that are blind to the shape.
+    /// A circle with the radius of the exact major axis.
     Round,
 }
 
-/// How `det V` is computed; it decides whether long footprints exist in f32.
+/// The formula for `det V`. It decides whether long footprints work in f32.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Determinant {
     /// `s^2 (det J)^2 + s k tr(J J^T) + k^2`.
     AllPositive,
-    /// `V11 V22 - V12^2`, which cancels: not positive for a quarter of all directions at an axis ratio of 10^4.
+    /// `V11 V22 - V12^2`. It cancels: for a quarter of all directions it is not positive at an axis ratio
+    /// of 10^4.
     Subtracting,
 }
 
-/// Which texels are looked at.
+/// The texels that are visited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scan {
-    /// All of the ellipse's bounding box.
+    /// The ellipse's whole bounding box.
     BoundingBox,
-    /// Each row from the ellipse's left edge to its right one.
+    /// In each row, from the ellipse's left edge to its right one.
     RowSpan,
 }
 
-/// Everything about A.
+/// All settings of A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Footprint {
     pub axes: Axes,
     pub determinant: Determinant,
-    /// The reconstruction term, in squared texels of the level that is filtered; the thesis has 0. At least 1/2 leaves no
-    /// footprint without a texel: a disc of that squared radius holds one wherever it lies.
+    /// The reconstruction term, in squared texels of the filtered level; the thesis has 0. With at least 1/2 every
+    /// footprint contains a texel: a disc of that squared radius contains one at every position.
     pub k: f32,
     pub scan: Scan,
-    /// The finest level is taken in which the minor semi-axis has less than twice so many texels; 0: always level 0.
+    /// Selects the finest level whose minor semi-axis is less than twice this many texels; 0: always level
+    /// 0.
     pub minor_texels: f32,
-    /// A longer ellipse is widened to this ratio of its axes.
+    /// A longer ellipse is widened to this axis ratio.
     pub most_ratio: f32,
+    /// Most texels of the level from the centre to a side of the ellipse's bounding box, without k; a
+    /// larger box raises the level.
+    pub most_reach: f32,
 }
 
-/// Most texels that one pixel looks at, and half of the most rows: beyond, the level is raised.
+/// The most texels that a pixel visits; a larger footprint raises the level.
 pub const MOST_VISITED: u32 = 16_384;
-pub const MOST_REACH: u32 = 1024;
 
-/// A semi-axis of more texels sees the texture's mean: the coarsest level's texel.
+/// [`Footprint::most_reach`] of a texture that fits video memory.
+pub const MOST_REACH: f32 = 1024.0;
+
+/// If the longer semi-axis exceeds this many texels, the pixel gets the texture's mean: the coarsest level's texel.
 pub const MOST_MAJOR_TEXELS: f64 = 1_048_576.0;

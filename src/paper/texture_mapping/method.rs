@@ -1,31 +1,34 @@
-//! One of the methods that turn a pixel's footprint into a colour; the GPU and the reference run the same value.
+//! The methods that filter a pixel's footprint to a colour; the GPU and the reference run the same value.
 
 use super::baselines::Baseline;
-use super::footprint::{Axes, Determinant, Footprint, Scan};
+use super::footprint::{Axes, Determinant, Footprint, MOST_REACH, Scan};
 use super::weight_map::WeightMap;
 use super::weights::{Edge, Kernel};
 
-/// What a surface is filtered with.
+/// A filter method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Method {
     /// A…D: weighted texels of an ellipse.
     Ellipse(Ellipse),
-    /// The field's.
+    /// A published filter.
     Baseline(Baseline),
+    /// G: fragments of rotated polygons; the value is their spacing in pixels.
+    ObjectSpace(f32),
 }
 
-/// A…D together.
+/// The settings of A…D.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ellipse {
     pub footprint: Footprint,
     pub kernel: Kernel,
-    /// In place of evaluating the kernel.
+    /// Replaces the evaluation of the kernel.
     pub map: Option<WeightMap>,
     pub edge: Edge,
 }
 
 impl Ellipse {
-    /// The thesis: no reconstruction term, formula (4) as printed, level 0 but for what one pixel can look at, no edge weights.
+    /// The thesis: no reconstruction term, formula (4) as printed, level 0 unless a pixel would visit too
+    /// many texels, no edge weights.
     pub const PAPER: Ellipse = Ellipse {
         footprint: Footprint {
             axes: Axes::Rows,
@@ -34,13 +37,14 @@ impl Ellipse {
             scan: Scan::BoundingBox,
             minor_texels: 0.0,
             most_ratio: 1e6,
+            most_reach: MOST_REACH,
         },
         kernel: Kernel::FORMULA_4,
         map: None,
         edge: Edge::None,
     };
 
-    /// Corrected, with everything of ours: the least error per texel of the settings that `tm.pareto` measures.
+    /// Corrected, with all of our additions: the least error per texel of the settings in `tm.pareto`.
     pub const BEST: Ellipse = Ellipse {
         footprint: Footprint {
             axes: Axes::Corrected,
@@ -49,13 +53,14 @@ impl Ellipse {
             scan: Scan::RowSpan,
             minor_texels: 1.0,
             most_ratio: 64.0,
+            most_reach: MOST_REACH,
         },
         kernel: Kernel::EWA,
         map: None,
         edge: Edge::AreaRamp,
     };
 
-    /// The largest r of a weight map: texels that the edge cuts have their centres outside of r = 1.
+    /// The largest r of a weight map. Texels that the edge cuts may have their centres outside r = 1.
     pub fn map_reach(&self) -> f64 {
         if self.edge == Edge::None { 1.0 } else { 1.5 }
     }
@@ -80,6 +85,16 @@ impl Ellipse {
         Ellipse { footprint: Footprint { most_ratio, ..self.footprint }, ..self }
     }
 
+    /// Limits the footprint: including the edge's half texel, it reaches at most `texels` from the texel of its
+    /// centre. For a tiled texture that is half a tile. The reference's `outer` adds at most `V / t + (1 + t) / 4 I`
+    /// with `t >= 2 sqrt k` to V.
+    pub fn within(self, texels: u32) -> Ellipse {
+        let k = f64::from(self.footprint.k);
+        let (t, most) = (2.0 * k.sqrt(), f64::from(texels) - 0.5);
+        let most_reach = ((most * most - (1.0 + t) / 4.0) / (1.0 + 1.0 / t) - k).sqrt() as f32;
+        Ellipse { footprint: Footprint { most_reach, ..self.footprint }, ..self }
+    }
+
     pub const fn k(self, k: f32) -> Ellipse {
         Ellipse { footprint: Footprint { k, ..self.footprint }, ..self }
     }
@@ -97,7 +112,20 @@ impl Ellipse {
     }
 }
 
-/// A pixel as every method gets it.
+/// How a pixel's position and derivatives are computed for an ellipse: E and F.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coordinates {
+    /// Nine coefficients, with the homography's derivatives at the pixel's centre.
+    Analytic,
+    /// Nine coefficients for the pixel and its right and lower neighbours; derivatives are differences.
+    Textbook,
+    /// The row's constants for the pixel; additions for its neighbours; derivatives are differences.
+    Rows,
+    /// The row's constants for the pixel and for the ellipse's parameters: (9).
+    Incremental,
+}
+
+/// A pixel, as passed to every method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pixel {
     /// Column and row.

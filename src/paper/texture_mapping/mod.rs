@@ -1,9 +1,10 @@
 //! Paper 3: realism and speed of texture mapping.
 //!
-//! O. Dudnyk, "Methods and tools of increasing the realism and productivity of texture mapping in computer graphics
-//! systems", thesis, Vinnytsia, 2018 (abstract, in Ukrainian). Each pixel's footprint in the texture is an ellipse; its
-//! texels are weighted by a Gaussian that follows the ellipse. The thesis makes the weights more exact at the ellipse's
-//! edge and cheaper by tables, steps the texture coordinates along rows, textures in object space, and filters relief.
+//! O. Dudnyk, "Methods and tools of increasing the realism and productivity of texture mapping in computer
+//! graphics systems", thesis, Vinnytsia, 2018 (abstract, in Ukrainian). A pixel's footprint in the texture
+//! is an ellipse; a Gaussian that follows the ellipse weights its texels. The thesis makes the weights more
+//! exact at the ellipse's edge and cheaper by tables, steps the texture coordinates along rows, textures in
+//! object space, and filters relief.
 //!
 //! | letter | step | file |
 //! |---|---|---|
@@ -12,14 +13,16 @@
 //! | C | edge texels: the cut-off volume V1 | `weights.rs` |
 //! | D | weight maps, (5), (6) | `weight_map.rs` |
 //! | E, F | modified Heckbert coordinates, (7), (8); ellipse parameters by increments, (9) | `coordinates/` |
-//! | G | object-space texturing, filtered in the screen plane | not built yet |
+//! | G | object-space texturing, filtered in the screen plane | `object_space/` |
 //! | H | parallax mapping with anisotropic filtering | `relief/` |
 //! | I | refined distance map | `relief/` |
 //!
-//! [`method`] is one of them all, [`pass`] runs it on the GPU over a tilted [`plane`], and [`mod@reference`] in f64 on the CPU.
-//! [`baselines`] are the field's filters, [`texels`] the textures; [`figures`] measures all of them.
+//! `[surface.NAME.relief]` ([`config`]) puts H and I below a plane of a scene.
+//! [`method`] selects a method, [`pass`] runs it on the GPU over a tilted [`plane`], and [`mod@reference`]
+//! in f64 on the CPU. [`baselines`] are published filters, [`texels`] the textures; [`figures`] measures
+//! all of them.
 //!
-//! Errata. Built as printed and as corrected where both can run:
+//! Errata. Each formula that can run is built twice, as printed and as corrected:
 //! - (4) takes the lengths of the **rows** of J for the ellipse's axes and an angle from J's entries. That is right only
 //!   where J is diagonal or a similarity. The exact form is `r^2 = |J^-1 q|^2`.
 //! - (2) has no reconstruction term: at 88 degrees of tilt a fifth of the footprints hold no texel, and the sum of weights
@@ -28,10 +31,12 @@
 //! - V1's operator is illegible: we read "the volume kept on the texel's side of the cut".
 
 pub mod baselines;
+pub mod config;
 pub mod coordinates;
 pub mod figures;
 pub mod footprint;
 pub mod method;
+pub mod object_space;
 pub mod pass;
 pub mod plane;
 pub mod reference;

@@ -1,8 +1,10 @@
-//! A method on the GPU: one triangle over the whole picture, whose fragments filter a tilted plane.
+//! A method on the GPU: one triangle covers the picture, and its fragments filter a tilted plane.
 
 use super::baselines::Baseline;
+use super::coordinates::pass::set_up;
+use super::coordinates::{Band, Form};
 use super::footprint::{Axes, Determinant, MOST_VISITED, Scan};
-use super::method::{Ellipse, Method, Pixel};
+use super::method::{Coordinates, Ellipse, Method, Pixel};
 use super::plane::Plane;
 use super::texels::Texels;
 use crate::vk::shader::texture_mapping as glsl;
@@ -14,28 +16,32 @@ use crate::vk::{
 
 /// A texture in video memory.
 pub struct Uploaded {
-    image: Image,
-    /// Sums of bytes over 2 x 2 copies, with a row and a column of zeros before them: for [`Baseline::SummedArea`].
+    pub(super) image: Image,
+    /// Summed bytes over 2 x 2 copies, with a row and a column of zeros first: for
+    /// [`Baseline::SummedArea`].
     sums: Image,
-    coarsest: u32,
+    pub(super) coarsest: u32,
 }
 
-/// What a pass draws into.
+/// The targets of a pass.
 pub struct Targets {
-    /// Linear light; alpha: texels fetched. With `dumps` also place, Jacobian and decisions of each pixel.
+    /// Linear light; alpha: texels fetched. With `dumps` also the position, Jacobian and decisions of each
+    /// pixel.
     images: Vec<Image>,
     pub size: [u32; 2],
 }
 
-/// A method's pipeline, and what it reads beside the texture.
+/// A method's pipeline and its inputs apart from the texture.
 pub struct FilterPass {
     pipeline: GraphicsPipeline,
     sampler: Sampler,
     weight_map: Buffer,
+    /// The rows' constants, for ellipses whose [`Coordinates`] use them.
+    rows: Buffer,
     coarsest: u32,
 }
 
-/// What one pixel's invocation decided, from a pass with dumps.
+/// The decisions of one pixel's invocation, from a pass with dumps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dumped {
     /// `None` beyond the horizon.
@@ -43,13 +49,13 @@ pub struct Dumped {
     pub colour: [f32; 3],
     pub fetched: u32,
     pub level: u32,
-    /// No texel had a weight.
+    /// True if no texel had a weight.
     pub empty: bool,
-    /// Texels looked at.
+    /// Texels visited.
     pub visited: u32,
 }
 
-/// What the device must have for a method.
+/// Device features that a method needs.
 pub fn needs(method: &Method) -> Vec<Need> {
     match method {
         Method::Baseline(Baseline::Hardware(_)) => vec![Need {
@@ -79,7 +85,22 @@ impl Uploaded {
     }
 }
 
-/// Entry (x, y): the sum of all bytes above and left of it, modulo 2^32.
+/// The words of a buffer, after all earlier frames have ended.
+///
+/// # Errors
+/// Device lost, out of memory.
+pub fn read_words(gpu: &Gpu, buffer: &Buffer) -> Result<Vec<u32>> {
+    let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback)?;
+    let mut frame = gpu.frame()?;
+    frame.pass("read-back", |cmd| {
+        cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes());
+        Ok(())
+    })?;
+    frame.submit()?.wait()?;
+    Ok(bytemuck::pod_collect_to_vec(host.mapped()))
+}
+
+/// Entry (x, y) is the sum of all bytes above and to the left, modulo 2^32.
 fn sums_of(texels: &Texels) -> Vec<u32> {
     let side = 2 * texels.side as usize + 1;
     let mut sums = vec![0u32; side * side];
@@ -103,7 +124,11 @@ impl Targets {
         Ok(Targets { images, size })
     }
 
-    /// Red, green and blue of linear light, and the count of texels, of each pixel.
+    pub(super) fn picture(&self) -> &Image {
+        &self.images[0]
+    }
+
+    /// Red, green and blue in linear light, and the texel count, of each pixel.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -112,7 +137,7 @@ impl Targets {
         Ok(bytemuck::pod_collect_to_vec(&bytes))
     }
 
-    /// Everything of each pixel. The targets were made with dumps.
+    /// All values of each pixel. The targets must have dumps.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -145,7 +170,7 @@ impl Targets {
     }
 }
 
-/// The plane as the shaders get it: what is constant over the picture, from f64.
+/// The plane as passed to the shaders: constants of the picture, computed in f64.
 pub fn push(plane: &Plane, size: [u32; 2], frame: u32) -> PlanePush {
     let [[a, b, c], [d, e, f], [g, h, i]] = plane.0;
     let single = |row: [f64; 3]| row.map(|number| number as f32);
@@ -162,10 +187,12 @@ pub fn push(plane: &Plane, size: [u32; 2], frame: u32) -> PlanePush {
         det: det as f32,
         middle: size.map(|side| side as f32 / 2.0),
         frame,
+        low: [f32::NEG_INFINITY; 2],
+        high: [f32::INFINITY; 2],
     }
 }
 
-/// A method's fragment shaders, without and with dumps.
+/// A method's fragment shaders: without and with dumps.
 fn shaders(method: &Method) -> &'static [Shader; 2] {
     match method {
         Method::Ellipse(_) => &glsl::ellipse_frag::SHADERS,
@@ -178,6 +205,7 @@ fn shaders(method: &Method) -> &'static [Shader; 2] {
             Baseline::Stochastic(_) => &glsl::stochastic_frag::SHADERS,
             Baseline::SummedArea => &glsl::summed_area_frag::SHADERS,
         },
+        Method::ObjectSpace(_) => panic!("object_space::pass has its stages"),
     }
 }
 
@@ -194,11 +222,12 @@ fn constants(method: &Method, coarsest: u32) -> Vec<(&'static str, u32)> {
             Baseline::Stochastic(samples) => constants.push(("SAMPLES", samples)),
             Baseline::Hardware(_) | Baseline::Pbrt | Baseline::SummedArea => {}
         },
+        Method::ObjectSpace(_) => {}
     }
     constants
 }
 
-fn ellipse_constants(ellipse: &Ellipse) -> [(&'static str, u32); 15] {
+fn ellipse_constants(ellipse: &Ellipse) -> [(&'static str, u32); 16] {
     let Ellipse { footprint, kernel, map, edge } = ellipse;
     let axes = match footprint.axes {
         Axes::Rows => 0,
@@ -217,6 +246,7 @@ fn ellipse_constants(ellipse: &Ellipse) -> [(&'static str, u32); 15] {
         ("ROW_SPAN", u32::from(footprint.scan == Scan::RowSpan)),
         ("MINOR_TEXELS", footprint.minor_texels.to_bits()),
         ("MOST_RATIO", footprint.most_ratio.to_bits()),
+        ("MOST_REACH", footprint.most_reach.to_bits()),
         ("RADIUS", kernel.radius_px.to_bits()),
         ("MOST_VISITED", (MOST_VISITED as f32).to_bits()),
         ("ALPHA", kernel.alpha.to_bits()),
@@ -230,11 +260,48 @@ fn ellipse_constants(ellipse: &Ellipse) -> [(&'static str, u32); 15] {
 }
 
 impl FilterPass {
-    /// For textures whose level of one texel is `coarsest`; with `dumps` for targets that have them.
+    /// `coarsest` is the textures' level of one texel. With `dumps`, the targets must have dumps too.
     ///
     /// # Errors
-    /// Out of memory; what [`needs`] names is missing.
+    /// Out of memory; a feature of [`needs`] is missing.
     pub fn new(gpu: &Gpu, method: &Method, coarsest: u32, dumps: bool) -> Result<FilterPass> {
+        FilterPass::with(gpu, method, &constants(method, coarsest), coarsest, dumps)
+    }
+
+    /// An ellipse with the given form of the coordinates, for pictures of `plane` only.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn by(
+        gpu: &Gpu,
+        ellipse: &Ellipse,
+        coarsest: u32,
+        coordinates: Coordinates,
+        (plane, size): (&Plane, [u32; 2]),
+    ) -> Result<FilterPass> {
+        let method = Method::Ellipse(*ellipse);
+        let own = [("COORDINATES", coordinates as u32)];
+        let mut pass = FilterPass::with(
+            gpu,
+            &method,
+            &[&constants(&method, coarsest)[..], &own].concat(),
+            coarsest,
+            false,
+        )?;
+        // Rows count from the picture's first corner.
+        let plane = plane.shifted(size.map(|side| -f64::from(side) / 2.0));
+        let words = set_up(Form::RowConstants, &plane, Band { size, first_row: 0 });
+        pass.rows = gpu.buffer_with("rows", &words, BufferUse::Storage)?;
+        Ok(pass)
+    }
+
+    fn with(
+        gpu: &Gpu,
+        method: &Method,
+        specialization: &[(&'static str, u32)],
+        coarsest: u32,
+        dumps: bool,
+    ) -> Result<FilterPass> {
         gpu.require(&needs(method))?;
         let shader = &shaders(method)[usize::from(dumps)];
         let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
@@ -242,7 +309,7 @@ impl FilterPass {
             vertex: &glsl::screen_vert::SHADER,
             geometry: None,
             fragment: Some(shader),
-            specialization: &constants(method, coarsest),
+            specialization,
             points: false,
             depth: None,
             colors: &[Format::Rgba32Float; 4][..if dumps { 4 } else { 1 }],
@@ -262,11 +329,12 @@ impl FilterPass {
             pipeline,
             sampler: gpu.tiling_sampler("tiling sampler", most_anisotropy)?,
             weight_map: gpu.buffer_with("weight map", &words, BufferUse::Texels)?,
+            rows: gpu.buffer("no rows", 4, BufferUse::Storage)?,
             coarsest,
         })
     }
 
-    /// Filters the plane that `push` says.
+    /// Filters the plane of `push`.
     ///
     /// # Errors
     /// Out of memory.
@@ -281,6 +349,7 @@ impl FilterPass {
         let resources = [
             (glsl::ellipse_frag::TEXTURE_OF, Resource::Sampled(&texture.image, &self.sampler)),
             (glsl::ellipse_frag::WEIGHT_MAP, Resource::Buffer(&self.weight_map)),
+            (glsl::ellipse_frag::ROWS, Resource::Buffer(&self.rows)),
             (glsl::summed_area_frag::SUMS, Resource::Texture(&texture.sums, View::Whole)),
         ];
         let clear = Clear::Float([0.0; 4]);
@@ -290,7 +359,7 @@ impl FilterPass {
         })
     }
 
-    /// One frame of the pass alone, waited for: nanoseconds where the device keeps time.
+    /// Runs one frame with this pass alone and waits for it; nanoseconds if the device has timestamps.
     ///
     /// # Errors
     /// Device lost, out of memory.

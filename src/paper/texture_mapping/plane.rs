@@ -1,20 +1,23 @@
-//! An infinite textured plane before a pinhole camera: texture coordinates as a homography of the pixel's place.
+//! An infinite textured plane in front of a pinhole camera: texture coordinates as a homography of the
+//! pixel position.
 //!
-//! `u = (A x + B y + C) / (G x + H y + I)`, `v = (D x + E y + F) / (G x + H y + I)`, in texels of level 0; x and y in pixels
-//! from the picture's centre, x to the right and y down. The plane is seen where the denominator is positive.
+//! `u = (A x + B y + C) / (G x + H y + I)`, `v = (D x + E y + F) / (G x + H y + I)`, in texels of level 0;
+//! x and y in pixels from the picture's centre, x to the right and y down. The plane is visible where the
+//! denominator is positive.
 
-/// How the plane lies.
+/// The orientation of the plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tilt {
-    /// Between the plane's normal and the view direction; the upper half of the picture is farther away.
+    /// Angle between the plane's normal and the view direction; the upper half of the picture is farther
+    /// away.
     pub tilt_degrees: f64,
-    /// The camera about its view direction.
+    /// Rotation of the camera about its view direction.
     pub roll_degrees: f64,
-    /// The texture about the plane's normal.
+    /// Rotation of the texture about the plane's normal.
     pub yaw_degrees: f64,
-    /// Texels that a step of one pixel to the right spans at the picture's centre, without roll and yaw.
+    /// Texels per pixel to the right at the picture's centre, without roll and yaw.
     pub texels_per_pixel: f64,
-    /// From the centre to the upper edge of the picture.
+    /// Angle from the picture's centre to its upper edge.
     pub half_view_degrees: f64,
 }
 
@@ -23,7 +26,8 @@ pub struct Tilt {
 pub struct Plane(pub [[f64; 3]; 3]);
 
 impl Tilt {
-    /// Without roll and yaw, a texel a pixel at the centre, 16 degrees from the lower edge to the upper.
+    /// Without roll and yaw; one texel per pixel at the centre, 16 degrees from the lower edge to the
+    /// upper.
     pub fn of(tilt_degrees: f64) -> Tilt {
         Tilt {
             tilt_degrees,
@@ -34,13 +38,18 @@ impl Tilt {
         }
     }
 
+    /// From the eye to the picture's plane, for a picture of `height` pixels.
+    pub fn focal_px(&self, height: u32) -> f64 {
+        f64::from(height) / 2.0 / self.half_view_degrees.to_radians().tan()
+    }
+
     /// The homography for a picture of `height` pixels.
     pub fn plane(&self, height: u32) -> Plane {
-        let focal_px = f64::from(height) / 2.0 / self.half_view_degrees.to_radians().tan();
+        let focal_px = self.focal_px(height);
         let (sin, cos) = self.tilt_degrees.to_radians().sin_cos();
         let (roll_sin, roll_cos) = self.roll_degrees.to_radians().sin_cos();
         let (yaw_sin, yaw_cos) = self.yaw_degrees.to_radians().sin_cos();
-        // Of a pixel: its offset after the roll, (right, up), as linear forms of (x, y, 1).
+        // A pixel's offset after the roll, (right, up), as linear forms of (x, y, 1).
         let right = [roll_cos, roll_sin, 0.0];
         let up = [roll_sin, -roll_cos, 0.0];
         let form = |a: f64, b: f64, one: f64| [a * right[0] + b * up[0], a * right[1] + b * up[1], one];
@@ -61,7 +70,7 @@ impl Plane {
         (w > 0.0).then(|| [u / w, v / w])
     }
 
-    /// The rows of the Jacobian, (u_x u_y) and (v_x v_y), texels a pixel.
+    /// The rows of the Jacobian, (u_x u_y) and (v_x v_y), in texels per pixel.
     pub fn jacobian(&self, x: f64, y: f64) -> [[f64; 2]; 2] {
         let [u, v, w] = self.0.map(|[a, b, c]| a * x + b * y + c);
         let [numerator_u, numerator_v, denominator] = self.0;
@@ -71,12 +80,13 @@ impl Plane {
         [row(numerator_u, u), row(numerator_v, v)]
     }
 
-    /// The plane as the camera sees it that has moved by so many pixels: what was at (x + dx, y + dy) is now at (x, y).
+    /// The plane after the camera moved by this many pixels: the point at (x + dx, y + dy) is now at (x,
+    /// y).
     pub fn shifted(&self, [dx, dy]: [f64; 2]) -> Plane {
         Plane(self.0.map(|[a, b, c]| [a, b, c + a * dx + b * dy]))
     }
 
-    /// As shaders get it: every number rounded to f32.
+    /// As passed to shaders: every number rounded to f32.
     pub fn rounded(&self) -> Plane {
         Plane(self.0.map(|row| row.map(|number| f64::from(number as f32))))
     }
@@ -86,7 +96,7 @@ impl Plane {
 mod tests {
     use super::*;
 
-    /// From the geometry: the ray of a pixel meets the plane; yaw and roll by rotations.
+    /// Computed geometrically: intersects the pixel's ray with the plane, with yaw and roll as rotations.
     fn by_rays(tilt: &Tilt, height: u32, x: f64, y: f64) -> [f64; 2] {
         let focal = f64::from(height) / 2.0 / tilt.half_view_degrees.to_radians().tan();
         let roll = tilt.roll_degrees.to_radians();
@@ -106,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn the_homography_is_the_rays_meeting_with_the_plane() {
+    fn the_homography_is_the_intersection_of_ray_and_plane() {
         let tilt = Tilt {
             tilt_degrees: 63.0,
             roll_degrees: 20.0,

@@ -1,6 +1,6 @@
-//! A grey texture that tiles the plane, with all its levels: bytes of linear light.
+//! A grey, tiling texture with all its levels: bytes of linear light.
 
-/// Levels from finest to the one of a single texel, each row by row.
+/// Levels from the finest to a single texel, in row order.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texels {
     pub side: u32,
@@ -8,8 +8,8 @@ pub struct Texels {
 }
 
 impl Texels {
-    /// Each coarser texel is the mean of 2 x 2, rounded to the nearest byte. It is taken from level 0, so that rounding
-    /// does not add up.
+    /// Each coarser texel is the mean of its texels of level 0, rounded to the nearest byte, so that
+    /// rounding errors do not accumulate.
     pub fn new(side: u32, finest: Vec<u8>) -> Texels {
         assert!(side.is_power_of_two() && finest.len() == (side * side) as usize, "{side} texels a side");
         let mut sums: Vec<u64> = finest.iter().map(|&byte| u64::from(byte)).collect();
@@ -27,12 +27,12 @@ impl Texels {
         Texels { side, levels }
     }
 
-    /// The level of one texel.
+    /// The number of the coarsest level, which has one texel.
     pub fn coarsest(&self) -> u32 {
         self.levels.len() as u32 - 1
     }
 
-    /// A byte; columns and rows wrap.
+    /// A byte of a texel; columns and rows wrap.
     pub fn byte(&self, level: u32, column: i64, row: i64) -> u8 {
         let side = i64::from(self.side >> level);
         self.levels[level as usize][(row.rem_euclid(side) * side + column.rem_euclid(side)) as usize]
@@ -44,7 +44,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_texel_is_the_mean_of_all_below_it() {
+    fn a_texel_is_the_mean_of_its_texels_of_level_0() {
         let texels = Texels::new(4, (0..16).map(|n| if n == 5 { 255 } else { 0 }).collect());
         assert_eq!(texels.levels[1], [64, 0, 0, 0]);
         assert_eq!(texels.levels[2], [16]);

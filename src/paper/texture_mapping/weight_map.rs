@@ -1,18 +1,19 @@
-//! D: weight maps. The weight `exp(-alpha r^2)` is looked up in a table at the texel's place in the unit disc.
+//! D: weight maps. A table holds the weight `exp(-alpha r^2)` by the texel's position in the unit disc.
 //!
-//! The thesis's (5) finds that place from J's entries and is exact where (4) is; corrected, the place is a square root of
-//! `V^-1` times the texel's offset: [`Axes`](super::footprint::Axes) decides, as for (4). (6) is the map's scale.
+//! The thesis's (5) computes that position from J's entries and is exact where (4) is. The corrected position is a
+//! square root of `V^-1` times the texel's offset. [`Axes`](super::footprint::Axes) selects one of the two, as for
+//! (4). (6) is the map's scale.
 
-/// What the table is indexed by.
+/// The index of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
-    /// x and y: entries squared.
+    /// x and y: `entries` squared.
     Square,
-    /// |x| and |y|: a quarter of it at the same resolution.
+    /// |x| and |y|: a quarter of the size at the same resolution.
     Quadrant,
     /// r.
     Radial,
-    /// r^2, which needs no square root (pbrt's table).
+    /// r^2: needs no square root (pbrt's table).
     SquaredRadius,
 }
 
@@ -20,18 +21,18 @@ pub enum Shape {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WeightMap {
     pub shape: Shape,
-    /// A power of two; of each side of a two-dimensional map.
+    /// Entries along each side; a power of two.
     pub entries: u32,
-    /// 8 or 16: entries are fractions of 2^bits - 1.
+    /// 8 or 16: entries are multiples of 1 / (2^bits - 1).
     pub bits: u32,
-    /// Between the two nearest entries, as a sampler of a one-dimensional texture does, in place of the nearest alone.
-    /// Two-dimensional maps have the nearest.
+    /// Interpolates the two nearest entries, as a sampler of a one-dimensional texture does; otherwise the
+    /// nearest is taken. Two-dimensional maps take the nearest.
     pub linear: bool,
 }
 
 impl WeightMap {
-    /// The table for `exp(-alpha r^2)` up to r = `reach` (x and y up to it), entries packed into words from the least significant
-    /// bits on.
+    /// The table of `exp(-alpha r^2)` up to r = `reach` (or x and y up to it), packed into words from the
+    /// least significant bits.
     pub fn words(&self, alpha: f32, reach: f64) -> Vec<u32> {
         assert!(matches!(self.bits, 8 | 16), "{} bits", self.bits);
         let (side, alpha) = (f64::from(self.entries), f64::from(alpha));
@@ -69,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn entries_are_packed_from_the_least_significant_bits_on() {
+    fn entries_are_packed_from_the_least_significant_bits() {
         let map = WeightMap { shape: Shape::SquaredRadius, entries: 4, bits: 8, linear: false };
         let entry = |n: u32| ((-2.0 * (f64::from(n) + 0.5) / 4.0).exp() * 255.0).round() as u32;
         assert_eq!(map.words(2.0, 1.0), [entry(0) | entry(1) << 8 | entry(2) << 16 | entry(3) << 24]);

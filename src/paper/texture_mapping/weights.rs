@@ -1,23 +1,24 @@
-//! B and C: what a texel of the footprint weighs. r is its distance from the footprint's centre, 1 at the ellipse's edge.
+//! B and C: the weight of a texel. r is its distance from the footprint's centre, 1 at the ellipse's edge.
 //!
-//! B: `W = exp(-alpha r^2)`, the thesis's (4) along the axes that [`Axes`](super::footprint::Axes) names. It prints no sigma; from V1
-//! (diameter 1, sigma 0.2) two readings follow: see [`Kernel`]. C: a texel that the ellipse's edge cuts weighs by the
-//! volume of a Gaussian body (sigma 0.2 texels) on the inner side of the cut, `V1(d) = Phi(d / 0.2)`, d the signed distance in
-//! texels from its centre to the edge, positive inside. Texels with `d > -1/2` take part.
+//! B: `W = exp(-alpha r^2)`, the thesis's (4), along the axes of [`Axes`](super::footprint::Axes). The
+//! thesis prints no sigma; V1 (diameter 1, sigma 0.2) allows two readings: see [`Kernel`]. C: a texel that
+//! the ellipse's edge cuts is weighted by the volume of a Gaussian body (sigma 0.2 texels) on the inner
+//! side of the cut, `V1(d) = Phi(d / 0.2)`; d is the signed distance in texels from its centre to the edge,
+//! positive inside. Texels with `d > -1/2` contribute.
 
-/// The Gaussian's base in the picture plane and its fall-off.
+/// The Gaussian's support in the picture plane and its fall-off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kernel {
     /// Pixels from the centre to r = 1.
     pub radius_px: f32,
-    /// `W = exp(-alpha r^2)`; 0: every texel of the ellipse weighs the same.
+    /// `W = exp(-alpha r^2)`; with 0 every texel of the ellipse has the same weight.
     pub alpha: f32,
 }
 
-/// C: the kept part of a texel that the edge cuts.
+/// C: the part of a texel that the edge keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Edge {
-    /// A texel is whole or out, by its centre.
+    /// All or nothing, by the texel's centre.
     None,
     /// `Phi(d / 0.2)`.
     Exact,
@@ -27,21 +28,23 @@ pub enum Edge {
     Cubic,
     /// Three pieces.
     PiecewiseLinear,
-    /// `0.5 + d`, the part of the texel's area; the control that the thesis calls inadequate.
+    /// `0.5 + d`, the covered area of the texel; the control, which the thesis calls inadequate.
     AreaRamp,
 }
 
 impl Kernel {
-    /// Formula (4) with sigma 0.4 of the footprint's radius: the base has a diameter of 1, and covers the pixel's disc r <= 1.
+    /// Formula (4) with sigma 0.4 of the footprint's radius: the support has a diameter of 1 and covers the
+    /// pixel's disc r <= 1.
     pub const FORMULA_4: Kernel = Kernel { radius_px: 1.0, alpha: 3.125 };
-    /// The other reading: the base's diameter is one pixel. It hardly antialiases.
+    /// The other reading: the support's diameter is one pixel. It hardly antialiases.
     pub const DIAMETER_1: Kernel = Kernel { radius_px: 0.5, alpha: 3.125 };
-    /// Sigma 0.5 pixels, cut at r = 1: the EWA filter's usual one (Heckbert 1989; pbrt).
+    /// Sigma 0.5 pixels, cut at r = 1: the usual EWA filter (Heckbert 1989; pbrt).
     pub const EWA: Kernel = Kernel { radius_px: 1.0, alpha: 2.0 };
     /// No weights.
     pub const UNIFORM: Kernel = Kernel { radius_px: 1.0, alpha: 0.0 };
 
-    /// Of the normalised kernel along each axis, for a radius of 1: the mean of r^2 / 2 over the disc.
+    /// Variance of the normalised kernel along each axis for a radius of 1: the weighted mean of r^2 / 2 over the
+    /// disc.
     pub fn variance(self) -> f64 {
         let alpha = f64::from(self.alpha);
         if alpha == 0.0 {

@@ -4,7 +4,7 @@ use crate::scene::choices;
 
 choices! {
     /// How a pixel's triple is stored in the request image (the paper's U1, section 2.1).
-    pub enum U1Format {
+    pub enum RequestFormat {
         /// The paper's: 32 bits in each of r, g, b. Few devices render to it.
         Rgb32 = "rgb32",
         /// Four channels of 32 bits, the last unused.
@@ -15,13 +15,12 @@ choices! {
 }
 
 choices! {
-    /// Where stage 2 sets bit q for a pixel of level-0 tile `(i, j)` (section 2.3).
-    pub enum Keying {
-        /// In texel `(i, j)`, as printed: the triples' indices are those of level 0, and one tile of level q can be
-        /// listed up to `4^q` times.
-        Paper = "paper",
-        /// In texel `(i >> q, j >> q)`: the triples' indices are the tile's own, and each tile is listed once.
-        Native = "native",
+    /// In which grid a tile is addressed: the texel of the tile mask in which stage 2 sets bit q (section 2.2).
+    pub enum TileAddress {
+        /// The grid of level 0, texel `(i, j)`, as printed: one tile of level q can be listed up to `4^q` times.
+        Level0 = "level-0",
+        /// The grid of the tile's own level, texel `(i >> q, j >> q)`: each tile is listed once.
+        OwnLevel = "own-level",
     }
 }
 
@@ -44,6 +43,8 @@ choices! {
         Bilinear = "bilinear",
         /// `samples` single texels, each chosen with its weight in the trilinear filter: needs no border, and is noisy.
         Stochastic = "stochastic",
+        /// Paper 3's: the texels of the footprint's ellipse, weighted by a Gaussian that follows its shape.
+        Ellipse = "ellipse",
     }
 }
 
@@ -62,9 +63,9 @@ choices! {
     pub enum Listing {
         /// The paper's way: the device, in stages 2 and 3.
         Device = "device",
-        /// Read-back: the host, from a copy of all of U1, with a hash set.
+        /// Read-back: the host, from a copy of all of the request image, with a hash set.
         HostHash = "host-hash",
-        /// Read-back: the host, from a copy of all of U1, with a bit for each triple and a memo.
+        /// Read-back: the host, from a copy of all of the request image, with a bit for each triple and a memo.
         HostBitmap = "host-bitmap",
         /// What engines ship: the host, from one pixel of 2^n a frame; subsampled, the list lags and may lack tiles.
         Feedback = "feedback",
@@ -72,13 +73,13 @@ choices! {
 }
 
 choices! {
-    /// Stage 2: how the pixels' triples become marks, one for each distinct triple (paper 1, section 2.2).
+    /// Stage 2: how the bits of the tile mask are set, one for each distinct triple (paper 1, section 2.2).
     pub enum Dedup {
         /// The paper's: a geometry shader's points for each block of pixels, merged by a logic OR.
         Geometry = "geometry",
         /// A point for each pixel, from a vertex shader alone: what the paper's blocks are measured against.
         Points = "points",
-        /// Compute: each pixel ORs its bit into U2.
+        /// Compute: each pixel ORs its bit into the tile mask.
         AtomicOr = "atomic-or",
         /// Compute: each pixel reads its bit, and ORs it in only where it is not yet set.
         TestOr = "test-or",
@@ -90,12 +91,13 @@ choices! {
         TileMemo = "tile-memo",
         /// Compute: as tile-memo, four pixels at a time; a subgroup only looks while no triple changes.
         Runs = "runs",
-        /// Compute: a workgroup keeps a bit for each tile of the whole pyramid in shared memory. Native keying.
+        /// Compute: a workgroup keeps a bit for each tile of the whole pyramid in shared memory. Own-level tile
+        /// addresses.
         Bitset = "bitset",
         /// Compute: each pixel stores the frame's number in its tile's byte (Hollemeersch et al. 2010).
         MarkBytes = "mark-bytes",
-        /// No U1: the fragment shader that textures marks its own tile, hidden fragments' too where they are drawn before
-        /// what hides them. A superset; one draw of the mesh.
+        /// No request image: the fragment shader that textures marks its own tile, hidden fragments' too where they
+        /// are drawn before what hides them. A superset; one draw of the mesh.
         Fused = "fused",
         /// As fused, behind a draw of depth alone: only what is seen is shaded and marked. Exact.
         FusedExact = "fused-exact",
@@ -103,25 +105,26 @@ choices! {
 }
 
 choices! {
-    /// Stage 3: how the marks become a list (paper 1, section 2.3).
+    /// Stage 3: how the tile mask becomes a list (paper 1, section 2.3).
     pub enum Compaction {
-        /// The paper's: a geometry shader's points for each block of marks, by transform feedback.
+        /// The paper's: a geometry shader's points for each block of the mask, by transform feedback.
         TransformFeedback = "transform-feedback",
-        /// Compute: each word of marks counts its bits and takes so many places by one atomic addition.
+        /// Compute: each word of the mask counts its bits and reserves that many entries by one atomic addition.
         Append = "append",
         /// Compute: as append, with a prefix sum and one addition for each subgroup.
         Subgroup = "subgroup",
         /// Compute: as append, with a prefix sum in shared memory and one addition for each workgroup.
         Workgroup = "workgroup",
-        /// Compute: groups count, then write; the list follows the marks' order, the same in every run.
+        /// Compute: groups count, then write; the list follows the mask's order, the same in every run.
         Ordered = "ordered",
-        /// No pass: the fused draw appends a triple where it sets its mark first. For variant.dedup = fused, fused-exact.
+        /// No pass: the fused draw appends a triple where it sets its mark first. For variant.dedup = fused,
+        /// fused-exact.
         FusedAppend = "fused-append",
     }
 }
 
 impl Dedup {
-    /// Whether one draw marks and textures, so that there is no `U1`.
+    /// Whether one draw marks and textures, so that there is no request image.
     pub fn fused(self) -> bool {
         matches!(self, Dedup::Fused | Dedup::FusedExact)
     }

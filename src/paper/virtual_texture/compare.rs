@@ -1,4 +1,4 @@
-//! `--compare-plain`: what the paper's whole frame costs beside the same mesh with one plain texture, in one process.
+//! `--compare-plain`: the time of the paper's whole frame against the same mesh with one plain texture, in one process.
 
 use super::technique::{VirtualTexture, VirtualTextureError};
 use super::texturing::Plain;
@@ -8,12 +8,12 @@ use crate::stats::{Summary, median};
 use crate::vk::{Gpu, PassTime};
 use std::time::{Duration, Instant};
 
-/// Runs of each, after the warm-up.
+/// Runs of each frame, after the warm-up.
 const RUNS: usize = 30;
-/// First uses compile on software drivers.
+/// Software drivers compile shaders on first use.
 const WARM_UP: usize = 3;
 
-/// Both frames' times, interleaved so that drift hits both alike.
+/// The times of both frames, interleaved so that drift affects both alike.
 #[derive(Clone, Debug)]
 pub struct PlainComparison {
     /// Nanoseconds of GPU time.
@@ -24,7 +24,7 @@ pub struct PlainComparison {
     pub empty_pass: Summary,
     /// Width and height of the plain texture.
     pub plain_size: [u32; 2],
-    /// Settled over plain, of each turn.
+    /// Settled over plain, per run.
     pub ratio: Summary,
 }
 
@@ -32,9 +32,9 @@ fn total(passes: &[PassTime]) -> Option<f64> {
     passes.iter().map(|pass| pass.ns.map(|ns| ns as f64)).sum()
 }
 
-/// A settled frame that was drawn once more.
+/// A settled frame, drawn once more.
 pub struct Again {
-    /// `U3`: (q, i, j) in the keying's grid, in the order of whichever method made it.
+    /// The visible-tile list: (q, i, j) in the grid of its tile addresses, in the order in which the method lists them.
     pub triples: Vec<[u32; 3]>,
     pub times: Vec<PassTime>,
     /// The host's time to get or make the list.
@@ -42,8 +42,7 @@ pub struct Again {
 }
 
 impl Run<VirtualTexture> {
-    /// Draws `pose` once more and waits for it and for its list: the frame after [`Run::settle`], with nothing to
-    /// copy.
+    /// Draws `pose` once more and waits for the frame and its list: the frame after [`Run::settle`], without copies.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -54,7 +53,7 @@ impl Run<VirtualTexture> {
         self.technique.again(&gpu, &view, &target)
     }
 
-    /// Measures the settled frame from `pose` against the plain one. `None` where the device keeps no time.
+    /// Measures the settled frame from `pose` against the plain one. `None` if the device has no timestamps.
     ///
     /// # Errors
     /// Device lost, out of memory, a plain texture that cannot be read.
@@ -73,7 +72,7 @@ impl VirtualTexture {
     /// Device lost, out of memory.
     pub fn again(&mut self, gpu: &Gpu, view: &View, target: &Target) -> Result<Again, VirtualTextureError> {
         let view = View { frame: 0, ..*view };
-        // No copies: all tiles are resident, and the display table is complete.
+        // No copies: all tiles are resident, and the page table is complete.
         self.without_copies(gpu, Slot::FIRST)?;
         let mut frame = gpu.frame()?;
         self.record_frame(&mut frame, &view, target)?;
@@ -83,7 +82,7 @@ impl VirtualTexture {
         Ok(Again { triples, times, host_time: start.elapsed() })
     }
 
-    /// As [`Run::compare_plain`]; no frame is in flight. The picture is the settled one again afterwards.
+    /// As [`Run::compare_plain`]; no frame is in flight. Afterwards the target holds the settled picture again.
     ///
     /// # Errors
     /// Device lost, out of memory, a plain texture that cannot be read.

@@ -1,6 +1,7 @@
-//! The settings of paper 1: which variant of each step runs, the caches and their budgets. [`PAPER`] is the paper's own.
+//! The settings of paper 1: which variant of each step runs, the caches and their budgets. [`PAPER`] is the paper's
+//! own.
 
-use super::choices::{Compaction, Dedup, Filtering, Interpolation, Keying, Listing, U1Format};
+use super::choices::{Compaction, Dedup, Filtering, Interpolation, Listing, RequestFormat, TileAddress};
 use super::disk::Disk;
 use super::streaming::StreamingConfig;
 use crate::math::pyramid::Pyramid;
@@ -40,8 +41,11 @@ settings! {
     pub struct Filter derive(Copy, Eq) with DEFAULT {
         /// The method.
         kind: Filtering = Filtering::Trilinear;
-        /// NA: samples along a footprint at most; no more than a virtual texture's border has texels, unless stochastic.
+        /// NA: samples along a footprint at most. Of `"ellipse"` the largest ratio of its axes.
         max_anisotropy: u32 = 1, in 1..=16;
+        /// Of `"ellipse"`: texels of its minor semi-axis, at least. Twice as many are four times the texels and a fraction of the
+        /// error.
+        minor_texels: u32 = 2, in 1..=4, unit "texels";
         /// Texels a pixel of the stochastic filter.
         samples: u32 = 1, in 1..=64;
         /// How a tile's two levels are blended.
@@ -54,20 +58,20 @@ settings! {
     /// describes, with the p that it leaves open set to the best one measured on lavapipe.
     pub struct Config derive(Copy, Eq) with DEFAULT {
         /// Format of the request image; left out: the first of these that the device renders to.
-        u1: Option<U1Format> = None;
+        request_format: Option<RequestFormat> = None;
         /// Which method makes the list; the other keys of stages 2 and 3 are for `"device"`.
         list: Listing = Listing::Device;
         /// n of the list `"feedback"`: a frame looks at one pixel of 2^n.
         feedback_log2: u32 = 6, in 0..=8;
-        /// Stage 2: how the pixels' triples become marks.
+        /// Stage 2: how the bits of the tile mask are set.
         dedup: Dedup = Dedup::Geometry;
         /// p of the geometry shader's stage 2: blocks of 2^p x 2^p pixels.
         block_log2: u32 = 3, in 0..=4;
         /// The geometry shader emits a point only where the triple differs from the last one.
         memo: bool = true;
-        /// Where a tile is marked.
-        keying: Keying = Keying::Paper;
-        /// Stage 3: how the marks become a list.
+        /// In which grid the tile mask and the list address a tile.
+        address: TileAddress = TileAddress::Level0;
+        /// Stage 3: how the tile mask becomes a list.
         compact: Compaction = Compaction::TransformFeedback;
         /// p of the geometry shader's stage 3: blocks of 2^p x 2^p texels of the tile mask.
         compact_block_log2: u32 = 2, in 0..=2;
@@ -96,29 +100,31 @@ fn check_config(config: &Config, part: &Part<'_>) -> std::result::Result<(), Fau
 /// What the paper describes: the defaults of scenes.
 pub const PAPER: Config = Config::DEFAULT;
 
-impl U1Format {
+impl RequestFormat {
     pub fn image_format(self) -> Format {
         match self {
-            U1Format::Rgb32 => Format::Rgb32Uint,
-            U1Format::Rgba32 => Format::Rgba32Uint,
-            U1Format::Packed => Format::R32Uint,
+            RequestFormat::Rgb32 => Format::Rgb32Uint,
+            RequestFormat::Rgba32 => Format::Rgba32Uint,
+            RequestFormat::Packed => Format::R32Uint,
         }
     }
 
     /// 32-bit words of a texel.
     pub fn words(self) -> usize {
         match self {
-            U1Format::Rgb32 => 3,
-            U1Format::Rgba32 => 4,
-            U1Format::Packed => 1,
+            RequestFormat::Rgb32 => 3,
+            RequestFormat::Rgba32 => 4,
+            RequestFormat::Packed => 1,
         }
     }
 
-    /// Whether (q, i, j) of this pyramid fit one word with all ones to spare for the background.
-    pub fn fits(self, pyramid: &Pyramid) -> bool {
-        let bits = pyramid.width_log2() + pyramid.height_log2() - 2 * pyramid.tile_log2();
+    /// Whether (q, i, j) of this pyramid fit one word with all ones to spare for the background; `reaches`: with four bits
+    /// for the reach of a filter.
+    pub fn fits(self, pyramid: &Pyramid, reaches: bool) -> bool {
+        let triple = pyramid.width_log2() + pyramid.height_log2() - 2 * pyramid.tile_log2();
+        let bits = triple + if reaches { 4 } else { 0 };
         // The largest stored q is L-L'+1; its successor must not be reached, or all ones could be a triple.
-        self != U1Format::Packed
+        self != RequestFormat::Packed
             || (bits < 32 && pyramid.first_resident_level() < (1 << (32 - bits).min(31)) - 1)
     }
 
@@ -126,19 +132,25 @@ impl U1Format {
     ///
     /// # Errors
     /// [`Error::Limit`] where the configured one cannot be, with the ones that can.
-    pub fn choose(gpu: &Gpu, wanted: Option<U1Format>, pyramid: &Pyramid) -> Result<U1Format> {
-        let usable = |format: &U1Format| gpu.renders_to(format.image_format()) && format.fits(pyramid);
+    pub fn choose(
+        gpu: &Gpu,
+        wanted: Option<RequestFormat>,
+        pyramid: &Pyramid,
+        reaches: bool,
+    ) -> Result<RequestFormat> {
+        let usable =
+            |format: &RequestFormat| gpu.renders_to(format.image_format()) && format.fits(pyramid, reaches);
         let found = match wanted {
             Some(format) => Some(format).filter(usable),
-            None => U1Format::ALL.iter().copied().find(usable),
+            None => RequestFormat::ALL.iter().copied().find(usable),
         };
         found.ok_or_else(|| {
-            let others: Vec<_> = U1Format::ALL.iter().filter(|f| usable(f)).map(|f| f.name()).collect();
+            let others: Vec<_> = RequestFormat::ALL.iter().filter(|f| usable(f)).map(|f| f.name()).collect();
             Error::Limit {
-                object: "U1".into(),
+                object: "request image".into(),
                 what: format!(
                     "format {} is not to be had for this device and texture; these are: {}",
-                    wanted.map_or("auto", U1Format::name),
+                    wanted.map_or("auto", RequestFormat::name),
                     others.join(", ")
                 ),
             }
@@ -170,18 +182,73 @@ pub fn check_opened(
     if let Err(unfit) = config.check(pyramid) {
         return Err(scene.fault(&["variant", unfit.key], format!("{:?}: {}", unfit.value, unfit.why)));
     }
-    let (filter, border) = (config.filter, pyramid.border_texels());
-    let reach = filter.max_anisotropy;
-    match owner(scene)? {
-        Some(surface) if reach > 1 && reach > border && filter.kind != Filtering::Stochastic => {
-            let what = format!(
-                "{reach} samples reach as many texels beyond a tile's edge, and the texture's border has {border}; lower \
-                 it, take a wider border, or kind = \"stochastic\""
-            );
-            Err(scene.fault(&["surface", &surface.name, "filter", "max_anisotropy"], what))
+    match (owner(scene)?, config.filter.beyond(pyramid.border_texels(), pyramid.tile_size())) {
+        (Some(surface), Some((key, what))) => {
+            Err(scene.fault(&["surface", &surface.name, "filter", key], what))
         }
         _ => Ok(()),
     }
+}
+
+impl Filter {
+    /// Texels of a tile's border without which it cannot be: where a sample mixes the texels of two levels, and several samples
+    /// find their tiles themselves. One sample a pixel shows seams without, as the paper's tiles do. Single texels need none.
+    pub fn least_border(&self) -> u32 {
+        match (self.kind, self.max_anisotropy) {
+            (Filtering::Stochastic | Filtering::Ellipse, _) => 0,
+            (Filtering::Trilinear | Filtering::Bilinear, 1) => 0,
+            (Filtering::Trilinear | Filtering::Bilinear, _) => 2,
+        }
+    }
+
+    /// The key and the reason, where tiles with this border and payload do not do.
+    pub fn beyond(&self, border: u32, tile_size: u32) -> Option<(&'static str, String)> {
+        let least = self.least_border();
+        if border < least {
+            let what = format!(
+                "a sample mixes {least} texels beyond a tile's edge, and the texture's border has {border}; take a wider \
+                 border, max_anisotropy = 1, or kind = \"ellipse\" or \"stochastic\""
+            );
+            return Some(("max_anisotropy", what));
+        }
+        // The outermost of nA samples lies nA - 1 texels from the pixel's own, on each side.
+        let most = tile_size / 2 + 1;
+        let wide = self.samples_reach(border) && self.max_anisotropy > most;
+        let what = || {
+            let wanted = self.max_anisotropy;
+            format!(
+                "{wanted} samples reach further than half a tile of {tile_size} texels; at most {most} do not, with a \
+                     border of {wanted} more do"
+            )
+        };
+        wide.then(|| ("max_anisotropy", what()))
+    }
+
+    /// Whether texels beyond a tile's border may be needed, which are other tiles'. The outermost of nA samples mixes half a
+    /// texel of the next coarser level: nA texels from the pixel's own.
+    pub fn reaches(&self, border: u32) -> bool {
+        self.kind == Filtering::Ellipse || self.samples_reach(border)
+    }
+
+    fn samples_reach(&self, border: u32) -> bool {
+        let interpolates = matches!(self.kind, Filtering::Trilinear | Filtering::Bilinear);
+        interpolates && self.max_anisotropy > border.max(1)
+    }
+}
+
+/// A shipped scene, filtered as the paper does: the scenes' own filters are paper 3's.
+///
+/// # Errors
+/// A name that no shipped scene has.
+pub fn papers_scene(name: &str) -> std::result::Result<Scene, SceneError> {
+    let scene = Scene::embedded(name)?;
+    let Some(surface) = owner(&scene)? else { return Ok(scene) };
+    let Filter { kind, max_anisotropy, .. } = Filter::DEFAULT;
+    let filter = format!("surface.{}.filter", surface.name);
+    scene.with(&[
+        format!("{filter}.kind={}", kind.name()),
+        format!("{filter}.max_anisotropy={max_anisotropy}"),
+    ])
 }
 
 /// All that a renderer needs besides the mesh and the texture.

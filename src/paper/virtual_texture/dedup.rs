@@ -1,12 +1,12 @@
-//! Stage 2, section 2.2: a geometry shader turns each block of `2^p x 2^p` pixels of `U1` into points, one for each
-//! triple that differs from the one before (the "memo"); a logic OR of `1 << q` merges equal ones in `U2`.
-//! Beside it the variants of [`Dedup`], which leave the same marks by other means.
+//! Stage 2, section 2.2: a geometry shader turns each block of `2^p x 2^p` pixels of the request image into points,
+//! one for each triple that differs from the one before (the "memo"). A logic OR of `1 << q` merges equal ones in the
+//! tile mask. The other variants of [`Dedup`] fill the same mask by other means.
 //!
-//! Where we differ: points sit on texel centres (the printed corners lose every tile's row and column 0), and
-//! p = 4 is split over two invocations, because 256 points of 5 components exceed the 1024 that Vulkan promises.
+//! Differs: points are drawn at texel centres (the printed corners lose every tile's row and column 0), and p = 4 is
+//! split over two invocations, because 256 points of 5 components exceed the 1024 that Vulkan guarantees.
 
 use super::choices::Dedup;
-use super::{Config, Keying, footprint::Footprint, marks::Marks, pyramid_constants, with};
+use super::{Config, TileAddress, footprint::Footprint, pyramid_constants, tile_mask::TileMask, with};
 use crate::math::pyramid::Pyramid;
 use crate::vk::shader::virtual_texture as glsl;
 use crate::vk::shader::{Blocks, MarkingFrame, Shader};
@@ -15,25 +15,27 @@ use crate::vk::{
     Image, Resource, Result, Sampler, SamplerInfo, View,
 };
 
-/// Stage 2 of one variant; its marks are made by [`DedupPass::marks`].
+/// Stage 2 of one variant. [`DedupPass::mask`] creates its mask.
 pub struct DedupPass {
     step: Step,
-    /// Nearest texels: shaders fetch them, or gather four at once.
+    /// The tiles beside the pixels' own, where the filter needs any.
+    reach: Option<ComputePipeline>,
+    /// Nearest filter: shaders fetch single texels or gather four.
     texels: Sampler,
     pyramid: Pyramid,
     config: Config,
 }
 
 enum Step {
-    /// A point for each block: p.
+    /// A point for each block of 2^p x 2^p pixels, and p.
     Blocks(GraphicsPipeline, u32),
     /// A point for each pixel.
     Points(GraphicsPipeline),
-    /// A group for so many pixels.
+    /// A compute pass, and the pixels of a workgroup.
     Compute(ComputePipeline, [u32; 2]),
 }
 
-/// A compute variant's shader, and the side of the square of pixels that one invocation looks at, as log2.
+/// A compute variant's shader, and log2 of the side of the square of pixels that one invocation reads.
 fn compute(dedup: Dedup) -> Option<(&'static Shader, u32)> {
     Some(match dedup {
         Dedup::Geometry | Dedup::Points | Dedup::Fused | Dedup::FusedExact => return None,
@@ -48,7 +50,7 @@ fn compute(dedup: Dedup) -> Option<(&'static Shader, u32)> {
     })
 }
 
-/// The draw of one vertex for each block of a picture.
+/// Push constants and vertex count of a draw with one vertex per block of the picture.
 pub(super) fn blocks(size: [u32; 2], block_log2: u32) -> (Blocks, u32) {
     let [columns, rows] = size.map(|side| side.div_ceil(1 << block_log2));
     (Blocks { size, columns }, columns * rows)
@@ -62,8 +64,8 @@ impl DedupPass {
         assert!(!config.dedup.fused(), "{}: not a pass of its own", config.dedup.name());
         gpu.require(&config.dedup.needs())?;
         let mut constants = with(
-            pyramid_constants(pyramid, stage1.format),
-            &[("NATIVE_KEYING", u32::from(config.keying == Keying::Native))],
+            pyramid_constants(pyramid, stage1.format, &config.filter),
+            &[("NATIVE_KEYING", u32::from(config.address == TileAddress::OwnLevel))],
         );
         let step = match compute(config.dedup) {
             None if config.dedup == Dedup::Points => {
@@ -84,57 +86,92 @@ impl DedupPass {
                 Step::Compute(gpu.compute_pipeline(shader.name, shader, &constants)?, [x, y])
             }
         };
+        let reach = match stage1.reaches {
+            true => Some(reach_pipeline(gpu, pyramid, config, stage1.format)?),
+            false => None,
+        };
         let texels = SamplerInfo { filter: Filter::Nearest, wraps_in_s: false };
-        let texels = gpu.sampler("U1 texels", texels)?;
-        Ok(DedupPass { step, texels, pyramid: *pyramid, config: *config })
+        let texels = gpu.sampler("request image texels", texels)?;
+        Ok(DedupPass { step, reach, texels, pyramid: *pyramid, config: *config })
     }
 
-    /// Marks of one frame in flight.
+    /// Creates the tile mask of one frame in flight.
     ///
     /// # Errors
-    /// The device takes no image or buffer of that size; out of memory.
-    pub fn marks(&self, gpu: &Gpu) -> Result<Marks> {
-        Marks::new(gpu, &self.pyramid, &self.config)
+    /// The image or buffer exceeds a limit of the device; out of memory.
+    pub fn mask(&self, gpu: &Gpu) -> Result<TileMask> {
+        TileMask::new(gpu, &self.pyramid, &self.config)
     }
 
-    /// Unmarks all, and marks the triples of `u1`.
+    /// Clears the mask and marks the triples of `requests`.
     ///
     /// # Errors
     /// Out of memory.
-    pub fn run(&self, cmd: &mut Cmd<'_>, u1: &Image, marks: &Marks) -> Result<()> {
-        let size = u1.info().size;
+    pub fn run(&self, cmd: &mut Cmd<'_>, requests: &Image, mask: &TileMask) -> Result<()> {
+        self.mark_own(cmd, requests, mask)?;
+        let Some(reach) = &self.reach else { return Ok(()) };
+        cmd.sync();
+        self.dispatch(cmd, (reach, [8; 2]), requests, mask)
+    }
+
+    fn dispatch(
+        &self,
+        cmd: &mut Cmd<'_>,
+        (pipeline, pixels): (&ComputePipeline, [u32; 2]),
+        requests: &Image,
+        mask: &TileMask,
+    ) -> Result<()> {
+        // dedup.glsl numbers the bindings of all of them.
+        let resources = [
+            (glsl::dedup_test_or_comp::REQUESTS, Resource::Sampled(requests, &self.texels)),
+            (glsl::dedup_test_or_comp::TILE_MASK, mask.resource()),
+        ];
+        let size = requests.info().size;
+        let groups = [size[0].div_ceil(pixels[0]), size[1].div_ceil(pixels[1]), 1];
+        let frame = MarkingFrame { number: mask.frame() };
+        let push = if mask.frame() > 0 { bytemuck::bytes_of(&frame) } else { &[] };
+        cmd.dispatch(pipeline, &resources, push, groups)
+    }
+
+    fn mark_own(&self, cmd: &mut Cmd<'_>, requests: &Image, mask: &TileMask) -> Result<()> {
+        let size = requests.info().size;
         match &self.step {
             Step::Blocks(pipeline, block_log2) => {
-                let u2 = marks.u2().expect("the geometry shader's layout");
+                let mask = mask.image().expect("the geometry shader's layout");
                 let (push, count) = blocks(size, *block_log2);
-                let target = ColorTarget { image: u2, clear: Clear::Uint([0; 4]) };
-                cmd.render(u2.info().size, &[target], None, |render| {
-                    let resources = [(glsl::dedup_geom::U1, Resource::Texture(u1, View::Whole))];
+                let target = ColorTarget { image: mask, clear: Clear::Uint([0; 4]) };
+                cmd.render(mask.info().size, &[target], None, |render| {
+                    let resources = [(glsl::dedup_geom::REQUESTS, Resource::Texture(requests, View::Whole))];
                     render.draw(pipeline, &resources, bytemuck::bytes_of(&push), count)
                 })
             }
             Step::Points(pipeline) => {
-                let u2 = marks.u2().expect("the points' layout");
-                let target = ColorTarget { image: u2, clear: Clear::Uint([0; 4]) };
-                cmd.render(u2.info().size, &[target], None, |render| {
-                    let resources = [(glsl::dedup_points_vert::U1, Resource::Sampled(u1, &self.texels))];
+                let mask = mask.image().expect("the points' layout");
+                let target = ColorTarget { image: mask, clear: Clear::Uint([0; 4]) };
+                cmd.render(mask.info().size, &[target], None, |render| {
+                    let resources =
+                        [(glsl::dedup_points_vert::REQUESTS, Resource::Sampled(requests, &self.texels))];
                     render.draw(pipeline, &resources, &[], size[0] * size[1])
                 })
             }
             Step::Compute(pipeline, pixels) => {
-                marks.begin(cmd);
-                // dedup.glsl numbers the bindings of all of them.
-                let resources = [
-                    (glsl::dedup_test_or_comp::U1, Resource::Sampled(u1, &self.texels)),
-                    (glsl::dedup_test_or_comp::MARKS, marks.resource()),
-                ];
-                let groups = [size[0].div_ceil(pixels[0]), size[1].div_ceil(pixels[1]), 1];
-                let frame = MarkingFrame { number: marks.frame() };
-                let push = if marks.frame() > 0 { bytemuck::bytes_of(&frame) } else { &[] };
-                cmd.dispatch(pipeline, &resources, push, groups)
+                mask.begin(cmd);
+                self.dispatch(cmd, (pipeline, *pixels), requests, mask)
             }
         }
     }
+}
+
+fn reach_pipeline(
+    gpu: &Gpu,
+    pyramid: &Pyramid,
+    config: &Config,
+    format: super::RequestFormat,
+) -> Result<ComputePipeline> {
+    let shader = &glsl::dedup_reach_comp::SHADERS[config.dedup.layout() as usize];
+    let keying = ("NATIVE_KEYING", u32::from(config.address == TileAddress::OwnLevel));
+    let constants = with(pyramid_constants(pyramid, format, &config.filter), &[keying]);
+    gpu.compute_pipeline(shader.name, shader, &constants)
 }
 
 fn blocks_pipeline(
@@ -143,7 +180,7 @@ fn blocks_pipeline(
     mut constants: Vec<(&'static str, u32)>,
 ) -> Result<GraphicsPipeline> {
     let shader = &glsl::dedup_geom::SHADERS[config.block_log2 as usize];
-    // 5 components a point: position and mask. p = 4 runs twice 128 points.
+    // 5 components per point: position and mask. p = 4 runs two invocations of 128 points.
     let points = (1 << (2 * config.block_log2)).min(128);
     let invocations = if config.block_log2 == 4 { 2 } else { 1 };
     gpu.require_geometry(shader.name, points, 5 * points, invocations)?;
@@ -151,7 +188,7 @@ fn blocks_pipeline(
     point_pipeline(gpu, &glsl::blocks_vert::SHADER, Some(shader), &constants)
 }
 
-/// Points that are ORed into `U2`.
+/// A pipeline that ORs points into the tile mask.
 fn point_pipeline(
     gpu: &Gpu,
     vertex: &'static Shader,

@@ -10,17 +10,17 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 settings! {
-    /// An injected disk fault, to see how the frames fare with it.
+    /// An injected disk fault, to test how frames behave with it.
     pub struct Disk with DEFAULT {
-        /// Time that each tile takes beside its own; a minute is as long as a frame waits for anything at all.
+        /// Extra time for each tile read. The maximum, one minute, is the longest time that a frame waits for anything.
         delay_ms: f64 = 0.0, in 0.0..=60e3, unit "ms";
-        /// From this time after the first tile was asked for, no tile can be read for `fails_for_s`.
+        /// Start of an outage of `fails_for_s`, in seconds after the first tile request.
         fails_from_s: f64 = 0.0, in 0.0..=1e6, unit "s";
-        /// How long no tile can be read.
+        /// Length of the outage, in which no tile can be read.
         fails_for_s: f64 = 0.0, in 0.0..=1e6, unit "s";
-        /// Share of reads that fail at any time.
+        /// Share of reads that fail at random.
         fails_share: f64 = 0.0, in 0.0..=1.0;
-        /// Another seed, other reads that fail.
+        /// Seed of the random failures.
         seed: u32 = 0;
     }
 }
@@ -29,7 +29,7 @@ settings! {
 pub struct FaultyDisk {
     whole: Arc<dyn TileSource>,
     faults: Disk,
-    /// Time of the first read. Opening a device may take longer than the outage, so its time does not count.
+    /// Time of the first read, where the clock starts: opening a device may take longer than the outage.
     begun: OnceLock<Instant>,
     /// Reads of each tile so far: each attempt is an independent draw.
     attempts: Mutex<HashMap<TileId, u32>>,
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn a_share_of_the_reads_fails_and_the_same_ones_with_the_same_seed() {
+    fn a_share_of_the_reads_fails_the_same_for_the_same_seed() {
         let faults = Disk { fails_share: 0.25, ..Disk::default() };
         let (one, other) = (disk(faults.clone()), disk(faults.clone()));
         let first = outcomes(&one);

@@ -1,21 +1,23 @@
-//! Read-backs for dumps, tests and comparisons. All wait for the device.
+//! Read-backs for dumps, tests and comparisons. They all wait for the device.
 
-use super::U1Format;
 use super::footprint::{BACKGROUND, Footprint, FootprintDump};
 use super::ruler::{RulerCheck, Verdicts};
 use super::technique::{VirtualTexture, VirtualTextureError};
+use super::{RequestFormat, reach};
 use crate::frame::{Onto, Run, Seen, Target};
 use crate::math::pyramid::Pyramid;
 use crate::vk::{self, Depth, Gpu, Image};
 
-/// Stage 1 laid open: for each pixel, from the top left.
+/// Inputs and outputs of stage 1 for each pixel, from the top left.
 pub struct FootprintPicture {
-    /// s, t, NaN where there is no landscape.
+    /// s, t; NaN for pixels without landscape.
     pub coordinates: Vec<[f32; 2]>,
-    /// ds/dx, dt/dx, ds/dy, dt/dy.
+    /// ds/dx, dt/dx, ds/dy, dt/dy; of an ellipse bounded as at a limb.
     pub derivatives: Vec<[f32; 4]>,
-    /// (q, i, j) as in `U1`, (i, j) in M0; q = u32::MAX where there is no landscape.
+    /// (q, i, j) as in the request image, (i, j) in M0; q = u32::MAX for pixels without landscape.
     pub triples: Vec<[u32; 3]>,
+    /// What the filter needs beside that tile, as [`reach`] has it.
+    pub reaches: Vec<u32>,
 }
 
 /// An image's first level as 32-bit words.
@@ -27,37 +29,44 @@ pub fn read_words(gpu: &Gpu, image: &Image) -> vk::Result<Vec<u32>> {
     Ok(bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect())
 }
 
-/// `U1` as it stands, decoded: (q, i, j) for each pixel.
+/// The decoded request image: (q, i, j) for each pixel.
 ///
 /// # Errors
 /// Device lost, out of memory.
-pub fn read_u1(gpu: &Gpu, stage1: &Footprint, pyramid: &Pyramid) -> vk::Result<Vec<[u32; 3]>> {
-    let words = read_words(gpu, &stage1.u1)?;
-    Ok(match stage1.format {
-        U1Format::Rgb32 => words.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
-        U1Format::Rgba32 => words.chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect(),
-        U1Format::Packed => {
-            let [columns, rows] = pyramid.tile_grid(0);
-            let unpack = |word: u32| match word {
-                BACKGROUND => [BACKGROUND; 3],
-                word => [word / columns / rows, word / columns % rows, word % columns],
-            };
-            words.into_iter().map(unpack).collect()
-        }
-    })
+pub fn read_requests(gpu: &Gpu, stage1: &Footprint, pyramid: &Pyramid) -> vk::Result<Vec<[u32; 3]>> {
+    Ok(read_reaches(gpu, stage1, pyramid)?.into_iter().map(|(triple, _)| triple).collect())
+}
+
+/// As [`read_requests`], each with its reach.
+///
+/// # Errors
+/// Device lost, out of memory.
+pub fn read_reaches(gpu: &Gpu, stage1: &Footprint, pyramid: &Pyramid) -> vk::Result<Vec<([u32; 3], u32)>> {
+    let words = read_words(gpu, &stage1.requests)?;
+    let texel = |words: &[u32]| {
+        let (first, reach) = if stage1.reaches { reach::split(words[0]) } else { (words[0], 0) };
+        let [columns, rows] = pyramid.tile_grid(0);
+        let triple = match (stage1.format, first) {
+            (RequestFormat::Rgb32 | RequestFormat::Rgba32, q) => [q, words[1], words[2]],
+            (RequestFormat::Packed, BACKGROUND) => [BACKGROUND; 3],
+            (RequestFormat::Packed, word) => [word / columns / rows, word / columns % rows, word % columns],
+        };
+        (triple, reach)
+    };
+    Ok(words.chunks_exact(stage1.format.words()).map(texel).collect())
 }
 
 impl Run<VirtualTexture> {
-    /// `U1` of the last frame, decoded; a fused variant, which keeps none, draws it once more.
+    /// The decoded request image of the last frame. A fused variant has none and draws it for this call.
     ///
     /// # Errors
     /// Device lost, out of memory.
-    pub fn u1(&mut self) -> Result<Vec<[u32; 3]>, VirtualTextureError> {
+    pub fn requests(&mut self) -> Result<Vec<[u32; 3]>, VirtualTextureError> {
         self.drain()?;
-        self.technique.u1(&self.gpu, self.target())
+        self.technique.requests(&self.gpu, self.target())
     }
 
-    /// Stage 1 of the last frame laid open.
+    /// Inputs and outputs of stage 1 of the last frame.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -66,7 +75,7 @@ impl Run<VirtualTexture> {
         self.technique.footprint(&self.gpu, self.target())
     }
 
-    /// Judges the last frame on a `ruler` texture: is every fetched texel the right one?
+    /// Checks the last frame on a `ruler` texture: is every fetched texel the right one?
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -76,14 +85,14 @@ impl Run<VirtualTexture> {
     }
 }
 
-/// Of the last frame, which has ended; its depth is complete in the target.
+/// Requires that the last frame has ended; its depth is complete in the target.
 impl VirtualTexture {
-    /// The shapes of the last frame, on its own depth.
+    /// The shapes of the last frame, drawn onto its own depth.
     fn last_seen(&self, target: &Target) -> Seen<'_> {
         self.seen(self.last_view(target.size())).onto(Onto::Drawn)
     }
 
-    /// A stage 1 that has drawn the last frame, where the variant has none of its own.
+    /// A stage 1 that has drawn the last frame; `None` if the variant has its own.
     fn own_stage1(&self, gpu: &Gpu, target: &Target) -> Result<Option<Footprint>, VirtualTextureError> {
         if self.stage1().is_some() {
             return Ok(None);
@@ -100,13 +109,13 @@ impl VirtualTexture {
         own.as_ref().or(self.stage1()).expect("a variant has a stage 1 or gets one")
     }
 
-    /// As [`Run::u1`].
+    /// As [`Run::requests`].
     ///
     /// # Errors
     /// Device lost, out of memory.
-    pub fn u1(&self, gpu: &Gpu, target: &Target) -> Result<Vec<[u32; 3]>, VirtualTextureError> {
+    pub fn requests(&self, gpu: &Gpu, target: &Target) -> Result<Vec<[u32; 3]>, VirtualTextureError> {
         let own = self.own_stage1(gpu, target)?;
-        Ok(read_u1(gpu, self.stage1_or(&own), &self.source.pyramid())?)
+        Ok(read_requests(gpu, self.stage1_or(&own), &self.source.pyramid())?)
     }
 
     /// As [`Run::footprint`].
@@ -127,7 +136,8 @@ impl VirtualTexture {
         };
         let coordinates = floats(&dump.coordinates)?.into_iter().map(|[s, t, ..]| [s, t]).collect();
         let derivatives = floats(&dump.derivatives)?;
-        Ok(FootprintPicture { coordinates, derivatives, triples: read_u1(gpu, stage1, &pyramid)? })
+        let (triples, reaches) = read_reaches(gpu, stage1, &pyramid)?.into_iter().unzip();
+        Ok(FootprintPicture { coordinates, derivatives, triples, reaches })
     }
 
     /// As [`Run::ruler_verdicts`].

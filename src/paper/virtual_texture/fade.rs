@@ -1,17 +1,17 @@
-//! Fade-in of tiles that arrive, which the paper has not: it shows them at once, and they pop.
+//! Fade-in of new tiles (ours, an option). The paper shows them at once, and they pop.
 //!
-//! id Software's remedy ("Software Virtual Textures", 2012) is to blend pages as they come. Here a cell of the display
-//! table also says which share of the picture still belongs to what was shown before, the next coarser tile in `J1`;
-//! the shader goes on to that one, and to a third where that one is fading too. So the picture never jumps, however
-//! many levels lie between a tile and its stand-in, and where nothing fades one sample is taken as before.
-//! Frames are counted, not milliseconds: the same frames show the same pictures on any machine.
+//! id Software blends pages as they arrive (J. M. P. van Waveren, "Software Virtual Textures", 2012). Here a cell of the
+//! page table also holds the share of the next coarser tile in the tile pool, which was shown before. The shader samples
+//! that tile too, and a third one if that one is fading. So the picture never jumps, whatever the number of levels
+//! between them; without fading it takes one sample as before.
+//! The fade counts frames instead of milliseconds, so the same frames show the same pictures on any machine.
 
 use crate::math::pyramid::TileId;
 
-/// The display table's cell of a tile in `slot`: `fade` (255: all) of the picture is still the next coarser tile's.
+/// The page table's cell of a tile in `slot`; `fade` is the share of the next coarser tile, 255 for all.
 pub fn cell(slot: u32, fade: u8) -> u32 {
     let entry = slot + 1;
-    assert!(entry < 1 << 24, "slot {slot} has no room beside the fade");
+    assert!(entry < 1 << 24, "slot {slot} overlaps the bits of the fade");
     u32::from(fade) << 24 | entry
 }
 
@@ -19,7 +19,7 @@ pub fn cell(slot: u32, fade: u8) -> u32 {
 struct Arriving {
     tile: TileId,
     slot: u32,
-    /// Frames that have shown it, this one included.
+    /// Number of frames that have shown the tile, this one included.
     shown_frames: u32,
 }
 
@@ -30,18 +30,17 @@ pub struct FadeIn {
 }
 
 impl FadeIn {
-    /// A tile has `n / (frames + 1)` of the picture in its n-th frame.
+    /// Creates a fade over `frames` frames: in its n-th frame a tile has the share `n / (frames + 1)`.
     pub fn new(frames: u32) -> FadeIn {
         FadeIn { frames, arriving: Vec::new() }
     }
 
-    /// Fades over another number of frames from now on, also those that are under way.
+    /// Changes the number of frames, also for tiles that are fading in.
     pub fn set_frames(&mut self, frames: u32) {
         self.frames = frames;
     }
 
-    /// Steps by a frame: from the frame's changes of the display, as streaming reports them, to the cells that are to
-    /// be written, the last word about a tile last.
+    /// Advances by one frame: turns streaming's changes into the cells to write, with the last change of a tile last.
     pub fn cells(&mut self, changes: &[(TileId, Option<u32>)]) -> Vec<(TileId, u32)> {
         let mut cells = Vec::with_capacity(changes.len() + self.arriving.len());
         for &(tile, slot) in changes {
@@ -55,7 +54,7 @@ impl FadeIn {
         self.arriving.retain_mut(|arriving| {
             arriving.shown_frames += 1;
             let left = (frames + 1).saturating_sub(arriving.shown_frames);
-            // Rounded up: a tile that is still arriving never counts as there.
+            // Rounded up, so that a tile counts as fading until its last frame.
             let fade = (255 * left).div_ceil(frames + 1) as u8;
             cells.push((arriving.tile, cell(arriving.slot, fade)));
             left > 0
@@ -63,7 +62,7 @@ impl FadeIn {
         cells
     }
 
-    /// Whether every tile is shown in full.
+    /// True if no tile is fading in.
     pub fn settled(&self) -> bool {
         self.arriving.is_empty()
     }
@@ -95,17 +94,17 @@ mod tests {
     }
 
     #[test]
-    fn a_tile_that_leaves_while_it_arrives_is_not_shown_any_more() {
+    fn a_tile_evicted_while_it_fades_in_is_no_longer_shown() {
         let mut fade = FadeIn::new(3);
         fade.cells(&[(TILE, Some(4))]);
         assert_eq!(fade.cells(&[(TILE, None)]), [(TILE, 0)]);
         assert!(fade.settled());
-        // In another slot it begins anew.
+        // In another slot the fade starts again.
         assert_eq!(fade.cells(&[(TILE, Some(7))]), [(TILE, cell(7, 192))]);
     }
 
     #[test]
-    #[should_panic(expected = "no room beside the fade")]
+    #[should_panic(expected = "overlaps the bits of the fade")]
     fn a_slot_never_reaches_the_bits_of_the_fade() {
         cell((1 << 24) - 1, 0);
     }

@@ -1,23 +1,23 @@
-//! Subsampled feedback, what engines ship instead of the exact list: a frame looks at one pixel of each block of 2^n,
-//! another one in each frame, and the host lists those.
+//! Subsampled feedback, which engines ship instead of the exact list: each frame samples one pixel of each block of
+//! 2^n pixels, a different one every frame, and the host lists the sampled tiles.
 //!
 //! Sources: Unreal Engine 5 (a pixel of 16 x 16, order bit-reversed along a Morton curve), Call of Duty (8 x 8,
-//! Hooker, GDC 2021), Gaia Sky (8 x 8, without jitter). As there, a tile stays asked for when the pixel that saw it is
-//! not looked at: the list is what the last 2^n frames saw together, the shortest memory with which a camera that
-//! stands still asks for all it sees. Differs: the samples come from the whole frame's `U1`, as drawn, so that a sample
-//! is never wrong; and none of these engines' own request budgets are here, A2's and A3's do that.
+//! Hooker, GDC 2021), Gaia Sky (8 x 8, without jitter). As there, a tile stays requested while its pixel is not
+//! sampled: the list is the union of the last 2^n frames, the shortest history that is complete for a camera at rest.
+//! Differs: samples are read from the request image of the whole frame, so a sample is never wrong. The engines' own
+//! request budgets are left out; the upload and load budgets apply.
 //!
-//! So a frame's own samples name a subset of its exact set; the memory of a moving camera also holds tiles that have
-//! left the picture.
+//! A frame's samples are a subset of its exact set. The history of a moving camera also holds tiles that have left the
+//! picture.
 
-use super::U1Format;
+use super::RequestFormat;
 use crate::math::pyramid::TileId;
 use crate::vk::shader::Sampling;
 use crate::vk::shader::virtual_texture::feedback_comp;
 use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Image, Resource, Result, View};
 use std::collections::BTreeMap;
 
-/// n at most: one pixel of 256, as Unreal Engine 5 has it.
+/// Largest n: one pixel of 256, as in Unreal Engine 5.
 pub const MOST_LOG2: u32 = 8;
 
 /// Width and height of a block of 2^n pixels, as log2: square, or twice as wide as high.
@@ -25,13 +25,14 @@ pub fn block_log2(n: u32) -> [u32; 2] {
     [n.div_ceil(2), n / 2]
 }
 
-/// Frames until every pixel was looked at.
+/// Frames until every pixel has been sampled.
 pub fn cycle(n: u32) -> u64 {
     1 << n
 }
 
-/// The pixel of every block that frame `frame` looks at: the frame's number in its cycle with its bits reversed, as
-/// a place on the block's Morton curve. Half a cycle apart are neighbours; one frame apart is half a block.
+/// The pixel of every block that frame `frame` samples: the frame's number in its cycle with its bits reversed, as an
+/// index on the block's Morton curve. Frames half a cycle apart sample neighbours; successive frames sample pixels half
+/// a block apart.
 pub fn offset(n: u32, frame: u64) -> [u32; 2] {
     let place = match n {
         0 => 0,
@@ -43,7 +44,7 @@ pub fn offset(n: u32, frame: u64) -> [u32; 2] {
     [every_second(0), every_second(1)]
 }
 
-/// Columns and rows of blocks of 2^n pixels; those at the right and at the bottom may leave the picture.
+/// Columns and rows of blocks of 2^n pixels. Blocks at the right and at the bottom may extend beyond the picture.
 pub fn blocks(n: u32, size: [u32; 2]) -> [u32; 2] {
     let [width_log2, height_log2] = block_log2(n);
     [size[0].div_ceil(1 << width_log2), size[1].div_ceil(1 << height_log2)]
@@ -56,7 +57,7 @@ pub struct Feedback {
     words: u64,
 }
 
-/// A frame's samples: on the device, and where the host reads them.
+/// A frame's samples, on the device and on the host.
 pub struct Samples {
     device: Buffer,
     host: Buffer,
@@ -64,8 +65,8 @@ pub struct Samples {
 
 impl Feedback {
     /// # Errors
-    /// The driver's compiler fails.
-    pub fn new(gpu: &Gpu, format: U1Format, n: u32) -> Result<Feedback> {
+    /// The driver cannot compile the shader.
+    pub fn new(gpu: &Gpu, format: RequestFormat, n: u32) -> Result<Feedback> {
         assert!(n <= MOST_LOG2, "one pixel of 2^{n}");
         let shader = &feedback_comp::SHADER;
         let words = format.words();
@@ -73,7 +74,7 @@ impl Feedback {
         Ok(Feedback { pipeline, n, words: words as u64 })
     }
 
-    /// Room for the samples of a picture of `size`.
+    /// Creates the buffers for the samples of a picture of `size`.
     ///
     /// # Errors
     /// Out of memory.
@@ -85,15 +86,15 @@ impl Feedback {
         })
     }
 
-    /// Gathers the samples that frame `frame` takes from `u1`.
+    /// Gathers the samples that frame `frame` takes from `requests`.
     ///
     /// # Errors
     /// Out of memory.
-    pub fn run(&self, cmd: &mut Cmd<'_>, u1: &Image, samples: &Samples, frame: u64) -> Result<()> {
-        let blocks = blocks(self.n, u1.info().size);
+    pub fn run(&self, cmd: &mut Cmd<'_>, requests: &Image, samples: &Samples, frame: u64) -> Result<()> {
+        let blocks = blocks(self.n, requests.info().size);
         let push = Sampling { block_log2: block_log2(self.n), offset: offset(self.n, frame), blocks };
         let resources = [
-            (feedback_comp::U1, Resource::Texture(u1, View::Whole)),
+            (feedback_comp::REQUESTS, Resource::Texture(requests, View::Whole)),
             (feedback_comp::SAMPLES, Resource::Buffer(&samples.device)),
         ];
         let [wide, high, _] = feedback_comp::SHADER.group;
@@ -103,12 +104,12 @@ impl Feedback {
 }
 
 impl Samples {
-    /// Copies the samples to where the host reads them.
+    /// Copies the samples to the host buffer.
     pub fn read_back(&self, cmd: &mut Cmd<'_>) {
         cmd.copy_buffer(&self.device, 0, &self.host, 0, self.device.bytes());
     }
 
-    /// Texels as `U1` stores them, the background for blocks whose pixel lies outside; once the frame has ended.
+    /// Texels as the request image stores them, once the frame has ended. Pixels outside the picture are background.
     pub fn words(&self) -> &[u32] {
         bytemuck::cast_slice(self.host.mapped())
     }
@@ -119,28 +120,28 @@ impl Samples {
     }
 }
 
-/// What the last frames saw together.
+/// The union of the tiles that the last frames saw.
 #[derive(Clone, Debug)]
 pub struct Memory {
     frames: u64,
     now: u64,
-    /// When each tile was last seen.
+    /// The frame in which each tile was last seen.
     seen: BTreeMap<TileId, u64>,
 }
 
 impl Memory {
-    /// Of the last `frames` frames, this one included: at least one.
+    /// A memory of the last `frames` frames (at least one), the current frame included.
     pub fn new(frames: u64) -> Memory {
         assert!(frames > 0, "a memory of no frame");
         Memory { frames, now: 0, seen: BTreeMap::new() }
     }
 
-    /// How many frames are remembered.
+    /// Number of frames that are remembered.
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Adds what a frame saw; returns all that is remembered, in the order of [`TileId`].
+    /// Adds a frame's tiles; returns all remembered tiles, in the order of [`TileId`].
     pub fn add(&mut self, tiles: &[TileId]) -> Vec<TileId> {
         self.now += 1;
         self.seen.extend(tiles.iter().map(|&tile| (tile, self.now)));
@@ -156,19 +157,18 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn a_cycle_looks_at_every_pixel_of_a_block_once() {
+    fn a_cycle_samples_every_pixel_of_a_block_once() {
         for n in 0..=MOST_LOG2 {
             let [width, height] = block_log2(n).map(|log2| 1 << log2);
-            let looked_at: BTreeSet<_> = (0..cycle(n)).map(|frame| offset(n, frame)).collect();
+            let sampled: BTreeSet<_> = (0..cycle(n)).map(|frame| offset(n, frame)).collect();
             let block: BTreeSet<_> = (0..width).flat_map(|x| (0..height).map(move |y| [x, y])).collect();
-            assert_eq!(looked_at, block, "n = {n}");
+            assert_eq!(sampled, block, "n = {n}");
             assert_eq!(offset(n, 3), offset(n, 3 + cycle(n)), "n = {n}");
         }
     }
 
     #[test]
-    fn the_first_quarter_of_a_cycle_looks_at_every_quarter_of_a_quarter() {
-        // 16 x 16: 16 frames look once into each 4 x 4.
+    fn the_first_16_frames_sample_each_4x4_part_of_a_16x16_block_once() {
         let corners: BTreeSet<_> = (0..16).map(|frame| offset(8, frame).map(|at| at / 4)).collect();
         assert_eq!(corners.len(), 16);
         assert_eq!((offset(8, 0), offset(8, 1), offset(8, 2)), ([0, 0], [0, 8], [8, 0]));
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tile_is_remembered_for_so_many_frames_and_no_longer() {
+    fn a_tile_is_remembered_for_the_given_number_of_frames() {
         let tile = |column| TileId { level: 0, row: 0, column };
         let mut memory = Memory::new(3);
         assert_eq!(memory.add(&[tile(1), tile(0)]), [tile(0), tile(1)]);

@@ -4,7 +4,7 @@
 //! Where we differ: `floor(log2)` is read off the float's exponent, so that q is exact; zero, infinite and NaN
 //! derivatives have a stated outcome (dmax = 0: level 0; not finite: G1); pixels without landscape hold q = -1.
 
-use super::{Config, U1Format, pyramid_constants, with};
+use super::{Config, RequestFormat, pyramid_constants, with};
 use crate::frame::{Onto, Seen};
 use crate::math::pyramid::Pyramid;
 use crate::vk::shader::Shader;
@@ -19,11 +19,13 @@ use std::sync::Arc;
 /// q of a pixel that the mesh does not cover.
 pub const BACKGROUND: u32 = u32::MAX;
 
-/// `U1`, the depth of what it shows, and the pass that draws both.
+/// The request image, the depth of what it shows, and the pass that draws both.
 pub struct Footprint {
-    pub u1: Image,
+    pub requests: Image,
     pub depth: Arc<Image>,
-    pub format: U1Format,
+    pub format: RequestFormat,
+    /// Whether a reach is stored with each triple.
+    pub reaches: bool,
     pipeline: GraphicsPipeline,
 }
 
@@ -32,7 +34,7 @@ fn pipeline(
     fragment: &'static Shader,
     pyramid: &Pyramid,
     config: &Config,
-    format: U1Format,
+    format: RequestFormat,
     (colors, depth): (&[Format], Depth),
     pixel_log2: u32,
 ) -> Result<GraphicsPipeline> {
@@ -42,8 +44,13 @@ fn pipeline(
         geometry: None,
         fragment: Some(fragment),
         specialization: &with(
-            pyramid_constants(pyramid, format),
-            &[("MAX_ANISOTROPY", config.filter.max_anisotropy), ("PIXEL_LOG2", pixel_log2)],
+            pyramid_constants(pyramid, format, &config.filter),
+            &[
+                ("FILTER", config.filter.kind as u32),
+                ("MAX_ANISOTROPY", config.filter.max_anisotropy),
+                ("MINOR_TEXELS", (config.filter.minor_texels as f32).to_bits()),
+                ("PIXEL_LOG2", pixel_log2),
+            ],
         ),
         points: false,
         depth: Some(depth),
@@ -54,12 +61,12 @@ fn pipeline(
 
 impl Footprint {
     /// # Errors
-    /// The wanted `U1` format is not to be had; out of memory.
+    /// The wanted format of the request image is not available; out of memory.
     pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, size: [u32; 2]) -> Result<Footprint> {
         Footprint::coarse(gpu, pyramid, config, size, 0)
     }
 
-    /// A `U1` of `size` pixels of which each stands for `2^pixel_log2 x 2^pixel_log2` pixels of a picture, and asks for
+    /// A request image of `size` pixels of which each stands for `2^pixel_log2 x 2^pixel_log2` pixels of a picture, and asks for
     /// their level.
     ///
     /// # Errors
@@ -75,7 +82,7 @@ impl Footprint {
         Footprint::on(gpu, pyramid, config, (depth, Depth::Write), pixel_log2)
     }
 
-    /// A `U1` over a depth image that other passes draw into too; with [`Depth::Equal`] one that is complete.
+    /// A request image over a depth image that other passes draw into too; with [`Depth::Equal`] one that is complete.
     ///
     /// # Errors
     /// As [`Footprint::new`].
@@ -86,11 +93,14 @@ impl Footprint {
         (depth, test): (Arc<Image>, Depth),
         pixel_log2: u32,
     ) -> Result<Footprint> {
-        let format = U1Format::choose(gpu, config.u1, pyramid)?;
+        let reaches = config.filter.reaches(pyramid.border_texels());
+        let format = RequestFormat::choose(gpu, config.request_format, pyramid, reaches)?;
         Ok(Footprint {
-            u1: gpu.image("U1", ImageInfo::target(depth.info().size, format.image_format()))?,
+            requests: gpu
+                .image("request image", ImageInfo::target(depth.info().size, format.image_format()))?,
             depth,
             format,
+            reaches,
             pipeline: pipeline(
                 gpu,
                 &footprint_frag::SHADER,
@@ -103,14 +113,14 @@ impl Footprint {
         })
     }
 
-    /// Draws the shapes into `U1`, where nothing that was drawn before hides them.
+    /// Draws the shapes into the request image, where nothing that was drawn before hides them.
     ///
     /// # Errors
     /// Out of memory.
     pub fn draw(&self, cmd: &mut Cmd<'_>, seen: &Seen<'_>) -> Result<()> {
-        let u1 = ColorTarget { image: &self.u1, clear: Clear::Uint([BACKGROUND; 4]) };
+        let requests = ColorTarget { image: &self.requests, clear: Clear::Uint([BACKGROUND; 4]) };
         let depth = DepthTarget { image: &self.depth, clear: seen.onto != Onto::Drawn };
-        cmd.render(self.u1.info().size, &[u1], Some(depth), |render| {
+        cmd.render(self.requests.info().size, &[requests], Some(depth), |render| {
             seen.draw(render, &[], |_| &self.pipeline)
         })
     }
@@ -129,7 +139,7 @@ impl FootprintDump {
     /// # Errors
     /// Out of memory.
     pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage: &Footprint) -> Result<FootprintDump> {
-        let size = stage.u1.info().size;
+        let size = stage.requests.info().size;
         let colors = [stage.format.image_format(), Format::Rgba32Float, Format::Rgba32Float];
         Ok(FootprintDump {
             coordinates: gpu.image("dump of (s, t)", ImageInfo::target(size, Format::Rgba32Float))?,
@@ -146,19 +156,19 @@ impl FootprintDump {
         })
     }
 
-    /// Draws the shapes, whose view `stage` has drawn, into its `U1` and into the two dumps.
+    /// Draws the shapes, whose view `stage` has drawn, into its request image and into the two dumps.
     ///
     /// # Errors
     /// Out of memory.
     pub fn draw(&self, cmd: &mut Cmd<'_>, stage: &Footprint, seen: &Seen<'_>) -> Result<()> {
         let nothing = Clear::Float([f32::NAN; 4]);
         let targets = [
-            ColorTarget { image: &stage.u1, clear: Clear::Uint([BACKGROUND; 4]) },
+            ColorTarget { image: &stage.requests, clear: Clear::Uint([BACKGROUND; 4]) },
             ColorTarget { image: &self.coordinates, clear: nothing },
             ColorTarget { image: &self.derivatives, clear: nothing },
         ];
         let depth = DepthTarget { image: &stage.depth, clear: false };
-        cmd.render(stage.u1.info().size, &targets, Some(depth), |render| {
+        cmd.render(stage.requests.info().size, &targets, Some(depth), |render| {
             seen.draw(render, &[], |_| &self.pipeline)
         })
     }

@@ -1,18 +1,17 @@
-//! Stages 1 and 2 and section 4 in one draw, which the paper has not: the fragment shader that textures also marks the
-//! tile that it wishes for. There is no `U1`, the mesh is textured where its triples are found, and stage 3 goes on as
-//! with any other marks, or is done too: with [`Compaction::FusedAppend`] the fragment that sets a mark first appends
-//! the mark's place to `U3`, one word for a triple.
+//! Stages 1 and 2 and section 4 in one draw (not in the paper): the fragment shader that textures a pixel also sets
+//! its tile's bit in the tile mask. There is no request image. Stage 3 compacts the mask as usual. With
+//! [`Compaction::FusedAppend`] the draw does that, too: the fragment that sets a bit first appends the bit's index to
+//! the visible-tile list, one word for each triple.
 //!
-//! A fragment that is drawn before what hides it marks too, so [`Dedup::Fused`] lists a superset.
-//! [`Dedup::FusedExact`] first draws depth alone and then shades for EQUAL only: what marks is what is seen. No shape of
-//! mesh does without: even of a convex one, whose front faces hide nothing, vertices are snapped to 1/256 pixel, which
-//! turns slivers at the limb around, and then their neighbours overlap. What depth alone can leave out of the mesh,
-//! [`super::prepass`] says.
+//! A fragment that is hidden later has already set its bit, so [`Dedup::Fused`] lists a superset.
+//! [`Dedup::FusedExact`] draws depth first and then shades with the depth test EQUAL: only visible fragments set bits.
+//! Convex meshes need the depth pass, too: vertices are snapped to 1/256 pixel, which can flip slivers at the limb, and
+//! flipped slivers overlap their neighbours. [`super::prepass`] decides which clusters the depth pass can skip.
 
 use super::choices::{Compaction, Dedup};
-use super::lister::Room;
+use super::list_passes::Room;
 use super::texturing::{Shading, constants};
-use super::{Config, Keying, U1Format, prepass::Culling, pyramid_constants, resident::Resident};
+use super::{Config, RequestFormat, TileAddress, prepass::Culling, pyramid_constants, tile_pool::TilePool};
 use crate::frame::{Onto, Seen};
 use crate::math::light::LightColours;
 use crate::math::pyramid::Pyramid;
@@ -30,7 +29,7 @@ pub struct Fused {
     lists: Lists,
 }
 
-/// Draws that leave depth and nothing else.
+/// Draws that write depth only.
 struct DepthAlone {
     /// Of shapes that have positions for it.
     positions: GraphicsPipeline,
@@ -42,8 +41,8 @@ struct DepthAlone {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Lists {
     Nothing,
-    Marks,
-    MarksAndU3,
+    TileMask,
+    MaskAndList,
 }
 
 impl Fused {
@@ -55,17 +54,17 @@ impl Fused {
         gpu: &Gpu,
         pyramid: &Pyramid,
         config: &Config,
-        resident: &Resident,
+        resident: &TilePool,
         target: (Format, Option<LightColours>),
     ) -> Result<Fused> {
         let lists = match config.compact {
-            Compaction::FusedAppend => Lists::MarksAndU3,
-            _ => Lists::Marks,
+            Compaction::FusedAppend => Lists::MaskAndList,
+            _ => Lists::TileMask,
         };
         Fused::leaving(lists, gpu, pyramid, config, resident, target)
     }
 
-    /// The same picture in one draw that lists nothing: what the list's price is measured against.
+    /// The same picture in one draw without a list: the baseline for the cost of the list.
     ///
     /// # Errors
     /// As [`Fused::new`].
@@ -73,7 +72,7 @@ impl Fused {
         gpu: &Gpu,
         pyramid: &Pyramid,
         config: &Config,
-        resident: &Resident,
+        resident: &TilePool,
         target: (Format, Option<LightColours>),
     ) -> Result<Fused> {
         let config = Config { dedup: Dedup::Fused, ..*config };
@@ -85,7 +84,7 @@ impl Fused {
         gpu: &Gpu,
         pyramid: &Pyramid,
         config: &Config,
-        resident: &Resident,
+        resident: &TilePool,
         (target, lit): (Format, Option<LightColours>),
     ) -> Result<Fused> {
         assert_eq!(config.check(pyramid), Ok(()), "asked before");
@@ -93,8 +92,8 @@ impl Fused {
         let exact = config.draws_depth_alone();
         // No triple is stored: the format says nothing.
         let mut specialization = constants(config, resident);
-        specialization.extend(pyramid_constants(pyramid, U1Format::Rgb32));
-        specialization.push(("NATIVE_KEYING", u32::from(config.keying == Keying::Native)));
+        specialization.extend(pyramid_constants(pyramid, RequestFormat::Rgb32, &config.filter));
+        specialization.push(("NATIVE_KEYING", u32::from(config.address == TileAddress::OwnLevel)));
         specialization.push(("LISTS", lists as u32));
         let shade = GraphicsInfo {
             name: fused_frag::SHADERS[0].name,
@@ -114,33 +113,33 @@ impl Fused {
         })
     }
 
-    /// Unmarks all, draws the picture and marks its tiles; where the variant appends, `U3` is filled too.
+    /// Clears the mask, draws the picture and sets the bits of its tiles. Fills the visible-tile list where the variant appends.
     ///
     /// # Errors
     /// Out of memory.
     pub fn draw(
         &self,
         cmd: &mut Cmd<'_>,
-        resident: &Resident,
+        resident: &TilePool,
         seen: &Seen<'_>,
-        Room { marks, list }: &Room,
+        Room { mask, list }: &Room,
         (color, depth): (&Image, &Image),
     ) -> Result<()> {
         if self.lists != Lists::Nothing {
-            marks.begin(cmd);
+            mask.begin(cmd);
         }
-        if self.lists == Lists::MarksAndU3 {
+        if self.lists == Lists::MaskAndList {
             list.begin(cmd);
         }
         let size = color.info().size;
         let color = ColorTarget { image: color, clear: seen.onto.clear() };
         let depth = DepthTarget { image: depth, clear: seen.onto != Onto::Drawn };
         let resources = [
-            (fused_frag::H1, Resource::Buffer(&resident.h1)),
-            (fused_frag::J1, Resource::Sampled(&resident.j1, &resident.sampler)),
-            (fused_frag::MARKS, marks.resource()),
-            (fused_frag::SEEN, marks.resource()),
-            (fused_frag::U3, Resource::Buffer(&list.u3)),
+            (fused_frag::H1, Resource::Buffer(&resident.page_table_words)),
+            (fused_frag::J1, Resource::Sampled(&resident.tiles, &resident.sampler)),
+            (fused_frag::TILE_MASK, mask.resource()),
+            (fused_frag::SEEN, mask.resource()),
+            (fused_frag::VISIBLE_LIST, Resource::Buffer(&list.triples)),
         ];
         cmd.render(size, &[color], Some(depth), |render| {
             // Both draws are in one rendering, whose order of primitives is barrier enough for depth.

@@ -1,19 +1,19 @@
-//! The passes that find and show the tiles: stages 1, 2, 3, read-back, texturing; or, where the variant is fused, one
-//! draw that does the work of stages 1, 2 and of texturing.
+//! The passes that find and show the tiles: stages 1, 2, 3, read-back and texturing. In a fused variant, one draw does
+//! the work of stages 1, 2 and texturing.
 
-use super::lister::{Collected, Lister, Stage3};
-use super::{Config, footprint::Footprint, fused::Fused, resident::Resident, texturing::Texturing};
+use super::list_passes::{Collected, ListPasses, Stage3};
+use super::{Config, footprint::Footprint, fused::Fused, texturing::Texturing, tile_pool::TilePool};
 use crate::frame::{Seen, Slot, Target};
 use crate::math::light::LightColours;
 use crate::math::pyramid::Pyramid;
 use crate::vk::{Depth, Frame, Gpu, Result};
 
-/// A variant's passes, with the room that each frame in flight has in them.
+/// A variant's passes and their buffers for each frame in flight.
 pub enum Method {
-    /// Stage 1 and, after the list, texturing from `U1`.
+    /// Stage 1, the list passes, and texturing from the request image.
     Staged {
         stage1: Box<Footprint>,
-        lister: Lister,
+        list_passes: ListPasses,
         texturing: Box<Texturing>,
     },
     Fused {
@@ -23,15 +23,15 @@ pub enum Method {
 }
 
 impl Method {
-    /// `lit`: by what some shapes are lit.
+    /// Creates the passes. `lit`: the light, if some shapes are lit.
     ///
     /// # Errors
-    /// A format, a limit or memory that the device lacks.
+    /// A missing format or a limit of the device; out of memory.
     pub fn new(
         gpu: &Gpu,
         pyramid: &Pyramid,
         config: &Config,
-        resident: &Resident,
+        resident: &TilePool,
         target: &Target,
         lit: Option<LightColours>,
     ) -> Result<Method> {
@@ -43,9 +43,9 @@ impl Method {
         }
         let depth = (target.depth.clone(), Depth::Write);
         let stage1 = Box::new(Footprint::on(gpu, pyramid, config, depth, 0)?);
-        let lister = Lister::new(gpu, pyramid, config, &stage1)?;
+        let list_passes = ListPasses::new(gpu, pyramid, config, &stage1)?;
         let texturing = Box::new(Texturing::new(gpu, pyramid, config, &stage1, resident, shown)?);
-        Ok(Method::Staged { stage1, lister, texturing })
+        Ok(Method::Staged { stage1, list_passes, texturing })
     }
 
     /// Stage 1; a fused variant has none.
@@ -56,22 +56,22 @@ impl Method {
         }
     }
 
-    /// Records the passes of the frame that `seen` is of.
+    /// Records the passes of the frame of `seen`.
     ///
     /// # Errors
     /// Out of memory.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
-        resident: &Resident,
+        resident: &TilePool,
         seen: &Seen<'_>,
         target: &Target,
     ) -> Result<()> {
         let slot = seen.view.slot();
         match self {
-            Method::Staged { stage1, lister, texturing } => {
+            Method::Staged { stage1, list_passes, texturing } => {
                 frame.pass("footprint", |cmd| stage1.draw(cmd, seen))?;
-                lister.record(frame, &stage1.u1, slot)?;
+                list_passes.record(frame, &stage1.requests, slot)?;
                 frame.pass("texturing", |cmd| texturing.draw(cmd, stage1, resident, seen, &target.color))
             }
             Method::Fused { draw, stage3 } => {
@@ -85,7 +85,9 @@ impl Method {
     /// Labels of the passes, in order.
     pub fn passes(&self) -> Vec<&'static str> {
         match self {
-            Method::Staged { lister, .. } => [vec!["footprint"], lister.passes(), vec!["texturing"]].concat(),
+            Method::Staged { list_passes, .. } => {
+                [vec!["footprint"], list_passes.passes(), vec!["texturing"]].concat()
+            }
             Method::Fused { stage3, .. } => [vec!["fused"], stage3.passes()].concat(),
         }
     }
@@ -96,16 +98,16 @@ impl Method {
     /// Out of memory, device lost.
     pub fn collect(&mut self, gpu: &Gpu, slot: Slot) -> Result<Collected> {
         match self {
-            Method::Staged { lister, .. } => lister.collect(gpu, slot),
+            Method::Staged { list_passes, .. } => list_passes.collect(gpu, slot),
             Method::Fused { stage3, .. } => stage3.collect(gpu, slot),
         }
     }
 
-    /// (name, bytes); on the device where the name does not say otherwise.
+    /// (name, bytes), on the device unless the name says otherwise.
     pub fn memory(&self) -> Vec<(&'static str, u64)> {
         match self {
-            Method::Staged { stage1, lister, .. } => {
-                [vec![("U1", stage1.u1.bytes())], lister.memory()].concat()
+            Method::Staged { stage1, list_passes, .. } => {
+                [vec![("request image", stage1.requests.bytes())], list_passes.memory()].concat()
             }
             Method::Fused { stage3, .. } => stage3.memory(),
         }

@@ -1,76 +1,104 @@
-//! Paper 1: super-large textures for virtual landscapes; the visible tiles are found wholly on the GPU.
+//! Paper 1: super-large textures for virtual landscapes. The GPU alone finds the visible tiles.
 //!
-//! One file a step:
-//! - [`footprint`], section 2.1: a triple (q, i, j) for each pixel, into `U1`;
-//! - [`dedup`], section 2.2: a point for each distinct triple of a block, ORed into `U2`;
-//! - [`compact`], section 2.3: the set bits of `U2` become the list `U3`, by transform feedback;
-//! - [`marks`] and [`list`]: what stage 2 leaves for stage 3, and `U3` itself; [`variants`]: what goes together;
-//! - [`classic`]: the list by copying `U1` to the host instead; [`feedback`]: by looking at few of its pixels;
-//! - [`lister`]: whichever of them makes the list;
-//! - [`streaming`], section 3: two caches, A1, A2, A3;
-//! - [`resident`]: `J1` and `G1` in video memory; [`display`]: the table that says which tile shows what;
-//! - [`fade`]: tiles that arrive are mixed in over some frames (ours, an option);
-//! - [`texturing`], section 4: the picture from what is resident; [`fused`]: stages 1, 2 and 4 in one draw;
-//!   [`prepass`]: what the draw of depth alone before it can leave out;
-//! - [`scout`]: the tiles that the camera will see (ours, an option);
-//! - [`method`]: a variant's passes together; [`technique`]: the paper's part of a frame;
-//!   [`figures`]: what is measured of all this;
-//! - [`mod@reference`]: the same in integers and f64 on the CPU; [`ruler`]: the proof that each texel is the right one.
+//! One file per step:
+//! - [`footprint`], section 2.1: a triple (q, i, j) for each pixel, into the request image; [`reach`]: the other tiles that
+//!   its filter needs (ours);
+//! - [`dedup`], section 2.2: a point for each distinct triple of a block, ORed into the tile mask;
+//! - [`compact`], section 2.3: the set bits of the tile mask become the visible-tile list, by transform feedback;
+//! - [`tile_mask`], [`visible_list`]: the outputs of stages 2 and 3; [`variants`]: which variants fit together;
+//! - [`read_back`]: baseline that copies the request image to the host and makes the list there; [`feedback`]: baseline
+//!   that copies few of its pixels;
+//! - [`list_passes`]: the passes of the chosen method;
+//! - [`streaming`], section 3: two caches, the update, the upload step and the loader;
+//! - [`tile_pool`]: the resident tiles in video memory; [`page_table`]: the tile that is shown for each tile;
+//! - [`fade`]: blends new tiles in over some frames (ours, an option);
+//! - [`texturing`], section 4: the picture from the resident tiles; [`fused`]: stages 1, 2 and 4 in one draw;
+//!   [`prepass`]: culling for the depth-only draw before it;
+//! - [`shown`]: the level that shows each pixel, and the level that it asks for;
+//! - [`prefetch`]: the tiles that the camera will see soon (ours, an option);
+//! - [`method`]: all passes of a variant; [`technique`]: the paper's part of a frame; [`figures`]: the measurements;
+//! - [`mod@reference`]: the same steps in integers and f64 on the CPU; [`ruler`]: proves that each texel is the right one.
 //!
-//! Where we differ from the print (errata; papers/1 of the design names each):
-//! points sit on texel centres, not corners (2.2); the display table is apart from A1's states (3.);
-//! `f` is clamped with `q`, `C = C1 (1-f) + C2 f`, G1 uses the unclamped `e`, and tiles carry a border (4.).
+//! The paper's letters, which comments use beside its equations:
+//!
+//! | letter | name here | file |
+//! |---|---|---|
+//! | U1 | request image: a triple (q, i, j) for each pixel | [`footprint`] |
+//! | U2 | tile mask: bit q of texel (i, j) | [`tile_mask`] |
+//! | U3 | visible-tile list | [`visible_list`] |
+//! | M0 | the grid of level 0's tiles | [`crate::math::pyramid`] |
+//! | J1, N1 | tile pool in video memory, and its number of slots | [`tile_pool`] |
+//! | J2, N2 | host tile cache, and its number of slots | [`streaming`] |
+//! | G1 | resident mip tail: the levels that are always in video memory | [`tile_pool`] |
+//! | H1, k1 | states in the tile pool, and the page table that the shader reads | [`streaming`], [`page_table`] |
+//! | H2, k2 | states in the host cache | [`streaming`] |
+//! | Q1, Q2 | upload queue, load queue | [`streaming`] |
+//! | A1, A2, A3 | update, upload, loader threads | [`streaming`] |
+//! | NA | the most samples along a footprint | [`texturing`] |
+//!
+//! Differences from the printed paper (errata):
+//! - 2.2: points are drawn at texel centres, not corners.
+//! - 3: the page table is separate from the tile states.
+//! - 4: `f` is clamped with `q`; `C = C1 (1-f) + C2 f`; G1 uses the unclamped `e`; tiles have a border.
 
 pub mod choices;
-pub mod classic;
 pub mod compact;
 mod compare;
 pub mod config;
 pub mod dedup;
 pub mod disk;
-pub mod display;
 mod dump;
 pub mod fade;
 pub mod feedback;
 pub mod figures;
 pub mod footprint;
 pub mod fused;
-pub mod list;
-pub mod lister;
-pub mod marks;
+pub mod list_passes;
 pub mod method;
+pub mod page_table;
+pub mod prefetch;
 pub mod prepass;
+pub mod reach;
+pub mod read_back;
 mod record;
 pub mod reference;
-pub mod resident;
 pub mod ruler;
-pub mod scout;
+pub mod shown;
 pub mod streaming;
 pub mod technique;
 pub mod texturing;
+pub mod tile_mask;
+pub mod tile_pool;
 pub mod variants;
+pub mod visible_list;
 
-pub use choices::{Compaction, Dedup, Filtering, Interpolation, Keying, Listing, U1Format};
+pub use choices::{Compaction, Dedup, Filtering, Interpolation, Listing, RequestFormat, TileAddress};
 pub use compare::{Again, PlainComparison};
 pub use config::{Config, PAPER, Settings, needs};
-pub use dump::{FootprintPicture, read_u1, read_words};
+pub use dump::{FootprintPicture, read_requests, read_words};
 pub use record::FrameRecord;
 pub use technique::{VirtualTexture, VirtualTextureError};
-pub use variants::{Layout, Unfit, all_needs};
+pub use variants::{MaskLayout, Unfit, all_needs};
 
 use crate::math::pyramid::Pyramid;
 
-/// The pyramid's numbers as the shaders' specialization constants.
-fn pyramid_constants(pyramid: &Pyramid, u1: U1Format) -> [(&'static str, u32); 5] {
+/// The pyramid's sizes as specialization constants of the shaders.
+fn pyramid_constants(
+    pyramid: &Pyramid,
+    requests: RequestFormat,
+    filter: &config::Filter,
+) -> [(&'static str, u32); 7] {
     [
         ("WIDTH_LOG2", pyramid.width_log2()),
         ("HEIGHT_LOG2", pyramid.height_log2()),
         ("TILE_LOG2", pyramid.tile_log2()),
         ("FIRST_RESIDENT_LEVEL", pyramid.first_resident_level()),
-        ("U1_PACKED", u32::from(u1 == U1Format::Packed)),
+        ("REQUESTS_PACKED", u32::from(requests == RequestFormat::Packed)),
+        ("BORDER", pyramid.border_texels()),
+        ("REACHES", u32::from(filter.reaches(pyramid.border_texels()))),
     ]
 }
 
-fn with(constants: [(&'static str, u32); 5], more: &[(&'static str, u32)]) -> Vec<(&'static str, u32)> {
+fn with(constants: [(&'static str, u32); 7], more: &[(&'static str, u32)]) -> Vec<(&'static str, u32)> {
     constants.iter().chain(more).copied().collect()
 }

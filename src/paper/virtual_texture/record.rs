@@ -1,34 +1,34 @@
-//! What is kept of each frame.
+//! The record of a frame.
 
 use crate::math::pyramid::TileId;
 use crate::paper::virtual_texture::streaming::FrameReport;
 use crate::vk::PassTime;
 use std::time::Duration;
 
-/// One frame, as the report tells it.
+/// The reported data of one frame.
 #[derive(Clone, Debug)]
 pub struct FrameRecord {
     /// 0 for the first.
     pub index: u64,
     pub streaming: FrameReport,
-    /// The frame whose list was streamed: [`crate::vk::FRAMES_IN_FLIGHT`] ago; none at the start and after a pause.
+    /// The frame whose list was streamed, [`crate::vk::FRAMES_IN_FLIGHT`] ago; `None` at the start and after a pause.
     pub list_of: Option<u64>,
     pub passes: Vec<PassTime>,
     /// The host's time from the frame's end to its list of tiles.
     pub host_list: Duration,
-    /// Length of the frame's own `U3`.
+    /// Length of the frame's own visible-tile list.
     pub triples: usize,
-    /// The frame's own distinct tiles, before any bias, sorted; subsampled, what the last frames saw together.
+    /// The frame's distinct visible tiles before any bias, sorted; with subsampled feedback, the union of the last frames.
     pub visible: Vec<TileId>,
-    /// The tiles that it expected to be visible `cache.prefetch_frames` later, sorted.
-    pub ahead: Vec<TileId>,
-    /// `U3` was too short at first.
+    /// The tiles that are expected to be visible `cache.prefetch_frames` later, sorted.
+    pub expected: Vec<TileId>,
+    /// The visible-tile list was too short at first.
     pub overflowed: bool,
 }
 
-/// What a frame found out: the tiles that it sees, and those that it expects.
+/// A frame's lists: its visible tiles, and those that it expects soon.
 #[derive(Clone)]
 pub(super) struct Lists {
     pub visible: Vec<TileId>,
-    pub ahead: Vec<TileId>,
+    pub expected: Vec<TileId>,
 }

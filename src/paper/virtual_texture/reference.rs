@@ -1,16 +1,16 @@
-//! The paper's steps on the CPU, written from the paper: in integers where the result is an integer, in f64 where it
-//! is not. Plain and slow; shares no code with the shaders.
+//! The paper's steps on the CPU, written from the paper: in integers if the result is an integer, otherwise in f64.
+//! Plain and slow; shares no code with the shaders.
 
 pub mod picture;
 
 use crate::math::pyramid::{Pyramid, TileId};
 use std::collections::BTreeSet;
 
-/// The visible tiles that a frame's `U1` names: the truth for stages 2 and 3, whatever variant ran. `u1` holds
-/// (q, i, j) for each pixel, (i, j) in M0; q outside the streamed levels (G1, background) names none.
-pub fn visible_tiles(u1: &[[u32; 3]], pyramid: &Pyramid) -> BTreeSet<TileId> {
+/// The visible tiles of a frame's request image: the reference for all variants of stages 2 and 3. `requests` holds
+/// (q, i, j) for each pixel, (i, j) in M0. Pixels of resident levels and of the background need no tile.
+pub fn visible_tiles(requests: &[[u32; 3]], pyramid: &Pyramid) -> BTreeSet<TileId> {
     let mut tiles = BTreeSet::new();
-    for &[q, i, j] in u1 {
+    for &[q, i, j] in requests {
         if q <= pyramid.coarsest_level() - pyramid.resident_levels() {
             // Section 3: i' = floor(i / 2^q), j' = floor(j / 2^q).
             tiles.insert(TileId { level: q, row: i / 2u32.pow(q), column: j / 2u32.pow(q) });
@@ -19,28 +19,52 @@ pub fn visible_tiles(u1: &[[u32; 3]], pyramid: &Pyramid) -> BTreeSet<TileId> {
     tiles
 }
 
-/// The triples that stage 3 lists with the paper's keying: each distinct (q, i, j) of `u1`, once.
-pub fn distinct_triples(u1: &[[u32; 3]], pyramid: &Pyramid) -> BTreeSet<[u32; 3]> {
-    u1.iter().filter(|[q, ..]| *q <= pyramid.coarsest_level() - pyramid.resident_levels()).copied().collect()
+/// The triples that stage 3 lists with level-0 tile addresses: each distinct (q, i, j) of `requests` once.
+pub fn distinct_triples(requests: &[[u32; 3]], pyramid: &Pyramid) -> BTreeSet<[u32; 3]> {
+    requests
+        .iter()
+        .filter(|[q, ..]| *q <= pyramid.coarsest_level() - pyramid.resident_levels())
+        .copied()
+        .collect()
 }
 
-/// How many points stage 2's geometry shader emits (section 2.2) for a `U1` of `width` pixels a row: a point for each
-/// pixel of a block whose level is streamed; with `memo` only where its triple differs from the block's last one.
+/// The tiles of a streamed level that hold the texels from `first` to `last` (column, row), which may lie beyond the texture's
+/// edges: columns wrap, and beyond a pole follow the rows of the opposite meridian.
+pub fn tiles_of_texels(pyramid: &Pyramid, level: u32, first: [i64; 2], last: [i64; 2]) -> BTreeSet<TileId> {
+    let [width, height] = pyramid.level_size(level).map(i64::from);
+    let side = i64::from(pyramid.tile_size());
+    let mut tiles = BTreeSet::new();
+    for row in first[1].div_euclid(side)..=last[1].div_euclid(side) {
+        for column in first[0].div_euclid(side)..=last[0].div_euclid(side) {
+            let (x, y) = (column * side, row * side);
+            let (x, y) = match y.rem_euclid(2 * height) {
+                y if y < height => (x, y),
+                y => (x + width / 2, 2 * height - 1 - y),
+            };
+            let (row, column) = ((y / side) as u32, (x.rem_euclid(width) / side) as u32);
+            tiles.insert(TileId { level, row, column });
+        }
+    }
+    tiles
+}
+
+/// The number of points that stage 2's geometry shader emits (section 2.2) for a request image with `width` pixels per
+/// row: one per pixel of a streamed level. With `memo`, only if the triple differs from the last one of the block.
 pub fn emitted_points(
-    u1: &[[u32; 3]],
+    requests: &[[u32; 3]],
     width: u32,
     pyramid: &Pyramid,
     [block_width, block_height]: [u32; 2],
     memo: bool,
 ) -> u64 {
-    let height = u1.len() as u32 / width;
+    let height = requests.len() as u32 / width;
     let mut points = 0;
     for first_row in (0..height).step_by(block_height as usize) {
         for first_column in (0..width).step_by(block_width as usize) {
             let mut last = None;
             for row in first_row..(first_row + block_height).min(height) {
                 for column in first_column..(first_column + block_width).min(width) {
-                    let triple = u1[(row * width + column) as usize];
+                    let triple = requests[(row * width + column) as usize];
                     let streamed = triple[0] <= pyramid.coarsest_level() - pyramid.resident_levels();
                     if streamed && !(memo && last == Some(triple)) {
                         points += 1;
@@ -64,18 +88,18 @@ pub struct Footprint {
     pub dtdy: f64,
 }
 
-/// Section 2.1 for one pixel.
+/// The result of section 2.1 for one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Triple {
-    /// e: the unclamped level, minus infinity where the footprint is a point, NaN where it is not finite.
+    /// e: the unclamped level; minus infinity if the footprint is a point, NaN if it is not finite.
     pub e: f64,
     pub q: u32,
     pub i: u32,
     pub j: u32,
 }
 
-/// Stage 1's formula as printed, with the outcomes that the paper leaves open: dmax = 0 is level 0, a footprint that
-/// is not finite is L-L'+1.
+/// Stage 1's formula as printed. Cases that the paper leaves open: dmax = 0 gives level 0; a footprint that is not finite
+/// gives L-L'+1.
 pub fn triple(at: &Footprint, pyramid: &Pyramid, max_anisotropy: u32) -> Triple {
     let [w, h] = pyramid.level_size(0).map(f64::from);
     let [columns, rows] = pyramid.tile_grid(0).map(f64::from);
@@ -84,31 +108,30 @@ pub fn triple(at: &Footprint, pyramid: &Pyramid, max_anisotropy: u32) -> Triple 
     let (s_x, s_y, t_x, t_y) = (w * at.dsdx, w * at.dsdy, h * at.dtdx, h * at.dtdy);
     let r1 = s_x * s_x + t_x * t_x;
     let r2 = s_y * s_y + t_y * t_y;
-    let g1 = f64::from(pyramid.coarsest_level() - pyramid.resident_levels() + 1);
+    let first_resident = f64::from(pyramid.coarsest_level() - pyramid.resident_levels() + 1);
     let (e, q) = if !(r1.is_finite() && r2.is_finite()) {
-        (f64::NAN, g1)
+        (f64::NAN, first_resident)
     } else if r1.max(r2) == 0.0 {
         (f64::NEG_INFINITY, 0.0)
     } else {
         let (dmax2, dmin2) = (r1.max(r2), r1.min(r2));
         let n_a = (dmax2 / dmin2).sqrt().ceil().min(f64::from(max_anisotropy));
         let e = 0.5 * dmax2.log2() - n_a.log2();
-        (e, e.floor().clamp(0.0, g1))
+        (e, e.floor().clamp(0.0, first_resident))
     };
     Triple { e, q: q as u32, i: i as u32, j: j as u32 }
 }
 
-/// How far a GPU may stand from the reference at one pixel, in the units of [`Footprint`].
+/// How far a GPU may deviate from the reference at one pixel, in the units of [`Footprint`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Of s and of t.
+    /// Tolerance of s and of t.
     pub coordinate: [f64; 2],
-    /// Of each derivative with respect to x and y: [ds, dt].
+    /// Tolerance of each derivative with respect to x and y: [ds, dt].
     pub derivative: [f64; 2],
 }
 
-/// Every triple that section 2.1 can give for a footprint that lies within `tolerance` of `at`: intervals of q, i, j,
-/// each inclusive.
+/// Every triple that section 2.1 can give for a footprint within `tolerance` of `at`: inclusive intervals of q, i, j.
 pub fn possible_triples(
     at: &Footprint,
     tolerance: &Tolerance,
@@ -123,16 +146,15 @@ pub fn possible_triples(
     let (low, high) =
         (triple(&moved(-1.0), pyramid, max_anisotropy), triple(&moved(1.0), pyramid, max_anisotropy));
     let [w, h] = pyramid.level_size(0).map(f64::from);
-    // |r| changes by at most |(w ds, h dt)|; both sides' lengths are bracketed, and with them e. e falls as dmin
-    // grows no further than nA allows, so its extremes lie at the brackets' ends.
+    // |r| changes by at most |(w ds, h dt)|, which bounds the lengths of both sides and thus e.
     let reach = (w * tolerance.derivative[0]).hypot(h * tolerance.derivative[1]);
     let sides = [(w * at.dsdx).hypot(h * at.dtdx), (w * at.dsdy).hypot(h * at.dtdy)];
-    let g1 = pyramid.coarsest_level() - pyramid.resident_levels() + 1;
+    let first_resident = pyramid.coarsest_level() - pyramid.resident_levels() + 1;
     if !(sides[0].is_finite() && sides[1].is_finite() && reach.is_finite()) {
-        return [[0, g1], [low.i, high.i], [low.j, high.j]];
+        return [[0, first_resident], [low.i, high.i], [low.j, high.j]];
     }
     let mut q = [u32::MAX, 0];
-    // 17 steps through each bracket: nA jumps inside it at integers, at most 16 of them.
+    // e is not monotonic in the lengths, because nA jumps at integers, at most 16 of them: 17 steps through each interval.
     for first in 0..=16 {
         for second in 0..=16 {
             let length = |side: f64, step: i32| (side + reach * (f64::from(step) / 8.0 - 1.0)).max(0.0);
@@ -158,21 +180,21 @@ mod tests {
         Pyramid::new(18, 17, 9, 4, None).expect("the paper's")
     }
 
-    /// A square footprint of so many texels of level 0 at the texture's middle.
+    /// A square footprint of this many texels of level 0 at the texture's middle.
     fn square(texels: f64) -> Footprint {
         let [w, h] = pyramid().level_size(0).map(f64::from);
         Footprint { s: 0.5, t: 0.5, dsdx: texels / w, dtdx: 0.0, dsdy: 0.0, dtdy: texels / h }
     }
 
     #[test]
-    fn a_footprint_of_one_texel_asks_for_level_0_and_of_two_for_level_1() {
+    fn a_footprint_of_one_texel_requests_level_0_and_of_two_level_1() {
         for (texels, q) in [(1.0, 0), (1.999, 0), (2.0, 1), (3.999, 1), (4.0, 2), (0.01, 0), (1e9, 9)] {
             assert_eq!(triple(&square(texels), &pyramid(), 1).q, q, "{texels} texels");
         }
     }
 
     #[test]
-    fn anisotropy_lowers_the_level_by_its_logarithm_and_no_more_than_na() {
+    fn anisotropy_lowers_the_level_by_log2_of_at_most_na() {
         let [w, h] = pyramid().level_size(0).map(f64::from);
         let long = Footprint { s: 0.5, t: 0.5, dsdx: 16.0 / w, dtdx: 0.0, dsdy: 0.0, dtdy: 1.0 / h };
         for (n_a, q) in [(1, 4), (2, 3), (4, 2), (8, 1), (16, 0), (64, 0)] {
@@ -182,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn zero_is_level_0_and_not_finite_is_g1() {
+    fn zero_is_level_0_and_not_finite_is_the_first_resident_level() {
         assert_eq!(triple(&square(0.0), &pyramid(), 16).q, 0);
         for bad in [f64::NAN, f64::INFINITY] {
             assert_eq!(triple(&square(bad), &pyramid(), 16).q, 9);
@@ -198,26 +220,26 @@ mod tests {
 
     #[test]
     fn a_tile_seen_at_two_of_its_cells_is_one_tile() {
-        let u1 = [[1, 4, 6], [1, 5, 7], [1, 6, 7], [9, 0, 0], [u32::MAX; 3]];
-        assert_eq!(visible_tiles(&u1, &pyramid()).len(), 2);
-        assert_eq!(distinct_triples(&u1, &pyramid()).len(), 3);
+        let requests = [[1, 4, 6], [1, 5, 7], [1, 6, 7], [9, 0, 0], [u32::MAX; 3]];
+        assert_eq!(visible_tiles(&requests, &pyramid()).len(), 2);
+        assert_eq!(distinct_triples(&requests, &pyramid()).len(), 3);
     }
 
     #[test]
-    fn the_memo_spares_a_blocks_repetitions_and_knows_nothing_of_other_blocks() {
+    fn the_memo_skips_repetitions_within_a_block_only() {
         const A: [u32; 3] = [0, 1, 1];
         const B: [u32; 3] = [0, 1, 2];
-        const G1: [u32; 3] = [9, 0, 0];
-        // Two blocks of 2 x 2 side by side; what G1 shows neither emits nor is remembered.
-        let u1 = [A, A, A, B, G1, A, B, A];
-        let points = |block, memo| emitted_points(&u1, 4, &pyramid(), block, memo);
+        const RESIDENT: [u32; 3] = [9, 0, 0];
+        // Two blocks of 2 x 2 side by side. Pixels of the resident tail emit no point and do not change the memo.
+        let requests = [A, A, A, B, RESIDENT, A, B, A];
+        let points = |block, memo| emitted_points(&requests, 4, &pyramid(), block, memo);
         assert_eq!((points([2, 2], false), points([2, 2], true)), (7, 4), "1 and 3");
         assert_eq!((points([1, 1], true), points([4, 2], true)), (7, 5));
-        assert_eq!(points([4, 1], true), 2 + 3, "a row of G1 A B A after a row of A A A B");
+        assert_eq!(points([4, 1], true), 2 + 3, "a row of RESIDENT A B A after a row of A A A B");
     }
 
     #[test]
-    fn a_decision_far_from_a_border_has_one_outcome_and_near_it_two() {
+    fn a_footprint_far_from_a_rounding_border_has_one_outcome_and_near_it_two() {
         let tolerance = Tolerance { coordinate: [1e-9; 2], derivative: [1e-10; 2] };
         let clear = Footprint { s: 0.501, t: 0.501, ..square(3.0) };
         assert_eq!(possible_triples(&clear, &tolerance, &pyramid(), 1), [[1, 1], [128, 128], [256, 256]]);

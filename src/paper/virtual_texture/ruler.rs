@@ -1,8 +1,8 @@
-//! The proof of section 4: on the `ruler` source, each texel that texturing would filter is fetched unfiltered and
-//! compared with the hash of the level and place that the pixel's own (s, t) asks for: own level, next coarser,
-//! borders, wrapping, poles, and `G1`.
+//! Check of section 4: on the `ruler` source, every texel that texturing would filter is fetched unfiltered. It is
+//! compared with the hash of the level and position that the pixel's (s, t) requires. This covers the own and the next
+//! coarser level, borders, wrapping, poles, and the resident tail.
 
-use super::{Config, footprint::Footprint, pyramid_constants, resident::Resident, with};
+use super::{Config, footprint::Footprint, pyramid_constants, tile_pool::TilePool, with};
 use crate::frame::Seen;
 use crate::math::pyramid::Pyramid;
 use crate::vk::shader::common::mesh_vert;
@@ -14,17 +14,18 @@ use crate::vk::{
 
 pub struct RulerCheck {
     pipeline: GraphicsPipeline,
-    /// One verdict a pixel; [`Verdicts::count`] reads it.
+    /// One verdict per pixel; [`Verdicts::count`] sums them.
     pub verdict: Image,
 }
 
-/// How many pixels were proven right, and how many not.
+/// Pixel counts of the check.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Verdicts {
+    /// Pixels that the landscape covers.
     pub covered: u64,
     /// Covered pixels with at least one wrong texel.
     pub wrong: u64,
-    /// Covered pixels that `G1` shows.
+    /// Covered pixels that show the resident tail.
     pub from_g1: u64,
     /// Covered pixels whose own tile is not resident.
     pub not_resident: u64,
@@ -38,7 +39,7 @@ impl RulerCheck {
         pyramid: &Pyramid,
         config: &Config,
         stage1: &Footprint,
-        resident: &Resident,
+        resident: &TilePool,
     ) -> Result<RulerCheck> {
         let anisotropy = [("MAX_ANISOTROPY", config.filter.max_anisotropy)];
         let constants: Vec<_> = resident.constants().into_iter().chain(anisotropy).collect();
@@ -47,17 +48,18 @@ impl RulerCheck {
             vertex: &mesh_vert::SHADER,
             geometry: None,
             fragment: Some(&ruler_frag::SHADER),
-            specialization: &with(pyramid_constants(pyramid, stage1.format), &constants),
+            specialization: &with(pyramid_constants(pyramid, stage1.format, &config.filter), &constants),
             points: false,
             depth: Some(Depth::Equal),
             colors: &[Format::R32Uint],
             blend: Blend::Replace,
         })?;
-        let verdict = gpu.image("verdicts", ImageInfo::target(stage1.u1.info().size, Format::R32Uint))?;
+        let verdict =
+            gpu.image("verdicts", ImageInfo::target(stage1.requests.info().size, Format::R32Uint))?;
         Ok(RulerCheck { pipeline, verdict })
     }
 
-    /// Judges the frame whose stage 1 is `stage1`.
+    /// Checks the frame whose stage 1 is `stage1`.
     ///
     /// # Errors
     /// Out of memory.
@@ -65,15 +67,15 @@ impl RulerCheck {
         &self,
         cmd: &mut Cmd<'_>,
         stage1: &Footprint,
-        resident: &Resident,
+        resident: &TilePool,
         seen: &Seen<'_>,
     ) -> Result<()> {
         let color = ColorTarget { image: &self.verdict, clear: Clear::Uint([0; 4]) };
         let depth = DepthTarget { image: &stage1.depth, clear: false };
         let resources = [
-            (ruler_frag::U1, Resource::Texture(&stage1.u1, View::Whole)),
-            (ruler_frag::H1, Resource::Buffer(&resident.h1)),
-            (ruler_frag::J1, Resource::Texture(&resident.j1, View::Raw)),
+            (ruler_frag::REQUESTS, Resource::Texture(&stage1.requests, View::Whole)),
+            (ruler_frag::H1, Resource::Buffer(&resident.page_table_words)),
+            (ruler_frag::J1, Resource::Texture(&resident.tiles, View::Raw)),
         ];
         cmd.render(self.verdict.info().size, &[color], Some(depth), |render| {
             seen.draw(render, &resources, |_| &self.pipeline)
@@ -82,7 +84,7 @@ impl RulerCheck {
 }
 
 impl Verdicts {
-    /// Sums the words that ruler.frag wrote.
+    /// Sums the verdicts of ruler.frag.
     pub fn count(words: &[u32]) -> Verdicts {
         let mut sum = Verdicts::default();
         for &word in words.iter().filter(|word| **word != 0) {

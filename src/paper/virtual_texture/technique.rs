@@ -5,11 +5,11 @@
 //! just handed over.
 
 use super::feedback::{self, Memory as SamplesSeen};
+use super::prefetch::Prefetch;
 use super::record::Lists;
-use super::resident::{Resident, ResidentError, Uploads};
-use super::scout::Scout;
 use super::streaming::{FrameReport, Streaming, StreamingError, Uploader, distinct_tiles};
-use super::{Config, Filtering, FrameRecord, Listing, Settings, Unfit, fade::FadeIn, footprint::Footprint};
+use super::tile_pool::{TilePool, TilePoolError, Uploads};
+use super::{Config, FrameRecord, Listing, Settings, Unfit, fade::FadeIn, footprint::Footprint};
 use super::{method::Method, needs};
 use crate::frame::{
     Draw, Memory, Onto, PerFrame, Progress, Run, Seen, Shape, Slot, Stalled, Target, Technique, View,
@@ -26,21 +26,19 @@ use std::sync::Arc;
 use std::time::Instant;
 use thiserror::Error;
 
-/// What can stop a picture.
+/// Errors that prevent a picture.
 #[derive(Debug, Error)]
 pub enum VirtualTextureError {
     #[error(transparent)]
     Vulkan(#[from] vk::Error),
     #[error(transparent)]
-    Resident(#[from] ResidentError),
+    TilePool(#[from] TilePoolError),
     #[error(transparent)]
     Variants(#[from] Unfit),
     #[error(transparent)]
     Streaming(#[from] StreamingError),
-    #[error(
-        "filter.max_anisotropy = {wanted}: samples reach as many texels beyond a tile's edge, and the texture's border has {border}; lower it, bake a wider border, or take filter.kind = \"stochastic\""
-    )]
-    Anisotropy { wanted: u32, border: u32 },
+    #[error("filter.{key}: {what}")]
+    Border { key: &'static str, what: String },
     #[error(transparent)]
     Stalled(#[from] Stalled),
 }
@@ -50,36 +48,36 @@ pub struct VirtualTexture {
     pub source: Arc<dyn TileSource>,
     pub settings: Settings,
     pub streaming: Streaming,
-    pub resident: Resident,
+    pub resident: TilePool,
     pub method: Method,
-    /// What carries the texture. Those of objects may change before each frame.
+    /// The shapes that carry the texture. Shapes of objects may change before each frame.
     pub shapes: Vec<Shape>,
-    /// Towards it, of lit shapes.
+    /// Direction towards the sun, for lit shapes.
     pub sun: DVec3,
     pub onto: Onto,
-    /// Streams what was visible when this was set, whatever the eye sees since.
+    /// Keeps streaming the tiles that were visible when this was set, wherever the camera moves.
     pub frozen: bool,
-    /// The list that is streamed while frozen: the first since then, which is that of a frame before.
+    /// The list that is streamed while frozen: the first one available since then, which is of an earlier frame.
     frozen_list: Option<Lists>,
-    scout: Option<Scout>,
+    prefetch: Option<Prefetch>,
     fade: FadeIn,
     uploads: PerFrame<Uploads>,
     /// Lists of frames that have ended, for the frames that will stream them.
     lists: PerFrame<Option<Lists>>,
     streamed: PerFrame<Streamed>,
-    /// Where the list is subsampled.
+    /// `Some` if the list is subsampled.
     samples_seen: Option<SamplesSeen>,
-    /// By what some shapes are lit.
+    /// The light, if some shapes are lit.
     lit: Option<LightColours>,
     /// The last frame's pose, and the first frame that had it.
     pose: Option<(Pose, u64)>,
-    /// Where the camera will be, if it goes on as it does.
-    ahead: Option<Pose>,
+    /// The predicted pose, if the camera continues its motion.
+    expected: Option<Pose>,
     last_frame: u64,
     bias: u32,
 }
 
-/// The memory of shapes in the world, by its name in [`Technique::memory`].
+/// The name of the memory of shapes in the world, in [`Technique::memory`].
 pub const MESH: &str = "mesh";
 
 /// What streaming did in a frame in flight.
@@ -100,7 +98,7 @@ impl Uploader for Copies<'_> {
 }
 
 impl VirtualTexture {
-    /// `lit`: by what some shapes will be lit, of these or of those that come later.
+    /// `lit`: the light, if some of these shapes or of later ones are lit.
     ///
     /// # Errors
     /// What the device lacks, settings with which nothing could be shown, a texture whose coarsest levels cannot be
@@ -115,11 +113,11 @@ impl VirtualTexture {
         let pyramid = source.pyramid();
         check(&settings.config, &*source)?;
         let streaming = Streaming::new(source.clone(), settings.streaming.clone())?;
-        let resident = Resident::new(gpu, &*source, settings.streaming.gpu_tiles)?;
+        let resident = TilePool::new(gpu, &*source, settings.streaming.gpu_tiles)?;
         let most_uploads = settings.streaming.upload_tiles_per_frame;
         Ok(VirtualTexture {
             method: Method::new(gpu, &pyramid, &settings.config, &resident, target, lit)?,
-            scout: scout(gpu, &*source, &settings, target)?,
+            prefetch: prefetch(gpu, &*source, &settings, target)?,
             fade: FadeIn::new(settings.config.fade_in_frames),
             uploads: PerFrame::new(|| resident.uploads(gpu, most_uploads))?,
             lists: PerFrame::default(),
@@ -132,7 +130,7 @@ impl VirtualTexture {
             frozen: false,
             frozen_list: None,
             pose: None,
-            ahead: None,
+            expected: None,
             last_frame: 0,
             source,
             settings,
@@ -191,7 +189,7 @@ impl VirtualTexture {
         self.method.stage1()
     }
 
-    /// The shapes from `pose`, as the last frame's tiles are chosen.
+    /// The shapes seen from `view`, with tiles chosen as in the last frame.
     pub fn seen(&self, view: View) -> Seen<'_> {
         Seen::lit(&self.shapes, view, self.bias, self.sun).onto(self.onto)
     }
@@ -216,10 +214,10 @@ impl VirtualTexture {
     pub(super) fn without_copies(&mut self, gpu: &Gpu, slot: Slot) -> vk::Result<()> {
         let uploads = &mut self.uploads[slot];
         uploads.clear();
-        uploads.show(gpu, &mut self.resident.display, &[])
+        uploads.show(gpu, &mut self.resident.page_table, &[])
     }
 
-    /// The passes of a frame, the prefetch apart.
+    /// The passes of a frame, except the prefetch.
     pub(super) fn record_frame(&self, frame: &mut Frame<'_>, view: &View, target: &Target) -> vk::Result<()> {
         frame.pass("upload", |cmd| {
             self.resident.copy(cmd, &self.uploads[view.slot()]);
@@ -230,7 +228,7 @@ impl VirtualTexture {
 
     /// The distinct tiles of a list.
     fn distinct(&self, triples: &[[u32; 3]]) -> Vec<TileId> {
-        distinct_tiles(triples, self.settings.config.keying, self.source.pyramid().first_resident_level())
+        distinct_tiles(triples, self.settings.config.address, self.source.pyramid().first_resident_level())
     }
 
     /// Streams the list that the frame's slot holds.
@@ -248,12 +246,12 @@ impl VirtualTexture {
         let mut report = match &lists {
             // Nothing is known yet: the bias stays.
             None => FrameReport { bias: self.bias, ..FrameReport::default() },
-            Some(Lists { visible, ahead }) => {
-                self.streaming.frame_ahead(visible, ahead, &mut Copies(uploads))
+            Some(Lists { visible, expected }) => {
+                self.streaming.frame_ahead(visible, expected, &mut Copies(uploads))
             }
         };
         let display = std::mem::take(&mut report.display);
-        uploads.show(gpu, &mut self.resident.display, &self.fade.cells(&display))?;
+        uploads.show(gpu, &mut self.resident.page_table, &self.fade.cells(&display))?;
         if report.bias != self.bias {
             let bias = report.bias;
             let why = if report.oversubscribed { "the visible tiles exceed N1" } else { "they fit N1" };
@@ -266,16 +264,13 @@ impl VirtualTexture {
     }
 }
 
-/// Whether the settings go together with the texture.
+/// Checks that the settings fit the texture.
 fn check(config: &Config, source: &dyn TileSource) -> Result<(), VirtualTextureError> {
     config.check(&source.pyramid())?;
-    // The outermost of nA samples lies nA - 1 texels from the pixel's own, and each mixes half a texel more; the
-    // taps of the stochastic filter find their tiles themselves.
-    let (wanted, border) = (config.filter.max_anisotropy, source.pyramid().border_texels());
-    if wanted > 1 && wanted > border && config.filter.kind != Filtering::Stochastic {
-        return Err(VirtualTextureError::Anisotropy { wanted, border });
+    match config.filter.beyond(source.pyramid().border_texels(), source.pyramid().tile_size()) {
+        Some((key, what)) => Err(VirtualTextureError::Border { key, what }),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 fn samples_seen(config: &Config) -> Option<SamplesSeen> {
@@ -283,15 +278,15 @@ fn samples_seen(config: &Config) -> Option<SamplesSeen> {
     subsampled.then(|| SamplesSeen::new(feedback::cycle(config.feedback_log2)))
 }
 
-fn scout(
+fn prefetch(
     gpu: &Gpu,
     source: &dyn TileSource,
     settings: &Settings,
     target: &Target,
-) -> vk::Result<Option<Scout>> {
+) -> vk::Result<Option<Prefetch>> {
     match settings.streaming.prefetch_frames {
         0 => Ok(None),
-        _ => Scout::new(gpu, &source.pyramid(), &settings.config, target.size()).map(Some),
+        _ => Prefetch::new(gpu, &source.pyramid(), &settings.config, target.size()).map(Some),
     }
 }
 
@@ -320,13 +315,13 @@ impl Technique for VirtualTexture {
             Some(samples_seen) => samples_seen.add(&seen),
             None => seen,
         };
-        let ahead = match &mut self.scout {
-            Some(scout) => scout.collect(gpu, slot)?,
+        let expected = match &mut self.prefetch {
+            Some(prefetch) => prefetch.collect(gpu, slot)?,
             None => Vec::new(),
         };
-        let ahead = self.distinct(&ahead);
+        let expected = self.distinct(&expected);
         let Streamed { frame, report, list_of } = std::mem::take(&mut self.streamed[slot]);
-        self.lists[slot] = Some(Lists { visible: visible.clone(), ahead: ahead.clone() });
+        self.lists[slot] = Some(Lists { visible: visible.clone(), expected: expected.clone() });
         Ok(FrameRecord {
             index: frame,
             streaming: report,
@@ -335,14 +330,14 @@ impl Technique for VirtualTexture {
             host_list: start.elapsed(),
             triples: triples.len(),
             visible,
-            ahead,
+            expected,
             overflowed,
         })
     }
 
     fn prepare(&mut self, gpu: &Gpu, view: &View) -> Result<(), VirtualTextureError> {
         self.stream(gpu, view)?;
-        self.ahead = match (&self.scout, self.pose) {
+        self.expected = match (&self.prefetch, self.pose) {
             (Some(_), Some((last, _))) => {
                 continued(&last, &view.pose, self.settings.streaming.prefetch_frames)
             }
@@ -362,15 +357,15 @@ impl Technique for VirtualTexture {
         target: &Target,
     ) -> Result<(), VirtualTextureError> {
         self.record_frame(frame, view, target)?;
-        if let Some(scout) = &mut self.scout {
-            scout.record(frame, view.slot(), &self.shapes, self.ahead.as_ref())?;
+        if let Some(prefetch) = &mut self.prefetch {
+            prefetch.record(frame, view.slot(), &self.shapes, self.expected.as_ref())?;
         }
         Ok(())
     }
 
     fn resize(&mut self, gpu: &Gpu, target: &Target) -> Result<(), VirtualTextureError> {
         self.settings.size = target.size();
-        self.scout = scout(gpu, &*self.source, &self.settings, target)?;
+        self.prefetch = prefetch(gpu, &*self.source, &self.settings, target)?;
         self.reconfigure(gpu, self.settings.config, target)
     }
 
@@ -401,7 +396,7 @@ impl Technique for VirtualTexture {
         let in_the_world = |shape: &&Shape| matches!(shape.draws[..], [Draw::World { .. }]);
         let mesh: u64 = self.shapes.iter().filter(in_the_world).map(Shape::bytes).sum();
         memory.extend((mesh > 0).then_some((MESH, mesh)));
-        memory.extend(self.scout.as_ref().map(|scout| ("scout", scout.bytes())));
+        memory.extend(self.prefetch.as_ref().map(|prefetch| ("prefetch", prefetch.bytes())));
         memory.into_iter().map(|(name, bytes)| (name.to_owned(), bytes)).collect()
     }
 }

@@ -1,9 +1,9 @@
 //! Section 4: the picture, from the tiles that are resident.
 //!
-//! The tile of a pixel is the one that stage 1 wrote into `U1`, bit for bit; a pass over the same mesh, with the
-//! same depth, only adds where in the tile the pixel lies and how the two levels mix.
+//! The tile of a pixel is the one that stage 1 wrote into the request image, bit for bit; a pass over the same mesh,
+//! with the same depth, only adds where in the tile the pixel lies and how the two levels mix.
 
-use super::{Config, Interpolation, footprint::Footprint, pyramid_constants, resident::Resident, with};
+use super::{Config, Interpolation, footprint::Footprint, pyramid_constants, tile_pool::TilePool, with};
 use crate::frame::{Seen, Shape};
 use crate::math::light::LightColours;
 use crate::math::pyramid::{Pyramid, TileId};
@@ -17,9 +17,10 @@ use crate::vk::{
 };
 
 /// What `filter.glsl` is specialized with.
-pub(super) fn constants(config: &Config, resident: &Resident) -> Vec<(&'static str, u32)> {
+pub(super) fn constants(config: &Config, resident: &TilePool) -> Vec<(&'static str, u32)> {
     let filter = [
         ("MAX_ANISOTROPY", config.filter.max_anisotropy),
+        ("MINOR_TEXELS", (config.filter.minor_texels as f32).to_bits()),
         ("LITERAL_INTERPOLATION", u32::from(config.filter.interpolation == Interpolation::Literal)),
         ("FILTER", config.filter.kind as u32),
         ("SAMPLES", config.filter.samples),
@@ -79,7 +80,7 @@ impl Texturing {
         pyramid: &Pyramid,
         config: &Config,
         stage1: &Footprint,
-        resident: &Resident,
+        resident: &TilePool,
         (target, lit): (Format, Option<LightColours>),
     ) -> Result<Texturing> {
         let constants = constants(config, resident);
@@ -88,7 +89,7 @@ impl Texturing {
             vertex: &mesh_vert::SHADER,
             geometry: None,
             fragment: Some(&texturing_frag::SHADERS[0]),
-            specialization: &with(pyramid_constants(pyramid, stage1.format), &constants),
+            specialization: &with(pyramid_constants(pyramid, stage1.format, &config.filter), &constants),
             points: false,
             depth: Some(Depth::Equal),
             colors: &[target],
@@ -105,16 +106,16 @@ impl Texturing {
         &self,
         cmd: &mut Cmd<'_>,
         stage1: &Footprint,
-        resident: &Resident,
+        resident: &TilePool,
         seen: &Seen<'_>,
         target: &Image,
     ) -> Result<()> {
         let color = ColorTarget { image: target, clear: seen.onto.clear() };
         let depth = DepthTarget { image: &stage1.depth, clear: false };
         let resources = [
-            (texturing_frag::U1, Resource::Texture(&stage1.u1, View::Whole)),
-            (texturing_frag::H1, Resource::Buffer(&resident.h1)),
-            (texturing_frag::J1, Resource::Sampled(&resident.j1, &resident.sampler)),
+            (texturing_frag::REQUESTS, Resource::Texture(&stage1.requests, View::Whole)),
+            (texturing_frag::H1, Resource::Buffer(&resident.page_table_words)),
+            (texturing_frag::J1, Resource::Sampled(&resident.tiles, &resident.sampler)),
         ];
         cmd.render(target.info().size, &[color], Some(depth), |render| {
             seen.draw(render, &resources, |shape| self.shading.of(shape))
@@ -140,7 +141,7 @@ impl Plain {
         gpu: &Gpu,
         source: &dyn TileSource,
         target: &Image,
-    ) -> std::result::Result<Plain, super::resident::ResidentError> {
+    ) -> std::result::Result<Plain, super::tile_pool::TilePoolError> {
         let pyramid = source.pyramid();
         let first = (0..=pyramid.coarsest_level())
             .find(|&level| pyramid.level_size(level).iter().all(|&side| side <= 4096));

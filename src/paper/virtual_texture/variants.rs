@@ -1,56 +1,58 @@
-//! Which variants of stages 2 and 3 go together, and what each needs of the device.
+//! Which variants of stages 2 and 3 fit together, and the device features that each needs.
 
 use super::choices::{Compaction, Dedup};
-use super::{Config, Keying, Listing};
+use super::{Config, Listing, TileAddress};
 use crate::math::pyramid::Pyramid;
 use crate::vk::{Feature, Need};
 use thiserror::Error;
 
-/// Settings that no device can run together.
+/// Settings that do not fit together on any device.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("variant.{key} = {value:?}: {why}")]
 pub struct Unfit {
     pub key: &'static str,
     pub value: &'static str,
-    /// The reason, and what to choose instead.
+    /// The reason, and what to use instead.
     pub why: String,
 }
 
-/// How stage 2 leaves its marks for stage 3, in the order of the LAYOUT of marks.glsl.
+/// Layout of the tile mask between stages 2 and 3, in the order of LAYOUT in tile_mask.glsl.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Layout {
-    /// `U2`: an image with a texel for each tile of `M0`, and a bit for each level.
-    U2,
-    /// A bit for each bit that `U2` would have, level by level; with native keying in the order of
-    /// [`Pyramid::tile_index`].
+pub enum MaskLayout {
+    /// The paper's image: a texel for each tile of `M0`, a bit for each level.
+    Texels,
+    /// A buffer with the same bits, level by level; with own-level tile addresses in the order of [`Pyramid::tile_index`].
     Bits,
-    /// A byte for each of those bits: the number of the frame that set it.
+    /// A buffer with a byte for each of those bits: the number of the frame that set it.
     Bytes,
 }
 
 impl Dedup {
-    pub fn layout(self) -> Layout {
+    pub fn layout(self) -> MaskLayout {
         match self {
-            Dedup::Bitset | Dedup::Fused | Dedup::FusedExact => Layout::Bits,
-            Dedup::MarkBytes => Layout::Bytes,
-            _ => Layout::U2,
+            Dedup::Bitset | Dedup::Fused | Dedup::FusedExact => MaskLayout::Bits,
+            Dedup::MarkBytes => MaskLayout::Bytes,
+            _ => MaskLayout::Texels,
         }
     }
 
-    /// Whether it draws points into the marks; else shaders store them.
+    /// True if the variant draws points into the mask. The others store from shaders.
     pub fn draws(self) -> bool {
         matches!(self, Dedup::Geometry | Dedup::Points)
     }
 
-    /// Those that are a pass of their own over `U1`.
+    /// The variants that are a pass of their own over the request image.
     pub fn staged() -> impl Iterator<Item = Dedup> {
         Dedup::ALL.iter().copied().filter(|dedup| !dedup.fused())
     }
 
     /// Device features.
     pub fn needs(self) -> Vec<Need> {
-        let need =
-            |feature| Need { feature, pass: "dedup", without: "variant.dedup = \"test-or\" does without" };
+        let need = |feature| Need {
+            feature,
+            pass: "dedup",
+            without: "variant.dedup = \"test-or\" does not need it",
+        };
         match self {
             Dedup::Geometry => vec![need(Feature::GeometryShader), need(Feature::LogicOp)],
             Dedup::Points => vec![need(Feature::LogicOp)],
@@ -67,8 +69,11 @@ impl Dedup {
 impl Compaction {
     /// Device features.
     pub fn needs(self) -> Vec<Need> {
-        let need =
-            |feature| Need { feature, pass: "compact", without: "variant.compact = \"append\" does without" };
+        let need = |feature| Need {
+            feature,
+            pass: "compact",
+            without: "variant.compact = \"append\" does not need it",
+        };
         match self {
             Compaction::TransformFeedback => {
                 vec![need(Feature::GeometryShader), need(Feature::TransformFeedback)]
@@ -80,12 +85,12 @@ impl Compaction {
 }
 
 impl Config {
-    /// Whether one draw marks and textures, so that there is no `U1`; lists that the host makes are of `U1`.
+    /// True if one draw marks and textures, without a request image. Lists that the host makes need the request image.
     pub fn fused(&self) -> bool {
         self.list == Listing::Device && self.dedup.fused()
     }
 
-    /// Whether a draw of depth alone comes before the one that shades.
+    /// True if a depth-only draw precedes the shading draw.
     pub fn draws_depth_alone(&self) -> bool {
         self.fused() && self.dedup == Dedup::FusedExact
     }
@@ -104,11 +109,10 @@ impl Config {
         needs
     }
 
-    /// Whether the variants go together on textures like this. What depends on the device is told when their
-    /// pipelines are made.
+    /// Checks that the variants fit together and fit this texture. Device limits are checked when pipelines are created.
     ///
     /// # Errors
-    /// The one that does not fit, why, and what would.
+    /// The setting that does not fit, the reason, and an alternative.
     pub fn check(&self, pyramid: &Pyramid) -> Result<(), Unfit> {
         if self.list != Listing::Device {
             return Ok(());
@@ -116,38 +120,38 @@ impl Config {
         let unfit = |key, value, why: &str| Err(Unfit { key, value, why: why.into() });
         let (dedup, compact) = (self.dedup.name(), self.compact.name());
         let layout = self.dedup.layout();
-        if self.dedup == Dedup::Bitset && self.keying == Keying::Paper {
+        if self.dedup == Dedup::Bitset && self.address == TileAddress::Level0 {
             return unfit(
                 "dedup",
                 dedup,
-                "it has a bit for each tile, the paper's keying several; choose variant.keying = \"native\"",
+                "it has one bit per tile, level-0 tile addresses need several; use variant.address = \"own-level\"",
             );
         }
         // mark_index counts in 32 bits.
-        if layout != Layout::U2 && most_triples(pyramid, self.keying) > 1 << 32 {
+        if layout != MaskLayout::Texels && most_triples(pyramid, self.address) > 1 << 32 {
             return unfit(
                 "dedup",
                 dedup,
-                "it numbers its marks with 32 bits, and this texture has more tiles; take larger tiles",
+                "it numbers its marks with 32 bits, and this texture has more; use larger tiles",
             );
         }
         if self.compact == Compaction::FusedAppend && !self.dedup.fused() {
             return unfit("compact", compact, Compaction::FUSED_APPEND_ALONE);
         }
         if self.compact == Compaction::TransformFeedback {
-            if layout != Layout::U2 {
+            if layout != MaskLayout::Texels {
                 return unfit(
                     "compact",
                     compact,
-                    "it reads U2, which this variant.dedup does not fill; choose \"append\"",
+                    "it reads the tile mask as an image, which this variant.dedup does not write; use \"append\"",
                 );
             }
-            // compact.geom's room: 16 points a texel, so that 16 texels stay within Vulkan's promise of 256.
+            // compact.geom emits up to 16 points per texel, so that 16 texels stay within the 256 that Vulkan guarantees.
             if pyramid.first_resident_level() > 16 {
                 return unfit(
                     "compact",
                     compact,
-                    "it has room for 16 streamed levels; take larger tiles, or choose \"append\"",
+                    "it supports 16 streamed levels; use larger tiles or \"append\"",
                 );
             }
         }
@@ -155,16 +159,16 @@ impl Config {
     }
 }
 
-/// The most triples that a frame can have: the layouts without `U2` have a mark for each.
-pub(super) fn most_triples(pyramid: &Pyramid, keying: Keying) -> u64 {
+/// The most triples that a frame can have. The layouts `Bits` and `Bytes` have a mark for each.
+pub(super) fn most_triples(pyramid: &Pyramid, address: TileAddress) -> u64 {
     let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
-    match keying {
-        Keying::Paper => columns * rows * u64::from(pyramid.first_resident_level()),
-        Keying::Native => pyramid.tile_count(),
+    match address {
+        TileAddress::Level0 => columns * rows * u64::from(pyramid.first_resident_level()),
+        TileAddress::OwnLevel => pyramid.tile_count(),
     }
 }
 
-/// What it takes to run any variant: tests and figures that compare them open the device with these.
+/// The needs of all variants. Tests and figures that compare variants open the device with them.
 pub fn all_needs() -> Vec<Need> {
     let dedups = Dedup::ALL.iter().flat_map(|dedup| dedup.needs());
     dedups.chain(Compaction::ALL.iter().flat_map(|compact| compact.needs())).collect()

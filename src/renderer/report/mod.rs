@@ -1,4 +1,4 @@
-//! `--report`: everything that a run measured, as JSON, with what it takes to repeat the run.
+//! `--report`: all measurements of a run as JSON, with the data needed to repeat the run.
 
 mod run;
 mod surfaces;
@@ -28,21 +28,21 @@ pub struct Report {
     pub camera: String,
     pub picture_width: u32,
     pub picture_height: u32,
-    /// A frame's list is used so many frames later.
+    /// A frame's list is used this many frames later.
     pub latency_frames: usize,
-    /// Whether the last frame shows everything that its pose needs (unreadable tiles apart).
+    /// True if the last frame shows everything that its pose needs (except unreadable tiles).
     pub settled: bool,
     #[serde(flatten)]
     pub texture: Option<TextureReport>,
     /// Progressive meshes by the name of their surface.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub surfaces: BTreeMap<String, SurfaceReport>,
-    /// By surface, in video memory where the name does not say otherwise.
+    /// By surface; video memory unless the name says otherwise.
     pub memory_bytes: BTreeMap<String, u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plain: Option<PlainReport>,
     pub frames: Vec<FrameReport>,
-    /// What it takes to make the picture again. `None` where a program of its own rendered the frames.
+    /// The data needed to render the picture again. `None` if another program rendered the frames.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub run: Option<RunSection>,
     pub manifest: Manifest,
@@ -60,21 +60,21 @@ pub struct TextureReport {
     pub levels: u32,
     /// L'
     pub resident_levels: u32,
-    /// How a pixel's triple was stored; "none" where the variant stores none.
+    /// Storage format of a pixel's triple; "none" if the variant stores none.
     pub request_image: &'static str,
-    /// Every setting of the paper, as `ortelius keys` describes them: the variant with its filter, and the caches.
+    /// Every setting of the paper, as described by `ortelius keys`: the variant with its filter, and the caches.
     pub variant: Config,
     pub cache: StreamingConfig,
     /// Tiles that could not be read in the frames of this report; each was reported once.
     pub unreadable_tiles: usize,
-    /// Frames in which `U3` was too short and stage 3 ran twice.
+    /// Frames whose visible-tile list overflowed, so that stage 3 ran twice.
     pub list_overflows: usize,
 }
 
 /// `--compare-plain`: medians over interleaved runs in this process.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlainReport {
-    /// The settled frame over the plain one that was drawn in turn with it.
+    /// Ratio of the settled frame's time to that of the plain frame drawn in turn with it.
     pub settled_over_plain: Summary,
     pub settled_frame_ns: Summary,
     pub settled_passes_ns: Vec<(String, f64)>,
@@ -94,15 +94,15 @@ pub struct FrameReport {
     pub surfaces: Option<SurfacesFrame>,
 }
 
-/// What a frame's virtual texture did.
+/// The virtual texture's part of a frame.
 #[derive(Clone, Debug, Serialize)]
 pub struct TextureFrame {
-    /// The host's time from the frame's end to its list of tiles.
+    /// Host time from the frame's end to its list of tiles.
     pub host_list_ns: u64,
-    /// The frame's own list, and its distinct tiles (subsampled: those that the cycle's frames saw together).
+    /// Length of the frame's list, and its distinct tiles (subsampled: over all frames of the cycle).
     pub triples: usize,
     pub tiles: usize,
-    /// What streaming did in this frame, for the list of that frame (`latency_frames` ago; none at the start).
+    /// The frame whose list streaming used (`latency_frames` earlier; none at the start).
     pub list_of_frame: Option<u64>,
     pub wanted: usize,
     pub hits: usize,
@@ -115,7 +115,7 @@ pub struct TextureFrame {
     pub host_evictions: usize,
     pub stale_loads: usize,
     pub failures: Vec<String>,
-    /// Levels by which tiles were taken coarser, because N1 was too small (or the user asked so).
+    /// Levels by which tiles are coarser, because N1 is too small (or the user requested it).
     pub bias: u32,
     pub oversubscribed: bool,
 }
@@ -132,14 +132,14 @@ pub struct Manifest {
     pub version: &'static str,
     pub commit: &'static str,
     pub arguments: Vec<String>,
-    /// Variables that change what the loader, the driver or we do.
+    /// Variables that affect the loader, the driver or this program.
     pub environment: BTreeMap<String, String>,
 }
 
 impl Manifest {
-    /// Of this process.
+    /// Manifest of the current process.
     pub fn of_this_process() -> Manifest {
-        // JSON has no other text than Unicode; what is none is told with replacement characters.
+        // JSON text is Unicode; other bytes become replacement characters.
         let text = |text: std::ffi::OsString| text.to_string_lossy().into_owned();
         let matters = |name: &str| {
             ["VK_", "LP_", "GALLIVM_", "MESA_", "ORTELIUS_", "LIBGL_", "RAYON_"]
@@ -173,7 +173,7 @@ impl From<PlainComparison> for PlainReport {
 
 impl From<&Record> for FrameReport {
     fn from(record: &Record) -> Self {
-        let pass = |PassTime { label, ns }: &PassTime| PassReport { label: label.clone(), ns: *ns };
+        let pass = |PassTime { label, ns, .. }: &PassTime| PassReport { label: label.clone(), ns: *ns };
         FrameReport {
             frame: record.frame,
             passes: record.passes.iter().map(pass).collect(),
@@ -209,7 +209,7 @@ impl From<&FrameRecord> for TextureFrame {
 }
 
 impl TextureReport {
-    /// Of the frames that are kept.
+    /// Summarises the frames that are kept.
     fn of(technique: &VirtualTexture, records: &[Record]) -> TextureReport {
         let pyramid = technique.source.pyramid();
         let [texture_width, texture_height] = pyramid.level_size(0);
@@ -232,7 +232,7 @@ impl TextureReport {
 }
 
 impl Report {
-    /// Of all frames so far. `scene` and `camera` are the names that the user gave.
+    /// The report of all frames so far. `scene` and `camera` are the names that the user gave.
     pub fn of(renderer: &Renderer, scene: &str, camera: &str, plain: Option<PlainComparison>) -> Report {
         let physical = renderer.gpu.physical();
         let (major, minor, patch) = physical.api;
@@ -263,7 +263,7 @@ impl Report {
         }
     }
 
-    /// Writes the report as JSON. The file appears whole or not at all.
+    /// Writes the report as JSON, atomically.
     ///
     /// # Errors
     /// [`FileError`] names the path.

@@ -1,4 +1,4 @@
-//! The report's `run`: what it takes to make the picture again, on any machine that has the same files.
+//! The report's `run`: the data needed to render the picture again, on any machine with the same files.
 
 use crate::file;
 use crate::header::{JsonFormat, WrongFormat};
@@ -11,44 +11,44 @@ use thiserror::Error;
 /// A render report. Version 3 added `run`.
 pub const FORMAT: JsonFormat = JsonFormat::new("ortelius-render-report", 3);
 
-/// A run of `ortelius render`. Every file that it reads is named by an absolute path, or relative to `folder`.
+/// A run of `ortelius render`. File paths are absolute, or relative to `folder`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunSection {
     /// The scene's name.
     pub name: String,
-    /// What relative paths in the scene start from.
+    /// Base folder of relative paths in the scene.
     pub folder: String,
-    /// The whole scene as TOML, changes included.
+    /// The whole scene as TOML, with its overrides.
     pub scene: String,
-    /// The camera whose view was rendered, or the path that was followed.
+    /// The camera or the path that was rendered.
     pub camera: Option<String>,
     pub path: Option<String>,
-    /// Frames before the picture settles; null: those of the path, or none.
+    /// Frames before the picture settles; null means those of the path, or none.
     pub frames: Option<u32>,
-    /// Whether frames follow until nothing is missing, also where `frames` is stated.
+    /// True if frames continue until nothing is missing, even if `frames` is stated.
     pub settle: bool,
-    /// Whether every frame of the sequence settled before the next.
+    /// True if every frame of the sequence settles before the next.
     #[serde(default)]
     pub settle_each: bool,
     pub deterministic: bool,
     /// Pixels.
     pub size: [u32; 2],
-    /// The picture was 32-bit linear light (EXR) instead of sRGB bytes.
+    /// True if the picture was 32-bit linear light (EXR) instead of sRGB bytes.
     pub linear: bool,
 }
 
-/// A file that is no report of a run.
+/// A file that is not a report of a run.
 #[derive(Debug, Error)]
 pub enum ReportError {
     #[error("{path}: cannot read the report: {source}")]
     Read { path: String, source: std::io::Error },
     #[error("{path}: not a render report: {error}")]
     Format { path: String, error: WrongFormat },
-    #[error("{path}: this report has no run to render again; its frames were made by another program")]
+    #[error("{path}: this report cannot be rendered again; another program rendered its frames")]
     NoRun { path: String },
 }
 
-/// A report of a million frames.
+/// Size of a report of a million frames.
 const MOST_BYTES: u64 = 1 << 32;
 
 impl RunSection {
@@ -71,7 +71,7 @@ impl RunSection {
         }
     }
 
-    /// From a report's file.
+    /// Reads the run from a report file.
     ///
     /// # Errors
     /// [`ReportError`] names the file.
@@ -89,10 +89,10 @@ impl RunSection {
         report.run.ok_or_else(|| ReportError::NoRun { path: shown() })
     }
 
-    /// The scene as it was. `report` is the file's name, for messages.
+    /// The scene of the run. `report` is the file's name, for messages.
     ///
     /// # Errors
-    /// [`SceneError`]: the text is not what this program wrote.
+    /// [`SceneError`]: this program did not write the text.
     pub fn scene(&self, report: &str) -> Result<Scene, SceneError> {
         let shown = format!("{report}: run.scene");
         Scene::of_parts(&shown, &self.name, Path::new(&self.folder), self.scene.clone())

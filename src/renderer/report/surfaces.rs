@@ -1,4 +1,4 @@
-//! The report's part about progressive meshes.
+//! The report's section on progressive meshes.
 
 use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::file::Extent;
@@ -8,49 +8,50 @@ use serde::Serialize;
 /// One surface.
 #[derive(Clone, Debug, Serialize)]
 pub struct SurfaceReport {
-    /// As the scene has it.
+    /// Settings as in the scene.
     pub settings: ProgressiveSurface,
-    /// Of the full mesh.
+    /// Faces of the full mesh.
     pub faces: u32,
     pub vertices: u32,
     /// n: the number of splits from M0 to the full mesh.
     pub splits: u32,
-    /// What the surface's `.pmesh` file holds when whole; null where its end is not missing.
+    /// The complete extent of a truncated `.pmesh` file; null if the file is complete.
     pub cut_from: Option<Extent>,
     pub memory_bytes: InstanceBytes,
-    /// Levels of the instances in the last frame that they were seen in.
+    /// Levels of the instances, each from the last frame in which it was visible.
     pub levels: Vec<u32>,
 }
 
-/// What the instances share, and what one of them has of its own: the mean of all, at their levels.
+/// Memory shared by all instances, and memory of a single instance (mean over all, at their levels).
 #[derive(Clone, Debug, Serialize)]
 pub struct InstanceBytes {
-    /// Main memory of all: splits and permutations, level 0.
+    /// Main memory shared by all: splits and permutations, level 0.
     pub shared_host: usize,
-    /// Video memory of all: vertices, and splits and permutations where the device executes.
+    /// Video memory shared by all: vertices, and splits and permutations if the device executes them.
     pub shared_device: u64,
-    /// Place, level, slice, marks of what was touched.
+    /// Placement, level, slice, and dirty flags.
     pub state_of_an_instance: f64,
-    /// Its slice of the index buffer, 12 bytes a face, in main memory (none where the device executes) and in video memory.
+    /// Its slice of the index buffer, 12 bytes per face: in main memory (0 if the device executes) and in video
+    /// memory.
     pub host_indices_of_an_instance: f64,
     pub device_indices_of_an_instance: f64,
-    /// The live faces that these slices hold: at 12 bytes each they would take no less.
+    /// Live faces in these slices; at 12 bytes each, this is the minimum size.
     pub live_faces_of_an_instance: f64,
 }
 
 /// One frame, all surfaces together.
 #[derive(Clone, Debug, Serialize)]
 pub struct SurfacesFrame {
-    /// The host's time for levels and their copies.
+    /// Host time for levels and their copies.
     pub host_ns: u64,
     pub instances_seen: usize,
     pub faces: u64,
-    /// Live vertices of the instances that are seen.
+    /// Live vertices of the visible instances.
     pub vertices: u64,
     pub splits: u64,
     pub collapses: u64,
     pub upload_bytes: u64,
-    /// The governor's factor on all wanted errors; 1 without one.
+    /// The governor's factor on all target errors; 1 without a governor.
     pub error_factor: f64,
 }
 

@@ -2,16 +2,16 @@
 
 use texpresso::{Algorithm, COLOUR_WEIGHTS_UNIFORM, Format, Params};
 
-/// Range fit with equal weights: 18 ms a tile of 520, root mean square error 3.8, 1.9 and 2.3 codes (Himalaya,
-/// Sahara, Alaska, one octave or two below the imagery); cluster fit 480-760 ms, error 3.0, 1.6 and 1.9: a fifth
-/// less error for thirty times the time, hours for 2^16 x 2^15 texels.
+/// Range fit with equal weights: 18 ms for a tile of 520, RMS error 3.8, 1.9 and 2.3 codes (Himalaya, Sahara,
+/// Alaska; one octave or two below the imagery). Cluster fit: 480-760 ms, error 3.0, 1.6 and 1.9, which is a
+/// fifth less error at thirty times the time (hours for 2^16 x 2^15 texels).
 const PARAMS: Params =
     Params { algorithm: Algorithm::RangeFit, weights: COLOUR_WEIGHTS_UNIFORM, weigh_colour_by_alpha: false };
 
 /// Encodes a square of `side x side` texels (a multiple of 4) into `blocks`, rows of blocks from the north.
 /// Alpha is ignored: every texel is opaque.
 ///
-/// Block by block on the calling thread: a tile is a job already, and nested parallel loops would let one
+/// Runs on the calling thread: a tile is already one parallel job, and nested parallel loops would let one
 /// thread hold many tiles.
 pub fn bc1(rgba: &[u8], side: usize, blocks: &mut [u8]) {
     assert!(side.is_multiple_of(4), "side {side}");
@@ -32,8 +32,8 @@ pub fn bc1(rgba: &[u8], side: usize, blocks: &mut [u8]) {
 mod tests {
     use super::*;
 
-    /// BC1 by its definition (Direct3D 11 functional specification, 19.5.10): two 5:6:5 colours and 2 bits a
-    /// texel.
+    /// Decodes BC1 by its definition (Direct3D 11 functional specification, 19.5.10): two 5:6:5 colours and 2
+    /// bits per texel.
     fn decode(blocks: &[u8], side: usize) -> Vec<u8> {
         let mut rgba = vec![0; side * side * 4];
         for (index, block) in blocks.chunks_exact(8).enumerate() {
@@ -62,12 +62,12 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_of_two_colours_to_a_block_comes_back_as_near_as_565_allows_and_in_its_place() {
+    fn blocks_of_two_colours_decode_within_565_precision_and_in_place() {
         let side = 20;
         let rgba: Vec<u8> = (0..side * side)
             .flat_map(|index: usize| {
                 let (x, y) = (index % side, index / side);
-                // Alpha is to be ignored.
+                // The encoder must ignore alpha.
                 let shade = if (x + y) % 2 == 0 { 40 } else { 8 * (x / 4 * 5 + y / 4) as u8 + 8 };
                 [shade, shade / 2 + 20, 255 - shade, 0]
             })
@@ -80,7 +80,7 @@ mod tests {
         };
         // Half a step of 5 bits is 4.1.
         assert!(worst(&decode(&blocks, side)) <= 5, "{}", worst(&decode(&blocks, side)));
-        // The neighbour: blocks in another order are not accepted.
+        // Neighbour test: blocks in another order must fail.
         blocks.rotate_left(8);
         assert!(worst(&decode(&blocks, side)) > 5);
     }

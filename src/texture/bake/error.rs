@@ -1,4 +1,4 @@
-//! What can go wrong in a bake; each is one line that names the file.
+//! Errors of a bake. Each is one line that names the file.
 
 use crate::math::pyramid::PyramidError;
 use crate::texture::source::TileError;
@@ -23,12 +23,15 @@ pub enum SourceError {
     Damaged { path: PathBuf, reason: String },
     #[error("{path}: changed while it was read; run the command again")]
     Changed { path: PathBuf },
-    #[error("{0}: synthetic sources are earth:M and ruler:M, for 2^M x 2^(M-1) texels, M in 5 ..= 20")]
+    #[error(
+        "{0}: the synthetic sources are earth:M and ruler:M, of 2^M x 2^(M-1) texels, with M in 5 ..= 20"
+    )]
     Synthetic(String),
 }
 
 impl SourceError {
-    /// True if the source must change before a bake of it can succeed; false for what may pass, like a read error.
+    /// True if only a change of the source can help; false for possibly temporary faults, such as a read
+    /// error.
     pub(super) fn lasts(&self) -> bool {
         !matches!(self, Self::Open { .. } | Self::Read { .. })
     }
@@ -47,22 +50,22 @@ pub enum BakeError {
     Layout { source_name: String, error: LayoutError },
     #[error(transparent)]
     Earth(#[from] EarthError),
-    #[error("the ruler's texels are hashes: bc1 would destroy them; use --format rgba8")]
+    #[error("the ruler's texels are hashes, which bc1 would destroy; use --format rgba8")]
     RulerFormat,
     #[error("{path}: exists already; --force replaces it")]
     Exists { path: PathBuf },
     #[error("{path}: {reason}")]
     Output { path: PathBuf, reason: String },
     #[error(
-        "{path}: unfinished work of another source, of other settings or of another version; \
-         repeat that command to finish it, or add --force to start afresh"
+        "{path}: unfinished bake of another source, other settings or another version; \
+         repeat that command to finish it, or add --force to start over"
     )]
     OtherBake { path: PathBuf },
     #[error("{path}: another bake is writing it")]
     Busy { path: PathBuf },
     #[error(
-        "{path}: no room for more at byte {offset} of {needed}: {source}; \
-         make room and run the same command again: it resumes"
+        "{path}: disk full at byte {offset} of {needed}: {source}; \
+         free some space and run the same command again; the bake resumes"
     )]
     Full { path: PathBuf, offset: u64, needed: u64, source: io::Error },
     #[error("{path}: cannot be written at byte {offset}: {source}")]
@@ -76,7 +79,7 @@ pub enum BakeError {
 }
 
 impl BakeError {
-    /// A failed write, told apart from a full disk, a quota or a file size limit.
+    /// A failed write. Distinguishes a full disk, a quota or a file size limit from other faults.
     pub(super) fn write(path: PathBuf, offset: u64, needed: u64, source: io::Error) -> Self {
         use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
         match source.kind() {

@@ -1,8 +1,8 @@
-//! The journal of a bake: which jobs are done, so that a killed bake goes on where it was.
+//! The journal of a bake: lists finished jobs, so that a killed bake can resume.
 //!
-//! Append-only, 24 bytes an entry: job, xxh3 of what the job wrote, xxh3 of these two. An entry follows its
-//! data; a torn last entry is cut off. What an entry claims is read back and compared before it is believed,
-//! so neither a kill nor a power failure can leave a job half done.
+//! Append-only, 24 bytes per entry: job, xxh3 of the job's output, xxh3 of these two. An entry is written
+//! after its data; an incomplete last entry is cut off. On resuming, the data of every entry is read back and
+//! its hash compared, so neither a kill nor a power failure can leave a job half done.
 
 use super::error::BakeError;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -17,18 +17,18 @@ const MAGIC: [u8; 16] = *b"ortelius journal";
 const HEADER_BYTES: u64 = 32;
 const ENTRY_BYTES: usize = 24;
 
-/// One piece of work.
+/// One job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Job {
-    /// A band of rows of level 0, into the scratch file.
+    /// A band of rows of level 0, written to the scratch file.
     Band(u64),
-    /// A tile of a coarser level, by its index, into the scratch file.
+    /// A tile of a coarser level, by index, written to the scratch file.
     Coarser(u64),
-    /// A resident level's record, into the output.
+    /// A resident level's record, written to the output.
     Resident(u64),
-    /// A tile's record, by its index, into the output.
+    /// A tile's record, by index, written to the output.
     Tile(u64),
-    /// All records, index and header are in the output, on the disk.
+    /// All records, index and header of the output are on disk.
     Complete,
 }
 
@@ -64,10 +64,11 @@ pub(super) struct Journal {
     end: Mutex<(File, u64)>,
 }
 
-/// A killed bake holds its lock until the system has taken it down, a moment after its parent may go on.
+/// How long to wait for the lock: after a kill, the system may release it slightly later than the parent
+/// continues.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// Keeps a second bake out for as long as `file` is open.
+/// Locks out other bakes for as long as `file` is open.
 fn lock(file: &File, path: &Path) -> Result<(), TryLockError> {
     let start = Instant::now();
     let mut locked = file.try_lock();
@@ -76,21 +77,21 @@ fn lock(file: &File, path: &Path) -> Result<(), TryLockError> {
         locked = file.try_lock();
     }
     match locked {
-        // A file system without locks: then nothing keeps two bakes apart but their user.
+        // A file system without locks: nothing can prevent two concurrent bakes.
         Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => Ok(()),
         Err(error) => Err(error),
-        // The other bake was not killed but came to its end, and took this journal with it.
+        // The other bake finished normally and deleted this journal.
         Ok(()) if !path.exists() => Err(TryLockError::WouldBlock),
         Ok(()) => Ok(()),
     }
 }
 
 impl Journal {
-    /// Opens or begins the journal of the bake that `identity` describes in full, and gives the entries that
-    /// are there. With `force` the journal of another bake is emptied.
+    /// Opens or creates the journal of the bake that `identity` fully describes, and returns its entries.
+    /// With `force`, another bake's journal is emptied.
     ///
     /// # Errors
-    /// [`BakeError::OtherBake`], [`BakeError::Busy`], or what the system says.
+    /// [`BakeError::OtherBake`], [`BakeError::Busy`], or an I/O error.
     pub fn open(
         path: &Path,
         identity: &str,
@@ -108,7 +109,7 @@ impl Journal {
         let mut header = [0; HEADER_BYTES as usize];
         header[..16].copy_from_slice(&MAGIC);
         header[16..].copy_from_slice(&key.to_le_bytes());
-        // Any 64 of the 128 bits do: it only keeps other journals' entries out.
+        // Any 64 of the 128 bits suffice: the seed only rejects entries of other journals.
         let seed = key as u64;
 
         let mut found = Vec::new();
@@ -121,7 +122,7 @@ impl Journal {
         }
         let end = HEADER_BYTES + (entries.len() * ENTRY_BYTES) as u64;
         if entries.is_empty() {
-            // Killed before the header was whole, or forced: begin.
+            // Killed before the header was complete, or forced: start over.
             file.set_len(0).map_err(failed)?;
             file.write_all_at(&header, 0).map_err(failed)?;
         }
@@ -129,7 +130,7 @@ impl Journal {
         Ok((Self { path: path.to_path_buf(), seed, end: Mutex::new((file, end)) }, entries))
     }
 
-    /// Notes that a job is done. Called from several threads.
+    /// Records that a job is done. Called from several threads.
     ///
     /// # Errors
     /// [`BakeError::Full`] or [`BakeError::Write`].
@@ -139,7 +140,7 @@ impl Journal {
         entry[8..16].copy_from_slice(&hash.to_le_bytes());
         let check = xxh3_64_with_seed(&entry[..16], self.seed);
         entry[16..].copy_from_slice(&check.to_le_bytes());
-        // A thread that panicked has its message shown; the journal's end is whole entries all the same.
+        // A panicking thread reports its own message; the journal still ends with whole entries.
         let mut end = self.end.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let (file, at) = &mut *end;
         file.write_all_at(&entry, *at)
@@ -148,14 +149,14 @@ impl Journal {
         Ok(())
     }
 
-    /// Writes through to the disk.
+    /// Flushes the file to disk.
     pub fn sync(&self) -> io::Result<()> {
         let end = self.end.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         end.0.sync_all()
     }
 }
 
-/// The valid entries from the file's position on, up to the first that is torn or damaged.
+/// The valid entries from the file's position on, up to the first incomplete or damaged one.
 fn read_entries(file: &File, seed: u64) -> io::Result<Vec<(Job, u64)>> {
     let mut reader = BufReader::new(file);
     let mut entries = Vec::new();
@@ -201,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn entries_come_back_also_from_a_journal_cut_anywhere() {
+    fn whole_entries_survive_a_journal_cut_anywhere() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("journal");
         filled(&path);
@@ -211,7 +212,7 @@ mod tests {
             let (journal, found) = Journal::open(&path, "this bake", false, 0).unwrap();
             let entries = length.saturating_sub(32) / 24;
             assert_eq!(found, ENTRIES[..entries], "cut to {length}");
-            // What is appended now follows the last whole entry.
+            // New entries follow the last whole entry.
             journal.append(Job::Tile(3), 4, 0).unwrap();
             drop(journal);
             let (_journal, found) = Journal::open(&path, "this bake", false, 0).unwrap();

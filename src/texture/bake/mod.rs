@@ -1,4 +1,4 @@
-//! Baking: a picture, or a synthetic source, becomes a `.tiles` file.
+//! Baking converts a picture, or a synthetic source, to a `.tiles` file.
 //!
 //! 1. *bands*: level 0 (the picture, enlarged to powers of two; `resample`) goes into a scratch file by
 //!    bands of rows;
@@ -8,9 +8,9 @@
 //!    written at its fixed place in OUT.partial;
 //! 4. index and header, fsync, rename, fsync of the folder; scratch and journal are deleted.
 //!
-//! Synthetic sources need steps 3 and 4 only. A `journal` records every finished job; after a kill the same
-//! command does the missing jobs. The output depends on source and settings alone: the finished file is identical
-//! to the byte however often the bake was killed, on any number of threads.
+//! Synthetic sources need only steps 3 and 4. A `journal` records every finished job; after a kill, the same
+//! command does the missing jobs. The output depends only on source and settings: it is identical to the byte
+//! however often the bake was killed, on any number of threads.
 
 mod encode;
 mod error;
@@ -33,7 +33,7 @@ use crate::texture::source::TileFormat;
 use source::Source;
 use std::path::{Path, PathBuf};
 
-/// What to bake, into what.
+/// Source, output and parameters of a bake.
 #[derive(Clone, Debug)]
 pub struct Settings {
     pub source: SourceName,
@@ -43,28 +43,28 @@ pub struct Settings {
     /// Texels; a multiple of 4 for BC1.
     pub border_texels: u32,
     pub format: TileFormat,
-    /// The paper's L'; `None`: the fewest possible.
+    /// The paper's L'; `None` takes the smallest possible.
     pub resident_levels: Option<u32>,
-    /// Replaces an existing output, and drops unfinished work of another bake. Unfinished work of the same
-    /// source and settings is continued all the same: the result cannot differ.
+    /// Replaces an existing output and discards unfinished work of another bake. Unfinished work of the same
+    /// source and settings is still resumed, because the result is the same.
     pub force: bool,
 }
 
 /// Receives the progress of a bake, from several threads.
 pub trait Progress: Sync {
-    /// A phase begins: its name, and how many bytes it will work through.
+    /// A phase begins: its name, and its total work in bytes.
     fn begin(&self, phase: &'static str, total_bytes: u64);
-    /// Some more bytes are done.
+    /// More bytes are done.
     fn advance(&self, bytes: u64);
 }
 
-/// No progress shown.
+/// Shows no progress.
 impl Progress for () {
     fn begin(&self, _phase: &'static str, _total_bytes: u64) {}
     fn advance(&self, _bytes: u64) {}
 }
 
-/// Opens the source and says what a bake of it takes. Writes nothing.
+/// Opens the source and computes the cost of a bake. Writes nothing.
 ///
 /// # Errors
 /// [`BakeError`]: the source is not usable, or the settings do not fit it.
@@ -72,11 +72,11 @@ pub fn plan(settings: &Settings) -> Result<Plan, BakeError> {
     Plan::new(settings, &Source::open(&settings.source)?)
 }
 
-/// Bakes, or goes on with a bake that was stopped.
+/// Bakes, or resumes an interrupted bake.
 ///
 /// # Errors
-/// [`BakeError`]. A damaged source leaves nothing behind; a full disk, or a kill, leaves OUT.partial,
-/// OUT.scratch and OUT.journal, with which the same call resumes.
+/// [`BakeError`]. After a damaged source nothing remains. After a full disk or a kill, OUT.partial,
+/// OUT.scratch and OUT.journal remain, and the same call resumes.
 pub fn bake(settings: &Settings, progress: &dyn Progress) -> Result<Plan, BakeError> {
     let source = Source::open(&settings.source)?;
     let plan = Plan::new(settings, &source)?;
@@ -85,7 +85,7 @@ pub fn bake(settings: &Settings, progress: &dyn Progress) -> Result<Plan, BakeEr
     Ok(plan)
 }
 
-/// The output and what lies beside it until it is done.
+/// The output, and the temporary files beside it.
 struct Files {
     output: PathBuf,
     partial: PathBuf,
@@ -98,27 +98,27 @@ impl Files {
     fn of(output: &Path) -> Result<Self, BakeError> {
         let refused = |reason: &str| BakeError::Output { path: output.to_path_buf(), reason: reason.into() };
         let Some(name) = output.file_name() else {
-            return Err(refused("it names no file"));
+            return Err(refused("it is not a file name"));
         };
         if output.is_dir() {
             return Err(refused("it is a folder"));
         }
-        // The file appears by rename, which would replace a link, a device or a pipe itself.
+        // The rename would replace a link, a device or a pipe instead of its target.
         if output.is_symlink() {
             return match output.canonicalize() {
                 Ok(place) => Files::of(&place),
-                Err(_) => Err(refused("a link that leads nowhere")),
+                Err(_) => Err(refused("it is a dangling link")),
             };
         }
         if output.exists() && !output.is_file() {
-            return Err(refused("it is no regular file; name another"));
+            return Err(refused("it is not a regular file; choose another name"));
         }
         let folder = match output.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
             _ => PathBuf::from("."),
         };
         if !folder.is_dir() {
-            return Err(refused("its folder does not exist; make it first"));
+            return Err(refused("its folder does not exist; create it first"));
         }
         let beside = |suffix: &str| {
             let mut name = name.to_os_string();

@@ -1,4 +1,4 @@
-//! What a bake will make, and what it will take, before it begins.
+//! The plan of a bake: its output sizes and its memory and disk use.
 
 use super::error::BakeError;
 use super::resample::Enlarged;
@@ -9,11 +9,11 @@ use crate::texture::source::TileFormat;
 use crate::texture::tiles::Layout;
 use std::fmt;
 
-/// A band of level 0 is at most this large, and at least one row.
+/// Maximum size of a band of level 0, which has at least one row.
 const BAND_BYTES: u64 = 32 << 20;
-/// The program itself, its threads' stacks and what the allocator keeps: measured 4-12 MiB.
+/// The program, its threads' stacks and the allocator's overhead: measured 4-12 MiB.
 const PROGRAM_BYTES: u64 = 32 << 20;
-/// Decoding the Earth's base picture (44 MB), keeping it (34 MB), measuring its strength: measured 105 MiB.
+/// The Earth's base picture: decoding (44 MB), storage (34 MB) and measuring its strength: measured 105 MiB.
 const EARTH_BYTES: u64 = 144 << 20;
 
 /// Sizes of a bake.
@@ -23,11 +23,11 @@ pub struct Plan {
     /// Width and height of the source in texels.
     pub source_size: [u32; 2],
     pub layout: Layout,
-    /// Rows of level 0 that are read and written at a time.
+    /// Rows of level 0 that are read and written together.
     pub band_rows: u32,
     /// Bytes of the scratch file; 0 for synthetic sources.
     pub scratch_bytes: u64,
-    /// An upper bound on the memory that the bake holds at any time.
+    /// Upper bound of the memory held at any time.
     pub memory_bytes: u64,
 }
 
@@ -54,7 +54,7 @@ impl Plan {
         let layout = Layout::new(pyramid, settings.format)
             .map_err(|error| BakeError::Layout { source_name: source_name.clone(), error })?;
         let row_bytes = 4u64 << width_log2;
-        // A power of two, so that bands end with tiles.
+        // A power of two, so that band ends coincide with tile ends.
         let band_rows = (BAND_BYTES / row_bytes).clamp(1, u64::from(side)) as u32;
         let band_rows = 1 << band_rows.ilog2();
         let scratch_bytes = match source {
@@ -66,7 +66,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// The largest of what the phases hold, and what all of them hold.
+    /// Memory of the largest phase, plus memory that all phases hold.
     fn memory(&self, settings: &Settings, source: &Source) -> u64 {
         let pyramid = self.layout.pyramid();
         let threads = rayon::current_num_threads() as u64;
@@ -75,28 +75,28 @@ impl Plan {
         let record = self.layout.record_bytes() as u64;
         let first_resident = self.layout.resident_bytes(pyramid.first_resident_level()) as u64;
         let band = (u64::from(self.band_rows) * 4) << pyramid.width_log2();
-        // Journal entries of 24 bytes (twice while they are sorted, once checked, and a third more for the scratch
-        // file's), what is done, the index in both forms.
+        // Journal entries of 24 bytes (twice while sorted, once checked, a third more for the scratch
+        // file's), completion flags, and the index in both forms.
         let lists = self.layout.entry_count() * 144;
         let always = if matches!(settings.source, SourceName::Earth(_)) { EARTH_BYTES } else { 0 };
         let (reading, checking_bands) = match source {
             Source::Synthetic(_) => (0, 0),
             Source::Picture { rows, .. } => {
                 let enlarging = Enlarged::memory_bytes(self.source_size, pyramid.level_size(0));
-                // A band and its tiles' pieces; while checking likewise.
+                // A band and its tiles' pieces; the same while checking.
                 (2 * band + rows.memory_bytes() + enlarging, 2 * band)
             }
         };
-        // Four tiles read, one written, for each thread.
+        // Four tiles read and one written, per thread.
         let coarser = threads * 5 * payload;
-        // A level, the next coarser one, and the first as the coarsest tiles' second picture.
+        // A level, the next coarser one, and the first resident level as the coarsest tiles' second picture.
         let resident = 3 * first_resident + threads * 2 * payload;
-        // The tile, its record, a neighbour's rows; a synthetic tile in linear light is 12 bytes a texel.
+        // The tile, its record, a neighbour's rows. A synthetic tile in linear light has 12 bytes per texel.
         let storing = first_resident + threads * (4 * rgba + record + payload);
         let checking = checking_bands.max(threads * record.max(payload));
         let phases = [reading, coarser, resident, storing, checking];
         let largest = phases.into_iter().fold(0, u64::max);
-        // An eighth for what the allocator wastes between pieces of different sizes.
+        // An eighth for fragmentation in the allocator.
         PROGRAM_BYTES + always + lists + largest + largest / 8
     }
 }
@@ -136,7 +136,11 @@ impl fmt::Display for Plan {
             pyramid.border_texels()
         )?;
         writeln!(formatter, "output bytes    {}", self.layout.total_bytes())?;
-        writeln!(formatter, "scratch bytes   {} (beside the output, until it is done)", self.scratch_bytes)?;
+        writeln!(
+            formatter,
+            "scratch bytes   {} (beside the output, deleted at the end)",
+            self.scratch_bytes
+        )?;
         write!(formatter, "memory bytes    at most {}", self.memory_bytes)
     }
 }

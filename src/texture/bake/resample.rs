@@ -1,7 +1,7 @@
-//! Any size up to the next powers of two: separable Catmull-Rom in linear light, in integers.
+//! Enlarges a picture to the next powers of two: separable Catmull-Rom in linear light, in integers.
 //!
-//! Texel x of n stands at (x + 1/2)/n of the width; columns wrap (the map closes at the antimeridian), rows
-//! repeat at the edges. An axis that needs no enlarging has the weights 0, 1, 0, 0 and is left as it is.
+//! Texel x of n is at (x + 1/2)/n of the width. Columns wrap (the map closes at the antimeridian); rows
+//! repeat at the edges. An axis that already fits has the weights 0, 1, 0, 0 and is unchanged.
 
 use super::error::SourceError;
 use super::input::Rows;
@@ -11,11 +11,11 @@ use std::collections::VecDeque;
 
 /// Fraction bits of a weight.
 const WEIGHT_LOG2: u32 = 14;
-/// Texels to a piece of work on one thread.
+/// Texels per parallel piece of work.
 const PIECE_TEXELS: usize = 4096;
 
-/// The four taps of one target texel: the first source texel (may lie outside) and the weights, which add up
-/// to 2^14 exactly.
+/// The four taps of one target texel: the first source texel (may lie outside) and the weights, whose sum is
+/// exactly 2^14.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Taps {
     first: i64,
@@ -26,17 +26,17 @@ impl Taps {
     /// For texel `index` of `target`, in a source of `source` texels.
     fn new(index: u32, source: u32, target: u32) -> Self {
         let [index, source, target] = [index, source, target].map(i64::from);
-        // Place in source texels, (index + 1/2) source/target - 1/2, over the denominator 2 target: exact.
+        // Position in source texels, (index + 1/2) source/target - 1/2, with denominator 2 target: exact.
         let numerator = (2 * index + 1) * source - target;
         let (before, rest) = (numerator.div_euclid(2 * target), numerator.rem_euclid(2 * target));
-        // Fraction t in 2^-16; its powers in 2^-48; the weights are Catmull and Rom's cubics, twice.
+        // Fraction t in 2^-16; its powers in 2^-48. The weights are twice those of the Catmull-Rom cubics.
         let t = (rest << 16) / (2 * target);
         let (t1, t2, t3) = (t << 32, (t * t) << 16, t * t * t);
         let one = 1i64 << 48;
         let twice = [-t3 + 2 * t2 - t1, 3 * t3 - 5 * t2 + 2 * one, -3 * t3 + 4 * t2 + t1, t3 - t2];
         let shift = 49 - WEIGHT_LOG2;
         let mut weights = twice.map(|weight| ((weight + (1 << (shift - 1))) >> shift) as i32);
-        // Rounding may lose or win a unit: the heavier middle one takes it.
+        // Rounding may add or lose a unit; the larger middle weight absorbs it.
         let heavier = if weights[1] >= weights[2] { 1 } else { 2 };
         weights[heavier] += (1 << WEIGHT_LOG2) - weights.iter().sum::<i32>();
         Self { first: before - 1, weights }
@@ -47,11 +47,11 @@ impl Taps {
 fn weighted(values: [i32; 4], weights: [i32; 4]) -> i32 {
     let sum: i64 =
         std::iter::zip(values, weights).map(|(value, weight)| i64::from(value) * i64::from(weight)).sum();
-    // At most 1.25 times 2^24: overshoot stays until the byte is made.
+    // At most 1.25 times 2^24: overshoot is clamped only when the byte is made.
     ((sum + (1 << (WEIGHT_LOG2 - 1))) >> WEIGHT_LOG2) as i32
 }
 
-/// 255 parts to 2^24: alpha is linear already.
+/// 0 ..= 255 to 0 ..= 2^24: alpha is linear already.
 fn alpha_to_fixed(alpha: u8) -> i32 {
     ((i64::from(alpha) * i64::from(LINEAR_ONE) + 127) / 255) as i32
 }
@@ -60,13 +60,13 @@ fn fixed_to_alpha(fixed: i32) -> u8 {
     ((i64::from(fixed.clamp(0, LINEAR_ONE)) * 255 + i64::from(LINEAR_ONE / 2)) >> 24) as u8
 }
 
-/// A source picture as level 0 of a pyramid, in rows from the north.
+/// A source picture as level 0 of a pyramid, row by row from the north.
 pub struct Enlarged {
     rows: Box<dyn Rows>,
     source: [u32; 2],
     target: [u32; 2],
     columns: Vec<Taps>,
-    /// Rows in linear light, already of the target's width: the four that a target row needs.
+    /// The four rows that a target row needs, in linear light and already at the target's width.
     window: VecDeque<Vec<[i32; 4]>>,
     /// The source row of the window's first entry, and the next row of `rows`.
     window_start: u32,
@@ -97,13 +97,13 @@ impl Enlarged {
         }
     }
 
-    /// The most memory that this takes beside its source: the window of four rows and one more, and the taps.
+    /// Peak memory besides the source: the window of four rows, one more row, and the taps.
     pub fn memory_bytes(source: [u32; 2], target: [u32; 2]) -> u64 {
         let row = u64::from(source[0]) * 4;
         if source == target { row } else { row + u64::from(target[0]) * (5 * 16 + 24) }
     }
 
-    /// Fills `rgba` with whole rows, from row `start` on; calls must go from north to south.
+    /// Fills `rgba` with whole rows from row `start`. Calls must go from north to south.
     pub fn read(&mut self, start: u32, rgba: &mut [u8]) -> Result<(), SourceError> {
         assert!(start >= self.next_target, "row {start} after {}", self.next_target);
         let row_bytes = self.target[0] as usize * 4;
@@ -148,7 +148,7 @@ impl Enlarged {
         Ok(())
     }
 
-    /// Makes the window hold the source rows `first ..= last`.
+    /// Loads the source rows `first ..= last` into the window.
     fn fill_window(&mut self, first: u32, last: u32) -> Result<(), SourceError> {
         while self.window_start < first && self.window.pop_front().is_some() {
             self.window_start += 1;
@@ -166,7 +166,7 @@ impl Enlarged {
         Ok(())
     }
 
-    /// The current source row in linear light, as wide as the target.
+    /// The current source row in linear light, at the target's width.
     fn widen(&self) -> Vec<[i32; 4]> {
         let table = srgb::table();
         let source = self.source_row.as_chunks::<4>().0;
@@ -202,7 +202,8 @@ mod tests {
                     } else {
                         -0.5 * x.powi(3) + 2.5 * x.powi(2) - 4.0 * x + 2.0
                     };
-                    // Half a unit each, the sum's correction one more, the fraction's 2^-16 a tenth.
+                    // Half a unit per rounding, one more for the sum's correction, a tenth for the fraction's
+                    // 2^-16.
                     let difference = f64::from(weight) - exact * 16384.0;
                     assert!(difference.abs() < 2.6, "{index} tap {tap}: {weight}, {}", exact * 16384.0);
                 }
@@ -225,7 +226,7 @@ mod tests {
         }
     }
 
-    /// Rows from a closure.
+    /// A source whose rows come from a closure.
     struct Drawn([u32; 2], fn(u32, u32) -> [u8; 4], u32);
 
     impl Rows for Drawn {
@@ -259,7 +260,7 @@ mod tests {
         [(x * 37 + y * 11) as u8, (x * y) as u8, ((x ^ y) * 3) as u8, 255 - x as u8]
     }
 
-    /// The formula, in f64, a texel at a time.
+    /// The formula in f64, one texel at a time.
     fn plain(size: [u32; 2], draw: fn(u32, u32) -> [u8; 4], target: [u32; 2]) -> Vec<u8> {
         let cubic = |x: f64| match x.abs() {
             x if x < 1.0 => 1.5 * x.powi(3) - 2.5 * x.powi(2) + 1.0,
@@ -299,14 +300,14 @@ mod tests {
     }
 
     #[test]
-    fn enlarging_equals_the_formula_within_one_code_also_across_the_edges() {
-        // One code: weights of 2^-14 move dark texels beside bright ones by up to 2^-13 of light, which near
-        // black is 0.4 codes.
+    fn enlarging_equals_the_formula_within_one_code_even_across_the_edges() {
+        // One code: weights of 2^-14 change dark texels beside bright ones by up to 2^-13 of light, which is
+        // 0.4 codes near black.
         for size in [[13, 11], [16, 11], [13, 16], [9, 9]] {
             let (found, expected) = (enlarged(size, dotted, [16, 16]), plain(size, dotted, [16, 16]));
             assert!(worst(&found, &expected) <= 1, "{size:?}: {}", worst(&found, &expected));
         }
-        // Its neighbour: the picture one column on is not accepted.
+        // Neighbour test: the picture shifted by one column must fail.
         let moved = plain([13, 11], |x, y| dotted((x + 1) % 13, y), [16, 16]);
         assert!(worst(&enlarged([13, 11], dotted, [16, 16]), &moved) > 1);
     }

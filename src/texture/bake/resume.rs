@@ -1,4 +1,4 @@
-//! Resuming after a kill: the journal's claims are checked against the files.
+//! Resuming after a kill: the journal's entries are checked against the files.
 
 use super::error::BakeError;
 use super::journal::Job;
@@ -9,7 +9,7 @@ use std::num::NonZeroU64;
 use xxhash_rust::xxh3::xxh3_64;
 
 impl Work<'_> {
-    /// Reads back what the journal claims and keeps what is as claimed.
+    /// Reads back the data of all journal entries and keeps those whose hashes match.
     pub fn take_over(
         &self,
         entries: &[(Job, u64)],
@@ -43,7 +43,7 @@ impl Work<'_> {
             self.progress.advance(size(job) as u64);
             Ok(NonZeroU64::new(found).filter(|found| found.get() == claimed).map(|found| (job, found)))
         };
-        // Bands are large: one at a time, not one for each thread.
+        // Bands are large, so check one at a time, not one per thread.
         let (bands, others): (Vec<_>, Vec<_>) =
             entries.iter().copied().partition(|(job, _)| matches!(job, Job::Band(_)));
         let mut found =

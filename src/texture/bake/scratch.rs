@@ -16,7 +16,8 @@ pub(super) fn payload_bytes(pyramid: &Pyramid) -> usize {
     4 << (2 * pyramid.tile_log2())
 }
 
-/// Reads what a job wrote. Bytes beyond the end of the file were never written: they read as zeros, which no hash matches.
+/// Reads back a job's output. Bytes beyond the end of the file were never written; they read as zeros, which
+/// match no hash.
 pub(super) fn read_back(file: &File, path: &Path, bytes: &mut [u8], offset: u64) -> Result<(), BakeError> {
     match file.read_exact_at(bytes, offset) {
         Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
@@ -36,16 +37,16 @@ pub(super) struct Scratch {
     pub first_resident: Vec<u8>,
 }
 
-/// A run of rows or columns of a region that lies in one row or column of tiles.
+/// A run of rows or columns of a region within one row or column of tiles.
 struct Run {
-    /// Where the run starts in the region, and its length.
+    /// Start of the run in the region, and its length.
     at: usize,
     length: usize,
-    /// The tile, and the first texel in it; counting down where `step` is -1.
+    /// The tile, and the first texel in it. Texels count down if `step` is -1.
     tile: u32,
     inside: u32,
     step: i64,
-    /// Half a turn to add to columns, for rows beyond a pole.
+    /// Half a turn to add to columns in rows beyond a pole.
     turn: i64,
 }
 
@@ -72,7 +73,7 @@ impl Scratch {
         read.map_err(|source| BakeError::ReadBack { path: self.path.clone(), offset, source })
     }
 
-    /// Writes whole rows of level 0 into its tiles. Rows must not cross a row of tiles.
+    /// Writes whole rows of level 0 into their tiles. Rows must stay within one row of tiles.
     pub fn write_band(&self, top: u32, rgba: &[u8]) -> Result<(), BakeError> {
         let side = self.pyramid.tile_size() as usize;
         let row_bytes = self.pyramid.level_size(0)[0] as usize * 4;
@@ -90,7 +91,7 @@ impl Scratch {
         Ok(())
     }
 
-    /// The hash of the bytes that [`Self::write_band`] took.
+    /// Hash of the bytes written by [`Self::write_band`].
     pub fn band_hash(&self, top: u32, rows: u32) -> Result<u64, BakeError> {
         let side = self.pyramid.tile_size() as usize;
         let row_bytes = self.pyramid.level_size(0)[0] as usize * 4;
@@ -107,7 +108,7 @@ impl Scratch {
         Ok(xxh3_64(&rgba))
     }
 
-    /// The hash of the bytes that [`Self::write_payload`] took.
+    /// Hash of the bytes written by [`Self::write_payload`].
     pub fn payload_hash(&self, tile: TileId) -> Result<u64, BakeError> {
         let mut payload = vec![0; payload_bytes(&self.pyramid)];
         read_back(&self.file, &self.path, &mut payload, self.offset(tile))?;
@@ -122,7 +123,7 @@ impl Scratch {
         self.write(payload, self.offset(tile))
     }
 
-    /// A tile of level 1 or coarser, from the stored texels of the level below.
+    /// Computes a tile of level 1 or coarser from the stored texels of the level below.
     pub fn mean_payload(&self, tile: TileId, finer: &mut [u8], payload: &mut [u8]) -> Result<(), BakeError> {
         let side = self.pyramid.tile_size() as usize;
         for quarter in 0..4u32 {
@@ -136,8 +137,8 @@ impl Scratch {
         Ok(())
     }
 
-    /// Copies a rectangle of a level, which may extend beyond its edges, into `rgba`, rows of `size[0]` texels.
-    /// `tile_rows` is working memory. An error names its tile and offset.
+    /// Copies a rectangle of a level, which may extend beyond its edges, into `rgba`, in rows of `size[0]`
+    /// texels. `tile_rows` is scratch memory. An error names its tile and offset.
     fn region(
         &self,
         level: u32,
@@ -164,7 +165,7 @@ impl Scratch {
             };
             for columns in self.runs(width, columns) {
                 let tile = TileId { level, row: rows.tile, column: columns.tile };
-                // All rows at once, whole: one read of at most a tile, instead of one for each row.
+                // One read of whole rows, at most a tile, instead of one read for each row.
                 let last = i64::from(rows.inside) + rows.step * (rows.length as i64 - 1);
                 let first = last.min(i64::from(rows.inside));
                 tile_rows.resize(rows.length * side * 4, 0);
@@ -182,7 +183,7 @@ impl Scratch {
         Ok(())
     }
 
-    /// Cuts `length` places at the edges of tiles and where the direction turns. `place` gives a texel's true
+    /// Splits `length` positions at tile edges and at changes of direction. `place` returns a texel's true
     /// index and its turn.
     fn runs(&self, length: usize, place: impl Fn(usize) -> (u32, i64)) -> Vec<Run> {
         let log2 = self.pyramid.tile_log2();
@@ -216,7 +217,7 @@ fn true_row(size: [u32; 2], y: i64) -> (u32, i64) {
     (row, i64::from(turn))
 }
 
-/// The means of a square of `side` texels, written into a picture `wide` texels wide at `[left, top]`.
+/// Averages a square of `side` texels and writes it at `[left, top]` into a picture `wide` texels wide.
 pub(super) fn mean_square(finer: &[u8], side: usize, out: &mut [u8], wide: usize, [left, top]: [usize; 2]) {
     let table = srgb::table();
     let finer = finer.as_chunks::<4>().0;
@@ -267,7 +268,7 @@ impl TileSource for Scratch {
     }
 
     fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
-        assert_eq!(level, self.pyramid.first_resident_level(), "only the finest resident level is at hand");
+        assert_eq!(level, self.pyramid.first_resident_level(), "only the finest resident level is available");
         Ok(self.first_resident.clone())
     }
 }

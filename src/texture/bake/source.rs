@@ -1,4 +1,4 @@
-//! What is baked: a picture, or a synthetic source by name.
+//! The source of a bake: a picture, or the name of a synthetic source.
 
 use super::error::{BakeError, SourceError};
 use super::input::{self, Rows};
@@ -12,8 +12,9 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use xxhash_rust::xxh3::Xxh3;
 
-/// Pictures up to this size are identified by all of their bytes, larger ones by length, time of last change
-/// and both ends: hashing 100 GB before each resume would take longer than most of what resuming saves.
+/// Pictures up to this size are identified by a hash of all bytes. Larger ones are identified by length,
+/// modification time and both ends: hashing 100 GB before each resume would take longer than resuming usually
+/// saves.
 const WHOLE_IDENTITY_BYTES: u64 = 256 << 20;
 const END_BYTES: u64 = 1 << 20;
 
@@ -24,7 +25,7 @@ pub enum SourceName {
     Earth(u32),
     /// `ruler:M`: 2^M x 2^(M-1).
     Ruler(u32),
-    /// Anything else is a path (`./earth:14` for a file of such a name).
+    /// Any other name is a path (`./earth:14` for a file of that name).
     Picture(PathBuf),
 }
 
@@ -63,7 +64,7 @@ pub(super) enum Source {
     Picture { rows: Box<dyn Rows>, path: PathBuf, identity: Identity },
 }
 
-/// Tells a source from any other.
+/// Identifies a source picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Identity {
     length: u64,
@@ -89,12 +90,12 @@ impl Source {
             Self::Synthetic(SourceName::Earth(log2) | SourceName::Ruler(log2)) => {
                 [1 << log2, 1 << (log2 - 1)]
             }
-            Self::Synthetic(SourceName::Picture(path)) => unreachable!("{} is no synthetic", path.display()),
+            Self::Synthetic(SourceName::Picture(path)) => unreachable!("{} is not synthetic", path.display()),
             Self::Picture { rows, .. } => rows.size(),
         }
     }
 
-    /// What a journal must name to be this source's.
+    /// The text that identifies this source in a journal.
     pub fn identity_text(&self) -> String {
         match self {
             Self::Synthetic(name) => name.to_string(),
@@ -107,12 +108,12 @@ impl Source {
     }
 }
 
-/// The source that makes a synthetic name's tiles.
+/// Creates the tile source of a synthetic name.
 pub(super) fn synthetic(name: &SourceName, pyramid: Pyramid) -> Result<Box<dyn TileSource>, BakeError> {
     match name {
         SourceName::Earth(_) => Ok(Box::new(Earth::new(pyramid)?)),
         SourceName::Ruler(_) => Ok(Box::new(Ruler::new(pyramid))),
-        SourceName::Picture(path) => unreachable!("{} is no synthetic source", path.display()),
+        SourceName::Picture(path) => unreachable!("{} is not a synthetic source", path.display()),
     }
 }
 
@@ -140,7 +141,7 @@ impl Identity {
         read().map_err(|source| SourceError::Open { path: path.to_path_buf(), source })
     }
 
-    /// Whether the file has the length and time of change that it had.
+    /// True if the file's length and modification time are unchanged.
     pub fn still_holds(&self, path: &Path) -> bool {
         std::fs::metadata(path).is_ok_and(|metadata| {
             let changed_ns = i128::from(metadata.mtime()) * 1_000_000_000 + i128::from(metadata.mtime_nsec());
@@ -154,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_synthetic_source_is_named_with_its_size_and_all_else_is_a_path() {
+    fn a_synthetic_source_has_a_size_and_any_other_name_is_a_path() {
         assert_eq!("earth:14".parse::<SourceName>().unwrap(), SourceName::Earth(14));
         assert_eq!("ruler:2^9".parse::<SourceName>().unwrap(), SourceName::Ruler(9));
         assert_eq!("./earth:14".parse::<SourceName>().unwrap(), SourceName::Picture("./earth:14".into()));

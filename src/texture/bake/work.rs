@@ -1,4 +1,4 @@
-//! The jobs of a bake, in their order; each is done unless the journal says so and what it wrote is still there.
+//! The jobs of a bake, in order. A job is skipped if the journal lists it and its output is still intact.
 
 use super::encode::bc1;
 use super::error::{BakeError, SourceError};
@@ -20,7 +20,7 @@ use std::os::unix::fs::FileExt;
 use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
 
-/// A bake at work.
+/// A bake in progress.
 pub(super) struct Work<'a> {
     pub layout: Layout,
     pub plan: &'a Plan,
@@ -30,8 +30,8 @@ pub(super) struct Work<'a> {
     pub progress: &'a dyn Progress,
 }
 
-/// What the journal and the files agree on, by job number: the hash of what was written.
-/// (A hash of 0 counts as missing: that job is then done again.)
+/// Jobs that both journal and files confirm, by job number, with the hash of their output. (A hash of 0
+/// counts as missing; that job is repeated.)
 pub(super) struct Done {
     pub bands: Vec<Option<NonZeroU64>>,
     pub coarser: Vec<Option<NonZeroU64>>,
@@ -49,7 +49,7 @@ impl Done {
     }
 }
 
-/// All of it, from an opened source to the finished file.
+/// The whole bake, from an opened source to the finished file.
 pub(super) fn run(
     settings: &Settings,
     plan: &Plan,
@@ -66,7 +66,7 @@ pub(super) fn run(
     if files.output.exists() {
         let renamed = entries.contains(&(Job::Complete, 0)) && !files.partial.exists();
         if renamed && TileFile::open(&files.output).is_ok_and(|file| *file.layout() == layout) {
-            // Killed between the rename and the tidying up.
+            // Killed after the rename, before the cleanup.
             return tidy(files);
         }
         if !settings.force {
@@ -77,7 +77,7 @@ pub(super) fn run(
         }
     }
     if entries.is_empty() {
-        // Nothing is to be taken over from files that no journal vouches for.
+        // Discard files without a journal: nothing proves their content.
         remove(&files.partial)?;
         remove(&files.scratch)?;
     }
@@ -89,7 +89,7 @@ pub(super) fn run(
     if let Err(BakeError::Source(error)) = &finished
         && error.lasts()
     {
-        // Nothing of this is of use then.
+        // None of these files can be reused.
         for file in [&files.partial, &files.scratch, &files.journal] {
             remove(file)?;
         }
@@ -97,7 +97,7 @@ pub(super) fn run(
     finished
 }
 
-/// Everything that the bytes depend on.
+/// Everything that determines the output's bytes.
 fn identity_text(plan: &Plan, source: &Source) -> String {
     format!(
         "ortelius {}, {:?}, bands of {}, from {}",
@@ -117,7 +117,7 @@ fn remove(path: &Path) -> Result<(), BakeError> {
     }
 }
 
-/// The journal goes last: without it the others would be taken for leftovers.
+/// Deletes the journal last: without it, the other files could not be identified.
 fn tidy(files: &Files) -> Result<(), BakeError> {
     remove(&files.scratch)?;
     remove(&files.journal)
@@ -131,6 +131,11 @@ impl Work<'_> {
             Source::Picture { .. } => Some(Scratch::open(&self.files.scratch, self.layout.pyramid())?),
         };
         if !entries.is_empty() {
+            tracing::info!(
+                "{}: resuming; {} jobs are already done",
+                self.files.output.display(),
+                entries.len()
+            );
             self.take_over(entries, scratch.as_ref(), &mut done)?;
         }
         match (source, scratch) {
@@ -151,7 +156,7 @@ impl Work<'_> {
                 self.write_resident(source.as_ref(), &mut done)?;
                 self.write_tiles(source.as_ref(), &mut done)?;
             }
-            (Source::Picture { path, .. }, None) => unreachable!("{} without scratch", path.display()),
+            (Source::Picture { path, .. }, None) => unreachable!("{} has no scratch file", path.display()),
         }
         self.finish(&done)
     }
@@ -181,7 +186,7 @@ impl Work<'_> {
         self.journal.append(job, hash, self.layout.total_bytes())
     }
 
-    /// Levels 1 .. of the scratch file, a level after the other.
+    /// Levels 1 .. of the scratch file, one level after another.
     fn write_coarser(&self, scratch: &Scratch, done: &Done) -> Result<(), BakeError> {
         let pyramid = self.layout.pyramid();
         let payload = payload_bytes(&pyramid);
@@ -210,7 +215,7 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// The resident levels by means of four; the finest stays in the scratch for the coarsest tiles.
+    /// The resident levels by means of four. The finest stays in the scratch for the coarsest tiles.
     fn write_resident_means(&self, scratch: &mut Scratch, done: &mut Done) -> Result<(), BakeError> {
         let pyramid = self.layout.pyramid();
         let side = pyramid.tile_size() as usize;
@@ -218,7 +223,7 @@ impl Work<'_> {
         let mut level = vec![0; self.layout.resident_bytes(first)];
         let wide = pyramid.level_size(first)[0] as usize;
         let [columns, _] = pyramid.tile_grid(first - 1);
-        // A row of tiles becomes a run of whole rows: the pieces are disjoint.
+        // A row of tiles maps to a run of whole rows, so the pieces are disjoint.
         level.par_chunks_mut(wide * side / 2 * 4).enumerate().try_for_each_init(
             || vec![0; payload_bytes(&pyramid)],
             |payload, (row, out)| {
@@ -299,7 +304,7 @@ impl Work<'_> {
         })
     }
 
-    /// Index and header, then the name: before that the file is not there, after it it is whole.
+    /// Writes index and header, then renames: the file appears only when it is complete.
     fn finish(&self, done: &Done) -> Result<(), BakeError> {
         let entries: Vec<u64> = done.records.iter().map(|hash| hash.map_or(0, NonZeroU64::get)).collect();
         self.write(&index_page(&self.layout, &entries), self.layout.index_offset())?;
@@ -316,7 +321,8 @@ impl Work<'_> {
     }
 }
 
-/// A resident level from the next finer one; where that is one texel high or wide, its only texel counts twice.
+/// Averages a resident level from the next finer one. If that is one texel high or wide, its only texel
+/// counts twice.
 fn mean_level(finer: &[u8], [finer_width, finer_height]: [u32; 2], [width, height]: [u32; 2]) -> Vec<u8> {
     let finer = finer.as_chunks::<4>().0;
     let texel =
@@ -335,7 +341,7 @@ mod tests {
     use super::*;
     use crate::texture::bake::{SourceName, bake};
 
-    /// The only moment that a killed process in tests/bake hardly meets: after the rename, before the tidying up.
+    /// A kill after the rename and before the cleanup: tests/bake hardly ever hits this moment.
     #[test]
     fn a_bake_killed_after_the_rename_only_tidies_up() {
         let folder = tempfile::tempdir().unwrap();
@@ -359,7 +365,7 @@ mod tests {
         bake(&settings, &()).unwrap();
         assert_eq!(fs::read(&settings.output).unwrap(), baked);
         assert!(!files.journal.exists() && !files.scratch.exists() && !files.partial.exists());
-        // With nothing left over the same command is a second bake, and the output is in its way.
+        // With no leftovers, the same command is a second bake, and the output already exists.
         assert!(matches!(bake(&settings, &()), Err(BakeError::Exists { .. })));
         assert!(!files.journal.exists());
     }

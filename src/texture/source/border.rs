@@ -1,11 +1,11 @@
-//! Which texel lies where a level's edge is crossed: the one rule for borders of every source.
+//! The texel beyond a level's edge: one rule for the borders of every source.
 
-/// The true column and row of the texel at `(x, y)` of a level of `width x height` texels: columns wrap at
-/// the antimeridian; a row beyond a pole is the mirrored row, half a turn away.
-/// `y` must lie within one height of the level.
+/// The true column and row of the texel at `(x, y)` in a level of `width x height` texels. Columns wrap at
+/// the antimeridian; a row beyond a pole is the mirrored row, half a turn away. `y` must lie within one
+/// height of the level.
 pub fn true_texel([width, height]: [u32; 2], x: i64, y: i64) -> [u32; 2] {
     let rows = i64::from(height);
-    assert!((-rows..2 * rows).contains(&y), "row {y} is more than one height off a level of {rows} rows");
+    assert!((-rows..2 * rows).contains(&y), "row {y} is more than one height outside a level of {rows} rows");
     let (row, turned) = if y < 0 {
         (-1 - y, true)
     } else if y >= rows {
@@ -15,7 +15,7 @@ pub fn true_texel([width, height]: [u32; 2], x: i64, y: i64) -> [u32; 2] {
     };
     let half_turn = if turned { i64::from(width / 2) } else { 0 };
     let column = (x + half_turn).rem_euclid(i64::from(width));
-    // Both are inside the level now, and so inside u32.
+    // Both are inside the level now, so they fit u32.
     [column as u32, row as u32]
 }
 

@@ -1,11 +1,12 @@
-//! A generated texture whose tiles are encoded as they are read: an eighth of the memory, at BC1's error.
+//! A generated texture whose tiles are encoded to BC1 when read: an eighth of the memory.
 
 use super::{TileError, TileFormat, TileSource};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::texture::bake::encode_bc1;
 use std::sync::Arc;
 
-/// RGBA8 tiles of another source as BC1; the resident levels, which stay RGBA8, are encoded by whoever cuts them.
+/// Encodes RGBA8 tiles of another source as BC1. Resident levels stay RGBA8; their users encode the parts
+/// they take.
 pub struct Encoded(Arc<dyn TileSource>);
 
 impl Encoded {
@@ -75,7 +76,7 @@ mod tests {
 
     #[test]
     #[should_panic(expected = "blocks of 4")]
-    fn a_border_that_cuts_a_block_is_our_bug() {
+    fn a_border_that_cuts_a_block_panics() {
         Encoded::new(Arc::new(Ruler::new(Pyramid::new(8, 7, 5, 2, None).unwrap())));
     }
 }

@@ -1,4 +1,4 @@
-//! Where a texture's tiles come from: a file, or a pure function.
+//! Sources of a texture's tiles: a file, or a pure function.
 
 pub mod border;
 pub mod earth;
@@ -11,11 +11,11 @@ use crate::math::pyramid::{Pyramid, TileId};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// How a tile's texels are stored, in memory, on disk and in video memory. Colours are sRGB.
+/// Storage format of a tile's texels in memory, on disk and in video memory. Colours are sRGB.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TileFormat {
-    /// Four bytes a texel.
+    /// Four bytes per texel.
     #[default]
     Rgba8,
     /// 8 bytes for each 4 x 4 texels, no alpha.
@@ -41,7 +41,7 @@ pub enum TileError {
         "{path}: {tile} at byte {offset}: checksum differs, the file is damaged; `ortelius verify` lists all damage"
     )]
     Checksum { path: String, tile: TileId, offset: u64 },
-    /// For sources that fail on purpose (injected faults, tests).
+    /// For sources that fail deliberately (injected faults, tests).
     #[error("{tile}: {reason}")]
     Refused { tile: TileId, reason: String },
 }
@@ -55,9 +55,9 @@ pub trait TileSource: Send + Sync {
 
     fn format(&self) -> TileFormat;
 
-    /// Writes one stored tile into `bytes`, which is exactly [`TileFormat::tile_bytes`] long.
-    /// Borders hold the neighbours' texels: columns wrap at the antimeridian; a row beyond a pole is the
-    /// mirrored row half a turn away. The second picture is the same region of the next coarser level.
+    /// Writes one stored tile into `bytes`, whose length is exactly [`TileFormat::tile_bytes`]. Borders hold
+    /// the neighbours' texels: columns wrap at the antimeridian; a row beyond a pole is the mirrored row half
+    /// a turn away. The second picture is the same region of the next coarser level.
     ///
     /// # Errors
     /// [`TileError`]; `bytes` is then unspecified.

@@ -1,11 +1,12 @@
-//! The ruler: every texel is a hash of its own level and place, so that a fetch proves which texel it got.
+//! The ruler: every texel is a hash of its own level and position, so that a fetch proves which texel it
+//! returned.
 
 use super::border::true_texel;
 use super::{TileError, TileFormat, TileSource};
 use crate::math::pyramid::{Pyramid, TileId};
 
-/// A bijection of 32 bits in which each input bit turns each output bit with a chance of one half:
-/// multiply-xorshift with the constants of C. Wellons' "lowbias32" (public domain, 2018).
+/// A bijection of 32 bits. Each input bit flips each output bit with probability one half: multiply-xorshift
+/// with the constants of C. Wellons' "lowbias32" (public domain, 2018).
 const fn mix(mut bits: u32) -> u32 {
     bits ^= bits >> 16;
     bits = bits.wrapping_mul(0x7feb_352d);
@@ -34,7 +35,7 @@ impl Ruler {
         Self { pyramid }
     }
 
-    /// Writes `side x side` texels from `(left, top)` on, which may lie outside the level.
+    /// Writes `side x side` texels from `(left, top)`, which may lie outside the level.
     fn write_square(&self, level: u32, [left, top]: [i64; 2], side: usize, bytes: &mut [u8]) {
         let size = self.pyramid.level_size(level);
         for (row, line) in bytes.chunks_exact_mut(side * 4).enumerate() {
@@ -93,8 +94,8 @@ mod tests {
     use std::collections::HashSet;
 
     #[test]
-    fn one_flipped_bit_of_level_x_or_y_turns_each_bit_of_the_hash_half_of_the_time() {
-        // 4096 pairs: the standard deviation of a fair count is 32, so 40..60 % is beyond 12 of them.
+    fn one_flipped_bit_of_level_x_or_y_flips_each_bit_of_the_hash_half_of_the_time() {
+        // 4096 pairs: a fair count has a standard deviation of 32, so 40..60 % allows 12 of them.
         let widths = [5, 20, 20];
         for (argument, bits) in widths.into_iter().enumerate() {
             for input_bit in 0..bits {
@@ -119,8 +120,8 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_levels_and_swapped_places_differ() {
-        // 3 x 128 x 128 hashes of 32 bits: 0.28 equal pairs expected of a random function, seen: none.
+    fn neighbours_levels_and_swapped_coordinates_differ() {
+        // 3 x 128 x 128 hashes of 32 bits: a random function would give 0.28 equal pairs; this gives none.
         let mut seen = HashSet::new();
         for level in 0..3 {
             for y in 0..128 {
@@ -142,7 +143,7 @@ mod tests {
         let pyramid = Pyramid::new(7, 6, 4, 2, None).unwrap();
         let ruler = Ruler::new(pyramid);
         let mut bytes = vec![0; pyramid.tile_bytes_rgba8()];
-        // The north-west tile: its corner lies over the pole and across the antimeridian at once.
+        // The north-west tile: its corner crosses both the pole and the antimeridian.
         ruler.read_tile(TileId { level: 1, row: 0, column: 0 }, &mut bytes).unwrap();
         let texel = |index: usize| u32::from_le_bytes(bytes[index * 4..index * 4 + 4].try_into().unwrap());
         // Level 1 is 64 x 32: (-2, -2) is row 1, half a turn from column 62.

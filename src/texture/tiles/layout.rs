@@ -1,4 +1,4 @@
-//! Where every byte of a `.tiles` file lies: a pure function of the pyramid and the texel format.
+//! The position of every byte of a `.tiles` file: a pure function of the pyramid and the texel format.
 
 use crate::math::pyramid::{Pyramid, PyramidError, TileId};
 use crate::texture::source::TileFormat;
@@ -10,26 +10,27 @@ pub const PAGE_BYTES: u64 = 4096;
 /// The header is one page.
 pub const HEADER_BYTES: usize = PAGE_BYTES as usize;
 
-/// Not text (high bit), not transferred as text (CR LF, LF), not shown past Ctrl-Z.
+/// Reveals text handling: the high bit is not text, CR LF and LF break in text transfers, Ctrl-Z ends a text
+/// listing.
 const MAGIC: [u8; 8] = *b"\x89ORT\r\n\x1a\n";
 pub(super) const VERSION: u32 = 1;
 /// Checksums are the last 8 bytes of header and index.
 const CHECKSUM_BYTES: usize = 8;
-/// Keeps the index, which a reader holds in memory, under 512 MiB.
+/// Keeps the index, which a reader holds in memory, below 512 MiB.
 const MOST_TILES: u64 = 1 << 26;
 
-/// What cannot be stored.
+/// Parameters that a `.tiles` file cannot store.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum LayoutError {
     #[error(
-        "bc1 works in blocks of 4 texels on both stored levels: the border must be a multiple of 4, not {0}"
+        "bc1 uses blocks of 4 texels on both stored levels, so the border must be a multiple of 4, not {0}"
     )]
     Bc1Border(u32),
-    #[error("{0} tiles are more than a .tiles file indexes ({MOST_TILES}): choose larger tiles")]
+    #[error("{0} tiles are more than a .tiles file can index ({MOST_TILES}); choose larger tiles")]
     TooManyTiles(u64),
 }
 
-/// Why a header page is not accepted.
+/// The reason for rejecting a header page.
 #[derive(Debug)]
 pub(super) enum HeaderFault {
     Magic,
@@ -76,12 +77,12 @@ impl Layout {
         self.pyramid.tile_count() + u64::from(self.pyramid.resident_levels())
     }
 
-    /// Both pictures of a tile, without the padding.
+    /// Bytes of both pictures of a tile, without padding.
     pub fn tile_bytes(&self) -> usize {
         self.format.tile_bytes(&self.pyramid)
     }
 
-    /// A tile's record: [`Self::tile_bytes`] padded with zeros to whole pages.
+    /// Bytes of a tile's record: [`Self::tile_bytes`] padded with zeros to whole pages.
     pub fn record_bytes(&self) -> usize {
         to_pages(self.tile_bytes() as u64) as usize
     }
@@ -90,12 +91,12 @@ impl Layout {
         PAGE_BYTES
     }
 
-    /// Entries, zeros to a whole page, and the checksum in the last 8 bytes.
+    /// Bytes of the index: entries, zeros up to a whole page, and the checksum in the last 8 bytes.
     pub fn index_bytes(&self) -> u64 {
         to_pages(self.entry_count() * 8 + CHECKSUM_BYTES as u64)
     }
 
-    /// A resident level in RGBA8, without the padding.
+    /// Bytes of a resident level in RGBA8, without padding.
     pub fn resident_bytes(&self, level: u32) -> usize {
         let [width, height] = self.pyramid.level_size(level).map(|side| side as usize);
         width * height * 4
@@ -105,7 +106,7 @@ impl Layout {
         to_pages(self.resident_bytes(level) as u64) as usize
     }
 
-    /// Where a resident level's record starts; for the level after the coarsest, where the tiles start.
+    /// Offset of a resident level's record. For the level after the coarsest: the offset of the tiles.
     pub fn resident_offset(&self, level: u32) -> u64 {
         let finer: u64 = (self.pyramid.first_resident_level()..level)
             .map(|finer| self.resident_record_bytes(finer) as u64)
@@ -117,7 +118,7 @@ impl Layout {
         self.resident_offset(self.pyramid.coarsest_level() + 1)
     }
 
-    /// Where the record of the tile with this index ([`Pyramid::tile_index`]) starts.
+    /// Offset of the record of the tile with this index ([`Pyramid::tile_index`]).
     pub fn record_offset(&self, tile_index: u64) -> u64 {
         self.tiles_offset() + tile_index * self.record_bytes() as u64
     }
@@ -127,7 +128,7 @@ impl Layout {
         self.record_offset(self.pyramid.tile_count())
     }
 
-    /// A resident level's place in the index.
+    /// A resident level's position in the index.
     pub fn resident_entry(&self, level: u32) -> u64 {
         self.pyramid.tile_count() + u64::from(level - self.pyramid.first_resident_level())
     }
@@ -185,7 +186,7 @@ impl Layout {
         page
     }
 
-    /// The layout that a header page states. The page must be exactly what [`Self::header_page`] gives.
+    /// Parses a header page, which must be exactly what [`Self::header_page`] writes.
     pub(super) fn parse(page: &[u8; HEADER_BYTES]) -> Result<Self, HeaderFault> {
         let number = |index: usize| {
             let at = 8 + 4 * index;
@@ -210,7 +211,7 @@ impl Layout {
         };
         let layout = Self::new(pyramid, format).map_err(|error| damaged(error.to_string()))?;
         if layout.header_page() != *page {
-            return Err(damaged("its lengths do not belong to its sizes".into()));
+            return Err(damaged("its lengths do not match its sizes".into()));
         }
         Ok(layout)
     }
@@ -227,7 +228,7 @@ pub fn index_page(layout: &Layout, entries: &[u64]) -> Vec<u8> {
     bytes
 }
 
-/// Writes the checksum of all but the last 8 bytes into these.
+/// Writes the checksum of all but the last 8 bytes into the last 8.
 fn seal(bytes: &mut [u8]) {
     let (content, checksum) = bytes.split_at_mut(bytes.len() - CHECKSUM_BYTES);
     checksum.copy_from_slice(&xxh3_64(content).to_le_bytes());
@@ -251,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn a_header_page_reads_back_as_its_layout() {
+    fn a_header_page_parses_to_its_layout() {
         for layout in layouts() {
             assert_eq!(Layout::parse(&layout.header_page()).unwrap(), layout);
         }
@@ -264,7 +265,7 @@ mod tests {
             let mut other = page;
             other[at] ^= 1;
             seal(&mut other);
-            // Some other sizes make a pyramid; but then the stored lengths are not theirs.
+            // Some other sizes form a valid pyramid, but then the stored lengths do not match.
             assert!(Layout::parse(&other).is_err(), "byte {at}");
         }
     }
@@ -289,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_stored_is_refused_with_the_number() {
+    fn unstorable_parameters_are_refused_with_the_number() {
         let pyramid = Pyramid::new(9, 8, 5, 2, None).unwrap();
         assert_eq!(Layout::new(pyramid, TileFormat::Bc1), Err(LayoutError::Bc1Border(2)));
         let pyramid = Pyramid::new(20, 20, 4, 4, None).unwrap();

@@ -1,7 +1,8 @@
-//! `.tiles`: all tiles and resident levels of a pyramid in one file, every byte under a checksum.
+//! `.tiles`: all tiles and resident levels of a pyramid in one file. Every byte is checksummed.
 //!
-//! Byte layout: docs/formats.md. Fixed-size records at computed places, so a tile is one read; read with
-//! `pread`, never mapped: a truncated map kills the process with SIGBUS, a read gives an error.
+//! Byte layout: docs/formats.md. Records have fixed sizes and computed offsets, so a tile is one read. Files
+//! are read with `pread`, never mapped: a truncated mapping kills the process with SIGBUS, a read returns an
+//! error.
 
 mod layout;
 mod reader;
@@ -15,8 +16,8 @@ use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// A file that cannot be used as `.tiles`. One bad record alone is no such error: see
-/// [`crate::texture::source::TileError`].
+/// A file that cannot be used as `.tiles`. A single bad record is a [`crate::texture::source::TileError`]
+/// instead.
 #[derive(Debug, Error)]
 pub enum TileFileError {
     #[error("{path}: cannot be opened: {source}")]
@@ -29,7 +30,7 @@ pub enum TileFileError {
     Version { path: PathBuf, found: u32, expected: u32 },
     #[error("{path}: the header is damaged ({reason}); bake the file again")]
     Header { path: PathBuf, reason: String },
-    #[error("{path}: {found} bytes long instead of {expected}: truncated or damaged; bake the file again")]
+    #[error("{path}: {found} bytes long instead of {expected}, so truncated or damaged; bake the file again")]
     Length { path: PathBuf, expected: u64, found: u64 },
     #[error("{path}: the index of checksums is damaged; bake the file again")]
     Index { path: PathBuf },

@@ -1,5 +1,5 @@
-//! Reading tiles from a `.tiles` file. Nothing is used before its checksum has been compared, and nothing is
-//! allocated before the file has proven to be as long as its header says.
+//! Reads tiles from a `.tiles` file. Data is used only after its checksum is verified; memory is allocated
+//! only after the file is known to be as long as its header says.
 
 use super::layout::{HEADER_BYTES, HeaderFault, Layout, VERSION, is_sealed};
 use super::{PAGE_BYTES, TileFileError};
@@ -11,7 +11,7 @@ use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::{Xxh3, xxh3_64};
 
-/// An open `.tiles` file; its index is in memory (8 bytes a tile).
+/// An open `.tiles` file; its index is in memory (8 bytes per tile).
 pub struct TileFile {
     pub(super) path: PathBuf,
     pub(super) file: File,
@@ -20,10 +20,10 @@ pub struct TileFile {
 }
 
 impl TileFile {
-    /// Opens a file and checks header, length and index; the records are checked as they are read.
+    /// Opens a file and checks header, length and index. Records are checked when they are read.
     ///
     /// # Errors
-    /// [`TileFileError`] says what is wrong with which part.
+    /// [`TileFileError`] names the faulty part.
     pub fn open(path: &Path) -> Result<Self, TileFileError> {
         let path = path.to_path_buf();
         let open_error = |source| TileFileError::Open { path: path.clone(), source };
@@ -61,12 +61,12 @@ impl TileFile {
         Ok(Self { path, file, layout, checksums })
     }
 
-    /// Sizes and places of everything in the file.
+    /// Sizes and offsets of everything in the file.
     pub fn layout(&self) -> &Layout {
         &self.layout
     }
 
-    /// Reads the start of a record into `bytes`, and the rest of it (padding) only to check it.
+    /// Reads the start of a record into `bytes`; the rest (padding) is only checked.
     pub(super) fn read_record(
         &self,
         offset: u64,
@@ -101,7 +101,7 @@ impl TileFile {
     }
 }
 
-/// What is wrong with one record.
+/// The fault of one record.
 pub(super) enum RecordFault {
     Read(u64, std::io::Error),
     Checksum,

@@ -1,4 +1,4 @@
-//! Checking a whole `.tiles` file: every record, all damage in one list.
+//! Verifies a whole `.tiles` file: checks every record and lists all damage.
 
 use super::reader::{RecordFault, TileFile};
 use super::{Layout, TileFileError};
@@ -14,11 +14,11 @@ pub enum Record {
     ResidentLevel(u32),
 }
 
-/// A record that is not what the index says.
+/// A record that does not match the index.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BadRecord {
     pub record: Record,
-    /// Where the record starts in the file.
+    /// Offset of the record in the file.
     pub offset: u64,
     pub reason: String,
 }
@@ -35,7 +35,7 @@ impl fmt::Display for BadRecord {
     }
 }
 
-/// What [`verify`] found.
+/// Result of [`verify`].
 #[derive(Clone, Debug)]
 pub struct Report {
     pub layout: Layout,
@@ -43,17 +43,17 @@ pub struct Report {
     pub bad: Vec<BadRecord>,
 }
 
-/// Reads the whole file and compares every checksum. `progress` gets the bytes of each record when done, from
-/// several threads.
+/// Reads the whole file and verifies every checksum. `progress` receives the bytes of each finished record,
+/// from several threads.
 ///
 /// # Errors
-/// [`TileFileError`] where header, length or index are wrong, so that no record can be judged.
+/// [`TileFileError`] if header, length or index is wrong, so that no record can be checked.
 pub fn verify(path: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Report, TileFileError> {
     let file = TileFile::open(path)?;
     let layout = *file.layout();
     let pyramid = layout.pyramid();
     let check = |record, offset, bytes: &mut [u8], entry| {
-        // The whole record as one: padding is content here.
+        // Reads the whole record: the padding is checked too.
         let result = file.read_record(offset, bytes.len(), entry, bytes);
         progress(bytes.len() as u64);
         let reason = match result {

@@ -1,4 +1,4 @@
-//! PLY and OBJ, and what is written.
+//! PLY and OBJ files, read and written.
 
 use super::*;
 use ortelius::model::{NAMES, named};
@@ -18,19 +18,19 @@ fn the_cube_is_closed_and_has_three_wedges_at_each_corner() {
 }
 
 #[test]
-fn an_obj_counts_from_the_end_goes_on_in_the_next_line_and_may_mix_its_corners() {
+fn an_obj_may_use_negative_indices_continued_lines_and_mixed_corners() {
     let other =
         CUBE.replace("f 1/1/1 4/2/1 3/3/1 2/4/1", "g side\nf -8/-4/-6 -5/2/1\\\n 3/3/1 2/4/1 # first\nl 1 2");
     assert_eq!(corners(&read("a.obj", other)), corners(&cube()));
     let crlf = CUBE.replace('\n', "\r\n");
     assert_eq!(read("a.obj", crlf), cube());
-    // A corner without a normal gets its face's; here that is what it had.
+    // A corner without a normal gets its face's, which equals the original here.
     let mixed = CUBE.replace("f 1/1/1 4/2/1 3/3/1 2/4/1", "f 1/1 4/2 3/3 2/4");
     let (mixed, report) = Model::from_bytes(Path::new("a.obj"), mixed.as_bytes()).unwrap();
     assert_eq!((corners(&mixed), report.replaced_attributes), (corners(&cube()), 4));
 }
 
-/// The cube without attributes: in ascii, and in both binary orders with other elements and properties between.
+/// The cube without attributes: in ASCII, and in both binary byte orders with other elements and properties in between.
 fn plys() -> [Vec<u8>; 3] {
     let cube = cube();
     let mut ascii = String::from(
@@ -85,7 +85,7 @@ fn plys() -> [Vec<u8>; 3] {
 }
 
 #[test]
-fn a_ply_reads_the_same_in_every_order_and_among_strange_elements() {
+fn a_ply_reads_the_same_in_every_byte_order_and_among_unknown_elements() {
     let mut bare = cube();
     bare.attributes = Default::default();
     for ply in plys() {
@@ -106,7 +106,7 @@ fn a_polygon_of_a_ply_is_a_fan() {
 }
 
 #[test]
-fn a_written_model_is_read_as_the_same_to_the_last_bit() {
+fn a_written_model_reads_back_bit_for_bit() {
     let mut colored = cube();
     colored.attributes.colors = (0..24).map(|i| [i * 10, 255 - i, 7, 255]).collect();
     let mut bare = colored.clone();
@@ -123,7 +123,7 @@ fn a_written_model_is_read_as_the_same_to_the_last_bit() {
 }
 
 #[test]
-fn a_position_that_f32_holds_takes_four_bytes_and_any_other_eight() {
+fn an_exact_f32_coordinate_takes_four_bytes_and_any_other_eight() {
     let mut model = named("grid:5").unwrap();
     let double = written(&model, Format::Ply).len();
     model.positions.iter_mut().for_each(|position| *position = position.as_vec3().as_dvec3());
@@ -132,7 +132,7 @@ fn a_position_that_f32_holds_takes_four_bytes_and_any_other_eight() {
 }
 
 #[test]
-fn a_packed_file_is_unpacked_and_one_that_unpacks_without_end_is_refused() {
+fn a_packed_file_is_unpacked_and_a_decompression_bomb_is_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let pack = |name: &str, write: &dyn Fn(&mut dyn Write)| {
         let path = folder.path().join(name);
@@ -144,15 +144,15 @@ fn a_packed_file_is_unpacked_and_one_that_unpacks_without_end_is_refused() {
     };
     let path = pack("cube.obj.gz", &|out| out.write_all(CUBE.as_bytes()).unwrap());
     assert_eq!(Model::load(&path).unwrap().0, cube());
-    // 65 MiB of line ends pack to 64 KiB.
+    // 65 MiB of newlines pack to 64 KiB.
     let blank = vec![b'\n'; 1 << 20];
     let path = pack("bomb.obj.gz", &|out| (0..65).for_each(|_| out.write_all(&blank).unwrap()));
     let error = Model::load(&path).unwrap_err().to_string();
-    assert!(error.ends_with("bomb.obj.gz: unpacks to more than the 67108864 bytes that are read"), "{error}");
+    assert!(error.ends_with("bomb.obj.gz: unpacks to more than the limit of 67108864 bytes"), "{error}");
 }
 
 #[test]
-fn strips_are_triangles_with_every_second_one_turned() {
+fn strips_are_triangles_with_every_second_one_reversed() {
     let header = "ply\nformat ascii 1.0\nelement vertex 7\nproperty float x\nproperty float y\nproperty float z\n\
                   element tristrips 1\nproperty list int int vertex_indices\nend_header\n";
     let places = "0 0 0\n1 0 0\n0 1 0\n1 1 0\n5 0 0\n6 0 0\n5 1 0\n";
@@ -161,7 +161,7 @@ fn strips_are_triangles_with_every_second_one_turned() {
     assert_eq!(faces, [[0, 1, 2], [2, 1, 3], [4, 5, 6]]);
     let wrong = format!("{header}{places}4 0 1 2 -2\n");
     let error = Model::from_bytes(Path::new("a.ply"), wrong.as_bytes()).unwrap_err().to_string();
-    assert_eq!(error, "a.ply:17: -2 is no vertex");
+    assert_eq!(error, "a.ply:17: -2 is not a vertex index");
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn texture_coordinates_of_corners_make_wedges() {
     let header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
                   element face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n\
                   0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 6 0 0 1 0 1 1\n";
-    // The second face agrees with the first at vertex 2 alone.
+    // The second face has the first one's coordinates only at vertex 2.
     let model = read("a.ply", format!("{header}3 0 2 3 6 0.5 0 1 1 0 1\n"));
     assert_eq!((model.positions.len(), model.wedge_positions.len()), (4, 5));
     let coordinates =
@@ -178,5 +178,5 @@ fn texture_coordinates_of_corners_make_wedges() {
     assert_eq!(coordinates(1), [[0.5, 0.0], [1.0, 1.0], [0.0, 1.0]]);
     let short = format!("{header}3 0 2 3 5 0 0 1 1 0\n");
     let error = Model::from_bytes(Path::new("a.ply"), short.as_bytes()).unwrap_err().to_string();
-    assert_eq!(error, "a.ply:16: 5 numbers of texcoord for a face of 3 corners");
+    assert_eq!(error, "a.ply:16: texcoord has 5 numbers for a face of 3 corners");
 }

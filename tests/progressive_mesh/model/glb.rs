@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// A GLB of a JSON text and its binary chunk.
+/// A GLB file of a JSON text and a binary chunk.
 pub fn glb(json: &str, bin: &[u8]) -> Vec<u8> {
     let mut text = json.as_bytes().to_vec();
     text.resize(text.len().next_multiple_of(4), b' ');
@@ -21,7 +21,8 @@ pub fn glb(json: &str, bin: &[u8]) -> Vec<u8> {
     file
 }
 
-/// The cube with all that it has: each side is a primitive of four interleaved vertices (32 bytes each) and six indices.
+/// The cube with all its attributes: each side is a primitive of four interleaved vertices (32 bytes each) and six
+/// indices.
 pub fn cube_glb(node: &str) -> Vec<u8> {
     let cube = cube();
     let (mut bin, mut sides) = (Vec::new(), Vec::new());
@@ -72,7 +73,7 @@ fn a_glb_has_the_same_shape_as_the_obj() {
 }
 
 #[test]
-fn nodes_put_meshes_where_they_are_and_a_mirror_turns_the_faces() {
+fn nodes_transform_meshes_and_a_mirror_reverses_the_winding() {
     let nested = r#"{"children":[1],"translation":[10,0,0]},{"mesh":0,"scale":[-2,1,1]}"#;
     let model = read("cube.glb", cube_glb(nested));
     let x: Vec<f64> = model.positions.iter().map(|position| position.x).collect();

@@ -1,11 +1,10 @@
-//! Models from files: every kind reads the same shape, what is written is read again, and what is damaged is an error
-//! in one line or a clean model.
+//! Models from files: every format gives the same shape, and written files read back. Damaged files are in tests/fuzz.
 
 mod faults;
 mod files;
 mod glb;
-mod mutated;
 mod pipeline;
+mod soup;
 
 use ortelius::model::{Format, Model};
 use std::path::Path;
@@ -57,7 +56,7 @@ fn written(model: &Model, format: Format) -> Vec<u8> {
     std::fs::read(path).unwrap()
 }
 
-/// What a model is, whatever its wedges are called: the corners of each face, all of their values.
+/// A model independent of the numbering of its wedges: the corners of each face with all their values.
 fn corners(model: &Model) -> Vec<[Vec<u64>; 3]> {
     let attributes = &model.attributes;
     let corner = |wedge: u32| {

@@ -1,5 +1,5 @@
-//! Whatever could be read goes all the way: collapses, orders, a file, every level of the buffer. Also soups that no
-//! program would write.
+//! Every readable model passes the whole pipeline: collapses, orders, a file, every level of the buffer. This includes
+//! triangle soups that no program would write.
 
 use super::super::built::level_that_differs;
 use super::super::made::Random;
@@ -11,7 +11,7 @@ use ortelius::paper::progressive_mesh::order::{OrderOptions, classical, order};
 use ortelius::paper::progressive_mesh::run::State;
 use ortelius::paper::progressive_mesh::simplify::{Simplified, SimplifyOptions, simplify};
 
-/// A clean model as a progressive mesh, in each order; nothing on the way may fail. Returns its levels.
+/// Runs a clean model through each order; no step may fail. Returns the number of its levels.
 pub fn goes_all_the_way(model: &Model, name: &dyn Fn() -> String) -> usize {
     let Simplified { collapses, report } =
         simplify(model, &SimplifyOptions { target_faces: 2, ..SimplifyOptions::default() }, &mut |_, _| ());
@@ -23,7 +23,8 @@ pub fn goes_all_the_way(model: &Model, name: &dyn Fn() -> String) -> usize {
         name()
     );
     let with = |options: OrderOptions| order(model, &collapses, &options, &mut |_, _| ());
-    for mesh in [classical(model, &collapses), with(OrderOptions::PAPER), with(OrderOptions::BEST)] {
+    let extended = [OrderOptions::PAPER, OrderOptions::TAIL_23, OrderOptions::IN_PLACE_10].map(with);
+    for mesh in [classical(model, &collapses)].into_iter().chain(extended) {
         mesh.check().unwrap_or_else(|flaw| panic!("{}: {flaw}", name()));
         let (bytes, contents) = mesh.to_bytes();
         let read = ProgressiveMesh::from_bytes(&bytes).unwrap_or_else(|flaw| panic!("{}: {flaw}", name()));
@@ -33,12 +34,12 @@ pub fn goes_all_the_way(model: &Model, name: &dyn Fn() -> String) -> usize {
         for level in [mesh.last_level(), mesh.last_level() / 2, mesh.last_level(), 0] {
             state.go_to(&mesh, level);
         }
-        assert!(state.faces() == mesh.faces, "{}: up and down again it is another buffer", name());
+        assert!(state.faces() == mesh.faces, "{}: after up and down the buffer differs", name());
     }
     errors.len() + 1
 }
 
-/// Numbers that soups are made of: a few places close together, so that faces meet, and now and then what is none.
+/// Coordinates of soups: a few close positions, so that faces meet, and occasionally a non-finite one.
 fn place(random: &mut Random, scale: f64, offset: f64) -> DVec3 {
     let coordinate = |random: &mut Random| match random.below(200) {
         0 => f64::NAN,
@@ -51,7 +52,7 @@ fn place(random: &mut Random, scale: f64, offset: f64) -> DVec3 {
     DVec3::new(coordinate(random), coordinate(random), coordinate(random))
 }
 
-/// Faces at random, some named twice, turned or degenerate, over vertices of which some have strange attributes.
+/// Random faces, some duplicate, reversed or degenerate; some vertices have unusual attributes.
 fn soup(random: &mut Random) -> Raw {
     const SCALES: [f64; 8] = [1.0, 0.1, 1e-300, 1e-42, 1e-20, 1e15, 1e30, 3e35];
     let (scale, offset) = (SCALES[random.below(8)], [0.0, 0.0, 0.0, 1e7, -1e16][random.below(5)]);
@@ -82,7 +83,7 @@ fn soup(random: &mut Random) -> Raw {
     soup
 }
 
-/// The same as the text of a file; without attributes.
+/// The same as text of a file, without attributes.
 fn text(raw: &Raw) -> String {
     let mut text = String::new();
     raw.positions.iter().for_each(|p| text += &format!("v {} {} {}\n", p.x, p.y, p.z));
@@ -91,7 +92,7 @@ fn text(raw: &Raw) -> String {
 }
 
 #[test]
-fn any_soup_is_a_mesh_at_all_levels_or_an_error() {
+fn any_soup_runs_at_all_levels_or_is_an_error() {
     let mut random = Random(36);
     let (mut meshes, mut empty, mut levels) = (0, 0, 0);
     for round in 0..1500 {
@@ -105,7 +106,7 @@ fn any_soup_is_a_mesh_at_all_levels_or_an_error() {
             meshes += 1;
             levels += goes_all_the_way(&model, &|| format!("soup {round}"));
         }
-        // The file's way: a line where nothing is left, else the same faces.
+        // Through a file: one line if nothing is left, otherwise the same faces.
         raw.attributes = Default::default();
         let bare = clean(&raw).0;
         match Model::from_bytes(Path::new("soup.obj"), text(&raw).as_bytes()) {

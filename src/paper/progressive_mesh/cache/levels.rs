@@ -1,8 +1,8 @@
-//! What an order costs at every level of detail: the paper's criterion is the mean over all levels, all equally
-//! likely (section 2), the levels between two tswaps included.
+//! The cost of an order at every level of detail. The paper's criterion is the mean over all levels, equally weighted
+//! (section 2), including the levels between two tswaps.
 
 use super::{Cache, Counter, ProgressiveMesh};
-use crate::paper::progressive_mesh::mesh::NOWHERE;
+use crate::paper::progressive_mesh::run::{Program, State, Untold};
 use rayon::prelude::*;
 
 /// Transforms per vertex at some levels of a mesh.
@@ -15,12 +15,12 @@ pub struct LevelCosts {
 }
 
 impl LevelCosts {
-    /// The mean over the levels; NaN for none.
+    /// The mean over the levels; NaN without levels.
     pub fn mean(&self) -> f64 {
         self.per_vertex.iter().sum::<f64>() / self.per_vertex.len() as f64
     }
 
-    /// The value that at most `share` of the levels exceed: 0.05 for the 95th percentile, 0 for the worst level.
+    /// The value that at most this share of the levels exceeds: 0.05 for the 95th percentile, 0 for the worst level.
     pub fn exceeded_by(&self, share: f64) -> f64 {
         let mut sorted = self.per_vertex.clone();
         sorted.sort_by(f64::total_cmp);
@@ -29,7 +29,8 @@ impl LevelCosts {
     }
 }
 
-/// All levels of a mesh of at most `all_up_to` faces; else `count` levels at equal steps, first and last included.
+/// All levels of a mesh of at most `all_up_to` faces; otherwise `count` levels at equal steps, including first and
+/// last.
 pub fn sampled_levels(mesh: &ProgressiveMesh, all_up_to: usize, count: u32) -> Vec<u32> {
     let last = mesh.last_level();
     if mesh.faces.len() <= all_up_to || last < count {
@@ -42,21 +43,31 @@ pub fn sampled_levels(mesh: &ProgressiveMesh, all_up_to: usize, count: u32) -> V
 /// position as one vertex.
 ///
 /// # Panics
-/// If a level is beyond the mesh's last.
+/// If a level is beyond the mesh's last, or the mesh fails [`ProgressiveMesh::check`].
 pub fn level_costs(mesh: &ProgressiveMesh, caches: &[Cache], levels: &[u32]) -> Vec<LevelCosts> {
-    // Each part walks up from level 0: little beside the counting, which visits every face of every level.
+    let program = Program::new(mesh).unwrap_or_else(|flaw| panic!("{flaw}"));
+    costs_of(&program, &mesh.vertices.welded, caches, levels)
+}
+
+/// The same for a program; `shared` gives the index that represents each vertex.
+///
+/// # Panics
+/// If a level is beyond the last.
+pub fn costs_of(program: &Program, shared: &[u32], caches: &[Cache], levels: &[u32]) -> Vec<LevelCosts> {
+    // Each part walks up from level 0: cheap compared with the counting, which visits every face of every level.
     let part = levels.len().div_ceil(4 * rayon::current_num_threads()).max(16);
     let costs: Vec<Vec<f64>> = levels
         .par_chunks(part)
         .flat_map_iter(|levels| {
             let mut counters: Vec<Counter> =
-                caches.iter().map(|&cache| Counter::new(cache, mesh.vertices.welded.len())).collect();
-            let mut climb = Climb::new(mesh);
-            let welded = &mesh.vertices.welded;
+                caches.iter().map(|&cache| Counter::new(cache, shared.len())).collect();
+            let (mut faces, mut at, mut kept) = (program.faces().to_vec(), 0, Vec::new());
             levels.iter().map(move |&level| {
-                let live = climb.to(level);
-                let faces = || live.iter().map(|face| face.map(|vertex| welded[vertex as usize]));
-                counters.iter_mut().map(|counter| counter.count(faces()).per_vertex()).collect()
+                program.run(&mut faces, at, level, &mut kept, &mut Untold);
+                at = level;
+                let drawn = &faces[..program.drawn(level) as usize];
+                let drawn = || drawn.iter().map(|face| face.map(|vertex| shared[vertex as usize]));
+                counters.iter_mut().map(|counter| counter.count(drawn()).per_vertex()).collect()
             })
         })
         .collect();
@@ -64,64 +75,24 @@ pub fn level_costs(mesh: &ProgressiveMesh, caches: &[Cache], levels: &[u32]) -> 
     (0..caches.len()).map(|cache| LevelCosts { levels: levels.to_vec(), per_vertex: of(cache) }).collect()
 }
 
-/// The live faces of a level in their order, as vertices.
+/// The faces drawn at a level, in order: the live faces, and with births in place also the unborn ones.
 ///
 /// # Panics
-/// If the mesh has no such level.
+/// As [`live_faces`].
+pub fn drawn_faces(mesh: &ProgressiveMesh, level: u32) -> Vec<[u32; 3]> {
+    let program = Program::new(mesh).unwrap_or_else(|flaw| panic!("{flaw}"));
+    let mut faces = program.faces().to_vec();
+    program.run(&mut faces, 0, level, &mut Vec::new(), &mut Untold);
+    faces.truncate(program.drawn(level) as usize);
+    faces
+}
+
+/// The live faces of a level as vertices, in the order of the paper's operations.
+///
+/// # Panics
+/// If the mesh has no such level, or fails [`ProgressiveMesh::check`].
 pub fn live_faces(mesh: &ProgressiveMesh, level: u32) -> Vec<[u32; 3]> {
-    Climb::new(mesh).to(level).to_vec()
-}
-
-/// A mesh's faces on the way up.
-struct Climb<'a> {
-    mesh: &'a ProgressiveMesh,
-    faces: Vec<[u32; 3]>,
-    level: u32,
-    /// How many of the mesh's tswaps have been executed.
-    swaps: usize,
-}
-
-impl<'a> Climb<'a> {
-    fn new(mesh: &'a ProgressiveMesh) -> Self {
-        let mut climb = Self { mesh, faces: mesh.faces.clone(), level: 0, swaps: 0 };
-        climb.swap();
-        climb
-    }
-
-    /// The live faces of `level`, which is not below the last one asked for.
-    fn to(&mut self, level: u32) -> &[[u32; 3]] {
-        while self.level < level {
-            self.split();
-            self.level += 1;
-            self.swap();
-        }
-        &self.faces[..self.mesh.levels[level as usize].faces as usize]
-    }
-
-    fn split(&mut self) {
-        let base = self.mesh.levels[0].vertices;
-        let [from, to] = [0, 1].map(|above| self.mesh.levels[(self.level + above) as usize].vertices);
-        for vertex in from..to {
-            let row = (vertex - base) as usize;
-            let split = self.mesh.splits.split_vertices[row];
-            for &slot in self.mesh.splits.slots.row(row) {
-                assert_ne!(split, NOWHERE, "vertex {vertex} replaces nothing, but in a face");
-                for corner in self.faces[slot as usize].iter_mut().filter(|corner| **corner == split) {
-                    *corner = vertex;
-                }
-            }
-        }
-    }
-
-    fn swap(&mut self) {
-        let swaps = &self.mesh.swaps;
-        while swaps.levels.get(self.swaps) == Some(&self.level) {
-            for cycle in swaps.cycles_of(self.swaps) {
-                for pair in swaps.cycles.row(cycle).windows(2) {
-                    self.faces.swap(pair[0] as usize, pair[1] as usize);
-                }
-            }
-            self.swaps += 1;
-        }
-    }
+    let mut state = State::new(mesh);
+    state.go_to(mesh, level);
+    state.live(mesh).to_vec()
 }

@@ -1,4 +1,4 @@
-//! pm.build: how long a build takes, and how much memory, against the size of the model.
+//! pm.build: build time and memory against the size of the model.
 
 use super::super::mesh::ProgressiveMesh;
 use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
@@ -14,12 +14,13 @@ pub const BUILD: Figure = Figure {
     title: "Time and memory of a build",
     about: "The optimizer runs once a model, and is not bound to real time (section 2). How long do its steps take, on \
             one core but for what the counting of levels would use, and how much memory: reading and cleaning a file, \
-            simplifying to 64 faces, ordering (ours, at most 23 moved faces a split), writing the .pmesh file, and reading \
+            simplifying to 64 faces, ordering (tail-23), writing the .pmesh file, and reading \
             it? `torus` is generated in about as many faces as the scan `dragon` has in its four resolutions; the dragon \
             is measured where `ortelius fetch` has fetched it. Each build runs six times, each in a process of its \
             own (`ortelius mesh build`); memory is the most that this had resident.",
     scenes: &["torus", "dragon"],
     variants,
+    paper: &[],
     sweep: Some(Sweep {
         name: "faces",
         quick: &[11_102.0, 47_794.0, 202_520.0],
@@ -50,12 +51,12 @@ const FILE: &str = "file";
 const WHOLE: &str = "whole build";
 const LOAD: &str = "load and clean";
 const STEPS: [&str; 5] = [LOAD, "simplify", "order", "write", "read again"];
-/// What [`WHOLE`] consists of.
+/// The steps of [`WHOLE`].
 const OF_THE_BUILD: usize = 4;
-/// The dragon's files by their faces.
+/// The dragon's files by number of faces.
 const DRAGONS: [(f64, &str); 4] =
     [(11_102.0, "dragon_res4"), (47_794.0, "dragon_res3"), (202_520.0, "dragon_res2"), (871_414.0, "dragon")];
-/// Builds of each model: the least that has a 95 % confidence interval.
+/// Builds of each model: the smallest number that gives a 95 % confidence interval.
 const RUNS: usize = 6;
 
 fn variants() -> Vec<String> {
@@ -97,7 +98,7 @@ fn missing(variant: &str, quantity: &str, why: &str) -> Row {
     Row::missing(variant, quantity, why.to_owned())
 }
 
-/// What one build took.
+/// The cost of one build.
 struct Build {
     /// Milliseconds of each of [`STEPS`].
     times: [f64; 5],
@@ -106,8 +107,8 @@ struct Build {
     file_bytes: f64,
 }
 
-/// Builds a model in a process of its own, which is this program as `mesh build`: the memory of whatever else was
-/// measured before is not its.
+/// Builds a model in a separate process (this program as `mesh build`), so that memory of earlier measurements is
+/// excluded.
 fn build(model: &str, folder: &Path) -> anyhow::Result<Build> {
     let (file, report) = (folder.join("a.pmesh"), folder.join("a.json"));
     let program = std::env::current_exe().context("own program not found")?;
@@ -124,7 +125,7 @@ fn build(model: &str, folder: &Path) -> anyhow::Result<Build> {
         .with_context(|| format!("{}: not what mesh build reports", report.display()))
 }
 
-/// What a build's report tells, and the time to read its file again.
+/// The values in a build's report, and the time to read its file again.
 fn told(report: &serde_json::Value, again: f64) -> Option<Build> {
     let step = |name: &str| report["milliseconds"][name].as_f64();
     Some(Build {

@@ -3,6 +3,7 @@
 mod average;
 mod build;
 mod change;
+mod continuity;
 mod cpu;
 mod draw;
 mod equal_memory;
@@ -19,12 +20,12 @@ mod surfaces;
 
 use crate::figure::{Bench, Figure};
 use crate::frame::Run;
-use crate::paper::progressive_mesh::{ProgressiveMeshes, Settings, load, needs};
+use crate::paper::progressive_mesh::{ProgressiveMeshes, Settings, load};
 use crate::picture::Target;
 use crate::scene::Scene;
 use anyhow::Context;
 
-/// All of them, in the order of a report.
+/// All figures, in the report's order.
 pub const FIGURES: &[&Figure] = &[
     &order::ORDER,
     &average::AVERAGE,
@@ -37,6 +38,7 @@ pub const FIGURES: &[&Figure] = &[
     &pop::POP,
     &governor::GOVERNOR,
     &error::ERROR,
+    &continuity::CONTINUITY,
     &extremes::EXTREMES,
 ];
 
@@ -46,7 +48,7 @@ fn scene<'a>(name: &'a str, changes: &[String]) -> anyhow::Result<(Scene, &'a st
     Ok((Scene::load_with(scene, changes)?, eye))
 }
 
-/// A session of a scene on the run's device; `change` has the last word on the settings.
+/// A session of a scene on the run's device; `change` is applied last to the settings.
 fn session(
     bench: &Bench,
     scene: &Scene,
@@ -55,6 +57,6 @@ fn session(
     let mut settings = Settings::of_scene(scene, Target::Srgb8)?;
     settings.size = bench.effort_of([320, 180], [1280, 720]);
     change(&mut settings);
-    let gpu = bench.gpu(&needs(&settings))?;
+    let gpu = bench.gpu(&[])?;
     Ok(ProgressiveMeshes::run(gpu, &load(scene)?, settings)?)
 }

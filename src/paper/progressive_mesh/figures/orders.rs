@@ -1,4 +1,4 @@
-//! What the figures on orders share: the models, the orders by name, and their costs.
+//! Shared by the figures on orders: the models, the orders by name, and their costs.
 
 use super::super::cache::{Cache, LevelCosts, level_costs};
 use super::super::mesh::ProgressiveMesh;
@@ -12,7 +12,7 @@ use crate::paper::progressive_mesh::choices::FaceOrder;
 /// The shipped models that are closed; each has at least 3000 faces.
 pub const CLOSED: [&str; 5] = ["bunny", "sphere", "torus", "knot", "solid"];
 
-/// The same and the scans. Means exclude these: they are not available everywhere.
+/// These models and the scans. Means exclude the scans, which are not available everywhere.
 pub const WITH_SCANS: [&str; 7] = ["bunny", "sphere", "torus", "knot", "solid", scans::SMALL, scans::LARGE];
 
 /// The name of an order, and its options; `None` for the classical order.
@@ -20,17 +20,19 @@ pub type Named = (&'static str, Option<OrderOptions>);
 
 pub const CLASSICAL: &str = FaceOrder::Classical.name();
 pub const PAPER: &str = FaceOrder::Paper.name();
-pub const OURS: &str = FaceOrder::Ours.name();
-pub const FEW: &str = FaceOrder::OursFewMoves.name();
+pub const TAIL_23: &str = FaceOrder::Tail23.name();
+pub const TAIL_10: &str = FaceOrder::Tail10.name();
+pub const IN_PLACE_23: &str = FaceOrder::InPlace23.name();
+pub const IN_PLACE_10: &str = FaceOrder::InPlace10.name();
 
-/// The orders that are prefixes of one buffer at every level.
+/// The orders whose live faces are a prefix of one buffer at every level.
 pub const ORDERS: [Named; 6] = [
     named(FaceOrder::Classical),
     named(FaceOrder::Paper),
-    named(FaceOrder::Ours),
-    named(FaceOrder::OursFewMoves),
-    named(FaceOrder::Coherent),
-    named(FaceOrder::CoherentFewMoves),
+    named(FaceOrder::Tail23),
+    named(FaceOrder::Tail10),
+    named(FaceOrder::InPlace23),
+    named(FaceOrder::InPlace10),
 ];
 
 // Quantities of pm.average.
@@ -62,12 +64,12 @@ pub fn ordered(model: &Model, collapses: &Collapses, options: Option<&OrderOptio
     }
 }
 
-/// Faces that change their slots, for each split.
+/// Faces that change their slots, per split.
 pub fn moved_per_split(mesh: &ProgressiveMesh) -> f64 {
     mesh.swaps.cycles.items().len() as f64 / f64::from(mesh.last_level().max(1))
 }
 
-/// The costs for the caches, each at the same levels.
+/// The costs for each cache, all at the same levels.
 pub fn costs(mesh: &ProgressiveMesh, caches: &[Cache], levels: &[u32]) -> Vec<LevelCosts> {
     level_costs(mesh, caches, levels)
 }

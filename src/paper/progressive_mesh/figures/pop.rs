@@ -1,4 +1,4 @@
-//! pm.pop: how far pictures jump when levels change, without and with geomorphing.
+//! pm.pop: the size of picture jumps when levels change, with and without geomorphing.
 
 use super::{scene, session};
 use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Claim, Test, one};
@@ -37,6 +37,7 @@ pub const POP: Figure = Figure {
             the difference to the full mesh.",
     scenes: &["bunny/near", "bunny/above"],
     variants,
+    paper: &["at once (the paper)"],
     sweep: None,
     measure,
     plots: &[Plot::curves(ALONG, "wanted error, pixels").log_x(), Plot::bars(BEHIND)],
@@ -64,8 +65,8 @@ fn variants() -> Vec<String> {
     VARIANTS.map(String::from).into()
 }
 
-/// Wanted errors in pixels: six octaves down in steps of a sixteenth. From 16, coarser than anyone would look at: the
-/// worst frame is there, and a range that left it out would flatter both variants.
+/// Wanted errors in pixels: from 16 down over six octaves in steps of 1/16 octave. 16 is coarser than any practical
+/// setting; the worst frame is in that part, and without it both variants would look better than they are.
 fn errors() -> Vec<f64> {
     (0..=96).map(|n| 16.0 * (-f64::from(n) / 16.0).exp2()).collect()
 }
@@ -88,7 +89,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 /// Samples along a side of a pixel.
 const SAMPLES: u32 = 4;
 
-/// sRGB bytes, one a pixel, for all is grey, of the surface at a wanted error in pixels.
+/// sRGB bytes of the surface at a wanted error in pixels; one byte per pixel, because the picture is grey.
 fn at(session: &mut Run<ProgressiveMeshes>, pose: &Pose, pixels: f64) -> anyhow::Result<Vec<u8>> {
     session.technique.surfaces[0].settings.error_pixels = pixels * f64::from(SAMPLES);
     session.frame(pose)?;
@@ -128,7 +129,8 @@ fn approach(
         (squares / covered.len() as f64).sqrt()
     };
     let (mut along, mut largest): (Vec<[f64; 2]>, f64) = (Vec::new(), 0.0);
-    // Percent of the covered pixels that change visibly, and the frame's error: the worst of all, and of the fine ones.
+    // The percentage of covered pixels that change visibly, and the frame's error: the worst of all frames, and of the
+    // fine ones.
     let (mut worst, mut worst_fine) = ((0.0, f64::NAN), 0.0_f64);
     for (pair, &error) in pictures.windows(2).zip(&errors[1..]) {
         along.push([error, rms(&pair[0], &pair[1])]);
@@ -144,7 +146,7 @@ fn approach(
         }
     }
     let behind: Vec<f64> = pictures.iter().map(|picture| rms(picture, &full)).collect();
-    // Rows are in order of x.
+    // Rows are sorted by x.
     along.reverse();
     let largest_frame = along.iter().map(|[_, change]| *change).fold(0.0, f64::max);
     let levels = "levels of 255";
@@ -166,7 +168,7 @@ mod tests {
     #[test]
     fn an_outline_that_covers_half_a_pixel_is_half_the_light_and_not_half_the_levels() {
         let (dark, light) = ([0.0, 0.0, 0.0, 1.0], [1.0; 4]);
-        // Two pixels of 2 x 2 samples: one half covered, one wholly.
+        // Two pixels of 2 x 2 samples: one half covered, one fully covered.
         let samples = [dark, light, light, light, dark, light, light, light];
         let levels = averaged(&samples, [2, 1], 2);
         assert_eq!(levels, [188, 255]);

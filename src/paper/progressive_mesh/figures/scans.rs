@@ -1,14 +1,15 @@
-//! Scans that may not be shipped, in figures: looked at where `ortelius fetch` has brought them, else told of.
+//! Scans that may not be shipped, in figures: measured if `ortelius fetch` has downloaded them, otherwise reported as
+//! absent.
 
 use crate::figure::{Cell, Effort, Row};
 use crate::model::{FETCHED, Model, fetched};
 
-/// The scan of 11 102 faces that quick runs look at too.
+/// The scan of 11 102 faces, also used in quick runs.
 pub const SMALL: &str = "dragon_res4";
 /// The one of 871 414 faces, too large for a quick run.
 pub const LARGE: &str = "dragon";
 
-/// Rows that stand where a scan's would, each with why `quantity` of a variant is not there; `None` for what can be
+/// Rows in place of a scan's, each with the reason why `quantity` of a variant is missing; `None` if it can be
 /// measured.
 pub fn absent(cell: &Cell, effort: Effort, variants: &[String], quantity: &str) -> Option<Vec<Row>> {
     let name = &*cell.scene;
@@ -41,10 +42,10 @@ mod tests {
     fn a_shipped_model_is_measured_and_a_scan_is_told_of_where_it_is_not() {
         let told = |scene: &str, effort| {
             let cell = Cell { scene: scene.into(), x: None };
-            absent(&cell, effort, &["ours".into(), "theirs".into()], "faces")
+            absent(&cell, effort, &["tail-23".into(), "random".into()], "faces")
         };
         assert_eq!(told("bunny", Effort::Quick), None);
-        // Whether the scan is here or not, a quick run does not take it.
+        // A quick run skips the scan even if it is present.
         let rows = told(LARGE, Effort::Quick).unwrap();
         assert_eq!(rows.len(), 2);
         assert!(matches!(&rows[0].value, Value::Missing(why) if why.starts_with("dragon is")));

@@ -1,4 +1,4 @@
-//! What the figures on simplification share: the rival, and distances that no scale disturbs.
+//! Shared by the figures on simplification: the baseline, and scale-independent distances.
 
 use crate::model::Model;
 use crate::reference::distance::{Distances, Triangles, compare_surfaces};
@@ -6,15 +6,15 @@ use anyhow::Context;
 use glam::DVec3;
 use meshopt::{SimplifyOptions, VertexDataAdapter};
 
-/// A mesh as `meshopt_simplify` leaves it.
-pub struct Rival {
+/// The result of `meshopt_simplify`.
+pub struct Baseline {
     pub faces: Vec<[u32; 3]>,
-    /// The error that it states, in object units.
+    /// Its stated error, in object units.
     pub stated: f64,
 }
 
-/// `meshopt_simplify` with no options and no limit but the target.
-pub fn rival(positions: &[DVec3], faces: &[[u32; 3]], target_faces: usize) -> anyhow::Result<Rival> {
+/// `meshopt_simplify` without options and without a limit except the target.
+pub fn baseline(positions: &[DVec3], faces: &[[u32; 3]], target_faces: usize) -> anyhow::Result<Baseline> {
     let floats: Vec<[f32; 3]> = positions.iter().map(|p| p.as_vec3().to_array()).collect();
     let vertices = VertexDataAdapter::new(bytemuck::cast_slice(&floats), size_of::<[f32; 3]>(), 0)
         .context("meshoptimizer refuses the vertices")?;
@@ -22,40 +22,40 @@ pub fn rival(positions: &[DVec3], faces: &[[u32; 3]], target_faces: usize) -> an
     let mut stated = 0.0_f32;
     let indices = faces.as_flattened();
     let left = meshopt::simplify(indices, &vertices, target_faces * 3, f32::MAX, options, Some(&mut stated));
-    Ok(Rival { faces: left.as_chunks().0.to_vec(), stated: f64::from(stated) })
+    Ok(Baseline { faces: left.as_chunks().0.to_vec(), stated: f64::from(stated) })
 }
 
-/// A length to measure by, and a place to measure from: the box of what a surface's faces use.
+/// Unit and origin of measurements: the box of the positions that a surface's faces use.
 #[derive(Clone, Copy, Debug)]
 pub struct Size {
     centre: DVec3,
-    /// Of the box, in object units.
+    /// Centre of the box, in object units.
     pub diagonal: f64,
 }
 
 impl Size {
-    /// Of a model.
+    /// The frame of a model.
     pub fn of(model: &Model) -> Size {
         Size::around(&model.positions)
     }
 
-    /// Of all positions of a surface.
+    /// The frame of all positions of a surface.
     pub fn around(positions: &[DVec3]) -> Size {
         let low = positions.iter().fold(DVec3::MAX, |low, &p| low.min(p));
         let high = positions.iter().fold(DVec3::MIN, |high, &p| high.max(p));
         let half = (high - low) * 0.5;
-        // Scaled first: the square of a tiny or huge length is none any more.
+        // Scaled first: the square of a tiny or huge length would underflow or overflow.
         let most = half.max_element();
         let diagonal = if most > 0.0 { (half / most).length() * most * 2.0 } else { 0.0 };
         Size { centre: low + half, diagonal }
     }
 
-    /// Positions in diagonals about the centre.
+    /// Positions in diagonals, relative to the centre.
     pub fn inside(&self, positions: &[DVec3]) -> Vec<DVec3> {
         positions.iter().map(|&p| (p - self.centre) / self.diagonal).collect()
     }
 
-    /// Distances between two surfaces, in diagonals; None where one has no face with an area.
+    /// Distances between two surfaces, in diagonals; None if one has no face with an area.
     pub fn distances(&self, one: Triangles, other: Triangles, samples: usize) -> Option<Distances> {
         let [first, second] = [one, other].map(|surface| self.inside(surface.positions));
         compare_surfaces(

@@ -1,12 +1,12 @@
 //! Entropy coding: an adaptive binary range coder (Martin 1979; carries as in LZMA).
 //!
-//! Differs from LZMA: a probability is estimated from counts (after Krichevsky and Trofimov) instead of at a
-//! constant rate, since a mesh of some thousand faces ends before constant rates have learnt anything.
+//! Differs from LZMA: probabilities are estimated from counts (after Krichevsky and Trofimov) instead of at a constant
+//! rate, because a mesh of a few thousand faces ends before constant rates adapt.
 //!
-//! One trait has both directions, so that every rule of the format is written once: the encoder is told a value and
-//! returns it, the decoder is told anything and returns what it reads.
+//! One trait serves both directions, so that each rule of the format is written once: the encoder takes a value and
+//! returns it; the decoder ignores the value and returns what it reads.
 
-/// The probability that the next bit of its kind is a one, learnt from those before.
+/// The probability that the next bit of its kind is a one, learnt from earlier bits.
 #[derive(Clone, Copy)]
 pub(super) struct Bit {
     /// In 65536ths.
@@ -15,7 +15,7 @@ pub(super) struct Bit {
     seen: u8,
 }
 
-/// A probability is a mean over about so many bits: more learns finer, fewer follows changes.
+/// A probability is a mean over about this many bits: more is finer, fewer adapts faster.
 const MEMORY: u8 = 60;
 /// Step towards the bit seen, in 65536ths of the distance: 1 / (seen + 3/2).
 const STEPS: [u32; MEMORY as usize + 1] = {
@@ -29,10 +29,10 @@ const STEPS: [u32; MEMORY as usize + 1] = {
 };
 /// Bits of a probability in the coder's arithmetic.
 const SCALE_BITS: u32 = 12;
-/// Neither value of a bit is less probable than this of 4096. A bit so costs 0.011 bits or more: a file of n bytes
-/// can say at most 710 n of them, which bounds the time of reading a hostile one.
+/// Lower bound of each probability, in 4096ths. A bit therefore costs at least 0.011 bits: a file of n bytes encodes at
+/// most 710 n of them, which bounds the time to read a hostile file.
 const LEAST: u32 = 32;
-/// Below this the range gets another byte.
+/// Below this the range is extended by a byte.
 const SMALLEST_RANGE: u32 = 1 << 24;
 
 impl Default for Bit {
@@ -49,21 +49,21 @@ impl Bit {
     fn learn(&mut self, bit: bool) {
         let (one, step) = (u32::from(self.one), STEPS[usize::from(self.seen)]);
         let learnt = if bit { one + (((65535 - one) * step) >> 16) } else { one - ((one * step) >> 16) };
-        // Between 0 and 65535: a step is less than the whole distance.
+        // Stays between 0 and 65535: a step is less than the whole distance.
         self.one = learnt as u16;
         self.seen = MEMORY.min(self.seen + 1);
     }
 }
 
-/// Either direction.
+/// Common to both directions.
 pub(super) trait Coder {
-    /// One bit in its model.
+    /// Codes one bit with its model.
     fn bit(&mut self, model: &mut Bit, value: bool) -> bool;
-    /// The lowest `bits` bits of a value, all equally likely; at most 32.
+    /// The lowest `bits` bits of a value, without a model; at most 32.
     fn raw(&mut self, bits: u32, value: u32) -> u32;
-    /// Bits that were written or read so far, to fractions.
+    /// Bits written or read so far, including fractions.
     fn spent_bits(&self) -> f64;
-    /// Whether more was read than there is.
+    /// True if more was read than exists.
     fn is_overrun(&self) -> bool;
 }
 
@@ -71,7 +71,7 @@ pub(super) trait Coder {
 pub(super) struct Encoder {
     low: u64,
     range: u32,
-    /// The last byte that a carry can still reach, and how many bytes of 255 stand behind it.
+    /// The last byte that a carry can still change; `full` counts the bytes of 255 after it.
     held: u8,
     full: u64,
     shifts: u64,
@@ -86,7 +86,7 @@ impl Encoder {
     fn shift(&mut self) {
         let carry = (self.low >> 32) as u8;
         if self.low < 0xff00_0000 || carry == 1 {
-            // The byte before the first, always 0, is not stored.
+            // The byte before the first is always 0 and is not stored.
             if self.shifts > self.full {
                 self.bytes.push(self.held.wrapping_add(carry));
             }
@@ -152,7 +152,7 @@ impl Coder for Encoder {
 /// Reads.
 pub(super) struct Decoder<'a> {
     bytes: &'a [u8],
-    /// Bytes read; may pass the end, where zeros are read.
+    /// Bytes read; may pass the end, beyond which zeros are read.
     at: usize,
     code: u32,
     range: u32,
@@ -177,7 +177,7 @@ impl<'a> Decoder<'a> {
         }
     }
 
-    /// What was not read.
+    /// The unread bytes.
     pub(super) fn rest(&self) -> &'a [u8] {
         &self.bytes[self.at.min(self.bytes.len())..]
     }
@@ -220,21 +220,21 @@ impl Coder for Decoder<'_> {
     }
 }
 
-/// Each shift is 8 bits; of the last ones the range tells what is spent.
+/// Each shift is 8 bits; the range gives the fraction of the last ones.
 fn spent_bits(shifts: u64, range: u32) -> f64 {
     8.0 * shifts as f64 + 32.0 - f64::from(range).log2()
 }
 
-/// Whole numbers of any size, small and frequent ones short: how many bits the number has, by a tree of six learnt
-/// bits; then the three below its leading one, learnt too; then the rest as it is.
+/// Whole numbers of any size; small and frequent ones take few bits. First the bit length, by a tree of six learnt
+/// bits; then the three bits below the leading one, also learnt; then the remaining bits unmodelled.
 #[derive(Clone)]
 pub(super) struct Number {
     class: [Bit; 64],
-    /// For each class the three bits, as a tree.
+    /// For each class, the three bits as a tree.
     leading: [[Bit; 8]; 33],
 }
 
-/// Bits below the leading one that are learnt.
+/// Learnt bits below the leading one.
 const LEARNT: u32 = 3;
 
 impl Default for Number {
@@ -265,7 +265,7 @@ impl Number {
     }
 }
 
-/// `bits` bits from the highest down; those before choose the model of each.
+/// Codes `bits` bits, highest first; each bit's model is chosen by the bits before it.
 pub(super) fn tree(coder: &mut impl Coder, models: &mut [Bit], bits: u32, value: u32) -> u32 {
     let node = (0..bits).rev().fold(1, |node, at| {
         let bit = coder.bit(&mut models[node as usize], value >> at & 1 == 1);
@@ -278,7 +278,7 @@ pub(super) fn tree(coder: &mut impl Coder, models: &mut [Bit], bits: u32, value:
 mod tests {
     use super::*;
 
-    /// Numbers of all sizes, some of them often.
+    /// Numbers of all sizes, some of them frequent.
     fn numbers() -> Vec<u32> {
         let mut state = 1_u32;
         let mut random = || {
@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rare_bit_costs_little_and_never_nothing() {
+    fn a_rare_bit_costs_little_but_more_than_zero() {
         let (mut encoder, mut model) = (Encoder::new(), Bit::default());
         (0..100_000).for_each(|_| assert!(!encoder.bit(&mut model, false)));
         let each = encoder.spent_bits() / 100_000.0;
@@ -320,7 +320,7 @@ mod tests {
 
     #[test]
     fn a_carry_runs_through_bytes_of_255() {
-        // Nothing but the less probable half at the top of the range: long runs of 255, then a carry.
+        // Only the less probable half at the top of the range: long runs of 255, then a carry.
         let bits: Vec<u32> = (0..4000).map(|n| u32::from(n % 1000 != 999)).collect();
         let mut encoder = Encoder::new();
         for &bit in &bits {
@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn reading_past_the_end_is_noticed() {
+    fn reading_past_the_end_is_detected() {
         let mut decoder = Decoder::new(&[1, 2, 3, 4]);
         decoder.raw(7, 0);
         assert!(!decoder.is_overrun());

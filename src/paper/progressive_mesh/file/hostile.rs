@@ -1,12 +1,12 @@
-//! Files in which a byte stands for as much as it can: around a hub.
+//! Worst-case files around a hub: as much content as possible for each byte.
 
 use super::super::mesh::{Level, ProgressiveMesh, Swaps, Vertices};
 use super::tests::reseal;
 use super::{CHUNK_HEAD_BYTES, CORNERS_PER_BYTE, Flaw, HEADER_BYTES};
 use crate::math::ragged::Ragged;
 
-/// `faces` that share vertex 0 and nothing else; then a level for each of `levels`, with so many splits of a vertex in so
-/// many of the first slots.
+/// `faces` that share only vertex 0; then one level for each of `levels`: (number of splits, split vertex, number of
+/// first slots that each split changes).
 fn hub(faces: u32, levels: &[(u32, u32, u32)]) -> ProgressiveMesh {
     let base = Level { vertices: 2 * faces + 1, faces, error: 0.0 };
     let mut mesh = ProgressiveMesh {
@@ -33,7 +33,7 @@ fn back(bytes: &[u8]) -> ProgressiveMesh {
 }
 
 #[test]
-fn a_hub_that_goes_from_vertex_to_vertex_takes_bytes() {
+fn a_hub_that_moves_from_vertex_to_vertex_costs_bytes() {
     let (faces, count) = (500, 200);
     let levels: Vec<(u32, u32, u32)> =
         (0..count).map(|level| (1, if level == 0 { 0 } else { 2 * faces + level }, faces)).collect();
@@ -42,7 +42,7 @@ fn a_hub_that_goes_from_vertex_to_vertex_takes_bytes() {
     assert!(back(&bytes) == mesh);
     let corners = u64::from(faces * count);
     assert!(bytes.len() as u64 * CORNERS_PER_BYTE >= corners, "{} bytes", bytes.len());
-    assert_eq!(bytes.pop(), Some(0), "the coder needs less");
+    assert_eq!(bytes.pop(), Some(0), "the last byte is not needed");
     let first = u32::from_le_bytes(bytes[HEADER_BYTES..HEADER_BYTES + 4].try_into().unwrap()) as usize;
     let last = HEADER_BYTES + CHUNK_HEAD_BYTES + first;
     let payload = (bytes.len() - last - CHUNK_HEAD_BYTES) as u32;
@@ -57,7 +57,7 @@ fn a_hub_that_goes_from_vertex_to_vertex_takes_bytes() {
 #[test]
 fn splits_of_one_hub_suggest_no_more_than_enough() {
     let mut mesh = hub(400, &[(200, 0, 0)]);
-    // The first face is suggested, the last ones are not.
+    // The first of these faces is among the suggestions, the others are not.
     let vertices = mesh.levels[1].vertices;
     let born = [[801, 1, 0], [vertices - 1, 0, 799], [1, vertices - 1, 5]];
     mesh.faces.extend(born);
@@ -74,6 +74,6 @@ fn two_faces_of_a_hub_move_and_then_all() {
         cycle_ends: vec![1, 2],
         cycles: Ragged::from_iter([vec![11, 590], all.collect()]),
     };
-    // After the first permutation slot 11 has another of the hub's faces.
+    // After the first permutation slot 11 holds another of the hub's faces.
     assert!(back(&mesh.to_bytes().0) == mesh);
 }

@@ -1,7 +1,7 @@
-//! One level of the file: its error, the splits that lead to it, the faces that appear, the permutation.
+//! One level of the file: its error, its splits, its new faces, its permutation.
 //!
-//! Written once for both directions (see [`super::coder`]): where a file is written there is a `source` to take the
-//! values from; where one is read, the values come from the coder, and each is checked before it is used.
+//! Written once for both directions (see [`super::coder`]): when writing, the values come from `source`; when
+//! reading, they come from the coder, and each is checked before use.
 
 use super::coder::{Coder, tree};
 use super::live::{Live, RingFace};
@@ -9,35 +9,35 @@ use super::models::{Models, Sizes};
 use super::moving::Moving;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
 
-/// A split suggests no faces where those before it in its level have suggested so many: each kept face of a hub can be one
-/// for every split, for a hundredth of a bit.
+/// A split adds no suggestions once earlier splits of its level have made this many: each kept face of a hub can be a
+/// suggestion for every split, at a hundredth of a bit.
 const ENOUGH_SUGGESTIONS: usize = 1 << 16;
 
-/// What a payload says and cannot be.
+/// Why a payload is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Fault(pub &'static str);
 
-/// What of a chunk is still to come, as its head declares.
+/// The rest of a chunk, as declared by its head.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Left {
     pub vertices: u32,
     pub faces: u32,
-    /// Slots whose face changes by permutations.
+    /// Slots whose face changes in permutations.
     pub moved: u32,
 }
 
-/// A mesh that grows level by level while it is written or read.
+/// A mesh that grows level by level while written or read.
 pub(super) struct Growing<'a> {
-    /// What is written; none when reading.
+    /// The mesh to write; `None` when reading.
     pub source: Option<&'a ProgressiveMesh>,
-    /// What the reader has.
+    /// The levels so far.
     pub mesh: ProgressiveMesh,
     pub(super) has: Has,
     pub(super) live: Live,
     pub(super) models: Models,
     pub sizes: Sizes,
     pub(super) moving: Moving,
-    /// Corners that splits may still replace in the chunk.
+    /// Corners that splits may still replace in this chunk.
     pub(super) room: u64,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct Has {
     pub colors: bool,
 }
 
-/// A vertex that appears: its number, and what it replaces.
+/// A new vertex, and the vertex that it replaces.
 #[derive(Clone, Copy)]
 pub(super) struct Row {
     pub new: u32,
@@ -70,7 +70,7 @@ impl<'a> Growing<'a> {
         }
     }
 
-    /// The next level.
+    /// Codes the next level.
     pub(super) fn level(&mut self, coder: &mut impl Coder, left: &mut Left) -> Result<(), Fault> {
         let mut mark = coder.spent_bits();
         let mut spent = |coder: &_, sum: &mut f64| {
@@ -110,7 +110,7 @@ impl<'a> Growing<'a> {
         }
     }
 
-    /// How much appears, and the error.
+    /// The numbers of new vertices and faces, and the error.
     fn level_counts(
         &mut self,
         coder: &mut impl Coder,
@@ -122,7 +122,7 @@ impl<'a> Growing<'a> {
         let models = &mut self.models;
         let vertices = models.vertices.code(coder, want.vertices - old.vertices);
         let faces = models.faces.code(coder, want.faces - old.faces);
-        // Errors are not negative and never rise, so their bits never rise either.
+        // Errors are non-negative and never rise, so their bits never rise either.
         let drop = models.error.code(coder, old.error.to_bits() - want.error.to_bits());
         let error = old.error.to_bits().checked_sub(drop).ok_or(Fault("an error is negative"))?;
         left.vertices = left.vertices.checked_sub(vertices).ok_or(Fault("more vertices than declared"))?;
@@ -134,7 +134,7 @@ impl<'a> Growing<'a> {
         })
     }
 
-    /// `splitVert` of the next vertex: one of the `old` vertices of the level before.
+    /// `splitVert` of the next vertex: one of the `old` vertices of the previous level.
     fn split_vertex(&mut self, coder: &mut impl Coder, old: u32) -> Result<u32, Fault> {
         let want = self.source.map(|source| source.splits.split_vertices[self.mesh.splits.slots.len()]);
         let models = &mut self.models.splits;
@@ -145,15 +145,18 @@ impl<'a> Growing<'a> {
         let place = want.and_then(|want| near.iter().position(|&vertex| vertex == want));
         if coder.bit(&mut models.near, place.is_some()) {
             let place = models.neighbour.code(coder, place.unwrap_or(0) as u32);
-            return near.get(place as usize).copied().ok_or(Fault("a neighbour that is not there is split"));
+            return near
+                .get(place as usize)
+                .copied()
+                .ok_or(Fault("a split names a neighbour that does not exist"));
         }
         let age = models.age.code(coder, old.wrapping_sub(1).wrapping_sub(want.unwrap_or(0)));
         old.checked_sub(1)
             .and_then(|youngest| youngest.checked_sub(age))
-            .ok_or(Fault("no vertex is that old"))
+            .ok_or(Fault("a split names a vertex that does not exist"))
     }
 
-    /// In which faces the vertex is replaced. Suggests faces that close the gap.
+    /// The faces in which the vertex is replaced. Also suggests faces that close the gap.
     fn taken_faces(
         &mut self,
         coder: &mut impl Coder,
@@ -194,7 +197,7 @@ impl<'a> Growing<'a> {
         Ok(())
     }
 
-    /// A face that appears.
+    /// A new face.
     fn birth(
         &mut self,
         coder: &mut impl Coder,
@@ -207,7 +210,7 @@ impl<'a> Growing<'a> {
             let turned = [[a, b, c], [b, c, a], [c, a, b]];
             turned.iter().position(|&corners| Some(corners) == want)
         };
-        // Who reads looks for nothing: a hostile level has as many suggestions, and as many faces, as its bytes.
+        // The reader does not search: a hostile level has as many suggestions and faces as bytes.
         let found =
             want.and_then(|_| suggestions.iter().enumerate().find_map(|(at, s)| Some((at, fits(s)?))));
         let (place, rotation) = found.unwrap_or((suggestions.len(), 0));
@@ -215,7 +218,7 @@ impl<'a> Growing<'a> {
         let vertices = self.live.around.len() as u32;
         let corners = match suggestions.get(place as usize) {
             Some(&(_, mut corners)) => {
-                // The tree can say 3, as far round as 0.
+                // The tree can code 3, which rotates like 0.
                 corners.rotate_left(tree(coder, &mut models.rotation, 2, rotation as u32) as usize % 3);
                 corners
             }
@@ -226,7 +229,7 @@ impl<'a> Growing<'a> {
                 };
                 let corners = [corner(0), corner(1), corner(2)];
                 let [Some(a), Some(b), Some(c)] = corners else {
-                    return Err(Fault("a face has a corner that is not there"));
+                    return Err(Fault("a face has a corner that does not exist"));
                 };
                 [a, b, c]
             }
@@ -240,7 +243,7 @@ impl<'a> Growing<'a> {
     }
 }
 
-/// The vertices around the newest of the `old` ones, each once, in the order of the faces there; and itself.
+/// The vertices around the newest of the `old` ones, each once, in the order of its faces; includes itself.
 fn neighbours(live: &Live, old: u32) -> Vec<u32> {
     let Some(newest) = live.around.len().checked_sub(1) else { return Vec::new() };
     let mut near = Vec::new();
@@ -250,7 +253,7 @@ fn neighbours(live: &Live, old: u32) -> Vec<u32> {
                 near.push(vertex);
             }
         }
-        // A hub of thousands of faces is no neighbourhood.
+        // A hub with thousands of faces has no useful neighbourhood.
         if near.len() >= 32 {
             break;
         }
@@ -258,9 +261,9 @@ fn neighbours(live: &Live, old: u32) -> Vec<u32> {
     near
 }
 
-/// Faces that would close the gap between the faces around s that became faces of t and those that stay: both have
-/// the corners s and t. Likely ones first: 0 where both sides border on it, 1 where only the taken ones do, 2 where
-/// only those that stay do.
+/// Faces that would close the gap between the faces of s that become faces of t and those that stay; they have the
+/// corners s and t. The number is the doubt: 0 where both sides border on the gap, 1 where only the taken faces do, 2
+/// where only the others do.
 fn suggest(
     ring: &[RingFace],
     taken: &[bool],

@@ -1,16 +1,16 @@
-//! The mesh as it stands between two levels, with what the format's predictions look at: the faces around a vertex.
+//! The mesh between two levels, with the input of the format's predictions: the faces around each vertex.
 //!
-//! Here a face has a number that never changes: the slot in which it comes to life. Splits come before the
-//! permutations that move it, so this is also its place in the file.
+//! A face has a number that never changes: the slot of its birth. Splits come before the permutations that move a
+//! face, so this is also its place in the file.
 
 use crate::math::rows::Rows;
 
-/// No face, no place.
+/// No face, or no place.
 pub(super) const NONE: u32 = u32::MAX;
 
 #[derive(Default)]
 pub(super) struct Live {
-    /// Corners of each face as they are now, by its number.
+    /// Current corners of each face, by face number.
     pub corners: Vec<[u32; 3]>,
     pub slot_of: Vec<u32>,
     pub face_at: Vec<u32>,
@@ -18,7 +18,7 @@ pub(super) struct Live {
     pub around: Rows,
 }
 
-/// A face at a vertex s, seen from there: corners (s, first, second).
+/// A face at vertex s, rotated to start there: corners (s, first, second).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct RingFace {
     pub face: u32,
@@ -31,7 +31,7 @@ impl Live {
         self.around.grow(self.around.len() + 1);
     }
 
-    /// A face comes to life in the next slot.
+    /// Adds a face in the next slot.
     pub(super) fn add_face(&mut self, corners: [u32; 3]) {
         let face = self.corners.len() as u32;
         self.corners.push(corners);
@@ -40,7 +40,7 @@ impl Live {
         corners.iter().for_each(|&vertex| self.around.push(vertex as usize, face));
     }
 
-    /// The paper's replacement of `split` by the newest vertex, in some of the faces around `split`, ascending.
+    /// Replaces `split` by the newest vertex in `faces`, some of the faces around `split`, ascending (as in the paper).
     pub(super) fn replace(&mut self, split: u32, faces: &[u32]) {
         let new = self.around.len() as u32 - 1;
         for &face in faces {
@@ -51,9 +51,8 @@ impl Live {
         self.around.retain(split as usize, |face| faces.binary_search(&face).is_err());
     }
 
-    /// The faces around `vertex` in the order in which they follow each other there. Open fans come first, each from its
-    /// beginning, ordered by their first faces; then closed rings, each from its lowest face. A face is followed by the
-    /// one whose `first` is its `second`.
+    /// The faces around `vertex` in ring order: each face is followed by the one whose `first` is its `second`. Open
+    /// fans come first, ordered by their first faces; then closed rings, each from its lowest face.
     pub(super) fn ring(&self, vertex: u32) -> Vec<RingFace> {
         let seen_from_here = |&face: &u32| {
             let [a, b, c] = self.corners[face as usize];
@@ -110,7 +109,7 @@ mod tests {
         assert_eq!(order(&closed, 0), [0, 2, 1, 3]);
         assert_eq!(closed.ring(0)[1], RingFace { face: 2, first: 2, second: 3 });
         let open = live(5, &[[0, 2, 3], [0, 3, 4], [0, 1, 2]]);
-        assert_eq!(order(&open, 0), [2, 0, 1], "a fan begins where it is open");
+        assert_eq!(order(&open, 0), [2, 0, 1], "an open fan begins at its boundary");
         let two = live(7, &[[0, 5, 6], [0, 2, 3], [0, 1, 2], [4, 0, 6]]);
         assert_eq!(order(&two, 0), [0, 3, 2, 1]);
         assert!(order(&live(1, &[]), 0).is_empty());

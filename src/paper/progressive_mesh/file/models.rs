@@ -1,9 +1,8 @@
-//! What is learnt while a file is written or read, and how much each kind of content takes.
+//! The adaptive models of writing and reading, and the size of each kind of content.
 
 use super::coder::{Bit, Number};
 
-/// One model for each kind of symbol. They go on learning from chunk to chunk: a chunk can be read when all before
-/// it were.
+/// One model for each kind of symbol. They keep learning from chunk to chunk, so a chunk needs all chunks before it.
 #[derive(Default)]
 pub(super) struct Models {
     pub vertices: Number,
@@ -19,26 +18,26 @@ pub(super) struct Models {
     pub colors: [Number; 4],
 }
 
-/// Which vertex is replaced, and in which faces around it.
+/// The replaced vertex, and the faces in which it is replaced.
 #[derive(Default)]
 pub(super) struct SplitModels {
     pub nowhere: Bit,
-    /// Whether it is a neighbour of the vertex before, and which.
+    /// Whether it is a neighbour of the previous vertex; then which.
     pub near: Bit,
     pub neighbour: Number,
-    /// Else how old it is.
+    /// Otherwise its age.
     pub age: Number,
-    /// Whether a face changes, by the changes along the ring so far, the place in the ring and the face before.
+    /// Whether a face changes, given the changes along the ring so far, the place in the ring and the previous face.
     pub takes: [[[Bit; 3]; 8]; 4],
 }
 
-/// The faces that appear.
+/// New faces.
 #[derive(Default)]
 pub(super) struct BirthModels {
-    /// The place among those that the splits suggest, for the first and the later faces of a level.
+    /// The place among the suggestions, for the first and the later faces of a level.
     pub place: [Number; 2],
     pub rotation: [Bit; 4],
-    /// How old a corner is, where no suggestion fits.
+    /// The age of a corner, where no suggestion fits.
     pub corner: Number,
 }
 
@@ -48,26 +47,26 @@ pub(super) struct PermutationModels {
     pub is_there: Bit,
     pub moved: Number,
     pub gap: Number,
-    /// Whether a face is the n-th suggestion, after one that was the first and after another.
+    /// Whether a face is the n-th suggestion; one set for use after a first suggestion, one otherwise.
     pub rank: [[Bit; SUGGESTIONS]; 2],
     pub other: Number,
 }
 
-/// How many faces are suggested for a slot at most.
+/// Most suggestions for a slot.
 pub(super) const SUGGESTIONS: usize = 24;
 
-/// Bits of a file's payload by content, to fractions.
+/// Bits of a file's payload by content, including fractions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sizes {
-    /// How many vertices and faces appear at each level, and the levels' errors.
+    /// The numbers of new vertices and faces at each level, and the errors.
     pub levels: f64,
-    /// Which vertex is replaced, and in which faces.
+    /// The replaced vertices, and the faces in which they are replaced.
     pub splits: f64,
-    /// Corners of the faces that appear, those of level 0 included.
+    /// Corners of new faces, including level 0's.
     pub faces: f64,
     /// The permutations.
     pub swaps: f64,
-    /// Positions, and which vertices share one.
+    /// Positions, and which vertices share them.
     pub positions: f64,
     pub attributes: f64,
 }

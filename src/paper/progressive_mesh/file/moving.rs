@@ -1,44 +1,44 @@
-//! The faces of one permutation in numbers of their own, by the slots that they leave.
+//! The faces of one permutation, renumbered by the slots that they leave.
 //!
-//! A face's number is its birth, and neighbours are born far apart: a search among faces and vertices in their numbers
-//! waits for memory four times a slot, which was half of a dragon's time to write and to read. The slots before the
-//! permutation are an order for the vertex cache already, so that numbers by slot stay in the processor's.
+//! A face's number is its birth, and neighbours are born far apart: a search by the original numbers misses the CPU
+//! cache four times a slot, which was half the time to write or read the dragon. The slots before the permutation are
+//! already in vertex-cache order, so numbers by slot stay in the CPU cache.
 
 use super::live::{Live, NONE};
 
-/// Instead of a search: the face has its place.
+/// Instead of a search number: the face is placed.
 const PLACED: u32 = u32::MAX;
 
-/// Slots before a slot whose faces' neighbours are suggested for it.
+/// Earlier slots whose faces' neighbours are suggested for a slot.
 const WINDOW: usize = 8;
 
-/// Where the moving faces' vertices have more faces than so many for each that moves, all of these are not looked at: a
-/// hub of thousands of faces, two of which change places.
+/// If the moving faces' vertices have more than this many faces for each moving face, not all of these are visited: for
+/// example two faces of a hub of thousands change places.
 const LONG: usize = 64;
 
-/// Scratch of a permutation; between two of them the tables by slot, face and vertex have [`NONE`] throughout.
+/// Scratch of a permutation; between permutations the tables by slot, face and vertex hold [`NONE`].
 #[derive(Default)]
 pub(super) struct Moving {
-    /// The slots that get another face, ascending, and the faces that stand there first.
+    /// The slots that get another face, ascending, and the faces that are there at first.
     pub slots: Vec<u32>,
     pub faces: Vec<u32>,
-    /// For each slot of the mesh, and for each of its faces, the place in these lists.
+    /// For each slot of the mesh, and for each of its faces, the index in these lists.
     pub at_slot: Vec<u32>,
     at_face: Vec<u32>,
-    /// The faces' corners in the order of their first use; what these are called, and back.
+    /// The faces' corners, renumbered by first use; the vertices by new number, and back.
     corners: Vec<[u32; 3]>,
     vertices: Vec<u32>,
     at_vertex: Vec<u32>,
-    /// Vertex n's moving faces are `around[starts[n] .. ends[n]]`, ascending by their true numbers. Those that have
-    /// their place leave it when a search meets them, else searches around a hub would pass them again and again.
+    /// Vertex n's moving faces are `around[starts[n] .. ends[n]]`, ascending by their original numbers. A search
+    /// removes placed faces that it meets; otherwise searches around a hub would pass them again and again.
     starts: Vec<u32>,
     ends: Vec<u32>,
     around: Vec<u32>,
-    /// For each face the last search that suggested it, above all of them once it has its place.
+    /// For each face the last search that suggested it; [`PLACED`] once it is placed.
     suggested: Vec<u32>,
     /// Searches for a slot's face so far.
     searches: u32,
-    /// The corners in slot n stand at n modulo its length, for the last ones before `reached`.
+    /// Ring buffer: slot n's corners are at n modulo its length, for the last slots before `reached`.
     window: [[u32; 3]; WINDOW],
     reached: u32,
     /// The slot that the face before `reached` came from.
@@ -46,7 +46,7 @@ pub(super) struct Moving {
 }
 
 impl Moving {
-    /// The faces in `slots` are to move.
+    /// Starts a permutation of the faces in `slots`.
     pub fn begin(&mut self, live: &Live, slots: Vec<u32>) {
         self.at_slot.resize(live.corners.len(), NONE);
         self.at_face.resize(live.corners.len(), NONE);
@@ -91,7 +91,7 @@ impl Moving {
         }
     }
 
-    /// The same `around`, from the moving faces alone.
+    /// Builds the same `around` from the moving faces alone.
     fn gather(&mut self) {
         self.ends.resize(self.vertices.len(), 0);
         self.corners.as_flattened().iter().for_each(|&vertex| self.ends[vertex as usize] += 1);
@@ -112,13 +112,13 @@ impl Moving {
         }
     }
 
-    /// All have moved. Leaves `at_slot` to who used it last.
+    /// Ends the permutation. `at_slot` is left to its last user.
     pub fn end(&mut self) {
         self.faces.iter().for_each(|&face| self.at_face[face as usize] = NONE);
         self.vertices.drain(..).for_each(|vertex| self.at_vertex[vertex as usize] = NONE);
     }
 
-    /// The next search is for `slot`: the faces since the last one stand where they stood.
+    /// Moves the next search to `slot`: the faces since the last one kept their slots.
     pub fn reach(&mut self, live: &Live, slot: u32) {
         for still in self.reached.max(slot.saturating_sub(WINDOW as u32))..slot {
             let corners = live.corners[live.face_at[still as usize] as usize];
@@ -128,7 +128,7 @@ impl Moving {
         self.reached = slot;
     }
 
-    /// The slot that was reached gets the face `at`.
+    /// Places the face `at` into the reached slot.
     pub fn place(&mut self, at: usize) {
         self.suggested[at] = PLACED;
         self.window[self.reached as usize % WINDOW] = self.corners[at];
@@ -136,18 +136,18 @@ impl Moving {
         self.reached += 1;
     }
 
-    /// Whether a face has its place already.
+    /// True if a face is placed.
     pub fn is_placed(&self, at: usize) -> bool {
         self.suggested[at] == PLACED
     }
 
-    /// Suggests faces for the slot that was reached, likely ones first, none twice, until `enough` says that it needs no
-    /// more: the face that followed on that of the slot before; then, for the slots before, the nearest first, the
-    /// faces around each corner of theirs. Only faces without a place yet.
+    /// Suggests unplaced faces for the reached slot, likely ones first, each once, until `enough` returns true: first
+    /// the face that followed the previous slot's face; then, for the slots before, nearest first, the faces around
+    /// each of their corners.
     pub fn suggest(&mut self, mut enough: impl FnMut(usize) -> bool) {
         self.searches += 1;
         let (searches, suggested) = (self.searches, &mut self.suggested);
-        // Who has its place has a number above all searches.
+        // A placed face has a number above all searches.
         let mut offer = |suggested: &mut [u32], at: u32| {
             let last = &mut suggested[at as usize];
             let is_new = *last < searches;
@@ -170,7 +170,7 @@ impl Moving {
                 for place in *start as usize..self.ends[vertex as usize] as usize {
                     let at = self.around[place];
                     if suggested[at as usize] == PLACED {
-                        // No more than have been offered in this search.
+                        // Moves only the faces offered in this search.
                         self.around.copy_within(*start as usize..place, *start as usize + 1);
                         *start += 1;
                     } else if offer(suggested, at) {
@@ -187,10 +187,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_vertex_has_its_moving_faces_in_ascending_order_whether_few_of_many_move_or_all() {
+    fn a_vertex_has_its_moving_faces_in_ascending_order_if_few_or_all_move() {
         let (count, mut live) = (400, Live::default());
         (0..=2 * count).for_each(|_| live.add_vertex());
-        // Around vertex 0; the faces' slots are not their numbers.
+        // Around vertex 0. The faces' slots differ from their numbers.
         (0..count).for_each(|face| live.add_face([2 * face + 1, 0, (2 * face + 4) % (2 * count) + 1]));
         live.face_at.rotate_left(150);
         let mut moving = Moving::default();
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn faces_with_a_place_are_passed_once_and_the_others_stay_in_order() {
+    fn placed_faces_are_visited_once_and_the_others_stay_in_order() {
         let mut live = Live::default();
         (0..12).for_each(|_| live.add_vertex());
         (0..10).for_each(|face| live.add_face([0, face + 1, face + 2]));
@@ -222,11 +222,7 @@ mod tests {
             found
         };
         moving.place(4);
-        assert_eq!(
-            suggested(&mut moving, 4),
-            [5, 0, 1, 2],
-            "the one that follows, then those around vertex 0"
-        );
+        assert_eq!(suggested(&mut moving, 4), [5, 0, 1, 2], "the following face, then those around vertex 0");
         moving.place(1);
         moving.place(6);
         assert_eq!(suggested(&mut moving, 3), [7, 0, 2]);

@@ -1,14 +1,14 @@
-//! Bytes become a progressive mesh.
+//! Reads a progressive mesh from bytes.
 
 use super::coder::Decoder;
 use super::level::{Growing, Has, Left};
 use super::write::chunk_checksum;
 use super::{
     CHUNK_HEAD_BYTES, CORNERS_PER_BYTE, Contents, Extent, HEADER_BYTES, ITEMS_PER_BYTE, Loaded, MAGIC,
-    VERSION,
+    VERSIONS,
 };
 use crate::file;
-use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
+use crate::paper::progressive_mesh::mesh::{Births, ProgressiveMesh};
 use glam::DVec3;
 use std::io::Read;
 use std::path::Path;
@@ -24,12 +24,12 @@ pub enum PmeshError {
     Flaw { path: String, flaw: Flaw },
 }
 
-/// What is wrong with the bytes.
+/// The fault in the bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Flaw {
-    #[error("no .pmesh file; build one with `ortelius mesh build`")]
+    #[error("not a .pmesh file; build one with `ortelius mesh build`")]
     NotPmesh,
-    #[error(".pmesh version {0}, this program reads version {VERSION}; build the file again")]
+    #[error(".pmesh version {0}, this program reads versions 1 and 2; build the file again")]
     Version(u32),
     #[error("damaged in the header: {0}; build the file again, or fetch it again")]
     Header(&'static str),
@@ -44,11 +44,11 @@ pub enum Flaw {
 }
 
 impl ProgressiveMesh {
-    /// Reads a `.pmesh` file. Where its end is missing the mesh is what the chunks before it hold:
+    /// Reads a `.pmesh` file. If its end is missing, the mesh holds the complete chunks before it:
     /// [`Contents::is_cut`].
     ///
     /// # Errors
-    /// [`PmeshError`] names the file and what is wrong where.
+    /// [`PmeshError`] names the file, the fault and its position.
     pub fn read(path: &Path) -> Result<Loaded, PmeshError> {
         let shown = path.display().to_string();
         let read = || {
@@ -60,10 +60,10 @@ impl ProgressiveMesh {
         Self::from_bytes(&bytes).map_err(|flaw| PmeshError::Flaw { path: shown, flaw })
     }
 
-    /// The mesh of a `.pmesh` file's bytes, or of its beginning, at least the first chunk.
+    /// The mesh in a `.pmesh` file's bytes, or in their beginning if that includes the first chunk.
     ///
     /// # Errors
-    /// [`Flaw`]: what is wrong where.
+    /// [`Flaw`]: the fault and its position.
     pub fn from_bytes(bytes: &[u8]) -> Result<Loaded, Flaw> {
         let header = Header::parse(bytes)?;
         if let Some(longer) = (bytes.len() as u64).checked_sub(header.length).filter(|&longer| longer > 0) {
@@ -71,6 +71,7 @@ impl ProgressiveMesh {
         }
         let mut growing = Growing::new(None, header.has);
         growing.mesh.vertices.centre = header.centre;
+        growing.mesh.births = header.births;
         let (mut rest, mut chunks) = (&bytes[HEADER_BYTES..], 0);
         while chunks < header.whole.chunks {
             let offset = (bytes.len() - rest.len()) as u64;
@@ -103,7 +104,7 @@ fn loaded(bytes: &[u8], growing: Growing, header: &Header, read: Extent) -> Resu
         ..read
     };
     let is_cut = (bytes.len() as u64) < header.length;
-    // All chunks make what the header says, in all bytes; some make less.
+    // All chunks together must match the header and fill the file; fewer chunks must not.
     if (read.chunks == whole.chunks) != (read == whole) || (read == whole) == is_cut {
         return Err(Flaw::Header("it declares other levels, vertices, faces or bytes than the chunks have"));
     }
@@ -115,7 +116,7 @@ fn loaded(bytes: &[u8], growing: Growing, header: &Header, read: Extent) -> Resu
     Ok(Loaded { mesh, contents: Contents { bytes: bytes.len() as u64, frame_bytes, sizes, whole, read } })
 }
 
-/// Of the beginning of a file: it needs the header, and the first chunk, whose head tells its length.
+/// The flaw of a file without its coarsest level: it needs the header and the first chunk, whose head gives its length.
 fn no_base(bytes: &[u8]) -> Flaw {
     let head = bytes.get(HEADER_BYTES..HEADER_BYTES + CHUNK_HEAD_BYTES);
     let payload = head.map_or(0, |head| u64::from(u32_at(head, 0)));
@@ -123,7 +124,7 @@ fn no_base(bytes: &[u8]) -> Flaw {
     Flaw::NoBase { bytes: bytes.len() as u64, needs }
 }
 
-/// The first chunk of `bytes`, if it is there whole, and what follows.
+/// The first chunk of `bytes`, if complete, and the rest.
 fn split_chunk(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     let payload = u32_at(bytes.get(..CHUNK_HEAD_BYTES)?, 0) as usize;
     bytes.split_at_checked(CHUNK_HEAD_BYTES + payload)
@@ -153,6 +154,7 @@ fn read_chunk(growing: &mut Growing, chunk: &[u8], whole: Extent) -> Result<(), 
 }
 
 struct Header {
+    births: Births,
     has: Has,
     centre: DVec3,
     whole: Extent,
@@ -166,9 +168,9 @@ impl Header {
         }
         let header = bytes.get(..HEADER_BYTES).ok_or_else(|| no_base(bytes))?;
         let version = u32_at(header, 8);
-        if version != VERSION {
+        let Some((_, births)) = VERSIONS.into_iter().find(|(known, _)| *known == version) else {
             return Err(Flaw::Version(version));
-        }
+        };
         if xxh3_64(&header[..HEADER_BYTES - 8]) != checksum_of(header) {
             return Err(Flaw::Header("its checksum differs"));
         }
@@ -179,11 +181,11 @@ impl Header {
         }
         let [vertices, faces, levels, chunks] = std::array::from_fn(|n| u32_at(header, 40 + 4 * n));
         let whole = Extent { chunks, levels, vertices, faces };
-        Ok(Header { has, centre, whole, length: u64_at(header, 56) })
+        Ok(Header { births, has, centre, whole, length: u64_at(header, 56) })
     }
 }
 
-/// The last 8 bytes.
+/// The checksum in the last 8 bytes.
 fn checksum_of(bytes: &[u8]) -> u64 {
     u64_at(bytes, bytes.len() - 8)
 }

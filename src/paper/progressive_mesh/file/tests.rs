@@ -29,11 +29,11 @@ impl Random {
     }
 }
 
-/// A mesh that grows by random splits, as a file may hold it, geometry aside.
+/// A valid mesh that grows by random splits; geometry is arbitrary.
 struct Builder {
     random: Random,
     mesh: ProgressiveMesh,
-    /// F as it is now.
+    /// The current F.
     live: Vec<[u32; 3]>,
     has: [bool; 3],
 }
@@ -75,7 +75,7 @@ impl Builder {
         let split = self.random.below(old as usize) as u32;
         let new = self.vertex();
         let at = |corners: &[u32; 3]| corners.contains(&split);
-        // Those of the level before: a face that appears has its corners already.
+        // Only faces of the level before: a new face already has its corners.
         let before = self.mesh.levels.last().map_or(0, |level| level.faces);
         let mut slots: Vec<u32> = (0..before).filter(|&slot| at(&self.live[slot as usize])).collect();
         let (from, to) = (self.random.below(slots.len() + 1), self.random.below(slots.len() + 1));
@@ -94,7 +94,7 @@ impl Builder {
         }
     }
 
-    /// Three vertices and a face from nowhere.
+    /// Three vertices and a face that replace nothing.
     fn component(&mut self) {
         let corners = [0; 3].map(|_| {
             self.mesh.splits.split_vertices.push(NOWHERE);
@@ -135,7 +135,7 @@ impl Builder {
     }
 }
 
-/// A mesh of so many levels beyond the coarsest.
+/// A mesh with this many levels beyond the coarsest.
 pub(super) fn mesh(seed: u64, splits: u32, has: [bool; 3]) -> ProgressiveMesh {
     let random = Random(seed);
     let mut builder = Builder { random, mesh: ProgressiveMesh::default(), live: Vec::new(), has };
@@ -161,7 +161,7 @@ pub(super) fn mesh(seed: u64, splits: u32, has: [bool; 3]) -> ProgressiveMesh {
     builder.mesh
 }
 
-/// The mesh as far as a level.
+/// The mesh up to a level.
 fn until(mesh: &ProgressiveMesh, levels: usize) -> ProgressiveMesh {
     let mut cut = mesh.clone();
     cut.levels.truncate(levels);
@@ -184,7 +184,7 @@ fn until(mesh: &ProgressiveMesh, levels: usize) -> ProgressiveMesh {
 }
 
 #[test]
-fn a_mesh_comes_back_to_the_last_bit() {
+fn a_mesh_reads_back_bit_for_bit() {
     for (seed, splits) in [(1, 0), (2, 1), (3, 50), (4, 300), (5, 1000)] {
         for has in [[false; 3], [true; 3], [false, true, false]] {
             let mesh = mesh(seed, splits, has);
@@ -231,12 +231,12 @@ fn the_beginning_of_a_file_is_a_coarser_mesh() {
 }
 
 #[test]
-fn every_byte_is_under_a_checksum() {
+fn every_byte_is_checksummed() {
     let (bytes, _) = mesh(8, 40, [true; 3]).to_bytes();
     for at in 0..bytes.len() {
         let mut damaged = bytes.clone();
         damaged[at] ^= 1 << (at % 8);
-        let flaw = ProgressiveMesh::from_bytes(&damaged).expect_err("a damaged byte went unnoticed");
+        let flaw = ProgressiveMesh::from_bytes(&damaged).expect_err("a damaged byte was not detected");
         let where_it_is = match flaw {
             Flaw::NotPmesh => 0..8,
             Flaw::Version(_) => 8..12,
@@ -248,7 +248,7 @@ fn every_byte_is_under_a_checksum() {
     }
 }
 
-/// Gives the header and each chunk, as far as there are any, the checksums that they need.
+/// Recomputes the checksums of the header and of each chunk present.
 pub(super) fn reseal(bytes: &mut [u8]) {
     if bytes.len() < HEADER_BYTES {
         return;
@@ -268,7 +268,7 @@ pub(super) fn reseal(bytes: &mut [u8]) {
     }
 }
 
-/// One to four changes: bits, bytes, numbers of a head set to extremes, cuts, pieces twice or swapped.
+/// One to four changes: bits, bytes, extreme numbers in a head, cuts, repeated or swapped pieces.
 fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
     for _ in 0..=random.below(4) {
         let at = random.below(bytes.len().max(1)).min(bytes.len().saturating_sub(1));
@@ -293,7 +293,7 @@ fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
 }
 
 #[test]
-fn ten_thousand_mutated_files_are_refused_or_valid() {
+fn ten_thousand_mutated_files_are_rejected_or_valid() {
     let originals: Vec<Vec<u8>> = [(20, 0), (21, 30), (22, 120)]
         .iter()
         .map(|&(seed, splits)| mesh(seed, splits, [seed == 21, seed != 22, seed == 21]).to_bytes().0)
@@ -303,7 +303,7 @@ fn ten_thousand_mutated_files_are_refused_or_valid() {
     for round in 0..10_000 {
         let mut bytes = originals[round % 3].clone();
         mutate(&mut bytes, &mut random);
-        // Else the checksums would keep most of them from the decoder.
+        // Otherwise the checksums would reject most of them before the decoder.
         if round % 8 != 0 {
             reseal(&mut bytes);
         }
@@ -319,7 +319,7 @@ fn ten_thousand_mutated_files_are_refused_or_valid() {
         let mut state = State::new(mesh);
         [mesh.last_level(), 0].iter().for_each(|&level| state.go_to(mesh, level));
         assert!(state.faces() == mesh.faces);
-        // It is a mesh like any other: it can be written, and comes back.
+        // An accepted mesh must also survive writing and reading.
         if !loaded.contents.is_cut() {
             assert!(ProgressiveMesh::from_bytes(&mesh.to_bytes().0).unwrap().mesh == *mesh);
         }
@@ -328,8 +328,8 @@ fn ten_thousand_mutated_files_are_refused_or_valid() {
     assert!(!is_limited() || Vec::<u8>::new().try_reserve_exact(MOST_KIB << 10).is_err(), "no limit");
 }
 
-/// Address space of a test process that reads damaged files: the program, two stacks, two arenas of the allocator, and
-/// less than what one wrong length would reserve.
+/// Address space of a test process that reads damaged files: enough for the program, two stacks and two allocator
+/// arenas, but less than a single wrong length would reserve.
 const MOST_KIB: usize = 512 << 10;
 const LIMITED: &str = "ORTELIUS_TEST_LIMITED";
 
@@ -337,12 +337,12 @@ fn is_limited() -> bool {
     std::env::var_os(LIMITED).is_some()
 }
 
-/// The test above once more, in a process that gets no more memory.
+/// The test above in a process with limited memory.
 #[test]
 #[cfg(unix)]
 fn mutated_files_take_bounded_memory() {
     let script = format!("ulimit -v {MOST_KIB} && exec \"$0\" \"$@\"");
-    let test = "paper::progressive_mesh::file::tests::ten_thousand_mutated_files_are_refused_or_valid";
+    let test = "paper::progressive_mesh::file::tests::ten_thousand_mutated_files_are_rejected_or_valid";
     let mut command = std::process::Command::new("sh");
     command.args(["-c", &script]).arg(std::env::current_exe().unwrap());
     command.args(["--exact", test, "--test-threads=1"]).env(LIMITED, "1");
@@ -359,9 +359,10 @@ fn mutated_files_take_bounded_memory() {
 fn the_bunny_takes_few_bytes_a_split() {
     let model = named("bunny").unwrap();
     let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| {}).collapses;
-    let ours = order(&model, &collapses, &OrderOptions::BEST, &mut |_, _| {});
-    // The bars are 13 and 70 bytes; what is measured leaves room for other collapses.
-    for (mesh, most) in [(classical(&model, &collapses), 8.0), (ours, 20.0)] {
+    let tail = order(&model, &collapses, &OrderOptions::TAIL_23, &mut |_, _| {});
+    // The bounds are 13 and 70 bytes; they leave room for other collapses than the measured ones.
+    let in_place = order(&model, &collapses, &OrderOptions::IN_PLACE_23, &mut |_, _| {});
+    for (mesh, most) in [(classical(&model, &collapses), 8.0), (tail, 20.0), (in_place, 21.0)] {
         let (bytes, contents) = mesh.to_bytes();
         assert!(ProgressiveMesh::from_bytes(&bytes).unwrap().mesh == mesh);
         let each = contents.bytes_per_split(&mesh);
@@ -369,7 +370,7 @@ fn the_bunny_takes_few_bytes_a_split() {
     }
 }
 
-/// What docs/pmesh.md shows.
+/// The example in docs/pmesh.md.
 fn example() -> ProgressiveMesh {
     let level = |vertices, faces, error| Level { vertices, faces, error };
     ProgressiveMesh {
@@ -382,6 +383,7 @@ fn example() -> ProgressiveMesh {
         levels: vec![level(4, 4, 0.5), level(5, 6, 0.0)],
         splits: Splits { split_vertices: vec![1], slots: Ragged::from_iter([[3]]) },
         swaps: Swaps { levels: vec![1], cycle_ends: vec![1], cycles: Ragged::from_iter([[1, 4]]) },
+        ..ProgressiveMesh::default()
     }
 }
 

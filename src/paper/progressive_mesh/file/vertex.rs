@@ -1,23 +1,24 @@
-//! What a vertex has: position, welding, attributes; each number as the difference from the vertex that it replaces.
+//! A vertex's data: position, welding, attributes; each number as the difference from the vertex that it replaces.
 //!
-//! Nothing is rounded. A float is coded as a whole number that grows with it, so that near floats are near numbers.
+//! Lossless. A float is coded as an integer that grows with it, so that near floats are near integers.
 
 use super::coder::{Coder, Number};
 use super::level::{Fault, Growing, Row};
 use crate::paper::progressive_mesh::mesh::NOWHERE;
 
 impl Growing<'_> {
-    /// Which vertex has the same position, or the position.
+    /// Codes the vertex with the same position, or else the position.
     pub(super) fn position(&mut self, coder: &mut impl Coder, row: Row) -> Result<(), Fault> {
         let vertices = self.source.map(|source| &source.vertices);
         let want = vertices.map_or(row.new, |vertices| vertices.welded[row.new as usize]);
-        // 0: a position of its own.
+        // 0: no earlier vertex has this position.
         let back = self.models.welded.code(coder, row.new - want);
-        let welded = row.new.checked_sub(back).ok_or(Fault("a vertex is welded to none"))?;
+        let welded =
+            row.new.checked_sub(back).ok_or(Fault("a vertex is welded to a vertex before the first"))?;
         let built = &mut self.mesh.vertices;
         let position = if back > 0 {
             if built.welded[welded as usize] != welded {
-                return Err(Fault("a vertex is welded to one that is not the first at its place"));
+                return Err(Fault("a vertex is welded to one that is not the first at its position"));
             }
             built.positions[welded as usize]
         } else {
@@ -30,7 +31,7 @@ impl Growing<'_> {
         Ok(())
     }
 
-    /// The attributes that the file has.
+    /// Codes the file's attributes.
     pub(super) fn attributes(&mut self, coder: &mut impl Coder, row: Row) -> Result<(), Fault> {
         let (has, new) = (self.has, row.new as usize);
         let want = self.source.map(|source| &source.vertices.attributes);
@@ -59,7 +60,7 @@ impl Growing<'_> {
     }
 }
 
-/// What a new vertex is likely to resemble: the one that it replaces; where it replaces none, the one before.
+/// The value that predicts a new vertex: that of the vertex it replaces, or of the previous vertex if it replaces none.
 fn predecessor<T: Copy + Default>(known: &[T], row: Row) -> T {
     match row.split {
         NOWHERE => known.last().copied().unwrap_or_default(),
@@ -67,7 +68,7 @@ fn predecessor<T: Copy + Default>(known: &[T], row: Row) -> T {
     }
 }
 
-/// Finite floats, each as the difference from its neighbour's.
+/// Finite floats, each as the difference from its prediction.
 fn floats<const N: usize>(
     coder: &mut impl Coder,
     models: &mut [Number; N],
@@ -86,7 +87,7 @@ fn floats<const N: usize>(
     Ok(found)
 }
 
-/// The place of a float among all, ascending, -0 right before +0.
+/// The rank of a float among all floats, ascending, -0 right before +0.
 fn rank(value: f32) -> u32 {
     let bits = value.to_bits();
     if bits >> 31 == 1 { !bits } else { bits | 1 << 31 }
@@ -101,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranks_ascend_with_floats_and_come_back() {
+    fn ranks_ascend_with_floats_and_are_invertible() {
         let floats = [-f32::MAX, -1.5, -1.0, -f32::MIN_POSITIVE, -1e-45, -0.0, 0.0, 1e-45, 1.0, f32::MAX];
         assert!(floats.is_sorted_by_key(|&float| rank(float)));
         assert!(floats.iter().all(|&float| of_rank(rank(float)).to_bits() == float.to_bits()));

@@ -1,9 +1,9 @@
-//! A progressive mesh becomes bytes.
+//! Writes a progressive mesh as bytes.
 
 use super::coder::{Coder, Encoder};
 use super::level::{Growing, Has, Left};
 use super::{
-    CHUNK_HEAD_BYTES, CORNERS_PER_BYTE, Contents, Extent, HEADER_BYTES, ITEMS_PER_BYTE, MAGIC, VERSION,
+    CHUNK_HEAD_BYTES, CORNERS_PER_BYTE, Contents, Extent, HEADER_BYTES, ITEMS_PER_BYTE, MAGIC, version,
 };
 use crate::paper::progressive_mesh::mesh::{Level, ProgressiveMesh};
 use crate::picture::write::{FileError, write_whole};
@@ -12,12 +12,12 @@ use std::ops::Range;
 use std::path::Path;
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
-/// A chunk ends where its levels have 5/4 of the faces that it began with: a file that is cut loses at most a fifth of
-/// the faces that are there, and the heads of all chunks take 0.3 bytes a split in a mesh of some thousand faces.
+/// A chunk ends when its levels have 5/4 of the faces at its begin: a truncated file loses at most a fifth of its
+/// remaining faces, and the heads of all chunks take 0.3 bytes a split in a mesh of a few thousand faces.
 const GROWTH: (u64, u64) = (5, 4);
 
 impl ProgressiveMesh {
-    /// Writes a `.pmesh` file: whole or not at all. Returns what it consists of.
+    /// Writes a `.pmesh` file atomically. Returns its contents.
     ///
     /// # Errors
     /// [`FileError`] names the path.
@@ -30,10 +30,10 @@ impl ProgressiveMesh {
         Ok(contents)
     }
 
-    /// The bytes of a `.pmesh` file, and what they consist of.
+    /// The bytes of a `.pmesh` file, and its contents.
     ///
     /// # Panics
-    /// If the mesh breaks a rule of its type: what a reader would get is compared with it.
+    /// If the mesh breaks a rule of its type: the result of reading is compared with it.
     pub fn to_bytes(&self) -> (Vec<u8>, Contents) {
         let attributes = &self.vertices.attributes;
         let has = Has {
@@ -43,6 +43,7 @@ impl ProgressiveMesh {
         };
         let mut growing = Growing::new(Some(self), has);
         growing.mesh.vertices.centre = self.vertices.centre;
+        growing.mesh.births = self.births;
         let chunks = chunks(&self.levels);
         let mut bytes = vec![0; HEADER_BYTES];
         for (number, levels) in chunks.iter().enumerate() {
@@ -64,7 +65,7 @@ impl ProgressiveMesh {
     }
 }
 
-/// The levels of each chunk: level 0 alone in the first.
+/// The levels of each chunk; the first holds level 0 alone.
 fn chunks(levels: &[Level]) -> Vec<Range<usize>> {
     let (mut chunks, mut start) = (Vec::from([Range { start: 0, end: 1 }]), 1);
     let is_grown = |from: usize, to: usize| {
@@ -117,7 +118,7 @@ fn push_chunk(growing: &mut Growing, number: usize, levels: Range<usize>, bytes:
     bytes[at + CHUNK_HEAD_BYTES - 8..at + CHUNK_HEAD_BYTES].copy_from_slice(&checksum.to_le_bytes());
 }
 
-/// Of a chunk's head but for the checksum itself, its payload, and its place in the file.
+/// Checksum of a chunk's head (without the checksum itself), its payload, and its number.
 pub(super) fn chunk_checksum(number: u32, chunk: &[u8]) -> u64 {
     let head = xxh3_64_with_seed(&chunk[..CHUNK_HEAD_BYTES - 8], u64::from(number));
     xxh3_64_with_seed(&chunk[CHUNK_HEAD_BYTES..], head)
@@ -125,7 +126,7 @@ pub(super) fn chunk_checksum(number: u32, chunk: &[u8]) -> u64 {
 
 fn header(mesh: &ProgressiveMesh, has: Has, whole: Extent, length: u64) -> Vec<u8> {
     let mut header = MAGIC.to_vec();
-    header.extend(VERSION.to_le_bytes());
+    header.extend(version(mesh.births).to_le_bytes());
     header.extend(has.flags().to_le_bytes());
     mesh.vertices.centre.to_array().iter().for_each(|number| header.extend(number.to_le_bytes()));
     [whole.vertices, whole.faces, whole.levels, whole.chunks]
@@ -137,14 +138,14 @@ fn header(mesh: &ProgressiveMesh, has: Has, whole: Extent, length: u64) -> Vec<u
 }
 
 impl Left {
-    /// Everything in a chunk that takes memory.
+    /// The number of items in a chunk that take memory.
     pub(super) fn items(self, levels: u32) -> u64 {
         [levels, self.vertices, self.faces, self.moved].iter().map(|&count| u64::from(count)).sum()
     }
 }
 
 impl Has {
-    /// As the header has them: bit 0 normals, 1 coordinates, 2 colours.
+    /// As in the header: bit 0 normals, 1 coordinates, 2 colours.
     pub(super) fn flags(self) -> u32 {
         u32::from(self.normals) | u32::from(self.coordinates) << 1 | u32::from(self.colors) << 2
     }

@@ -1,24 +1,23 @@
-//! The simple rule: an integral controller on log2 of the factor, which knows nothing but times.
+//! The simple rule: an integral controller on log2 of the factor that sees only frame times.
 //!
-//! A frame's time falls with the error by some power, so in logarithms the frame is a straight line with a slope `k`
-//! (0.5 to 1 where faces decide, 0 where they do not), read two frames late. A gain `g` on such a plant neither
-//! overshoots nor rings up to `g k = 4/27` (for two frames of delay; `d^d / (d + 1)^(d + 1)` in general). What frames
-//! vary by chance is smoothed by a mean that forgets half of what it knew in each frame, and inside a dead band nothing
-//! moves at all. What it cannot know is that all instances are as coarse as they get: there it winds up, to
-//! [`MOST_LOG2`].
+//! A frame's time falls with the error by a power. In logarithms the frame is therefore a straight line with a slope
+//! `k` (0.5 to 1 where faces dominate the time, 0 where they do not), measured two frames late. On such a plant a gain
+//! `g` neither overshoots nor rings up to `g k = 4/27` (for two frames of delay; in general `d^d / (d + 1)^(d + 1)`).
+//! An exponential mean of weight one half smooths noise, and inside a dead band the factor does not move. The
+//! controller cannot see that all instances are at their coarsest: there it winds up, to [`MOST_LOG2`].
 
 use super::MOST_LOG2;
 
-/// Octaves of error for an octave of frame time: 4/27 = 0.148 less what the smoothing delays.
+/// Octaves of error for an octave of frame time: 4/27 = 0.148, less to allow for the delay of the smoothing.
 const GAIN: f64 = 0.12;
-/// Share of the newest frame in the mean.
+/// Weight of the newest frame in the mean.
 const NEWEST: f64 = 0.5;
-/// Octaves from the aim at which it starts to move, 7 %, and at which it rests again, 2 %.
+/// Octaves from the aim at which it starts to move (7 %) and stops again (2 %).
 const STARTS: f64 = 0.10;
 const RESTS: f64 = 0.03;
-/// It aims below the budget, by less than what it starts to move at: frames at rest are within the budget.
+/// It aims below the budget by less than the distance at which it starts to move: frames at rest are within the budget.
 const AIM: f64 = 0.95;
-/// Octaves a frame at most: one frame that hung must not empty the scene.
+/// Most octaves per frame: one frame that hangs must not empty the scene.
 const FASTEST: f64 = 0.25;
 /// The controller.
 #[derive(Clone, Debug)]
@@ -39,12 +38,12 @@ impl Integral {
         Integral { budget_ms, factor_log2: 0.0, mean: None, moving: false }
     }
 
-    /// By what wanted errors are multiplied, 1 ..= 1024.
+    /// The factor of all wanted errors, 1 ..= 1024.
     pub fn factor(&self) -> f64 {
         self.factor_log2.exp2()
     }
 
-    /// Takes the time of a frame that has ended.
+    /// Records the time of a finished frame.
     pub fn frame_took(&mut self, ms: f64) {
         if !(ms > 0.0 && ms.is_finite()) {
             return;
@@ -67,17 +66,17 @@ mod tests {
 
     const BUDGET_MS: f64 = 10.0;
 
-    /// Frames that take `fixed_ms` and, at the scene's own error, `load_ms` more, read two frames late.
+    /// Frames that take `fixed_ms` plus, at the scene's own error, `load_ms`, measured two frames late.
     struct Plant {
         slope: f64,
         fixed_ms: f64,
-        /// Largest share by which a frame differs by chance.
+        /// Largest relative noise of a frame.
         noise: f64,
         state: u64,
     }
 
     impl Plant {
-        fn chance(&mut self) -> f64 {
+        fn noise_sample(&mut self) -> f64 {
             self.state = self.state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             (self.state >> 33) as f64 / f64::from(1u32 << 30) - 1.0
         }
@@ -88,7 +87,7 @@ mod tests {
             let mut in_flight = VecDeque::new();
             let mut frame = |n| {
                 let factor = controller.factor();
-                let noise = 1.0 + self.noise * self.chance();
+                let noise = 1.0 + self.noise * self.noise_sample();
                 let ms = (self.fixed_ms + load_ms(n) * factor.powf(-self.slope)) * noise;
                 in_flight.push_back(ms);
                 if in_flight.len() > 2 {
@@ -105,11 +104,11 @@ mod tests {
     }
 
     #[test]
-    fn four_times_the_budget_is_brought_within_it_without_overshoot_and_then_nothing_moves() {
+    fn four_times_the_budget_settles_within_it_without_overshoot() {
         for (slope, settles) in [(0.4, 60), (0.7, 35), (1.0, 25)] {
             let frames = plant(slope).run(200, |_| 40.0);
             let lowest = frames.iter().map(|(ms, _)| *ms).fold(f64::INFINITY, f64::min);
-            // 5 % below the aim of 9.5 ms is still no step below the dead band.
+            // 5 % below the aim of 9.5 ms is still inside the dead band.
             assert!(lowest > 0.95 * 0.95 * BUDGET_MS, "slope {slope}: {lowest} ms");
             assert!(
                 frames[settles..].iter().all(|(ms, _)| *ms <= 1.03 * BUDGET_MS),
@@ -121,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn detail_comes_back_when_the_load_goes_and_stops_at_the_scenes_own() {
+    fn detail_returns_when_the_load_falls_and_stops_at_the_scenes_own_error() {
         let frames = plant(0.7).run(400, |n| if n < 100 { 40.0 } else { 12.0 });
         let (ms, factor) = frames[399];
         assert!((8.5..=10.0).contains(&ms) && factor < 2.0, "{ms} ms at {factor}");
@@ -137,16 +136,16 @@ mod tests {
             let log2: Vec<f64> = frames[200..].iter().map(|(_, factor)| factor.log2()).collect();
             let least = log2.iter().copied().fold(f64::INFINITY, f64::min);
             let most = log2.iter().copied().fold(0.0, f64::max);
-            // The noise itself is 0.2 octaves either way.
+            // The noise itself is 0.2 octaves in either direction.
             assert!(most - least < 1.0 / 3.0, "slope {slope}: {least} to {most}");
         }
     }
 
     #[test]
-    fn a_budget_that_cannot_be_met_ends_at_the_coarsest_and_is_left_again() {
+    fn a_budget_that_cannot_be_met_ends_at_the_coarsest_and_recovers() {
         let mut hopeless = Plant { fixed_ms: 20.0, ..plant(1.0) };
         assert_eq!(hopeless.run(300, |_| 20.0)[299].1, 1024.0);
-        // No wind-up: the factor falls with the first frames that have room.
+        // Limited wind-up: the factor falls with the first frames that are below the budget.
         let mut controller = Integral::new(BUDGET_MS);
         (0..300).for_each(|_| controller.frame_took(40.0));
         (0..8).for_each(|_| controller.frame_took(1.0));
@@ -154,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn one_frame_that_hangs_costs_a_quarter_of_an_octave_a_frame_and_no_number_is_no_frame() {
+    fn one_hanging_frame_costs_a_quarter_of_an_octave_and_invalid_times_are_ignored() {
         let mut controller = Integral::new(BUDGET_MS);
         controller.frame_took(1e6);
         assert_eq!(controller.factor(), FASTEST.exp2());

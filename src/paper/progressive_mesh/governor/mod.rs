@@ -1,22 +1,21 @@
 //! The governor, section 4: "for scalability the wanted deviation is changed according to the platform's performance"
-//! (how is a gap of the paper).
+//! (the paper does not say how).
 //!
-//! It plans. Before a frame it is known where the eye stands, and so how many faces would be drawn with all wanted
-//! errors multiplied by any factor; not known is what a face will cost. That is taken from the last frames: the time
-//! for each face that nine of ten will not exceed. The factor is the least with which faces times that cost fit the
-//! budget.
+//! It plans ahead. Before a frame the eye is known, and so is the number of faces that any factor of the wanted
+//! errors would draw. The cost of a face is unknown; it is estimated from the last frames as the time per face that
+//! nine of ten frames do not exceed. The factor is the smallest for which faces times cost fit the budget.
 //!
-//! - A budget that nine of ten frames are to keep is planned with the tenth frame; planned with the mean it would be
-//!   broken by every other one. A frame that hangs is one of thirty and counts for nothing.
-//! - A machine that becomes slower is noticed within three frames, one that becomes faster after all thirty: detail
-//!   goes fast and comes back slowly.
-//! - For the camera it does not wait: a crowd that comes into view costs detail in that very frame. A loop on times
-//!   alone learns of it two frames late, and must be slow so that it does not ring (`Integral`: the simple rule).
-//! - Nothing is summed up, so nothing winds up: the factor never exceeds what makes all instances as coarse as they
-//!   get.
-//! - It does not ring. A frame of n faces takes a + b n and is taken for c n, where c = b + a / n was right for frames
-//!   before. Where the plan rests it is right whatever a is, and from plan to plan its mistake shrinks to the share
-//!   that a has in the budget, with the same sign. Where a alone is more than the budget, all ends at the coarsest.
+//! - Nine of ten frames must keep the budget, so the plan uses the 90 % quantile; with the mean every other frame
+//!   would exceed it. A frame that hangs is one of thirty and has no effect.
+//! - A slower machine is noticed within three frames, a faster one after all thirty: detail goes fast and comes back
+//!   slowly.
+//! - Camera motion causes no delay: a crowd that comes into view costs detail in that very frame. A loop on times alone
+//!   reacts two frames late, and must be slow to avoid ringing (`Integral`: the simple rule).
+//! - Nothing is integrated, so nothing winds up: the factor never exceeds the one at which all instances are at their
+//!   coarsest.
+//! - It does not ring. A frame of n faces takes a + b n and is estimated as c n, where c = b + a / n was right for
+//!   earlier frames. At rest the estimate is exact whatever a is. From plan to plan its error shrinks to a's share
+//!   of the budget, with the same sign. If a alone exceeds the budget, the plan ends at the coarsest.
 
 mod integral;
 
@@ -25,34 +24,32 @@ use integral::Integral;
 
 use std::collections::VecDeque;
 
-/// Frames whose times are remembered: half a second at 60 a second.
+/// Frames whose times are kept: half a second at 60 frames a second.
 const FRAMES: usize = 30;
-/// The cost of a face is the one at this place among theirs: the 28th of 30, which the next frame exceeds in 3 of 31
-/// cases.
+/// Quantile of the costs of a face: the 28th of 30, which the next frame exceeds in 3 of 31 cases.
 const COVERED: f64 = 0.95;
-/// A plan is made for this share of the faces that fit ...
+/// A plan aims at this share of the faces that fit ...
 const AIM: f64 = 0.95;
-/// ... and kept while there are at most all, and at least this share: the error rests, and with it every level of
-/// detail.
+/// ... and is kept while the faces are between this share and all: the error rests, and with it every level of detail.
 const KEPT_FROM: f64 = 0.85;
-/// Detail comes back where so many frames in a row had room for it: what a glance at less shows is not worth a turn.
+/// Hysteresis: detail comes back after this many frames in a row below that share.
 const ROOMY_FRAMES: u32 = 4;
-/// Octaves by which the error falls in a frame at most: what comes back is executed, copied and, unless it moves, seen
-/// to jump.
+/// Most octaves by which the error falls in a frame: refinement costs execution and copies, and pops unless it is
+/// morphed.
 const FINER_LOG2: f64 = 0.25;
-/// The coarsest: 1024 times the scene's error.
+/// The coarsest factor: 1024 times the scene's error.
 const MOST_LOG2: f64 = 10.0;
-/// Halvings of [`MOST_LOG2`] until the factor is known to a hundredth of an octave.
+/// Bisections of [`MOST_LOG2`] until the factor is known to a hundredth of an octave.
 const HALVINGS: usize = 10;
 
 settings! {
-    /// The governor: the wanted errors of all progressive meshes are raised, up to 1024 times, as far as frames need it
-    /// to keep a budget. At least one of the two is stated.
+    /// The governor: raises the wanted errors of all progressive meshes, up to 1024 times, until frames keep a budget.
+    /// Set at least one of the two.
     pub struct Budget derive(Copy) with DEFAULT {
-        /// Measured time that nine of ten frames are to take at most.
+        /// Nine of ten frames take at most this measured time.
         frame_ms: Option<f64> = None, in 1e-3..=1e6, unit "ms";
-        /// Faces that a frame draws, known before it is drawn: the budget of `--deterministic`, for no two runs take the
-        /// same times.
+        /// Most faces in a frame, known before it is drawn. The budget for `--deterministic`, because times differ
+        /// between runs.
         frame_faces: Option<u32> = None, in 1..=u32::MAX, unit "faces";
     }
     check check_budget;
@@ -65,16 +62,16 @@ fn check_budget(budget: &Budget, part: &Part<'_>) -> Result<(), Fault> {
     }
 }
 
-/// How a budget is held.
+/// How a budget is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rule {
     #[default]
     Planned,
-    /// The simple one, of times alone: for figures.
+    /// The simple rule, on times alone: for figures.
     Integral,
 }
 
-/// Holds a frame budget.
+/// Keeps a frame budget.
 #[derive(Clone, Debug)]
 pub enum Governor {
     Planned(Planned),
@@ -85,18 +82,18 @@ impl Governor {
     /// Starts at the scene's own errors.
     ///
     /// # Panics
-    /// If a budget is not positive, or there is none that the rule knows.
+    /// If a budget is not positive, or the rule supports none of those given.
     pub fn new(budget: Budget, rule: Rule) -> Governor {
         match rule {
             Rule::Planned => Governor::Planned(Planned::new(budget)),
             Rule::Integral => {
-                Governor::Integral(Integral::new(budget.frame_ms.expect("this rule knows times alone")))
+                Governor::Integral(Integral::new(budget.frame_ms.expect("the integral rule needs frame_ms")))
             }
         }
     }
 
-    /// By what wanted errors are multiplied in the next frame, 1 ..= 1024. `faces_at` tells how many faces that frame
-    /// would draw with a factor; the greater the factor, the fewer or as many.
+    /// The factor of all wanted errors in the next frame, 1 ..= 1024. `faces_at` gives the faces that the frame would
+    /// draw at a factor; it must not rise with the factor.
     pub fn plan(&mut self, faces_at: impl Fn(f64) -> u64) -> f64 {
         match self {
             Governor::Planned(planned) => planned.plan(faces_at),
@@ -104,7 +101,7 @@ impl Governor {
         }
     }
 
-    /// Takes the time of a frame that has ended, and the faces that were planned for it.
+    /// Records the time of a finished frame, and the faces planned for it.
     pub fn frame_took(&mut self, ms: f64, faces: u64) {
         match self {
             Governor::Planned(planned) => planned.frame_took(ms, faces),
@@ -113,11 +110,11 @@ impl Governor {
     }
 }
 
-/// The governor of this module's head.
+/// The governor described at the head of this module.
 #[derive(Clone, Debug)]
 pub struct Planned {
     budget: Budget,
-    /// Of the last [`FRAMES`] frames.
+    /// Milliseconds per face in the last [`FRAMES`] frames.
     face_ms: VecDeque<f64>,
     /// Frames in a row that could have drawn more.
     roomy: u32,
@@ -142,11 +139,11 @@ impl Planned {
         self.face_ms.push_back(ms / faces as f64);
     }
 
-    /// Faces that fit the budget; none while no frame has ended.
+    /// Faces that fit the budget; `None` while no frame has ended and there is no budget in faces.
     fn fitting(&self) -> Option<f64> {
         let mut sorted: Vec<f64> = self.face_ms.iter().copied().collect();
         sorted.sort_unstable_by(f64::total_cmp);
-        // Rounded down: of the first frames, which are slow, the second already outvotes the first.
+        // Rounded down: with two frames the faster one counts, since the first frames are slow.
         let rank = (COVERED * sorted.len().saturating_sub(1) as f64) as usize;
         let by_time = self.budget.frame_ms.zip(sorted.get(rank)).map(|(ms, face_ms)| ms / face_ms);
         let by_faces = self.budget.frame_faces.map(f64::from);
@@ -168,7 +165,7 @@ impl Planned {
     }
 }
 
-/// log2 of the least factor that draws at most so many faces; where none does, of the least that draws the fewest.
+/// log2 of the least factor that draws at most `most_faces`; if no factor does, of the least that draws the fewest.
 fn least_log2(most_faces: f64, faces_at: impl Fn(f64) -> u64) -> f64 {
     let faces_at = |log2: f64| faces_at(log2.exp2()) as f64;
     let most = most_faces.max(faces_at(MOST_LOG2));

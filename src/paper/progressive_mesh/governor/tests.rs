@@ -2,25 +2,25 @@ use super::*;
 
 const BUDGET_MS: f64 = 10.0;
 
-/// Frames of which each takes a fixed time and one for each face, read two frames late. An error twice as large draws
-/// 2^-slope as many faces, but never fewer than the coarsest level has.
+/// Frames that take a fixed time plus a time per face, measured two frames late. Twice the error draws 2^-slope as many
+/// faces, but never fewer than the coarsest level has.
 struct Plant {
     slope: f64,
     fixed_ms: f64,
     face_ms: f64,
     coarsest: f64,
-    /// Largest share by which a frame takes longer by chance; one of sixteen takes four times as much longer.
+    /// Largest relative delay of a frame at random; for one of sixteen frames it is four times as large.
     noise: f64,
     state: u64,
 }
 
 impl Plant {
-    fn chance(&mut self) -> f64 {
+    fn noise_sample(&mut self) -> f64 {
         self.state = self.state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         (self.state >> 33) as f64 / f64::from(1u32 << 31)
     }
 
-    /// Time and factor of each frame. `crowd`: faces that a frame would draw with the scene's own error.
+    /// Time and factor of each frame. `crowd`: faces that a frame would draw at the scene's own error.
     fn run(&mut self, frames: usize, crowd: impl Fn(usize) -> f64) -> Vec<(f64, f64)> {
         let budget = Budget { frame_ms: Some(BUDGET_MS), frame_faces: None };
         let mut governor = Governor::new(budget, Rule::Planned);
@@ -30,8 +30,8 @@ impl Plant {
             let faces_at = |factor: f64| (crowd(n) * factor.powf(-slope)).max(coarsest) as u64;
             let factor = governor.plan(faces_at);
             let faces = faces_at(factor);
-            let rare = if self.chance() < 1.0 / 16.0 { 4.0 } else { 1.0 };
-            let noise = 1.0 + self.noise * rare * self.chance();
+            let rare = if self.noise_sample() < 1.0 / 16.0 { 4.0 } else { 1.0 };
+            let noise = 1.0 + self.noise * rare * self.noise_sample();
             let ms = (self.fixed_ms + self.face_ms * faces as f64) * noise;
             in_flight.push_back((ms, faces));
             if in_flight.len() > 2 {
@@ -44,12 +44,12 @@ impl Plant {
     }
 }
 
-/// 10 000 faces are 10 ms.
+/// 10,000 faces take 10 ms.
 fn plant(slope: f64) -> Plant {
     Plant { slope, fixed_ms: 0.0, face_ms: 1e-3, coarsest: 100.0, noise: 0.0, state: 1 }
 }
 
-/// How often the factor goes up after it went down, or down after up.
+/// The number of reversals of the factor.
 fn turns(frames: &[(f64, f64)]) -> usize {
     let moves = frames.windows(2).map(|pair| pair[1].1.total_cmp(&pair[0].1)).filter(|order| order.is_ne());
     let moves: Vec<_> = moves.collect();
@@ -57,7 +57,7 @@ fn turns(frames: &[(f64, f64)]) -> usize {
 }
 
 #[test]
-fn four_times_the_budget_is_held_with_the_third_frame_and_then_nothing_moves() {
+fn four_times_the_budget_is_kept_from_the_third_frame_on_without_further_changes() {
     for slope in [0.4, 0.7, 1.0] {
         let frames = plant(slope).run(100, |_| 40_000.0);
         assert!(frames[3..].iter().all(|(ms, _)| *ms <= BUDGET_MS), "slope {slope}: {frames:?}");
@@ -76,16 +76,16 @@ fn a_fixed_time_of_half_the_budget_delays_the_plan_and_does_not_make_it_ring() {
 }
 
 #[test]
-fn a_crowd_that_comes_into_view_costs_no_frame_its_budget() {
+fn a_crowd_that_comes_into_view_exceeds_the_budget_in_no_frame() {
     let frames = plant(0.7).run(200, |n| if (50..120).contains(&n) { 60_000.0 } else { 20_000.0 });
     assert!(frames[3..].iter().all(|(ms, _)| *ms <= BUDGET_MS));
     assert!(frames[50].1 > 2.0 * frames[49].1);
-    // Its detail comes back when it is gone, in steps.
+    // Detail returns in steps once the crowd is gone.
     assert!(frames[199].1 < 1.2 * frames[49].1 && frames.windows(2).all(|pair| pair[1].1 > 0.8 * pair[0].1));
 }
 
 #[test]
-fn nine_of_ten_frames_hold_the_budget_however_noisy_they_are_and_the_error_rests() {
+fn nine_of_ten_noisy_frames_keep_the_budget_and_the_error_rarely_reverses() {
     for (noise, seed) in [(0.1, 1), (0.1, 2), (0.3, 3), (0.3, 4), (1.0, 5), (1.0, 6)] {
         let frames = Plant { noise, state: seed, ..plant(0.7) }.run(630, |_| 40_000.0);
         let within = frames[30..].iter().filter(|(ms, _)| *ms <= BUDGET_MS).count();
@@ -96,16 +96,16 @@ fn nine_of_ten_frames_hold_the_budget_however_noisy_they_are_and_the_error_rests
 }
 
 #[test]
-fn a_budget_that_cannot_be_met_ends_at_the_coarsest_and_is_left_at_once() {
+fn a_budget_that_cannot_be_met_ends_at_the_coarsest_and_recovers_at_once() {
     let mut hopeless = Plant { fixed_ms: 20.0, ..plant(1.0) };
     let frames = hopeless.run(300, |n| if n < 200 { 20_000.0 } else { 150.0 });
-    // 20 000 faces become the coarsest 100 with 200 times the error: no factor beyond.
+    // 20,000 faces become the coarsest 100 at 200 times the error: the factor goes no further.
     assert!((196.0..=202.0).contains(&frames[199].1), "{}", frames[199].1);
     assert!(frames[200].1 < 2.0, "no wind-up: 150 faces need 1.5 times the error to be 100");
 }
 
 #[test]
-fn detail_comes_back_when_the_machine_is_faster_and_stops_at_the_scenes_own() {
+fn detail_returns_when_the_machine_is_faster_and_stops_at_the_scenes_own_error() {
     let budget = Budget { frame_ms: Some(BUDGET_MS), frame_faces: None };
     let mut governor = Governor::new(budget, Rule::Planned);
     let faces_at = |factor: f64| (10_000.0 / factor) as u64;
@@ -117,13 +117,13 @@ fn detail_comes_back_when_the_machine_is_faster_and_stops_at_the_scenes_own() {
         })
     };
     assert!(run(4e-3, 10) > 4.0);
-    assert!(run(1e-4, 10) > 4.0, "half of the frames are no proof");
+    assert!(run(1e-4, 10) > 4.0, "half of the remembered frames are not enough");
     assert_eq!(run(1e-4, 40), 1.0);
-    assert!(run(4e-3, 4) > 4.0, "three of thirty are one that it is slower");
+    assert!(run(4e-3, 4) > 4.0, "three slow frames of thirty are enough");
 }
 
 #[test]
-fn one_frame_that_hangs_and_one_that_shows_nothing_move_nothing() {
+fn a_hanging_frame_and_a_frame_without_faces_change_nothing() {
     let budget = Budget { frame_ms: Some(BUDGET_MS), frame_faces: None };
     let mut governor = Governor::new(budget, Rule::Planned);
     let faces_at = |factor: f64| (20_000.0 / factor) as u64;
@@ -140,7 +140,7 @@ fn one_frame_that_hangs_and_one_that_shows_nothing_move_nothing() {
 }
 
 #[test]
-fn a_budget_in_faces_is_held_from_the_first_frame_on_whatever_frames_take() {
+fn a_budget_in_faces_is_kept_from_the_first_frame_on_at_any_frame_time() {
     let budget = Budget { frame_ms: None, frame_faces: Some(5000) };
     let walk = |ms: f64| {
         let mut governor = Governor::new(budget, Rule::Planned);

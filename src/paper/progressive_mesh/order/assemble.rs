@@ -4,7 +4,9 @@
 use super::descent::Descent;
 use crate::math::ragged::Ragged;
 use crate::model::{Attributes, Model};
-use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh, Splits, Swaps, Vertices};
+use crate::paper::progressive_mesh::mesh::{
+    Births, Level, NOWHERE, ProgressiveMesh, Splits, Swaps, Vertices,
+};
 use crate::paper::progressive_mesh::simplify::Collapses;
 use glam::DVec3;
 
@@ -37,7 +39,8 @@ pub(super) fn assemble(model: &Model, collapses: &Collapses, arrangement: &Arran
     let faces =
         faces.map(|&face| down.faces[face as usize].map(|wedge| order.vertex[wedge as usize])).collect();
     let (splits, swaps) = slots(collapses, arrangement, &order, &down.changed, &levels);
-    ProgressiveMesh { vertices: vertices(model, &order.wedges), faces, levels, splits, swaps }
+    let vertices = vertices(model, &order.wedges);
+    ProgressiveMesh { vertices, faces, levels, splits, swaps, births: Births::Tail }
 }
 
 /// Wedges in the order of their appearance.

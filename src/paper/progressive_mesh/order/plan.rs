@@ -2,19 +2,16 @@
 //! faces gets one at a time: see [`super::turns`].
 
 use super::assemble::{Arrangement, Move};
-use super::coherent::{Offer, coherent};
-use super::depend::dependencies;
 use super::descent::Descent;
 use super::greedy::{Lines, Stretch, greedy};
 use super::groups::group_ends;
 use super::patch::{Numbering, Patch};
-use super::{OrderOptions, Weights, Within};
+use super::{OrderOptions, Weights};
 use crate::math::ragged::Ragged;
 use crate::model::Model;
 use crate::paper::progressive_mesh::cache::{Cache, Counter};
 use crate::paper::progressive_mesh::mesh::NOWHERE;
 use crate::paper::progressive_mesh::simplify::Collapses;
-use std::collections::HashMap;
 use std::ops::Range;
 use std::slice;
 
@@ -35,27 +32,26 @@ pub(super) struct Plan<'a> {
     pub at: Vec<u32>,
     pub slot_of: Vec<u32>,
     numbering: Numbering,
-    /// What has been done: the splits in their order, and what an arrangement needs.
-    pub sequence: Vec<u32>,
+    /// What has been done: splits, and what an arrangement needs.
+    done: u32,
     arrangement: Arrangement,
 }
 
-/// The order of all faces at all levels, and the collapses in the order that it needs.
+/// The order of all faces at all levels, those that splits bring at the tail.
 pub(super) fn plan(
     model: &Model,
     collapses: &Collapses,
     options: &OrderOptions,
     base: Vec<u32>,
     progress: &mut dyn FnMut(usize, usize),
-) -> (Collapses, Arrangement) {
+) -> Arrangement {
     let mut plan = Plan::new(model, collapses, options, base);
     let mut progress = |done| progress(done, model.faces.len());
-    match options.within {
-        Within::Error if options.regions == 1 => plan.groups(&mut progress),
-        Within::Error => plan.turns(&mut progress),
-        Within::Coherent => plan.coherent_groups(&mut progress),
+    match options.regions {
+        1 => plan.groups(&mut progress),
+        _ => plan.turns(&mut progress),
     }
-    plan.finish()
+    plan.arrangement
 }
 
 impl<'a> Plan<'a> {
@@ -77,14 +73,9 @@ impl<'a> Plan<'a> {
             at: base,
             slot_of,
             numbering: Numbering::new(model.wedge_positions.len()),
-            sequence: Vec::with_capacity(collapses.wedges.len()),
+            done: 0,
             arrangement: Arrangement::default(),
         }
-    }
-
-    fn finish(mut self) -> (Collapses, Arrangement) {
-        self.sequence.reverse();
-        (reordered(self.collapses, &self.sequence), self.arrangement)
     }
 
     /// The faces of M0 need no tswap: they are born where they shall stand.
@@ -99,12 +90,12 @@ impl<'a> Plan<'a> {
         self.look_between(0, ends.first().copied().unwrap_or(0));
         self.begin();
         for (n, &end) in ends.iter().enumerate() {
-            let start = self.sequence.len();
-            (start as u32..end).for_each(|level| self.split(self.collapse(level)));
+            let start = self.done;
+            (start..end).for_each(|level| self.split(self.collapse(level)));
             let mut lines = Lines::new(self.at.len());
             if self.options.weights.line != 0.0 {
                 // What the splits write is touched in any case.
-                for collapse in self.sequence[start..].iter().copied() {
+                for collapse in (start..end).map(|level| self.collapse(level)) {
                     self.faces_of(collapse)
                         .for_each(|face| lines.touch(self.slot_of[face as usize] as usize));
                 }
@@ -113,50 +104,6 @@ impl<'a> Plan<'a> {
             self.sort(slice::from_ref(&(0..self.at.len())), &mut lines);
             progress(self.at.len());
         }
-    }
-
-    /// Groups whose splits follow each other as suits the cache.
-    fn coherent_groups(&mut self, progress: &mut dyn FnMut(usize)) {
-        assert_eq!(self.options.regions, 1, "regions take turns where splits are in the order of errors");
-        let dependencies = dependencies(self.model, self.collapses);
-        let new: Ragged<u32> =
-            (0..self.collapses.wedges.len()).map(|split| self.new_vertices(split)).collect();
-        let ends = group_ends(self.options.groups, self.collapses, self.model.faces.len());
-        self.look_between(0, ends.first().copied().unwrap_or(0));
-        self.begin();
-        for (n, &end) in ends.iter().enumerate() {
-            let start = self.sequence.len() as u32;
-            let splits: Vec<u32> = (start..end).map(|level| self.collapse(level)).collect();
-            let next = ends.get(n + 1).copied().unwrap_or(end);
-            let parts = self.divide(&splits, &dependencies);
-            let (live, count) = (self.at.len(), parts.len());
-            for (part, splits) in parts.iter().enumerate().filter(|(_, splits)| !splits.is_empty()) {
-                let offer = |&collapse: &u32| Offer { collapse, vertices: new.row(collapse as usize) };
-                let offers: Vec<Offer> = splits.iter().map(offer).collect();
-                let tail = self.at.len();
-                for collapse in coherent(&offers, &dependencies, self.options.cache_entries) {
-                    self.split(collapse);
-                }
-                // The part's next order comes after as much of the next group. (Which of its splits come first is not
-                // known yet; any half of them is as good to look at.)
-                let through =
-                    |first: u32, last: u32| first + (last - first) * (part as u32 + 1) / count as u32;
-                self.look_between(through(start, end), through(end, next));
-                let slots = |part: usize| (part * live).div_ceil(count);
-                let (old, new) = (slots(part)..slots(part + 1), tail..self.at.len());
-                self.sort(&[old, new], &mut Lines::new(self.at.len()));
-            }
-            progress(self.at.len());
-        }
-    }
-
-    /// The distinct vertices of the faces that a split adds, as they appear.
-    fn new_vertices(&self, collapse: usize) -> Vec<u32> {
-        let mut vertices: Vec<u32> =
-            self.collapses.faces.row(collapse).iter().flat_map(|&face| self.shared(face)).collect();
-        vertices.sort_unstable();
-        vertices.dedup();
-        vertices
     }
 
     /// The collapse that the split from `level` to the next one undoes, in the order of errors.
@@ -177,31 +124,6 @@ impl<'a> Plan<'a> {
         self.look(if self.options.ahead { level.midpoint(next) } else { level });
     }
 
-    /// The splits of a group by runs of slots, in the order of these: a split belongs to the run in which most of the
-    /// faces stand that it changes, or to the later one of a split that it depends on.
-    fn divide(&self, group: &[u32], dependencies: &Ragged<u32>) -> Vec<Vec<u32>> {
-        let live = self.at.len();
-        let count = self.options.run_faces.map_or(1, |faces| (live / faces.max(1) as usize).max(1));
-        let mut parts = vec![Vec::new(); count];
-        let mut part_of: HashMap<u32, usize> = HashMap::new();
-        let mut part_of_face: HashMap<u32, usize> = HashMap::new();
-        for &collapse in group {
-            let part = |&face: &u32| match part_of_face.get(&face) {
-                Some(&part) => part,
-                None => self.slot_of[face as usize] as usize * count / live,
-            };
-            let mut changed: Vec<usize> = self.changed_by(collapse).map(|face| part(&face)).collect();
-            changed.sort_unstable();
-            let here = changed.get(changed.len() / 2).copied().unwrap_or(0);
-            let before = dependencies.row(collapse as usize).iter().filter_map(|before| part_of.get(before));
-            let part = before.copied().fold(here, usize::max);
-            part_of.insert(collapse, part);
-            part_of_face.extend(self.collapses.faces.row(collapse as usize).iter().map(|&face| (face, part)));
-            parts[part].push(collapse);
-        }
-        parts
-    }
-
     /// The live faces that a split changes.
     pub fn changed_by(&self, collapse: u32) -> impl Iterator<Item = u32> {
         let first = self.first_wedge[collapse as usize] as usize;
@@ -216,7 +138,7 @@ impl<'a> Plan<'a> {
 
     /// Appends a split's faces.
     pub fn split(&mut self, collapse: u32) {
-        self.sequence.push(collapse);
+        self.done += 1;
         for &face in self.collapses.faces.row(collapse as usize) {
             self.slot_of[face as usize] = self.at.len() as u32;
             self.at.push(face);
@@ -287,7 +209,7 @@ impl<'a> Plan<'a> {
     /// The greedy's order; of the last level, that of the best of several greedies.
     fn best_order(&self, patch: &Patch, stretches: &[Stretch], lines: &mut Lines) -> Vec<u32> {
         let options = self.options;
-        if !options.ahead || self.sequence.len() < self.collapses.wedges.len() {
+        if !options.ahead || (self.done as usize) < self.collapses.wedges.len() {
             return greedy(patch, options.simulated_entries(), &options.weights, stretches, lines);
         }
         let mut counter = Counter::new(Cache::Fifo(options.cache_entries), patch.vertices);
@@ -322,7 +244,7 @@ impl<'a> Plan<'a> {
             self.slot_of[face as usize] = slot;
         }
         if !moves.is_empty() {
-            self.arrangement.moves.push((self.sequence.len() as u32, moves));
+            self.arrangement.moves.push((self.done, moves));
         }
     }
 }
@@ -333,20 +255,3 @@ const VALENCES: [f64; 4] = [0.3, 0.6, 1.0, 1.6];
 /// Faces that are ordered with each of these, in all tries together: small meshes are begun at seven faces, and larger ones
 /// are ordered with the weights of all other levels alone.
 const LAST_FACES: usize = 100_000;
-
-/// The collapses in another order, from the full mesh down; errors are those of the worst so far.
-fn reordered(collapses: &Collapses, order: &[u32]) -> Collapses {
-    let mut worst = 0.0f64;
-    let mut error = |&collapse: &u32| {
-        worst = worst.max(collapses.errors[collapse as usize]);
-        worst
-    };
-    Collapses {
-        errors: order.iter().map(&mut error).collect(),
-        wedges: order
-            .iter()
-            .map(|&collapse| collapses.wedges.row(collapse as usize).iter().copied())
-            .collect(),
-        faces: order.iter().map(|&collapse| collapses.faces.row(collapse as usize).iter().copied()).collect(),
-    }
-}

@@ -1,4 +1,4 @@
-//! Meshes and collapses for tests of the order: it takes any simplifier's.
+//! Meshes and collapses for tests of the order: it accepts the collapses of any simplifier.
 
 use crate::math::ragged::Ragged;
 use crate::model::Model;
@@ -29,7 +29,7 @@ pub fn torus(side: u32) -> Model {
     }
 }
 
-/// The collapse that moves its vertex over the smallest angle and distance, again and again, down to `target` faces.
+/// Repeats the collapse that moves its vertex by the smallest angle and distance, down to `target` faces.
 pub fn collapses(model: &Model, target: usize) -> Collapses {
     let mut mesh = Mesh::new(model);
     let mut collapses = Collapses::default();
@@ -53,7 +53,7 @@ struct Mesh<'a> {
     model: &'a Model,
     faces: Vec<[u32; 3]>,
     around: Vec<Vec<u32>>,
-    /// Cost as bits, vertex, onto: costs are not negative, so their bits are in their order.
+    /// Cost as bits, vertex, onto: costs are not negative, so their bits sort as they do.
     queue: BTreeSet<(u64, u32, u32)>,
 }
 
@@ -78,7 +78,7 @@ impl<'a> Mesh<'a> {
         (b - a).cross(c - a)
     }
 
-    /// What the collapse costs; none where it would fold the surface or change its topology.
+    /// The cost of a collapse; `None` if it would fold the surface or change its topology.
     fn legal(&self, vertex: u32, onto: u32) -> Option<u64> {
         let (ring, other) = (self.ring(vertex), self.ring(onto));
         if !ring.contains(&onto) || ring.intersection(&other).count() != 2 || ring.len() + other.len() < 9 {

@@ -46,8 +46,13 @@ impl Plan<'_> {
         for level in 0..self.collapses.wedges.len() as u32 {
             let collapse = self.collapse(level);
             self.split(collapse);
-            tail.splits.push(collapse);
             allowed += budget;
+            if tail.start == 0 {
+                // M0 has no faces: the first that appear are in no order yet.
+                tail.start = self.at.len();
+                continue;
+            }
+            tail.splits.push(collapse);
             let live = self.at.len();
             let length = (live / self.options.regions as usize).max(LEAST_FACES).min(tail.start);
             let share = (live - tail.start) * length / tail.start.max(1);

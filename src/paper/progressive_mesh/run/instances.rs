@@ -6,21 +6,21 @@ use super::touched::{Touch, Touched};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Instances of one mesh. The mesh is shared; an instance has 12 bytes of state, and a slice of the index buffer that
-/// holds its live faces: 12 bytes each, and some more (see [`Slices`]).
+/// Instances of one mesh. The mesh is shared. An instance has 12 bytes of state and a slice of the index buffer with
+/// its live faces: 12 bytes each, plus slack (see [`Slices`]).
 #[derive(Clone, Debug)]
 pub struct Instances {
     program: Arc<Program>,
     levels: Vec<u32>,
     slices: Slices,
-    /// All slices, those in use and those that are free.
+    /// All slices, used and free.
     faces: Vec<[u32; 3]>,
     touched: Touched,
     kept: Vec<[u32; 3]>,
 }
 
 impl Instances {
-    /// So many instances, all at level 0.
+    /// `count` instances, all at level 0.
     ///
     /// # Errors
     /// [`TooMany`].
@@ -58,18 +58,19 @@ impl Instances {
         &self.faces[self.slots(instance)]
     }
 
-    /// Where they stand in [`Instances::buffer`]: a draw's first index is three times the start.
+    /// Their slots in [`Instances::buffer`]: a draw's first index is three times the start.
     pub fn slots(&self, instance: usize) -> Range<usize> {
         let first = self.slices.first(instance) as usize;
         first..first + self.live(self.levels[instance]) as usize
     }
 
-    /// The index buffer of all instances. It only ever grows.
+    /// The index buffer of all instances. Never shrinks.
     pub fn buffer(&self) -> &[[u32; 3]] {
         &self.faces
     }
 
-    /// What was written since the last call and is live: ranges of words of [`Instances::buffer`], ascending and apart.
+    /// Takes the live parts written since the last call: ranges of words of [`Instances::buffer`], ascending and
+    /// disjoint.
     pub fn take_touched(&mut self) -> Vec<Range<usize>> {
         let words = |slots: Range<usize>| 3 * slots.start..3 * slots.end;
         let mut live: Vec<Range<usize>> = (0..self.len()).map(|n| words(self.slots(n))).collect();
@@ -77,13 +78,13 @@ impl Instances {
         common(&self.touched.take(), &live)
     }
 
-    /// Bytes besides the shared program and the index buffer: state, lists of free slices, marks of what was written,
-    /// and memory for the largest permutation so far.
+    /// Bytes beyond the shared program and the index buffer: state, lists of free slices, dirty marks, and memory for
+    /// the largest permutation so far.
     pub fn state_bytes(&self) -> usize {
         size_of_val(&*self.levels) + self.slices.bytes() + self.touched.bytes() + 12 * self.kept.capacity()
     }
 
-    /// Brings an instance to a level: executes what lies between. It moves to another slice where its own is too small,
+    /// Brings an instance to a level by executing the steps between. It moves to another slice if its own is too small,
     /// or more than four times too large.
     ///
     /// # Errors
@@ -106,12 +107,12 @@ impl Instances {
         if new < old { self.fit(instance, new) } else { Ok(()) }
     }
 
-    /// `CurNumTris` of a level.
+    /// `CurNumTris` of a level: the faces that are drawn.
     fn live(&self, level: u32) -> u32 {
-        self.program.levels()[level as usize].faces
+        self.program.drawn(level)
     }
 
-    /// A slice for so many faces. Live ones that fit move along.
+    /// Fits the instance's slice to `faces` faces. Live faces move along, as far as they fit.
     fn fit(&mut self, instance: usize, faces: u32) -> Result<(), TooMany> {
         let Some([old, new]) = self.slices.fit(instance, faces)? else { return Ok(()) };
         self.grow();
@@ -139,7 +140,7 @@ impl Instances {
     }
 }
 
-/// What two lists of ranges, each ascending and apart, have in common.
+/// The intersection of two lists of ranges, each ascending and disjoint.
 fn common(some: &[Range<usize>], others: &[Range<usize>]) -> Vec<Range<usize>> {
     let (mut a, mut b, mut both) = (0, 0, Vec::new());
     while let (Some(one), Some(other)) = (some.get(a), others.get(b)) {
@@ -152,7 +153,7 @@ fn common(some: &[Range<usize>], others: &[Range<usize>]) -> Vec<Range<usize>> {
     both
 }
 
-/// Words of a slice as words of the whole buffer.
+/// Translates words of a slice to words of the whole buffer.
 struct From<'a> {
     touched: &'a mut Touched,
     first: usize,
@@ -173,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranges_have_in_common_what_is_in_both_lists() {
+    fn the_intersection_of_ranges_is_in_both_lists() {
         let found = common(&[0..4, 6..20, 30..31], &[2..8, 9..10, 20..25, 30..40]);
         assert_eq!(found, [2..4, 6..8, 9..10, 30..31]);
         assert_eq!(common(&[0..4, 6..8], &[]), []);

@@ -4,14 +4,15 @@
 //! - [`State`] is the paper's pseudocode on the paper's arrays. Its errata are corrected: a split writes the new
 //!   vertex's index (printed: "by CurNewTris"), tswap keeps the first face (printed without a temporary), and its inverse runs
 //!   the cycle backwards (printed: forwards).
-//! - [`Program`] is what runs: the same writes as three flat lists. Which corner of a face shows `splitVert` is the
-//!   same in every execution, so it is looked up once; a split then neither reads a face nor compares, and a
+//! - [`Program`] is the production form: the same writes as three flat lists. The corner that shows `splitVert` is the
+//!   same in every execution, so it is looked up once. A split then neither reads a face nor compares, and a
 //!   permutation goes through the buffer in order (see [`Moves`]).
 //! - [`apply`](super::apply) runs the same lists on the GPU.
 //!
-//! Differs from the paper: [`Instances`] keep only live faces. A face that is not live is as it was in M0's buffer,
-//! since nothing writes it, so it can be taken from there again when it comes to life.
+//! Differs from the paper: [`Instances`] keep only live faces. Nothing writes a face that is not live, so it is copied
+//! from M0's buffer when it becomes live.
 
+mod births;
 mod instances;
 mod program;
 mod slices;
@@ -26,14 +27,14 @@ pub use touched::{BLOCK_WORDS, Touch, Touched, Untold};
 
 use super::mesh::Level;
 
-/// The coarsest of `levels` that deviates by at most `error` object units from the full mesh; the last one where none
-/// does (also for a NaN).
+/// The coarsest of `levels` that deviates from the full mesh by at most `error` object units; the last level if none
+/// does (also for NaN).
 ///
 /// # Panics
 /// If there are no levels.
 pub fn level_for_error(levels: &[Level], error: f32) -> u32 {
     let last = u32::try_from(levels.len() - 1).expect("fewer than 2^32 levels");
-    // A NaN is not met by any level.
+    // No level satisfies NaN.
     let coarser =
         levels.partition_point(|level| level.error.partial_cmp(&error).is_none_or(|order| order.is_gt()));
     (coarser as u32).min(last)

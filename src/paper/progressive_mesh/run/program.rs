@@ -2,27 +2,29 @@
 
 use super::touched::Touch;
 use crate::paper::progressive_mesh::check::Flaw;
-use crate::paper::progressive_mesh::mesh::{Level, ProgressiveMesh};
+use crate::paper::progressive_mesh::mesh::{Births, Level, ProgressiveMesh};
 use std::ops::Range;
 
 /// All writes of all levels, as flat lists: 12 bytes for each corner that a split writes, 4 for each face that a
 /// permutation moves, 8 for each run of neighbouring slots.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Program {
-    levels: Vec<Level>,
-    /// F at level 0, all slots: what a face is when it comes to life.
-    faces: Vec<[u32; 3]>,
-    /// For each level the number of [`Corners`] that lead to it and to all below.
-    corner_ends: Vec<u32>,
-    corners: Corners,
+    pub(super) levels: Vec<Level>,
+    /// For each level the number of faces drawn: the first ones of F. With births in place this exceeds the live faces.
+    pub(super) drawn: Vec<u32>,
+    /// F at level 0, all slots: each face as it is when first drawn.
+    pub(super) faces: Vec<[u32; 3]>,
+    /// For each level the number of [`Corners`] up to and including it.
+    pub(super) corner_ends: Vec<u32>,
+    pub(super) corners: Corners,
     /// Levels that carry a permutation, ascending.
-    swap_levels: Vec<u32>,
-    /// For each of them the number of runs, and of faces in runs, of it and of all before it.
-    move_ends: Vec<[u32; 2]>,
-    moves: Moves,
+    pub(super) swap_levels: Vec<u32>,
+    /// For each of them the number of runs, and of faces in runs, up to and including it.
+    pub(super) move_ends: Vec<[u32; 2]>,
+    pub(super) moves: Moves,
 }
 
-/// What the splits write, in order.
+/// The writes of the splits, in order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Corners {
     /// Index into F as a flat list of words.
@@ -33,19 +35,19 @@ pub struct Corners {
     pub down: Vec<u32>,
 }
 
-/// What the permutations move. A permutation fills runs of neighbouring slots: going up, the faces that belong there are
-/// gathered and copied back run by run; going down, the runs are copied away and their faces scattered. Half of it is
-/// plain copying, and the other half jumps less than cycles do, for neighbours in an order that is good for the vertex cache
-/// come from neighbours in another one.
+/// The moves of the permutations. A permutation fills runs of neighbouring slots: going up, the faces are gathered and
+/// copied back run by run; going down, the runs are copied out and their faces scattered. Half of this is plain
+/// copying, and the other half jumps less than cycles do, because neighbours in one cache-friendly order are near each
+/// other in another.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Moves {
     /// First slot and end of each run; those of one permutation ascend, and no slot is in two.
     pub runs: Vec<[u32; 2]>,
-    /// For each slot of each run the slot where its face comes from; its own, where it joins two runs.
+    /// For each slot of each run the slot where its face comes from; its own if it only joins two runs.
     pub from: Vec<u32>,
 }
 
-/// So many slots whose faces stay join two runs: copying a face costs a fifth of a run's begin.
+/// Most unmoved slots that join two runs: copying a face costs a fifth of starting a run.
 const JOINED_SLOTS: u32 = 4;
 
 impl Moves {
@@ -77,6 +79,10 @@ impl Program {
     /// # Errors
     /// As [`ProgressiveMesh::check`].
     pub fn new(mesh: &ProgressiveMesh) -> Result<Program, Flaw> {
+        if mesh.births == Births::InPlace {
+            mesh.check()?;
+            return Ok(Program::in_place(mesh));
+        }
         let mut corners = Corners::default();
         mesh.walk(|(word, up, down)| {
             corners.words.push(word);
@@ -91,21 +97,20 @@ impl Program {
             }
             corner_ends.push(end);
         }
-        let (mut moves, mut move_ends) = (Moves::default(), Vec::new());
-        for index in 0..mesh.swaps.levels.len() {
-            moves.push(mesh.swaps.cycles_of(index).map(|row| mesh.swaps.cycles.row(row)));
-            move_ends.push([moves.runs.len() as u32, moves.from.len() as u32]);
-        }
+        let drawn = mesh.levels.iter().map(|level| level.faces).collect();
         let (levels, faces) = (mesh.levels.clone(), mesh.faces.clone());
-        Ok(Program {
-            levels,
-            faces,
-            corner_ends,
-            corners,
-            swap_levels: mesh.swaps.levels.clone(),
-            move_ends,
-            moves,
-        })
+        let mut program = Program { levels, drawn, faces, corner_ends, corners, ..Program::default() };
+        for (index, &level) in mesh.swaps.levels.iter().enumerate() {
+            program.push_moves(level, mesh.swaps.cycles_of(index).map(|row| mesh.swaps.cycles.row(row)));
+        }
+        Ok(program)
+    }
+
+    /// Appends the permutation of a level.
+    pub(super) fn push_moves<'a>(&mut self, level: u32, cycles: impl Iterator<Item = &'a [u32]>) {
+        self.moves.push(cycles);
+        self.swap_levels.push(level);
+        self.move_ends.push([self.moves.runs.len() as u32, self.moves.from.len() as u32]);
     }
 
     /// n + 1 levels, coarsest first.
@@ -118,17 +123,25 @@ impl Program {
         self.levels.len() as u32 - 1
     }
 
-    /// F at level 0, all slots. A face that is not live at a level is as it is here.
+    /// How many faces are drawn at a level: the first ones of F.
+    ///
+    /// # Panics
+    /// If there is no such level.
+    pub fn drawn(&self, level: u32) -> u32 {
+        self.drawn[level as usize]
+    }
+
+    /// F at level 0, all slots. A face that is not drawn at a level has this content.
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.faces
     }
 
-    /// What all splits write.
+    /// The writes of all splits.
     pub fn corners(&self) -> &Corners {
         &self.corners
     }
 
-    /// What all permutations move.
+    /// The moves of all permutations.
     pub fn moves(&self) -> &Moves {
         &self.moves
     }
@@ -140,18 +153,19 @@ impl Program {
 
     /// Bytes of main memory that all instances share.
     pub fn bytes(&self) -> usize {
-        self.command_bytes() + size_of_val(&*self.levels) + size_of_val(&*self.faces)
+        let levels = size_of_val(&*self.levels) + size_of_val(&*self.drawn);
+        self.command_bytes() + levels + size_of_val(&*self.faces)
     }
 
-    /// Bytes of what is executed: [`Program::bytes`] less levels and faces.
+    /// Bytes of the executed lists: [`Program::bytes`] without levels and faces.
     pub fn command_bytes(&self) -> usize {
         let moves = size_of_val(&*self.moves.runs) + size_of_val(&*self.moves.from);
         let words = 3 * self.corners.words.len() + self.corner_ends.len() + self.swap_levels.len();
         4 * words + size_of_val(&*self.move_ends) + moves
     }
 
-    /// Brings `faces`, which is F at level `from`, to level `to`. It must hold the live faces of both levels, those that
-    /// come to life as they are in [`Program::faces`]; what else it holds stays. `kept` is memory for permutations.
+    /// Brings `faces`, F at level `from`, to level `to`. It must hold the drawn faces of both levels, new ones as in
+    /// [`Program::faces`]; the rest is unchanged. `kept` is scratch memory for permutations.
     ///
     /// # Panics
     /// If there is no such level, or `faces` is too short.
@@ -163,8 +177,8 @@ impl Program {
         kept: &mut Vec<[u32; 3]>,
         touch: &mut impl Touch,
     ) {
-        let live = self.levels[from.max(to) as usize].faces as usize;
-        assert!(faces.len() >= live, "{} faces of {live} live ones", faces.len());
+        let drawn = self.drawn(from.max(to)) as usize;
+        assert!(faces.len() >= drawn, "{} faces of {drawn} drawn ones", faces.len());
         for step in self.steps(from, to) {
             match step {
                 Step::Write { corners, up } => {
@@ -184,7 +198,7 @@ impl Program {
         }
     }
 
-    /// What leads from one level to another, in order: writes and permutations in turn.
+    /// The steps from one level to another, in order: writes and permutations alternate.
     pub fn steps(&self, from: u32, to: u32) -> Vec<Step> {
         let up = from < to;
         let (low, high) = (from.min(to), from.max(to));
@@ -217,7 +231,7 @@ impl Program {
     }
 }
 
-/// A part of what leads from one level to another.
+/// A step from one level to another.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Step {
     /// The splits of a range of [`Corners`], in order; going down their collapses, in the opposite order.

@@ -1,19 +1,19 @@
-//! Where the live faces of many instances stand in one index buffer.
+//! Allocation of one index buffer to the live faces of many instances.
 
 use std::collections::BTreeMap;
 use thiserror::Error;
 
-/// One slice of an index buffer for each instance: it has room for the instance's live faces and for at most a quarter
-/// more, for slices come in few sizes and are used again; and for up to four times as many after the instance has become
-/// coarser. Knows no faces: who keeps them copies them when a slice is exchanged.
+/// One slice of an index buffer for each instance. A slice is at most a quarter larger than the live faces when
+/// allocated, because slices come in few sizes and are reused; after the instance becomes coarser it may be up to four
+/// times too large. Holds no faces: the caller copies them when a slice is exchanged.
 #[derive(Clone, Debug)]
 pub struct Slices {
     of_instances: Vec<Slice>,
     /// First faces of free slices, by their size.
     free: BTreeMap<u32, Vec<u32>>,
-    /// Given back, but not to be taken before [`Slices::release`].
+    /// Returned, but not reusable before [`Slices::release`].
     given_back: Vec<Slice>,
-    /// Faces of all slices, those that are free too.
+    /// Faces of all slices, including free ones.
     end: u32,
     /// Faces of the full mesh.
     most: u32,
@@ -25,29 +25,29 @@ struct Slice {
     size: u32,
 }
 
-/// More faces than 32-bit words of one buffer reach.
+/// More faces than the 32-bit words of one buffer address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error(
-    "{faces} faces in all instances, a draw reaches 2^32 indices; show fewer instances, or coarser ones (error_pixels)"
+    "{faces} faces in all instances exceed a draw's 2^32 indices; show fewer instances, or coarser ones (error_pixels)"
 )]
 pub struct TooMany {
     pub faces: u64,
 }
 
-/// The size of a slice that is to hold so many faces: 64, 80, 96, 112, 128, 160 …, but never more than `most`.
+/// The size of a slice for `faces` faces: 64, 80, 96, 112, 128, 160 …, but never more than `most`.
 fn size_for(faces: u32, most: u32) -> u32 {
     let octave = faces.max(64).ilog2();
     faces.max(64).next_multiple_of(1 << (octave - 2)).min(most)
 }
 
 impl Slices {
-    /// None yet, of a mesh whose finest level has `most` faces.
+    /// Without instances, for a mesh whose finest level has `most` faces.
     pub fn new(most: u32) -> Slices {
         let (of_instances, free, given_back) = (Vec::new(), BTreeMap::new(), Vec::new());
         Slices { of_instances, free, given_back, end: 0, most }
     }
 
-    /// One more instance, with a slice for so many faces.
+    /// Adds an instance, with a slice for `faces` faces.
     ///
     /// # Errors
     /// [`TooMany`].
@@ -57,7 +57,7 @@ impl Slices {
         Ok(())
     }
 
-    /// Instances.
+    /// The number of instances.
     pub fn len(&self) -> usize {
         self.of_instances.len()
     }
@@ -71,7 +71,7 @@ impl Slices {
         self.of_instances[instance].first
     }
 
-    /// Faces of the whole buffer. It only ever grows.
+    /// Faces of the whole buffer. Never shrinks.
     pub fn end(&self) -> u32 {
         self.end
     }
@@ -82,11 +82,12 @@ impl Slices {
         size_of_val(&*self.of_instances) + size_of_val(&*self.given_back) + free
     }
 
-    /// Makes sure that an instance's slice holds so many faces, and is not more than four times too large. Where it has to
-    /// be another one: the first faces of the old and of the new. The old one keeps its faces until [`Slices::release`].
+    /// Makes an instance's slice hold `faces` faces without being more than four times too large. If that takes another
+    /// slice, returns the first faces of the old and of the new one. The old one keeps its faces until
+    /// [`Slices::release`].
     ///
     /// # Errors
-    /// [`TooMany`]; the slice stays.
+    /// [`TooMany`]; the slice is unchanged.
     pub fn fit(&mut self, instance: usize, faces: u32) -> Result<Option<[u32; 2]>, TooMany> {
         let old = self.of_instances[instance];
         let size = size_for(faces, self.most);
@@ -99,7 +100,7 @@ impl Slices {
         Ok(Some([old.first, new.first]))
     }
 
-    /// Slices that were given back may be taken again: their faces have been copied.
+    /// Makes returned slices reusable: their faces have been copied.
     pub fn release(&mut self) {
         for Slice { first, size } in self.given_back.drain(..) {
             self.free.entry(size).or_default().push(first);
@@ -135,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slice_that_was_given_back_waits_until_its_faces_are_copied() {
+    fn a_returned_slice_is_reused_only_after_its_faces_are_copied() {
         let mut slices = Slices::new(10_000);
         (0..2).for_each(|_| slices.push(64).unwrap());
         assert_eq!(slices.fit(0, 100), Ok(Some([0, 128])));
@@ -148,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn more_faces_than_32_bits_reach_are_refused_and_nothing_changes() {
+    fn more_faces_than_32_bits_address_are_rejected_and_nothing_changes() {
         let mut slices = Slices::new(1 << 30);
         slices.push(1 << 30).unwrap();
         slices.push(64).unwrap();

@@ -1,8 +1,8 @@
-//! The paper's pseudocode on the paper's arrays.
+//! The paper's pseudocode, executed on the paper's arrays.
 
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 
-/// F of one mesh at one level, all slots, live or not.
+/// F of one mesh at one level: all slots, live or not.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct State {
     level: u32,
@@ -10,7 +10,7 @@ pub struct State {
 }
 
 impl State {
-    /// M0.
+    /// At level 0, M0.
     pub fn new(mesh: &ProgressiveMesh) -> State {
         State { level: 0, faces: mesh.faces.clone() }
     }
@@ -19,7 +19,7 @@ impl State {
         self.level
     }
 
-    /// All of F: slots that are not live too.
+    /// All of F, including slots that are not live.
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.faces
     }
@@ -29,7 +29,7 @@ impl State {
         &self.faces[..mesh.levels[self.level as usize].faces as usize]
     }
 
-    /// Executes what lies between this level and `level`.
+    /// Executes all steps between this level and `level`.
     ///
     /// # Panics
     /// If `mesh` has no such level, or fails [`ProgressiveMesh::check`].
@@ -81,7 +81,7 @@ fn replace(face: &mut [u32; 3], old: u32, new: u32) {
     }
 }
 
-/// The paper's `tswap(numF, f1 … f_numF)`: each slot takes the next one's face, the last one the first's.
+/// The paper's `tswap(numF, f1 … f_numF)`: each slot takes the next slot's face, the last takes the first's.
 pub fn tswap(faces: &mut [[u32; 3]], slots: &[u32]) {
     let [first, .., last] = slots else { return };
     let kept = faces[*first as usize];
@@ -91,7 +91,7 @@ pub fn tswap(faces: &mut [[u32; 3]], slots: &[u32]) {
     faces[*last as usize] = kept;
 }
 
-/// The inverse: the same slots, the cycle run backwards.
+/// The inverse: the same cycle, run backwards.
 pub fn tswap_back(faces: &mut [[u32; 3]], slots: &[u32]) {
     let [first, .., last] = slots else { return };
     let kept = faces[*last as usize];
@@ -106,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cycle_passes_each_face_to_the_slot_before_and_its_inverse_back() {
+    fn tswap_moves_each_face_to_the_previous_slot_and_tswap_back_undoes_it() {
         let faces: Vec<[u32; 3]> = (0..5).map(|n| [n; 3]).collect();
         let mut swapped = faces.clone();
         tswap(&mut swapped, &[4, 1, 2]);

@@ -1,8 +1,8 @@
-//! Which parts of an index buffer were written: what has to be uploaded.
+//! Tracks the parts of an index buffer that were written and must be uploaded.
 
 use std::ops::Range;
 
-/// Who hears of writes; compiled away where nobody does.
+/// Observer of writes.
 pub trait Touch {
     /// One word of the index buffer was written.
     fn word(&mut self, word: usize);
@@ -10,7 +10,7 @@ pub trait Touch {
     fn faces(&mut self, slots: Range<usize>);
 }
 
-/// Nobody: for buffers that the GPU reads where they are written.
+/// Ignores all writes: for buffers that the GPU reads in place.
 pub struct Untold;
 
 impl Touch for Untold {
@@ -18,27 +18,27 @@ impl Touch for Untold {
     fn faces(&mut self, _: Range<usize>) {}
 }
 
-/// A block of the index buffer is uploaded whole: 128 words, 512 bytes. Copies of 64 bytes are many more, those of
-/// 4 KiB carry several times what was written.
+/// Unit of upload: 128 words, 512 bytes. Blocks of 64 bytes mean many more copies; blocks of 4 KiB carry several times
+/// the written bytes.
 pub const BLOCK_WORDS: usize = 1 << BLOCK_LOG2;
 const BLOCK_LOG2: u32 = 7;
 
 /// Blocks of an index buffer that were written since the last [`Touched::take`].
 #[derive(Clone, Debug)]
 pub struct Touched {
-    /// A byte a block: a bit would have to be read before it is set.
+    /// One byte for each block: a bit would need a read before each write.
     dirty: Vec<bool>,
     words: usize,
 }
 
 impl Touched {
-    /// Of an index buffer of so many faces.
+    /// For an index buffer of `faces` faces.
     pub fn new(faces: usize) -> Touched {
         let words = 3 * faces;
         Touched { dirty: vec![false; words.div_ceil(BLOCK_WORDS)], words }
     }
 
-    /// The buffer grew; nothing of what is new was written.
+    /// The buffer grew; its new part counts as unwritten.
     pub fn grow(&mut self, faces: usize) {
         self.words = self.words.max(3 * faces);
         self.dirty.resize(self.words.div_ceil(BLOCK_WORDS), false);
@@ -49,7 +49,7 @@ impl Touched {
         size_of_val(&*self.dirty)
     }
 
-    /// Faces of these slots were written.
+    /// Marks the faces of these slots as written.
     pub fn faces(&mut self, slots: Range<usize>) {
         if !slots.is_empty() {
             let (first, last) = (3 * slots.start, 3 * slots.end - 1);
@@ -57,7 +57,7 @@ impl Touched {
         }
     }
 
-    /// Ranges of words that hold all that was written, ascending and apart; forgets them.
+    /// Takes the ranges of words that cover all writes, ascending and disjoint.
     pub fn take(&mut self) -> Vec<Range<usize>> {
         let mut ranges: Vec<Range<usize>> = Vec::new();
         for (block, dirty) in self.dirty.iter_mut().enumerate() {
@@ -88,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn blocks_that_meet_are_one_range_and_a_face_may_lie_in_two() {
+    fn adjacent_blocks_are_one_range_and_a_face_may_span_two() {
         let mut touched = Touched::new(1000);
         touched.word(0);
         // Words 126 to 128: the last two of one block, and the first of the next.

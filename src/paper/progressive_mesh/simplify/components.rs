@@ -1,4 +1,4 @@
-//! Connected components. The smaller ones vanish as a whole when they are no larger than the deviation.
+//! Connected components. A smaller component vanishes as a whole once it is no larger than the deviation.
 
 use super::surface::Surface;
 use glam::DVec3;
@@ -6,11 +6,11 @@ use glam::DVec3;
 /// A part of the model that shares no position with the rest.
 pub struct Component {
     pub faces: Vec<u32>,
-    /// Diagonal of its box in the simplifier's units: the error of its removal.
+    /// Diagonal of its bounding box in the simplifier's units: the error of its removal.
     pub extent: f64,
 }
 
-/// All components but the largest, which never vanishes, the largest first.
+/// All components except the largest, which never vanishes, in order of decreasing extent.
 pub fn lesser_components(surface: &Surface, positions: usize) -> Vec<Component> {
     let mut parents: Vec<u32> = (0..positions as u32).collect();
     for face in 0..surface.faces() as u32 {
@@ -39,7 +39,7 @@ pub fn lesser_components(surface: &Surface, positions: usize) -> Vec<Component> 
         .into_iter()
         .map(|(component, low, high)| Component { extent: (high - low).length(), ..component })
         .collect();
-    // A stable sort: of equal ones the first is kept longest.
+    // A stable sort: among equal components the first is kept longest.
     components.sort_by(|x, y| y.extent.total_cmp(&x.extent));
     components.drain(..components.len().min(1));
     components

@@ -1,19 +1,19 @@
-//! The order in which positions and faces stand in memory: along a curve that fills space, so that what is looked at
-//! together stands together. The dragon's collapses take a quarter less time than in the order of its file.
+//! The order of positions and faces in memory: along a space-filling curve, so that neighbours in space are close in
+//! memory. The dragon's collapses take a quarter less time than in file order.
 
 use crate::model::Model;
 use glam::DVec3;
 
-/// Bits of each coordinate: cells of a millionth of the box; what shares a cell keeps the model's order.
+/// Bits of each coordinate: cells of a millionth of the box. Positions in one cell keep the model's order.
 const BITS: u32 = 20;
 
-/// Places along the curve, and the model's numbers.
+/// Places along the curve, and the model's indices.
 pub struct Curve {
-    /// For each of the model's positions its place.
+    /// For each of the model's positions, its place.
     pub places: Vec<u32>,
-    /// For each place the model's position.
+    /// For each place, the model's position.
     pub positions: Vec<u32>,
-    /// For each place the model's face: by the first of its corners' places.
+    /// For each place, the model's face; faces are ordered by the lowest place of their corners.
     pub faces: Vec<u32>,
 }
 
@@ -37,7 +37,7 @@ impl Curve {
     }
 }
 
-/// The place of a point of the unit cube along Morton's curve.
+/// The place of a point of the unit cube along the Morton curve.
 fn morton(point: DVec3) -> u64 {
     let most = ((1_u32 << BITS) - 1) as f64;
     let [x, y, z] = (point * most).to_array().map(|along| along as u64);
@@ -51,7 +51,7 @@ mod tests {
     use crate::model::named;
 
     #[test]
-    fn every_position_and_face_has_one_place_and_one_octant_comes_after_the_other() {
+    fn every_position_and_face_has_one_place_and_octants_follow_each_other() {
         let model = named("torus:32").unwrap();
         let curve = Curve::of(&model);
         assert!(

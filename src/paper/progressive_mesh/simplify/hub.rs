@@ -1,4 +1,4 @@
-//! The one-ring of a position that may vanish: its edges and faces, and the collapses that they allow.
+//! The one-ring of a position that may vanish: its edges and faces, and the allowed collapses.
 
 use super::surface::{Corner, Surface};
 
@@ -9,7 +9,7 @@ pub struct RingEdge {
     pub kind: Kind,
     /// Faces along the edge.
     pub faces: u32,
-    /// The corner in which `end` follows the hub, and the one in which it precedes it; the last of each if there
+    /// The corner in which `end` follows the hub, and the one in which it precedes the hub; the last of each if there
     /// are several.
     ahead: Option<u32>,
     behind: Option<u32>,
@@ -18,27 +18,27 @@ pub struct RingEdge {
 /// What a collapse along an edge would do to the surface's borders and seams.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Two faces, which agree on the wedges at both ends.
+    /// Two faces with the same wedges at both ends.
     Plain,
-    /// Two faces that do not: attributes break here.
+    /// Two faces with different wedges: attributes are discontinuous here.
     Seam,
     /// One face.
     Border,
-    /// Something else: no manifold.
+    /// Anything else: not manifold.
     Complex,
 }
 
 /// Up to this many edges a linear search is faster than the table.
 const FEW: usize = 16;
 
-/// The neighbourhood of a position; its lists are reused.
+/// The neighbourhood of a position; the lists are reused.
 pub struct Hub {
     pub position: u32,
     pub corners: Vec<Corner>,
     pub edges: Vec<RingEdge>,
-    /// The ends of the edges, packed.
+    /// The ends of the edges, contiguous.
     ends: Vec<u32>,
-    /// For each position the last hub that had it as a neighbour, and its edge there.
+    /// For each position, `turn` when it was last a neighbour, and the index of its edge.
     seen: Vec<(u32, u32)>,
     turn: u32,
 }
@@ -93,7 +93,7 @@ impl Hub {
 
     /// The edge to a position.
     pub fn edge_to(&self, end: u32) -> Option<&RingEdge> {
-        // A few ends fit into one or two cache lines of the CPU; `seen`, of all positions, does not.
+        // Few ends fit into one or two CPU cache lines; `seen`, which has an entry for every position, does not.
         if self.ends.len() <= FEW {
             return self.ends.iter().position(|&known| known == end).map(|at| &self.edges[at]);
         }
@@ -120,7 +120,7 @@ impl Hub {
         [surface.wedge(face, index), surface.wedge(face, other)]
     }
 
-    /// The border's edges into the hub and out of it, in the faces' direction, if it has just one of each.
+    /// The border's edges into and out of the hub, in the faces' direction, if there is exactly one of each.
     pub fn border(&self) -> Option<[RingEdge; 2]> {
         let mut found = [None; 2];
         for edge in self.edges.iter().filter(|edge| edge.kind == Kind::Border) {
@@ -132,21 +132,21 @@ impl Hub {
         Some([found[0]?, found[1]?])
     }
 
-    /// Where the hub may go, by the kinds of its edges alone. An inner position may go anywhere, one on a border or seam
-    /// only along it, and one where borders or seams end, cross or branch, nowhere.
+    /// The allowed directions, by the kinds of the hub's edges alone. An inner position may move anywhere, one on a
+    /// border or seam only along it; one where borders or seams end, cross or branch may not move.
     pub fn path(&self) -> Path {
         let mut marked = self.edges.iter().filter(|edge| edge.kind != Kind::Plain).map(|edge| edge.kind);
         match (marked.next(), marked.next(), marked.next()) {
             (None, ..) => Path::Anywhere,
-            // Where two sheets came to share one edge, they part again when that edge goes.
+            // Where two sheets have come to share one edge, they separate again when it collapses.
             (Some(Kind::Complex), None, _) => Path::Along(Kind::Complex),
             (Some(one), Some(two), None) if one == two => Path::Along(one),
             _ => Path::Nowhere,
         }
     }
 
-    /// For the hub's wedges in the faces along an edge, the wedges at its end. `None` if one wedge would have to become
-    /// two, unless `torn`: then the first counts.
+    /// For the hub's wedges in the faces along an edge, the wedges at the edge's end. `None` if one wedge would become
+    /// two, unless `torn`: then the first one is used.
     pub fn wedge_pairs(&self, surface: &Surface, end: u32, torn: bool) -> Option<WedgePairs> {
         let mut pairs = WedgePairs { pairs: [[0; 2]; MOST_PAIRS], count: 0 };
         for (index, corner) in self.corners.iter().enumerate() {
@@ -203,7 +203,7 @@ impl Hub {
         (along.next().is_none() && self.is_not(&one)).then_some(last)
     }
 
-    /// True if the face of a corner elsewhere does not touch the hub.
+    /// True if the face of a corner at another position does not touch the hub.
     pub fn is_not(&self, corner: &Corner) -> bool {
         corner.a != self.position && corner.b != self.position
     }
@@ -223,7 +223,7 @@ impl Hub {
     }
 }
 
-/// Where a hub may go.
+/// Where a hub may move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
     Anywhere,
@@ -242,23 +242,23 @@ impl Path {
     }
 }
 
-/// What a collapse does to the surface.
+/// The effect of a collapse on the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Link {
-    /// Leaves it one, as it was.
+    /// Topology unchanged.
     Surface,
     /// Closes a hole of three edges.
     Closes,
-    /// Makes two sheets share an edge: a handle or a neck becomes a pinch.
+    /// Two sheets come to share an edge: a handle or a neck becomes a pinch.
     Pinches,
-    /// Would make one face of two, or leave a position without any.
+    /// Would merge two faces into one, or leave a position without faces.
     Forbidden,
 }
 
-/// Wedges along one edge: two, unless sheets share it.
+/// Most wedge pairs along one edge: two faces' pairs, or more if sheets share it.
 const MOST_PAIRS: usize = 4;
 
-/// Some wedges of a position, each with the one that takes its place.
+/// Some wedges of a position, each with its replacement.
 #[derive(Clone, Copy, Debug)]
 pub struct WedgePairs {
     pairs: [[u32; 2]; MOST_PAIRS],
@@ -266,7 +266,7 @@ pub struct WedgePairs {
 }
 
 impl WedgePairs {
-    /// What takes the place of a wedge, if it is one of them.
+    /// The replacement of a wedge, if it has one here.
     pub fn target(&self, wedge: u32) -> Option<u32> {
         self.pairs[..self.count].iter().find(|pair| pair[0] == wedge).map(|pair| pair[1])
     }

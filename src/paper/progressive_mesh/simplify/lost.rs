@@ -1,71 +1,72 @@
 //! Vanished positions and the faces that represent them: the deviation of the simplified mesh.
 //!
-//! Each vanished position belongs to the face nearest to it, among those that took the place of its faces when it last
-//! changed hands; on a border also to the edge of the border that took the place of its own. The distance to that
-//! face is never less than the distance to the whole mesh.
+//! Each vanished position belongs to one face: the nearest among those that replaced its faces when it was last
+//! reassigned. On a border it also belongs to the border edge that replaced its own. The distance to that face is never
+//! less than the distance to the whole mesh.
 
 use glam::DVec3;
 
 /// The end of a list.
 const END: u32 = u32::MAX;
 
-/// Lists of vanished positions: for each face, and for each edge of the border (by the position at which it starts,
-/// in the direction of its face).
-pub struct Lost {
-    of_face: Vec<u32>,
-    next_of_face: Vec<u32>,
-    of_border: Vec<u32>,
-    next_of_border: Vec<u32>,
+/// Longest list; positions beyond it share one bound. Lists reach this length when a mesh of a million faces is at a
+/// level of 500. On a straight border, where one edge may receive all the rest, the limit keeps the work linear.
+const MOST: u32 = 1024;
+
+/// Lists of vanished positions: for each face, or for each border edge (by its start in the direction of its face).
+pub struct Lists {
+    first: Vec<u32>,
+    next: Vec<u32>,
+    count: Vec<u32>,
+    /// A bound of the distance of all positions that belong here but are not in the list; below 0 if there are none.
+    dropped: Vec<f64>,
 }
 
-impl Lost {
-    pub fn new(positions: usize, faces: usize) -> Lost {
-        Lost {
-            of_face: vec![END; faces],
-            next_of_face: vec![END; positions],
-            of_border: vec![END; positions],
-            next_of_border: vec![END; positions],
+impl Lists {
+    /// Empty lists for `positions` positions.
+    pub fn new(positions: usize, lists: usize) -> Lists {
+        Lists {
+            first: vec![END; lists],
+            next: vec![END; positions],
+            count: vec![0; lists],
+            dropped: vec![-1.0; lists],
         }
     }
 
-    fn list(first: u32, next: &[u32]) -> impl Iterator<Item = u32> + '_ {
-        let mut at = first;
+    /// The positions of a list.
+    pub fn of(&self, list: u32) -> impl Iterator<Item = u32> + '_ {
+        let mut at = self.first[list as usize];
         std::iter::from_fn(move || {
             let found = (at != END).then_some(at)?;
-            at = next[at as usize];
+            at = self.next[at as usize];
             Some(found)
         })
     }
 
-    /// The positions that belong to a face.
-    pub fn of_face(&self, face: u32) -> impl Iterator<Item = u32> + '_ {
-        Lost::list(self.of_face[face as usize], &self.next_of_face)
+    /// A bound of the distance of the positions that belong here but are not in the list.
+    pub fn dropped(&self, list: u32) -> Option<f64> {
+        Some(self.dropped[list as usize]).filter(|bound| *bound >= 0.0)
     }
 
-    /// The positions that belong to the border's edge that starts at `start`.
-    pub fn of_border(&self, start: u32) -> impl Iterator<Item = u32> + '_ {
-        Lost::list(self.of_border[start as usize], &self.next_of_border)
+    /// Releases the positions of a list.
+    pub fn clear(&mut self, list: u32) {
+        let list = list as usize;
+        (self.first[list], self.count[list], self.dropped[list]) = (END, 0, -1.0);
     }
 
-    /// Releases the positions of a face.
-    pub fn clear_face(&mut self, face: u32) {
-        self.of_face[face as usize] = END;
+    /// Assigns a released position at this distance; a full list keeps only the distance.
+    pub fn give(&mut self, position: u32, list: u32, distance: f64) {
+        if self.count[list as usize] == MOST {
+            return self.inherit(list, distance);
+        }
+        self.count[list as usize] += 1;
+        self.next[position as usize] = std::mem::replace(&mut self.first[list as usize], position);
     }
 
-    /// Releases the positions of a border edge.
-    pub fn clear_border(&mut self, start: u32) {
-        self.of_border[start as usize] = END;
-    }
-
-    /// Assigns a released position to a face.
-    pub fn give_to_face(&mut self, position: u32, face: u32) {
-        self.next_of_face[position as usize] = std::mem::replace(&mut self.of_face[face as usize], position);
-    }
-
-    /// Assigns a released position to a border edge.
-    pub fn give_to_border(&mut self, position: u32, start: u32) {
-        self.next_of_border[position as usize] =
-            std::mem::replace(&mut self.of_border[start as usize], position);
+    /// Takes over the bound of another list's dropped positions.
+    pub fn inherit(&mut self, list: u32, bound: f64) {
+        let dropped = &mut self.dropped[list as usize];
+        *dropped = dropped.max(bound);
     }
 }
 
@@ -75,4 +76,23 @@ pub fn squared_to_segment(p: DVec3, [a, b]: [DVec3; 2]) -> f64 {
     let length_squared = ab.length_squared();
     let along = if length_squared > 0.0 { (ab.dot(ap) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
     (ap - ab * along).length_squared()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_list_keeps_the_largest_distance_of_the_rest() {
+        let mut lists = Lists::new(2000, 2);
+        (0..MOST).for_each(|position| lists.give(position, 1, 9.0));
+        assert_eq!((lists.of(1).count(), lists.dropped(1)), (1024, None));
+        [3.0, 5.0, 4.0]
+            .into_iter()
+            .zip(1500..)
+            .for_each(|(distance, position)| lists.give(position, 1, distance));
+        assert_eq!((lists.of(1).count(), lists.dropped(1), lists.dropped(0)), (1024, Some(5.0), None));
+        lists.clear(1);
+        assert_eq!((lists.of(1).count(), lists.dropped(1)), (0, None));
+    }
 }

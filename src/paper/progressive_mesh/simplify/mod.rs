@@ -1,26 +1,33 @@
-//! Simplification: a model becomes a sequence of half-edge collapses (paper 2, sections 3 and 4; the simplifier itself
-//! is a gap of the paper, which takes any).
+//! Simplification: a model becomes a sequence of half-edge collapses (paper 2, sections 3 and 4; the paper accepts any
+//! simplifier and does not describe one).
 //!
-//! Ours: the cheapest collapse first, by the quadric error of Garland and Heckbert (1997) and, beside it, by the distance
-//! that is measured: each vanished position belongs to the face nearest to it (`lost`), and each new face is
-//! sampled against those it replaces. Positions on a border or seam move only along it; where these end or cross, they
-//! stay. Small holes close, sheets may come to touch where a handle or neck is thin, and components vanish as a whole
-//! once the mesh deviates by no less than their extent. Where nothing is left that keeps to these rules, they are
-//! relaxed in two steps ([`Report`] counts what that did), and at last the smallest component goes.
+//! Ours: the cheapest collapse first. The cost is the quadric error (Garland and Heckbert, "Surface Simplification Using
+//! Quadric Error Metrics", SIGGRAPH 1997) plus the measured distance: each removed position is assigned to the face
+//! nearest to it (`lost`), and each new face is measured against those it replaces (`farthest`). A second pass delays
+//! collapses that deviate more than their neighbours in the sequence (`pace`), so that the stated error rises evenly.
+//!
+//! Positions on a border or seam move only along it; where borders or seams end or cross, they stay. Small holes close.
+//! Sheets may touch where a handle or neck is thin. A component vanishes as a whole once the mesh deviates by at least
+//! its extent. If no collapse satisfies these rules, they are relaxed in two steps ([`Report`] counts the collapses of
+//! each), and in the end the smallest component is removed.
 
 mod components;
 mod curve;
+mod farthest;
 mod hub;
 mod lost;
+mod pace;
 mod quadric;
 mod queue;
 mod sequence;
 mod shape;
 mod start;
+mod stated;
 mod step;
 mod surface;
 mod triangle;
 
+use super::choices::BuildEffort;
 use crate::math::ragged::Ragged;
 use crate::model::Model;
 use serde::Serialize;
@@ -28,22 +35,22 @@ use serde::Serialize;
 /// Collapses from the full model down to the base mesh M0, the first one first. Indices are the model's.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Collapses {
-    /// For each collapse the deviation from the full model after it, in object units; never decreases. An estimate from
-    /// above of the Hausdorff distance: for the model's positions it is their distance to the nearest of the faces
-    /// near them, which bounds theirs to the whole; for the faces that are left, six samples of each were measured
-    /// against the faces before, and the distances of these added. Where a component vanishes, its extent, however far
-    /// it was from what is left.
+    /// For each collapse the deviation from the full model after it, in object units. For the model's positions: the
+    /// distance to the nearest of the faces near them. For the remaining faces: at sample points, the distance from the
+    /// replaced faces plus those faces' own distances. Where a component vanishes: its extent, regardless of its
+    /// distance from the rest. Above 0 it rises evenly with every collapse (`stated`), so every level can be selected
+    /// by its error.
     pub errors: Vec<f64>,
-    /// For each collapse the wedges that it removes, each with the wedge that takes its place in the faces that
-    /// stay; [`NOWHERE`] where none stays (a component vanishes as a whole). All wedges of one position, or of all
-    /// positions of a component.
+    /// For each collapse the wedges that it removes, each with its replacement in the remaining faces, or [`NOWHERE`]
+    /// if there is none (a component vanishes as a whole). Contains all wedges of one position, or of all positions of
+    /// a component.
     pub wedges: Ragged<[u32; 2]>,
     /// For each collapse the faces that it removes: at least one.
     pub faces: Ragged<u32>,
 }
 
 impl Collapses {
-    /// How many collapses leave no more than `faces` of a model's faces; all of them if none do.
+    /// The number of collapses that leave at most `faces` of a model's faces; all of them if none do.
     pub fn steps_to(&self, model: &Model, faces: usize) -> usize {
         let mut left = model.faces.len();
         let enough = self.faces.rows().position(|row| {
@@ -54,14 +61,14 @@ impl Collapses {
         enough.unwrap_or(self.errors.len())
     }
 
-    /// The faces that the first `steps` collapses leave, by wedge, in the model's order.
+    /// The faces after the first `steps` collapses, by wedge, in the model's order.
     ///
     /// # Panics
-    /// If there are fewer collapses, or if they are another model's.
+    /// If there are fewer collapses, or if they belong to another model.
     pub fn faces_after(&self, model: &Model, steps: usize) -> Vec<[u32; 3]> {
         let mut live = vec![true; model.faces.len()];
         let mut targets: Vec<u32> = (0..model.wedge_positions.len() as u32).collect();
-        // Backwards: what takes a wedge's place then has its own last place already.
+        // Backwards, so that the replacement of a wedge already has its own final replacement.
         for step in (0..steps).rev() {
             self.faces.row(step).iter().for_each(|&face| live[face as usize] = false);
             for &[from, to] in self.wedges.row(step) {
@@ -84,27 +91,28 @@ pub const NOWHERE: u32 = u32::MAX;
 /// What to simplify to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SimplifyOptions {
-    /// Faces of the base mesh: no collapse begins when there are no more than these.
+    /// Faces of the base mesh: no collapse begins at or below this number.
     pub target_faces: usize,
-    /// Which of collapses that cost the same comes first: with 0 the one that stands first along a curve through space,
-    /// with any other seed it is decided by lot. What differs between seeds is what chance decides of a result.
+    /// The order of collapses of equal cost: with 0 the first along a space-filling curve, with any other seed random.
+    /// The differences between seeds show how much of a result is due to chance.
     pub seed: u64,
+    pub effort: BuildEffort,
 }
 
 impl Default for SimplifyOptions {
     fn default() -> Self {
-        SimplifyOptions { target_faces: 64, seed: 0 }
+        SimplifyOptions { target_faces: 64, seed: 0, effort: BuildEffort::Best }
     }
 }
 
-/// A model's collapses, and what became of the wishes.
+/// A model's collapses, and a report.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Simplified {
     pub collapses: Collapses,
     pub report: Report,
 }
 
-/// What was wanted, what was reached, and what had to be allowed on the way.
+/// The request, the result, and the rules that had to be relaxed.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Report {
     pub target_faces: usize,
@@ -123,19 +131,28 @@ pub struct Report {
     pub flips: usize,
     /// Collapses after which borders and seams no longer held.
     pub crossing: usize,
-    /// Why there are more faces than wanted.
+    /// Corners and vanished positions visited: proportional to the time.
+    pub looks: usize,
+    /// Why there are more faces than requested.
     pub shortfall: Option<&'static str>,
 }
 
-/// Simplifies a model as far as wanted. `progress` is called now and then with the number of faces that are removed
-/// and the number to remove.
+/// Simplifies a model to the target. `progress` is called now and then with the number of faces removed and the number
+/// to remove, over all passes.
 pub fn simplify(
     model: &Model,
     options: &SimplifyOptions,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Simplified {
-    let mut sequence = sequence::Sequence::new(model, options);
-    sequence.run(progress);
+    let mut sequence = sequence::Sequence::new(model, options, None);
+    if options.effort == BuildEffort::Best {
+        sequence.run(&mut |done, all| progress(done, 2 * all));
+        let pace = pace::Pace::of(sequence.log());
+        sequence = sequence::Sequence::new(model, options, pace);
+        sequence.run(&mut |done, all| progress(all + done, 2 * all));
+    } else {
+        sequence.run(progress);
+    }
     sequence.finish()
 }
 

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 /// A sum of `weight * distance^2` over planes, as a function of a point given relative to the quadric's own origin.
 ///
-/// The origin lies on the surface, so that the terms which cancel are as small as the shape around it: what a
-/// quadric resolves does not depend on where the mesh stands.
+/// The origin lies on the surface, so that cancelling terms are as small as the local shape: a quadric's resolution
+/// does not depend on where the mesh is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quadric {
     xx: f64,
@@ -52,7 +52,7 @@ impl Quadric {
         self.constant
     }
 
-    /// The same function about another origin: `origin` is relative to the old one.
+    /// The same function about another origin; `origin` is relative to the old one.
     pub fn about(&self, origin: DVec3) -> Quadric {
         Quadric { linear: self.linear + self.product(origin), constant: self.at(origin), ..*self }
     }

@@ -2,12 +2,12 @@
 
 use crate::math::splitmix::SplitMix64;
 
-/// Positions in the order of their keys, least first; equal keys as [`Ties`] say. A heap that knows where
-/// each position stands in it: of four children, as a parent's then stand in one or two lines of the CPU's cache.
+/// Positions by key, least first; equal keys are ordered by [`Ties`]. An indexed heap with four children, because a
+/// parent's children then fit into one or two CPU cache lines.
 pub struct Queue {
     ties: Ties,
     heap: Vec<Entry>,
-    /// Where each position stands in the heap, [`OUT`] if it does not.
+    /// The index of each position in the heap, [`OUT`] if it is absent.
     places: Vec<u32>,
 }
 
@@ -18,14 +18,14 @@ struct Entry {
     tie: (u32, u32),
 }
 
-/// Breaks ties: with seed 0 the lower position comes first, with any other seed at random.
+/// Breaks ties: with seed 0 the lower position comes first, with any other seed a random one.
 #[derive(Clone, Copy)]
 pub struct Ties {
     pub seed: u64,
 }
 
 impl Ties {
-    /// Least first.
+    /// Sort key, least first.
     pub fn rank(self, position: u32) -> (u32, u32) {
         let lot = if self.seed == 0 { 0 } else { SplitMix64::nth(self.seed, u64::from(position)) as u32 };
         (lot, position)
@@ -87,7 +87,7 @@ impl Queue {
 
     /// Inserts a position, or changes its key.
     pub fn set(&mut self, position: u32, key: f64) {
-        assert!(!key.is_nan(), "the key of position {position} is no number");
+        assert!(!key.is_nan(), "the key of position {position} is NaN");
         let (entry, place) = (Entry { key, tie: self.ties.rank(position) }, self.places[position as usize]);
         if place == OUT {
             self.heap.push(entry);
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn positions_come_in_the_order_of_their_last_keys_and_removed_ones_do_not() {
+    fn positions_come_in_the_order_of_their_last_keys_without_removed_ones() {
         let mut queue = Queue::new(1000, Ties { seed: 0 });
         let key = |n: u32, round: u32| f64::from((n * 7919 + round * 104_729) % 257);
         for round in 0..3 {

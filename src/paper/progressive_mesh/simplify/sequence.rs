@@ -1,14 +1,16 @@
-//! The sequence of collapses, the cheapest first. Costs that a collapse changes nearby are recomputed lazily, when their
-//! old cost reaches the head of the queue: costs hardly ever fall, and this takes three evaluations instead of five.
+//! The sequence of collapses, cheapest first. Costs that a collapse changes nearby are recomputed lazily, when their
+//! old cost reaches the head of the queue. Costs rarely fall, and this takes three evaluations instead of five.
 
 use super::components::{Component, lesser_components};
 use super::curve::Curve;
 use super::hub::{Hub, Kind, Link, RingEdge, WedgePairs};
-use super::lost::{Lost, squared_to_segment};
+use super::lost::{Lists, squared_to_segment};
+use super::pace::Pace;
 use super::quadric::Quadric;
 use super::queue::{Queue, Ties};
 use super::shape::Shape;
 use super::start::{WedgeLists, nearest_wedge, normals, quadrics};
+use super::stated::stated;
 use super::surface::{Corner, Frame, Surface};
 use super::{Collapses, NOWHERE, Report, Simplified, SimplifyOptions};
 use crate::model::Model;
@@ -16,9 +18,9 @@ use glam::DVec3;
 
 /// Why a target was not reached.
 pub const SHORTFALL: &str =
-    "one component is left, and every collapse of it would make one face of two or leave none";
+    "one component is left, and every collapse of it would merge two faces or leave none";
 
-/// The simplifier's whole state. Positions and faces are numbered along the curve; the result has the model's numbers.
+/// The simplifier's whole state. Positions and faces are numbered along the curve; the result uses the model's numbers.
 pub struct Sequence<'a> {
     model: &'a Model,
     curve: Curve,
@@ -26,20 +28,22 @@ pub struct Sequence<'a> {
     pub(super) rules: Rules,
     pub(super) surface: Surface,
     frame: Frame,
-    /// Of each face in the model; zero if it has no area.
+    /// Each face's normal in the model; zero if it has no area.
     pub(super) normals: Vec<DVec3>,
     pub(super) quadrics: Vec<Quadric>,
-    pub(super) lost: Lost,
-    /// For each face a bound of its distance from the model.
+    /// Vanished positions by face, and by border edge.
+    pub(super) lost: Lists,
+    pub(super) lost_of_border: Lists,
+    /// For each face an upper bound of its distance from the model.
     pub(super) off_model: Vec<f64>,
     queue: Queue,
-    /// For each position the collapse whose cost is its key, if that is known exactly: where to, and the quadrics' part.
+    /// For each position whose key is an exact cost: the target of that collapse, and the quadric part of the cost.
     exact: Vec<(u32, f64)>,
     pub(super) hub: Hub,
-    /// The hub, and vanished positions of its faces.
+    /// The hub, and the vanished positions of its faces.
     pub(super) points: Vec<Near>,
     pub(super) shape: Shape,
-    /// Those of the hub's border.
+    /// The hub, and the vanished positions of its border edges.
     pub(super) border_points: Vec<(u32, DVec3)>,
     pub(super) candidates: Vec<(f64, RingEdge)>,
     off: Vec<(u32, f64)>,
@@ -49,23 +53,29 @@ pub struct Sequence<'a> {
     /// Components that have not vanished, the smallest last.
     components: Vec<Component>,
     /// The largest deviation so far, in the simplifier's units.
-    worst: f64,
+    pub(super) worst: f64,
+    /// Faces left after each collapse.
+    left: Vec<usize>,
+    /// Set in the second pass.
+    pub(super) pace: Option<Pace>,
+    /// For each collapse the largest key so far, and its deviation.
+    log: Vec<[f64; 2]>,
     collapses: Collapses,
-    report: Report,
+    pub(super) report: Report,
 }
 
-/// What a collapse may do. Each phase permits what those before it permit, and more.
+/// The permitted collapses. Each phase permits more than the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rules {
-    /// Only what shows as deviation.
+    /// Only collapses whose damage is measured as deviation.
     Strict,
-    /// Also turn faces too far.
+    /// Also those that turn faces too far.
     Folding,
-    /// Also leave borders and seams, and move their ends.
+    /// Also those that leave borders and seams, and move their ends.
     Crossing,
 }
 
-/// A collapse that is allowed.
+/// An allowed collapse.
 #[derive(Clone, Copy, Debug)]
 pub struct Step {
     pub edge: RingEdge,
@@ -80,12 +90,12 @@ pub struct Step {
 pub struct Near {
     pub position: u32,
     pub point: DVec3,
-    /// The corner of the hub that it belongs to; any for the hub itself.
+    /// The corner of the hub that it belongs to; arbitrary for the hub itself.
     pub corner: u32,
 }
 
 impl<'a> Sequence<'a> {
-    pub fn new(model: &'a Model, options: &SimplifyOptions) -> Sequence<'a> {
+    pub fn new(model: &'a Model, options: &SimplifyOptions, pace: Option<Pace>) -> Sequence<'a> {
         let curve = Curve::of(model);
         let (mut surface, frame) = Surface::new(model, &curve);
         let positions = model.positions.len();
@@ -95,7 +105,8 @@ impl<'a> Sequence<'a> {
             options: *options,
             rules: Rules::Strict,
             quadrics: quadrics(&mut surface, &mut hub, positions),
-            lost: Lost::new(positions, model.faces.len()),
+            lost: Lists::new(positions, model.faces.len()),
+            lost_of_border: Lists::new(positions, positions),
             off_model: vec![0.0; model.faces.len()],
             queue: Queue::new(positions, Ties { seed: options.seed }),
             exact: vec![(NOWHERE, 0.0); positions],
@@ -113,6 +124,9 @@ impl<'a> Sequence<'a> {
             surface,
             frame,
             worst: 0.0,
+            left: Vec::new(),
+            pace,
+            log: Vec::new(),
             collapses: Collapses::default(),
             report: Report { target_faces: options.target_faces, seed: options.seed, ..Report::default() },
         };
@@ -128,43 +142,46 @@ impl<'a> Sequence<'a> {
         }
     }
 
-    /// Gives a position a lower bound of the costs of its collapses as its key.
+    /// Sets a position's key to a lower bound of the costs of its collapses.
     fn renew(&mut self, position: u32) {
         self.exact[position as usize].0 = NOWHERE;
+        if self.is_heavy(position) {
+            return self.queue.remove(position);
+        }
         self.hub.look(&mut self.surface, position);
-        let path = self.path();
-        let allowed = self.hub.edges.iter().filter(|edge| path.allows(edge.kind));
-        match allowed.map(|edge| self.quadric_cost(position, edge.end)).min_by(f64::total_cmp) {
+        self.report.looks += self.hub.corners.len();
+        match self.ways().map(|edge| self.quadric_cost(position, edge.end)).min_by(f64::total_cmp) {
             Some(least) => self.queue.set(position, least),
             None => self.queue.remove(position),
         }
     }
 
-    /// Collapses until there are few enough faces, or nothing is left that may collapse.
+    /// Collapses until the target is reached or no collapse is possible.
     pub fn run(&mut self, progress: &mut dyn FnMut(usize, usize)) {
         let total = self.surface.faces().saturating_sub(self.options.target_faces);
-        let mut told = 0;
+        let mut reported = 0;
         while self.surface.live() > self.options.target_faces {
             if !self.next() {
                 break;
             }
             let removed = self.surface.faces() - self.surface.live();
-            if removed - told > total / 256 {
+            if removed - reported > total / 256 {
                 progress(removed.min(total), total);
-                told = removed;
+                reported = removed;
             }
         }
     }
 
-    /// One step towards the target. False if none is left.
+    /// One step towards the target; false if none is possible.
     fn next(&mut self) -> bool {
         if self.components.last().is_some_and(|component| component.extent <= self.worst) {
             self.remove_component();
             return true;
         }
-        let Some(position) = self.queue.pop() else { return self.relax() };
+        let key = self.queue.least_key();
+        let (Some(position), Some(key)) = (self.queue.pop(), key) else { return self.relax() };
         let next_key = self.queue.least_key().unwrap_or(f64::INFINITY);
-        if let Some(step) = self.known(position) {
+        if let Some(step) = self.known(position, key) {
             self.execute(&step);
             return true;
         }
@@ -180,22 +197,22 @@ impl<'a> Sequence<'a> {
         true
     }
 
-    /// The collapse that gave a position its key, if it is still allowed. The position's own faces are unchanged; their
-    /// surroundings may not be.
-    fn known(&mut self, position: u32) -> Option<Step> {
+    /// The collapse whose cost is the position's key, if it is still allowed. The position's own faces are unchanged;
+    /// their surroundings may have changed.
+    fn known(&mut self, position: u32, key: f64) -> Option<Step> {
         let (to, quadrics) = self.exact[position as usize];
-        if to == NOWHERE || self.quadric_cost(position, to) != quadrics {
+        if to == NOWHERE || self.is_heavy(position) || self.quadric_cost(position, to) != quadrics {
             return None;
         }
         self.look(position);
         let edge = *self.hub.edge_to(to)?;
         self.shape.spread(&self.hub, &self.surface, to);
-        let step = self.allowed(&edge, 0.0, self.shape.flips)?;
+        let step = self.allowed(&edge, key, self.shape.flips)?;
         self.gather_points();
         (step.link == Link::Surface).then_some(step)
     }
 
-    /// No collapse is allowed any more: relaxes the rules, or removes the smallest component. False at the end.
+    /// Called when no collapse is allowed: relaxes the rules, or removes the smallest component. False at the end.
     fn relax(&mut self) -> bool {
         self.rules = match self.rules {
             Rules::Strict => Rules::Folding,
@@ -213,13 +230,19 @@ impl<'a> Sequence<'a> {
         true
     }
 
-    fn push_error(&mut self) {
-        self.collapses.errors.push(self.frame.outside(self.worst));
+    fn push_deviation(&mut self) {
+        self.collapses.errors.push(self.worst);
+        self.left.push(self.surface.live());
+    }
+
+    /// For each collapse of one position the largest key so far, and its deviation.
+    pub fn log(&self) -> &[[f64; 2]] {
+        &self.log
     }
 
     /// Removes the smallest component.
     fn remove_component(&mut self) {
-        let component = self.components.pop().expect("somebody saw a component");
+        let component = self.components.pop().expect("the caller checked that a component is left");
         let live: Vec<u32> = component.faces.into_iter().filter(|&face| self.surface.is_live(face)).collect();
         let mut positions: Vec<u32> = live.iter().flat_map(|&face| self.surface.face(face)).collect();
         positions.sort_unstable();
@@ -230,14 +253,17 @@ impl<'a> Sequence<'a> {
         positions.iter().for_each(|&position| self.queue.remove(position));
         self.collapses.faces.push(live.iter().map(|&face| self.curve.faces[face as usize]));
         self.worst = self.worst.max(component.extent);
-        self.push_error();
+        self.push_deviation();
         self.report.components += 1;
     }
 
     /// Executes a collapse at the current hub.
     fn execute(&mut self, step: &Step) {
         let (position, end) = (self.hub.position, step.edge.end);
-        self.measure(step);
+        let deviation = self.measure(step);
+        self.worst = self.worst.max(deviation);
+        let key = self.log.last().map_or(0.0, |last| last[0]);
+        self.log.push([key.max(step.cost), deviation]);
         let (gone, stay): (Vec<Corner>, Vec<Corner>) =
             self.hub.corners.iter().partition(|x| x.a == end || x.b == end);
         gone.iter().for_each(|corner| self.surface.remove(corner.face));
@@ -250,30 +276,43 @@ impl<'a> Sequence<'a> {
         self.quadrics[end as usize].add(&moved);
         self.collapses.wedges.push(self.wedges.of(position).iter().map(|&wedge| [wedge, target(wedge)]));
         self.collapses.faces.push(gone.iter().map(|corner| self.curve.faces[corner.face as usize]));
-        self.push_error();
+        self.push_deviation();
         self.report.count(step, self.rules);
         self.around.extend(self.hub.edges.iter().map(|edge| edge.end));
         while let Some(neighbour) = self.around.pop() {
             match self.queue.contains(neighbour) {
-                // Its cost is looked at again when its turn comes: it hardly ever falls.
+                // Its cost is recomputed when it reaches the head of the queue: it rarely falls.
                 true => self.exact[neighbour as usize].0 = NOWHERE,
                 false => self.renew(neighbour),
             }
         }
     }
 
-    /// Assigns vanished positions, and the hub, to their nearest faces, and records the distances.
-    fn measure(&mut self, step: &Step) {
+    /// Assigns the hub and the vanished positions to their nearest faces. Returns the collapse's deviation.
+    fn measure(&mut self, step: &Step) -> f64 {
         let end = step.edge.end;
         let mut off = std::mem::take(&mut self.off);
         self.shape.spread(&self.hub, &self.surface, end);
-        self.off_model(&mut off);
-        self.hub.corners.iter().for_each(|corner| self.lost.clear_face(corner.face));
+        off.clear();
+        off.extend((0..self.shape.fan).map(|index| (self.shape.new[index].0, self.off_model(index, 0.0))));
+        let corners = self.hub.corners.iter().enumerate();
+        let dropped: Vec<(u32, f64)> = corners
+            .filter_map(|(at, corner)| {
+                let bound = self.lost.dropped(corner.face)?;
+                let (face, distance) = self.shape.heir(at);
+                Some((face, bound + distance))
+            })
+            .collect();
+        self.hub.corners.iter().for_each(|corner| self.lost.clear(corner.face));
         let mut most: f64 = 0.0;
+        for (face, bound) in dropped {
+            most = most.max(bound);
+            self.lost.inherit(face, bound);
+        }
         for near in &self.points {
             let (squared, face) = self.shape.nearest(near.point, near.corner);
             most = most.max(squared.sqrt());
-            self.lost.give_to_face(near.position, face);
+            self.lost.give(near.position, face, squared.sqrt());
         }
         for &(face, distance) in &off {
             let known = &mut self.off_model[face as usize];
@@ -282,19 +321,35 @@ impl<'a> Sequence<'a> {
         }
         self.off = off;
         if let (Kind::Border, Some([into, out])) = (step.edge.kind, self.hub.border()) {
-            let segment = [into.end, out.end].map(|p| self.surface.point(p));
-            self.lost.clear_border(self.hub.position);
-            self.lost.clear_border(into.end);
-            for &(position, point) in &self.border_points {
-                most = most.max(squared_to_segment(point, segment).sqrt());
-                self.lost.give_to_border(position, into.end);
-            }
+            most = most.max(self.measure_border(into.end, out.end));
         }
-        self.worst = self.worst.max(most);
+        most
+    }
+
+    /// The same for the border from `start` to `end`, on which the hub lay.
+    fn measure_border(&mut self, start: u32, end: u32) -> f64 {
+        let segment = [start, end].map(|position| self.surface.point(position));
+        let off = |point| squared_to_segment(point, segment).sqrt();
+        let lists = &mut self.lost_of_border;
+        let old = [self.hub.position, start];
+        let dropped = old.iter().filter_map(|&list| lists.dropped(list)).reduce(f64::max);
+        old.iter().for_each(|&list| lists.clear(list));
+        let mut most: f64 = 0.0;
+        if let Some(bound) = dropped {
+            most = bound + off(self.surface.point(self.hub.position));
+            lists.inherit(start, most);
+        }
+        for &(position, point) in &self.border_points {
+            most = most.max(off(point));
+            lists.give(position, start, off(point));
+        }
+        most
     }
 
     pub fn finish(mut self) -> Simplified {
         self.report.faces = self.surface.live();
+        let stated = stated(&self.collapses.errors, &self.left);
+        self.collapses.errors = stated.into_iter().map(|error| self.frame.outside(error)).collect();
         Simplified { collapses: self.collapses, report: self.report }
     }
 }

@@ -1,4 +1,4 @@
-//! Before the first collapse: the quadrics of the full model.
+//! The quadrics of the full model, before the first collapse.
 
 use super::curve::Curve;
 use super::hub::{Hub, Kind};
@@ -7,14 +7,14 @@ use super::surface::Surface;
 use crate::model::Model;
 use glam::DVec3;
 
-/// Weight of the planes that hold a border in place, times the squared length of its edge.
+/// Weight of the planes that hold a border in place, times the squared length of the border edge.
 const BORDER_WEIGHT: f64 = 10.0;
 
-/// Weight of those that hold a seam. Where the seam is a crease, the surface itself holds it.
+/// Weight of the planes that hold a seam. At a crease the surface itself also holds it.
 const SEAM_WEIGHT: f64 = 1.0;
 
-/// The quadric of each position about itself: its faces' planes, a third of each face's area; and through each edge of a
-/// border or seam, planes across its faces.
+/// The quadric of each position about itself: its faces' planes with a third of each face's area, and planes through
+/// each border or seam edge, perpendicular to its faces.
 pub fn quadrics(surface: &mut Surface, hub: &mut Hub, positions: usize) -> Vec<Quadric> {
     let mut quadrics = vec![Quadric::default(); positions];
     for face in 0..surface.faces() as u32 {

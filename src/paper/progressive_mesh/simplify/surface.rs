@@ -1,17 +1,17 @@
-//! The mesh while it is simplified: faces, and for each position the corners of faces that lie there.
+//! The mesh during simplification: faces, and for each position its corners of faces.
 
 use super::curve::Curve;
 use crate::model::Model;
 use glam::DVec3;
 
-/// No corner.
+/// End of a list of corners.
 const END: u32 = u32::MAX;
 
 /// Marks a face that has been removed.
 const GONE: [u32; 3] = [u32::MAX; 3];
 
-/// Any set of triangles over the model's positions, both by their places along a [`Curve`]. Corner `3 f + k` is corner k
-/// of face f.
+/// Any set of triangles over the model's positions, both indexed by their places along a [`Curve`]. Corner `3 f + k` is
+/// corner k of face f.
 pub struct Surface {
     /// In the simplifier's own units: see [`Frame`].
     points: Vec<DVec3>,
@@ -31,8 +31,8 @@ pub struct Surface {
     has_seams: bool,
 }
 
-/// How object units become the simplifier's: everything is computed in a box of about 1 around the median position,
-/// so that neither a far origin, nor a tiny or huge scale, nor a far outlier takes bits from the shape.
+/// Conversion from object units to the simplifier's: computation takes place in a box of about 1 around the median
+/// position, so that a far origin, a tiny or huge scale or a far outlier costs no precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     origin: DVec3,
@@ -61,7 +61,7 @@ impl Frame {
             return Frame { origin: DVec3::ZERO, half: 1.0 };
         }
         let origin = DVec3::new(median(0), median(1), median(2));
-        // Halves, since the difference of two finite numbers may be infinite.
+        // The difference of two finite numbers may be infinite, so halves are subtracted.
         let half = positions
             .iter()
             .fold(0.0, |most: f64, p| most.max((*p * 0.5 - origin * 0.5).abs().max_element()));
@@ -95,7 +95,7 @@ impl Surface {
             wedges: curve.faces.iter().map(|&face| model.faces[face as usize]).collect(),
             faces,
         };
-        // Backwards, so that the lists begin with the first faces.
+        // Backwards, so that each list begins with its first face.
         for corner in (0..surface.next.len()).rev() {
             let position = surface.faces[corner / 3][corner % 3] as usize;
             surface.next[corner] = std::mem::replace(&mut surface.first[position], corner as u32);
@@ -104,7 +104,7 @@ impl Surface {
         (surface, frame)
     }
 
-    /// Live faces.
+    /// The number of live faces.
     pub fn live(&self) -> usize {
         self.live
     }
@@ -123,12 +123,12 @@ impl Surface {
         self.wedges[face as usize][corner as usize]
     }
 
-    /// True if there may be seams.
+    /// True if any position has several wedges.
     pub fn has_seams(&self) -> bool {
         self.has_seams
     }
 
-    /// Faces of the model.
+    /// The number of the model's faces.
     pub fn faces(&self) -> usize {
         self.faces.len()
     }
@@ -142,7 +142,7 @@ impl Surface {
         self.points[position as usize]
     }
 
-    /// The corners' points of a live face.
+    /// The corner points of a live face.
     pub fn triangle(&self, face: u32) -> [DVec3; 3] {
         self.face(face).map(|position| self.point(position))
     }
@@ -164,7 +164,7 @@ impl Surface {
         })
     }
 
-    /// As [`Self::corners`], into `corners`. Also drops removed faces from the position's list.
+    /// Like [`Self::corners`], into `corners`; also drops removed faces from the position's list.
     pub fn gather(&mut self, hub: u32, corners: &mut Vec<Corner>) {
         corners.clear();
         let mut corner = self.first[hub as usize];
@@ -194,8 +194,8 @@ impl Surface {
         self.live -= 1;
     }
 
-    /// Replaces `hub` by `to` in all its faces, `corners`, none of which has `to`. `wedge` maps the hub's wedges to those
-    /// of `to`.
+    /// Replaces `hub` by `to` in all of the hub's faces, `corners`; none of them may contain `to`. `wedge` maps the
+    /// hub's wedges to those of `to`.
     pub fn replace(&mut self, hub: u32, to: u32, corners: &[Corner], mut wedge: impl FnMut(u32) -> u32) {
         for corner in corners {
             let (face, index) = (corner.face as usize, corner.index as usize);

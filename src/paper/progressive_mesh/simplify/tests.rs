@@ -1,4 +1,4 @@
-//! What every sequence of collapses must be, and what becomes of holes, seams, components and hopeless cases.
+//! Invariants of every sequence of collapses, and the treatment of holes, seams, components and degenerate models.
 
 use super::triangle::Triangle;
 use super::*;
@@ -10,8 +10,8 @@ fn to(model: &Model, target_faces: usize) -> Simplified {
     simplify(model, &SimplifyOptions { target_faces, ..SimplifyOptions::default() }, &mut |_, _| {})
 }
 
-/// The faces that are left when there are no more than `faces`, by wedge, and the error stated then. Looks at every
-/// collapse on the way: what it removes is there, what it puts in its place stays.
+/// The faces left when there are at most `faces`, by wedge, and the stated error. Checks that each collapse on the way
+/// removes what exists and that its replacements stay.
 fn left(model: &Model, collapses: &Collapses, faces: usize) -> (Vec<[u32; 3]>, f64) {
     let mut now = model.faces.clone();
     let mut live = vec![true; now.len()];
@@ -57,7 +57,7 @@ fn left(model: &Model, collapses: &Collapses, faces: usize) -> (Vec<[u32; 3]>, f
     (faces, error)
 }
 
-/// Several models as one, each moved.
+/// Several models as one, each with an offset.
 fn together(models: &[(&Model, DVec3)]) -> Model {
     let mut all = Model::default();
     for (model, offset) in models {
@@ -117,7 +117,7 @@ fn no_position_is_farther_from_the_mesh_than_stated() {
 }
 
 #[test]
-fn where_and_how_large_a_model_is_changes_nothing() {
+fn a_models_position_and_scale_change_nothing() {
     let model = named("torus:12").unwrap();
     let plain = to(&model, 100).collapses;
     for scale in [2.0_f64.powi(-300), 2.0_f64.powi(300)] {
@@ -134,7 +134,7 @@ fn where_and_how_large_a_model_is_changes_nothing() {
 }
 
 #[test]
-fn an_outlier_takes_no_bits_from_the_rest() {
+fn an_outlier_costs_the_rest_no_precision() {
     let torus = named("torus:12").unwrap();
     let far = together(&[(&torus, DVec3::ZERO), (&tetrahedron(1e20), DVec3::splat(1e30))]);
     let (alone, beside) = (to(&torus, 100).collapses, to(&far, 104).collapses);
@@ -178,21 +178,22 @@ fn a_component_vanishes_as_a_whole_once_the_rest_deviates_as_much() {
         (0..collapses.errors.len()).filter(|&step| collapses.wedges.row(step)[0][1] == NOWHERE).collect();
     let [step] = vanishing[..] else { panic!("{} collapses lead nowhere", vanishing.len()) };
     assert_eq!((collapses.wedges.row(step).len(), collapses.faces.row(step).len()), (4, 4));
-    // The extent is the diagonal of a cube of 0.02; the error was there already.
+    // The extent is the diagonal of a cube of 0.02; the deviation had already reached it.
     assert!(collapses.errors[step - 1] >= 0.02 * 3.0_f64.sqrt() - 1e-12);
     left(&model, &collapses, 64);
 }
 
 #[test]
-fn where_nothing_else_is_left_components_go_smallest_first_and_the_error_says_so() {
+fn in_the_end_components_vanish_smallest_first_with_their_extent_as_error() {
     let sizes: Vec<Model> = (1..=9).map(|n| tetrahedron(f64::from(n))).collect();
     let placed: Vec<(&Model, DVec3)> = sizes.iter().map(|model| (model, DVec3::X * 100.0)).collect();
     let model = together(&placed);
     let Simplified { collapses, report } = to(&model, 0);
     assert_eq!((report.faces, report.components, report.shortfall), (4, 8, Some(sequence::SHORTFALL)));
-    let expected: Vec<f64> = (1..=8).map(|n| f64::from(n) * 3.0_f64.sqrt()).collect();
+    let extents = (1..=8).map(|n| f64::from(n) * 3.0_f64.sqrt());
+    // The error rises with at least half the power of the faces: from 8 faces to 4 by more than the extents do.
     assert!(
-        collapses.errors.iter().zip(&expected).all(|(found, wanted)| (found / wanted - 1.0).abs() < 1e-12)
+        collapses.errors.iter().zip(extents).all(|(found, extent)| (1.0..2.0).contains(&(found / extent)))
     );
 }
 
@@ -209,7 +210,7 @@ fn a_hole_closes() {
 }
 
 #[test]
-fn a_notch_that_is_filled_is_an_error_although_nothing_is_far_from_the_mesh() {
+fn a_filled_notch_is_an_error_although_no_position_is_far_from_the_mesh() {
     // A strip from 0 to 1 with one deep notch in its upper border.
     let upper = |x: f64| if (x - 0.5).abs() < 0.01 { 0.2 } else { 1.0 };
     let n = 10;
@@ -232,32 +233,59 @@ fn a_notch_that_is_filled_is_an_error_although_nothing_is_far_from_the_mesh() {
     assert!(*collapses.errors.last().unwrap() > 0.2, "{:?}", collapses.errors);
 }
 
-#[test]
-fn a_vertex_of_very_many_faces_takes_no_quadratic_time() {
-    let n = 20_000;
+/// Faces from a centre to each pair of neighbours on a circle.
+fn fan(n: u32, height: f64) -> Model {
     let ring = (0..n).map(|i| f64::from(i) / f64::from(n) * std::f64::consts::TAU);
-    let mut positions = vec![DVec3::Z, -DVec3::Z];
+    let mut positions = vec![DVec3::Z * height];
     positions.extend(ring.map(|a| DVec3::new(a.cos(), a.sin(), 0.0)));
-    let faces = (0..n).flat_map(|i| {
-        let (a, b) = (2 + i, 2 + (i + 1) % n);
-        [[0, a, b], [1, b, a]]
-    });
-    let faces: Vec<[u32; 3]> = faces.collect();
-    let model = Model {
-        wedge_positions: (0..positions.len() as u32).collect(),
-        positions,
-        faces,
-        ..Model::default()
-    };
-    assert_eq!(to(&model, 100).report.faces, 100);
+    let faces: Vec<[u32; 3]> = (0..n).map(|i| [0, 1 + i, 1 + (i + 1) % n]).collect();
+    Model { wedge_positions: (0..=n).collect(), positions, faces, ..Model::default() }
+}
+
+/// Two fans on one circle.
+fn double_cone(n: u32) -> Model {
+    let mut model = fan(n, 1.0);
+    model.positions.push(-DVec3::Z);
+    model.wedge_positions.push(n + 1);
+    let below: Vec<[u32; 3]> = model.faces.iter().map(|&[_, a, b]| [n + 1, b, a]).collect();
+    model.faces.extend(below);
+    model
+}
+
+/// Faces without area between points of one line.
+fn line(n: u32) -> Model {
+    let positions: Vec<DVec3> = (0..n + 2).map(|i| DVec3::X * f64::from(i)).collect();
+    let faces: Vec<[u32; 3]> =
+        (0..n).map(|i| if i % 2 == 0 { [i, i + 1, i + 2] } else { [i + 1, i, i + 2] }).collect();
+    Model { wedge_positions: (0..n + 2).collect(), positions, faces, ..Model::default() }
 }
 
 #[test]
-fn a_seed_decides_which_of_equals_comes_first_and_nothing_else() {
-    // A torus of squares is full of equals.
+fn ten_times_the_faces_take_at_most_fifteen_times_the_work() {
+    type Shape = fn(u32) -> Model;
+    let shapes: [(&str, Shape); 4] = [
+        ("flat fan", |n| fan(n, 0.0)),
+        ("cone", |n| fan(n, 1.0)),
+        ("double cone", double_cone),
+        ("line", line),
+    ];
+    for (name, shape) in shapes {
+        let [small, large] = [4_000, 40_000].map(|n| {
+            let report = to(&shape(n), 100).report;
+            assert!(report.faces <= 100, "{name}: {} faces of {n} are left", report.faces);
+            report.looks
+        });
+        assert!(large <= 15 * small, "{name}: {small} looks at 4,000 faces, {large} at 40,000");
+    }
+}
+
+#[test]
+fn a_seed_changes_only_the_order_of_equal_costs() {
+    // A torus of squares has many equal costs.
     let model = named("torus:16").unwrap();
     let with = |seed| {
-        let simplified = simplify(&model, &SimplifyOptions { target_faces: 100, seed }, &mut |_, _| {});
+        let options = SimplifyOptions { target_faces: 100, seed, ..SimplifyOptions::default() };
+        let simplified = simplify(&model, &options, &mut |_, _| {});
         assert_eq!((simplified.report.seed, simplified.report.shortfall), (seed, None));
         assert!(left(&model, &simplified.collapses, 100).0.len() <= 100);
         simplified.collapses

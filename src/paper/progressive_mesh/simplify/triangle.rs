@@ -1,28 +1,28 @@
-//! Distances to a triangle: exact, and bounds on both sides that take a third of the time. Of a dragon's distances two
-//! in three need not be known, only that they exceed or do not exceed another.
+//! Distances to a triangle: exact, and bounds on both sides at a third of the time. Two of three of a dragon's
+//! distances only need comparing with another distance.
 
 use super::lost::squared_to_segment;
 use glam::DVec3;
 
-/// Squared sine of the angle at the first corner below which barycentric coordinates lose too many digits to bound
-/// anything: what cancels in them is the square's reciprocal times as large, so that 1e-12 of a side remains.
+/// Squared sine of the angle at the first corner below which barycentric coordinates lose too many digits for a bound:
+/// cancellation grows with the reciprocal of the square, so that 1e-12 of a side remains.
 const LEAST_SINE_SQUARED: f64 = 1e-4;
 
-/// Squared ratio of the sides at the first corner below which the same holds: the shorter one's coordinate loses as many
-/// digits as the longer one has more. The exact formula loses them too, and a bound may not cross what it gives.
+/// Squared ratio of the sides at the first corner below which the same holds: the shorter side's coordinate loses as
+/// many digits as the longer one has more. The exact formula loses them too, and a bound may not cross its result.
 const LEAST_SIDES_SQUARED: f64 = 1e-4;
 
-/// What rounding may make of a bound's barycentric coordinates: 50 times what [`LEAST_SINE_SQUARED`] leaves.
+/// Rounding error of a bound's barycentric coordinates: 50 times what [`LEAST_SINE_SQUARED`] leaves.
 const SLACK: f64 = 1e-10;
 
-/// By how much a bound is taken wider, so that no rounding lets it cross the exact formula's number.
+/// Factor by which a bound is widened, so that rounding never makes it cross the exact formula's result.
 const WIDER: f64 = 1.0 + 1e-6;
 
-/// Of a side's squared length what rounding adds to a squared distance: (64 roundings)^2, times the reciprocal of
+/// Rounding error of a squared distance, relative to a side's squared length: (64 roundings)^2, times the reciprocal of
 /// [`WIDER`]'s margin for the mixed term.
 const ROUNDING: f64 = 2e-22;
 
-/// A triangle, which may be a segment or a point, with what all points' distances to it have in common.
+/// A triangle, possibly degenerate to a segment or a point, with the terms shared by all distances to it.
 #[derive(Clone, Copy, Debug)]
 pub struct Triangle {
     corners: [DVec3; 3],
@@ -33,9 +33,9 @@ pub struct Triangle {
     ab_dot_ac: f64,
     /// Squared length of [`Self::cross`].
     cross_squared: f64,
-    /// Its reciprocal, 0 where the triangle is too thin or a needle.
+    /// Its reciprocal; 0 for a thin triangle or a needle.
     inverse: f64,
-    /// What rounding may add to squared distances.
+    /// Most that rounding adds to squared distances.
     rounding: f64,
 }
 
@@ -68,7 +68,7 @@ impl Triangle {
         self.corners
     }
 
-    /// How much of `ab` and `ac` leads to where a point stands over the plane; nothing of both if it is thin.
+    /// The coordinates of a point's projection along `ab` and `ac`; 0 for a thin triangle.
     fn barycentric(&self, ap: DVec3) -> (f64, f64) {
         let (d1, d2) = (self.ab.dot(ap), self.ac.dot(ap));
         let v = (self.ac_squared * d1 - self.ab_dot_ac * d2) * self.inverse;
@@ -76,7 +76,7 @@ impl Triangle {
         (v, w)
     }
 
-    /// No less than the squared distance: that to some point of the triangle, found without a branch.
+    /// An upper bound of the squared distance: that to some point of the triangle, found without a branch.
     pub fn at_most(&self, p: DVec3) -> f64 {
         let ap = p - self.corners[0];
         let (v, w) = self.barycentric(ap);
@@ -85,7 +85,7 @@ impl Triangle {
         (ap - self.ab * v - self.ac * w).length_squared() * WIDER + self.rounding
     }
 
-    /// Whether [`Self::squared_to`] is surely more than `squared`: the point stands so far beyond one of the sides.
+    /// True if [`Self::squared_to`] certainly exceeds `squared`: the point is that far beyond one of the sides.
     pub fn is_beyond(&self, p: DVec3, squared: f64) -> bool {
         let (v, w) = self.barycentric(p - self.corners[0]);
         let bc_squared = self.ab_squared + self.ac_squared - 2.0 * self.ab_dot_ac;
@@ -96,8 +96,9 @@ impl Triangle {
         beyond(v, self.ac_squared) | beyond(w, self.ab_squared) | beyond(1.0 - v - w, bc_squared)
     }
 
-    /// The squared distance from a point (Ericson, "Real-Time Collision Detection", 5.1.5); too large where the sine at
-    /// the first corner, or the ratio of the sides there, is below 1e-7, but not 0: then what cancels is all there is.
+    /// The squared distance from a point (Ericson, "Real-Time Collision Detection", 5.1.5). Too large where the sine at
+    /// the first corner, or the ratio of the sides there, is below 1e-7 but not 0: there cancellation removes all
+    /// digits.
     pub fn squared_to(&self, p: DVec3) -> f64 {
         let Triangle { corners: [a, b, c], ab, ac, .. } = *self;
         let ap = p - a;
@@ -130,7 +131,7 @@ impl Triangle {
     }
 }
 
-/// `f64::max` without its care for what is no number: one instruction.
+/// `f64::max` without NaN handling: one instruction.
 fn most(x: f64, y: f64) -> f64 {
     if x > y { x } else { y }
 }
@@ -151,7 +152,7 @@ mod tests {
         }
     }
 
-    /// Triangles of many sizes and shapes: the second side is less and less beside the first, or not at all.
+    /// Triangles of many sizes and shapes: the second side approaches the first, or coincides with it.
     fn triangles() -> impl Iterator<Item = Triangle> {
         let mut number = numbers(1);
         (0..4000).map(move |index| {
@@ -170,7 +171,7 @@ mod tests {
         })
     }
 
-    /// Points near a triangle and far from it, over it, in its plane, and on it.
+    /// Points near and far, above the triangle, in its plane, and on it.
     fn points(triangle: &Triangle, seed: u64) -> impl Iterator<Item = DVec3> {
         let (mut number, [a, b, c]) = (numbers(seed), triangle.corners());
         let (normal, size) =
@@ -187,7 +188,7 @@ mod tests {
         })
     }
 
-    /// Whether the exact formula loses no more than half of its digits.
+    /// True if the exact formula loses at most half of its digits.
     fn is_exact(triangle: &Triangle) -> bool {
         triangle.cross_squared == 0.0
             || (triangle.cross_squared > 1e-8 * triangle.ab_squared * triangle.ac_squared
@@ -196,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn a_distance_is_one_to_a_point_of_the_triangle_and_no_farther_than_others() {
+    fn a_distance_is_no_larger_than_that_to_any_point_of_the_triangle() {
         let mut number = numbers(7);
         for (triangle, seed) in triangles().filter(is_exact).zip(10..) {
             let [a, b, c] = triangle.corners();
@@ -215,7 +216,7 @@ mod tests {
 
     #[test]
     fn bounds_lie_on_both_sides_of_the_distance_and_most_of_them_near_it() {
-        let (mut all, mut near, mut beyond, mut told) = (0, 0, 0, 0);
+        let (mut all, mut near, mut beyond, mut detected) = (0, 0, 0, 0);
         for (triangle, seed) in triangles().filter(is_exact).zip(10..) {
             for p in points(&triangle, seed) {
                 let squared = triangle.squared_to(p);
@@ -229,15 +230,15 @@ mod tests {
                     let inside = a * u + b * u + c * u;
                     let beside = (p - inside).reject_from_normalized(v).length() > 2.0 * (c - b).length();
                     beyond += usize::from(beside);
-                    told += usize::from(beside && triangle.is_beyond(p, squared / 100.0));
+                    detected += usize::from(beside && triangle.is_beyond(p, squared / 100.0));
                 }
             }
         }
-        assert!(2 * near > all && 2 * told > beyond);
+        assert!(2 * near > all && 2 * detected > beyond);
     }
 
     #[test]
-    fn a_triangle_too_small_for_its_square_to_be_a_number_has_bounds() {
+    fn a_triangle_whose_squares_underflow_has_bounds() {
         for size in [1e-70, 1e-80, 1e-90, 1e-170] {
             let triangle = Triangle::new([DVec3::ZERO, DVec3::X * size, DVec3::Y * size]);
             let p = DVec3::new(2.0, 2.0, 1.0) * size;

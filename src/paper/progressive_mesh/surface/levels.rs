@@ -1,20 +1,20 @@
-//! The instances' levels and slices of the index buffer, whoever fills them.
+//! The instances' levels and slices of the index buffer, for each kind of execution.
 
+use super::baseline::Baselines;
 use super::resident::Resident;
-use super::rival::Rivals;
+use crate::paper::progressive_mesh::baselines::Baseline;
 use crate::paper::progressive_mesh::choices::Apply;
 use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
-use crate::paper::progressive_mesh::rivals::Rival;
 use crate::paper::progressive_mesh::run::{Instances, Program, TooMany};
 use crate::vk::{Buffer, BufferUse, Error, Gpu};
 use std::sync::Arc;
 
-/// The instances' levels and slices, and who executes.
+/// The instances' levels and slices, by executor.
 pub enum Levels {
     Host(Instances),
     Device(Box<Resident>),
-    Rival(Box<Rivals>),
+    Baseline(Box<Baselines>),
 }
 
 impl Levels {
@@ -27,10 +27,10 @@ impl Levels {
         indices: &str,
     ) -> Result<Levels, Error> {
         let limit = |error| limit(indices, error);
-        if let Some(rival) = Rival::of(surface.order) {
-            let mut rivals = Rivals::new(gpu, mesh, program, rival)?;
-            (0..count).try_for_each(|_| rivals.push()).map_err(limit)?;
-            return Ok(Levels::Rival(Box::new(rivals)));
+        if let Some(baseline) = Baseline::of(surface.order) {
+            let mut baselines = Baselines::new(gpu, mesh, program, baseline)?;
+            (0..count).try_for_each(|_| baselines.push()).map_err(limit)?;
+            return Ok(Levels::Baseline(Box::new(baselines)));
         }
         Ok(match surface.apply {
             Apply::Cpu => Levels::Host(Instances::new(program, count).map_err(limit)?),
@@ -46,7 +46,7 @@ impl Levels {
         match self {
             Levels::Host(instances) => instances.go_to(instance, level),
             Levels::Device(resident) => resident.go_to(instance, level),
-            Levels::Rival(rivals) => rivals.go_to(instance, level),
+            Levels::Baseline(baselines) => baselines.go_to(instance, level),
         }
     }
 
@@ -54,42 +54,42 @@ impl Levels {
         match self {
             Levels::Host(instances) => instances.level(instance),
             Levels::Device(resident) => resident.level(instance),
-            Levels::Rival(rivals) => rivals.level(instance),
+            Levels::Baseline(baselines) => baselines.level(instance),
         }
     }
 
     /// Faces that an instance draws.
     pub fn drawn(&self, instance: usize, program: &Program) -> u32 {
         match self {
-            Levels::Rival(rivals) => rivals.drawn(instance),
-            _ => program.levels()[self.level(instance) as usize].faces,
+            Levels::Baseline(baselines) => baselines.drawn(instance),
+            _ => program.drawn(self.level(instance)),
         }
     }
 
-    /// Where an instance's faces begin in the index buffer, in faces.
+    /// First face of an instance in the index buffer.
     pub fn first(&self, instance: usize) -> u32 {
         match self {
             Levels::Host(instances) => instances.slots(instance).start as u32,
             Levels::Device(resident) => resident.first(instance),
-            Levels::Rival(rivals) => rivals.first(instance),
+            Levels::Baseline(baselines) => baselines.first(instance),
         }
     }
 
-    /// Of the index buffer.
+    /// Faces of the index buffer.
     pub fn faces(&self) -> u32 {
         match self {
             Levels::Host(instances) => instances.buffer().len() as u32,
             Levels::Device(resident) => resident.end(),
-            Levels::Rival(rivals) => rivals.end(),
+            Levels::Baseline(baselines) => baselines.end(),
         }
     }
 
-    /// The first index buffer. The host uploads to it what is touched, which at first is all.
+    /// The initial index buffer. The host uploads all dirty parts, at first everything.
     pub fn buffer(&self, gpu: &Gpu, name: &str) -> Result<Buffer, Error> {
         match self {
             Levels::Host(_) => gpu.buffer(name, 12 * u64::from(self.faces()), self.buffer_use()),
             Levels::Device(resident) => gpu.buffer_with(name, &resident.content(), self.buffer_use()),
-            Levels::Rival(rivals) => rivals.buffer(gpu, name),
+            Levels::Baseline(baselines) => baselines.buffer(gpu, name),
         }
     }
 
@@ -97,12 +97,12 @@ impl Levels {
         match self {
             Levels::Host(_) => BufferUse::Indices,
             Levels::Device(_) => BufferUse::WritableIndices,
-            Levels::Rival(rivals) => rivals.buffer_use(),
+            Levels::Baseline(baselines) => baselines.buffer_use(),
         }
     }
 }
 
-/// The index buffer's limit as one of the device.
+/// Reports the index buffer's limit as a device limit.
 pub fn limit(indices: &str, error: TooMany) -> Error {
     Error::Limit { object: indices.to_owned(), what: error.to_string() }
 }

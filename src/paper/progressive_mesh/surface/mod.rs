@@ -1,15 +1,15 @@
-//! One surface with its instances: which level each has, and its part of the index buffer.
+//! One surface with its instances: the level of each, and its slice of the index buffer.
 //!
-//! All instances share the vertex buffer and the program of splits and permutations. Of its own an instance has its
-//! place, its level and a slice of one index buffer on the device, as large as its live faces need ([`Slices`]): 500
-//! instances of the bunny that mostly are far take a tenth of 500 full meshes. Where the host executes, it has the same
-//! faces once more, and what was touched is copied; where the device does, the host knows no face.
+//! All instances share the vertex buffer and the program of splits and permutations. Each instance has its own
+//! placement, level, and slice of one index buffer on the device, sized for its live faces ([`Slices`]): 500 instances
+//! of the bunny, most of them far away, take a tenth of 500 full meshes. If the host executes, it keeps a second copy
+//! of these faces and uploads the written parts; if the device executes, the host has no faces.
 //!
 //! [`Slices`]: crate::paper::progressive_mesh::run::Slices
 
+mod baseline;
 mod levels;
 mod resident;
-mod rival;
 pub mod vertices;
 
 use crate::frame::{Draw, Shape, Stalled};
@@ -46,23 +46,23 @@ pub enum SurfaceError {
 /// A surface on the device.
 pub struct Surface {
     pub name: String,
-    /// As the scene has it; what may be changed between frames are `error_pixels` alone.
+    /// Settings as in the scene; only `error_pixels` may change between frames.
     pub settings: ProgressiveSurface,
     pub program: Arc<Program>,
     /// As [`Model::cut_from`].
     pub cut_from: Option<Extent>,
     pub(super) vertices: VertexBuffer,
     pub(super) indices: Arc<Buffer>,
-    /// The index buffer that was too small, until the frame that copies it is recorded.
+    /// The index buffer that became too small; kept until the frame that copies it is recorded.
     outgrown: Option<Arc<Buffer>>,
     members: Vec<Member>,
     levels: Levels,
 }
 
-/// One instance, its level apart.
+/// One instance, without its level.
 struct Member {
     place: Place,
-    /// It is drawn in this frame, at this wanted error.
+    /// Set if it is drawn in this frame: its wanted error.
     seen: Option<f64>,
 }
 
@@ -70,11 +70,11 @@ struct Member {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Change {
     pub instances_seen: usize,
-    /// Faces that are drawn; of a rival also those that have no area.
+    /// Drawn faces; for a baseline including those without area.
     pub faces: u64,
     /// Of the instances' levels.
     pub live_faces: u64,
-    /// Vertices that the drawn faces can name, summed over the instances: shaded once each, this is the least work.
+    /// Vertices that the drawn faces can use, summed over the instances: the least number of vertex shader runs.
     pub vertices: u64,
     pub splits: u64,
     pub collapses: u64,
@@ -83,7 +83,7 @@ pub struct Change {
 
 impl Surface {
     /// # Errors
-    /// A mesh that is not one, out of memory.
+    /// An invalid mesh; out of memory.
     pub fn new(gpu: &Gpu, model: &Model) -> Result<Surface, SurfaceError> {
         let Model { name, surface, mesh, cut_from, stands, textured } = model;
         let program = Program::new(mesh).map_err(|flaw| SurfaceError::Flaw { name: name.clone(), flaw })?;
@@ -119,13 +119,13 @@ impl Surface {
         })
     }
 
-    /// The error that each instance may have that the eye sees, object units.
+    /// The allowed error of each visible instance, in object units.
     pub(super) fn wanted_errors(&self, pose: &Pose, size: [u32; 2]) -> Vec<f64> {
         let seen = self.members.iter().filter(|member| member.place.is_seen(pose, size));
         seen.map(|member| member.place.wanted_error(pose, size[1], self.settings.error_pixels)).collect()
     }
 
-    /// Live faces of instances that may have `factor` times these errors.
+    /// Live faces of the instances at `factor` times these errors.
     pub(super) fn live_faces(&self, wanted_errors: &[f64], factor: f64) -> u64 {
         let levels = self.program.levels();
         let live = |wanted: &f64| {
@@ -134,8 +134,8 @@ impl Surface {
         wanted_errors.iter().map(live).sum()
     }
 
-    /// Brings every instance that the eye sees to its level: the coarsest whose error is at most `pixels` in the
-    /// picture. `upload` is given words and where they belong in [`Surface::indices`], in words.
+    /// Brings every visible instance to its level: the coarsest whose error is at most `pixels` in the picture.
+    /// `upload` receives words and their offset in [`Surface::indices`], in words.
     pub(super) fn go(
         &mut self,
         gpu: &Gpu,
@@ -167,7 +167,7 @@ impl Surface {
         Ok(change)
     }
 
-    /// Brings one instance to a level, whoever sees it; else as [`Surface::go`].
+    /// Brings one instance to a level, visible or not; otherwise as [`Surface::go`].
     pub(super) fn go_to(
         &mut self,
         gpu: &Gpu,
@@ -184,7 +184,7 @@ impl Surface {
         })
     }
 
-    /// Uploads what the levels have written, and sees to room for it; returns its bytes.
+    /// Uploads the words that changes of level wrote, and grows the index buffer if needed; returns the bytes.
     fn collect(&mut self, gpu: &Gpu, upload: &mut impl FnMut(&[u32], usize)) -> Result<u64, Error> {
         let mut bytes = 0;
         match &mut self.levels {
@@ -194,14 +194,15 @@ impl Surface {
                     upload(&instances.buffer().as_flattened()[range.clone()], range.start);
                 }
             }
-            Levels::Rival(rivals) => bytes += rivals.upload(upload),
+            Levels::Baseline(baselines) => bytes += baselines.upload(upload),
             Levels::Device(_) => {}
         }
         self.grow(gpu)?;
         Ok(bytes)
     }
 
-    /// An index buffer for all slices: half as large again as the one before, so that few frames wait for one.
+    /// Allocates an index buffer for all slices: half as large again as the previous one, so that few frames wait for
+    /// growth.
     fn grow(&mut self, gpu: &Gpu) -> Result<(), Error> {
         let bytes = 12 * u64::from(self.levels.faces());
         if bytes <= self.indices.bytes() {
@@ -214,7 +215,7 @@ impl Surface {
         Ok(())
     }
 
-    /// Records what [`Surface::go`] has found: `uploads` are (place in `staging`, place in the index buffer, bytes).
+    /// Records the result of [`Surface::go`]: `uploads` are (offset in `staging`, offset in the index buffer, bytes).
     pub(super) fn record(
         &self,
         cmd: &mut Cmd<'_>,
@@ -226,36 +227,36 @@ impl Surface {
             cmd.sync();
         }
         match &self.levels {
-            Levels::Host(_) | Levels::Rival(_) => cmd.copy_ranges(staging, &self.indices, uploads),
+            Levels::Host(_) | Levels::Baseline(_) => cmd.copy_ranges(staging, &self.indices, uploads),
             Levels::Device(resident) => resident.run(cmd, &self.indices)?,
         }
         Ok(())
     }
 
-    /// What [`Surface::record`] recorded is on its way to the device.
+    /// Called when the commands of [`Surface::record`] are submitted.
     pub(super) fn submitted(&mut self) {
         self.outgrown = None;
         match &mut self.levels {
             Levels::Host(_) => {}
             Levels::Device(resident) => resident.done(),
-            Levels::Rival(rivals) => rivals.done(),
+            Levels::Baseline(baselines) => baselines.done(),
         }
     }
 
-    /// Whether a rival asks for a pass of its own.
+    /// True if a baseline needs its own pass.
     pub(super) fn compacts(&self) -> bool {
-        matches!(&self.levels, Levels::Rival(rivals) if rivals.compacts())
+        matches!(&self.levels, Levels::Baseline(baselines) if baselines.compacts())
     }
 
-    /// That pass, behind [`Surface::record`].
+    /// Records that pass, after [`Surface::record`].
     pub(super) fn compact(&self, cmd: &mut Cmd<'_>) -> Result<(), Error> {
         match &self.levels {
-            Levels::Rival(rivals) => rivals.compact(cmd, &self.indices),
+            Levels::Baseline(baselines) => baselines.compact(cmd, &self.indices),
             _ => Ok(()),
         }
     }
 
-    /// A draw for each instance that [`Surface::go`] found seen.
+    /// A draw for each instance that [`Surface::go`] found visible.
     pub(super) fn slices(&self, pose: &Pose, size: [u32; 2], sun: glam::DVec3) -> Vec<Slice<SurfaceView>> {
         let slice = |(n, member): (usize, &Member)| {
             let wanted = member.seen?;
@@ -271,7 +272,7 @@ impl Surface {
         self.members.iter().enumerate().filter_map(slice).collect()
     }
 
-    /// What [`Surface::go`] found seen, for another technique to texture; `None` where this one draws it.
+    /// The visible instances, for another technique to texture; `None` if this technique draws the surface.
     pub(super) fn shape(&self) -> Option<Shape> {
         let VertexBuffer::Textured { vertices, normals } = &self.vertices else { return None };
         let seen = self.members.iter().enumerate().filter(|(_, member)| member.seen.is_some());
@@ -287,6 +288,7 @@ impl Surface {
             normals: normals.clone(),
             depth_alone: None,
             draws: seen.map(draw).collect(),
+            curvature: 0.0,
         })
     }
 
@@ -295,12 +297,12 @@ impl Surface {
         self.program.levels()[self.levels.level(instance) as usize].faces
     }
 
-    /// Faces that it draws.
+    /// Faces that an instance draws.
     fn drawn(&self, instance: usize) -> u32 {
         self.levels.drawn(instance, &self.program)
     }
 
-    /// Where the instances stand, and their levels.
+    /// Placements and levels of the instances.
     pub fn instances(&self) -> impl Iterator<Item = (&Place, u32)> {
         self.members.iter().enumerate().map(|(n, member)| (&member.place, self.levels.level(n)))
     }
@@ -313,29 +315,29 @@ impl Surface {
         match &self.levels {
             Levels::Host(instances) => Some(instances.faces(instance)),
             Levels::Device(_) => None,
-            Levels::Rival(rivals) => rivals.faces(instance),
+            Levels::Baseline(baselines) => baselines.faces(instance),
         }
     }
 
-    /// What the device executes takes in video memory, with its name.
+    /// Name and video memory of the data for execution on the device.
     pub(super) fn program_bytes(&self) -> Option<(&'static str, u64)> {
         match &self.levels {
             Levels::Host(_) => None,
             Levels::Device(resident) => Some(("splits and permutations", resident.shared_bytes())),
-            Levels::Rival(rivals) => rivals.shared_bytes().map(|bytes| ("faces by rank", bytes)),
+            Levels::Baseline(baselines) => baselines.shared_bytes().map(|bytes| ("faces by rank", bytes)),
         }
     }
 
-    /// In words: how many there are, and what one takes. The index buffer grows with the levels.
+    /// The number of instances and the memory of one, as text. The index buffer grows with the levels.
     pub fn of_an_instance(&self) -> String {
         let memory = self.memory();
         let [least, most] =
             [0, self.program.last_level()].map(|level| self.program.levels()[level as usize].faces);
         let state = memory.state.div_ceil(memory.instances);
-        let (places, faces, rival) = match &self.levels {
+        let (places, faces, baseline) = match &self.levels {
             Levels::Host(_) => ("in main and in video memory", "live", None),
             Levels::Device(_) => ("in video memory", "live", None),
-            Levels::Rival(rivals) => ("in video memory", "drawn", Some(rivals.adds())),
+            Levels::Baseline(baselines) => ("in video memory", "drawn", Some(baselines.adds())),
         };
         let own = format!(
             "{}: {} of {least} to {most} faces at {} levels; each {state} bytes of state, and {places} 12 bytes for \
@@ -344,15 +346,15 @@ impl Surface {
             memory.instances,
             self.program.levels().len()
         );
-        rival.map_or(own.clone(), |adds| format!("{own}; {adds}"))
+        baseline.map_or(own.clone(), |adds| format!("{own}; {adds}"))
     }
 
-    /// What the instances share, and have of their own.
+    /// Shared memory and memory per instance, as text.
     pub fn memory(&self) -> SurfaceMemory {
         let (state, host_indices) = match &self.levels {
             Levels::Host(instances) => (instances.state_bytes(), size_of_val(instances.buffer())),
             Levels::Device(resident) => (resident.state_bytes(), 0),
-            Levels::Rival(rivals) => (rivals.state_bytes(), rivals.host_bytes()),
+            Levels::Baseline(baselines) => (baselines.state_bytes(), baselines.host_bytes()),
         };
         SurfaceMemory {
             instances: self.members.len(),
@@ -390,15 +392,15 @@ fn texture_coordinates(model: &Model) -> Result<&[[f32; 2]], &'static str> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SurfaceMemory {
     pub instances: usize,
-    /// Of all instances at their levels: not bytes.
+    /// Live faces of all instances at their levels: not bytes.
     pub live_faces: u64,
     /// Main memory that the instances share: the program, level 0.
     pub shared_host: usize,
-    /// Video memory that they share: vertices, and the program where the device executes.
+    /// Shared video memory: vertices, and the program if the device executes.
     pub shared_device: u64,
-    /// Main memory of their own but for faces: place, level, slice, marks of what was touched.
+    /// Main memory per instance without faces: placement, level, slice, dirty flags.
     pub state: usize,
-    /// Their slices in main memory, where the host executes; of a rival its lists, which they share.
+    /// Their slices in main memory, if the host executes; for a baseline its shared lists.
     pub host_indices: usize,
     /// Their slices in video memory.
     pub device_indices: u64,

@@ -1,4 +1,4 @@
-//! Instances whose levels the device applies: the host knows their levels and their slices, and no face.
+//! Instances whose levels the device applies: the host knows levels and slices, but no faces.
 
 use crate::paper::progressive_mesh::apply::{Apply, Change};
 use crate::paper::progressive_mesh::run::{Program, Slices, TooMany};
@@ -9,21 +9,21 @@ use std::sync::Arc;
 pub struct Resident {
     program: Arc<Program>,
     apply: Apply,
-    /// F at level 0, all slots: where faces that come to life are copied from.
+    /// F at level 0, all slots: the source of faces that become live.
     faces: Buffer,
     levels: Vec<u32>,
     slices: Slices,
-    /// What the next frame does, in this order: bytes that go to another slice, bytes that come to life, levels.
+    /// Work of the next frame, in this order: bytes that move to another slice, bytes of new faces, changes of level.
     moved: Vec<[u64; 3]>,
     born: Vec<[u64; 3]>,
     changes: Vec<Change>,
 }
 
 impl Resident {
-    /// None yet.
+    /// Without instances.
     ///
     /// # Errors
-    /// Out of memory, a program beyond what shaders reach.
+    /// Out of memory, or a program larger than shaders can address.
     pub fn new(gpu: &Gpu, program: Arc<Program>) -> Result<Resident> {
         Ok(Resident {
             apply: Apply::new(gpu, &program)?,
@@ -37,7 +37,7 @@ impl Resident {
         })
     }
 
-    /// One more instance, at level 0.
+    /// Adds an instance at level 0.
     ///
     /// # Errors
     /// [`TooMany`].
@@ -47,7 +47,7 @@ impl Resident {
         Ok(())
     }
 
-    /// The index buffer of instances of which none has left level 0.
+    /// The index buffer while all instances are at level 0.
     pub fn content(&self) -> Vec<[u32; 3]> {
         let live = self.live(0) as usize;
         let mut content = vec![[0; 3]; self.slices.end() as usize];
@@ -58,7 +58,7 @@ impl Resident {
         content
     }
 
-    /// Forgets what the last frame has done.
+    /// Clears the work of the last frame.
     pub fn done(&mut self) {
         self.moved.clear();
         self.born.clear();
@@ -66,17 +66,17 @@ impl Resident {
         self.slices.release();
     }
 
-    /// Brings an instance to a level in the next frame, at most once in it.
+    /// Brings an instance to a level in the next frame; at most once per frame.
     ///
     /// # Errors
-    /// [`TooMany`]; the instance stays at its level.
+    /// [`TooMany`]; the instance keeps its level.
     pub fn go_to(&mut self, instance: usize, to: u32) -> std::result::Result<(), TooMany> {
         let from = self.levels[instance];
         if from == to {
             return Ok(());
         }
         let (old, new) = (self.live(from), self.live(to));
-        // Faces of both levels are there while levels are applied; a slice that is then too large goes next time.
+        // Both levels' faces exist while levels are applied; a slice that is then too large shrinks next time.
         if let Some(places) = self.slices.fit(instance, old.max(new))? {
             self.moved.push(bytes(places, old));
         }
@@ -93,7 +93,7 @@ impl Resident {
         self.levels[instance]
     }
 
-    /// Where an instance's faces begin in the index buffer, in faces.
+    /// First face of an instance in the index buffer.
     pub fn first(&self, instance: usize) -> u32 {
         self.slices.first(instance)
     }
@@ -103,7 +103,7 @@ impl Resident {
         self.slices.end()
     }
 
-    /// Executes what is to be done.
+    /// Executes the pending work.
     ///
     /// # Errors
     /// Out of memory.
@@ -116,7 +116,7 @@ impl Resident {
         self.apply.run(cmd, &self.program, indices, &self.changes)
     }
 
-    /// Bytes of main memory of the instances' own.
+    /// Bytes of main memory of the instances' own state.
     pub fn state_bytes(&self) -> usize {
         size_of_val(&*self.levels) + self.slices.bytes()
     }
@@ -127,11 +127,11 @@ impl Resident {
     }
 
     fn live(&self, level: u32) -> u32 {
-        self.program.levels()[level as usize].faces
+        self.program.drawn(level)
     }
 }
 
-/// Faces that are copied, as places and length in bytes.
+/// A copy of faces: source, destination and length in bytes.
 fn bytes([from, to]: [u32; 2], faces: u32) -> [u64; 3] {
     [from, to, faces].map(|faces| 12 * u64::from(faces))
 }

@@ -1,4 +1,4 @@
-//! The vertex buffer: one for a mesh, whatever its level and however many its instances.
+//! The vertex buffer: one for each mesh, shared by all levels and instances.
 
 use crate::model::mesh::MeshVertex;
 use crate::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh, Vertices};
@@ -8,7 +8,7 @@ use glam::DVec3;
 use std::mem::offset_of;
 use std::sync::Arc;
 
-/// What surface.vert reads.
+/// Vertex input of surface.vert.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct SurfaceVertex {
@@ -16,29 +16,29 @@ pub struct SurfaceVertex {
     pub normal: [f32; 3],
 }
 
-/// What geomorph.vert reads: a vertex with the split that made it.
+/// Vertex input of geomorph.vert: a vertex with the split that created it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct MorphVertex {
     pub position: [f32; 3],
-    /// log2 of the error of the level below its birth, in object units: once less is wanted, it lives.
+    /// log2 of the error of the level below its birth, in object units: the vertex is live once less is wanted.
     pub birth_log2: f32,
     pub normal: [f32; 3],
-    /// The vertex whose place it leaves; itself where there is none.
+    /// The vertex whose position it starts from; itself if there is none.
     pub split_vertex: u32,
 }
 
-/// A vertex that appears has reached its place when the wanted error has fallen to 2^-0.5 = 0.71 of what it was at its
-/// birth. Wider bands show a mesh that lags behind its level, narrower ones move faster.
+/// A new vertex reaches its position when the wanted error has fallen to 2^-0.5 = 0.71 of its value at the birth. A
+/// wider band makes the mesh lag behind its level; in a narrower one vertices move faster.
 pub const MORPH_BAND_LOG2: f32 = 0.5;
 
-/// log2 of a birth before all errors: of the vertices of M0, and of those that replace nothing.
+/// log2 birth above all errors: for vertices of M0, and for those that replace nothing.
 pub const ALWAYS_LOG2: f32 = 1000.0;
-/// log2 of an error wanted so small that every vertex has arrived.
+/// log2 of a wanted error so small that every vertex has arrived.
 pub const EXACT_LOG2: f32 = -1000.0;
 
-/// One unit vector for each vertex: the model's own, or, where it has none, the mean of the full mesh's faces around
-/// the position, weighted by their area. They stay the same at every level: what changes with the level is the shape.
+/// One unit normal for each vertex: the model's own, or else the area-weighted mean of the full mesh's faces around the
+/// position. Normals do not change with the level; only the shape does.
 pub fn normals(mesh: &ProgressiveMesh, full: &[[u32; 3]]) -> Vec<[f32; 3]> {
     let Vertices { positions, welded, attributes, .. } = &mesh.vertices;
     if !attributes.normals.is_empty() {
@@ -51,7 +51,7 @@ pub fn normals(mesh: &ProgressiveMesh, full: &[[u32; 3]]) -> Vec<[f32; 3]> {
         let twice_area = (b - a).cross(c - a);
         face.iter().for_each(|&vertex| sums[welded[vertex as usize] as usize] += twice_area);
     }
-    // Where all faces cancel out or have no area any direction is as wrong as another.
+    // If the faces cancel out or have no area, any direction will do.
     let unit = |&first: &u32| sums[first as usize].normalize_or(DVec3::Z).as_vec3().to_array();
     welded.iter().map(unit).collect()
 }
@@ -64,7 +64,7 @@ pub fn morph_vertices(mesh: &ProgressiveMesh, normals: &[[f32; 3]]) -> Vec<Morph
         for vertex in pair[0].vertices..pair[1].vertices {
             births.push(match mesh.splits.split_vertices[(vertex - first) as usize] {
                 NOWHERE => (ALWAYS_LOG2, vertex),
-                // An error of 0 is never above what is wanted; its logarithm is kept finite.
+                // An error of 0 never exceeds the wanted error; its logarithm is kept finite.
                 split => (pair[0].error.log2().max(EXACT_LOG2), split),
             });
         }
@@ -78,11 +78,11 @@ pub fn morph_vertices(mesh: &ProgressiveMesh, normals: &[[f32; 3]]) -> Vec<Morph
     births.into_iter().enumerate().map(morph).collect()
 }
 
-/// The vertices in video memory, in the form that whatever draws them reads.
+/// The vertices in video memory, in the format of the vertex shader that draws them.
 pub enum VertexBuffer {
     Plain(Buffer),
     Morph(Buffer),
-    /// Another technique's vertices: [`MeshVertex`], and normals where they are lit.
+    /// Another technique's vertices: [`MeshVertex`], and normals if the surface is lit.
     Textured {
         vertices: Arc<Buffer>,
         normals: Option<Arc<Buffer>>,
@@ -99,7 +99,7 @@ impl VertexBuffer {
         normals: &[[f32; 3]],
         geomorph: bool,
     ) -> Result<Self> {
-        // Tightly packed in the order of the shader's locations: the struct must lie so too.
+        // Tightly packed in the order of the shader's locations; the struct must match.
         let layout = [
             (VertexFormat::Float3, offset_of!(SurfaceVertex, position)),
             (VertexFormat::Float3, offset_of!(SurfaceVertex, normal)),
@@ -117,8 +117,7 @@ impl VertexBuffer {
         Ok(Self::Plain(gpu.buffer_with(name, &vertices, BufferUse::Vertices)?))
     }
 
-    /// With one texture coordinate for each vertex, each in 0 ..= 1. As f32 it has a step of at most 2^-24: 1/64 texel
-    /// of 2^18.
+    /// With one texture coordinate for each vertex, in 0 ..= 1. The f32 step is at most 2^-24: 1/64 texel of 2^18.
     ///
     /// # Errors
     /// Out of memory, device lost.
@@ -130,7 +129,7 @@ impl VertexBuffer {
         normals: Option<&Vec<[f32; 3]>>,
     ) -> Result<Self> {
         gpu.require_indices(name, coordinates.len())?;
-        // A face's corners must share one origin, and any three vertices may become a face.
+        // The corners of a face must share one origin, and any three vertices may become a face.
         let vertex = |(&position_high, &offset)| MeshVertex {
             position_high,
             position_low: [0.0; 3],

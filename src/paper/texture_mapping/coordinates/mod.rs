@@ -1,22 +1,24 @@
 //! Texture coordinates over a polygon and their derivatives: formulas (7) to (9).
 //!
-//! A plane maps pixel centres to texels by a homography, `u = (A x + B y + C)/(G x + H y + I)` and
-//! `v = (D x + E y + F)/(G x + H y + I)` (P. Heckbert, "Fundamentals of Texture Mapping and Image Warping", 1989). The
-//! paper's modified form finds numerators and denominator along a row by additions: (7) adds A, D and G for each pixel,
-//! (8) adds them k-fold in each of k threads; two threads may also walk from both ends of the row. Along a row the
-//! derivatives have the numerators `n_ux = (A I - C G) + (A H - B G) y`, constant, and
-//! `n_uy = (B I - C H) + (B G - A H) x`, linear; with the denominator `w`, forward differences are
-//! `du/dx = n_ux / (w (w + G))` and `du/dy = n_uy / (w (w + H))`; `v` has the same with D, E, F for A, B, C.
+//! A plane maps pixel centres to texels by a homography, `u = (A x + B y + C)/(G x + H y + I)` and `v = (D
+//! x + E y + F)/(G x + H y + I)` (P. Heckbert, "Fundamentals of Texture Mapping and Image Warping", 1989).
+//! The paper's modified form computes numerators and denominator along a row by additions: (7) adds A, D
+//! and G for each pixel; (8) adds k times these in each of k threads; two threads may also walk from both
+//! ends of the row. Along a row the derivatives have the constant numerator `n_ux = (A I - C G) + (A H - B
+//! G) y` and the linear numerator `n_uy = (B I - C H) + (B G - A H) x`. With the denominator `w`, forward
+//! differences are `du/dx = n_ux / (w (w + G))` and `du/dy = n_uy / (w (w + H))`; for `v`, D, E, F replace
+//! A, B, C.
 //!
-//! Erratum: the scan prints the denominator of `du/dx` in all four derivatives, and all four numerators as increments
-//! along the row; here each has its own.
-//! Differs: a fragment shader has no order along a row, so the paper's measurement cannot have added pixel by pixel.
-//! [`Form`] has what a GPU can do: constants of the row (found in f64, rounded to f32) and one fused multiplication and
-//! addition for each value; interpolation by the rasteriser; and compute shaders whose threads walk rows ([`Walk`]).
-//! Threads find the values of their first pixel by multiplication. Ours: restarts, integers, and analytic derivatives,
+//! Erratum: the scan prints the denominator of `du/dx` in all four derivatives, and all four numerators as
+//! increments along the row; here each derivative has its own. Differs: fragment shaders have no order
+//! along a row, so the paper's measurement cannot have added pixel by pixel. [`Form`] lists what a GPU can
+//! do: constants of the row (computed in f64, rounded to f32) and one fused multiply-add for each value;
+//! interpolation by the rasteriser; and compute shaders whose threads walk rows ([`Walk`]). Threads compute
+//! the values of their first pixel by multiplication. Ours: restarts, integers, and analytic derivatives,
 //! whose denominator is `w^2`.
 //!
-//! [`reference`](mod@reference) has the formulas in f64, [`twin`] the forms in f32 as the GPU has them, [`pass`] runs them.
+//! [`reference`](mod@reference) has the formulas in f64, [`twin`] the GPU's forms in f32; [`pass`] runs
+//! them.
 
 pub mod pass;
 pub mod reference;
@@ -33,48 +35,50 @@ pub struct Band {
     pub first_row: u32,
 }
 
-/// How coordinates are found.
+/// How coordinates are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
-    /// The rasteriser interpolates u and v, and divides by w.
+    /// The rasteriser interpolates u and v with perspective division.
     Varyings,
     /// The rasteriser interpolates u w, v w and w over the screen; the fragment shader divides.
     NoPerspective,
     /// Heckbert's nine coefficients in f32 in the fragment shader.
     Textbook,
-    /// Constants of the row from a buffer in the fragment shader, one `fma` for each numerator and the denominator.
+    /// Constants of the row from a buffer, in the fragment shader; one `fma` for each numerator and the
+    /// denominator.
     RowConstants,
-    /// A compute shader whose threads walk along rows by additions in f32.
+    /// A compute shader; threads walk along rows by additions in f32.
     Walk(Walk),
-    /// As `Walk`, in 64-bit integers.
+    /// As `Walk`, with 64-bit integers.
     Integer(Walk),
 }
 
-/// How the threads of a row share its pixels.
+/// How threads share the pixels of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Walk {
     /// (7): one thread.
     Sequential,
-    /// Two threads from both ends to the middle.
+    /// Two threads, from both ends to the middle.
     TwoEnds,
-    /// (8): so many threads, each with every so many-th pixel.
+    /// (8): this many threads; with n threads, each takes every n-th pixel.
     Lanes(u32),
-    /// Threads of so many pixels, each from the row's constants.
+    /// Each thread takes this many pixels and starts from the row's constants.
     Restart(u32),
 }
 
-/// How derivatives are found.
+/// How derivatives are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Derivatives {
     /// (9): the difference to the next pixel's coordinates, from nine coefficients.
     Differences,
     /// Numerators and denominators of (9) from the row's constants.
     Incremental,
-    /// As `Incremental`, with w^2 below: the derivative at the pixel's centre.
+    /// As `Incremental`, with the denominator w^2: the derivative at the pixel's centre.
     Analytic,
 }
 
-/// What the set-up hands to f32: numerators and denominator at the first pixel's centre and their steps.
+/// The set-up in f64, rounded to f32 for the GPU: numerators and denominator at the first pixel's centre,
+/// and their steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RowConstants {
     /// (u w, v w, w).
@@ -91,7 +95,7 @@ pub struct RowConstants {
 }
 
 impl Form {
-    /// All forms that the figures show.
+    /// All forms of the figures.
     pub const ALL: [Form; 16] = [
         Form::Varyings,
         Form::NoPerspective,
@@ -111,7 +115,7 @@ impl Form {
         Form::Integer(Walk::Lanes(32)),
     ];
 
-    /// In figures and on the command line.
+    /// The name in figures and on the command line.
     pub fn name(self) -> String {
         match self {
             Form::Varyings => "hardware varyings".into(),
@@ -135,7 +139,7 @@ impl Walk {
         }
     }
 
-    /// Threads that share a row.
+    /// Threads per row.
     pub fn lanes(self, width: u32) -> u32 {
         match self {
             Walk::Sequential => 1,
@@ -145,7 +149,7 @@ impl Walk {
         }
     }
 
-    /// A thread's columns, in the order of its walk: the first one, the stride and how many.
+    /// A thread's columns in walking order: first column, stride and count.
     pub fn columns(self, lane: u32, width: u32) -> (u32, i32, u32) {
         let lanes = self.lanes(width);
         let share = (width + lanes - 1).saturating_sub(lane) / lanes;
@@ -161,7 +165,7 @@ impl Derivatives {
     pub const ALL: [Derivatives; 3] =
         [Derivatives::Differences, Derivatives::Incremental, Derivatives::Analytic];
 
-    /// In figures.
+    /// The name in figures.
     pub fn name(self) -> &'static str {
         match self {
             Derivatives::Differences => "differences",
@@ -171,10 +175,10 @@ impl Derivatives {
     }
 }
 
-/// Planes for pixels counted from the picture's first corner.
+/// Planes with pixels counted from the picture's first corner.
 impl Plane {
-    /// A plane tilted and rolled, seen with a vertical field of view of 10 degrees; scaled and moved so that the picture
-    /// shows `0..=texels` at most.
+    /// A tilted and rolled plane with a vertical field of view of 10 degrees, scaled and moved so that the
+    /// picture shows at most `0..=texels`.
     pub fn tilted(size: [u32; 2], tilt_degrees: f64, roll_degrees: f64, texels: f64) -> Plane {
         let tilt = Tilt { roll_degrees, half_view_degrees: 5.0, ..Tilt::of(tilt_degrees) };
         let [x, y] = size.map(|side| 0.5 * f64::from(side));
@@ -182,7 +186,7 @@ impl Plane {
         moved.fitted(size, |low, high| (texels / (high - low), low))
     }
 
-    /// A plane at random whose coordinates stay within `-texels..=texels`, and whose w varies up to tenfold.
+    /// A random plane whose coordinates stay within `-texels..=texels` and whose w varies up to tenfold.
     pub fn random(seed: u64, size: [u32; 2], texels: f64) -> Plane {
         let mut random = SplitMix64(seed);
         let mut unit = || 2.0 * (random.draw() >> 11) as f64 / (1u64 << 53) as f64 - 1.0;
@@ -196,7 +200,7 @@ impl Plane {
         plane.fitted(size, |low, high| (texels / low.abs().max(high.abs()), 0.0))
     }
 
-    /// A plane at random and a row of it near its horizon, where w is between a 400th and a 100th of that at the
+    /// A random plane and a row near its horizon, where w is between 1/400 and 1/100 of that at the
     /// picture's centre and the larger coordinate reaches `texels`.
     pub fn near_horizon(seed: u64, size: [u32; 2], texels: f64) -> (Plane, u32) {
         let unit = |n| (SplitMix64::nth(seed, n) >> 11) as f64 / (1u64 << 53) as f64;
@@ -206,7 +210,8 @@ impl Plane {
         let plane = tilt.plane(size[1]);
         let [_, h, i] = plane.0[2];
         let row = (y - i / h).ceil();
-        // The camera turned by less than a pixel, so that w is a 200th at the row's middle and varies by half of that.
+        // Turns the camera by less than a pixel, so that w is 1/200 at the row's middle and varies by half
+        // of that.
         let centre = row + 0.5 - y;
         let rolled = Plane([plane.0[0], plane.0[1], [0.25 / 200.0 / x, h, 1.0 / 200.0 - h * centre]]);
         let ends = [-x, x].map(|x| reference::coordinates(&rolled, x, centre));
@@ -215,13 +220,13 @@ impl Plane {
         (Plane([u.map(|c| c * factor), v.map(|c| c * factor), w]), row as u32)
     }
 
-    /// u and v scaled alike and moved, each by (factor, origin) of their least and greatest values in the picture; the
-    /// smaller factor counts.
+    /// Scales u and v by the same factor and moves them. `place` gives (factor, origin) from their least
+    /// and greatest values in the picture; the smaller factor is used.
     fn fitted(self, size: [u32; 2], place: impl Fn(f64, f64) -> (f64, f64)) -> Plane {
         let [width, height] = size.map(f64::from);
         let corners = [[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]];
         let placed = [0, 1].map(|axis| {
-            // A ratio of linear functions has its extremes at corners.
+            // A ratio of linear functions has its extremes at the corners.
             let values = corners.map(|[x, y]| reference::coordinates(&self, x, y)[axis]);
             place(
                 values.iter().copied().fold(f64::INFINITY, f64::min),
@@ -237,7 +242,7 @@ impl Plane {
         Plane([row(0), row(1), w])
     }
 
-    /// What a row of pixels needs, in f64.
+    /// The constants of a row of pixels, in f64.
     pub fn row_constants(&self, row: u32) -> RowConstants {
         let [[a, b, c], [d, e, f], [g, h, i]] = self.0;
         let (x, y) = (0.5, f64::from(row) + 0.5);
@@ -257,7 +262,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn threads_share_a_row_without_gap_and_without_overlap() {
+    fn threads_share_a_row_without_gap_or_overlap() {
         let walks = [Walk::Sequential, Walk::TwoEnds, Walk::Lanes(8), Walk::Lanes(64), Walk::Restart(16)];
         for (walk, width) in walks.into_iter().flat_map(|walk| [1, 7, 64, 1001].map(|width| (walk, width))) {
             let mut seen = vec![0; width as usize];
@@ -270,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn planes_keep_their_promises() {
+    fn planes_have_their_documented_ranges() {
         let size = [1920, 1080];
         let at = |plane: &Plane, x, y| reference::coordinates(plane, x, y);
         for seed in 0..50 {
@@ -296,7 +301,7 @@ mod tests {
                 assert!((1.0 / 400.0..1.0 / 100.0).contains(&share), "{seed}: {share}");
             }
         }
-        // At no tilt a pixel is a square.
+        // Without tilt a pixel is a square.
         let [a, d] = Plane::tilted(size, 0.0, 20.0, 2048.0).jacobian(3.0, 4.0).map(|[x, _]| x);
         let [b, e] = Plane::tilted(size, 0.0, 20.0, 2048.0).jacobian(3.0, 4.0).map(|[_, y]| y);
         let (right_angle, sides) = (a * b + d * e, [a.hypot(d), b.hypot(e)]);

@@ -11,17 +11,17 @@ use crate::vk::{
     GraphicsPipeline, Image, ImageInfo, Need, Resource, Result, Sampler,
 };
 
-/// What is written for a pixel.
+/// The values written for a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Output {
-    /// The image's bilinear texel, RGBA8: one word. All others write four.
+    /// The image's bilinear texel, RGBA8: one word. All other outputs have four.
     Texels,
     /// u w, v w and w: integers are converted to f32.
     Terms,
     /// u and v.
     Coordinates,
-    /// du/dx, dv/dx, du/dy and dv/dy. [`Derivatives::Differences`] goes with [`Form::Textbook`], the others with forms
-    /// that have the row's constants in f32.
+    /// du/dx, dv/dx, du/dy and dv/dy. [`Derivatives::Differences`] needs [`Form::Textbook`]; the others
+    /// need a form with the row's constants in f32.
     Derivatives(Derivatives),
 }
 
@@ -29,7 +29,7 @@ pub enum Output {
 pub struct CoordinatesPass {
     form: Form,
     body: Body,
-    /// The rows' constants; a word where the form has none.
+    /// The rows' constants; one unused word if the form has none.
     rows: Buffer,
     push: PlaneBand,
     words: u32,
@@ -37,11 +37,11 @@ pub struct CoordinatesPass {
 
 enum Body {
     Draw(GraphicsPipeline, Image),
-    /// With its pixels.
+    /// The buffer receives the pixels.
     Dispatch(ComputePipeline, Buffer),
 }
 
-/// What a form asks of the device.
+/// Device features that a form needs.
 pub fn needs(form: Form) -> Vec<Need> {
     let integers = Need {
         feature: Feature::Int64,
@@ -60,7 +60,7 @@ fn rounded(rows: &[RowConstants]) -> Vec<u32> {
     rows.iter().flat_map(words).collect()
 }
 
-/// And as `IntegerRow`.
+/// The rows' constants as the shaders' `IntegerRow`.
 fn integers(rows: &[RowConstants], width: u32) -> Vec<u32> {
     let words = |row: &RowConstants| {
         let values = twin::integers(row, width).concat();
@@ -69,7 +69,7 @@ fn integers(rows: &[RowConstants], width: u32) -> Vec<u32> {
     rows.iter().flat_map(words).collect()
 }
 
-/// The set-up of a band's rows, as its form's shader reads it.
+/// The set-up of a band's rows, in the layout of its form's shader.
 pub fn set_up(form: Form, plane: &Plane, band: Band) -> Vec<u32> {
     let [width, height] = band.size;
     let rows: Vec<_> = (0..height).map(|row| plane.row_constants(band.first_row + row)).collect();
@@ -82,8 +82,8 @@ pub fn set_up(form: Form, plane: &Plane, band: Band) -> Vec<u32> {
 
 impl CoordinatesPass {
     /// # Errors
-    /// [`Error::MissingFeature`](crate::vk::Error::MissingFeature) where [`needs`] are not met; a target beyond the
-    /// device's limits.
+    /// [`Error::MissingFeature`](crate::vk::Error::MissingFeature) if the device lacks a feature of
+    /// [`needs`]; a target beyond the device's limits.
     pub fn new(
         gpu: &Gpu,
         form: Form,
@@ -123,7 +123,7 @@ impl CoordinatesPass {
         Ok(CoordinatesPass { form, body, rows, push: push(form, plane, band, image_side), words })
     }
 
-    /// The same pixels of another plane, from another row on.
+    /// Sets the plane and the first row.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -134,7 +134,7 @@ impl CoordinatesPass {
         Ok(())
     }
 
-    /// Records the form; `image` is what texels are read from.
+    /// Records the form; texels are read from `image`.
     ///
     /// # Errors
     /// Out of memory.
@@ -158,7 +158,7 @@ impl CoordinatesPass {
         }
     }
 
-    /// The words of all pixels, row by row, once all frames before have ended.
+    /// The words of all pixels in row order, after all earlier frames have ended.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -183,7 +183,7 @@ impl CoordinatesPass {
     /// # Errors
     /// As [`CoordinatesPass::read`].
     pub fn read_values(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>> {
-        assert_eq!(self.words, 4, "texels are no values");
+        assert_eq!(self.words, 4, "texels are not four values");
         Ok(self
             .read(gpu)?
             .chunks_exact(4)
@@ -200,7 +200,7 @@ fn walk_id(walk: Walk) -> u32 {
     }
 }
 
-/// The constants that a shader has: integers have no derivatives.
+/// Keeps the constants that the shader declares; integer shaders have no derivatives.
 fn used<'a>(shader: &Shader, constants: &[(&'a str, u32)]) -> Vec<(&'a str, u32)> {
     let has = |name: &str| shader.specialization.iter().any(|(constant, _)| *constant == name);
     constants.iter().copied().filter(|(name, _)| has(name)).collect()

@@ -1,14 +1,14 @@
-//! Coordinates and (9) in f64 from their definitions; [`Plane::jacobian`] has the derivatives.
+//! Coordinates and (9) in f64 from their definitions; derivatives are in [`Plane::jacobian`].
 
 use super::Plane;
 
-/// (u, v) in texels at a place in pixels.
+/// (u, v) in texels at a position in pixels.
 pub fn coordinates(plane: &Plane, x: f64, y: f64) -> [f64; 2] {
     let [u, v, w] = plane.0.map(|[by_x, by_y, constant]| by_x * x + by_y * y + constant);
     [u / w, v / w]
 }
 
-/// `[[du/dx, du/dy], [dv/dx, dv/dy]]` by (9): the difference to the pixel to the right, and to the one below.
+/// `[[du/dx, du/dy], [dv/dx, dv/dy]]` by (9): the difference to the right and the lower neighbour.
 pub fn differences(plane: &Plane, x: f64, y: f64) -> [[f64; 2]; 2] {
     let [here, right, below] = [[x, y], [x + 1.0, y], [x, y + 1.0]].map(|[x, y]| coordinates(plane, x, y));
     [0, 1].map(|axis| [right[axis] - here[axis], below[axis] - here[axis]])
@@ -18,7 +18,7 @@ pub fn differences(plane: &Plane, x: f64, y: f64) -> [[f64; 2]; 2] {
 mod tests {
     use super::*;
 
-    /// Formulas (7) to (9) with the row's constants against the definitions.
+    /// Formulas (7) to (9) with the row's constants, compared with the definitions.
     #[test]
     fn the_rows_constants_give_coordinates_and_both_derivatives() {
         for seed in 0..20 {
@@ -40,7 +40,7 @@ mod tests {
                     assert!(near(dx / (w * w), analytic[axis][0]) && near(dy / (w * w), analytic[axis][1]));
                     assert!(near(dx / below_x, differences[axis][0]), "{dx} {below_x} {differences:?}");
                     assert!(near(dy / below_y, differences[axis][1]), "{dy} {below_y} {differences:?}");
-                    // What the scan prints: du/dy over du/dx's denominator.
+                    // As the scan prints it: du/dy over the denominator of du/dx.
                     let printed = dy / below_x;
                     assert!(!near(printed, differences[axis][1]) || (below_x - below_y).abs() < 1e-7);
                 }

@@ -1,8 +1,8 @@
-//! The GPU's forms in f32 on the CPU, operation by operation.
+//! The GPU's forms in f32 on the CPU, with the same operations.
 //!
-//! Vulkan allows an `fma` to be rounded once or twice and a division to err by 2.5 ulp; both differ between devices.
-//! So the twins give numerators and denominator, whose arithmetic is fixed but for [`Fma`], and [`ratio_error`] bounds the
-//! division.
+//! Vulkan allows an `fma` to round once or twice and a division to err by 2.5 ulp; both differ between devices. So
+//! the twins return numerators and denominator, whose arithmetic is fixed except for [`Fma`]. [`ratio_error`] bounds
+//! the division's error.
 
 use super::{Plane, RowConstants, Walk};
 
@@ -53,7 +53,8 @@ pub fn walk(constants: &RowConstants, walk: Walk, width: u32, fma: Fma) -> Vec<[
     row
 }
 
-/// The constants of an integer walk: start and step, times the power of two that keeps the whole row below 2^61.
+/// The constants of an integer walk: start and step, scaled by the power of two that keeps the whole row
+/// below 2^61.
 pub fn integers(constants: &RowConstants, width: u32) -> [[i64; 3]; 2] {
     let end = |c: usize| constants.start[c] + f64::from(width) * constants.step[c];
     let largest = (0..3).fold(0.0, |most: f64, c| most.max(constants.start[c].abs()).max(end(c).abs()));
@@ -61,24 +62,24 @@ pub fn integers(constants: &RowConstants, width: u32) -> [[i64; 3]; 2] {
     [constants.start, constants.step].map(|values| values.map(|value| (value * scale).round() as i64))
 }
 
-/// [`super::Form::Integer`]: (u w, v w, w) of a pixel, times the set-up's power of two.
+/// [`super::Form::Integer`]: (u w, v w, w) of a pixel, scaled by the set-up's power of two.
 pub fn integer_terms([start, step]: [[i64; 3]; 2], column: u32) -> [i64; 3] {
     [0, 1, 2].map(|c| start[c] + step[c] * i64::from(column))
 }
 
-/// The most by which `numerator / denominator` may err where Vulkan's f32 division is within 2.5 ulp; an ulp is at most
-/// 2^-23 of the quotient.
+/// Largest error of `numerator / denominator`: Vulkan's f32 division is within 2.5 ulp, and an ulp is at
+/// most 2^-23 of the quotient.
 pub fn ratio_error(numerator: f32, denominator: f32) -> f64 {
     2.5 * 2f64.powi(-23) * (f64::from(numerator) / f64::from(denominator)).abs()
 }
 
-/// The most by which a form that rounds its constants once and its `fma` up to twice may err in u and v at a pixel, in
-/// texels: half an ulp, 2^-24, of each value that is rounded, and the division.
+/// Largest error in u and v of a pixel, in texels, for a form that rounds its constants once and its `fma` up to
+/// twice. Each rounded value adds half an ulp, 2^-24; the division adds [`ratio_error`].
 pub fn row_constants_error(constants: &RowConstants, column: u32) -> [f64; 2] {
     let n = f64::from(column);
     let rounded = |c: usize| {
         let (start, along) = (constants.start[c], n * constants.step[c]);
-        // The constants, the product, the sum.
+        // Roundings of the constants, the product and the sum.
         2f64.powi(-24) * (start.abs() + 2.0 * along.abs() + (start + along).abs())
     };
     let w = constants.start[2] + n * constants.step[2];

@@ -4,6 +4,7 @@
 //! computed, so that its comparison sees the filter alone.
 
 use crate::paper::texture_mapping::method::{Method, Pixel};
+use crate::paper::texture_mapping::object_space::reference::Mean;
 use crate::paper::texture_mapping::pass::Dumped;
 use crate::paper::texture_mapping::plane::Plane;
 use crate::paper::texture_mapping::reference;
@@ -15,13 +16,13 @@ pub struct Agreement {
     pub pixels: usize,
     /// The largest difference of a value.
     pub worst: f64,
-    /// Of all values and coordinates: the largest difference in units of what rounding explains.
+    /// The largest difference of a value or coordinate, divided by its rounding bound.
     pub worst_share: f64,
-    /// What no rounding explains: wrong levels, counts of texels, values.
+    /// Differences that rounding does not explain: wrong levels, counts of texels, values.
     pub unexplained: Vec<String>,
 }
 
-/// A picture of `plane`, `size` pixels, row by row. `frame`: what decided random numbers.
+/// A picture of `plane`, `size` pixels, row by row. `frame` is the seed of the random numbers.
 pub fn compare(
     dumped: &[Dumped],
     method: &Method,
@@ -131,4 +132,16 @@ fn judge(agreement: &mut Agreement, place: &str, what: &str, error: f64, bound: 
     if error.is_nan() || error > bound {
         agreement.unexplained.push(format!("{place}: {what} off by {error:.3e}, bound {bound:.3e}"));
     }
+}
+
+/// A picture of object-space texturing against the reference; also how many pixels rounding leaves undecided.
+pub fn compare_fragments(found: &[[f32; 4]], means: &[Mean]) -> (Agreement, usize) {
+    assert_eq!(found.len(), means.len(), "pixels");
+    let mut agreement = Agreement { pixels: found.len(), ..Agreement::default() };
+    for (n, (found, mean)) in found.iter().zip(means).enumerate().filter(|(_, (_, mean))| !mean.undecided) {
+        let error = (f64::from(found[0]) - mean.value).abs();
+        agreement.worst = agreement.worst.max(error);
+        judge(&mut agreement, &format!("pixel {n}"), "value", error, mean.slack);
+    }
+    (agreement, means.iter().filter(|mean| mean.undecided).count())
 }

@@ -27,6 +27,7 @@ pub const COORDINATES: Figure = Figure {
         let methods = Derivatives::ALL.map(derivatives_name);
         FORMS.map(|form| form.name()).into_iter().chain(methods).collect()
     },
+    paper: &["sequential"],
     sweep: Some(Sweep {
         name: "screen area, 10^6 pixels",
         quick: &[0.25, 0.5, 0.9],
@@ -102,8 +103,8 @@ fn derivatives_name(method: Derivatives) -> String {
     format!("{} derivatives", method.name())
 }
 
-/// A 16:9 picture of so many pixels.
-fn size_of(million_pixels: f64) -> [u32; 2] {
+/// A 16:9 picture of this many pixels.
+pub fn size_of(million_pixels: f64) -> [u32; 2] {
     let height = (million_pixels * 1e6 * 9.0 / 16.0).sqrt();
     [(height * 16.0 / 9.0).round() as u32, height.round() as u32]
 }

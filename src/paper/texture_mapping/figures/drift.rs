@@ -25,6 +25,7 @@ pub const DRIFT: Figure = Figure {
         let methods = Derivatives::ALL.map(|method| format!("{} derivatives", method.name()));
         Form::ALL.map(Form::name).into_iter().chain(methods).collect()
     },
+    paper: &["sequential"],
     sweep: Some(Sweep {
         name: "row, pixels",
         quick: &[1920.0, 16384.0],

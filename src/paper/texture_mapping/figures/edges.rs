@@ -20,6 +20,7 @@ pub const EDGES: Figure = Figure {
             `checker-2`, 96 x 72 (quick) or 256 x 192 pixels.",
     scenes: &["pink-noise", "checker-2"],
     variants: || Edge::ALL.map(|edge| edge.name().to_string()).to_vec(),
+    paper: &["exact"],
     sweep: Some(Sweep { name: "tilt, degrees", quick: TILTS, full: TILTS }),
     measure,
     plots: &[

@@ -1,12 +1,14 @@
 //! tm.extremes: planes at which filters break.
 
-use super::lab::{GAUSSIAN, Lab, errors};
-use super::methods::{OURS, PAPER_BY_LEVEL, RADIAL_64};
+use super::agreement::{Agreement, compare_fragments};
+use super::lab::{GAUSSIAN, Lab, Shown, errors};
+use super::methods::{OBJECT_SPACE, OURS, PAPER_BY_LEVEL, RADIAL_64};
 use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Places, Test, each, every, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::paper::texture_mapping::baselines::Baseline;
 use crate::paper::texture_mapping::footprint::{Axes, Determinant};
 use crate::paper::texture_mapping::method::{Ellipse, Method};
+use crate::paper::texture_mapping::object_space::reference::Mean;
 use crate::paper::texture_mapping::plane::{Plane, Tilt};
 use crate::paper::texture_mapping::weight_map::WeightMap;
 use crate::reference::pattern::Pattern;
@@ -16,12 +18,24 @@ pub const EXTREMES: Figure = Figure {
     title: "Filters at the extremes",
     about: "1/f noise, 64 x 48 pixels, on planes at which filters break: `tilt-89.999`; `horizon`, in the middle of the picture; `behind`, the \
             camera's own plane cuts the picture's edge (w changes its sign); `rank-1`, a Jacobian without an inverse; `magnified`, 50 \
-            pixels a texel; `ratio-10000`, axes of 1000 and 0.1 texels; `far`, 10^5 texels a pixel. Counted: pixels that are not finite or \
+            pixels a texel; `ratio-10000`, axes of 1000 and 0.1 texels; `far`, 10^5 texels a pixel; \
+            `overdraw-100`, a plane at 89 degrees of which object-space texturing has more than 100 fragments a pixel (a plane ends \
+            where a pixel would hold 5000). Counted: pixels that are not finite or \
             leave 0 to 1, and footprints in which no texel has a weight (of ellipses; they show the nearest texel). The paper as \
             printed has no reconstruction term and a determinant that cancels in f32; every other method's pixels are also compared \
             with its own f64 reference. The truth is the f64 supersample.",
-    scenes: &["tilt-89.999", "horizon", "behind", "rank-1", "magnified", "ratio-10000", "far"],
+    scenes: &[
+        "tilt-89.999",
+        "horizon",
+        "behind",
+        "rank-1",
+        "magnified",
+        "ratio-10000",
+        "far",
+        "overdraw-100",
+    ],
     variants: || variants().into_iter().map(|(name, _)| name.to_string()).collect(),
+    paper: &["as printed, rows"],
     sweep: None,
     measure,
     plots: &[Plot::bars(NMSE).log_y(), Plot::bars(EMPTY)],
@@ -47,6 +61,16 @@ pub const EXTREMES: Figure = Figure {
             &[Test::value(one(EMPTY, AS_PRINTED), Above(0.0))],
         )
         .at(Places::scenes(&["magnified"])),
+        Claim::ours(
+            "overdraw",
+            "With more than 100 fragments a pixel no pixel is without one, and no sum overflows.",
+            &[
+                Test::value(one(FRAGMENTS, OBJECT_SPACE[0].0), Above(100.0)),
+                Test::value(every(HOLES), Equal(0.0)),
+                Test::value(every(UNEXPLAINED), Equal(0.0)),
+            ],
+        )
+        .at(Places::scenes(&["overdraw-100"])),
     ],
 };
 
@@ -59,7 +83,19 @@ const UNEXPLAINED: &str = "pixels that differ from f64 by more than rounding";
 const FIRST: &str = "the first of them";
 const EMPTY: &str = "footprints without a texel";
 
+const HOLES: &str = "pixels of the plane without a fragment";
+const FRAGMENTS: &str = "fragments a pixel";
+
 const SIZE: [u32; 2] = [64, 48];
+
+/// From 88.5 to 89.5 degrees: no horizon is in the picture.
+const OVERDRAWN: Tilt = Tilt {
+    tilt_degrees: 89.0,
+    roll_degrees: 0.0,
+    yaw_degrees: 0.0,
+    texels_per_pixel: 1.0,
+    half_view_degrees: 0.5,
+};
 
 fn variants() -> Vec<(&'static str, Method)> {
     let ellipses = [
@@ -80,7 +116,8 @@ fn variants() -> Vec<(&'static str, Method)> {
         ("summed area", Baseline::SummedArea),
     ];
     let ellipses = ellipses.map(|(name, ellipse)| (name, Method::Ellipse(ellipse)));
-    ellipses.into_iter().chain(baselines.map(|(name, baseline)| (name, Method::Baseline(baseline)))).collect()
+    let baselines = baselines.map(|(name, baseline)| (name, Method::Baseline(baseline)));
+    ellipses.into_iter().chain(OBJECT_SPACE).chain(baselines).collect()
 }
 
 /// Those with a reconstruction term of at least 1/2.
@@ -102,39 +139,80 @@ fn plane_of(scene: &str) -> Plane {
             let (sin, cos) = 0.6f64.sin_cos();
             Plane([[1000.0 * cos, -0.1 * sin, 0.3], [1000.0 * sin, 0.1 * cos, 0.7], [0.0, 0.0, 1.0]])
         }
+        "overdraw-100" => OVERDRAWN.plane(SIZE[1]),
         "far" => Tilt { texels_per_pixel: 1e5, ..turned(60.0) }.plane(SIZE[1]),
         other => panic!("{other}: no scene of this figure"),
     }
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let lab = Lab::new(&bench.gpu(&[])?, Pattern::PinkNoise, SIZE)?;
+    let mut lab = Lab::new(&bench.gpu(&[])?, Pattern::PinkNoise, SIZE)?;
+    lab.most_per_pixel = 5000.0;
+    if cell.scene == "overdraw-100" {
+        lab.camera_px = OVERDRAWN.focal_px(SIZE[1]);
+    }
     let plane = plane_of(&cell.scene).rounded();
     let truth = lab.coarse_truth(&plane, GAUSSIAN);
     let mut rows = Vec::new();
     for (name, method) in variants() {
-        let dumped = lab.dumped(&method, &plane)?;
-        let seen = || dumped.iter().filter(|pixel| pixel.pixel.is_some());
-        // A sampler's weights may exceed 1 together by a step of 1/256.
-        let fine = |value: &f32| (-1.0 / 256.0..=1.0 + 1.0 / 256.0).contains(value);
-        let broken = seen().filter(|pixel| !pixel.colour.iter().all(fine)).count();
-        let number = |quantity, unit, number| Row::new(name, quantity, unit, Value::Number(number));
-        rows.push(number(BROKEN, "pixels", broken as f64));
-        if !subtracts(&method) {
-            let found = lab.agreement(&dumped, &method, &plane);
-            rows.push(number(UNEXPLAINED, "pixels", found.unexplained.len() as f64));
-            let first = found.unexplained.first().cloned().unwrap_or_else(|| "none".into());
-            rows.push(Row::new(name, FIRST, "", Value::Text(first)));
-        }
-        if matches!(method, Method::Ellipse(_)) {
-            rows.push(number(EMPTY, "pixels", seen().filter(|pixel| pixel.empty).count() as f64));
-        }
         let shown = lab.show(&lab.pass(&method)?, &plane, 0)?;
+        rows.extend(match method {
+            Method::ObjectSpace(spacing) => fragment_rows(&lab, name, spacing, &plane, &shown),
+            _ => filter_rows(&lab, name, &method, &plane)?,
+        });
         let found = errors(&shown.picture, &truth)?;
-        rows.push(number(NMSE, "", found.nmse));
-        rows.push(number(WORST, "of white", found.worst));
+        rows.push(Row::number(name, NMSE, "", found.nmse));
+        rows.push(Row::number(name, WORST, "of white", found.worst));
     }
     Ok(rows)
+}
+
+/// A sampler's weights may exceed 1 together by a step of 1/256.
+fn broken<'a>(mut colour: impl Iterator<Item = &'a f32>) -> bool {
+    !colour.all(|value| (-1.0 / 256.0..=1.0 + 1.0 / 256.0).contains(value))
+}
+
+fn agreement_rows(name: &str, found: &Agreement) -> [Row; 2] {
+    let first = found.unexplained.first().cloned().unwrap_or_else(|| "none".into());
+    [
+        Row::number(name, UNEXPLAINED, "pixels", found.unexplained.len() as f64),
+        Row::new(name, FIRST, "", Value::Text(first)),
+    ]
+}
+
+fn filter_rows(lab: &Lab, name: &str, method: &Method, plane: &Plane) -> anyhow::Result<Vec<Row>> {
+    let dumped = lab.dumped(method, plane)?;
+    let seen = || dumped.iter().filter(|pixel| pixel.pixel.is_some());
+    let count = seen().filter(|pixel| broken(pixel.colour.iter())).count();
+    let mut rows = vec![Row::number(name, BROKEN, "pixels", count as f64)];
+    if !subtracts(method) {
+        rows.extend(agreement_rows(name, &lab.agreement(&dumped, method, plane)));
+    }
+    if matches!(method, Method::Ellipse(_)) {
+        let count = seen().filter(|pixel| pixel.empty).count();
+        rows.push(Row::number(name, EMPTY, "pixels", count as f64));
+    }
+    Ok(rows)
+}
+
+fn fragment_rows(lab: &Lab, name: &str, spacing: f32, plane: &Plane, shown: &Shown) -> Vec<Row> {
+    let means = lab.fragments(plane, spacing);
+    let count = shown.picture.rgba.iter().filter(|pixel| broken(pixel.iter())).count();
+    let hole = |(n, mean): &(usize, &Mean)| {
+        let at = [0, 1].map(|c| [n % SIZE[0] as usize, n / SIZE[0] as usize][c] as f64 + 0.5);
+        let [x, y] = [0, 1].map(|c| at[c] - f64::from(SIZE[c]) / 2.0);
+        mean.fragments == 0 && plane.texels(x, y).is_some()
+    };
+    let holes = means.iter().enumerate().filter(hole).count();
+    let (found, _) = compare_fragments(&shown.picture.rgba, &means);
+    let mut rows = vec![
+        Row::number(name, BROKEN, "pixels", count as f64),
+        Row::number(name, HOLES, "pixels", holes as f64),
+        // Four texels each.
+        Row::number(name, FRAGMENTS, "fragments", shown.fetched / 4.0),
+    ];
+    rows.extend(agreement_rows(name, &found));
+    rows
 }
 
 /// In f32 the subtracted determinant of a long footprint is noise: no reference says what comes of it.

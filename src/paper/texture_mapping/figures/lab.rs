@@ -3,9 +3,12 @@
 use super::agreement::{Agreement, compare};
 use crate::figure::{Bench, Contender, Row, Timed};
 use crate::paper::texture_mapping::baselines::Baseline;
-use crate::paper::texture_mapping::method::Method;
+use crate::paper::texture_mapping::method::{Coordinates, Ellipse, Method};
+use crate::paper::texture_mapping::object_space::pass::{Prepared, Stages};
+use crate::paper::texture_mapping::object_space::reference::Mean;
+use crate::paper::texture_mapping::object_space::{MOST_PER_PIXEL, Polygons, reference};
 use crate::paper::texture_mapping::pass::{Dumped, FilterPass, Targets, Uploaded, push};
-use crate::paper::texture_mapping::plane::Plane;
+use crate::paper::texture_mapping::plane::{Plane, Tilt};
 use crate::paper::texture_mapping::texels::Texels;
 use crate::picture::Picture;
 use crate::picture::error::compare_where;
@@ -13,6 +16,7 @@ use crate::picture::flip::flip;
 use crate::reference::pattern::Pattern;
 use crate::reference::supersample::{Density, Kernel, Tiled, Truth, supersample};
 use crate::vk::{Gpu, PassTime};
+use std::cell::RefCell;
 
 /// Texels of a pattern's side.
 const SIDE: u32 = 512;
@@ -27,10 +31,24 @@ pub const FORMULA_4: Kernel = Kernel::Gaussian { sigma: 0.4, radius: 1.0 };
 pub struct Lab {
     pub gpu: Gpu,
     pub size: [u32; 2],
+    /// Of object-space texturing: from the eye to the picture's plane, and the fragments a pixel at which a plane ends.
+    pub camera_px: f64,
+    pub most_per_pixel: f64,
     texels: Texels,
     tiled: Tiled,
     uploaded: Uploaded,
     targets: Targets,
+}
+
+/// What draws a method.
+pub enum LabPass {
+    Filter(FilterPass),
+    /// Polygons stay prepared for each plane.
+    ObjectSpace {
+        stages: Stages,
+        spacing: f32,
+        prepared: RefCell<Vec<(Plane, Prepared)>>,
+    },
 }
 
 /// A picture with its costs.
@@ -62,12 +80,44 @@ impl Lab {
             tiled: Tiled::new(SIDE, &texels.levels[0]),
             gpu: gpu.clone(),
             size,
+            camera_px: Tilt::of(0.0).focal_px(size[1]),
+            most_per_pixel: MOST_PER_PIXEL,
             texels,
         })
     }
 
-    pub fn pass(&self, method: &Method) -> anyhow::Result<FilterPass> {
-        Ok(FilterPass::new(&self.gpu, method, self.texels.coarsest(), false)?)
+    pub fn pass(&self, method: &Method) -> anyhow::Result<LabPass> {
+        Ok(match *method {
+            Method::ObjectSpace(spacing) => LabPass::ObjectSpace {
+                stages: Stages::new(&self.gpu, false)?,
+                spacing,
+                prepared: RefCell::default(),
+            },
+            _ => LabPass::Filter(FilterPass::new(&self.gpu, method, self.texels.coarsest(), false)?),
+        })
+    }
+
+    /// An ellipse by one form of the coordinates, for `plane` alone.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn pass_by(
+        &self,
+        ellipse: &Ellipse,
+        coordinates: Coordinates,
+        plane: &Plane,
+    ) -> anyhow::Result<LabPass> {
+        let of = (plane, self.size);
+        Ok(LabPass::Filter(FilterPass::by(&self.gpu, ellipse, self.texels.coarsest(), coordinates, of)?))
+    }
+
+    fn polygons(&self, plane: &Plane, spacing: f32) -> Polygons {
+        Polygons::of_plane(plane, self.size, self.camera_px, spacing.into(), self.most_per_pixel)
+    }
+
+    /// The f64 reference of object-space texturing.
+    pub fn fragments(&self, plane: &Plane, spacing: f32) -> Vec<Mean> {
+        reference::picture(&self.polygons(plane, spacing), spacing.into(), self.size, &self.texels)
     }
 
     /// The exact picture of a plane.
@@ -104,7 +154,7 @@ impl Lab {
 
     /// # Errors
     /// Device lost, out of memory.
-    pub fn show(&self, pass: &FilterPass, plane: &Plane, frame: u32) -> anyhow::Result<Shown> {
+    pub fn show(&self, pass: &LabPass, plane: &Plane, frame: u32) -> anyhow::Result<Shown> {
         self.run(pass, plane, frame)?;
         let mut rgba = self.targets.colours(&self.gpu)?;
         let fetched = rgba.iter().map(|pixel| f64::from(pixel[3])).sum::<f64>() / rgba.len() as f64;
@@ -112,8 +162,21 @@ impl Lab {
         Ok(Shown { picture: Picture::new(self.size[0], self.size[1], rgba), fetched })
     }
 
-    fn run(&self, pass: &FilterPass, plane: &Plane, frame: u32) -> crate::vk::Result<Vec<PassTime>> {
-        pass.run(&self.gpu, &self.uploaded, &self.targets, &push(plane, self.size, frame))
+    fn run(&self, pass: &LabPass, plane: &Plane, frame: u32) -> crate::vk::Result<Vec<PassTime>> {
+        let Lab { gpu, uploaded, targets, size, .. } = self;
+        match pass {
+            LabPass::Filter(pass) => pass.run(gpu, uploaded, targets, &push(plane, *size, frame)),
+            LabPass::ObjectSpace { stages, spacing, prepared } => {
+                let mut prepared = prepared.borrow_mut();
+                if !prepared.iter().any(|(of, _)| of == plane) {
+                    let polygons = self.polygons(plane, *spacing);
+                    let own = Prepared::new(gpu, &polygons, *spacing, *size, self.texels.coarsest())?;
+                    prepared.push((*plane, own));
+                }
+                let (_, of) = prepared.iter().find(|(of, _)| of == plane).expect("prepared");
+                stages.run(gpu, of, uploaded, targets)
+            }
+        }
     }
 
     /// All methods in turn, each once over every plane: rounds of nanoseconds a pixel.
@@ -126,10 +189,23 @@ impl Lab {
         methods: &[(String, Method)],
         planes: &[Plane],
     ) -> anyhow::Result<Vec<Timed>> {
-        let passes: Vec<_> = methods
+        let passes: Vec<(String, LabPass)> = methods
             .iter()
-            .map(|(name, method)| Ok((name, self.pass(method)?)))
+            .map(|(name, method)| Ok((name.clone(), self.pass(method)?)))
             .collect::<anyhow::Result<_>>()?;
+        self.times_of(bench, &passes, planes)
+    }
+
+    /// As [`Lab::times`], of passes.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn times_of(
+        &self,
+        bench: &Bench,
+        passes: &[(String, LabPass)],
+        planes: &[Plane],
+    ) -> anyhow::Result<Vec<Timed>> {
         let contenders = passes.iter().map(|(name, pass)| Contender {
             variant: name.to_string(),
             run: Box::new(move || {
@@ -146,7 +222,10 @@ impl Lab {
         let drawn = if timed.variant == "empty pass" { pixels } else { pixels * planes as f64 };
         let rounds = timed.total_of_rounds();
         let ns_a_pixel = |rounds: Vec<f64>| rounds.iter().map(|ms| ms * 1e6 / drawn).collect();
-        Row::of_rounds(&timed.variant, quantity, "ns", rounds.map(ns_a_pixel))
+        Row {
+            work: timed.total_work(),
+            ..Row::of_rounds(&timed.variant, quantity, "ns", rounds.map(ns_a_pixel))
+        }
     }
 }
 

@@ -18,9 +18,16 @@ pub const SQUARED_128: WeightMap =
 /// Names begin with this where the method is ours or the corrected paper's.
 pub const OURS: &str = "ellipse";
 
+/// G at both spacings.
+pub const OBJECT_SPACE: [(&str, Method); 2] = [
+    ("object space, spacing 1", Method::ObjectSpace(1.0)),
+    ("object space, spacing 1/2", Method::ObjectSpace(0.5)),
+];
+
 /// Every setting of the chart of speed against error.
 pub fn all() -> Vec<(String, Method)> {
-    ellipses().into_iter().chain(baselines()).collect()
+    let object_space = OBJECT_SPACE.map(|(name, method)| (name.to_string(), method));
+    ellipses().into_iter().chain(object_space).chain(baselines()).collect()
 }
 
 fn ellipses() -> Vec<(String, Method)> {

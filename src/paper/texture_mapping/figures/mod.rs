@@ -1,6 +1,7 @@
 //! Every figure of paper 3: the only place that sees both the GPU's steps and the reference.
 
 pub mod agreement;
+mod anisotropic;
 mod contender;
 mod coordinates;
 mod drift;
@@ -8,6 +9,7 @@ mod edges;
 mod extremes;
 mod lab;
 mod methods;
+mod object_space;
 mod parallax;
 mod pareto;
 mod relief;
@@ -19,7 +21,9 @@ use crate::figure::Figure;
 /// In the order of the report.
 pub const FIGURES: &[&Figure] = &[
     &coordinates::COORDINATES,
+    &anisotropic::ANISOTROPIC,
     &drift::DRIFT,
+    &object_space::OBJECT_SPACE_TEXTURING,
     &shape::SHAPE,
     &edges::EDGES,
     &parallax::PARALLAX,

@@ -22,6 +22,7 @@ pub const PARALLAX: Figure = Figure {
     variants: || {
         Method::ALL.map(|method| method.name().to_string()).into_iter().chain([FLOOR.to_string()]).collect()
     },
+    paper: &["visible texels"],
     sweep: Some(Sweep {
         name: "elevation, degrees",
         quick: &[15.0, 30.0, 60.0],

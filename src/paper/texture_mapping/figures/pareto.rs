@@ -22,6 +22,7 @@ pub const PARETO: Figure = Figure {
             scan, which is shown under that name and never as a GPU's.",
     scenes: &["planes"],
     variants: || names().into_iter().chain([FLOOR.into(), FRONT.into()]).collect(),
+    paper: &["paper's rows", "paper's columns", "object space, spacing 1"],
     sweep: None,
     measure,
     plots: &[
@@ -165,7 +166,7 @@ fn rows_of(name: &str, score: &Score) -> Vec<Row> {
         number(FLIP, "", mean(&score.flip)),
         number(WORST_PIXEL, "of white", score.worst),
     ];
-    // A device's sampler does not tell.
+    // A device's sampler does not report its texels.
     if fetched > 0.0 {
         rows.push(number(TEXELS, "texels", fetched));
         rows.push(Row::new(name, BY_TEXELS, "", Value::Series(vec![[fetched, nmse]])));
@@ -173,7 +174,7 @@ fn rows_of(name: &str, score: &Score) -> Vec<Row> {
     rows
 }
 
-/// (texels, NMSE) of the methods than which none has fewer texels and no larger error, in order of texels.
+/// (texels, NMSE) of the Pareto-optimal methods, in order of texels.
 fn front(scores: &[Score]) -> Vec<[f64; 2]> {
     let mut points: Vec<[f64; 2]> = scores
         .iter()
@@ -190,7 +191,7 @@ fn front(scores: &[Score]) -> Vec<[f64; 2]> {
     points
 }
 
-/// 1 for each baseline that no setting of ours matches, else 0; those whose texels are counted.
+/// For each baseline with counted texels: 1 if no setting of ours matches it, else 0.
 fn ahead(methods: &[(String, Method)], scores: &[Score]) -> Vec<Row> {
     let points: Vec<(&str, f64, f64)> = methods
         .iter()
@@ -223,7 +224,7 @@ fn time_rows(
     Ok(rows)
 }
 
-/// A name as part of a file's.
+/// A name in the form in which a file name contains it.
 fn plain(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '.' { c } else { '-' }).collect()
 }

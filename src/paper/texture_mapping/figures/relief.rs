@@ -27,6 +27,7 @@ pub const RELIEF: Figure = Figure {
             a texel, from the exact one.",
     scenes: RELIEFS,
     variants: || Method::ALL.map(|method| method.name()).to_vec(),
+    paper: &["refined, at centres"],
     sweep: Some(Sweep {
         name: "elevation, degrees",
         quick: &[15.0, 30.0, 60.0, 80.0],
@@ -76,6 +77,7 @@ pub const MAP_BUILD: Figure = Figure {
             times as many; a cone map has one value for each texel.",
     scenes: &["bricks", "rock"],
     variants: || Build::ALL.map(|build| build.name()).to_vec(),
+    paper: &["refined, at centres"],
     sweep: Some(Sweep { name: "texels a side", quick: &[16.0, 32.0], full: &[16.0, 32.0, 64.0, 128.0] }),
     measure: measure_builds,
     plots: &[Plot::sweep(BUILD).log_x().log_y(), Plot::sweep(BYTES).log_x().log_y()],
@@ -134,7 +136,7 @@ impl Build {
 enum Method {
     Linear,
     Map(Build),
-    /// The guaranteed refined map with so many bits for a cell.
+    /// The guaranteed refined map with this many bits for a cell.
     Quantised(u32),
 }
 

@@ -24,6 +24,7 @@ pub const SHAPE: Figure = Figure {
             pixels.",
     scenes: &["pink-noise", "checker-2"],
     variants: || variants().into_iter().map(|(name, _)| name).collect(),
+    paper: &["as printed, rows", "as printed, columns"],
     sweep: Some(Sweep { name: "tilt, degrees", quick: TILTS, full: TILTS }),
     measure,
     plots: &[

@@ -1,4 +1,4 @@
-//! The field's filters, each from its publication.
+//! Published filters, each written from its publication.
 
 use super::Filtered;
 use crate::paper::texture_mapping::baselines::Baseline;
@@ -6,11 +6,11 @@ use crate::paper::texture_mapping::method::Pixel;
 use crate::paper::texture_mapping::texels::Texels;
 use std::f64::consts::TAU;
 
-/// A texture sampler weighs texels and levels in steps of 1/256 (the least that Vulkan's implementations have): two bilinear
-/// samples of two weights each, and their mix, are off by at most this.
+/// Texture samplers quantise weights of texels and levels in steps of 1/256, the coarsest that Vulkan allows. Two
+/// bilinear samples with two weights each, and their mix, err by at most this.
 const SAMPLER: f64 = 5.0 / 256.0;
 
-/// The value of a pixel; `None` for what only the device knows.
+/// The value of a pixel; `None` if only the device can compute it.
 pub fn filtered(
     baseline: Baseline,
     pixel: &Pixel,
@@ -43,13 +43,13 @@ pub fn filtered(
     })
 }
 
-/// A trilinear sample at a part of a line, -1 to 1.
+/// A trilinear sample at a position along a line, -1 to 1.
 struct Probe {
     part: f64,
     weight: f64,
 }
 
-/// The level's value at a place in its own texels.
+/// The level's value at a position in its own texels.
 fn bilinear(texels: &Texels, level: u32, [u, v]: [f64; 2]) -> f64 {
     let (x, y) = (u - 0.5, v - 0.5);
     let (right, down) = (x - x.floor(), y - y.floor());
@@ -76,7 +76,7 @@ fn probes(pixel: &Pixel, texels: &Texels, probes: &[Probe], reach: [f64; 2], lev
     Filtered { value: sum / weights, slack: SAMPLER, fetched, undecided, empty: false }
 }
 
-/// Semi-axes of the ellipse r <= 1, and the major one's direction, by the rotation that makes `J J^T` diagonal.
+/// Semi-axes of the ellipse r <= 1 and the direction of the major one, by diagonalising `J J^T`.
 fn axes(pixel: &Pixel) -> (f64, f64, [f64; 2]) {
     let [[ux, uy], [vx, vy]] = pixel.jacobian;
     let (a, b, c) = (ux * ux + uy * uy, ux * vx + uy * vy, vx * vx + vy * vy);
@@ -89,7 +89,7 @@ fn feline(pixel: &Pixel, texels: &Texels, most: u32) -> Filtered {
     let (major, minor, direction) = axes(pixel);
     let wanted = 2.0 * major / minor - 1.0 + 0.5;
     let count = wanted.floor().clamp(1.0, f64::from(most));
-    // Too few probes: each becomes as wide as the gaps.
+    // With too few probes, each is widened to fill the gaps.
     let minor = minor.max(2.0 * major / (count + 1.0));
     let reach = (major - minor).max(0.0);
     let probe = |n: u32| {
@@ -118,7 +118,7 @@ fn mavridis(pixel: &Pixel, texels: &Texels, taps: u32) -> Filtered {
     Filtered { undecided: found.undecided.max(undecided(found, wanted).undecided * taps), ..found }
 }
 
-/// Where rounding decides a count of probes, one more or one less.
+/// Adds an error bound where rounding decides between two probe counts.
 fn undecided(found: Filtered, wanted: f64) -> Filtered {
     let near = (wanted - wanted.round()).abs() < 2f64.powi(-16) * wanted;
     Filtered { undecided: if near { found.undecided.max(8) } else { found.undecided }, ..found }
@@ -135,7 +135,7 @@ fn pbrt(pixel: &Pixel, texels: &Texels, longer: [f64; 2], shorter: [f64; 2]) -> 
     let part = lod - lod.floor();
     Filtered {
         value: finer.value * (1.0 - part) + coarser.value * part,
-        // The fraction of the level in f32; beside what each level has.
+        // Error of the level's fraction in f32, in addition to each level's own.
         slack: finer.slack + coarser.slack + 2f64.powi(-18),
         fetched: finer.fetched + coarser.fetched,
         undecided: finer.undecided + coarser.undecided,
@@ -156,7 +156,8 @@ fn pbrt_level(pixel: &Pixel, texels: &Texels, longer: [f64; 2], shorter: [f64; 2
     let (width, height) = (c.sqrt() + 1.0, a.sqrt() + 1.0);
     let (mut sum, mut weights, mut slack) = (0.0, 0.0, 0.0);
     let (mut fetched, mut undecided) = (0, 0);
-    // A form whose terms reach a c / f cancels by that much; a step of the table is 1/127 of its exponent.
+    // A form with terms up to a c / f loses that factor to cancellation. One step of the table is 1/127 of its
+    // exponent.
     let rounding = 2f64.powi(-21) * (a * c / f);
     for row in (v - height).floor() as i64..=(v + height).floor() as i64 {
         for column in (u - width).floor() as i64..=(u + width).floor() as i64 {
@@ -200,7 +201,7 @@ fn random([mut x, mut y, mut z, mut w]: [u32; 4]) -> [u32; 4] {
     [x, y, z, w]
 }
 
-/// The levels of the minor axis: two where rounding decides.
+/// The levels of the minor axis; two if rounding decides.
 pub fn stochastic_levels(pixel: &Pixel, texels: &Texels) -> [u32; 2] {
     let (_, minor, _) = axes(pixel);
     let level = minor.max(1e-30).log2();
@@ -213,7 +214,7 @@ pub fn stochastic_levels(pixel: &Pixel, texels: &Texels) -> [u32; 2] {
 fn stochastic(pixel: &Pixel, texels: &Texels, samples: u32, level: u32, frame: u32) -> Filtered {
     let scale = f64::from(1u32 << level);
     let [[ux, uy], [vx, vy]] = pixel.jacobian;
-    // Places in f32: the centre's ulp, and a few of what is added to it.
+    // Positions in f32: the centre's ulp, and a few ulp of the offset.
     let extent = ux.abs() + uy.abs() + vx.abs() + vy.abs();
     let (mut sum, mut undecided) = (0.0, 0);
     for n in 0..samples {
@@ -248,7 +249,7 @@ fn summed_area(pixel: &Pixel, texels: &Texels) -> Filtered {
             sum += u64::from(texels.byte(0, column, row));
         }
     }
-    // An edge near the middle of a texel may fall to either side of it.
+    // An edge near a texel's middle may round to either side.
     let near = |n: usize, sign: f64| {
         let at = edge(n, sign);
         u32::from((at - at.round()).abs() < 2f64.powi(-21) * (at.abs() + 1.0))

@@ -1,9 +1,8 @@
-//! A…D: all texels of a box around the ellipse, each with the distance that the inverse of V gives it.
+//! A…D: visits all texels of a box around the ellipse; the inverse of V gives their distances.
 
 use super::Filtered;
-use crate::paper::texture_mapping::footprint::{Axes, MOST_MAJOR_TEXELS, MOST_REACH, MOST_VISITED, Scan};
+use crate::paper::texture_mapping::footprint::{Axes, MOST_MAJOR_TEXELS, MOST_VISITED, Scan};
 use crate::paper::texture_mapping::method::{Ellipse, Pixel};
-use crate::paper::texture_mapping::texels::Texels;
 use crate::paper::texture_mapping::weight_map::{Shape, WeightMap};
 use crate::paper::texture_mapping::weights::Edge;
 
@@ -39,18 +38,40 @@ fn widened(ellipse: &Ellipse, pixel: &Pixel) -> (Symmetric, f64) {
     if smaller >= least {
         return (Symmetric(v), det);
     }
-    // The minor axis alone is stretched: V + (least - smaller) e e^T, e e^T = (larger I - V) / (larger - smaller).
+    // Stretches only the minor axis: V + (least - smaller) e e^T, e e^T = (larger I - V) / (larger -
+    // smaller).
     let part = (least - smaller) / (larger - smaller);
     let [a, b, c] = v;
     (Symmetric([a + part * (larger - a), b - part * b, c + part * (larger - c)]), larger * least)
 }
 
-/// Whether the footprint is larger than f32 can square: it has the texture's mean.
+/// True if the footprint is too large for squares in f32; its value is the texture's mean.
 fn sees_all(v: Symmetric) -> bool {
     v.0[0] + v.0[2] >= MOST_MAJOR_TEXELS * MOST_MAJOR_TEXELS
 }
 
-/// The levels that the method may choose: two where rounding decides.
+/// Limits a pixel's footprint: the longest of J's axes is at most `most` texels, measured on a sphere with longitude
+/// u and latitude v. `across` is the cosine of the latitude.
+pub fn bounded(pixel: &Pixel, most: f64, across: f64) -> Pixel {
+    let [u, v] = pixel.jacobian;
+    let j = [u.map(|d| d * across), v];
+    let [a, b, c] = [(0, 0), (0, 1), (1, 1)].map(|(m, n)| j[m][0] * j[n][0] + j[m][1] * j[n][1]);
+    let (sin, cos) = (0.5 * (2.0 * b).atan2(a - c)).sin_cos();
+    // The gradient of the axis along x and y: J^T e.
+    let along = [0, 1].map(|n| cos * j[0][n] + sin * j[1][n]);
+    let length = along[0].hypot(along[1]);
+    if length <= most {
+        return *pixel;
+    }
+    let less = 1.0 - most / length;
+    let jacobian = [
+        [0, 1].map(|n| (j[0][n] - less * cos * along[n]) / across),
+        [0, 1].map(|n| j[1][n] - less * sin * along[n]),
+    ];
+    Pixel { jacobian, determinant: pixel.determinant * most / length, ..*pixel }
+}
+
+/// The levels that the method may choose; two if rounding decides.
 pub fn levels(ellipse: &Ellipse, pixel: &Pixel, coarsest: u32) -> [u32; 2] {
     let (v, det) = widened(ellipse, pixel);
     if sees_all(v) {
@@ -59,16 +80,16 @@ pub fn levels(ellipse: &Ellipse, pixel: &Pixel, coarsest: u32) -> [u32; 2] {
     let [_, smaller] = v.eigenvalues(det);
     let minor_texels = f64::from(ellipse.footprint.minor_texels);
     let by_minor = if minor_texels > 0.0 { (smaller.sqrt() / minor_texels).log2() } else { 0.0 };
-    // At level l the scan looks at `visited` / 4^l texels; k and the margins come on top, and are covered by the 4.
+    // At level l the scan visits `visited` / 4^l texels; the factor 4 covers k and the margins.
     let [a, _, c] = v.0;
     let visited = match ellipse.footprint.scan {
         Scan::BoundingBox => 4.0 * (a * c).sqrt(),
         Scan::RowSpan => 4.0 * det.sqrt(),
     };
     let by_count = (4.0 * visited / f64::from(MOST_VISITED)).log2() / 2.0;
-    let by_rows = (a.max(c).sqrt() / f64::from(MOST_REACH)).log2();
+    let by_rows = (a.max(c).sqrt() / f64::from(ellipse.footprint.most_reach)).log2();
     let wanted = by_minor.floor().max(by_count.ceil()).max(by_rows.ceil());
-    // 2^-16: log2 of f32 numbers of 2^-21 relative error, and its own rounding at up to 2^5.
+    // 2^-16: log2 of f32 numbers with a relative error of 2^-21, and its own rounding at up to 2^5.
     let undecided = 2f64.powi(-16);
     let near =
         [by_minor, by_count, by_rows].into_iter().any(|level| (level - level.round()).abs() < undecided);
@@ -86,7 +107,7 @@ fn shaped(ellipse: &Ellipse, pixel: &Pixel, level: u32) -> Shaped {
     let [a, b, c] = v.0.map(|entry| entry * scale);
     let with_k = Symmetric([a + k, b, c + k]);
     let det = det * scale * scale + k * (a + c) + k * k;
-    // Lengths and direction of the axes that the weights follow.
+    // Lengths and direction of the axes of the weights.
     let [[ux, uy], [vx, vy]] = pixel.jacobian.map(|row| row.map(|d| d * f64::from(ellipse.kernel.radius_px)));
     let (length, depth, cos, sin) = match ellipse.footprint.axes {
         Axes::Corrected => {
@@ -106,7 +127,7 @@ fn shaped(ellipse: &Ellipse, pixel: &Pixel, level: u32) -> Shaped {
     Shaped { v: with_k, det, to_disc }
 }
 
-/// (4) as printed: the length of the axis (x, y) and its angle, the other axis as long as `other`.
+/// (4) as printed: length and angle of the axis (x, y); `other` is the length of the other axis.
 fn literal(x: f64, y: f64, other: f64, scale: f64, k: f64) -> (f64, f64, f64, f64) {
     let length = x.hypot(y);
     let (cos, sin) = if length > 0.0 { (x / length, y / length) } else { (1.0, 0.0) };
@@ -135,7 +156,7 @@ pub fn kept(edge: Edge, distance: f64) -> f64 {
     if distance >= 0.0 { inside } else { 1.0 - inside }
 }
 
-/// D: the nearest entry's value, or between the two nearest.
+/// D: the value of the nearest entry, or interpolated between the two nearest.
 fn mapped(map: &WeightMap, alpha: f64, reach: f64, place: [f64; 2]) -> f64 {
     let [x, y] = place.map(|c| c / reach);
     let entries = f64::from(map.entries);
@@ -165,7 +186,7 @@ fn mapped(map: &WeightMap, alpha: f64, reach: f64, place: [f64; 2]) -> f64 {
     entry(square)
 }
 
-/// B, or D in its place.
+/// B, or D instead of it.
 fn weight(ellipse: &Ellipse, place: [f64; 2]) -> f64 {
     let alpha = f64::from(ellipse.kernel.alpha);
     match &ellipse.map {
@@ -174,7 +195,7 @@ fn weight(ellipse: &Ellipse, place: [f64; 2]) -> f64 {
     }
 }
 
-/// The texels with a weight: offsets from the centre, in texels of the level, and weights.
+/// The texels with a weight: offsets from the centre in texels of the level, and weights.
 pub fn weights(ellipse: &Ellipse, pixel: &Pixel, coarsest: u32, level: u32) -> Vec<([f64; 2], f64)> {
     let mut found = Vec::new();
     if level < coarsest {
@@ -187,12 +208,17 @@ pub fn weights(ellipse: &Ellipse, pixel: &Pixel, coarsest: u32, level: u32) -> V
     found
 }
 
-/// The value of a pixel at a level that [`levels`] allows.
-pub fn filtered(ellipse: &Ellipse, pixel: &Pixel, texels: &Texels, level: u32) -> Filtered {
-    // The coarsest level is one texel.
-    if level >= texels.coarsest() {
-        let value = f64::from(texels.byte(texels.coarsest(), 0, 0)) / 255.0;
-        return Filtered { value, slack: 2f64.powi(-22), fetched: 1, ..Filtered::default() };
+/// The value of a pixel at a level of [`levels`]. `value` returns a texel, 0 to 1, by column and row; both may be
+/// outside the level.
+pub fn filtered(
+    ellipse: &Ellipse,
+    pixel: &Pixel,
+    [level, coarsest]: [u32; 2],
+    value: impl Fn(i64, i64) -> f64,
+) -> Filtered {
+    // The coarsest level has one texel.
+    if level >= coarsest {
+        return Filtered { value: value(0, 0), slack: 2f64.powi(-22), fetched: 1, ..Filtered::default() };
     }
     let (mut sum, mut weights, mut slack) = (0.0, 0.0, 0.0);
     let (mut fetched, mut undecided) = (0, 0);
@@ -201,22 +227,24 @@ pub fn filtered(ellipse: &Ellipse, pixel: &Pixel, texels: &Texels, level: u32) -
         undecided += u32::from((most > 0.0) != (least > 0.0));
         fetched += u32::from(kept > 0.0);
         slack += weight * (most - least) + weight * kept * falls;
-        sum += weight * kept * f64::from(texels.byte(level, column, row)) / 255.0;
+        sum += weight * kept * value(column, row);
         weights += weight * kept;
     });
     let [column, row] = pixel.centre.map(|place| (place / f64::from(1u32 << level)).floor());
-    let nearest = || f64::from(texels.byte(level, column as i64, row as i64)) / 255.0;
+    let nearest = || value(column as i64, row as i64);
     let empty = weights <= 0.0;
     let value = if empty { nearest() } else { sum / weights };
-    // The GPU's error function is 1.5e-7 off, of each texel's weight.
+    // The GPU's error function errs by 1.5e-7 of each texel's weight.
     let erf = if ellipse.edge == Edge::Exact { 1.5e-7 * f64::from(fetched) / weights.max(1e-6) } else { 0.0 };
-    // A texel differs from the mean by at most 1; a weight's exponential is 9 ulp off (Vulkan allows 3 + 2 |x|); sums in f32 lose half an ulp each.
+    // A texel differs from the mean by at most 1; a weight's exponential errs by 9 ulp (Vulkan allows 3 + 2
+    // |x|); each sum in f32 loses half an ulp.
     let slack = (slack / weights.max(1e-6)).min(1.0) + f64::from(fetched + 32) * 2f64.powi(-24) + erf;
     Filtered { value, slack, fetched, undecided, empty }
 }
 
-/// An ellipse that holds everything within half a texel of the footprint's: (1 + 1/t) V + (1 + t) / 4 I holds the sum of an ellipse
-/// and a disc for every t > 0, and touches it at the minor axis for t twice as long as that.
+/// An ellipse that contains every point within half a texel of the footprint: (1 + 1/t) V + (1 + t) / 4 I
+/// contains the sum of an ellipse and a disc for every t > 0, and touches it at the minor axis if t is
+/// twice that axis's length.
 fn outer(ellipse: &Ellipse, shaped: &Shaped) -> Symmetric {
     let [a, b, c] = shaped.v.0;
     if ellipse.edge == Edge::None {
@@ -227,25 +255,32 @@ fn outer(ellipse: &Ellipse, shaped: &Shaped) -> Symmetric {
     Symmetric([scale * a + add, scale * b, scale * c + add])
 }
 
+/// Distances from the pixel's centre to the sides of the box around all texels that may have a weight, in texels of
+/// the level.
+pub fn half_sides(ellipse: &Ellipse, pixel: &Pixel, level: u32) -> [f64; 2] {
+    let [a, _, c] = outer(ellipse, &shaped(ellipse, pixel, level)).0;
+    [a.sqrt(), c.sqrt()]
+}
+
 /// A texel near the ellipse.
 struct Texel {
     place: [i64; 2],
-    /// From the pixel's centre to the texel's, in texels of the level.
+    /// Offset from the pixel's centre, in texels of the level.
     offset: [f64; 2],
     weight: f64,
     kept: f64,
-    /// What may be kept where r is rounded.
+    /// Range of the kept part under rounding of r.
     least: f64,
     most: f64,
     /// Relative error of the weight.
     falls: f64,
 }
 
-/// Every texel that has a weight, or may have one after rounding.
+/// Visits every texel that has a weight, or may have one after rounding.
 fn each_texel(ellipse: &Ellipse, pixel: &Pixel, level: u32, mut visit: impl FnMut(Texel)) {
     let shaped = shaped(ellipse, pixel, level);
     let outer = outer(ellipse, &shaped);
-    // A line has no area, and so no texels.
+    // A line has no area and therefore no texels.
     if shaped.det <= 0.0 {
         return;
     }
@@ -256,7 +291,7 @@ fn each_texel(ellipse: &Ellipse, pixel: &Pixel, level: u32, mut visit: impl FnMu
     let half_height = (oc.sqrt() + 1.0).ceil() as i64;
     for j in -half_height..=half_height {
         let dv = j as f64 + 0.5 - (v - row);
-        // The outer ellipse's part of the row, and two texels more.
+        // The outer ellipse's part of the row, widened by two texels.
         let half_width = ((oa - ob * ob / oc) * (1.0 - dv * dv / oc)).max(0.0).sqrt() + 2.0;
         let middle = ob / oc * dv + (u - column) - 0.5;
         for i in (middle - half_width).floor() as i64..=(middle + half_width).ceil() as i64 {
@@ -267,9 +302,10 @@ fn each_texel(ellipse: &Ellipse, pixel: &Pixel, level: u32, mut visit: impl FnMu
             let texels_a_radius = if r > 0.0 { r / x.hypot(y) } else { f64::INFINITY };
             let distance = |r: f64| (1.0 - r) * texels_a_radius;
             let rounding = rounding(&shaped, [du, dv], r);
-            // Along an edge that bends away the distance is too short: no texel beyond half a texel takes part.
+            // Where the edge curves away, this distance is too short. A texel contributes only up to half a texel
+            // outside.
             let from_outer = (oc * du * du - 2.0 * ob * du * dv + oa * dv * dv) / (oa * oc - ob * ob) - 1.0;
-            // The slope itself is rounded as r is, where its terms cancel.
+            // The slope is rounded like r where its terms cancel.
             let of_slope = rounding * (1.0 + (b / c).abs()) * (c / shaped.det).sqrt() * texels_a_radius;
             let off = if r > 0.0 { (1.0 - r).abs() * texels_a_radius * of_slope } else { 0.0 };
             if distance(r - rounding) + off < -0.5 || from_outer > 4.0 * rounding {
@@ -277,7 +313,7 @@ fn each_texel(ellipse: &Ellipse, pixel: &Pixel, level: u32, mut visit: impl FnMu
             }
             let cut = from_outer.abs() <= 4.0 * rounding;
             let of = |r: f64, off: f64| kept(ellipse.edge, distance(r) + off);
-            // The slope of the weight's exponent is 2 alpha r, and a map's entries are steps.
+            // The slope of the weight's exponent is 2 alpha r; a map's entries are steps.
             let slope = 2.0 * f64::from(ellipse.kernel.alpha) * r.max(rounding);
             visit(Texel {
                 place: [column as i64 + i, row as i64 + j],
@@ -292,8 +328,8 @@ fn each_texel(ellipse: &Ellipse, pixel: &Pixel, level: u32, mut visit: impl FnMu
     }
 }
 
-/// How far r of a texel may be off in f32: 4 ulp of itself, and of the place along the row, which is the difference of two
-/// numbers up to `sqrt(a)` and is measured in the ellipse's width along the row.
+/// Rounding error of a texel's r in f32: 4 ulp of r itself, and 4 ulp of the position along the row, which
+/// is the difference of two numbers up to `sqrt(a)`, measured in the ellipse's width along the row.
 fn rounding(shaped: &Shaped, [_, dv]: [f64; 2], r: f64) -> f64 {
     let [a, b, c] = shaped.v.0;
     let width = (shaped.det / c).sqrt();
@@ -301,7 +337,7 @@ fn rounding(shaped: &Shaped, [_, dv]: [f64; 2], r: f64) -> f64 {
     2f64.powi(-22) * (r + along)
 }
 
-/// The most that a map's neighbouring entry differs by, relative to the smaller, where rounding may choose it.
+/// Largest relative difference to a map's neighbouring entry if rounding may choose it.
 fn step(ellipse: &Ellipse, r: f64, rounding: f64) -> f64 {
     let Some(map) = ellipse.map.filter(|map| !map.linear) else { return 0.0 };
     let entries = f64::from(map.entries) / ellipse.map_reach();

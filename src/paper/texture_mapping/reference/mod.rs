@@ -1,4 +1,4 @@
-//! Every method in f64 on the CPU, written from the paper: the same names, none of the GPU's code.
+//! Every method in f64 on the CPU, written from the papers; shares names with the GPU code, but no code.
 
 pub mod baselines;
 pub mod ellipse;
@@ -7,34 +7,39 @@ use super::baselines::Baseline;
 use super::method::{Method, Pixel};
 use super::texels::Texels;
 
-/// A pixel's filtered value, and what the GPU may differ by.
+/// A pixel's filtered value with an error bound for the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Filtered {
     pub value: f64,
-    /// What rounding to f32 may change, at most.
+    /// Largest effect of rounding to f32.
     pub slack: f64,
     /// Texels with a weight.
     pub fetched: u32,
-    /// Texels of which rounding decides whether they have one.
+    /// Texels for which rounding decides whether they have a weight.
     pub undecided: u32,
-    /// No texel had a weight; the value is the nearest texel's.
+    /// True if no texel had a weight; the value is then the nearest texel's.
     pub empty: bool,
 }
 
-/// The levels that a method may choose: two where rounding decides; of methods that mix levels 0.
+/// The levels that a method may choose; two if rounding decides; `[0, 0]` for methods that mix levels.
 pub fn levels(method: &Method, pixel: &Pixel, texels: &Texels) -> [u32; 2] {
     match method {
         Method::Ellipse(ellipse) => ellipse::levels(ellipse, pixel, texels.coarsest()),
         Method::Baseline(Baseline::Stochastic(_)) => baselines::stochastic_levels(pixel, texels),
-        Method::Baseline(_) => [0; 2],
+        Method::Baseline(_) | Method::ObjectSpace(_) => [0; 2],
     }
 }
 
-/// A pixel's value at one of its [`levels`]; `None` for what only the device knows. `frame` decides random
+/// A pixel's value at one of its [`levels`]; `None` if only the device can compute it. `frame` seeds random
 /// numbers.
 pub fn filtered(method: &Method, pixel: &Pixel, texels: &Texels, level: u32, frame: u32) -> Option<Filtered> {
     match method {
-        Method::Ellipse(ellipse) => Some(ellipse::filtered(ellipse, pixel, texels, level)),
+        Method::Ellipse(ellipse) => {
+            let value = |column, row| f64::from(texels.byte(level, column, row)) / 255.0;
+            Some(ellipse::filtered(ellipse, pixel, [level, texels.coarsest()], value))
+        }
         Method::Baseline(baseline) => baselines::filtered(*baseline, pixel, texels, level, frame),
+        // An object-space pixel depends on the whole picture: `object_space::reference` computes it.
+        Method::ObjectSpace(_) => None,
     }
 }

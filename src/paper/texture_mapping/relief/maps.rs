@@ -1,42 +1,44 @@
-//! The maps that tracers step by: Donnelly's and the refined distances, cones and relaxed cones. f32, as the GPU's.
+//! The maps that set a tracer's steps: Donnelly's distances, refined distances, cones and relaxed cones; in f32, as
+//! on the GPU.
 //!
-//! Only additions, multiplications and comparisons decide a distance, and the GPU has the same order of them: maps are
-//! equal to the bit.
+//! A distance depends only on additions, multiplications and comparisons, which the GPU runs in the same order. So
+//! both maps are equal to the bit.
 
 use super::Relief;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Directions that share a horizon.
+/// Number of sectors of directions; each has one horizon.
 pub const SECTORS: usize = 64;
 
-/// How far a horizon is searched, in texels; farther obstacles only steepen it.
+/// Search radius of a horizon, in texels. Farther obstacles would only make it steeper.
 pub const REACH: usize = 32;
 
-/// For which points of a cell and which rays of a sector a distance holds.
+/// The points of a cell and the rays of a sector for which a distance holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holds {
-    /// The cell's centre and the sector's middle: Donnelly's and the paper's.
+    /// Only the cell's centre and the sector's middle: Donnelly's and the paper's.
     AtCentres,
-    /// All.
+    /// All points and all rays.
     Everywhere,
 }
 
-/// What the construction of distance maps needs of every relief alike.
+/// Offsets and sectors for building distance maps; they are the same for every relief.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fan {
     pub holds: Holds,
-    /// For each sector and each distance 1 ..= REACH: where its cells begin in `cells`; one more at the end.
+    /// Index into `cells` of the first cell for each sector and each distance 1 ..= REACH, and one past the last.
     pub starts: Vec<u32>,
-    /// Offsets of the cells in which a point may lie that is so far from a point of cell (0, 0).
+    /// Offsets of the cells that may contain a point at that distance from a point of cell (0, 0).
     pub cells: Vec<[i32; 2]>,
-    /// For offsets -radius ..= radius in x and y: the first sector *behind* a ray to that cell, and how many.
+    /// For offsets -radius ..= radius in x and y: the first sector *behind* a ray to that cell, and the number of
+    /// sectors.
     pub behind: Vec<[u32; 2]>,
     pub radius: i32,
 }
 
 impl Fan {
-    /// For reliefs of at most so much depth: no distance is longer.
+    /// For reliefs of at most this depth, which bounds all distances.
     pub fn new(depth: f32, holds: Holds) -> Fan {
         let radius = depth.ceil() as i32 + 1;
         let mut fan = Fan { holds, starts: vec![0], cells: Vec::new(), behind: Vec::new(), radius };
@@ -56,13 +58,14 @@ impl Fan {
     }
 }
 
-/// The cell whose centre is nearest to the point so far from the centre of cell (0, 0), in the sector's middle.
+/// The cell whose centre is nearest to the point at this distance from the centre of cell (0, 0), in the sector's
+/// middle.
 fn cell_towards(sector: usize, distance: f64) -> [i32; 2] {
     let angle = (sector as f64 + 0.5) * TAU / SECTORS as f64;
     [distance * angle.cos(), distance * angle.sin()].map(|c| c.round() as i32)
 }
 
-/// Cells in which a point lies that is `distance` from a point of cell (0, 0) in a direction of the sector.
+/// Cells that contain a point at `distance` from a point of cell (0, 0) in a direction of the sector.
 fn cells_on_arc(sector: usize, distance: f64) -> Vec<[i32; 2]> {
     let samples = 64;
     let points: Vec<[f64; 2]> = (0..=samples)
@@ -88,13 +91,13 @@ fn sectors_behind(a: i32, b: i32, holds: Holds) -> [u32; 2] {
     let sector = |angle: f64| ((angle + centre + 0.5 * TAU) * SECTORS as f64 / TAU).floor();
     let reach = match holds {
         Holds::AtCentres => return [sector(0.0).rem_euclid(SECTORS as f64) as u32, 1],
-        // Cells that touch see each other in every direction.
+        // Points of touching cells see each other in every direction.
         Holds::Everywhere if a.abs() <= 1 && b.abs() <= 1 => return [0, SECTORS as u32],
         Holds::Everywhere => [[-1, -1], [1, -1], [-1, 1], [1, 1]],
     };
     let corners = reach.map(|[x, y]| {
         let angle = f64::from(b + y).atan2(f64::from(a + x)) - centre;
-        // Within half a turn of the centre's.
+        // Maps the angle to within half a turn of the centre's.
         angle - (angle / TAU).round() * TAU
     });
     let (low, high) = corners.iter().fold((0f64, 0f64), |(low, high), &c| (low.min(c), high.max(c)));
@@ -102,7 +105,7 @@ fn sectors_behind(a: i32, b: i32, holds: Holds) -> [u32; 2] {
     [first.rem_euclid(SECTORS as f64) as u32, (last - first) as u32 + 1]
 }
 
-/// Least and greatest height of each cell, row by row; for centres both are the centre's.
+/// Least and greatest height of each cell, row by row. With `AtCentres` both are the height at the centre.
 pub fn bounds(relief: &Relief, holds: Holds) -> Vec<[f32; 2]> {
     let side = relief.side as i64;
     let cells = (0..side).flat_map(|j| (0..side).map(move |i| (i, j)));
@@ -118,7 +121,7 @@ pub fn bounds(relief: &Relief, holds: Holds) -> Vec<[f32; 2]> {
     cells.map(of_cell).collect()
 }
 
-/// Distances by which a ray may step, for cells of a texel x a texel x depth / layers; layer by layer from below.
+/// Distances by which a ray may step, for cells of 1 x 1 x depth / layers texels, layer by layer from below.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DistanceMap {
     pub layers: usize,
@@ -126,15 +129,15 @@ pub struct DistanceMap {
     pub distances: Vec<f32>,
 }
 
-/// A cell of a distance map on its way to its distance.
+/// A cell whose distance is being computed.
 struct Cell<'a> {
     relief: &'a Relief,
     bounds: &'a [[f32; 2]],
     at: [i32; 2],
-    /// Least and greatest height of the points for which the distance is to hold.
+    /// Least and greatest height of the points for which the distance must hold.
     low: f32,
     high: f32,
-    /// How far two cells' points are nearer to each other along an axis than the cells' centres.
+    /// Along an axis, points of two cells may be nearer to each other than the cells' centres by this much.
     extent: f32,
 }
 
@@ -144,7 +147,7 @@ impl Cell<'_> {
         self.bounds[wrap(self.at[1] + b) * self.relief.side + wrap(self.at[0] + a)]
     }
 
-    /// The least tangent of the horizon in every direction of a sector, seen from any point of the cell.
+    /// The least tangent of the horizon over all directions of a sector and all points of the cell.
     fn horizon(&self, fan: &Fan, sector: usize) -> f32 {
         (0..REACH).fold(0.0, |steepest: f32, n| {
             let range = fan.starts[sector * REACH + n] as usize..fan.starts[sector * REACH + n + 1] as usize;
@@ -153,8 +156,8 @@ impl Cell<'_> {
         })
     }
 
-    /// The square of the least distance to the surface in another cell, to a point that a ray descends to at least as
-    /// steeply as the tangent `slope`; infinite where the cell has none.
+    /// The square of the least distance to a surface point in another cell. Only points count that lie below at least
+    /// as steeply as the tangent `slope`; infinite if the cell has no such point.
     fn squared_distance(&self, [a, b]: [i32; 2], slope: f32) -> f32 {
         let gap = |at: i32| (at.abs() as f32 - self.extent).max(0.0);
         let across = gap(a) * gap(a) + gap(b) * gap(b);
@@ -168,12 +171,13 @@ impl Cell<'_> {
     }
 }
 
-/// 1 / distance, the same on every device.
+/// 1 / distance, equal on every device.
 pub fn inverse(distance: usize) -> f32 {
     (1.0 / distance as f64) as f32
 }
 
-/// The largest f32 whose square, rounded, is not above `square`: what any device finds from its own root.
+/// The largest f32 whose rounded square is at most `square`. Every device finds the same number, whatever its own
+/// square root.
 pub fn exact_root(square: f32) -> f32 {
     // Below this the squares underflow.
     if square < f32::MIN_POSITIVE {
@@ -189,12 +193,12 @@ pub fn exact_root(square: f32) -> f32 {
     root
 }
 
-/// Donnelly's map, and the refined one where `refined`.
+/// Donnelly's map, or the refined one if `refined`.
 pub fn distance_map(relief: &Relief, layers: usize, fan: &Fan, refined: bool) -> DistanceMap {
     let bounds = bounds(relief, fan.holds);
     let side = relief.side;
     let thickness = relief.depth / layers as f32;
-    // Of a layer's thickness.
+    // As a share of a layer's thickness.
     let (extent, [lowest, highest]) = match fan.holds {
         Holds::AtCentres => (0.0, [0.5, 0.5]),
         Holds::Everywhere => (1.0, [0.0, 1.0]),
@@ -221,8 +225,8 @@ pub fn distance_map(relief: &Relief, layers: usize, fan: &Fan, refined: bool) ->
 }
 
 impl DistanceMap {
-    /// The map's words with 8, 16 or 32 bits for a cell, and the distance of 1: rounded down, so that no distance grows.
-    /// 32 bits are the f32 as they are.
+    /// The map's words with 8, 16 or 32 bits per cell, and the distance that the value 1 stands for. Values are
+    /// rounded down, so that no distance grows. 32 bits keep the f32 unchanged.
     pub fn packed(&self, bits: u32) -> (Vec<u32>, f32) {
         if bits == 32 {
             return (self.distances.iter().map(|distance| distance.to_bits()).collect(), 1.0);
@@ -257,12 +261,12 @@ impl DistanceMap {
     }
 }
 
-/// Steps of a ray inside the solid, from where it enters to the floor.
+/// Steps of a ray inside the solid, from its entry to the floor.
 const MARCH: u32 = 32;
 
-/// Cones on the texels as ratios of radius to height, at most 1. Dummer's stand free: no other texel is inside. Relaxed
-/// ones may be pierced once: for each other texel, the ray to it from the top plane above the cone's own counts where it
-/// leaves the solid again.
+/// Cones on the texels as ratios of radius to height, at most 1. Dummer's cones contain no other texel. A ray may
+/// pierce the surface once inside a relaxed cone: each other texel limits the cone at the point where the ray through
+/// it, from the top plane above the cone's own texel, leaves the solid again.
 pub fn cone_map(relief: &Relief, relaxed: bool) -> Vec<f32> {
     let (side, reach) = (relief.side as i64, relief.side as i64 / 2);
     let offsets = || (-reach..=reach).flat_map(move |b| (-reach..=reach).map(move |a| [a, b]));
@@ -284,7 +288,8 @@ pub fn cone_map(relief: &Relief, relaxed: bool) -> Vec<f32> {
     (0..side * side).into_par_iter().map(cone).collect()
 }
 
-/// Where the ray from the top plane above texel `own` through `[x, y, z]`, relative to it, leaves the solid again.
+/// The point at which the ray from the top plane above texel `own` leaves the solid again; the ray passes through
+/// `[x, y, z]`, relative to that texel.
 fn leaves(relief: &Relief, own: [i64; 2], [x, y, z]: [f32; 3]) -> [f32; 3] {
     let scale = z / (relief.depth - z) / MARCH as f32;
     let along = [x * scale, y * scale, (z - relief.depth) * scale];

@@ -2,18 +2,18 @@
 //! section H.
 //!
 //! A relief has a height for each texel, repeats, and is bilinear between texels. A ray enters at the top plane and
-//! descends. W. Donnelly ("Per-Pixel Displacement Mapping with Distance Functions", GPU Gems 2, chapter 8, 2005) keeps, in
-//! a 3-D map, the distance from each cell to the nearest surface point and steps by it. The paper refines the map: only
-//! points that a view ray through the cell can hit count. A ray through `p` that was not obstructed above `p` descends at
-//! least as steeply as the horizon behind `p`; so the refined distance is the least to a surface point which lies below
-//! `p` at least that steeply. The tracer stays as it is.
+//! descends. W. Donnelly ("Per-Pixel Displacement Mapping with Distance Functions", GPU Gems 2, chapter 8, 2005)
+//! stores, in a 3-D map, the distance from each cell to the nearest surface point and steps by it. The paper refines
+//! the map: only points that a view ray through the cell can hit count. A ray that reaches `p` unobstructed descends
+//! at least as steeply as the horizon behind `p`. So the refined distance is the least distance to a surface point
+//! that lies below `p` at least that steeply. The tracer does not change.
 //!
-//! Differs: the paper searches the unobstructed rays one by one; the horizon gives the same set without a ray. Donnelly
-//! and the paper store the distance of a cell's centre, which may be too long elsewhere in the cell. [`maps`] bounds it
-//! for every point of the cell and every direction of its sector, so a step by the map never passes the surface; where it
-//! is short of the least step, [`trace`] takes that and tests for a crossing.
+//! Differs: the paper searches the unobstructed rays one by one; the horizon gives the same set without tracing.
+//! Donnelly and the paper store the distance of a cell's centre, which may be too long elsewhere in the cell.
+//! [`maps`] bounds it for every point of the cell and every direction of its sector, so a step by the map never
+//! passes the surface. If the bound is below the least step, [`trace`] takes the least step and tests for a crossing.
 //!
-//! Beside them: linear and binary search (F. Policarpo, M. Oliveira, J. Comba, "Real-Time Relief Mapping on Arbitrary
+//! Also built: linear and binary search (F. Policarpo, M. Oliveira, J. Comba, "Real-Time Relief Mapping on Arbitrary
 //! Polygonal Surfaces", I3D 2005); cone maps (J. Dummer, "Cone Step Mapping", 2006) and relaxed cone maps (F. Policarpo,
 //! M. Oliveira, "Relaxed Cone Stepping for Relief Mapping", GPU Gems 3, chapter 18, 2007).
 //! [`reference`](mod@reference) has the exact intersection.
@@ -22,17 +22,19 @@ pub mod maps;
 pub mod parallax;
 pub mod pass;
 pub mod reference;
+pub mod surface;
 pub mod trace;
 
 use crate::math::splitmix::SplitMix64;
 
-/// A height field of `side` x `side` texels that repeats. Lengths are in texels; texel (i, j) lies at the place (i, j).
+/// A height field of `side` x `side` texels that repeats. Lengths are in texels; texel (i, j) is at the position (i,
+/// j).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relief {
     pub side: usize,
-    /// Of the relief, from the lowest height, 0, to the top plane.
+    /// Height of the top plane above the lowest height, which is 0.
     pub depth: f32,
-    /// 255 is the top plane; row by row.
+    /// Row by row; 255 is the top plane.
     pub heights: Vec<u8>,
 }
 
@@ -61,7 +63,7 @@ impl Kind {
         }
     }
 
-    /// The relief with so many texels a side, a power of two from 16 on, a quarter of that deep.
+    /// The relief with this many texels a side, a power of two of at least 16. Its depth is a quarter of the side.
     pub fn relief(self, side: usize) -> Relief {
         assert!(side.is_power_of_two() && side >= 16, "a relief of {side} texels a side");
         let unit = side / 16;
@@ -87,12 +89,12 @@ impl Kind {
     }
 }
 
-/// A number of 0 ..= 255 for each place, that repeats.
+/// A random number of 0 ..= 255 for each position; repeats with `period`.
 fn lattice(seed: u64, x: usize, y: usize, period: usize) -> u32 {
     (SplitMix64::nth(seed, (y % period * period + x % period) as u64) >> 56) as u32
 }
 
-/// Value noise: octaves with cells of an 8th of the side and less, each of half the height.
+/// Value noise. The first octave has cells of an eighth of the side; each further octave halves cells and height.
 fn rock(x: usize, y: usize, side: usize) -> u8 {
     let octave = |n: usize| {
         let cell = ((side / 8) >> n).max(1);
@@ -109,14 +111,38 @@ fn rock(x: usize, y: usize, side: usize) -> u8 {
     (sum / 1.875) as u8
 }
 
+impl Kind {
+    /// Matching colours, sRGB: fired clay and mortar, or stone that is darker in its hollows.
+    pub fn picture(self, side: usize) -> Vec<[u8; 3]> {
+        let relief = self.relief(side);
+        let unit = side / 16;
+        let texel = |at: usize| {
+            let (x, y, height) = (at % side, at / side, f64::from(relief.heights[at]) / 255.0);
+            let grain = f64::from(lattice(21, x, y, side)) / 255.0 - 0.5;
+            let (colour, grains) = match self {
+                Kind::Bricks if relief.heights[at] == 0 => ([150.0, 143.0, 132.0], 26.0),
+                Kind::Bricks => {
+                    let row = y / (4 * unit);
+                    let brick = (x + row % 2 * 4 * unit) % side / (8 * unit);
+                    let tone = f64::from(lattice(22, brick, row, 16)) / 255.0;
+                    ([150.0 + 45.0 * tone, 68.0 + 26.0 * tone, 48.0 + 16.0 * tone], 22.0)
+                }
+                _ => ([62.0 + 128.0 * height, 58.0 + 118.0 * height, 54.0 + 98.0 * height], 18.0),
+            };
+            colour.map(|channel: f64| (channel + grains * grain).round() as u8)
+        };
+        (0..side * side).map(texel).collect()
+    }
+}
+
 impl Relief {
-    /// A texel's height in texels; places repeat.
+    /// A texel's height in texels; coordinates wrap.
     pub fn texel(&self, i: i64, j: i64) -> f32 {
         let wrap = |at: i64| at.rem_euclid(self.side as i64) as usize;
         f32::from(self.heights[wrap(j) * self.side + wrap(i)]) * (self.depth / 255.0)
     }
 
-    /// Colours at random, one for each texel, from 0 to 1: independent of the heights.
+    /// A random colour for each texel, from 0 to 1, independent of the heights.
     pub fn colours(&self) -> Vec<f32> {
         let texel = |at: u64| (SplitMix64::nth(41, at) >> 40) as f32 / (1 << 24) as f32;
         (0..self.heights.len() as u64).map(texel).collect()

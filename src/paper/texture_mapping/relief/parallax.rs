@@ -1,15 +1,15 @@
 //! Parallax mapping with filtering: a pixel's colour where a relief moves, deforms and hides parts of its footprint.
 //! Section H.
 //!
-//! The paper filters the moved footprint and counts only texels that the relief does not hide; it gives no formula for
-//! the offset. Here the rays of the footprint's ends are traced, so its offset and its stretching are exact.
-//! Differs: hidden texels are found by one sweep along the view direction, with a running maximum of the place on the
-//! screen, and not by a trace for each texel and a buffer of those already counted; the set is the same.
-//! Ours: [`Method::Projected`] weights each texel by its visible width on the screen, by the same sweep.
+//! The paper filters the moved footprint and counts only texels that the relief does not hide; it gives no formula
+//! for the offset. Here the rays of the footprint's ends are traced, so its offset and its stretching are exact.
+//! Differs: one sweep along the view direction finds the hidden texels by a running maximum of the screen position.
+//! The paper traces a ray for each texel and stores those already counted; the set is the same. Ours:
+//! [`Method::Projected`] weights each texel by its visible width on the screen, by the same sweep.
 //!
-//! The view is parallel, along +x. A point (x, height) is seen by the ray that enters the top plane at
-//! `s = x - (depth - height) cot(elevation)`; it is hidden if a point before it has a larger s. A pixel is a square of the
-//! top plane, `pixel` texels a side, and is summed along two lines for each row of texels.
+//! The view is parallel, along +x. The ray that shows a point (x, height) enters the top plane at `s = x - (depth -
+//! height) cot(elevation)`. The point is hidden if a point before it has a larger s. A pixel is a square of the top
+//! plane, `pixel` texels a side; each row of texels is summed along two lines.
 
 use super::reference::first_hit;
 use super::{Ray, Relief};
@@ -17,15 +17,15 @@ use super::{Ray, Relief};
 /// How a pixel is filtered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// The texel that the pixel's centre shows.
+    /// The texel at the hit of the centre's ray.
     Point,
     /// A plain box filter, moved to where the centre's ray meets the relief: Donnelly's unperturbed derivatives.
     Unperturbed,
-    /// All texels between the hits of the pixel's two ends.
+    /// All texels between the hits of the pixel's two end rays.
     Whole,
-    /// The paper's: those of `Whole` that the relief does not hide.
+    /// The paper's method: the texels of `Whole` that the relief does not hide.
     Visible,
-    /// Each texel by its visible width.
+    /// Each texel, weighted by its visible width.
     Projected,
 }
 
@@ -44,13 +44,13 @@ impl Method {
     }
 }
 
-/// What is seen.
+/// The view of a relief.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     pub elevation_degrees: f64,
     /// Pixels a side.
     pub columns: u32,
-    /// Texels a side of a pixel.
+    /// Side of a pixel in texels.
     pub pixel: f64,
 }
 
@@ -60,7 +60,7 @@ impl View {
     }
 }
 
-/// The mean colour that `samples` x `samples` rays in each pixel see, by exact intersections; row by row.
+/// The mean colour over `samples` x `samples` rays in each pixel, by exact intersections; row by row.
 pub fn truth(relief: &Relief, colours: &[f32], view: &View, samples: u32) -> Vec<f64> {
     use rayon::prelude::*;
     let columns = view.columns as usize;

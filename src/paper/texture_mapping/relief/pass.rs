@@ -1,9 +1,10 @@
-//! Maps built, rays traced and pixels filtered on the GPU.
+//! Builds maps, traces rays and filters pixels on the GPU.
 
 use super::Relief;
 use super::maps::{self, DistanceMap, Fan, Holds};
 use super::parallax;
 use super::trace::{Traced, Tracer};
+use crate::paper::texture_mapping::pass::read_words;
 use crate::vk::shader::texture_mapping::{
     relief_cones_comp, relief_distances_comp, relief_parallax_comp, relief_trace_comp,
 };
@@ -30,19 +31,7 @@ pub fn heights(gpu: &Gpu, relief: &Relief) -> Result<Buffer> {
     gpu.buffer_with("heights", &texels, BufferUse::Storage)
 }
 
-/// The words of a buffer, once all frames before have ended.
-fn read_words(gpu: &Gpu, buffer: &Buffer) -> Result<Vec<u32>> {
-    let host = gpu.buffer("relief read-back", buffer.bytes(), BufferUse::Readback)?;
-    let mut frame = gpu.frame()?;
-    frame.pass("read-back", |cmd| {
-        cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes());
-        Ok(())
-    })?;
-    frame.submit()?.wait()?;
-    Ok(bytemuck::pod_collect_to_vec(host.mapped()))
-}
-
-/// Rows of cells of a dispatch: a second or so of work is cut.
+/// Rows of cells per dispatch: keeps a dispatch below about a second.
 const ROWS: u32 = 8;
 
 /// The construction of a distance map.
@@ -95,6 +84,11 @@ impl DistanceBuild {
         cmd.dispatch_rounds(&self.pipeline, &resources, &[slices(self.push, self.push.side)])
     }
 
+    /// One f32 word per cell, layer by layer from below.
+    pub fn into_distances(self) -> Buffer {
+        self.distances
+    }
+
     /// # Errors
     /// Device lost, out of memory.
     pub fn read(&self, gpu: &Gpu) -> Result<DistanceMap> {
@@ -103,7 +97,7 @@ impl DistanceBuild {
     }
 }
 
-/// All rows of a map in dispatches of a few.
+/// Splits all rows of a map into dispatches of [`ROWS`] rows.
 fn slices(push: ReliefPush, groups: u32) -> Vec<(ReliefPush, [u32; 3])> {
     let firsts = (0..push.side).step_by(ROWS as usize);
     firsts.map(|first_row| (ReliefPush { first_row, ..push }, [groups, ROWS, 1])).collect()
@@ -160,7 +154,7 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// `columns` x `columns` rays over the relief once.
+    /// `columns` x `columns` rays over one period of the relief.
     ///
     /// # Errors
     /// Out of memory.
@@ -204,7 +198,7 @@ impl Trace {
         cmd.dispatch(&self.pipeline, &resources, bytemuck::bytes_of(&self.push), [groups, groups, 1])
     }
 
-    /// Each ray's distance to its hit in texels, and its steps.
+    /// Each ray's distance to its hit in texels, and its number of steps.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -215,7 +209,7 @@ impl Trace {
     }
 }
 
-/// Where ray (x, y) of `columns` a side starts.
+/// Start of ray (x, y) in a grid of `columns` x `columns`.
 pub fn origin(relief: &Relief, columns: u32, [x, y]: [u32; 2]) -> [f32; 2] {
     [x, y].map(|at| (at as f32 + 0.5) * (relief.side as f32 / columns as f32))
 }
@@ -269,7 +263,7 @@ impl Filtered {
         cmd.dispatch(&self.pipeline, &resources, bytemuck::bytes_of(&self.push), [groups, groups, 1])
     }
 
-    /// Each pixel's colour, and how many texels were looked at.
+    /// Each pixel's colour and the number of texels visited.
     ///
     /// # Errors
     /// Device lost, out of memory.

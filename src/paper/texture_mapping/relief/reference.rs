@@ -1,5 +1,5 @@
-//! Where a ray first meets a relief, in f64: cell by cell (J. Amanatides, A. Woo, "A Fast Voxel Traversal Algorithm for
-//! Ray Tracing", Eurographics 1987), in each cell the root of a quadratic.
+//! The first intersection of a ray with a relief, in f64. Visits cell by cell (J. Amanatides, A. Woo, "A Fast Voxel
+//! Traversal Algorithm for Ray Tracing", Eurographics 1987) and solves a quadratic in each cell.
 
 use super::{Ray, Relief};
 
@@ -13,7 +13,7 @@ pub fn first_hit(relief: &Relief, ray: &Ray) -> f64 {
     let last = -top / dz;
     let mut entry = 0.0;
     loop {
-        // The cell just behind the entry; at a border the ray's direction decides.
+        // The cell just behind the entry; on a border the ray's direction decides.
         let inside = entry + 1e-9;
         let cell = [ox + inside * dx, oy + inside * dy].map(|c| c.floor());
         let leave = |o: f64, d: f64, c: f64| match d {
@@ -55,7 +55,7 @@ fn first_below(above: impl Fn(f64) -> f64, from: f64, to: f64) -> Option<f64> {
         if discriminant < 0.0 {
             return None;
         }
-        // Without cancellation; the smaller root that is not negative.
+        // Avoids cancellation; the smaller root that is not negative.
         let q = -0.5 * (b + discriminant.sqrt().copysign(b));
         let roots = [q / c, start / q];
         roots.into_iter().filter(|s| *s >= 0.0).fold(f64::INFINITY, f64::min)
@@ -75,7 +75,8 @@ mod tests {
         assert!((found - 8.0).abs() < 1e-6, "{found}");
     }
 
-    /// Against small steps: nothing is above the surface for long after the hit, nothing below before.
+    /// Checks against small steps: no point before the hit is below the surface, and points after it do not stay
+    /// above.
     #[test]
     fn small_steps_find_the_same_hit() {
         for kind in Kind::ALL {

@@ -1,15 +1,15 @@
-//! Tracers of view rays through a relief in f32 on the CPU, operation by operation as the GPU's.
+//! Tracers of view rays through a relief in f32 on the CPU, with the GPU's operations in the GPU's order.
 
 use super::maps::DistanceMap;
 use super::{Ray, Relief};
 
-/// The least step of a tracer by distances, in texels.
+/// The least step of the distance-map tracer, in texels.
 pub const LEAST_STEP: f32 = 0.5;
 
-/// Halvings once a crossing is found.
+/// Bisection steps after a crossing is found.
 pub const HALVINGS: u32 = 6;
 
-/// Steps after which a ray gives up.
+/// The most steps of a ray.
 pub const MOST_STEPS: u32 = 1024;
 
 /// Steps of the linear search.
@@ -18,13 +18,13 @@ pub const LINEAR_STEPS: u32 = 64;
 /// How rays are traced.
 #[derive(Clone, Copy, Debug)]
 pub enum Tracer<'a> {
-    /// [`LINEAR_STEPS`] equal steps to the floor, and [`HALVINGS`].
+    /// [`LINEAR_STEPS`] equal steps to the floor, then [`HALVINGS`] bisections.
     Linear,
-    /// By a distance map of so many bits for a cell.
+    /// By a distance map with this many bits per cell.
     Distances(&'a DistanceMap, u32),
-    /// By a cone map; a cell has the least cone of its corners.
+    /// By a cone map; a cell uses the smallest cone of its corners.
     Cones(&'a [f32]),
-    /// As `Cones`; after each step the ray may be below the surface, and is then halved back.
+    /// As `Cones`; a step may end below the surface and is then bisected back.
     RelaxedCones(&'a [f32]),
 }
 
@@ -33,7 +33,7 @@ pub enum Tracer<'a> {
 pub struct Traced {
     /// Along the ray, in texels.
     pub distance: f32,
-    /// Lookups of the map; halvings are apart.
+    /// Lookups of the map, without bisections.
     pub steps: u32,
 }
 
@@ -51,7 +51,7 @@ pub fn above(relief: &Relief, [x, y, z]: [f32; 3]) -> f32 {
     z - (near + (far - near) * fy)
 }
 
-/// Steps by the map; `step` is told each step's start, its end, and whether the map allowed it.
+/// Steps by the map. `step` receives each step's start, its end, and whether the map guarantees it.
 pub fn by_distances(
     relief: &Relief,
     map: &DistanceMap,
@@ -77,7 +77,7 @@ pub fn by_distances(
     Traced { distance: t, steps }
 }
 
-/// The crossing between a point above the surface and one below.
+/// Bisects to the crossing between a point above the surface and one below.
 fn halve(relief: &Relief, ray: &Ray, mut above_at: f32, mut below_at: f32) -> f32 {
     for _ in 0..HALVINGS {
         let middle = 0.5 * (above_at + below_at);

@@ -60,7 +60,8 @@ settings! {
         height_log2: Option<u32> = None;
         /// Payload of a tile, a power of two.
         tile_size: u32 = 512, in 16..=1024, unit "texels a side";
-        /// Texels of the neighbours around each tile: bilinear needs 1, anisotropy as many as it takes samples.
+        /// Texels of the neighbours around each tile: a sample needs 2. What a filter takes from further away is looked up in the
+        /// neighbouring tile.
         border: u32 = 4, unit "texels";
         /// L': coarsest levels that always are in video memory; left out: the fewest possible.
         resident_levels: Option<u32> = None;

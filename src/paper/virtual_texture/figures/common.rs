@@ -1,10 +1,10 @@
-//! What this paper's figures share: a scene by its name, a session on the run's device, passes timed alone.
+//! Shared by this paper's figures: scenes by name, sessions on the run's device, passes timed alone.
 
 use crate::figure::{Bench, Contender};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::model::mesh;
-use crate::paper::virtual_texture::config::{open_texture, source_mesh};
+use crate::paper::virtual_texture::config::{open_texture, papers_scene, source_mesh};
 use crate::paper::virtual_texture::{Settings, VirtualTexture, needs};
 use crate::picture::Target;
 use crate::scene::Scene;
@@ -15,12 +15,12 @@ use anyhow::Context;
 /// A shipped scene and one of its cameras, `earth/oblique`, or paths, `earth/pan`.
 pub struct Place {
     pub scene: Scene,
-    /// The camera's, or the path's first.
+    /// The camera's pose, or the path's first one.
     pub pose: Pose,
     pub path: Option<Path>,
 }
 
-/// A session that looks at a place.
+/// A session with the camera of a view.
 pub struct Opened {
     pub session: Run<VirtualTexture>,
     pub scene: Scene,
@@ -30,10 +30,10 @@ pub struct Opened {
 
 impl Place {
     /// # Errors
-    /// A name that no shipped scene, path or camera has.
+    /// No shipped scene, path or camera has this name.
     pub fn find(name: &str) -> anyhow::Result<Place> {
-        let (scene, eye) = name.split_once('/').with_context(|| format!("{name:?} is no SCENE/CAMERA"))?;
-        let scene = Scene::embedded(scene)?;
+        let (scene, eye) = name.split_once('/').with_context(|| format!("{name:?}: not SCENE/CAMERA"))?;
+        let scene = papers_scene(scene)?;
         let path = scene.paths.get(eye).cloned();
         let pose = match &path {
             Some(path) => path.pose(0),
@@ -42,11 +42,11 @@ impl Place {
         Ok(Place { scene, pose, path })
     }
 
-    /// A session at `size` pixels, on a device of its own; `change` has the last word on the settings. No frame is
-    /// drawn yet: [`Opened::look`] where only lists count, [`Opened::settle`] where pictures do.
+    /// A session of `size` pixels on a device of its own; `change` edits the settings last. No frame is drawn yet: use
+    /// [`Opened::look`] if only lists are needed, [`Opened::settle`] for pictures.
     ///
     /// # Errors
-    /// What the device lacks, a texture that cannot be opened.
+    /// The device lacks a feature; the texture cannot be opened.
     pub fn open(
         self,
         bench: &Bench,
@@ -65,7 +65,7 @@ impl Place {
 }
 
 impl Opened {
-    /// One frame, waited for: `U1` and the lists are those of the pose; what is resident is not.
+    /// Draws one frame and waits for it. The request image and the lists are those of the pose; the resident tiles are not.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -74,7 +74,7 @@ impl Opened {
         Ok(self.session.drain()?)
     }
 
-    /// Frames until every visible tile is resident; returns how many.
+    /// Draws frames until every visible tile is resident; returns their number.
     ///
     /// # Errors
     /// As [`Run<VirtualTexture>::settle`].
@@ -85,12 +85,12 @@ impl Opened {
     }
 }
 
-/// Pixels of a 16:9 picture of so many rows: a sweep's value.
+/// Size of a 16:9 picture with this many rows, a value of a sweep.
 pub fn pixels_of(rows: f64) -> [u32; 2] {
     [(rows * 16.0 / 9.0).round() as u32, rows as u32]
 }
 
-/// A contender that is the passes which `record` puts into a frame of their own.
+/// A contender whose frame has only the passes that `record` adds.
 pub fn passes<'a>(
     gpu: &'a Gpu,
     variant: impl Into<String>,

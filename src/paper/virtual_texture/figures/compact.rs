@@ -5,25 +5,26 @@ use super::side_by_side::{Combination, SideBySide};
 use super::stages::{NOISE, Pair, SCENES, Stage1};
 use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Test, best, one, others};
 use crate::figure::{Bench, Cell, Figure, Plot, Row};
-use crate::paper::virtual_texture::read_u1;
-use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, PAPER, reference};
+use crate::paper::virtual_texture::read_requests;
+use crate::paper::virtual_texture::{Compaction, Config, Dedup, PAPER, TileAddress, reference};
 use anyhow::Context;
 
 pub const COMPACT: Figure = Figure {
     id: "vt.compact",
-    title: "Stage 3: marks become a list",
-    about: "Section 2.3: U2 is mostly zeros; a geometry shader handles blocks of its texels and transform feedback \
-            appends a triple for each set bit. The paper gives no numbers and no block size. Time of stage 3 alone over \
-            the same marks of a 2^18 x 2^17 texture in tiles of 512 (U2: 512 x 256 words), with the paper's keying and \
-            with the native one, for blocks of 1, 2 and 4 texels a side and for the compute variants. The lists have \
-            the length that the reference counts in U1. 1280 x 720 (quick) or 1920 x 1080 pixels; `noise` as in \
-            vt.dedup. \"fused-append\" is no pass: the fused draw appends as it marks, and its time is what that draw takes \
-            longer than one that only marks.",
+    title: "Stage 3: the tile mask becomes a list",
+    about: "Section 2.3: the tile mask is mostly zeros. A geometry shader handles blocks of its texels, and transform \
+            feedback appends a triple for each set bit. The paper gives no numbers and no block size. The figure shows the \
+            time of stage 3 alone over the mask of a 2^18 x 2^17 texture in tiles of 512 (512 x 256 words), with level-0 \
+            and with own-level tile addresses, for blocks of 1, 2 and 4 texels a side and for the compute variants. The \
+            list lengths are compared with the reference's count in the request image. 1280 x 720 (quick) or 1920 x 1080 \
+            pixels; `noise` as in vt.dedup. \"fused-append\" is not a pass: the fused draw appends while it marks. Its time \
+            is the difference to a fused draw that only marks.",
     scenes: SCENES,
     variants: || {
-        let passes = variants(Keying::Paper).into_iter().map(|(name, _)| name);
+        let passes = variants(TileAddress::Level0).into_iter().map(|(name, _)| name);
         passes.chain([Compaction::FusedAppend.name().to_string()]).collect()
     },
+    paper: &["transform-feedback, blocks of 4 x 4"],
     sweep: None,
     measure,
     plots: &[Plot::bars(PAPERS).log_y().floor("empty pass"), Plot::bars(NATIVE).log_y().floor("empty pass")],
@@ -31,7 +32,7 @@ pub const COMPACT: Figure = Figure {
         Claim::paper(
             "2.3",
             "blocks",
-            "Blocks of texels beat a vertex for each texel of U2 (geometry shader and transform feedback).",
+            "Blocks of texels beat a vertex for each texel of the tile mask (geometry shader and transform feedback).",
             &[Test::ratio(
                 best(PAPERS, || vec![feedback_name(0)]),
                 best(PAPERS, || vec![feedback_name(1), feedback_name(2)]),
@@ -41,7 +42,7 @@ pub const COMPACT: Figure = Figure {
         .timed(),
         Claim::ours(
             "compute",
-            "A compute variant beats the best geometry shader in every place.",
+            "A compute variant beats the best geometry shader in every view.",
             &[Test::ratio(
                 best(PAPERS, || (0..=2).map(feedback_name).collect()),
                 best(PAPERS, || compute_passes().map(|compact| compact.name().to_string()).collect()),
@@ -60,10 +61,10 @@ pub const COMPACT: Figure = Figure {
     ],
 };
 
-/// Quantities: stage 3's time by keying, and how long the lists are.
-const PAPERS: &str = "compact, paper keying";
-const NATIVE: &str = "compact, native keying";
-const LENGTHS: [&str; 2] = ["list length, paper keying", "list length, native keying"];
+/// Quantities: the time of stage 3 and the length of the list, by tile address.
+const PAPERS: &str = "compact, level-0 tile addresses";
+const NATIVE: &str = "compact, own-level tile addresses";
+const LENGTHS: [&str; 2] = ["list length, level-0 tile addresses", "list length, own-level tile addresses"];
 const REFERENCE: &str = "reference";
 
 fn feedback_name(block_log2: u32) -> String {
@@ -77,9 +78,9 @@ fn compute_passes() -> impl Iterator<Item = Compaction> {
     Compaction::ALL.iter().copied().filter(move |compact| !apart.contains(compact))
 }
 
-/// All variants by name, over `U2`, which all of them read.
-fn variants(keying: Keying) -> Vec<(String, Config)> {
-    let base = Config { keying, ..PAPER };
+/// All variants that read the tile mask as an image, by name.
+fn variants(address: TileAddress) -> Vec<(String, Config)> {
+    let base = Config { address, ..PAPER };
     let blocks = (0..=2)
         .map(|compact_block_log2| (feedback_name(compact_block_log2), Config { compact_block_log2, ..base }));
     let marked = Config { dedup: Dedup::TestOr, ..base };
@@ -90,17 +91,17 @@ fn variants(keying: Keying) -> Vec<(String, Config)> {
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let stage1 = Stage1::draw(bench, &cell.scene)?;
-    let u1 = read_u1(&stage1.gpu, &stage1.footprint, &stage1.pyramid)?;
+    let requests = read_requests(&stage1.gpu, &stage1.footprint, &stage1.pyramid)?;
     let lengths = [
-        reference::distinct_triples(&u1, &stage1.pyramid).len(),
-        reference::visible_tiles(&u1, &stage1.pyramid).len(),
+        reference::distinct_triples(&requests, &stage1.pyramid).len(),
+        reference::visible_tiles(&requests, &stage1.pyramid).len(),
     ];
-    let keyings = [(Keying::Paper, PAPERS), (Keying::Native, NATIVE)];
+    let addresses = [(TileAddress::Level0, PAPERS), (TileAddress::OwnLevel, NATIVE)];
     let mut rows = Vec::new();
-    for (((keying, time), quantity), length) in keyings.into_iter().zip(LENGTHS).zip(lengths) {
+    for (((address, time), quantity), length) in addresses.into_iter().zip(LENGTHS).zip(lengths) {
         rows.push(Row::number(REFERENCE, quantity, "triples", length as f64));
         let mut pairs = Vec::new();
-        for (name, config) in variants(keying) {
+        for (name, config) in variants(address) {
             let list_capacity = (length as u32).next_power_of_two();
             match Pair::new(&stage1, &name, Config { list_capacity, ..config }) {
                 Err(why) => rows.push(Row::missing(name, time, why)),
@@ -113,30 +114,34 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let contenders = pairs.iter().map(|pair| pair.compaction(&stage1, &pair.name));
         let timed = bench.interleave(&stage1.gpu, contenders.collect())?;
         rows.extend(timed.iter().map(|timed| timed.row(time)));
-        rows.extend(fused_append(bench, &cell.scene, &stage1, keying, [time, quantity])?);
+        rows.extend(fused_append(bench, &cell.scene, &stage1, address, [time, quantity])?);
     }
     Ok(rows)
 }
 
-/// What the exact fused draw takes longer where it also appends, and how long its list is; the quantities' names are
+/// The extra time of the exact fused draw when it also appends, and the length of its list. The quantities' names are those
 /// of time and length.
 fn fused_append(
     bench: &Bench,
     scene: &str,
     stage1: &Stage1,
-    keying: Keying,
+    address: TileAddress,
     [time, length]: [&str; 2],
 ) -> anyhow::Result<Vec<Row>> {
     let name = Compaction::FusedAppend.name();
     if scene == NOISE {
-        return Ok(vec![Row::missing(name, time, "no mesh draws this noise: U1 is filled by hand")]);
+        return Ok(vec![Row::missing(
+            name,
+            time,
+            "the noise has no mesh to draw: its request image is filled by hand",
+        )]);
     }
     let of = |name, compact| {
-        let config = Config { dedup: Dedup::FusedExact, compact, keying, ..PAPER };
+        let config = Config { dedup: Dedup::FusedExact, compact, address, ..PAPER };
         Combination { name, config, exact: true }
     };
-    let (marks, appends) = ("marks", "marks and appends");
-    let both = [of(marks, Compaction::Append), of(appends, Compaction::FusedAppend)];
+    let (mask, appends) = ("marks", "marks and appends");
+    let both = [of(mask, Compaction::Append), of(appends, Compaction::FusedAppend)];
     let mut frames = SideBySide::settled(bench, Place::find(scene)?, stage1.size, (&both, &[]), |_| ())?;
     if let Some((_, why)) = frames.missing.first() {
         return Ok(vec![Row::missing(name, time, why)]);
@@ -146,9 +151,9 @@ fn fused_append(
     let pass = |variant: &str, label: &str| {
         timed.iter().find(|timed| timed.variant == variant)?.pass_of_rounds(label)
     };
-    // Of each round; no pass takes less than an empty one: a difference below that is not told apart from it.
+    // Differences are taken per round. The resolution is an empty pass: a smaller difference counts as one empty pass.
     let more = || {
-        let (with, without) = (pass(appends, "fused")?, pass(marks, "fused")?);
+        let (with, without) = (pass(appends, "fused")?, pass(mask, "fused")?);
         let empty = pass("empty pass", "empty pass")?;
         Some(with.iter().zip(&without).zip(&empty).map(|((a, b), e)| (a - b).max(*e)).collect())
     };

@@ -2,28 +2,28 @@
 //!
 //! Contenders take turns ([`Bench::interleave`](crate::figure::Bench::interleave)), so other load or a change of the
 //! clock affects all frames of a round alike. Differences are therefore taken within each round, as claims take ratios
-//! ([`crate::figure::claim::Term`]). A difference of two medians would mix rounds, and on a shared machine would vary as
-//! much as either median.
+//! ([`crate::figure::claim::Term`]). A difference of two medians would mix rounds, and on a shared machine would vary
+//! as much as either median.
 
 use crate::figure::{Row, Timed};
 
 /// The frame of the same mesh with one plain trilinear texture.
 pub const PLAIN: &str = "plain texture";
 
-/// The frame that textures in one draw and makes no list: the baseline of the fused variants.
+/// The frame that textures in one draw without making a list: the baseline of the fused variants.
 pub const UNLISTED: &str = "one draw, no list";
 
-/// The paper's frame, by the name of its combination.
+/// Name of the paper's frame.
 pub const THE_PAPER: &str = "paper";
 
-/// Quantity of a whole frame's time.
+/// Quantity: the time of a whole frame.
 pub const FRAME: &str = "frame";
 
-/// Quantity: the passes of stages 2 and 3 together; of a variant that textures in the draw that finds its triples, and
-/// what that draw takes longer than [`UNLISTED`]'s.
+/// Quantity: the time of stages 2 and 3 together. For a fused variant it includes the extra time of its draw over that of
+/// [`UNLISTED`].
 pub const LIST: &str = "stages 2 and 3";
 
-/// [`LIST`] of `timed` in each round, which ran with the `others`; `None` for frames without a list of the device's.
+/// [`LIST`] of `timed` in each round, which ran with the `others`; `None` for frames whose list is not made on the device.
 pub fn list_of_rounds(timed: &Timed, others: &[Timed]) -> Option<Vec<f64>> {
     let [dedup, compact] = ["dedup", "compact"].map(|label| timed.pass_of_rounds(label));
     let stages = |round: usize| [&dedup, &compact].into_iter().flatten().map(|pass| pass[round]).sum::<f64>();
@@ -40,12 +40,15 @@ pub fn list_of_rounds(timed: &Timed, others: &[Timed]) -> Option<Vec<f64>> {
 
 /// [`LIST`] of a contender.
 pub fn list_row(timed: &Timed, others: &[Timed]) -> Option<Row> {
-    Some(Row::of_rounds(&timed.variant, LIST, "ms", Some(list_of_rounds(timed, others)?)))
+    let row = Row::of_rounds(&timed.variant, LIST, "ms", Some(list_of_rounds(timed, others)?));
+    // A fused draw also textures, so its work does not belong to this quantity alone.
+    let work = timed.work(&["dedup", "compact"]).filter(|_| timed.pass("fused").is_none());
+    Some(Row { work, ..row })
 }
 
-/// A contender's whole, its list and its passes.
+/// Rows of a contender's frame, its list and its passes.
 pub fn rows(timed: &Timed, others: &[Timed]) -> Vec<Row> {
-    // A frame of one pass is reported once.
+    // A frame with a single pass is reported once.
     let passes = timed.pass_rows().filter(|_| timed.passes.len() > 1);
     [timed.row(FRAME)].into_iter().chain(list_row(timed, others)).chain(passes).collect()
 }
@@ -60,13 +63,14 @@ mod tests {
         let pass = |&(label, ms): &(&str, [f64; 3]), round: usize| PassTime {
             label: label.into(),
             ns: Some((ms[round] * 1e6) as u64),
+            work: None,
         };
         let rounds = (0..3).map(|round| passes.iter().map(|of| pass(of, round)).collect()).collect();
         Timed::of(variant, rounds)
     }
 
     #[test]
-    fn a_list_costs_its_passes_and_what_the_draw_takes_longer_for_it() {
+    fn the_time_of_a_list_is_its_passes_and_the_extra_time_of_the_draw() {
         let all = [
             timed("compute", &[("footprint", [9.0; 3]), ("dedup", [3.0; 3]), ("compact", [1.0; 3])]),
             timed("fused", &[("fused", [26.0; 3]), ("compact", [1.0; 3]), ("read-back", [5.0; 3])]),
@@ -74,12 +78,12 @@ mod tests {
             timed("fused, appending", &[("fused", [26.5; 3]), ("read-back", [5.0; 3])]),
             timed("fused, by luck", &[("fused", [24.9; 3]), ("read-back", [5.0; 3])]),
             timed(UNLISTED, &[("fused", [25.0; 3])]),
-            timed("classic", &[("copy U1", [2.0; 3])]),
+            timed("read-back", &[("copy request image", [2.0; 3])]),
             timed("empty pass", &[("empty pass", [0.25; 3])]),
         ];
         let lists = all.iter().map(|of| list_of_rounds(of, &all).map(|rounds| rounds[0]));
         let expected = [Some(4.0), Some(2.0), Some(4.5), Some(1.5), Some(0.25), None, None, None];
         assert_eq!(lists.collect::<Vec<_>>(), expected);
-        assert_eq!(list_of_rounds(&all[1], &all[..2]), None, "nothing to hold it against");
+        assert_eq!(list_of_rounds(&all[1], &all[..2]), None, "no baseline to subtract");
     }
 }

@@ -1,4 +1,4 @@
-//! vt.headline: the paper's one number, frames a second of its headline scene, standing and moving.
+//! vt.headline: the paper's only number, the frame rate of its headline scene, with the camera at rest and moving.
 
 use super::common::{Place, pixels_of};
 use super::side_by_side::{Combination, PAPER_NATIVE, PLAIN, SideBySide, THE_PAPER, combinations};
@@ -17,16 +17,17 @@ use std::time::Instant;
 pub const HEADLINE: Figure = Figure {
     id: "vt.headline",
     title: "The paper's headline",
-    about: "The paper (introduction, figure 5): an Earth of about 150 000 polygons under a texture of 2^18 x 2^17 \
-            texels in tiles of 512 x 512, seen from 300 km with 4x magnification, 1920 x 1080 pixels, GeForce GTX 285: \
-            about 150 frames a second. Here the same scene, 1280 x 720 (quick) or 1920 x 1080 pixels: standing with \
-            all tiles resident, and moving along the path `pan` (its first 30 frames in quick runs, of 240), from caches that \
-            hold the first picture's tiles alone, while all others are made, loaded and copied under the scene's own budgets. \
-            Wall time from frame to frame, the host's work included. In each of 6 rounds every variant stands and \
-            moves in its turn, in sessions of its own; frames a second are 1 over the median frame of a round. Tiles are synthesised, at 13 ms \
-            of a core each; a software device shares those cores.",
+    about: "The paper (introduction, figure 5) reports about 150 frames a second on a GeForce GTX 285 at 1920 x 1080: an \
+            Earth of about 150 000 polygons with a texture of 2^18 x 2^17 texels in tiles of 512 x 512, seen from 300 km \
+            with 4x magnification. Here the same scene at 1280 x 720 (quick) or 1920 x 1080 pixels. \"Standing\": the camera \
+            rests and all tiles are resident. \"Moving\": the camera follows the path `pan` (240 frames, the first 30 in \
+            quick runs); the caches begin with the first picture's tiles, and all others are made, loaded and copied under \
+            the scene's budgets. Times are wall times from frame to frame, the host's work included. In each of 6 rounds \
+            every variant runs both in turn, in sessions of its own. The frame rate is 1 over the median frame time of a \
+            round. A tile is synthesised in 13 ms of one core; a software device shares those cores.",
     scenes: &[SCENE],
     variants: || [names(), vec![PLAIN.to_string()]].concat(),
+    paper: &["paper"],
     sweep: None,
     measure,
     plots: &[
@@ -44,13 +45,13 @@ pub const HEADLINE: Figure = Figure {
         Claim::ours(
             "streaming",
             "Moving along `pan`, with tiles made, loaded and copied under the scene's budgets, the median frame takes at \
-             most twice the standing one of the same round.",
+             most twice as long as with the camera at rest in the same round.",
             &[Test::value(each(SLOWER, names), AtMost(2.0))],
         )
         .timed(),
         Claim::ours(
             "memory",
-            "All that the paper's frame needs takes at most the 1 GiB of a GTX 285.",
+            "The paper's frame needs at most the 1 GiB of device memory of a GTX 285.",
             &[Test::value(one(MEMORY, THE_PAPER), AtMost(1024.0))],
         ),
     ],
@@ -59,7 +60,7 @@ pub const HEADLINE: Figure = Figure {
 const SCENE: &str = "earth/headline";
 const PATH: &str = "pan";
 
-/// Quantities: wall milliseconds from frame to frame; the same for each frame of the path; and what follows.
+/// Quantities: wall milliseconds from frame to frame, the same for each frame of the path, and derived ones.
 const STANDING: &str = "frame, standing";
 const MOVING: &str = "frame, moving";
 const ALONG: &str = "frame along the path";
@@ -68,7 +69,7 @@ const MOVING_FPS: &str = "frames/s, moving";
 const SLOWER: &str = "moving over standing";
 const MEMORY: &str = "memory";
 
-/// The paper's frame, and those of compute shaders, which list the same tiles on the device.
+/// The paper's frame, and all variants that list the same tiles on the device.
 fn contenders() -> Vec<Combination> {
     combinations().into_iter().filter(|c| c.is_ours() && c.name != PAPER_NATIVE).collect()
 }
@@ -77,17 +78,17 @@ fn names() -> Vec<String> {
     contenders().into_iter().map(|combination| combination.name.to_string()).collect()
 }
 
-/// Rounds, and frames of a round that stand and that move.
+/// Number of rounds, and of the frames of a round with the camera at rest and moving.
 struct Extent {
     rounds: usize,
-    stands: u32,
-    moves: u32,
+    at_rest: u32,
+    moving: u32,
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (rows_of_pixels, extent) = bench.effort_of(
-        (720.0, Extent { rounds: 6, stands: 10, moves: 30 }),
-        (1080.0, Extent { rounds: 6, stands: 60, moves: 240 }),
+        (720.0, Extent { rounds: 6, at_rest: 10, moving: 30 }),
+        (1080.0, Extent { rounds: 6, at_rest: 60, moving: 240 }),
     );
     let size = pixels_of(rows_of_pixels);
     let place = Place::find(&cell.scene)?;
@@ -105,7 +106,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     }
     let walks = walks(&mut side, &path, &extent)?;
     for ((name, session), walks) in side.sessions.iter().zip(&walks) {
-        rows.extend(told(name, walks));
+        rows.extend(rows_of(name, walks));
         let memory = session.memory();
         let on_device = memory.iter().filter(|(object, _)| !object.contains("host"));
         let bytes: u64 = on_device.map(|(_, bytes)| bytes).sum();
@@ -114,26 +115,27 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// For each session what it did in each round, standing and moving: all take turns, and each round begins with another one.
+/// Runs all sessions in turn, at rest and moving; each round begins with another session. Returns each session's rounds.
 fn walks(side: &mut SideBySide, path: &Path, extent: &Extent) -> anyhow::Result<Vec<Vec<[Walk; 2]>>> {
     let (count, pose) = (side.sessions.len(), side.pose);
     Bench::in_turn(extent.rounds, count, |at| {
-        let standing = Walk::run(&mut side.sessions[at].1, extent.stands, |_| pose)?;
-        // Nothing that an earlier walk has seen is in its caches, and no tile is made yet.
+        let standing = Walk::run(&mut side.sessions[at].1, extent.at_rest, |_| pose)?;
+        // A new session with empty caches, and a source that has to make each tile again.
         let mut afresh = side.afresh(at, &path.pose(0))?;
         side.source.forget();
-        Ok([standing, Walk::run(&mut afresh, extent.moves, |frame| path.pose(frame))?])
+        Ok([standing, Walk::run(&mut afresh, extent.moving, |frame| path.pose(frame))?])
     })
 }
 
-/// Frames one after the other, as a viewer would see them.
+/// Successive frames, as in the window.
 struct Walk {
-    /// Wall time of each.
+    /// Wall time of each frame.
     ms: Vec<f64>,
-    /// Mean share of a frame's wanted tiles that it had to show coarser.
+    /// Mean share of a frame's wanted tiles that are not resident and shown coarser.
     missing: f64,
-    /// Tiles loaded, and tiles uploaded, all frames together.
+    /// Tiles loaded in all frames.
     loads: usize,
+    /// Tiles uploaded in all frames.
     uploads: usize,
 }
 
@@ -152,7 +154,7 @@ impl Walk {
             ms.push(begin.elapsed().as_secs_f64() * 1e3);
         }
         session.drain()?;
-        // The first frames wait for none before them.
+        // The first frames wait for no earlier frame.
         ms.drain(..FRAMES_IN_FLIGHT.min(ms.len()));
         let reports = || session.records[before..].iter().map(|record| &record.streaming);
         let shares = reports().filter(|r| r.wanted > 0).map(|r| r.pending as f64 / r.wanted as f64);
@@ -170,7 +172,7 @@ fn summary(samples: impl IntoIterator<Item = f64>) -> Summary {
 }
 
 /// Rows of a variant's rounds.
-fn told(name: &str, rounds: &[[Walk; 2]]) -> Vec<Row> {
+fn rows_of(name: &str, rounds: &[[Walk; 2]]) -> Vec<Row> {
     let row = |quantity, unit, samples: &dyn Fn() -> Vec<f64>| {
         Row::new(name, quantity, unit, Value::Summary(summary(samples())))
     };
@@ -202,11 +204,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn frames_a_second_are_the_inverse_of_frames_and_ratios_those_of_a_round() {
+    fn frame_rates_are_inverse_frame_times_and_ratios_are_taken_per_round() {
         let walk = |ms: [f64; 3]| Walk { ms: ms.to_vec(), missing: 0.5, loads: 2, uploads: 3 };
         let rounds =
             [[walk([10.0, 20.0, 30.0]), walk([30.0; 3])], [walk([40.0; 3]), walk([40.0, 60.0, 80.0])]];
-        let rows = told("a", &rounds);
+        let rows = rows_of("a", &rounds);
         let of = |quantity: &str| rows.iter().find(|row| row.quantity == quantity).unwrap().value.clone();
         assert_eq!(of(STANDING_FPS).number(), Some(37.5));
         assert_eq!(of(SLOWER).number(), Some(1.5));

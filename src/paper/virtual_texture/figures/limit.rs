@@ -1,4 +1,4 @@
-//! vt.limit: how far stages 2 and 3 are from what the device cannot do without: bringing `U1` to the host once.
+//! vt.limit: the time of stages 2 and 3 relative to a lower bound, one copy of the request image to the host.
 
 use super::common::{Place, passes, pixels_of};
 use super::cost::{LIST, list_of_rounds, list_row};
@@ -8,9 +8,9 @@ use super::stages::{Pair, Stage1};
 use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Bound::Equal, Claim, Test, best, every, one};
 use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Sweep, Timed, Value};
 use crate::math::pyramid::TileId;
-use crate::paper::virtual_texture::classic::{HostCopy, HostList, HostPass};
+use crate::paper::virtual_texture::read_back::{HostCopy, HostList, HostPass};
 use crate::paper::virtual_texture::streaming::distinct_tiles;
-use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, Listing, PAPER, U1Format};
+use crate::paper::virtual_texture::{Compaction, Config, Dedup, Listing, PAPER, RequestFormat, TileAddress};
 use crate::stats::Summary;
 use anyhow::Context;
 use std::cell::RefCell;
@@ -18,16 +18,17 @@ use std::cell::RefCell;
 pub const LIMIT: Figure = Figure {
     id: "vt.limit",
     title: "The distance to the physical limit",
-    about: "Whoever lists the visible tiles must at least read every pixel of U1 once. How many times longer than one copy \
-            of U1 (packed, a word a pixel) into the host's memory do stages 2 and 3 take together, in each variant of \
-            stage 2 with the variant of stage 3 that is the fastest behind it here, and how many times an empty pass? The \
-            paper's own (section 2: geometry shader with p = 3 and memo, logic OR, transform feedback) has its own keying, \
-            all others the native one. The fused ones have no U1: their share is what the draw that textures takes longer \
-            than the same draw, once and with nothing marked. \"host-hash\" and \"host-bitmap\" are the classic: that copy and the \
-            host's pass over it. Reading the list back is in none of them. All take turns, and ratios and differences are taken in \
-            each turn.",
+    about: "Any method must read every pixel of the request image at least once. The figure relates the time of stages 2 and \
+            3 together to one copy of the packed request image (one word per pixel) to the host, and to an empty pass. \
+            Each variant of stage 2 runs with the variant of stage 3 that is the fastest with it here. The paper's own \
+            (section 2: geometry shader with p = 3 and memo, logic OR, transform feedback) uses level-0 tile addresses, all \
+            others own-level ones. The fused variants have no request image: their time is the difference between their \
+            texturing draw and the same draw without marking. \"host-hash\" and \"host-bitmap\" are read-back: the copy and \
+            the host's pass over it. No time includes reading the list back. All take turns; ratios and differences are \
+            taken in each round.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa"],
     variants,
+    paper: &["paper"],
     sweep: Some(Sweep { name: "picture height, pixels", quick: &[720.0], full: &[720.0, 1080.0] }),
     measure,
     plots: &[
@@ -37,35 +38,35 @@ pub const LIMIT: Figure = Figure {
     claims: &[
         Claim::ours(
             "three-times",
-            "The best exact variant finds the list at least 3 times cheaper than the paper's best.",
+            "The best exact variant finds the list at least 3 times faster than the paper's best.",
             &[Test::ratio(one(LIST, THE_PAPER), best(LIST, ours), AtLeast(3.0))],
         )
         .timed(),
         Claim::ours(
             "four-copies",
-            "The best exact variant on the device takes at most 4 times as long as one copy of packed U1 to the host.",
+            "The best exact variant on the device takes at most 4 times as long as one copy of the packed request image to the host.",
             &[Test::ratio(best(LIST, ours), one(LIST, COPY), AtMost(4.0))],
         )
         .timed(),
         Claim::ours(
             "exact",
-            "Every variant lists the same tiles, and each once.",
+            "Every variant lists the same tiles, each once.",
             &[Test::value(every(WRONG), Equal(0.0))],
         ),
     ],
 };
 
-const COPIES: &str = "over one copy of U1";
+const COPIES: &str = "over one copy of request image";
 const EMPTY_PASSES: &str = "over an empty pass";
 const WRONG: &str = "tiles too many or too few";
-const COPY: &str = "copy of U1";
+const COPY: &str = "copy of the request image";
 
-/// The device's variants of stage 2, by name, all with native keying; the paper's own is apart.
+/// The device's variants of stage 2, by name, all with own-level tile addresses. The paper's own is separate.
 fn on_the_device() -> Vec<String> {
     Dedup::staged().map(|dedup| dedup.name().to_string()).collect()
 }
 
-/// The exact fused ones, by name, with stage 3 as a pass and without one.
+/// The exact fused variants, by name, with and without stage 3 as a pass.
 fn fused() -> Vec<Combination> {
     let of = |name, compact| {
         let config = Config { dedup: Dedup::FusedExact, compact, ..COMPUTE };
@@ -84,12 +85,14 @@ fn variants() -> Vec<String> {
     staged.chain(fused_names()).chain(host).chain([COPY.to_string()]).collect()
 }
 
-/// The tiles that a pair lists, sorted; a tile listed twice is there twice where the keying is native.
+/// The tiles that a pair lists, sorted. With own-level tile addresses, repeats are kept.
 fn tiles(pair: &Pair, stage1: &Stage1) -> anyhow::Result<Vec<TileId>> {
     let triples = pair.triples(stage1)?;
-    Ok(match pair.config.keying {
-        Keying::Paper => distinct_tiles(&triples, Keying::Paper, stage1.pyramid.first_resident_level()),
-        Keying::Native => native(&triples),
+    Ok(match pair.config.address {
+        TileAddress::Level0 => {
+            distinct_tiles(&triples, TileAddress::Level0, stage1.pyramid.first_resident_level())
+        }
+        TileAddress::OwnLevel => native(&triples),
     })
 }
 
@@ -100,17 +103,22 @@ fn native(triples: &[[u32; 3]]) -> Vec<TileId> {
     tiles
 }
 
-/// The variant of stage 3 that is the fastest behind `dedup` here; why there is none.
+/// The variant of stage 3 that is the fastest with `dedup` here, or the reason why none runs.
 fn fastest_behind(bench: &Bench, stage1: &Stage1, dedup: Dedup) -> anyhow::Result<Result<Pair, String>> {
-    let config =
-        |compact| Config { dedup, compact, keying: Keying::Native, u1: Some(U1Format::Packed), ..PAPER };
+    let config = |compact| Config {
+        dedup,
+        compact,
+        address: TileAddress::OwnLevel,
+        request_format: Some(RequestFormat::Packed),
+        ..PAPER
+    };
     let (pairs, reasons): (Vec<_>, Vec<_>) = Compaction::ALL
         .iter()
         .map(|&compact| Pair::new(stage1, dedup.name(), config(compact)))
         .partition(|pair| pair.is_ok());
     let mut pairs: Vec<Pair> = pairs.into_iter().flatten().collect();
     if pairs.len() > 1 {
-        // Stage 2 once for each, then stage 3 alone.
+        // Runs stage 2 once for each pair, then times stage 3 alone.
         let compactions = pairs
             .iter()
             .map(|pair| pair.triples(stage1).map(|_| pair.compaction(stage1, pair.config.compact.name())));
@@ -129,7 +137,7 @@ fn fastest_behind(bench: &Bench, stage1: &Stage1, dedup: Dedup) -> anyhow::Resul
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = pixels_of(cell.x.expect("the sweep has values"));
     let stage1 = Stage1::draw_at(bench, &cell.scene, size)?;
-    let paper = Config { u1: Some(U1Format::Packed), ..PAPER };
+    let paper = Config { request_format: Some(RequestFormat::Packed), ..PAPER };
     let mut pairs = vec![Pair::new(&stage1, THE_PAPER, paper)];
     for dedup in Dedup::staged() {
         pairs.push(fastest_behind(bench, &stage1, dedup)?);
@@ -150,20 +158,21 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Frames without a list that are timed with the fused ones.
+/// Frames without a list that are timed together with the fused variants.
 const FLOORS: &[&str] = &[UNLISTED];
 
-/// All contenders in turn, and what each of them lists.
+/// Times all contenders in turn and compares their lists.
 fn times(bench: &Bench, stage1: &Stage1, pairs: &[Pair], fused: &mut SideBySide) -> anyhow::Result<Vec<Row>> {
-    let (gpu, u1) = (&stage1.gpu, &stage1.footprint.u1);
-    let copy = HostCopy::new(gpu, stage1.size, U1Format::Packed)?;
-    let host =
-        |pass| HostList::new(pass, &stage1.pyramid, U1Format::Packed, Keying::Native).map(RefCell::new);
+    let (gpu, requests) = (&stage1.gpu, &stage1.footprint.requests);
+    let copy = HostCopy::new(gpu, stage1.size, RequestFormat::Packed)?;
+    let host = |pass| {
+        HostList::new(pass, &stage1.pyramid, RequestFormat::Packed, TileAddress::OwnLevel).map(RefCell::new)
+    };
     let lists = [(Listing::HostHash, host(HostPass::Hash)?), (Listing::HostBitmap, host(HostPass::Bitmap)?)];
     let bring = |name: &str| {
         passes(gpu, name, |frame| {
-            frame.pass("copy U1", |cmd| {
-                copy.run(cmd, u1);
+            frame.pass("copy request image", |cmd| {
+                copy.run(cmd, requests);
                 Ok(())
             })
         })
@@ -182,7 +191,7 @@ fn times(bench: &Bench, stage1: &Stage1, pairs: &[Pair], fused: &mut SideBySide)
     }
     for (name, session) in &fused.sessions {
         let record = session.records.last().context("a settled session has drawn")?;
-        // Native keying: a tile listed twice makes the list longer than its tiles.
+        // With own-level tile addresses, a list longer than its distinct tiles has a repeat.
         let twice = record.triples - record.visible.len();
         let wrong = differing(&record.visible, &exact) + twice;
         rows.push(Row::number(&**name, WRONG, "tiles", wrong as f64));
@@ -190,7 +199,7 @@ fn times(bench: &Bench, stage1: &Stage1, pairs: &[Pair], fused: &mut SideBySide)
     Ok(rows)
 }
 
-/// How many entries of two sorted lists have no partner in the other.
+/// Number of entries of two sorted lists that are in one list only.
 fn differing(a: &[TileId], b: &[TileId]) -> usize {
     let (mut at, mut matched) = (0, 0);
     for tile in a {
@@ -205,8 +214,8 @@ fn differing(a: &[TileId], b: &[TileId]) -> usize {
     a.len() + b.len() - 2 * matched
 }
 
-/// A contender's time, its passes, and how many times a copy and an empty pass of the same round it takes. Of a frame
-/// that also textures the list's share counts, and the frame without a list is no contender.
+/// Rows of a contender's time, its passes, and its ratios to a copy and to an empty pass of the same round. For a frame
+/// that also textures, the list's share counts. The frame without a list gets no rows.
 fn time_rows(timed: &Timed, others: &[Timed]) -> Vec<Row> {
     let textures = timed.pass("fused").is_some();
     let own = if textures { list_of_rounds(timed, others) } else { timed.total_of_rounds() };
@@ -226,7 +235,7 @@ fn time_rows(timed: &Timed, others: &[Timed]) -> Vec<Row> {
     rows
 }
 
-/// All of the device's variants but the paper's shader.
+/// All variants on the device except the paper's.
 fn ours() -> Vec<String> {
     let staged = on_the_device().into_iter().filter(|name| name != Dedup::Geometry.name());
     staged.chain(fused_names()).collect()
@@ -237,7 +246,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_tile_more_less_or_twice_is_a_difference() {
+    fn an_additional_missing_or_repeated_tile_is_a_difference() {
         let tile = |column| TileId { level: 0, row: 0, column };
         let exact = [tile(1), tile(2), tile(3)];
         assert_eq!(differing(&exact, &exact), 0);

@@ -1,22 +1,22 @@
-//! The host's share of a list, timed as one more pass.
+//! The host's time for a list, reported as an additional pass.
 
 use crate::figure::Contender;
-use crate::paper::virtual_texture::classic::HostList;
+use crate::paper::virtual_texture::read_back::HostList;
 use crate::vk::PassTime;
 use std::cell::RefCell;
 use std::time::Instant;
 
-/// Label of that pass.
+/// Label of the host's pass.
 pub const ON_THE_HOST: &str = "list on the host";
 
-/// What `work` takes of the host's time.
+/// The host's time for `work`, as a pass.
 pub fn host_pass<T>(work: impl FnOnce() -> T) -> PassTime {
     let start = Instant::now();
     std::hint::black_box(work());
-    PassTime { label: ON_THE_HOST.into(), ns: Some(start.elapsed().as_nanos() as u64) }
+    PassTime { label: ON_THE_HOST.into(), ns: Some(start.elapsed().as_nanos() as u64), work: None }
 }
 
-/// A contender whose last pass is the host's, over the words that the others brought.
+/// A contender whose last pass is the host's, over the words that the other passes copied.
 pub fn and_list<'a>(
     mut bring: Contender<'a>,
     host: &'a RefCell<HostList>,

@@ -1,5 +1,6 @@
-//! Every figure and table of paper 1: the only place that sees both the GPU's steps and the reference.
+//! All figures and tables of paper 1. Only this module uses both the GPU's steps and the reference.
 
+mod address;
 pub mod common;
 mod compact;
 mod cost;
@@ -8,7 +9,6 @@ pub mod extremes;
 mod feedback;
 mod filtering;
 mod headline;
-mod keying;
 mod limit;
 mod list_on_the_host;
 mod pipeline;
@@ -30,7 +30,7 @@ pub const FIGURES: &[&Figure] = &[
     &sizes::RESOLUTION,
     &sizes::TILE_SIZE,
     &sizes::TEXTURE_SIZE,
-    &keying::KEYING,
+    &address::KEYING,
     &feedback::FEEDBACK,
     &limit::LIMIT,
     &streaming::CACHE,

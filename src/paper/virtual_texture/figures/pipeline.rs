@@ -1,4 +1,4 @@
-//! vt.pipeline: the whole frame, pass by pass, of the paper and of what came after it.
+//! vt.pipeline: the whole frame, pass by pass, of the paper's method, later variants and the baselines.
 
 use super::common::{Place, pixels_of};
 use super::cost::{FRAME, LIST};
@@ -9,14 +9,15 @@ use crate::figure::{Bench, Cell, Figure, Plot, Row};
 pub const PIPELINE: Figure = Figure {
     id: "vt.pipeline",
     title: "The whole frame",
-    about: "What a settled frame costs, and which pass costs it: the paper's own pipeline, its native keying, compute \
-            shaders in place of geometry shaders and transform feedback, marking in the fragment shader, and the \
-            classic read-back of U1 with a pass over it on the host; beside them the same mesh with one plain \
-            trilinear texture, and the fused draw without its list (one draw, nothing marked), which tells what \
-            fusing adds. The paper (sections 1 and 2) argues that the list of visible tiles is best found wholly \
-            on the GPU, and gives no numbers. All frames take turns. 1280 x 720 (quick) or 1920 x 1080 pixels; the table has the passes.",
+    about: "The time of a settled frame, pass by pass. The variants are the paper's pipeline, the same with own-level tile \
+            addresses, compute shaders in place of geometry shaders and transform feedback, marking in the fragment shader \
+            (fused), and the read-back of the request image with a pass over it on the host. The baselines are the same \
+            mesh with one plain trilinear texture, and the fused draw without marking, which shows what fusing adds. The \
+            paper (sections 1 and 2) argues that the list of visible tiles is best found wholly on the GPU, and gives no \
+            numbers. All frames take turns. 1280 x 720 (quick) or 1920 x 1080 pixels; the table has the passes.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa"],
     variants,
+    paper: &["paper"],
     sweep: None,
     measure,
     plots: &[Plot::bars(FRAME).floor(PLAIN)],
@@ -24,21 +25,21 @@ pub const PIPELINE: Figure = Figure {
         Claim::paper(
             "1 and 2",
             "gpu-list",
-            "Finding the visible tiles on the GPU makes a cheaper frame than the classic read-back of U1 and a pass over it \
-             on the CPU.",
+            "A frame that finds the visible tiles on the GPU is faster than one that reads the request image back and finds \
+             them on the CPU.",
             &[Test::ratio(best(FRAME, || those(Combination::is_classic)), one(FRAME, THE_PAPER), Above(1.0))],
         )
         .timed(),
         Claim::ours(
             "our-gpu-list",
-            "So does the best exact variant.",
+            "The best exact variant's frame is also faster than those with read-back.",
             &[Test::ratio(best(FRAME, || those(Combination::is_classic)), best(FRAME, exact), Above(1.0))],
         )
         .timed(),
         Claim::ours(
             "three-times",
             "The best exact variant finds the list (stages 2 and 3 together, or what fusing adds to the draw) at least 3 \
-             times cheaper than the paper's best: geometry shader with p = 3 and memo, transform feedback with blocks of \
+             times faster than the paper's best: geometry shader with p = 3 and memo, transform feedback with blocks of \
              4 x 4.",
             &[Test::ratio(
                 one(LIST, THE_PAPER),
@@ -49,7 +50,7 @@ pub const PIPELINE: Figure = Figure {
         .timed(),
         Claim::ours(
             "fusing-adds",
-            "Finding the exact list in the draw that textures takes at most 15 % more than one draw that only textures.",
+            "A frame that finds the exact list in the texturing draw takes at most 15 % more than one that only textures.",
             &[Test::ratio(
                 best(FRAME, || those(|c| c.config.fused() && c.exact)),
                 one(FRAME, UNLISTED),

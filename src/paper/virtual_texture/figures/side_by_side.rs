@@ -1,4 +1,4 @@
-//! Whole frames of several variants in one place: one device, one texture, and each tile made once for all.
+//! Whole frames of several variants in one view, on one device and one texture; each tile is made once for all.
 
 pub use super::cost::{PLAIN, THE_PAPER, UNLISTED};
 
@@ -12,10 +12,10 @@ use crate::math::pyramid::Pyramid;
 use crate::model::mesh::{self, Mesh};
 use crate::paper::virtual_texture::config::{open_texture, source_mesh};
 use crate::paper::virtual_texture::fused::Fused;
-use crate::paper::virtual_texture::lister::Stage3;
+use crate::paper::virtual_texture::list_passes::Stage3;
 use crate::paper::virtual_texture::texturing::Plain;
 use crate::paper::virtual_texture::{
-    Again, Compaction, Config, Dedup, Keying, Listing, PAPER, U1Format, all_needs,
+    Again, Compaction, Config, Dedup, Listing, PAPER, RequestFormat, TileAddress, all_needs,
 };
 use crate::paper::virtual_texture::{Settings, VirtualTexture, needs};
 use crate::picture::Target;
@@ -26,49 +26,49 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// The paper's frame but for the keying.
-pub const PAPER_NATIVE: &str = "paper, native keying";
+/// Name of the paper's frame with own-level tile addresses.
+pub const PAPER_NATIVE: &str = "paper, own-level tile addresses";
 
-/// A whole frame's variant.
+/// A variant of the whole frame.
 pub struct Combination {
     pub name: &'static str,
     pub config: Config,
-    /// Lists exactly the visible tiles; else more, or fewer.
+    /// True if it lists exactly the visible tiles.
     pub exact: bool,
 }
 
 impl Combination {
-    /// An exact list, made on the device.
+    /// True if it makes an exact list on the device.
     pub fn is_ours(&self) -> bool {
         self.exact && self.config.list == Listing::Device
     }
 
-    /// An exact list, made by the host from all of `U1`.
+    /// True if the host makes an exact list from the whole request image.
     pub fn is_classic(&self) -> bool {
         self.exact && self.config.list != Listing::Device
     }
 }
 
-/// Packed triples, native keying, and stages 2 and 3 in compute shaders that every device has.
+/// Packed triples, own-level tile addresses, and stages 2 and 3 in compute shaders that every device supports.
 pub const COMPUTE: Config = Config {
-    u1: Some(U1Format::Packed),
+    request_format: Some(RequestFormat::Packed),
     dedup: Dedup::TileMemo,
     compact: Compaction::Append,
-    keying: Keying::Native,
+    address: TileAddress::OwnLevel,
     ..PAPER
 };
 
-/// The whole frames that figures lay side by side, the paper's first.
+/// The frames that figures compare, the paper's first.
 pub fn combinations() -> Vec<Combination> {
     let exact = |name, config| Combination { name, config, exact: true };
     let superset = |name, config| Combination { name, config, exact: false };
     vec![
         exact(THE_PAPER, PAPER),
-        exact(PAPER_NATIVE, Config { keying: Keying::Native, ..PAPER }),
+        exact(PAPER_NATIVE, Config { address: TileAddress::OwnLevel, ..PAPER }),
         exact("compute, tile-memo", COMPUTE),
         exact("compute, test-or", Config { dedup: Dedup::TestOr, ..COMPUTE }),
         exact("compute, runs", Config { dedup: Dedup::Runs, ..COMPUTE }),
-        // One draw finds, marks and shows the tiles; without the depth before it, hidden ones too.
+        // One draw finds, marks and shows the tiles. Without the depth prepass, "fused" also lists hidden tiles.
         exact("fused, exact", Config { dedup: Dedup::FusedExact, ..COMPUTE }),
         exact(
             "fused, exact, appending",
@@ -79,9 +79,9 @@ pub fn combinations() -> Vec<Combination> {
             "fused, appending",
             Config { dedup: Dedup::Fused, compact: Compaction::FusedAppend, ..COMPUTE },
         ),
-        // What the paper sets out to beat.
-        exact("classic, hash set", Config { list: Listing::HostHash, ..COMPUTE }),
-        exact("classic, bitmap", Config { list: Listing::HostBitmap, ..COMPUTE }),
+        // The baselines of the paper.
+        exact("read-back, hash set", Config { list: Listing::HostHash, ..COMPUTE }),
+        exact("read-back, bitmap", Config { list: Listing::HostBitmap, ..COMPUTE }),
     ]
 }
 
@@ -91,38 +91,38 @@ pub struct SideBySide {
     pub pose: Pose,
     pub source: Arc<Remembered>,
     mesh: Mesh,
-    /// [`PLAIN`], [`UNLISTED`]: frames without a list that are timed too.
+    /// Baselines without a list that are timed too: [`PLAIN`], [`UNLISTED`].
     floors: &'static [&'static str],
     pub sessions: Vec<(String, Run<VirtualTexture>)>,
-    /// The others, and why not.
+    /// The variants that do not run here, and why.
     pub missing: Vec<(String, String)>,
 }
 
-/// Opens the run's device with those of `wishes` that it offers; [`lacks`] tells what then cannot run.
+/// Opens the run's device with those of `needs` that it offers; [`lacks`] then reports what cannot run.
 ///
 /// # Errors
 /// No device.
-pub fn device(bench: &Bench, wishes: &[Need]) -> anyhow::Result<Gpu> {
+pub fn device(bench: &Bench, needs: &[Need]) -> anyhow::Result<Gpu> {
     let offered = bench.gpu(&[])?.physical().features.clone();
-    let granted: Vec<Need> = wishes.iter().filter(|need| offered.contains(&need.feature)).copied().collect();
+    let granted: Vec<Need> = needs.iter().filter(|need| offered.contains(&need.feature)).copied().collect();
     Ok(bench.gpu(&granted)?)
 }
 
-/// Why `config` cannot run here; `None` where it can.
+/// Why `config` cannot run here; `None` if it can.
 pub fn lacks(gpu: &Gpu, config: &Config, pyramid: &Pyramid, format: TileFormat) -> Option<String> {
     if let Err(unfit) = config.check(pyramid) {
         return Some(unfit.to_string());
     }
     let missing = needs(config, format).into_iter().find(|need| !gpu.has(need.feature))?;
-    Some(format!("the device has no {}, which pass {:?} needs", missing.feature.name(), missing.pass))
+    Some(format!("the device lacks {}, which pass {:?} needs", missing.feature.name(), missing.pass))
 }
 
 impl SideBySide {
-    /// Sessions at `size` pixels, settled, of `combinations`; `floors`, of [`PLAIN`] and [`UNLISTED`], are timed beside
-    /// them. `change` has the last word on their settings, the variant apart.
+    /// Settled sessions of `combinations` at `size` pixels. `floors`, of [`PLAIN`] and [`UNLISTED`], are timed with them.
+    /// `change` edits their settings last, except the variant.
     ///
     /// # Errors
-    /// No device, a place or texture that is not to be had, out of memory.
+    /// No device, a scene or texture that is not available, out of memory.
     pub fn settled(
         bench: &Bench,
         place: Place,
@@ -137,7 +137,7 @@ impl SideBySide {
         let open = |config: Config| -> anyhow::Result<Run<VirtualTexture>> {
             let mut settings = Settings::of_scene(&scene, Target::Srgb8)?;
             (settings.size, settings.config) = (size, config);
-            // Nobody watches it settle: as many tiles a frame as the staging memory is worth.
+            // Settling is not timed: upload as many tiles per frame as staging memory allows.
             settings.streaming.deterministic = true;
             settings.streaming.upload_tiles_per_frame = 32;
             settings.streaming.load_tiles_per_frame = 32;
@@ -157,7 +157,7 @@ impl SideBySide {
         Ok(SideBySide { gpu, pose, source, mesh, floors, sessions, missing })
     }
 
-    /// All their frames in turn, and the floors, as rows: "frame" and each pass, in milliseconds.
+    /// Times all frames and the floors in turn. Returns rows: "frame" and each pass, in milliseconds.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -169,7 +169,7 @@ impl SideBySide {
         Ok(timed.iter().flat_map(|of| cost::rows(of, &timed)).chain(missing).collect())
     }
 
-    /// A session like number `at`, from empty caches settled at `pose`.
+    /// A new session like number `at`, settled at `pose` from empty caches.
     ///
     /// # Errors
     /// As [`SideBySide::settled`].
@@ -181,7 +181,7 @@ impl SideBySide {
         Ok(session)
     }
 
-    /// A contender for each session and each floor: its settled frame once more.
+    /// A contender for each session and each floor, which draws its settled frame once more.
     ///
     /// # Errors
     /// Out of memory.
@@ -193,7 +193,7 @@ impl SideBySide {
         {
             contenders.push(plain_frame(gpu, session, &self.mesh, &pose)?);
         }
-        // The unlisted frame textures from the first fused session's tiles: they take turns.
+        // The unlisted frame uses the tiles of the first fused session; this is safe because they take turns.
         let mut unlisted = self.floors.contains(&UNLISTED);
         for (name, session) in &mut self.sessions {
             let session = Rc::new(RefCell::new(session));
@@ -207,6 +207,7 @@ impl SideBySide {
                     times.push(PassTime {
                         label: "list on the host".into(),
                         ns: Some(host_time.as_nanos() as u64),
+                        work: None,
                     });
                     Ok(times)
                 }),
@@ -215,7 +216,7 @@ impl SideBySide {
         Ok(contenders)
     }
 
-    /// Rows of what each session's last frame listed: "list length" and "visible tiles".
+    /// Rows "list length" and "visible tiles" of each session's last frame.
     pub fn lists(&self) -> Vec<Row> {
         let mut rows = Vec::new();
         for (name, session) in &self.sessions {
@@ -228,7 +229,7 @@ impl SideBySide {
     }
 }
 
-/// The plain frame, into a picture of its own.
+/// The plain frame, drawn into a picture of its own.
 fn plain_frame<'a>(
     gpu: &'a Gpu,
     session: &Run<VirtualTexture>,
@@ -244,7 +245,7 @@ fn plain_frame<'a>(
     }))
 }
 
-/// The frame of a fused session without its list, into the session's own picture.
+/// The frame of a fused session without its list, drawn into the session's picture.
 fn unlisted_frame<'a>(
     gpu: &'a Gpu,
     session: Rc<RefCell<&'a mut Run<VirtualTexture>>>,
@@ -254,7 +255,7 @@ fn unlisted_frame<'a>(
     let VirtualTexture { settings, source, resident, .. } = &of.technique;
     let (config, pyramid) = (&settings.config, source.pyramid());
     let draw = Fused::unlisted(gpu, &pyramid, config, resident, (of.target().color.info().format, None))?;
-    // Bound, never written.
+    // Bound, but never written.
     let unwritten = Stage3::new(gpu, &pyramid, config)?;
     let view = View::new(pose, of.size());
     drop(of);

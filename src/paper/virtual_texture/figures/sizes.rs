@@ -1,5 +1,5 @@
-//! vt.resolution, vt.tile-size and vt.texture-size: how the frame grows with the screen, with the tiles and with the
-//! texture.
+//! vt.resolution, vt.tile-size and vt.texture-size: how the frame scales with the size of the screen, of the tiles and of
+//! the texture.
 
 use super::common::{Place, pixels_of};
 use super::cost::{FRAME, LIST};
@@ -9,7 +9,7 @@ use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
 use crate::texture::source::TileSource;
 use std::collections::BTreeMap;
 
-/// The variant that does nothing: no time is less.
+/// The variant that does nothing: the lower bound of all times.
 const EMPTY: &str = "empty pass";
 
 const MIB: f64 = 1_048_576.0;
@@ -17,11 +17,12 @@ const MIB: f64 = 1_048_576.0;
 pub const RESOLUTION: Figure = Figure {
     id: "vt.resolution",
     title: "Growth with the screen",
-    about: "The settled frame and its lists for pictures of 16:9 from 360 to 720 (quick) or 2160 rows. The paper (its \
-            headline: 1920 x 1080) does not say how its stages grow; stage 2 looks at every pixel once, so no \
-            variant should grow faster than the pixels do.",
+    about: "The settled frame and its lists for 16:9 pictures from 360 to 720 (quick) or 2160 rows. The paper measures \
+            1920 x 1080 only and does not say how its stages scale. Stage 2 reads every pixel once, so the time of a \
+            variant should grow at most as fast as the number of pixels.",
     scenes: &["earth/oblique", "globe/africa"],
     variants: variants_and_empty,
+    paper: &["paper"],
     sweep: Some(Sweep {
         name: "picture height, pixels",
         quick: &[360.0, 540.0, 720.0],
@@ -36,8 +37,8 @@ pub const RESOLUTION: Figure = Figure {
     claims: &[
         Claim::ours(
             "linear",
-            "From the smallest to the largest picture, stages 2 and 3 of the paper grow at most a quarter more than the \
-             number of pixels.",
+            "From the smallest to the largest picture, the time of the paper's stages 2 and 3 grows at most a quarter more \
+             than the number of pixels.",
             &[Test::growth(one(LIST, THE_PAPER), 2.0, AtMost(1.25))],
         )
         .timed(),
@@ -52,12 +53,13 @@ pub const RESOLUTION: Figure = Figure {
 pub const TILE_SIZE: Figure = Figure {
     id: "vt.tile-size",
     title: "The choice of the tile size",
-    about: "Tiles of 64 (quick: 128) to 1024 texels a side under the same picture: small ones make the list and the tables long and \
-            spend more of themselves on borders, large ones bring texels that nobody sees. The working set is what \
-            the visible tiles take, all of which must be uploaded once. The paper takes 512 (its headline) without \
-            a reason. 960 x 540 (quick) or 1920 x 1080 pixels; a border of 4 texels throughout.",
+    about: "The same picture with tiles of 64 (quick: 128) to 1024 texels a side. Small tiles make the list and the tables \
+            long and have a larger share of border; large tiles load texels that are not visible. The working set is the \
+            memory of the visible tiles, all of which must be uploaded once. The paper uses 512 and gives no reason. \
+            960 x 540 (quick) or 1920 x 1080 pixels; the border is always 4 texels.",
     scenes: &["earth/oblique"],
     variants: variants_and_empty,
+    paper: &["paper"],
     sweep: Some(Sweep {
         name: "tile side, texels",
         quick: &[128.0, 256.0, 512.0, 1024.0],
@@ -68,7 +70,7 @@ pub const TILE_SIZE: Figure = Figure {
         Plot::sweep(WORKING_SET).log_x().log_y().floor(EMPTY),
         Plot::sweep("visible tiles").log_x().log_y().floor(EMPTY),
         Plot::sweep(FRAME).log_x().log_y().floor(EMPTY),
-        Plot::sweep("U2").log_x().log_y().floor(EMPTY),
+        Plot::sweep("tile mask").log_x().log_y().floor(EMPTY),
     ],
     claims: &[Claim::ours(
         "512",
@@ -84,19 +86,20 @@ pub const TILE_SIZE: Figure = Figure {
 pub const TEXTURE_SIZE: Figure = Figure {
     id: "vt.texture-size",
     title: "Growth with the texture",
-    about: "The same picture over textures of 2^12 x 2^11 to 2^20 x 2^19 texels: memory on the device (U1 and J1 know \
-            nothing of the texture's size; U2 and H1 are 4 bytes or so for each tile of level 0) and time. The paper \
-            (abstract and introduction) promises textures of the order of 10^6 x 10^6 texels in real time. \
-            960 x 540 (quick) or 1920 x 1080 pixels, tiles of 512, N1 = 96.",
+    about: "The same picture with textures of 2^12 x 2^11 to 2^20 x 2^19 texels: device memory and time. The request image \
+            and the tile pool (J1) do not depend on the texture's size; the tile mask and the page table (H1) take about 4 \
+            bytes for each tile of level 0. The paper (abstract and introduction) claims textures of the order of \
+            10^6 x 10^6 texels in real time. 960 x 540 (quick) or 1920 x 1080 pixels, tiles of 512, N1 = 96.",
     scenes: &["earth/oblique"],
     variants: variants_and_empty,
+    paper: &["paper"],
     sweep: Some(Sweep {
         name: "log2 of the texture's width in texels",
         quick: &[12.0, 14.0, 16.0, 18.0, 20.0],
         full: &[12.0, 13.0, 14.0, 15.0, 16.0, 17.0, 18.0, 19.0, 20.0],
     }),
     measure: measure_texture_size,
-    plots: &[Plot::sweep(FRAME).log_y().floor(EMPTY), Plot::sweep(MEMORY).log_y().floor(EMPTY), Plot::sweep("U2").log_y().floor(EMPTY), Plot::sweep("H1").log_y().floor(EMPTY)],
+    plots: &[Plot::sweep(FRAME).log_y().floor(EMPTY), Plot::sweep(MEMORY).log_y().floor(EMPTY), Plot::sweep("tile mask").log_y().floor(EMPTY), Plot::sweep("H1").log_y().floor(EMPTY)],
     claims: &[
         Claim::paper(
             "introduction",
@@ -109,21 +112,20 @@ pub const TEXTURE_SIZE: Figure = Figure {
         .timed(),
         Claim::ours(
             "our-10^6",
-            "So they are with the cheapest exact variant.",
+            "The fastest exact variant shows them at 30 frames a second too.",
             &[Test::value(best(FRAME, names), AtMost(1e3 / 30.0))],
         )
         .at(LARGEST)
         .timed(),
         Claim::ours(
             "memory",
-            "At 2^20 x 2^19 texels all that a frame needs takes at most 1 GiB on the device, as much as the paper's GTX 285 \
-             has.",
+            "At 2^20 x 2^19 texels a frame needs at most 1 GiB of device memory, the memory of the paper's GTX 285.",
             &[Test::value(one(MEMORY, THE_PAPER), AtMost(1024.0))],
         )
         .at(LARGEST),
         Claim::ours(
             "flat",
-            "A texture 16 times as large (2^20 against 2^18) makes the cheapest frame at most a quarter dearer.",
+            "A texture 16 times as large (2^20 against 2^18) makes the fastest frame at most a quarter slower.",
             &[Test::ratio(
                 best(FRAME, names).x(At::X(20.0)),
                 best(FRAME, names).x(At::X(18.0)),
@@ -134,15 +136,15 @@ pub const TEXTURE_SIZE: Figure = Figure {
     ],
 };
 
-/// Quantity: MiB of the visible tiles as they are stored, borders and second levels included.
+/// Quantity: MiB of the visible tiles as stored, with borders and second levels.
 const WORKING_SET: &str = "working set";
 
-/// Quantity: MiB on the device, all of it.
+/// Quantity: MiB of device memory in total.
 const MEMORY: &str = "memory";
 
 const LARGEST: Places = Places::ALL.x(20.0, 20.0);
 
-/// Those that make an exact list on the device.
+/// The variants that make an exact list on the device.
 fn contenders() -> Vec<Combination> {
     combinations().into_iter().filter(Combination::is_ours).collect()
 }
@@ -155,12 +157,12 @@ fn variants_and_empty() -> Vec<String> {
     names().into_iter().chain([EMPTY.to_string()]).collect()
 }
 
-/// Rows of pixels where the screen is not what is swept.
+/// Picture height of the figures that do not sweep it.
 fn pixel_rows(bench: &Bench) -> f64 {
     bench.effort_of(540.0, 1080.0)
 }
 
-/// Times, lists and memory of all combinations; `tiles` is N1 and N2.
+/// Times, lists and memory of all combinations. `tiles` sets N1 and N2.
 fn measure(bench: &mut Bench, place: Place, pixel_rows: f64, tiles: u32) -> anyhow::Result<Vec<Row>> {
     let mut frames =
         SideBySide::settled(bench, place, pixels_of(pixel_rows), (&contenders(), &[]), |settings| {
@@ -177,7 +179,7 @@ fn measure(bench: &mut Bench, place: Place, pixel_rows: f64, tiles: u32) -> anyh
         let memory: BTreeMap<_, _> = session.memory().into_iter().collect();
         let on_device = memory.iter().filter(|(object, _)| !object.contains("host"));
         rows.push(row(MEMORY, "MiB", on_device.map(|(_, bytes)| *bytes as f64 / MIB).sum()));
-        for object in ["U1", "U2", "U3", "H1", "J1", "G1"] {
+        for object in ["request image", "tile mask", "visible-tile list", "H1", "J1", "G1"] {
             let bytes = memory.get(object).copied().unwrap_or(0);
             rows.push(row(object, "MiB", bytes as f64 / MIB));
         }
@@ -190,7 +192,7 @@ fn measure_tile_size(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>>
     let mut place = Place::find(&cell.scene)?;
     place.scene = place.scene.with(&[format!("surface.land.texture.tile_size={side}")])?;
     let pixel_rows = pixel_rows(bench);
-    // Tiles of a quarter of the area are up to four times as many; 2048 layers are what devices have.
+    // A quarter of the area needs up to four times the tiles; devices have at least 2048 layers.
     let most = if pixel_rows > 540.0 { 192 } else { 96 };
     let tiles = most * 512 * 512 / (side * side);
     measure(bench, place, pixel_rows, tiles.clamp(64, 2000))

@@ -1,5 +1,5 @@
-//! Stage 1 of a frame against the f64 reference, pixel for pixel: equal, explained by what f32 and fixed point may
-//! do at a border of a decision, or not explained.
+//! Stage 1 of a frame against the f64 reference, pixel for pixel. A difference is explained if f32 and fixed-point errors
+//! can cause it at a rounding border, otherwise unexplained.
 
 use crate::math::pyramid::Pyramid;
 use crate::model::mesh::SourceMesh;
@@ -7,35 +7,35 @@ use crate::paper::virtual_texture::reference::picture::footprint;
 use crate::paper::virtual_texture::reference::{Tolerance, possible_triples, triple};
 use crate::reference::{Sample, View};
 
-/// How stage 1 stood beside the reference.
+/// How stage 1 compares with the reference.
 #[derive(Clone, Debug, Default)]
 pub struct Stage1Check {
     pub pixels: usize,
-    /// Pixels whose triple is not the reference's.
+    /// Pixels whose triple differs from the reference.
     pub differing: usize,
-    /// Those that no border of a decision explains: pixel, what was found, what is right.
+    /// Unexplained differences: the pixel, its triple, and the right one.
     pub unexplained: Vec<String>,
 }
 
-/// How far, in pixels, a device may see beside the reference. It snaps vertices to 1/256 pixel (lavapipe's
-/// subPixelPrecisionBits = 8), which moves an edge by half of that; its clip coordinates are f32 products of
-/// 4 terms, 2^-22 of at most 10 pictures' longer side: 1/205 pixel at 1920 columns, 1/26 at 16384. Twice their sum.
+/// Upper bound of a device's position error, in pixels: twice the sum of two errors. The device snaps vertices to 1/256
+/// pixel (lavapipe's subPixelPrecisionBits = 8), which moves an edge by half of that. Clip coordinates are f32 products of
+/// 4 terms, with an error of 2^-22 of at most 10 times the picture's longer side: 1/205 pixel at 1920 columns, 1/26 at 16384.
 pub fn radius_px(size: [u32; 2]) -> f64 {
     let clip_px = 2f64.powi(-22) * 10.0 * f64::from(size[0].max(size[1]));
     2.0 * (1.0 / 512.0 + clip_px)
 }
 
-/// The relative error of a triangle's gradients where a device interpolates between snapped vertices, as NVIDIA's do
-/// and lavapipe does not: two vertices move by 1/512 pixel in opposite directions, across an altitude of the triangle.
-/// 1 % where a triangle is 0.4 pixels high (measured on an H100: 0.9 % at worst in 14,400 pixels of `valley`).
+/// The relative error of a triangle's gradients on devices that interpolate between snapped vertices. NVIDIA's do,
+/// lavapipe does not. Two vertices move by 1/512 pixel in opposite directions, across an altitude of the triangle: 1 % for
+/// a triangle 0.4 pixels high (measured on an H100: at most 0.9 % in 14,400 pixels of `valley`).
 pub fn snapping(sample: &Sample) -> f64 {
     1.0 / 256.0 / sample.altitude_px
 }
 
-/// The f32 error of (s, t) and of the derivatives: the place moves by `radius_px`; an offset of at most
-/// `largest_offset` is interpolated with a relative error of 2^-21 (three products and a division); a derivative is
-/// the difference of two such values, each of which also carries the rounding of a plane equation extrapolated over
-/// the screen, 2^-21 of 2000 pixels' worth of gradient: 2^-10. [`snapping`] adds to it.
+/// The f32 error of (s, t) and of the derivatives. The sample moves by `radius_px`. An offset of at most `largest_offset`
+/// is interpolated with a relative error of 2^-21 (three products and a division). A derivative is the difference of two
+/// such values. Each also has the rounding error of a plane equation extrapolated over the screen, 2^-21 of the gradient
+/// times 2000 pixels: 2^-10. [`snapping`] adds to it.
 pub fn tolerance(sample: &Sample, largest_offset: f64, radius_px: f64) -> Tolerance {
     let d = &sample.fine;
     let gradient = [d.dsdx.abs() + d.dsdy.abs(), d.dtdx.abs() + d.dtdy.abs()];
@@ -47,45 +47,49 @@ pub fn tolerance(sample: &Sample, largest_offset: f64, radius_px: f64) -> Tolera
     }
 }
 
-/// How far a triangle's (s, t) reach from the corner of its cell of 2^-10 of the texture (see [`crate::model::mesh`]).
+/// The largest distance of a triangle's (s, t) from the corner of its cell, 2^-10 of the texture (see
+/// [`crate::model::mesh`]).
 fn largest_offset(mesh: &SourceMesh, triangle: u32) -> f64 {
     let [a, b, c] = mesh.triangles[triangle as usize].map(|vertex| mesh.coordinates[vertex as usize]);
     (a.max(b).max(c) - a.min(b).min(c)).max_element() + 2f64.powi(-10)
 }
 
-/// Whether the reference's outcome for a sample, within the tolerance, is `found`. Of a coordinate that is no number
-/// only the level is defined: it is G1's, and no tile is asked for.
+/// True if `found` is a possible outcome of the reference within the tolerance. For a NaN coordinate only the level is
+/// defined: it is resident, and no tile is requested.
 fn explains(
     sample: &Sample,
     found: [u32; 3],
     largest_offset: f64,
     pyramid: &Pyramid,
     radius_px: f64,
+    max_anisotropy: u32,
 ) -> bool {
     if !(sample.s.is_finite() && sample.t.is_finite()) {
         return found[0] == pyramid.first_resident_level();
     }
     let tolerance = tolerance(sample, largest_offset, radius_px);
-    let possible = possible_triples(&footprint(sample), &tolerance, pyramid, 1);
+    let possible = possible_triples(&footprint(sample), &tolerance, pyramid, max_anisotropy);
     found.iter().zip(possible).all(|(value, [low, high])| (low..=high).contains(value))
 }
 
-/// Holds a frame's `U1` (with NA = 1) against what `view` sees of `mesh`.
+/// Compares a frame's request image with what `view` sees of `mesh`.
 pub fn compare_triples(
     triples: &[[u32; 3]],
     view: &View,
     mesh: &SourceMesh,
     pyramid: &Pyramid,
+    max_anisotropy: u32,
 ) -> Stage1Check {
-    compare_surfaces(triples, view, pyramid, |triangle| Some(largest_offset(mesh, triangle)))
+    compare_surfaces(triples, view, pyramid, max_anisotropy, |triangle| Some(largest_offset(mesh, triangle)))
 }
 
-/// As [`compare_triples`], of several surfaces in one mesh. `carries` is given a triangle: how far its (s, t) reach from
-/// their origin, or `None` where the triangle carries no virtual texture and only hides what is behind it.
+/// As [`compare_triples`], for several surfaces in one mesh. `carries` maps a triangle to the largest distance of its
+/// (s, t) from their origin, or to `None` if it has no virtual texture and only occludes.
 pub fn compare_surfaces(
     triples: &[[u32; 3]],
     view: &View,
     pyramid: &Pyramid,
+    max_anisotropy: u32,
     carries: impl Fn(u32) -> Option<f64>,
 ) -> Stage1Check {
     let [width, height] = view.size();
@@ -101,7 +105,7 @@ pub fn compare_surfaces(
                 found[0] == pyramid.first_resident_level()
             }
             Some(sample) => {
-                let truth = triple(&footprint(sample), pyramid, 1);
+                let truth = triple(&footprint(sample), pyramid, max_anisotropy);
                 found == [truth.q, truth.i, truth.j]
             }
         };
@@ -113,10 +117,12 @@ pub fn compare_surfaces(
         let explained = candidates.background && found[0] == u32::MAX
             || candidates.samples.iter().any(|sample| match carries(sample.triangle) {
                 None => found[0] == u32::MAX,
-                Some(offset) => found[0] != u32::MAX && explains(sample, found, offset, pyramid, radius),
+                Some(offset) => {
+                    found[0] != u32::MAX && explains(sample, found, offset, pyramid, radius, max_anisotropy)
+                }
             });
         if !explained {
-            let truth = seen.map(|sample| triple(&footprint(&sample), pyramid, 1));
+            let truth = seen.map(|sample| triple(&footprint(&sample), pyramid, max_anisotropy));
             check.unexplained.push(format!("({x}, {y}): {found:?}, not {truth:?}"));
         }
     }

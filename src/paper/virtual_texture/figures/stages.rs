@@ -1,4 +1,4 @@
-//! Stages 2 and 3 alone, over a `U1` that is drawn once: what vt.dedup and vt.compact stand on.
+//! Stages 2 and 3 alone, over a request image that is drawn once. Used by vt.dedup, vt.compact and others.
 
 use super::common::{Place, passes, pixels_of};
 use super::side_by_side::{device, lacks};
@@ -11,15 +11,15 @@ use crate::paper::virtual_texture::compact::CompactPass;
 use crate::paper::virtual_texture::config::{source_mesh, texture};
 use crate::paper::virtual_texture::dedup::DedupPass;
 use crate::paper::virtual_texture::footprint::Footprint;
-use crate::paper::virtual_texture::list::List;
-use crate::paper::virtual_texture::marks::Marks;
-use crate::paper::virtual_texture::{Config, PAPER, U1Format, all_needs};
+use crate::paper::virtual_texture::tile_mask::TileMask;
+use crate::paper::virtual_texture::visible_list::VisibleList;
+use crate::paper::virtual_texture::{Config, PAPER, RequestFormat, all_needs};
 use crate::texture::source::TileFormat;
 use crate::vk::{BufferUse, Frame, Gpu, TexelCopy};
 use anyhow::Context;
 use std::cell::RefCell;
 
-/// A place that is none: every pixel asks for a tile at random, as no landscape does. The worst that can come.
+/// Synthetic worst case: a random tile for each pixel.
 pub const NOISE: &str = "noise";
 
 /// Scenes of both figures.
@@ -34,8 +34,8 @@ pub struct Stage1 {
 }
 
 impl Stage1 {
-    /// Draws `scene`, 1280 x 720 (quick; noise a quarter of that) or 1920 x 1080 pixels. `U1` is packed, a word a pixel, for all variants
-    /// alike: the paper's three words are not to be had on every device.
+    /// Draws `scene` at 1280 x 720 (quick; noise at a quarter of that) or 1920 x 1080 pixels. The request image is packed,
+    /// one word per pixel, for all variants: the paper's three words are not available on every device.
     ///
     /// # Errors
     /// No device, no such scene, out of memory.
@@ -48,17 +48,17 @@ impl Stage1 {
         Stage1::draw_at(bench, scene, size)
     }
 
-    /// As [`Stage1::draw`], of so many pixels.
+    /// As [`Stage1::draw`], at a given size.
     ///
     /// # Errors
-    /// As there.
+    /// As [`Stage1::draw`].
     pub fn draw_at(bench: &Bench, scene: &str, size: [u32; 2]) -> anyhow::Result<Stage1> {
         let Place { scene: description, pose, .. } =
             Place::find(if scene == NOISE { "earth/headline" } else { scene })?;
         let pyramid =
             texture(&description)?.pyramid()?.context("a shipped scene states its texture's size")?;
         let gpu = device(bench, &all_needs())?;
-        let config = Config { u1: Some(U1Format::Packed), ..PAPER };
+        let config = Config { request_format: Some(RequestFormat::Packed), ..PAPER };
         let footprint = Footprint::new(&gpu, &pyramid, &config, size)?;
         let stage1 = Stage1 { gpu, pyramid, footprint, size };
         if scene == NOISE {
@@ -74,13 +74,13 @@ impl Stage1 {
         Ok(stage1)
     }
 
-    /// Writes `U1` by hand.
+    /// Writes the request image from the host.
     fn fill(&self, words: &[u32]) -> anyhow::Result<()> {
-        let staging = self.gpu.buffer_with("U1 staging", words, BufferUse::Upload)?;
+        let staging = self.gpu.buffer_with("request image staging", words, BufferUse::Upload)?;
         let whole = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size: self.size };
         let mut frame = self.gpu.frame()?;
-        frame.pass("fill U1", |cmd| {
-            cmd.copy_to_image(&staging, &self.footprint.u1, &[whole]);
+        frame.pass("fill request image", |cmd| {
+            cmd.copy_to_image(&staging, &self.footprint.requests, &[whole]);
             Ok(())
         })?;
         frame.submit()?.wait()?;
@@ -93,14 +93,14 @@ impl Stage1 {
     }
 }
 
-/// Stages 2 and 3 of one variant over a [`Stage1`], with room for a list.
+/// Stages 2 and 3 of one variant over a [`Stage1`], with its mask and list.
 pub struct Pair {
     pub name: String,
     pub config: Config,
     dedup: DedupPass,
     compact: CompactPass,
-    marks: Marks,
-    list: RefCell<List>,
+    mask: TileMask,
+    list: RefCell<VisibleList>,
 }
 
 impl Pair {
@@ -114,35 +114,35 @@ impl Pair {
         let make = || {
             let dedup = DedupPass::new(gpu, pyramid, &config, &stage1.footprint)?;
             let compact = CompactPass::new(gpu, pyramid, &config)?;
-            let (marks, list) = (dedup.marks(gpu)?, compact.list(gpu, u64::from(config.list_capacity))?);
-            Ok(Pair { name: name.to_string(), config, dedup, compact, marks, list: RefCell::new(list) })
+            let (mask, list) = (dedup.mask(gpu)?, compact.list(gpu, u64::from(config.list_capacity))?);
+            Ok(Pair { name: name.to_string(), config, dedup, compact, mask, list: RefCell::new(list) })
         };
         make().map_err(|error: crate::vk::Error| error.to_string())
     }
 
     fn record(&self, stage1: &Stage1, frame: &mut Frame<'_>) -> crate::vk::Result<()> {
-        frame.pass("dedup", |cmd| self.dedup.run(cmd, &stage1.footprint.u1, &self.marks))?;
+        frame.pass("dedup", |cmd| self.dedup.run(cmd, &stage1.footprint.requests, &self.mask))?;
         self.compact(frame)
     }
 
     fn compact(&self, frame: &mut Frame<'_>) -> crate::vk::Result<()> {
-        frame.pass("compact", |cmd| self.compact.run(cmd, &self.marks, &self.list.borrow()))
+        frame.pass("compact", |cmd| self.compact.run(cmd, &self.mask, &self.list.borrow()))
     }
 
-    /// Both stages, to be timed.
+    /// A contender of both stages.
     pub fn contender<'a>(&'a self, stage1: &'a Stage1) -> Contender<'a> {
         passes(&stage1.gpu, &*self.name, |frame| self.record(stage1, frame))
     }
 
-    /// Stage 3 alone, over the marks of the last [`Pair::triples`].
+    /// A contender of stage 3 alone, over the mask of the last [`Pair::triples`].
     pub fn compaction<'a>(&'a self, stage1: &'a Stage1, name: &str) -> Contender<'a> {
         passes(&stage1.gpu, name, |frame| self.compact(frame))
     }
 
-    /// The list, as the device made it.
+    /// The list as the device made it.
     ///
     /// # Errors
-    /// Device lost, a list without room.
+    /// Device lost, a list that is too short.
     pub fn triples(&self, stage1: &Stage1) -> anyhow::Result<Vec<[u32; 3]>> {
         let mut frame = stage1.gpu.frame()?;
         self.record(stage1, &mut frame)?;
@@ -152,11 +152,11 @@ impl Pair {
             Ok(())
         })?;
         frame.submit()?.wait()?;
-        Ok(self.compact.collect(&stage1.gpu, &self.marks, &mut list)?.0)
+        Ok(self.compact.collect(&stage1.gpu, &self.mask, &mut list)?.0)
     }
 }
 
-/// Packed triples, each of a level that is streamed and of any cell of M0: the same on every run.
+/// Packed random triples of streamed levels and any cell of M0, the same in every run.
 fn noise(size: [u32; 2], pyramid: &Pyramid) -> Vec<u32> {
     let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
     let levels = u64::from(pyramid.first_resident_level());
@@ -174,11 +174,11 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn noise_is_of_all_streamed_levels_and_nearly_all_different() {
+    fn noise_covers_all_streamed_levels_and_is_nearly_all_distinct() {
         let pyramid = Pyramid::new(18, 17, 9, 4, None).unwrap();
         let words = noise([320, 180], &pyramid);
         let distinct: BTreeSet<u32> = words.iter().copied().collect();
-        // 57,600 of 9 x 131,072 at random: 2.4 % meet another.
+        // 57,600 random draws of 9 x 131,072: 2.4 % coincide with another.
         assert!(distinct.len() > 55_000, "{}", distinct.len());
         let levels: BTreeSet<u32> = words.iter().map(|word| word >> 17).collect();
         assert_eq!(levels, (0..9).collect());

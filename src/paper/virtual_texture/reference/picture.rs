@@ -1,5 +1,5 @@
-//! Section 4 in f64: the picture that a settled frame is to show, every texel from the source itself, without tiles,
-//! borders or caches between.
+//! Section 4 in f64: the picture that a settled frame must show. Every texel is read from the source, without borders or
+//! caches.
 
 use super::{Footprint, triple};
 use crate::math::pyramid::{Pyramid, TileId};
@@ -11,18 +11,18 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;
 
-/// How a pixel's colour comes from its footprint.
+/// How a pixel's colour is computed from its footprint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filter {
-    /// The paper's, with its NA: nA trilinear samples.
+    /// The paper's filter with the given NA: nA trilinear samples.
     Samples(u32),
-    /// Bilinear in the nearer of the two levels.
+    /// Bilinear in the nearest level.
     NearerLevel,
-    /// The mean of all that the pixel covers, which every filter approximates.
+    /// The mean over the pixel's footprint, which every filter approximates.
     Area,
 }
 
-/// Texels of all levels of an RGBA8 source, read tile by tile as they are asked for.
+/// Texels of all levels of an RGBA8 source, read tile by tile on demand.
 pub struct Texels<'a> {
     source: &'a dyn TileSource,
     tiles: RefCell<HashMap<TileId, Rc<[u8]>>>,
@@ -37,7 +37,7 @@ impl<'a> Texels<'a> {
         assert_eq!(
             source.format(),
             TileFormat::Rgba8,
-            "{}: the reference reads no blocks",
+            "{}: the reference reads RGBA8 only",
             source.describe()
         );
         let linear = std::array::from_fn(|code| srgb8_to_linear(code as u8));
@@ -50,7 +50,7 @@ impl<'a> Texels<'a> {
         }
     }
 
-    /// The source as a function; a texel that cannot be read is black, and [`Texels::picture`] fails then.
+    /// The source as a function. A texel that cannot be read is black, and [`Texels::picture`] then fails.
     pub fn texture(&self) -> Texture<impl Fn(u32, u32, u32) -> [f64; 4] + '_> {
         let pyramid = self.source.pyramid();
         Texture {
@@ -99,7 +99,7 @@ impl<'a> Texels<'a> {
         }
     }
 
-    /// The whole picture in linear light; black where there is no landscape.
+    /// The whole picture in linear light; the sky is black.
     ///
     /// # Errors
     /// The first tile that could not be read.
@@ -112,15 +112,15 @@ impl<'a> Texels<'a> {
         Ok(Picture::new(width, height, pixels))
     }
 
-    /// Whether all texels so far could be read.
+    /// Checks that all texels so far could be read.
     ///
     /// # Errors
-    /// The first tile that could not.
+    /// The first tile that could not be read.
     pub fn check(&self) -> Result<(), TileError> {
         self.failed.take().map_or(Ok(()), Err)
     }
 
-    /// The colour of one pixel, linear.
+    /// The linear colour of one pixel.
     pub fn pixel(&self, sample: &Sample, filter: Filter) -> [f64; 4] {
         let (texture, pyramid) = (self.texture(), self.source.pyramid());
         let footprint = footprint(sample);
@@ -129,7 +129,7 @@ impl<'a> Texels<'a> {
         let found = triple(&footprint, &pyramid, 1);
         let (s, t) = (sample.s, sample.t);
         match filter {
-            // Not finite: what stage 1 stored, G1's finest level.
+            // Not finite: stage 1 stores the finest resident level.
             _ if found.e.is_nan() => texture.trilinear(f64::from(found.q), s, t),
             Filter::Samples(most) => texture.along(&sides, sample_count(longest, shortest, most), s, t),
             Filter::NearerLevel => {
@@ -141,7 +141,7 @@ impl<'a> Texels<'a> {
     }
 }
 
-/// A sample's place and fine derivatives, which stage 1 starts from.
+/// A sample's (s, t) and fine derivatives, the input of stage 1.
 pub fn footprint(sample: &Sample) -> Footprint {
     let d = &sample.fine;
     Footprint { s: sample.s, t: sample.t, dsdx: d.dsdx, dtdx: d.dtdx, dsdy: d.dsdy, dtdy: d.dtdy }

@@ -14,31 +14,31 @@ settings! {
         gpu_tiles: u32 = 192, in 1..=1 << 16, unit "tiles";
         /// N2: tiles in main memory.
         host_tiles: u32 = 384, in 1..=1 << 20, unit "tiles";
-        /// Time of a frame for copies to video memory (A2). A tile begun is finished, so at least one is uploaded.
+        /// Time per frame for copies to video memory. A copy that has begun is finished, so at least one tile is uploaded.
         upload_budget_ms: f64 = 2.0, in 1e-3..=1e6, unit "ms";
-        /// Time of a frame for reading tiles (A3), all its threads added up. A load that takes longer is paid from later
-        /// frames' grants.
+        /// Time per frame for reading tiles, summed over the loader threads. A load that takes longer is charged to
+        /// later frames.
         load_budget_ms: f64 = 8.0, in 1e-3..=1e6, unit "ms";
-        /// The upload budget of `--deterministic`; in any mode the most that a frame's staging memory holds.
+        /// The upload budget of `--deterministic`, and in any mode the capacity of a frame's staging memory.
         upload_tiles_per_frame: u32 = 8, in 1..=1 << 16, unit "tiles";
         /// The load budget of `--deterministic`.
         load_tiles_per_frame: u32 = 8, in 1..=1 << 16, unit "tiles";
-        /// Frames in which a tile that has arrived is mixed with what was shown before it; 0: shown at once, as in the
-        /// paper.
+        /// Frames over which a new tile is blended with the coarser tile that was shown before; 0: shown at once, as in
+        /// the paper.
         fade_in_frames: u32 = 0, in 0..=1000, unit "frames";
-        /// Prefetch: tiles are loaded that the camera will see this many frames later if it goes on as it does; 0: none.
+        /// Prefetch: loads the tiles that the camera will see this many frames later if its motion continues; 0: off.
         prefetch_frames: u32 = 0, in 0..=1000, unit "frames";
-        /// Which of a frame's missing tiles is asked for first. After a cut, coarsest first left 16 to 31 % less error,
+        /// Which of a frame's missing tiles is requested first. After a cut, coarsest first left 16 to 31 % less error,
         /// summed over the frames (vt.budget).
         order: Order = Order::Coarsest;
-        /// A tile that could not be read is asked for again after this time; 0, or `--deterministic`: never.
+        /// A tile that could not be read is requested again after this time; 0, or `--deterministic`: never.
         retry_after_ms: f64 = 1000.0, in 0.0..=1e9, unit "ms";
     }
     beside {
-        /// Budgets count tiles instead of time, each frame waits for the loads that the frame before asked for,
-        /// and adopts them in the order of asking: the same lists give the same frames on any machine.
+        /// Budgets count tiles instead of time. Each frame waits for the loads of the frame before and takes them in
+        /// the order of their requests. The same lists give the same frames on any machine.
         deterministic: bool = false;
-        /// Levels added to every visible tile's: `variant.level_bias`.
+        /// Levels added to the level of every visible tile: `variant.level_bias`.
         level_bias: u32 = 0;
     }
 }
@@ -61,21 +61,21 @@ fn milliseconds(ms: f64) -> Duration {
     Duration::from_secs_f64(ms / 1e3)
 }
 
-/// Settings with which no tile could ever be shown, or a system that gives no threads.
+/// Settings with which no tile could ever be shown, or a thread that could not be created.
 #[derive(Debug, Error)]
 pub enum StreamingError {
     #[error("{setting} = {value}: must be 1 ..= {most}")]
     OutOfRange { setting: &'static str, value: u32, most: u32 },
-    #[error("{setting} = 0: nothing would ever be loaded; give it a time above 0")]
+    #[error("{setting} = 0: no tile would ever be loaded; set a time above 0")]
     NoTime { setting: &'static str },
-    #[error("a texture of {tiles} tiles is beyond the {most} that the state tables hold; take larger tiles")]
+    #[error("the texture has {tiles} tiles, the state tables hold {most}; use larger tiles")]
     TooManyTiles { tiles: u64, most: u64 },
-    #[error("no thread to load tiles with: {0}; raise the limit of processes (ulimit -u)")]
+    #[error("cannot create a loader thread: {0}; raise the limit of processes (ulimit -u)")]
     Thread(std::io::Error),
 }
 
-/// Two tables of 4 bytes a tile: 512 MiB together. 2^20 x 2^20 texels in tiles of 128 just do not fit,
-/// in tiles of 256 they take a quarter.
+/// The two state tables take 4 bytes per tile each: 512 MiB together. 2^20 x 2^20 texels in tiles of 128 just exceed
+/// this; in tiles of 256 they take a quarter.
 pub const MOST_TILES: u64 = 1 << 26;
 
 impl StreamingConfig {
@@ -83,7 +83,7 @@ impl StreamingConfig {
         let mut counts = vec![
             ("gpu_tiles", self.gpu_tiles),
             ("host_tiles", self.host_tiles),
-            // In any mode: it is also how many tiles a frame's staging memory holds.
+            // In any mode: it is also the capacity of a frame's staging memory.
             ("upload_tiles_per_frame", self.upload_tiles_per_frame),
         ];
         if self.deterministic {
@@ -94,7 +94,7 @@ impl StreamingConfig {
                 return Err(StreamingError::NoTime { setting });
             }
         }
-        // A slot's index is an i32 in the tables; 2^20 slots of the smallest tile are 2 GiB already.
+        // The tables store a slot as an i32; 2^20 slots of the smallest tile already take 2 GiB.
         let most = 1 << 20;
         if let Some(&(setting, value)) = counts.iter().find(|(_, value)| !(1..=most).contains(value)) {
             return Err(StreamingError::OutOfRange { setting, value, most });

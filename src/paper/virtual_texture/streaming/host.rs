@@ -1,10 +1,10 @@
-//! `J2`: tiles in main memory (paper 1, section 3).
+//! The host tile cache: tiles in main memory (paper 1, section 3).
 
 use super::slots::{Claim, Slots};
 use crate::math::pyramid::TileId;
 
-/// `J2`. Its N2 buffers are allocated when first needed and go from tile to tile. The buffer of a place
-/// that waits for its load travels with the request.
+/// Holds N2 tiles. A buffer is allocated when first needed and reused for later tiles. While a tile is being loaded,
+/// its buffer travels with the request.
 pub struct HostCache {
     pub slots: Slots,
     buffers: Vec<Option<Vec<u8>>>,
@@ -18,26 +18,29 @@ impl HostCache {
         Self { slots: Slots::new(capacity), buffers, spare: Vec::new(), tile_bytes }
     }
 
-    /// Takes a place for a tile that is to be loaded; returns its generation and the buffer to load into.
+    /// Takes a slot for a tile that is to be loaded; returns its generation and the buffer to load into.
     pub fn claim(&mut self, claim: Claim, tile: TileId) -> (u64, Vec<u8>) {
         let generation = self.slots.claim(claim, tile);
         let left = self.buffers[claim.slot as usize].take();
         (generation, left.or_else(|| self.spare.pop()).unwrap_or_else(|| vec![0; self.tile_bytes]))
     }
 
-    /// Whether a load that took its place with this generation may still land there.
+    /// True if a load that took the slot with this generation may still be stored there.
     pub fn expects(&self, tile: TileId, slot: u32, generation: u64) -> bool {
         self.slots.tile(slot) == Some(tile) && self.slots.generation(slot) == generation
     }
 
-    /// The load has come; the place stays pinned, since `Q1` takes it next.
+    /// Stores a finished load. The slot stays pinned, because the tile enters the upload queue next.
     pub fn fill(&mut self, slot: u32, bytes: Vec<u8>) {
         assert_eq!(bytes.len(), self.tile_bytes, "the buffer of slot {slot}");
         let before = self.buffers[slot as usize].replace(bytes);
         assert!(before.is_none(), "slot {slot} was filled already");
     }
 
-    /// A tile's bytes, once filled.
+    /// A tile's bytes.
+    ///
+    /// # Panics
+    /// The slot is not filled yet.
     pub fn bytes(&self, slot: u32) -> &[u8] {
         match &self.buffers[slot as usize] {
             Some(bytes) => bytes,
@@ -45,13 +48,13 @@ impl HostCache {
         }
     }
 
-    /// Frees a place; its buffer, if it is here, is kept for the next one.
+    /// Frees a slot and keeps its buffer, if it is here, for a later tile.
     pub fn release(&mut self, slot: u32) -> TileId {
         self.spare.extend(self.buffers[slot as usize].take());
         self.slots.release(slot)
     }
 
-    /// Takes back the buffer of a load that is not to land.
+    /// Takes back the buffer of a dropped load.
     pub fn recycle(&mut self, bytes: Vec<u8>) {
         self.spare.push(bytes);
     }

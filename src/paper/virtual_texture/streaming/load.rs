@@ -1,4 +1,4 @@
-//! A3 as the frame sees it: what its threads are given, and what comes back (paper 1, section 3).
+//! The frame's side of loading (paper 1, section 3): requests to the loader threads, and their results.
 
 use super::loader::{LoadFailure, Loaded, Request};
 use super::slots::Claim;
@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// A load that a thread has, or will have.
+/// A load that was sent to the loader and has not returned.
 pub(super) struct UnderWay {
     pub tile: TileId,
     pub slot: u32,
@@ -20,7 +20,8 @@ pub(super) struct UnderWay {
 }
 
 impl Streaming {
-    /// The results of A3: correct k2, append to `Q1`, k1 := -1; or note the failure.
+    /// Takes the loader's results: stores the tile's host slot and appends the tile to the upload queue, or records the
+    /// failure.
     pub(super) fn adopt(&mut self, report: &mut FrameReport) {
         while self.retries.front().is_some_and(|(due, _)| *due <= Instant::now()) {
             let (_, tile) = self.retries.pop_front().expect("just seen");
@@ -39,9 +40,9 @@ impl Streaming {
 
     fn adopt_one(&mut self, Loaded { request, outcome }: Loaded, report: &mut FrameReport) {
         let Request { tile, slot, generation, bytes, .. } = request;
-        if !self.j2.expects(tile, slot, generation) {
+        if !self.host_cache.expects(tile, slot, generation) {
             report.stale_loads += 1;
-            self.j2.recycle(bytes);
+            self.host_cache.recycle(bytes);
             return;
         }
         self.under_way.retain(|load| (load.slot, load.generation) != (slot, generation));
@@ -51,18 +52,18 @@ impl Streaming {
                 if self.reported.remove(&tile) {
                     tracing::debug!("{tile} can be read again");
                 }
-                self.j2.fill(slot, bytes);
-                self.h2.set(tile, slot as i32);
-                self.h1.set(tile, QUEUED);
-                self.q1.push_back(Waiting { tile, slot, generation });
+                self.host_cache.fill(slot, bytes);
+                self.host_states.set(tile, slot as i32);
+                self.gpu_states.set(tile, QUEUED);
+                self.upload_queue.push_back(Waiting { tile, slot, generation });
             }
             Err(failure) => {
                 let LoadFailure::Source(error) = failure else {
-                    panic!("{tile:?} was cancelled, but still has its place {slot} in J2");
+                    panic!("{tile:?} was cancelled, but still has slot {slot} of the host cache");
                 };
-                self.j2.recycle(bytes);
-                self.j2.release(slot);
-                self.h2.set(tile, ABSENT);
+                self.host_cache.recycle(bytes);
+                self.host_cache.release(slot);
+                self.host_states.set(tile, ABSENT);
                 self.failed.insert(tile);
                 if !self.config.retry_after().is_zero() && !self.config.deterministic {
                     self.retries.push_back((Instant::now() + self.config.retry_after(), tile));
@@ -75,30 +76,30 @@ impl Streaming {
         }
     }
 
-    /// Hands A3 its work: what `Q2` holds and this frame wants, as far as `J2` has places.
+    /// Sends the load queue's tiles that this frame wants to the loader, as far as the host cache has slots.
     pub(super) fn dispatch(&mut self, report: &mut FrameReport) {
         let (kept, dropped): (VecDeque<_>, VecDeque<_>) =
-            std::mem::take(&mut self.q2).into_iter().partition(|&tile| self.needed(tile));
-        self.q2 = kept;
-        self.q2.make_contiguous().sort_by_key(|tile| !self.wanted_set.contains(tile));
+            std::mem::take(&mut self.load_queue).into_iter().partition(|&tile| self.needed(tile));
+        self.load_queue = kept;
+        self.load_queue.make_contiguous().sort_by_key(|tile| !self.wanted_set.contains(tile));
         for tile in dropped {
-            self.h2.set(tile, ABSENT);
+            self.host_states.set(tile, ABSENT);
         }
         while self.loader.has_room()
-            && let Some(&tile) = self.q2.front()
+            && let Some(&tile) = self.load_queue.front()
         {
             let claim = match self.wanted_set.contains(&tile) {
                 true => self.host_claim(),
-                false => self.host_claim_ahead(),
+                false => self.host_claim_for_prefetch(),
             };
             let Some(claim) = claim else { break };
-            self.q2.pop_front();
-            // A place taken from a load under way held no tile yet.
+            self.load_queue.pop_front();
+            // A slot taken from a load under way evicts no tile.
             if let Some(evicted) = claim.evicts {
-                self.h2.set(evicted, ABSENT);
+                self.host_states.set(evicted, ABSENT);
                 report.host_evictions += 1;
             }
-            let (generation, bytes) = self.j2.claim(claim, tile);
+            let (generation, bytes) = self.host_cache.claim(claim, tile);
             let cancelled = Arc::new(AtomicBool::new(false));
             let load = UnderWay { tile, slot: claim.slot, generation, cancelled: Arc::clone(&cancelled) };
             self.under_way.push(load);
@@ -110,17 +111,17 @@ impl Streaming {
         self.loader.grant(if self.config.deterministic { unlimited } else { self.config.load_budget() });
     }
 
-    /// A place in `J2` for a load. Where all are pinned, a load under way that nobody waits for any more loses
-    /// its own: the latest, because it is the least likely to have begun.
+    /// A slot of the host cache for a load. If all are pinned, the latest load that is no longer wanted is cancelled and
+    /// gives up its slot; the latest is the least likely to have begun.
     fn host_claim(&mut self) -> Option<Claim> {
-        if let Some(claim) = self.j2.slots.claimable(u64::MAX) {
+        if let Some(claim) = self.host_cache.slots.claimable(u64::MAX) {
             return Some(claim);
         }
         let idle = self.under_way.iter().rposition(|load| !self.wanted_set.contains(&load.tile))?;
         let load = self.under_way.remove(idle);
         load.cancelled.store(true, Ordering::Relaxed);
-        self.j2.release(load.slot);
-        self.h2.set(load.tile, ABSENT);
-        self.j2.slots.claimable(u64::MAX)
+        self.host_cache.release(load.slot);
+        self.host_states.set(load.tile, ABSENT);
+        self.host_cache.slots.claimable(u64::MAX)
     }
 }

@@ -1,4 +1,4 @@
-//! A3: threads that load tiles into main memory, with a time budget of their own (paper 1, section 3).
+//! The loader (paper 1, section 3): threads that load tiles into main memory, with a time budget of their own.
 
 use crate::math::pyramid::TileId;
 use crate::texture::source::{TileError, TileSource};
@@ -10,20 +10,20 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// One tile to load, into a place of `J2` that is kept for it.
+/// A request to load one tile into a reserved slot of the host cache.
 pub struct Request {
     pub tile: TileId,
     pub slot: u32,
-    /// The slot's generation when the place was taken. Who finds another on return is stale.
+    /// The slot's generation when it was reserved. If it has changed on return, the load is stale.
     pub generation: u64,
     /// Counts requests; results may arrive in another order.
     pub sequence: u64,
     pub bytes: Vec<u8>,
-    /// Set where nobody waits for it any more: the source is then not asked.
+    /// Set if the tile is no longer wanted; the tile is then not read.
     pub cancelled: Arc<AtomicBool>,
 }
 
-/// A request that came back; `outcome` says what its bytes are worth.
+/// A finished request. Its bytes hold the tile if `outcome` is `Ok`.
 pub struct Loaded {
     pub request: Request,
     pub outcome: Result<(), LoadFailure>,
@@ -37,18 +37,18 @@ pub enum LoadFailure {
     Panicked(Box<dyn Any + Send>),
 }
 
-/// Nanoseconds of loading that the threads may still spend, all of them together.
+/// The loading time that all threads together may still spend.
 struct Tokens {
     left_ns: i64,
 }
 
 impl Tokens {
-    /// No more than one grant is saved up: an idle second does not buy a second of loading at once.
+    /// Saves at most one grant, so that an idle second does not allow a second of loading at once.
     fn grant(&mut self, grant_ns: i64) {
         self.left_ns = self.left_ns.saturating_add(grant_ns).min(grant_ns);
     }
 
-    /// May leave a debt, which later grants pay first: a load cannot be stopped halfway.
+    /// May leave a debt, which later grants pay first, because a load cannot be stopped halfway.
     fn spend(&mut self, spent: Duration) {
         self.left_ns = self.left_ns.saturating_sub(nanoseconds(spent));
     }
@@ -58,19 +58,19 @@ fn nanoseconds(duration: Duration) -> i64 {
     i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
 }
 
-/// The tokens, and the end of work, that threads wait for.
+/// The tokens and the end flag, on which the threads wait.
 struct Pace {
     state: Mutex<(Tokens, bool)>,
     changed: Condvar,
 }
 
 impl Pace {
-    /// No holder can leave the state half-changed, so a poisoned lock holds good values.
+    /// A panic cannot leave the state half-changed, so a poisoned lock is still valid.
     fn lock(&self) -> MutexGuard<'_, (Tokens, bool)> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Sleeps until there are tokens. False: work has ended.
+    /// Sleeps until there are tokens. Returns false if the loader is being dropped.
     fn wait(&self) -> bool {
         let state = self
             .changed
@@ -80,9 +80,9 @@ impl Pace {
     }
 }
 
-/// The threads of A3. Dropping it joins them; loads not begun are then not begun any more.
+/// The loader threads. Dropping it joins them; loads that have not begun are skipped.
 pub struct Loader {
-    /// None only while dropping.
+    /// `None` only while dropping.
     requests: Option<Sender<Request>>,
     results: Receiver<Loaded>,
     pace: Arc<Pace>,
@@ -96,10 +96,10 @@ impl Loader {
     /// At most `capacity` requests are under way at a time.
     ///
     /// # Errors
-    /// The system's, where it gives no thread.
+    /// A thread cannot be created.
     pub fn new(source: &Arc<dyn TileSource>, threads: usize, capacity: usize) -> std::io::Result<Self> {
         let (request_in, request_out) = bounded::<Request>(capacity);
-        // Room for all that can be under way: a thread never waits to hand in a result, so joining ends.
+        // Room for all requests under way: a thread never blocks on sending a result, so joining ends.
         let (result_in, result_out) = bounded(capacity);
         let pace = Pace { state: Mutex::new((Tokens { left_ns: 0 }, false)), changed: Condvar::new() };
         let mut loader = Self {
@@ -129,13 +129,13 @@ impl Loader {
         self.under_way() < self.capacity
     }
 
-    /// Lets the threads load for another `budget` (their times added up).
+    /// Lets the threads load for another `budget`, summed over the threads.
     pub fn grant(&self, budget: Duration) {
         self.pace.lock().0.grant(nanoseconds(budget));
         self.pace.changed.notify_all();
     }
 
-    /// Only where it [`Loader::has_room`].
+    /// Requires [`Loader::has_room`].
     pub fn send(&mut self, request: Request) {
         assert!(self.has_room(), "{} requests under way of {}", self.under_way(), self.capacity);
         let requests = self.requests.as_ref().unwrap_or_else(|| unreachable!("sending while dropping"));
@@ -145,13 +145,13 @@ impl Loader {
         self.sent += 1;
     }
 
-    /// A result that is there now.
+    /// A finished result, if there is one.
     pub fn try_receive(&mut self) -> Option<Loaded> {
         let loaded = self.results.try_recv().ok()?;
         Some(self.accept(loaded))
     }
 
-    /// Waits for everything under way; in the order of the requests.
+    /// Waits for everything under way; returns the results in the order of the requests.
     pub fn receive_all(&mut self) -> Vec<Loaded> {
         let mut all = Vec::with_capacity(self.under_way() as usize);
         while self.under_way() > 0 {
@@ -179,7 +179,7 @@ impl Drop for Loader {
         self.pace.lock().1 = true;
         self.pace.changed.notify_all();
         for thread in self.threads.drain(..) {
-            // A panic of the source was caught inside; one of ours is worth hearing, but not while unwinding.
+            // A panic of the source was caught in the thread. A panic of ours is passed on, but not while unwinding.
             if let Err(payload) = thread.join()
                 && !std::thread::panicking()
             {
@@ -189,7 +189,7 @@ impl Drop for Loader {
     }
 }
 
-/// One thread of A3.
+/// The work of one loader thread.
 fn load_tiles(source: &dyn TileSource, pace: &Pace, requests: &Receiver<Request>, results: &Sender<Loaded>) {
     for mut request in requests {
         if !pace.wait() {
@@ -219,7 +219,7 @@ mod tests {
     use crate::math::pyramid::Pyramid;
     use crate::texture::source::TileFormat;
 
-    /// The larger a tile's column, the sooner it is read: requests in order of column come back in another.
+    /// Reads larger columns faster, so that results arrive in the reverse order of the requests.
     struct LateFirst;
 
     impl TileSource for LateFirst {
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn results_of_a_frame_stand_in_the_order_of_the_requests() {
+    fn results_of_a_frame_come_in_the_order_of_the_requests() {
         let source: Arc<dyn TileSource> = Arc::new(LateFirst);
         let mut loader = Loader::new(&source, 4, 4).unwrap();
         for column in 0..4 {

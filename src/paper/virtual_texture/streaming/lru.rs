@@ -1,6 +1,6 @@
-//! Least recently used first: a list threaded through an array of slots (paper 1, section 3: "the pair
-//! with the least t gives up its slot"; a list kept in order of t gives it in constant time, where the
-//! paper's priority queue needs log N).
+//! Least recently used order, as a doubly linked list in an array of slots. Paper 1, section 3: "the pair with the
+//! least t gives up its slot". The list is kept in order of t, so it takes constant time; the paper's priority queue
+//! takes log N.
 
 const NONE: u32 = u32::MAX;
 
@@ -13,8 +13,8 @@ struct Link {
     listed: bool,
 }
 
-/// Slots `0 .. capacity` in order of their last use. A slot may also stand outside the list: it is then
-/// free, or pinned, and [`Lru::oldest`] never names it.
+/// Slots `0 .. capacity` in order of their last use. A free or pinned slot is outside the list, and [`Lru::oldest`]
+/// never returns it.
 pub struct Lru {
     links: Vec<Link>,
     oldest: u32,
@@ -22,14 +22,14 @@ pub struct Lru {
 }
 
 impl Lru {
-    /// All slots stand outside the list.
+    /// All slots are outside the list.
     pub fn new(capacity: u32) -> Self {
         let link = Link { older: NONE, newer: NONE, last_use: 0, listed: false };
         Self { links: vec![link; capacity as usize], oldest: NONE, newest: NONE }
     }
 
-    /// Makes `slot` the most recently used, and lists it where it was not. Time never runs backwards:
-    /// `last_use` is at least that of every listed slot.
+    /// Makes `slot` the most recently used and adds it to the list if needed. `last_use` must be at least that of every
+    /// listed slot.
     pub fn touch(&mut self, slot: u32, last_use: u64) {
         self.remove(slot);
         if self.newest != NONE {
@@ -43,7 +43,7 @@ impl Lru {
         self.newest = slot;
     }
 
-    /// Takes `slot` out of the list; nothing happens where it is not in it.
+    /// Takes `slot` out of the list, if it is in it.
     pub fn remove(&mut self, slot: u32) {
         let link = self.links[slot as usize];
         if !link.listed {
@@ -60,7 +60,7 @@ impl Lru {
         self.links[slot as usize].listed = false;
     }
 
-    /// The slot unused for longest, and when it was last used.
+    /// The least recently used slot, and when it was last used.
     pub fn oldest(&self) -> Option<(u32, u64)> {
         (self.oldest != NONE).then(|| (self.oldest, self.links[self.oldest as usize].last_use))
     }
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn the_slot_unused_for_longest_comes_first() {
+    fn the_least_recently_used_slot_comes_first() {
         let mut list = Lru::new(3);
         for (time, slot) in [0, 1, 2, 0].into_iter().enumerate() {
             list.touch(slot, time as u64);
@@ -108,7 +108,7 @@ mod tests {
     }
 
     proptest! {
-        /// Against the crate `lru`, which keeps keys in a hash map.
+        /// Compares with the crate `lru`, which keeps keys in a hash map.
         #[test]
         fn the_order_is_that_of_the_crate_lru(
             steps in prop::collection::vec((0u32..8, prop::bool::weighted(0.25)), 0..200),

@@ -1,48 +1,48 @@
-//! Streaming of visible tiles through two caches (paper 1, section 3), all of it on the CPU: which tile
-//! is to be read, copied, replaced, and what the shader's table is to say. Another layer owns the texels
-//! in video memory, behind [`Uploader`].
+//! Streaming of visible tiles through two caches (paper 1, section 3), all of it on the CPU. It decides which tile to
+//! read, upload and evict, and what the page table says. The texels in video memory belong to another layer, behind
+//! [`Uploader`].
 //!
-//! As the paper has it: `J1` (N1 tiles in video memory) and `J2` (N2 in main memory), the state tables
-//! `H1,q` and `H2,q`, the queues `Q1` and `Q2`, A1's table, A2 with a time budget in the frame, A3 with
-//! its own in its own threads, both caches replaced least recently used first. Differs, or is decided here:
+//! As in the paper, the tile pool holds N1 tiles in video memory and the host cache N2 tiles in main memory. Both evict
+//! the least recently used tile. The update changes the states of the wanted tiles, the upload step empties the upload
+//! queue within a time budget of the frame, and the loader empties the load queue in its own threads with a budget of
+//! its own. The table of [`super`] has the paper's letters. Differences, and decisions that the paper leaves open:
 //!
-//! - State and display are apart (erratum: the paper writes a coarser tile's slot into the state of a missing
-//!   one). [`FrameReport::display`] lists only tiles that are in `J1`; the nearest coarser one is looked for
-//!   where the table is read.
-//! - A tile that gives up its slot goes back to -2, and its display cell is cleared.
-//! - A visible tile in `J1` is never evicted. The visible set must then fit N1: where it does not, all its
-//!   tiles are taken the fewest levels coarser with which it does ([`fitting_bias`]).
-//! - `Q1` and `Q2` keep only what is wanted in this frame: the rest is dropped before A2 and A3 see it,
-//!   back to -2, and asked for again if it is ever seen again. What waits in `Q1` is pinned in `J2`. Since it
-//!   is wanted, A2 will take it; so a pin is short and `J2` cannot fill up with pins nobody releases.
-//! - A visible tile may leave `J2` when it is in `J1`: with N2 smaller than the visible set, nothing new could
-//!   be loaded otherwise. Its stamp makes it the last to go.
-//! - What is shown instead of a missing tile (its nearest coarser tile in `J1`), or finer than wanted while
-//!   the bias is up, gets a new time of use too, older than that of every wanted tile of the frame: it stays as
-//!   long as there is anything else to evict, and is no obstacle.
-//! - A load takes its place in `J2` when it is sent, and remembers the place's generation. Where the place has
-//!   changed hands meanwhile ([`Streaming::reset`], or a visible tile that finds every place taken by
-//!   loads nobody waits for), the load is dropped on arrival.
-//! - A tile that cannot be read is reported once, and its nearest coarser tile wanted instead, until
+//! - State and page table are separate (erratum: the paper writes a coarser tile's slot into the state of a missing
+//!   tile). [`FrameReport::display`] lists only tiles in the tile pool; the page table finds the nearest coarser one.
+//! - A tile that loses its slot returns to state -2, and its cell of the page table is cleared.
+//! - A visible tile in the tile pool is never evicted, so the visible set must fit N1. If it does not, all tiles are
+//!   requested coarser, by the smallest number of levels that fits ([`fitting_bias`]).
+//! - The queues hold only tiles that this frame wants. All others return to -2 before the upload step and the loader
+//!   run, and are requested again when they are seen again. A tile in the upload queue is pinned in the host cache. It
+//!   is wanted and will be uploaded soon, so pins are short and cannot fill the host cache.
+//! - A visible tile may leave the host cache once it is in the tile pool; otherwise nothing new could be loaded when N2
+//!   is smaller than the visible set. Its time of use makes it the last to leave.
+//! - A tile that is shown without being wanted (the nearest coarser tile of a missing one, or a finer one while the
+//!   bias is up) also gets a new time of use, older than those of the wanted tiles: it is evicted after all tiles that
+//!   are not shown, and before those that are wanted.
+//! - A load reserves its slot of the host cache when it is sent, and remembers the slot's generation. If the slot has
+//!   been reassigned meanwhile, the load is dropped on arrival. That happens after [`Streaming::reset`], or if a visible
+//!   tile finds all slots reserved by loads that are no longer wanted.
+//! - A tile that cannot be read is reported once. Its nearest coarser tile is wanted instead, until
 //!   [`Streaming::forget_failures`], or for [`StreamingConfig::retry_after`].
-//! - Tiles that will be seen soon may be fetched ahead ([`Streaming::frame_ahead`]): after everything that this frame
-//!   sees, into places that nothing seen stands in.
+//! - Tiles that are expected soon can be prefetched ([`Streaming::frame_ahead`]), after all tiles of this frame and into
+//!   slots without a visible tile.
 
-mod ahead;
-mod ask;
 mod config;
 mod host;
 mod load;
 mod loader;
 mod lru;
+mod prefetch;
 pub mod replay;
 mod report;
 mod slots;
 mod tables;
+mod update;
 mod upload;
 mod wanted;
 
-pub use super::choices::{Keying, Order};
+pub use super::choices::{Order, TileAddress};
 pub use config::{StreamingConfig, StreamingError};
 pub use report::{FrameReport, TileFailure};
 pub use tables::{ABSENT, Action, QUEUED, action};
@@ -62,56 +62,57 @@ use std::time::Instant;
 use tables::StateTable;
 use upload::Waiting;
 
-/// Loads under way at most. Loads are sent in frames, so this bounds the loads of a frame too: 32 tiles of
-/// 512 x 512 are 41 MiB. Cancelled ones count, and hold a buffer each until they return.
+/// Most loads under way. Loads are sent once per frame, so this bounds the loads of a frame too: 32 tiles of 512 x 512
+/// are 41 MiB. Cancelled loads count, and each holds a buffer until it returns.
 const MOST_UNDER_WAY: u32 = 32;
 
-/// The two caches, their tables and queues, and A3's threads. One instance for a texture.
+/// The two caches, their state tables and queues, and the loader. One instance per texture.
 pub struct Streaming {
     config: StreamingConfig,
     pyramid: Pyramid,
     tile_bytes: usize,
-    /// `H1,q` and `H2,q`.
-    h1: StateTable,
-    h2: StateTable,
-    /// `J1` without its texels, and `J2`.
-    j1: Slots,
-    j2: HostCache,
-    q1: VecDeque<Waiting>,
-    q2: VecDeque<TileId>,
-    /// A3.
+    /// States of the tiles in the tile pool and in the host cache.
+    gpu_states: StateTable,
+    host_states: StateTable,
+    /// Slots of the tile pool, without the texels.
+    tile_pool: Slots,
+    host_cache: HostCache,
+    upload_queue: VecDeque<Waiting>,
+    load_queue: VecDeque<TileId>,
     loader: Loader,
     under_way: Vec<UnderWay>,
-    /// Not to be asked for now; when the retries are due, in order; and whose failure has been reported.
+    /// Tiles that are not requested now, because they could not be read.
     failed: HashSet<TileId>,
+    /// When failed tiles are requested again, in order of time.
     retries: VecDeque<(Instant, TileId)>,
+    /// Tiles whose failure has been reported.
     reported: HashSet<TileId>,
     frame: u64,
     requests: u64,
     /// The tiles that the latest frame wanted, in the order of its list.
     wanted: Vec<TileId>,
     wanted_set: HashSet<TileId>,
-    /// The tiles that the latest frame fetched ahead.
-    ahead: HashSet<TileId>,
+    /// The tiles that the latest frame prefetched.
+    expected: HashSet<TileId>,
     pending: usize,
-    /// Changes of the display table that no report has carried yet.
-    display: Vec<(TileId, Option<u32>)>,
+    /// Changes of the page table since the last report.
+    page_table_changes: Vec<(TileId, Option<u32>)>,
 }
 
 impl Streaming {
-    /// Empty caches for `source`, and the threads of A3: as many as the machine has cores where the frames wait for
-    /// them, else one less; 1 to 8.
+    /// Creates empty caches for `source` and 1 to 8 loader threads: as many as the machine has cores if frames wait for
+    /// their loads, otherwise one less.
     ///
     /// # Errors
-    /// [`StreamingError`]: settings with which nothing could be shown, too many tiles, or no thread.
+    /// [`StreamingError`]: settings with which no tile could be shown, too many tiles, or no thread.
     pub fn new(source: Arc<dyn TileSource>, config: StreamingConfig) -> Result<Self, StreamingError> {
         let pyramid = source.pyramid();
         config.check(&pyramid)?;
         let tile_bytes = source.format().tile_bytes(&pyramid);
         let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
         let (threads, capacity) = match config.deterministic {
-            // The frame waits for its loads, so its core is theirs. Each load has a place in J2, and none is left
-            // over from the frame before.
+            // The frame waits for its loads, so its core is free for them. Each load has a slot of the host cache, and no
+            // load is left over from the frame before.
             true => (cores, config.load_tiles_per_frame.min(config.host_tiles)),
             false => (cores - 1, MOST_UNDER_WAY),
         };
@@ -120,12 +121,12 @@ impl Streaming {
         Ok(Self {
             pyramid,
             tile_bytes,
-            h1: StateTable::new(pyramid),
-            h2: StateTable::new(pyramid),
-            j1: Slots::new(config.gpu_tiles),
-            j2: HostCache::new(config.host_tiles, tile_bytes),
-            q1: VecDeque::new(),
-            q2: VecDeque::new(),
+            gpu_states: StateTable::new(pyramid),
+            host_states: StateTable::new(pyramid),
+            tile_pool: Slots::new(config.gpu_tiles),
+            host_cache: HostCache::new(config.host_tiles, tile_bytes),
+            upload_queue: VecDeque::new(),
+            load_queue: VecDeque::new(),
             loader,
             under_way: Vec::new(),
             failed: HashSet::new(),
@@ -135,78 +136,78 @@ impl Streaming {
             requests: 0,
             wanted: Vec::new(),
             wanted_set: HashSet::new(),
-            ahead: HashSet::new(),
+            expected: HashSet::new(),
             pending: 0,
-            display: Vec::new(),
+            page_table_changes: Vec::new(),
             config,
         })
     }
 
-    /// One frame: adopts what A3 has loaded, does A1 for `visible` in its order, A2, and hands A3 its work.
-    /// `visible`: tiles of streamed levels; repeats do no harm ([`distinct_tiles`] removes them).
+    /// Runs one frame: takes the finished loads, updates the states of `visible` in its order, uploads, and sends new
+    /// loads. `visible` holds tiles of streamed levels; repeats are allowed ([`distinct_tiles`] removes them).
     pub fn frame(&mut self, visible: &[TileId], uploader: &mut dyn Uploader) -> FrameReport {
         self.frame_ahead(visible, &[], uploader)
     }
 
-    /// [`Streaming::frame`], and what time and room are left go to the tiles of `ahead`, which are not visible yet.
+    /// As [`Streaming::frame`]; the remaining budget and slots go to the tiles of `expected`, which are not visible yet.
     pub fn frame_ahead(
         &mut self,
         visible: &[TileId],
-        ahead: &[TileId],
+        expected: &[TileId],
         uploader: &mut dyn Uploader,
     ) -> FrameReport {
         self.frame += 1;
         let mut report = FrameReport { frame: self.frame, triples: visible.len(), ..Default::default() };
         self.adopt(&mut report);
         self.choose(visible, &mut report);
-        self.ask_ahead(ahead, &mut report);
-        self.ask(visible, &mut report);
+        self.prefetch(expected, &mut report);
+        self.update(visible, &mut report);
         self.upload(uploader, &mut report);
         self.dispatch(&mut report);
-        self.pending = self.wanted.iter().filter(|&&tile| self.h1.get(tile) < 0).count();
+        self.pending = self.wanted.iter().filter(|&&tile| self.gpu_states.get(tile) < 0).count();
         report.pending = self.pending;
         report.failed_tiles = self.failed.len();
-        report.queued_uploads = self.q1.len();
-        report.queued_loads = self.q2.len();
+        report.queued_uploads = self.upload_queue.len();
+        report.queued_loads = self.load_queue.len();
         report.loads_under_way = self.loader.under_way();
-        report.display = std::mem::take(&mut self.display);
+        report.display = std::mem::take(&mut self.page_table_changes);
         report
     }
 
-    /// Whether every tile wanted by the latest frame is in `J1`. (Tiles that failed are not wanted; what
-    /// replaces them is.) True before the first frame.
+    /// True if every tile that the latest frame wanted is in the tile pool, and before the first frame. Failed tiles are
+    /// not wanted; their substitutes are.
     pub fn settled(&self) -> bool {
         self.pending == 0
     }
 
-    /// Unreadable tiles are asked for again when they are next seen.
+    /// Forgets all failures: unreadable tiles are requested again when they are next seen.
     pub fn forget_failures(&mut self) {
         self.failed.clear();
         self.retries.clear();
         self.reported.clear();
     }
 
-    /// Empties both caches and queues, as for a texture whose tiles have changed. Loads under way do not land.
-    /// The next report clears the display table. Failures are kept.
+    /// Empties both caches and queues, for a texture whose tiles have changed. Loads under way are dropped. The next
+    /// report clears the page table. Failures are kept.
     pub fn reset(&mut self) {
         for load in self.under_way.drain(..) {
             load.cancelled.store(true, Ordering::Relaxed);
         }
-        self.q1.clear();
-        self.q2.clear();
-        for (tile, k1) in self.h1.present().collect::<Vec<_>>() {
-            if k1 >= 0 {
-                self.j1.release(k1 as u32);
-                self.display.push((tile, None));
+        self.upload_queue.clear();
+        self.load_queue.clear();
+        for (tile, gpu_state) in self.gpu_states.present().collect::<Vec<_>>() {
+            if gpu_state >= 0 {
+                self.tile_pool.release(gpu_state as u32);
+                self.page_table_changes.push((tile, None));
             }
-            self.h1.set(tile, ABSENT);
+            self.gpu_states.set(tile, ABSENT);
         }
-        for (tile, _) in self.h2.present().collect::<Vec<_>>() {
-            self.h2.set(tile, ABSENT);
+        for (tile, _) in self.host_states.present().collect::<Vec<_>>() {
+            self.host_states.set(tile, ABSENT);
         }
-        for slot in 0..self.j2.slots.capacity() {
-            if self.j2.slots.tile(slot).is_some() {
-                self.j2.release(slot);
+        for slot in 0..self.host_cache.slots.capacity() {
+            if self.host_cache.slots.tile(slot).is_some() {
+                self.host_cache.release(slot);
             }
         }
         self.pending = self.wanted.len();
@@ -222,35 +223,36 @@ impl Streaming {
         &self.wanted
     }
 
-    /// k1 and k2 of a tile: its cells of `H1,q` and `H2,q`.
+    /// The states of a tile in the tile pool and in the host cache.
     pub fn state(&self, tile: TileId) -> (i32, i32) {
-        (self.h1.get(tile), self.h2.get(tile))
+        (self.gpu_states.get(tile), self.host_states.get(tile))
     }
 
-    /// The tile in slot `slot < N1` of `J1`.
+    /// The tile in slot `slot < N1` of the tile pool.
     pub fn gpu_tile(&self, slot: u32) -> Option<TileId> {
-        self.j1.tile(slot)
+        self.tile_pool.tile(slot)
     }
 
-    /// How many tiles slot `slot < N1` of `J1` has held.
+    /// How many tiles slot `slot < N1` of the tile pool has held.
     pub fn gpu_generation(&self, slot: u32) -> u64 {
-        self.j1.generation(slot)
+        self.tile_pool.generation(slot)
     }
 
-    /// The tile in place `slot < N2` of `J2`, or the one being loaded into it.
+    /// The tile in slot `slot < N2` of the host cache, or the one being loaded into it.
     pub fn host_tile(&self, slot: u32) -> Option<TileId> {
-        self.j2.slots.tile(slot)
+        self.host_cache.slots.tile(slot)
     }
 
-    /// Time of use of tiles that are fetched ahead, of those that are shown without being wanted, and of those that
-    /// are wanted.
-    fn ahead_now(&self) -> u64 {
+    /// Time of use of prefetched tiles.
+    fn prefetch_time(&self) -> u64 {
         3 * self.frame
     }
-    fn shown_now(&self) -> u64 {
+    /// Time of use of tiles that are shown without being wanted.
+    fn shown_time(&self) -> u64 {
         3 * self.frame + 1
     }
-    fn wanted_now(&self) -> u64 {
+    /// Time of use of wanted tiles.
+    fn wanted_time(&self) -> u64 {
         3 * self.frame + 2
     }
 }

@@ -1,24 +1,24 @@
-//! Replacement on paper: which tiles a cache of so many slots would have lacked on a recorded path.
+//! Simulation of replacement policies: the faults of a cache with a given number of slots on a recorded path.
 //!
-//! Every tile that a frame lacks arrives within the frame, so that the rule of replacement is all that differs. Belady's
-//! rule ("A study of replacement algorithms for a virtual-storage computer", 1966) knows the future and is the least
-//! that any rule can do; least recently used is the paper's (section 3); what is built also counts a coarser tile that
-//! stands in for a missing one as used. Plain lists, every search a loop.
+//! Every missing tile arrives within its frame, so only the policies differ. Belady's optimum (L. A. Belady, "A study of
+//! replacement algorithms for a virtual-storage computer", IBM Systems Journal, 1966) knows the future; no policy has
+//! fewer faults. The paper uses LRU (section 3). [`super::Streaming`] also counts a coarser tile that is shown for a
+//! missing one as used. The code uses plain lists and linear searches.
 
 use super::wanted::{fitting_bias, wanted_tiles};
 use crate::math::pyramid::TileId;
 use std::collections::{HashMap, HashSet};
 
-/// Who gives up a slot.
+/// Replacement policy: which tile is evicted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// Who is needed again last, or never: Belady's optimum. Needs the whole path.
+    /// The tile whose next use is farthest in the future, or never: Belady's optimum. Needs the whole path.
     Optimum,
-    /// Who has not been wanted for longest.
+    /// The tile that was wanted least recently.
     LeastRecent,
-    /// Who has neither been wanted nor shown for longest: [`super::Streaming`]'s.
+    /// The tile that was wanted or shown least recently: the policy of [`super::Streaming`].
     LeastRecentlyShown,
-    /// Who came first.
+    /// The tile that was loaded first.
     FirstIn,
 }
 
@@ -35,25 +35,25 @@ impl Rule {
     }
 }
 
-/// What a frame sees, and what it wants of the cache: the same, or coarser where that does not fit.
+/// The tiles that a frame sees, and those that it wants: the same, or coarser ones if these do not fit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Step {
     pub visible: Vec<TileId>,
     pub wanted: Vec<TileId>,
-    /// Levels by which `wanted` is coarser.
+    /// Levels by which `wanted` is coarser than `visible`.
     pub bias: u32,
 }
 
-/// One frame's count of tiles.
+/// Tile counts of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Replayed {
     pub wanted: usize,
-    /// Wanted tiles that were not there.
+    /// Wanted tiles that were not in the cache.
     pub faults: usize,
     pub evictions: usize,
 }
 
-/// The frames of a recorded path as a cache of `slots` meets them.
+/// The frames of a recorded path for a cache of `slots` slots.
 pub fn steps(lists: &[Vec<TileId>], slots: u32, first_resident_level: u32) -> Vec<Step> {
     let step = |visible: &Vec<TileId>| {
         let bias = fitting_bias(visible, 0, first_resident_level, slots);
@@ -63,19 +63,19 @@ pub fn steps(lists: &[Vec<TileId>], slots: u32, first_resident_level: u32) -> Ve
     lists.iter().map(step).collect()
 }
 
-/// A tile in the cache, and the ticks when it came and was last used.
+/// A tile in the cache, and the clock when it was loaded and last used.
 struct Held {
     tile: TileId,
-    came: u64,
+    loaded: u64,
     used: u64,
 }
 
-/// Replays a path from an empty cache. What a frame wants is never replaced in it.
+/// Replays a path from an empty cache. A tile that a frame wants is not evicted in that frame.
 ///
 /// # Panics
-/// Where a frame wants more than `slots` tiles: [`steps`] sees to that.
+/// A frame wants more than `slots` tiles; [`steps`] prevents that.
 pub fn replay(steps: &[Step], slots: u32, rule: Rule) -> Vec<Replayed> {
-    // In which frames each tile is wanted, in order.
+    // The frames that want each tile, in order.
     let mut uses: HashMap<TileId, Vec<usize>> = HashMap::new();
     for (frame, step) in steps.iter().enumerate() {
         step.wanted.iter().for_each(|&tile| uses.entry(tile).or_default().push(frame));
@@ -93,32 +93,32 @@ pub fn replay(steps: &[Step], slots: u32, rule: Rule) -> Vec<Replayed> {
         if rule == Rule::LeastRecentlyShown {
             visible.iter().for_each(|&tile| use_shown(&mut held, &mut clock, tile));
         }
-        let lacking: Vec<TileId> =
+        let missing: Vec<TileId> =
             wanted.iter().copied().filter(|&tile| !use_tile(&mut held, &mut clock, tile)).collect();
         let kept: HashSet<TileId> = wanted.iter().copied().collect();
         let mut evictions = 0;
-        for &tile in &lacking {
+        for &tile in &missing {
             if held.len() == slots as usize {
                 let others = held.iter().enumerate().filter(|(_, other)| !kept.contains(&other.tile));
                 let (victim, _) = others
                     .min_by_key(|(_, other)| match rule {
                         Rule::Optimum => (usize::MAX - next_use(other.tile, frame)) as u64,
                         Rule::LeastRecent | Rule::LeastRecentlyShown => other.used,
-                        Rule::FirstIn => other.came,
+                        Rule::FirstIn => other.loaded,
                     })
                     .expect("the wanted tiles fit");
                 held.remove(victim);
                 evictions += 1;
             }
             clock += 1;
-            held.push(Held { tile, came: clock, used: clock });
+            held.push(Held { tile, loaded: clock, used: clock });
         }
-        replayed.push(Replayed { wanted: wanted.len(), faults: lacking.len(), evictions });
+        replayed.push(Replayed { wanted: wanted.len(), faults: missing.len(), evictions });
     }
     replayed
 }
 
-/// Marks a tile as used; false where it is not there.
+/// Marks a tile as used; returns false if it is not in the cache.
 fn use_tile(held: &mut [Held], clock: &mut u64, tile: TileId) -> bool {
     let Some(found) = held.iter_mut().find(|held| held.tile == tile) else { return false };
     *clock += 1;
@@ -126,7 +126,7 @@ fn use_tile(held: &mut [Held], clock: &mut u64, tile: TileId) -> bool {
     true
 }
 
-/// Marks what is shown for `tile` as used: itself, or the nearest coarser one that is there.
+/// Marks the tile that is shown for `tile` as used: itself, or the nearest coarser one in the cache.
 fn use_shown(held: &mut [Held], clock: &mut u64, tile: TileId) {
     let coarsest = held.iter().map(|held| held.tile.level).max().unwrap_or(0);
     let mut levels = 0..=coarsest.saturating_sub(tile.level);
@@ -154,19 +154,19 @@ mod tests {
 
     #[test]
     fn the_rules_differ_as_in_the_textbook() {
-        // Three slots, one tile a frame. By hand: the optimum evicts 1 for 3, 2 for 0, ...; FIFO forgets 0 though it
-        // is used again and again.
+        // Three slots, one tile per frame, worked out by hand: the optimum evicts 1 for 3, 2 for 0, ...; FIFO evicts 0
+        // although every second frame uses it.
         let steps = path(&[&[0], &[1], &[0], &[2], &[0], &[3], &[0], &[1], &[0], &[2]]);
         assert_eq!(faults(&steps, 3, Rule::Optimum), 5);
         assert_eq!(faults(&steps, 3, Rule::LeastRecent), 6);
         assert_eq!(faults(&steps, 3, Rule::FirstIn), 7);
     }
 
-    /// The least number of faults by trying every way of replacing.
+    /// The least number of faults, by exhaustive search.
     fn least(steps: &[Step], slots: usize, held: &HashSet<TileId>) -> usize {
         let Some((step, rest)) = steps.split_first() else { return 0 };
         let wanted: HashSet<TileId> = step.wanted.iter().copied().collect();
-        let lacking = wanted.difference(held).count();
+        let missing = wanted.difference(held).count();
         let others: Vec<TileId> = held.difference(&wanted).copied().collect();
         let room = slots - wanted.len();
         let fewest = (0u32..1 << others.len())
@@ -177,7 +177,7 @@ mod tests {
                 least(rest, slots, &next)
             })
             .min();
-        lacking + fewest.expect("to keep none is a way")
+        missing + fewest.expect("keeping no tile is always possible")
     }
 
     fn small_path() -> impl Strategy<Value = Vec<Step>> {
@@ -190,7 +190,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_way_of_replacing_has_fewer_faults_than_the_optimum(steps in small_path(), slots in 2u32..5) {
+        fn exhaustive_search_finds_no_fewer_faults_than_the_optimum(steps in small_path(), slots in 2u32..5) {
             prop_assert_eq!(
                 faults(&steps, slots, Rule::Optimum),
                 least(&steps, slots as usize, &HashSet::new())
@@ -198,7 +198,7 @@ mod tests {
         }
 
         #[test]
-        fn every_rule_lies_between_the_optimum_and_missing_all(
+        fn every_policy_lies_between_the_optimum_and_missing_all(
             lists in prop::collection::vec(prop::collection::vec(0u32..12, 0..6), 0..30), slots in 1u32..12,
         ) {
             let lists: Vec<Vec<TileId>> =

@@ -1,17 +1,16 @@
-//! What one frame of streaming did.
+//! The report of one frame of streaming.
 
 use crate::math::pyramid::TileId;
 
-/// A tile that could not be read, named in the report of the frame that learnt it and never again.
+/// A tile that could not be read. It is reported once, by the first frame after the failed read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TileFailure {
     pub tile: TileId,
-    /// The source's own words.
+    /// The error message of the source.
     pub reason: String,
 }
 
-/// Counts of one call of [`Streaming::frame`](super::Streaming::frame). Counts of tiles where nothing
-/// else is said.
+/// Counts of one call of [`Streaming::frame`](super::Streaming::frame), in tiles unless stated otherwise.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FrameReport {
     /// 1 for the first frame.
@@ -20,40 +19,41 @@ pub struct FrameReport {
     pub triples: usize,
     /// Distinct entries of the visible list.
     pub tiles: usize,
-    /// Tiles to stream for them, after bias and failures: `hits + misses`.
+    /// Tiles to stream for those entries, after bias and failures: `hits + misses`.
     pub wanted: usize,
-    /// Wanted tiles that A1 found in `J1`.
+    /// Wanted tiles that the update found in the tile pool.
     pub hits: usize,
     pub misses: usize,
-    /// Tiles copied from `J2` to `J1` (A2).
+    /// Tiles copied from the host cache to the tile pool.
     pub uploads: usize,
     pub upload_bytes: u64,
-    /// Tiles to fetch ahead, and those of `uploads` that were such.
-    pub ahead: usize,
+    /// Tiles to prefetch.
+    pub expected: usize,
+    /// Prefetched tiles among `uploads`.
     pub ahead_uploads: usize,
-    /// Tiles that gave up their slot of `J1`.
+    /// Tiles evicted from the tile pool.
     pub gpu_evictions: usize,
-    /// Tiles that gave up their place in `J2`.
+    /// Tiles evicted from the host cache.
     pub host_evictions: usize,
-    /// Tiles that A3 has loaded since the last frame.
+    /// Tiles loaded since the last frame.
     pub loads: usize,
-    /// Loads that came back after their place was given away, and were dropped.
+    /// Loads that were dropped because their slot had been reassigned.
     pub stale_loads: usize,
     /// Tiles found unreadable since the last frame.
     pub failures: Vec<TileFailure>,
     /// Tiles known to be unreadable, those of earlier frames included.
     pub failed_tiles: usize,
-    /// Wanted tiles that are not in `J1` at the end of the frame.
+    /// Wanted tiles that are not in the tile pool at the end of the frame.
     pub pending: usize,
-    /// Levels by which tiles are taken coarser than listed, the user's constant included.
+    /// Levels by which the wanted tiles are coarser than the listed ones, the user's constant included.
     pub bias: u32,
-    /// Whether the bias is above the user's constant, because the visible set does not fit N1.
+    /// True if the bias is above the user's constant because the visible set does not fit N1.
     pub oversubscribed: bool,
-    /// Lengths of `Q1` and `Q2` at the end of the frame, and loads under way.
+    /// Lengths of the upload queue and of the load queue at the end of the frame, and loads under way.
     pub queued_uploads: usize,
     pub queued_loads: usize,
     pub loads_under_way: u64,
-    /// Cells of the display table to write, in this order, once this frame's uploads have been copied:
-    /// the tile's slot in `J1`, or `None` where it has left.
+    /// Cells of the page table to write, in this order, once this frame's uploads have been copied: the tile's slot in
+    /// the tile pool, or `None` if it was evicted.
     pub display: Vec<(TileId, Option<u32>)>,
 }

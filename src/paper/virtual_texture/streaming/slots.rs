@@ -1,20 +1,20 @@
-//! The places of `J1` and `J2` (paper 1, section 3): which tile is in which, and who gives way.
+//! The slots of the tile pool and of the host cache (paper 1, section 3): their tiles, and which tile is evicted.
 
 use super::lru::Lru;
 use crate::math::pyramid::TileId;
 
-/// A place that may be taken, and the tile that has to leave it.
+/// A slot that may be taken, and the tile that has to leave it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Claim {
     pub slot: u32,
     pub evicts: Option<TileId>,
 }
 
-/// Slots `k = 0 .. capacity` of one cache. A slot is free; or it holds a tile and may be claimed for
-/// another (least recently used first); or it holds a tile and is pinned.
+/// Slots `k = 0 .. capacity` of one cache. A slot is free, holds a tile that can be evicted (least recently used
+/// first), or holds a pinned tile.
 pub struct Slots {
     tiles: Vec<Option<TileId>>,
-    /// Counts the tiles that a slot has held: who remembers slot and generation notices that it changed hands.
+    /// Counts the tiles that each slot has held: a changed generation means that the slot was reassigned.
     generations: Vec<u64>,
     /// The slots that hold a tile and are not pinned.
     lru: Lru,
@@ -43,7 +43,7 @@ impl Slots {
         self.generations[slot as usize]
     }
 
-    /// A free slot, or else the one unused for longest if that was before `before`. Changes nothing.
+    /// A free slot, or else the least recently used one if its last use was before `before`. Changes nothing.
     pub fn claimable(&self, before: u64) -> Option<Claim> {
         if let Some(&slot) = self.free.last() {
             return Some(Claim { slot, evicts: None });
@@ -52,31 +52,31 @@ impl Slots {
         Some(Claim { slot, evicts: self.tile(slot) })
     }
 
-    /// Puts `tile` into a slot just found [`Slots::claimable`], pinned, and returns the slot's new generation.
+    /// Puts `tile` into the slot that [`Slots::claimable`] has just returned, pins it, and returns its new generation.
     pub fn claim(&mut self, claim: Claim, tile: TileId) -> u64 {
-        assert_eq!(self.tile(claim.slot), claim.evicts, "slot {} changed hands", claim.slot);
+        assert_eq!(self.tile(claim.slot), claim.evicts, "slot {} was reassigned", claim.slot);
         match claim.evicts {
             Some(_) => self.lru.remove(claim.slot),
-            None => assert_eq!(self.free.pop(), Some(claim.slot), "a free slot taken out of turn"),
+            None => assert_eq!(self.free.pop(), Some(claim.slot), "not the next free slot"),
         }
         self.tiles[claim.slot as usize] = Some(tile);
         self.generations[claim.slot as usize] += 1;
         self.generation(claim.slot)
     }
 
-    /// Unpins where pinned, and makes the slot the most recently used.
+    /// Unpins the slot and makes it the most recently used.
     pub fn touch(&mut self, slot: u32, now: u64) {
         assert!(self.tile(slot).is_some(), "slot {slot} is free");
         self.lru.touch(slot, now);
     }
 
-    /// The slot cannot be claimed until it is touched again.
+    /// Pins the slot: it cannot be claimed until it is touched again.
     pub fn pin(&mut self, slot: u32) {
         assert!(self.tile(slot).is_some(), "slot {slot} is free");
         self.lru.remove(slot);
     }
 
-    /// Takes the tile out; the slot is free.
+    /// Takes the tile out and frees the slot.
     pub fn release(&mut self, slot: u32) -> TileId {
         let tile = self.tiles[slot as usize].take();
         self.lru.remove(slot);

@@ -1,25 +1,25 @@
-//! The state tables `H1,q` and `H2,q` and the rule of A1 (paper 1, section 3).
+//! The state tables of the two caches and the rule of the update (paper 1, section 3).
 
 use crate::math::pyramid::{Pyramid, TileId};
 
-/// The paper's -1: absent, but queued (in `Q1` for `H1`; in `Q2` or being loaded for `H2`).
+/// The paper's -1: absent, but queued for upload (tile pool), or queued for loading or being loaded (host cache).
 pub const QUEUED: i32 = -1;
 /// The paper's -2: absent and not queued.
 pub const ABSENT: i32 = -2;
 
-/// `H1,q` or `H2,q` for every streamed level q: the cell `(i', j')` holds the slot `k >= 0` of that tile in
-/// `J1` (`J2`), [`QUEUED`] or [`ABSENT`].
+/// The states of one cache for every streamed level q: the cell `(i', j')` holds the slot `k >= 0` of that tile,
+/// [`QUEUED`] or [`ABSENT`].
 ///
-/// Only state: what the shader reads is the display table, which differs (the paper writes a coarser
-/// tile's slot into the cell of a missing one; A1 would then take it for present).
+/// The shader reads the page table instead. The paper writes a coarser tile's slot into the cell of a missing tile; the
+/// update would then take the missing tile for present.
 pub struct StateTable {
     pyramid: Pyramid,
-    /// For each level its cells by row, then column.
+    /// The cells of each level, row by row.
     levels: Vec<Vec<i32>>,
 }
 
 impl StateTable {
-    /// Everything absent.
+    /// A table with all tiles absent.
     pub fn new(pyramid: Pyramid) -> Self {
         let cells = |level| pyramid.tile_grid(level).map(|side| side as usize).iter().product();
         let levels = (0..pyramid.first_resident_level()).map(|level| vec![ABSENT; cells(level)]).collect();
@@ -31,13 +31,13 @@ impl StateTable {
         tile.row as usize * self.pyramid.tile_grid(tile.level)[0] as usize + tile.column as usize
     }
 
-    /// k of a tile.
+    /// The state of a tile: its slot, [`QUEUED`] or [`ABSENT`].
     pub fn get(&self, tile: TileId) -> i32 {
         self.levels[tile.level as usize][self.cell(tile)]
     }
 
-    /// Changes k. A tile is asked for (`-2 -> -1`), arrives (`-1 -> k`), is dropped from its queue
-    /// (`-1 -> -2`) or gives up its slot (`k -> -2`); nothing else happens to it.
+    /// Changes the state. A tile is requested (`-2 -> -1`), arrives (`-1 -> k`), is dropped from its queue (`-1 -> -2`)
+    /// or is evicted (`k -> -2`). Other changes panic.
     pub fn set(&mut self, tile: TileId, to: i32) {
         let from = self.get(tile);
         assert!(
@@ -48,7 +48,7 @@ impl StateTable {
         self.levels[tile.level as usize][cell] = to;
     }
 
-    /// Every tile that is not [`ABSENT`], with its k, in the order of [`TileId`].
+    /// Every tile that is not [`ABSENT`], with its state, in the order of [`TileId`].
     pub fn present(&self) -> impl Iterator<Item = (TileId, i32)> + '_ {
         self.levels.iter().enumerate().flat_map(|(level, cells)| {
             let level = level as u32;
@@ -60,28 +60,28 @@ impl StateTable {
     }
 }
 
-/// What A1 does with a visible tile.
+/// What the update does with a wanted tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// Append to `Q2`; `k2 := -1`.
+    /// Append it to the load queue; `k2 := -1`.
     Load,
-    /// Append to `Q1`; `k1 := -1`.
+    /// Append it to the upload queue; `k1 := -1`.
     Upload,
-    /// Nothing: it is on its way.
+    /// Nothing: it is queued or being loaded.
     Wait,
-    /// It is in `J1`: refresh its time of use.
+    /// It is in the tile pool: refresh its time of use.
     Refresh,
 }
 
-/// The table of A1, row by row (paper 1, section 3).
-pub fn action(k1: i32, k2: i32) -> Action {
-    match (k1, k2) {
+/// The table of the update, row by row (paper 1, section 3).
+pub fn action(gpu_state: i32, host_state: i32) -> Action {
+    match (gpu_state, host_state) {
         (ABSENT, ABSENT) => Action::Load,
         (ABSENT, 0..) => Action::Upload,
         (ABSENT, QUEUED) => Action::Wait,
         (QUEUED, _) => Action::Wait,
         (0.., _) => Action::Refresh,
-        _ => panic!("k1 = {k1}, k2 = {k2}: no such state"),
+        _ => panic!("k1 = {gpu_state}, k2 = {host_state}: not a valid state"),
     }
 }
 
@@ -90,15 +90,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_five_rows_are_the_papers() {
+    fn the_five_rows_match_the_paper() {
         assert_eq!(action(-2, -2), Action::Load);
         assert_eq!(action(-2, 7), Action::Upload);
         assert_eq!(action(-2, 0), Action::Upload);
         assert_eq!(action(-2, -1), Action::Wait);
-        for k2 in [-2, -1, 0, 7] {
-            assert_eq!(action(-1, k2), Action::Wait);
-            assert_eq!(action(0, k2), Action::Refresh);
-            assert_eq!(action(7, k2), Action::Refresh);
+        for host_state in [-2, -1, 0, 7] {
+            assert_eq!(action(-1, host_state), Action::Wait);
+            assert_eq!(action(0, host_state), Action::Refresh);
+            assert_eq!(action(7, host_state), Action::Refresh);
         }
     }
 
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     #[should_panic(expected = "may not go from state -2 to 3")]
-    fn a_tile_that_was_not_asked_for_does_not_arrive() {
+    fn a_tile_that_was_not_requested_does_not_arrive() {
         table().set(TILE, 3);
     }
 

@@ -1,4 +1,4 @@
-//! A2: tiles go from main memory to video memory, under the frame's budget (paper 1, section 3).
+//! The upload step (paper 1, section 3): copies tiles from main memory to video memory, within the frame's budget.
 
 use super::slots::Claim;
 use super::tables::ABSENT;
@@ -7,15 +7,15 @@ use crate::math::pyramid::TileId;
 use std::collections::VecDeque;
 use std::time::Instant;
 
-/// The layer that copies texels into video memory.
+/// Copies texels into video memory.
 pub trait Uploader {
-    /// Copies one stored tile (as [`read_tile`](crate::texture::source::TileSource::read_tile) gives it) into slot `slot` of `J1`, in this frame,
-    /// before anything of this frame is textured. False: no room in this frame; nothing was copied, and the
-    /// tile is offered again in the next.
+    /// Copies one stored tile, as [`read_tile`](crate::texture::source::TileSource::read_tile) returns it, into slot
+    /// `slot` of the tile pool, before this frame is textured. Returns false if this frame has no room left: the tile is
+    /// offered again in the next frame.
     fn upload(&mut self, slot: u32, tile: TileId, bytes: &[u8]) -> bool;
 }
 
-/// A tile of `J2` waiting to be copied to `J1`: an entry of `Q1`.
+/// An entry of the upload queue: a tile of the host cache that waits to be copied to the tile pool.
 #[derive(Clone, Copy)]
 pub(super) struct Waiting {
     pub tile: TileId,
@@ -24,17 +24,17 @@ pub(super) struct Waiting {
 }
 
 impl Streaming {
-    /// A2.
+    /// Uploads queued tiles until the budget is spent.
     pub(super) fn upload(&mut self, uploader: &mut dyn Uploader, report: &mut FrameReport) {
         let begin = Instant::now();
-        let now = self.wanted_now();
+        let now = self.wanted_time();
         let (kept, dropped): (VecDeque<_>, VecDeque<_>) =
-            std::mem::take(&mut self.q1).into_iter().partition(|waiting| self.needed(waiting.tile));
-        self.q1 = kept;
+            std::mem::take(&mut self.upload_queue).into_iter().partition(|waiting| self.needed(waiting.tile));
+        self.upload_queue = kept;
         self.drop_waiting(dropped);
-        // What is seen goes before what will be.
-        self.q1.make_contiguous().sort_by_key(|waiting| !self.wanted_set.contains(&waiting.tile));
-        while let Some(&Waiting { tile, slot: k2, generation }) = self.q1.front() {
+        // Visible tiles before prefetched ones.
+        self.upload_queue.make_contiguous().sort_by_key(|waiting| !self.wanted_set.contains(&waiting.tile));
+        while let Some(&Waiting { tile, slot: host_slot, generation }) = self.upload_queue.front() {
             let spent = match self.config.deterministic {
                 true => report.uploads >= self.config.upload_tiles_per_frame as usize,
                 false => report.uploads > 0 && begin.elapsed() >= self.config.upload_budget(),
@@ -42,52 +42,55 @@ impl Streaming {
             if spent {
                 break;
             }
-            assert!(self.j2.expects(tile, k2, generation), "{tile:?} in Q1 lost its place {k2} in J2");
+            assert!(
+                self.host_cache.expects(tile, host_slot, generation),
+                "queued {tile:?} lost slot {host_slot} of the host cache"
+            );
             let seen = self.wanted_set.contains(&tile);
-            let claim = match self.j1.claimable(if seen { now } else { self.ahead_now() }) {
+            let claim = match self.tile_pool.claimable(if seen { now } else { self.prefetch_time() }) {
                 Some(claim) => claim,
                 None => {
-                    let (wanted, slots) = (self.wanted.len(), self.j1.capacity());
-                    assert!(!seen, "{wanted} wanted tiles fill J1, of {slots} slots");
+                    let (wanted, slots) = (self.wanted.len(), self.tile_pool.capacity());
+                    assert!(!seen, "{wanted} wanted tiles fill the tile pool of {slots} slots");
                     break;
                 }
             };
-            if !uploader.upload(claim.slot, tile, self.j2.bytes(k2)) {
+            if !uploader.upload(claim.slot, tile, self.host_cache.bytes(host_slot)) {
                 break;
             }
-            self.q1.pop_front();
+            self.upload_queue.pop_front();
             self.place(claim, tile, report);
-            self.j2.slots.touch(k2, now);
+            self.host_cache.slots.touch(host_slot, now);
             report.uploads += 1;
             report.ahead_uploads += usize::from(!seen);
             report.upload_bytes += self.tile_bytes as u64;
         }
-        // A tile fetched ahead does not wait here: its place in J2 would stay pinned as long as J1 has no room.
-        let (kept, dropped): (VecDeque<_>, VecDeque<_>) = std::mem::take(&mut self.q1)
+        // Prefetched tiles do not wait here: their slots of the host cache would stay pinned while the tile pool is full.
+        let (kept, dropped): (VecDeque<_>, VecDeque<_>) = std::mem::take(&mut self.upload_queue)
             .into_iter()
             .partition(|waiting| self.wanted_set.contains(&waiting.tile));
-        self.q1 = kept;
+        self.upload_queue = kept;
         self.drop_waiting(dropped);
     }
 
-    /// Tiles that leave `Q1` without having been copied: back to -2, and free to go from `J2`.
+    /// Drops tiles from the upload queue: back to -2 and unpinned in the host cache.
     fn drop_waiting(&mut self, dropped: VecDeque<Waiting>) {
         for waiting in dropped {
-            self.h1.set(waiting.tile, ABSENT);
-            self.j2.slots.touch(waiting.slot, self.wanted_now());
+            self.gpu_states.set(waiting.tile, ABSENT);
+            self.host_cache.slots.touch(waiting.slot, self.wanted_time());
         }
     }
 
-    /// A tile just uploaded takes its slot of `J1`.
+    /// Gives an uploaded tile its slot of the tile pool.
     fn place(&mut self, claim: Claim, tile: TileId, report: &mut FrameReport) {
         if let Some(evicted) = claim.evicts {
-            self.h1.set(evicted, ABSENT);
-            self.display.push((evicted, None));
+            self.gpu_states.set(evicted, ABSENT);
+            self.page_table_changes.push((evicted, None));
             report.gpu_evictions += 1;
         }
-        self.j1.claim(claim, tile);
-        self.j1.touch(claim.slot, self.wanted_now());
-        self.h1.set(tile, claim.slot as i32);
-        self.display.push((tile, Some(claim.slot)));
+        self.tile_pool.claim(claim, tile);
+        self.tile_pool.touch(claim.slot, self.wanted_time());
+        self.gpu_states.set(tile, claim.slot as i32);
+        self.page_table_changes.push((tile, Some(claim.slot)));
     }
 }

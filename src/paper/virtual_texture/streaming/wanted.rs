@@ -1,20 +1,20 @@
-//! From the list of visible triples to the tiles that are to be streamed: repeats, the level bias and
-//! failed tiles.
+//! From the list of visible triples to the tiles to stream: removes repeats, applies the level bias, replaces failed
+//! tiles.
 
 use crate::math::pyramid::TileId;
-use crate::paper::virtual_texture::choices::Keying;
+use crate::paper::virtual_texture::choices::TileAddress;
 use std::collections::HashSet;
 
-/// The tiles that triples `[q, i, j]` name, each once, in the order of [`TileId`]. Triples of levels from
-/// `first_resident_level` up (also `u32::MAX`, the background of `U1`) need no tile and are left out.
-pub fn distinct_tiles(triples: &[[u32; 3]], keying: Keying, first_resident_level: u32) -> Vec<TileId> {
+/// The tiles of the triples `[q, i, j]`, each once, in the order of [`TileId`]. Triples with q >=
+/// `first_resident_level` need no tile and are left out; the background of the request image, `u32::MAX`, is one.
+pub fn distinct_tiles(triples: &[[u32; 3]], address: TileAddress, first_resident_level: u32) -> Vec<TileId> {
     let mut tiles: Vec<TileId> = triples
         .iter()
         .filter(|triple| triple[0] < first_resident_level)
-        .map(|&[level, i, j]| match keying {
+        .map(|&[level, i, j]| match address {
             // Section 3: i' = floor(i / 2^q), j' = floor(j / 2^q).
-            Keying::Paper => TileId { level, row: i >> level, column: j >> level },
-            Keying::Native => TileId { level, row: i, column: j },
+            TileAddress::Level0 => TileId { level, row: i >> level, column: j >> level },
+            TileAddress::OwnLevel => TileId { level, row: i, column: j },
         })
         .collect();
     tiles.sort_unstable();
@@ -22,11 +22,11 @@ pub fn distinct_tiles(triples: &[[u32; 3]], keying: Keying, first_resident_level
     tiles
 }
 
-/// How many levels coarser than asked for the tiles must be taken to be `capacity` at most: the smallest
-/// bias, not below `least`, at which the distinct ancestors below `first_resident_level` fit.
+/// The smallest level bias, at least `least`, with which at most `capacity` distinct tiles below
+/// `first_resident_level` are left.
 ///
-/// A function of the visible set alone. It has no memory, so it cannot hunt: the same set gives the same
-/// bias whatever came before, and where the set fits again the bias is `least` again in the same frame.
+/// It depends on the visible set alone and keeps no state, so it cannot oscillate. As soon as the set fits again, the
+/// bias is `least` again.
 pub fn fitting_bias(visible: &[TileId], least: u32, first_resident_level: u32, capacity: u32) -> u32 {
     let fits = |bias: u32| {
         let mut tiles: Vec<TileId> = visible
@@ -38,14 +38,13 @@ pub fn fitting_bias(visible: &[TileId], least: u32, first_resident_level: u32, c
         tiles.dedup();
         tiles.len() <= capacity as usize
     };
-    // Ends: a bias of first_resident_level leaves no tile.
+    // A bias of first_resident_level leaves no tile, so the search ends.
     let least = least.min(first_resident_level);
     (least..=first_resident_level).find(|&bias| fits(bias)).unwrap_or(first_resident_level)
 }
 
-/// The tiles to stream for `visible`: each one's ancestor by `bias` levels, or where that has failed its
-/// nearest coarser tile that has not; each once, in the order of `visible`. Not more than without
-/// failures, since several tiles may share a substitute but none has two.
+/// The tiles to stream for `visible`, each once, in the order of `visible`: the ancestor by `bias` levels, or its nearest
+/// coarser tile that has not failed. Failures never add tiles: each tile has one substitute, and several may share it.
 pub fn wanted_tiles(
     visible: &[TileId],
     bias: u32,
@@ -79,23 +78,29 @@ mod tests {
         let cells: Vec<[u32; 3]> =
             (4..8).flat_map(|i| (8..12).map(move |j| [2, i, j])).chain([[0, 4, 8], [0, 4, 8]]).collect();
         assert_eq!(cells.len(), 18);
-        assert_eq!(distinct_tiles(&cells, Keying::Paper, 5), [tile(0, 4, 8), tile(2, 1, 2)]);
+        assert_eq!(distinct_tiles(&cells, TileAddress::Level0, 5), [tile(0, 4, 8), tile(2, 1, 2)]);
     }
 
     #[test]
-    fn both_keyings_name_the_same_tiles() {
+    fn both_tile_addresses_name_the_same_tiles() {
         let paper = [[1, 5, 9], [0, 5, 9], [1, 4, 8]];
         let native = [[1, 2, 4], [0, 5, 9]];
-        assert_eq!(distinct_tiles(&paper, Keying::Paper, 5), distinct_tiles(&native, Keying::Native, 5));
-        // ... and one read with the other's key does not.
-        assert_ne!(distinct_tiles(&paper, Keying::Native, 5), distinct_tiles(&native, Keying::Native, 5));
+        assert_eq!(
+            distinct_tiles(&paper, TileAddress::Level0, 5),
+            distinct_tiles(&native, TileAddress::OwnLevel, 5)
+        );
+        // Read with the other address, they name other tiles.
+        assert_ne!(
+            distinct_tiles(&paper, TileAddress::OwnLevel, 5),
+            distinct_tiles(&native, TileAddress::OwnLevel, 5)
+        );
     }
 
     #[test]
     fn background_and_resident_levels_need_no_tile() {
         let triples = [[u32::MAX, 0, 0], [5, 0, 0], [6, 0, 0]];
-        assert_eq!(distinct_tiles(&triples, Keying::Paper, 5), []);
-        assert_eq!(distinct_tiles(&[], Keying::Native, 5), []);
+        assert_eq!(distinct_tiles(&triples, TileAddress::Level0, 5), []);
+        assert_eq!(distinct_tiles(&[], TileAddress::OwnLevel, 5), []);
     }
 
     #[test]
@@ -106,7 +111,7 @@ mod tests {
             assert_eq!(fitting_bias(&visible, 0, 4, capacity), bias, "capacity {capacity}");
         }
         assert_eq!(fitting_bias(&visible, 3, 4, 16), 3, "the user's constant holds");
-        assert_eq!(fitting_bias(&visible, 9, 4, 16), 4, "nothing is coarser than resident");
+        assert_eq!(fitting_bias(&visible, 9, 4, 16), 4, "the bias ends at the resident levels");
     }
 
     #[test]

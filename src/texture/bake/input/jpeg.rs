@@ -1,5 +1,5 @@
-//! JPEG: it has no random access, so the whole picture is decoded into memory, up to a limit.
-//! Scalar code (the crate is built without SIMD), so that every machine bakes the same bytes.
+//! JPEG. It has no random access, so the whole picture is decoded into memory, up to a limit. Scalar code
+//! (the crate is built without SIMD), so that every machine bakes the same bytes.
 
 use super::{Rows, Samples, check_size};
 use crate::file;
@@ -12,7 +12,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// 2^27 texels decode to 384 MiB, and a progressive file's coefficients to twice that.
+/// 2^27 texels decode to 384 MiB; a progressive file's coefficients need twice that.
 const MOST_TEXELS: u64 = 1 << 27;
 const MOST_FILE_BYTES: u64 = 1 << 30;
 
@@ -20,7 +20,7 @@ pub struct Jpeg {
     path: PathBuf,
     size: [u32; 2],
     file_bytes: u64,
-    /// Decoded with the first row.
+    /// Decoded when the first row is read.
     picture: Option<Vec<u8>>,
     next: usize,
 }
@@ -32,7 +32,7 @@ impl Jpeg {
         let unsupported = |reason: String| Err(SourceError::Unsupported { path: path.to_path_buf(), reason });
         if file_bytes > MOST_FILE_BYTES {
             return unsupported(format!(
-                "a JPEG of {file_bytes} bytes decodes only as a whole; convert it to TIFF"
+                "a JPEG must be decoded as a whole, and {file_bytes} bytes are too many; convert it to TIFF"
             ));
         }
         let file = read(path)?;
@@ -45,11 +45,11 @@ impl Jpeg {
         check_size(path, size)?;
         let turned = decoder.exif().and_then(|exif| Orientation::from_exif_chunk(exif));
         if turned.is_some_and(|turned| turned != Orientation::NoTransforms) {
-            return unsupported("its EXIF data turns or mirrors it: magick IN -auto-orient OUT".into());
+            return unsupported("its EXIF data rotates or mirrors it: magick IN -auto-orient OUT".into());
         }
         if u64::from(size[0]) * u64::from(size[1]) > MOST_TEXELS {
             return unsupported(format!(
-                "a JPEG decodes only as a whole, and {} x {} texels are more than 2^27; convert it to TIFF",
+                "a JPEG must be decoded as a whole, and {} x {} texels are more than 2^27; convert it to TIFF",
                 size[0], size[1]
             ));
         }
@@ -58,7 +58,7 @@ impl Jpeg {
 
     fn decode(&self) -> Result<Vec<u8>, SourceError> {
         let file = read(&self.path)?;
-        // The decoder fills what is missing with grey. Every whole file ends with the marker EOI, at most
+        // The decoder fills missing data with grey. A complete file ends with the marker EOI, possibly
         // followed by padding.
         let content = file.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
         if !file[..content].ends_with(&[0xFF, 0xD9]) {

@@ -1,7 +1,7 @@
-//! Source pictures, read from the north in bands of rows.
+//! Source pictures, read in bands of rows from the north.
 //!
-//! 8-bit grey, RGB, with or without alpha; the colours are taken as sRGB (profiles and gamma chunks are not
-//! applied), alpha as it is. A TIFF that says where it lies on the Earth must cover it.
+//! 8-bit grey or RGB, with or without alpha. Colours are taken as sRGB (profiles and gamma chunks are
+//! ignored), alpha as linear. A TIFF with georeferencing must cover the whole Earth.
 
 mod geo;
 mod jpeg;
@@ -13,31 +13,31 @@ use crate::file;
 use std::io::{Read, Seek};
 use std::path::Path;
 
-/// No side of a source is longer: a pyramid has at most 2^20 texels a side.
+/// Maximum side of a source: a pyramid has at most 2^20 texels per side.
 pub const MOST_SIDE: u32 = 1 << 20;
 
-/// A picture that gives its rows one after the other.
+/// A picture that is read row by row.
 pub trait Rows {
     /// Width and height in texels.
     fn size(&self) -> [u32; 2];
 
-    /// The most memory in bytes that reading takes at a time, the caller's rows not included.
+    /// Peak memory of reading in bytes, without the caller's rows.
     fn memory_bytes(&self) -> u64;
 
     /// The next row, as RGBA8, width x 4 bytes.
     ///
     /// # Errors
-    /// [`SourceError::Damaged`] where the file ends early or does not decode.
+    /// [`SourceError::Damaged`] if the file ends early or does not decode.
     fn next_row(&mut self, rgba: &mut [u8]) -> Result<(), SourceError>;
 
-    /// Goes on by rows that nobody needs.
+    /// Skips rows.
     ///
     /// # Errors
     /// As [`Self::next_row`].
     fn skip(&mut self, rows: u32) -> Result<(), SourceError>;
 }
 
-/// Opens a picture by its first bytes (not its name) and checks all that its header says.
+/// Identifies a picture by its first bytes (not its name), opens it, and checks the whole header.
 ///
 /// # Errors
 /// [`SourceError`] names the path and what is not supported.
@@ -60,7 +60,7 @@ pub fn open(path: &Path) -> Result<Box<dyn Rows>, SourceError> {
     Err(SourceError::Kind { path: path.to_path_buf() })
 }
 
-/// How the samples of one texel lie in a decoded row.
+/// Layout of the samples of one texel in a decoded row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Samples {
     Grey,
@@ -98,6 +98,6 @@ fn check_size(path: &Path, [width, height]: [u32; 2]) -> Result<(), SourceError>
     if (1..=MOST_SIDE).contains(&width) && (1..=MOST_SIDE).contains(&height) {
         return Ok(());
     }
-    let reason = format!("{width} x {height} texels are outside 1 ..= {MOST_SIDE} a side");
+    let reason = format!("{width} x {height} texels are outside 1 ..= {MOST_SIDE} per side");
     Err(SourceError::Unsupported { path: path.to_path_buf(), reason })
 }

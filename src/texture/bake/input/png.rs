@@ -1,4 +1,4 @@
-//! PNG, a row at a time; an interlaced one has no rows to stream and is decoded whole, up to a limit.
+//! PNG, one row at a time. An interlaced file cannot be streamed; it is decoded whole, up to a limit.
 
 use super::{MOST_SIDE, Rows, Samples, check_size};
 use crate::texture::bake::error::SourceError;
@@ -7,9 +7,9 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-/// An interlaced picture may take this much memory, decoded.
+/// Decoded size limit of an interlaced picture.
 const MOST_INTERLACED_BYTES: u64 = 512 << 20;
-/// The decoder's own buffers: a few rows of at most 4 bytes a texel, and the inflate window.
+/// The decoder's own buffers: a few rows of at most 4 bytes per texel, and the inflate window.
 const DECODER_BYTES: u64 = 8 << 20;
 
 pub struct Png {
@@ -28,7 +28,7 @@ impl Png {
         let mut decoder = Decoder::new_with_limits(BufReader::new(file), limits);
         decoder.set_ignore_text_chunk(true);
         decoder.set_ignore_iccp_chunk(true);
-        // Palettes become RGB, less than 8 bits 8, a transparent colour alpha.
+        // Expands palettes to RGB, fewer than 8 bits to 8, and a transparent colour to alpha.
         decoder.set_transformations(Transformations::EXPAND);
         let reader = decoder.read_info().map_err(|error| damaged(path, &error))?;
         let info = reader.info();
@@ -41,7 +41,7 @@ impl Png {
             (ColorType::Rgb, BitDepth::Eight) => Samples::Rgb,
             (ColorType::Rgba, BitDepth::Eight) => Samples::Rgba,
             (_, BitDepth::Sixteen) => {
-                return unsupported("16 bits a sample; convert it to 8 bits first".into());
+                return unsupported("16 bits per sample; convert it to 8 bits first".into());
             }
             other => return unsupported(format!("{other:?} samples")),
         };
@@ -49,7 +49,7 @@ impl Png {
         let (interlaced, whole_bytes) = (info.interlaced, row_bytes as u64 * u64::from(info.height));
         if interlaced && whole_bytes > MOST_INTERLACED_BYTES {
             return unsupported(format!(
-                "interlaced, it decodes only as a whole, to {whole_bytes} bytes (at most \
+                "interlaced, so it must be decoded as a whole, to {whole_bytes} bytes (at most \
                  {MOST_INTERLACED_BYTES}); save it without interlacing"
             ));
         }
@@ -100,7 +100,7 @@ impl Rows for Png {
             Err(error) => return Err(damaged(&self.path, &error)),
         }
         if self.next == self.reader.info().height as usize {
-            // The end chunk proves that the file is whole.
+            // Reading the end chunk proves that the file is complete.
             self.reader.finish().map_err(|error| damaged(&self.path, &error))?;
         }
         Ok(())

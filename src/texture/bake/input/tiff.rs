@@ -1,4 +1,4 @@
-//! TIFF and BigTIFF in strips or tiles: one row of them is in memory at a time.
+//! TIFF and BigTIFF in strips or tiles. One row of them is in memory at a time.
 
 use super::{Rows, Samples, check_size, geo};
 use crate::texture::bake::error::SourceError;
@@ -9,17 +9,19 @@ use tiff::decoder::{Decoder, Limits};
 use tiff::tags::{CompressionMethod, Tag};
 use tiff::{ColorType, TiffError};
 
-/// One strip, or one row of tiles, may take this much memory, decoded.
+/// Decoded size limit of one strip, or of one row of tiles.
 const MOST_BAND_BYTES: u64 = 1 << 30;
-/// The tables of where strips or tiles lie.
+/// Size limit of the tables of strip or tile offsets.
 const MOST_TABLE_BYTES: usize = 256 << 20;
 /// Values of ExtraSamples (TIFF 6.0, section 18), and a bit of NewSubfileType.
 const PREMULTIPLIED_ALPHA: u16 = 1;
 const UNASSOCIATED_ALPHA: u16 = 2;
 const TRANSPARENCY_MASK: u32 = 4;
-/// Images of one file that are looked at: a picture, its mask, and both in smaller copies.
+/// A value of PlanarConfiguration (section 8).
+const SEPARATE_PLANES: u16 = 2;
+/// Limit of images examined in one file: a picture, its mask, and smaller copies of both.
 const MOST_IMAGES: usize = 64;
-/// Memory for a strip's or tile's two table entries while they are parsed and kept.
+/// Memory for the two table entries of a strip or tile, parsed and kept.
 const TABLE_BYTES_PER_CHUNK: u64 = 160;
 
 pub struct Tiff {
@@ -27,10 +29,12 @@ pub struct Tiff {
     decoder: Decoder<BufReader<File>>,
     size: [u32; 2],
     samples: Samples,
+    /// Planes: one, or one for each sample (band-interleaved).
+    planes: u32,
     western_column: u32,
-    /// Size of a strip or tile, the padding of the last ones included.
+    /// Size of a strip or tile, including the padding of the last ones.
     chunk: [u32; 2],
-    /// The rows of the chunks in memory, and which row of chunks they are.
+    /// The decoded rows of the current chunks, and the index of that row of chunks.
     band: Vec<u8>,
     band_index: Option<u32>,
     chunk_bytes: Vec<u8>,
@@ -48,6 +52,8 @@ impl Tiff {
         let size: [u32; 2] = decoder.dimensions().map_err(wrong)?.into();
         check_size(path, size)?;
         let samples = check_kind(path, &mut decoder)?;
+        let planar = decoder.find_tag_unsigned::<u16>(Tag::PlanarConfiguration).map_err(wrong)?;
+        let planes = if planar == Some(SEPARATE_PLANES) { samples.count() as u32 } else { 1 };
         check_other_images(path, &mut decoder)?;
         let western_column = geo::western_column(&mut decoder, size)
             .map_err(wrong)?
@@ -62,6 +68,7 @@ impl Tiff {
             decoder,
             size,
             samples,
+            planes,
             western_column,
             chunk,
             band: Vec::new(),
@@ -95,25 +102,30 @@ impl Tiff {
         let rows = self.chunk[1].min(self.size[1] - index * self.chunk[1]) as usize;
         self.band.resize(rows * row_bytes, 0);
         let columns = self.size[0].div_ceil(self.chunk[0]);
-        for column in 0..columns {
-            let chunk = index * columns + column;
+        let of_plane = columns * self.size[1].div_ceil(self.chunk[1]);
+        let (count, in_chunk) = (self.samples.count(), self.samples.count() / self.planes as usize);
+        for (plane, column) in (0..self.planes).flat_map(|plane| (0..columns).map(move |c| (plane, c))) {
+            let chunk = plane * of_plane + index * columns + column;
             let (width, height) = self.decoder.chunk_data_dimensions(chunk);
-            let left = column as usize * self.chunk[0] as usize * self.samples.count();
-            let width_bytes = width as usize * self.samples.count();
-            if height as usize != rows || left + width_bytes > row_bytes {
+            let left = column as usize * self.chunk[0] as usize * count + plane as usize;
+            if height as usize != rows || left + (width as usize - 1) * count + in_chunk > row_bytes {
                 let reason = format!("strip or tile {chunk} has {width} x {height} texels");
                 return Err(damaged(&self.path, reason));
             }
-            if columns == 1 {
+            if columns * self.planes == 1 {
                 let decoded = self.decoder.read_chunk_bytes(chunk, &mut self.band);
                 decoded.map_err(|error| fault(&self.path, error))?;
                 break;
             }
-            self.chunk_bytes.resize(width_bytes * rows, 0);
+            self.chunk_bytes.resize(width as usize * in_chunk * rows, 0);
             let decoded = self.decoder.read_chunk_bytes(chunk, &mut self.chunk_bytes);
             decoded.map_err(|error| fault(&self.path, error))?;
-            for (row, samples) in self.chunk_bytes.chunks_exact(width_bytes).enumerate() {
-                self.band[row * row_bytes + left..][..width_bytes].copy_from_slice(samples);
+            for (row, samples) in self.chunk_bytes.chunks_exact(width as usize * in_chunk).enumerate() {
+                let row = &mut self.band[row * row_bytes + left..];
+                match self.planes {
+                    1 => row[..samples.len()].copy_from_slice(samples),
+                    _ => row.iter_mut().step_by(count).zip(samples).for_each(|(to, from)| *to = *from),
+                }
             }
         }
         self.band_index = Some(index);
@@ -121,7 +133,7 @@ impl Tiff {
     }
 }
 
-/// Everything that would be read wrongly is refused here, by name.
+/// Refuses, with a message, every kind of file that would be read wrongly.
 fn check_kind(path: &Path, decoder: &mut Decoder<BufReader<File>>) -> Result<Samples, SourceError> {
     let unsupported = |reason: String| SourceError::Unsupported { path: path.to_path_buf(), reason };
     let colour = decoder.colortype().map_err(|error| fault(path, error))?;
@@ -145,17 +157,16 @@ fn check_kind(path: &Path, decoder: &mut Decoder<BufReader<File>>) -> Result<Sam
         CompressionMethod::Deflate,
         CompressionMethod::OldDeflate,
         CompressionMethod::PackBits,
+        CompressionMethod::ZSTD,
+        CompressionMethod::WebP,
     ];
     if !known.iter().any(|method| method.to_u16() == compression) {
         return Err(unsupported(format!(
-            "compression {compression}, not LZW, Deflate or PackBits: gdal_translate -co COMPRESS=DEFLATE IN OUT"
+            "compression {compression}, not LZW, Deflate, ZSTD, WebP or PackBits: gdal_translate -co COMPRESS=DEFLATE IN OUT"
         )));
     }
-    if tag(Tag::PlanarConfiguration)?.unwrap_or(1) != 1 {
-        return Err(unsupported("separate colour planes: gdal_translate -co INTERLEAVE=PIXEL IN OUT".into()));
-    }
     if tag(Tag::Orientation)?.unwrap_or(1) != 1 {
-        return Err(unsupported("rows that do not run from the top left: magick IN -auto-orient OUT".into()));
+        return Err(unsupported("its rows do not start at the top left: magick IN -auto-orient OUT".into()));
     }
     let formats =
         decoder.find_tag_unsigned_vec::<u16>(Tag::SampleFormat).map_err(|error| fault(path, error))?;
@@ -168,7 +179,7 @@ fn check_kind(path: &Path, decoder: &mut Decoder<BufReader<File>>) -> Result<Sam
     Ok(samples)
 }
 
-/// Refuses bands that are not plain alpha, a value for no data, and files whose tiles are partly missing.
+/// Refuses bands that are not plain alpha, a no-data value, and files with missing tiles.
 fn check_what_is_left_out(path: &Path, decoder: &mut Decoder<BufReader<File>>) -> Result<(), SourceError> {
     let unsupported = |reason: String| SourceError::Unsupported { path: path.to_path_buf(), reason };
     let alpha =
@@ -184,7 +195,7 @@ fn check_what_is_left_out(path: &Path, decoder: &mut Decoder<BufReader<File>>) -
     }
     if decoder.find_tag(Tag::GdalNodata).map_err(|error| fault(path, error))?.is_some() {
         return Err(unsupported(
-            "a value that stands for no data: fill the gaps (gdal_fillnodata.py), then \
+            "it has a no-data value: fill the gaps (gdal_fillnodata.py), then \
              gdal_translate -a_nodata none IN OUT"
                 .into(),
         ));
@@ -200,7 +211,7 @@ fn check_what_is_left_out(path: &Path, decoder: &mut Decoder<BufReader<File>>) -
     Ok(())
 }
 
-/// Refuses a mask. Other images of the file are smaller copies; the first one counts.
+/// Refuses a mask. Other images of the file are smaller copies and are ignored.
 fn check_other_images(path: &Path, decoder: &mut Decoder<BufReader<File>>) -> Result<(), SourceError> {
     let mut first_is_a_mask = || -> tiff::TiffResult<bool> {
         for _ in 0..MOST_IMAGES {
@@ -232,7 +243,7 @@ fn fault(path: &Path, error: TiffError) -> SourceError {
         TiffError::IoError(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
             damaged(path, "the file ends early".into())
         }
-        // Seeking to where a damaged offset points is EINVAL.
+        // A seek to a damaged offset returns EINVAL.
         TiffError::IoError(source) if source.raw_os_error().is_some_and(|code| code != libc::EINVAL) => {
             SourceError::Read { path: path.to_path_buf(), source }
         }

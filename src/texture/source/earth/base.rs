@@ -1,8 +1,8 @@
 //! The real part of the Earth: Blue Marble imagery, 4096 x 2048 and coarser, and the strength of its finest
-//! band, from which the synthetic detail takes its own.
+//! band, which sets the strength of the synthetic detail.
 //!
-//! The shipped picture has 5400 x 2700 texels. 4096 x 2048 is the largest power of two that it can fill:
-//! 8192 x 4096 would interpolate 5400 columns to 8192 and call the result imagery.
+//! The shipped picture has 5400 x 2700 texels. 4096 x 2048 is the largest power of two below it; 8192 x 4096
+//! would present interpolated texels as imagery.
 
 use super::super::border::true_texel;
 use super::EarthError;
@@ -15,7 +15,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// The widest level that is real imagery is 2^12 texels wide.
+/// The finest level of real imagery is 2^12 texels wide.
 pub const BASE_WIDTH_LOG2: u32 = 12;
 
 const SOURCE_SIZE: [usize; 2] = [5400, 2700];
@@ -28,15 +28,15 @@ const TEXEL_UNITS: usize = 512;
 /// Strength cells: 1024 x 512, each 2 x 2 blocks of 2 x 2 base texels.
 pub const CELLS_LOG2: u32 = 10;
 
-/// A strength of 1: as much detail as light.
+/// A strength of 1: detail as strong as the light itself.
 pub const STRENGTH_ONE: i64 = 1 << 20;
 
-/// No more than 9 % an octave: beyond it (the Alps, islands), what varies are edges, and noise of that strength is
-/// black and white squares.
+/// At most 9 % per octave. Stronger variation (the Alps, islands) comes from edges, and noise of that
+/// strength would show as black and white squares.
 const MOST_STRENGTH: u64 = 94_372;
 
-/// For a normal distribution of deviation 1 the mean of sqrt |x|, squared, is 2^(1/2) Gamma(3/4)^2 / pi = 0.6760;
-/// this is 1024/0.6760.
+/// For a normal distribution of deviation 1, the mean of sqrt |x|, squared, is 2^(1/2) Gamma(3/4)^2 / pi =
+/// 0.6760. This constant is 1024/0.6760.
 const ROOT_MEAN_TO_RMS_1024THS: u64 = 1515;
 
 /// Linear light of one texel, in units of 2^-24.
@@ -46,12 +46,12 @@ pub type Linear = [i32; 3];
 pub struct Base {
     /// Entry 0 is 4096 x 2048, the last 1 x 1: sRGB bytes, rows from the north.
     levels: Vec<Vec<[u8; 3]>>,
-    /// For each cell, how much the luminance of 4096 x 2048 varies from texel to texel, over the luminance
-    /// itself: the root mean square of Haar coefficients that a normal distribution would have with the same mean
-    /// of roots of |coefficient|. Units of 1/[`STRENGTH_ONE`], at most [`MOST_STRENGTH`].
+    /// For each cell, the texel-to-texel variation of the luminance of 4096 x 2048, relative to the
+    /// luminance: the RMS of Haar coefficients of a normal distribution with the same mean of square roots of
+    /// |coefficient|. Units of 1/[`STRENGTH_ONE`], at most [`MOST_STRENGTH`].
     ///
-    /// The mean of roots, because coasts and edges of snow inflate a true root mean square: where one coefficient
-    /// in five is 20 times the others, that is 9 times as strong, this 2.9 times.
+    /// Coasts and snow edges inflate a true RMS, which the mean of roots resists: if one coefficient in five
+    /// is 20 times the others, the RMS is 9 times as large, this only 2.9 times.
     pub strength: Vec<u32>,
 }
 
@@ -87,7 +87,7 @@ pub fn level_size(width_log2: u32) -> [u32; 2] {
     [1 << width_log2, ((1u32 << width_log2) / 2).max(1)]
 }
 
-/// Scalar code only: the same bytes on every machine.
+/// Decodes with scalar code only, so that the bytes are the same on every machine.
 fn decode() -> Result<Vec<u8>, EarthError> {
     let options = DecoderOptions::new_safe()
         .set_use_unsafe(false)
@@ -106,7 +106,7 @@ fn decode() -> Result<Vec<u8>, EarthError> {
     Ok(picture)
 }
 
-/// The source texels under base texel `index` of one axis, and the share of each in units of 1/512 texel.
+/// The source texels under base texel `index` along one axis, each with its share in units of 1/512 texel.
 fn cover(index: usize) -> impl Iterator<Item = (usize, i64)> + Clone {
     let (start, end) = (index * COVER_UNITS, (index + 1) * COVER_UNITS);
     (start / TEXEL_UNITS..end.div_ceil(TEXEL_UNITS)).map(move |texel| {
@@ -115,7 +115,7 @@ fn cover(index: usize) -> impl Iterator<Item = (usize, i64)> + Clone {
     })
 }
 
-/// Exact area weights in linear light: integer sums, one rounding.
+/// Exact area weights in linear light: integer sums, rounded once.
 fn downsample(picture: &[u8]) -> Vec<[u8; 3]> {
     let table = srgb::table();
     let width = 1usize << BASE_WIDTH_LOG2;
@@ -140,7 +140,7 @@ fn downsample(picture: &[u8]) -> Vec<[u8; 3]> {
 }
 
 /// The level of width `2^width_log2`: means of four stored texels in linear light. A level one texel high
-/// meets its only row twice.
+/// uses its only row twice.
 fn mean_level(finer: &[[u8; 3]], width_log2: u32) -> Vec<[u8; 3]> {
     let table = srgb::table();
     let [width, height] = level_size(width_log2).map(|side| side as usize);
@@ -155,8 +155,8 @@ fn mean_level(finer: &[[u8; 3]], width_log2: u32) -> Vec<[u8; 3]> {
     (0..width * height).into_par_iter().map(texel).collect()
 }
 
-/// [`Base::strength`]: the roots of relative Haar coefficients, summed in cells, smoothed twice by 1-2-1 on
-/// both axes, then their mean's square.
+/// [`Base::strength`]: roots of relative Haar coefficients, summed in cells, smoothed twice by 1-2-1 on both
+/// axes; then the square of their mean.
 fn strength(finest: &[[u8; 3]]) -> Vec<u32> {
     let cells = level_size(CELLS_LOG2).map(|side| side as usize);
     let roots: Vec<u64> = (0..cells[0] * cells[1])
@@ -170,7 +170,7 @@ fn strength(finest: &[[u8; 3]]) -> Vec<u32> {
         })
         .collect();
     let squared = |&sum: &u64| {
-        // 4 blocks of 3 coefficients, two smoothings by 16: 2^20 each, so the square has 40 bits.
+        // 4 blocks of 3 coefficients, two smoothings by 16; values of 2^20, so the square has 40 bits.
         let mean = sum / (12 * 256);
         ((mean * mean / STRENGTH_ONE as u64) * ROOT_MEAN_TO_RMS_1024THS / 1024).min(MOST_STRENGTH) as u32
     };
@@ -192,18 +192,19 @@ fn luminance(light: Linear) -> i64 {
     (13_933 * r + 46_871 * g + 4_732 * b) >> 16
 }
 
-/// The sum over a block's three Haar coefficients of the root of |coefficient / mean|, in 2^-20.
+/// Sum over a block's three Haar coefficients of the root of |coefficient / mean|, in 2^-20.
 fn block_roots(finest: &[[u8; 3]], block: usize) -> u64 {
     let [nw, ne, sw, se] = luminances(finest, block);
     let root = |difference: i64| {
-        // Both are four times coefficient and mean; at most 1 as no light is negative. A black block has none.
+        // Both are four times coefficient and mean. The ratio is at most 1 because light is not negative. A
+        // black block gives 0.
         let square = (difference.unsigned_abs() << 36).checked_div((nw + ne + sw + se).unsigned_abs());
         (square.unwrap_or(0) << 4).isqrt()
     };
     root(ne + se - nw - sw) + root(sw + se - nw - ne) + root(nw + se - ne - sw)
 }
 
-/// The weights 1-2-1 on both axes, not divided by their sum, 16.
+/// The weights 1-2-1 on both axes, not divided by their sum of 16.
 fn smooth(values: &[u64], cells: [usize; 2]) -> Vec<u64> {
     let size = cells.map(|side| side as u32);
     let weighted = |index: usize| {

@@ -1,30 +1,31 @@
 //! The Earth, 2^m x 2^(m-1) texels, m up to 20: a pure function of level, column and row, the same bytes on
 //! every machine, in any order, on any number of threads.
 //!
-//! Levels of at most 4096 x 2048 texels are real imagery (Blue Marble; `base`). Finer levels are labelled
-//! synthetic: each texel becomes four with the same mean (`refine`), by smooth light (`predict`) and noise on
-//! the sphere (`noise`) as strong as the finest real band.
+//! Levels up to 4096 x 2048 texels are real imagery (Blue Marble; `base`). Finer levels are labelled
+//! synthetic: each texel is split into four with the same mean (`refine`), by smooth interpolation
+//! (`predict`) plus noise on the sphere (`noise`) as strong as the finest real band.
 //!
 //! # Strength
-//! Measured: the luminance of 4096 x 2048 from texel to texel, relative to itself, robustly
-//! (`base::Base::strength`): 1.3 % in the Sahara, 1.9 % in India, 3.1 % in Australia, 4.0 % in the Andes. By the
-//! same measure the next two coarser real bands are 1.2-1.5 and 1.5-2.0 times as strong. Chosen: the same in every
-//! synthetic octave, neither falling nor rising, at most 9 %, and one noise for the three channels, so that it has
-//! no colour of its own. The synthetic bands come out 1.0-1.15 times the real one: smooth light adds its part.
+//! Measured: the relative texel-to-texel variation of luminance at 4096 x 2048, by a robust measure
+//! (`base::Base::strength`): 1.3 % in the Sahara, 1.9 % in India, 3.1 % in Australia, 4.0 % in the Andes. By
+//! the same measure the next two coarser real bands are 1.2-1.5 and 1.5-2.0 times as strong. Chosen: constant
+//! over all synthetic octaves, at most 9 %, and one noise for all three channels, so that it adds no colour.
+//! The synthetic bands are 1.0-1.15 times as strong as the real one, because the interpolation adds its part.
 //!
 //! # Means
-//! Before rounding to bytes the mean of four children equals the parent exactly, in linear light. After it,
-//! the mean of four stored texels, stored again, is within **1 code** of the stored parent: rounding moves
-//! each child by at most half a code, which moves the mean, in codes at the parent's brightness, by half a
-//! code times mean(s(child))/s(parent), s(x) being the light of one code at brightness x. s grows with x as
-//! x^(1-1/2.4), concave, so by Jensen that ratio is at most 1, and at most 1.32 where the curve's straight
-//! foot makes s constant. The parent's own rounding adds half a code: 0.66 + 0.5 < 1.5, and both are codes.
-//! In the real levels every texel is the mean of the four stored finer ones, exactly.
+//! Before rounding to bytes, the mean of four children equals the parent exactly, in linear light. After
+//! rounding, the mean of four stored texels, stored again, is within **1 code** of the stored parent. Proof:
+//! rounding moves each child by at most half a code. In codes at the parent's brightness this moves the mean
+//! by half a code times mean(s(child))/s(parent), where s(x) is the light of one code at brightness x. s
+//! grows as x^(1-1/2.4), which is concave, so by Jensen the ratio is at most 1, and at most 1.32 on the
+//! curve's linear segment, where s is constant. The parent's own rounding adds half a code: 0.66 + 0.5 < 1.5,
+//! and both are whole codes. In the real levels every texel is exactly the mean of the four stored finer
+//! ones.
 //!
 //! # Cost
 //! A tile of 512 with 4 texels of border, both pictures: 13 ms synthetic (2^18 and 2^20 alike; 11 ms in the
-//! first octave), 1.3 ms imagery; one core of a Xeon of 2023, median of 9, 2026-11-21. Most of it is the
-//! finest octave's noise: the coarser ones add a fifth.
+//! first octave), 1.3 ms imagery; one core of a Xeon of 2023, median of 9, 2026-11-21. The finest octave's
+//! noise dominates; the coarser octaves add a fifth.
 
 mod base;
 mod noise;
@@ -41,12 +42,12 @@ use base::{BASE_WIDTH_LOG2, Base, level_size};
 use refine::Region;
 use thiserror::Error;
 
-/// What is wrong with an Earth.
+/// Errors of the source `earth`.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum EarthError {
-    #[error("the Earth's map is twice as wide as high; 2^{0} x 2^{1} texels are not")]
+    #[error("the Earth's map must be twice as wide as high; 2^{0} x 2^{1} texels are not")]
     Shape(u32, u32),
-    #[error("the built-in Blue Marble picture: {0}; the program was built with damaged or other parts")]
+    #[error("the built-in Blue Marble picture: {0}; the program was built from damaged or different files")]
     Picture(String),
 }
 
@@ -56,7 +57,7 @@ pub struct Earth {
     base: &'static Base,
 }
 
-/// The finest level that is real imagery: width and height, and sRGB texels from the north.
+/// The finest level of real imagery: width and height, and sRGB texels from the north.
 ///
 /// # Errors
 /// [`EarthError::Picture`] if the built-in picture does not decode to the pinned bytes.
@@ -77,7 +78,7 @@ impl Earth {
         Ok(Self { pyramid, base: base::base()? })
     }
 
-    /// The finest level that is real imagery; those below it in number are synthetic detail.
+    /// The finest level of real imagery; levels with a smaller number are synthetic detail.
     pub fn finest_real_level(&self) -> u32 {
         self.pyramid.width_log2().saturating_sub(BASE_WIDTH_LOG2)
     }
@@ -142,7 +143,7 @@ impl TileSource for Earth {
         write_region(&children, fine_origin, fine_side, fine);
         match parents {
             Some(parents) => write_region(&parents, coarse_origin, coarse_side, coarse),
-            None => unreachable!("a level of width 2^{width_log2} is refined from another"),
+            None => unreachable!("a level of width 2^{width_log2} must be refined from a coarser one"),
         }
         Ok(())
     }
@@ -156,7 +157,7 @@ impl TileSource for Earth {
         }
         let [width, height] = level_size(width_log2).map(|side| side as usize);
         let mut bytes = vec![0; width * height * 4];
-        // By squares of 512, to bound the work in hand: a level in linear light is three times the bytes.
+        // In squares of 512, to bound memory: a level in linear light needs three times the bytes.
         let side = 512.min(height);
         let mut square = vec![0; side * side * 4];
         for top in (0..height).step_by(side) {

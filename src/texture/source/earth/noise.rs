@@ -1,31 +1,32 @@
-//! Smooth noise on the unit sphere: the same value for the same place, whatever the map does there, so
-//! there is neither a seam at the antimeridian nor a pinch at the poles.
+//! Smooth noise on the unit sphere. The value depends only on the position on the sphere, so there is neither
+//! a seam at the antimeridian nor a pinch at the poles.
 //!
-//! A lattice in 3D, 1.25 texels of the equator apart and turned against the Earth's axes; a 32-bit hash at each
-//! of its points, blended by smoothstep on the three axes. Positions come from `libm` in f64, one row or column at a time, and are
-//! quantised to 1/1024 of the lattice (1/819 texel); from there on all is integer.
+//! A 3D lattice with a spacing of 1.25 equator texels, rotated against the Earth's axes; a 32-bit hash at
+//! each lattice point, blended by smoothstep on the three axes. Positions come from `libm` in f64, one row or
+//! column at a time, and are quantised to 1/1024 of the lattice (1/819 texel); everything after that is
+//! integer.
 
 use super::base::level_size;
 
 /// Fraction bits of a position in units of the lattice.
 const FRACTION_LOG2: u32 = 10;
 const FRACTION_ONE: i32 = 1 << FRACTION_LOG2;
-/// Lattice spacing in texels of the equator. At 2 what the blocks' means leave of the noise lines up with rows
-/// and columns, like threads of cloth; at 1 it is sand.
+/// Lattice spacing in equator texels. At 2, the residual noise after subtracting block means lines up with
+/// rows and columns, like woven cloth; at 1 it looks like sand.
 const LATTICE_TEXELS: f64 = 1.25;
 /// Fraction bits of a column's direction.
 const UNIT_LOG2: u32 = 30;
 
-/// The lattice's axes in the Earth's, in thirds: a rotation that leaves no axis, nor any plane of the lattice,
-/// along rows or columns.
+/// The lattice's axes in the Earth's axes, in thirds: a rotation that aligns no axis or plane of the lattice
+/// with rows or columns.
 const AXES_THIRDS: [[f64; 3]; 3] = [[2.0, -1.0, 2.0], [2.0, 2.0, -1.0], [-1.0, 2.0, 2.0]];
 
-/// Direction of a column's meridian at the equator, along the lattice's axes, in units of 2^-30.
+/// Direction of a column's meridian at the equator, in lattice axes, in units of 2^-30.
 #[derive(Clone, Copy)]
 pub struct Column([i64; 3]);
 
-/// Of a row's texel centres, in 1/1024 of the lattice: distance from the Earth's axis, and the foot on that axis
-/// along the lattice's axes.
+/// Position of a row's texel centres in 1/1024 of the lattice: the distance from the Earth's axis, and the
+/// nearest point on that axis, in lattice axes.
 #[derive(Clone, Copy)]
 pub struct Row {
     radius: i64,
@@ -49,7 +50,7 @@ pub fn row(width_log2: u32, index: u32) -> Row {
     let [width, height] = level_size(width_log2).map(f64::from);
     let from_pole = (f64::from(index) + 0.5) * (std::f64::consts::PI / height);
     let (sine, cosine) = libm::sincos(from_pole);
-    // A texel of the equator is TAU/width, so a sphere of radius width/(k TAU) has k to a unit.
+    // An equator texel is TAU/width, so a sphere of radius width/(k TAU) has k texels per unit.
     let radius = width / (LATTICE_TEXELS * std::f64::consts::TAU) * f64::from(FRACTION_ONE);
     let foot = AXES_THIRDS.map(|[_, _, z]| libm::round(z / 3.0 * cosine * radius) as i32);
     Row { radius: libm::round(sine * radius) as i64, foot }
@@ -58,7 +59,7 @@ pub fn row(width_log2: u32, index: u32) -> Row {
 /// Steps between lattice points in the hash's input: odd, with no short integer relation modulo 2^32.
 const STEP: [u32; 3] = [0x9E37_79B1, 0x85EB_CA6B, 0xC2B2_AE3D];
 
-/// -32768 ..= 32767, for one lattice point.
+/// Hash of one lattice point, -32768 ..= 32767.
 #[inline(always)]
 fn lattice(mut bits: u32) -> i32 {
     bits ^= bits >> 16;
@@ -74,7 +75,7 @@ fn smoothstep(t: i32) -> i32 {
     t.wrapping_mul(t).wrapping_mul(3 * FRACTION_ONE - 2 * t) >> (2 * FRACTION_LOG2)
 }
 
-/// Differences have 17 bits, weights 10: within i32.
+/// Differences have 17 bits, weights 10: products fit i32.
 #[inline(always)]
 fn blend(from: i32, to: i32, weight: i32) -> i32 {
     from.wrapping_add(to.wrapping_sub(from).wrapping_mul(weight) >> FRACTION_LOG2)
@@ -82,7 +83,7 @@ fn blend(from: i32, to: i32, weight: i32) -> i32 {
 
 /// The noise at a texel's centre, within -32768 ..= 32767.
 ///
-/// Written out, in wrapping arithmetic of values whose ranges stand above: this is where a tile's time goes.
+/// Unrolled, in wrapping arithmetic of values with the ranges above: most of a tile's time is spent here.
 #[inline(always)]
 pub fn noise(width_log2: u32, row: Row, column: Column) -> i32 {
     let [step_x, step_y, step_z] = STEP;
@@ -94,7 +95,7 @@ pub fn noise(width_log2: u32, row: Row, column: Column) -> i32 {
         .wrapping_mul(step_x)
         .wrapping_add(((at_y >> FRACTION_LOG2) as u32).wrapping_mul(step_y))
         .wrapping_add(((at_z >> FRACTION_LOG2) as u32).wrapping_mul(step_z))
-        // Each level has a lattice of its own.
+        // Each level has its own lattice.
         .wrapping_add(width_log2.wrapping_mul(0x27D4_EB2F));
     let far = near.wrapping_add(step_z);
     let x = smoothstep(at_x & (FRACTION_ONE - 1));

@@ -1,16 +1,17 @@
-//! What smooth light predicts for the four children of a texel.
+//! Smooth prediction of the four children of a texel.
 //!
-//! Average interpolation: on each axis the quartic whose means over five texels are those texels; its means over
-//! the middle texel's halves are the children (Donoho, "Smooth wavelet decompositions with blocky coefficient
-//! kernels", 1993, degree 4; two axes as a tensor product). Repeated over octaves, it tends to light with a
-//! continuous slope. With three texels (degree 2) the limit has creases along rows and columns.
+//! Average interpolation: along each axis, the quartic whose means over five texels are those texels; its
+//! means over the halves of the middle texel are the children (Donoho, "Smooth wavelet decompositions with
+//! blocky coefficient kernels", 1993, degree 4; two axes as a tensor product). Repeated over octaves, it
+//! converges to light with a continuous slope. With three texels (degree 2) the limit has creases along rows
+//! and columns.
 
-/// Texels that a prediction looks at on each side.
+/// Texels that a prediction reads on each side.
 pub const REACH: usize = 2;
 
-/// Half the difference of the two halves of the middle one of five texels; exact up to degree 4 before rounding.
-/// Rounds towards zero, so that five texels mirrored give the mirrored result. The numerator is at most 25 times
-/// the texels' range: 2^24 and all within i32.
+/// Half the difference of the two halves of the middle of five texels; exact up to degree 4 before rounding.
+/// Rounds towards zero, so that mirrored input gives mirrored output. The numerator is at most 25 times the
+/// texels' range of 2^24, which fits i32.
 #[inline(always)]
 fn slope<const N: usize>(before: [&[i32; N]; 2], after: [&[i32; N]; 2]) -> [i32; N] {
     let numerator = |n: usize| 22 * (after[0][n] - before[1][n]) - 3 * (after[1][n] - before[0][n]);
@@ -35,8 +36,8 @@ impl<'a, const N: usize> Prediction<'a, N> {
         Self { texels, width, across }
     }
 
-    /// For the texels `x ..` of row `y`, both at least [`REACH`] from the rectangle's edge: the Haar coefficients
-    /// east-west, south-north and diagonal, such that the children are those of [`children`].
+    /// For the texels `x ..` of row `y`, both at least [`REACH`] from the rectangle's edge: the east-west,
+    /// south-north and diagonal Haar coefficients from which [`children`] builds the children.
     pub fn row(&self, x: usize, y: usize, coefficients: &mut [[[i32; N]; 3]]) {
         let count = coefficients.len();
         let line = |shift: usize| &self.texels[(y + shift - REACH) * self.width + x..][..count];
@@ -52,7 +53,8 @@ impl<'a, const N: usize> Prediction<'a, N> {
     }
 }
 
-/// North-west, north-east, south-west and south-east child: their sum is four parents, whatever the coefficients.
+/// North-west, north-east, south-west and south-east child. Their sum is four times the parent, for any
+/// coefficients.
 #[inline(always)]
 pub fn children(parent: i32, [a, b, c]: [i32; 3]) -> [i32; 4] {
     [parent - a - b + c, parent + a - b - c, parent - a + b - c, parent + a + b + c]
@@ -62,7 +64,7 @@ pub fn children(parent: i32, [a, b, c]: [i32; 3]) -> [i32; 4] {
 mod tests {
     use super::*;
 
-    /// The mean of 128 x^4 over `from ..= from + length`, a rectangle's texels being one wide.
+    /// The mean of 128 x^4 over `from ..= from + length`; texels of the rectangle are one wide.
     fn quartic(from: f64, length: f64) -> f64 {
         let integral = |x: f64| 128.0 * x.powi(5) / 5.0;
         (integral(from + length) - integral(from)) / length
@@ -70,7 +72,7 @@ mod tests {
 
     #[test]
     fn the_prediction_is_exact_for_a_quartic_on_either_axis() {
-        // Halves of [0, 1]: means 1.6 and 49.6, so the coefficient is 24 but for the rounding of the texels.
+        // Halves of [0, 1]: means 1.6 and 49.6, so the coefficient is 24 up to the rounding of the texels.
         let expected = (quartic(0.5, 0.5) - quartic(0.0, 0.5)) / 2.0;
         let mean = |x: usize| quartic(x as f64 - 2.0, 1.0).round() as i32;
         let texels: Vec<[i32; 2]> = (0..25).map(|index| [mean(index % 5), mean(index / 5)]).collect();
@@ -83,7 +85,7 @@ mod tests {
 
     #[test]
     fn the_prediction_of_a_saddle_is_diagonal() {
-        // 16 x y: children lie a quarter texel off, at +-1.
+        // 16 x y: children lie a quarter texel from the centre, so the values are +-1.
         let texels: Vec<[i32; 1]> = (0..25).map(|index| [256 * (index % 5 - 2) * (index / 5 - 2)]).collect();
         let mut found = [[[0]; 3]];
         Prediction::new(&texels, 5).row(2, 2, &mut found);

@@ -1,15 +1,17 @@
-//! Finer than the imagery: each texel becomes four, `child = parent + Haar detail`.
+//! Levels finer than the imagery: each texel is split into four, `child = parent + Haar detail`.
 //!
-//! Detail is what smooth light predicts from the parent and its neighbours ([`super::predict`]), plus noise on the
-//! sphere as strong as the finest real band there. Of the noise we take what the same prediction, from the means
-//! of its own 2 x 2 blocks, does not give (Cook and DeRose, "Wavelet noise", 2005, section 3, with exact means):
-//! subtracting the bare means would leave edges around each block, woven cloth after six octaves.
+//! Detail is the smooth prediction from the parent and its neighbours ([`super::predict`]), plus noise on the
+//! sphere as strong as the finest real band there. From the noise we subtract its own prediction from the
+//! means of its 2 x 2 blocks (Cook and DeRose, "Wavelet noise", 2005, section 3, with exact means).
+//! Subtracting only the means would leave edges around each block, which look like woven cloth after six
+//! octaves.
 //!
-//! The four children are `P - a - b + c`, `P + a - b - c`, `P - a + b - c`, `P + a + b + c`, so their sum is 4 P
-//! exactly; and `|a| + |b| + |c| <= min(P, 1 - P)` by scaling, so that none leaves 0 ..= 1 and none is clamped. Of
-//! that room the prediction alone may take 5/8: beside snow a dark texel would else get black children.
+//! The four children are `P - a - b + c`, `P + a - b - c`, `P - a + b - c`, `P + a + b + c`, so their sum is
+//! exactly 4 P. Scaling ensures `|a| + |b| + |c| <= min(P, 1 - P)`, so that no child leaves 0 ..= 1 and none
+//! is clamped. The prediction alone may use 5/8 of that room; otherwise a dark texel beside snow would get
+//! black children.
 //!
-//! Regions are rectangles in coordinates that may run over a pole or the antimeridian; every rounding is
+//! Regions are rectangles in coordinates that may extend over a pole or the antimeridian. Every rounding is
 //! symmetric, so a texel has the same value from either side.
 
 use super::super::border::true_texel;
@@ -18,11 +20,11 @@ use super::noise::{Column, columns, noise, row};
 use super::predict::{Prediction, REACH, children};
 use crate::picture::srgb::{self, LINEAR_ONE};
 
-/// Root mean square, at the equator, of four times a Haar coefficient of the noise, less its prediction.
-/// Measured (a test holds it within 1 %).
+/// RMS, at the equator, of four times a Haar coefficient of the noise minus its prediction. Measured; a test
+/// checks it to 1 %.
 const NOISE_RMS: i64 = 20_200;
 
-/// Fraction bits of a strength between two cells.
+/// Fraction bits of the interpolation weight between two strength cells.
 const CELL_FRACTION_LOG2: u32 = 8;
 
 /// A rectangle of one level in linear light; `left` and `top` may lie outside the level.
@@ -59,14 +61,14 @@ fn parents_of((left, top, width, height): Rectangle) -> Rectangle {
     (left, top, width, height)
 }
 
-/// A rectangle and all texels that a prediction for it looks at.
+/// A rectangle plus all texels that its prediction reads.
 fn with_neighbours((left, top, width, height): Rectangle) -> Rectangle {
     let reach = REACH as i64;
     (left - reach, top - reach, width + 2 * REACH, height + 2 * REACH)
 }
 
-/// A rectangle of the level `2^width_log2` texels wide, and the region of the next coarser level that it
-/// came from (none in the imagery). Both may be larger than asked, by a texel on each side.
+/// A rectangle of the level `2^width_log2` texels wide, and the region of the next coarser level that it was
+/// refined from (`None` in the imagery). Both may be one texel larger than requested on each side.
 pub fn region(base: &Base, width_log2: u32, rectangle: Rectangle) -> (Region, Option<Region>) {
     if width_log2 <= BASE_WIDTH_LOG2 {
         return (imagery(base, width_log2, rectangle), None);
@@ -88,17 +90,17 @@ fn imagery(base: &Base, width_log2: u32, (left, top, width, height): Rectangle) 
     region
 }
 
-/// Between which cells of the strength map the centre of a texel of the level `2^width_log2` texels wide lies,
-/// on either axis: the cell before, and the weight of the one after, in 1/256.
+/// Position of a texel's centre between the cells of the strength map, along either axis: the cell before,
+/// and the weight of the cell after in 1/256. The level is `2^width_log2` texels wide.
 fn cell_weight(texel: i64, width_log2: u32) -> (i64, i64) {
-    // (texel + 1/2) cells / texels - 1/2, the map being 2^10 cells wide and the level at least 2^12 texels.
+    // (texel + 1/2) cells / texels - 1/2. The map is 2^10 cells wide, the level at least 2^12 texels.
     let shift = width_log2 + 1 - CELLS_LOG2;
     let centre = ((2 * texel + 1) << CELL_FRACTION_LOG2 >> shift) - (1 << (CELL_FRACTION_LOG2 - 1));
     (centre >> CELL_FRACTION_LOG2, centre & ((1 << CELL_FRACTION_LOG2) - 1))
 }
 
-/// All children of a rectangle of parents, in the level `2^width_log2` texels wide; `coarser` holds the parents
-/// and their neighbours.
+/// All children of a rectangle of parents, in the level `2^width_log2` texels wide. `coarser` holds the
+/// parents and their neighbours.
 fn refine(base: &Base, width_log2: u32, coarser: &Region, parents: Rectangle) -> Region {
     let (left, top, width, height) = parents;
     let mut finer = Region::new(2 * left, 2 * top, 2 * width, 2 * height);
@@ -133,17 +135,17 @@ fn refine(base: &Base, width_log2: u32, coarser: &Region, parents: Rectangle) ->
 /// The noise of the children of a rectangle of parents.
 struct NoiseBlocks {
     width: usize,
-    /// Of the four children of each parent.
+    /// Sum over the four children of each parent.
     sums: Vec<[i32; 1]>,
     /// Four times the Haar coefficients of the four children of each parent.
     coefficients: Vec<[i32; 3]>,
 }
 
 impl NoiseBlocks {
-    /// `width_log2` is the children's.
+    /// `width_log2` is that of the children's level.
     fn new(width_log2: u32, (left, top, width, height): Rectangle) -> Self {
         let size = level_size(width_log2);
-        // A row beyond a pole lies half a turn away: it has other columns.
+        // A row beyond a pole lies half a turn away, so it uses other columns.
         let table = |turn: i64| -> Vec<Column> {
             let true_column = move |x: i64| (x + turn).rem_euclid(i64::from(size[0])) as u32;
             columns(width_log2, (2 * left..2 * (left + width as i64)).map(true_column))
@@ -171,25 +173,25 @@ impl NoiseBlocks {
     }
 }
 
-/// The children of a parent, for noise coefficients in units of [`NOISE_RMS`] and a relative strength in units
-/// of 1/[`STRENGTH_ONE`].
+/// The children of a parent, from noise coefficients in units of [`NOISE_RMS`] and a relative strength in
+/// units of 1/[`STRENGTH_ONE`].
 #[inline(always)]
 fn split(parent: i32, predicted: [i32; 3], noise: [i32; 3], strength: i64) -> [i32; 4] {
     let room = parent.min(LINEAR_ONE - parent);
     let smooth = within(predicted, room / 8 * 5);
-    // Products of 2^24 and 2^20, of 2^24 and 2^18: within i64. Division (not a shift) rounds towards zero, so
-    // that a mirrored row gets the mirrored detail.
+    // Products of 2^24 and 2^20, and of 2^24 and 2^18, fit i64. Division (not a shift) rounds towards zero,
+    // so that a mirrored row gets mirrored detail.
     let amplitude = i64::from(parent) * strength / STRENGTH_ONE;
     let scaled = |n: usize| smooth[n] + (i64::from(noise[n]) * amplitude / NOISE_RMS) as i32;
     children(parent, within([scaled(0), scaled(1), scaled(2)], room))
 }
 
-/// Coefficients, shrunk by a common factor if their magnitudes add up to more than `room`.
+/// Scales coefficients down by a common factor if their magnitudes add up to more than `room`.
 #[inline(always)]
 fn within(mut coefficients: [i32; 3], room: i32) -> [i32; 3] {
     let reach = coefficients[0].abs() + coefficients[1].abs() + coefficients[2].abs();
     if reach > room {
-        // One division a texel: 2^24 * 2^30 in i64, rounded down, so that the sum stays within the room.
+        // One division per texel: 2^24 * 2^30 in i64, rounded down, so that the sum stays within the room.
         let ratio = (i64::from(room) << 30) / i64::from(reach);
         for coefficient in &mut coefficients {
             let shrunk = ((i64::from(coefficient.abs()) * ratio) >> 30) as i32;
@@ -199,7 +201,7 @@ fn within(mut coefficients: [i32; 3], room: i32) -> [i32; 3] {
     coefficients
 }
 
-/// Where a run of parents lies in the strength map: the two cells beside each, and the weight of the second.
+/// Positions of a run of parents in the strength map: the two adjacent cells, and the weight of the second.
 struct StrengthColumns(Vec<([usize; 2], i64)>);
 
 impl StrengthColumns {
@@ -213,9 +215,9 @@ impl StrengthColumns {
     }
 }
 
-/// The strength map along one row of parents, blended from the two rows of cells beside it.
+/// The strength map along one row of parents, blended from the two adjacent rows of cells.
 struct StrengthRow<'a> {
-    /// The cells of a row, and what to add to a column there: half a turn beyond a pole.
+    /// The cells of a row, and the column offset: half a turn beyond a pole.
     rows: [(&'a [u32], usize); 2],
     columns: &'a StrengthColumns,
     south: i64,

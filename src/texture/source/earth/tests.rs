@@ -14,7 +14,7 @@ fn tile(earth: &Earth, level: u32, row: u32, column: u32) -> Vec<u8> {
     bytes
 }
 
-/// A texel of any level, by way of the tile that holds it in its payload.
+/// A texel of any level, read from the tile whose payload contains it.
 fn texel(earth: &Earth, level: u32, [x, y]: [u32; 2]) -> [u8; 4] {
     let pyramid = earth.pyramid();
     let tile = tile(earth, level, y >> pyramid.tile_log2(), x >> pyramid.tile_log2());
@@ -23,8 +23,8 @@ fn texel(earth: &Earth, level: u32, [x, y]: [u32; 2]) -> [u8; 4] {
     tile[at..at + 4].try_into().unwrap()
 }
 
-/// Checks every border texel, and the second picture, of one tile against the payloads of a pyramid that is
-/// cut otherwise. Returns how many differ.
+/// Compares every border texel, and the second picture, of one tile with the payloads of a pyramid with
+/// another tile size. Returns the number of differences.
 fn differing_texels(earth: &Earth, other: &Earth, id: TileId, step: usize) -> usize {
     let pyramid = earth.pyramid();
     let bytes = tile(earth, id.level, id.row, id.column);
@@ -37,7 +37,7 @@ fn differing_texels(earth: &Earth, other: &Earth, id: TileId, step: usize) -> us
         let size = pyramid.level_size(id.level + picture);
         let origin =
             [id.column, id.row].map(|index| (i64::from(index) << pyramid.tile_log2() >> picture) - border);
-        // All of the frame, and every `step`th texel of the inside.
+        // The whole frame, and every `step`th texel of the inside.
         let places = (0..side * side).filter(|index| {
             let (x, y) = (index % side, index / side);
             let frame = border as usize;
@@ -55,7 +55,7 @@ fn differing_texels(earth: &Earth, other: &Earth, id: TileId, step: usize) -> us
 }
 
 #[test]
-fn a_texel_is_the_same_from_every_tile_border_and_level_that_shows_it() {
+fn a_texel_is_the_same_in_every_tile_border_and_level_that_contains_it() {
     // Levels of 2^14 .. 2^12 texels: two synthetic and the finest real one.
     let (large, small) = (earth(14, 9, 4), earth(14, 4, 2));
     let id = |level, row, column| TileId { level, row, column };
@@ -71,14 +71,14 @@ fn a_texel_is_the_same_from_every_tile_border_and_level_that_shows_it() {
 }
 
 #[test]
-fn the_comparison_of_borders_rejects_another_places_texels() {
+fn the_comparison_of_borders_rejects_texels_of_another_place() {
     let (large, small) = (earth(14, 9, 4), earth(15, 4, 2));
     let id = TileId { level: 0, row: 7, column: 19 };
     assert!(differing_texels(&large, &small, id, 1009) > 100);
 }
 
 #[test]
-fn a_tile_does_not_depend_on_the_thread_or_on_what_came_before() {
+fn a_tile_does_not_depend_on_the_thread_or_on_earlier_tiles() {
     let earth = earth(16, 6, 2);
     let ids: Vec<TileId> =
         (0..96).map(|index| TileId { level: index % 5, row: index % 32, column: index * 7 % 64 }).collect();
@@ -130,14 +130,14 @@ fn the_mean_of_four_is_the_coarser_texel_exactly_if_real_and_within_one_code_if_
     for (level, row, column) in [(6, 0, 0), (6, 1, 5), (7, 1, 3), (8, 0, 1)] {
         assert_eq!(worst_mean(&earth, level, row, column, 0), 0, "level {level}");
     }
-    // The same comparison must object to the texel next to the parent.
+    // Neighbour test: the texel next to the parent must fail.
     for (level, row, column) in [(0, 77, 280), (3, 10, 40), (6, 1, 5)] {
         assert!(worst_mean(&earth, level, row, column, 1) > 1, "the neighbour passes, too: level {level}");
     }
 }
 
-/// How much the luminance of a level varies from texel to texel, over the luminance, in a square of the Earth
-/// that is 1/32 of its width, 11.25 degrees: the squared mean root of |Haar coefficient / mean|, in f64.
+/// The relative texel-to-texel variation of a level's luminance, in a square of 1/32 of the Earth's width
+/// (11.25 degrees): the squared mean root of |Haar coefficient / mean|, in f64.
 fn band_strength(base: &Base, width_log2: u32, x_32nds: i64, y_32nds: i64) -> f64 {
     let side = 1usize << (width_log2 - 5);
     let [left, top] = [x_32nds, y_32nds].map(|at| at * side as i64);
@@ -189,7 +189,7 @@ fn tiles_of_every_kind_are_pinned() {
 }
 
 #[test]
-fn a_small_earth_is_imagery_only_and_a_map_of_another_shape_is_refused() {
+fn a_small_earth_is_only_imagery_and_a_map_of_another_shape_is_refused() {
     let small = earth(9, 6, 4);
     assert_eq!(small.finest_real_level(), 0);
     assert_eq!(small.read_resident_level(9).unwrap().len(), 4);
@@ -208,8 +208,8 @@ fn a_resident_level_in_the_synthetic_part_equals_the_tiles() {
     }
 }
 
-/// The mean step across the middle of a square of 64 texels of the level `2^width_log2` wide, the largest
-/// mean step elsewhere in it, and the middle one with its far side moved along by 21 texels. Axis 0: columns.
+/// In a square of 64 texels of the level `2^width_log2` wide: the mean step across the middle, the largest
+/// mean step elsewhere, and the middle step with its far side shifted by 21 texels. Axis 0: columns.
 fn steps(width_log2: u32, axis: usize, [left, top]: [i64; 2]) -> [f64; 3] {
     let (region, _) = refine::region(base::base().unwrap(), width_log2, (left, top, 64, 64));
     let texel = |x: i64, y: i64| region.row(left + x, top + y)[0][1];
@@ -225,12 +225,13 @@ fn steps(width_log2: u32, axis: usize, [left, top]: [i64; 2]) -> [f64; 3] {
 }
 
 #[test]
-fn neither_the_antimeridian_nor_a_pole_shows_as_a_seam() {
-    // Kamchatka's latitude; the Arctic Ocean; Antarctica. Level of 2^14 texels, 4 for each of the imagery.
+fn neither_the_antimeridian_nor_a_pole_has_a_visible_seam() {
+    // Kamchatka's latitude; the Arctic Ocean; Antarctica. A level of 2^14 texels, 4 for each texel of the
+    // imagery.
     for (axis, left, top) in [(0, -32, 1100), (1, 5000, -32), (1, 9000, 8192 - 32)] {
         let [edge, most, torn] = steps(14, axis, [left, top]);
-        // The imagery's own step at that edge: Antarctica's snow is so near to white that detail with the same mean
-        // has no room to soften it.
+        // The imagery's own step at that edge. Antarctica's snow is nearly white, so detail with the same
+        // mean has no room to soften the step.
         let real = match axis {
             0 => steps(12, axis, [-32, top / 4]),
             _ => steps(12, axis, [left / 4, if top < 0 { -32 } else { 2048 - 32 }]),
@@ -239,17 +240,17 @@ fn neither_the_antimeridian_nor_a_pole_shows_as_a_seam() {
         println!(
             "axis {axis} at {left}, {top}: {edge}, most elsewhere {most}, torn {torn}, imagery {real:?}"
         );
-        // Across the edge no more than anywhere around it, or than the imagery has.
+        // The step across the edge may not exceed the steps around it, or the imagery's own.
         assert!(edge <= allowed, "axis {axis} at {left}, {top}: {edge}, allowed {allowed}");
-        // The neighbour: an edge that does not fit is refused. (At a pole 64 columns are one place: they all fit.)
+        // Neighbour test: a shifted edge must fail. (At a pole, 64 columns are one place, so all shifts fit.)
         assert!(axis == 1 || torn > allowed, "axis {axis} at {left}, {top}: torn {torn}, allowed {allowed}");
     }
 }
 
-/// Prints what the module's documentation states; asserts no time.
+/// Prints the times of the module's documentation; asserts none.
 #[test]
 fn the_time_of_a_tile_is_printed() {
-    // Tibet and Alaska, 2^12: imagery; the others 1, 6 and 8 octaves finer.
+    // Tibet and Alaska. 2^12 is imagery; the others are 1, 6 and 8 octaves finer.
     for (place, [longitude, latitude]) in [("Tibet", [87.0, 31.0]), ("Alaska", [-150.0, 65.0])] {
         for width_log2 in [12, 13, 18, 20] {
             let earth = earth(width_log2, 9, 4);

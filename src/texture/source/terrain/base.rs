@@ -1,4 +1,5 @@
-//! The coarsest ground that is computed from the heights: 1024 x 1024 places, 100 m apart; and every coarser level.
+//! The finest ground computed directly from the heights (1024 x 1024 points, 100 m apart), and every coarser
+//! level.
 
 use super::ground::{Fields, Palette, beyond};
 use super::noise::octave;
@@ -12,12 +13,12 @@ pub const BASE_LOG2: u32 = 10;
 const SIDE: usize = 1 << BASE_LOG2;
 /// The noise's coarsest octave: 64 x 64 texels.
 const NOISE_LOG2: u32 = 6;
-/// An octave of noise over the one before it.
+/// Amplitude of an octave of noise relative to the one before.
 pub const NOISE_FALL: f32 = 0.89;
 
 /// Ground and colours.
 pub struct Base {
-    /// Of 2^10 x 2^10.
+    /// Ground of the level 2^10 x 2^10.
     pub ground: Vec<Fields>,
     /// Entry 0 is 2^10 x 2^10, the last 1 x 1: sRGB bytes, rows from the north.
     levels: Vec<Vec<[u8; 3]>>,
@@ -26,7 +27,7 @@ pub struct Base {
 
 static BASE: LazyLock<Base> = LazyLock::new(Base::build);
 
-/// The base, made on first use and kept.
+/// The base, computed on first use and kept.
 pub fn base() -> &'static Base {
     &BASE
 }
@@ -36,7 +37,7 @@ pub fn texel_m(width_log2: u32) -> f32 {
     (AREA_M / f64::from(1u32 << width_log2)) as f32
 }
 
-/// The share of the octave that a level adds.
+/// Amplitude of the octave that a level adds.
 pub fn noise_share(width_log2: u32) -> f32 {
     (NOISE_LOG2..width_log2).fold(0.4, |share, _| share * NOISE_FALL)
 }
@@ -55,12 +56,12 @@ impl Base {
 
     /// The stored bytes of a level `2^width_log2` texels wide.
     pub fn level(&self, width_log2: u32) -> &[[u8; 3]] {
-        assert!(width_log2 <= BASE_LOG2, "level of width 2^{width_log2} is refined");
+        assert!(width_log2 <= BASE_LOG2, "level of width 2^{width_log2} is finer than the base");
         &self.levels[(BASE_LOG2 - width_log2) as usize]
     }
 }
 
-/// The bytes of a place in a level with texels of `texel_m`.
+/// The colour bytes of a point, in a level with texels of `texel_m`.
 pub fn texel(palette: &Palette, ground: &Fields, texel_m: f32) -> [u8; 3] {
     let table = srgb::table();
     palette.color(ground, texel_m).map(|channel| table.encode((channel * LINEAR_ONE as f32) as i32))
@@ -86,13 +87,13 @@ impl Grid {
         Grid((0..SIDE * SIDE).into_par_iter().map(|index| value(index % SIDE, index / SIDE)).collect())
     }
 
-    /// Held beyond the edges.
+    /// Clamps at the edges.
     fn at(&self, x: i64, y: i64) -> f32 {
         let inside = |at: i64| at.clamp(0, SIDE as i64 - 1) as usize;
         self.0[inside(y) * SIDE + inside(x)]
     }
 
-    /// About a normal distribution's blur of deviation `1.2 step`, from 5 x 5 places `step` apart.
+    /// Approximately a Gaussian blur of deviation `1.2 step`, from 5 x 5 points `step` apart.
     fn blurred(&self, step: i64) -> Grid {
         const WEIGHTS: [f32; 5] = [0.0625, 0.25, 0.375, 0.25, 0.0625];
         let sum = |at: &dyn Fn(i64) -> f32| (0..5).map(|n| WEIGHTS[n as usize] * at((n - 2) * step)).sum();
@@ -101,7 +102,7 @@ impl Grid {
     }
 }
 
-/// Everything that heights and slopes decide.
+/// The fields of every point that follow from heights and slopes.
 fn ground() -> Vec<Fields> {
     let spacing = AREA_M / SIDE as f64;
     let middle = (SIDE as f64 - 1.0) / 2.0;
@@ -136,7 +137,7 @@ fn ground() -> Vec<Fields> {
     (0..SIDE * SIDE).into_par_iter().map(place).collect()
 }
 
-/// The octaves that the base can show, each interpolated from the coarser ones.
+/// The octaves that the base can represent, each interpolated from the coarser ones.
 fn noise() -> Vec<[f32; 2]> {
     let mut sum = vec![[0.0; 2]];
     for width_log2 in 1..=BASE_LOG2 {

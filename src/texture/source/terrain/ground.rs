@@ -1,34 +1,35 @@
-//! What lies on a slope, and its colour: snow, glacier ice, rock with its strata, scree, dry ground, meadow and forest.
+//! The surface cover of a slope, and its colour: snow, glacier ice, rock with strata, scree, dry ground,
+//! meadow and forest.
 //!
-//! Albedo alone: no sun is in it. Hollows are darker and crests brighter by up to 30 %, because a hollow sees less of
-//! the sky, and the mesh has no triangle as small as a gully.
+//! Albedo only, without sunlight. Hollows are up to 30 % darker and crests up to 30 % brighter: a hollow sees
+//! less sky, and the mesh has no triangles as small as a gully.
 
 use crate::picture::srgb;
 
-/// What decides the colour of a place, in this order; all of it is smooth, so that finer levels come by interpolation.
-/// An array, because interpolation does the same to all.
+/// The inputs of a point's colour, in this order. All are smooth, so that finer levels can interpolate them.
+/// An array, because interpolation treats all fields alike.
 pub type Fields = [f32; FIELDS];
 pub const FIELDS: usize = 8;
 
 /// Metres above the sea.
 pub const HEIGHT: usize = 0;
-/// Rise over run.
+/// Slope: rise over run.
 pub const STEEP: usize = 1;
 /// -1 in a hollow, 1 on a crest.
 pub const CREST: usize = 2;
-/// Above 0: snow stays.
+/// Above 0, snow stays.
 pub const COLD: usize = 3;
-/// Above 0: a glacier.
+/// Above 0, there is a glacier.
 pub const ICE: usize = 4;
-/// 0 in the rain shadow, 1 where the monsoon comes.
+/// 0 in the rain shadow, 1 where the monsoon reaches.
 pub const WET: usize = 5;
-/// Two noises of many octaves, about -1 ..= 1.
+/// Two noises of many octaves, each about -1 ..= 1.
 pub const NOISE: usize = 6;
 
 /// Linear light.
 pub type Color = [f32; 3];
 
-/// The colours between which the ground's are mixed, linear light.
+/// The colours that are mixed into the ground's, in linear light.
 pub struct Palette {
     snow: Color,
     old_snow: Color,
@@ -74,10 +75,10 @@ fn mix(from: Color, to: Color, share: f32) -> Color {
     std::array::from_fn(|n| from[n] + (to[n] - from[n]) * share)
 }
 
-/// Shares above this one are all, and below 1 less it nothing: what is not seen is not computed.
+/// Shares above this count as 1, and below 1 minus it as 0, so that invisible parts are not computed.
 const MOST: f32 = 0.996;
 
-/// As [`mix`], where the share is worth it.
+/// Like [`mix`]; computes `to` only if its share is visible.
 fn mix_with(from: Color, share: f32, to: impl FnOnce() -> Color) -> Color {
     if share > 1.0 - MOST { mix(from, to(), share) } else { from }
 }
@@ -88,7 +89,7 @@ fn step(at: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Brightness of beds of rock, 0 ..= 1, from the lowest up. The thinnest repeat after 17 km.
+/// Brightness of beds of rock, 0 ..= 1, from the lowest up. The thinnest beds repeat after 17 km.
 const BEDS: usize = 1 << 10;
 
 fn beds() -> [f32; BEDS] {
@@ -100,11 +101,11 @@ fn beds() -> [f32; BEDS] {
     })
 }
 
-/// Thickness of strata in metres, and their part of the rock's brightness.
+/// Thickness of strata in metres, and their weight in the rock's brightness.
 const STRATA: [(f32, f32); 3] = [(170.0, 0.5), (55.0, 0.35), (17.0, 0.3)];
 
 impl Palette {
-    /// The colour of a place in a level with texels of `texel_m`.
+    /// The colour of a point, in a level with texels of `texel_m`.
     pub fn color(&self, ground: &Fields, texel_m: f32) -> Color {
         let [a, b] = [ground[NOISE], ground[NOISE + 1]];
         let snow = step((ground[COLD] + 1.1 * a - 0.8 * ground[CREST].min(0.0)) * 2.6);
@@ -120,7 +121,7 @@ impl Palette {
         color.map(|channel| (channel * shade).clamp(0.002, 0.96))
     }
 
-    /// Without snow and ice.
+    /// The colour without snow and ice.
     fn bare(&self, ground: &Fields, texel_m: f32) -> Color {
         let [a, b] = [ground[NOISE], ground[NOISE + 1]];
         let rocky = step((ground[STEEP] - 0.78 + 0.30 * b + 0.10 * a) * 4.0);
@@ -128,9 +129,9 @@ impl Palette {
         mix_with(soil, rocky, || self.rock(ground, texel_m))
     }
 
-    /// Smooth between beds; `at` counts them, from `first` on.
+    /// Interpolates smoothly between beds; `at` counts beds from `first`.
     fn bed(&self, at: f32, first: usize) -> f32 {
-        // Heights are positive: truncation is the floor.
+        // Heights are positive, so truncation equals floor.
         let n = at as usize;
         let t = at - n as f32;
         let [below, above] = [n + first, n + first + 1].map(|n| self.beds[n % BEDS]);
@@ -139,7 +140,7 @@ impl Palette {
 
     fn rock(&self, ground: &Fields, texel_m: f32) -> Color {
         let [a, b] = [ground[NOISE], ground[NOISE + 1]];
-        // Beds dip and wave: their height is shifted by noise.
+        // Beds dip and wave: noise shifts their height.
         let bed_m = ground[HEIGHT] + 70.0 * a + 40.0 * b;
         let mut bright = 0.38 + 0.55 * b;
         for (n, (thick_m, share)) in STRATA.into_iter().enumerate() {
@@ -174,7 +175,7 @@ impl Palette {
         mix_with(wooded, farmed * step((b + 0.1) * 3.0), || mix(self.field, self.straw, step(4.0 * a)))
     }
 
-    /// Clean ice high up; lower down under the debris that it carries.
+    /// Clean ice high up, debris-covered ice lower down.
     fn glacier(&self, ground: &Fields) -> Color {
         let [a, b] = [ground[NOISE], ground[NOISE + 1]];
         let clean = step((ground[HEIGHT] - 5350.0) * (1.0 / 350.0) + 1.1 * a - 0.3);
@@ -182,7 +183,7 @@ impl Palette {
     }
 }
 
-/// The parent on a child's other side, held at the map's edge.
+/// The parent on a child's far side, clamped at the map's edge.
 pub fn beyond(child: usize, last: usize) -> usize {
     if child.is_multiple_of(2) { (child / 2).saturating_sub(1) } else { (child / 2 + 1).min(last) }
 }

@@ -1,25 +1,26 @@
-//! The ground of the scene `valley`: albedo for [`crate::math::relief`], 2^m x 2^m texels, m up to 20; a pure function of
-//! level, column and row, the same bytes on every machine, in any order, on any number of threads.
+//! The ground of the scene `valley`: albedo for [`crate::math::relief`], 2^m x 2^m texels, m up to 20. A pure
+//! function of level, column and row: the same bytes on every machine, in any order, on any number of
+//! threads.
 //!
-//! Labelled synthetic, all of it: what grows or lies at a place follows from its height, its slope, the direction it
-//! faces and how far it is from the divide (`ground`). The level of 1024 x 1024 texels is computed from the heights, and
-//! each coarser one is the mean of the finer, exactly (`base`). Finer levels colour the same ground, interpolated, with
-//! one more octave of noise each (`refine`).
+//! All of it is labelled synthetic: the cover of a point follows from its height, slope, aspect and distance
+//! from the divide (`ground`). The level of 1024 x 1024 texels is computed from the heights; each coarser
+//! level is exactly the mean of the finer one (`base`). Each finer level interpolates the same ground, adds
+//! one octave of noise, and colours it again (`refine`).
 //!
 //! # Means
-//! Beyond the base the mean of four stored texels differs from the stored parent by what the octave adds: a root mean
-//! square of 1 to 7 codes where texels differ by 10 to 60, 13 in the octave after the base (on the summit), and by at most
-//! 1.2 codes in the mean of a tile (tested).
+//! Beyond the base, the mean of four stored texels differs from the stored parent by what the new octave
+//! adds. The RMS difference is 1 to 7 codes where texels differ by 10 to 60, and 13 in the octave after the
+//! base (on the summit). The mean of a tile differs by at most 1.2 codes (tested).
 //!
 //! # Borders
-//! The map is no globe, but borders follow the one rule of all sources ([`super::border`]), which shaders and references
-//! share: beyond an edge is the opposite side. The model `valley` ends 1/64 of the area before the edges, so that nothing
-//! of it is seen.
+//! The map is not a globe, but its borders follow the rule of all sources ([`super::border`]), which shaders
+//! and references share: beyond an edge is the opposite side. The model `valley` ends 1/64 of the area before
+//! the edges, so this is never visible.
 //!
 //! # Cost
-//! The first terrain of a process computes the base: 0.9 s of one core, in parallel. A tile of 512 with 4 texels of border,
-//! both pictures: 13 to 19 ms on a busy machine, 1.4 ms of the base and coarser (2026-11-22; `earth` 13 ms on a quiet
-//! core).
+//! The first terrain of a process computes the base: 0.9 s of one core, in parallel. A tile of 512 with 4
+//! texels of border, both pictures: 13 to 19 ms on a busy machine; 1.4 ms in the base and coarser levels
+//! (2026-11-22; `earth` takes 13 ms on an idle core).
 
 mod base;
 mod ground;
@@ -35,9 +36,9 @@ use base::{BASE_LOG2, Base};
 use refine::Region;
 use thiserror::Error;
 
-/// What is wrong with a terrain.
+/// Error of the source `terrain`.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("the terrain's map is a square of at least 2^4 texels; 2^{0} x 2^{1} are none")]
+#[error("the terrain's map must be square, with at least 2^4 texels per side; 2^{0} x 2^{1} is not")]
 pub struct TerrainError(u32, u32);
 
 /// The source `terrain`. RGBA8, alpha 255.
@@ -59,7 +60,7 @@ impl Terrain {
         Ok(Terrain { pyramid, base: base::base() })
     }
 
-    /// Writes `side x side` texels of the level `2^width_log2` wide from `origin` on, which may lie outside of it.
+    /// Writes `side x side` texels of the level `2^width_log2` wide from `origin`, which may lie outside it.
     fn write(&self, width_log2: u32, [left, top]: [i64; 2], side: usize, bytes: &mut [u8]) {
         let width = 1i64 << width_log2;
         let mut piece = |from: [i64; 2], rows: usize, at: usize| {
@@ -78,14 +79,14 @@ impl Terrain {
         };
         let inside = top.max(0)..(top + side as i64).min(width);
         piece([left, inside.start], (inside.end - inside.start) as usize, (inside.start - top) as usize);
-        // Beyond the first and last row each row has its own turn.
+        // Rows before the first and after the last each have their own turn.
         for y in (top..inside.start).chain(inside.end..top + side as i64) {
             let turned = true_texel([width as u32; 2], left, y).map(i64::from);
             piece(turned, 1, (y - top) as usize);
         }
     }
 
-    /// As [`Terrain::write`], for levels that are stored.
+    /// Like [`Terrain::write`], for stored levels.
     fn write_base(&self, width_log2: u32, [left, top]: [i64; 2], side: usize, bytes: &mut [u8]) {
         let level = self.base.level(width_log2);
         for (index, texel) in bytes.chunks_exact_mut(4).enumerate() {
@@ -97,7 +98,8 @@ impl Terrain {
     }
 }
 
-/// `length` columns from `start` on, which wrap: how many come before, the true first one, how many.
+/// Splits `length` columns from `start`, which wrap, into runs: columns before the run, its true first
+/// column, its length.
 fn spans(start: i64, length: usize, width: usize) -> Vec<(usize, usize, usize)> {
     let (mut spans, mut done) = (Vec::new(), 0);
     while done < length {
@@ -109,7 +111,7 @@ fn spans(start: i64, length: usize, width: usize) -> Vec<(usize, usize, usize)> 
     spans
 }
 
-/// Colours `size` texels from `from` on of the level `2^width_log2` wide, into rows of `side` texels.
+/// Colours `size` texels from `from` of the level `2^width_log2` wide, into rows of `side` texels.
 fn write_region(
     region: &Region,
     width_log2: u32,
@@ -132,7 +134,7 @@ impl TileSource for Terrain {
     fn describe(&self) -> String {
         let [m, n] = [self.pyramid.width_log2(), self.pyramid.height_log2()];
         format!(
-            "terrain, 2^{m} x 2^{n}: synthetic colours of the ground about Mount Everest, from real heights"
+            "terrain, 2^{m} x 2^{n}: synthetic colours of the ground around Mount Everest, from real heights"
         )
     }
 
@@ -178,7 +180,7 @@ impl TileSource for Terrain {
             fine_side,
             fine,
         );
-        let parents = parents.expect("a level beyond the base is refined from another");
+        let parents = parents.expect("a level beyond the base must be refined from a coarser one");
         write_region(
             &parents,
             width_log2 - 1,
@@ -198,7 +200,7 @@ impl TileSource for Terrain {
         }
         let width = 1usize << width_log2;
         let mut bytes = vec![0; width * width * 4];
-        // By 64 rows, to bound the work in hand.
+        // In bands of 64 rows, to bound memory.
         for (band, bytes) in bytes.chunks_mut(64 * width * 4).enumerate() {
             let region = refine::region(self.base, width_log2, 0..width, 64 * band..64 * band + 64).0;
             write_region(&region, width_log2, [0, 64 * band], [width, 64], width, bytes);

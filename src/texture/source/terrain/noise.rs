@@ -1,9 +1,9 @@
 //! Smooth noise of one octave on the plane, two values at once.
 //!
-//! A square lattice, 1.6 texels apart and turned by atan(3/4), so that neither its rows nor its columns lie along those
-//! of the texels; a 32-bit hash at each point gives 16 bits to either value; smoothstep between them.
+//! A square lattice, 1.6 texels apart and rotated by atan(3/4), so that its rows and columns do not line up
+//! with the texels'. A 32-bit hash at each point gives 16 bits to each value; smoothstep interpolates.
 
-/// Numerators of places in a cell: the lattice's coordinates are whole eighths.
+/// Subdivisions of a cell: texel centres lie at whole eighths of the lattice.
 const PARTS: i32 = 8;
 
 /// 3t^2 - 2t^3 at the eighths.
@@ -36,8 +36,8 @@ fn blend(from: [f32; 2], to: [f32; 2], weight: f32) -> [f32; 2] {
     [from[0] + (to[0] - from[0]) * weight, from[1] + (to[1] - from[1]) * weight]
 }
 
-/// Two values within -1 ..= 1 for texel `(x, y)` of the level `2^width_log2` texels wide; each level has its own
-/// lattice.
+/// Two values within -1 ..= 1 for texel `(x, y)` of the level `2^width_log2` texels wide. Each level has its
+/// own lattice.
 #[inline(always)]
 pub fn octave(width_log2: u32, x: i32, y: i32) -> [f32; 2] {
     let (u, v) = (4 * x + 3 * y, 4 * y - 3 * x);
@@ -69,7 +69,8 @@ mod tests {
             product += value[0] * value[1] / 65_536.0;
         }
         println!("mean {sums:.4?}, mean square {squares:.4?}, product {product:.4}");
-        // 25 600 lattice points of mean square 1/3: the mean's deviation is 0.004, blending lowers the square.
+        // 25 600 lattice points with mean square 1/3: the mean's deviation is 0.004; blending lowers the
+        // square.
         assert!(sums.iter().all(|sum| sum.abs() < 0.02) && product.abs() < 0.01);
         assert!(squares.iter().all(|square| (0.1..0.3).contains(square)));
     }

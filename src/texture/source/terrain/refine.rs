@@ -1,16 +1,17 @@
-//! Finer than the base: the ground is interpolated (bilinear between centres; repeated over octaves this tends to a surface
-//! with a continuous slope), gets one more octave of noise, and is coloured anew.
+//! Levels finer than the base: the ground is interpolated (bilinear between centres; repeated over octaves
+//! this converges to a surface with a continuous slope), gets one more octave of noise, and is coloured
+//! again.
 //!
-//! Differs from the source `earth`, whose four children have their parent as exact mean: there the parent is a photograph.
-//! Here both are the same function of the ground; to force the means would show the base's texels as squares of 100 m,
-//! wherever snow meets rock.
+//! Differs from the source `earth`, whose four children have their parent as exact mean, because that parent
+//! is a photograph. Here both are the same function of the ground; forcing the means would show the base's
+//! texels as squares of 100 m wherever snow meets rock.
 
 use super::base::{BASE_LOG2, Base, noise_share};
 use super::ground::{FIELDS, Fields, NOISE, beyond};
 use super::noise::octave;
 use std::ops::Range;
 
-/// The ground of a rectangle of one level, all of it inside the map.
+/// The ground of a rectangle of one level, entirely inside the map.
 pub struct Region {
     columns: Range<usize>,
     rows: Range<usize>,
@@ -18,7 +19,7 @@ pub struct Region {
 }
 
 impl Region {
-    /// Row `y` from column `x` on.
+    /// Row `y` from column `x`.
     pub fn row(&self, x: usize, y: usize) -> &[Fields] {
         let end = (y + 1 - self.rows.start) * self.columns.len();
         &self.ground[self.place(x, y)..end]
@@ -37,8 +38,8 @@ fn with_neighbours(span: &Range<usize>, width_log2: u32) -> Range<usize> {
     span.start.saturating_sub(1)..(span.end + 1).min(1 << width_log2)
 }
 
-/// A rectangle of the level `2^width_log2` texels wide, and the region of the next coarser level that it came from
-/// (none in the base). Both may be larger than asked, by a texel on each side.
+/// A rectangle of the level `2^width_log2` texels wide, and the region of the next coarser level that it was
+/// refined from (`None` in the base). Both may be one texel larger than requested on each side.
 pub fn region(
     base: &Base,
     width_log2: u32,
@@ -60,13 +61,13 @@ fn of_base(base: &Base, columns: Range<usize>, rows: Range<usize>) -> Region {
     Region { columns, rows, ground }
 }
 
-/// 3/4 of the nearer and 1/4 of the farther.
+/// 3/4 of the nearer plus 1/4 of the farther.
 #[inline(always)]
 fn between(near: &Fields, far: &Fields) -> Fields {
     std::array::from_fn(|n| 0.75 * near[n] + 0.25 * far[n])
 }
 
-/// All children of a rectangle of parents; `coarser` holds these and their neighbours.
+/// All children of a rectangle of parents; `coarser` holds the parents and their neighbours.
 fn refine(width_log2: u32, coarser: &Region, across: Range<usize>, down: Range<usize>) -> Region {
     let (width, last) = (2 * across.len(), (1 << (width_log2 - 1)) - 1);
     let (columns, rows) = (2 * across.start..2 * across.end, 2 * down.start..2 * down.end);

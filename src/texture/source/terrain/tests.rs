@@ -14,7 +14,7 @@ fn tile(terrain: &Terrain, level: u32, row: u32, column: u32) -> Vec<u8> {
     bytes
 }
 
-/// A texel of any level, by way of the tile that holds it in its payload.
+/// A texel of any level, read from the tile whose payload contains it.
 fn texel(terrain: &Terrain, level: u32, [x, y]: [u32; 2]) -> [u8; 4] {
     let pyramid = terrain.pyramid();
     let tile = tile(terrain, level, y >> pyramid.tile_log2(), x >> pyramid.tile_log2());
@@ -23,8 +23,8 @@ fn texel(terrain: &Terrain, level: u32, [x, y]: [u32; 2]) -> [u8; 4] {
     tile[at..at + 4].try_into().unwrap()
 }
 
-/// How many texels of a tile's frame, of its inside and of its second picture are not those of the payloads of a pyramid
-/// that is cut otherwise.
+/// Number of texels in a tile's frame, inside and second picture that differ from the payloads of a pyramid
+/// with another tile size.
 fn differing_texels(terrain: &Terrain, other: &Terrain, id: TileId) -> usize {
     let pyramid = terrain.pyramid();
     let bytes = tile(terrain, id.level, id.row, id.column);
@@ -52,7 +52,7 @@ fn differing_texels(terrain: &Terrain, other: &Terrain, id: TileId) -> usize {
 }
 
 #[test]
-fn a_texel_is_the_same_from_every_tile_border_and_level_that_shows_it() {
+fn a_texel_is_the_same_in_every_tile_border_and_level_that_contains_it() {
     // Levels of 2^12 and 2^11 texels are refined, 2^10 is the base.
     let (large, small) = (terrain(12, 8, 4), terrain(12, 4, 2));
     let id = |level, row, column| TileId { level, row, column };
@@ -66,12 +66,12 @@ fn a_texel_is_the_same_from_every_tile_border_and_level_that_shows_it() {
     ] {
         assert_eq!(differing_texels(&large, &small, id), 0, "{id:?}");
     }
-    // The neighbour that must be rejected: another place's texels.
+    // Neighbour test: texels of another place must fail.
     assert!(differing_texels(&large, &terrain(13, 4, 2), id(0, 7, 9)) > 100);
 }
 
 #[test]
-fn a_tile_does_not_depend_on_the_thread_or_on_what_came_before() {
+fn a_tile_does_not_depend_on_the_thread_or_on_earlier_tiles() {
     let terrain = terrain(14, 6, 2);
     let ids: Vec<TileId> =
         (0..64).map(|index| TileId { level: index % 5, row: index % 16, column: index * 7 % 16 }).collect();
@@ -87,8 +87,8 @@ fn a_tile_does_not_depend_on_the_thread_or_on_what_came_before() {
     }
 }
 
-/// Root mean square and mean, in codes, of what a tile's second picture is above the means of four texels of its first,
-/// whose rows are moved by `shift` texels; and the root mean square of the first about its mean.
+/// RMS and mean, in codes, of a tile's second picture minus the means of four texels of its first picture,
+/// with the latter's rows shifted by `shift` texels; and the RMS of the first picture about its mean.
 fn against_means(terrain: &Terrain, [level, row, column]: [u32; 3], shift: usize) -> [f64; 3] {
     let pyramid = terrain.pyramid();
     let [fine, coarse] = pyramid.stored_sides().map(|side| side as usize);
@@ -112,12 +112,12 @@ fn against_means(terrain: &Terrain, [level, row, column]: [u32; 3], shift: usize
 }
 
 #[test]
-fn a_level_is_the_mean_of_the_finer_exactly_up_to_the_base_and_nearly_beyond() {
+fn a_level_is_exactly_the_mean_of_the_finer_one_up_to_the_base_and_nearly_beyond() {
     let terrain = terrain(16, 9, 4);
     for id in [[6, 0, 0], [6, 1, 0], [6, 1, 1]] {
         assert_eq!(against_means(&terrain, id, 0)[..2], [0.0, 0.0], "{id:?}");
     }
-    // Everest's south-west face, forest, the plateau: every level that is refined.
+    // Everest's south-west face, forest, the plateau: all refined levels.
     for level in 0..6 {
         for [row, column] in [[66, 62], [100, 30], [20, 70]] {
             let id = [level, row >> level, column >> level];
@@ -126,9 +126,9 @@ fn a_level_is_the_mean_of_the_finer_exactly_up_to_the_base_and_nearly_beyond() {
             println!(
                 "{id:?}: rms {rms:.2}, mean {mean:.2} codes of {own:.1}; moved by 8 texels {shifted:.2}"
             );
-            // What a level adds is detail: a fraction of the contrast that there is, and no shift of the brightness.
+            // A level adds only detail: a fraction of the existing contrast, and no brightness shift.
             assert!(rms < 0.25 * own + 3.0 && mean.abs() < 2.5, "{id:?}: {rms} {mean}");
-            // The neighbour: another place is farther off.
+            // Neighbour test: another place must differ more.
             assert!(shifted > 1.2 * rms, "{id:?}: {shifted} {rms}");
         }
     }
@@ -160,7 +160,7 @@ fn tiles_of_every_kind_are_pinned() {
 }
 
 #[test]
-fn a_resident_level_beyond_the_base_equals_the_tiles_and_a_map_that_is_no_square_is_refused() {
+fn a_resident_level_beyond_the_base_equals_the_tiles_and_a_map_that_is_not_square_is_refused() {
     let pyramid = Pyramid::new(12, 12, 8, 4, Some(12)).unwrap();
     let (resident, tiled) = (Terrain::new(pyramid).unwrap(), terrain(12, 8, 4));
     let level = resident.read_resident_level(1).unwrap();
@@ -172,7 +172,7 @@ fn a_resident_level_beyond_the_base_equals_the_tiles_and_a_map_that_is_no_square
     assert_eq!(Terrain::new(oblong).err(), Some(TerrainError(10, 9)));
 }
 
-/// Prints what the module's documentation states; asserts no time.
+/// Prints the times of the module's documentation; asserts none.
 #[test]
 fn the_time_of_a_tile_is_printed() {
     for (place, row, column) in [("Everest", 0.51, 0.49), ("forest", 0.7, 0.3), ("Tibet", 0.2, 0.6)] {

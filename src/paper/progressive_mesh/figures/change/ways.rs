@@ -1,4 +1,4 @@
-//! The ways, as they run: what scenes draw by, and two beside them.
+//! The methods that are timed: those of scenes, and two others.
 
 use super::{DEVICE, HOST, Meshes};
 use crate::figure::Contender;
@@ -14,20 +14,20 @@ use crate::vk::{Buffer, BufferUse, Gpu, PassTime};
 use std::cell::RefCell;
 use std::time::Instant;
 
-/// A way by its name.
+/// A method and its name.
 pub struct Named {
     pub name: &'static str,
-    /// None: a copy.
+    /// `None`: a copy.
     pub order: Option<FaceOrder>,
     pub by: By,
 }
 
-/// Who writes the index buffer.
+/// The writer of the index buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum By {
-    /// As a scene asks for it.
+    /// As the scene selects.
     Scene(Apply),
-    /// The host, where the device reads: no scene asks for it.
+    /// The host, in memory that the device reads; scenes do not use it.
     Mapped,
     /// A copy of all live faces.
     Copy,
@@ -37,20 +37,24 @@ const fn of_scene(order: FaceOrder) -> Named {
     Named { name: order.name(), order: Some(order), by: By::Scene(Apply::Cpu) }
 }
 
-pub const OURS: &str = FaceOrder::Ours.name();
-pub const MAPPED: &str = "ours, mapped";
-pub const ON_DEVICE: &str = "ours, on the device";
+pub const TAIL_23: &str = FaceOrder::Tail23.name();
+pub const MAPPED: &str = "tail-23, mapped";
+pub const ON_DEVICE: &str = "tail-23, on the device";
+pub const IN_PLACE_23: &str = FaceOrder::InPlace23.name();
+pub const IN_PLACE_ON_DEVICE: &str = "in-place-23, on the device";
 pub const CLASSICAL: &str = FaceOrder::Classical.name();
 pub const COMPACTED: &str = FaceOrder::Compacted.name();
 pub const SKIP_LISTS: &str = FaceOrder::SkipLists.name();
 pub const COPY: &str = "copy of the live faces";
 
-/// In the order of the report.
-pub const WAYS: [Named; 10] = [
+/// In the report's order.
+pub const WAYS: [Named; 12] = [
     of_scene(FaceOrder::Classical),
-    of_scene(FaceOrder::Ours),
-    Named { name: MAPPED, order: Some(FaceOrder::Ours), by: By::Mapped },
-    Named { name: ON_DEVICE, order: Some(FaceOrder::Ours), by: By::Scene(Apply::Gpu) },
+    of_scene(FaceOrder::Tail23),
+    Named { name: MAPPED, order: Some(FaceOrder::Tail23), by: By::Mapped },
+    Named { name: ON_DEVICE, order: Some(FaceOrder::Tail23), by: By::Scene(Apply::Gpu) },
+    of_scene(FaceOrder::InPlace23),
+    Named { name: IN_PLACE_ON_DEVICE, order: Some(FaceOrder::InPlace23), by: By::Scene(Apply::Gpu) },
     of_scene(FaceOrder::Random),
     of_scene(FaceOrder::ReOptimised),
     of_scene(FaceOrder::Compacted),
@@ -59,13 +63,13 @@ pub const WAYS: [Named; 10] = [
     Named { name: COPY, order: None, by: By::Copy },
 ];
 
-/// A way on the device, with the levels that it walks through.
+/// A method on the device, with the levels of its walk.
 pub struct Way<'a> {
     pub name: &'static str,
     gpu: &'a Gpu,
     runs: Runs,
     levels: &'a [u32],
-    /// It stands at the first of `levels`, not at the last.
+    /// True if it is at the first of `levels`; false if at the last.
     up: bool,
 }
 
@@ -76,23 +80,23 @@ enum Runs {
 }
 
 impl<'a> Way<'a> {
-    /// At the first of `levels`.
+    /// Starts at the first of `levels`.
     pub fn open(gpu: &'a Gpu, named: &Named, meshes: &Meshes, levels: &'a [u32]) -> anyhow::Result<Way<'a>> {
-        let ours = || Program::new(&meshes.ours);
+        let tail = || Program::new(&meshes.tail);
         let runs = match named.by {
             By::Scene(apply) => {
                 let order = named.order.expect("a scene has an order");
                 Runs::Scene(Box::new(session(gpu, meshes, order, apply)?))
             }
             By::Mapped => {
-                let (program, kept) = (ours()?, Vec::new());
+                let (program, kept) = (tail()?, Vec::new());
                 let bytes = size_of_val(program.faces()) as u64;
                 let mut indices = gpu.buffer("mapped indices", bytes, BufferUse::MappedIndices)?;
                 indices.mapped_mut().copy_from_slice(bytemuck::cast_slice(program.faces()));
                 Runs::Mapped { program, indices, level: 0, kept }
             }
             By::Copy => {
-                let program = ours()?;
+                let program = tail()?;
                 let bytes = size_of_val(program.faces()) as u64;
                 let staging = gpu.buffer("staging", bytes, BufferUse::Upload)?;
                 let indices = gpu.buffer("indices", bytes, BufferUse::Indices)?;
@@ -109,15 +113,15 @@ impl<'a> Way<'a> {
         Contender { variant: name.into(), run: Box::new(move || Ok(way.borrow_mut().walk()?.0)) }
     }
 
-    /// Bytes that the host sends there and back, when it has been there before.
+    /// Bytes that the host sends for one walk up and down, after a first one.
     pub fn sent(&mut self) -> anyhow::Result<u64> {
-        // The first time it takes its slices.
+        // The first walk allocates its slices.
         self.walk()?;
         self.walk()?;
         Ok(self.walk()?.1 + self.walk()?.1)
     }
 
-    /// All levels up, or where it has been up, down: host's and device's time of each change, and bytes sent.
+    /// Walks through all levels, up and down in turn: host and device time of each change, and bytes sent.
     fn walk(&mut self) -> anyhow::Result<(Vec<PassTime>, u64)> {
         let mut levels = self.levels.to_vec();
         if !self.up {
@@ -128,13 +132,13 @@ impl<'a> Way<'a> {
         for &level in &levels[1..] {
             let (host, device, bytes) = self.go_to(level)?;
             sent += bytes;
-            passes.push(PassTime { label: HOST.into(), ns: Some(host) });
-            passes.push(PassTime { label: DEVICE.into(), ns: device });
+            passes.push(PassTime { label: HOST.into(), ns: Some(host), work: None });
+            passes.push(PassTime { label: DEVICE.into(), ns: device, work: None });
         }
         Ok((passes, sent))
     }
 
-    /// Nanoseconds of the host and of the device, and bytes sent.
+    /// Host and device time in nanoseconds, and bytes sent.
     fn go_to(&mut self, to: u32) -> anyhow::Result<(u64, Option<u64>, u64)> {
         let start = Instant::now();
         let nanoseconds = || start.elapsed().as_nanos() as u64;
@@ -156,7 +160,7 @@ impl<'a> Way<'a> {
                 Ok((nanoseconds(), sum(&ticket.wait()?), 0))
             }
             Runs::Copy { program, staging, indices } => {
-                let live = &program.faces()[..program.levels()[to as usize].faces as usize];
+                let live = &program.faces()[..program.drawn(to) as usize];
                 let bytes = size_of_val(live);
                 staging.mapped_mut()[..bytes].copy_from_slice(bytemuck::cast_slice(live));
                 let mut frame = self.gpu.frame()?;
@@ -178,7 +182,11 @@ fn session(
     order: FaceOrder,
     apply: Apply,
 ) -> anyhow::Result<Run<ProgressiveMeshes>> {
-    let mesh = if order == FaceOrder::Ours { &meshes.ours } else { &meshes.classical };
+    let mesh = match order {
+        FaceOrder::Tail23 => &meshes.tail,
+        FaceOrder::InPlace23 => &meshes.in_place,
+        _ => &meshes.classical,
+    };
     let scene = Scene::embedded("bunny")?;
     let mut surface = config::surface(&scene, "bunny")?;
     (surface.order, surface.apply, surface.instances) = (order, apply, 1);

@@ -1,10 +1,10 @@
-//! What changes of level write of the index buffer, counted without a device.
+//! Words of the index buffer that changes of level write, counted without a device.
 
 use super::Meshes;
 use super::ways::{By, Named};
+use crate::paper::progressive_mesh::baselines::{Baseline, Prepared, SkipList};
 use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::paper::progressive_mesh::mesh::Level;
-use crate::paper::progressive_mesh::rivals::{Prepared, Rival, SkipList};
 use crate::paper::progressive_mesh::run::{Program, Step, Untold};
 
 /// A walk through all levels and back.
@@ -12,7 +12,7 @@ use crate::paper::progressive_mesh::run::{Program, Step, Untold};
 pub struct Written {
     pub bytes: u64,
     pub changes: u64,
-    /// Bytes of the change that writes most.
+    /// Bytes of the largest change.
     pub worst: u64,
     /// Faces of lists that were copied, up and down.
     pub copied: [u64; 2],
@@ -26,9 +26,9 @@ impl Written {
     }
 }
 
-/// `way` in steps of so many splits, of which the last one up and the first one down may be a smaller one; `programs` are of
-/// the meshes.
-pub fn walk(way: &Named, meshes: &Meshes, [classical, ours]: &[Program; 2], step: u32) -> Written {
+/// Walks `way` in steps of `step` splits; the last step up and the first step down may be smaller. `programs` belong
+/// to the meshes.
+pub fn walk(way: &Named, meshes: &Meshes, [classical, tail, in_place]: &[Program; 3], step: u32) -> Written {
     let last = meshes.classical.last_level();
     let mut levels: Vec<u32> = (0..last).step_by(step as usize).collect();
     levels.push(last);
@@ -40,15 +40,18 @@ pub fn walk(way: &Named, meshes: &Meshes, [classical, ours]: &[Program; 2], step
         Some(FaceOrder::Classical) => {
             changes.for_each(|change| written.add(executed(classical, change, true)))
         }
-        Some(FaceOrder::Ours) => {
-            // A mapped buffer holds the faces that are not live, too.
-            changes.for_each(|change| written.add(executed(ours, change, way.by != By::Mapped)));
+        Some(FaceOrder::Tail23) => {
+            // A mapped buffer also holds faces that are not live.
+            changes.for_each(|change| written.add(executed(tail, change, way.by != By::Mapped)));
+        }
+        Some(FaceOrder::InPlace23) => {
+            changes.for_each(|change| written.add(executed(in_place, change, true)))
         }
         Some(FaceOrder::Discrete) => changes.for_each(|_| written.add(0)),
         Some(FaceOrder::SkipLists) => {
             let every_vertex = (0..meshes.classical.vertices.positions.len() as u32).collect();
-            let rival = Rival::of(FaceOrder::SkipLists).expect("they are a rival");
-            let lists = Prepared::new(&meshes.classical, rival, every_vertex);
+            let baseline = Baseline::of(FaceOrder::SkipLists).expect("they are a baseline");
+            let lists = Prepared::new(&meshes.classical, baseline, every_vertex);
             let mut walker = Walker::new(&lists, classical.levels());
             changes.for_each(|change| walker.go(change, &mut written));
         }
@@ -58,9 +61,9 @@ pub fn walk(way: &Named, meshes: &Meshes, [classical, ours]: &[Program; 2], step
     written
 }
 
-/// Corners, moved faces, and where they are `born` by a copy the faces that come to life.
+/// Corners, moved faces, and, if faces are `born` by a copy, the faces that become live.
 fn executed(program: &Program, [from, to]: [u32; 2], born: bool) -> u64 {
-    let [before, after] = [from, to].map(|level| program.levels()[level as usize].faces);
+    let [before, after] = [from, to].map(|level| program.drawn(level));
     let of_step = |step: &Step| match step {
         Step::Write { corners, .. } => 4 * corners.len(),
         Step::Move { faces, .. } => 12 * faces.len(),
@@ -91,7 +94,7 @@ impl<'a> Walker<'a> {
             let corners = list.run(self.levels, &mut self.faces, [from, to], &mut Untold);
             return written.add(4 * corners as u64);
         }
-        // What it is at the level is written at once.
+        // Its content at that level is written at once.
         (self.at, self.list) = (at, list);
         self.faces = self.lists.drawn(to, &[]);
         written.copied[usize::from(to < from)] += self.faces.len() as u64;
@@ -108,15 +111,14 @@ mod tests {
 
     fn meshes() -> Meshes {
         let (model, collapses) = simplified("sphere:8").unwrap();
-        let of = |order| ordered(&model, &collapses, order);
-        Meshes { classical: of(FaceOrder::Classical), ours: of(FaceOrder::Ours) }
+        Meshes::new(|order| ordered(&model, &collapses, order))
     }
 
     #[test]
     fn a_walk_writes_each_corner_each_move_and_each_list_once_in_each_direction() {
         let meshes = meshes();
-        let programs = [&meshes.classical, &meshes.ours].map(|mesh| Program::new(mesh).unwrap());
-        let [last, base] = [meshes.ours.last_level(), 0].map(|level| meshes.ours.levels[level as usize]);
+        let programs = meshes.programs().unwrap();
+        let [last, base] = [meshes.tail.last_level(), 0].map(|level| meshes.tail.levels[level as usize]);
         let by = |name: &str, step| {
             let way = WAYS.iter().find(|way| way.name == name).unwrap();
             walk(way, &meshes, &programs, step)
@@ -124,21 +126,27 @@ mod tests {
         let corners = 4 * programs[0].corners().words.len() as u64;
         let moves = 12 * programs[1].moves().from.len() as u64;
         let born = 12 * u64::from(last.faces - base.faces);
-        let splits = u64::from(meshes.ours.last_level());
+        let splits = u64::from(meshes.tail.last_level());
         let found = by("classical", 1);
         assert_eq!((found.bytes, found.changes), (2 * corners + born, 2 * splits));
-        let all = |step| by("ours", step).bytes;
+        let all = |step| by("tail-23", step).bytes;
         assert_eq!(
             [all(1), all(7), all(1 << 20)],
             [2 * (4 * programs[1].corners().words.len() as u64 + moves) + born; 3]
         );
-        assert_eq!(by("ours, mapped", 1).bytes + born, all(1));
-        // All faces of the last level, and those of the first.
+        assert_eq!(by("tail-23, mapped", 1).bytes + born, all(1));
+        // All faces of the last level, and those of the first level.
         assert_eq!(by("compacted", 1 << 20).bytes, 12 * u64::from(last.faces + base.faces));
+        // With births in place, level 0 already holds the first group's faces.
+        let [first, moves] =
+            [12 * u64::from(programs[2].drawn(0)), 12 * programs[2].moves().from.len() as u64];
+        let corners_in_place = 4 * programs[2].corners().words.len() as u64;
+        let drawn = 12 * u64::from(last.faces) - first;
+        assert_eq!(by("in-place-23", 7).bytes, 2 * (corners_in_place + moves) + drawn);
         assert_eq!((by("discrete", 3).bytes, by("copy of the live faces", 5)), (0, by("random", 5)));
         let lists = by("skip-lists", 1);
         let [up, down] = lists.copied;
-        // Up, all but the coarsest; down, all but the finest.
+        // Up: all but the coarsest; down: all but the finest.
         assert!(up > down && lists.worst == 12 * u64::from(last.faces), "{lists:?}");
         assert!(lists.bytes > 12 * (up + down) && lists.bytes < 12 * (up + down) + 6 * corners, "{lists:?}");
     }

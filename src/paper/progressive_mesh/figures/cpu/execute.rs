@@ -27,7 +27,7 @@ pub const FLAT: &str = "flat lists, splits only";
 pub const FLAT_FEW: &str = "flat lists, 10 moves";
 pub const FLAT_SWAPS: &str = "flat lists, 23 moves";
 pub const COPY: &str = "memory copy of the index buffer";
-/// A whole frame of one instance, in which no level changes.
+/// A whole frame of one instance without a change of level.
 pub const FRAME: &str = "a drawn frame";
 
 pub const SPLITS_UP: &str = "splits a second";
@@ -55,19 +55,19 @@ pub struct Orders {
 }
 
 impl Orders {
-    /// Of a shipped or fetched model.
+    /// From a shipped or fetched model.
     pub fn of(name: &str) -> anyhow::Result<Orders> {
         let model = scans::open(name)?;
         let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ()).collapses;
         let with = |options: OrderOptions| order(&model, &collapses, &options, &mut |_, _| ());
-        let (best, few) = rayon::join(|| with(OrderOptions::BEST), || with(OrderOptions::FEW_MOVES));
+        let (best, few) = rayon::join(|| with(OrderOptions::TAIL_23), || with(OrderOptions::TAIL_10));
         Ok(Orders { classical: classical(&model, &collapses), few, best })
     }
 
     /// The meshes checked and packed.
     ///
     /// # Errors
-    /// A mesh that cannot be executed: a bug of the order.
+    /// A mesh that cannot be executed, which is a bug of the order.
     pub fn programs(&self) -> Result<Programs, Flaw> {
         Ok(Programs {
             classical: Program::new(&self.classical)?,
@@ -77,14 +77,14 @@ impl Orders {
     }
 }
 
-/// What the flat lists run.
+/// The programs that the flat lists execute.
 pub struct Programs {
     classical: Program,
     few: Program,
     pub best: Program,
 }
 
-/// Each way of execution: name, mesh, program, and whether it is the pseudocode.
+/// Each form of execution: name, mesh, program, and true for the pseudocode.
 fn variants<'a>(
     orders: &'a Orders,
     programs: &'a Programs,
@@ -101,10 +101,10 @@ fn variants<'a>(
 fn timed(label: &str, work: impl FnOnce()) -> PassTime {
     let start = Instant::now();
     work();
-    PassTime { label: label.into(), ns: Some(start.elapsed().as_nanos() as u64) }
+    PassTime { label: label.into(), ns: Some(start.elapsed().as_nanos() as u64), work: None }
 }
 
-/// The whole way up, the whole way down, and up again in a hundred steps.
+/// All levels up, all levels down, and up again in a hundred steps.
 fn ways<'a>(variant: &str, last: u32, mut go_to: impl FnMut(u32) + 'a) -> Contender<'a> {
     let run = move || {
         let (up, down) = (timed(UP, || go_to(last)), timed(DOWN, || go_to(0)));
@@ -120,7 +120,7 @@ pub fn hundredth(last: u32, n: u32) -> u32 {
     (u64::from(last) * u64::from(n) / 100) as u32
 }
 
-/// What is timed on one core.
+/// The timed work on one core.
 pub fn contenders<'a>(
     session: &'a mut (Run<ProgressiveMeshes>, Pose),
     orders: &'a Orders,
@@ -152,7 +152,7 @@ pub fn contenders<'a>(
     contenders
 }
 
-/// A session that shows one instance of the mesh, a metre large, as the scene `bunny` shows it.
+/// A session with one instance of the mesh, one metre large, as in the scene `bunny`.
 pub fn session(
     gpu: &Gpu,
     mesh: &ProgressiveMesh,
@@ -167,7 +167,7 @@ pub fn session(
     Ok((ProgressiveMeshes::run(gpu.clone(), &[model], settings)?, scene.camera("near")?.pose()))
 }
 
-/// A frame as scenes draw it: its host's work, and all of it until the device is done.
+/// A frame as in scenes: its host time, and the total time until the device is done.
 fn drawn((session, pose): &mut (Run<ProgressiveMeshes>, Pose)) -> anyhow::Result<Vec<PassTime>> {
     session.records.take();
     let start = Instant::now();
@@ -175,7 +175,7 @@ fn drawn((session, pose): &mut (Run<ProgressiveMeshes>, Pose)) -> anyhow::Result
     let host = start.elapsed().as_nanos() as u64;
     session.drain()?;
     let whole = start.elapsed().as_nanos() as u64;
-    let pass = |label: &str, ns| PassTime { label: label.into(), ns: Some(ns) };
+    let pass = |label: &str, ns| PassTime { label: label.into(), ns: Some(ns), work: None };
     Ok(vec![pass(ALONE, host), pass(DRAWN, whole)])
 }
 
@@ -207,7 +207,7 @@ pub fn time_rows(splits: u32, timed: &[Timed]) -> Vec<Row> {
     rows
 }
 
-/// Rows of what is counted.
+/// Rows of counts.
 pub fn count_rows(orders: &Orders, programs: &Programs) -> Vec<Row> {
     let mut rows = Vec::new();
     for (variant, mesh, program, printed) in variants(orders, programs) {
@@ -232,7 +232,7 @@ pub fn count_rows(orders: &Orders, programs: &Programs) -> Vec<Row> {
     rows
 }
 
-/// 500 instances of about 1000 faces, the most different levels among them: what each needs of its own.
+/// 500 instances of about 1000 faces, at as many different levels as possible: the memory of each.
 pub fn herd_rows(program: Program) -> anyhow::Result<Vec<Row>> {
     let last = program.levels().partition_point(|level| level.faces <= 2000) as u32 - 1;
     let mut herd = Instances::new(Arc::new(program), 500)?;

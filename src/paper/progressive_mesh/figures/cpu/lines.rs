@@ -12,10 +12,10 @@ pub const LINES: &str = "64-byte lines touched for each split";
 pub const GREEDY: &str = "the paper's greedy";
 pub const NO_WEIGHT: &str = "the same, lines without weight";
 
-/// 64 bytes of an index buffer of 32-bit words: five faces and a third.
+/// 64 bytes of an index buffer of 32-bit words: 5 1/3 faces.
 const LINE_WORDS: usize = 16;
 
-/// Counts the lines of an index buffer that steps write; each once a step.
+/// Counts the cache lines of an index buffer that steps write, each line once per step.
 struct Lines {
     /// The step in which a line was last written.
     written: Vec<u32>,
@@ -41,8 +41,8 @@ impl Touch for Lines {
     }
 }
 
-/// Lines for each split on the way up, each level a step: the part of the index buffer that splits and tswaps write. They
-/// read nothing else of it.
+/// Cache lines per split on the way up, with one level per step: the part of the index buffer that splits and tswaps
+/// write. They read no other part.
 pub fn for_each_split(program: &Program) -> f64 {
     let (mut faces, mut kept) = (program.faces().to_vec(), Vec::new());
     let mut lines = Lines::of(faces.len());
@@ -53,7 +53,7 @@ pub fn for_each_split(program: &Program) -> f64 {
     lines.count as f64 / f64::from(program.last_level().max(1))
 }
 
-/// The paper's greedy with its weight for lines that earlier operations have touched, and without.
+/// The paper's greedy with and without its weight for lines that earlier operations touched.
 pub fn weighed_rows(name: &str) -> anyhow::Result<Vec<Row>> {
     let model = scans::open(name)?;
     let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ()).collapses;

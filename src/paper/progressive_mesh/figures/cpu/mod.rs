@@ -1,4 +1,4 @@
-//! pm.cpu: what a change of level costs the CPU, and how it comes to the device.
+//! pm.cpu: the CPU time of a change of level, and the transfer to the device.
 
 mod execute;
 mod lines;
@@ -16,7 +16,7 @@ use lines::{GREEDY, LINES, NO_WEIGHT};
 use send::{BOTH, RANGES, Sender, WAYS, WHOLE, WRONG};
 use std::cell::RefCell;
 
-/// As large as the dragon, and itself.
+/// A mesh as large as the dragon, and the dragon.
 const LARGE: [&str; 2] = ["torus:466", scans::LARGE];
 
 const MOVED: &str = "moved faces for each split";
@@ -37,6 +37,7 @@ pub const CPU: Figure = Figure {
             as a step; up to 100 000 faces also of the paper's greedy, with its weight for lines and without.",
     scenes: &["bunny", "torus:48", "torus:128", "torus:466", scans::SMALL, scans::LARGE],
     variants,
+    paper: &["the paper's greedy"],
     sweep: None,
     measure,
     plots: &[

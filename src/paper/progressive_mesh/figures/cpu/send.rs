@@ -1,4 +1,4 @@
-//! Bringing a change of levels to the device's index buffer: five ways.
+//! Five ways to transfer a change of level to the device's index buffer.
 
 use super::execute::hundredth;
 use crate::figure::{Contender, Row};
@@ -14,7 +14,7 @@ pub const MAPPED: &str = "written where the device reads";
 pub const SCATTER: &str = "changed faces, scattered";
 pub const DEVICE: &str = "executed on the device";
 
-/// In the order of the report.
+/// In the report's order.
 pub const WAYS: [&str; 5] = [WHOLE, RANGES, MAPPED, SCATTER, DEVICE];
 
 pub const SENT: &str = "bytes sent for each split";
@@ -24,7 +24,8 @@ pub const BOTH: &str = "ten frames";
 
 const PASSES: [&str; 2] = ["host", "device"];
 
-/// From 45 to 55 hundredths of the splits, a hundredth a frame: with groups that grow by a tenth, one permutation or two.
+/// From 45 to 55 hundredths of the splits, one hundredth per frame: with groups that grow by a tenth, one or two
+/// permutations.
 const FIRST: u32 = 45;
 const FRAMES: u32 = 10;
 
@@ -34,12 +35,12 @@ pub struct Sender<'a> {
     way: Way,
     /// On the device.
     indices: Buffer,
-    /// On the host; unused where the device executes, or where the host writes into `indices`.
+    /// On the host; unused if the device executes or the host writes into `indices`.
     faces: Vec<[u32; 3]>,
     staging: Buffer,
     kept: Vec<[u32; 3]>,
     level: u32,
-    /// Sent so far, and the levels that this took.
+    /// Bytes sent so far, and the number of changes.
     sent: [u64; 2],
 }
 
@@ -51,7 +52,7 @@ enum Way {
     Device(Box<Apply>),
 }
 
-/// What scattering needs: the list on the host, and on the device.
+/// Data for scattering: the list on the host, and on the device.
 struct Scattering {
     scatter: Scatter,
     changed: ChangedSlots,
@@ -59,7 +60,7 @@ struct Scattering {
 }
 
 impl<'a> Sender<'a> {
-    /// All ways, at the first level of the walk.
+    /// All ways at the first level of the walk.
     pub fn all(gpu: &Gpu, program: &'a Program) -> anyhow::Result<Vec<Sender<'a>>> {
         let slots = program.faces().len();
         let scattering = Scattering {
@@ -94,14 +95,14 @@ impl<'a> Sender<'a> {
         Ok(Sender { program, way, indices, faces, staging, kept, level, sent: [0; 2] })
     }
 
-    /// Executes a change of level, and records what brings it to the device.
+    /// Executes a change of level, and records its transfer to the device.
     fn go_to(&mut self, cmd: &mut Cmd<'_>, level: u32) -> crate::vk::Result<()> {
         let Sender { program, way, indices, faces, staging, kept, .. } = self;
         let before = std::mem::replace(&mut self.level, level);
         let sent = match way {
             Way::Whole => {
                 program.run(faces, before, level, kept, &mut Untold);
-                let live = &faces[..program.levels()[level as usize].faces as usize];
+                let live = &faces[..program.drawn(level) as usize];
                 staging.mapped_mut()[..size_of_val(live)].copy_from_slice(bytemuck::cast_slice(live));
                 cmd.copy_buffer(staging, 0, indices, 0, size_of_val(live) as u64);
                 size_of_val(live) as u64
@@ -145,7 +146,7 @@ impl<'a> Sender<'a> {
         Ok(())
     }
 
-    /// Ten frames up, or where it has been up, ten frames down.
+    /// Ten frames up, or ten frames down if the last walk went up.
     fn walk(&mut self, gpu: &Gpu) -> anyhow::Result<Vec<PassTime>> {
         let last = self.program.last_level();
         let mut hundredths: Vec<u32> = (FIRST..=FIRST + FRAMES).collect();
@@ -161,7 +162,7 @@ impl<'a> Sender<'a> {
             host += start.elapsed().as_nanos() as u64;
             device = ticket.wait()?.iter().fold(device, |sum, pass| Some(sum? + pass.ns?));
         }
-        let pass = |label: &str, ns| PassTime { label: label.into(), ns };
+        let pass = |label: &str, ns| PassTime { label: label.into(), ns, work: None };
         Ok(vec![pass(PASSES[0], Some(host)), pass(PASSES[1], device)])
     }
 
@@ -178,8 +179,8 @@ impl<'a> Sender<'a> {
             }
         };
         let words: &[u32] = bytemuck::cast_slice(bytes);
-        // Sending the live faces leaves others as they were.
-        let live = 3 * self.program.levels()[self.level as usize].faces as usize;
+        // A transfer of the live faces leaves the others unchanged.
+        let live = 3 * self.program.drawn(self.level) as usize;
         Ok(words[..live].iter().zip(&expected.as_flattened()[..live]).filter(|(a, b)| a != b).count())
     }
 }
@@ -195,7 +196,7 @@ fn read_back(gpu: &Gpu, buffer: &Buffer) -> anyhow::Result<Buffer> {
     Ok(host)
 }
 
-/// The ways as contenders, in the order of [`WAYS`].
+/// The ways in the order of [`WAYS`].
 pub fn contenders<'s>(gpu: &'s Gpu, senders: &'s [RefCell<Sender<'_>>]) -> Vec<Contender<'s>> {
     let contender = |(name, sender): (&&str, &'s RefCell<Sender<'_>>)| Contender {
         variant: name.to_string(),
@@ -204,7 +205,7 @@ pub fn contenders<'s>(gpu: &'s Gpu, senders: &'s [RefCell<Sender<'_>>]) -> Vec<C
     WAYS.iter().zip(senders).map(contender).collect()
 }
 
-/// Rows of what was sent, and whether it was right.
+/// Rows of the bytes sent, and of correctness.
 pub fn count_rows(gpu: &Gpu, senders: &[RefCell<Sender<'_>>]) -> anyhow::Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (name, sender) in WAYS.iter().zip(senders) {
@@ -217,7 +218,7 @@ pub fn count_rows(gpu: &Gpu, senders: &[RefCell<Sender<'_>>]) -> anyhow::Result<
     Ok(rows)
 }
 
-/// Rows of times: the host's share, and both.
+/// Rows of times: the host's part, and the total.
 pub fn time_rows(timed: &[crate::figure::Timed]) -> Vec<Row> {
     let mut rows = Vec::new();
     for one in timed.iter().filter(|one| WAYS.contains(&&*one.variant)) {

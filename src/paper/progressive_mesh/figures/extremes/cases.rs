@@ -1,4 +1,4 @@
-//! Hostile meshes, each with the shape that it was made from.
+//! Hostile meshes, each with the intended shape.
 
 use super::super::surfaces::Size;
 use crate::model::{Attributes, Raw, named};
@@ -6,23 +6,23 @@ use anyhow::Context;
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// A mesh as a file holds it, and what it is the mesh of.
+/// A mesh as in a file, and the shape that it represents.
 pub struct Hostile {
-    /// Its positions are f32's: files seldom hold others.
+    /// Positions are representable in f32, as in most files.
     pub raw: Raw,
-    /// The same surface before it was damaged and before its positions were rounded.
+    /// The same surface before damage and rounding.
     pub meant: Raw,
     pub target_faces: usize,
 }
 
 impl Hostile {
-    /// To measure by: the box of what is meant, which no outlier blows up.
+    /// The unit of measurement: the box of the intended shape, which outliers do not enlarge.
     pub fn size(&self) -> Size {
         Size::around(&self.meant.positions)
     }
 }
 
-/// All cases, in the order of a report.
+/// All cases, in the report's order.
 pub const CASES: [&str; 22] = [
     "clean",
     "offset 1e4",
@@ -91,7 +91,7 @@ pub fn mesh(case: &str) -> anyhow::Result<Hostile> {
     Ok(Hostile { raw, meant, target_faces })
 }
 
-/// A face without area along the first side of a face: its third corner is the side's middle.
+/// A face without area along the first side of a face: its third corner is the middle of that side.
 fn cap(raw: &mut Raw, face: usize) {
     let [a, b, _] = raw.faces[face];
     let middle = (raw.positions[a as usize] + raw.positions[b as usize]) / 2.0;
@@ -99,14 +99,14 @@ fn cap(raw: &mut Raw, face: usize) {
     raw.faces.push([a, b, raw.positions.len() as u32 - 1]);
 }
 
-/// A third face at a side.
+/// A third face at one side.
 fn fin(raw: &mut Raw, face: usize) {
     let [a, b, c] = raw.faces[face].map(|vertex| raw.positions[vertex as usize]);
     raw.positions.push((a + b) / 2.0 + (b - a).cross(c - a).normalize_or_zero() * (b - a).length());
     raw.faces.push([raw.faces[face][0], raw.faces[face][1], raw.positions.len() as u32 - 1]);
 }
 
-/// Every face with vertices of its own.
+/// Each face gets its own vertices.
 fn soup(raw: &Raw) -> Raw {
     let positions = raw.faces.iter().flatten().map(|&vertex| raw.positions[vertex as usize]).collect();
     let faces = (0..raw.faces.len() as u32).map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect();
@@ -144,8 +144,8 @@ fn bow_ties(cubes: u32) -> Raw {
     raw
 }
 
-/// A texture's charts: by the axis that a face looks along most, so that seams run all over the surface; a vertex for
-/// each chart that a position lies in.
+/// Charts of a texture: faces are grouped by the dominant axis of their normals, so that seams cover the whole
+/// surface. A position has one vertex for each of its charts.
 fn charts(raw: &Raw) -> Raw {
     let mut charted = Raw::default();
     let mut known = HashMap::new();

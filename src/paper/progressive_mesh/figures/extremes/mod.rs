@@ -1,9 +1,9 @@
-//! pm.extremes: meshes as they should not be, and what becomes of them.
+//! pm.extremes: invalid and degenerate meshes, and their results.
 
 mod cases;
 
 use super::super::simplify::{Simplified, SimplifyOptions, simplify};
-use super::surfaces::rival;
+use super::surfaces::baseline;
 use crate::figure::claim::{Bound::AtMost, Bound::Equal, Claim, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::model::clean;
@@ -27,7 +27,8 @@ pub const EXTREMES: Figure = Figure {
             ours deviates by after cleaning alone stands apart, and the error that it states comes on top. `the mesh` is \
             what the file holds.",
     scenes: &CASES,
-    variants: || [OURS, RIVAL].map(String::from).into(),
+    variants: || [OURS, BASELINE].map(String::from).into(),
+    paper: &[],
     sweep: None,
     measure,
     plots: &[Plot::bars(FACES).floor(TARGET)],
@@ -35,8 +36,8 @@ pub const EXTREMES: Figure = Figure {
         Claim::ours(
             "outcome",
             "Every mesh has an outcome: faces that are finite and deviate from what is meant by no more than reading cost and \
-             the stated error together (which counts a part that vanishes as a whole by its extent), or a refusal with its \
-             reason; and what reading cost, if more than 1/1000 of the diagonal, is said in words.",
+             the stated error together (where a part vanished as a whole, which counts by its extent, the faces that are \
+             left), or a refusal with its reason; and what reading cost, if more than 1/1000 of the diagonal, is said in words.",
             &[Test::value(one(FAULTS, OURS), Equal(0.0))],
         ),
         Claim::ours(
@@ -53,10 +54,12 @@ pub const EXTREMES: Figure = Figure {
 };
 
 const OURS: &str = "ours";
-const RIVAL: &str = "meshoptimizer";
+const BASELINE: &str = "meshoptimizer";
 const TARGET: &str = "target";
 const FACES: &str = "faces";
 const HAUSDORFF: &str = "Hausdorff distance";
+/// One-sided: vanished parts add nothing.
+const LEFT: &str = "distance of what is left";
 const STATED: &str = "stated error";
 const CROWDED: &str = "edges of more than two faces";
 const NOT_FINITE: &str = "corners that are not finite";
@@ -67,14 +70,14 @@ const FAULTS: &str = "promises that the outcome breaks";
 
 const MESH: &str = "the mesh";
 const LOST: &str = "lost in reading and cleaning";
-/// What begins an outcome without a mesh.
+/// Prefix of an outcome without a mesh.
 const REFUSED: &str = "refused: ";
-/// Where cleaning did nothing.
+/// The outcome if cleaning changed nothing.
 const NOTHING: &str = "nothing";
 
-/// Distances in diagonals that are rounding of f32.
+/// Distances below this are rounding of f32, in diagonals.
 const ROUNDING: f64 = 1e-6;
-/// A loss in diagonals of which one wants to hear.
+/// A loss above this must be reported, in diagonals.
 const LOSS: f64 = 1e-3;
 
 /// Points on each surface besides the vertices.
@@ -86,8 +89,8 @@ fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 
 fn rows(hostile: &Hostile, samples: usize) -> anyhow::Result<Vec<Row>> {
     let Hostile { raw, target_faces, .. } = hostile;
-    let theirs = rival(&raw.positions, &raw.faces, *target_faces)?;
-    let mut rows = outcome_rows(RIVAL, hostile, &raw.positions, &theirs.faces, theirs.stated, samples);
+    let theirs = baseline(&raw.positions, &raw.faces, *target_faces)?;
+    let mut rows = outcome_rows(BASELINE, hostile, &raw.positions, &theirs.faces, theirs.stated, samples);
     let own = own_rows(hostile, samples);
     rows.push(Row::number(OURS, FAULTS, "", faults(&own) as f64));
     rows.extend(own);
@@ -115,7 +118,8 @@ fn own_rows(hostile: &Hostile, samples: usize) -> Vec<Row> {
     let faces = collapses.faces_after(&model, steps);
     let stated = collapses.error_after(steps);
     let mut rows = outcome_rows(OURS, hostile, &positions, &faces, stated, samples);
-    rows.push(distance_row(OURS, LOST, hostile, &positions, &model.faces, samples));
+    let [lost, _] = distance_rows(OURS, [LOST, LEFT], hostile, &positions, &model.faces, samples);
+    rows.push(lost);
     rows.push(Row::number(OURS, VANISHED, "components", relaxed.components as f64));
     rows.push(text(CLEANING, if changes.is_empty() { NOTHING.into() } else { changes }));
     let words = match relaxed.shortfall {
@@ -141,37 +145,41 @@ fn outcome_rows(
     samples: usize,
 ) -> Vec<Row> {
     let number = |quantity, unit, number| Row::number(name, quantity, unit, number);
+    let [hausdorff, left] = distance_rows(name, [HAUSDORFF, LEFT], hostile, positions, faces, samples);
     vec![
         number(FACES, "faces", faces.len() as f64),
-        distance_row(name, HAUSDORFF, hostile, positions, faces, samples),
+        hausdorff,
+        left,
         number(STATED, "diagonals", stated / hostile.size().diagonal),
         number(CROWDED, "edges", crowded_edges(positions, faces) as f64),
         number(NOT_FINITE, "corners", not_finite(positions, faces) as f64),
     ]
 }
 
-/// The largest distance from what is meant.
-fn distance_row(
+/// The largest distance from the intended shape: two-sided, and one-sided from the faces.
+fn distance_rows(
     name: &str,
-    quantity: &str,
+    quantities: [&str; 2],
     hostile: &Hostile,
     positions: &[DVec3],
     faces: &[[u32; 3]],
     samples: usize,
-) -> Row {
+) -> [Row; 2] {
     let finite = |face: &&[u32; 3]| face.iter().all(|&vertex| positions[vertex as usize].is_finite());
     let faces: Vec<[u32; 3]> = faces.iter().filter(finite).copied().collect();
     let meant = Triangles { positions: &hostile.meant.positions, faces: &hostile.meant.faces };
     let found = hostile.size().distances(meant, Triangles { positions, faces: &faces }, samples);
     let missing = || Value::Missing("no face with an area is left".into());
-    Row::new(name, quantity, "diagonals", found.map_or_else(missing, |found| Value::Number(found.hausdorff)))
+    let value = |number: Option<f64>| number.map_or_else(missing, Value::Number);
+    let numbers = [found.map(|found| found.hausdorff), found.map(|found| found.back)];
+    [0, 1].map(|at| Row::new(name, quantities[at], "diagonals", value(numbers[at])))
 }
 
 fn not_finite(positions: &[DVec3], faces: &[[u32; 3]]) -> usize {
     faces.iter().flatten().filter(|&&vertex| !positions[vertex as usize].is_finite()).count()
 }
 
-/// Edges of more than two faces, by the places of their ends.
+/// Edges of more than two faces, by the positions of their ends.
 fn crowded_edges(positions: &[DVec3], faces: &[[u32; 3]]) -> usize {
     let mut edges: HashMap<[[u64; 3]; 2], usize> = HashMap::new();
     // -0 is 0.
@@ -185,7 +193,7 @@ fn crowded_edges(positions: &[DVec3], faces: &[[u32; 3]]) -> usize {
     edges.values().filter(|&&faces| faces > 2).count()
 }
 
-/// How many promises the outcome of ours breaks, by its rows.
+/// The number of guarantees that our outcome violates, by its rows.
 fn faults(own: &[Row]) -> usize {
     let row = |quantity: &str| own.iter().find(|row| row.quantity == quantity);
     let of = |quantity| row(quantity).and_then(|row| row.value.number());
@@ -196,11 +204,13 @@ fn faults(own: &[Row]) -> usize {
     if of(FACES) == Some(0.0) {
         return usize::from(!words(OUTCOME).starts_with(REFUSED));
     }
-    let (Some(distance), Some(stated), Some(lost)) = (of(HAUSDORFF), of(STATED), of(LOST)) else { return 1 };
+    // A vanished part counts by its extent, regardless of its distance from the others.
+    let vanished = of(VANISHED).is_some_and(|parts| parts > 0.0);
+    let distance = of(if vanished { LEFT } else { HAUSDORFF });
+    let (Some(distance), Some(stated), Some(lost)) = (distance, of(STATED), of(LOST)) else { return 1 };
     let told = lost <= LOSS || !["", NOTHING].contains(&words(CLEANING));
-    // A part that vanishes counts by its extent, however far it was from the others.
-    let vanished = of(VANISHED).is_some_and(|parts| parts > 0.0) && stated > 0.0;
-    let bounded = stated.is_finite() && (vanished || distance <= stated + lost + ROUNDING);
+    let counted = !vanished || stated > 0.0;
+    let bounded = stated.is_finite() && counted && distance <= stated + lost + ROUNDING;
     [of(NOT_FINITE) == Some(0.0), bounded, told].into_iter().filter(|kept| !kept).count()
 }
 
@@ -212,7 +222,14 @@ mod tests {
     #[test]
     fn what_is_worse_than_it_says_breaks_a_promise() {
         let broken = |changes: &[(&str, f64)], words: [&str; 2]| {
-            let usual = [(FACES, 100.0), (HAUSDORFF, 0.1), (STATED, 0.2), (LOST, 0.0), (NOT_FINITE, 0.0)];
+            let usual = [
+                (FACES, 100.0),
+                (HAUSDORFF, 0.1),
+                (LEFT, 0.0),
+                (STATED, 0.2),
+                (LOST, 0.0),
+                (NOT_FINITE, 0.0),
+            ];
             let number = |&(quantity, number): &(&str, f64)| {
                 let changed = changes.iter().find(|(of, _)| *of == quantity);
                 Row::number(OURS, quantity, "", changed.map_or(number, |change| change.1))
@@ -228,10 +245,12 @@ mod tests {
             (vec![(HAUSDORFF, 0.0), (STATED, 0.0)], 0),
             (vec![(STATED, 0.0)], 1),
             (vec![(HAUSDORFF, 0.3)], 1),
-            // Lost, and nobody said so.
+            // Lost without a report.
             (vec![(HAUSDORFF, 0.3), (LOST, 0.2)], 1),
             (vec![(NOT_FINITE, 1.0)], 1),
             (vec![(HAUSDORFF, 0.3), (VANISHED, 1.0)], 0),
+            // The remaining surface is too far away as well.
+            (vec![(HAUSDORFF, 0.3), (LEFT, 0.3), (VANISHED, 1.0)], 1),
             (vec![(HAUSDORFF, 0.3), (VANISHED, 1.0), (STATED, 0.0)], 1),
             (vec![(FACES, 0.0)], 1),
         ] {
@@ -255,7 +274,7 @@ mod tests {
         }
         let of = |case, quantity| table.number(case, None, OURS, quantity).unwrap();
         assert_eq!(CASES.iter().filter(|case| of(case, FACES) == 0.0).collect::<Vec<_>>(), [&"offset 1e9"]);
-        // What covers nothing costs nothing: the bunny comes out as without its caps.
+        // Parts without area cost nothing: the bunny's result equals the one without its caps.
         assert!(of("flat caps", LOST) < ROUNDING);
         assert!(of("one 1000 times out", HAUSDORFF) < 0.05);
     }

@@ -1,31 +1,31 @@
-//! Who is sent to the edges: each dedup and each compaction at least once with either keying, the geometry shaders
-//! with all their blocks, the host's lists, feedback that looks at every pixel, and the fused draws.
+//! The variants of vt.extremes: each dedup and each compaction at least once with either tile address, the geometry shaders
+//! with all block sizes, the host's lists, feedback with every pixel, and the fused draws.
 
 use crate::math::pyramid::Pyramid;
 use crate::paper::virtual_texture::footprint::Footprint;
-use crate::paper::virtual_texture::lister::Lister;
-use crate::paper::virtual_texture::{Compaction, Config, Dedup, Keying, Listing, PAPER};
+use crate::paper::virtual_texture::list_passes::ListPasses;
+use crate::paper::virtual_texture::{Compaction, Config, Dedup, Listing, PAPER, TileAddress};
 use crate::vk::{self, Gpu};
 
-/// A variant that is ready, or the line that says why it cannot be.
+/// A variant that is ready, or the reason why it is refused.
 pub struct Contender {
     pub name: String,
     pub config: Config,
     pub way: Result<Way, String>,
 }
 
-/// How a variant comes to its list.
+/// How a variant makes its list.
 pub enum Way {
-    /// Passes over the `U1` that is drawn for all.
-    OverU1(Lister),
-    /// A draw of its own: a whole frame, for it also textures.
+    /// Passes over the common request image.
+    OverRequests(ListPasses),
+    /// A fused draw of its own, which also textures.
     Fused,
 }
 
 /// The reason why a device refuses a variant.
 ///
 /// # Errors
-/// The error itself, where it is not a refusal.
+/// The error itself, if it is not a refusal.
 pub(super) fn refused(error: vk::Error) -> vk::Result<String> {
     match error {
         vk::Error::Limit { .. } | vk::Error::MissingFeature { .. } | vk::Error::OutOfMemory { .. } => {
@@ -35,13 +35,13 @@ pub(super) fn refused(error: vk::Error) -> vk::Result<String> {
     }
 }
 
-/// Whether the list may have tiles that nobody sees.
+/// True if the list may contain tiles that are not visible.
 pub fn is_superset(config: &Config) -> bool {
     config.fused() && config.dedup != Dedup::FusedExact
 }
 
-/// Every dedup that is a pass over `U1` with a compaction that fits it, every compaction with a dedup that fits it, and
-/// the others; named after what they do.
+/// All variants by name: every dedup pass with a compaction that fits it, every compaction with a dedup that fits it, and
+/// the others.
 pub fn variants() -> Vec<(String, Config)> {
     let mut configs: Vec<Config> = Vec::new();
     let mut add = |config: Config| {
@@ -49,33 +49,33 @@ pub fn variants() -> Vec<(String, Config)> {
             configs.push(config);
         }
     };
-    for keying in [Keying::Paper, Keying::Native] {
+    for address in [TileAddress::Level0, TileAddress::OwnLevel] {
         let fits = |&(dedup, compact): &(Dedup, Compaction)| {
-            Config { dedup, compact, keying, ..PAPER }.check(&papers_pyramid()).is_ok()
+            Config { dedup, compact, address, ..PAPER }.check(&papers_pyramid()).is_ok()
         };
         for [block_log2, compact_block_log2, memo] in [[0, 0, 0], [3, 1, 0], [3, 2, 1], [4, 2, 1]] {
-            add(Config { block_log2, compact_block_log2, memo: memo == 1, keying, ..PAPER });
+            add(Config { block_log2, compact_block_log2, memo: memo == 1, address, ..PAPER });
         }
-        let of = |pair: (Dedup, Compaction)| Config { dedup: pair.0, compact: pair.1, keying, ..PAPER };
+        let of = |pair: (Dedup, Compaction)| Config { dedup: pair.0, compact: pair.1, address, ..PAPER };
         for dedup in Dedup::staged() {
             Compaction::ALL.iter().map(|&compact| (dedup, compact)).find(fits).map(of).map(&mut add);
         }
         for &compact in Compaction::ALL {
-            // The last ones are the fastest, and the likeliest partners.
+            // The last ones are the fastest and the most likely to be used together.
             let staged: Vec<Dedup> = Dedup::staged().collect();
             staged.into_iter().rev().map(|dedup| (dedup, compact)).find(fits).map(of).map(&mut add);
         }
         for list in [Listing::HostHash, Listing::HostBitmap, Listing::Feedback] {
-            add(Config { list, feedback_log2: 0, keying, ..PAPER });
+            add(Config { list, feedback_log2: 0, address, ..PAPER });
         }
         for (dedup, compact) in FUSED {
-            add(Config { dedup, compact, keying, ..PAPER });
+            add(Config { dedup, compact, address, ..PAPER });
         }
     }
     configs.into_iter().map(|config| (name(&config), config)).collect()
 }
 
-/// The pairs of fused draws that are looked at.
+/// The combinations of fused draws.
 const FUSED: [(Dedup, Compaction); 3] = [
     (Dedup::FusedExact, Compaction::FusedAppend),
     (Dedup::FusedExact, Compaction::Append),
@@ -93,28 +93,25 @@ fn name(config: &Config) -> String {
         }
         other => other.name().to_owned(),
     };
-    let keying = match config.keying {
-        Keying::Paper => "paper",
-        Keying::Native => "native",
-    };
+    let address = config.address.name();
     match config.list {
-        Listing::Device => format!("{dedup}, {}, {keying} keying", config.compact.name()),
-        Listing::Feedback => format!("feedback of every pixel, {keying} keying"),
-        host => format!("{}, {keying} keying", host.name()),
+        Listing::Device => format!("{dedup}, {}, {address} tile addresses", config.compact.name()),
+        Listing::Feedback => format!("feedback of every pixel, {address} tile addresses"),
+        host => format!("{}, {address} tile addresses", host.name()),
     }
 }
 
-/// All variants made ready for a pyramid. `stage1` decides the format of the `U1` that they will read.
+/// Prepares all variants for a pyramid. `stage1` determines the format of the request image.
 ///
 /// # Errors
-/// What is no refusal: device lost and the like.
+/// Errors other than refusals, such as device lost.
 pub fn contenders(gpu: &Gpu, pyramid: &Pyramid, stage1: &Footprint) -> vk::Result<Vec<Contender>> {
     let ready = |(name, config): (String, Config)| {
         let way = match config.check(pyramid) {
             Err(unfit) => Err(unfit.to_string()),
             Ok(()) if config.fused() => Ok(Way::Fused),
-            Ok(()) => match Lister::new(gpu, pyramid, &config, stage1) {
-                Ok(lister) => Ok(Way::OverU1(lister)),
+            Ok(()) => match ListPasses::new(gpu, pyramid, &config, stage1) {
+                Ok(list_passes) => Ok(Way::OverRequests(list_passes)),
                 Err(error) => Err(refused(error)?),
             },
         };
@@ -128,15 +125,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_variant_stays_at_home_and_none_has_anothers_name() {
+    fn every_variant_is_included_and_names_are_unique() {
         let variants = variants();
-        for keying in [Keying::Paper, Keying::Native] {
+        for address in [TileAddress::Level0, TileAddress::OwnLevel] {
             let is_there = |is: &dyn Fn(&Config) -> bool| {
-                variants.iter().any(|(_, config)| config.keying == keying && is(config))
+                variants.iter().any(|(_, config)| config.address == address && is(config))
             };
             for &dedup in Dedup::ALL {
-                // A bit for each tile is native keying.
-                let refused = dedup == Dedup::Bitset && keying == Keying::Paper;
+                // bitset has a bit per tile, so it needs own-level tile addresses.
+                let refused = dedup == Dedup::Bitset && address == TileAddress::Level0;
                 assert_ne!(is_there(&|config| config.dedup == dedup), refused, "{dedup:?}");
             }
             for &compact in Compaction::ALL {

@@ -8,12 +8,12 @@ use crate::frame::{Seen, Shape, Slot, View};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::paper::virtual_texture::footprint::Footprint;
 use crate::paper::virtual_texture::fused::Fused;
-use crate::paper::virtual_texture::lister::{Lister, Stage3};
-use crate::paper::virtual_texture::resident::{Resident, ResidentError};
+use crate::paper::virtual_texture::list_passes::{ListPasses, Stage3};
 use crate::paper::virtual_texture::ruler::Verdicts;
 use crate::paper::virtual_texture::streaming::distinct_tiles;
-use crate::paper::virtual_texture::{Config, Keying, PAPER, reference};
-use crate::paper::virtual_texture::{Settings, VirtualTexture, VirtualTextureError, read_u1};
+use crate::paper::virtual_texture::tile_pool::{TilePool, TilePoolError};
+use crate::paper::virtual_texture::{Config, PAPER, TileAddress, reference};
+use crate::paper::virtual_texture::{Settings, VirtualTexture, VirtualTextureError, read_requests};
 use crate::picture::Target;
 use crate::picture::write::Srgb8Picture;
 use crate::reference::View as ReferenceView;
@@ -23,62 +23,61 @@ use crate::vk::{self, Format, Gpu, Image, ImageInfo};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// The most tiles that a settled picture is made for: with borders and the next coarser level 170 MB.
+/// The most tiles for which a settled picture is made: 170 MB with borders and the next coarser level.
 const MOST_SETTLED: usize = 128;
 
-/// What happened at one extreme.
+/// The results at one extreme.
 pub struct Examination {
     pub stage1: Stage1Check,
-    /// Of the reference, from the device's own `U1`.
+    /// Number of the reference's tiles, from the device's own request image.
     pub tiles: usize,
-    /// In order of [`super::contenders::variants`].
+    /// In the order of [`super::contenders::variants`].
     pub variants: Vec<(String, Outcome)>,
-    /// The settled picture; `None` where so many tiles are not resident at once.
+    /// The settled picture; `None` if this many tiles cannot be resident at once.
     pub settled: Option<Settled>,
-    /// Levels as colours, tiles as a chequerboard.
+    /// A picture of the levels as colours and the tiles as a chequerboard.
     pub picture: Srgb8Picture,
 }
 
-/// What a variant of stages 2 and 3 made of it.
+/// The result of one variant of stages 2 and 3.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
-    /// Tiles of the reference that the list lacks, tiles that it has beyond them, the list's length, and how long it
-    /// is in the reference: with the paper's keying a tile stands there for each of its cells.
+    /// An exact list: tiles that it lacks, tiles that it has beyond the reference, its length, and the length of the
+    /// reference. With level-0 tile addresses a tile has an entry for each of its cells.
     Listed { lost: usize, extra: usize, entries: usize, right_entries: usize },
-    /// A list that may have tiles beyond the reference's: how many it lacks and has beyond, and how many entries repeat
-    /// another one.
+    /// A superset: tiles that it lacks, tiles that it has beyond the reference, and repeated entries.
     Superset { lost: usize, beyond: usize, repeated: usize },
-    /// The device cannot, in one line that says what and why.
+    /// Refused by the device, with the reason in one line.
     Refused(String),
 }
 
 /// A settled picture of a ruler texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settled {
-    /// Levels that the caches were too small for.
+    /// The level bias, because the caches were too small.
     pub bias: u32,
-    /// `None` where coordinates are no numbers, so that no texel is the right one.
+    /// `None` if coordinates are NaN, so that no texel is the right one.
     pub verdicts: Option<Verdicts>,
-    /// Pixels of the picture in linear light that hold no number.
+    /// Pixels of the picture in linear light that are not finite.
     pub not_finite: usize,
 }
 
-/// Stage 1 as all variants get it.
+/// The output of stage 1 that all variants get.
 struct Drawn {
     pyramid: Pyramid,
     shape: Shape,
     view: View,
     stage1: Footprint,
     triples: Vec<[u32; 3]>,
-    /// Sorted.
+    /// The sorted tiles.
     visible: Vec<TileId>,
     distinct_triples: usize,
 }
 
-/// Opens what several extremes can share: pipelines are made once for all of one pyramid.
+/// The resources that extremes share: pipelines are created once per pyramid.
 pub struct Examiner {
     gpu: Gpu,
-    /// Whether settled pictures are made, too.
+    /// True if settled pictures are made too.
     pictures: bool,
     contenders: Option<(Pyramid, Vec<Contender>)>,
 }
@@ -88,15 +87,15 @@ impl Examiner {
         Examiner { gpu, pictures: true, contenders: None }
     }
 
-    /// One that never textures: of stages 1 to 3 alone.
+    /// Creates one for stages 1 to 3 alone, without texturing.
     pub fn of_lists(gpu: Gpu) -> Examiner {
         Examiner { pictures: false, ..Examiner::new(gpu) }
     }
 
-    /// Runs everything on one extreme, at `size` pixels.
+    /// Runs all variants on one extreme, at `size` pixels.
     ///
     /// # Errors
-    /// Device lost and the like. What the device cannot do is an [`Outcome::Refused`].
+    /// Errors such as device lost. What the device does not support is an [`Outcome::Refused`].
     pub fn examine(&mut self, extreme: &Extreme, size: [u32; 2]) -> anyhow::Result<Examination> {
         let sight = extreme.sight(size)?;
         let gpu = self.gpu.clone();
@@ -114,7 +113,7 @@ impl Examiner {
                 Ok((contender.name.clone(), outcome(&gpu, &drawn, textured.as_ref(), contender)?))
             })
             .collect::<vk::Result<Vec<_>>>()?;
-        // The settled picture is the paper's variant's.
+        // The settled picture is made with the paper's variant.
         let papers = contenders.iter().position(|contender| contender.config == PAPER);
         let shown = papers.is_some_and(|at| matches!(variants[at].1, Outcome::Listed { .. }));
         let settles = self.pictures && shown && drawn.visible.len() <= MOST_SETTLED;
@@ -131,13 +130,13 @@ impl Examiner {
 fn draw(gpu: &Gpu, sight: &Sight) -> vk::Result<Drawn> {
     let pyramid = sight.pyramid;
     let stage1 = Footprint::new(gpu, &pyramid, &PAPER, sight.size)?;
-    // Fused draws want the positions, too.
+    // Fused draws need the positions too.
     let shape = Shape::with_depth_alone(gpu, &sight.mesh)?;
     let mut frame = gpu.frame()?;
     let view = View::new(&sight.pose, sight.size);
     frame.pass("footprint", |cmd| stage1.draw(cmd, &Seen::new([&shape], view, 0)))?;
     frame.submit()?.wait()?;
-    let triples = read_u1(gpu, &stage1, &pyramid)?;
+    let triples = read_requests(gpu, &stage1, &pyramid)?;
     let visible = reference::visible_tiles(&triples, &pyramid).into_iter().collect();
     let distinct_triples = reference::distinct_triples(&triples, &pyramid).len();
     Ok(Drawn { pyramid, shape, view, stage1, triples, visible, distinct_triples })
@@ -145,7 +144,7 @@ fn draw(gpu: &Gpu, sight: &Sight) -> vk::Result<Drawn> {
 
 fn stage1(extreme: &Extreme, sight: &Sight, drawn: &Drawn) -> Stage1Check {
     if let Landscape::Noise = extreme.landscape {
-        // No triple is near the border of a decision: none may differ.
+        // No triple is near a rounding border, so all must be equal.
         let wrong = drawn.triples.iter().enumerate().filter_map(|(pixel, &found)| {
             let right = Extreme::noise_triple(&sight.pyramid, pixel as u64);
             (found != right).then(|| format!("pixel {pixel}: {found:?}, not {right:?}"))
@@ -156,24 +155,24 @@ fn stage1(extreme: &Extreme, sight: &Sight, drawn: &Drawn) -> Stage1Check {
     let [width, height] = sight.size;
     let clip = sight.pose.world_to_clip(width, height);
     let view = ReferenceView::new(&sight.source, &clip, sight.pose.eye, sight.size);
-    compare_triples(&drawn.triples, &view, &sight.source, &sight.pyramid)
+    compare_triples(&drawn.triples, &view, &sight.source, &sight.pyramid, 1)
 }
 
-/// What fused draws texture with: tiles of `G1` alone, for whatever is resident, the list is the same.
+/// Resources for fused draws. Only the resident tail is present, because the list does not depend on the resident tiles.
 struct Textured {
-    resident: Resident,
+    resident: TilePool,
     target: Image,
 }
 
 impl Textured {
-    fn new(gpu: &Gpu, sight: &Sight) -> Result<Textured, ResidentError> {
-        let resident = Resident::new(gpu, &Ruler::new(sight.pyramid), 1)?;
+    fn new(gpu: &Gpu, sight: &Sight) -> Result<Textured, TilePoolError> {
+        let resident = TilePool::new(gpu, &Ruler::new(sight.pyramid), 1)?;
         let target = gpu.image("picture", ImageInfo::target(sight.size, Format::Rgba8Srgb))?;
         Ok(Textured { resident, target })
     }
 }
 
-/// A variant's list, or the line that says why there is none.
+/// A variant's list, or the reason why it is refused.
 fn outcome(
     gpu: &Gpu,
     drawn: &Drawn,
@@ -181,9 +180,9 @@ fn outcome(
     contender: &mut Contender,
 ) -> vk::Result<Outcome> {
     let list = match &mut contender.way {
-        Ok(Way::OverU1(lister)) => list(gpu, drawn, lister),
+        Ok(Way::OverRequests(list_passes)) => list(gpu, drawn, list_passes),
         Ok(Way::Fused) => {
-            let textured = textured.expect("made where a variant draws for itself");
+            let textured = textured.expect("created if a variant is fused");
             fused_list(gpu, drawn, textured, &contender.config)
         }
         Err(line) => return Ok(Outcome::Refused(line.clone())),
@@ -195,7 +194,7 @@ fn outcome(
 }
 
 fn compared(drawn: &Drawn, triples: &[[u32; 3]], config: &Config) -> Outcome {
-    let found = distinct_tiles(triples, config.keying, drawn.pyramid.first_resident_level());
+    let found = distinct_tiles(triples, config.address, drawn.pyramid.first_resident_level());
     let without = |tiles: &[TileId], others: &[TileId]| {
         tiles.iter().filter(|tile| others.binary_search(tile).is_err()).count()
     };
@@ -204,23 +203,23 @@ fn compared(drawn: &Drawn, triples: &[[u32; 3]], config: &Config) -> Outcome {
         let distinct: BTreeSet<_> = triples.iter().collect();
         return Outcome::Superset { lost, beyond: extra, repeated: triples.len() - distinct.len() };
     }
-    let right_entries = match config.keying {
-        Keying::Paper => drawn.distinct_triples,
-        Keying::Native => drawn.visible.len(),
+    let right_entries = match config.address {
+        TileAddress::Level0 => drawn.distinct_triples,
+        TileAddress::OwnLevel => drawn.visible.len(),
     };
     Outcome::Listed { lost, extra, entries: triples.len(), right_entries }
 }
 
-/// The list of a variant from the `U1` that was drawn.
-fn list(gpu: &Gpu, drawn: &Drawn, lister: &mut Lister) -> vk::Result<Vec<[u32; 3]>> {
-    lister.renew(gpu, &drawn.stage1)?;
+/// The list of a variant from the common request image.
+fn list(gpu: &Gpu, drawn: &Drawn, list_passes: &mut ListPasses) -> vk::Result<Vec<[u32; 3]>> {
+    list_passes.renew(gpu, &drawn.stage1)?;
     let mut frame = gpu.frame()?;
-    lister.record(&mut frame, &drawn.stage1.u1, Slot::FIRST)?;
+    list_passes.record(&mut frame, &drawn.stage1.requests, Slot::FIRST)?;
     frame.submit()?.wait()?;
-    Ok(lister.collect(gpu, Slot::FIRST)?.0)
+    Ok(list_passes.collect(gpu, Slot::FIRST)?.0)
 }
 
-/// The list of a variant that draws for itself.
+/// The list of a fused variant.
 fn fused_list(gpu: &Gpu, drawn: &Drawn, textured: &Textured, config: &Config) -> vk::Result<Vec<[u32; 3]>> {
     let Textured { resident, target } = textured;
     let fused = Fused::new(gpu, &drawn.pyramid, config, resident, (target.info().format, None))?;
@@ -234,7 +233,7 @@ fn fused_list(gpu: &Gpu, drawn: &Drawn, textured: &Textured, config: &Config) ->
     Ok(stage3.collect(gpu, Slot::FIRST)?.0)
 }
 
-/// The whole frame on a ruler texture, until nothing is missing.
+/// Draws the whole frame on a ruler texture until no tile is missing.
 fn settled(gpu: &Gpu, extreme: &Extreme, sight: &Sight) -> Result<Settled, VirtualTextureError> {
     let scene = Scene::embedded("ruler").expect("shipped");
     let mut settings = Settings::of_scene(&scene, Target::Linear32).expect("shipped");
@@ -254,7 +253,7 @@ fn settled(gpu: &Gpu, extreme: &Extreme, sight: &Sight) -> Result<Settled, Virtu
     })
 }
 
-/// A hue for each level, from red (0) on; neighbouring tiles lighter and darker; black without landscape.
+/// A hue for each level, red for level 0; neighbouring tiles lighter and darker; black without landscape.
 fn false_colours(triples: &[[u32; 3]], [width, height]: [u32; 2]) -> Srgb8Picture {
     const HUES: [[u32; 3]; 8] = [
         [214, 66, 54],
@@ -279,19 +278,19 @@ fn false_colours(triples: &[[u32; 3]], [width, height]: [u32; 2]) -> Srgb8Pictur
 }
 
 impl Settled {
-    /// Pixels that show a wrong texel, or none where there should be one.
+    /// Pixels with a wrong or missing texel.
     pub fn wrong(&self) -> u64 {
         self.verdicts.map_or(0, |verdicts| verdicts.wrong + verdicts.not_resident)
     }
 }
 
 impl Examination {
-    /// What is wrong: a tile lost or invented, a pixel unexplained, a texel that is not the right one, or that what
-    /// was known before did not come true.
+    /// The first failure, if any: a lost or additional tile, an unexplained pixel, a wrong texel, or a violated expectation
+    /// of the extreme.
     pub fn fault(&self, extreme: &Extreme) -> Option<String> {
         let unexplained = &self.stage1.unexplained;
         if let Some(first) = unexplained.first() {
-            return Some(format!("stage 1: {} pixels unexplained, as {first}", unexplained.len()));
+            return Some(format!("stage 1: {} pixels unexplained, such as {first}", unexplained.len()));
         }
         for (name, outcome) in &self.variants {
             match outcome {
@@ -339,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_is_wrong_is_a_fault_and_nothing_else_is() {
+    fn exactly_the_wrong_results_are_faults() {
         let listed = |lost, extra, entries| Outcome::Listed { lost, extra, entries, right_entries: 9 };
         assert_eq!(of("pole", &examination(listed(0, 0, 9))), None);
         let superset = |lost, beyond, repeated| Outcome::Superset { lost, beyond, repeated };
@@ -361,7 +360,7 @@ mod tests {
         // 3 tiles in 4 pixels.
         assert!(of("one-tile", &examination(listed(0, 0, 9))).is_some());
         assert!(of("noise", &examination(listed(0, 0, 9))).is_some());
-        assert!(of("2^20-finest-tiles", &examination(listed(0, 0, 9))).is_some(), "nobody refused");
+        assert!(of("2^20-finest-tiles", &examination(listed(0, 0, 9))).is_some(), "no variant refused");
         assert_eq!(of("2^20-finest-tiles", &examination(Outcome::Refused("a reason".into()))), None);
     }
 }

@@ -1,5 +1,4 @@
-//! vt.extremes: what happens at the edges of what a picture, a texture and a camera can be, variant by variant,
-//! against the reference.
+//! vt.extremes: every variant against the reference for extreme pictures, textures and cameras.
 
 mod contenders;
 mod examine;
@@ -15,28 +14,29 @@ use crate::figure::{Bench, Cell, Figure, Row, Value};
 use crate::paper::virtual_texture::all_needs;
 use anyhow::Context;
 
-/// Rows that are not a variant's.
+/// Names of the rows that belong to no variant.
 const STAGE_1: &str = "stage 1";
 const PICTURE: &str = "settled picture";
-/// Quantity: pixels whose every sample was held against the texel that it must be.
+/// Quantity: pixels of which every sample was compared with the right texel.
 const COMPARED: &str = "compared";
-/// Quantity: pixels of stage 1 that were held against f64.
+/// Quantity: pixels of stage 1 that were compared with the f64 reference.
 const LOOKED_AT: &str = "looked at";
-/// Quantity: what a superset has beyond the reference.
+/// Quantity: tiles of a superset beyond the reference.
 const BEYOND: &str = "beyond";
-/// Quantity: refusals that are no line of four words or more.
+/// Quantity: refusals that are not one line of at least four words.
 const UNREASONED: &str = "refusals without a reason";
 
 pub const EXTREMES_FIGURE: Figure = Figure {
     id: "vt.extremes",
     title: "The edges: horizons, poles, seams, zeros, NaN, giants",
-    about: "What happens where a footprint, a coordinate, a picture or a texture is as large, as small or as broken as \
-            it can be? The paper names two such cases (section 2.1: t = 1 and s = 1) and leaves the others open. Every \
-            variant's list is held against the exact set from the device's own U1, stage 1 against an f64 rasteriser, \
-            and the settled picture against a texture whose every texel is known: each pixel that the landscape covers, and \
-            each of its samples. Quick and full runs are alike, at most 360 rows of pixels.",
+    about: "Inputs at the limits: footprints, coordinates, pictures and textures that are as large, as small or as invalid \
+            as possible. The paper treats two such cases (section 2.1: t = 1 and s = 1). Every variant's list is compared \
+            with the exact set from the device's own request image, stage 1 with an f64 rasteriser, and the settled picture \
+            with a texture whose texels are all known, for each sample of each pixel that the landscape covers. Quick and \
+            full runs are the same, with at most 360 rows of pixels.",
     scenes: &NAMES,
     variants: || variants().into_iter().map(|(name, _)| name).collect(),
+    paper: &["geometry p=3 memo, transform-feedback, level-0 tile addresses"],
     sweep: None,
     measure,
     plots: &[],
@@ -50,18 +50,18 @@ pub const EXTREMES_FIGURE: Figure = Figure {
         .at(Places::scenes(&["corners", "south-pole", "antimeridian"])),
         Claim::ours(
             "every-set-is-exact",
-            "Every variant that a device can run lists the reference's tiles at every extreme, no more and no fewer; those \
-             that promise a superset, no fewer",
+            "Every variant that the device supports lists exactly the reference's tiles at every extreme; variants that \
+             list a superset lose none",
             EXACT,
         ),
         Claim::ours(
             "stage-1-is-explained",
-            "Where a pixel's triple is not the f64 reference's, the border of a decision explains it",
+            "Every triple that differs from the f64 reference is explained by a rounding border",
             &[Test::value(one("unexplained", STAGE_1), Equal(0.0))],
         ),
         Claim::ours(
             "every-texel-is-right",
-            "The settled picture mixes the right texels only, and every pixel of it is a number",
+            "The settled picture uses only the right texels, and all of its pixels are finite",
             &[
                 Test::value(one("wrong", PICTURE), Equal(0.0)),
                 Test::value(one("not finite", PICTURE), Equal(0.0)),
@@ -69,7 +69,7 @@ pub const EXTREMES_FIGURE: Figure = Figure {
         ),
         Claim::ours(
             "refusals-are-words",
-            "What a device cannot do is refused in one line that says what and why",
+            "Each refusal is one line with the unsupported feature and the reason",
             &[Test::value(every(UNREASONED), Equal(0.0))],
         ),
     ],
@@ -81,7 +81,7 @@ const EXACT: &[Test] = &[
     Test::value(every("repeated"), Equal(0.0)),
 ];
 
-/// The cells: a name each.
+/// The names of the cells.
 const NAMES: [&str; EXTREMES.len()] = {
     let mut names = [""; EXTREMES.len()];
     let mut n = 0;
@@ -111,7 +111,7 @@ fn rows(examined: &Examination) -> Vec<Row> {
     let (differing, unexplained) = (check.differing, check.unexplained.len());
     let words = match (differing, unexplained) {
         (0, _) => format!("all {} pixels equal", check.pixels),
-        (_, 0) => format!("{differing} of {} pixels at the border of a decision", check.pixels),
+        (_, 0) => format!("{differing} of {} pixels differ, all at a rounding border", check.pixels),
         _ => format!("{unexplained} pixels unexplained: {}", check.unexplained[0]),
     };
     rows.push(Row::new(STAGE_1, "outcome", "", Value::Text(words)));
@@ -138,8 +138,8 @@ fn of_variant(name: &str, outcome: &Outcome, tiles: usize) -> Vec<Row> {
         &Outcome::Listed { lost, extra, entries, right_entries } => {
             let words = match (lost, extra) {
                 (0, 0) if entries == right_entries => format!("equal, {tiles} tiles"),
-                (0, 0) => format!("{entries} entries, {right_entries} are right"),
-                _ => format!("{lost} tiles lost, {extra} too many, of {tiles}"),
+                (0, 0) => format!("{entries} entries instead of {right_entries}"),
+                _ => format!("{lost} of {tiles} tiles lost, {extra} too many"),
             };
             vec![
                 text(words),
@@ -151,8 +151,8 @@ fn of_variant(name: &str, outcome: &Outcome, tiles: usize) -> Vec<Row> {
         }
         &Outcome::Superset { lost, beyond, repeated } => {
             let words = match lost {
-                0 => format!("all {tiles} tiles, {beyond} hidden ones"),
-                _ => format!("{lost} tiles lost of {tiles}"),
+                0 => format!("all {tiles} tiles and {beyond} hidden ones"),
+                _ => format!("{lost} of {tiles} tiles lost"),
             };
             vec![
                 text(words),
@@ -168,8 +168,8 @@ fn of_picture(settled: &Settled) -> Vec<Row> {
     let (wrong, not_finite) = (settled.wrong() as usize, settled.not_finite);
     let coarser = if settled.bias > 0 { format!(", {} levels coarser", settled.bias) } else { String::new() };
     let words = match settled.verdicts {
-        _ if not_finite > 0 => format!("{not_finite} pixels hold no number"),
-        None => format!("every pixel holds a number{coarser}"),
+        _ if not_finite > 0 => format!("{not_finite} pixels are not finite"),
+        None => format!("all pixels are finite{coarser}"),
         Some(verdicts) if wrong > 0 => format!("{wrong} of {} pixels wrong{coarser}", verdicts.covered),
         Some(verdicts) => format!("every texel of {} pixels right{coarser}", verdicts.covered),
     };

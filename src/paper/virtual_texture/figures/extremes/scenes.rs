@@ -1,4 +1,4 @@
-//! The extremes: what is looked at, from where, and what it puts to the test.
+//! The extremes: landscape, camera, and the risk that each tests.
 
 use super::shapes;
 use crate::math::camera::Pose;
@@ -7,51 +7,51 @@ use crate::model::mesh::{Mesh, SourceMesh, gpu_mesh};
 use crate::paper::virtual_texture::config::{source_mesh, texture};
 use crate::scene::{Scene, SceneError};
 
-/// An input at the edge of what the pipeline must bear.
+/// An extreme input that the pipeline must handle.
 pub struct Extreme {
     pub name: &'static str,
-    /// What could go wrong here.
+    /// The risk that it tests.
     pub stresses: &'static str,
-    /// Pixels.
+    /// The size in pixels.
     pub size: [u32; 2],
-    /// A shipped scene …
+    /// A shipped scene.
     pub scene: &'static str,
-    /// … with these keys changed …
+    /// Changed keys of the scene.
     pub changes: &'static [&'static str],
-    /// … and this landscape.
+    /// The landscape.
     pub landscape: Landscape,
     pub expected: Expected,
 }
 
-/// What there is to be seen.
+/// The landscape of an extreme.
 #[derive(Clone, Copy)]
 pub enum Landscape {
-    /// The scene's mesh from the scene's camera.
+    /// The scene's mesh and the scene's camera.
     Scene,
-    /// A mesh made for the picture, from `shapes::eye`.
+    /// A mesh made for the picture, seen from `shapes::eye`.
     Made(fn(&Pyramid, [u32; 2]) -> SourceMesh),
     /// `shapes::noise`: each pixel's tile is known without rasterising.
     Noise,
 }
 
-/// What is known before anything runs.
+/// The expected result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Expected {
-    /// Only that every variant finds what the reference finds.
+    /// Every variant finds the reference's tiles.
     Equal,
-    /// Also how many tiles that are.
+    /// The same, and the number of tiles.
     Tiles(usize),
-    /// And that is another one for each pixel.
+    /// The same, and as many tiles as pixels.
     TileEachPixel,
-    /// Coordinates that are no numbers: the lists are exact, but no texel is the right one.
+    /// Some coordinates are NaN: the lists are exact, but no texel is the right one.
     NoTexels,
-    /// Some variant needs more than devices have.
+    /// At least one variant exceeds the limits of devices.
     Refused,
 }
 
-/// An extreme, ready to be drawn.
+/// An extreme, ready to draw.
 pub struct Sight {
-    /// Pixels.
+    /// The size in pixels.
     pub size: [u32; 2],
     pub pyramid: Pyramid,
     pub pose: Pose,
@@ -98,7 +98,7 @@ pub const EXTREMES: &[Extreme] = &[
         &["view.camera=grazing", "cameras.grazing.tilt_deg=89.999"],
     ),
     plain("pole", "All columns of the first row of tiles meet in a point of the picture", "pole", &[]),
-    plain("south-pole", "t = 1 itself, on the axis in the picture's middle", "pole", &["view.camera=south"]),
+    plain("south-pole", "t = 1 exactly, on the axis in the picture's middle", "pole", &["view.camera=south"]),
     plain(
         "antimeridian",
         "s = 1 beside s = 0: the last column of tiles beside the first",
@@ -109,7 +109,7 @@ pub const EXTREMES: &[Extreme] = &[
         landscape: Landscape::Made(shapes::corners),
         ..plain(
             "corners",
-            "s = 1 and t = 1: floor(wT s) = wT names no tile, the paper's min does",
+            "s = 1 and t = 1: tile floor(wT s) = wT does not exist; the paper's min gives the last one",
             "plane",
             &[],
         )
@@ -127,7 +127,7 @@ pub const EXTREMES: &[Extreme] = &[
         landscape: Landscape::Made(shapes::every_level),
         ..plain(
             "every-level",
-            "All bits of the mask that a pyramid of 11 streamed levels has, in one texel of U2",
+            "All bits of the mask that a pyramid of 11 streamed levels has, in one texel of the tile mask",
             "plane",
             &[
                 "surface.land.texture.width_log2=14",
@@ -174,7 +174,7 @@ pub const EXTREMES: &[Extreme] = &[
     ),
     plain(
         "2^20-fine-tiles",
-        "8 million cells of M0: U2 is 32 MiB for a picture of 0.2 million pixels",
+        "8 million cells of M0: the tile mask is 32 MiB for a picture of 0.2 million pixels",
         "earth",
         &[
             "view.camera=low",
@@ -220,7 +220,7 @@ pub const EXTREMES: &[Extreme] = &[
         expected: Expected::TileEachPixel,
         ..plain(
             "noise",
-            "Every pixel another tile: 2^20 distinct requests, 16 times what the list has room for",
+            "A different tile in each pixel: 2^20 distinct requests, 16 times what the list has room for",
             "plane",
             &["surface.land.texture.width_log2=20", "surface.land.texture.height_log2=19"],
         )
@@ -232,10 +232,10 @@ impl Extreme {
         EXTREMES.iter().find(|extreme| extreme.name == name)
     }
 
-    /// What is to be drawn at `size` pixels.
+    /// Prepares the extreme at `size` pixels.
     ///
     /// # Errors
-    /// A change that the scene does not take.
+    /// The scene does not accept a change.
     pub fn sight(&self, size: [u32; 2]) -> Result<Sight, SceneError> {
         let changes: Vec<String> = self.changes.iter().map(|&change| change.to_owned()).collect();
         let scene = Scene::load_with(self.scene, &changes)?;

@@ -1,14 +1,14 @@
-//! Landscapes made by hand for one picture: values that no mesh file may hold, or that no camera would meet.
+//! Synthetic landscapes for one picture each, with values that no mesh file may hold or that no real camera sees.
 //!
-//! The eye stands at (0, 0, 1) and looks down on the plane z = 0 with 90 degrees from the top of the picture to its
-//! bottom, so that a place in pixels is a place in the world, at one depth.
+//! The eye is at (0, 0, 1) and looks down on the plane z = 0 with a vertical field of view of 90 degrees. All points have
+//! one depth, so pixel positions map linearly to positions in the world.
 
 use crate::math::camera::Pose;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::model::mesh::{Mesh, MeshVertex, SourceMesh};
 use glam::{DVec2, DVec3};
 
-/// The eye of all these landscapes.
+/// The camera of all these landscapes.
 pub fn eye() -> Pose {
     Pose {
         eye: DVec3::Z,
@@ -20,7 +20,7 @@ pub fn eye() -> Pose {
     }
 }
 
-/// Collects triangles that are placed in pixels.
+/// Collects triangles given in pixel coordinates.
 struct Canvas {
     size: [u32; 2],
     mesh: SourceMesh,
@@ -65,7 +65,7 @@ fn rectangle(west_north: [f64; 2], east_south: [f64; 2]) -> [DVec2; 4] {
     [DVec2::new(w, n), DVec2::new(e, n), DVec2::new(w, s), DVec2::new(e, s)]
 }
 
-/// Points and slivers at the texture's four corners; s = 1 and t = 1 themselves are in every one but the first two.
+/// Points and slivers at the texture's four corners. All but the first two include s = 1 and t = 1 exactly.
 pub fn corners(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
     let texel = pyramid.level_size(0).map(|side| 1.0 / f64::from(side));
     let [s, t] = [1.0 - 40.0 * texel[0], 1.0 - 40.0 * texel[1]];
@@ -74,7 +74,7 @@ pub fn corners(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
         rectangle([0.0; 2], [1.0 - s, 1.0 - t]),
         rectangle([1.0; 2], [1.0; 2]),
         rectangle([s, t], [1.0; 2]),
-        // The seam from the other side: s = 1 in the west, then back.
+        // The seam from the other side: s = 1 in the west, decreasing to the east.
         rectangle([1.0, t], [s, 1.0]),
         rectangle([1.0, 0.0], [1.0, 1.0]),
         rectangle([0.0, 1.0], [1.0, 1.0]),
@@ -90,13 +90,13 @@ pub fn points(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
         [at; 4]
     };
     let mut patches: Vec<_> = (0..6).map(point).collect();
-    // And lines: one derivative is 0, the other is not, so dmin = 0 beside dmax > 0.
+    // Lines: one derivative is 0, the other is not, so dmin = 0 and dmax > 0.
     patches.push(rectangle([0.25, 0.5], [0.25 + 300.0 / (columns * 512.0), 0.5]));
     patches.push(rectangle([0.75, 0.5], [0.75, 0.5 + 300.0 / (rows * 512.0)]));
     Canvas::strip(size, &patches)
 }
 
-/// Coordinates that are no numbers, infinite, or far outside the texture, with ordinary patches between them.
+/// Coordinates that are NaN, infinite, or far outside the texture, with ordinary patches between them.
 pub fn not_finite(_: &Pyramid, size: [u32; 2]) -> SourceMesh {
     let ordinary = rectangle([0.3, 0.3], [0.301, 0.301]);
     let all = |value: f64| [DVec2::splat(value); 4];
@@ -116,7 +116,7 @@ pub fn not_finite(_: &Pyramid, size: [u32; 2]) -> SourceMesh {
         one(infinity),
         rectangle([-infinity; 2], [infinity; 2]),
         ordinary,
-        // Finite, but its square is not an f32.
+        // Finite, but its square overflows f32.
         one(1e30),
         one(-1e30),
         ordinary,
@@ -124,8 +124,8 @@ pub fn not_finite(_: &Pyramid, size: [u32; 2]) -> SourceMesh {
     Canvas::strip(size, &patches)
 }
 
-/// A patch for each level, all about tile (0, 0): a footprint of 1.5 x 2^q texels, q = -2 ..= L-L'+2. With the
-/// paper's keying one texel of U2 then has every bit that this pyramid can set.
+/// A patch for each level, all in tile (0, 0): a footprint of 1.5 x 2^q texels, q = -2 ..= L-L'+2. With level-0 tile
+/// addresses, one texel of the tile mask then has all bits that this pyramid can set.
 pub fn every_level(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
     let [w, h] = pyramid.level_size(0).map(f64::from);
     let levels = pyramid.first_resident_level() as i32;
@@ -137,9 +137,9 @@ pub fn every_level(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
     Canvas::strip(size, &(-2..=levels + 1).map(patch).collect::<Vec<_>>())
 }
 
-/// The tile that pixel `n` of [`noise`] sees: another one for every pixel, as long as there are tiles.
+/// The tile of pixel `n` of [`noise`]: a different one for each pixel, up to the number of tiles.
 pub fn noise_tile(pyramid: &Pyramid, n: u64) -> TileId {
-    // A prime: its multiples modulo the number of tiles do not meet before all were there.
+    // A prime step modulo the number of tiles reaches every tile before it repeats one.
     let mut index = n * 2_654_435_761 % pyramid.tile_count();
     for level in 0..pyramid.first_resident_level() {
         let [columns, rows] = pyramid.tile_grid(level).map(u64::from);
@@ -151,11 +151,11 @@ pub fn noise_tile(pyramid: &Pyramid, n: u64) -> TileId {
     unreachable!("index {index} beyond all tiles")
 }
 
-/// A triangle in each pixel, each about another tile: as many distinct tiles as the picture has pixels.
+/// A triangle in each pixel, each in a different tile: as many distinct tiles as the picture has pixels.
 pub fn noise(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
     let [columns, rows] = pyramid.tile_grid(0).map(f64::from);
     let texel = DVec2::from_array(pyramid.level_size(0).map(|side| 1.0 / f64::from(side)));
-    // About the pixel's centre, and about no other.
+    // Covers the pixel's centre and no other.
     let corners = [DVec2::new(-0.4, -0.3), DVec2::new(0.0, 0.45), DVec2::new(0.4, -0.3)];
     let mut canvas = Canvas::new(size);
     for pixel in 0..u64::from(size[0]) * u64::from(size[1]) {
@@ -171,14 +171,13 @@ pub fn noise(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
     canvas.mesh
 }
 
-/// As [`crate::model::mesh::gpu_mesh`], without its checks: what is to be found out is what the device does with
-/// values that the checks keep away from it.
+/// As [`crate::model::mesh::gpu_mesh`], but without its checks, to test how the device handles values that they reject.
 pub fn unchecked_gpu_mesh(source: &SourceMesh) -> Mesh {
-    let mut mesh = Mesh { vertices: Vec::new(), indices: Vec::new() };
+    let mut mesh = Mesh::default();
     for triangle in &source.triangles {
         let coordinates = triangle.map(|vertex| source.coordinates[vertex as usize]);
         let smallest = coordinates[0].min(coordinates[1]).min(coordinates[2]);
-        // The cast saturates: what is no number starts at 0.
+        // The cast saturates, and NaN becomes 0.
         let cell = (smallest * 1024.0).floor().to_array().map(|cell| (cell as u32).min(1023));
         for &vertex in triangle {
             let position = source.positions[vertex as usize];
@@ -213,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn the_unchecked_mesh_is_the_checked_one_where_both_can_be() {
+    fn the_unchecked_mesh_equals_the_checked_one_for_valid_input() {
         let source = plane(100.0, 50.0, 7, 5).unwrap();
         let (checked, unchecked) = (gpu_mesh(&source).unwrap(), unchecked_gpu_mesh(&source));
         assert_eq!(checked.indices.len(), unchecked.indices.len());

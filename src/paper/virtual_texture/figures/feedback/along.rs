@@ -1,4 +1,4 @@
-//! Along a path: what the samples of some frames name, beside what the last of them shows.
+//! Along a path: the tiles from the samples of the last frames, compared with the tiles that the last frame shows.
 
 use super::watch::{SUBSAMPLINGS, Watch, name};
 use crate::figure::{Row, Value};
@@ -8,12 +8,12 @@ use crate::paper::virtual_texture::feedback::{MOST_LOG2, Memory, cycle};
 use crate::stats::Summary;
 use std::collections::BTreeMap;
 
-/// Frames that a moving camera's list remembers, and how their rows are called; none: a whole cycle. 16 is about
-/// Unreal Engine 5's `PageFreeThreshold`.
+/// Numbers of frames that a moving camera's list remembers, and their row names. `None`: a whole cycle. 16 is about Unreal
+/// Engine 5's `PageFreeThreshold`.
 const MEMORIES: [(Option<u64>, &str); 3] =
     [(Some(1), "one moving frame"), (Some(16), "16 moving frames"), (None, "a moving cycle")];
 
-/// One subsampling's list of one memory along a path.
+/// The results of one subsampling with one memory along a path.
 #[derive(Default)]
 struct Along {
     recall: Vec<f64>,
@@ -44,7 +44,7 @@ impl Along {
     }
 }
 
-/// Frames 1 to `frames`, after the camera has stood at frame 0 for a cycle.
+/// Measures frames 1 to `frames`, after the camera has rested at frame 0 for a cycle.
 pub fn measure(watch: &mut Watch, frames: u32, pose: impl Fn(u32) -> Pose) -> anyhow::Result<Vec<Row>> {
     let stands = cycle(MOST_LOG2);
     let new = |n| MEMORIES.map(|(frames, _)| (Memory::new(frames.unwrap_or(cycle(n))), Along::default()));

@@ -1,21 +1,21 @@
-//! After a cut, under a camera that stands still: in which frame each tile is first listed, from every start.
+//! After a cut to a camera at rest: the frame in which each tile is first listed, for every start in the cycle.
 
 use super::watch::{SUBSAMPLINGS, Watch, name};
 use super::{ALL_PIXELS, PIXELS, RECALL, TO_ALL};
 use crate::figure::{Bench, Row, Value};
 use crate::math::pyramid::TileId;
 use crate::paper::virtual_texture::feedback::{MOST_LOG2, blocks, cycle};
-use crate::paper::virtual_texture::read_u1;
+use crate::paper::virtual_texture::read_requests;
 use crate::picture::write::Srgb8Picture;
 use crate::stats::Summary;
 
-/// When each tile is first seen, 1 for at once, by the frame of the cycle in which the camera cuts to the picture.
+/// The delay until each tile is first seen, 1 for the first frame, for each frame of the cycle in which the cut may occur.
 fn delays(tiles: &[TileId], seen: &[Vec<TileId>]) -> Vec<Vec<u64>> {
     let cycle = seen.len();
     let mut delays = vec![vec![0; tiles.len()]; cycle];
     for (at, tile) in tiles.iter().enumerate() {
         let mut next = None;
-        // Twice through the cycle from its end, so that each start knows the next sighting.
+        // Two passes backwards through the cycle, so that each start knows the next sighting.
         for frame in (0..2 * cycle).rev() {
             if seen[frame % cycle].binary_search(tile).is_ok() {
                 next = Some(frame);
@@ -30,7 +30,7 @@ fn delays(tiles: &[TileId], seen: &[Vec<TileId>]) -> Vec<Vec<u64>> {
     delays
 }
 
-/// The pixels whose tile a frame's samples name, in grey, those whose tile they miss in red, and black behind them.
+/// A picture of the pixels whose tile is in a frame's samples (grey) or missing from them (red); background is black.
 fn map(size: [u32; 2], triples: &[[u32; 3]], seen: &[TileId], first_resident_level: u32) -> Srgb8Picture {
     let colour = |&[level, i, j]: &[u32; 3]| match level {
         level if level >= first_resident_level => [0, 0, 0, 255],
@@ -42,14 +42,14 @@ fn map(size: [u32; 2], triples: &[[u32; 3]], seen: &[TileId], first_resident_lev
     Srgb8Picture { width: size[0], height: size[1], rgba: triples.iter().flat_map(colour).collect() }
 }
 
-/// `named`: the picture's name without its ending.
+/// `named`: the picture's file name without extension.
 pub fn measure(bench: &mut Bench, named: &str, watch: &mut Watch) -> anyhow::Result<Vec<Row>> {
     let pose = watch.opened.pose;
     let exact = watch.look(&pose)?;
     let (tiles, pixels): (Vec<TileId>, Vec<u64>) = exact.into_iter().unzip();
     let mut seen: Vec<Vec<Vec<TileId>>> = vec![Vec::new(); watch.samplers.len()];
     for frame in 0..cycle(MOST_LOG2) {
-        // Those whose cycle has not ended.
+        // Only subsamplings whose cycle has not ended.
         let least = u64::BITS - frame.leading_zeros();
         for (n, tiles) in
             SUBSAMPLINGS.into_iter().zip(watch.sample(frame, least)?).filter(|(n, _)| *n >= least)
@@ -59,7 +59,8 @@ pub fn measure(bench: &mut Bench, named: &str, watch: &mut Watch) -> anyhow::Res
     }
     let session = &watch.opened.session;
     let pyramid = session.technique.source.pyramid();
-    let triples = read_u1(&session.gpu, session.technique.stage1().expect("a staged variant"), &pyramid)?;
+    let triples =
+        read_requests(&session.gpu, session.technique.stage1().expect("a staged variant"), &pyramid)?;
     let first = seen.last().and_then(|frames| frames.first()).expect("a cycle has frames");
     bench.picture(
         named,
@@ -80,7 +81,7 @@ pub fn measure(bench: &mut Bench, named: &str, watch: &mut Watch) -> anyhow::Res
 fn delay_rows(n: u32, pixels: &[u64], delays: &[Vec<u64>]) -> Vec<Row> {
     let all_pixels = pixels.iter().sum::<u64>() as f64;
     let count = (delays.len() * pixels.len()) as f64;
-    // Means over all starts of the cycle.
+    // Means over all starts in the cycle.
     let of_tiles =
         |frame: u64| delays.iter().flatten().filter(|delay| **delay <= frame).count() as f64 / count;
     let of_pixels = |frame: u64| {
@@ -107,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_map_is_red_where_the_tile_was_not_named_and_black_where_none_is_needed() {
+    fn a_map_is_red_for_missed_tiles_and_black_for_pixels_without_a_tile() {
         let seen = [TileId { level: 1, row: 0, column: 2 }];
         let map = map([4, 1], &[[1, 1, 5], [1, 1, 6], [3, 0, 0], [u32::MAX; 3]], &seen, 3);
         let reds: Vec<u8> = map.rgba.chunks(4).map(|pixel| pixel[0]).collect();

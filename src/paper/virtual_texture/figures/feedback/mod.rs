@@ -1,4 +1,4 @@
-//! vt.feedback: what subsampled feedback, which engines ship, misses of the exact list, and for how long.
+//! vt.feedback: the tiles that subsampled feedback, which engines ship, misses, and for how long.
 
 mod along;
 mod cut;
@@ -8,22 +8,23 @@ mod watch;
 use super::common::{Place, pixels_of};
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::Below, Claim, Part, Test, each, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
-use crate::paper::virtual_texture::U1Format;
+use crate::paper::virtual_texture::RequestFormat;
 use watch::{SUBSAMPLINGS, Watch, name};
 
 pub const FEEDBACK: Figure = Figure {
     id: "vt.feedback",
     title: "Subsampled feedback beside the exact list",
-    about: "The paper lists every tile that a frame's pixels name, in that frame (section 2). Engines look at one pixel \
-            of 4 to 256, another one in each frame, and collect: Call of Duty 1 of 64, Unreal Engine 5 1 of 256. How many \
-            of the exact list's tiles does that find (recall), how many frames after a cut (delay), and how much of what \
-            a moving camera's memory still asks for is visible (precision)? A delay counts from the first frame that is drawn \
-            after the cut, whose own list has delay 1; after frame n the lists of frames 1 to n are known. The two frames until \
-            any list reaches the host come on top for all, the exact one too. Times are of gathering the samples, copying them to \
-            the host and listing them there; \"all pixels\" is the copy of U1 and the same pass over it. Pictures: what one pixel of \
-            256 has not named in the first frame, in red.",
+    about: "The paper lists every tile of a frame's pixels in that frame (section 2). Engines sample one pixel of 4 to 256, \
+            another one in each frame, and accumulate: Call of Duty 1 of 64, Unreal Engine 5 1 of 256. Recall: the share of \
+            the exact list's tiles that this finds. Delay: the number of frames after a cut until a tile is listed. \
+            Precision: the share of visible tiles in the list that is accumulated under a moving camera. The first frame \
+            after the cut has delay 1; after frame n the lists of frames 1 to n are known. For all methods, the exact one \
+            too, a list reaches the host two frames later. Times include gathering the samples, copying them to the host \
+            and listing them there; \"all pixels\" is the copy of the request image and the same pass over it. The \
+            pictures show in red the pixels whose tiles one pixel of 256 misses in the first frame.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa", "earth/pan", "earth/dive", "earth/orbit"],
     variants: || SUBSAMPLINGS.map(name).into_iter().chain([ALL_PIXELS.to_string()]).collect(),
+    paper: &["all pixels"],
     sweep: Some(Sweep { name: "picture height, pixels", quick: &[720.0], full: &[360.0, 720.0, 1080.0] }),
     measure,
     plots: &[
@@ -37,14 +38,15 @@ pub const FEEDBACK: Figure = Figure {
         Claim::paper(
             "2",
             "delay",
-            "The exact list has at once what one pixel of 64 or of 256 takes several frames for: in every place more than \
-             one until all tiles are listed, in the median over all frames of the cycle to start in.",
+            "The exact list is complete at once; one pixel of 64 or of 256 takes several frames: in every view the median \
+             over all starts in the cycle is more than one frame until all tiles are listed.",
             &[Test::value(each(TO_ALL, || [6, 8].map(name).into()), Above(1.0))],
         ),
         Claim::ours(
             "moving",
-            "Under a moving camera no memory mends that: what one frame's pixels of 256 see lacks visible tiles in some \
-             frames of every path, and most of what a whole cycle remembers is visible no more.",
+            "Accumulation does not solve this for a moving camera: with one pixel of 256, the list of a single frame lacks \
+             visible tiles in some frames of every path, and most tiles accumulated over a whole cycle are no longer \
+             visible.",
             &[
                 Test::value(one(MOVING_RECALL, "1/256").part(Part::Least), Below(1.0)),
                 Test::value(one(MOVING_PRECISION, "1/256"), Below(0.5)),
@@ -52,7 +54,7 @@ pub const FEEDBACK: Figure = Figure {
         ),
         Claim::ours(
             "cost",
-            "In return a list from one pixel of 64 takes at most a tenth of the time of one from all pixels.",
+            "A list from one pixel of 64 takes at most a tenth of the time of one from all pixels.",
             &[Test::ratio(one(TIME, ALL_PIXELS), one(TIME, "1/64"), AtLeast(10.0))],
         )
         .timed(),
@@ -70,9 +72,9 @@ const ALL_PIXELS: &str = "all pixels";
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = pixels_of(cell.x.expect("the sweep has values"));
     let opened = Place::find(&cell.scene)?.open(bench, size, |settings| {
-        // No tile is ever streamed here; and who copies U1 packs it.
+        // No tile is streamed here. The request image is packed, as usual for copying it.
         settings.streaming.gpu_tiles = 1;
-        settings.config.u1 = Some(U1Format::Packed);
+        settings.config.request_format = Some(RequestFormat::Packed);
     })?;
     let mut watch = Watch::new(opened)?;
     match watch.opened.path.clone() {

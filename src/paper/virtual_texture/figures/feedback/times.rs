@@ -1,4 +1,4 @@
-//! What a list costs: the device's passes, and the host's.
+//! Times of a list: the device's passes and the host's.
 
 use super::super::common::passes;
 use super::super::list_on_the_host::and_list;
@@ -8,15 +8,15 @@ use crate::figure::{Bench, Contender, Row, Timed};
 
 pub fn measure(bench: &Bench, watch: &Watch) -> anyhow::Result<Vec<Row>> {
     let session = &watch.opened.session;
-    let (gpu, u1, copy) =
-        (&session.gpu, &session.technique.stage1().expect("a staged variant").u1, &watch.copy);
+    let (gpu, requests, copy) =
+        (&session.gpu, &session.technique.stage1().expect("a staged variant").requests, &watch.copy);
     let host = &watch.host;
     let mut contenders: Vec<Contender> = Vec::new();
     for Sampler { n, feedback, samples } in &watch.samplers {
         let mut number = 0;
         let bring = passes(gpu, name(*n), move |frame| {
             number += 1;
-            frame.pass("gather", |cmd| feedback.run(cmd, u1, samples, number))?;
+            frame.pass("gather", |cmd| feedback.run(cmd, requests, samples, number))?;
             frame.pass("feedback read-back", |cmd| {
                 samples.read_back(cmd);
                 Ok(())
@@ -25,8 +25,8 @@ pub fn measure(bench: &Bench, watch: &Watch) -> anyhow::Result<Vec<Row>> {
         contenders.push(and_list(bring, host, || samples.words()));
     }
     let bring = passes(gpu, ALL_PIXELS, |frame| {
-        frame.pass("copy U1", |cmd| {
-            copy.run(cmd, u1);
+        frame.pass("copy request image", |cmd| {
+            copy.run(cmd, requests);
             Ok(())
         })
     });

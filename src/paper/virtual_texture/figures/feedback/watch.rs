@@ -1,12 +1,12 @@
-//! Stage 1 of one pose after the other, with the exact tiles of each frame and those that every subsampling sees.
+//! Stage 1 of successive poses, with the exact tiles of each frame and the tiles of every subsampling.
 
 use super::super::common::Opened;
 use crate::frame::{Seen, View};
 use crate::math::camera::Pose;
 use crate::math::pyramid::TileId;
-use crate::paper::virtual_texture::Keying;
-use crate::paper::virtual_texture::classic::{HostCopy, HostList, HostPass};
+use crate::paper::virtual_texture::TileAddress;
 use crate::paper::virtual_texture::feedback::{Feedback, MOST_LOG2, Samples};
+use crate::paper::virtual_texture::read_back::{HostCopy, HostList, HostPass};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ pub fn name(n: u32) -> String {
     format!("1/{}", 1 << n)
 }
 
-/// A session of which only stage 1 runs, and the lists that follow from it.
+/// A session that runs only stage 1, and the lists from its request image.
 pub struct Watch {
     pub opened: Opened,
     pub copy: HostCopy,
@@ -33,7 +33,7 @@ pub struct Sampler {
     pub samples: Samples,
 }
 
-/// Triples of native keying, as tiles.
+/// Triples of own-level tile addresses, as tiles.
 fn tiles(triples: impl IntoIterator<Item = [u32; 3]>) -> Vec<TileId> {
     let mut tiles: Vec<TileId> =
         triples.into_iter().map(|[level, row, column]| TileId { level, row, column }).collect();
@@ -61,14 +61,14 @@ impl Watch {
                 HostPass::Bitmap,
                 &session.technique.source.pyramid(),
                 format,
-                Keying::Native,
+                TileAddress::OwnLevel,
             )?),
             samplers: SUBSAMPLINGS.into_iter().map(sampler).collect::<crate::vk::Result<_>>()?,
             opened,
         })
     }
 
-    /// Draws stage 1 from `pose`; returns how many pixels need each tile: the exact list.
+    /// Draws stage 1 from `pose`; returns the exact list, with the number of pixels of each tile.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -78,8 +78,8 @@ impl Watch {
         let seen = Seen::new(&session.technique.shapes, View::new(pose, session.size()), 0);
         let mut frame = session.gpu.frame()?;
         frame.pass("footprint", |cmd| stage1.draw(cmd, &seen))?;
-        frame.pass("copy U1", |cmd| {
-            self.copy.run(cmd, &stage1.u1);
+        frame.pass("copy request image", |cmd| {
+            self.copy.run(cmd, &stage1.requests);
             Ok(())
         })?;
         frame.submit()?.wait()?;
@@ -90,19 +90,19 @@ impl Watch {
             .collect())
     }
 
-    /// What the subsamplings of at least `least` see of the picture that [`Watch::look`] drew, in frame `frame` of
-    /// their cycles: for each of [`SUBSAMPLINGS`] the tiles in order, none for those below.
+    /// The tiles that each of [`SUBSAMPLINGS`] sees in frame `frame` of its cycle, sorted, of the picture that
+    /// [`Watch::look`] drew; empty for those below `least`.
     ///
     /// # Errors
     /// Device lost, out of memory.
     pub fn sample(&mut self, frame_number: u64, least: u32) -> anyhow::Result<Vec<Vec<TileId>>> {
         let session = &self.opened.session;
-        let u1 = &session.technique.stage1().expect("a staged variant").u1;
+        let requests = &session.technique.stage1().expect("a staged variant").requests;
         let taken = |sampler: &&Sampler| sampler.n >= least;
         let mut frame = session.gpu.frame()?;
         frame.pass("gather", |cmd| {
             let mut all = self.samplers.iter().filter(taken);
-            all.try_for_each(|s| s.feedback.run(cmd, u1, &s.samples, frame_number))
+            all.try_for_each(|s| s.feedback.run(cmd, requests, &s.samples, frame_number))
         })?;
         frame.pass("feedback read-back", |cmd| {
             self.samplers.iter().filter(taken).for_each(|s| s.samples.read_back(cmd));

@@ -1,4 +1,4 @@
-//! vt.filter: what each filter costs, and how near it comes to what a pixel covers.
+//! vt.filter: time and error of each filter, against the mean over each pixel's footprint.
 
 use super::super::common::pixels_of;
 use super::{Shown, Variant, detail};
@@ -15,15 +15,17 @@ use crate::reference::View;
 pub const FILTER: Figure = Figure {
     id: "vt.filter",
     title: "Filters: time, error and noise",
-    about: "The paper mixes two levels of a tile (section 4) and leaves anisotropic filtering to the hardware, which cannot \
-            cross tiles. Here: its trilinear sample; the nearer level alone; NA such samples along the footprint, inside \
-            the tile's border; and single texels chosen by chance through the page table, which need no border (Pharr et \
-            al. 2024), 1 to 64 a pixel, also along the footprint. Each picture stands against the f64 picture of the same \
-            filter (what the device adds: rounding, and noise) and against the f64 mean of all that a pixel covers (what \
-            the filter itself is off by). Pixels beyond the landscape and at its outline count on neither side; their share is told. The time \
-            is the texturing pass's. 320 x 180 (quick) or 640 x 360 pixels: an f64 picture takes seconds.",
+    about: "The paper blends two levels of a tile (section 4) and leaves anisotropic filtering to the hardware, which cannot \
+            cross tiles. The figure compares the paper's trilinear sample; the nearest level alone; NA such samples along \
+            the footprint, inside the tile's border; and single texels chosen at random through the page table, which need \
+            no border (Pharr et al. 2024), 1 to 64 per pixel, also along the footprint. Each picture is compared with the \
+            f64 picture of the same filter, which shows rounding and noise, and with the f64 mean over each pixel's \
+            footprint, which shows the error of the filter itself. Pixels beyond the landscape and at its outline are left \
+            out; their share is reported. The time is that of the texturing pass. 320 x 180 (quick) or 640 x 360 pixels, \
+            because an f64 picture takes seconds.",
     scenes: &["earth/oblique", "earth/low"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
+    paper: &[],
     sweep: None,
     measure,
     plots: &[
@@ -35,7 +37,7 @@ pub const FILTER: Figure = Figure {
     claims: &[
         Claim::ours(
             "anisotropic",
-            "Each doubling of the samples along the footprint brings the picture nearer to what its pixels cover.",
+            "Each doubling of the samples along the footprint reduces the error against the mean over the footprint.",
             &[
                 Test::ratio(one(AREA_NMSE, "anisotropic 2"), one(AREA_NMSE, "trilinear"), Below(1.0)),
                 Test::ratio(one(AREA_NMSE, "anisotropic 4"), one(AREA_NMSE, "anisotropic 2"), Below(1.0)),
@@ -44,7 +46,7 @@ pub const FILTER: Figure = Figure {
         ),
         Claim::ours(
             "noise",
-            "The noise of n single texels, 4 to 64, is at most an n-th of one's.",
+            "The noise of n random texels, 4 to 64, is at most 1/n of the noise of one.",
             &[
                 Test::ratio(one(OWN_NMSE, "1 tap"), one(OWN_NMSE, "4 taps"), AtLeast(4.0)),
                 Test::ratio(one(OWN_NMSE, "1 tap"), one(OWN_NMSE, "16 taps"), AtLeast(16.0)),
@@ -53,13 +55,13 @@ pub const FILTER: Figure = Figure {
         ),
         Claim::ours(
             "along",
-            "16 single texels along the footprint, without a border, are nearer to what a pixel covers than the paper's \
-             trilinear sample.",
+            "16 random texels along the footprint, without a border, have a smaller error against the mean over the \
+             footprint than the paper's trilinear sample.",
             &[Test::ratio(one(AREA_NMSE, "trilinear"), one(AREA_NMSE, "16 taps along NA 8"), Above(1.0))],
         ),
         Claim::ours(
             "one-tap",
-            "One single texel costs no more time than a trilinear sample.",
+            "One random texel takes no more time than a trilinear sample.",
             &[Test::ratio(one(TIME, "1 tap"), one(TIME, "trilinear"), AtMost(1.0))],
         )
         .timed(),
@@ -79,7 +81,7 @@ const VARIANTS: [Variant; 10] = [
     Variant::new(Filtering::Stochastic, 8, 16),
 ];
 
-/// Enough for NA = 8.
+/// A sufficient border for NA = 8.
 const BORDER: u32 = 8;
 
 const AREA_NMSE: &str = "NMSE against what pixels cover";
@@ -130,7 +132,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// The whole picture small, and its middle enlarged.
+/// Writes the whole picture reduced, and its middle enlarged.
 fn show(bench: &mut Bench, cell: &Cell, name: &str, picture: &Picture) -> anyhow::Result<()> {
     let name = format!("vt.filter-{}-{}", cell.scene.replace('/', "-"), name.replace(' ', "-"));
     if name.ends_with("what-pixels-cover") {
@@ -145,7 +147,7 @@ struct Truths {
     /// Bilinear, and NA = 1, 2, 4, 8.
     nearer_level: Picture,
     samples: Vec<(u32, Picture)>,
-    /// Pixels that the landscape covers wholly, as far as their neighbours tell.
+    /// Pixels that the landscape covers wholly, judged by their neighbours.
     inside: Vec<bool>,
 }
 
@@ -189,7 +191,7 @@ impl Truths {
     }
 }
 
-/// Black where the landscape's outline passes: neither side of a comparison counts there.
+/// Black at the landscape's outline, so that these pixels do not count in a comparison.
 fn blacken(mut picture: Picture, inside: &[bool]) -> Picture {
     for (pixel, _) in picture.rgba.iter_mut().zip(inside).filter(|(_, inside)| !**inside) {
         *pixel = [0.0, 0.0, 0.0, 1.0];

@@ -1,4 +1,4 @@
-//! What filters and borders do to the picture: [`seams`] at tiles' edges, [`filter`] everywhere.
+//! The effect of filters and borders on the picture: [`seams`] at tiles' edges, [`filter`] everywhere.
 
 pub mod filter;
 pub mod seams;
@@ -42,18 +42,19 @@ impl Variant {
             (Filtering::Trilinear, _) => "trilinear".into(),
             (Filtering::Stochastic, 1) => format!("1 tap{along}"),
             (Filtering::Stochastic, taps) => format!("{taps} taps{along}"),
+            (Filtering::Ellipse, _) => format!("ellipse{along}"),
         }
     }
 }
 
-/// A settled session, whose tiles are shown by any filter of its NA.
+/// A settled session; its tiles can be shown with any filter of the same NA.
 struct Shown {
     opened: Opened,
 }
 
 impl Shown {
     /// # Errors
-    /// What the device lacks; tiles that do not arrive; a visible set that does not fit.
+    /// The device lacks a feature; tiles do not arrive; the visible set does not fit.
     fn settle(
         bench: &Bench,
         scene: &str,
@@ -66,7 +67,7 @@ impl Shown {
         let mut opened = place.open(bench, size, |settings| {
             settings.target = Target::Linear32;
             settings.config.filter.max_anisotropy = max_anisotropy;
-            // Nothing is timed on the way: as many tiles a frame as come.
+            // Settling is not timed: no limit of tiles per frame.
             settings.streaming.upload_tiles_per_frame = 64;
             settings.streaming.upload_budget_ms = 1e3;
             settings.streaming.load_budget_ms = 1e3;
@@ -116,7 +117,7 @@ impl Shown {
         Ok(Picture::new(width, height, bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()))
     }
 
-    /// Draws the settled picture, to be timed; the noise differs from run to run.
+    /// A contender that draws the settled picture; its noise differs from run to run.
     fn contender<'a>(&'a self, variant: &Variant) -> anyhow::Result<Contender<'a>> {
         let texturing = self.texturing(variant)?;
         let mut seed = 0;
@@ -130,7 +131,7 @@ impl Shown {
     }
 }
 
-/// A part of a picture around a place, each pixel `zoom` x `zoom` large.
+/// The part of a picture around a pixel, enlarged `zoom` times.
 fn detail(picture: &Picture, [x, y]: [u32; 2], zoom: u32) -> Srgb8Picture {
     let [width, height] = [96.min(picture.width), 64.min(picture.height)];
     let left = x.saturating_sub(width / 2).min(picture.width - width);

@@ -1,4 +1,4 @@
-//! vt.seams: what a tile's border is for, and how wide it must be.
+//! vt.seams: why a tile needs a border, and how wide it must be.
 
 use super::super::common::pixels_of;
 use super::{Shown, Variant, detail};
@@ -16,14 +16,15 @@ use crate::picture::map::error_maps;
 pub const SEAMS: Figure = Figure {
     id: "vt.seams",
     title: "Seams at tiles' edges against the border's width",
-    about: "The paper's tiles have no border (section 4 says nothing of samples that reach beyond a tile), so a sampler \
-            repeats a tile's last texel where the neighbour's belongs. How far is the picture off within 8 texels of a \
-            tile's edge, and elsewhere, from the same filter's picture with a border of 16 texels? The tests hold pictures \
-            with a border of 4 and 8 to an f64 reference. A tile's coarser picture has half the border (of one texel: one \
-            before the tile, none after). The ruler's texels are white noise: the worst case of any texture. \
-            480 x 270 (quick) or 1280 x 720 pixels, all of which count.",
+    about: "The paper's tiles have no border (section 4 does not mention samples beyond a tile), so a sampler repeats a \
+            tile's last texel instead of the neighbour's. The figure shows the error within 8 texels of a tile's edge, and \
+            elsewhere, against the same filter with a border of 16 texels. The tests compare pictures with a border of 4 \
+            and 8 with an f64 reference. A tile's coarser level has half the border (for one texel: one before the tile, \
+            none after). The ruler's texels are white noise, the worst case of any texture. 480 x 270 (quick) or \
+            1280 x 720 pixels, all of which count.",
     scenes: &["earth/oblique", "ruler/corner-oblique"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
+    paper: &[],
     sweep: None,
     measure,
     plots: &[
@@ -56,7 +57,7 @@ pub const SEAMS: Figure = Figure {
         ),
         Claim::ours(
             "stochastic",
-            "Single texels chosen by chance, each looked up in its own tile, need no border: with none, the picture is the \
+            "Single texels chosen at random, each looked up in its own tile, need no border: without one, the picture is the \
              same.",
             &[
                 Test::value(one(WORST, "16 taps").x(At::Points(0.0, 0.0)), Equal(0.0)),
@@ -77,11 +78,11 @@ const VARIANTS: [Variant; 6] = [
 
 const BORDERS: [u32; 5] = [0, 1, 2, 4, 8];
 const MOST: f64 = 8.0;
-/// What all others are compared with.
+/// The border of the reference picture.
 const WIDEST: u32 = 16;
-/// Texels of the pixel's level within which a tile's edge counts as near.
+/// Largest distance to a tile's edge, in texels of the pixel's level, that counts as near.
 const NEAR_TEXELS: f64 = 8.0;
-/// A step of 8 bits: what sampling one place in images of two sizes may differ by.
+/// A step of 8 bits: the allowed difference between samples of one position in images of two sizes.
 const STEP: f64 = 1.0 / 256.0;
 
 const BORDER_AXIS: &str = "border, texels";
@@ -131,7 +132,7 @@ fn pictures(shown: &mut Shown, variants: &[&Variant]) -> anyhow::Result<Vec<Pict
     variants.iter().map(|variant| shown.picture(variant)).collect()
 }
 
-/// The trilinear picture without a border around its worst pixel, the same with the widest, and the map of all errors.
+/// Writes the trilinear picture around its worst pixel, without a border and with the widest, and the map of all errors.
 fn show(bench: &mut Bench, cell: &Cell, picture: &Picture, truth: &Picture) -> anyhow::Result<()> {
     let difference = compare(picture, truth)?;
     let scene = cell.scene.replace('/', "-");
@@ -144,7 +145,7 @@ fn show(bench: &mut Bench, cell: &Cell, picture: &Picture, truth: &Picture) -> a
     bench.picture(&format!("vt.seams-{scene}-trilinear-border-0-errors"), &map)
 }
 
-/// Which pixels lie near an edge of the tile that shows them.
+/// The pixels near an edge of the tile that shows them.
 struct Near {
     width: u32,
     pixels: Vec<bool>,
@@ -155,7 +156,7 @@ impl Near {
         let pyramid = shown.opened.session.technique.source.pyramid();
         let width = shown.opened.session.technique.settings.size[0];
         let most = shown.opened.session.technique.settings.config.filter.max_anisotropy;
-        let FootprintPicture { coordinates, derivatives, triples } = shown.opened.session.footprint()?;
+        let FootprintPicture { coordinates, derivatives, triples, .. } = shown.opened.session.footprint()?;
         let near = |((&st, &d), &[q, ..]): ((&[f32; 2], &[f32; 4]), &[u32; 3])| {
             q != BACKGROUND && near_edge(&pyramid, shown_level(&pyramid, q, st, d, most), st)
         };
@@ -172,7 +173,7 @@ impl Near {
     }
 }
 
-/// The level that shows a pixel: q of stage 1 where it is streamed, the unclamped e's inside `G1`.
+/// The level that shows a pixel: q of stage 1 for streamed levels, floor(e) in the resident tail.
 fn shown_level(pyramid: &Pyramid, q: u32, st: [f32; 2], derivatives: [f32; 4], most: u32) -> u32 {
     if q < pyramid.first_resident_level() {
         return q;
@@ -180,11 +181,11 @@ fn shown_level(pyramid: &Pyramid, q: u32, st: [f32; 2], derivatives: [f32; 4], m
     let [s, t] = st.map(f64::from);
     let [dsdx, dtdx, dsdy, dtdy] = derivatives.map(f64::from);
     let e = triple(&Footprint { s, t, dsdx, dtdx, dsdy, dtdy }, pyramid, most).e;
-    // NaN, of a footprint that is not finite, casts to 0.
+    // A footprint that is not finite gives NaN, which casts to 0.
     (e.floor() as u32).clamp(q, pyramid.coarsest_level())
 }
 
-/// `G1` is cut into tiles with borders as the streamed levels are; a level smaller than a tile ends where it ends.
+/// True if (s, t) is near an edge. Resident levels are cut into tiles too; a level smaller than a tile has its own edges.
 fn near_edge(pyramid: &Pyramid, level: u32, st: [f32; 2]) -> bool {
     let size = pyramid.level_size(level);
     (0..2).any(|axis| {
@@ -194,12 +195,12 @@ fn near_edge(pyramid: &Pyramid, level: u32, st: [f32; 2]) -> bool {
     })
 }
 
-/// Errors of one sample a pixel, with borders in a range.
+/// Errors of filters with one sample per pixel, for a range of borders.
 const fn single(quantity: &'static str, least: f64, most: f64) -> Pick {
     each(quantity, || ["bilinear", "trilinear"].map(String::from).into()).x(At::Points(least, most))
 }
 
-/// Errors of NA samples along the footprint, with every border, of NA texels or more.
+/// Errors of filters with NA samples along the footprint, for every border of at least NA texels.
 const fn along(quantity: &'static str) -> Pick {
     let names = || VARIANTS.iter().filter(|v| v.max_anisotropy > 1).map(Variant::name).collect();
     each(quantity, names).x(At::Points(0.0, MOST))
@@ -225,12 +226,12 @@ mod tests {
             [false, true, true]
         );
         assert_eq!([at(3, [522.0, 256.0]), at(3, [512.0, 256.0])], [false, true]);
-        // Inside G1: a level's own end, also where it is no tile's.
+        // In the resident tail: the end of a level, also if it is smaller than a tile.
         assert_eq!([at(9, [256.0, 128.0]), at(9, [256.0, 250.0]), at(11, [64.0, 60.0])], [false, true, true]);
     }
 
     #[test]
-    fn inside_g1_the_footprint_says_which_level_is_shown() {
+    fn in_the_resident_tail_the_footprint_selects_the_level() {
         let level = |q, texels: f32| {
             let [w, h] = pyramid().level_size(0).map(|side| side as f32);
             shown_level(&pyramid(), q, [0.5, 0.5], [texels / w, 0.0, 0.0, texels / h], 1)

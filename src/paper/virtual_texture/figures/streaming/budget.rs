@@ -1,4 +1,4 @@
-//! vt.budget: how the picture recovers from a cut, for budgets of A2.
+//! vt.budget: recovery of the picture after a cut, for several upload budgets.
 
 use super::traces::{ROUNDS, Trace, repeated};
 use super::{picture, session, show_beside};
@@ -7,11 +7,10 @@ use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::VirtualTexture;
-use crate::paper::virtual_texture::config::open_texture;
+use crate::paper::virtual_texture::config::{open_texture, papers_scene};
 use crate::paper::virtual_texture::streaming::Order;
 use crate::picture::Picture;
 use crate::picture::error::compare;
-use crate::scene::Scene;
 use crate::texture::source::remembered::Remembered;
 use anyhow::Context;
 use std::time::{Duration, Instant};
@@ -39,20 +38,21 @@ const SUM: &str = "summed error";
 const MS_50: &str = "time to 50 %";
 const MS_95: &str = "time to 95 %";
 
-/// No path to a picture takes so long.
+/// Every recovery takes fewer frames.
 const MOST_FRAMES: usize = 400;
 
-/// The figure.
 pub const BUDGET: Figure = Figure {
     id: "vt.budget",
     title: "The picture after a cut, for budgets of copying",
-    about: "The camera jumps to another place, and the tiles of the new picture come as the budget of A2 allows \
-            (paper, section 3: what is left over waits for the next frame; no numbers). The error is the NMSE in linear \
-            light against the settled picture; 50 and 95 % are the shares of the first frame's error that are gone for \
-            good. The tiles lie in memory, so the disk binds nothing; times are of this device, each frame waited for. Each budget \
-            recovers 6 times from empty caches, all in turn. 960 x 540 (quick) or 1920 x 1080 pixels.",
+    about: "The camera jumps to another view, and the tiles of the new picture arrive within the upload budget (paper, \
+            section 3: tiles beyond the budget wait for the next frame; no numbers). The error is the NMSE in linear light \
+            against the settled picture. \"To 50 %\" and \"to 95 %\": until that share of the first frame's error is gone \
+            for good. The tiles are in main memory, so the disk has no influence. Times are of this device, and each frame \
+            is waited for. Each budget is measured 6 times from empty caches, all in turn. 960 x 540 (quick) or \
+            1920 x 1080 pixels.",
     scenes: &["earth/oblique"],
     variants: || BUDGETS.iter().map(|budget| budget.name.to_owned()).collect(),
+    paper: &[],
     sweep: None,
     measure,
     plots: &[
@@ -63,14 +63,14 @@ pub const BUDGET: Figure = Figure {
         Claim::paper(
             "3",
             "left-over-waits",
-            "What does not fit A2's budget waits for the next frame: a budget of 0.5 ms takes more frames than one of 4 ms \
-             until 95 % of the error are gone.",
+            "Tiles beyond the upload budget wait for the next frame: a budget of 0.5 ms takes more frames than one of 4 ms \
+             until 95 % of the error is gone.",
             &[Test::ratio(one(FRAMES_95, "0.5 ms"), one(FRAMES_95, "4 ms"), Above(1.0))],
         )
         .timed(),
         Claim::ours(
             "coarsest-first-errs-less",
-            "Asking for the coarsest tiles first leaves less error, summed over the frames after a cut.",
+            "Requesting the coarsest tiles first gives a smaller error, summed over the frames after a cut.",
             &[
                 Test::ratio(one(SUM, "0.5 ms"), one(SUM, "0.5 ms, coarsest first"), Above(1.0)),
                 Test::ratio(one(SUM, "4 ms"), one(SUM, "4 ms, coarsest first"), Above(1.0)),
@@ -82,7 +82,7 @@ pub const BUDGET: Figure = Figure {
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (scene, camera) = cell.scene.split_once('/').context("a scene and a camera")?;
-    let scene = Scene::embedded(scene)?;
+    let scene = papers_scene(scene)?;
     let (from, to) = (scene.camera(&scene.view.camera)?.pose(), scene.camera(camera)?.pose());
     let size = bench.effort_of([960, 540], [1920, 1080]);
     let source = Remembered::new(open_texture(&scene)?);
@@ -110,7 +110,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(BUDGETS.iter().zip(&traces).flat_map(|(budget, traces)| of_cuts(budget.name, traces)).collect())
 }
 
-/// Frames from `pose` until nothing is missing, and the first one's picture.
+/// Draws frames from `pose` until no tile is missing; returns their errors and the first picture.
 fn cut(session: &mut Run<VirtualTexture>, pose: &Pose, truth: &Picture) -> anyhow::Result<(Trace, Picture)> {
     let mut trace = Trace::default();
     let mut first = None;

@@ -1,4 +1,4 @@
-//! vt.cache: how large the two caches must be, and how good their rule of replacement is.
+//! vt.cache: sizes of the two caches, and the replacement policy.
 
 use super::halved::{AT_REST, DIFFERING, HALVED, LAST_STAYS, MISREPORTED, TO_REST, halved};
 use super::{Blank, PATHS, Route, extent};
@@ -11,9 +11,9 @@ use anyhow::Context;
 use std::collections::HashSet;
 use std::sync::Arc;
 
-/// N1 over the largest visible set of the path.
+/// N1 relative to the largest visible set of the path.
 const SHARES: [f64; 8] = [0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0, 4.0];
-/// N2 over N1, with N1 the largest visible set.
+/// N2 relative to N1, where N1 is the largest visible set.
 const HOST_SHARES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
 
 const FAULTS: &str = "faults";
@@ -23,19 +23,19 @@ const READS: &str = "reads from disk";
 const LARGEST: &str = "largest visible set";
 pub(super) const BUILT: &str = "as built, N2 from 0.5 to 8 x N1";
 
-/// The figure.
 pub const CACHE: Figure = Figure {
     id: "vt.cache",
     title: "Hits and faults of the two caches",
-    about: "How many of the wanted tiles are not in video memory, and how many must be read from disk, against the \
-            sizes N1 and N2 of the caches, on six paths over the earth. The paper (section 3) replaces the tile unused \
-            for longest, and chooses N1 by experiment, not smaller than the largest possible number of visible tiles; \
-            it shows no numbers. Belady's optimum, which knows the whole path, is the least that any rule could do. Rules and sizes \
-            are replayed on the lists of every frame (quick: every second one) of each path at 640 x 360 (quick) or 1920 x 1080 \
-            pixels, tiles of 256 texels. With half of the room a real session goes each path. Bias: levels by which every tile is \
-            taken coarser than listed, because what a frame sees exceeds N1; the report of each frame says it.",
+    about: "Faults: wanted tiles that are not in video memory. Reads: tiles that must be read from disk. Both are shown \
+            against the cache sizes N1 and N2 on six paths over the earth. The paper (section 3) evicts the least recently \
+            used tile and chooses N1 by experiment, at least the largest possible number of visible tiles; it gives no \
+            numbers. Belady's optimum knows the whole path; no policy has fewer faults. Policies and sizes are replayed on \
+            the lists of every frame (quick: every second one) of each path at 640 x 360 (quick) or 1920 x 1080 pixels, with \
+            tiles of 256 texels. A real session also runs each path with half the slots that it needs. Bias: levels by which \
+            all tiles are coarser than listed because the visible set exceeds N1; each frame's report holds it.",
     scenes: &PATHS,
     variants: || Rule::ALL.iter().map(|rule| rule.name()).chain([BUILT, HALVED]).map(str::to_owned).collect(),
+    paper: &[],
     sweep: None,
     measure,
     plots: &[
@@ -45,8 +45,8 @@ pub const CACHE: Figure = Figure {
     claims: &[
         Claim::ours(
             "lru-near-the-optimum",
-            "At twice the largest visible set, LRU copies at most 10 % more tiles than Belady's optimum (the orbit: no other \
-             path comes back to a tile that it has left).",
+            "At twice the largest visible set, LRU copies at most 10 % more tiles than Belady's optimum (on the orbit: no \
+             other path returns to a tile that it has left).",
             &[Test::ratio(
                 one(FAULTS_AT_DOUBLE, Rule::LeastRecentlyShown.name()),
                 one(FAULTS_AT_DOUBLE, Rule::Optimum.name()),
@@ -56,8 +56,8 @@ pub const CACHE: Figure = Figure {
         .at(Places::scenes(&["earth/orbit"])),
         Claim::ours(
             "half-a-cache-comes-to-rest",
-            "With N1 = half of the largest visible set a session goes each of the six paths, coarser where it must, and \
-             comes to rest where it ends: nothing is copied any more, and the picture stays the same to the last byte.",
+            "With N1 = half of the largest visible set a session runs each of the six paths, with coarser tiles if needed, \
+             and settles at its end: no tile is copied any more, and the picture stays the same to the last byte.",
             &[
                 Test::value(one(TO_REST, HALVED), Below(LAST_STAYS as f64)),
                 Test::value(one(AT_REST, HALVED), Equal(0.0)),
@@ -66,8 +66,8 @@ pub const CACHE: Figure = Figure {
         ),
         Claim::ours(
             "bias-is-reported",
-            "There every frame's report says by how many levels tiles are coarser, exactly where the visible set exceeds \
-             N1, and what is wanted then fits.",
+            "In these sessions a frame reports a level bias exactly if its visible set exceeds N1, and the biased set fits \
+             N1.",
             &[Test::value(one(MISREPORTED, HALVED), Equal(0.0))],
         ),
     ],
@@ -115,21 +115,21 @@ fn of_rule(rule: Rule, lists: &[Vec<TileId>], largest: usize, pyramid: &Pyramid)
     ]
 }
 
-/// Budgets that never bind: sizes alone count.
+/// Budgets that never limit, so that only the sizes count.
 fn unhurried(gpu_tiles: u32, host_tiles: u32) -> StreamingConfig {
     StreamingConfig {
         gpu_tiles,
         host_tiles,
         upload_tiles_per_frame: 1 << 16,
         load_tiles_per_frame: 1 << 16,
-        // As the committed results were measured.
+        // As in the committed results.
         order: Order::Finest,
         deterministic: true,
         ..StreamingConfig::default()
     }
 }
 
-/// Video memory of nothing.
+/// An uploader that copies nothing.
 pub(super) struct Nowhere;
 
 impl Uploader for Nowhere {
@@ -138,7 +138,7 @@ impl Uploader for Nowhere {
     }
 }
 
-/// The real streaming on recorded lists.
+/// Runs the real streaming on recorded lists.
 fn play(pyramid: &Pyramid, config: StreamingConfig, lists: &[Vec<TileId>]) -> Vec<FrameReport> {
     let mut streaming = Streaming::new(Arc::new(Blank::like(pyramid)), config).expect("settings of our own");
     lists.iter().map(|list| streaming.frame(list, &mut Nowhere)).collect()

@@ -1,4 +1,4 @@
-//! vt.disk: frames go on while the disk is slow or down, and recover.
+//! vt.disk: frames continue while the disk is slow or down, and the picture recovers.
 
 use super::traces::{ROUNDS, Trace, repeated};
 use super::{picture, session};
@@ -7,11 +7,10 @@ use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::VirtualTexture;
-use crate::paper::virtual_texture::config::open_texture;
+use crate::paper::virtual_texture::config::{open_texture, papers_scene};
 use crate::paper::virtual_texture::disk::{Disk, FaultyDisk};
 use crate::picture::Picture;
 use crate::picture::error::compare;
-use crate::scene::Scene;
 use crate::stats::median;
 use crate::texture::source::TileSource;
 use crate::texture::source::remembered::Remembered;
@@ -31,21 +30,21 @@ const LONGEST: &str = "longest frame while the disk is down";
 const RECOVERY: &str = "recovery";
 const RECOVERY_FRAMES: &str = "frames until recovered";
 
-/// Ten times what the slowest of them takes on two cores.
+/// Ten times the longest measurement on two cores.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// The figure.
 pub const DISK: Figure = Figure {
     id: "vt.disk",
     title: "A disk that is slow, or down",
-    about: "The first seconds of a scene whose disk answers at once, in 50 ms a tile, or not at all for 5 s. A3 loads in \
-            threads of its own (paper, section 3), so no frame waits for it: coarser levels stand in. What cannot be \
-            read is asked for again after a second (cache.retry_after_ms), so the picture recovers by itself; the paper \
-            leaves a failed load open. Recovery is the time, and the number of frames, from when the disk works until 95 % of the \
-            first frame's error are gone for good. Each disk is measured 6 times, all in turn. 640 x 360 (quick) or 1920 x 1080 \
-            pixels.",
+    about: "The first seconds of a scene with a disk that answers at once, takes 50 ms per tile, or fails for 5 s. The loader \
+            has its own threads (paper, section 3), so no frame waits for it and coarser levels are shown. A tile that \
+            cannot be read is requested again after a second (cache.retry_after_ms), so the picture recovers by itself; the \
+            paper does not treat failed loads. Recovery: the time, and the number of frames, from when the disk works until \
+            95 % of the first frame's error is gone for good. Each disk is measured 6 times, all in turn. 640 x 360 (quick) \
+            or 1920 x 1080 pixels.",
     scenes: &["earth/oblique"],
     variants: || [HEALTHY, SLOW, DOWN].map(str::to_owned).to_vec(),
+    paper: &[],
     sweep: None,
     measure,
     plots: &[
@@ -57,8 +56,8 @@ pub const DISK: Figure = Figure {
         Claim::paper(
             "3",
             "no-frame-waits-for-the-disk",
-            "A3 runs in threads of its own: frames do not wait for the disk. (One that waited would take 50 ms more with the \
-             slow disk, and seconds while the disk is down.)",
+            "The loader has its own threads, so frames do not wait for the disk. (A frame that waited would take 50 ms more \
+             with the slow disk, and seconds while the disk is down.)",
             &[
                 Test::difference(one(FRAME, SLOW), one(FRAME, HEALTHY), AtMost(50.0)),
                 Test::value(one(LONGEST, DOWN), AtMost(1e3)),
@@ -67,7 +66,7 @@ pub const DISK: Figure = Figure {
         .timed(),
         Claim::ours(
             "the-picture-recovers",
-            "After 5 s without a disk the picture is whole again within 3 s more than a healthy disk takes.",
+            "After 5 s without a disk the picture recovers within 3 s more than with a healthy disk.",
             &[Test::difference(one(RECOVERY, DOWN), one(RECOVERY, HEALTHY), AtMost(3e3))],
         )
         .timed(),
@@ -76,7 +75,7 @@ pub const DISK: Figure = Figure {
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (scene, camera) = cell.scene.split_once('/').context("a scene and a camera")?;
-    let scene = Scene::embedded(scene)?;
+    let scene = papers_scene(scene)?;
     let pose = scene.camera(camera)?.pose();
     let size = bench.effort_of([640, 360], [1920, 1080]);
     let whole = Remembered::new(open_texture(&scene)?);
@@ -97,24 +96,24 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(disks.iter().zip(&runs).flat_map(|((name, _), runs)| rows(name, runs)).collect())
 }
 
-/// A disk's first seconds.
+/// The first seconds with one disk.
 struct Watched {
     errors: Trace,
     frames_ms: Vec<f64>,
-    /// Frames while it was down, and when it was last so, in milliseconds.
+    /// Number of frames while the disk was down, and the last time at which it was, in milliseconds.
     while_down: usize,
     works_ms: f64,
 }
 
 impl Watched {
-    /// Milliseconds and frames from when the disk works until 95 % of the error are gone.
+    /// Milliseconds and frames from when the disk works until 95 % of the error is gone.
     fn recovery(&self) -> Option<(f64, f64)> {
         let (frame, ms) = self.errors.reached(0.05)?;
         Some((ms - self.works_ms, frame - self.while_down as f64))
     }
 }
 
-/// Frames from `pose` until the picture is whole.
+/// Draws frames from `pose` until the picture is complete.
 fn watch(
     session: &mut Run<VirtualTexture>,
     disk: &FaultyDisk,

@@ -1,4 +1,4 @@
-//! vt.cache: a session with half of the room that the path needs.
+//! vt.cache: a session with half of the slots that the path needs.
 
 use super::{Route, linear, session, show_beside};
 use crate::figure::{Bench, Cell, Row};
@@ -16,15 +16,14 @@ pub(super) const TO_REST: &str = "frames until at rest";
 pub(super) const DIFFERING: &str = "bytes that differ between two pictures at rest";
 pub(super) const MISREPORTED: &str = "frames whose report of the bias is wrong";
 
-/// Frames at the path's end within which it must come to rest: far more than any number of tiles that are still to come
-/// takes.
+/// Frames at the path's end within which the session must settle, far more than the remaining tiles need.
 pub(super) const LAST_STAYS: usize = 100;
 
 /// Frames at rest between two pictures.
 const REST: usize = 20;
 
-/// Goes the path with N1 = `largest` / 2, with the budgets of a frame, and stays at its end. It is the session that
-/// `render` runs, loading threads and all, with the earth's imagery; budgets count tiles, so that every run is the same.
+/// Runs the path with N1 = `largest` / 2 and the budgets of a frame, then rests at its end. It is the session of `render`
+/// with loader threads and the earth's imagery. Budgets count tiles, so that every run is the same.
 pub(super) fn halved(
     bench: &mut Bench,
     cell: &Cell,
@@ -76,8 +75,8 @@ pub(super) fn halved(
     ])
 }
 
-/// Frames from one pose: how many until nothing was missing (of [`LAST_STAYS`] at most), tiles copied in [`REST`] frames
-/// from then on, and the picture before and after these.
+/// Draws frames from one pose. Returns the number of frames until no tile was missing (at most [`LAST_STAYS`]), the tiles
+/// copied in the following [`REST`] frames, and the pictures before and after these.
 fn rest(
     session: &mut Run<VirtualTexture>,
     mut frame: impl FnMut(&mut Run<VirtualTexture>) -> anyhow::Result<()>,
@@ -100,8 +99,8 @@ fn rest(
     Ok((to_rest, copied, [before, after]))
 }
 
-/// Frames whose report does not say what was done: a bias exactly where the streamed list has more tiles than slots, told
-/// as oversubscription, and no more wanted tiles than slots.
+/// Number of frames with a wrong report. A report is right if it has a bias, reported as oversubscription, exactly if the
+/// streamed list has more tiles than slots, and if no more tiles are wanted than there are slots.
 fn misreported(records: &[FrameRecord], slots: u32) -> usize {
     let wrong = |record: &&FrameRecord| {
         let Some(list_of) = record.list_of else { return false };
@@ -120,7 +119,7 @@ mod tests {
     use crate::paper::virtual_texture::streaming::FrameReport;
 
     #[test]
-    fn a_bias_that_is_not_told_or_not_due_is_misreported() {
+    fn a_missing_or_unnecessary_bias_is_misreported() {
         let visible: Vec<TileId> = (0..5).map(|column| TileId { level: 0, row: 0, column }).collect();
         let record = |index, list_of, bias, oversubscribed, wanted| FrameRecord {
             index,
@@ -130,11 +129,11 @@ mod tests {
             host_list: std::time::Duration::ZERO,
             triples: visible.len(),
             visible: visible.clone(),
-            ahead: Vec::new(),
+            expected: Vec::new(),
             overflowed: false,
         };
-        let found = |slots, bias, told, wanted| {
-            misreported(&[record(0, None, 0, false, 0), record(1, Some(0), bias, told, wanted)], slots)
+        let found = |slots, bias, reported, wanted| {
+            misreported(&[record(0, None, 0, false, 0), record(1, Some(0), bias, reported, wanted)], slots)
         };
         assert_eq!([found(4, 1, true, 3), found(5, 0, false, 5)], [0, 0]);
         assert_eq!([found(4, 1, false, 3), found(4, 0, true, 3), found(4, 1, true, 5)], [1, 1, 1]);

@@ -1,8 +1,8 @@
-//! What streaming does on the six paths over the earth: vt.cache, vt.prefetch, vt.budget, vt.pop, vt.disk.
+//! Figures of streaming along six paths over the earth: vt.cache, vt.prefetch, vt.budget, vt.pop, vt.disk.
 //!
-//! Lists and caches do not ask what a texel shows: there the `ruler` stands in for the imagery, with the same pyramid,
-//! mesh and paths, because its tiles cost a tenth. Tiles of 256 texels at 640 x 360 are as many as the paper's of 512
-//! at 1280 x 720.
+//! Lists and caches do not depend on the texels. So the `ruler` replaces the imagery there, with the same pyramid, mesh
+//! and paths, because its tiles cost a tenth. With tiles of 256 texels, 640 x 360 pixels show as many tiles as 1280 x 720
+//! pixels do with the paper's tiles of 512.
 
 mod budget;
 mod cache;
@@ -22,9 +22,9 @@ use crate::figure::Bench;
 use crate::frame::Run;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::model::mesh;
-use crate::paper::virtual_texture::config::{open_texture, source_mesh, texture};
+use crate::paper::virtual_texture::config::{open_texture, papers_scene, source_mesh, texture};
 use crate::paper::virtual_texture::{
-    Compaction, Config, Dedup, FrameRecord, Keying, PAPER, Settings, VirtualTexture, needs,
+    Compaction, Config, Dedup, FrameRecord, PAPER, Settings, TileAddress, VirtualTexture, needs,
 };
 use crate::picture::error::compare;
 use crate::picture::map::error_maps;
@@ -36,7 +36,7 @@ use crate::texture::source::{TileError, TileFormat, TileSource};
 use anyhow::Context;
 use std::sync::Arc;
 
-/// The paths that every camera of an atlas goes.
+/// The six paths.
 const PATHS: [&str; 6] = [
     "earth/orbit",
     "earth/pan",
@@ -46,18 +46,18 @@ const PATHS: [&str; 6] = [
     "earth/teleport",
 ];
 
-/// Without the headline's fourfold magnification a dive crosses three levels (with it, it begins in level 0), and a pan
-/// moves by a fourth of the pixels.
+/// Removes the headline's fourfold magnification: a dive then crosses three levels (with it, the dive begins in level 0),
+/// and a pan moves by a quarter of the pixels.
 const UNMAGNIFIED: &str = "cameras.headline.magnification=1.0";
 
-/// An exact list for little money: which variant makes it is no matter here.
+/// A cheap variant with an exact list; the figures do not depend on the variant.
 const LISTS: Config =
-    Config { dedup: Dedup::TestOr, compact: Compaction::Append, keying: Keying::Native, ..PAPER };
+    Config { dedup: Dedup::TestOr, compact: Compaction::Append, address: TileAddress::OwnLevel, ..PAPER };
 
-/// A session on a device of its own; `change` has the last word on the scene's settings.
+/// A session on a device of its own; `change` edits the scene's settings last.
 ///
 /// # Errors
-/// What the device lacks.
+/// The device lacks a feature.
 fn session(
     bench: &Bench,
     scene: &Scene,
@@ -90,10 +90,10 @@ fn linear(bytes: &[u8], [width, height]: [u32; 2]) -> Picture {
     Picture::new(width, height, bytes.chunks_exact(4).map(pixel).collect())
 }
 
-/// Writes a picture, and the map of its errors.
+/// Writes a picture and the map of its errors.
 ///
 /// # Errors
-/// The disk's; pictures of two sizes.
+/// The file cannot be written; the pictures differ in size.
 fn show_beside(bench: &mut Bench, name: &str, shown: &Picture, truth: &Picture) -> anyhow::Result<()> {
     bench.picture(name, &Srgb8Picture::from(shown))?;
     let map = error_maps([truth.width, truth.height], &[&compare(shown, truth)?]);
@@ -110,10 +110,10 @@ impl Route {
     /// The path `name` (`earth/pan`) with other settings.
     ///
     /// # Errors
-    /// A name that no shipped scene or path has.
+    /// No shipped scene or path has this name.
     fn find(name: &str, changes: &[String]) -> anyhow::Result<Route> {
-        let (scene, path) = name.split_once('/').with_context(|| format!("{name:?} is no SCENE/PATH"))?;
-        let scene = Scene::load_with(scene, changes)?;
+        let (scene, path) = name.split_once('/').with_context(|| format!("{name:?}: not SCENE/PATH"))?;
+        let scene = papers_scene(scene)?.with(changes)?;
         let path = scene.path(path)?.clone();
         Ok(Route { scene, path })
     }
@@ -132,11 +132,11 @@ impl Route {
         texture(&self.scene)?.pyramid()?.context("a synthetic texture states its size")
     }
 
-    /// Every `step`-th frame of the path, with its exact visible tiles before any bias, and those that it expects
-    /// `prefetch_frames` frames later. Nothing is streamed: the lists are what counts.
+    /// Every `step`-th frame of the path, with its exact visible tiles before any bias, and those expected
+    /// `prefetch_frames` frames later. No tiles are streamed; only the lists are needed.
     ///
     /// # Errors
-    /// What the device lacks, device lost.
+    /// The device lacks a feature; device lost.
     fn records(
         &self,
         bench: &Bench,
@@ -159,16 +159,16 @@ impl Route {
     }
 }
 
-/// How many pixels, and every how many-th frame of a path.
+/// The picture's size, and the step between frames of a path.
 fn extent(bench: &Bench) -> ([u32; 2], u32) {
     bench.effort_of(([640, 360], 2), ([1920, 1080], 1))
 }
 
-/// Tiles of no content: for streaming on recorded lists, where only the states of the tiles count.
+/// Empty tiles, for streaming on recorded lists, where only the states of the tiles count.
 struct Blank(Pyramid);
 
 impl Blank {
-    /// A texture with the same grid of tiles, of 16 texels each.
+    /// A texture with the same grid of tiles, 16 x 16 texels each.
     fn like(pyramid: &Pyramid) -> Blank {
         let (tile_log2, finer) = (4, pyramid.tile_log2() - 4);
         let [width_log2, height_log2] = [pyramid.width_log2() - finer, pyramid.height_log2() - finer];

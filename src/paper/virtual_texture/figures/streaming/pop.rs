@@ -1,4 +1,4 @@
-//! vt.pop: how far pixels jump when tiles arrive, without and with fade-in.
+//! vt.pop: the jumps of pixels when tiles arrive, without and with fade-in.
 
 use super::{Route, UNMAGNIFIED, linear, session, show_beside};
 use crate::figure::claim::{Bound::Above, Claim, Test, one};
@@ -22,29 +22,29 @@ const BEHIND: &str = "mean error";
 const LOOKED_AT: &str = "frames held against the one before";
 const PIXELS: &str = "pixels of each";
 
-/// Frames at each pose: a list takes two to the host, a load one, and tiles arrive in the fourth.
+/// Frames at each pose: a list reaches the host after two, a load takes one, and tiles arrive in the fourth.
 const STAYS: u32 = 4;
 
-/// The figure.
 pub const POP: Figure = Figure {
     id: "vt.pop",
     title: "Jumps of pixels when tiles arrive",
-    about: "The largest change of a channel of a pixel between two frames, beyond the change that the fully resident \
-            sequence makes there itself. So that this change is nil and not a guess, the camera stands at each pose for \
-            four frames, and a pose's tiles arrive in the last of them. The paper (section 4) shows a tile as soon as \
-            it is there; fade-in mixes it with what was shown before. Its price is a picture that lags: the mean error \
-            is that of each pose's last frame against the fully resident one. Levels are of 8-bit sRGB. The \
-            headline's camera goes without its magnification here, so that the dive crosses levels. Every pixel of every frame \
-            counts, none is excused: 39 poses of 320 x 180 pixels (quick: every second of the path's first 80) or 239 of 1280 x 720. \
-            The pictures are the frame after the largest jump, and the map of that jump.",
+    about: "The pop is the largest change of a channel of a pixel between two frames, beyond the change in the fully \
+            resident sequence. To make that change zero, the camera rests at each pose for four frames, and a pose's tiles \
+            arrive in the last of them. The paper (section 4) shows a tile as soon as it arrives; fade-in blends it with \
+            the coarser tile that was shown before. The price is a picture that lags: the mean error is that of each pose's \
+            last frame against the fully resident one. Levels are of 8-bit sRGB. The headline's camera is used without \
+            magnification, so that the dive crosses levels. Every pixel of every frame counts: 39 poses of 320 x 180 pixels \
+            (quick: every second of the path's first 80) or 239 of 1280 x 720. The pictures are the frame after the largest \
+            jump and the map of that jump.",
     scenes: &["earth/pan", "earth/dive"],
     variants,
+    paper: &["at once (the paper)"],
     sweep: None,
     measure,
     plots: &[Plot::curves(ALONG, "frame"), Plot::bars(BEHIND)],
     claims: &[Claim::ours(
         "tiles-pop",
-        "Tiles shown as soon as they are there pop visibly: by more than 8 levels of 255.",
+        "Tiles that are shown as soon as they arrive pop visibly: by more than 8 levels of 255.",
         &[Test::value(one(LARGEST, FADES[0].1), Above(8.0))],
     )],
 };
@@ -53,10 +53,10 @@ fn variants() -> Vec<String> {
     FADES.map(|(_, name)| name.to_owned()).to_vec()
 }
 
-/// Pixels, and which frames of the path.
+/// The picture's size, and the frames of the path.
 fn extent(effort: Effort) -> ([u32; 2], Vec<u32>) {
     match effort {
-        // Tiles of 128 are as many here as the paper's are at 1280 x 720.
+        // With tiles of 128, as many tiles are visible as with the paper's at 1280 x 720.
         Effort::Quick => ([320, 180], (0..80).step_by(2).collect()),
         Effort::Full => ([1280, 720], (0..240).collect()),
     }
@@ -101,7 +101,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 /// The pictures before and after the largest jump.
 type Worst = Option<[Vec<u8>; 2]>;
 
-/// Goes the path from its settled beginning, and stands at each pose for [`STAYS`] frames.
+/// Runs the path from its settled first pose, and rests at each pose for [`STAYS`] frames.
 fn watch(
     session: &mut Run<VirtualTexture>,
     route: &Route,
@@ -116,7 +116,10 @@ fn watch(
             session.frame(&route.path.pose(frame))?;
             let picture = session.picture_bytes()?;
             let arrived = session.records.last().map_or(0, |record| record.streaming.uploads);
-            ensure!(stay > 0 || arrived == 0, "{arrived} tiles arrived in a frame that moved: budgets bind");
+            ensure!(
+                stay > 0 || arrived == 0,
+                "{arrived} tiles arrived in a moving frame: the budgets are too small"
+            );
             if stay > 0 {
                 let changes = picture.iter().zip(&last).map(|(now, before)| now.abs_diff(*before));
                 let change = changes.max().unwrap_or(0);

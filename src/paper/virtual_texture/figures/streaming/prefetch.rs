@@ -1,4 +1,4 @@
-//! vt.prefetch: how many visible tiles are missing, without and with tiles fetched ahead of the camera.
+//! vt.prefetch: the number of missing visible tiles, without and with prefetch.
 
 use super::cache::Nowhere;
 use super::{Blank, Route, UNMAGNIFIED, extent};
@@ -12,11 +12,11 @@ use anyhow::Context;
 use std::collections::HashSet;
 use std::sync::Arc;
 
-/// Frames ahead, and the variants' names.
+/// Frames of prefetch, and the variants' names.
 const AHEAD: [(u32, &str); 4] =
     [(0, "none"), (4, "4 frames ahead"), (8, "8 frames ahead"), (16, "16 frames ahead")];
 
-/// Frames that the disk takes beside the one that any takes: 50 ms at 60 frames a second.
+/// Additional frames of delay of the slow disk: 50 ms at 60 frames a second.
 const SLOW_FRAMES: usize = 3;
 
 const MISSING: &str = "missing tiles";
@@ -25,18 +25,18 @@ const ALONG: &str = "missing along the path";
 const COPIES: &str = "copies";
 const UNSEEN: &str = "copies never seen";
 
-/// The figure.
 pub const PREFETCH: Figure = Figure {
     id: "vt.prefetch",
     title: "Missing tiles, with and without prefetch along the camera's motion",
-    about: "The paper (section 3) asks for a tile when it is visible, so that it comes late by the list's way to the \
-            host, the disk and the copy: a coarser one stands in. Here stages 1 to 3 also run, at a sixteenth of the \
-            pixels, from where the eye will be some frames later if it goes on as it does; what they find is fetched \
-            with what the visible tiles leave of the budgets. A tile counts as missing in each frame whose picture \
-            needs it and does not have it. The headline's camera goes without its magnification here, so that the dive \
-            crosses levels. Every frame (quick: every second one) at 640 x 360 (quick) or 1920 x 1080 pixels.",
+    about: "The paper (section 3) requests a tile when it is visible. It arrives late by the time for the list to reach the \
+            host, the disk read and the copy; a coarser tile is shown meanwhile. With prefetch, stages 1 to 3 also run at a \
+            sixteenth of the pixels from the extrapolated camera some frames later, and their tiles are loaded with the \
+            budget that the visible tiles leave. A tile counts as missing in each frame whose picture needs it and does not \
+            have it. The headline's camera is used without magnification, so that the dive crosses levels. Every frame \
+            (quick: every second one) at 640 x 360 (quick) or 1920 x 1080 pixels.",
     scenes: &["earth/pan", "earth/dive", "earth/orbit"],
     variants,
+    paper: &[],
     sweep: None,
     measure,
     plots: &[Plot::bars(MISSING), Plot::bars(MISSING_SLOW), Plot::curves(ALONG, "frame")],
@@ -66,7 +66,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     for (frames, name) in AHEAD {
         let mut records = route.records(bench, size, step, frames.max(AHEAD[1].0))?;
         if frames == 0 {
-            records.iter_mut().for_each(|record| record.ahead.clear());
+            records.iter_mut().for_each(|record| record.expected.clear());
         }
         let quick = Outcome::of(&pyramid, &records, 0)?;
         let slow = Outcome::of(&pyramid, &records, SLOW_FRAMES)?;
@@ -87,9 +87,9 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// What came of streaming a path.
+/// The result of streaming a path.
 struct Outcome {
-    /// Visible tiles that a frame's picture lacked.
+    /// Visible tiles missing in each frame's picture.
     missing: Vec<usize>,
     /// Visible tiles of all frames.
     visible: usize,
@@ -98,29 +98,29 @@ struct Outcome {
 }
 
 impl Outcome {
-    /// Streams recorded lists as the session does, each [`FRAMES_IN_FLIGHT`] later than it was made, and later by
-    /// `delay` frames where the disk takes so long.
+    /// Streams recorded lists as the session does: each list [`FRAMES_IN_FLIGHT`] frames late, plus `delay` frames for
+    /// a slow disk.
     fn of(pyramid: &Pyramid, records: &[FrameRecord], delay: usize) -> anyhow::Result<Outcome> {
         let largest = records.iter().map(|record| record.visible.len()).max().context("a path has frames")?;
-        // Twice what a frame sees: vt.cache says why.
+        // Twice the largest visible set; see vt.cache.
         let config = StreamingConfig {
             gpu_tiles: 2 * largest as u32,
             host_tiles: 4 * largest as u32,
             upload_tiles_per_frame: 8,
             load_tiles_per_frame: 8,
-            // As the committed results were measured.
+            // As in the committed results.
             order: Order::Finest,
             deterministic: true,
             ..StreamingConfig::default()
         };
         let mut streaming = Streaming::new(Arc::new(Blank::like(pyramid)), config)?;
-        // The path begins at rest: what its first frame lacks is no matter of prefetch.
+        // The path begins at rest, so the tiles missing in its first frame are not counted.
         while streaming.frame(&records[0].visible, &mut Nowhere).pending > 0 {}
         let mut outcome = Outcome { missing: Vec::new(), visible: 0, copies: 0, unseen: 0 };
         let mut copied: HashSet<TileId> = HashSet::new();
         for (n, record) in records.iter().enumerate() {
             let list = &records[n.saturating_sub(FRAMES_IN_FLIGHT + delay)];
-            let report = streaming.frame_ahead(&list.visible, &list.ahead, &mut Nowhere);
+            let report = streaming.frame_ahead(&list.visible, &list.expected, &mut Nowhere);
             outcome.copies += report.uploads;
             copied.extend(report.display.iter().filter(|(_, slot)| slot.is_some()).map(|(tile, _)| *tile));
             let lacks = |tile: &&TileId| streaming.state(**tile).0 < 0;

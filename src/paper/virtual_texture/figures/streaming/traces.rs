@@ -1,17 +1,17 @@
-//! How a picture recovers, measured several times: vt.budget and vt.disk.
+//! The error of a recovering picture over time, from several measurements: vt.budget and vt.disk.
 
 use crate::figure::Row;
 use crate::stats::Summary;
 
-/// How often each recovery is measured, in quick runs too: the least that has a 95 % confidence interval.
+/// Number of measurements of each recovery, in quick runs too: the least with a 95 % confidence interval.
 pub(super) const ROUNDS: usize = 6;
 
-/// Each frame's time in milliseconds since the beginning, and its error.
+/// For each frame, its time in milliseconds since the beginning and its error.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Trace(pub Vec<[f64; 2]>);
 
-/// Milliseconds at which traces are looked at: two for each doubling, from 10 ms to 14 s. The same in all runs, whose
-/// frames fall at other times in each.
+/// The times at which traces are sampled, in milliseconds: two per doubling, from 10 ms to 14 s. They are the same in all
+/// runs, although frames end at different times in each.
 fn times() -> impl Iterator<Item = f64> {
     (0..=21).map(|n| 10.0 * 2.0f64.powf(f64::from(n) / 2.0))
 }
@@ -20,7 +20,7 @@ fn summary(samples: impl Iterator<Item = f64>) -> Summary {
     Summary::of(&samples.collect::<Vec<_>>()).expect("a recovery is measured more than once")
 }
 
-/// A number of each round as a row; infinite where one of them has none.
+/// A row with a number of each round; infinite if a round has none.
 pub(super) fn repeated<T>(
     name: &str,
     quantity: &str,
@@ -35,19 +35,19 @@ pub(super) fn repeated<T>(
 }
 
 impl Trace {
-    /// The first frame (from 1) from which on the error stays below a share of the first one's, and its time.
+    /// The first frame (from 1) from which the error stays below a share of the first frame's error, and its time.
     pub fn reached(&self, share: f64) -> Option<(f64, f64)> {
         let bound = share * self.0.first()?[1];
         let at = self.0.iter().rposition(|[_, error]| *error > bound).map_or(0, |last| last + 1);
         Some((at as f64 + 1.0, self.0.get(at)?[0]))
     }
 
-    /// Of frame `n`; behind the last one the picture stands.
+    /// The error of frame `n`; after the last frame it stays constant.
     fn at_frame(&self, n: usize) -> f64 {
         self.0.get(n).or(self.0.last()).map_or(0.0, |[_, error]| *error)
     }
 
-    /// What is shown at a time; before the first frame, its error.
+    /// The error of the picture that is shown at a time; before the first frame, the error of that frame.
     fn at_time(&self, ms: f64) -> f64 {
         let shown = self.0.iter().rev().find(|[at, _]| *at <= ms).or(self.0.first());
         shown.map_or(0.0, |[_, error]| *error)
@@ -70,14 +70,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_share_is_reached_where_the_error_stays_below_it() {
+    fn a_share_is_reached_once_the_error_stays_below_it() {
         let trace = Trace(vec![[10.0, 1.0], [20.0, 0.4], [30.0, 0.6], [40.0, 0.5], [50.0, 0.0]]);
         assert_eq!((trace.reached(0.5), trace.reached(0.05)), (Some((4.0, 40.0)), Some((5.0, 50.0))));
         assert_eq!(Trace(trace.0[..4].to_vec()).reached(0.05), None);
     }
 
     #[test]
-    fn traces_of_other_lengths_and_times_are_laid_over_each_other() {
+    fn traces_of_different_lengths_and_times_are_aligned() {
         let traces =
             [Trace(vec![[15.0, 1.0], [30.0, 0.0]]), Trace(vec![[12.0, 1.0], [25.0, 0.5], [39.0, 0.0]])];
         let frames: Vec<(f64, f64, f64)> =

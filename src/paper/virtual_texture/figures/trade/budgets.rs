@@ -1,5 +1,5 @@
-//! Budgets of A2 and A3 (section 3): they change nothing of the settled frame, but how soon it is there. So they are no
-//! points of the front; each is settled from empty caches, and what must not change is measured too.
+//! Upload and load budgets (section 3): they do not change the settled frame, but how soon it settles. So they are not
+//! points of the Pareto front. Each is settled from empty caches, and the settled frame is measured to be unchanged.
 
 use super::{Stage, Sweep};
 use crate::figure::{Bench, Budgeted, Contender};
@@ -10,12 +10,12 @@ use crate::picture::Target;
 use crate::scene::Scene;
 use std::time::Instant;
 
-/// Milliseconds a frame: of copying to video memory, with all tiles in memory ...
+/// Upload budgets in milliseconds per frame, with all tiles in memory.
 const UPLOAD_MS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
-/// ... and of reading tiles, which are then made or read anew.
+/// Load budgets in milliseconds per frame; the tiles are made or read again.
 const LOAD_MS: [f64; 3] = [2.0, 8.0, 32.0];
 
-/// The changes of the scene, and whether tiles are read anew.
+/// The changes of the scene, and whether tiles are read again.
 fn changes() -> Vec<(String, bool)> {
     let uploads = UPLOAD_MS.map(|ms| (format!("cache.upload_budget_ms={ms}"), false));
     uploads.into_iter().chain(LOAD_MS.map(|ms| (format!("cache.load_budget_ms={ms}"), true))).collect()
@@ -29,7 +29,7 @@ struct Settled {
     differing_bytes: usize,
 }
 
-/// Each budget from empty caches to the settled frame, whose picture is held against `picture`.
+/// Runs each budget from empty caches to the settled frame, and compares its picture with `picture`.
 ///
 /// # Errors
 /// Device lost, out of memory, tiles that do not arrive.

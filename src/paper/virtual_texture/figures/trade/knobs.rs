@@ -1,7 +1,7 @@
-//! What can be turned on a scene to trade time for accuracy, and which turns go together.
+//! The settings of a scene that trade time for accuracy, and which of them are combined.
 
 use crate::figure::Refused;
-use crate::paper::virtual_texture::choices::{Compaction, Dedup, Filtering, Keying, Listing};
+use crate::paper::virtual_texture::choices::{Compaction, Dedup, Filtering, Listing, TileAddress};
 use crate::paper::virtual_texture::config::{
     Config, Filter, Settings, Texture, TextureError, TextureSource, owner, texture,
 };
@@ -9,7 +9,7 @@ use crate::picture::Target;
 use crate::scene::{Choice, Scene};
 use crate::texture::source::TileFormat;
 
-/// A key of the scene, or several that go together.
+/// A key of the scene, or several that belong together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Knob {
     LevelBias,
@@ -20,16 +20,16 @@ pub enum Knob {
     Stages,
     Format,
     GpuTiles,
-    /// Turned apart (`super::budgets`): no budget changes a settled frame.
+    /// Measured separately (`super::budgets`), because no budget changes a settled frame.
     Budgets,
 }
 
 /// A point of the sweep.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Setting {
-    /// What differs from the scene, in words.
+    /// The differences to the scene, in words.
     pub name: String,
-    /// The same as changes `KEY=VALUE` of the scene.
+    /// The differences as changes `KEY=VALUE` of the scene.
     pub changes: Vec<String>,
 }
 
@@ -60,7 +60,7 @@ impl Knob {
         }
     }
 
-    /// `at`, and where the knob can stand otherwise.
+    /// `at`, and the other values of the knob.
     fn turned(self, at: Values) -> Vec<Values> {
         let mut all = vec![at];
         match self {
@@ -74,21 +74,21 @@ impl Knob {
             Knob::Anisotropy => {
                 all.extend([1, 2, 4, 8].map(|max_anisotropy| Values { max_anisotropy, ..at }));
             }
-            // A border costs memory and reading; 0 shows what one is worth.
+            // A border costs memory and loading; 0 shows its benefit.
             Knob::Border => all.extend(BORDERS.map(|border| Values { border, ..at })),
             Knob::List => {
                 let feedback = FEEDBACKS.map(|n| Values { list: Listing::Feedback, feedback_log2: n, ..at });
                 all.extend(feedback);
             }
-            // The draw that does it all, exactly.
+            // The exact fused draw.
             Knob::Stages => {
                 all.push(Values {
-                    stages: (Dedup::FusedExact, Compaction::FusedAppend, Keying::Native),
+                    stages: (Dedup::FusedExact, Compaction::FusedAppend, TileAddress::OwnLevel),
                     ..at
                 });
             }
             Knob::Format => all.push(Values { format: TileFormat::Bc1, ..at }),
-            // Less than the visible tiles makes the picture coarser.
+            // Fewer slots than visible tiles make the picture coarser.
             Knob::GpuTiles => {
                 let fewer = [2, 4].map(|part| (at.gpu_tiles / part).max(1));
                 all.extend(fewer.map(|gpu_tiles| Values { gpu_tiles, ..at }));
@@ -99,12 +99,14 @@ impl Knob {
     }
 }
 
+/// Texels; every number of samples that is tried goes with it.
+const SMALLEST_TILE: u32 = 16;
 /// Texels.
 const BORDERS: [u32; 4] = [0, 1, 2, 8];
 /// n: one pixel of 2^n.
 const FEEDBACKS: [u32; 4] = [2, 4, 6, 8];
 
-/// Where all knobs stand.
+/// The values of all knobs.
 #[derive(Clone, Copy, PartialEq)]
 struct Values {
     level_bias: u32,
@@ -114,7 +116,7 @@ struct Values {
     border: u32,
     list: Listing,
     feedback_log2: u32,
-    stages: (Dedup, Compaction, Keying),
+    stages: (Dedup, Compaction, TileAddress),
     format: TileFormat,
     /// N1.
     gpu_tiles: u32,
@@ -122,7 +124,7 @@ struct Values {
 
 impl Values {
     fn of(settings: &Settings, texture: &Texture) -> Values {
-        let Config { level_bias, list, feedback_log2, dedup, compact, keying, filter, .. } = settings.config;
+        let Config { level_bias, list, feedback_log2, dedup, compact, address, filter, .. } = settings.config;
         let Filter { kind, max_anisotropy, samples, .. } = filter;
         Values {
             level_bias,
@@ -132,40 +134,42 @@ impl Values {
             border: texture.border,
             list,
             feedback_log2,
-            stages: (dedup, compact, keying),
+            stages: (dedup, compact, address),
             format: texture.format,
             gpu_tiles: settings.streaming.gpu_tiles,
         }
     }
 
-    /// As it can be drawn, or none: samples reach as far over a tile's edge as there are, which takes a border; what is
-    /// generated can have it, a file has what it has.
+    /// The values with a sufficient border, or `None` if there is none. Samples along a footprint need a border of 2 texels. A
+    /// generated texture can have it; a file's border is fixed.
     fn drawable(self, own: &Values, generated: bool) -> Option<Values> {
         if self == *own {
             return Some(self);
         }
         let sensible = match self.filter {
             Filtering::Trilinear => self.border > 0 || self.max_anisotropy == 1,
-            // Samples along a footprint that each take one level are what trilinear ones are better at.
+            // Trilinear samples along a footprint are better than bilinear ones.
             Filtering::Bilinear => self.max_anisotropy == 1,
-            // Few taps along a long footprint show noise alone; their tiles need no border at all.
+            // Few taps along a long footprint show only noise; their tiles need no border.
             Filtering::Stochastic => {
                 (self.max_anisotropy == 1 || self.samples == 16) && self.border == own.border
             }
+            Filtering::Ellipse => true,
         };
-        // Subsampled lists change when a picture is whole and not what it is, and some borders are between those that
-        // stand beside all else: both alone.
+        // Subsampled lists change when a picture is complete, but not the picture. Some borders lie between those that are
+        // combined with all others. Both are tried alone.
         let (list, feedback_log2) = (own.list, own.feedback_log2);
         let listed = (self.list, self.feedback_log2) == (list, feedback_log2)
             || Values { list, feedback_log2, ..self } == *own;
         let bordered =
             [0, own.border].contains(&self.border) || Values { border: own.border, ..self } == *own;
-        // A list of the host's has no stages 2 and 3.
+        // A list made on the host has no stages 2 and 3.
         let stages = self.list == Listing::Device || self.stages == own.stages;
-        let reach = if self.filter == Filtering::Stochastic { 0 } else { self.max_anisotropy };
-        let fits = reach <= 1 || reach <= self.border;
-        let border = if fits { self.border } else { reach };
-        // Another format stands beside the filters that sample, blocks cut by no border; fewer tiles beside nothing else.
+        let filter = Filter { kind: self.filter, max_anisotropy: self.max_anisotropy, ..Filter::DEFAULT };
+        let fits = filter.beyond(self.border, SMALLEST_TILE).is_none();
+        let border = if fits { self.border } else { filter.least_border() };
+        // Another format is tried with the filters that use a sampler and with borders that cut no block; fewer tiles are
+        // tried alone.
         let format = self.format == own.format
             || (self.filter != Filtering::Stochastic
                 && (self.level_bias, self.list, self.border) == (own.level_bias, own.list, own.border)
@@ -209,11 +213,11 @@ impl Values {
         let list = [format!("variant.list={}", self.list.name()), format!("variant.feedback_log2={n}")];
         let another = (self.list, n) != (own.list, own.feedback_log2);
         differs(another, format!("{} 1/{}", self.list.name(), 1 << n), &list);
-        let (dedup, compact, keying) = self.stages;
+        let (dedup, compact, address) = self.stages;
         let stages = [
             format!("variant.dedup={}", dedup.name()),
             format!("variant.compact={}", compact.name()),
-            format!("variant.keying={}", keying.name()),
+            format!("variant.address={}", address.name()),
         ];
         differs(self.stages != own.stages, dedup.name().to_string(), &stages);
         let format = self.format.name();
@@ -238,7 +242,7 @@ pub(super) fn surface(scene: &Scene) -> Result<String, TextureError> {
     Ok(format!("surface.{}", surface.name))
 }
 
-/// All settings that `knobs` give a scene, its own first, then those that change the fewest keys.
+/// All settings of `knobs` for a scene: its own first, then those that change the fewest keys.
 ///
 /// # Errors
 /// A scene without a virtual texture.
@@ -250,7 +254,7 @@ pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Setting>, TextureEr
     for knob in Knob::ALL.into_iter().filter(|knob| knobs.contains(knob)) {
         let generates = match knob {
             Knob::Border => generated,
-            // The ruler is exact, which bc1 is not.
+            // The ruler's texels must be exact, which bc1 is not.
             Knob::Format => texture.source == TextureSource::Earth,
             _ => true,
         };
@@ -270,7 +274,7 @@ pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Setting>, TextureEr
     Ok(settings)
 }
 
-/// What `knobs` do not turn in this scene, why, and what would.
+/// The values of `knobs` that this scene does not support, the reason, and a remedy.
 ///
 /// # Errors
 /// A scene without a virtual texture.
@@ -282,24 +286,21 @@ pub fn not_turned(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Refused>, Texture
     let mut refused = Vec::new();
     let mut refuse = |name: String, why: String| refused.push(Refused { name, why });
     if knobs.contains(&Knob::Border) {
-        let (reach, stochastic) = (filter.max_anisotropy, filter.kind == Filtering::Stochastic);
         for border in BORDERS.into_iter().filter(|border| *border != own) {
             if baked {
                 let why =
                     format!("the file has a border of {own} texels; bake it again with --border {border}");
                 refuse(format!("border {border}"), why);
-            } else if !stochastic && reach > 1 && reach > border {
-                let why = format!(
-                    "the scene's {surface}.filter.max_anisotropy = {reach} samples {reach} texels over a tile's edge"
-                );
-                refuse(format!("border {border}"), why);
+            } else if let Some((key, why)) = filter.beyond(border, texture.tile_size) {
+                refuse(format!("border {border}"), format!("the scene's {surface}.filter.{key}: {why}"));
             }
         }
     }
     if knobs.contains(&Knob::Anisotropy) && baked {
-        for na in [2, 4, 8].into_iter().filter(|na| *na > own) {
-            let why = format!("the file has a border of {own} texels; bake it again with --border {na}");
-            refuse(format!("NA {na}"), why);
+        for max_anisotropy in [2, 4, 8] {
+            let filter = Filter { max_anisotropy, ..filter };
+            let Some((_, why)) = filter.beyond(own, texture.tile_size) else { continue };
+            refuse(format!("NA {max_anisotropy}"), format!("{why}: bake it again with --border 2"));
         }
     }
     if knobs.contains(&Knob::Format) && texture.format != TileFormat::Bc1 {
@@ -308,7 +309,7 @@ pub fn not_turned(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Refused>, Texture
             TextureSource::File => {
                 refuse(
                     "bc1".into(),
-                    "a file has the format that it was baked with; bake it again with --format bc1".into(),
+                    "the file was baked in another format; bake it again with --format bc1".into(),
                 );
             }
             _ => refuse("bc1".into(), "the ruler's texels are exact, which bc1 is not".into()),
@@ -327,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn the_scenes_own_setting_comes_first_and_each_other_is_a_scene() {
+    fn the_scenes_own_setting_comes_first_and_all_others_are_valid_scenes() {
         for name in ["earth", "plane"] {
             let scene = Scene::embedded(name).unwrap();
             let all = settings(&scene, &Knob::ALL).unwrap();
@@ -345,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn another_format_is_the_earths_and_fewer_tiles_stand_alone() {
+    fn the_earth_also_tries_bc1_and_fewer_tiles_are_tried_alone() {
         let scene = Scene::embedded("earth").unwrap();
         let names = |knobs: &[Knob]| {
             settings(&scene, knobs).unwrap().into_iter().map(|setting| setting.name).collect::<Vec<_>>()
@@ -358,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn subsampled_lists_and_odd_borders_stand_alone() {
+    fn subsampled_lists_and_odd_borders_are_tried_alone() {
         let scene = Scene::embedded("earth").unwrap();
         let names = |knobs: &[Knob]| {
             settings(&scene, knobs).unwrap().into_iter().map(|setting| setting.name).collect::<Vec<_>>()
@@ -374,23 +375,23 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_turned_is_told_with_what_would() {
+    fn unsupported_values_are_reported_with_a_remedy() {
         let scene = Scene::embedded("earth").unwrap();
         assert_eq!(not_turned(&scene, &Knob::ALL).unwrap().len(), 0);
         let scene = scene.with(&["surface.land.filter.max_anisotropy=4".into()]).unwrap();
-        let told = |scene: &Scene| -> Vec<String> {
+        let reported = |scene: &Scene| -> Vec<String> {
             let refused = not_turned(scene, &Knob::ALL).unwrap();
             refused.into_iter().map(|refused| format!("{}: {}", refused.name, refused.why)).collect()
         };
-        assert_eq!(told(&scene).len(), 3, "{:?}", told(&scene));
-        let lines = told(&baked(&scene));
-        assert_eq!(lines.len(), 6, "{lines:?}");
+        assert_eq!(reported(&scene).len(), 2, "{:?}", reported(&scene));
+        let lines = reported(&baked(&scene));
+        assert_eq!(lines.len(), 5, "{lines:?}");
         assert_eq!(lines[1], "border 1: the file has a border of 4 texels; bake it again with --border 1");
-        assert!(lines[4].starts_with("NA 8: ") && lines[5].ends_with("--format bc1"), "{lines:?}");
+        assert!(lines[4].ends_with("--format bc1"), "{lines:?}");
     }
 
     #[test]
-    fn a_border_follows_the_samples_where_the_source_is_generated() {
+    fn a_generated_source_gets_the_border_that_the_samples_need() {
         let scene = Scene::embedded("plane").unwrap();
         let all = settings(&scene, &[Knob::Anisotropy]).unwrap();
         let changes: Vec<String> = all.iter().map(|setting| setting.changes.join(" ")).collect();
@@ -400,10 +401,17 @@ mod tests {
                 "",
                 "surface.land.filter.max_anisotropy=2",
                 "surface.land.filter.max_anisotropy=4",
-                "surface.land.filter.max_anisotropy=8 surface.land.texture.border=8"
+                "surface.land.filter.max_anisotropy=8"
             ]
         );
-        assert_eq!(settings(&baked(&scene), &[Knob::Anisotropy, Knob::Border]).unwrap().len(), 3);
+        let scene = scene.with(&["surface.land.texture.border=1".into()]).unwrap();
+        let all = settings(&scene, &[Knob::Anisotropy]).unwrap();
+        assert_eq!(
+            all[1].changes,
+            ["surface.land.filter.max_anisotropy=2", "surface.land.texture.border=2"],
+            "{}",
+            all[1].name
+        );
         assert_eq!(settings(&scene, &[]).unwrap().len(), 1);
     }
 }

@@ -1,5 +1,5 @@
-//! The price of accuracy in one scene: every setting of some [`Knob`]s, its settled frame timed and its picture held
-//! against the `truth`.
+//! The trade between time and accuracy in one scene: for every setting of some [`Knob`]s, the settled frame is timed and
+//! its picture compared with the `truth`.
 
 mod budgets;
 mod knobs;
@@ -27,10 +27,10 @@ use std::sync::Arc;
 use times::{Batch, levelled};
 use truth::Truth;
 
-/// Settings that are timed in turn, with the scene's own beside them: each holds N1 tiles, 260 MB with the usual 192.
+/// Number of settings that are timed in turn, together with the scene's own. Each holds N1 tiles, 260 MB with 192.
 const TOGETHER: usize = 4;
 
-/// What the front is of.
+/// The error measure of the Pareto front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measure {
     Nmse,
@@ -58,18 +58,18 @@ impl Measure {
     }
 }
 
-/// What is to be swept.
+/// The parameters of a sweep.
 pub struct Sweep<'a> {
     /// A shipped scene or a file, as [`Scene::load_with`] takes it, and changes to it.
     pub scene: &'a str,
     pub overrides: &'a [String],
-    /// The scene's own otherwise.
+    /// Default: the scene's own.
     pub size: Option<[u32; 2]>,
     pub knobs: &'a [Knob],
     pub measure: Measure,
 }
 
-/// What all settings share.
+/// The resources that all settings share.
 struct Stage<'a> {
     sweep: &'a Sweep<'a>,
     gpu: Gpu,
@@ -77,15 +77,16 @@ struct Stage<'a> {
     pose: Pose,
     size: [u32; 2],
     truth: Truth,
-    /// By border and format: an Earth tile takes 13 ms of a core, and most settings see the same.
+    /// Sources by border and format. They are shared because an Earth tile takes 13 ms of a core and most settings see the
+    /// same tiles.
     sources: HashMap<(u32, TileFormat), Arc<Remembered>>,
 }
 
 impl Sweep<'_> {
-    /// Measures all settings; `progress` is told how many of how many are done.
+    /// Measures all settings; `progress` receives how many settings are done, and of how many.
     ///
     /// # Errors
-    /// A scene or device that is not to be had, BC1 tiles (the reference reads none), a device that keeps no time.
+    /// A scene or device that is not available, BC1 tiles (the reference cannot read them), a device without timestamps.
     pub fn run(&self, bench: &Bench, progress: impl Fn(usize, usize)) -> anyhow::Result<Trade> {
         let scene = Scene::load_with(self.scene, self.overrides)?;
         let settings = settings(&scene, self.knobs)?;
@@ -130,7 +131,7 @@ impl Sweep<'_> {
     }
 
     fn stage(&self, bench: &Bench, scene: &Scene) -> anyhow::Result<Stage<'_>> {
-        // The truth knows the texels as they were before an encoder saw them.
+        // The truth uses the texels before BC1 encoding.
         let own = texture(scene)?;
         let exact = match own.format {
             TileFormat::Rgba8 => scene.clone(),
@@ -168,7 +169,7 @@ struct Open {
 }
 
 impl Stage<'_> {
-    /// A settled session; inside, why the setting does not run here.
+    /// A settled session; the inner error is the reason why the setting does not run here.
     fn open(&mut self, setting: &Setting) -> anyhow::Result<Result<Open, String>> {
         let changes = [self.sweep.overrides, &setting.changes].concat();
         let scene = match Scene::load_with(self.sweep.scene, &changes) {
@@ -184,7 +185,7 @@ impl Stage<'_> {
         self.sources.insert(key, source.clone());
         let mut settings = Settings::of_scene(&scene, Target::Srgb8)?;
         settings.size = self.size;
-        // Nobody watches it settle: as many tiles a frame as the staging memory is worth.
+        // Settling is not timed: upload as many tiles per frame as staging memory allows.
         settings.streaming.deterministic = true;
         settings.streaming.upload_tiles_per_frame = 32;
         settings.streaming.load_tiles_per_frame = 32;
@@ -193,18 +194,18 @@ impl Stage<'_> {
         }
         let mut session = match VirtualTexture::run(self.gpu.clone(), source, &self.mesh, settings) {
             Ok(session) => session,
-            Err(error @ (VirtualTextureError::Anisotropy { .. } | VirtualTextureError::Variants(_))) => {
+            Err(error @ (VirtualTextureError::Border { .. } | VirtualTextureError::Variants(_))) => {
                 return Ok(Err(error.to_string()));
             }
             Err(error) => return Err(error.into()),
         };
         session.settle(&self.pose)?;
         session.drain()?;
-        // One more frame, which is the same in every run: noise is drawn by the frame's number.
+        // One more frame with a fixed number: the noise depends on the frame's number, so every run is the same.
         session.again(&self.pose)?;
         let picture = self.truth.cut(&session.picture_bytes()?);
         let measures = Comparison::of(&picture, &self.truth.picture)?.measures(OUTLIER_BOUND);
-        // A bias beyond the coarsest level is clamped below the setting.
+        // A bias beyond the coarsest level is clamped to less than the setting.
         let forced_bias =
             session.technique.bias().saturating_sub(session.technique.settings.config.level_bias);
         let list_frames = session.technique.frames_to_list();

@@ -1,7 +1,7 @@
-//! Times of settings as multiples of the scene's own frame, which takes its turn in every round of every batch: what
-//! disturbs a round disturbs both, so the median of ratios holds still where medians do not. Two sweeps of the earth at
-//! 320 x 180 beside three busy neighbours told a setting's time apart by 11 % (at worst 35 %) as medians of 10, and by 2 %
-//! (at worst 6 %) as medians of 60 ratios.
+//! Times of settings as multiples of the scene's own frame, which is timed in every round of every batch. A disturbance
+//! affects both frames of a round, so the median of ratios is more stable than the ratio of medians. Two sweeps of the earth
+//! at 320 x 180 with three busy processes beside them differed in a setting's time by 11 % (at most 35 %) with medians of
+//! 10 times, and by 2 % (at most 6 %) with medians of 60 ratios.
 
 use super::{Measure, Open, Stage};
 use crate::figure::{Bench, Contender, Errors, Timed, Traded};
@@ -9,24 +9,24 @@ use crate::stats::{Summary, median, median_interval};
 use crate::vk::PassTime;
 use anyhow::Context;
 
-/// Settings are run until their medians are known, and at most so many times the usual number of runs.
+/// Settings are run until their medians are known, for at most this many times the usual number of rounds.
 pub(super) const MOST: usize = 6;
 
-/// A median is known where its interval is no wider than this share of it: half of what the front takes for alike, on
-/// either side.
+/// A median is known if its interval is at most this share of it wide: half of the difference, on either side, that the
+/// front treats as equal.
 const KNOWN: f64 = 0.05;
 
-/// Settings that were timed in turn with the scene's own.
+/// A batch of settings that were timed in turn with the scene's own.
 pub(super) struct Batch {
-    /// Milliseconds of the scene's own frame, round by round.
+    /// Milliseconds of the scene's own frame in each round.
     own_ms: Vec<f64>,
-    /// Their times as multiples of the scene's own frame of the same round.
+    /// The settings' times as multiples of the scene's own frame of the same round.
     settings: Vec<Traded>,
 }
 
 impl Batch {
     /// # Errors
-    /// Device lost, and a device that keeps no time.
+    /// Device lost, or a device without timestamps.
     pub fn time(
         bench: &Bench,
         stage: &Stage<'_>,
@@ -41,7 +41,7 @@ impl Batch {
                 let finished = open.session.again(&stage.pose)?;
                 let ns = Some(finished.host_time.as_nanos() as u64);
                 let mut times = finished.times;
-                times.push(PassTime { label: "list on the host".into(), ns });
+                times.push(PassTime { label: "list on the host".into(), ns, work: None });
                 Ok(times)
             }),
         });
@@ -50,16 +50,17 @@ impl Batch {
         let timed = bench.interleave_until(&stage.gpu, contenders, MOST, enough)?;
         let device = &stage.gpu.physical().name;
         let own_ms = timed[0].total_of_rounds();
-        let own_ms = own_ms.with_context(|| format!("{device} keeps no time: nothing can be traded"))?;
+        let own_ms =
+            own_ms.with_context(|| format!("{device} has no timestamps: the trade cannot be measured"))?;
         let settings = opened.iter().zip(&timed[1..]).map(|(open, timed)| {
-            let ratios = ratios(timed, &own_ms).expect("a device that times one frame times all");
+            let ratios = ratios(timed, &own_ms).expect("a device with timestamps times every frame");
             traded(open, stage.sweep.measure, &ratios)
         });
         Ok(Batch { settings: settings.collect(), own_ms })
     }
 }
 
-/// Whether the median of a setting's ratios is known well enough; also where there are none.
+/// True if the median of a setting's ratios is known well enough, or if there are no ratios.
 fn known(timed: &Timed, own: &Timed) -> bool {
     let ratios = own.total_of_rounds().and_then(|own_ms| ratios(timed, &own_ms));
     ratios.is_none_or(|ratios| {
@@ -68,12 +69,12 @@ fn known(timed: &Timed, own: &Timed) -> bool {
     })
 }
 
-/// A setting's time over the scene's own in each round; `None` where the device keeps no time.
+/// A setting's time over the scene's own in each round; `None` if the device has no timestamps.
 fn ratios(timed: &Timed, own_ms: &[f64]) -> Option<Vec<f64>> {
     Some(timed.total_of_rounds()?.iter().zip(own_ms).map(|(ms, own_ms)| ms / own_ms).collect())
 }
 
-/// A setting with its times in any unit.
+/// A setting with its times, in any unit.
 fn traded(open: &Open, measure: Measure, times: &[f64]) -> Traded {
     let worst = open.measures.worst.map_or(0.0, |worst| worst.value);
     let errors = Errors { nmse: open.measures.nmse, flip: open.measures.flip_mean, max: worst };
@@ -90,15 +91,15 @@ fn traded(open: &Open, measure: Measure, times: &[f64]) -> Traded {
     }
 }
 
-/// All settings, the scene's own first, in milliseconds: multiples of the median of the scene's own frame over all batches.
-/// Least and most of its medians in a batch.
+/// All settings in milliseconds, the scene's own first: multiples of the median of the scene's own frame over all batches.
+/// Also the smallest and largest median of a batch.
 pub(super) fn levelled(own: &Open, batches: Vec<Batch>, measure: Measure) -> (Vec<Traded>, [f64; 2]) {
     let medians = batches.iter().map(|batch| median(&batch.own_ms).expect("there are rounds"));
     let medians: Vec<f64> = medians.collect();
     let all: Vec<f64> = batches.iter().flat_map(|batch| batch.own_ms.iter().copied()).collect();
     let mut own = traded(own, measure, &all);
     let unit = own.ms.median;
-    // It is the unit of all others.
+    // The scene's own time is the unit of all others.
     own.interval_ms = [unit; 2];
     let mut settings = vec![own];
     for mut setting in batches.into_iter().flat_map(|batch| batch.settings) {
@@ -115,13 +116,14 @@ mod tests {
     use super::*;
 
     fn timed(ms: impl Iterator<Item = f64>) -> Timed {
-        let round = |ms| vec![PassTime { label: "texturing".into(), ns: Some((ms * 1e6) as u64) }];
+        let round =
+            |ms| vec![PassTime { label: "texturing".into(), ns: Some((ms * 1e6) as u64), work: None }];
         Timed::of("made up", ms.map(round).collect())
     }
 
     #[test]
-    fn a_setting_is_known_when_its_ratios_are_whatever_its_times_do() {
-        // A neighbour comes and goes: times change threefold, ratios by 2 %.
+    fn a_setting_is_known_once_its_ratios_are_stable_even_if_its_times_are_not() {
+        // Another process runs at times: times change threefold, ratios by 2 %.
         let own = |n: usize| if n.is_multiple_of(3) { 30.0 } else { 10.0 };
         let rounds = || (0..10).map(move |n| (n, own(n)));
         let own = timed(rounds().map(|(_, ms)| ms));
@@ -130,7 +132,7 @@ mod tests {
         assert!(known(&steady, &own) && !known(&loose, &own));
         assert!(
             !known(&steady, &timed((0..10).map(|_| 10.0))),
-            "beside another round's frame nothing is known"
+            "frames of different rounds are not comparable"
         );
     }
 }

@@ -1,4 +1,4 @@
-//! What the settled picture is held against: the f64 mean of all that a pixel covers, in windows spread over the picture.
+//! The reference of the settled picture: the f64 mean over each pixel's footprint, in windows spread over the picture.
 
 use crate::math::camera::Pose;
 use crate::model::mesh::SourceMesh;
@@ -7,18 +7,18 @@ use crate::picture::{Picture, srgb};
 use crate::reference::{Sample, View};
 use crate::texture::source::TileSource;
 
-/// Pixels that are looked at, at most: at 10 to 200 us each the truth takes seconds.
+/// Most pixels of the reference: at 10 to 200 us each it takes seconds.
 const MOST_PIXELS: u32 = 57_600;
-/// Windows of larger pictures: side in pixels, and how many across and down at most.
+/// Windows of larger pictures: side in pixels, and the most across and down.
 const WINDOW: u32 = 32;
 const ACROSS: [u32; 2] = [10, 5];
 
-/// The truth at some pixels of a picture, as a picture of their windows side by side.
+/// The reference at some pixels of a picture, as a mosaic of their windows.
 pub struct Truth {
     pub picture: Picture,
     size: [u32; 2],
     windows: Windows,
-    /// Pixels that the landscape covers wholly, as far as their neighbours tell.
+    /// Pixels that the landscape covers wholly, judged by their neighbours.
     inside: Vec<bool>,
 }
 
@@ -37,12 +37,12 @@ impl Windows {
         Windows { count: [0, 1].map(|n| (size[n] / side[n]).min(ACROSS[n])), side }
     }
 
-    /// Width and height of all of them side by side.
+    /// Width and height of the mosaic.
     fn mosaic(&self) -> [u32; 2] {
         [0, 1].map(|n| self.count[n] * self.side[n])
     }
 
-    /// Where a pixel of the mosaic lies in a picture of `size`: windows begin and end with it.
+    /// The position of a mosaic pixel in a picture of `size`. The outer windows touch the picture's edges.
     fn place(&self, size: [u32; 2], at: [u32; 2]) -> [u32; 2] {
         [0, 1].map(|n| {
             let (window, inner) = (at[n] / self.side[n], at[n] % self.side[n]);
@@ -82,7 +82,7 @@ impl Truth {
         Ok(Truth { picture: Picture::new(columns, rows, rgba), size, windows, inside })
     }
 
-    /// The same pixels of a settled picture in sRGB bytes; black where the landscape's outline passes, on both sides.
+    /// The same pixels of a settled picture in sRGB bytes; black at the landscape's outline, as in the reference.
     pub fn cut(&self, bytes: &[u8]) -> Picture {
         let Picture { width, height, .. } = self.picture;
         assert_eq!(
@@ -112,8 +112,8 @@ impl Truth {
             }
         };
         format!(
-            "Errors are those of the settled picture, in 8 bits of sRGB, against the f64 mean of all that a pixel covers, \
-             {place}: {counted} of {} pixels; the others lie beyond the landscape or at its outline, and count on neither side.",
+            "Errors are those of the settled picture, in 8 bits of sRGB, against the f64 mean over each pixel's footprint, \
+             {place}: {counted} of {} pixels; the others lie beyond the landscape or at its outline and are left out.",
             self.inside.len()
         )
     }
@@ -121,7 +121,7 @@ impl Truth {
 
 const BLACK: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
-/// Whether the landscape covers a pixel and its neighbours.
+/// True if the landscape covers a pixel and its neighbours.
 fn covered(view: &View, [x, y]: [u32; 2]) -> bool {
     let [width, height] = view.size();
     let [right, bottom] = [(x + 1).min(width - 1), (y + 1).min(height - 1)];

@@ -1,0 +1,41 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/extensions.glsl"
+
+// A face's corner, straight from the buffers: all forms of vertices begin with their position.
+layout(binding = 0, scalar) readonly buffer Indices { uint words[]; } indices;
+layout(binding = 1, scalar) readonly buffer Misses { uint faces[]; } misses;
+layout(binding = 2, scalar) readonly buffer Vertices { float words[]; } vertices;
+layout(binding = 3, scalar) readonly buffer Levels { uint vertices[]; } levels;  // of each level, live
+layout(push_constant, scalar) uniform FaceView {
+    mat4 object_to_clip;
+    uint first_face;  // of the index buffer
+    uint stride;      // words of a vertex
+    uint instance;    // counted over all surfaces
+    uint levels;
+} view;
+
+layout(location = 0) flat out uvec4 face;  // instance, face, level at which it appears, its level's share and its misses
+layout(location = 1) out vec3 corner;
+
+// The first level in which a vertex lives: below it, it has collapsed.
+uint birth(uint vertex) {
+    uint from = 0, to = view.levels - 1;
+    while (from < to) {
+        uint middle = (from + to) / 2;
+        if (levels.vertices[middle] > vertex) to = middle; else from = middle + 1;
+    }
+    return from;
+}
+
+void main() {
+    uint n = view.first_face + gl_VertexIndex / 3;
+    uvec3 ends = uvec3(indices.words[3 * n], indices.words[3 * n + 1], indices.words[3 * n + 2]);
+    uint vertex = ends[gl_VertexIndex % 3], at = vertex * view.stride;
+    vec3 position = vec3(vertices.words[at], vertices.words[at + 1], vertices.words[at + 2]);
+    uint level = birth(max(ends.x, max(ends.y, ends.z)));
+    face = uvec4(view.instance, gl_VertexIndex / 3, level, 255 * level / max(view.levels - 1, 1) << 8 | misses.faces[n]);
+    corner = vec3(0.0);
+    corner[gl_VertexIndex % 3] = 1.0;
+    gl_Position = view.object_to_clip * vec4(position, 1.0);
+}

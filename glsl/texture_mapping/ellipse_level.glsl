@@ -1,0 +1,55 @@
+// A: the ellipse that filters a footprint, and the level of detail that it asks for. Needs footprint.glsl and weights.glsl.
+// The defaults are `Ellipse::BEST`, which surfaces have; figures specialize all.
+layout(constant_id = 50) const uint ALL_POSITIVE = 1;
+layout(constant_id = 51) const float K = 0.8;
+layout(constant_id = 52) const uint ROW_SPAN = 1;
+layout(constant_id = 53) const float MINOR_TEXELS = 1.0;
+layout(constant_id = 54) const float RADIUS = 1.0;
+layout(constant_id = 55) const float MOST_VISITED = 16384.0;
+
+struct Ellipse {
+    vec3 v;
+    float det;
+};
+
+// In texels of level 0, without the reconstruction term.
+Ellipse ellipse_of(vec4 jacobian, float jacobian_det, float most_ratio) {
+    vec3 v = spread(jacobian * RADIUS);
+    float det = jacobian_det * (RADIUS * RADIUS);
+    det *= det;
+    v = widened(v, det, most_ratio);
+    return Ellipse(v, det);
+}
+
+// `most_reach`: texels of the level from the centre to a side of the bounding box, without the reconstruction term.
+uint ellipse_level(Ellipse finest, float most_reach, uint coarsest) {
+    vec3 v = finest.v;
+    if (!(v.x + v.z < MOST_MAJOR_TEXELS * MOST_MAJOR_TEXELS)) return coarsest;
+    float smaller = eigenvalues(v, finest.det).y;
+    float wanted = MINOR_TEXELS > 0.0 ? floor(log2(sqrt(max(smaller, 1e-30)) / MINOR_TEXELS)) : 0.0;
+    float visited = ROW_SPAN == 1 ? 4.0 * sqrt(finest.det) : 4.0 * sqrt(v.x * v.z);
+    wanted = max(wanted, ceil(0.5 * log2(max(4.0 * visited / MOST_VISITED, 1e-30))));
+    wanted = max(wanted, ceil(log2(max(sqrt(max(v.x, v.z)) / most_reach, 1e-30))));
+    return uint(clamp(wanted, 0.0, float(coarsest)));
+}
+
+// In texels of a level.
+Ellipse at_level(Ellipse finest, uint level) {
+    float scale = power_of_half(level) * power_of_half(level);
+    vec3 v = finest.v * scale;
+    // All terms are positive: det(V + k I).
+    float det = finest.det * (scale * scale) + K * (v.x + v.z) + K * K;
+    v += vec3(K, 0.0, K);
+    if (ALL_POSITIVE == 0) det = v.x * v.z - v.y * v.y;
+    return Ellipse(v, det);
+}
+
+// The ellipse that holds all texels of which an edge may keep a part: a sum of the ellipse and a disc of half a texel.
+Ellipse outer(Ellipse of) {
+    // No span ends before a texel that is just inside.
+    if (EDGE == 0) return Ellipse(of.v * 1.0001, of.det * 1.0002);
+    float t = 2.0 * sqrt(eigenvalues(of.v, of.det).y);
+    float a = 1.0 + 1.0 / t;
+    float b = 0.25 * (1.0 + t);
+    return Ellipse(of.v * a + vec3(b, 0.0, b), a * a * of.det + a * b * (of.v.x + of.v.z) + b * b);
+}

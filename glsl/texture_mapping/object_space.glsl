@@ -1,0 +1,39 @@
+// Object-space texturing: object_space/mod.rs has the steps.
+layout(push_constant, scalar) uniform ObjectSpace {
+    uvec2 size;       // pixels of the picture
+    float camera;     // pixels from the eye to the projection plane: z_c
+    float spacing;    // pixels between fragments on a rotated polygon
+    uint triangles;
+    uint capacity;    // fragments
+    uint coarsest;    // the texture's level of one texel
+} object;
+
+// Corners in pixels, z towards the eye, the origin in the picture's centre; texture coordinates in texels of level 0.
+struct Triangle {
+    vec3 corners[3];
+    vec2 texels[3];
+};
+
+// A triangle rotated parallel to the screen, with the lattice of its fragments: fragment (i, j) lies at (first + (i, j)) spacing.
+struct Polygon {
+    vec4 turn;      // cos a, sin a, cos b, sin b
+    float z;        // of the rotated plane, pixels
+    ivec2 first;
+    ivec2 count;    // columns and rows of its bounding box; 0: nothing of it is drawn
+    vec3 edges[3];  // of (i, j, 1): at least 0 inside
+    vec3 u;         // of (i, j, 1): texels of the level
+    vec3 v;
+    uint level;
+    vec3 nearness;  // of (X, Y, 1) from the picture's centre: 1 / w
+    vec2 range;     // of 1 / w over the corners
+};
+
+// 1 / w of everything before the eye; a point with w <= 0 is not.
+float denominator(float z) { return 1.0 - z / object.camera; }
+
+// Column and row of a fragment; the linear forms of both. Exact in any order of the devices: products and sums alone.
+vec2 lattice(uint place) { return vec2(place & 0xffffu, place >> 16); }
+float form(vec3 of, vec2 at) {
+    precise float sum = of.x * at.x + (of.y * at.y + of.z);
+    return sum;
+}

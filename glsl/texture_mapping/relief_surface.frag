@@ -1,0 +1,125 @@
+#version 460
+// variants LIT: 0 1
+#extension GL_GOOGLE_include_directive : require
+#include "common/extensions.glsl"
+#include "common/view.glsl"
+
+// A plane with a relief below it: relief/surface.rs. Places are in texels of the relief; texel (i, j) lies at (i, j).
+layout(constant_id = 0) const uint METHOD = 0;
+const uint PROJECTED_WIDTH = 0, TRACE = 1;
+
+layout(binding = 0) uniform sampler2D plain;
+layout(binding = 3, scalar) readonly buffer Relief {
+    uint side;       // texels
+    uint layers;     // of the distance map
+    float depth;     // texels
+    float map_unit;  // 1: the map's distances are texels
+    float size_m;    // of the plane
+} relief;
+layout(binding = 4, scalar) readonly buffer Heights { float texels[]; } heights;
+layout(binding = 5, scalar) readonly buffer Map { uint words[]; } map;
+
+layout(location = 0) flat in uvec2 triangle_origin;
+layout(location = 1) in vec2 from_origin;
+#if LIT
+layout(location = 2) in vec3 normal;
+#include "common/light.glsl"
+#endif
+layout(location = 0) out vec4 colour;
+
+#include "texture_mapping/relief_heights.glsl"
+#include "texture_mapping/relief_ray.glsl"
+
+// Of a pixel: texels along the view direction, and lines across it. Beyond them the relief is flat.
+const uint MOST_TEXELS = 1024;
+const float MOST_ALONG = 64.0, MOST_ACROSS = 16.0;
+
+float height_at(vec2 at) {
+    vec2 cell = floor(at), inside = at - cell;
+    vec4 of = corners(ivec2(cell));
+    vec2 near_far = mix(of.xz, of.yw, inside.x);
+    return mix(near_far.x, near_far.y, inside.y);
+}
+
+// To the east and to the south, over two texels: a bilinear surface's own slopes jump from cell to cell.
+vec2 slopes_at(vec2 at) {
+    vec2 step = vec2(1.0, 0.0);
+    return 0.5 * vec2(height_at(at + step) - height_at(at - step), height_at(at + step.yx) - height_at(at - step.yx));
+}
+
+vec2 to_texture(vec2 at) { return (at + 0.5) / float(relief.side); }
+
+vec3 lit(vec3 albedo, vec2 at) {
+#if LIT
+    vec2 slopes = slopes_at(at);
+    return albedo * light(vec3(-slopes.x, slopes.y, 1.0), view.sun);
+#else
+    return albedo;
+#endif
+}
+
+// The view direction along the plane, and what lies across it, while a pixel is filtered; lengths along are in steps.
+vec2 along, across;
+float step_texels;
+float steps_down;  // that a ray goes along while it descends by a texel
+
+#define COLOUR vec3
+struct Texel {
+    float height;
+    COLOUR colour;
+};
+
+Texel sample_row(int x, float y) {
+    vec2 at = float(x) * step_texels * along + y * across;
+    float level = log2(float(textureSize(plain, 0).x) / float(relief.side));
+    return Texel(height_at(at), lit(textureLod(plain, to_texture(at), level).rgb, at));
+}
+
+float entry(float x, float height) { return x - (relief.depth - height) * steps_down; }
+
+#include "texture_mapping/relief_width.glsl"
+
+// The footprint is the rectangle along the view direction that holds the pixel's parallelogram.
+vec3 by_projected_width(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
+    float level_length = length(ray.xy);
+    along = level_length > 1e-6 ? ray.xy / level_length : vec2(1.0, 0.0);
+    across = vec2(-along.y, along.x);
+    vec2 middle = vec2(dot(at, along), dot(at, across));
+    vec2 reach = 0.5 * (abs(vec2(dot(dx, along), dot(dx, across))) + abs(vec2(dot(dy, along), dot(dy, across))));
+    if (2.0 * reach.x > MOST_ALONG || 2.0 * reach.y > MOST_ACROSS) {
+        float side = float(relief.side);
+        return lit(textureGrad(plain, to_texture(at), dx / side, dy / side).rgb, at);
+    }
+    // A pixel's width, at most a texel: a wall is as wide as one, and its edge must not jump by more than a pixel. A power of two:
+    // neighbouring pixels look at the same places.
+    step_texels = exp2(clamp(floor(log2(2.0 * reach.x)), -5.0, 0.0));
+    steps_down = level_length / -ray.z / step_texels;
+    Sum sum = Sum(vec3(0.0), 0.0, 0.0);
+    // Two lines a texel, as for the figures.
+    uint lines = max(uint(4.0 * reach.y), 1u);
+    for (uint n = 0; n < lines; n++) {
+        float y = middle.y + ((2.0 * float(n) + 1.0) / float(lines) - 1.0) * reach.y;
+        sum = projected(sum, (middle.x - reach.x) / step_texels, (middle.x + reach.x) / step_texels, y);
+    }
+    return sum.colour / sum.weight;
+}
+
+// One ray, and the texture at its hit by the derivatives of the plane (Donnelly's answer).
+vec3 by_tracing(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
+    vec2 hit = at + traced(at, ray).distance * ray.xy;
+    float side = float(relief.side);
+    return lit(textureGrad(plain, to_texture(hit), dx / side, dy / side).rgb, hit);
+}
+
+void main() {
+    float side = float(relief.side);
+    vec2 place = vec2(triangle_origin) * exp2(-32.0) + from_origin;
+    vec2 dx = side * dFdxFine(from_origin), dy = side * dFdyFine(from_origin);
+    vec2 at = place * side - 0.5;
+    // x to the east, rows to the south.
+    vec3 eye = (view.eye_high + view.eye_low) / relief.size_m * side * vec3(1.0, -1.0, 1.0) + vec3(vec2(0.5 * side - 0.5), 0.0);
+    vec3 ray = normalize(vec3(at, 0.0) - eye);
+    vec3 found;
+    if (METHOD == TRACE) found = by_tracing(at, ray, dx, dy); else found = by_projected_width(at, ray, dx, dy);
+    colour = vec4(found, 1.0);
+}

@@ -1,0 +1,8 @@
+// How compute variants of stage 2 mark in the tile mask.
+layout(binding = 1, r32ui) uniform uimage2D tile_mask;
+
+// Sets bit q of texel (i, j). If the test reads an old value, the OR is only repeated.
+void mark(uvec3 qij) {
+    uint bit = 1u << qij.x;
+    if ((imageLoad(tile_mask, ivec2(qij.zy)).x & bit) == 0u) imageAtomicOr(tile_mask, ivec2(qij.zy), bit);
+}

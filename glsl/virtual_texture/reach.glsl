@@ -1,0 +1,19 @@
+// The tiles beside its own that a filter takes texels from (ours). No filter reaches further than half a tile, so that they are
+// the next ones in one direction of each axis. A reach has two bits for columns, then two for rows: 0, none; 1, the tile after;
+// 2, the tile before. Needs pyramid.glsl.
+
+// n: 1 beside, 2 below or above, 3 across the corner.
+bool reaches(uint reach, uint n) {
+    return ((n & 1u) == 0u || (reach & 3u) != 0u) && ((n & 2u) == 0u || reach >> 2 != 0u);
+}
+
+// (i, j) in M0. Columns wrap; beyond a pole is the same row half a turn away.
+uvec3 neighbour(uvec3 qij, uint reach, uint n) {
+    ivec2 tile = ivec2(qij.zy >> qij.x), grid = ivec2(tile_grid() >> qij.x);
+    if ((n & 1u) != 0u) tile.x += (reach & 3u) == 1u ? 1 : -1;
+    int row = tile.y;
+    if ((n & 2u) != 0u) row += reach >> 2 == 1u ? 1 : -1;
+    bool beyond = row < 0 || row >= grid.y;
+    tile = ivec2(tile.x + (beyond ? grid.x / 2 : 0) & (grid.x - 1), beyond ? tile.y : row);
+    return uvec3(qij.x, uvec2(tile.yx) << qij.x);
+}

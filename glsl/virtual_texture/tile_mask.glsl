@@ -1,0 +1,42 @@
+// The tile mask as stage 3 reads it, in one of three layouts. Needs pyramid.glsl, tile_order.glsl.
+#define TEXELS 0     // an image: a texel for each tile of M0, a bit for each level
+#define BITS 1   // a bit for each tile of the pyramid, level by level, row by row
+#define BYTES 2  // a byte for each of these bits: the number of the frame that set it
+
+#if LAYOUT == TEXELS
+layout(binding = 0) uniform utexture2D tile_mask;
+
+uint mask_words() { return tile_grid().x * tile_grid().y; }
+
+uint load_mask(uint word) {
+    return texelFetch(tile_mask, ivec2(word & (tile_grid().x - 1u), word >> COLUMN_BITS), 0).x;
+}
+
+uvec3 marked_triple(uint word, uint bit) { return uvec3(bit, word >> COLUMN_BITS, word & (tile_grid().x - 1u)); }
+#else
+layout(binding = 0, scalar) readonly buffer TileMask { uint words[]; } tile_mask;
+
+uint mask_words() { return uint(tile_mask.words.length()); }
+
+#if LAYOUT == BITS
+uint load_mask(uint word) { return tile_mask.words[word]; }
+
+uvec3 marked_triple(uint word, uint bit) { return triple_at(32u * word + bit); }
+#else
+layout(push_constant, scalar) uniform MarkingFrame {
+    uint number;  // 1 to 255
+} marking_frame;
+
+uint load_mask(uint word) {
+    uint four = tile_mask.words[word], mask = 0;
+    for (uint n = 0; n < 4; n++) mask |= uint((four >> 8u * n & 255u) == marking_frame.number) << n;
+    return mask;
+}
+
+uvec3 marked_triple(uint word, uint bit) { return triple_at(4u * word + bit); }
+#endif
+#endif
+
+// Groups and invocations are numbered row by row.
+uint line_group() { return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x; }
+uint line_invocation() { return line_group() * gl_WorkGroupSize.x + gl_LocalInvocationIndex; }

@@ -1,0 +1,24 @@
+// The visible-tile list as shaders write it: a triple per entry, or one word, the index of its mark (tile_order.glsl).
+// One word is faster on software drivers, which execute every store for each pixel, even with nothing to store.
+layout(constant_id = 26) const uint LIST_PLACES = 0;  // 1: entries are indices of marks
+
+#ifndef LIST_BINDING
+#define LIST_BINDING 1
+#endif
+
+layout(binding = LIST_BINDING, scalar) buffer VisibleList {
+    uint count;  // entries of the frame, including those for which there is no room
+    uint words[];
+} visible_list;
+
+void put(uint at, uvec3 triple) {
+    uint first = 3u * at;
+    if (first + 2u >= visible_list.words.length()) return;
+    visible_list.words[first] = triple.x;
+    visible_list.words[first + 1u] = triple.y;
+    visible_list.words[first + 2u] = triple.z;
+}
+
+void put_place(uint at, uint place) {
+    if (at < visible_list.words.length()) visible_list.words[at] = place;
+}

@@ -1,0 +1,42 @@
+//! SIGINT, SIGTERM and SIGHUP: removes half-written files, prints one line of advice, and ends the process by the
+//! signal, as shells expect.
+
+use anyhow::Context;
+use ortelius::picture::write::abandon;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+use signal_hook::low_level::emulate_default_handler;
+use std::io::{IsTerminal, Write};
+
+/// Waits for a signal in the background. `advice`: the user's options; `None` if the parent process prints them.
+///
+/// # Errors
+/// The system refuses the signal handlers.
+pub fn watch(advice: Option<&'static str>) -> anyhow::Result<()> {
+    let ignored = ignored();
+    let wanted = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
+    let mut signals = Signals::new(wanted).context("no handler for signals")?;
+    std::thread::spawn(move || {
+        let Some(signal) = signals.forever().next() else { return };
+        let _held = abandon();
+        if let Some(advice) = advice {
+            let mut stderr = std::io::stderr();
+            // Overwrites a progress bar.
+            let line_start = if stderr.is_terminal() { "\r\x1b[K" } else { "" };
+            // If stderr is closed, the signal is the only report.
+            let _ignored = writeln!(stderr, "{line_start}ortelius: stopped; {advice}");
+        }
+        // No exit(): drivers would clean up in their exit handlers while their threads still run.
+        if emulate_default_handler(signal).is_err() {
+            std::process::abort();
+        }
+    });
+    Ok(())
+}
+
+/// Bit mask of ignored signals, as set by `nohup`. Without /proc, none is known.
+fn ignored() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0)
+}

@@ -1,0 +1,208 @@
+//! The lists that baselines prepare, and meshoptimizer's orders.
+
+use super::Baseline;
+use super::skip::SkipList;
+use crate::math::splitmix::SplitMix64;
+use crate::paper::progressive_mesh::cache::live_faces;
+use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
+use crate::paper::progressive_mesh::run::Untold;
+use std::collections::HashMap;
+
+/// A baseline with the data prepared once for a mesh in [classical](crate::paper::progressive_mesh::order::classical)
+/// order, where a face keeps its slot.
+pub struct Prepared {
+    baseline: Baseline,
+    /// Meshes of a discrete chain, coarsest first.
+    chain: Vec<Vec<[u32; 3]>>,
+    /// Coarsest first.
+    skip: Vec<SkipList>,
+    /// For each slot of the classical order its rank in the full mesh's best order.
+    ranks: Vec<u32>,
+    /// The index of each vertex: its own, or that of the first vertex at its position.
+    space: Vec<u32>,
+    levels: Vec<Level>,
+}
+
+impl Prepared {
+    /// `space` gives the index that represents each vertex: its own, or with [`Vertices::welded`] that of the first
+    /// vertex at its position.
+    ///
+    /// [`Vertices::welded`]: crate::paper::progressive_mesh::mesh::Vertices::welded
+    ///
+    /// # Panics
+    /// If the mesh has tswaps, or `space` does not have an entry for each vertex.
+    pub fn new(mesh: &ProgressiveMesh, baseline: Baseline, space: Vec<u32>) -> Prepared {
+        assert!(mesh.swaps.levels.is_empty(), "a mesh in classical order has no tswaps");
+        assert_eq!(space.len(), mesh.vertices.positions.len(), "an index for each vertex");
+        let (mut chain, mut skip, mut ranks) = (Vec::new(), Vec::new(), Vec::new());
+        match baseline {
+            Baseline::Random | Baseline::Reoptimised | Baseline::ReoptimisedFifo => {}
+            Baseline::Compacted => ranks = full_ranks(mesh, &space),
+            Baseline::SkipLists { ratio } => skip = skip_lists(mesh, &space, ratio),
+            Baseline::Discrete { ratio } => chain = simplified(mesh, &space, ratio),
+        }
+        Prepared { baseline, chain, skip, ranks, space, levels: mesh.levels.clone() }
+    }
+
+    pub fn baseline(&self) -> Baseline {
+        self.baseline
+    }
+
+    /// The faces drawn at a level, as vertices; `live` are the live faces in classical order.
+    pub fn drawn(&self, level: u32, live: &[[u32; 3]]) -> Vec<[u32; 3]> {
+        let vertices = self.space.len();
+        let live = || in_space(live, &self.space);
+        match self.baseline {
+            Baseline::Random => shuffled(live(), u64::from(level)),
+            Baseline::Reoptimised => lru_order(&live(), vertices),
+            Baseline::ReoptimisedFifo => fifo_order(&live(), vertices, 16),
+            Baseline::Compacted => self.ranked(&live()),
+            Baseline::SkipLists { .. } => self.skip_list_at(level),
+            Baseline::Discrete { .. } => self.chain[self.simplified(live().len())].clone(),
+        }
+    }
+
+    /// The prepared lists, coarsest first; empty for baselines without any.
+    pub fn lists(&self) -> impl ExactSizeIterator<Item = &[[u32; 3]]> {
+        let skip = self.skip.iter().map(|list| &*list.faces);
+        let lists: Vec<_> = self.chain.iter().map(|faces| &**faces).chain(skip).collect();
+        lists.into_iter()
+    }
+
+    /// The skip list that serves a level, and its index in [`Prepared::lists`].
+    ///
+    /// # Panics
+    /// If the baseline has no skip lists.
+    pub fn skip_list(&self, level: u32) -> (usize, &SkipList) {
+        let found = self.skip.iter().enumerate().find(|(_, list)| list.serves(level));
+        found.expect("the full mesh has a list")
+    }
+
+    /// Faces of all lists.
+    pub fn listed_faces(&self) -> u64 {
+        self.lists().map(|faces| faces.len() as u64).sum()
+    }
+
+    /// Bytes of main memory of all lists, with the data that changes of level write.
+    pub fn list_bytes(&self) -> u64 {
+        let chain = self.chain.iter().map(|faces| size_of_val(&**faces));
+        chain.chain(self.skip.iter().map(SkipList::bytes)).sum::<usize>() as u64
+    }
+
+    /// For each slot of the classical order its rank in the full mesh's best order; empty for baselines that do not use
+    /// ranks.
+    pub fn ranks(&self) -> &[u32] {
+        &self.ranks
+    }
+
+    /// The coarsest mesh of a discrete chain that has at least `wanted` faces.
+    pub fn simplified(&self, wanted: usize) -> usize {
+        let enough = self.chain.iter().position(|faces| faces.len() >= wanted);
+        enough.expect("the full mesh has all faces")
+    }
+
+    /// The live faces by rank.
+    fn ranked(&self, live: &[[u32; 3]]) -> Vec<[u32; 3]> {
+        let mut slots: Vec<u32> = (0..live.len() as u32).collect();
+        slots.sort_unstable_by_key(|&slot| self.ranks[slot as usize]);
+        slots.into_iter().map(|slot| live[slot as usize]).collect()
+    }
+
+    /// The list that serves a level, at that level.
+    fn skip_list_at(&self, level: u32) -> Vec<[u32; 3]> {
+        let (_, list) = self.skip_list(level);
+        let mut faces = list.faces.clone();
+        list.run(&self.levels, &mut faces, [list.levels[1], level], &mut Untold);
+        faces
+    }
+}
+
+fn in_space(faces: &[[u32; 3]], space: &[u32]) -> Vec<[u32; 3]> {
+    faces.iter().map(|face| face.map(|vertex| space[vertex as usize])).collect()
+}
+
+fn of_level(mesh: &ProgressiveMesh, space: &[u32], level: u32) -> Vec<[u32; 3]> {
+    in_space(&live_faces(mesh, level), space)
+}
+
+fn faces(indices: &[u32]) -> Vec<[u32; 3]> {
+    indices.as_chunks().0.to_vec()
+}
+
+/// By meshoptimizer's general optimizer (`meshopt_optimizeVertexCache`).
+fn lru_order(list: &[[u32; 3]], vertices: usize) -> Vec<[u32; 3]> {
+    faces(&meshopt::optimize_vertex_cache(list.as_flattened(), vertices))
+}
+
+/// By meshoptimizer's optimizer for a FIFO (`meshopt_optimizeVertexCacheFifo`).
+fn fifo_order(list: &[[u32; 3]], vertices: usize, entries: u32) -> Vec<[u32; 3]> {
+    faces(&meshopt::optimize_vertex_cache_fifo(list.as_flattened(), vertices, entries))
+}
+
+/// In random order by `seed` (Fisher and Yates).
+fn shuffled(mut list: Vec<[u32; 3]>, seed: u64) -> Vec<[u32; 3]> {
+    let mut random = SplitMix64(seed);
+    for last in (1..list.len()).rev() {
+        list.swap(last, (random.draw() % (last as u64 + 1)) as usize);
+    }
+    list
+}
+
+fn full_ranks(mesh: &ProgressiveMesh, space: &[u32]) -> Vec<u32> {
+    let full = of_level(mesh, space, mesh.last_level());
+    // Faces of two wedge triples may be one face of positions: each has its own slot.
+    let mut slots: HashMap<[u32; 3], Vec<u32>> = HashMap::new();
+    full.iter().enumerate().for_each(|(slot, face)| slots.entry(*face).or_default().push(slot as u32));
+    let mut ranks = vec![NOWHERE; full.len()];
+    for (rank, face) in lru_order(&full, space.len()).iter().enumerate() {
+        let slot = slots.get_mut(face).and_then(Vec::pop).expect("an order permutes its input faces");
+        ranks[slot as usize] = rank as u32;
+    }
+    ranks
+}
+
+/// Levels whose face counts fall by `ratio` from one to the next, down to M0's; the last level first.
+fn falling(mesh: &ProgressiveMesh, ratio: f64) -> Vec<u32> {
+    let mut levels = vec![mesh.last_level()];
+    let mut faces = mesh.faces.len() as f64 * ratio;
+    while faces > f64::from(mesh.levels[0].faces) {
+        let level = mesh.levels.partition_point(|level| f64::from(level.faces) < faces) as u32;
+        if level > 0 && level < levels[levels.len() - 1] {
+            levels.push(level);
+        }
+        faces *= ratio;
+    }
+    levels
+}
+
+fn skip_lists(mesh: &ProgressiveMesh, space: &[u32], ratio: f64) -> Vec<SkipList> {
+    let mut finest = falling(mesh, ratio);
+    finest.reverse();
+    let coarsest = [0].into_iter().chain(finest.iter().map(|level| level + 1));
+    let list = |(coarsest, &finest): (u32, &u32)| {
+        let faces = lru_order(&of_level(mesh, space, finest), space.len());
+        SkipList::new(mesh, space, [coarsest, finest], faces)
+    };
+    coarsest.zip(&finest).map(list).collect()
+}
+
+/// The full mesh and simplified ones, each simplified from the full mesh.
+fn simplified(mesh: &ProgressiveMesh, space: &[u32], ratio: f64) -> Vec<Vec<[u32; 3]>> {
+    let full = of_level(mesh, space, mesh.last_level());
+    let bytes: &[u8] = bytemuck::cast_slice(&mesh.vertices.positions);
+    let adapter = meshopt::VertexDataAdapter::new(bytes, 12, 0).expect("12 bytes a position");
+    let mut chain = Vec::new();
+    for level in falling(mesh, ratio) {
+        let target = 3 * mesh.levels[level as usize].faces as usize;
+        let simplified = if level == mesh.last_level() {
+            full.clone()
+        } else {
+            // No bound on the error: only the number of faces matters.
+            let options = meshopt::SimplifyOptions::None;
+            faces(&meshopt::simplify(full.as_flattened(), &adapter, target, f32::MAX, options, None))
+        };
+        chain.push(lru_order(&simplified, space.len()));
+    }
+    chain.reverse();
+    chain
+}

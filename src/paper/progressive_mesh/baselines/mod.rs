@@ -1,0 +1,171 @@
+//! Baselines: other ways to draw a mesh at every level of detail, to compare the paper's orders with.
+//!
+//! Each takes a progressive mesh in [classical](super::order::classical) order, where a face keeps its slot. It
+//! reports the faces that it draws at a level ([`Prepared`]), the faces that it copies when levels change, and the
+//! memory of its lists ([`baseline_costs`], on positions: [`Vertices::welded`](super::mesh::Vertices::welded)). A
+//! scene's surface selects a baseline with `order`: see `surface/baseline.rs`, and [`compaction`] for the one that runs
+//! on the device.
+
+pub mod compaction;
+mod lists;
+mod skip;
+
+use super::cache::{Cache, Counter, LevelCosts, live_faces};
+use super::mesh::ProgressiveMesh;
+use crate::paper::progressive_mesh::choices::FaceOrder;
+use rayon::prelude::*;
+
+pub use lists::Prepared;
+pub use skip::SkipList;
+
+/// Another way to draw a mesh at a level of detail.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Baseline {
+    /// The live faces in random order: almost no reuse.
+    Random,
+    /// The live faces, reordered at every level by meshoptimizer's general optimizer.
+    Reoptimised,
+    /// The same with meshoptimizer's optimizer for a FIFO of 16.
+    ReoptimisedFifo,
+    /// The live faces in the full mesh's best order; a pass over the list skips the others (Lin and Yu 2006, Bogomjakov
+    /// and Gotsman 2002).
+    Compacted,
+    /// Lists for a series of levels, each with `ratio` times the faces of the next finer one, ordered by meshoptimizer.
+    /// Between two of them the finer list is drawn, including faces that have become degenerate ("skip strips", Forsyth
+    /// 2001).
+    SkipLists { ratio: f64 },
+    /// A discrete chain of meshes by meshoptimizer's simplifier, each with `ratio` times the faces of the next finer
+    /// one. The coarsest mesh with at least the level's number of faces is drawn.
+    Discrete { ratio: f64 },
+}
+
+/// The baselines that figures show.
+pub const BASELINES: [Baseline; 6] = [
+    Baseline::Random,
+    Baseline::Reoptimised,
+    Baseline::ReoptimisedFifo,
+    Baseline::Compacted,
+    Baseline::SkipLists { ratio: 0.707 },
+    Baseline::Discrete { ratio: 0.5 },
+];
+
+impl Baseline {
+    /// The baseline of an order; `None` for orders made of splits and tswaps.
+    pub fn of(order: FaceOrder) -> Option<Baseline> {
+        BASELINES.into_iter().find(|baseline| baseline.order() == order)
+    }
+
+    /// Its name in scenes and figures.
+    pub const fn order(self) -> FaceOrder {
+        match self {
+            Baseline::Random => FaceOrder::Random,
+            Baseline::Reoptimised => FaceOrder::ReOptimised,
+            Baseline::ReoptimisedFifo => FaceOrder::ReOptimisedFifo,
+            Baseline::Compacted => FaceOrder::Compacted,
+            Baseline::SkipLists { .. } => FaceOrder::SkipLists,
+            Baseline::Discrete { .. } => FaceOrder::Discrete,
+        }
+    }
+
+    pub const fn name(self) -> &'static str {
+        self.order().name()
+    }
+}
+
+/// What a baseline costs on one mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BaselineCosts {
+    /// Transforms per drawn vertex, for each cache.
+    pub costs: Vec<LevelCosts>,
+    /// Faces copied per split on the way through all levels.
+    pub copied_per_split: f64,
+    /// Bytes of all its lists of faces, at 12 a face.
+    pub list_bytes: u64,
+    /// Faces drawn over live faces, mean over the levels.
+    pub traffic: f64,
+}
+
+/// The costs of `baseline` on a mesh in classical order at each of `levels` (ascending), counted by each of `caches`.
+///
+/// # Panics
+/// If the mesh has tswaps, or a level is beyond its last.
+pub fn baseline_costs(
+    mesh: &ProgressiveMesh,
+    baseline: Baseline,
+    caches: &[Cache],
+    levels: &[u32],
+) -> BaselineCosts {
+    let prepared = Prepared::new(mesh, baseline, mesh.vertices.welded.clone());
+    let drawn: Vec<(Vec<f64>, f64)> = levels
+        .par_iter()
+        .map(|&level| {
+            let live = live_faces(mesh, level);
+            let faces = prepared.drawn(level, &live);
+            let count = |&cache| Counter::new(cache, mesh.vertices.welded.len()).count(faces.iter().copied());
+            let costs = caches.iter().map(|cache| count(cache).per_vertex()).collect();
+            (costs, faces.len() as f64 / live.len() as f64)
+        })
+        .collect();
+    let of = |cache: usize| drawn.iter().map(|(costs, _)| costs[cache]).collect();
+    let costs =
+        (0..caches.len()).map(|n| LevelCosts { levels: levels.to_vec(), per_vertex: of(n) }).collect();
+    let last = f64::from(mesh.last_level());
+    let faces_of_all_levels: u64 = mesh.levels[1..].iter().map(|level| u64::from(level.faces)).sum();
+    let full = mesh.faces.len() as u64;
+    let (copied, listed) = match baseline {
+        // Rewritten at every level.
+        Baseline::Random | Baseline::Reoptimised | Baseline::ReoptimisedFifo => (faces_of_all_levels, full),
+        // The same, plus the list that the pass reads.
+        Baseline::Compacted => (faces_of_all_levels, 2 * full),
+        // Each list is copied once, when its level is reached: upwards from nothing; downwards the full list, the
+        // first, is already there.
+        Baseline::SkipLists { .. } => (prepared.listed_faces(), prepared.listed_faces()),
+        Baseline::Discrete { .. } => (0, prepared.listed_faces()),
+    };
+    let traffic = drawn.iter().map(|(_, traffic)| traffic).sum::<f64>() / drawn.len() as f64;
+    BaselineCosts { costs, copied_per_split: copied as f64 / last, list_bytes: 12 * listed, traffic }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::paper::progressive_mesh::order::{classical, scratch};
+
+    #[test]
+    fn baselines_draw_the_live_faces_at_the_expected_cost() {
+        let model = scratch::torus(32);
+        let mesh = classical(&model, &scratch::collapses(&model, 64));
+        let levels: Vec<u32> = (0..=8).map(|n| n * mesh.last_level() / 8).collect();
+        let mut costs = Vec::new();
+        for baseline in BASELINES {
+            assert_eq!(Baseline::of(baseline.order()), Some(baseline));
+            let prepared = Prepared::new(&mesh, baseline, mesh.vertices.welded.clone());
+            for &level in &levels {
+                let live = live_faces(&mesh, level);
+                let (drawn, live) = (prepared.drawn(level, &live), live.len());
+                let key = |face: &[u32; 3]| {
+                    let mut key = *face;
+                    key.sort_unstable();
+                    key
+                };
+                let with_area =
+                    |face: &&[u32; 3]| face[0] != face[1] && face[1] != face[2] && face[2] != face[0];
+                let mut found: Vec<_> = drawn.iter().filter(with_area).map(key).collect();
+                let mut wanted: Vec<_> = live_faces(&mesh, level).iter().map(key).collect();
+                found.sort_unstable();
+                wanted.sort_unstable();
+                if !matches!(baseline, Baseline::Discrete { .. }) {
+                    assert_eq!(found, wanted, "{} at level {level}", baseline.name());
+                }
+                assert!(found.len() >= live, "{} at level {level}", baseline.name());
+            }
+            costs.push(baseline_costs(&mesh, baseline, &[Cache::Fifo(16)], &levels));
+        }
+        let mean = |n: usize| costs[n].costs[0].mean();
+        assert!(mean(0) > 5.0, "random: {}", mean(0));
+        assert!((1..6).all(|n| mean(n) < 2.0), "{:?}", [1, 2, 3, 4, 5].map(mean));
+        let [skip, discrete] = [&costs[4], &costs[5]];
+        assert!(skip.traffic > 1.0 && skip.copied_per_split < 8.0 && discrete.traffic > skip.traffic);
+        assert_eq!((costs[1].traffic, discrete.copied_per_split), (1.0, 0.0));
+    }
+}

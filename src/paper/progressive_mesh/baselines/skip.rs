@@ -1,0 +1,83 @@
+//! One skip list (Forsyth 2001). Between the levels at which lists are exchanged, a change of level writes the changed
+//! corners, including those of degenerate faces.
+
+use crate::math::ragged::Ragged;
+use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
+use crate::paper::progressive_mesh::run::Touch;
+
+/// The faces of a level in their best order; also serves coarser levels.
+pub struct SkipList {
+    /// The coarsest and the finest level that this list serves.
+    pub levels: [u32; 2],
+    /// At the finest level.
+    pub faces: Vec<[u32; 3]>,
+    /// Vertices that exist at all its levels.
+    kept_vertices: u32,
+    /// For each other vertex, the words of the list that hold it while it is live.
+    words: Ragged<u32>,
+    /// The value of those words with the vertex, and without.
+    values: Vec<[u32; 2]>,
+}
+
+impl SkipList {
+    /// From the faces of the finest level; `space` gives the index that represents each vertex.
+    pub fn new(mesh: &ProgressiveMesh, space: &[u32], levels: [u32; 2], faces: Vec<[u32; 3]>) -> SkipList {
+        let [kept_vertices, end] = levels.map(|level| mesh.levels[level as usize].vertices);
+        let mut rows = vec![Vec::new(); (end - kept_vertices) as usize];
+        let replaced = |vertex: u32| mesh.splits.split_vertices[(vertex - mesh.levels[0].vertices) as usize];
+        for (word, &vertex) in faces.as_flattened().iter().enumerate() {
+            let mut vertex = vertex;
+            while vertex >= kept_vertices && vertex != NOWHERE {
+                rows[(vertex - kept_vertices) as usize].push(word as u32);
+                vertex = replaced(vertex);
+            }
+        }
+        let values = |vertex: u32| {
+            let without = match replaced(vertex) {
+                // A component that does not exist yet collapses to the first vertex: its faces are degenerate.
+                NOWHERE => 0,
+                other => space[other as usize],
+            };
+            [space[vertex as usize], without]
+        };
+        let values = (kept_vertices..end).map(values).collect();
+        SkipList { levels, faces, kept_vertices, words: rows.into_iter().collect(), values }
+    }
+
+    /// True if this list serves a level.
+    pub fn serves(&self, level: u32) -> bool {
+        (self.levels[0]..=self.levels[1]).contains(&level)
+    }
+
+    /// Brings `faces`, this list at level `from`, to level `to`; returns the number of corners written.
+    ///
+    /// # Panics
+    /// If the list does not serve one of the levels.
+    pub fn run(
+        &self,
+        levels: &[Level],
+        faces: &mut [[u32; 3]],
+        [from, to]: [u32; 2],
+        touch: &mut impl Touch,
+    ) -> usize {
+        let (flat, mut written) = (faces.as_flattened_mut(), 0);
+        let mut write = |row: usize, value: u32| {
+            for &word in self.words.row(row) {
+                flat[word as usize] = value;
+                touch.word(word as usize);
+            }
+            written += self.words.row(row).len();
+        };
+        let row = |level: u32| (levels[level as usize].vertices - self.kept_vertices) as usize;
+        match from < to {
+            true => (row(from)..row(to)).for_each(|row| write(row, self.values[row][0])),
+            false => (row(to)..row(from)).rev().for_each(|row| write(row, self.values[row][1])),
+        }
+        written
+    }
+
+    /// Bytes of main memory.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.faces) + self.words.bytes() + size_of_val(&*self.values)
+    }
+}

@@ -1,0 +1,141 @@
+//! The faces of a finished frame laid open, for the window's overlays: which instance and face a pixel shows, the level
+//! below which the face collapses, and the vertices of it that a FIFO-16 vertex cache lacked.
+
+use super::surface::vertices::{MorphVertex, SurfaceVertex, VertexBuffer};
+use super::technique::ProgressiveMeshes;
+use crate::frame::{Target, View};
+use crate::model::mesh::MeshVertex;
+use crate::vk::shader::progressive_mesh::{faces_frag, faces_vert, misses_comp};
+use crate::vk::shader::{FaceRange, FaceView};
+use crate::vk::{
+    self, Blend, Buffer, BufferUse, Clear, Cmd, ColorTarget, ComputePipeline, Depth, DepthTarget, Format,
+    Frame, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo, Resource, Result,
+};
+use std::sync::Arc;
+
+/// The picture of faces, and its passes.
+pub struct Faces {
+    /// Instance (counted over all surfaces), face, level at which it appears, and the word of faces.frag; all ones where
+    /// there is no mesh.
+    pub image: Image,
+    depth: Image,
+    /// The picture's, which says what is hidden.
+    seen: Arc<Image>,
+    draw: GraphicsPipeline,
+    count: ComputePipeline,
+    surfaces: Vec<OfSurface>,
+}
+
+struct OfSurface {
+    /// Live vertices of each level.
+    levels: Buffer,
+    level_count: u32,
+    /// Grown with the index buffer.
+    misses: Buffer,
+}
+
+impl Faces {
+    /// # Errors
+    /// Out of memory.
+    pub fn new(gpu: &Gpu, meshes: &ProgressiveMeshes, target: &Target) -> Result<Faces> {
+        let surfaces = meshes.surfaces.iter().map(|surface| {
+            let counts: Vec<u32> = surface.program.levels().iter().map(|level| level.vertices).collect();
+            Ok(OfSurface {
+                levels: gpu.buffer_with("faces: levels", &counts, BufferUse::Storage)?,
+                level_count: counts.len() as u32,
+                misses: gpu.buffer("faces: misses", surface.indices.bytes() / 3, BufferUse::Storage)?,
+            })
+        });
+        Ok(Faces {
+            image: gpu.image("faces", ImageInfo::target(target.size(), Format::Rgba32Uint))?,
+            depth: gpu.image("faces: depth", ImageInfo::target(target.size(), Format::Depth32Float))?,
+            seen: target.depth.clone(),
+            draw: gpu.graphics_pipeline(&GraphicsInfo {
+                name: faces_frag::SHADER.name,
+                vertex: &faces_vert::SHADER,
+                geometry: None,
+                fragment: Some(&faces_frag::SHADER),
+                specialization: &[],
+                points: false,
+                depth: Some(Depth::Write),
+                colors: &[Format::Rgba32Uint],
+                blend: Blend::Replace,
+            })?,
+            count: gpu.compute_pipeline(misses_comp::SHADER.name, &misses_comp::SHADER, &[])?,
+            surfaces: surfaces.collect::<Result<_>>()?,
+        })
+    }
+
+    /// Whether it still belongs to the target.
+    pub fn fits(&self, target: &Target) -> bool {
+        Arc::ptr_eq(&self.seen, &target.depth)
+    }
+
+    /// Records both passes behind those of the picture.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn record(
+        &mut self,
+        gpu: &Gpu,
+        frame: &mut Frame<'_>,
+        meshes: &ProgressiveMeshes,
+        view: &View,
+    ) -> vk::Result<()> {
+        for (of, surface) in self.surfaces.iter_mut().zip(&meshes.surfaces) {
+            if of.misses.bytes() < surface.indices.bytes() / 3 {
+                of.misses = gpu.buffer("faces: misses", surface.indices.bytes() / 3, BufferUse::Storage)?;
+            }
+        }
+        frame.pass("cache misses", |cmd| self.count(cmd, meshes, view))?;
+        frame.pass("faces", |cmd| self.draw(cmd, meshes, view))
+    }
+
+    fn count(&self, cmd: &mut Cmd<'_>, meshes: &ProgressiveMeshes, view: &View) -> Result<()> {
+        for (of, surface) in self.surfaces.iter().zip(&meshes.surfaces) {
+            let resources = [
+                (misses_comp::INDICES, Resource::Buffer(&surface.indices)),
+                (misses_comp::MISSES, Resource::Buffer(&of.misses)),
+            ];
+            for slice in surface.slices(&view.pose, view.size, meshes.settings.sun) {
+                let range = FaceRange { first: slice.first_index / 3, count: slice.count / 3 };
+                cmd.dispatch(&self.count, &resources, bytemuck::bytes_of(&range), [1; 3])?;
+            }
+        }
+        Ok(())
+    }
+
+    fn draw(&self, cmd: &mut Cmd<'_>, meshes: &ProgressiveMeshes, view: &View) -> Result<()> {
+        let color = ColorTarget { image: &self.image, clear: Clear::Uint([u32::MAX; 4]) };
+        let depth = DepthTarget { image: &self.depth, clear: true };
+        cmd.render(view.size, &[color], Some(depth), |render| {
+            let mut instance = 0;
+            for (of, surface) in self.surfaces.iter().zip(&meshes.surfaces) {
+                let (vertices, bytes) = match &surface.vertices {
+                    VertexBuffer::Plain(buffer) => (buffer, size_of::<SurfaceVertex>()),
+                    VertexBuffer::Morph(buffer) => (buffer, size_of::<MorphVertex>()),
+                    VertexBuffer::Textured { vertices, .. } => (&**vertices, size_of::<MeshVertex>()),
+                };
+                let resources = [
+                    (faces_vert::INDICES, Resource::Buffer(&surface.indices)),
+                    (faces_vert::MISSES, Resource::Buffer(&of.misses)),
+                    (faces_vert::VERTICES, Resource::Buffer(vertices)),
+                    (faces_vert::LEVELS, Resource::Buffer(&of.levels)),
+                    (faces_frag::DEPTH, Resource::Texture(&self.seen, vk::View::Whole)),
+                ];
+                for slice in surface.slices(&view.pose, view.size, meshes.settings.sun) {
+                    let push = FaceView {
+                        object_to_clip: slice.push.object_to_clip,
+                        first_face: slice.first_index / 3,
+                        stride: bytes as u32 / 4,
+                        instance,
+                        levels: of.level_count,
+                    };
+                    render.draw(&self.draw, &resources, bytemuck::bytes_of(&push), slice.count)?;
+                    instance += 1;
+                }
+            }
+            Ok(())
+        })
+    }
+}

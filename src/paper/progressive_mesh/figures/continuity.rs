@@ -1,0 +1,155 @@
+//! pm.continuity: how evenly the number of faces follows the wanted error.
+
+use super::super::choices::BuildEffort;
+use super::super::mesh::{Level, ProgressiveMesh};
+use super::super::run::level_for_error;
+use super::super::simplify::{SimplifyOptions, simplify};
+use super::orders::{number, ordered};
+use super::scans;
+use super::surfaces::{Size, distances};
+use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
+use anyhow::Context;
+use glam::DVec3;
+
+pub const CONTINUITY: Figure = Figure {
+    id: "pm.continuity",
+    title: "Faces that follow the wanted error",
+    about: "The level of detail is continuous (title) if a slightly larger wanted error gives slightly fewer faces. The \
+            error is raised by 1 % at a time, from the level with 90 % of the faces to that with 1000: how much do the \
+            faces change at most, and in how many of these steps do they not change at all? `best`: two passes of \
+            the simplifier, the second paced by the deviation of each collapse. `fast`: the first alone. And what \
+            does the pace cost: mean and Hausdorff distance at equal numbers of faces, geometric means over 50, 20, 10 and \
+            5 % of the faces (50 000 points when quick, else 400 000). Closed models `bunny`, `sphere`, \
+            `torus`, `knot` and `solid`, the open `grid`; `dragon_res4` and, with --full, `dragon` where they have been fetched, in \
+            no mean. `solid` has flat parts, which vanish at no error: the steps begin at the first that is more than \
+            rounding.",
+    scenes: &["bunny", "sphere", "torus", "knot", "solid", "grid", scans::SMALL, scans::LARGE],
+    variants: || BuildEffort::ALL.iter().map(|effort| effort.name().into()).collect(),
+    paper: &[],
+    sweep: None,
+    measure,
+    plots: &[Plot::curves(FACES, "wanted error, diagonals").log_x().log_y(), Plot::bars(NONE)],
+    claims: &[
+        Claim::ours(
+            "largest-change",
+            "1 % more of the wanted error changes the faces by at most 2.5 %.",
+            &[Test::value(one(MOST, BEST), AtMost(2.5))],
+        ),
+        Claim::ours(
+            "every-step",
+            "At most 2 % of the steps of 1 % change nothing.",
+            &[Test::value(one(NONE, BEST), AtMost(2.0))],
+        )
+        .at(Places::scenes(&MODELS)),
+        Claim::ours(
+            "distance",
+            "At equal numbers of faces the mean distance is at most 1.02 of that without a pace, and the Hausdorff distance at \
+             most 0.95 (mean over the models; aim: 0.85).",
+            &[
+                Test::ratio(one(MEAN, BEST), one(MEAN, FAST), AtMost(1.02)),
+                Test::ratio(one(HAUSDORFF, BEST), one(HAUSDORFF, FAST), AtMost(0.95)),
+            ],
+        )
+        .at(Places::mean(&MODELS)),
+    ],
+};
+
+const BEST: &str = BuildEffort::Best.name();
+const FAST: &str = BuildEffort::Fast.name();
+const MODELS: [&str; 6] = ["bunny", "sphere", "torus", "knot", "solid", "grid"];
+
+const FACES: &str = "faces at a wanted error";
+const MOST: &str = "largest change of the faces";
+const NONE: &str = "steps that change nothing";
+const MEAN: &str = "mean distance";
+const HAUSDORFF: &str = "Hausdorff distance";
+
+/// Relative to the wanted error.
+const STEP: f64 = 1.01;
+/// Fractions of the faces at which distances are compared.
+const PARTS: [f64; 4] = [0.5, 0.2, 0.1, 0.05];
+/// Errors below this are rounding, in diagonals.
+const ROUNDING: f64 = 1e-9;
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    if let Some(rows) = scans::absent(cell, bench.effort, &(CONTINUITY.variants)(), MOST) {
+        return Ok(rows);
+    }
+    let model = scans::open(&cell.scene)?;
+    let samples = bench.effort_of(50_000, 400_000);
+    let diagonal = Size::of(&model).diagonal;
+    let wedges: Vec<DVec3> =
+        model.wedge_positions.iter().map(|&position| model.positions[position as usize]).collect();
+    let mut rows = Vec::new();
+    for &effort in BuildEffort::ALL {
+        let name = effort.name();
+        let options = SimplifyOptions { effort, ..SimplifyOptions::default() };
+        let collapses = simplify(&model, &options, &mut |_, _| {}).collapses;
+        let mesh = ordered(&model, &collapses, None);
+        let curve = curve(&mesh, diagonal);
+        let [most, none] = changes(&curve).context("errors between 90 % and 1000 faces")?;
+        rows.push(Row::new(name, FACES, "faces", Value::Series(curve)));
+        rows.push(number(name, MOST, "%", most));
+        rows.push(number(name, NONE, "%", none));
+        let mut logarithms = [0.0; 2];
+        for part in PARTS {
+            let steps = collapses.steps_to(&model, (model.faces.len() as f64 * part) as usize);
+            let faces = collapses.faces_after(&model, steps);
+            let found = distances(&model, &wedges, &faces, samples).context("a face is left")?;
+            logarithms[0] += found.mean.ln();
+            logarithms[1] += found.hausdorff.ln();
+        }
+        for (quantity, sum) in [MEAN, HAUSDORFF].into_iter().zip(logarithms) {
+            rows.push(number(name, quantity, "diagonals", (sum / PARTS.len() as f64).exp()));
+        }
+    }
+    Ok(rows)
+}
+
+/// The number of faces for wanted errors that rise by [`STEP`], in diagonals.
+fn curve(mesh: &ProgressiveMesh, diagonal: f64) -> Vec<[f64; 2]> {
+    let whole = mesh.faces.len() as f64;
+    let error = |is_there: &dyn Fn(&Level) -> bool| {
+        mesh.levels.iter().rev().find(|level| is_there(level)).map_or(0.0, |level| f64::from(level.error))
+    };
+    let first =
+        error(&|level| f64::from(level.faces) <= 0.9 * whole && f64::from(level.error) > ROUNDING * diagonal);
+    let last = error(&|level| level.faces <= 1000);
+    let wanted = std::iter::successors(Some(first), |wanted| Some(wanted * STEP));
+    let wanted = wanted.take_while(|wanted| *wanted <= last);
+    let faces = |wanted: f64| mesh.levels[level_for_error(&mesh.levels, wanted as f32) as usize].faces;
+    wanted.map(|wanted| [wanted / diagonal, f64::from(faces(wanted))]).collect()
+}
+
+/// The largest change over a curve's steps, and the share of steps without a change, both in percent; `None` without
+/// steps.
+fn changes(curve: &[[f64; 2]]) -> Option<[f64; 2]> {
+    let changes: Vec<f64> = curve.windows(2).map(|pair| 100.0 * (1.0 - pair[1][1] / pair[0][1])).collect();
+    let most = changes.iter().copied().reduce(f64::max)?;
+    let none = changes.iter().filter(|change| **change == 0.0).count();
+    Some([most, 100.0 * none as f64 / changes.len() as f64])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_jump_and_a_rest_are_seen() {
+        let curve = |faces: &[f64]| faces.iter().map(|&faces| [1.0, faces]).collect::<Vec<_>>();
+        assert_eq!(changes(&curve(&[400.0, 300.0, 300.0, 150.0, 75.0])), Some([50.0, 25.0]));
+        assert_eq!(changes(&curve(&[400.0])), None);
+    }
+
+    #[test]
+    fn an_error_gives_the_coarsest_level_within_it() {
+        let level = |faces: u32, error: f32| Level { faces, error, ..Level::default() };
+        let levels: Vec<Level> =
+            (0..=200).map(|n| level(1000 + 10 * n, 1.05 * 0.99_f32.powi(n as i32))).collect();
+        let mesh = ProgressiveMesh { faces: vec![[0; 3]; 3000], levels, ..ProgressiveMesh::default() };
+        let curve = curve(&mesh, 2.0);
+        assert!(curve[0][1] <= 2700.0 && curve.last().unwrap()[1] <= 1020.0, "{curve:?}");
+        assert!(curve.windows(2).all(|pair| pair[0][1] - pair[1][1] <= 20.0), "{curve:?}");
+    }
+}

@@ -1,0 +1,100 @@
+//! What a scene states about a relief.
+
+use super::relief::{Kind, Relief};
+use crate::scene::{Fault, Language, Part, Table, choices, settings};
+use std::path::PathBuf;
+
+choices! {
+    /// How a pixel's colour is taken from a relief.
+    pub enum ReliefMethod {
+        /// Its texels, each weighted by its visible width along the view direction.
+        ProjectedWidth = "projected-width",
+        /// One ray through a refined distance map, and the texture at its hit.
+        Trace = "trace",
+    }
+}
+
+choices! {
+    /// Where a relief's heights come from.
+    pub enum ReliefMap {
+        /// A grey picture: white is the plane.
+        File = "file",
+        /// Bricks with deep joints, 256 texels a side.
+        Bricks = "bricks",
+        /// Noise of four octaves, 128 texels a side.
+        Rock = "rock",
+        /// Narrow pillars on a deep floor, 256 texels a side.
+        Pillars = "pillars",
+        /// A stair with single spikes, 256 texels a side.
+        Spikes = "spikes",
+    }
+}
+
+settings! {
+    /// A height field below a square plane with a plain texture (paper 3, sections H and I). It replaces the plane's filter.
+    pub struct ReliefKeys {
+        /// How a pixel is filtered.
+        method: ReliefMethod = ReliefMethod::ProjectedWidth;
+        /// From the plane down to the lowest height.
+        depth_m: f64, in 1e-6..=1e6, unit "m";
+        /// The heights.
+        map: ReliefMap;
+        /// A square picture with a power of two of texels a side, 16 to 4096, relative to the scene (given by `-D`: to the
+        /// working directory). Required for `"file"`.
+        path: Option<PathBuf> = None;
+    }
+    check check;
+}
+
+fn check(keys: &ReliefKeys, part: &Part<'_>) -> Result<(), Fault> {
+    match keys.map {
+        ReliefMap::File => part.needed("path", &keys.path, "a relief from a file").map(drop),
+        _ => part.absent(&["path"], "a generated relief"),
+    }
+}
+
+/// Paper 3's part of the language of scenes.
+pub const LANGUAGE: Language =
+    Language { tables: &[Table::of::<ReliefKeys>(&["surface", "*", "relief"])], check: |_| Ok(()) };
+
+/// Texels a side of a generated relief and of its colours. Noise is smooth: a smaller map is enough and is built
+/// sooner.
+pub fn side_of(kind: Kind) -> usize {
+    if kind == Kind::Rock { 128 } else { 256 }
+}
+
+impl ReliefMap {
+    /// `None` for a file.
+    pub fn kind(self) -> Option<Kind> {
+        match self {
+            ReliefMap::File => None,
+            ReliefMap::Bricks => Some(Kind::Bricks),
+            ReliefMap::Rock => Some(Kind::Rock),
+            ReliefMap::Pillars => Some(Kind::Pillars),
+            ReliefMap::Spikes => Some(Kind::Spikes),
+        }
+    }
+}
+
+impl ReliefKeys {
+    /// The relief below a plane of this side.
+    ///
+    /// # Errors
+    /// Describes the fault of the picture of this many texels.
+    pub fn relief(&self, size_m: f64, picture: Option<([u32; 2], Vec<u8>)>) -> Result<Relief, String> {
+        let relief = match (self.map.kind(), picture) {
+            (Some(kind), _) => kind.relief(side_of(kind)),
+            (None, Some(([width, height], heights))) => {
+                if width != height || !width.is_power_of_two() || !(16..=4096).contains(&width) {
+                    return Err(format!(
+                        "{width} x {height} texels are no relief; take a square picture with a power of two of texels a side, \
+                         16 to 4096"
+                    ));
+                }
+                Relief { side: width as usize, depth: 0.0, heights }
+            }
+            (None, None) => unreachable!("a relief from a file has its picture"),
+        };
+        Ok(Relief { depth: (self.depth_m / size_m * relief.side as f64) as f32, ..relief })
+    }
+}

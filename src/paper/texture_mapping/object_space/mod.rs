@@ -1,0 +1,188 @@
+//! Object-space texturing, filtered in the screen plane (paper 3, section G).
+//!
+//! Each polygon is rotated parallel to the screen (about x by a, then about y by b). All of its points then have one
+//! depth and so one level of detail. There it is sampled at the points of a lattice, the fragments. Each fragment is
+//! textured, rotated back, projected, and added to the four surrounding pixels with the weights `(1-fx)(1-fy), fx fy,
+//! fx (1-fy), (1-fx) fy`. A pixel is the weighted mean. The cost follows the polygons' area in object space.
+//!
+//! Differs. The thesis locks each pixel for the depth test. Here a first pass finds the nearest plane of each pixel
+//! by an atomic maximum of `1 / w`, and a second adds the fragments that are not behind it. The depth is that of the
+//! polygon's plane at the pixel's centre, so fragments of one polygon cannot hide each other. Sums are of integers
+//! (weights of 1/1024, bytes of colour), so the picture does not depend on the order of the threads. Rows of
+//! fragments are listed in any order.
+//!
+//! Where a polygon lies behind the projection plane (w >= 1), its projected fragments are at most `spacing` pixels
+//! apart. With a spacing of at most 1, every pixel inside the polygon gets a fragment. [`Polygons::of_plane`] moves a
+//! plane behind the projection plane and ends it before its horizon, where a pixel would hold too many fragments.
+
+pub mod pass;
+pub mod reference;
+
+use super::plane::Plane;
+
+/// A triangle as shaders read it.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Triangle {
+    /// Pixels; x to the right, y down and z towards the eye, from the picture's centre on the projection plane.
+    pub corners: [[f32; 3]; 3],
+    /// Texture coordinates of the corners, in texels of level 0.
+    pub texels: [[f32; 2]; 3],
+}
+
+/// The textured triangles and the camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polygons {
+    pub triangles: Vec<Triangle>,
+    /// Distance from the eye to the projection plane: z_c.
+    pub camera_px: f32,
+}
+
+/// A plane ends where a pixel would hold more fragments than this. 32 bits hold 1024 x 255 times this number plus a
+/// third.
+pub const MOST_PER_PIXEL: f64 = 12_288.0;
+
+/// The most fragments in all, 12 bytes each.
+pub const MOST_FRAGMENTS: u64 = 1 << 26;
+
+/// Pixels beyond the picture's border that a fragment inside may reach.
+const MARGIN_PX: f64 = 2.0;
+
+impl Polygons {
+    /// The part of an infinite plane that a picture of `size` pixels shows; empty if it shows nothing. The eye is
+    /// `camera_px` from the projection plane. The distance changes the plane's shape, but not the picture. The plane
+    /// ends where a pixel would hold more than `most_per_pixel` fragments.
+    pub fn of_plane(
+        plane: &Plane,
+        size: [u32; 2],
+        camera_px: f64,
+        spacing: f64,
+        most_per_pixel: f64,
+    ) -> Polygons {
+        assert!(most_per_pixel <= MOST_PER_PIXEL, "{most_per_pixel} fragments a pixel overflow its sum");
+        let [g, h, i] = plane.0[2];
+        let w = |[x, y]: [f64; 2]| g * x + h * y + i;
+        let [right, down] = size.map(|side| f64::from(side) / 2.0 + MARGIN_PX);
+        let picture = [[-right, -down], [right, -down], [right, down], [-right, down]];
+        let most = picture.map(w).into_iter().fold(f64::MIN, f64::max);
+        let empty = Polygons { triangles: Vec::new(), camera_px: camera_px as f32 };
+        if most <= 0.0 {
+            return empty;
+        }
+        // Lattice points of a pixel at denominator w, after the plane is moved back until the nearest w is 1.
+        let stretch = (g * camera_px).hypot(h * camera_px).hypot(i) / (spacing * spacing);
+        let density = |w: f64| most * most * stretch / (w * w * w);
+        let mut least = (most * most * stretch / most_per_pixel).cbrt();
+        let rows = |least: f64| -> f64 {
+            let places = |n: u32, side: u32| f64::from(n) + 0.5 - f64::from(side) / 2.0;
+            let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
+            let of = pixels.map(|(x, y)| w([places(x, size[0]), places(y, size[1])]));
+            of.filter(|w| *w >= least).map(density).sum()
+        };
+        while rows(least) > 0.5 * MOST_FRAGMENTS as f64 {
+            least *= 1.1;
+        }
+        let seen = clipped(&picture, |at| w(at) - least);
+        let corner = |&at: &[f64; 2]| {
+            let back = most / w(at);
+            let [x, y] = at.map(|c| (c * back) as f32);
+            let texels = plane.texels(at[0], at[1]).expect("w is positive");
+            ([x, y, (camera_px * (1.0 - back)) as f32], texels.map(|c| c as f32))
+        };
+        let corners: Vec<_> = seen.iter().map(corner).collect();
+        let fan = corners.windows(2).skip(1).map(|pair| {
+            let three = [corners[0], pair[0], pair[1]];
+            Triangle { corners: three.map(|(corner, _)| corner), texels: three.map(|(_, texels)| texels) }
+        });
+        Polygons { triangles: fan.collect(), ..empty }
+    }
+
+    /// Upper bound of the lattice points: area + half of the perimeter + 1 for each triangle, with edges moved out by
+    /// 1/64 of a step.
+    pub fn most_fragments(&self, spacing: f64) -> u64 {
+        let of = |triangle: &Triangle| {
+            let [area, perimeter, _] = extent(triangle, spacing);
+            (area + 0.54 * perimeter + 4.0) as u64
+        };
+        self.triangles.iter().map(of).sum()
+    }
+
+    /// Rows of lattice points of the largest triangle.
+    fn most_rows(&self, spacing: f64) -> u32 {
+        let of = |triangle: &Triangle| extent(triangle, spacing)[2] as u32 + 3;
+        self.triangles.iter().map(of).max().unwrap_or(0)
+    }
+
+    /// Area of all triangles, in pixels of the projection plane.
+    pub fn area(&self) -> f64 {
+        self.triangles.iter().map(|triangle| extent(triangle, 1.0)[0]).sum()
+    }
+}
+
+/// Area, perimeter and longest side of a triangle, in steps of the lattice.
+fn extent(triangle: &Triangle, spacing: f64) -> [f64; 3] {
+    let side = |n: usize| {
+        let [a, b] = [triangle.corners[n], triangle.corners[(n + 1) % 3]];
+        [0, 1, 2].map(|c| f64::from(b[c]) - f64::from(a[c]))
+    };
+    let length = |[x, y, z]: [f64; 3]| x.hypot(y).hypot(z) / spacing;
+    let ([ax, ay, az], [bx, by, bz]) = (side(0), side(1));
+    let across = [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx];
+    let sides = [0, 1, 2].map(|n| length(side(n)));
+    [length(across) / (2.0 * spacing), sides.iter().sum(), sides.into_iter().fold(0.0, f64::max)]
+}
+
+/// The part of a convex polygon where a linear function is at least 0 (I. Sutherland, G. Hodgman, "Reentrant polygon clipping",
+/// 1974).
+fn clipped(corners: &[[f64; 2]], inside: impl Fn([f64; 2]) -> f64) -> Vec<[f64; 2]> {
+    let mut kept = Vec::new();
+    for (n, &a) in corners.iter().enumerate() {
+        let b = corners[(n + 1) % corners.len()];
+        let (at_a, at_b) = (inside(a), inside(b));
+        if at_a >= 0.0 {
+            kept.push(a);
+        }
+        if (at_a >= 0.0) != (at_b >= 0.0) {
+            let part = at_a / (at_a - at_b);
+            kept.push([0, 1].map(|c| a[c] + part * (b[c] - a[c])));
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::paper::texture_mapping::plane::Tilt;
+
+    /// The number of a plane's fragments equals its area, which grows with the tilt.
+    #[test]
+    fn a_planes_area_is_that_of_its_part_in_the_picture() {
+        let camera = Tilt::of(0.0).focal_px(72);
+        let of = |tilt: f64| {
+            Polygons::of_plane(&Tilt::of(tilt).plane(72), [96, 72], camera, 1.0, MOST_PER_PIXEL).area()
+        };
+        assert!((of(0.0) - 100.0 * 76.0).abs() < 1e-3, "{}", of(0.0));
+        // Integrates the surface element (g f, h f, i) / w^3 on a grid over the picture with its margin.
+        let plane = Tilt::of(70.0).plane(72);
+        let [g, h, i] = plane.0[2];
+        let most = g.abs() * 50.0 + h.abs() * 38.0 + i;
+        let mut sum = 0.0;
+        for (x, y) in (0..760).flat_map(|y| (0..1000).map(move |x| (x, y))) {
+            let w = g * (f64::from(x) / 10.0 - 49.95) + h * (f64::from(y) / 10.0 - 37.95) + i;
+            sum += most * most * (g * camera).hypot(h * camera).hypot(i) / w.powi(3) / 100.0;
+        }
+        assert!((of(70.0) / sum - 1.0).abs() < 1e-3, "{} {sum}", of(70.0));
+    }
+
+    #[test]
+    fn before_its_horizon_a_plane_ends_within_its_budget() {
+        for tilt in [85.0, 89.0, 89.999] {
+            let plane = Tilt { half_view_degrees: 20.0, ..Tilt::of(tilt) };
+            let polygons =
+                Polygons::of_plane(&plane.plane(72), [96, 72], plane.focal_px(72), 0.5, MOST_PER_PIXEL);
+            let most = polygons.most_fragments(0.5);
+            assert!(most > 0 && most <= MOST_FRAGMENTS, "{tilt}: {most}");
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! The stages of object-space texturing on the GPU.
+
+use super::{MOST_FRAGMENTS, Polygons};
+use crate::paper::texture_mapping::pass::{Targets, Uploaded, read_words};
+use crate::vk::shader::ObjectSpace as Push;
+use crate::vk::shader::texture_mapping::{
+    object_rasterise_comp, object_resolve_frag, object_rotate_comp, object_splat_comp, object_texture_comp,
+    screen_vert,
+};
+use crate::vk::{
+    Blend, Buffer, BufferUse, Clear, Cmd, ColorTarget, ComputePipeline, Format, Gpu, GraphicsInfo,
+    GraphicsPipeline, PassTime, Resource, Result, View,
+};
+
+/// The pipelines of all stages.
+pub struct Stages {
+    rotate: ComputePipeline,
+    rasterise: ComputePipeline,
+    texture: ComputePipeline,
+    depth: ComputePipeline,
+    splat: ComputePipeline,
+    resolve: GraphicsPipeline,
+}
+
+/// Polygons in video memory, and the buffers between the stages.
+pub struct Prepared {
+    triangles: Buffer,
+    polygons: Buffer,
+    counts: Buffer,
+    fragments: Buffer,
+    colours: Buffer,
+    nearest: Buffer,
+    sums: Buffer,
+    push: Push,
+    rows: u32,
+}
+
+/// Counts of one picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counts {
+    pub fragments: u64,
+    /// Atomics of the depth test and of the sums.
+    pub atomics: u64,
+}
+
+/// Bytes of a `Polygon` of the shaders.
+const POLYGON_BYTES: u64 = 4 * (4 + 1 + 2 + 2 + 9 + 3 + 3 + 1 + 3 + 2);
+
+/// Groups of 64 fragments along x of a dispatch; every device supports this many.
+const GROUPS: u32 = 32_768;
+
+impl Stages {
+    /// With `counts`, the shaders count their atomics, which takes time.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn new(gpu: &Gpu, counts: bool) -> Result<Stages> {
+        let splat = |name, sums: u32| {
+            let constants = [("SUMS", sums), ("COUNT", u32::from(counts))];
+            gpu.compute_pipeline(name, &object_splat_comp::SHADER, &constants)
+        };
+        Ok(Stages {
+            rotate: gpu.compute_pipeline("rotate polygons", &object_rotate_comp::SHADER, &[])?,
+            rasterise: gpu.compute_pipeline("rasterise polygons", &object_rasterise_comp::SHADER, &[])?,
+            texture: gpu.compute_pipeline("texture fragments", &object_texture_comp::SHADER, &[])?,
+            depth: splat("depths of fragments", 0)?,
+            splat: splat("splat fragments", 1)?,
+            resolve: gpu.graphics_pipeline(&GraphicsInfo {
+                name: "resolve pixels",
+                vertex: &screen_vert::SHADER,
+                geometry: None,
+                fragment: Some(&object_resolve_frag::SHADER),
+                specialization: &[],
+                points: false,
+                depth: None,
+                colors: &[Format::Rgba32Float],
+                blend: Blend::Replace,
+            })?,
+        })
+    }
+
+    /// Records a pass for each stage.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn record(
+        &self,
+        frame: &mut crate::vk::Frame<'_>,
+        of: &Prepared,
+        texture: &Uploaded,
+        targets: &Targets,
+    ) -> Result<()> {
+        assert_eq!(of.push.coarsest, texture.coarsest, "the polygons and the texture");
+        assert_eq!(of.push.size, targets.size, "the polygons and the targets");
+        let resources = of.resources(texture);
+        let push = bytemuck::bytes_of(&of.push);
+        let groups = of.push.capacity.div_ceil(64).max(1);
+        let of_fragments = [groups.min(GROUPS), groups.div_ceil(GROUPS), 1];
+        frame.pass("rotate", |cmd| {
+            cmd.fill(&of.counts, of.counts.bytes(), 0);
+            cmd.fill(&of.nearest, of.nearest.bytes(), 0);
+            cmd.fill(&of.sums, of.sums.bytes(), 0);
+            cmd.dispatch(&self.rotate, &resources, push, [of.push.triangles.div_ceil(64).max(1), 1, 1])
+        })?;
+        let rows = [of.rows.div_ceil(64).max(1), of.push.triangles.max(1), 1];
+        if of.push.triangles > 0 {
+            frame.pass("rasterise", |cmd| cmd.dispatch(&self.rasterise, &resources, push, rows))?;
+        }
+        let mut stage = |label, pipeline| {
+            frame.pass(label, |cmd: &mut Cmd<'_>| cmd.dispatch(pipeline, &resources, push, of_fragments))
+        };
+        stage("texture", &self.texture)?;
+        stage("depth", &self.depth)?;
+        stage("splat", &self.splat)?;
+        frame.pass("resolve", |cmd| {
+            let target = ColorTarget { image: targets.picture(), clear: Clear::Float([0.0; 4]) };
+            cmd.render(targets.size, &[target], None, |render| {
+                render.draw(&self.resolve, &resources, push, 3)
+            })
+        })
+    }
+
+    /// Runs one frame with all stages and waits for it; nanoseconds if the device has timestamps.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn run(
+        &self,
+        gpu: &Gpu,
+        of: &Prepared,
+        texture: &Uploaded,
+        targets: &Targets,
+    ) -> Result<Vec<PassTime>> {
+        let mut frame = gpu.frame()?;
+        self.record(&mut frame, of, texture, targets)?;
+        frame.submit()?.wait()
+    }
+}
+
+impl Prepared {
+    /// Buffers for pictures of `size` pixels; `coarsest` is the texture's level of one texel.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn new(
+        gpu: &Gpu,
+        polygons: &Polygons,
+        spacing: f32,
+        size: [u32; 2],
+        coarsest: u32,
+    ) -> Result<Prepared> {
+        let count = polygons.triangles.len() as u32;
+        let most = polygons.most_fragments(f64::from(spacing));
+        let rows = polygons.most_rows(f64::from(spacing));
+        assert!(most <= MOST_FRAGMENTS && count < 1 << 16, "{most} fragments of {count} triangles");
+        assert!(rows < 1 << 16, "{rows} rows of fragments: a place is 16 bits");
+        let storage = |name, bytes: u64| gpu.buffer(name, bytes.max(4), BufferUse::Storage);
+        let pixels = u64::from(size[0]) * u64::from(size[1]);
+        let none = [super::Triangle { corners: [[0.0; 3]; 3], texels: [[0.0; 2]; 3] }];
+        let triangles = if count == 0 { &none[..] } else { &polygons.triangles };
+        Ok(Prepared {
+            triangles: gpu.buffer_with("triangles", triangles, BufferUse::Storage)?,
+            polygons: storage("rotated polygons", POLYGON_BYTES * triangles.len() as u64)?,
+            counts: storage("counts of fragments", 12)?,
+            fragments: storage("fragments", 8 * most.max(1))?,
+            colours: storage("colours of fragments", 4 * most)?,
+            nearest: storage("nearest planes", 4 * pixels)?,
+            sums: storage("sums of fragments", 16 * pixels)?,
+            push: Push {
+                size,
+                camera: polygons.camera_px,
+                spacing,
+                triangles: count,
+                capacity: most as u32,
+                coarsest,
+            },
+            rows,
+        })
+    }
+
+    fn resources<'a>(&'a self, texture: &'a Uploaded) -> [(u32, Resource<'a>); 8] {
+        [
+            (object_rotate_comp::TRIANGLES, Resource::Buffer(&self.triangles)),
+            (object_rotate_comp::POLYGONS, Resource::Buffer(&self.polygons)),
+            (object_splat_comp::COUNTS, Resource::Buffer(&self.counts)),
+            (object_splat_comp::FRAGMENTS, Resource::Buffer(&self.fragments)),
+            (object_splat_comp::COLOURS, Resource::Buffer(&self.colours)),
+            (object_splat_comp::NEAREST, Resource::Buffer(&self.nearest)),
+            (object_splat_comp::SUMS, Resource::Buffer(&self.sums)),
+            (object_texture_comp::TEXTURE_OF, Resource::Texture(&texture.image, View::Whole)),
+        ]
+    }
+
+    /// Counts of the last picture; the [`Stages`] must have been created with `counts`.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn counts(&self, gpu: &Gpu) -> Result<Counts> {
+        let [fragments, depth_tests, sums] = self.words(gpu, &self.counts)?[..] else {
+            unreachable!("three")
+        };
+        assert!(fragments <= self.push.capacity, "{fragments} fragments of at most {}", self.push.capacity);
+        Ok(Counts { fragments: fragments.into(), atomics: u64::from(depth_tests) + u64::from(sums) })
+    }
+
+    /// For each pixel, the sum of weights and the sums of weighted red, green and blue bytes.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn sums(&self, gpu: &Gpu) -> Result<Vec<[u32; 4]>> {
+        Ok(self.words(gpu, &self.sums)?.chunks_exact(4).map(|own| [own[0], own[1], own[2], own[3]]).collect())
+    }
+
+    fn words(&self, gpu: &Gpu, buffer: &Buffer) -> Result<Vec<u32>> {
+        read_words(gpu, buffer)
+    }
+}

@@ -1,0 +1,112 @@
+//! vt.address: length and cost of the list with level-0 and with own-level tile addresses.
+
+use super::common::pixels_of;
+use super::list_on_the_host::{ON_THE_HOST, host_pass};
+use super::stages::{Pair, Stage1};
+use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::Equal, Claim, Places, Test, each, one};
+use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Sweep, Timed};
+use crate::paper::virtual_texture::streaming::distinct_tiles;
+use crate::paper::virtual_texture::{Config, PAPER, RequestFormat, TileAddress};
+
+pub const KEYING: Figure = Figure {
+    id: "vt.address",
+    title: "Tile addresses of level 0 and of each tile's own level",
+    about: "The paper's tile mask keeps (i, j) in level 0's grid (section 2.2). So the list can name a tile of level q up to \
+            4^q times, once per cell, and the host must remove the repeats. Own-level tile addresses set bit q of texel \
+            (i >> q, j >> q) instead: one bit per tile. The figure compares the lengths of both lists, the time of stages \
+            2 and 3 (the paper's shaders, p = 3, memo) and the host's time to turn triples into sorted, distinct tiles. \
+            Quick and full runs differ only in the picture heights.",
+    scenes: &["globe/africa", "earth/oblique"],
+    variants,
+    paper: &["level-0"],
+    // 1080 in quick runs too: the claim needs it, a list's length needs no repetition, and a frame takes 60 ms.
+    sweep: Some(Sweep {
+        name: "picture height, pixels",
+        quick: &[360.0, 720.0, 1080.0],
+        full: &[360.0, 540.0, 720.0, 1080.0, 1440.0, 2160.0],
+    }),
+    measure,
+    plots: &[
+        Plot::sweep(LENGTH).log_y(),
+        Plot::sweep(ON_THE_HOST).log_y(),
+        Plot::sweep(STAGES).log_y(),
+    ],
+    claims: &[
+        Claim::ours(
+            "own-level-exact",
+            "The list of own-level addresses has one entry per distinct visible tile, and both lists name the same tiles.",
+            &[
+                Test::difference(one(LENGTH, "own-level"), one(TILES, "own-level"), Equal(0.0)),
+                Test::value(each(SAME, variants), Equal(0.0)),
+            ],
+        ),
+        Claim::ours(
+            "globe-500",
+            "Seen from 20 000 km at 1920 x 1080, the list of own-level addresses is at least 500 times shorter than the paper's.",
+            &[Test::ratio(one(LENGTH, "level-0"), one(LENGTH, "own-level"), AtLeast(500.0))],
+        )
+        .at(Places::scenes(&["globe/africa"]).x(1080.0, 1080.0)),
+        Claim::ours(
+            "host-work",
+            "Own-level addresses also reduce the host's work on the list.",
+            &[Test::ratio(one(ON_THE_HOST, "level-0"), one(ON_THE_HOST, "own-level"), Above(1.0))],
+        )
+        .timed(),
+    ],
+};
+
+const LENGTH: &str = "list length";
+const STAGES: &str = "stages 2 and 3";
+const TILES: &str = "distinct tiles";
+const SAME: &str = "tiles that the other tile address does not name";
+const NAMES: [&str; 2] = ["level-0", "own-level"];
+
+fn variants() -> Vec<String> {
+    NAMES.map(String::from).into()
+}
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let stage1 = Stage1::draw_at(bench, &cell.scene, pixels_of(cell.x.expect("the sweep has values")))?;
+    let (gpu, pyramid, addresses) =
+        (&stage1.gpu, &stage1.pyramid, [TileAddress::Level0, TileAddress::OwnLevel]);
+    let pair = |(name, address)| {
+        Pair::new(&stage1, name, Config { request_format: Some(RequestFormat::Packed), address, ..PAPER })
+    };
+    let pairs = match NAMES.into_iter().zip(addresses).map(pair).collect::<Result<Vec<_>, _>>() {
+        Ok(pairs) => pairs,
+        Err(why) => return Ok(NAMES.map(|name| Row::missing(name, LENGTH, why.clone())).into()),
+    };
+    let lists: Vec<_> = pairs.iter().map(|pair| pair.triples(&stage1)).collect::<anyhow::Result<_>>()?;
+    let mut rows = Vec::new();
+    let first_resident = pyramid.first_resident_level();
+    let tiles = [0, 1].map(|n| distinct_tiles(&lists[n], addresses[n], first_resident));
+    for (n, name) in NAMES.into_iter().enumerate() {
+        let number = |quantity, unit, count: usize| Row::number(name, quantity, unit, count as f64);
+        let alone = tiles[n].iter().filter(|tile| tiles[1 - n].binary_search(tile).is_err()).count();
+        rows.push(number(LENGTH, "triples", lists[n].len()));
+        rows.push(number(TILES, "tiles", tiles[n].len()));
+        rows.push(number(SAME, "tiles", alone));
+    }
+    let contenders = pairs.iter().enumerate().map(|(n, pair)| {
+        let mut on_the_device = pair.contender(&stage1);
+        let (triples, address) = (&lists[n], addresses[n]);
+        let run = move || {
+            let mut times = (on_the_device.run)()?;
+            times.push(host_pass(|| distinct_tiles(triples, address, first_resident)));
+            Ok(times)
+        };
+        Contender { variant: NAMES[n].into(), run: Box::new(run) }
+    });
+    let timed = bench.interleave(gpu, contenders.collect())?;
+    rows.extend(timed.iter().flat_map(time_rows));
+    Ok(rows)
+}
+
+fn time_rows(timed: &Timed) -> Vec<Row> {
+    // The sum of both passes in each round.
+    let [dedup, compact] = ["dedup", "compact"].map(|label| timed.pass_of_rounds(label));
+    let both =
+        dedup.zip(compact).map(|(dedup, compact)| dedup.iter().zip(&compact).map(|(a, b)| a + b).collect());
+    let stages = Row::of_rounds(&timed.variant, STAGES, "ms", both);
+    timed.pass_rows().chain([Row { work: timed.work(&["dedup", "compact"]), ..stages }]).collect()
+}

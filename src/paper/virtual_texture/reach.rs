@@ -1,0 +1,61 @@
+//! The tiles beside a pixel's own that its filter takes texels from (ours; section 4 says nothing of them). Beyond a tile's
+//! border the filter looks single texels or samples up in the page table. For that they must be listed: stage 1 stores the
+//! reach in the highest four bits of the request image's first word, and whichever method makes the list adds the tiles.
+//!
+//! No filter reaches further than half a tile, so each axis has one neighbour at most: two bits for columns, two for rows; 0 is
+//! none, 1 the tile after, 2 the tile before.
+
+use crate::math::pyramid::Pyramid;
+
+/// The highest four bits of a word of the request image.
+const SHIFT: u32 = 28;
+
+/// A stored first word without the reach, and the reach. All ones is the background, which has none.
+pub fn split(word: u32) -> (u32, u32) {
+    if word == u32::MAX { (word, 0) } else { (word & ((1 << SHIFT) - 1), word >> SHIFT) }
+}
+
+/// The triples of a pixel's other tiles, with (i, j) in M0. Columns wrap; beyond a pole is the same row half a turn away.
+pub fn neighbours(pyramid: &Pyramid, [q, i, j]: [u32; 3], reach: u32) -> impl Iterator<Item = [u32; 3]> {
+    let step = |bits: u32| [0, 1, -1][bits as usize];
+    let (across, down) = (step(reach & 3), step(reach >> 2));
+    let places = [(across, 0), (0, down), (across, down)];
+    let kept = [across != 0, down != 0, across != 0 && down != 0];
+    let [columns, rows] = if reach == 0 { [1; 2] } else { pyramid.tile_grid(q).map(|side| side as i32) };
+    places.into_iter().zip(kept).filter(|(_, kept)| *kept).map(move |((across, down), _)| {
+        let (row, column) = ((i >> q) as i32 + down, (j >> q) as i32 + across);
+        let (row, turn) = match (0..rows).contains(&row) {
+            true => (row, 0),
+            false => (row - down, columns / 2),
+        };
+        [q, (row as u32) << q, ((column + turn).rem_euclid(columns) as u32) << q]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_background_has_no_reach_and_no_triple_is_taken_for_it() {
+        assert_eq!(split(u32::MAX), (u32::MAX, 0));
+        assert_eq!(split(10 << SHIFT | 3), (3, 10));
+        assert_eq!(split(3), (3, 0));
+    }
+
+    #[test]
+    fn neighbours_wrap_at_the_antimeridian_and_turn_at_a_pole() {
+        // 16 x 8 tiles at level 0, 8 x 4 at level 1.
+        let pyramid = Pyramid::new(8, 7, 4, 2, None).unwrap();
+        let of = |triple, reach| neighbours(&pyramid, triple, reach).collect::<Vec<_>>();
+        assert_eq!(of([0, 3, 5], 0), [[0; 3]; 0]);
+        assert_eq!(of([0, 3, 5], 1), [[0, 3, 6]]);
+        assert_eq!(of([0, 3, 0], 2), [[0, 3, 15]]);
+        assert_eq!(of([0, 3, 15], 1 | 1 << 2), [[0, 3, 0], [0, 4, 15], [0, 4, 0]]);
+        assert_eq!(of([0, 0, 5], 2 << 2), [[0, 0, 13]]);
+        assert_eq!(of([0, 7, 5], 2 | 1 << 2), [[0, 7, 4], [0, 7, 13], [0, 7, 12]]);
+        // Cells of level 0 that level 1's tile covers are one: the first is named.
+        assert_eq!(of([1, 5, 7], 1), [[1, 4, 8]]);
+        assert_eq!(of([1, 7, 15], 1 | 1 << 2), [[1, 6, 0], [1, 6, 6], [1, 6, 8]]);
+    }
+}

@@ -1,0 +1,77 @@
+//! Which level shows each pixel, beside the one that it asks for: the request image looked up in the page table, for the
+//! window's overlays.
+
+use super::{
+    Config, RequestFormat, footprint::Footprint, pyramid_constants, texturing, tile_pool::TilePool, with,
+};
+use crate::math::pyramid::Pyramid;
+use crate::vk::shader::Shown as Push;
+use crate::vk::shader::view::present_vert;
+use crate::vk::shader::virtual_texture::shown_frag;
+use crate::vk::{
+    Blend, Clear, Cmd, ColorTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo, Resource,
+    Result, View,
+};
+
+/// The picture of levels, and its pass.
+pub struct ShownLevels {
+    /// Level, row and column of the wanted tile, and the level shown; all ones where there is no landscape.
+    pub image: Image,
+    pipeline: GraphicsPipeline,
+}
+
+impl ShownLevels {
+    /// For a stage 1 whose request image has four words.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn new(
+        gpu: &Gpu,
+        pyramid: &Pyramid,
+        config: &Config,
+        resident: &TilePool,
+        stage1: &Footprint,
+    ) -> Result<ShownLevels> {
+        assert_eq!(stage1.format, RequestFormat::Rgba32, "request image");
+        let constants = texturing::constants(config, resident);
+        let known =
+            |(name, _): &(&str, u32)| shown_frag::SHADER.specialization.iter().any(|(n, _)| n == name);
+        let constants: Vec<_> = constants.into_iter().filter(known).collect();
+        Ok(ShownLevels {
+            image: gpu
+                .image("levels shown", ImageInfo::target(stage1.requests.info().size, Format::Rgba32Uint))?,
+            pipeline: gpu.graphics_pipeline(&GraphicsInfo {
+                name: shown_frag::SHADER.name,
+                vertex: &present_vert::SHADER,
+                geometry: None,
+                fragment: Some(&shown_frag::SHADER),
+                specialization: &with(pyramid_constants(pyramid, stage1.format, &config.filter), &constants),
+                points: false,
+                depth: None,
+                colors: &[Format::Rgba32Uint],
+                blend: Blend::Replace,
+            })?,
+        })
+    }
+
+    /// Looks up what `stage1` has drawn, with the last frame's level bias.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn draw(
+        &self,
+        cmd: &mut Cmd<'_>,
+        stage1: &Footprint,
+        resident: &TilePool,
+        level_bias: u32,
+    ) -> Result<()> {
+        let color = ColorTarget { image: &self.image, clear: Clear::Uint([u32::MAX; 4]) };
+        let resources = [
+            (shown_frag::REQUESTS, Resource::Texture(&stage1.requests, View::Whole)),
+            (shown_frag::H1, Resource::Buffer(&resident.page_table_words)),
+        ];
+        cmd.render(self.image.info().size, &[color], None, |render| {
+            render.draw(&self.pipeline, &resources, bytemuck::bytes_of(&Push { level_bias }), 3)
+        })
+    }
+}

@@ -1,0 +1,45 @@
+//! Prefetch of tiles that are expected to become visible, with the budget that the visible ones leave (ours, an option).
+//!
+//! Expected tiles take the same path as visible ones, but come after them in both queues. They only replace tiles that
+//! this frame does not use, and few of their loads are under way at a time, so a visible tile never waits long. A wrong
+//! guess costs idle time and an unused tile.
+
+use super::slots::Claim;
+use super::wanted::wanted_tiles;
+use super::{FrameReport, Streaming};
+use crate::math::pyramid::TileId;
+
+/// No prefetch begins while this many loads are under way, so a visible tile finds at most this many before it.
+const MOST_UNDER_WAY: u64 = 4;
+
+impl Streaming {
+    /// Chooses the tiles to prefetch, at most as many as the tile pool has slots beside the wanted ones, and requests
+    /// them. Runs before the update of the visible tiles, so that those are the more recently used.
+    pub(super) fn prefetch(&mut self, expected: &[TileId], report: &mut FrameReport) {
+        let first_resident = self.pyramid.first_resident_level();
+        let room = self.config.gpu_tiles as usize - self.wanted.len();
+        let chosen: Vec<TileId> = wanted_tiles(expected, report.bias, first_resident, &self.failed)
+            .into_iter()
+            .filter(|tile| !self.wanted_set.contains(tile))
+            .take(room)
+            .collect();
+        let now = self.prefetch_time();
+        for &tile in &chosen {
+            self.request(tile, now);
+        }
+        report.expected = chosen.len();
+        self.expected = chosen.into_iter().collect();
+    }
+
+    /// True if the tile may stay in its queue.
+    pub(super) fn needed(&self, tile: TileId) -> bool {
+        self.wanted_set.contains(&tile) || self.expected.contains(&tile)
+    }
+
+    /// A slot of the host cache for a prefetch: one that this frame does not use.
+    pub(super) fn host_claim_for_prefetch(&self) -> Option<Claim> {
+        // Deterministic frames wait for their loads, and the visible tiles came first: only the budget limits.
+        let few = self.config.deterministic || self.loader.under_way() < MOST_UNDER_WAY;
+        few.then(|| self.host_cache.slots.claimable(self.prefetch_time())).flatten()
+    }
+}

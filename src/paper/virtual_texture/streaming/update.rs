@@ -1,0 +1,83 @@
+//! The update (paper 1, section 3): for each visible tile, load it, upload it, wait for it or refresh it.
+
+use super::tables::{Action, QUEUED, action};
+use super::upload::Waiting;
+use super::wanted::{fitting_bias, wanted_tiles};
+use super::{FrameReport, Order, Streaming};
+use crate::math::pyramid::TileId;
+use std::collections::HashSet;
+
+impl Streaming {
+    /// Chooses the tiles that this frame wants.
+    pub(super) fn choose(&mut self, visible: &[TileId], report: &mut FrameReport) {
+        let (constant, first_resident) = (self.config.level_bias, self.pyramid.first_resident_level());
+        report.tiles = visible.iter().collect::<HashSet<_>>().len();
+        report.bias = fitting_bias(visible, constant, first_resident, self.config.gpu_tiles);
+        report.oversubscribed = report.bias > constant;
+        self.wanted = wanted_tiles(visible, report.bias, first_resident, &self.failed);
+        if self.config.order == Order::Coarsest {
+            self.wanted.sort_by_key(|tile| std::cmp::Reverse(tile.level));
+        }
+        self.wanted_set = self.wanted.iter().copied().collect();
+        report.wanted = self.wanted.len();
+        assert!(
+            self.wanted.len() <= self.config.gpu_tiles as usize,
+            "{} tiles wanted at bias {}, but N1 = {}",
+            self.wanted.len(),
+            report.bias,
+            self.config.gpu_tiles
+        );
+    }
+
+    /// Runs the update for the visible tiles.
+    pub(super) fn update(&mut self, visible: &[TileId], report: &mut FrameReport) {
+        let (shown, now) = (self.shown_time(), self.wanted_time());
+        for &tile in visible {
+            if let Some(slot) = self.shown_slot(tile) {
+                self.tile_pool.touch(slot, shown);
+            }
+        }
+        let wanted = std::mem::take(&mut self.wanted);
+        report.hits = wanted.iter().filter(|&&tile| self.request(tile, now) == Action::Refresh).count();
+        self.wanted = wanted;
+        report.misses = self.wanted.len() - report.hits;
+    }
+
+    /// Applies one row of the update's table; `now` becomes the time of use of a resident tile.
+    pub(super) fn request(&mut self, tile: TileId, now: u64) -> Action {
+        let (gpu_state, host_state) = (self.gpu_states.get(tile), self.host_states.get(tile));
+        let action = action(gpu_state, host_state);
+        match action {
+            Action::Load => {
+                self.load_queue.push_back(tile);
+                self.host_states.set(tile, QUEUED);
+            }
+            Action::Upload => {
+                let slot = host_state as u32;
+                self.host_cache.slots.pin(slot);
+                self.upload_queue.push_back(Waiting {
+                    tile,
+                    slot,
+                    generation: self.host_cache.slots.generation(slot),
+                });
+                self.gpu_states.set(tile, QUEUED);
+            }
+            Action::Wait => {}
+            Action::Refresh => {
+                self.tile_pool.touch(gpu_state as u32, now);
+                if host_state >= 0 {
+                    self.host_cache.slots.touch(host_state as u32, now);
+                }
+            }
+        }
+        action
+    }
+
+    /// The slot that is shown for `tile` now: its own or its nearest coarser tile's. `None`: the resident tail is shown.
+    fn shown_slot(&self, tile: TileId) -> Option<u32> {
+        (0..self.pyramid.first_resident_level() - tile.level)
+            .map(|levels| self.gpu_states.get(tile.ancestor(levels)))
+            .find(|&gpu_state| gpu_state >= 0)
+            .map(|gpu_state| gpu_state as u32)
+    }
+}

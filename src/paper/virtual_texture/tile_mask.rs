@@ -1,0 +1,117 @@
+//! The tile mask: a mark for each distinct triple, in one of three layouts. Stage 2 writes it, stage 3 reads it.
+
+use super::variants::{MaskLayout, most_triples};
+use super::{Config, TileAddress};
+use crate::math::pyramid::Pyramid;
+use crate::vk::{Buffer, BufferUse, Cmd, Format, Gpu, Image, ImageInfo, Resource, Result, View};
+use std::cell::Cell;
+
+/// The tile mask of one frame in flight.
+pub struct TileMask(Store);
+
+enum Store {
+    Texels(Image),
+    Bits(Buffer),
+    Bytes {
+        buffer: Buffer,
+        /// The last frame's number, 1 ..= 255; 0 before the first.
+        frame: Cell<u32>,
+    },
+}
+
+impl TileMask {
+    /// Number of words that stage 3 reads; a texel of the tile mask is one word.
+    pub(super) fn words_of(pyramid: &Pyramid, config: &Config) -> u64 {
+        let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
+        let places = most_triples(pyramid, config.address);
+        match config.dedup.layout() {
+            MaskLayout::Texels => columns * rows,
+            MaskLayout::Bits => places.div_ceil(32),
+            MaskLayout::Bytes => places.div_ceil(4),
+        }
+    }
+
+    /// The triple of bit `place` in the layout [`MaskLayout::Bits`]: triple_at of tile_order.glsl.
+    pub(super) fn triple_at(pyramid: &Pyramid, address: TileAddress, place: u32) -> [u32; 3] {
+        let (mut level, mut at) = (0, u64::from(place));
+        loop {
+            let grid = pyramid.tile_grid(if address == TileAddress::OwnLevel { level } else { 0 });
+            let [columns, rows] = grid.map(u64::from);
+            if at < columns * rows {
+                return [level, (at / columns) as u32, (at % columns) as u32];
+            }
+            (level, at) = (level + 1, at - columns * rows);
+        }
+    }
+
+    /// Creates a mask; its content is undefined before the first [`TileMask::begin`].
+    ///
+    /// # Errors
+    /// The image or buffer exceeds a limit of the device; out of memory.
+    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config) -> Result<TileMask> {
+        let bytes = 4 * TileMask::words_of(pyramid, config);
+        Ok(TileMask(match config.dedup.layout() {
+            MaskLayout::Texels => {
+                let storage = !config.dedup.draws() || config.filter.reaches(pyramid.border_texels());
+                let info = ImageInfo { storage, ..ImageInfo::target(pyramid.tile_grid(0), Format::R32Uint) };
+                Store::Texels(gpu.image("tile mask", info)?)
+            }
+            MaskLayout::Bits => {
+                let usage = if config.dedup.fused() { BufferUse::FetchedStorage } else { BufferUse::Storage };
+                Store::Bits(gpu.buffer("tile bits", bytes, usage)?)
+            }
+            MaskLayout::Bytes => Store::Bytes {
+                buffer: gpu.buffer("tile bytes", bytes, BufferUse::Storage)?,
+                frame: Cell::new(0),
+            },
+        }))
+    }
+
+    /// Clears the mask, for variants whose shaders write it. Later commands of the pass see it cleared.
+    pub fn begin(&self, cmd: &mut Cmd<'_>) {
+        match &self.0 {
+            Store::Texels(image) => cmd.clear_uint(image, 0),
+            Store::Bits(buffer) => cmd.fill(buffer, buffer.bytes(), 0),
+            Store::Bytes { buffer, frame } => {
+                // A new frame number unmarks all bytes; they are cleared once in 255 frames.
+                frame.set(frame.get() % 255 + 1);
+                if frame.get() > 1 {
+                    return;
+                }
+                cmd.fill(buffer, buffer.bytes(), 0);
+            }
+        }
+        cmd.sync();
+    }
+
+    /// The mask's image, in the layout [`MaskLayout::Texels`].
+    pub fn image(&self) -> Option<&Image> {
+        match &self.0 {
+            Store::Texels(image) => Some(image),
+            _ => None,
+        }
+    }
+
+    /// The mask as a shader resource.
+    pub fn resource(&self) -> Resource<'_> {
+        match &self.0 {
+            Store::Texels(image) => Resource::Texture(image, View::Whole),
+            Store::Bits(buffer) | Store::Bytes { buffer, .. } => Resource::Buffer(buffer),
+        }
+    }
+
+    /// The byte that marks a tile in this frame; 0 in the other layouts.
+    pub fn frame(&self) -> u32 {
+        match &self.0 {
+            Store::Bytes { frame, .. } => frame.get(),
+            _ => 0,
+        }
+    }
+
+    pub fn bytes(&self) -> u64 {
+        match &self.0 {
+            Store::Texels(image) => image.bytes(),
+            Store::Bits(buffer) | Store::Bytes { buffer, .. } => buffer.bytes(),
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! The visible-tile list, section 2.3: the list of triples, on the device and on the host.
+
+use super::{TileAddress, tile_mask::TileMask};
+use crate::math::pyramid::Pyramid;
+use crate::vk::{Buffer, BufferUse, Cmd, Gpu, Result, StreamQuery};
+
+/// How the visible-tile list stores a triple.
+#[derive(Clone, Copy)]
+pub(super) enum Entries {
+    /// q, i and j, as in the paper.
+    Triples,
+    /// The index of its mark, whose order depends on the pyramid and the tile address.
+    Places(Pyramid, TileAddress),
+}
+
+impl Entries {
+    fn bytes(self) -> u64 {
+        match self {
+            Entries::Triples => 12,
+            Entries::Places(..) => 4,
+        }
+    }
+
+    /// (q, i, j) of an entry.
+    fn triple(self, bytes: &[u8]) -> [u32; 3] {
+        match self {
+            Entries::Triples => bytemuck::pod_read_unaligned(bytes),
+            Entries::Places(pyramid, address) => {
+                TileMask::triple_at(&pyramid, address, bytemuck::pod_read_unaligned(bytes))
+            }
+        }
+    }
+}
+
+/// The visible-tile list of one frame in flight.
+pub struct VisibleList {
+    pub(super) triples: Buffer,
+    pub(super) count: Count,
+    /// Number of marks per workgroup, if the list is ordered.
+    pub(super) sums: Option<Buffer>,
+    host: Buffer,
+    entries: Entries,
+    capacity: u64,
+    /// Number of triples copied to the host per frame: the capacity, until the first frame has reported its length.
+    read: u64,
+}
+
+/// Where the length of a list is stored.
+pub(super) enum Count {
+    /// Transform feedback's own query.
+    Stream { counter: Buffer, query: StreamQuery },
+    /// The first word of the visible-tile list.
+    Stored,
+}
+
+impl Count {
+    /// Bytes of the visible-tile list before the first triple.
+    fn header_bytes(&self) -> u64 {
+        match self {
+            Count::Stream { .. } => 0,
+            Count::Stored => 4,
+        }
+    }
+}
+
+impl VisibleList {
+    /// Creates an empty list with room for `capacity` triples. `feedback`: for transform feedback. `groups`: the number of
+    /// workgroups, if the list is ordered.
+    pub(super) fn new(
+        gpu: &Gpu,
+        (capacity, entries): (u64, Entries),
+        feedback: bool,
+        groups: Option<u64>,
+    ) -> Result<VisibleList> {
+        let (count, usage) = match feedback {
+            true => {
+                let usage = BufferUse::TransformFeedback;
+                let counter = gpu.buffer("visible-tile list counter", 4, usage)?;
+                (
+                    Count::Stream { counter, query: gpu.stream_query("visible-tile list stream query", 1)? },
+                    usage,
+                )
+            }
+            false => (Count::Stored, BufferUse::Storage),
+        };
+        let bytes = count.header_bytes() + capacity * entries.bytes();
+        Ok(VisibleList {
+            triples: gpu.buffer("visible-tile list", bytes, usage)?,
+            count,
+            sums: groups
+                .map(|groups| gpu.buffer("visible-tile list sums", 4 * groups, BufferUse::Storage))
+                .transpose()?,
+            host: gpu.buffer("visible-tile list on the host", bytes, BufferUse::Readback)?,
+            entries,
+            capacity,
+            read: capacity,
+        })
+    }
+
+    /// Number of triples for which the list has room.
+    pub fn capacity(&self) -> u64 {
+        self.capacity
+    }
+
+    /// Empties a list whose length is stored. Later commands of the pass see it empty.
+    pub(super) fn begin(&self, cmd: &mut Cmd<'_>) {
+        cmd.fill(&self.triples, self.count.header_bytes(), 0);
+        cmd.sync();
+    }
+
+    /// Copies the expected number of triples to the host buffer (`VisibleList::expect`).
+    pub fn read_back(&self, cmd: &mut Cmd<'_>) {
+        let bytes = self.count.header_bytes() + self.read * self.entries.bytes();
+        cmd.copy_buffer(&self.triples, 0, &self.host, 0, bytes);
+    }
+
+    /// True if the host has all `needed` triples of the frame that has ended.
+    pub(super) fn has_read(&self, needed: u64) -> bool {
+        needed <= self.read
+    }
+
+    /// Sets the number of triples that the next frames copy: 1.25 x `needed` + 1024, at most the capacity. With own-level
+    /// tile addresses a frame has some hundred triples; copying all 65,536 would take 0.8 MB per frame.
+    pub(super) fn expect(&mut self, needed: u64) {
+        self.read = (needed + needed / 4 + 1024).min(self.capacity);
+    }
+
+    /// Bytes on the device, and on the host.
+    pub fn bytes(&self) -> [u64; 2] {
+        let sums = self.sums.as_ref().map_or(0, Buffer::bytes);
+        let counter = match &self.count {
+            Count::Stream { counter, .. } => counter.bytes(),
+            Count::Stored => 0,
+        };
+        [self.triples.bytes() + counter + sums, self.host.bytes()]
+    }
+
+    /// Number of triples of a frame that has ended, including those for which the list had no room.
+    ///
+    /// # Errors
+    /// Device lost.
+    pub(super) fn needed(&self) -> Result<u64> {
+        Ok(match &self.count {
+            Count::Stream { query, .. } => query.read(0)?.needed,
+            Count::Stored => u64::from(bytemuck::pod_read_unaligned::<u32>(&self.host.mapped()[..4])),
+        })
+    }
+
+    /// The triples of a frame that has ended.
+    ///
+    /// # Errors
+    /// Device lost.
+    pub(super) fn triples(&self) -> Result<Vec<[u32; 3]>> {
+        let needed = self.needed()?;
+        assert!(self.has_read(needed), "{needed} triples, but only {} were copied", self.read);
+        let bytes = &self.host.mapped()[self.count.header_bytes() as usize..];
+        let of_entry = self.entries.bytes() as usize;
+        let bytes = &bytes[..needed as usize * of_entry];
+        Ok(bytes.chunks_exact(of_entry).map(|entry| self.entries.triple(entry)).collect())
+    }
+}

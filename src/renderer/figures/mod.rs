@@ -1,0 +1,14 @@
+//! Figures about what papers make together: the only place that may name two of them.
+
+mod filters;
+
+use crate::figure::Family;
+use crate::paper::{progressive_mesh, texture_mapping, virtual_texture};
+
+/// All figures, by family: what `list` and `reproduce` iterate.
+pub const FAMILIES: [Family; 4] = [
+    ("vt", virtual_texture::figures::FIGURES),
+    ("pm", progressive_mesh::figures::FIGURES),
+    ("tm", texture_mapping::figures::FIGURES),
+    ("scene", &[&filters::FILTERS]),
+];

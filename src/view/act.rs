@@ -1,0 +1,207 @@
+//! Executes the window's actions.
+
+use super::action::Action;
+use super::film::Film;
+use super::inspector;
+use super::live::{ECHO, Live};
+use super::overlay::Overlay;
+use super::shot;
+use anyhow::{Context, anyhow, bail};
+use ortelius::scene::camera::Camera;
+use ortelius::vk::renderdoc;
+use std::io::Write;
+use winit::window::Fullscreen;
+
+impl Live {
+    pub(super) fn say(&mut self, text: String) {
+        tracing::info!("{text}");
+        self.panels.say(text, false);
+    }
+
+    pub(super) fn act(&mut self, action: Action) -> anyhow::Result<()> {
+        match action {
+            Action::Close => {}
+            Action::Help => self.panels.help = !self.panels.help,
+            Action::Panels => self.panels.open = !self.panels.open,
+            Action::Magnify => self.magnifies = !self.magnifies,
+            Action::Comparison(comparison) => self.comparison = comparison,
+            Action::NextComparison => self.comparison = self.comparison.next(),
+            Action::NextOverlay => self.overlay = Overlay::next(self.overlay, &self.stage),
+            Action::Overlay(overlay) => self.overlay = overlay,
+            Action::Freeze => {
+                self.frozen = if self.frozen.is_some() { None } else { Some(self.eye.camera) };
+            }
+            Action::FullScreen => {
+                let now = self.window.fullscreen().is_some();
+                self.window.set_fullscreen((!now).then_some(Fullscreen::Borderless(None)));
+            }
+            Action::Capture
+            | Action::Screenshot
+            | Action::CopyCamera
+            | Action::PrintPixel
+            | Action::PrintMemory => self.hand_out(action)?,
+            Action::Reload => self.reload.start()?,
+            Action::NextVariant
+            | Action::Show(_)
+            | Action::ShowBeside(_)
+            | Action::Compare
+            | Action::Trade(_)
+            | Action::Set(..) => {
+                self.edition += 1;
+                self.change(action)?;
+            }
+            Action::FlyTo(camera) => self.fly_to(camera),
+            Action::Save(n) => {
+                self.bookmarks.save(n, self.eye.camera)?;
+                self.say(format!("bookmark {}", n + 1));
+            }
+            Action::Recall(n) => {
+                let camera = self.bookmarks.get(n)?;
+                self.fly_to(camera);
+            }
+            Action::Play | Action::Pause | Action::Seek(_) | Action::ChoosePath(_) | Action::Record => {
+                self.act_on_path(action)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Actions with output: files, lines, captures.
+    fn hand_out(&mut self, action: Action) -> anyhow::Result<()> {
+        match action {
+            Action::Screenshot => {
+                let picture = shot::take(&self.stage, &self.eye.camera, &self.folder)?;
+                self.print(&picture.display().to_string())?;
+                self.say(format!("{} and its report", picture.display()));
+            }
+            Action::CopyCamera => {
+                let text = self.eye.camera.to_toml("NAME");
+                self.input.egui_ctx().copy_text(text.clone());
+                self.print(&text)?;
+                self.say("the camera is in the clipboard".to_owned());
+            }
+            Action::PrintPixel => {
+                let empty = || anyhow!("no pixel is magnified: Z, then point at one");
+                let found = self.found().ok_or_else(empty)?;
+                self.print(&inspector::line(&self.stage, found))?;
+            }
+            Action::PrintMemory => {
+                let line = self.memory()?;
+                self.print(&line)?;
+            }
+            Action::Capture => match renderdoc::capture_next_frame() {
+                true => self.say("RenderDoc captures the next frame".to_owned()),
+                false => bail!("RenderDoc is not loaded: start `ortelius view` from RenderDoc"),
+            },
+            other => unreachable!("{other:?} stays in the window"),
+        }
+        Ok(())
+    }
+
+    fn fly_to(&mut self, camera: Camera) {
+        self.player.stop();
+        self.eye.fly_to(camera);
+    }
+
+    /// Actions that open renderers.
+    fn change(&mut self, action: Action) -> anyhow::Result<()> {
+        (self.levels, self.faces) = (None, None);
+        match action {
+            Action::Show(variant) => self.stage.show(variant)?,
+            Action::Compare => self.stage.toggle_second()?,
+            Action::ShowBeside(variant) => self.stage.show_beside(variant)?,
+            Action::Trade(at) => {
+                let trade = self.trade.as_mut().context("no trade: --trade TRADE.json")?;
+                self.stage.take_setting(&trade.front[at].changes)?;
+                trade.at = Some(at);
+            }
+            Action::Set(key, value) => self.stage.set(&key, &value)?,
+            _ => self.show_next()?,
+        }
+        let text = match &self.stage.second {
+            Some((second, _)) => format!("{} | {}", self.name(self.stage.variant), self.name(*second)),
+            None => self.name(self.stage.variant).to_owned(),
+        };
+        self.say(format!("variant: {text}"));
+        Ok(())
+    }
+
+    /// Switches to newly compiled shaders: every pipeline is rebuilt. If that fails, the old ones stay.
+    pub(super) fn take_shaders(&mut self) -> anyhow::Result<()> {
+        let Some(compiled) = self.reload.poll() else { return Ok(()) };
+        self.echo = ECHO;
+        let (words, gpu) = (compiled?, self.stage.renderer.gpu.clone());
+        let count = words.len();
+        self.edition += 1;
+        let before = gpu.replace_shaders(words);
+        let done = self.screen.rebuild(&gpu).map_err(Into::into).and_then(|()| self.stage.reopen());
+        if let Err(error) = done {
+            gpu.replace_shaders(before);
+            self.screen.rebuild(&gpu)?;
+            return Err(error);
+        }
+        (self.levels, self.faces) = (None, None);
+        self.say(format!("{count} shaders differ from the built ones"));
+        Ok(())
+    }
+
+    /// The next variant that this device and scene support.
+    fn show_next(&mut self) -> anyhow::Result<()> {
+        let mut next = self.stage.next(self.stage.variant);
+        while let Err(error) = self.stage.show(next) {
+            if next == self.stage.variant {
+                return Err(error);
+            }
+            tracing::warn!("{error:#}");
+            next = self.stage.next(next);
+        }
+        Ok(())
+    }
+
+    fn name(&self, variant: usize) -> &str {
+        &self.stage.variants[variant].name
+    }
+
+    fn act_on_path(&mut self, action: Action) -> anyhow::Result<()> {
+        let path = self.player.path().cloned();
+        if path.is_none() && !matches!(action, Action::ChoosePath(_)) {
+            return Err(anyhow!("scene {} has no path", self.stage.scene.name));
+        }
+        match action {
+            Action::Play => self.player.play(),
+            Action::Pause => self.player.pause(),
+            Action::Seek(frame) => {
+                self.player.seek(frame);
+                self.follow_path();
+            }
+            Action::ChoosePath(name) => {
+                self.player.choose(&self.stage.scene, &name);
+                self.follow_path();
+            }
+            _ => {
+                let film = Film::new(&self.stage, &path.unwrap_or_default(), &self.folder)?;
+                self.film = Some(film);
+            }
+        }
+        Ok(())
+    }
+
+    /// The device memory and main memory that the window uses now.
+    fn memory(&self) -> anyhow::Result<String> {
+        let held = self.stage.renderer.gpu.allocations()?;
+        let device: u64 = held.iter().map(|(_, bytes)| bytes).sum();
+        // Linux: counts in pages; the second number is the resident set.
+        let pages = std::fs::read_to_string("/proc/self/statm").ok();
+        let resident = pages.and_then(|pages| pages.split(' ').nth(1)?.parse::<u64>().ok());
+        let resident = resident.map_or("unknown".to_owned(), |pages| (4096 * pages).to_string());
+        Ok(format!("memory: device {device} bytes in {} allocations, resident {resident} bytes", held.len()))
+    }
+
+    /// Writes to stdout, which carries data. A closed pipe is not an error.
+    pub(super) fn print(&self, text: &str) -> anyhow::Result<()> {
+        match writeln!(std::io::stdout(), "{text}") {
+            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.into()),
+            _ => Ok(()),
+        }
+    }
+}

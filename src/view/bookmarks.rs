@@ -1,0 +1,124 @@
+//! Bookmarks 1 … 9 of each scene. They are saved in `ortelius/bookmarks.toml` in the user's configuration folder: a
+//! table `[SCENE]` with one camera for each digit, in the format of scene files.
+
+use anyhow::{Context, anyhow};
+use ortelius::scene::Scene;
+use ortelius::scene::camera::Camera;
+use std::path::{Path, PathBuf};
+
+/// The bookmarks of one scene: the saved ones; free digits get the scene's own cameras in order.
+pub struct Bookmarks {
+    scene: String,
+    path: Option<PathBuf>,
+    cameras: [Option<Camera>; 9],
+}
+
+/// The name of a camera while it is parsed.
+const NAME: &str = "bookmark";
+
+impl Bookmarks {
+    /// Unreadable bookmarks are skipped and reported.
+    pub fn open(scene: &Scene) -> (Bookmarks, anyhow::Result<()>) {
+        Bookmarks::at(path(|name| std::env::var_os(name).map(PathBuf::from)), scene)
+    }
+
+    fn at(path: Option<PathBuf>, scene: &Scene) -> (Bookmarks, anyhow::Result<()>) {
+        let mut bookmarks = Bookmarks { scene: scene.name.clone(), path, cameras: [None; 9] };
+        for (bookmark, camera) in bookmarks.cameras.iter_mut().zip(scene.cameras.values()) {
+            *bookmark = Some(*camera);
+        }
+        let read = bookmarks.read(scene);
+        (bookmarks, read)
+    }
+
+    pub fn get(&self, n: usize) -> anyhow::Result<Camera> {
+        self.cameras[n].ok_or_else(|| anyhow!("bookmark {0} is empty; Ctrl+{0} saves one", n + 1))
+    }
+
+    fn read(&mut self, scene: &Scene) -> anyhow::Result<()> {
+        let Some(path) = self.path.clone().filter(|path| path.exists()) else { return Ok(()) };
+        let file = table(&path)?;
+        let Some(own) = file.get(&self.scene).and_then(toml::Value::as_table) else { return Ok(()) };
+        for (n, bookmark) in self.cameras.iter_mut().enumerate() {
+            let Some(text) = own.get(&(n + 1).to_string()).and_then(toml::Value::as_str) else { continue };
+            let context = || format!("{}: [{}] {}", path.display(), self.scene, n + 1);
+            let with = scene.with(&[format!("cameras.{NAME}={text}")]).with_context(context)?;
+            *bookmark = Some(with.cameras[NAME]);
+        }
+        Ok(())
+    }
+
+    /// Stores a camera. It stays for this run even if saving fails.
+    ///
+    /// # Errors
+    /// The file cannot be written; the error names it. Its old content stays.
+    pub fn save(&mut self, n: usize, camera: Camera) -> anyhow::Result<()> {
+        self.cameras[n] = Some(camera);
+        let unset = "neither XDG_CONFIG_HOME nor HOME is set: the bookmark is kept until the window closes";
+        let path = self.path.as_ref().context(unset)?;
+        let mut file = if path.exists() { table(path)? } else { toml::Table::new() };
+        let own = file.entry(&self.scene).or_insert_with(|| toml::Value::Table(toml::Table::new()));
+        let own =
+            own.as_table_mut().with_context(|| format!("{}: {} is no table", path.display(), self.scene))?;
+        let change = camera.to_change(NAME);
+        let (_, text) = change.split_once('=').expect("a change is KEY=VALUE");
+        own.insert((n + 1).to_string(), toml::Value::String(text.to_owned()));
+        write(path, &toml::to_string(&file)?)
+            .with_context(|| format!("{}: the bookmark is kept until the window closes", path.display()))
+    }
+}
+
+fn path(variable: impl Fn(&str) -> Option<PathBuf>) -> Option<PathBuf> {
+    let config = variable("XDG_CONFIG_HOME").or_else(|| Some(variable("HOME")?.join(".config")))?;
+    Some(config.join("ortelius/bookmarks.toml"))
+}
+
+fn table(path: &Path) -> anyhow::Result<toml::Table> {
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    text.parse().with_context(|| format!("{}: not TOML; mend or remove it", path.display()))
+}
+
+/// Writes the file atomically.
+fn write(path: &Path, text: &str) -> std::io::Result<()> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder)?;
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    std::io::Write::write_all(&mut file, text.as_bytes())?;
+    file.persist(path).map(drop).map_err(|error| error.error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bookmark_is_there_in_the_next_run_and_those_of_other_scenes_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("deep/ortelius/bookmarks.toml");
+        let [globe, herd] = ["globe", "herd"].map(|name| Scene::embedded(name).unwrap());
+        let open = |scene: &Scene| {
+            let (bookmarks, read) = Bookmarks::at(Some(path.clone()), scene);
+            read.unwrap();
+            bookmarks
+        };
+        let camera = Camera { altitude_m: 1234.5678, ..*globe.cameras.values().next().unwrap() };
+        open(&globe).save(6, camera).unwrap();
+        let other = *herd.cameras.values().next().unwrap();
+        open(&herd).save(6, other).unwrap();
+        assert_eq!(open(&globe).get(6).unwrap(), camera);
+        assert_eq!(open(&herd).get(6).unwrap(), other);
+        assert!(open(&herd).get(8).unwrap_err().to_string().contains("Ctrl+9"));
+        std::fs::write(&path, "[globe]\n7 = '{ latitude_deg = 900 }'\n").unwrap();
+        let (bookmarks, read) = Bookmarks::at(Some(path.clone()), &globe);
+        let words = format!("{:#}", read.unwrap_err());
+        assert!(words.contains("bookmarks.toml: [globe] 7") && bookmarks.get(6).is_err(), "{words}");
+        std::fs::write(&path, "no table").unwrap();
+        let (mut bookmarks, read) = Bookmarks::at(Some(path.clone()), &globe);
+        assert!(read.is_err());
+        let refused = format!("{:#}", bookmarks.save(0, camera).unwrap_err());
+        assert!(
+            refused.contains("not TOML") && std::fs::read_to_string(&path).unwrap() == "no table",
+            "{refused}"
+        );
+    }
+}

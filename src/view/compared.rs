@@ -1,0 +1,98 @@
+//! Panels for selections: one or two variants, a point on the Pareto front, an overlay.
+
+use super::action::{Action, Comparison};
+use super::overlay::Overlay;
+use super::shown::{Front, Shown};
+use egui::{Slider, Ui};
+
+pub fn variants(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
+    let stage = shown.stage;
+    let second = stage.second.as_ref().map(|(second, _)| *second);
+    for (n, variant) in stage.variants.iter().enumerate() {
+        ui.horizontal(|ui| {
+            let beside = ui.selectable_label(second == Some(n), "right");
+            if beside.on_hover_text("show it beside the other one").clicked() {
+                actions.push(Action::ShowBeside(n));
+            }
+            let name = ui.selectable_label(n == stage.variant, &variant.name);
+            if name.on_hover_text(variant.changes.join("\n")).clicked() {
+                actions.push(Action::Show(n));
+            }
+        });
+    }
+    ui.horizontal(|ui| {
+        if ui.selectable_label(second.is_some(), "side by side").clicked() {
+            actions.push(Action::Compare);
+        }
+        let others = Comparison::ALL.iter().filter(|_| second.is_some());
+        for (comparison, name) in others {
+            if ui.selectable_label(shown.comparison == *comparison, *name).clicked() {
+                actions.push(Action::Comparison(*comparison));
+            }
+        }
+    });
+}
+
+/// A slider along the Pareto front, and the governor's budget.
+pub fn trade(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
+    match shown.trade {
+        Some(Front { front, measure, at }) if !front.is_empty() => {
+            let mut now = at.unwrap_or(0);
+            ui.label(format!("{} of the front, from the least error to the least time", front.len()));
+            if ui.add(Slider::new(&mut now, 0..=front.len() - 1).show_value(false)).changed() {
+                actions.push(Action::Trade(now));
+            }
+            let setting = &front[now];
+            ui.label(&setting.name);
+            ui.monospace(format!("{measure} {:.3e}, {:.2} ms when swept", setting.error, setting.ms.median));
+        }
+        _ => {
+            ui.label("`ortelius trade SCENE -o DIR` measures it; then `view SCENE --trade DIR/trade.json`");
+        }
+    }
+    if shown.stage.renderer.technique.meshes.is_some() {
+        ui.separator();
+        for (key, unit, start) in [("frame_ms", "ms", 8.0), ("frame_faces", "faces", 200_000.0)] {
+            governor(ui, shown, (key, unit, start), actions);
+        }
+    }
+}
+
+/// One of the governor's budgets: a number field once it is set.
+fn governor(
+    ui: &mut Ui,
+    shown: &Shown<'_>,
+    (key, unit, start): (&str, &str, f64),
+    actions: &mut Vec<Action>,
+) {
+    let value = shown.stage.scene.value(&["governor", key]);
+    let now = value.and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
+    let mut set = |value: f64| {
+        let text = if key == "frame_ms" { format!("{value:?}") } else { format!("{value:.0}") };
+        actions.push(Action::Set(format!("governor.{key}"), text));
+    };
+    ui.horizontal(|ui| {
+        ui.label(format!("governor's {key}"));
+        match now {
+            None if ui.button(format!("none; set {start} {unit}")).clicked() => set(start),
+            None => {}
+            Some(now) => {
+                for (name, factor) in [("÷1.25", 0.8), ("×1.25", 1.25)] {
+                    if ui.button(name).clicked() {
+                        set(now * factor);
+                    }
+                }
+                ui.monospace(format!("{now:.2} {unit}"));
+            }
+        }
+    });
+}
+
+pub fn overlays(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
+    for overlay in Overlay::ALL.into_iter().filter(|overlay| overlay.applies(shown.stage)) {
+        let ([name, about], chosen) = (overlay.about(), shown.overlay == Some(overlay));
+        if ui.selectable_label(chosen, name).on_hover_text(about).clicked() {
+            actions.push(Action::Overlay((!chosen).then_some(overlay)));
+        }
+    }
+}

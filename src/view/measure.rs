@@ -1,0 +1,80 @@
+//! `view --measure`: frame times along the scene's path with cold caches, with warm caches, and with open panels. All
+//! passes use the same steps, so the first one differs only by what it loads.
+
+use super::path::Player;
+use anyhow::bail;
+use ortelius::scene::Scene;
+use ortelius::stats::percentile;
+use std::fmt::Write as _;
+use std::time::Instant;
+
+/// Steps of a pass: with this number the 99th percentile is the third-longest time.
+const STEPS: usize = 240;
+
+/// Names of the passes, in order.
+const PASSES: [&str; 3] = ["cold caches", "warm caches", "panels open"];
+
+/// A measurement in progress.
+pub struct Measure {
+    begun: Instant,
+    /// Frame times of each pass so far.
+    frames_ms: Vec<Vec<f64>>,
+}
+
+impl Measure {
+    /// # Errors
+    /// The scene has no path.
+    pub fn new(scene: &Scene) -> anyhow::Result<Measure> {
+        if scene.paths.is_empty() {
+            bail!("--measure: scene {} has no path; add [paths.NAME], or take another scene", scene.name);
+        }
+        Ok(Measure { begun: Instant::now(), frames_ms: vec![Vec::new()] })
+    }
+
+    /// Moves the path's camera to the next step, at the start of a frame. True if the panels are open in this frame.
+    pub fn begin(&mut self, player: &mut Player) -> bool {
+        self.begun = Instant::now();
+        let step = self.frames_ms.last().map_or(0, Vec::len);
+        if let Some((_, frames)) = player.place() {
+            player.seek(frames * step as f64 / (STEPS - 1) as f64);
+        }
+        self.frames_ms.len() == PASSES.len()
+    }
+
+    /// Records the time of the frame that ends. Returns the report after the last pass.
+    pub fn end(&mut self) -> Option<String> {
+        let pass = self.frames_ms.last_mut().expect("there is a pass");
+        pass.push(self.begun.elapsed().as_secs_f64() * 1e3);
+        if pass.len() < STEPS {
+            return None;
+        }
+        if self.frames_ms.len() < PASSES.len() {
+            self.frames_ms.push(Vec::new());
+            return None;
+        }
+        Some(self.report())
+    }
+
+    fn report(&self) -> String {
+        let mut text = String::new();
+        let [p50, p99] = [0.5, 0.99].map(|at| {
+            self.frames_ms.iter().map(|pass| percentile(pass, at).unwrap_or(f64::NAN)).collect::<Vec<_>>()
+        });
+        for (n, name) in PASSES.iter().enumerate() {
+            writeln!(
+                text,
+                "{name}: {STEPS} frames, median {:.2} ms, 99th percentile {:.2} ms",
+                p50[n], p99[n]
+            )
+            .expect("a String takes all");
+        }
+        write!(
+            text,
+            "99th percentile, cold over warm: {:.2}; panels: {:+.2} ms a frame",
+            p99[0] / p99[1],
+            p50[2] - p50[1]
+        )
+        .expect("a String takes all");
+        text
+    }
+}

@@ -1,0 +1,192 @@
+//! The values of the pixel under the pointer. They are read back two frames later, when the frame that copied them has
+//! ended: nothing waits.
+
+use super::levels::Levels;
+use glam::DMat2;
+use ortelius::frame::{PerFrame, Target, View};
+use ortelius::vk::{Buffer, BufferUse, Frame, Gpu, Image, Result, TexelCopy};
+
+/// Bytes of the buffer per image: one texel takes 16.
+const STRIDE: u64 = 16;
+
+/// The pending copies, and the last values that arrived.
+#[derive(Default)]
+pub struct Probe {
+    asked: PerFrame<Option<Asked>>,
+    pub found: Option<Found>,
+}
+
+/// Images of the techniques' decisions in a frame, if there are any.
+#[derive(Clone, Copy)]
+pub struct LaidOpen<'a> {
+    pub levels: Option<&'a Levels>,
+    /// As [`ortelius::paper::progressive_mesh::faces::Faces::image`].
+    pub faces: Option<&'a Image>,
+}
+
+/// A frame's copies: colour and depth; for meshes the face; for a virtual texture tile, coordinates and derivatives.
+struct Asked {
+    buffer: Buffer,
+    at: [u32; 2],
+    near_m: f64,
+    has_meshes: bool,
+    has_texture: bool,
+}
+
+/// The values of one pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    pub at: [u32; 2],
+    pub srgb: [u8; 3],
+    /// Depth along the viewing direction in metres; `None`: the background.
+    pub distance_m: Option<f64>,
+    pub face: Option<Face>,
+    pub texel: Option<Texel>,
+}
+
+/// A face of a progressive mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Face {
+    /// Index among the visible instances of all surfaces.
+    pub instance: u32,
+    /// Index of the face in the instance's index buffer.
+    pub face: u32,
+    /// Level below which the face collapses.
+    pub level: u32,
+    /// Its vertices that miss a FIFO-16 cache.
+    pub misses: u32,
+}
+
+/// The position of a pixel in the virtual texture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Texel {
+    /// Level, row and column of the tile that the pixel requests.
+    pub tile: [u32; 3],
+    /// Level of the tile that the pixel shows.
+    pub shown_level: u32,
+    pub coordinates: [f32; 2],
+    /// ds/dx, dt/dx, ds/dy, dt/dy.
+    pub derivatives: [f32; 4],
+}
+
+impl Probe {
+    /// Reads the values copied two frames ago, and copies those of pixel `at` of `picture`, which the frame has drawn.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn step(
+        &mut self,
+        gpu: &Gpu,
+        frame: &mut Frame<'_>,
+        view: &View,
+        (target, picture, LaidOpen { levels, faces }): (&Target, &Image, LaidOpen<'_>),
+        at: Option<[i32; 2]>,
+    ) -> Result<()> {
+        if let Some(asked) = self.asked[view.slot()].take() {
+            self.found = Some(asked.read());
+        }
+        let inside = |at: [i32; 2]| {
+            let at = [u32::try_from(at[0]).ok()?, u32::try_from(at[1]).ok()?];
+            (at[0] < view.size[0] && at[1] < view.size[1]).then_some(at)
+        };
+        let Some(at) = at.and_then(inside) else {
+            self.found = None;
+            return Ok(());
+        };
+        let mut images = vec![picture, &*target.depth];
+        images.extend(faces);
+        images.extend(
+            levels
+                .iter()
+                .flat_map(|levels| [&levels.shown.image, &levels.open.coordinates, &levels.open.derivatives]),
+        );
+        let buffer = gpu.buffer("probe", STRIDE * images.len() as u64, BufferUse::Readback)?;
+        frame.pass("probe", |cmd| {
+            for (n, image) in (0..).zip(images) {
+                let copy = TexelCopy { offset: STRIDE * n, mip: 0, layer: 0, at, size: [1, 1] };
+                cmd.copy_from_image(image, &buffer, &[copy]);
+            }
+            Ok(())
+        })?;
+        let (near_m, has_meshes, has_texture) = (view.pose.near_m, faces.is_some(), levels.is_some());
+        self.asked[view.slot()] = Some(Asked { buffer, at, near_m, has_meshes, has_texture });
+        Ok(())
+    }
+}
+
+impl Asked {
+    fn read(&self) -> Found {
+        let bytes = self.buffer.mapped();
+        let part = |n: usize| &bytes[n * STRIDE as usize..][..STRIDE as usize];
+        let words = |n: usize| bytemuck::pod_read_unaligned::<[u32; 4]>(part(n));
+        let floats = |n: usize| words(n).map(f32::from_bits);
+        let [depth, ..] = floats(1);
+        let face = || {
+            let [instance, face, level, word] = words(2);
+            (instance != u32::MAX).then_some(Face { instance, face, level, misses: word & 3 })
+        };
+        let first = 2 + usize::from(self.has_meshes);
+        let texel = || {
+            let ([level, row, column, shown_level], [s, t, ..]) = (words(first), floats(first + 1));
+            let texel = Texel {
+                tile: [level, row, column],
+                shown_level,
+                coordinates: [s, t],
+                derivatives: floats(first + 2),
+            };
+            (level != u32::MAX).then_some(texel)
+        };
+        Found {
+            at: self.at,
+            srgb: [bytes[0], bytes[1], bytes[2]],
+            // Reversed depth: 0 is infinitely far.
+            distance_m: (depth > 0.0).then(|| self.near_m / f64::from(depth)),
+            face: self.has_meshes.then(face).flatten(),
+            texel: self.has_texture.then(texel).flatten(),
+        }
+    }
+}
+
+/// The ellipse in the texture that a pixel's disc covers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ellipse {
+    /// Full lengths of both axes in texels of level 0, the longer first.
+    pub axes_texels: [f64; 2],
+    /// The Jacobian in texels of level 0 per pixel: its columns are the derivatives by x and y.
+    pub jacobian: DMat2,
+}
+
+impl Texel {
+    /// Section 2.1's footprint as an ellipse: the image of a disc of one pixel's diameter, in a texture of `size`
+    /// texels. The axes are the singular values of the Jacobian. `None` where it is not finite.
+    pub fn ellipse(&self, size: [u32; 2]) -> Option<Ellipse> {
+        let [s_x, t_x, s_y, t_y] = self.derivatives.map(f64::from);
+        let [width, height] = size.map(f64::from);
+        let jacobian = DMat2::from_cols_array(&[s_x * width, t_x * height, s_y * width, t_y * height]);
+        let squares = jacobian.transpose() * jacobian;
+        let (half_trace, det) = (0.5 * (squares.x_axis.x + squares.y_axis.y), squares.determinant());
+        let root = (half_trace * half_trace - det).max(0.0).sqrt();
+        let axes = [half_trace + root, (half_trace - root).max(0.0)].map(f64::sqrt);
+        jacobian.is_finite().then_some(Ellipse { axes_texels: axes, jacobian })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_axes_of_a_turned_footprint_are_its_stretches() {
+        // The Jacobian stretches texels by 6 and 2 along axes rotated by half a radian; the pixel axes' own rotation
+        // does not matter.
+        let (turn, own) = (DMat2::from_angle(0.5), DMat2::from_angle(1.1));
+        let jacobian = turn * DMat2::from_diagonal(glam::DVec2::new(6.0, 2.0)) * own;
+        let [a, b, c, d] = jacobian.to_cols_array();
+        let derivatives = [a / 1024.0, b / 512.0, c / 1024.0, d / 512.0].map(|x| x as f32);
+        let texel = Texel { tile: [0; 3], shown_level: 0, coordinates: [0.0; 2], derivatives };
+        let [major, minor] = texel.ellipse([1024, 512]).unwrap().axes_texels;
+        // Derivatives are f32.
+        assert!((major - 6.0).abs() < 1e-5 && (minor - 2.0).abs() < 1e-5, "{major} {minor}");
+        assert_eq!(Texel { derivatives: [f32::NAN; 4], ..texel }.ellipse([1024, 512]), None);
+    }
+}

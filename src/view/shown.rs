@@ -1,0 +1,43 @@
+//! The input of the panels.
+
+use super::action::Comparison;
+use super::overlay::Overlay;
+use super::path::Player;
+use super::probe::Found;
+use super::stage::Stage;
+use egui::{Pos2, TextureHandle};
+use ortelius::figure::{Trade, Traded};
+use ortelius::scene::camera::Camera;
+
+/// The values that the panels show.
+pub struct Shown<'a> {
+    pub stage: &'a Stage,
+    pub camera: &'a Camera,
+    pub player: &'a Player,
+    /// Frames of a recording: written, total.
+    pub film: Option<(usize, usize)>,
+    pub comparison: Comparison,
+    /// The false-colour map over the window, and a line that describes it.
+    pub judged: Option<(TextureHandle, String)>,
+    pub trade: Option<&'a Front>,
+    pub overlay: Option<Overlay>,
+    /// The pixel under the magnifier.
+    pub found: Option<&'a Found>,
+    /// Outline of the frozen camera's view, in points.
+    pub outline: Vec<Option<Pos2>>,
+}
+
+/// The Pareto-optimal settings of a sweep, from the smallest error to the shortest time, and the selected one.
+pub struct Front {
+    pub front: Vec<Traded>,
+    /// Unit of the errors.
+    pub measure: String,
+    pub at: Option<usize>,
+}
+
+impl Front {
+    pub fn of(trade: &Trade) -> Front {
+        let front = trade.front().into_iter().cloned().collect();
+        Front { front, measure: trade.measure.clone(), at: None }
+    }
+}

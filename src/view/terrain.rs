@@ -1,0 +1,126 @@
+//! Terrain height below the camera, if a progressive mesh is the ground of a plane: the camera never goes below it.
+
+use glam::{DVec2, DVec3};
+use ortelius::paper::progressive_mesh::cache::live_faces;
+use ortelius::paper::progressive_mesh::place::{Bounds, Place};
+use ortelius::paper::progressive_mesh::{self, Model};
+use ortelius::scene::camera::{Camera, Ground, Place as Over};
+use ortelius::scene::{Geometry, Scene};
+use std::sync::Arc;
+use std::sync::OnceLock;
+
+/// Cells a side. A cell of the shipped terrain is as wide as the distance between vertices.
+const CELLS: usize = 1024;
+
+/// The heights of a scene; a thread reads its meshes once.
+pub struct Terrain {
+    /// Not started until the camera moves, so that the window opens without delay.
+    unread: Option<Scene>,
+    heights: Arc<OnceLock<Vec<Heights>>>,
+}
+
+/// For each cell the highest vertex of all triangles that overlap it: never below the mesh.
+struct Heights {
+    least: DVec2,
+    cell: DVec2,
+    /// Row by row from the south-west; -infinity for cells without triangles.
+    most_m: Vec<f64>,
+}
+
+impl Terrain {
+    pub fn of(scene: &Scene) -> Terrain {
+        let is_plane = scene.cameras.values().any(|camera| camera.place.ground() == Ground::Plane);
+        let has_meshes =
+            scene.surfaces.values().any(|surface| matches!(surface.geometry, Geometry::Other(_)));
+        let unread = (is_plane && has_meshes).then(|| scene.clone());
+        Terrain { unread, heights: Arc::default() }
+    }
+
+    /// Starts a thread, once, that reads the meshes with one instance each. Meshes with several instances are not
+    /// ground.
+    pub fn begin(&mut self) {
+        let Some(scene) = self.unread.take() else { return };
+        let heights = self.heights.clone();
+        let read = move || {
+            // A scene that fails to load is not shown anyway.
+            let models = progressive_mesh::load(&scene).unwrap_or_default();
+            let grounds = models.iter().filter(|model| model.stands.len() == 1);
+            let _set_once = heights.set(grounds.map(Heights::of).collect());
+        };
+        if let Err(error) = std::thread::Builder::new().name("terrain".to_owned()).spawn(read) {
+            tracing::warn!("no heights of the ground: {error}");
+        }
+    }
+
+    /// Height of the terrain below a camera in metres above the plane z = 0; 0 without a mesh.
+    pub fn height_m(&self, camera: &Camera) -> f64 {
+        let Over::Plane { east_m, north_m } = camera.place else { return 0.0 };
+        let heights = self.heights.get().into_iter().flatten();
+        heights.map(|heights| heights.at(DVec2::new(east_m, north_m))).fold(0.0, f64::max)
+    }
+}
+
+impl Heights {
+    fn of(model: &Model) -> Heights {
+        let positions = &model.mesh.vertices.positions;
+        let place = Place::new(&model.surface, &Bounds::of(positions), &model.stands[0]);
+        let world: Vec<DVec3> =
+            positions.iter().map(|position| place.to_world(DVec3::from(position.map(f64::from)))).collect();
+        Heights::new(&world, &live_faces(&model.mesh, model.mesh.last_level()))
+    }
+
+    fn new(vertices: &[DVec3], faces: &[[u32; 3]]) -> Heights {
+        let least = vertices.iter().fold(DVec2::INFINITY, |least, at| least.min(at.truncate()));
+        let most = vertices.iter().fold(DVec2::NEG_INFINITY, |most, at| most.max(at.truncate()));
+        let cell = ((most - least) / CELLS as f64).max(DVec2::splat(f64::MIN_POSITIVE));
+        let mut heights = Heights { least, cell, most_m: vec![f64::NEG_INFINITY; CELLS * CELLS] };
+        for face in faces {
+            let corners = face.map(|vertex| vertices[vertex as usize]);
+            let least = corners.iter().fold(DVec3::INFINITY, |least, corner| least.min(*corner));
+            let most = corners.iter().fold(DVec3::NEG_INFINITY, |most, corner| most.max(*corner));
+            let [from, to] = [least, most].map(|corner| heights.cell_of(corner.truncate()));
+            for row in from[1]..=to[1] {
+                for cell in &mut heights.most_m[row * CELLS..][from[0]..=to[0]] {
+                    *cell = cell.max(most.z);
+                }
+            }
+        }
+        heights
+    }
+
+    fn cell_of(&self, at: DVec2) -> [usize; 2] {
+        // The cast saturates at 0.
+        ((at - self.least) / self.cell).to_array().map(|cells| (cells as usize).min(CELLS - 1))
+    }
+
+    fn at(&self, at: DVec2) -> f64 {
+        let size = self.cell * CELLS as f64;
+        let within = (at - self.least).cmpge(DVec2::ZERO).all() && (at - self.least).cmple(size).all();
+        let [column, row] = self.cell_of(at);
+        if within { self.most_m[row * CELLS + column] } else { f64::NEG_INFINITY }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn heights_are_never_below_the_triangles_and_nothing_is_beside_them() {
+        let corner = |x: f64, y: f64| DVec3::new(x, y, 100.0 * (0.01 * x).sin() + 0.3 * y);
+        let vertices: Vec<DVec3> =
+            (0..21 * 21).map(|n| corner(f64::from(n % 21) * 50.0, f64::from(n / 21) * 50.0)).collect();
+        let square = |n: u32| [[n, n + 1, n + 21], [n + 1, n + 22, n + 21]];
+        let faces: Vec<[u32; 3]> = (0..20 * 20).flat_map(|n| square(n / 20 * 21 + n % 20)).collect();
+        let heights = Heights::new(&vertices, &faces);
+        for face in &faces {
+            let [a, b, c] = face.map(|vertex| vertices[vertex as usize]);
+            for [u, v] in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.3, 0.3], [0.5, 0.5]] {
+                let at = a + (b - a) * u + (c - a) * v;
+                assert!(heights.at(at.truncate()) >= at.z - 1e-9, "{at}");
+            }
+        }
+        assert_eq!(heights.at(DVec2::new(-1.0, 5.0)), f64::NEG_INFINITY);
+        assert_eq!(heights.at(DVec2::new(1001.0, 5.0)), f64::NEG_INFINITY);
+    }
+}

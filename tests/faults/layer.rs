@@ -1,0 +1,270 @@
+//! A Vulkan layer that makes one call fail. Not part of the crate: `main.rs` compiles it with rustc, and the loader
+//! loads it. Calls are counted for each kind of fault, only those that may return it:
+//!
+//! - ORTELIUS_FAULT=KIND:N fails the N-th call (from 1) with KIND: `host` or `device` (out of memory), or `lost`. A
+//!   lost device stays lost. N = 0 fails none.
+//! - ORTELIUS_FAULT_LOG=FILE: receives the name of the failed call; with N = 0 the names of all calls that may fail.
+//!
+//! Only functions that return a VkResult are wrapped. Their arguments are at most eight integers and pointers, which
+//! the C calling conventions of x86-64 and AArch64 pass in a word each: one wrapper of ten words serves all.
+
+use std::ffi::{CStr, c_char, c_void};
+use std::fs::File;
+use std::io::Write;
+use std::mem::transmute;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering::SeqCst};
+
+type Words = unsafe extern "C" fn(
+    usize, usize, usize, usize, usize, usize, usize, usize, usize, usize,
+) -> i32;
+type GetProc = unsafe extern "C" fn(*mut c_void, *const c_char) -> *mut c_void;
+
+const NOT_INITIALISED: i32 = -3;
+const LOST: i32 = -4;
+
+struct Fault {
+    result: i32,
+    number: u64,
+    log: Option<File>,
+}
+
+fn fault() -> &'static Fault {
+    static FAULT: OnceLock<Fault> = OnceLock::new();
+    FAULT.get_or_init(|| {
+        let text = std::env::var("ORTELIUS_FAULT").expect("ORTELIUS_FAULT");
+        let (kind, number) = text.split_once(':').expect("KIND:N");
+        let result = match kind {
+            "host" => -1,
+            "device" => -2,
+            "lost" => LOST,
+            other => panic!("ORTELIUS_FAULT: {other}"),
+        };
+        let log = std::env::var_os("ORTELIUS_FAULT_LOG")
+            .map(|path| File::options().append(true).create(true).open(path).expect("the log"));
+        Fault { result, number: number.parse().expect("N"), log }
+    })
+}
+
+/// The VkResult with which this call must fail.
+fn fails(name: &str) -> Option<i32> {
+    static CALLS: AtomicU64 = AtomicU64::new(0);
+    static IS_LOST: AtomicBool = AtomicBool::new(false);
+    let may_be_lost = matches!(
+        name,
+        "vkCreateDevice"
+            | "vkQueueSubmit2"
+            | "vkQueueWaitIdle"
+            | "vkDeviceWaitIdle"
+            | "vkWaitSemaphores"
+            | "vkGetSemaphoreCounterValue"
+            | "vkGetQueryPoolResults"
+    );
+    let fault = fault();
+    if fault.result == LOST {
+        if !may_be_lost {
+            return None;
+        }
+        if IS_LOST.load(SeqCst) {
+            return Some(LOST);
+        }
+    }
+    let is_it = CALLS.fetch_add(1, SeqCst) + 1 == fault.number;
+    if let Some(mut log) = fault.log.as_ref()
+        && (is_it || fault.number == 0)
+    {
+        writeln!(log, "{name}").expect("the log");
+    }
+    IS_LOST.fetch_or(is_it && fault.result == LOST, SeqCst);
+    is_it.then_some(fault.result)
+}
+
+macro_rules! wrapped {
+    ($table:ident: $($name:ident)*) => {
+        $(mod $name {
+            use super::*;
+            pub static NEXT: AtomicPtr<c_void> = AtomicPtr::new(std::ptr::null_mut());
+            pub unsafe extern "C" fn call(
+                a: usize, b: usize, c: usize, d: usize, e: usize,
+                f: usize, g: usize, h: usize, i: usize, j: usize,
+            ) -> i32 {
+                let failure = fails(stringify!($name));
+                // The driver's device is not really lost and keeps working: objects must not be destroyed before it is
+                // idle.
+                if let Some(result) = failure && !stringify!($name).ends_with("WaitIdle") {
+                    return result;
+                }
+                // SAFETY: the next layer's function of this name; see above for its arguments.
+                let result =
+                    unsafe { transmute::<*mut c_void, Words>(NEXT.load(SeqCst))(a, b, c, d, e, f, g, h, i, j) };
+                failure.unwrap_or(result)
+            }
+        })*
+        static $table: &[(&str, &AtomicPtr<c_void>, Words)] =
+            &[$((stringify!($name), &$name::NEXT, $name::call as Words)),*];
+    };
+}
+
+#[allow(non_snake_case)]
+mod wrappers {
+    use super::*;
+    wrapped!(OF_INSTANCE: vkEnumeratePhysicalDevices vkEnumerateDeviceExtensionProperties
+        vkGetPhysicalDeviceImageFormatProperties vkCreateDebugUtilsMessengerEXT);
+    wrapped!(OF_DEVICE: vkAllocateMemory vkMapMemory vkBindBufferMemory vkBindImageMemory vkCreateBuffer
+        vkCreateBufferView vkCreateImage vkCreateImageView vkCreateSampler vkCreateShaderModule
+        vkCreatePipelineCache vkCreatePipelineLayout vkCreateGraphicsPipelines vkCreateComputePipelines
+        vkCreateDescriptorSetLayout vkCreateDescriptorPool vkAllocateDescriptorSets vkResetDescriptorPool
+        vkCreateQueryPool vkGetQueryPoolResults vkCreateSemaphore vkCreateFence vkWaitForFences vkWaitSemaphores
+        vkGetSemaphoreCounterValue vkCreateCommandPool vkResetCommandPool vkAllocateCommandBuffers
+        vkBeginCommandBuffer vkEndCommandBuffer vkQueueSubmit2 vkQueueWaitIdle vkDeviceWaitIdle
+        vkFlushMappedMemoryRanges vkInvalidateMappedMemoryRanges vkSetDebugUtilsObjectNameEXT);
+
+    /// The wrapper of a function that the next layer has.
+    pub fn wrapper(of_device: bool, name: &str, next: *mut c_void) -> Option<*mut c_void> {
+        let table = if of_device { OF_DEVICE } else { OF_INSTANCE };
+        let (_, slot, wrapper) = table.iter().find(|(known, ..)| *known == name)?;
+        slot.store(next, SeqCst);
+        Some(*wrapper as *mut c_void)
+    }
+}
+
+/// VkLayerInstanceCreateInfo and VkLayerDeviceCreateInfo.
+#[repr(C)]
+struct Link {
+    kind: i32,
+    next: *mut Link,
+    function: i32,
+    chain: *mut Chain,
+}
+
+/// VkLayerInstanceLink and VkLayerDeviceLink. The second function is the device's in the latter.
+#[repr(C)]
+struct Chain {
+    next: *mut Chain,
+    of_instance: GetProc,
+    of_device: GetProc,
+}
+
+const INSTANCE_LINK: i32 = 47;
+const DEVICE_LINK: i32 = 48;
+
+static INSTANCE: AtomicPtr<c_void> = AtomicPtr::new(std::ptr::null_mut());
+static NEXT_OF_INSTANCE: OnceLock<GetProc> = OnceLock::new();
+static NEXT_OF_DEVICE: OnceLock<GetProc> = OnceLock::new();
+
+/// The loader's link of that kind in a create info, advanced for the next layer.
+unsafe fn link(info: *const Link, kind: i32) -> Option<(GetProc, GetProc)> {
+    // SAFETY: every structure of a pNext chain begins with its kind and the next one.
+    unsafe {
+        let mut at = (*info).next;
+        while let Some(structure) = at.as_mut() {
+            if structure.kind == kind && structure.function == 0 {
+                let chain = &*structure.chain;
+                structure.chain = chain.next;
+                return Some((chain.of_instance, chain.of_device));
+            }
+            at = structure.next;
+        }
+    }
+    None
+}
+
+unsafe extern "C" fn create_instance(
+    info: *const Link,
+    allocator: *const c_void,
+    instance: *mut *mut c_void,
+) -> i32 {
+    if let Some(result) = fails("vkCreateInstance") {
+        return result;
+    }
+    // SAFETY: as Vulkan's loader calls it.
+    unsafe {
+        let Some((of_instance, _)) = link(info, INSTANCE_LINK) else { return NOT_INITIALISED };
+        let next = of_instance(std::ptr::null_mut(), c"vkCreateInstance".as_ptr());
+        let next: unsafe extern "C" fn(*const Link, *const c_void, *mut *mut c_void) -> i32 = transmute(next);
+        let result = next(info, allocator, instance);
+        if result == 0 {
+            NEXT_OF_INSTANCE.get_or_init(|| of_instance);
+            INSTANCE.store(*instance, SeqCst);
+        }
+        result
+    }
+}
+
+unsafe extern "C" fn create_device(
+    physical: *mut c_void,
+    info: *const Link,
+    allocator: *const c_void,
+    device: *mut *mut c_void,
+) -> i32 {
+    if let Some(result) = fails("vkCreateDevice") {
+        return result;
+    }
+    // SAFETY: as Vulkan's loader calls it.
+    unsafe {
+        let Some((of_instance, of_device)) = link(info, DEVICE_LINK) else { return NOT_INITIALISED };
+        NEXT_OF_DEVICE.get_or_init(|| of_device);
+        let next = of_instance(INSTANCE.load(SeqCst), c"vkCreateDevice".as_ptr());
+        let next: unsafe extern "C" fn(*mut c_void, *const Link, *const c_void, *mut *mut c_void) -> i32 =
+            transmute(next);
+        next(physical, info, allocator, device)
+    }
+}
+
+unsafe extern "C" fn get_instance_proc(instance: *mut c_void, name: *const c_char) -> *mut c_void {
+    // SAFETY: the loader's string; the next layer's function.
+    unsafe {
+        match CStr::from_ptr(name).to_str() {
+            Ok("vkGetInstanceProcAddr") => return get_instance_proc as *mut c_void,
+            Ok("vkGetDeviceProcAddr") => return get_device_proc as *mut c_void,
+            Ok("vkCreateInstance") => return create_instance as *mut c_void,
+            Ok("vkCreateDevice") => return create_device as *mut c_void,
+            _ => {}
+        }
+        let Some(next) = NEXT_OF_INSTANCE.get() else { return std::ptr::null_mut() };
+        wrap(false, name, next(instance, name))
+    }
+}
+
+unsafe extern "C" fn get_device_proc(device: *mut c_void, name: *const c_char) -> *mut c_void {
+    // SAFETY: as above.
+    unsafe {
+        if CStr::from_ptr(name) == c"vkGetDeviceProcAddr" {
+            return get_device_proc as *mut c_void;
+        }
+        let Some(next) = NEXT_OF_DEVICE.get() else { return std::ptr::null_mut() };
+        wrap(true, name, next(device, name))
+    }
+}
+
+unsafe fn wrap(of_device: bool, name: *const c_char, next: *mut c_void) -> *mut c_void {
+    // SAFETY: the loader's string.
+    let name = unsafe { CStr::from_ptr(name) }.to_str().unwrap_or("");
+    if next.is_null() { next } else { wrappers::wrapper(of_device, name, next).unwrap_or(next) }
+}
+
+/// VkNegotiateLayerInterface.
+#[repr(C)]
+pub struct Negotiated {
+    kind: i32,
+    next: *mut c_void,
+    version: u32,
+    of_instance: Option<GetProc>,
+    of_device: Option<GetProc>,
+    of_physical_device: Option<GetProc>,
+}
+
+/// The loader's entry.
+///
+/// # Safety
+/// `negotiated` is the loader's.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vkNegotiateLoaderLayerInterfaceVersion(negotiated: *mut Negotiated) -> i32 {
+    // SAFETY: as stated.
+    let negotiated = unsafe { &mut *negotiated };
+    negotiated.version = negotiated.version.min(2);
+    negotiated.of_instance = Some(get_instance_proc);
+    negotiated.of_device = Some(get_device_proc);
+    negotiated.of_physical_device = None;
+    0
+}

@@ -1,0 +1,212 @@
+//! Each Vulkan call of some small runs fails in turn, with out of memory or device lost, by the layer in `layer.rs`.
+//! The run must either end with one line and its exit code and write nothing, or succeed without that call and write
+//! the same files.
+//!
+//! `./x test` takes [`MOST`] calls of each run, evenly spaced; ORTELIUS_FAULTS=all takes every call, and every shipped
+//! scene: some hours.
+
+use ortelius::scene::SHIPPED;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::LazyLock;
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// Calls of a run that fail in `./x test`: with four runs and three kinds of fault about a minute on 2 cores.
+const MOST: usize = 24;
+/// A run takes half a second; on a machine that builds at the same time it has taken 10.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// The layer and its manifest.
+static LAYER: LazyLock<TempDir> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().unwrap();
+    let library = folder.path().join("libfault.so");
+    let cargo = PathBuf::from(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/faults/layer.rs");
+    let mut rustc = Command::new(cargo.with_file_name("rustc"));
+    rustc.args(["--edition", "2024", "-O", "--crate-type", "cdylib", "-o"]).arg(&library).arg(source);
+    let made = rustc.output().unwrap_or_else(|error| panic!("{rustc:?}: {error}"));
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let manifest = serde_json::json!({"file_format_version": "1.1.2", "layer": {
+        "name": "VK_LAYER_ORTELIUS_fault", "type": "GLOBAL", "library_path": library, "api_version": "1.3.0",
+        "implementation_version": "1", "description": "lets one call fail"
+    }});
+    std::fs::write(folder.path().join("VkLayer_fault.json"), manifest.to_string()).unwrap();
+    folder
+});
+
+/// The result of a run.
+#[derive(Clone, Debug, Default)]
+struct Ended {
+    /// `None` after a signal or a timeout.
+    code: Option<i32>,
+    stderr: String,
+    /// The remaining files with their bytes. Reports contain times, so only their names count.
+    files: Vec<(String, Vec<u8>)>,
+    /// The calls that failed; for an undisturbed run all that may fail.
+    calls: Vec<String>,
+}
+
+/// Runs the program with call `number` failing; 0 for none.
+fn run(arguments: &[&str], kind: &str, number: usize) -> Ended {
+    let (folder, log) = (tempfile::tempdir().unwrap(), tempfile::NamedTempFile::new().unwrap());
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
+    command.current_dir(&folder).args(arguments).env_remove("ORTELIUS_VALIDATE");
+    command.env("VK_LAYER_PATH", LAYER.path()).env("VK_INSTANCE_LAYERS", "VK_LAYER_ORTELIUS_fault");
+    // Mesa's layer that orders the devices crashes if a call of its own fails.
+    command.env("NODEVICE_SELECT", "1");
+    command.env("ORTELIUS_FAULT", format!("{kind}:{number}")).env("ORTELIUS_FAULT_LOG", log.path());
+    let mut stderr = tempfile::tempfile().unwrap();
+    let mut child = command.stdout(Stdio::null()).stderr(File::try_clone(&stderr).unwrap()).spawn().unwrap();
+    let started = Instant::now();
+    while child.try_wait().unwrap().is_none() && started.elapsed() < PATIENCE {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    // The run has ended, or hangs and is killed: its status is then a signal.
+    child.kill().unwrap();
+    let status = child.wait().unwrap();
+    let mut ended = Ended { code: status.code(), ..Ended::default() };
+    std::io::Seek::rewind(&mut stderr).unwrap();
+    stderr.read_to_string(&mut ended.stderr).unwrap();
+    for entry in std::fs::read_dir(&folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let bytes = if name.ends_with(".json") { Vec::new() } else { std::fs::read(&path).unwrap() };
+        ended.files.push((name, bytes));
+    }
+    ended.files.sort();
+    ended.calls = std::fs::read_to_string(log.path()).unwrap().lines().map(String::from).collect();
+    ended
+}
+
+/// The fault in the result of a run in which a call failed, if any.
+fn complaint(ended: &Ended, undisturbed: &Ended, kind: &str) -> Option<String> {
+    let expected = if kind == "lost" { 4 } else { 1 };
+    let lines: Vec<&str> = ended.stderr.lines().filter(|line| !line.starts_with(" INFO ")).collect();
+    match ended.code {
+        None => Some("a crash, or a hang".into()),
+        Some(0) if ended.files == undisturbed.files => None,
+        Some(0) => Some("exit code 0, and other files".into()),
+        Some(code) if code != expected => Some(format!("exit code {code} instead of {expected}")),
+        Some(_) if !ended.files.is_empty() => Some("something is left".into()),
+        Some(_) if lines.len() != 1 || !lines[0].starts_with("ortelius: ") => Some("not one line".into()),
+        Some(_) => None,
+    }
+}
+
+fn small_runs() -> Vec<Vec<String>> {
+    let own = [
+        "render ruler --size 64x36 -o a.png --report a.json",
+        "render bunny --size 64x36 -o a.png -D surface.bunny.geometry.apply=gpu",
+        "render bunny --size 64x36 -o a.png -D surface.bunny.geometry.order=compacted",
+        "doctor",
+    ];
+    let mut runs: Vec<String> = own.map(String::from).to_vec();
+    if is_whole() {
+        let of_scene = |(name, _): &(&str, &str)| format!("render {name} --size 64x36 -o a.png");
+        runs.extend(SHIPPED.iter().map(of_scene));
+    }
+    runs.iter().map(|run| run.split(' ').map(String::from).collect()).collect()
+}
+
+fn is_whole() -> bool {
+    std::env::var("ORTELIUS_FAULTS").is_ok_and(|which| which == "all")
+}
+
+fn sweep(kind: &str) {
+    for arguments in small_runs() {
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let undisturbed = run(&arguments, kind, 0);
+        let shown = arguments.join(" ");
+        assert_eq!(undisturbed.code, Some(0), "{shown}: {}", undisturbed.stderr);
+        let count = undisturbed.calls.len();
+        let taken = if is_whole() { count } else { count.min(MOST) };
+        let mut failed = 0;
+        for number in (0..taken).map(|n| 1 + n * count / taken) {
+            let ended = run(&arguments, kind, number);
+            // A run with fewer frames than the undisturbed one does not reach the last calls.
+            let Some(call) = ended.calls.first() else { continue };
+            failed += 1;
+            if let Some(complaint) = complaint(&ended, &undisturbed, kind) {
+                panic!("{shown}: {kind} at {call}, call {number}: {complaint}: {}", ended.stderr);
+            }
+        }
+        println!("{shown}: {kind}: {failed} of {count} calls failed");
+        assert!(
+            failed > 0 && 4 * failed >= 3 * taken,
+            "{shown}: only {failed} of {taken} calls were reached"
+        );
+    }
+}
+
+#[test]
+fn host_out_of_memory_is_reported_in_one_line_at_every_call() {
+    sweep("host");
+}
+
+#[test]
+fn device_out_of_memory_is_reported_in_one_line_at_every_call() {
+    sweep("device");
+}
+
+#[test]
+fn a_lost_device_is_one_line_and_exit_code_4_at_every_call() {
+    sweep("lost");
+}
+
+/// A bake runs on the host alone: no call can fail.
+#[test]
+fn a_bake_calls_no_vulkan() {
+    let ended = run(&["bake", "earth:6", "-o", "a.tiles", "--tile", "16"], "host", 0);
+    assert_eq!((ended.code, ended.calls.len(), ended.files.len()), (Some(0), 0, 1), "{}", ended.stderr);
+}
+
+/// Mesa's shader cache does not distinguish vector widths: code for 256 bits writes beyond the buffers of a run with 128 bits
+/// (its choice on ARM, and without AVX). So each width has a cache of its own here.
+#[test]
+fn every_scene_renders_with_vectors_of_128_and_256_bits_and_512_are_refused() {
+    let caches = tempfile::tempdir().unwrap();
+    let render = |scene: &str, width: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
+        command.current_dir(&folder).args(["render", scene, "--size", "160x90", "-o", "a.png"]);
+        let cache = caches.path().join(width);
+        command.env("LP_NATIVE_VECTOR_WIDTH", width).env("MESA_SHADER_CACHE_DIR", cache);
+        let ran = command.output().unwrap();
+        (ran.status, String::from_utf8_lossy(&ran.stderr).into_owned())
+    };
+    for (width, (scene, _)) in ["128", "256"].iter().flat_map(|w| SHIPPED.iter().map(move |s| (w, s))) {
+        let (status, words) = render(scene, width);
+        assert!(status.success(), "{scene} at {width} bits: {status:?}: {words}");
+        let is_heeded = !words.contains("llvmpipe") || words.contains(&format!("{width} bits"));
+        assert!(is_heeded && !words.contains("WARN"), "{scene}: {words}");
+    }
+    let (status, words) = render("globe", "512");
+    let is_refused = status.code() == Some(1) && words.contains("unset LP_NATIVE_VECTOR_WIDTH");
+    assert!(is_refused || !words.contains("llvmpipe"), "{status:?}: {words}");
+}
+
+#[test]
+fn every_wrong_result_is_rejected() {
+    let file = |bytes: &[u8]| vec![("a.png".to_string(), bytes.to_vec())];
+    let undisturbed = Ended { code: Some(0), files: file(b"whole"), ..Ended::default() };
+    let line = " INFO a device\nortelius: no memory".to_string();
+    let right = Ended { code: Some(1), stderr: line.clone(), ..Ended::default() };
+    let found = |ended: &Ended| complaint(ended, &undisturbed, "host");
+    assert_eq!(found(&right), None);
+    assert_eq!(found(&undisturbed), None);
+    assert_eq!(complaint(&Ended { code: Some(4), ..right.clone() }, &undisturbed, "lost"), None);
+    for (wrong, why) in [
+        (Ended { code: None, ..right.clone() }, "a crash"),
+        (Ended { code: Some(4), ..right.clone() }, "exit code 4"),
+        (Ended { code: Some(101), ..right.clone() }, "exit code 101"),
+        (Ended { files: file(b"wh"), ..right.clone() }, "is left"),
+        (Ended { files: file(b"wh"), ..undisturbed.clone() }, "other files"),
+        (Ended { stderr: format!("{line}\n WARN leak detected"), ..right.clone() }, "not one line"),
+        (Ended { stderr: String::new(), ..right.clone() }, "not one line"),
+    ] {
+        assert!(found(&wrong).is_some_and(|found| found.contains(why)), "{why}: {wrong:?}");
+    }
+}

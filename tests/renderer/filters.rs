@@ -1,0 +1,129 @@
+//! Paper 3's ellipse on a plain texture, against its f64 reference.
+
+use crate::scenes::{SIZE, VIEW};
+use crate::{settled, silent};
+use ortelius::paper::texture_mapping::method::{Ellipse, Pixel};
+use ortelius::paper::texture_mapping::reference::ellipse::{filtered, levels};
+use ortelius::picture::Target;
+use ortelius::reference::filter::srgb8_to_linear;
+use ortelius::reference::{Sample, View};
+use ortelius::scene::Scene;
+use ortelius::texture::plain::PlainTexture;
+
+const TEXT: &str = r#"
+[surface.land]
+geometry = { kind = "plane", width_m = 2000.0, height_m = 1000.0, columns = 16, rows = 8 }
+filter = { kind = "ellipse", max_anisotropy = 16 }
+[surface.land.texture]
+kind = "plain"
+path = "noise.png"
+[sun]
+azimuth_deg = 0.0
+elevation_deg = 90.0
+colour = [0.0, 0.0, 0.0]
+sky = [1.0, 1.0, 1.0]
+"#;
+
+/// The scene with a texture of noise, and that texture.
+fn scene(
+    folder: &std::path::Path,
+    [width, height]: [u32; 2],
+    byte: impl Fn(u32) -> u8,
+) -> (Scene, PlainTexture) {
+    let path = folder.join("noise.png");
+    let picture = image::RgbImage::from_fn(width, height, |x, y| {
+        image::Rgb([0, 1, 2].map(|channel| byte(3 * (y * width + x) + channel)))
+    });
+    picture.save(&path).unwrap();
+    let scene = Scene::of_text(&folder.join("plain.toml"), format!("{TEXT}{VIEW}")).unwrap();
+    (scene, PlainTexture::open(&path).unwrap())
+}
+
+/// Every byte another one.
+fn noise(n: u32) -> u8 {
+    (n.wrapping_mul(2_654_435_761) >> 13) as u8
+}
+
+/// What the ellipse can show of a sample: at each level that derivatives off by 1/256 may choose.
+fn possible(ellipse: &Ellipse, sample: &Sample, texture: &PlainTexture) -> Vec<[f64; 3]> {
+    let [width, height] = texture.size.map(f64::from);
+    let d = &sample.fine;
+    let pixel = |by: f64| {
+        let [[ux, uy], [vx, vy]] =
+            [[d.dsdx, d.dsdy].map(|d| d * by * width), [d.dtdx, d.dtdy].map(|d| d * by * height)];
+        let centre = [sample.s * width, sample.t * height];
+        Pixel { place: [0; 2], centre, jacobian: [[ux, uy], [vx, vy]], determinant: ux * vy - uy * vx }
+    };
+    let coarsest = texture.levels.len() as u32 - 1;
+    let [low, high] = [
+        levels(ellipse, &pixel(255.0 / 256.0), coarsest)[0],
+        levels(ellipse, &pixel(257.0 / 256.0), coarsest)[1],
+    ];
+    let colour = |level: u32| {
+        let size = texture.size.map(|side| i64::from((side >> level).max(1)));
+        [0, 1, 2].map(|channel| {
+            let texel = |column: i64, row: i64| {
+                let at = row.clamp(0, size[1] - 1) * size[0] + column.rem_euclid(size[0]);
+                srgb8_to_linear(texture.levels[level as usize][4 * at as usize + channel])
+            };
+            filtered(ellipse, &pixel(1.0), [level, coarsest], texel).value
+        })
+    };
+    (low..=high).map(colour).collect()
+}
+
+/// Covered pixels, and those further than 5/256 from all that `ellipse` allows.
+fn beyond(scene: &Scene, texture: &PlainTexture, ellipse: &Ellipse) -> [usize; 2] {
+    let mut renderer = settled(scene, Target::Linear32);
+    let bytes = renderer.picture_bytes().unwrap();
+    silent(&renderer);
+    let found: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
+    let pose = scene.pose(0).unwrap();
+    let grid = scene.surfaces["land"].grid().unwrap().unwrap();
+    let view = View::new(&grid, &pose.world_to_clip(SIZE[0], SIZE[1]), pose.eye, SIZE);
+    let mut counts = [0; 2];
+    for (n, found) in found.iter().enumerate() {
+        let (x, y) = (n as u32 % SIZE[0], n as u32 / SIZE[0]);
+        let candidates = view.candidates(x, y, 1.0 / 128.0);
+        let Some(sample) = view.sample(x, y) else { continue };
+        if candidates.samples.len() != 1 || candidates.background {
+            continue;
+        }
+        let error =
+            |colour: &[f64; 3]| (0..3).map(|c| (f64::from(found[c]) - colour[c]).abs()).fold(0.0, f64::max);
+        let least = possible(ellipse, &sample, texture).iter().map(error).fold(f64::INFINITY, f64::min);
+        counts[0] += 1;
+        counts[1] += usize::from(least > 5.0 / 256.0);
+    }
+    counts
+}
+
+#[test]
+fn a_plain_texture_under_the_ellipse_is_the_f64_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, texture) = scene(folder.path(), [1024, 512], noise);
+    let own = Ellipse::BEST.most_ratio(16.0).minor_texels(2.0);
+    let [covered, wrong] = beyond(&scene, &texture, &own);
+    assert!(covered > 5000 && wrong == 0, "{wrong} of {covered}");
+    // The neighbours that must be rejected.
+    for (other, least) in [(own.most_ratio(1.0), 500), (own.minor_texels(1.0), 10)] {
+        let [_, wrong] = beyond(&scene, &texture, &other);
+        assert!(wrong > least, "{other:?}: {wrong}");
+    }
+}
+
+/// Sides that are no powers of two, and rows beyond the texture's edge.
+#[test]
+fn a_constant_plain_texture_comes_out_exactly() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, _) = scene(folder.path(), [200, 77], |_| 119);
+    let mut renderer = settled(&scene, Target::Linear32);
+    let bytes = renderer.picture_bytes().unwrap();
+    let mut colours: Vec<u32> =
+        bytes.chunks_exact(16).map(|pixel| u32::from_le_bytes(pixel[..4].try_into().unwrap())).collect();
+    colours.sort();
+    colours.dedup();
+    // The background's and the texture's.
+    assert_eq!(colours.len(), 2, "{colours:?}");
+    silent(&renderer);
+}

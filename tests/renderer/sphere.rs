@@ -1,0 +1,57 @@
+//! The chequered ball against the ellipsoid in closed form.
+
+use crate::scenes::SIZE;
+use crate::{settled, silent};
+use glam::{DVec3, DVec4};
+use ortelius::picture::Target;
+use ortelius::reference::ellipsoid;
+use ortelius::reference::pattern::Pattern;
+use ortelius::reference::supersample::{Density, Kernel, Tiled, Truth, supersample};
+use ortelius::scene::Scene;
+
+/// Of the default picture without a sun.
+fn truth(scene: &Scene) -> Truth {
+    let pose = scene.pose(0).unwrap();
+    let to_world = pose.world_to_clip(SIZE[0], SIZE[1]).inverse();
+    let ray = |x: f64, y: f64| -> DVec3 {
+        let [x, y] = [2.0 * x / f64::from(SIZE[0]) - 1.0, 2.0 * y / f64::from(SIZE[1]) - 1.0];
+        let near = to_world * DVec4::new(x, y, 1.0, 1.0);
+        near.truncate() / near.w
+    };
+    let surface = |x: f64, y: f64| {
+        let [s, t] = ellipsoid::coordinate(pose.eye.to_array(), ray(x, y).to_array())?;
+        Some([2048.0 * s, 1024.0 * t])
+    };
+    // The same squares along both sides.
+    let texture = Tiled::new(1024, &Pattern::Checker(32).texels(1024));
+    let kernel = Kernel::Gaussian { sigma: 0.5, radius: 1.0 };
+    supersample(SIZE, surface, |at| texture.at(at), kernel, Density { per_texel: 0.0, least: 24, most: 24 })
+}
+
+/// Where a pixel's kernel lies wholly on the ball.
+fn nmse(scene: &Scene, truth: &Truth) -> f64 {
+    let mut renderer = settled(scene, Target::Linear32);
+    let bytes = renderer.picture_bytes().unwrap();
+    silent(&renderer);
+    let found: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
+    let whole = || (0..found.len()).filter(|&n| truth.whole[n]);
+    assert!(whole().count() > 2000, "{} whole pixels", whole().count());
+    let square: f64 = whole().map(|n| (f64::from(found[n][0]) - truth.values[n]).powi(2)).sum();
+    square / whole().map(|n| truth.values[n].powi(2)).sum::<f64>()
+}
+
+#[test]
+fn the_ball_is_near_its_truth_and_a_turned_one_is_not() {
+    let scene = Scene::embedded("sphere").unwrap();
+    let of = |changes: &[&str]| {
+        let changes: Vec<String> =
+            changes.iter().chain(&["surface.ball.lit=false"]).map(|change| (*change).to_string()).collect();
+        scene.with(&changes).unwrap()
+    };
+    let still = of(&[]);
+    let truth = truth(&still);
+    let own = nmse(&still, &truth);
+    let turned = nmse(&of(&["cameras.whole.longitude_deg=21.0"]), &truth);
+    println!("{own:.2e}, turned by a degree {turned:.2e}, the truth's own {:.2e}", truth.own_nmse);
+    assert!(own < 1e-2 && turned > 5.0 * own, "{own:.2e}, turned {turned:.2e}");
+}

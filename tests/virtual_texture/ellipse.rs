@@ -1,0 +1,443 @@
+//! Paper 3's ellipse on tiles: its level, the list and the picture against paper 3's own f64 reference.
+
+use crate::truth::{RADIUS_PX, tolerance, view_of};
+use crate::{Renderer, bordered, device, open, open_with, pose};
+use ortelius::math::pyramid::{Pyramid, TileId};
+use ortelius::paper::texture_mapping::method::{Ellipse, Pixel};
+use ortelius::paper::texture_mapping::reference::ellipse::{bounded, filtered, half_sides, levels};
+use ortelius::paper::virtual_texture::config::Filter;
+use ortelius::paper::virtual_texture::reach::neighbours;
+use ortelius::paper::virtual_texture::reference::picture::{Texels, sides};
+use ortelius::paper::virtual_texture::reference::{tiles_of_texels, visible_tiles};
+use ortelius::paper::virtual_texture::{
+    Compaction, Config, Dedup, Filtering, Listing, RequestFormat, Settings, TileAddress,
+};
+use ortelius::picture::Target;
+use ortelius::reference::Sample;
+use ortelius::reference::filter::{Edges, Texture, sample_count};
+use ortelius::reference::supersample::{Density, Kernel, supersample};
+use ortelius::texture::source::{TileError, TileFormat, TileSource};
+use std::collections::BTreeSet;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// Scene, camera, border, ratio of the axes. Without a border every texel of another tile is looked up; with the widest few are.
+const CASES: [(&str, &str, u32, u32); 7] = [
+    ("earth", "oblique", 16, 16),
+    ("earth", "low", 0, 16),
+    ("plane", "tilted", 4, 3),
+    ("globe", "africa", 8, 16),
+    ("globe", "antarctica", 0, 16),
+    ("ruler", "corner-oblique", 4, 16),
+    ("ruler", "antimeridian", 1, 5),
+];
+
+/// In tiles of `tile_size`.
+fn ellipse(ratio: u32, tile_size: u32) -> Ellipse {
+    Ellipse::BEST.most_ratio(ratio as f32).minor_texels(2.0).within(tile_size / 2)
+}
+
+fn filter(settings: &mut Settings, max_anisotropy: u32) {
+    settings.target = Target::Linear32;
+    settings.streaming.gpu_tiles = 192;
+    settings.config.filter = Filter { kind: Filtering::Ellipse, max_anisotropy, ..Filter::DEFAULT };
+}
+
+fn settled(scene: &str, camera: &str, border: u32, change: impl FnOnce(&mut Settings)) -> Renderer {
+    let scene = bordered(scene, border);
+    let mut renderer = open(&device(), &scene, [160, 90], change);
+    renderer.settle(&pose(&scene, camera)).unwrap();
+    renderer.drain().unwrap();
+    assert_eq!(renderer.technique.bias(), 0);
+    renderer
+}
+
+fn pixel_of(centre: [f64; 2], [[ux, uy], [vx, vy]]: [[f64; 2]; 2]) -> Pixel {
+    Pixel { place: [0; 2], centre, jacobian: [[ux, uy], [vx, vy]], determinant: ux * vy - uy * vx }
+}
+
+/// Pixels whose level is not the reference's for the derivatives that the device has, and how many are covered.
+fn wrong_levels(renderer: &mut Renderer, ellipse: &Ellipse) -> [usize; 2] {
+    let (dump, pyramid) = (renderer.footprint().unwrap(), renderer.technique.source.pyramid());
+    let size = pyramid.level_size(0).map(f64::from);
+    let mut counts = [0; 2];
+    for (derivatives, &[q, ..]) in
+        dump.derivatives.iter().zip(&dump.triples).filter(|(_, t)| t[0] != u32::MAX)
+    {
+        let [dsdx, dtdx, dsdy, dtdy] = derivatives.map(f64::from);
+        let jacobian = [[dsdx, dsdy].map(|d| d * size[0]), [dtdx, dtdy].map(|d| d * size[1])];
+        let [low, high] = levels(ellipse, &pixel_of([0.0; 2], jacobian), pyramid.coarsest_level());
+        let first = pyramid.first_resident_level();
+        counts[0] += usize::from(!(low.min(first)..=high.min(first)).contains(&q));
+        counts[1] += 1;
+    }
+    counts
+}
+
+/// Texels from the centre to the texels furthest away, of a Jacobian at a level; rounding decides between -1 and 1.
+type HalfSides<'a> = &'a dyn Fn([[f64; 2]; 2], u32, f64) -> [f64; 2];
+
+/// The tiles that the filter takes texels from, all pixels together; the device's own choice where rounding decides, which is
+/// counted. Texels up to `margin` beyond a tile are its own.
+fn needed(renderer: &mut Renderer, margin: i64, half_sides: HalfSides<'_>) -> (BTreeSet<TileId>, [usize; 2]) {
+    let (dump, pyramid) = (renderer.footprint().unwrap(), renderer.technique.source.pyramid());
+    let size = pyramid.level_size(0).map(f64::from);
+    let side = i64::from(pyramid.tile_size());
+    let (mut tiles, mut reaching, mut undecided) = (BTreeSet::new(), 0, 0);
+    for (n, &[q, i, j]) in dump.triples.iter().enumerate() {
+        if q >= pyramid.first_resident_level() {
+            continue;
+        }
+        let own = TileId { level: q, row: i >> q, column: j >> q };
+        tiles.insert(own);
+        let [dsdx, dtdx, dsdy, dtdy] = dump.derivatives[n].map(f64::from);
+        let jacobian = [[dsdx, dsdy].map(|d| d * size[0]), [dtdx, dtdy].map(|d| d * size[1])];
+        let centre =
+            [0, 1].map(|axis| f64::from(dump.coordinates[n][axis]) * size[axis] / 2f64.powi(q as i32));
+        let corner = [own.column, own.row].map(|tile| i64::from(tile) * side);
+        let of = |sign: f64| {
+            // The dump's s and t have 24 bits.
+            let off = sign * (2f64.powi(-24) * size[0] + 2f64.powi(-12));
+            let half = half_sides(jacobian, q, sign);
+            let first = [0, 1].map(|axis| (centre[axis] - half[axis] - off).floor() as i64);
+            let last = [0, 1].map(|axis| (centre[axis] + half[axis] + off).floor() as i64);
+            let inside = (0..2).all(|axis| {
+                first[axis] >= corner[axis] - margin && last[axis] < corner[axis] + side + margin
+            });
+            if inside { BTreeSet::from([own]) } else { tiles_of_texels(&pyramid, q, first, last) }
+        };
+        let (least, most) = (of(-1.0), of(1.0));
+        reaching += usize::from(most.len() > 1);
+        if least == most {
+            tiles.extend(most);
+        } else {
+            undecided += 1;
+            let at = |[level, i, j]: [u32; 3]| TileId { level, row: i >> level, column: j >> level };
+            tiles.extend(neighbours(&pyramid, [q, i, j], dump.reaches[n]).map(at));
+        }
+    }
+    assert!(100 * undecided < dump.triples.len(), "{undecided} undecided");
+    (tiles, [reaching, undecided])
+}
+
+/// A texel's centre lies in the ellipse's box.
+fn of_ellipse(ellipse: Ellipse) -> impl Fn([[f64; 2]; 2], u32, f64) -> [f64; 2] {
+    move |jacobian, q, _| half_sides(&ellipse, &pixel_of([0.0; 2], jacobian), q).map(|side| side - 0.5)
+}
+
+/// The outermost of nA samples is half a share of the longer side before its end.
+fn of_samples(most: u32) -> impl Fn([[f64; 2]; 2], u32, f64) -> [f64; 2] {
+    move |[u, v], q, sign| {
+        let [r1, r2] = [[u[0], v[0]], [u[1], v[1]]];
+        let [a, b] = [r1, r2].map(|[s, t]| s.hypot(t));
+        let count = f64::from(sample_count(a.max(b) * (1.0 + sign * 1e-5), a.min(b), most));
+        let major = if a > b { r1 } else { r2 };
+        major.map(|side| side.abs() * (0.5 - 0.5 / count) / 2f64.powi(q as i32))
+    }
+}
+
+fn listed(renderer: &Renderer) -> BTreeSet<TileId> {
+    renderer.records.last().unwrap().visible.iter().copied().collect()
+}
+
+#[test]
+fn the_level_and_the_list_are_the_references() {
+    let (mut beside, mut rejected) = (0, 0);
+    for (scene, camera, border, ratio) in CASES {
+        let mut renderer = settled(scene, camera, border, |settings| filter(settings, ratio));
+        let tile_size = renderer.technique.source.pyramid().tile_size();
+        let [wrong, covered] = wrong_levels(&mut renderer, &ellipse(ratio, tile_size));
+        assert!(wrong == 0 && covered > 4000, "{scene}, {camera}: {wrong} of {covered}");
+        let own = ellipse(ratio, tile_size);
+        let (tiles, [reaching, undecided]) = needed(&mut renderer, i64::from(border), &of_ellipse(own));
+        println!("{scene}, {camera}: {} tiles, {reaching} pixels reach, {undecided} undecided", tiles.len());
+        assert_eq!(listed(&renderer), tiles, "{scene}, {camera}");
+        // The neighbour that must be rejected: a footprint that reaches three texels at most.
+        let [wrong, _] = wrong_levels(&mut renderer, &ellipse(ratio, tile_size).within(3));
+        rejected += wrong;
+        let requests = renderer.requests().unwrap();
+        beside += tiles.len() - visible_tiles(&requests, &renderer.technique.source.pyramid()).len();
+    }
+    assert!(beside > 0 && rejected > 10_000, "{beside} tiles beside, {rejected} levels");
+}
+
+/// Every method that makes the list, on tiles without a border.
+#[test]
+fn every_method_lists_the_tiles_beside() {
+    let (gpu, scene) = (device(), bordered("ruler", 0));
+    let tiles = |change: &dyn Fn(&mut Config)| {
+        let mut renderer = open(&gpu, &scene, [160, 90], |settings| {
+            filter(settings, 16);
+            change(&mut settings.config);
+        });
+        for _ in 0..3 {
+            renderer.frame(&pose(&scene, "corner-oblique")).unwrap();
+        }
+        renderer.drain().unwrap();
+        let list = listed(&renderer);
+        (renderer, list)
+    };
+    let (mut renderer, list) = tiles(&|_| {});
+    let (needed, [reaching, _]) = needed(&mut renderer, 0, &of_ellipse(ellipse(16, 512)));
+    let own = visible_tiles(&renderer.requests().unwrap(), &renderer.technique.source.pyramid());
+    assert!(reaching > 100 && own.len() < needed.len(), "{reaching}, {} of {}", own.len(), needed.len());
+    assert_eq!(list, needed);
+    for list in [Listing::HostHash, Listing::HostBitmap] {
+        assert_eq!(tiles(&|config| config.list = list).1, needed, "{list:?}");
+    }
+    for &format in RequestFormat::ALL.iter().filter(|format| gpu.renders_to(format.image_format())) {
+        assert_eq!(tiles(&|config| config.request_format = Some(format)).1, needed, "{format:?}");
+    }
+    for &dedup in Dedup::ALL {
+        for address in [TileAddress::Level0, TileAddress::OwnLevel] {
+            let variant = |config: &mut Config| {
+                *config = Config { dedup, address, compact: Compaction::Append, ..*config };
+            };
+            let mut config = Config::DEFAULT;
+            variant(&mut config);
+            // Without a draw of depth alone hidden fragments mark, too.
+            let exact = dedup != Dedup::Fused && config.check(&renderer.technique.source.pyramid()).is_ok();
+            if exact {
+                assert_eq!(tiles(&variant).1, needed, "{dedup:?}, {address:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn nine_and_sixteen_samples_list_the_tiles_that_they_are_in() {
+    let mut beside = 0;
+    for (scene, camera, most, border) in [
+        ("ruler", "corner-oblique", 9, 2),
+        ("ruler", "corner-oblique", 16, 4),
+        ("plane", "tilted", 16, 4),
+        ("ruler", "north-pole", 16, 2),
+        ("earth", "low", 4, 4),
+    ] {
+        let mut renderer = settled(scene, camera, border, |settings| {
+            settings.config.filter.max_anisotropy = most;
+            settings.streaming.gpu_tiles = 192;
+        });
+        let (tiles, [reaching, undecided]) = needed(&mut renderer, i64::from(border) - 1, &of_samples(most));
+        println!("{scene}, {camera}, NA {most}: {} tiles, {reaching} pixels reach, {undecided}", tiles.len());
+        assert_eq!(listed(&renderer), tiles, "{scene}, NA = {most}");
+        assert!(most > border || reaching == 0, "{reaching}");
+        beside += reaching;
+    }
+    assert!(beside > 50, "{beside}");
+}
+
+/// All colours that the reference allows: the levels that the device may choose by its derivatives' tolerance. `None` where
+/// that is more than a quarter of the footprint's width: at the limb, whose triangles are lower than a pixel. An infinite `limb`: the
+/// facet's own footprint.
+fn possible(
+    ellipse: &Ellipse,
+    sample: &Sample,
+    texels: &Texels<'_>,
+    pyramid: &Pyramid,
+    limb: f64,
+) -> Option<Vec<[f64; 3]>> {
+    let size = pyramid.level_size(0).map(f64::from);
+    let footprint = sides(sample, pyramid);
+    let centre = [sample.s * size[0], sample.t * size[1]];
+    let [[ux, vx], [uy, vy]] = [footprint.r1, footprint.r2];
+    let facet = pixel_of(centre, [[ux, uy], [vx, vy]]);
+    // A plane has no limb.
+    let most = if limb > 0.0 { (sample.w_m * limb).sqrt() * size[1] / PI } else { f64::INFINITY };
+    let pixel = bounded(&facet, most, (PI * sample.t).sin().max(1e-3));
+    let [ds, dt] = tolerance(sample).derivative;
+    let minor = facet.determinant.abs() / footprint.lengths()[0];
+    let off = (size[0] * ds).hypot(size[1] * dt) / minor;
+    if limb.is_finite() && (off.is_nan() || off > 0.25) {
+        return None;
+    }
+    let off = if limb.is_finite() { off } else { 0.0 };
+    let scaled = |by: f64| {
+        let larger = pixel_of(centre, pixel.jacobian.map(|row| row.map(|d| d * by)));
+        levels(ellipse, &larger, pyramid.coarsest_level())
+    };
+    let (low, high) = (scaled(1.0 - off)[0], scaled(1.0 + off)[1]);
+    let texture = texels.texture();
+    let colour = |level: u32| {
+        [0, 1, 2].map(|channel| {
+            let texel = |column, row| texture.texel_at(level, column, row)[channel];
+            filtered(ellipse, &pixel, [level, pyramid.coarsest_level()], texel).value
+        })
+    };
+    Some((low..=high).map(colour).collect())
+}
+
+/// A pixel's place is known to 2^-7 of it, which moves a Gaussian of sigma 1/2 pixel by at most 0.8 x 2^-7 of the contrast, and
+/// the derivatives to 2^-9 of themselves: as for one sample, less than 5/256.
+const BOUND: f64 = 5.0 / 256.0;
+
+/// Pixels inside one triangle that no colour of `reference` explains.
+fn beyond(renderer: &mut Renderer, scene: &str, camera: &str, reference: &Ellipse) -> usize {
+    let scene = bordered(scene, renderer.technique.source.pyramid().border_texels());
+    let size = renderer.technique.settings.size;
+    let bytes = renderer.picture_bytes().unwrap();
+    let found: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
+    let pose = pose(&scene, camera);
+    let view = view_of(&scene, &pose, size);
+    let limb = pose.pixel_tangent(size[1]) * scene.surfaces["land"].grid().unwrap().unwrap().curvature;
+    let source = renderer.technique.source.clone();
+    let (texels, pyramid) = (Texels::new(&*source), source.pyramid());
+    let (mut worst, mut beyond, mut judged, mut excused) = (0.0f64, 0, 0, 0);
+    for (n, found) in found.iter().enumerate() {
+        let (x, y) = (n as u32 % size[0], n as u32 / size[0]);
+        let Some(sample) = view.sample(x, y) else { continue };
+        let error =
+            |colour: &[f64; 3]| (0..3).map(|c| (f64::from(found[c]) - colour[c]).abs()).fold(0.0, f64::max);
+        let Some(colours) = possible(reference, &sample, &texels, &pyramid, limb) else {
+            excused += 1;
+            continue;
+        };
+        judged += 1;
+        let least = colours.iter().map(error).fold(f64::INFINITY, f64::min);
+        if least > BOUND {
+            let candidates = view.candidates(x, y, RADIUS_PX);
+            let one = candidates.samples.len() == 1 && !candidates.background;
+            // Below a pixel's height, snapped vertices move the footprint by more than the bound allows.
+            beyond += usize::from(one && sample.altitude_px >= 1.0);
+        } else {
+            worst = worst.max(least);
+        }
+    }
+    texels.check().unwrap();
+    // The rows below the plane's horizon are one in eighteen.
+    assert!(10 * excused < judged, "{excused} excused beside {judged}");
+    println!("{}, {camera}: worst within the bound {worst:.4}; beyond {beyond}", scene.name);
+    beyond
+}
+
+#[test]
+fn the_picture_is_the_f64_picture_with_any_border() {
+    for (scene, camera, border, ratio) in CASES {
+        let mut renderer = settled(scene, camera, border, |settings| filter(settings, ratio));
+        let tile_size = renderer.technique.source.pyramid().tile_size();
+        assert_eq!(beyond(&mut renderer, scene, camera, &ellipse(ratio, tile_size)), 0, "{scene}, {camera}");
+    }
+}
+
+/// The neighbours that must be rejected: another cap on the axes, another reach, fewer texels.
+#[test]
+fn another_ellipse_is_not_the_picture() {
+    let mut renderer = settled("ruler", "corner-oblique", 4, |settings| filter(settings, 16));
+    let own = ellipse(16, renderer.technique.source.pyramid().tile_size());
+    for other in [own.most_ratio(1.0), own.within(8), own.minor_texels(1.0)] {
+        let beyond = beyond(&mut renderer, "ruler", "corner-oblique", &other);
+        assert!(beyond > 250, "{other:?}: {beyond}");
+    }
+}
+
+/// A level's green, linear, as a function that threads share.
+fn green(source: &dyn TileSource, level: u32) -> Texture<impl Fn(u32, u32, u32) -> [f64; 4] + Sync> {
+    let (texels, pyramid) = (Texels::new(source), source.pyramid());
+    let [width, height] = pyramid.level_size(level);
+    let texture = texels.texture();
+    let place = |n: u32| texture.texel_at(level, i64::from(n % width), i64::from(n / width));
+    let all: Vec<[f64; 4]> = (0..width * height).map(place).collect();
+    let texel = move |_: u32, x: u32, y: u32| all[(y * width + x) as usize];
+    Texture {
+        width_log2: pyramid.width_log2(),
+        height_log2: pyramid.height_log2(),
+        edges: Edges::Planet,
+        texel,
+    }
+}
+
+/// Pixels whose kernel the limb cuts: the device's picture is nearer to the truth than the footprints of the facets are.
+#[test]
+fn a_footprint_at_the_limb_is_bounded_by_what_the_pixel_sees() {
+    // 64 texels of level 0 are less than an eighth of the footprints here.
+    const LEVEL: u32 = 6;
+    let scene = bordered("globe", 4);
+    let mut renderer = settled("globe", "africa", 4, |settings| filter(settings, 16));
+    let (size, source) = (renderer.technique.settings.size, renderer.technique.source.clone());
+    let pose = pose(&scene, "africa");
+    let (view, pyramid, texture) = (view_of(&scene, &pose, size), source.pyramid(), green(&*source, LEVEL));
+    let truth = supersample(
+        size,
+        |x, y| view.coordinate(x, y),
+        |[s, t]| texture.bilinear(LEVEL, s, t)[1],
+        Kernel::Gaussian { sigma: 0.5, radius: 1.0 },
+        Density { per_texel: 0.0, least: 6, most: 6 },
+    );
+    let bytes = renderer.picture_bytes().unwrap();
+    let shown: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
+    let (texels, own) = (Texels::new(&*source), ellipse(16, pyramid.tile_size()));
+    let (mut square, mut of_facets, mut of_device, mut pixels) = (0.0, 0.0, 0.0, 0);
+    for (n, sample) in view.samples().into_iter().enumerate() {
+        let Some(sample) = sample.filter(|_| !truth.whole[n]) else { continue };
+        // Without a bound.
+        let [facet, ..] = possible(&own, &sample, &texels, &pyramid, f64::INFINITY).unwrap()[..] else {
+            panic!()
+        };
+        square += truth.values[n].powi(2);
+        of_facets += (facet[1] - truth.values[n]).powi(2);
+        of_device += (f64::from(shown[n][1]) - truth.values[n]).powi(2);
+        pixels += 1;
+    }
+    let [of_facets, of_device] = [of_facets, of_device].map(|error| error / square);
+    println!("{pixels} pixels at the limb: NMSE {of_facets:.4} unbounded, {of_device:.4} bounded");
+    assert!(pixels > 100 && of_device < 0.5 * of_facets, "{of_device} {of_facets}");
+}
+
+#[test]
+fn a_fused_draw_shows_and_lists_the_same() {
+    let of = |fuse: bool| {
+        let mut renderer = settled("earth", "oblique", 8, |settings| {
+            filter(settings, 16);
+            if fuse {
+                settings.config.dedup = Dedup::FusedExact;
+                settings.config.address = TileAddress::OwnLevel;
+                settings.config.compact = Compaction::Append;
+            }
+        });
+        let visible: BTreeSet<TileId> = renderer.records.last().unwrap().visible.iter().copied().collect();
+        (renderer.picture_bytes().unwrap(), visible)
+    };
+    let (staged, fused) = (of(false), of(true));
+    assert_eq!(staged.1, fused.1);
+    assert!(staged.0 == fused.0);
+}
+
+/// One byte everywhere.
+struct Constant(Pyramid);
+
+impl TileSource for Constant {
+    fn describe(&self) -> String {
+        "constant".into()
+    }
+    fn pyramid(&self) -> Pyramid {
+        self.0
+    }
+    fn format(&self) -> TileFormat {
+        TileFormat::Rgba8
+    }
+    fn read_tile(&self, _: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
+        bytes.fill(119);
+        Ok(())
+    }
+    fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
+        let [width, height] = self.0.level_size(level).map(|side| side as usize);
+        Ok(vec![119; 4 * width * height])
+    }
+}
+
+#[test]
+fn a_constant_texture_comes_out_exactly() {
+    let scene = bordered("plane", 8);
+    let pyramid = Pyramid::new(18, 17, 9, 8, None).unwrap();
+    let mut renderer = open_with(&device(), &scene, [160, 90], Arc::new(Constant(pyramid)), |settings| {
+        filter(settings, 16);
+    });
+    renderer.settle(&pose(&scene, "tilted")).unwrap();
+    let bytes = renderer.picture_bytes().unwrap();
+    let pixels: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
+    let mut colours: Vec<[u32; 4]> = pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect();
+    colours.sort();
+    colours.dedup();
+    // The sky's and the texture's.
+    assert_eq!(colours.len(), 2, "{colours:?}");
+}

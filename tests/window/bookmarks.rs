@@ -1,0 +1,74 @@
+//! Bookmarks between runs, and where the eye may go.
+
+use crate::display::{Display, key};
+use crate::open;
+use crate::program::Program;
+
+/// The value of a key in the camera that C prints.
+fn camera_value(window: &mut Program<'_>, name: &str) -> f64 {
+    let before = window.stdout().matches("[cameras.NAME]").count();
+    window.press(key::C);
+    window.until("the camera is printed", |window| {
+        let words = window.stdout();
+        words.matches("[cameras.NAME]").count() > before && words.ends_with("\n\n")
+    });
+    let words = window.stdout();
+    let camera = words.rsplit("[cameras.NAME]").next().unwrap();
+    let line =
+        camera.lines().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{name}: {camera}"));
+    line.split(" = ").nth(1).unwrap().parse().unwrap()
+}
+
+#[test]
+fn a_saved_bookmark_is_found_by_the_next_run() {
+    let display = Display::start();
+    let config = tempfile::tempdir().unwrap();
+    let home = [("XDG_CONFIG_HOME", config.path().to_str().unwrap())];
+    let arguments = ["globe", "--size", "200x150", "--no-panels"];
+    let mut window = Program::start(&display, &arguments, &home);
+    let start = window.settled_picture();
+    window.wheel([100, 70], 4);
+    window.until_other("nearer", &start);
+    let altitude_m = camera_value(&mut window, "altitude_m");
+    window.press_with_control(key::DIGIT_1 + 6);
+    window.said("bookmark 7");
+    window.press(key::ESCAPE);
+    window.closed();
+
+    let mut window = Program::start(&display, &arguments, &home);
+    window.settled_picture();
+    window.press(key::DIGIT_1 + 6);
+    window.until("the eye is at the bookmark", |window| camera_value(window, "altitude_m") == altitude_m);
+    window.press(key::ESCAPE);
+    window.closed();
+
+    // A file where the folder should be.
+    let file = config.path().join("file");
+    std::fs::write(&file, "").unwrap();
+    let nowhere = [("XDG_CONFIG_HOME", file.to_str().unwrap())];
+    let mut window = Program::start(&display, &arguments, &nowhere);
+    window.settled_picture();
+    window.press_with_control(key::DIGIT_1);
+    window.said("file/ortelius/bookmarks.toml: the bookmark is kept until the window closes");
+    window.press(key::ESCAPE);
+    window.closed();
+}
+
+#[test]
+fn no_flight_goes_below_the_valleys_ground() {
+    let display = Display::start();
+    let mut window = open(&display, &["valley", "--size", "160x120", "--no-panels"]);
+    window.settled_picture();
+    // From 4,480 m above the sea, over a lake's bed at about 4,400 m.
+    window.hold(key::Q, 2500);
+    window.until("the eye is above the ground", |window| {
+        window.press(key::Q);
+        camera_value(window, "altitude_m") > 4000.0
+    });
+    let altitude_m = camera_value(&mut window, "altitude_m");
+    let near_m = camera_value(&mut window, "near_m");
+    assert!(altitude_m < 4480.0 && near_m < 1.0, "{altitude_m} {near_m}");
+    window.settled_picture();
+    window.press(key::ESCAPE);
+    window.closed();
+}
