@@ -2,12 +2,12 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
 
-// A vertex of egui: points from the window's corner, texture coordinates, sRGB with premultiplied alpha.
+// A vertex of egui: position in points from the window's corner, texture coordinates, premultiplied sRGB.
 layout(location = 0) in vec2 position;
 layout(location = 1) in vec2 place;
 layout(location = 2) in uint packed_colour;
 layout(push_constant, scalar) uniform Panels {
-    vec2 points;  // of the whole window
+    vec2 points;  // size of the window in points
 } panels;
 
 layout(location = 0) out vec2 texture_place;

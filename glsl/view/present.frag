@@ -2,27 +2,27 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
 
-// The window's picture: one picture, two with a divider, or their difference, with a magnifier.
-layout(binding = 0) uniform texture2D left;   // as bytes
+// Draws the window's picture: one picture, two beside a divider, or their difference; and the magnifier.
+layout(binding = 0) uniform texture2D left;   // sRGB codes, not decoded
 layout(binding = 1) uniform texture2D right;
-layout(binding = 2) uniform utexture2D words;  // of the left picture: tiles (shown.frag) or faces (faces.frag)
+layout(binding = 2) uniform utexture2D words;  // overlay of the left picture: tiles (shown.frag) or faces (faces.frag)
 layout(push_constant, scalar) uniform Present {
     uint split;      // first column of the right picture
-    float gain;      // 0: pictures; else the factor of their difference
-    ivec2 magnified; // the pixel in the middle of the magnifier
+    float gain;      // factor of the difference; 0 shows the pictures
+    ivec2 magnified; // the pixel in the centre of the magnifier
     ivec2 lens_at;   // first column and row of the magnifier in the window
-    uint lens_side;  // pixels; 0: no magnifier
-    uint zoom;       // window pixels for each picture pixel
-    uint overlay;    // one of these:
+    uint lens_side;  // in pixels; 0: no magnifier
+    uint zoom;       // window pixels per picture pixel
+    uint overlay;    // one of the following
 } present;
 
 const uint NONE = 0;       // the picture alone
-const uint LEVELS = 1;     // levels as colours, edges of tiles as lines
-const uint SHORTFALL = 2;  // levels by which the tile shown is coarser than the one wanted
-const uint COLLAPSE = 3;   // faces by the level below which they collapse, edges as lines
-const uint MISSES = 4;     // faces by the vertices that the cache lacked
+const uint LEVELS = 1;     // requested levels as colours, tile edges as lines
+const uint SHORTFALL = 2;  // shown level minus requested level
+const uint COLLAPSE = 3;   // faces by the level below which they collapse
+const uint MISSES = 4;     // faces by their vertex-cache misses
 
-layout(location = 0) out vec4 colour;  // sRGB bytes, the window's format
+layout(location = 0) out vec4 colour;  // sRGB codes, as the window's format stores them
 
 // The divider is 2 pixels wide.
 const vec3 DIVIDER = vec3(1.0, 0.72, 0.1);
@@ -43,7 +43,7 @@ vec3 with_grid(vec3 picture, ivec2 at) {
     return edge ? hue : mix(picture, hue, 0.4);
 }
 
-// Nothing is missing: blue. One level is yellow, three and more are red. Finer than wanted: green.
+// Blue: the requested level is shown. Yellow to red: 1 to 3 levels coarser. Green: finer.
 vec3 with_shortfall(vec3 picture, ivec2 at) {
     uvec4 here = word(at);
     int missing = int(here.w) - int(here.x);

@@ -66,22 +66,22 @@ impl Live {
         Ok(())
     }
 
-    /// Actions with output: files, lines, captures.
+    /// Actions that write files, print lines, or start a capture.
     fn hand_out(&mut self, action: Action) -> anyhow::Result<()> {
         match action {
             Action::Screenshot => {
                 let picture = shot::take(&self.stage, &self.eye.camera, &self.folder)?;
                 self.print(&picture.display().to_string())?;
-                self.say(format!("{} and its report", picture.display()));
+                self.say(format!("{} and its report are saved", picture.display()));
             }
             Action::CopyCamera => {
                 let text = self.eye.camera.to_toml("NAME");
                 self.input.egui_ctx().copy_text(text.clone());
                 self.print(&text)?;
-                self.say("the camera is in the clipboard".to_owned());
+                self.say("camera copied to the clipboard".to_owned());
             }
             Action::PrintPixel => {
-                let empty = || anyhow!("no pixel is magnified: Z, then point at one");
+                let empty = || anyhow!("no pixel is magnified: press Z and point at one");
                 let found = self.found().ok_or_else(empty)?;
                 self.print(&inspector::line(&self.stage, found))?;
             }
@@ -93,7 +93,7 @@ impl Live {
                 true => self.say("RenderDoc captures the next frame".to_owned()),
                 false => bail!("RenderDoc is not loaded: start `ortelius view` from RenderDoc"),
             },
-            other => unreachable!("{other:?} stays in the window"),
+            other => unreachable!("{other:?} has no output"),
         }
         Ok(())
     }
@@ -103,7 +103,7 @@ impl Live {
         self.eye.fly_to(camera);
     }
 
-    /// Actions that open renderers.
+    /// Actions that open or reconfigure renderers.
     fn change(&mut self, action: Action) -> anyhow::Result<()> {
         (self.levels, self.faces) = (None, None);
         match action {
@@ -111,7 +111,8 @@ impl Live {
             Action::Compare => self.stage.toggle_second()?,
             Action::ShowBeside(variant) => self.stage.show_beside(variant)?,
             Action::Trade(at) => {
-                let trade = self.trade.as_mut().context("no trade: --trade TRADE.json")?;
+                let trade =
+                    self.trade.as_mut().context("no sweep is loaded: start with --trade TRADE.json")?;
                 self.stage.take_setting(&trade.front[at].changes)?;
                 trade.at = Some(at);
             }
@@ -126,7 +127,7 @@ impl Live {
         Ok(())
     }
 
-    /// Switches to newly compiled shaders: every pipeline is rebuilt. If that fails, the old ones stay.
+    /// Installs recompiled shaders and rebuilds every pipeline. If that fails, the old shaders stay.
     pub(super) fn take_shaders(&mut self) -> anyhow::Result<()> {
         let Some(compiled) = self.reload.poll() else { return Ok(()) };
         self.echo = ECHO;
@@ -145,7 +146,8 @@ impl Live {
         Ok(())
     }
 
-    /// The next variant that this device and scene support.
+    /// Shows the next variant that opens on this device. Variants that fail to open are skipped with a
+    /// warning.
     fn show_next(&mut self) -> anyhow::Result<()> {
         let mut next = self.stage.next(self.stage.variant);
         while let Err(error) = self.stage.show(next) {
@@ -186,18 +188,18 @@ impl Live {
         Ok(())
     }
 
-    /// The device memory and main memory that the window uses now.
+    /// The device memory and the main memory in use, as one line.
     fn memory(&self) -> anyhow::Result<String> {
         let held = self.stage.renderer.gpu.allocations()?;
         let device: u64 = held.iter().map(|(_, bytes)| bytes).sum();
-        // Linux: counts in pages; the second number is the resident set.
+        // Linux reports counts of 4096-byte pages; the second count is the resident set.
         let pages = std::fs::read_to_string("/proc/self/statm").ok();
         let resident = pages.and_then(|pages| pages.split(' ').nth(1)?.parse::<u64>().ok());
         let resident = resident.map_or("unknown".to_owned(), |pages| (4096 * pages).to_string());
         Ok(format!("memory: device {device} bytes in {} allocations, resident {resident} bytes", held.len()))
     }
 
-    /// Writes to stdout, which carries data. A closed pipe is not an error.
+    /// Writes a line to stdout. A closed pipe is not an error.
     pub(super) fn print(&self, text: &str) -> anyhow::Result<()> {
         match writeln!(std::io::stdout(), "{text}") {
             Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.into()),

@@ -1,4 +1,4 @@
-//! The actions of the window and their keys. The help is generated from the same list.
+//! The actions of the window and their keys. The help (F1) prints this list.
 
 use super::overlay::Overlay;
 use egui::Key;
@@ -21,12 +21,12 @@ pub enum Action {
     NextVariant,
     Show(usize),
     Compare,
-    /// Shows a variant beside the current one.
+    /// Opens a variant beside the current one.
     ShowBeside(usize),
-    /// Cycles through pictures, their difference, and FLIP.
+    /// Next comparison: both pictures, their difference, FLIP.
     NextComparison,
     Comparison(Comparison),
-    /// Selects a setting from the Pareto front.
+    /// Applies the point with this index on the Pareto front.
     Trade(usize),
     NextOverlay,
     Overlay(Option<Overlay>),
@@ -38,19 +38,19 @@ pub enum Action {
     Record,
     CopyCamera,
     FlyTo(Camera),
-    /// Index of a bookmark.
+    /// Index of a bookmark, from 0.
     Save(usize),
     Recall(usize),
-    /// A scene key and its TOML value.
+    /// A key of the scene, and its value in TOML.
     Set(String, String),
 }
 
 /// How two variants share the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Comparison {
-    /// Side by side at the divider.
+    /// Left and right of the divider.
     Pictures,
-    /// Eight times the difference of their bytes.
+    /// Eight times the absolute difference of their sRGB codes.
     Difference,
     Flip,
 }
@@ -75,36 +75,36 @@ impl Comparison {
 pub const KEYS: [(Key, &str, Action); 19] = [
     (Key::F1, "help", Action::Help),
     (Key::F2, "panels", Action::Panels),
-    (Key::F5, "compile the shaders again", Action::Reload),
-    (Key::F8, "capture the next frame, where RenderDoc started the program", Action::Capture),
-    (Key::F9, "pause the path, go on", Action::Pause),
+    (Key::F5, "recompile the shaders", Action::Reload),
+    (Key::F8, "capture the next frame, if RenderDoc started the program", Action::Capture),
+    (Key::F9, "pause or resume the path", Action::Pause),
     (Key::F11, "full screen", Action::FullScreen),
-    (Key::F12, "screenshot, and the report that renders it again", Action::Screenshot),
+    (Key::F12, "screenshot, and a report that reproduces it", Action::Screenshot),
     (Key::Space, "next variant", Action::NextVariant),
-    (Key::X, "this variant beside the next: drag the divider", Action::Compare),
-    (Key::V, "both, their difference, FLIP", Action::NextComparison),
-    (Key::G, "next overlay: levels and tiles, wanted minus shown, …", Action::NextOverlay),
-    (Key::F, "stream and cull for this eye on, and look from elsewhere", Action::Freeze),
-    (Key::Z, "magnifier, and the numbers of the pixel", Action::Magnify),
-    (Key::N, "print the numbers under the magnifier", Action::PrintPixel),
-    (Key::M, "print the memory that is held", Action::PrintMemory),
+    (Key::X, "compare with the next variant; drag the divider", Action::Compare),
+    (Key::V, "comparison: both pictures, their difference, FLIP", Action::NextComparison),
+    (Key::G, "next overlay", Action::NextOverlay),
+    (Key::F, "freeze the camera for streaming and culling; the view still moves", Action::Freeze),
+    (Key::Z, "magnifier, and the values of the pixel", Action::Magnify),
+    (Key::N, "print the values of the magnified pixel", Action::PrintPixel),
+    (Key::M, "print the memory in use", Action::PrintMemory),
     (Key::P, "play the path", Action::Play),
     (Key::R, "record the path as numbered pictures", Action::Record),
     (Key::C, "copy the camera as TOML (and print it)", Action::CopyCamera),
     (Key::Escape, "quit", Action::Close),
 ];
 
-/// Keys that move the camera, for the help only: [`super::control`] reads them while they are held.
+/// Input that moves the camera, listed for the help. [`super::control`] handles it.
 pub const MOVES: [(&str, &str); 7] = [
     ("drag", "move the ground"),
-    ("right drag", "turn about the middle of the picture"),
-    ("wheel, pinch", "nearer, farther"),
+    ("right drag", "orbit about the middle of the picture"),
+    ("wheel, pinch", "zoom"),
     ("double click", "fly there"),
-    ("W A S D, Q E", "fly; Q down, E up"),
-    ("Shift, Ctrl", "four times as fast, four times as slow"),
-    ("1 … 9", "fly to a bookmark; with Ctrl: save it, for later runs too"),
+    ("W A S D, Q E", "fly; Q: down, E: up"),
+    ("Shift, Ctrl", "fly four times faster, four times slower"),
+    ("1 … 9", "fly to a bookmark; with Ctrl: save it (kept for later runs)"),
 ];
 
-/// Bookmarks, in order.
+/// The keys of the bookmarks, in order.
 pub const DIGITS: [Key; 9] =
     [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];

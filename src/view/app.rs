@@ -1,4 +1,4 @@
-//! The event loop: opens the window when the event loop is ready, forwards events, and closes in order.
+//! The event loop: opens the window once the loop runs, forwards events, and destroys everything in order.
 
 use super::live::Live;
 use super::{NoDisplay, Opening};
@@ -16,7 +16,7 @@ use winit::window::{Window, WindowId};
 
 struct App {
     opening: Opening,
-    /// Dropped before the device.
+    /// Must be dropped before the device.
     live: Option<Live>,
     gpu: Option<Gpu>,
     failed: Option<anyhow::Error>,
@@ -33,12 +33,12 @@ pub fn run(opening: Opening) -> anyhow::Result<()> {
     if let Some(error) = app.failed {
         return Err(error);
     }
-    // The window and everything made for it are gone: no device memory may remain allocated.
+    // The window and everything made for it are destroyed: no device memory may remain allocated.
     app.live = None;
     let Some(gpu) = app.gpu else { return Ok(()) };
     if let Some((name, bytes)) = gpu.allocations()?.first() {
         bail!(
-            "{name} still has {bytes} bytes on the device after the window was closed: a leak, please report it"
+            "leak: {name} still holds {bytes} bytes of device memory after the window was closed; please report it"
         );
     }
     match gpu.messages().first() {
@@ -49,7 +49,7 @@ pub fn run(opening: Opening) -> anyhow::Result<()> {
     }
 }
 
-/// winit panics if an X11 library is missing; here that becomes an ordinary error.
+/// winit panics if an X11 library is missing. This function returns the panic as an ordinary error.
 fn event_loop() -> Result<EventLoop<()>, NoDisplay> {
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));
@@ -88,7 +88,7 @@ impl App {
             device: self.opening.device.as_deref(),
             validate: self.opening.validate,
             needs: &[],
-            // Variants are switched without reopening the device.
+            // The device has all features, so that switching variants does not reopen it.
             wishes: &Feature::ALL,
             display: Some(display),
         })?;
@@ -101,7 +101,7 @@ impl App {
         Ok(())
     }
 
-    /// Ends the loop on an error, or when the user quits.
+    /// Leaves the event loop after an error, or when the user quits.
     fn after(&mut self, events: &ActiveEventLoop, done: anyhow::Result<bool>) {
         match done {
             Ok(true) => {}
@@ -146,7 +146,7 @@ impl ApplicationHandler for App {
         self.after(events, done);
     }
 
-    /// Sleeps until an event arrives, unless the picture still changes.
+    /// Redraws at once while the picture changes; otherwise sleeps until the next event or deadline.
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         let Some(live) = &self.live else { return };
         match live.wakes_in() {

@@ -1,23 +1,23 @@
-//! Bookmarks 1 … 9 of each scene. They are saved in `ortelius/bookmarks.toml` in the user's configuration folder: a
-//! table `[SCENE]` with one camera for each digit, in the format of scene files.
+//! Bookmarks 1 to 9 of each scene. They are saved in `ortelius/bookmarks.toml` in the user's configuration
+//! folder. Its table `[SCENE]` has one camera for each digit, in the format of scene files.
 
 use anyhow::{Context, anyhow};
 use ortelius::scene::Scene;
 use ortelius::scene::camera::Camera;
 use std::path::{Path, PathBuf};
 
-/// The bookmarks of one scene: the saved ones; free digits get the scene's own cameras in order.
+/// The bookmarks of one scene. Digits without a saved bookmark get the scene's cameras in order.
 pub struct Bookmarks {
     scene: String,
     path: Option<PathBuf>,
     cameras: [Option<Camera>; 9],
 }
 
-/// The name of a camera while it is parsed.
+/// The name under which a camera is parsed.
 const NAME: &str = "bookmark";
 
 impl Bookmarks {
-    /// Unreadable bookmarks are skipped and reported.
+    /// Reads the saved bookmarks. Unreadable ones are skipped; the result reports them.
     pub fn open(scene: &Scene) -> (Bookmarks, anyhow::Result<()>) {
         Bookmarks::at(path(|name| std::env::var_os(name).map(PathBuf::from)), scene)
     }
@@ -32,7 +32,8 @@ impl Bookmarks {
     }
 
     pub fn get(&self, n: usize) -> anyhow::Result<Camera> {
-        self.cameras[n].ok_or_else(|| anyhow!("bookmark {0} is empty; Ctrl+{0} saves one", n + 1))
+        self.cameras[n]
+            .ok_or_else(|| anyhow!("bookmark {0} is empty; Ctrl+{0} saves the current camera", n + 1))
     }
 
     fn read(&mut self, scene: &Scene) -> anyhow::Result<()> {
@@ -48,18 +49,19 @@ impl Bookmarks {
         Ok(())
     }
 
-    /// Stores a camera. It stays for this run even if saving fails.
+    /// Saves a camera. It is kept for this run even if writing the file fails.
     ///
     /// # Errors
-    /// The file cannot be written; the error names it. Its old content stays.
+    /// The file cannot be written; the error names it, and the file is unchanged.
     pub fn save(&mut self, n: usize, camera: Camera) -> anyhow::Result<()> {
         self.cameras[n] = Some(camera);
         let unset = "neither XDG_CONFIG_HOME nor HOME is set: the bookmark is kept until the window closes";
         let path = self.path.as_ref().context(unset)?;
         let mut file = if path.exists() { table(path)? } else { toml::Table::new() };
         let own = file.entry(&self.scene).or_insert_with(|| toml::Value::Table(toml::Table::new()));
-        let own =
-            own.as_table_mut().with_context(|| format!("{}: {} is no table", path.display(), self.scene))?;
+        let own = own
+            .as_table_mut()
+            .with_context(|| format!("{}: {} is not a table", path.display(), self.scene))?;
         let change = camera.to_change(NAME);
         let (_, text) = change.split_once('=').expect("a change is KEY=VALUE");
         own.insert((n + 1).to_string(), toml::Value::String(text.to_owned()));
@@ -75,7 +77,7 @@ fn path(variable: impl Fn(&str) -> Option<PathBuf>) -> Option<PathBuf> {
 
 fn table(path: &Path) -> anyhow::Result<toml::Table> {
     let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    text.parse().with_context(|| format!("{}: not TOML; mend or remove it", path.display()))
+    text.parse().with_context(|| format!("{}: not valid TOML; correct or remove the file", path.display()))
 }
 
 /// Writes the file atomically.

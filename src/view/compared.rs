@@ -1,4 +1,4 @@
-//! Panels for selections: one or two variants, a point on the Pareto front, an overlay.
+//! Panel sections with a selection: one or two variants, a point of the Pareto front, an overlay.
 
 use super::action::{Action, Comparison};
 use super::overlay::Overlay;
@@ -11,7 +11,7 @@ pub fn variants(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
     for (n, variant) in stage.variants.iter().enumerate() {
         ui.horizontal(|ui| {
             let beside = ui.selectable_label(second == Some(n), "right");
-            if beside.on_hover_text("show it beside the other one").clicked() {
+            if beside.on_hover_text("show this variant on the right").clicked() {
                 actions.push(Action::ShowBeside(n));
             }
             let name = ui.selectable_label(n == stage.variant, &variant.name);
@@ -33,12 +33,15 @@ pub fn variants(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
     });
 }
 
-/// A slider along the Pareto front, and the governor's budget.
+/// A slider along the Pareto front, and the governor's budgets.
 pub fn trade(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
     match shown.trade {
         Some(Front { front, measure, at }) if !front.is_empty() => {
             let mut now = at.unwrap_or(0);
-            ui.label(format!("{} of the front, from the least error to the least time", front.len()));
+            ui.label(format!(
+                "{} Pareto-optimal settings, from the smallest error to the shortest time",
+                front.len()
+            ));
             if ui.add(Slider::new(&mut now, 0..=front.len() - 1).show_value(false)).changed() {
                 actions.push(Action::Trade(now));
             }
@@ -47,7 +50,7 @@ pub fn trade(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
             ui.monospace(format!("{measure} {:.3e}, {:.2} ms when swept", setting.error, setting.ms.median));
         }
         _ => {
-            ui.label("`ortelius trade SCENE -o DIR` measures it; then `view SCENE --trade DIR/trade.json`");
+            ui.label("run `ortelius trade SCENE -o DIR`, then `ortelius view SCENE --trade DIR/trade.json`");
         }
     }
     if shown.stage.renderer.technique.meshes.is_some() {
@@ -58,7 +61,7 @@ pub fn trade(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
     }
 }
 
-/// One of the governor's budgets: a number field once it is set.
+/// One budget of the governor: a button that sets it, or its value and buttons that change it.
 fn governor(
     ui: &mut Ui,
     shown: &Shown<'_>,

@@ -1,23 +1,23 @@
-//! Converts keys and pointer input to camera motion and actions.
+//! Converts keyboard and pointer input to camera motion and actions.
 
 use super::action::{Action, DIGITS, KEYS};
 use super::eye::Eye;
 use egui::{Context, Event, InputState, Key, PointerButton, Pos2};
 use glam::{DVec2, DVec3};
 
-/// Flight speed, in heights per second.
+/// Flight speed, in camera heights per second.
 const SPEED: f64 = 1.0;
 /// Shift multiplies the speed by this factor; Ctrl divides it.
 const FASTER: f64 = 4.0;
-/// One notch of the wheel (50 egui points) reduces the height by a sixth.
+/// Zoom per egui point of scrolling. One notch is 50 points: it reduces the height by 15 %.
 const WHEEL: f64 = 0.0033;
-/// Grab distance of the divider, in points.
+/// Largest distance at which the pointer grabs the divider, in points.
 const GRASP: f32 = 6.0;
 
-/// What the pointer drags until it is released, and its position in the last frame.
+/// What the pointer drags until its release. The position is that of the last frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hold {
-    /// Moves the ground.
+    /// Drags the ground.
     Ground(Pos2),
     /// Orbits about the ground point in the middle of the picture.
     View(Pos2),
@@ -29,7 +29,7 @@ pub struct Pane {
     /// Pixels.
     pub size: [u32; 2],
     pub pixels_per_point: f32,
-    /// The divider's position as a share of the width, if there is a divider.
+    /// The divider's position as a share of the width; `None` without a divider.
     pub divider: Option<f32>,
 }
 
@@ -43,12 +43,12 @@ impl Pane {
     }
 }
 
-/// The actions of keys pressed in this frame, unless a text field has the focus.
+/// The actions of the keys pressed in this frame. None while a text field has the focus.
 pub fn actions(context: &Context) -> Vec<Action> {
     if context.egui_wants_keyboard_input() {
         return Vec::new();
     }
-    // Each press carries its own modifiers: in a slow frame they may already be released again.
+    // Each press carries its own modifiers. In a slow frame, Ctrl may already be released again.
     let pressed = |event: &Event| match event {
         Event::Key { key, pressed: true, repeat: false, modifiers, .. } => action(*key, modifiers.command),
         _ => None,
@@ -65,7 +65,8 @@ fn action(key: Key, command: bool) -> Option<Action> {
     }
 }
 
-/// Moves the camera, or the divider, whose new position is returned. `seconds`: time since the last frame.
+/// Moves the camera or the divider. Returns the divider's new position if it moved. `seconds` is the time
+/// since the last frame.
 pub fn steer(
     context: &Context,
     eye: &mut Eye,
@@ -83,7 +84,7 @@ pub fn steer(
             zoom(input, eye, at, pane);
         }
         if pointer && input.pointer.any_pressed() && hold.is_none() {
-            // In a slow frame, moves may follow the press within the same frame.
+            // In a slow frame, motion may follow the press within the same frame.
             *hold = Some(grasped(input, input.pointer.press_origin().unwrap_or(at), pane));
         }
         let mut divider = None;
@@ -125,7 +126,7 @@ fn fly(input: &InputState, eye: &mut Eye, seconds: f64) {
         let faster = if input.modifiers.shift { FASTER } else { 1.0 };
         let slower = if input.modifiers.ctrl { FASTER } else { 1.0 };
         let step_m = SPEED * seconds * eye.height_m() * faster / slower;
-        // Up and down scale the height, so the camera never reaches the ground.
+        // Q and E scale the height exponentially, so the camera never reaches the ground.
         let up_m = eye.camera.altitude_m * ((direction.z * step_m / eye.camera.altitude_m).exp() - 1.0);
         eye.go(DVec3::new(direction.x * step_m, direction.y * step_m, up_m));
     }

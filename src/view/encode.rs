@@ -1,4 +1,4 @@
-//! Encodes a recording as one file: a looping animated PNG and, if ffmpeg is installed, a film.
+//! Encodes a recording as one file: a looping animated PNG, and an MP4 if ffmpeg is installed.
 
 use anyhow::{Context, bail};
 use ortelius::picture::write::{read_png, write_whole};
@@ -6,13 +6,13 @@ use std::io;
 use std::path::Path;
 use std::process::Command;
 
-/// Frames per second, as when the window plays the path.
+/// Frames per second of both files, and of playback in the window.
 pub const FRAMES_PER_SECOND: u16 = 30;
 
-/// Writes `animation.png` from the pictures `00000.png` … of a folder: RGB, endless loop.
+/// Writes `animation.png` from the pictures `00000.png`, `00001.png`, … of a folder: RGB, endless loop.
 ///
 /// # Errors
-/// The file cannot be read or written; the error names its path.
+/// A file cannot be read or written; the error names its path.
 pub fn animation(folder: &Path, frames: u32) -> anyhow::Result<()> {
     let picture = |frame: u32| read_png(&folder.join(format!("{frame:05}.png")));
     let first = picture(0)?;
@@ -39,7 +39,7 @@ pub fn animation(folder: &Path, frames: u32) -> anyhow::Result<()> {
 /// Writes `film.mp4` from the same pictures. False if ffmpeg is not installed.
 ///
 /// # Errors
-/// ffmpeg's error message.
+/// ffmpeg cannot be started, or fails; the error has its first line.
 pub fn film(folder: &Path) -> anyhow::Result<bool> {
     let mut command = Command::new("ffmpeg");
     command.args(["-loglevel", "error", "-nostdin", "-y", "-framerate", &FRAMES_PER_SECOND.to_string()]);
@@ -59,7 +59,7 @@ pub fn film(folder: &Path) -> anyhow::Result<bool> {
     };
     if !ran.status.success() {
         let words = String::from_utf8_lossy(&ran.stderr);
-        bail!("ffmpeg: {}; the numbered pictures are there", words.lines().next().unwrap_or("failed"));
+        bail!("ffmpeg: {}; the numbered pictures are complete", words.lines().next().unwrap_or("failed"));
     }
     Ok(true)
 }

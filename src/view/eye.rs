@@ -1,6 +1,7 @@
 //! Camera motion: dragging the ground, orbiting, flying, and transitions between two cameras.
 //!
-//! The state is a scene's camera instead of a matrix, so a report can store the view and render it again bit for bit.
+//! The state is a camera of the scene format, not a matrix. A report can therefore store the view and
+//! reproduce it bit for bit.
 
 use glam::{DQuat, DVec2, DVec3};
 use ortelius::math::camera::Pose;
@@ -11,20 +12,20 @@ use ortelius::scene::camera::{Camera, Ground, Place, near_m};
 pub const LOWEST_M: f64 = 1.0;
 pub const HIGHEST_M: f64 = 1e8;
 
-/// Least height above terrain. Terrain heights are known per grid cell.
+/// Least height above terrain, in metres.
 const CLEARANCE_M: f64 = 2.0;
 
 /// Duration of a transition between two cameras, in seconds.
 const FLIGHT_S: f64 = 0.9;
 
-/// Longest step of the camera, in multiples of its height.
+/// Longest step of the camera in one frame, in multiples of its height.
 const LONGEST_STEP: f64 = 4.0;
 
-/// The camera, and its transition if there is one.
+/// The camera, and its current transition.
 pub struct Eye {
     pub camera: Camera,
     way: Option<Way>,
-    /// Height of the terrain below the camera. The camera's height is measured from it.
+    /// Height of the terrain below the camera. Flight speed and near plane follow from the height above it.
     ground_m: f64,
 }
 
@@ -45,18 +46,18 @@ impl Eye {
         self.way.is_some()
     }
 
-    /// Moves to a camera at once.
+    /// Sets the camera without a transition.
     pub fn set(&mut self, camera: Camera) {
         *self = Eye { ground_m: self.ground_m, ..Eye::new(camera) };
     }
 
-    /// Metres above the terrain.
+    /// Height above the terrain, in metres.
     pub fn height_m(&self) -> f64 {
         (self.camera.altitude_m - self.ground_m).max(LOWEST_M)
     }
 
-    /// Keeps the camera above terrain of this height, and the near plane in front of the terrain. Without terrain
-    /// nothing changes.
+    /// Keeps the camera above terrain of height `ground_m`, and sets the near plane from the height above it.
+    /// No effect if `ground_m` is 0.
     pub fn rise_above(&mut self, ground_m: f64) {
         self.ground_m = ground_m;
         if ground_m > 0.0 {
@@ -65,7 +66,8 @@ impl Eye {
         }
     }
 
-    /// Starts a transition to a camera over the same ground.
+    /// Starts a transition to another camera over the same kind of ground: both on a plane, or both on a
+    /// planet.
     pub fn fly_to(&mut self, to: Camera) {
         self.way = Some(Way { from: self.camera, to, done: 0.0 });
     }
@@ -92,7 +94,7 @@ impl Eye {
         let (held, now) = (self.ground_at(from, size), self.ground_at(to, size));
         match (held, now) {
             (Some(held), Some(now)) => self.carry(now, held),
-            // The pointer misses the globe: use its motion at the globe's distance.
+            // The pointer misses the globe. Its motion is applied at the distance of the globe.
             _ => {
                 let radians = self.camera.vertical_fov_rad() / f64::from(size[1].max(1));
                 let metres = (from - to) * radians * self.camera.altitude_m;
@@ -101,7 +103,7 @@ impl Eye {
         }
     }
 
-    /// Moves the camera over the ground by the displacement from `from` to `to`.
+    /// Moves the camera over the ground: the pixel that showed the point `from` then shows the point `to`.
     fn carry(&mut self, from: DVec3, to: DVec3) {
         let pose = self.camera.pose();
         let moved = match self.camera.place.ground() {
@@ -118,13 +120,13 @@ impl Eye {
         self.take(&moved, self.camera.altitude_m);
     }
 
-    /// The camera of a pose, at a given height.
+    /// Sets the camera from a pose, with the given height.
     fn take(&mut self, pose: &Pose, altitude_m: f64) {
         let altitude_m = altitude_m.clamp(LOWEST_M, HIGHEST_M);
         self.camera = Camera { altitude_m, ..Camera::of_pose(pose, &self.camera) };
     }
 
-    /// Moves by metres to the right, forward along the ground, and up.
+    /// Moves by `by_m`: metres to the right, forward along the ground, and up.
     pub fn go(&mut self, by_m: DVec3) {
         self.way = None;
         let frame = self.camera.place.frame();
@@ -147,8 +149,8 @@ impl Eye {
         self.take(&moved, self.camera.altitude_m + by_m.z);
     }
 
-    /// Orbits about the ground point in the middle of the picture; without one, turns about the camera. `by` in
-    /// pixels.
+    /// Orbits about the ground point in the middle of the picture. Where there is no such point, turns about
+    /// the camera. `by` is in pixels.
     pub fn turn(&mut self, by: DVec2, size: [u32; 2]) {
         self.way = None;
         let degrees = by * 180.0 / f64::from(size[1].max(1));
@@ -169,7 +171,7 @@ impl Eye {
         };
         let turned = about(&pose, up, -degrees.x);
         let tilted = about(&turned, turned.right, -degrees.y);
-        // Keeps the pitch away from the zenith, and the camera above the ground.
+        // Stops the pitch before the horizon, and keeps the camera upright.
         let upright = tilted.up.dot(up) > 0.0 && -tilted.forward.dot(up) > 0.02;
         let pose = if upright { tilted } else { turned };
         let found = Camera::of_pose(&pose, &self.camera);
@@ -178,7 +180,7 @@ impl Eye {
         }
     }
 
-    /// Multiplies the height by `factor`; the ground point under the pixel stays there.
+    /// Multiplies the height by `factor`. The ground point under `pixel` keeps its pixel.
     pub fn zoom(&mut self, factor: f64, pixel: DVec2, size: [u32; 2]) {
         self.way = None;
         let held = self.ground_at(pixel, size);
@@ -189,7 +191,7 @@ impl Eye {
         }
     }
 
-    /// Flies to the ground point under a pixel, at a quarter of the height.
+    /// Flies above the ground point under a pixel, to a quarter of the current height.
     pub fn fly_to_pixel(&mut self, pixel: DVec2, size: [u32; 2]) {
         let Some(ground) = self.ground_at(pixel, size) else { return };
         let over = Camera::of_pose(&Pose { eye: ground, ..self.camera.pose() }, &self.camera);
@@ -198,8 +200,8 @@ impl Eye {
     }
 }
 
-/// The border of the ground area that the camera `seen` sees, in pixels of another camera with the same picture size.
-/// `None` where the border misses the ground or its ground point is not visible.
+/// The border of the ground area that the camera `seen` sees, in pixels of the camera `from`. Both pictures
+/// have the same size. `None` where the border misses the ground, or where its ground point is hidden.
 pub fn outline(seen: &Camera, from: &Camera, size: [u32; 2]) -> Vec<Option<DVec2>> {
     const STEPS: u32 = 32;
     let (theirs, ours, ground) = (seen.pose(), from.pose(), seen.place.ground());
@@ -219,7 +221,7 @@ pub fn outline(seen: &Camera, from: &Camera, size: [u32; 2]) -> Vec<Option<DVec2
     corners.windows(2).flat_map(edge).chain([DVec2::ZERO]).map(project).collect()
 }
 
-/// The unit view vector through a pixel position in the window.
+/// The unit vector from the camera through a position in the picture.
 fn ray(pose: &Pose, pixel: DVec2, size: [u32; 2]) -> DVec3 {
     let size = DVec2::from(size.map(f64::from)).max(DVec2::ONE);
     let tan = (0.5 * pose.vertical_fov_rad).tan();
@@ -237,19 +239,20 @@ fn hit(pose: &Pose, ray: DVec3, ground: Ground) -> Option<DVec3> {
     }
 }
 
-/// Degrees in -180 ..= 180.
+/// The same angle in -180 ..= 180 degrees.
 fn wrapped(degrees: f64) -> f64 {
     degrees - 360.0 * (degrees / 360.0).round()
 }
 
 impl Way {
-    /// Interpolates between both ends: along the great circle, linearly in the logarithm of the height.
+    /// The camera at the current progress: on the great circle between both places, with the height
+    /// interpolated logarithmically.
     fn camera(&self) -> Camera {
         let Way { from, to, done } = self;
         if *done >= 1.0 {
             return *to;
         }
-        // Eases in and out.
+        // Smoothstep: starts and ends slowly.
         let share = done * done * (3.0 - 2.0 * done);
         let between = |a: f64, b: f64| a + (b - a) * share;
         let even = |a: f64, b: f64| between(a.ln(), b.ln()).exp();
@@ -265,8 +268,8 @@ impl Way {
     }
 }
 
-/// The rotation from one direction to another: axis, and angle in radians. glam's function returns the identity for
-/// angles below 2e-8 rad, which is 0.1 m on the ground.
+/// The rotation from one direction to another: axis, and angle in radians. glam's function returns the
+/// identity for angles below 2e-8 rad, which are 0.1 m on the ground.
 fn arc(from: DVec3, to: DVec3) -> (DVec3, f64) {
     let (from, to) = (from.normalize(), to.normalize());
     let cross = from.cross(to);
@@ -279,7 +282,7 @@ fn between_places(from: &Place, to: &Place, share: f64) -> Place {
             Place::Plane { east_m: x0 + (x1 - x0) * share, north_m: y0 + (y1 - y0) * share }
         }
         _ => {
-            // These are normals of the ellipsoid, so their angles are geodetic.
+            // Directions are normals of the ellipsoid, so their angles are geodetic latitudes and longitudes.
             let (from, to) = (from.frame().up, to.frame().up);
             let (axis, angle) = arc(from, to);
             let up = DQuat::from_axis_angle(axis, angle * share) * from;
@@ -319,8 +322,8 @@ mod tests {
             let held = eye.ground_at(from, SIZE).unwrap();
             eye.drag(from, to, SIZE);
             let now = eye.ground_at(to, SIZE).unwrap();
-            // The ellipsoid is not a sphere, and the direction of north changes on the way: the tolerance is a
-            // hundredth of the height.
+            // Tolerance: a hundredth of the height. The ellipsoid is not a sphere, and north turns along the
+            // way.
             assert!(held.distance(now) < 0.01 * altitude_m, "{altitude_m}: {}", held.distance(now));
             assert!((eye.camera.altitude_m / altitude_m - 1.0).abs() < 1e-12);
         }
@@ -353,7 +356,7 @@ mod tests {
             eye.rise_above(2500.0);
             assert!(eye.camera.altitude_m >= 2502.0);
         }
-        // The near plane is much closer than the ground below.
+        // The near plane is set from the height above the terrain.
         assert_eq!(eye.camera.pose().near_m, 2.0 / 64.0);
         eye.go(DVec3::new(0.0, 0.0, -1e6));
         eye.rise_above(2500.0);

@@ -1,5 +1,5 @@
-//! Records a path as numbered pictures, with a report from which `ortelius render -o NAME.{frame}.png` renders them
-//! again.
+//! Records a path as numbered pictures, with a report. `ortelius render REPORT -o NAME.{frame}.png`
+//! reproduces them.
 
 use super::encode;
 use super::stage::Stage;
@@ -10,7 +10,8 @@ use ortelius::renderer::Renderer;
 use ortelius::renderer::report::{Report, RunSection};
 use std::path::{Path, PathBuf};
 
-/// A recording in progress. It has its own renderer, so it does not depend on what the window showed before.
+/// A recording in progress. It has a renderer of its own, so the frames do not depend on what the window
+/// showed before.
 pub struct Film {
     pub renderer: Renderer,
     run: RunSection,
@@ -26,7 +27,7 @@ impl Film {
         let way = stage.scene.path(path)?;
         let folder = folder.join(format!("ortelius-{}-{path}", stage.scene.name));
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
-        // Budgets count tiles, so a film's frames are the same on every machine.
+        // Deterministic budgets count tiles instead of time, so the frames are the same on every machine.
         let mut renderer = stage.another(&stage.scene, true)?;
         renderer.keep(Records::last_ones(1));
         let run = RunSection {
@@ -46,13 +47,13 @@ impl Film {
         self.poses.get(self.next).copied()
     }
 
-    /// (frames written, all frames)
+    /// Frames written, and all frames.
     pub fn progress(&self) -> (usize, usize) {
         (self.next, self.poses.len())
     }
 
-    /// Writes the frame just rendered. After the last frame also writes the report and the film, and returns the
-    /// folder.
+    /// Writes the frame just rendered. After the last frame, also writes the report, the animation and the
+    /// film, and returns the folder.
     ///
     /// # Errors
     /// A file cannot be written (the error names its path); device lost.
@@ -68,7 +69,7 @@ impl Film {
         report.save(&self.folder.join("report.json"))?;
         encode::animation(&self.folder, self.poses.len() as u32)?;
         if !encode::film(&self.folder)? {
-            tracing::info!("no ffmpeg on this machine: pictures and an animated PNG, no film");
+            tracing::info!("ffmpeg is not installed: wrote pictures and an animated PNG, but no film");
         }
         Ok(Some(&self.folder))
     }

@@ -1,4 +1,4 @@
-//! Shows the values of the pixel under the magnifier, and its footprint in the texture.
+//! Shows the values of the pixel under the magnifier, and a drawing of its footprint in the texture.
 
 use super::probe::{Ellipse, Face, Found, Texel};
 use super::screen::{LENS, lens_at};
@@ -10,12 +10,12 @@ use ortelius::picture::srgb;
 /// Side of the footprint drawing, in points.
 const SIDE: f32 = 96.0;
 
-/// Lays out the values below the magnifier.
+/// Shows the values and the drawing below the magnifier.
 pub fn show(ui: &mut Ui, stage: &Stage, found: &Found) {
     let points = ui.ctx().pixels_per_point();
     let at = found.at.map(|at| at as i32);
     let [left, top] = lens_at(at, stage.renderer.size());
-    // On the magnifier's side of the pointer.
+    // The values start at the magnifier's edge near the pointer and extend away from the pointer.
     let (corner, side) = match left < at[0] {
         true => (Align2::RIGHT_TOP, left + LENS as i32),
         false => (Align2::LEFT_TOP, left),
@@ -54,7 +54,7 @@ fn rows(stage: &Stage, found: &Found) -> Vec<Row> {
     rows
 }
 
-/// The ellipse: its position in the texture, and its size in texels of level 0.
+/// The footprint ellipse, its position in the texture, and the texture's size in texels of level 0.
 fn footprint<'f>(stage: &Stage, found: &'f Found) -> Option<(Ellipse, &'f Texel, [u32; 2])> {
     let size = stage.renderer.technique.texture.as_ref()?.source.pyramid().level_size(0);
     let texel = found.texel.as_ref()?;
@@ -74,7 +74,7 @@ fn colour(found: &Found) -> Vec<Row> {
         ("pixel", format!("{x}, {y}")),
         ("sRGB", format!("{r} {g} {b}")),
         ("linear", linear),
-        ("along the view", distance),
+        ("view depth", distance),
     ]
 }
 
@@ -101,12 +101,12 @@ fn axes(ellipse: &Ellipse, texel: &Texel) -> Row {
     ("footprint", format!("{major:.2} x {minor:.2} texels, {:.1}:1", major / minor))
 }
 
-/// The texels of the wanted level around the pixel, and the ellipse that the pixel's disc covers.
+/// Draws the texel grid of the wanted level around the pixel, and the ellipse that the pixel's disc covers.
 fn draw(ui: &mut Ui, ellipse: &Ellipse, texel: &Texel, size: [u32; 2]) {
     let scale = (-f64::from(texel.tile[0])).exp2();
     let (rect, _) = ui.allocate_exact_size(vec2(SIDE, SIDE), Sense::hover());
     let painter = ui.painter_at(rect);
-    // 4 to 32 texels across; a longer ellipse is clipped.
+    // The drawing shows 4 to 32 texels. Longer ellipses are clipped.
     let across = (1.5 * ellipse.axes_texels[0] * scale).clamp(4.0, 32.0);
     let to_points = f64::from(SIDE) / across;
     let at = DVec2::from(texel.coordinates.map(f64::from)) * DVec2::from(size.map(f64::from)) * scale;

@@ -1,5 +1,6 @@
-//! Two slow comparisons of the shown picture, drawn over it in false colours: its error against the f64 reference, and
-//! FLIP between both variants. A thread computes them from a copy of a settled picture while frames continue.
+//! Two slow comparisons of the shown picture, drawn over it in false colours: the error against the f64
+//! reference, and FLIP between two variants. A thread computes them from a copy of a settled picture while
+//! frames continue.
 
 use super::stage::Stage;
 use egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions};
@@ -17,36 +18,37 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// Refresh interval of a map during its computation.
+/// Redraw interval while a map is computed.
 pub const REFRESH: Duration = Duration::from_millis(150);
 
-/// Block size of the first pass over a picture; each further pass halves it.
+/// Block side of the first pass, in pixels. Each further pass halves it.
 const FIRST_BLOCK: u32 = 16;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Question {
-    /// Largest error of a channel in linear light, against the f64 mean over the pixel's area.
+    /// Largest error of the three channels in linear light. The reference is the f64 mean over the pixel's
+    /// area.
     Error,
-    /// FLIP of the left variant against the right one.
+    /// FLIP between the left and the right variant.
     Flip,
 }
 
-/// The subject of a map. A new subject restarts the thread.
+/// What a map shows. A new subject restarts the computation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Subject {
     pub question: Question,
     pub pose: Pose,
     pub size: [u32; 2],
-    /// Change counter of the scene and its variants.
+    /// Increases with each change to the scene or its variants.
     pub edition: u64,
 }
 
 #[derive(Default)]
 pub struct Judge {
-    /// Pending copies of settled pictures, with their subjects.
+    /// Copies of settled pictures that the GPU may still be writing, with their subjects.
     copies: PerFrame<Option<(Subject, Vec<Buffer>)>>,
     arrived: Option<(Subject, Vec<Buffer>)>,
-    /// The running computation, or the last one.
+    /// The running or the last computation.
     work: Option<(Subject, Arc<Work>)>,
     texture: Option<TextureHandle>,
 }
@@ -58,41 +60,41 @@ struct Work {
     map: Mutex<Map>,
 }
 
-/// Errors so far.
+/// The errors computed so far.
 struct Map {
-    /// `None`: not computed, or the reference shows something else at this pixel.
+    /// `None` before the pixel is computed, and where the reference sees no surface.
     errors: Vec<Option<f32>>,
-    /// Pixels finished in the current pass; the first passes fill blocks.
+    /// Pixels covered in the current pass. Early passes fill whole blocks.
     done: usize,
     changed: bool,
     ended: bool,
     failed: Option<String>,
 }
 
-/// Inputs of the reference: the texture, and the only mesh that carries it.
+/// Input of the reference: the texture, and the only mesh that uses it.
 pub struct Ground {
     mesh: SourceMesh,
     source: Arc<dyn TileSource>,
 }
 
 impl Ground {
-    /// The surface that carries the texture.
+    /// The only surface that uses the virtual texture.
     ///
     /// # Errors
-    /// The reason why the scene has no reference.
+    /// Why the reference cannot render this scene.
     pub fn check(stage: &Stage) -> std::result::Result<&Surface, &'static str> {
         let technique = &stage.renderer.technique;
         let Some(texture) = &technique.texture else { return Err("the scene has no virtual texture") };
-        let [carrier] = &technique.carriers[..] else { return Err("several surfaces carry the texture") };
+        let [carrier] = &technique.carriers[..] else { return Err("several surfaces use the texture") };
         if carrier.lit {
-            return Err("the reference knows no light, and the surface is lit");
+            return Err("the surface is lit, and the reference has no lighting");
         }
         if texture.source.format() != TileFormat::Rgba8 {
-            return Err("the reference reads RGBA8 tiles, not blocks");
+            return Err("the reference reads RGBA8 tiles, not block-compressed ones");
         }
         match &stage.scene.surfaces[&carrier.name] {
             Surface { geometry: Geometry::Other(_), .. } => {
-                Err("the surface is no grid, and the reference does not follow its levels")
+                Err("the surface is not a grid, and the reference has no levels of detail")
             }
             surface => Ok(surface),
         }
@@ -105,7 +107,7 @@ impl Ground {
 }
 
 impl Judge {
-    /// Reads the copies made two frames ago, and copies this frame's pictures if `subject` is new.
+    /// Reads the copies made two frames ago. Copies this frame's pictures if `subject` is new.
     ///
     /// # Errors
     /// Out of memory.
@@ -138,7 +140,7 @@ impl Judge {
         Ok(())
     }
 
-    /// Starts the thread when a copy has arrived.
+    /// Starts the computation once a copy has arrived.
     pub fn start_arrived(&mut self, stage: &Stage) {
         if let Some((of, buffers)) = self.arrived.take() {
             let ground = if of.question == Question::Error { Ground::of(stage) } else { None };
@@ -146,7 +148,7 @@ impl Judge {
         }
     }
 
-    /// True if the map of `subject` is computed, or being computed.
+    /// True if the map of `subject` is computed or in progress.
     pub fn is_about(&self, subject: &Subject) -> bool {
         self.work.as_ref().is_some_and(|(of, _)| of == subject)
     }
@@ -177,7 +179,7 @@ impl Judge {
         self.work = Some((subject, work));
     }
 
-    /// Discards the map; the thread ends on its own.
+    /// Discards the map. The thread notices and ends.
     pub fn stop(&mut self) {
         if let Some((_, work)) = self.work.take() {
             work.stopped.store(true, Ordering::Relaxed);
@@ -190,7 +192,7 @@ impl Judge {
         self.work.as_ref().is_some_and(|(_, work)| !work.map().ended)
     }
 
-    /// The current map if it belongs to `subject`, and a line that describes it.
+    /// The current map if it shows `subject`, and a line that describes it.
     pub fn show(&mut self, context: &Context, subject: &Subject) -> Option<(TextureHandle, String)> {
         let (_, work) = self.work.as_ref().filter(|(of, _)| of == subject)?;
         let mut map = work.map();
@@ -230,7 +232,9 @@ impl Map {
         };
         let share = 100 * self.done / self.errors.len().max(1);
         let progress = if self.ended { String::new() } else { format!(", {share} % of this pass") };
-        format!("{what}: mean {mean:.5}, most {most:.4}{progress}; black 0, dark to light 1e-5 to 1")
+        format!(
+            "{what}: mean {mean:.5}, largest {most:.4}{progress}; scale: black 0, dark to light 1e-5 to 1"
+        )
     }
 }
 
@@ -255,7 +259,7 @@ impl Work {
         self.end(found.err().map(|error| error.to_string()));
     }
 
-    /// First every 16th pixel of every 16th row, then the pixels between in passes.
+    /// Computes every 16th pixel of every 16th row first, then halves the spacing in each pass.
     fn errors(&self, ground: &Ground, pose: &Pose, shown: &Srgb8Picture) {
         let [width, height] = self.size;
         let view =
@@ -282,7 +286,7 @@ impl Work {
         self.end(texels.check().err().map(|error| error.to_string()));
     }
 
-    /// A row of blocks.
+    /// Stores the errors of one row of blocks.
     fn fill(&self, found: &[(u32, Option<f32>)], top: u32, block: u32) {
         let [width, height] = self.size;
         let mut map = self.map();
@@ -298,7 +302,7 @@ impl Work {
     }
 }
 
-/// The largest error of a channel, in linear light.
+/// The largest error of the three channels, in linear light.
 fn error(truth: [f64; 4], shown: &Srgb8Picture, [x, y]: [u32; 2]) -> f32 {
     let at = 4 * (y * shown.width + x) as usize;
     let apart = |channel: usize| (srgb::to_linear_f64(shown.rgba[at + channel]) - truth[channel]).abs();
@@ -336,7 +340,7 @@ mod tests {
         for (n, error) in map.errors.iter().enumerate() {
             let seen = view.sample(n as u32 % 37, n as u32 / 37).is_some();
             assert_eq!(error.is_some(), seen, "pixel {n}");
-            // Half a code near white is 0.0045 of linear light.
+            // Rounding to 8 bits costs half a code: 0.0045 in linear light near white.
             let Some(error) = error else { continue };
             assert_eq!(*error > 0.0046, n == wrong, "pixel {n}: {error}");
         }

@@ -1,5 +1,5 @@
-//! Paper 1's decisions for each pixel, for overlays and the magnifier: a second stage 1 that also outputs its inputs,
-//! and the level that each pixel shows.
+//! The tile that each pixel requests and the level that it shows, for overlays and the magnifier. A second
+//! footprint pass of paper 1 also writes its inputs.
 
 use ortelius::frame::{Onto, Target, View};
 use ortelius::paper::virtual_texture::config::Config;
@@ -9,7 +9,7 @@ use ortelius::paper::virtual_texture::{RequestFormat, VirtualTexture, VirtualTex
 use ortelius::vk::{self, Depth, Frame, Gpu};
 use std::sync::Arc;
 
-/// A separate stage 1, because fused variants have none and request formats differ.
+/// A separate footprint pass, because fused variants have none and request formats differ.
 pub struct Levels {
     stage1: Footprint,
     pub open: FootprintDump,
@@ -17,7 +17,7 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// For pictures drawn into `target`.
+    /// Made for pictures that are drawn into `target`.
     ///
     /// # Errors
     /// Out of memory.
@@ -37,7 +37,7 @@ impl Levels {
         Arc::ptr_eq(&self.stage1.depth, &target.depth)
     }
 
-    /// Draws it with the depth image of the frame.
+    /// Draws both passes, with the depth image of the frame.
     ///
     /// # Errors
     /// Out of memory.

@@ -31,11 +31,11 @@ use std::time::{Duration, Instant};
 use winit::event::WindowEvent;
 use winit::window::Window;
 
-/// Frames after the last change, so that results of the frames in flight are shown, too: the values of a frame are
-/// read back two frames later, laid out in the third, and egui draws them in the fourth.
+/// Frames drawn after the last change, so that the results of the frames in flight are shown too. The values
+/// of a frame are read back two frames later, laid out in the third, and drawn by egui in the fourth.
 pub(super) const ECHO: u32 = 5;
 
-/// Longest time step of the camera, however long a frame took.
+/// Longest time step of the camera, even if a frame took longer.
 const LONGEST_FRAME_S: f64 = 0.1;
 
 pub struct Live {
@@ -43,7 +43,7 @@ pub struct Live {
     pub(super) film: Option<Film>,
     pub(super) screen: Screen,
     pub(super) input: egui_winit::State,
-    /// Panel textures that no frame has uploaded yet.
+    /// Changes to the panels' textures that no frame has uploaded yet.
     textures: TexturesDelta,
     pub(super) eye: Eye,
     hold: Option<Hold>,
@@ -54,35 +54,35 @@ pub struct Live {
     pub(super) comparison: Comparison,
     pub(super) trade: Option<Front>,
     judge: Judge,
-    /// Counts changes to the picture of a fixed pose.
+    /// Increases with each change that alters the picture of a fixed pose.
     pub(super) edition: u64,
-    /// Of the last frame.
+    /// The pose of the last frame.
     last_pose: Option<Pose>,
     terrain: Terrain,
     measure: Option<Measure>,
-    /// Closes the window once the path is recorded.
+    /// Close the window once the path is recorded.
     records_alone: bool,
     pub(super) overlay: Option<Overlay>,
     probe: Probe,
     pub(super) levels: Option<Levels>,
     pub(super) faces: Option<Faces>,
     pub(super) reload: Reload,
-    /// The camera for tile streaming and mesh culling, if it differs from the viewing camera.
+    /// The camera for streaming and culling while it is frozen. The view then has another camera.
     pub(super) frozen: Option<Camera>,
     /// Position of the divider, as a share of the width.
     divider: f32,
     pub(super) folder: PathBuf,
     last_frame: Instant,
-    /// Frames still to draw although nothing changes.
+    /// Frames still to draw without further changes.
     pub(super) echo: u32,
-    /// When the panels request the next redraw.
+    /// Delay after which the panels want a redraw.
     repaint: Duration,
     pub(super) window: Arc<Window>,
 }
 
 impl Live {
-    /// The device cannot present to the window; or any error that stops a renderer.
-    /// A window that the device cannot present to; whatever stops a renderer.
+    /// # Errors
+    /// The device cannot present to the window; or as [`Stage::new`].
     pub fn new(gpu: &Gpu, window: Arc<Window>, opening: &Opening) -> anyhow::Result<Live> {
         let size: [u32; 2] = window.inner_size().into();
         let screen = Screen::new(gpu, gpu.surface(&window)?, size, opening.present)?;
@@ -134,10 +134,10 @@ impl Live {
         })
     }
 
-    /// Only records the path.
+    /// Records the path and does nothing else.
     ///
     /// # Errors
-    /// There is no path; a folder cannot be created.
+    /// The scene has no path; the folder cannot be created.
     pub fn record(&mut self) -> anyhow::Result<()> {
         self.records_alone = true;
         self.act(Action::Record)
@@ -155,7 +155,7 @@ impl Live {
         self.window.request_redraw();
     }
 
-    /// When the next frame is due; `None`: at the next event.
+    /// Delay until the next frame is due; `None` if only an event can cause one.
     pub fn wakes_in(&self) -> Option<Duration> {
         let moves = self.eye.is_under_way() || self.player.is_playing();
         let moves = moves || self.film.is_some() || self.measure.is_some() || self.records_alone;
@@ -171,16 +171,16 @@ impl Live {
         }
     }
 
-    /// Minimised: the window has no pixels.
+    /// True if the window is minimised or has no pixels.
     fn is_hidden(&self) -> bool {
         let size = self.window.inner_size();
         size.width == 0 || size.height == 0 || self.window.is_minimized() == Some(true)
     }
 
-    /// One frame. Returns whether the window stays open.
+    /// Draws one frame. Returns false if the window must close.
     ///
     /// # Errors
-    /// Device lost, out of memory. A failed action is only reported.
+    /// Device lost, out of memory. A failed action is reported in the window instead.
     pub fn frame(&mut self) -> anyhow::Result<bool> {
         if self.is_hidden() {
             return Ok(true);
@@ -223,7 +223,7 @@ impl Live {
         Ok(true)
     }
 
-    /// Passes input to the panels; returns their output and the requested actions.
+    /// Passes the input to the panels. Returns their output and the requested actions.
     fn lay_out(&mut self) -> (FullOutput, Vec<Action>) {
         let raw = self.input.take_egui_input(&self.window);
         let context = self.input.egui_ctx().clone();
@@ -242,17 +242,17 @@ impl Live {
         };
         let panels = &mut self.panels;
         let mut actions = Vec::new();
-        // egui may lay out twice: the last layout counts.
+        // egui may run the layout twice. The last run counts.
         let output = context.run_ui(raw, |ui| actions = panels.show(ui, &shown));
         (output, actions)
     }
 
-    /// The pixel under the magnifier.
+    /// The values of the magnified pixel.
     pub(super) fn found(&self) -> Option<&Found> {
         self.probe.found.as_ref().filter(|_| self.magnifies)
     }
 
-    /// In points of the window.
+    /// The outline of the frozen camera's view, in points of the window.
     fn outline(&self, pixels_per_point: f32) -> Vec<Option<Pos2>> {
         let Some(frozen) = &self.frozen else { return Vec::new() };
         let edge = eye::outline(frozen, &self.eye.camera, self.stage.renderer.size());
@@ -295,7 +295,7 @@ impl Live {
         }
     }
 
-    /// The subject of the comparison that is shown, if any.
+    /// What the judge computes for the current comparison or overlay.
     fn subject(&self) -> Option<Subject> {
         let question = match self.comparison {
             Comparison::Flip if self.stage.second.is_some() => Question::Flip,
@@ -329,7 +329,7 @@ impl Live {
         self.write_film()
     }
 
-    /// The techniques' decisions for the overlay or the magnifier, if the scene has them.
+    /// Creates the passes that the overlay or the magnifier needs, and drops those that are no longer needed.
     fn prepare_overlays(&mut self) -> anyhow::Result<()> {
         let renderer = &self.stage.renderer;
         let (gpu, target) = (&renderer.gpu, renderer.target());
@@ -355,7 +355,8 @@ impl Live {
     ) -> anyhow::Result<()> {
         self.prepare_overlays()?;
         let pose: Pose = self.eye.camera.pose();
-        // The last frame knows if a picture is complete; this is valid only if its pose was the same.
+        // The last frame tells if its picture is complete. That holds for this frame only if the pose is the
+        // same.
         let rests = self.last_pose == Some(pose) && self.stage.settled();
         let subject = self.subject().filter(|_| rests);
         self.last_pose = Some(pose);
@@ -427,7 +428,7 @@ impl Live {
                 let folder = folder.display().to_string();
                 self.film = None;
                 self.print(&folder)?;
-                self.say(format!("{folder}: pictures and their report"));
+                self.say(format!("{folder}: pictures and a report"));
             }
             Err(error) if self.records_alone => return Err(error),
             Err(error) => {

@@ -1,5 +1,5 @@
-//! `view --measure`: frame times along the scene's path with cold caches, with warm caches, and with open panels. All
-//! passes use the same steps, so the first one differs only by what it loads.
+//! `view --measure`: frame times along the scene's path with cold caches, with warm caches, and with open
+//! panels. All passes have the same steps, so the first differs from the second only by its loads.
 
 use super::path::Player;
 use anyhow::bail;
@@ -8,7 +8,7 @@ use ortelius::stats::percentile;
 use std::fmt::Write as _;
 use std::time::Instant;
 
-/// Steps of a pass: with this number the 99th percentile is the third-longest time.
+/// Steps per pass. Of 240 times, the 99th percentile is the third-longest.
 const STEPS: usize = 240;
 
 /// Names of the passes, in order.
@@ -17,7 +17,7 @@ const PASSES: [&str; 3] = ["cold caches", "warm caches", "panels open"];
 /// A measurement in progress.
 pub struct Measure {
     begun: Instant,
-    /// Frame times of each pass so far.
+    /// Frame times of each pass so far, in milliseconds.
     frames_ms: Vec<Vec<f64>>,
 }
 
@@ -26,12 +26,13 @@ impl Measure {
     /// The scene has no path.
     pub fn new(scene: &Scene) -> anyhow::Result<Measure> {
         if scene.paths.is_empty() {
-            bail!("--measure: scene {} has no path; add [paths.NAME], or take another scene", scene.name);
+            bail!("--measure: scene {} has no path; add [paths.NAME] or use another scene", scene.name);
         }
         Ok(Measure { begun: Instant::now(), frames_ms: vec![Vec::new()] })
     }
 
-    /// Moves the path's camera to the next step, at the start of a frame. True if the panels are open in this frame.
+    /// Called at the start of a frame: moves along the path to the next step. Returns true if the panels are
+    /// open in this frame.
     pub fn begin(&mut self, player: &mut Player) -> bool {
         self.begun = Instant::now();
         let step = self.frames_ms.last().map_or(0, Vec::len);
@@ -41,9 +42,9 @@ impl Measure {
         self.frames_ms.len() == PASSES.len()
     }
 
-    /// Records the time of the frame that ends. Returns the report after the last pass.
+    /// Called at the end of a frame: records its time. Returns the report after the last pass.
     pub fn end(&mut self) -> Option<String> {
-        let pass = self.frames_ms.last_mut().expect("there is a pass");
+        let pass = self.frames_ms.last_mut().expect("the first pass exists from the start");
         pass.push(self.begun.elapsed().as_secs_f64() * 1e3);
         if pass.len() < STEPS {
             return None;
@@ -66,7 +67,7 @@ impl Measure {
                 "{name}: {STEPS} frames, median {:.2} ms, 99th percentile {:.2} ms",
                 p50[n], p99[n]
             )
-            .expect("a String takes all");
+            .expect("writing to a String succeeds");
         }
         write!(
             text,
@@ -74,7 +75,7 @@ impl Measure {
             p99[0] / p99[1],
             p50[2] - p50[1]
         )
-        .expect("a String takes all");
+        .expect("writing to a String succeeds");
         text
     }
 }

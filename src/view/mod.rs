@@ -1,8 +1,8 @@
 //! `ortelius view`: a scene in a window.
 //!
-//! The renderer draws into its own target, as everywhere; a later pass shows that picture in the window, so the
-//! picture does not depend on the window. All input goes through egui: the panels use a key or a drag if they want it;
-//! otherwise the camera does.
+//! The renderer draws into its own target, as in every other command. A later pass copies this picture to the
+//! window, so the picture does not depend on the window. All input goes through egui. Input that the panels
+//! do not take moves the camera.
 
 mod act;
 mod action;
@@ -39,39 +39,40 @@ use ortelius::scene::camera::Camera;
 use ortelius::vk::PresentMode;
 use std::path::PathBuf;
 
-/// What to show, and how.
+/// What to show, and how to show it.
 pub struct Opening {
     pub scene: Scene,
     pub camera: Camera,
     /// Pixels.
     pub size: [u32; 2],
-    /// The first one is shown. If empty: the scene's own variant, and those of its paper.
+    /// The window opens with the first variant. If the list is empty, it becomes the scene's own variant and
+    /// the variants of its paper.
     pub variants: Vec<Variant>,
     pub present: PresentMode,
     pub deterministic: bool,
     pub panels: bool,
-    /// A sweep of the scene's settings; the slider follows its Pareto front.
+    /// A sweep of the scene's settings; a slider in the panels selects points of its Pareto front.
     pub trade: Option<Trade>,
-    /// Records the path, then closes.
+    /// Record the path, then close the window.
     pub record: bool,
-    /// Prints frame times along the path, then closes.
+    /// Print frame times along the path, then close the window.
     pub measure: bool,
-    /// Part of a device's name, or its index.
+    /// Part of the device's name, or its index.
     pub device: Option<String>,
     pub validate: bool,
-    /// Folder of screenshots and recordings.
+    /// Folder for screenshots and recordings.
     pub folder: PathBuf,
 }
 
 /// No display is available.
 #[derive(Debug, thiserror::Error)]
-#[error("no window can be opened ({0}); without a display: `ortelius render SCENE -o picture.png`")]
+#[error("no window can be opened ({0}); without a display, use `ortelius render SCENE -o picture.png`")]
 pub struct NoDisplay(pub String);
 
-/// Opens the window; returns when it is closed.
+/// Opens the window. Returns after the window is closed.
 ///
 /// # Errors
-/// [`NoDisplay`]; any error that stops a renderer; messages of the validation layer; leaked device memory.
+/// [`NoDisplay`]; an error that stops a renderer; a message of the validation layer; leaked device memory.
 pub fn open(opening: Opening) -> anyhow::Result<()> {
     app::run(opening)
 }

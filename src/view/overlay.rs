@@ -1,4 +1,4 @@
-//! Overlays over the picture.
+//! The overlays that colour the picture.
 
 use super::judge::Ground;
 use super::stage::Stage;
@@ -20,22 +20,22 @@ impl Overlay {
     /// Name and meaning.
     pub fn about(self) -> [&'static str; 2] {
         match self {
-            Overlay::Levels => ["levels", "the level that each pixel asks for, and the edges of its tiles"],
+            Overlay::Levels => ["levels", "the level that each pixel requests, and the edges of its tiles"],
             Overlay::Shortfall => [
                 "wanted minus shown",
                 "blue: the wanted level is shown; yellow to red: 1 to 3 levels coarser; green: finer",
             ],
             Overlay::Collapse => [
                 "collapse levels",
-                "faces of progressive meshes by the level below which they collapse: blue M0, red the finest",
+                "each face of a progressive mesh by the level below which it collapses: blue M0, red the finest",
             ],
             Overlay::Misses => [
                 "vertex-cache misses",
-                "vertices of each face that a FIFO-16 cache lacks: 0 green, 1 yellow, 2 orange, 3 red",
+                "each face by its vertices that miss a FIFO-16 cache: green 0, yellow 1, orange 2, red 3",
             ],
             Overlay::Error => [
                 "error against the reference",
-                "of the settled picture, against the f64 mean of all that a pixel covers; computed beside the frames",
+                "of the settled picture, against the f64 mean over each pixel's area; computed while frames continue",
             ],
         }
     }
@@ -49,12 +49,12 @@ impl Overlay {
         }
     }
 
-    /// True if it colours the faces of meshes.
+    /// True if it colours the faces of progressive meshes.
     pub fn is_of_meshes(self) -> bool {
         matches!(self, Overlay::Collapse | Overlay::Misses)
     }
 
-    /// The number in present.frag; 0 if present.frag does not draw this overlay.
+    /// The overlay's number in present.frag; 0 if present.frag does not draw it.
     pub fn number(self) -> u32 {
         match self {
             Overlay::Levels => 1,
@@ -65,7 +65,7 @@ impl Overlay {
         }
     }
 
-    /// The next applicable overlay after `now`; `None` after the last.
+    /// The overlay after `now` that applies to the scene; `None` after the last.
     pub fn next(now: Option<Overlay>, stage: &Stage) -> Option<Overlay> {
         let first =
             now.map_or(0, |now| Overlay::ALL.iter().position(|one| *one == now).map_or(0, |at| at + 1));

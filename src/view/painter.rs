@@ -1,8 +1,8 @@
 //! Draws egui's triangles over the picture.
 //!
-//! egui-ash-renderer is not used: its version 0.13 waits for an idle queue at each new glyph, copies parts of a
-//! texture from the layout UNDEFINED (which may discard the rest), and frees textures that a frame in flight still
-//! reads.
+//! egui-ash-renderer 0.13 is not used for three reasons. It waits for an idle queue at each new glyph. It
+//! updates parts of a texture from the layout UNDEFINED, which may discard the rest. It frees textures that a
+//! frame in flight still reads.
 
 use egui::epaint::{ImageDelta, Primitive};
 use egui::{ClippedPrimitive, ImageData, TextureId, TexturesDelta};
@@ -14,7 +14,7 @@ use ortelius::vk::{
 };
 use std::collections::HashMap;
 
-/// Pipeline and textures; everything else lives for one frame.
+/// The pipeline, and the textures that outlive a frame.
 pub struct Painter {
     gpu: Gpu,
     pipeline: GraphicsPipeline,
@@ -22,16 +22,16 @@ pub struct Painter {
     textures: HashMap<TextureId, Image>,
 }
 
-/// One frame's triangles. It may be dropped once the frame is recorded.
+/// The triangles of one frame. It may be dropped once the frame is recorded.
 pub struct Painting {
     points: [f32; 2],
     buffers: Option<(Buffer, Buffer)>,
-    /// Consecutive draws with the same texture.
+    /// Draws in order; consecutive ones with the same texture share an entry.
     draws: Vec<(TextureId, Vec<ClippedSlice>)>,
     uploads: Vec<(TextureId, Buffer, TexelCopy)>,
 }
 
-/// As `panels.vert` reads it.
+/// The vertex layout of `panels.vert`.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Vertex {
@@ -147,7 +147,7 @@ impl Painter {
     /// Out of memory.
     pub fn draw(&self, cmd: &mut Cmd<'_>, target: &Image, painting: &Painting) -> Result<()> {
         for (n, (id, staging, copy)) in painting.uploads.iter().enumerate() {
-            // Updates of one texture may overlap.
+            // Updates of one texture may overlap, so their order matters.
             if n > 0 {
                 cmd.sync();
             }
@@ -171,7 +171,7 @@ impl Painter {
         })
     }
 
-    /// Drops textures that were last used in the frame just recorded.
+    /// Drops the textures that egui no longer uses after the frame just recorded.
     pub fn free(&mut self, textures: &TexturesDelta) {
         textures.free.iter().for_each(|id| drop(self.textures.remove(id)));
     }

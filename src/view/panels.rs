@@ -17,7 +17,7 @@ use ortelius::scene::camera::Place;
 use ortelius::vk::PassTime;
 use std::time::{Duration, Instant};
 
-/// State of the panels; all other data come from the stage.
+/// The state of the panels. All other data come from the stage.
 pub struct Panels {
     pub open: bool,
     pub help: bool,
@@ -25,18 +25,18 @@ pub struct Panels {
     status: Option<Status>,
 }
 
-/// The last message.
+/// The last message of the status line.
 struct Status {
     text: String,
     is_error: bool,
     since: Instant,
 }
 
-/// Display time of a message.
+/// How long a message stays. Errors stay longer.
 const MESSAGE: Duration = Duration::from_secs(4);
 const ERROR: Duration = Duration::from_secs(20);
 
-/// Width in points.
+/// Initial width of the panels, in points.
 const WIDTH: f32 = 330.0;
 
 impl Panels {
@@ -44,7 +44,7 @@ impl Panels {
         Panels { open, help: false, settings: Settings::new(), status: None }
     }
 
-    /// Shows a message for a while.
+    /// Shows a message in the status line for some seconds.
     pub fn say(&mut self, text: String, is_error: bool) {
         self.status = Some(Status { text, is_error, since: Instant::now() });
     }
@@ -145,11 +145,11 @@ fn total_ms(passes: &[PassTime]) -> Option<f64> {
     Some(passes.iter().map(|pass| pass.ns).sum::<Option<u64>>()? as f64 / 1e6)
 }
 
-/// Bars of the last frame, and of earlier frames.
+/// Frame times of recent frames as bars, and the passes of the last frame.
 fn times(ui: &mut Ui, records: &[Record]) {
     let last = &records[records.len() - 1];
     let Some(total) = total_ms(&last.passes) else {
-        ui.label("this device keeps no time");
+        ui.label("this device has no timestamps");
         return;
     };
     ui.label(format!("{total:.2} ms on the device"));
@@ -214,13 +214,13 @@ fn tiles(ui: &mut Ui, last: &Record, texture: &VirtualTexture) {
     levels(ui, &record.visible);
 }
 
-/// A hue for each level; the same as in present.frag.
+/// The hue of a level, as in present.frag.
 fn level_colour(level: u32) -> Color32 {
     let hue = (level as f32 * 0.618_034).fract();
     egui::ecolor::HsvaGamma { h: hue, s: 0.65, v: 0.9, a: 1.0 }.into()
 }
 
-/// Visible tiles by level, finest first.
+/// The number of visible tiles of each level, finest level first.
 fn levels(ui: &mut Ui, visible: &[TileId]) {
     let coarsest = visible.iter().map(|tile| tile.level).max().unwrap_or(0);
     ui.horizontal_wrapped(|ui| {
@@ -233,7 +233,7 @@ fn levels(ui: &mut Ui, visible: &[TileId]) {
     });
 }
 
-/// Slots of both caches in order, coloured by the level of the tile in each.
+/// The slots of both caches in order, coloured by the level of their tiles.
 fn caches(ui: &mut Ui, texture: &VirtualTexture) {
     let config = texture.streaming.config();
     let gpu: Vec<_> = (0..config.gpu_tiles).map(|slot| texture.streaming.gpu_tile(slot)).collect();

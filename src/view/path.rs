@@ -5,7 +5,7 @@ use ortelius::scene::Scene;
 use ortelius::scene::camera::Camera;
 use ortelius::scene::path::{Motion, Path};
 
-/// The chosen path, and the position on it.
+/// The selected path, and the position on it.
 #[derive(Default)]
 pub struct Player {
     chosen: Option<(String, Path)>,
@@ -14,7 +14,7 @@ pub struct Player {
 }
 
 impl Player {
-    /// Starts with the view's path; without one, with the scene's first path.
+    /// Starts with the path of `[view]`, or else with the scene's first path.
     pub fn new(scene: &Scene) -> Player {
         let name = scene.view.path.as_ref().or(scene.paths.keys().next());
         let chosen = name.and_then(|name| Some((name.clone(), scene.paths.get(name)?.clone())));
@@ -34,12 +34,12 @@ impl Player {
         self.playing
     }
 
-    /// (frame, last frame) of the chosen path.
+    /// The current frame and the last frame of the selected path.
     pub fn place(&self) -> Option<(f64, f64)> {
         self.chosen.as_ref().map(|(_, path)| (self.frame, f64::from(path.frames)))
     }
 
-    /// Plays from the current position, or from the start if the end is reached.
+    /// Plays from the current position; from the start if the end is reached.
     pub fn play(&mut self) {
         self.playing = self.chosen.is_some();
         if self.place().is_some_and(|(frame, frames)| frame >= frames) {
@@ -47,7 +47,7 @@ impl Player {
         }
     }
 
-    /// Toggles between pause and playback.
+    /// Toggles between playback and pause.
     pub fn pause(&mut self) {
         self.playing = !self.playing && self.chosen.is_some();
     }

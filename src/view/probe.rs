@@ -1,12 +1,12 @@
-//! The values of the pixel under the pointer. They are read back two frames later, when the frame that copied them has
-//! ended: nothing waits.
+//! The values of the pixel under the pointer. They are read two frames after the frame that copied them, so
+//! that nothing waits for the GPU.
 
 use super::levels::Levels;
 use glam::DMat2;
 use ortelius::frame::{PerFrame, Target, View};
 use ortelius::vk::{Buffer, BufferUse, Frame, Gpu, Image, Result, TexelCopy};
 
-/// Bytes of the buffer per image: one texel takes 16.
+/// Bytes of the buffer per image. The largest texel has 16.
 const STRIDE: u64 = 16;
 
 /// The pending copies, and the last values that arrived.
@@ -16,7 +16,8 @@ pub struct Probe {
     pub found: Option<Found>,
 }
 
-/// Images of the techniques' decisions in a frame, if there are any.
+/// The images of one frame that record each pixel's tile and face. `None` where the scene has no such
+/// surface.
 #[derive(Clone, Copy)]
 pub struct LaidOpen<'a> {
     pub levels: Option<&'a Levels>,
@@ -24,7 +25,8 @@ pub struct LaidOpen<'a> {
     pub faces: Option<&'a Image>,
 }
 
-/// A frame's copies: colour and depth; for meshes the face; for a virtual texture tile, coordinates and derivatives.
+/// The copies of one frame: colour, depth, the face of a mesh, and the tile, coordinates and derivatives of a
+/// virtual texture.
 struct Asked {
     buffer: Buffer,
     at: [u32; 2],
@@ -38,7 +40,7 @@ struct Asked {
 pub struct Found {
     pub at: [u32; 2],
     pub srgb: [u8; 3],
-    /// Depth along the viewing direction in metres; `None`: the background.
+    /// Depth along the viewing direction in metres; `None` for the background.
     pub distance_m: Option<f64>,
     pub face: Option<Face>,
     pub texel: Option<Texel>,
@@ -53,11 +55,11 @@ pub struct Face {
     pub face: u32,
     /// Level below which the face collapses.
     pub level: u32,
-    /// Its vertices that miss a FIFO-16 cache.
+    /// How many of its vertices miss a FIFO-16 cache.
     pub misses: u32,
 }
 
-/// The position of a pixel in the virtual texture.
+/// A pixel's position in the virtual texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texel {
     /// Level, row and column of the tile that the pixel requests.
@@ -70,7 +72,8 @@ pub struct Texel {
 }
 
 impl Probe {
-    /// Reads the values copied two frames ago, and copies those of pixel `at` of `picture`, which the frame has drawn.
+    /// Reads the values copied two frames ago. Copies the values of pixel `at` from the frame's images;
+    /// `picture` has its colour.
     ///
     /// # Errors
     /// Out of memory.
@@ -139,7 +142,7 @@ impl Asked {
         Found {
             at: self.at,
             srgb: [bytes[0], bytes[1], bytes[2]],
-            // Reversed depth: 0 is infinitely far.
+            // Depth is reversed: 0 is infinitely far.
             distance_m: (depth > 0.0).then(|| self.near_m / f64::from(depth)),
             face: self.has_meshes.then(face).flatten(),
             texel: self.has_texture.then(texel).flatten(),
@@ -147,18 +150,18 @@ impl Asked {
     }
 }
 
-/// The ellipse in the texture that a pixel's disc covers.
+/// The ellipse that a pixel's disc covers in the texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ellipse {
-    /// Full lengths of both axes in texels of level 0, the longer first.
+    /// Both full axes in texels of level 0, the longer first.
     pub axes_texels: [f64; 2],
-    /// The Jacobian in texels of level 0 per pixel: its columns are the derivatives by x and y.
+    /// The Jacobian in texels of level 0 per pixel. Its columns are the derivatives with respect to x and y.
     pub jacobian: DMat2,
 }
 
 impl Texel {
-    /// Section 2.1's footprint as an ellipse: the image of a disc of one pixel's diameter, in a texture of `size`
-    /// texels. The axes are the singular values of the Jacobian. `None` where it is not finite.
+    /// The footprint of section 2.1 as an ellipse: the image of a disc one pixel wide, in a texture of `size`
+    /// texels. The axes are the singular values of the Jacobian. `None` if the Jacobian is not finite.
     pub fn ellipse(&self, size: [u32; 2]) -> Option<Ellipse> {
         let [s_x, t_x, s_y, t_y] = self.derivatives.map(f64::from);
         let [width, height] = size.map(f64::from);
@@ -177,15 +180,15 @@ mod tests {
 
     #[test]
     fn the_axes_of_a_turned_footprint_are_its_stretches() {
-        // The Jacobian stretches texels by 6 and 2 along axes rotated by half a radian; the pixel axes' own rotation
-        // does not matter.
+        // The Jacobian stretches by 6 and 2 texels along axes rotated by 0.5 rad. A rotation of the pixel's
+        // axes does not change the ellipse.
         let (turn, own) = (DMat2::from_angle(0.5), DMat2::from_angle(1.1));
         let jacobian = turn * DMat2::from_diagonal(glam::DVec2::new(6.0, 2.0)) * own;
         let [a, b, c, d] = jacobian.to_cols_array();
         let derivatives = [a / 1024.0, b / 512.0, c / 1024.0, d / 512.0].map(|x| x as f32);
         let texel = Texel { tile: [0; 3], shown_level: 0, coordinates: [0.0; 2], derivatives };
         let [major, minor] = texel.ellipse([1024, 512]).unwrap().axes_texels;
-        // Derivatives are f32.
+        // The tolerance is that of the f32 derivatives.
         assert!((major - 6.0).abs() < 1e-5 && (minor - 2.0).abs() < 1e-5, "{major} {minor}");
         assert_eq!(Texel { derivatives: [f32::NAN; 4], ..texel }.ellipse([1024, 512]), None);
     }

@@ -1,4 +1,4 @@
-//! F5: compiles the shaders again with the build's compiler, while frames continue.
+//! F5: recompiles the shaders with the build's compiler while frames continue.
 
 use anyhow::{Context, anyhow, bail};
 use ortelius::vk::shader::{ALL, Replaced, Shader};
@@ -7,10 +7,10 @@ use std::process::Command;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::Duration;
 
-/// The build script of this build.
+/// Path of this build's shader compiler, which is its build script.
 const COMPILER: &str = env!("ORTELIUS_SHADER_COMPILER");
 
-/// Longest sleep of the window while the compiler runs.
+/// Longest sleep of the window during a compilation.
 pub const LOOK_AGAIN: Duration = Duration::from_millis(50);
 
 /// The running compilation, if any.
@@ -18,10 +18,12 @@ pub const LOOK_AGAIN: Duration = Duration::from_millis(50);
 pub struct Reload(Option<Receiver<anyhow::Result<Replaced>>>);
 
 impl Reload {
-    /// Compiles `glsl/` from the sources of this build, or from the folder `ORTELIUS_SOURCES`.
+    /// Starts compiling `glsl/` of the folder `ORTELIUS_SOURCES`; without that variable, of this build's
+    /// sources.
     ///
     /// # Errors
-    /// No sources, for example for an installed program; no compiler, for example after the build folder was cleaned.
+    /// The sources are missing (an installed program has none), or the compiler is (after the build folder
+    /// was removed).
     pub fn start(&mut self) -> anyhow::Result<()> {
         if self.is_under_way() {
             return Ok(());
@@ -30,13 +32,13 @@ impl Reload {
         let sources = sources.unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")));
         if !sources.join("glsl").is_dir() {
             bail!(
-                "F5 compiles {}, which is not there; set ORTELIUS_SOURCES to a folder that has the sources' glsl/",
+                "F5 compiles {}, which does not exist; set ORTELIUS_SOURCES to a folder that contains glsl/",
                 sources.join("glsl").display()
             );
         }
         if !Path::new(COMPILER).is_file() {
             bail!(
-                "F5 runs the build's shader compiler, {COMPILER}, which is not there; build the program again"
+                "F5 runs the build's shader compiler {COMPILER}, which does not exist; rebuild the program"
             );
         }
         let (sender, receiver) = channel();
@@ -52,7 +54,8 @@ impl Reload {
         self.0.is_some()
     }
 
-    /// The result of a finished compilation, returned once: the shaders whose words differ from the built ones.
+    /// The result of a finished compilation, returned once: the shaders whose SPIR-V differs from the built
+    /// ones.
     pub fn poll(&mut self) -> Option<anyhow::Result<Replaced>> {
         let result = match self.0.as_ref()?.try_recv() {
             Err(TryRecvError::Empty) => return None,
@@ -65,15 +68,16 @@ impl Reload {
 }
 
 fn compile(sources: &Path) -> anyhow::Result<Replaced> {
-    let output = tempfile::NamedTempFile::new().context("a file for the shader compiler")?;
+    let output =
+        tempfile::NamedTempFile::new().context("cannot create a temporary file for the shader compiler")?;
     let ran = Command::new(COMPILER).arg(output.path()).current_dir(sources).output().context(COMPILER)?;
     if !ran.status.success() {
         let words = String::from_utf8_lossy(&ran.stderr);
-        // Drops glslang's headings and empty lines.
+        // Omits glslang's headings and empty lines.
         let errors: Vec<&str> = words.lines().filter(|line| line.starts_with("ERROR: glsl")).collect();
         bail!("{}", if errors.is_empty() { words.trim().to_owned() } else { errors.join("\n") });
     }
-    let text = std::fs::read_to_string(output.path()).context("the shader compiler's output")?;
+    let text = std::fs::read_to_string(output.path()).context("cannot read the shader compiler's output")?;
     let mut replaced = Replaced::new();
     for line in text.lines() {
         let (shader, words) = parse(line)?;
@@ -84,16 +88,16 @@ fn compile(sources: &Path) -> anyhow::Result<Replaced> {
     Ok(replaced)
 }
 
-/// Parses a line of build.rs's output: the built shader that is replaced, and the new words.
+/// Parses a line of the compiler's output: the shader that it replaces, and the new SPIR-V words.
 fn parse(line: &str) -> anyhow::Result<(&'static Shader, Vec<u32>)> {
     let mut parts = line.split('\t');
     let (Some(name), Some(interface), Some(words)) = (parts.next(), parts.next(), parts.next()) else {
         bail!("the shader compiler wrote {line:?}");
     };
     let built = ALL.iter().copied().flatten().find(|shader| shader.name == name);
-    let built = built.with_context(|| format!("{name} is new; build the program again"))?;
+    let built = built.with_context(|| format!("{name} is new; rebuild the program"))?;
     if u64::from_str_radix(interface, 16)? != built.interface {
-        bail!("{name}: its bindings, constants or inputs have changed; build the program again");
+        bail!("{name}: its bindings, constants or inputs have changed; rebuild the program");
     }
     let words = words.split(' ').map(|word| u32::from_str_radix(word, 16)).collect::<Result<_, _>>()?;
     Ok((built, words))
@@ -109,7 +113,7 @@ mod tests {
         let line = |interface: u64| format!("{built}\t{interface:x}\t7230203 1");
         assert_eq!(parse(&line(ALL[0][0].interface)).unwrap().1, [0x0723_0203, 1]);
         let refused = parse(&line(ALL[0][0].interface ^ 1)).err().unwrap().to_string();
-        assert!(refused.contains(built) && refused.contains("build the program again"), "{refused}");
+        assert!(refused.contains(built) && refused.contains("rebuild the program"), "{refused}");
         assert!(parse("view/none.frag\t0\t1").err().unwrap().to_string().contains("is new"));
     }
 }

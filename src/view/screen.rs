@@ -1,4 +1,4 @@
-//! The window's part of a frame: acquires a swapchain image, draws the picture and the panels into it.
+//! The window's part of a frame: acquires a swapchain image, then draws the picture and the panels into it.
 
 use super::painter::{Painter, Painting};
 use ortelius::vk::shader::Present;
@@ -13,11 +13,11 @@ use ortelius::vk::{
 pub struct Arrangement {
     /// First column of the second picture; the window's width if there is only one.
     pub split: u32,
-    /// Factor on the difference of both pictures; 0 shows the pictures themselves.
+    /// Factor of the difference between both pictures; 0 shows the pictures themselves.
     pub gain: f32,
-    /// The pixel under the magnifier.
+    /// The magnified pixel; `None` without magnifier.
     pub magnified: Option<[i32; 2]>,
-    /// The overlay's number in present.frag; 0 shows the picture alone.
+    /// The overlay's number in present.frag; 0 for none.
     pub overlay: u32,
 }
 
@@ -25,22 +25,22 @@ pub struct Arrangement {
 #[derive(Clone, Copy)]
 pub struct Pictures<'a> {
     pub left: &'a Image,
-    /// The first picture again if there is only one.
+    /// The same as `left` if there is only one picture.
     pub right: &'a Image,
-    /// The values that colour the left picture as an overlay: four words per pixel.
+    /// The data of the overlay on the left picture: four words per pixel.
     pub words: Option<&'a Image>,
 }
 
-/// Swapchain, present pass and panels of one window.
+/// The swapchain, the present pass and the panels of one window.
 pub struct Screen {
     pub swapchain: Swapchain,
     pub painter: Painter,
     pipeline: GraphicsPipeline,
-    /// Bound if there is no overlay.
+    /// Bound in place of the overlay's data if there is no overlay.
     no_words: Image,
 }
 
-/// Side of the magnifier, and its magnification.
+/// Side of the magnifier in pixels, and its magnification.
 pub const LENS: u32 = 176;
 const ZOOM: u32 = 8;
 
@@ -58,13 +58,14 @@ impl Screen {
     /// Rebuilds the present pass's pipeline from reloaded shaders.
     ///
     /// # Errors
-    /// The driver's compiler fails.
+    /// The driver cannot compile the pipeline.
     pub fn rebuild(&mut self, gpu: &Gpu) -> Result<()> {
         self.pipeline = pipeline(gpu, self.swapchain.format())?;
         Ok(())
     }
 
-    /// Acquires an image to draw into; `None` if the window shows nothing now, or its swapchain was just recreated.
+    /// Acquires an image to draw into. `None` if no image is available, or if the swapchain was just
+    /// recreated.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -79,7 +80,7 @@ impl Screen {
         }
     }
 
-    /// Records the window's passes after those of the picture.
+    /// Records the passes that draw into the window, after those of the picture.
     ///
     /// # Errors
     /// Out of memory.
@@ -126,7 +127,7 @@ fn pipeline(gpu: &Gpu, format: Format) -> Result<GraphicsPipeline> {
     })
 }
 
-/// First column and row of the magnifier: on the side of the pointer that has room.
+/// First column and row of the magnifier, placed on the side of the pointer with more room.
 pub fn lens_at(pointer: [i32; 2], size: [u32; 2]) -> [i32; 2] {
     [0, 1].map(|axis| match pointer[axis] as u32 > size[axis] / 2 {
         true => pointer[axis] - (LENS + 2 * ZOOM) as i32,

@@ -1,4 +1,4 @@
-//! The panel of all settings of the scene, built from the generated list of keys with their documentation.
+//! The panel with all settings of the scene, built from the generated list of keys and their documentation.
 
 use super::action::Action;
 use egui::{ComboBox, DragValue, Response, TextEdit, Ui};
@@ -6,18 +6,18 @@ use ortelius::renderer::sections::LANGUAGES;
 use ortelius::scene::{self, Key, KeyAt, Kind, Scene};
 use std::collections::HashMap;
 
-/// The text of a field until it is committed.
+/// The declared keys, and the unfinished input of each field.
 pub struct Settings {
     keys: Vec<KeyAt>,
     numbers: HashMap<String, f64>,
     texts: HashMap<String, String>,
-    /// Filter: only keys that contain this text are shown.
+    /// Only keys that contain this text are shown.
     filter: String,
 }
 
-/// One key of a scene.
+/// A key of the scene.
 struct Entry<'a> {
-    /// `surface.land.filter.kind`
+    /// For example `surface.land.filter.kind`.
     dotted: String,
     key: &'a Key,
     value: Option<&'a toml::Value>,
@@ -26,12 +26,12 @@ struct Entry<'a> {
 impl Settings {
     pub fn new() -> Settings {
         let mut keys = scene::keys(LANGUAGES);
-        // The camera has its own panel, and the window determines the size.
+        // The camera has a panel of its own, and the window determines the size.
         keys.retain(|at| !["cameras.", "paths.", "view."].iter().any(|own| at.dotted.starts_with(own)));
         Settings { keys, numbers: HashMap::new(), texts: HashMap::new(), filter: String::new() }
     }
 
-    /// Shows the settings; returns the user's changes.
+    /// Shows the settings. Returns the user's changes.
     pub fn show(&mut self, ui: &mut Ui, scene: &Scene) -> Vec<Action> {
         ui.add(TextEdit::singleline(&mut self.filter).hint_text("filter"));
         let entries: Vec<Entry<'_>> = self
@@ -59,13 +59,13 @@ impl Settings {
     }
 }
 
-/// A declared key in a scene: one entry for each surface that has such a table.
+/// The entries of a declared key: for a key of surfaces, one for each surface whose kind has the key.
 fn entries<'a>(at: &'a KeyAt, scene: &'a Scene) -> Vec<Entry<'a>> {
     let entry = |dotted: String| {
         let path: Vec<&str> = dotted.split('.').collect();
         let value = scene.value(&path).or(at.key.default.as_ref());
         let table = &path[..path.len() - 1];
-        // A shared texture is edited at the surface that declares it.
+        // A texture that several surfaces share is edited at the surface that declares it.
         let is_table =
             table[0] != "surface" || table.len() == 2 || scene.value(table).is_none_or(toml::Value::is_table);
         let of_kind = at.kind.is_none() || at.kind == scene.word(&[table, &["kind"]].concat());
@@ -88,7 +88,7 @@ impl Entry<'_> {
         format!("{}{unit}{values}", self.key.about)
     }
 
-    /// The widget for the key's type; a completed edit is pushed.
+    /// Shows the widget for the key's type. A completed edit is added to `changed`.
     fn widget(
         &self,
         ui: &mut Ui,
@@ -194,7 +194,7 @@ mod tests {
         {
             assert!(names.iter().any(|name| name == key), "{key} in {names:#?}");
         }
-        // Keys of an ellipsoid, and of the camera.
+        // Keys of a plane, of the view, and of a table.
         for key in ["surface.land.geometry.width_m", "view.width", "surface.land.texture"] {
             assert!(!names.iter().any(|name| name == key), "{key}");
         }
@@ -207,7 +207,7 @@ mod tests {
         settings.filter = "geomorph".to_owned();
         assert_eq!(shown(&mut settings, &context, &scene, Vec::new()), []);
         let mut found = Vec::new();
-        // The checkbox is somewhere to the right of the key's name.
+        // The position of the checkbox is not known: it is to the right of the key's name.
         for (x, y) in (0..40).flat_map(|row| (5..30).map(move |column| (10 * column, 5 * row))) {
             let pos = Pos2::new(x as f32, y as f32);
             let button = |pressed| {

@@ -1,4 +1,4 @@
-//! F12: saves a picture, and the report from which it is rendered again bit for bit.
+//! F12: saves a picture, and a report that reproduces it bit for bit.
 
 use super::stage::Stage;
 use anyhow::Context;
@@ -7,10 +7,10 @@ use ortelius::scene::Scene;
 use ortelius::scene::camera::Camera;
 use std::path::{Path, PathBuf};
 
-/// The camera's name in the scene of a report.
+/// The name of the window's camera in the report's scene.
 const NAME: &str = "window";
 
-/// The scene with the window's camera.
+/// The scene with the window's camera as its view.
 ///
 /// # Errors
 /// The camera is outside the range that scenes allow.
@@ -18,8 +18,9 @@ fn with_camera(scene: &Scene, camera: &Camera) -> anyhow::Result<Scene> {
     Ok(scene.with(&[camera.to_change(NAME), format!("view.camera={NAME}")])?)
 }
 
-/// Renders the view as `ortelius render` would: a new run until nothing is missing. The window's own picture may
-/// depend on its history: on tiles loaded for an earlier camera, or on the governor's measured times.
+/// Renders the view as `ortelius render` does: a new renderer that runs until no tile is missing. The
+/// window's own picture may depend on its history: on tiles loaded for an earlier camera, or on times
+/// measured by the governor.
 ///
 /// # Errors
 /// A file cannot be written (the error names its path); device lost.
@@ -44,10 +45,10 @@ pub fn take(stage: &Stage, camera: &Camera, folder: &Path) -> anyhow::Result<Pat
     Ok(picture)
 }
 
-/// `FOLDER/ortelius-SCENE-001.png`, with the first free number.
+/// `FOLDER/ortelius-SCENE-NNN.png` with the first free number.
 fn free_name(folder: &Path, scene: &str) -> anyhow::Result<PathBuf> {
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let name = |n: u32| folder.join(format!("ortelius-{scene}-{n:03}.png"));
     let free = |path: &PathBuf| !path.exists() && !path.with_extension("json").exists();
-    (1..).map(name).find(free).context("no number is free")
+    (1..).map(name).find(free).context("all numbered names are taken")
 }

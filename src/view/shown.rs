@@ -1,4 +1,4 @@
-//! The input of the panels.
+//! The data that the panels show.
 
 use super::action::Comparison;
 use super::overlay::Overlay;
@@ -9,19 +9,18 @@ use egui::{Pos2, TextureHandle};
 use ortelius::figure::{Trade, Traded};
 use ortelius::scene::camera::Camera;
 
-/// The values that the panels show.
 pub struct Shown<'a> {
     pub stage: &'a Stage,
     pub camera: &'a Camera,
     pub player: &'a Player,
-    /// Frames of a recording: written, total.
+    /// Frames of the recording: written, and total.
     pub film: Option<(usize, usize)>,
     pub comparison: Comparison,
     /// The false-colour map over the window, and a line that describes it.
     pub judged: Option<(TextureHandle, String)>,
     pub trade: Option<&'a Front>,
     pub overlay: Option<Overlay>,
-    /// The pixel under the magnifier.
+    /// The values of the magnified pixel.
     pub found: Option<&'a Found>,
     /// Outline of the frozen camera's view, in points.
     pub outline: Vec<Option<Pos2>>,

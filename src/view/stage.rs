@@ -1,4 +1,4 @@
-//! The scene in the window: its variants, manual changes to its settings, and the renderers that are compared.
+//! The scene in the window: its variants, manual changes to its settings, and one or two renderers.
 
 use anyhow::Context;
 use ortelius::frame::Records;
@@ -8,34 +8,34 @@ use ortelius::renderer::{Options, RenderError, Renderer};
 use ortelius::scene::{self, Kind, Scene};
 use ortelius::vk::Gpu;
 
-/// Frames in the panels' time display.
+/// Frames in the panels' history of frame times.
 pub const HISTORY: usize = 120;
 
-/// Overrides that are applied together.
+/// A named set of overrides.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variant {
     pub name: String,
-    /// In the syntax of `-D`.
+    /// In the syntax of `-D`, as KEY=VALUE.
     pub changes: Vec<String>,
 }
 
 /// One scene on one device.
 pub struct Stage {
     gpu: Gpu,
-    /// Without variant and overrides.
+    /// The scene without any variant or change.
     base: Scene,
     deterministic: bool,
     pub variants: Vec<Variant>,
     /// Index of the shown variant.
     pub variant: usize,
-    /// The selected point of the Pareto front, applied on top of every variant.
+    /// The changes of the selected Pareto point. They override those of the variant.
     front: Vec<String>,
-    /// Manual changes, on top of every variant; in the syntax of `-D`, by key.
+    /// Manual changes as (key, value). They override those of the variant and of the Pareto point.
     changes: Vec<(String, String)>,
-    /// The renderer of the shown variant.
+    /// The scene of the shown variant.
     pub scene: Scene,
     pub renderer: Renderer,
-    /// The variant shown beside it.
+    /// The variant on the right, and its renderer.
     pub second: Option<(usize, Renderer)>,
 }
 
@@ -68,7 +68,7 @@ impl Stage {
         })
     }
 
-    /// The scene of a variant, with the manual changes.
+    /// The scene of a variant with the selected Pareto point and the manual changes.
     fn scene_of(&self, variant: usize) -> anyhow::Result<Scene> {
         let by_hand = self.changes.iter().map(|(key, value)| format!("{key}={value}"));
         let changes: Vec<String> =
@@ -80,7 +80,7 @@ impl Stage {
         Ok(open(&self.gpu, scene, self.renderer.size(), self.deterministic)?)
     }
 
-    /// Shows a variant. If that fails, the current one stays.
+    /// Shows a variant. On an error, the current one stays.
     ///
     /// # Errors
     /// As [`Renderer::open`].
@@ -96,12 +96,12 @@ impl Stage {
         Ok(())
     }
 
-    /// The number of the variant after `variant`.
+    /// The index of the variant after `variant`.
     pub fn next(&self, variant: usize) -> usize {
         (variant + 1) % self.variants.len()
     }
 
-    /// Opens the next variant beside the current one, or closes the second one.
+    /// Opens the next variant on the right, or closes the one on the right.
     ///
     /// # Errors
     /// As [`Renderer::open`].
@@ -112,7 +112,7 @@ impl Stage {
         }
     }
 
-    /// Opens a variant beside the current one.
+    /// Opens a variant on the right.
     ///
     /// # Errors
     /// As [`Renderer::open`].
@@ -123,7 +123,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Replaces the selected point of the Pareto front. If that fails, the current one stays.
+    /// Replaces the selected Pareto point. On an error, the current one stays.
     ///
     /// # Errors
     /// As [`Renderer::open`].
@@ -132,7 +132,7 @@ impl Stage {
         self.take_changes().inspect_err(|_| self.front = before)
     }
 
-    /// Sets a key of the scene to a TOML value, in every variant. If that fails, the old value stays.
+    /// Sets a key of the scene to a TOML value, in every variant. On an error, the old value stays.
     ///
     /// # Errors
     /// The scene does not allow this value; or as [`Renderer::open`].
@@ -147,7 +147,7 @@ impl Stage {
         done
     }
 
-    /// Reopens both renderers, for example for new shaders. If that fails, both stay.
+    /// Reopens both renderers, for example for new shaders. On an error, both stay.
     ///
     /// # Errors
     /// As [`Renderer::open`].
@@ -158,7 +158,7 @@ impl Stage {
         Ok(())
     }
 
-    /// The second variant, with the current manual changes.
+    /// A new renderer of the second variant with the current manual changes.
     fn second_again(&self) -> anyhow::Result<Option<(usize, Renderer)>> {
         let Some((second, _)) = self.second else { return Ok(None) };
         Ok(Some((second, self.open(&self.scene_of(second)?)?)))
@@ -171,7 +171,7 @@ impl Stage {
         Ok(())
     }
 
-    /// A renderer for the scene with further changes, on the same device.
+    /// A new renderer for another scene, on the same device and of the same size.
     ///
     /// # Errors
     /// As [`Renderer::open`].
@@ -198,7 +198,7 @@ impl Stage {
         std::iter::once(&mut self.renderer).chain(second).try_for_each(|renderer| renderer.resize(size))
     }
 
-    /// True if the last pictures are complete.
+    /// True if the last pictures of both renderers are complete.
     pub fn settled(&self) -> bool {
         self.renderer.settled() && self.second.as_ref().is_none_or(|(_, renderer)| renderer.settled())
     }
@@ -211,8 +211,8 @@ fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], deterministic: bool) -> Result
     Ok(renderer)
 }
 
-/// The scene itself, then one variant for each other value of the setting that its paper compares: the method that
-/// lists visible tiles, or the processor that changes levels of detail.
+/// The scene's own variant, then one for each other value of the setting that its paper compares: the method
+/// that lists visible tiles, or the processor that applies changes of the level of detail.
 fn own_variants(scene: &Scene) -> Vec<Variant> {
     let own = Variant { name: "the scene's own".to_owned(), changes: Vec::new() };
     let keys = scene::keys(LANGUAGES);
@@ -271,13 +271,13 @@ mod tests {
         let (_, second) = stage.second.as_mut().unwrap();
         second.settle(&pose).unwrap();
         let (first, second) = (stage.renderer.picture_bytes().unwrap(), second.picture_bytes().unwrap());
-        assert!(first == second, "two variants, one picture");
+        assert!(first == second, "both variants must render the same picture");
     }
 
     #[test]
     fn another_variant_finds_the_caches_full() {
         let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
-        // At this size the whole globe is in the resident tail.
+        // At this size, the resident mip tail holds the whole globe.
         let base = Scene::embedded("earth").unwrap();
         let pose = base.pose(0).unwrap();
         let mut stage = Stage::new(&gpu, base, Vec::new(), [64, 36], true).unwrap();
@@ -296,11 +296,14 @@ mod tests {
         stage.set("surface.land.filter.max_anisotropy", "4").unwrap();
         let fresh = stage.another(&stage.scene, true).unwrap();
         let old = std::mem::replace(&mut stage.renderer, fresh);
-        assert!(loads(&mut stage) > 0, "a renderer that was just opened has empty caches");
+        assert!(loads(&mut stage) > 0, "a new renderer has empty caches");
         let opened = stage.renderer.picture_bytes().unwrap();
         stage.renderer = old;
         stage.renderer.settle(&pose).unwrap();
-        assert!(opened == stage.renderer.picture_bytes().unwrap(), "reconfigured as if opened");
+        assert!(
+            opened == stage.renderer.picture_bytes().unwrap(),
+            "a reconfigured renderer must equal a new one"
+        );
     }
 
     #[test]

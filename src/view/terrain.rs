@@ -1,4 +1,5 @@
-//! Terrain height below the camera, if a progressive mesh is the ground of a plane: the camera never goes below it.
+//! The terrain height below the camera, for scenes on a plane whose ground is a progressive mesh. The camera
+//! stays above the terrain.
 
 use glam::{DVec2, DVec3};
 use ortelius::paper::progressive_mesh::cache::live_faces;
@@ -9,21 +10,22 @@ use ortelius::scene::{Geometry, Scene};
 use std::sync::Arc;
 use std::sync::OnceLock;
 
-/// Cells a side. A cell of the shipped terrain is as wide as the distance between vertices.
+/// Cells per side. In the shipped terrain, a cell is as wide as the spacing of the vertices.
 const CELLS: usize = 1024;
 
-/// The heights of a scene; a thread reads its meshes once.
+/// The heights of a scene. A thread computes them once from the meshes.
 pub struct Terrain {
-    /// Not started until the camera moves, so that the window opens without delay.
+    /// The scene until the thread starts, at the first motion of the camera. The window thus opens without
+    /// delay.
     unread: Option<Scene>,
     heights: Arc<OnceLock<Vec<Heights>>>,
 }
 
-/// For each cell the highest vertex of all triangles that overlap it: never below the mesh.
+/// A grid of heights that are never below the mesh: the highest vertex of all triangles that overlap a cell.
 struct Heights {
     least: DVec2,
     cell: DVec2,
-    /// Row by row from the south-west; -infinity for cells without triangles.
+    /// Row by row from the south-west; -infinity for a cell without triangles.
     most_m: Vec<f64>,
 }
 
@@ -36,23 +38,23 @@ impl Terrain {
         Terrain { unread, heights: Arc::default() }
     }
 
-    /// Starts a thread, once, that reads the meshes with one instance each. Meshes with several instances are not
+    /// On its first call, starts a thread that reads the meshes. Only meshes with a single instance count as
     /// ground.
     pub fn begin(&mut self) {
         let Some(scene) = self.unread.take() else { return };
         let heights = self.heights.clone();
         let read = move || {
-            // A scene that fails to load is not shown anyway.
+            // A scene that fails to load is reported by the renderer.
             let models = progressive_mesh::load(&scene).unwrap_or_default();
             let grounds = models.iter().filter(|model| model.stands.len() == 1);
             let _set_once = heights.set(grounds.map(Heights::of).collect());
         };
         if let Err(error) = std::thread::Builder::new().name("terrain".to_owned()).spawn(read) {
-            tracing::warn!("no heights of the ground: {error}");
+            tracing::warn!("cannot compute the terrain's heights: {error}");
         }
     }
 
-    /// Height of the terrain below a camera in metres above the plane z = 0; 0 without a mesh.
+    /// Height of the terrain below a camera, in metres above the plane z = 0. It is 0 where no mesh is.
     pub fn height_m(&self, camera: &Camera) -> f64 {
         let Over::Plane { east_m, north_m } = camera.place else { return 0.0 };
         let heights = self.heights.get().into_iter().flatten();
@@ -89,7 +91,7 @@ impl Heights {
     }
 
     fn cell_of(&self, at: DVec2) -> [usize; 2] {
-        // The cast saturates at 0.
+        // The cast clamps negative values to 0.
         ((at - self.least) / self.cell).to_array().map(|cells| (cells as usize).min(CELLS - 1))
     }
 

@@ -1,4 +1,4 @@
-//! F5: shaders are compiled while the window is open.
+//! F5 recompiles the shaders while the window is open.
 
 use crate::display::{Display, key};
 use crate::program::{Program, Seen};
@@ -15,7 +15,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// What the message at the bottom leaves free.
+/// The rows above the status message.
 fn top(seen: &Seen) -> &[u8] {
     &seen.0.rgba[..4 * 320 * 120]
 }
@@ -36,7 +36,7 @@ fn a_syntax_error_leaves_the_picture_and_the_mended_shader_changes_it() {
     window.press(key::F5);
     window.said("texturing.frag");
     let message = window.until_other("the message is on the screen", &first);
-    assert!(top(&message) == top(&first), "the old pipeline stays");
+    assert!(top(&message) == top(&first), "the old pipeline must stay");
 
     write(&built.replace("void main() {", "void unturned();\nvoid main() {\n    unturned();\n    colour.rgb = colour.gbr;\n}\nvoid unturned() {"));
     window.press(key::F5);
@@ -46,7 +46,7 @@ fn a_syntax_error_leaves_the_picture_and_the_mended_shader_changes_it() {
     write(&built);
     window.press(key::F5);
     window.said("0 shaders differ");
-    window.until("the first picture", |window| top(&window.picture()) == top(&first));
+    window.until("the original picture", |window| top(&window.picture()) == top(&first));
     window.press(key::ESCAPE);
     let (code, words) = window.ended();
     assert_eq!(code, Some(0), "{words}");
@@ -60,7 +60,7 @@ fn without_sources_the_window_says_so() {
     let mut window = Program::start(&display, &["globe", "--size", "160x90", "--no-panels"], &nowhere);
     window.settled_picture();
     window.press(key::F5);
-    window.said("F5 compiles /nowhere/glsl, which is not there");
+    window.said("F5 compiles /nowhere/glsl, which does not exist");
     window.press(key::ESCAPE);
     window.closed();
 }
