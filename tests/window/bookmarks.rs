@@ -1,10 +1,10 @@
-//! Bookmarks between runs, and where the eye may go.
+//! Bookmarks persist between runs, and the camera stays above the ground.
 
 use crate::display::{Display, key};
 use crate::open;
 use crate::program::Program;
 
-/// The value of a key in the camera that C prints.
+/// A value of the camera that the key C prints.
 fn camera_value(window: &mut Program<'_>, name: &str) -> f64 {
     let before = window.stdout().matches("[cameras.NAME]").count();
     window.press(key::C);
@@ -38,11 +38,12 @@ fn a_saved_bookmark_is_found_by_the_next_run() {
     let mut window = Program::start(&display, &arguments, &home);
     window.settled_picture();
     window.press(key::DIGIT_1 + 6);
-    window.until("the eye is at the bookmark", |window| camera_value(window, "altitude_m") == altitude_m);
+    window
+        .until("the camera reaches the bookmark", |window| camera_value(window, "altitude_m") == altitude_m);
     window.press(key::ESCAPE);
     window.closed();
 
-    // A file where the folder should be.
+    // A file in place of the configuration folder, so that saving fails.
     let file = config.path().join("file");
     std::fs::write(&file, "").unwrap();
     let nowhere = [("XDG_CONFIG_HOME", file.to_str().unwrap())];
@@ -59,9 +60,9 @@ fn no_flight_goes_below_the_valleys_ground() {
     let display = Display::start();
     let mut window = open(&display, &["valley", "--size", "160x120", "--no-panels"]);
     window.settled_picture();
-    // From 4,480 m above the sea, over a lake's bed at about 4,400 m.
+    // The camera starts 4,480 m above sea level, over a lake bed at about 4,400 m.
     window.hold(key::Q, 2500);
-    window.until("the eye is above the ground", |window| {
+    window.until("the camera stays above the ground", |window| {
         window.press(key::Q);
         camera_value(window, "altitude_m") > 4000.0
     });

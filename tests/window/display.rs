@@ -1,4 +1,4 @@
-//! Xvfb, and a connection to it that looks and types.
+//! An Xvfb server, and a connection that reads pixels and sends input.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
@@ -8,7 +8,7 @@ use x11rb::protocol::xproto::{self, ConnectionExt as _, ImageFormat, InputFocus}
 use x11rb::protocol::xtest::ConnectionExt as _;
 use x11rb::rust_connection::RustConnection;
 
-/// Key codes of the server's own keyboard (evdev's, plus 8).
+/// Key codes of the server's keyboard: evdev codes plus 8.
 pub mod key {
     pub const ESCAPE: u8 = 9;
     pub const R: u8 = 27;
@@ -39,7 +39,7 @@ pub mod key {
     pub const F12: u8 = 96;
 }
 
-/// A virtual display; ends with its value.
+/// A virtual display. Dropping it ends the server.
 pub struct Display {
     server: Child,
     pub name: String,
@@ -63,7 +63,7 @@ impl Display {
         Display { server, name, connection, root }
     }
 
-    /// The top-level window of this size or any; `None` until there is one.
+    /// The mapped top-level window whose name starts with `Ortelius`, if there is one.
     pub fn window(&self) -> Option<u32> {
         let tree = self.connection.query_tree(self.root).unwrap().reply().unwrap();
         tree.children.into_iter().find(|window| {
@@ -81,13 +81,13 @@ impl Display {
         })
     }
 
-    /// Keys go to the window from now on: there is no window manager to say so.
+    /// Gives the window the keyboard focus. There is no window manager that would.
     pub fn focus(&self, window: u32) {
         self.connection.set_input_focus(InputFocus::PARENT, window, x11rb::CURRENT_TIME).unwrap();
         self.connection.flush().unwrap();
     }
 
-    /// Size of a window, and its pixels as BGRX.
+    /// The window's size, and its pixels in BGRX order.
     pub fn pixels(&self, window: u32) -> Option<([u32; 2], Vec<u8>)> {
         let at = self.connection.get_geometry(window).unwrap().reply().ok()?;
         let (width, height) = (at.width, at.height);
@@ -96,7 +96,7 @@ impl Display {
         Some(([u32::from(width), u32::from(height)], image.data))
     }
 
-    /// A key, a button or a motion, as from a device: `kind` is the core event's number.
+    /// Sends a key, button or motion event as if from a device. `kind` is the number of the core event.
     pub fn fake(&self, kind: u8, detail: u8, [x, y]: [i16; 2]) {
         self.connection.xtest_fake_input(kind, detail, 0, self.root, x, y, 0).unwrap();
         self.connection.flush().unwrap();
@@ -105,22 +105,22 @@ impl Display {
 
 impl Drop for Display {
     fn drop(&mut self) {
-        // The server is ours; both fail only where it has ended already.
+        // Both calls fail only if the server has already ended.
         let _ended = self.server.kill().and_then(|()| self.server.wait().map(drop));
     }
 }
 
-/// Asks until there is an answer.
+/// Calls `ask` until it returns a value.
 ///
 /// # Panics
-/// After two minutes: a machine that does much else is slow, and nothing that passes waits so long.
+/// After two minutes. A busy machine is slow, but no passing test waits this long.
 pub fn wait_for<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();
     loop {
         if let Some(answer) = ask() {
             return answer;
         }
-        assert!(start.elapsed() < Duration::from_secs(120), "{what}: not within 120 s");
+        assert!(start.elapsed() < Duration::from_secs(120), "{what}: did not happen within 120 s");
         std::thread::sleep(Duration::from_millis(20));
     }
 }

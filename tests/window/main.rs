@@ -1,5 +1,6 @@
-//! A real window, under a virtual display of its own: keys and pointer come from the X server, and what is compared is
-//! what the server shows. Validation is on, and the program itself fails where memory of the device was not given back.
+//! Tests of the real window on a virtual display of its own. Keys and pointer input come from the X server,
+//! and the tests compare the pixels that the server shows. Validation is on. The program itself fails if it
+//! leaks device memory.
 #![cfg(all(target_os = "linux", feature = "window"))]
 
 mod bookmarks;
@@ -18,12 +19,12 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
-/// `ortelius view ARGUMENTS` on a display of its own.
+/// Starts `ortelius view ARGUMENTS`.
 fn open<'a>(display: &'a Display, arguments: &[&str]) -> Program<'a> {
     Program::start(display, arguments, &[])
 }
 
-/// Pixels of two pictures that differ.
+/// The number of pixels in which two pictures differ.
 fn differing(a: &Srgb8Picture, b: &Srgb8Picture) -> usize {
     assert_eq!([a.width, a.height], [b.width, b.height]);
     a.rgba.chunks_exact(4).zip(b.rgba.chunks_exact(4)).filter(|(a, b)| a[..3] != b[..3]).count()
@@ -38,7 +39,7 @@ fn one_changed_pixel_is_counted() {
     assert_eq!(differing(&a, &b), 1);
 }
 
-/// `ortelius render REPORT -o again.png`, in a process of its own.
+/// Runs `ortelius render REPORT -o OUTPUT`.
 fn rendered_again(folder: &Path, report: &str, output: &str) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
     let ran = command.current_dir(folder).args(["render", report, "-o", output]).output().unwrap();
@@ -50,7 +51,7 @@ fn the_earth_is_flown_over_resized_and_closed_and_leaves_nothing_behind() {
     let display = Display::start();
     let mut window = open(&display, &["earth", "--size", "320x180", "--no-panels"]);
     let first = window.settled_picture();
-    assert!(first.is_varied(), "a picture, not one colour");
+    assert!(first.is_varied(), "the picture must not be a single colour");
 
     window.drag([160, 90], [60, 130], 1);
     let moved = window.until_other("the ground follows the pointer", &first);
@@ -67,9 +68,9 @@ fn the_earth_is_flown_over_resized_and_closed_and_leaves_nothing_behind() {
     window.wheel([160, 90], -6);
     let yellow =
         |seen: &Seen| seen.0.rgba.chunks_exact(4).filter(|pixel| pixel[..3] == [255, 255, 0]).count();
-    window.until("the edge of what the frozen eye sees", |window| yellow(&window.picture()) > 50);
+    window.until("the outline of the frozen camera's view", |window| yellow(&window.picture()) > 50);
     window.press(key::F);
-    window.until("no edge any more", |window| yellow(&window.picture()) == 0);
+    window.until("the outline disappears", |window| yellow(&window.picture()) == 0);
 
     for n in 0..20u16 {
         window.resize([[200, 150], [333, 77], [64, 64], [1, 1], [320, 180]][usize::from(n % 5)]);
@@ -113,7 +114,7 @@ fn a_screenshot_is_what_the_window_shows_and_what_its_report_renders() {
         window.press(key::ESCAPE);
         let folder = window.closed_in_silence();
         let saved = read_png(&folder.path().join(&png)).unwrap();
-        assert_eq!(differing(&shown.0, &saved), 0, "{scene}: the window and its screenshot");
+        assert_eq!(differing(&shown.0, &saved), 0, "{scene}: the screenshot must equal the window");
         rendered_again(folder.path(), &png.replace(".png", ".json"), "again.png");
         assert!(saved == read_png(&folder.path().join("again.png")).unwrap(), "{scene}");
     }
@@ -128,7 +129,7 @@ fn a_recorded_path_is_rendered_again_by_its_report() {
     let name = folder.path().join("short.toml");
     std::fs::write(&name, scene + path).unwrap();
     let arguments = [name.to_str().unwrap(), "--size", "160x90", "--no-panels", "-D", "view.path=short"];
-    // An ffmpeg that writes down what it is asked for.
+    // A fake ffmpeg that records its arguments.
     let (bin, script) = (folder.path().join("bin"), "#!/bin/sh\necho \"$@\" > film.mp4\n");
     std::fs::create_dir(&bin).unwrap();
     std::fs::write(bin.join("ffmpeg"), script).unwrap();

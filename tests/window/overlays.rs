@@ -1,10 +1,10 @@
-//! What lies over the picture, and the numbers of a pixel.
+//! The overlays, and the values of a pixel.
 
 use crate::display::{Display, key};
 use crate::open;
 use crate::program::Seen;
 
-/// Pixels of the picture that hold.
+/// The number of pixels whose colour satisfies `holds`.
 fn count(seen: &Seen, holds: impl Fn([u8; 3]) -> bool) -> usize {
     seen.0.rgba.chunks_exact(4).filter(|rgba| holds([rgba[0], rgba[1], rgba[2]])).count()
 }
@@ -17,7 +17,7 @@ fn pixel(seen: &Seen, [x, y]: [u32; 2]) -> [u8; 3] {
 #[test]
 fn levels_and_what_is_missing_of_them_colour_the_picture() {
     let display = Display::start();
-    // Every pixel is shown by a level coarser than it asks for, where that is streamed.
+    // With this bias, each pixel shows a level one coarser than it requests, except at the coarsest level.
     let arguments = ["globe", "--size", "320x180", "--no-panels", "-D", "variant.level_bias=1"];
     let mut window = open(&display, &arguments);
     let plain = window.settled_picture();
@@ -27,13 +27,13 @@ fn levels_and_what_is_missing_of_them_colour_the_picture() {
     window.until("levels as colours", |window| count(&window.picture(), saturated) > wanted);
     let levels = window.settled_picture();
     window.press(key::G);
-    // One level coarser is (1, 2/3, 0), mixed with 2 parts of the picture.
+    // The colour for one level too coarse is (1, 2/3, 0), mixed with 40 % of the picture.
     let yellow = |[r, g, b]: [u8; 3]| r > 140 && g > 90 && b < 110 && r > g;
     window.until("one level too coarse", |window| count(&window.picture(), yellow) > 5000);
     let shortfall = window.settled_picture();
     assert!(count(&levels, yellow) < count(&shortfall, yellow));
     window.press(key::G);
-    // Errors of 1e-3 to 1e-1 are purple on the scale; the earth is not.
+    // On the scale of the map, errors of 1e-3 to 1e-1 are purple. The globe has no purple pixels.
     let purple = |[r, g, b]: [u8; 3]| r > g.saturating_add(60) && b > g.saturating_add(20);
     assert!(count(&plain, purple) < 50);
     window.until("the error of each pixel", |window| count(&window.picture(), purple) > 3000);
@@ -56,7 +56,7 @@ fn the_magnifier_prints_the_numbers_of_the_pixel_that_the_window_shows() {
             let digits = line.split(name).nth(1).unwrap().trim_start().split([',', ';']).next().unwrap();
             digits.parse().unwrap_or_else(|_| panic!("{name}: {line}"))
         };
-        // Once it is there, the level shown is the wanted one.
+        // Once the requested tile is resident, the pixel shows its level.
         let start = format!("pixel {}, {};", at[0], at[1]);
         let line = window.press_until_printed(key::N, |line| {
             line.starts_with(&start) && number(line, "tile wanted level") == number(line, "level shown")
@@ -75,7 +75,7 @@ fn faces_are_coloured_by_collapse_level_and_by_cache_misses() {
     let display = Display::start();
     let mut window = open(&display, &["herd", "--size", "480x420", "--no-panels"]);
     let plain = window.settled_picture();
-    // The herd is grey: only an overlay is saturated.
+    // The herd is grey, so saturated pixels come from the overlay.
     let saturated = |rgb: [u8; 3]| rgb.iter().max().unwrap() - rgb.iter().min().unwrap() > 60;
     let before = count(&plain, saturated);
     window.press(key::G);
@@ -84,8 +84,8 @@ fn faces_are_coloured_by_collapse_level_and_by_cache_misses() {
     window.press(key::G);
     let misses = window.until_other("cache misses", &collapse);
     let green = |[r, g, b]: [u8; 3]| g > 100 && r < 110 && b < 110;
-    assert!(count(&misses, green) > count(&collapse, green) + 200, "faces whose vertices are all cached");
-    // A pixel of a face.
+    assert!(count(&misses, green) > count(&collapse, green) + 200, "some faces must have no cache misses");
+    // A pixel on a face without cache misses.
     let at = (0..480 * 420).map(|n| [n % 480, n / 480]).find(|at| green(pixel(&misses, *at))).unwrap();
     window.point(at.map(|at| at as i16));
     window.press(key::Z);

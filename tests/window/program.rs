@@ -1,4 +1,4 @@
-//! `ortelius view` on a display, seen and driven from outside.
+//! Runs `ortelius view` on a virtual display, sends it input and reads its output.
 
 use crate::display::{Display, key, wait_for};
 use ortelius::picture::write::Srgb8Picture;
@@ -17,19 +17,19 @@ type Words = Arc<Mutex<String>>;
 pub struct Program<'a> {
     display: &'a Display,
     child: Child,
-    /// So far on stdout and on stderr.
+    /// The text of stdout and of stderr so far.
     words: [Words; 2],
     readers: Vec<std::thread::JoinHandle<()>>,
     folder: TempDir,
-    /// Bytes of stderr that [`Program::said`] has seen.
+    /// Bytes of stderr that [`Program::said`] has consumed.
     heard: usize,
 }
 
-/// What the server shows of the window.
+/// The window's pixels as the X server shows them.
 pub struct Seen(pub Srgb8Picture);
 
 impl Seen {
-    /// Whether it has more than a few colours.
+    /// True if it has more than 50 colours.
     pub fn is_varied(&self) -> bool {
         let mut colours: Vec<_> = self.0.rgba.chunks_exact(4).collect();
         colours.sort();
@@ -53,7 +53,7 @@ impl<'a> Program<'a> {
         let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
         command.arg("view").args(arguments).current_dir(&folder);
         command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY").env("ORTELIUS_VALIDATE", "1");
-        // Bookmarks of one test are no other's.
+        // Each run has its own bookmarks.
         command.env("XDG_CONFIG_HOME", folder.path());
         command.envs(environment.iter().copied()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().unwrap();
@@ -69,7 +69,7 @@ impl<'a> Program<'a> {
         self.child.id()
     }
 
-    /// So far.
+    /// The text of stdout so far.
     pub fn stdout(&self) -> String {
         self.words[0].lock().unwrap().clone()
     }
@@ -78,7 +78,7 @@ impl<'a> Program<'a> {
         self.words[1].lock().unwrap().clone()
     }
 
-    /// The window; fails where the program has ended.
+    /// The window's X id. Panics if the program has ended.
     fn window(&mut self) -> u32 {
         let window = wait_for("a window", || {
             if let Some(status) = self.child.try_wait().unwrap() {
@@ -90,7 +90,7 @@ impl<'a> Program<'a> {
         window
     }
 
-    /// What the server shows now.
+    /// The window's current pixels.
     pub fn picture(&mut self) -> Seen {
         let window = self.window();
         let ([width, height], bgrx) = wait_for("the window's pixels", || self.display.pixels(window));
@@ -98,10 +98,10 @@ impl<'a> Program<'a> {
         Seen(Srgb8Picture { width, height, rgba })
     }
 
-    /// A picture that has stayed for a second. It is also written into the folder `ORTELIUS_PICTURES`, to be looked
-    /// at.
+    /// Waits until the picture has not changed for a second. Saves it to the folder `ORTELIUS_PICTURES` if
+    /// that is set.
     pub fn settled_picture(&mut self) -> Seen {
-        let seen = wait_for("a picture that stays", || {
+        let seen = wait_for("an unchanging picture", || {
             let mut next = || {
                 std::thread::sleep(Duration::from_millis(500));
                 self.picture()
@@ -122,13 +122,13 @@ impl<'a> Program<'a> {
         wait_for(what, || holds(self).then_some(()));
     }
 
-    /// A picture of the same size that is another one.
+    /// Waits for a picture that differs from `before`, and then for a settled one.
     pub fn until_other(&mut self, what: &str, before: &Seen) -> Seen {
         self.until(what, |window| window.picture().0 != before.0);
         self.settled_picture()
     }
 
-    /// Waits for a line on stderr after those that were waited for before.
+    /// Waits until stderr has `words` after the text that earlier calls have consumed.
     pub fn said(&mut self, words: &str) {
         let heard = self.heard;
         self.heard = wait_for(words, || {
@@ -138,7 +138,7 @@ impl<'a> Program<'a> {
         });
     }
 
-    /// Waits for a line on stdout that holds `words`.
+    /// Waits for a line on stdout that contains `words`.
     pub fn printed(&mut self, words: &str) -> String {
         wait_for(words, || {
             let all = self.words[0].lock().unwrap().clone();
@@ -151,26 +151,27 @@ impl<'a> Program<'a> {
         self.hold(key, 0);
     }
 
-    /// Presses a key that prints, until what it prints holds: the numbers of a pixel are known some frames later.
+    /// Presses a key until the last line that satisfies `holds` is printed. The values of a pixel arrive some
+    /// frames late.
     pub fn press_until_printed(&mut self, key: u8, holds: impl Fn(&str) -> bool) -> String {
-        wait_for("the line that a key prints", || {
+        wait_for("a printed line", || {
             self.press(key);
             std::thread::sleep(Duration::from_millis(200));
             self.stdout().lines().rfind(|line| holds(line)).map(str::to_owned)
         })
     }
 
-    /// With Ctrl.
+    /// Presses a key with Ctrl held.
     pub fn press_with_control(&mut self, key: u8) {
         self.window();
         self.display.fake(xproto::KEY_PRESS_EVENT, key::CONTROL, [0, 0]);
-        // Not by `press`: a change of focus between would let go of Ctrl.
+        // Not through `press`: it sets the focus, which would release Ctrl.
         self.display.fake(xproto::KEY_PRESS_EVENT, key, [0, 0]);
         self.display.fake(xproto::KEY_RELEASE_EVENT, key, [0, 0]);
         self.display.fake(xproto::KEY_RELEASE_EVENT, key::CONTROL, [0, 0]);
     }
 
-    /// Off the screen and back, as a window manager minimises.
+    /// Unmaps and maps the window, as a window manager does to minimise it.
     pub fn hide_and_show(&mut self) {
         let window = self.window();
         self.display.connection.unmap_window(window).unwrap();
@@ -187,10 +188,10 @@ impl<'a> Program<'a> {
         self.display.fake(xproto::KEY_RELEASE_EVENT, key, [0, 0]);
     }
 
-    /// Moves the pointer to a place of the window, which is at the root's corner.
+    /// Moves the pointer to a position in the window. The window's corner is the root window's corner.
     pub fn point(&self, at: [i16; 2]) {
         self.display.fake(xproto::MOTION_NOTIFY_EVENT, 0, at);
-        // Frame by frame, as a hand moves.
+        // Some time for a frame, as between the motions of a real mouse.
         std::thread::sleep(Duration::from_millis(120));
     }
 
@@ -204,7 +205,7 @@ impl<'a> Program<'a> {
         self.display.fake(xproto::BUTTON_RELEASE_EVENT, button, to);
     }
 
-    /// Positive: away from the hand, which is nearer.
+    /// Scrolls. Positive notches zoom in.
     pub fn wheel(&mut self, at: [i16; 2], notches: i32) {
         self.window();
         self.point(at);
@@ -223,7 +224,7 @@ impl<'a> Program<'a> {
         std::thread::sleep(Duration::from_millis(60));
     }
 
-    /// As a window manager does it.
+    /// Closes the window as a window manager does.
     pub fn close_button(&mut self) {
         let window = self.window();
         let atom = |name: &str| {
@@ -235,21 +236,21 @@ impl<'a> Program<'a> {
         self.display.connection.flush().unwrap();
     }
 
-    /// Waits for the end: exit code, and all of stderr.
+    /// Waits until the program ends. Returns its exit code and all of stderr.
     pub fn ended(mut self) -> (Option<i32>, String) {
         let status = wait_for("the program's end", || self.child.try_wait().unwrap());
         self.readers.drain(..).for_each(|reader| reader.join().unwrap());
         (status.code(), self.stderr())
     }
 
-    /// Exit code 0, whatever was warned of: a key in vain, a clipboard that nobody takes over. A message of the validation
-    /// layer, or memory that is not given back, is no 0.
+    /// Expects exit code 0; warnings are allowed, for example that the clipboard has no owner. Messages of
+    /// the validation layer and leaked device memory give another exit code.
     pub fn closed(self) {
         let (code, words) = self.ended();
         assert_eq!(code, Some(0), "{words}");
     }
 
-    /// Exit code 0 and neither warning nor error. What it wrote.
+    /// Expects exit code 0, no warning and no error. Returns the folder with the program's files.
     pub fn closed_in_silence(mut self) -> TempDir {
         let folder = std::mem::replace(&mut self.folder, tempfile::tempdir().unwrap());
         let (code, words) = self.ended();
@@ -262,7 +263,7 @@ impl<'a> Program<'a> {
 
 impl Drop for Program<'_> {
     fn drop(&mut self) {
-        // It is ours; both fail only where it has ended already.
+        // Both calls fail only if the process has already ended.
         let _ended = self.child.kill().and_then(|()| self.child.wait().map(drop));
     }
 }

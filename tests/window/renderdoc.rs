@@ -1,10 +1,10 @@
-//! F8: a library that answers as RenderDoc's does, loaded before the program, is asked for a capture.
+//! F8 triggers a capture. A preloaded library replaces RenderDoc.
 
 use crate::display::{Display, key};
 use crate::program::Program;
 use std::process::Command;
 
-/// Function 15 of the table is TriggerCapture.
+/// Entry 15 of RenderDoc's function table is TriggerCapture.
 const LIBRARY: &str = r#"
 #include <stdio.h>
 #include <stdlib.h>

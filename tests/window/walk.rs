@@ -1,4 +1,4 @@
-//! A random walk of inputs: nothing is lost, and memory does not grow.
+//! Random input must neither lose the device nor make memory grow.
 
 use crate::display::{Display, key};
 use crate::open;
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 const SEED: u64 = 20_261_122;
 
-/// Bytes on the device, and resident ones.
+/// Bytes of device memory, and of the resident set.
 fn memory(window: &mut Program<'_>) -> [u64; 2] {
     let before = window.stdout().matches("memory: ").count();
     window.press(key::M);
@@ -22,7 +22,7 @@ fn memory(window: &mut Program<'_>) -> [u64; 2] {
     [number("device "), number("resident ")]
 }
 
-/// One input of any kind.
+/// Sends one random input.
 fn step(window: &mut Program<'_>, random: &mut SplitMix64) {
     let numbers: [u64; 8] = std::array::from_fn(|_| random.draw());
     let below = |n: usize, most: u64| numbers[n] % most;
@@ -63,7 +63,7 @@ fn a_random_walk_of_inputs_leaves_memory_as_it_was() {
     let mut window = open(&display, &["globe", "--size", "300x200"]);
     window.settled_picture();
     let mut random = SplitMix64(SEED);
-    // A third of the walk visits variants, overlays and sizes for the first time.
+    // The first third of the time opens variants, overlays and sizes for the first time.
     let walk = |window: &mut Program<'_>, random: &mut SplitMix64, seconds: f64| {
         let start = Instant::now();
         while start.elapsed() < Duration::from_secs_f64(seconds) {
@@ -74,9 +74,10 @@ fn a_random_walk_of_inputs_leaves_memory_as_it_was() {
     let most = (0..4).map(|_| walk(&mut window, &mut random, f64::from(seconds) / 12.0));
     let [device, resident] = most.reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])]).unwrap();
     let [device_after, resident_after] = walk(&mut window, &mut random, 2.0 * f64::from(seconds) / 3.0);
-    // What is open at one time differs: a second variant has caches of its own, panels and lens textures and buffers.
-    // Twice the device's bytes is one more renderer; 200 MB of the host are its caches, and what the driver keeps of
-    // pipelines for variants that were not shown before. A leak of one frame's buffers (1 MB) passes both within seconds.
+    // The bounds allow for what happens to be open: a second variant has caches of its own, and panels and
+    // magnifier have textures and buffers. Twice the device memory is one more renderer. The 200 MB of main
+    // memory are that renderer's caches, and pipelines that the driver keeps for new variants. A leak of one
+    // frame's buffers (1 MB) exceeds both bounds within seconds.
     assert!(device_after <= 2 * device, "device: {device} bytes, then {device_after}");
     assert!(resident_after <= resident + 200_000_000, "resident: {resident} bytes, then {resident_after}");
     eprintln!(
