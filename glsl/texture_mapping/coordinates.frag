@@ -3,13 +3,13 @@
 #include "common/extensions.glsl"
 #include "texture_mapping/coordinates.glsl"
 
-// 1: the row's constants from a buffer; 0: Heckbert's nine coefficients, as a textbook has them.
+// 1: the row's constants from a buffer; 0: Heckbert's nine coefficients.
 layout(constant_id = 2) const uint ROW_CONSTANTS = 0;
 
 layout(binding = 1, scalar) readonly buffer Rows { Row rows[]; } set_up;
 layout(location = 0) out uvec4 pixel;
 
-// u w, v w and w at a place of the picture.
+// u w, v w and w at a position in pixels.
 vec3 textbook(vec2 at) {
     precise vec3 terms = band.plane[0] * at.x + band.plane[1] * at.y + band.plane[2];
     return terms;

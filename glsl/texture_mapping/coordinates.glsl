@@ -1,10 +1,10 @@
 // Texture coordinates and their derivatives from a row's constants: coordinates/mod.rs has the formulas.
 
-// What a shader writes for a pixel.
+// The values written for a pixel: the order of `Output`.
 layout(constant_id = 0) const uint OUTPUT = 0;
 const uint TEXEL = 0, TERMS = 1, COORDINATES = 2, DERIVATIVES = 3;
 
-// How derivatives are found.
+// The order of `Derivatives`.
 layout(constant_id = 1) const uint METHOD = 0;
 const uint DIFFERENCES = 0, INCREMENTAL = 1, ANALYTIC = 2;
 
@@ -13,15 +13,15 @@ layout(binding = 0) uniform sampler2D image;
 layout(push_constant, scalar) uniform PlaneBand {
     mat3 plane;      // columns of the homography: (A D G), (B E H), (C F I)
     uvec2 size;      // pixels
-    uint first_row;  // of the picture that the band is cut from
+    uint first_row;  // of the band in the picture
     float to_unit;   // texels to [0, 1]
-    uint lanes;      // threads that share a row: compute alone
-    uint run;        // pixels that a thread walks where it restarts: compute alone
+    uint lanes;      // threads per row (compute only)
+    uint run;        // pixels per thread of a walk with restarts (compute only)
 } band;
 
 #include "texture_mapping/coordinates_row.glsl"
 
-// (du/dx, dv/dx, du/dy, dv/dy) from the numerators and the denominator of a pixel.
+// (du/dx, dv/dx, du/dy, dv/dy) from a pixel's numerators and denominator.
 vec4 derivatives(Row row, vec2 dy, float w) {
     precise vec2 below =
         METHOD == ANALYTIC ? vec2(w * w) : vec2(w * (w + band.plane[0].z), w * (w + band.plane[1].z));

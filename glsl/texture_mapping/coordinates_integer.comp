@@ -12,7 +12,7 @@ struct IntegerRow {
 
 layout(binding = 1, scalar) readonly buffer Rows { IntegerRow rows[]; } set_up;
 
-// (7) with integers: a sum has no error, only the set-up's rounding grows along the row.
+// (7) with integers: sums are exact; only the rounding error of the set-up's step grows along the row.
 void main() {
     Walk own = walk();
     if (own.count == 0u) return;

@@ -6,7 +6,7 @@ layout(local_size_x = 64) in;
 
 layout(binding = 2, scalar) writeonly buffer Pixels { uint words[]; } pixels;
 
-// A thread's pixels: `count` from column `first` on, `stride` apart.
+// A thread's pixels: `count` pixels from column `first`, `stride` columns apart.
 struct Walk {
     uint row;
     uint first;
@@ -14,7 +14,7 @@ struct Walk {
     uint count;
 };
 
-// No pixels beyond the last row.
+// Threads beyond the last row get no pixels.
 Walk walk() {
     uint row = gl_GlobalInvocationID.x / band.lanes, lane = gl_GlobalInvocationID.x % band.lanes;
     uint width = band.size.x;
@@ -28,7 +28,7 @@ Walk walk() {
     return own;
 }
 
-// One word for each pixel where texels are asked for, else four.
+// Writes one word per pixel for TEXEL, else four.
 void store(Walk own, uint n, uvec4 words) {
     uint at = own.row * band.size.x + uint(int(own.first) + int(n) * own.stride);
     if (OUTPUT == TEXEL) {

@@ -1,18 +1,18 @@
-// A to D: the weighted mean of the texels of an ellipse. Needs ellipse_level.glsl, weights.glsl, `float weight(vec2)` and the
-// texture's `vec3 texel(ivec2 at, uint level)`.
+// A to D: the weighted mean of the texels of an ellipse. Needs ellipse_level.glsl, weights.glsl, `float weight(vec2)`
+// and the texture's `vec3 texel(ivec2 at, uint level)`.
 layout(constant_id = 57) const uint AXES = 2;  // the order of `Axes`
 
-// Loops end after this many turns whatever their bounds are.
+// Limit of every loop's iterations, whatever its bounds.
 const int MOST_TURNS = 4096;
 
 struct Mean {
     vec3 colour;
     uint fetched;
-    bool empty;  // no texel had a weight: the nearest one's colour
+    bool empty;  // no texel had a weight; `colour` is the nearest texel's
     uint visited;
 };
 
-// A square root of V^-1: maps texels to the unit disc by (x + y shear, y) and scales.
+// A square root of V^-1. It maps texels to the unit disc: (x + y shear, y) times `scale`.
 struct ToDisc {
     float shear;
     vec2 scale;
@@ -22,7 +22,7 @@ ToDisc to_disc(vec3 v, float det) {
     return ToDisc(-v.y / v.z, vec2(sqrt(v.z / det), inversesqrt(v.z)));
 }
 
-// (4) as printed: along the row or the column (x, y) of J, and as deep as the other is long.
+// (4) as printed: one axis is `along`, a row or column of J. The other is perpendicular and as long as `other`.
 mat2 printed(vec2 along, vec2 other, float scale) {
     float length_of = length(along);
     vec2 turn = length_of > 0.0 ? along / length_of : vec2(1.0, 0.0);
@@ -30,7 +30,7 @@ mat2 printed(vec2 along, vec2 other, float scale) {
     return mat2(vec2(turn.x * axes.x, -turn.y * axes.y), vec2(turn.y * axes.x, turn.x * axes.y));
 }
 
-// `finest`, at a level. `whole`: the level has one texel.
+// Filters `level` with the ellipse `finest` of level 0. `whole`: the level has one texel.
 Mean ellipse_mean(vec4 jacobian, Ellipse finest, uint level, bool whole, Spot spot) {
     float half_power = power_of_half(level);
     Ellipse ellipse = at_level(finest, level);
@@ -70,14 +70,14 @@ Mean ellipse_mean(vec4 jacobian, Ellipse finest, uint level, bool whole, Spot sp
             float steepness = length(slope);
             float signed_distance = steepness > 0.0 ? (1.0 - r) * r / steepness : 1e6;
             float part = kept(signed_distance);
-            // A row's span ends there by itself.
+            // A row span already ends at the outer ellipse.
             vec2 in_outer = vec2(du + outer_disc.shear * dv, dv) * outer_disc.scale;
             if (ROW_SPAN == 0 && dot(in_outer, in_outer) > 1.0) part = 0.0;
             ++visited;
             if (part > 0.0) {
                 float w = part * weight(AXES == 2 ? at : weight_axes * vec2(du, dv));
                 vec3 value = texel(spot.texel + ivec2(column, row), level);
-                // Differences from the first texel: a constant texture comes out exactly.
+                // Sums differences from the first texel, so that a constant texture gives its exact value.
                 if (fetched == 0) first = value;
                 sum += w * (value - first);
                 weights += w;

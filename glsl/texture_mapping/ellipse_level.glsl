@@ -1,5 +1,5 @@
-// A: the ellipse that filters a footprint, and the level of detail that it asks for. Needs footprint.glsl and weights.glsl.
-// The defaults are `Ellipse::BEST`, which surfaces have; figures specialize all.
+// A: the ellipse that filters a footprint, and its level of detail. Needs footprint.glsl and weights.glsl.
+// The defaults are `Ellipse::BEST`, which surfaces use; figures specialize every constant.
 layout(constant_id = 50) const uint ALL_POSITIVE = 1;
 layout(constant_id = 51) const float K = 0.8;
 layout(constant_id = 52) const uint ROW_SPAN = 1;
@@ -44,9 +44,10 @@ Ellipse at_level(Ellipse finest, uint level) {
     return Ellipse(v, det);
 }
 
-// The ellipse that holds all texels of which an edge may keep a part: a sum of the ellipse and a disc of half a texel.
+// An ellipse that contains every texel of which the edge may keep a part. It contains the sum of `of` and a disc with
+// a radius of half a texel.
 Ellipse outer(Ellipse of) {
-    // No span ends before a texel that is just inside.
+    // The margin keeps texels that are just inside.
     if (EDGE == 0) return Ellipse(of.v * 1.0001, of.det * 1.0002);
     float t = 2.0 * sqrt(eigenvalues(of.v, of.det).y);
     float a = 1.0 + 1.0 / t;

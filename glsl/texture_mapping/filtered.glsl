@@ -1,4 +1,4 @@
-// What every filter has: the texture, and the targets.
+// Shared by all filters: the texture and the targets.
 #include "common/exact.glsl"
 layout(binding = 0) uniform sampler2D texture_of;  // tiles the plane; its sides are powers of two
 layout(constant_id = 0) const uint COARSEST = 0;  // the level of one texel
@@ -7,7 +7,7 @@ layout(location = 0) out vec4 colour;  // alpha: texels fetched
 #if DUMP
 layout(location = 1) out vec4 place;  // u, v, det J; 0 beyond the horizon, else 1
 layout(location = 2) out vec4 jacobian;
-layout(location = 3) out vec4 decisions;  // level, no texel had a weight, texels looked at
+layout(location = 3) out vec4 decisions;  // level; 1 if no texel had a weight; texels visited
 #endif
 
 struct Filtered {

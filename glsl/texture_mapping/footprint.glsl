@@ -1,6 +1,6 @@
-// A: the ellipse of a footprint, symmetric matrices as (11, 12, 22).
+// A: the ellipse of a footprint. Symmetric matrices are stored as (11, 12, 22).
 
-// Beyond this many texels the footprint's mean is the texture's: squares of more do not fit f32.
+// A footprint with a longer semi-axis gets the texture's mean: its squares do not fit f32.
 const float MOST_MAJOR_TEXELS = 1048576.0;
 
 // J J^T.
@@ -14,7 +14,7 @@ vec2 eigenvalues(vec3 v, float det) {
     return vec2(larger, larger > 0.0 ? det / larger : 0.0);
 }
 
-// The minor axis stretched until the ratio of the axes is `most_ratio`; det is updated.
+// Stretches the minor axis so that the axis ratio is at most `most_ratio`, and updates det.
 vec3 widened(vec3 v, inout float det, float most_ratio) {
     vec2 values = eigenvalues(v, det);
     float least = values.x / (most_ratio * most_ratio);
@@ -24,19 +24,20 @@ vec3 widened(vec3 v, inout float det, float most_ratio) {
     return vec3(v.x + part * (values.x - v.x), v.y - part * v.y, v.z + part * (values.x - v.z));
 }
 
-// Towards a sphere's limb the surface bends away under a pixel, and the plane of a facet goes on: its footprint has no bound. A
-// pixel p wide sees a sphere of radius R at its limb over sqrt(2 p R), where the surface has fallen by p; on average over a
-// pixel sqrt(p R) a pixel. `limb` is p / R; the result in texels of a texture of longitude and latitude, 0 where there is no bound.
+// The longest useful footprint at a sphere's limb. There the sphere curves away within a pixel, but the plane of a
+// facet does not, so the facet's footprint is unbounded. At the limb a pixel of width p sees the sphere of radius R
+// over sqrt(2 p R), where the surface has fallen by p. The bound is the average over the pixel, sqrt(p R). `limb` is
+// p / R. The result is in texels of a longitude-latitude texture with `rows` rows; 0: no bound.
 float most_major_texels(float limb, float rows) { return sqrt(limb) * rows * 0.31830989; }
 
-// J with its major axis, on the sphere, no longer than `most`. `across`: the cosine of the latitude.
+// Shortens J's major axis, measured on the sphere, to at most `most` texels. `across`: the cosine of the latitude.
 vec4 limited(vec4 j, float most, float across) {
     if (!(most > 0.0)) return j;
     j.xy *= across;
     vec3 v = spread(j);
     float det = j.x * j.w - j.y * j.z;
     vec2 values = eigenvalues(v, det * det);
-    // A footprint that is not finite stays as it is.
+    // A footprint that is not finite stays unchanged.
     if (values.x > most * most && values.x < 1e36) {
         // e e^T = (V - smaller I) / (larger - smaller), e the major axis.
         float part = (1.0 - most * inversesqrt(values.x)) / (values.x - values.y);
@@ -47,7 +48,7 @@ vec4 limited(vec4 j, float most, float across) {
     return j;
 }
 
-// Where in a level the pixel's centre is: in which texel, and where in that, [0, 1).
+// The pixel's centre in a level: its texel, and the position within that texel, in [0, 1).
 struct Spot {
     ivec2 texel;
     vec2 within;

@@ -5,7 +5,7 @@
 #include "texture_mapping/plane.glsl"
 #include "texture_mapping/filtered.glsl"
 
-// The device's own sampler, by the derivatives that it takes itself.
+// The device's own sampler, with implicit derivatives.
 void main() {
     Pixel pixel = pixel_at(gl_FragCoord.xy);
     vec3 value = texture(texture_of, pixel.centre / float(1u << COARSEST)).rgb;

@@ -3,7 +3,7 @@
 #include "common/extensions.glsl"
 #include "texture_mapping/object_space.glsl"
 
-// Stage 2: a thread lists the fragments of a row of a polygon. Rows lie in the list in any order.
+// Stage 2: a thread lists the fragments of a row of a polygon. The order of the rows in the list is arbitrary.
 layout(local_size_x = 64) in;
 
 layout(binding = 1, scalar) readonly buffer Polygons { Polygon of[]; } polygons;

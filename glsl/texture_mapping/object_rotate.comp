@@ -9,10 +9,10 @@ layout(local_size_x = 64) in;
 layout(binding = 0, scalar) readonly buffer Triangles { Triangle of[]; } triangles;
 layout(binding = 1, scalar) writeonly buffer Polygons { Polygon of[]; } polygons;
 
-// A fragment on an edge belongs to both sides: a lost one would leave a hole.
+// Fragments on a shared edge belong to both triangles: a lost one would leave a hole.
 const float EDGE_MARGIN = 1.0 / 64.0;
 
-// Shear-free rotation about x by a, then about y by b.
+// Rotates about x by a, then about y by b.
 vec3 rotated(vec4 turn, vec3 at) {
     float leaning = at.y * turn.y + at.z * turn.x;
     return vec3(at.x * turn.z - leaning * turn.w, at.y * turn.x - at.z * turn.y, at.x * turn.w + leaning * turn.z);
@@ -24,7 +24,7 @@ vec4 turn_of(vec3 normal) {
     return vec4(a, d, normal.x);
 }
 
-// Slopes and value at (0, 0) of what is `values` at the corners `at`.
+// The affine function with these values at the corners `at`: its slopes, and its value at (0, 0).
 vec3 affine(vec2 at[3], vec3 values, float area) {
     vec2 p = at[1] - at[0], q = at[2] - at[0];
     float first = values.y - values.x, second = values.z - values.x;
@@ -37,7 +37,7 @@ void nearness_of(Triangle own, vec3 normal, float z, inout Polygon polygon) {
     vec3 near = 1.0 / vec3(denominator(own.corners[0].z), denominator(own.corners[1].z), denominator(own.corners[2].z));
     polygon.range = vec2(min(min(near.x, near.y), near.z), max(max(near.x, near.y), near.z));
     float through = z - normal.z * object.camera;
-    // A plane through the eye is seen from its edge.
+    // A plane through the eye is edge-on; its 1 / w counts as constant.
     polygon.nearness = abs(through) > 1e-6 * object.camera
         ? vec3(normal.xy, -normal.z * object.camera) / through : vec3(0.0, 0.0, polygon.range.y);
 }
@@ -73,7 +73,7 @@ void main() {
     }
     vec3 u = affine(at, vec3(own.texels[0].x, own.texels[1].x, own.texels[2].x), area);
     vec3 v = affine(at, vec3(own.texels[0].y, own.texels[1].y, own.texels[2].y), area);
-    // One depth, so one level: the one whose texels are as far apart as the fragments.
+    // All fragments have one depth and so one level: that whose texels are as far apart as the fragments.
     float step = max(length(vec2(u.x, v.x)), length(vec2(u.y, v.y)));
     polygon.level = uint(clamp(floor(log2(max(step, 1e-30)) + 0.5), 0.0, float(object.coarsest)));
     float scale = exp2(-float(polygon.level));

@@ -14,25 +14,27 @@ struct Triangle {
     vec2 texels[3];
 };
 
-// A triangle rotated parallel to the screen, with the lattice of its fragments: fragment (i, j) lies at (first + (i, j)) spacing.
+// A triangle rotated parallel to the screen, and the lattice of its fragments. Fragment (i, j) lies at
+// (first + (i, j)) * spacing.
 struct Polygon {
     vec4 turn;      // cos a, sin a, cos b, sin b
     float z;        // of the rotated plane, pixels
     ivec2 first;
-    ivec2 count;    // columns and rows of its bounding box; 0: nothing of it is drawn
-    vec3 edges[3];  // of (i, j, 1): at least 0 inside
-    vec3 u;         // of (i, j, 1): texels of the level
+    ivec2 count;    // columns and rows of its bounding box; 0: not drawn
+    vec3 edges[3];  // linear forms in (i, j, 1), at least 0 inside
+    vec3 u;         // linear form in (i, j, 1), texels of the level
     vec3 v;
     uint level;
-    vec3 nearness;  // of (X, Y, 1) from the picture's centre: 1 / w
+    vec3 nearness;  // linear form in (X, Y, 1) from the picture's centre: 1 / w
     vec2 range;     // of 1 / w over the corners
 };
 
-// 1 / w of everything before the eye; a point with w <= 0 is not.
+// w of a point at depth z; positive in front of the eye.
 float denominator(float z) { return 1.0 - z / object.camera; }
 
-// Column and row of a fragment; the linear forms of both. Exact in any order of the devices: products and sums alone.
+// Column and row of a fragment.
 vec2 lattice(uint place) { return vec2(place & 0xffffu, place >> 16); }
+// A linear form in (at, 1); `precise`, so that every stage gets the same value.
 float form(vec3 of, vec2 at) {
     precise float sum = of.x * at.x + (of.y * at.y + of.z);
     return sum;

@@ -3,12 +3,13 @@
 #include "common/extensions.glsl"
 #include "texture_mapping/object_space.glsl"
 
-// Stage 4: a thread rotates a fragment back, projects it, and adds it to the four pixels around its place: first their depth,
-// then, in a second pass, its weighted colour where it is not behind. Sums are of integers: their order does not matter.
+// Stage 4: a thread rotates a fragment back, projects it, and adds it to the four surrounding pixels. A first pass
+// finds the nearest depth of each pixel; a second pass adds the weighted colours of fragments that are not behind it.
+// Sums are integers, so their order does not matter.
 layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const uint SUMS = 0;   // 0: the depth test
-layout(constant_id = 1) const uint COUNT = 0;  // 1: atomics are counted, for a report
+layout(constant_id = 1) const uint COUNT = 0;  // 1: counts the atomics
 
 layout(binding = 1, scalar) readonly buffer Polygons { Polygon of[]; } polygons;
 layout(binding = 2, scalar) buffer Counts { uint fragments; uint depth_tests; uint sums; } counts;
@@ -18,10 +19,11 @@ layout(binding = 5, scalar) buffer Nearest { uint of[]; } nearest;    // bits of
 layout(binding = 6, scalar) buffer Sums { uvec4 of[]; } sums;         // of weights, and of weighted bytes
 
 const float WEIGHT_ONE = 1024.0;
-// What is this much farther than the nearest is behind it: the planes of neighbouring facets differ by less at a pixel.
+// A fragment is behind if its 1 / w is smaller than the largest by more than this share. At a pixel, the planes of
+// neighbouring facets differ by less.
 const float BEHIND = 1.0 / 256.0;
 
-// In pixels; pixel (0, 0) has its centre at (0, 0).
+// A fragment's position on the screen in pixels; the centre of pixel (0, 0) is (0, 0).
 vec2 projected(Polygon own, vec2 place) {
     vec2 at = (vec2(own.first) + place) * object.spacing;
     vec4 turn = own.turn;
@@ -37,7 +39,7 @@ void add(Polygon own, uint n, ivec2 pixel, float part) {
     if (weight == 0u || any(lessThan(pixel, ivec2(0))) || any(greaterThanEqual(pixel, ivec2(object.size)))) return;
     uint at = uint(pixel.y) * object.size.x + uint(pixel.x);
     vec2 centre = vec2(pixel) + 0.5 - 0.5 * vec2(object.size);
-    // The polygon's plane at the pixel's centre: fragments of one polygon are all equally near.
+    // The depth of the polygon's plane at the pixel's centre: fragments of one polygon have equal depths.
     float near = clamp(form(own.nearness, centre), own.range.x, own.range.y);
     if (SUMS == 0u) {
         atomicMax(nearest.of[at], floatBitsToUint(near));
@@ -58,7 +60,7 @@ void main() {
     if (n >= min(counts.fragments, object.capacity)) return;
     Polygon own = polygons.of[fragments.of[n].x];
     vec2 at = projected(own, lattice(fragments.of[n].y));
-    // Far outside of the picture an integer does not hold it.
+    // Positions far outside the picture do not fit an int.
     if (!all(lessThan(abs(at), vec2(1e6)))) return;
     vec2 part = at - floor(at);
     ivec2 corner = ivec2(floor(at));

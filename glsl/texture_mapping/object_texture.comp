@@ -3,7 +3,7 @@
 #include "common/extensions.glsl"
 #include "texture_mapping/object_space.glsl"
 
-// Stage 3: a thread textures a fragment: bilinear texels of the polygon's level, in bytes.
+// Stage 3: a thread textures a fragment with a bilinear sample of the polygon's level, rounded to bytes.
 layout(local_size_x = 64) in;
 
 layout(binding = 1, scalar) readonly buffer Polygons { Polygon of[]; } polygons;

@@ -5,7 +5,8 @@
 #include "texture_mapping/plane.glsl"
 #include "texture_mapping/filtered.glsl"
 
-// pbrt-v4's MIPMap::EWA (Pharr, Jakob and Humphreys, "Physically based rendering", 4th edition, section 10.4.5), over a texture that tiles.
+// pbrt-v4's MIPMap::EWA (Pharr, Jakob and Humphreys, "Physically based rendering", 4th edition, section 10.4.5), with
+// a tiling texture.
 const float MOST_RATIO = 8.0;
 const float TABLE_ENTRIES = 128.0;
 const int MOST_TURNS = 64;
@@ -76,7 +77,7 @@ void main() {
     Level finer = of_level(pixel, longer, shorter, level);
     Level coarser = of_level(pixel, longer, shorter, level + 1);
     uint fetched = finer.fetched + coarser.fetched;
-    // Not mix(), which does not give equal colours back exactly.
+    // mix() would not return equal colours exactly.
     vec3 value = finer.colour + (coarser.colour - finer.colour) * (lod - float(level));
     store(pixel, Filtered(value, fetched, level, false, fetched));
 }

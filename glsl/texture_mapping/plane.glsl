@@ -1,4 +1,4 @@
-// A textured plane (src/paper/texture_mapping/plane.rs): the place in the texture and its derivatives.
+// A textured plane (src/paper/texture_mapping/plane.rs): texture coordinates and their derivatives.
 layout(push_constant, scalar) uniform PlanePush {
     vec3 u_row;  // u = (u_row . (x, y, 1)) / (w_row . (x, y, 1)), in texels of level 0
     vec3 v_row;
@@ -9,9 +9,9 @@ layout(push_constant, scalar) uniform PlanePush {
     vec2 v_x;
     vec2 v_y;
     float det;  // of the three rows
-    vec2 middle;  // the picture's, in pixels
-    uint frame;  // decides random numbers
-    vec2 low;  // the texels that the plane ends at
+    vec2 middle;  // the picture's centre, in pixels
+    uint frame;  // seeds random numbers
+    vec2 low;  // bounds of the plane, in texels
     vec2 high;
 } plane;
 

@@ -1,4 +1,4 @@
-// A plane's pixel by the forms of its coordinates: `Coordinates` of method.rs. Needs plane.glsl.
+// A pixel of the plane by each form of the coordinates (`Coordinates` of method.rs). Needs plane.glsl.
 #include "texture_mapping/coordinates_row.glsl"
 
 layout(constant_id = 3) const uint COORDINATES = 0;  // the order of `Coordinates`
@@ -10,7 +10,7 @@ vec3 textbook(vec2 at) {
     return vec3(dot(plane.u_row, vec3(at, 1.0)), dot(plane.v_row, vec3(at, 1.0)), dot(plane.w_row, vec3(at, 1.0)));
 }
 
-// (u_x, u_y, v_x, v_y) by the coordinates of the next pixels.
+// (u_x, u_y, v_x, v_y) as differences to the coordinates of the right and the lower neighbour.
 vec4 differences(vec2 centre, vec3 right, vec3 down) {
     vec2 dx = right.xy / right.z - centre, dy = down.xy / down.z - centre;
     return vec4(dx.x, dy.x, dx.y, dy.y);

@@ -6,19 +6,20 @@
 #include "texture_mapping/filtered.glsl"
 #include "texture_mapping/footprint.glsl"
 
-// Trilinear samples along a line: trilinear, anisotropic, Feline, Mavridis and Papaioannou (src/paper/texture_mapping/baselines.rs).
+// Trilinear samples along a line: trilinear, anisotropic, Feline, Mavridis and Papaioannou
+// (src/paper/texture_mapping/baselines.rs).
 layout(constant_id = 1) const uint RULE = 0;
 layout(constant_id = 2) const uint MOST = 1;  // samples, probes or taps
 
 const uint SAMPLES_A_TAP = 16;
 
 struct Line {
-    vec2 reach;  // texels from the middle to the end, first probe to last: see `spread_out`
+    vec2 reach;  // texels from the middle of the line to its end
     uint taps;
     uint samples_a_tap;
     float level;
-    float fall;  // a tap at a part t of the reach, -1 to 1, weighs exp(-fall t^2)
-    bool to_the_ends;  // probes sit on the ends; else in the middle of equal parts
+    float fall;  // a tap at t * reach, t from -1 to 1, has the weight exp(-fall t^2)
+    bool to_the_ends;  // the first and last probe are at the ends; else probes are in the middle of equal parts
 };
 
 // Major and minor semi-axis of the ellipse r <= 1, and the direction of the major one.
@@ -80,7 +81,7 @@ void main() {
         sum += w * (value - first);
         weights += w;
     }
-    // Within a level 4 texels, between two 8.
+    // A probe takes 4 texels within a level, 8 between two levels.
     uint texels = level > 0.0 && level < float(COARSEST) ? 8 : 4;
     store(pixel, Filtered(first + sum / weights, texels * probes, uint(level), false, texels * probes));
 }

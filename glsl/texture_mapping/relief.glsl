@@ -1,14 +1,14 @@
-// A relief that repeats, bilinear between texels: relief/mod.rs.
+// A repeating relief, bilinear between texels: relief/mod.rs.
 
 layout(push_constant, scalar) uniform ReliefPush {
     uint side;        // texels, and cells of a map
     uint layers;      // of a distance map
     float depth;      // texels
-    float map_unit;   // texels for 1 of a quantised map
+    float map_unit;   // texels per step of a quantised map
     vec3 direction;   // of all rays
-    uint columns;     // rays a side
+    uint columns;     // rays along a side of the grid
     int radius;       // of the search for the nearest cell
-    uint first_row;   // of the cells of a dispatch
+    uint first_row;   // first row of cells of a dispatch
 } relief;
 
 layout(binding = 0, scalar) readonly buffer Heights { float texels[]; } heights;

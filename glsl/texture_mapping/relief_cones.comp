@@ -3,7 +3,7 @@
 #include "common/extensions.glsl"
 #include "texture_mapping/relief.glsl"
 
-// A thread finds the largest empty cone on a texel: maps.rs has the definition.
+// A thread finds the widest cone on a texel: `cone_map` in maps.rs has the definition.
 layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const uint RELAXED = 0;
@@ -13,9 +13,10 @@ layout(binding = 5, scalar) writeonly buffer Cones { float texels[]; } cones;
 
 float texel(vec2 at) { return heights.texels[place(ivec2(floor(at + 0.5)))]; }
 
-// Where the ray from the top plane above (0, 0) through (offset, height) leaves the solid again, relative to `own`.
+// The point, relative to `own`, at which a ray leaves the solid again. The ray starts on the top plane above `own` and
+// passes through (offset, height).
 vec3 leaves(ivec2 own, vec2 offset, float height) {
-    // From that point to the floor.
+    // MARCH of these steps lead from that point to the floor.
     precise vec3 along = vec3(offset, height - relief.depth) * (height / (relief.depth - height) / float(MARCH));
     for (uint n = 0; n <= MARCH; n++) {
         precise vec3 at = vec3(offset, height) + float(n) * along;

@@ -8,7 +8,7 @@
 layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const uint REFINED = 0;
-layout(constant_id = 1) const uint EVERYWHERE = 0;  // else at the cells' centres
+layout(constant_id = 1) const uint EVERYWHERE = 0;  // 1: distances hold everywhere in a cell; 0: at its centre
 const uint SECTORS = 64, REACH = 32;
 const float NONE = 3.4e38;
 
@@ -21,7 +21,7 @@ layout(binding = 5, scalar) writeonly buffer Distances { float texels[]; } dista
 shared float horizons[SECTORS];
 shared float least[SECTORS];
 
-// Least and greatest height of a cell, or its centre's.
+// Least and greatest height of a cell; without EVERYWHERE, both are the height at its centre.
 vec2 bounds(ivec2 cell) {
     vec4 of = corners(cell);
     precise float centre = 0.25 * ((of.x + of.y) + (of.z + of.w));
@@ -29,7 +29,7 @@ vec2 bounds(ivec2 cell) {
     return vec2(min(min(of.x, of.y), min(of.z, of.w)), max(max(of.x, of.y), max(of.z, of.w)));
 }
 
-// The square of the distance to the surface in the cell at an offset.
+// The squared distance to the surface in the cell at an offset; NONE if no ray through `cell` can hit it.
 float squared_distance(ivec2 cell, ivec2 offset, uvec2 sectors, float low, float high) {
     float extent = 0.0;
     if (EVERYWHERE == 1u) extent = 1.0;

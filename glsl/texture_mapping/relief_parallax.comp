@@ -2,24 +2,24 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
 
-// A relief's colour filtered over a pixel that sees it at an angle: relief/parallax.rs has the methods.
+// Filters a relief's colours over a pixel of an oblique view: relief/parallax.rs has the methods.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(constant_id = 0) const uint METHOD = 0;
 const uint POINT = 0, UNPERTURBED = 1, WHOLE = 2, VISIBLE = 3, PROJECTED = 4;
-const uint MOST_TEXELS = 1024;  // of a row of texels
+const uint MOST_TEXELS = 1024;  // per row of texels
 
 layout(push_constant, scalar) uniform Parallax {
     uint side;         // texels
     float depth;       // texels
-    float cotangent;   // of the elevation: how far a ray goes along x while it descends by one
-    uint columns;      // pixels a side
-    float pixel;       // texels a side
+    float cotangent;   // of the elevation: a ray's way along x per unit of descent
+    uint columns;      // pixels along a side of the picture
+    float pixel;       // texels along a side of a pixel
 } view;
 
 // (height, colour) of each texel.
 layout(binding = 0, scalar) readonly buffer Texels { vec2 texels[]; } surface;
-// Sum of colours times weights, sum of weights, texels looked at.
+// Sum of colours times weights, sum of weights, texels visited.
 layout(binding = 1, scalar) writeonly buffer Pixels { vec3 values[]; } pixels;
 
 uint place(ivec2 at) {
@@ -33,23 +33,23 @@ struct Texel {
     COLOUR colour;
 };
 
-// Between two rows of texels.
+// A texel of column x, interpolated between two rows.
 Texel sample_row(int x, float y) {
     int below = int(floor(y));
     vec2 own = mix(surface.texels[place(ivec2(x, below))], surface.texels[place(ivec2(x, below + 1))], y - floor(y));
     return Texel(own.x, own.y);
 }
 
-// Where a ray that shows a point enters the top plane.
+// The x at which the ray that hits this point enters the top plane.
 float entry(float x, float height) { return x - (view.depth - height) * view.cotangent; }
 
 #include "texture_mapping/relief_width.glsl"
 
 Sum add_texel(Sum sum, Texel texel) { return Sum(sum.colour + texel.colour, sum.weight + 1.0, sum.texels + 1.0); }
 
-// Texels of a <= x < b; with `visible` those that the relief does not hide.
+// Adds the texels with a <= x < b; with `visible`, only those that the relief does not hide.
 Sum box(Sum sum, float a, float b, float y, bool visible) {
-    // Whatever hides a texel lies within the depth's reach before it.
+    // A texel can only be hidden by texels up to depth * cotangent before it.
     float highest = -3.4e38;
     int first = int(ceil(a));
     if (visible) {
@@ -80,7 +80,7 @@ void main() {
         b = hit(b, middle.y);
     }
     Sum sum = Sum(0.0, 0.0, 0.0);
-    // Two rows a texel: one would miss half of a slope between two rows of texels.
+    // Two lines per texel: one would miss half of a slope between two rows of texels.
     uint rows = max(uint(2.0 * view.pixel), 1u);
     for (uint n = 0; n < rows; n++) {
         float y = corner.y + (float(n) + 0.5) * view.pixel / float(rows);
@@ -89,7 +89,7 @@ void main() {
         if (METHOD == WHOLE) sum = box(sum, a, b, y, false);
         if (METHOD == VISIBLE) sum = box(sum, a, b, y, true);
     }
-    // A footprint between texels, and one whose texels are all hidden, show the centre's.
+    // A footprint without a visible texel shows the colour at the centre ray's hit.
     if (sum.weight == 0.0) {
         int x = int(floor(centre));
         float between = centre - floor(centre);

@@ -1,7 +1,7 @@
-// A ray through a relief: trace.rs is its twin. Needs `relief`, relief_heights.glsl, and `map.words`.
+// Traces a ray through a relief, as trace.rs does on the CPU. Needs `relief`, relief_heights.glsl and `map.words`.
 layout(constant_id = 70) const uint TRACER = 0;
 const uint LINEAR = 0, DISTANCES = 1, CONES = 2, RELAXED_CONES = 3;
-layout(constant_id = 71) const uint MAP_BITS = 32;  // 8 and 16: several cells a word, times the map's unit
+layout(constant_id = 71) const uint MAP_BITS = 32;  // 8, 16: several cells per word, in steps of the map's unit
 
 const float LEAST_STEP = 0.5;
 const uint HALVINGS = 6, RELAXED_HALVINGS = 12, MOST_STEPS = 1024, LINEAR_STEPS = 64;
@@ -31,14 +31,14 @@ float map_texel(uint at) {
     return float(bitfieldExtract(map.words[at / each], int(at % each * MAP_BITS), int(MAP_BITS))) * relief.map_unit;
 }
 
-// How far the ray may go from a point.
+// The longest step that the map allows from a point.
 float allowed(vec3 at, vec3 direction) {
     ivec2 cell = ivec2(floor(at.xy));
     if (TRACER == DISTANCES) {
         uint layer = min(uint(max(at.z * (float(relief.layers) / relief.depth), 0.0)), relief.layers - 1u);
         return map_texel(layer * relief.side * relief.side + place(cell));
     }
-    // The least cone of the corners; the ray meets its side where both are equally high.
+    // The narrowest cone of the corners; the step ends where the ray meets the cone's side.
     vec4 cones = uintBitsToFloat(uvec4(map.words[place(cell)], map.words[place(cell + ivec2(1, 0))],
                                        map.words[place(cell + ivec2(0, 1))], map.words[place(cell + 1)]));
     float cone = min(min(cones.x, cones.y), min(cones.z, cones.w));
@@ -55,7 +55,7 @@ float halve(vec2 origin, vec3 direction, float above_at, float below_at) {
     return below_at;
 }
 
-// Where a ray that descends from the top plane meets the surface.
+// The first hit of a ray that descends from the top plane.
 Hit traced(vec2 origin, vec3 direction) {
     float t = 0.0, fixed_step = -relief.depth / direction.z / float(LINEAR_STEPS);
     uint steps = 0;

@@ -1,8 +1,8 @@
-// The largest float whose square, rounded, is not above `square`: the same on every device, whatever its sqrt.
+// The largest float whose rounded square is at most `square`. Every device finds the same one, whatever its sqrt.
 float exact_root(float square) {
     if (square < 1.17549435e-38) return 0.0;
     float root = sqrt(square);
-    // A sqrt is a few ulp wrong at most.
+    // The error of sqrt is a few ulp at most.
     for (uint n = 0; n < 16u; n++) {
         precise float own = root * root;
         if (own <= square) break;

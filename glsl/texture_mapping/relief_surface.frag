@@ -4,7 +4,7 @@
 #include "common/extensions.glsl"
 #include "common/view.glsl"
 
-// A plane with a relief below it: relief/surface.rs. Places are in texels of the relief; texel (i, j) lies at (i, j).
+// A plane with a relief below it: relief/surface.rs. Positions are in texels of the relief; texel (i, j) is at (i, j).
 layout(constant_id = 0) const uint METHOD = 0;
 const uint PROJECTED_WIDTH = 0, TRACE = 1;
 
@@ -30,7 +30,8 @@ layout(location = 0) out vec4 colour;
 #include "texture_mapping/relief_heights.glsl"
 #include "texture_mapping/relief_ray.glsl"
 
-// Of a pixel: texels along the view direction, and lines across it. Beyond them the relief is flat.
+// MOST_TEXELS limits loops. If a footprint exceeds MOST_ALONG texels along the view direction or MOST_ACROSS texels
+// across it, the relief counts as flat.
 const uint MOST_TEXELS = 1024;
 const float MOST_ALONG = 64.0, MOST_ACROSS = 16.0;
 
@@ -41,7 +42,7 @@ float height_at(vec2 at) {
     return mix(near_far.x, near_far.y, inside.y);
 }
 
-// To the east and to the south, over two texels: a bilinear surface's own slopes jump from cell to cell.
+// Slopes to the east and to the south, over two texels: the exact slopes of a bilinear surface jump between cells.
 vec2 slopes_at(vec2 at) {
     vec2 step = vec2(1.0, 0.0);
     return 0.5 * vec2(height_at(at + step) - height_at(at - step), height_at(at + step.yx) - height_at(at - step.yx));
@@ -58,10 +59,10 @@ vec3 lit(vec3 albedo, vec2 at) {
 #endif
 }
 
-// The view direction along the plane, and what lies across it, while a pixel is filtered; lengths along are in steps.
+// For the current pixel: the view direction in the plane, and its perpendicular. Lengths along it are in steps.
 vec2 along, across;
 float step_texels;
-float steps_down;  // that a ray goes along while it descends by a texel
+float steps_down;  // along the plane, per texel of descent
 
 #define COLOUR vec3
 struct Texel {
@@ -79,7 +80,7 @@ float entry(float x, float height) { return x - (relief.depth - height) * steps_
 
 #include "texture_mapping/relief_width.glsl"
 
-// The footprint is the rectangle along the view direction that holds the pixel's parallelogram.
+// The footprint is the rectangle along the view direction that contains the pixel's parallelogram.
 vec3 by_projected_width(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
     float level_length = length(ray.xy);
     along = level_length > 1e-6 ? ray.xy / level_length : vec2(1.0, 0.0);
@@ -90,12 +91,12 @@ vec3 by_projected_width(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
         float side = float(relief.side);
         return lit(textureGrad(plain, to_texture(at), dx / side, dy / side).rgb, at);
     }
-    // A pixel's width, at most a texel: a wall is as wide as one, and its edge must not jump by more than a pixel. A power of two:
-    // neighbouring pixels look at the same places.
+    // A step is at most a pixel and at most a texel wide: a wall is as wide as a step, and its edge must not jump by
+    // more than a pixel. Steps are powers of two, so that neighbouring pixels sample the same positions.
     step_texels = exp2(clamp(floor(log2(2.0 * reach.x)), -5.0, 0.0));
     steps_down = level_length / -ray.z / step_texels;
     Sum sum = Sum(vec3(0.0), 0.0, 0.0);
-    // Two lines a texel, as for the figures.
+    // Two lines per texel, as in the figures.
     uint lines = max(uint(4.0 * reach.y), 1u);
     for (uint n = 0; n < lines; n++) {
         float y = middle.y + ((2.0 * float(n) + 1.0) / float(lines) - 1.0) * reach.y;
@@ -104,7 +105,7 @@ vec3 by_projected_width(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
     return sum.colour / sum.weight;
 }
 
-// One ray, and the texture at its hit by the derivatives of the plane (Donnelly's answer).
+// One ray; the texture at its hit is filtered with the plane's derivatives, as Donnelly does.
 vec3 by_tracing(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
     vec2 hit = at + traced(at, ray).distance * ray.xy;
     float side = float(relief.side);
@@ -116,7 +117,7 @@ void main() {
     vec2 place = vec2(triangle_origin) * exp2(-32.0) + from_origin;
     vec2 dx = side * dFdxFine(from_origin), dy = side * dFdyFine(from_origin);
     vec2 at = place * side - 0.5;
-    // x to the east, rows to the south.
+    // x points east, rows run south.
     vec3 eye = (view.eye_high + view.eye_low) / relief.size_m * side * vec3(1.0, -1.0, 1.0) + vec3(vec2(0.5 * side - 0.5), 0.0);
     vec3 ray = normalize(vec3(at, 0.0) - eye);
     vec3 found;

@@ -3,7 +3,7 @@
 #include "common/extensions.glsl"
 #include "texture_mapping/relief.glsl"
 
-// A ray for each thread.
+// One ray per thread.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(binding = 1, scalar) readonly buffer Map { uint words[]; } map;

@@ -1,13 +1,14 @@
-// Texels along the view direction by their visible width: relief/parallax.rs has the method. Needs the following: a
-// struct Texel with `height` and `colour` of type COLOUR, `Texel sample_row(int x, float y)`, `MOST_TEXELS`, `float entry(float x, float height)`.
+// Weights texels along the view direction by their visible width: relief/parallax.rs has the method. Needs a struct
+// Texel with `height` and `colour` of type COLOUR, `Texel sample_row(int x, float y)`, `MOST_TEXELS`, and `float
+// entry(float x, float height)`.
 
 struct Sum {
     COLOUR colour;  // times weights
     float weight;
-    float texels;   // looked at
+    float texels;   // visited
 };
 
-// The x at which the ray that enters at `s` meets the row.
+// The x at which the ray that enters at `s` hits the line of texels at y.
 float hit(float s, float y) {
     int x = int(floor(s));
     float from = entry(float(x), sample_row(x, y).height);
@@ -20,7 +21,7 @@ float hit(float s, float y) {
     return float(x);
 }
 
-// Segments between texels, weighted by their visible width on the pixel's part a .. b of the screen.
+// Adds the segments between texels, weighted by their visible width within the pixel's interval a .. b.
 Sum projected(Sum sum, float a, float b, float y) {
     int x = int(floor(a));
     Texel from = sample_row(x, y);

@@ -6,8 +6,9 @@
 #include "texture_mapping/filtered.glsl"
 #include "texture_mapping/footprint.glsl"
 
-// Single texels drawn from the kernel (Pharr, Wronski, Salvi and Fajardo, "Filtering after shading with stochastic texture
-// filtering", I3D 2024): a place of the footprint by the truncated Gaussian, one of its four texels by the bilinear weights.
+// Random single texels (Pharr, Wronski, Salvi and Fajardo, "Filtering after shading with stochastic texture
+// filtering", I3D 2024). The truncated Gaussian selects a position in the footprint; the bilinear weights select one
+// of its four texels.
 layout(constant_id = 1) const uint SAMPLES = 1;
 layout(constant_id = 2) const float ALPHA = 2.0;
 

@@ -5,9 +5,9 @@
 #include "texture_mapping/plane.glsl"
 #include "texture_mapping/filtered.glsl"
 
-// Crow, "Summed-area tables for texture mapping" (SIGGRAPH 1984): the mean of the footprint's bounding box, in whole texels.
-// Sums are of the texture's bytes, over 2 x 2 copies of it, so that a box needs no wrapping: exact in 32 bits, and modulo 2^32 where
-// they overflow.
+// Crow, "Summed-area tables for texture mapping" (SIGGRAPH 1984): the mean of the footprint's bounding box, in whole
+// texels. The table sums bytes over 2 x 2 copies of the texture, so that a box needs no wrapping. Sums are modulo
+// 2^32; a box's sum fits 32 bits and is exact.
 layout(binding = 2) uniform utexture2D sums;
 
 void main() {
@@ -20,7 +20,7 @@ void main() {
     ivec2 to = from + ivec2(size);
     uvec3 sum = texelFetch(sums, to, 0).rgb - texelFetch(sums, ivec2(from.x, to.y), 0).rgb
               - texelFetch(sums, ivec2(to.x, from.y), 0).rgb + texelFetch(sums, from, 0).rgb;
-    // Whole bytes and the rest apart: a constant texture comes out exactly.
+    // Divides whole bytes and the remainder separately, so that a constant texture stays exact.
     uint texels = uint(size.x) * uint(size.y);
     uvec3 bytes = sum / texels;
     vec3 mean = (vec3(bytes) + vec3(sum - bytes * texels) / float(texels)) / 255.0;

@@ -2,7 +2,7 @@
 layout(constant_id = 60) const uint MAP = 0;  // 0: none, else 1 + the order of `Shape`
 layout(constant_id = 61) const uint MAP_ENTRIES = 1;
 layout(constant_id = 62) const uint MAP_BITS = 8;
-layout(constant_id = 63) const uint MAP_LINEAR = 0;  // between the two nearest entries
+layout(constant_id = 63) const uint MAP_LINEAR = 0;  // 1: interpolates the two nearest entries
 layout(constant_id = 64) const float MAP_REACH = 1.0;  // the largest r of the map
 layout(binding = 1) uniform utextureBuffer weight_map;
 
@@ -24,7 +24,7 @@ float along_map(float part) {
     return mix(map_entry(n), map_entry(min(n + 1u, MAP_ENTRIES - 1u)), at - float(n));
 }
 
-// At a place of the unit disc.
+// The weight at a position in the unit disc.
 float weight(vec2 at) {
     if (MAP == 0) return gaussian(at);
     float square = dot(at, at) / (MAP_REACH * MAP_REACH);

@@ -1,13 +1,14 @@
-// B and C: what a texel weighs.
+// B and C: the weight of a texel.
 layout(constant_id = 58) const float ALPHA = 2.0;
 layout(constant_id = 59) const uint EDGE = 5;  // the order of `Edge`
 
-// B: at a place of the unit disc.
+// B: the weight at a position in the unit disc.
 float gaussian(vec2 at) {
     return ALPHA == 0.0 ? 1.0 : exp(-ALPHA * dot(at, at));
 }
 
-// Of a positive number; at most 1.5e-7 off (Abramowitz and Stegun, "Handbook of mathematical functions", 7.1.26).
+// The error function of x >= 0, with an error of at most 1.5e-7 (Abramowitz and Stegun, "Handbook of mathematical
+// functions", 7.1.26).
 float erf_of(float x) {
     float t = 1.0 / (1.0 + 0.3275911 * x);
     float sum = t * (0.254829592 + t * (-0.284496736 + t * (1.421413741 + t * (-1.453152027 + t * 1.061405429))));

@@ -1,7 +1,7 @@
-//! A method's picture on the GPU against the f64 reference, pixel for pixel.
+//! Compares a method's picture on the GPU with the f64 reference, pixel by pixel.
 //!
-//! Coordinates and Jacobians are compared with the plane's in f64. The filter itself is given the very numbers that the GPU
-//! computed, so that its comparison sees the filter alone.
+//! Coordinates and Jacobians are compared with the plane's in f64. The reference filter then takes the GPU's
+//! coordinates and Jacobian as its input, so that its result differs only by the filter's own rounding.
 
 use crate::paper::texture_mapping::method::{Method, Pixel};
 use crate::paper::texture_mapping::object_space::reference::Mean;
@@ -10,19 +10,19 @@ use crate::paper::texture_mapping::plane::Plane;
 use crate::paper::texture_mapping::reference;
 use crate::paper::texture_mapping::texels::Texels;
 
-/// How a picture compares.
+/// The result of a comparison.
 #[derive(Clone, Debug, Default)]
 pub struct Agreement {
     pub pixels: usize,
     /// The largest difference of a value.
     pub worst: f64,
-    /// The largest difference of a value or coordinate, divided by its rounding bound.
+    /// The largest difference of a value, coordinate or derivative, divided by its rounding bound.
     pub worst_share: f64,
-    /// Differences that rounding does not explain: wrong levels, counts of texels, values.
+    /// Differences that rounding does not explain: wrong levels, texel counts or values.
     pub unexplained: Vec<String>,
 }
 
-/// A picture of `plane`, `size` pixels, row by row. `frame` is the seed of the random numbers.
+/// Compares a picture of `plane`. `dumped` has `size` pixels, row by row; `frame` seeds the random numbers.
 pub fn compare(
     dumped: &[Dumped],
     method: &Method,
@@ -45,13 +45,13 @@ pub fn compare(
                 value(&mut agreement, &place, found, pixel, method, texels, frame);
             }
             _ if near_horizon(plane, at) => {}
-            (seen, _) => agreement.unexplained.push(format!("{place}: seen is {}", seen.is_some())),
+            (seen, _) => agreement.unexplained.push(format!("{place}: visible: {}", seen.is_some())),
         }
     }
     agreement
 }
 
-/// The sum of the absolute terms of a linear form.
+/// The sum of the absolute values of a linear form's terms.
 fn terms(row: [f64; 3], [x, y]: [f64; 2]) -> f64 {
     (row[0] * x).abs() + (row[1] * y).abs() + row[2].abs()
 }
@@ -61,7 +61,7 @@ fn denominator(plane: &Plane, [x, y]: [f64; 2]) -> f64 {
     g * x + h * y + i
 }
 
-/// Where rounding decides the sign of w.
+/// True if rounding decides the sign of w.
 fn near_horizon(plane: &Plane, at: [f64; 2]) -> bool {
     denominator(plane, at).abs() < 2f64.powi(-22) * terms(plane.0[2], at)
 }
@@ -74,7 +74,7 @@ fn coordinates(
     at: [f64; 2],
     centre: [f64; 2],
 ) {
-    // Each linear form: a rounded coefficient, product and sum, 3 half ulps of its absolute terms; and a division.
+    // A linear form rounds its coefficients, products and sums: 3 half ulps of its absolute terms. A division follows.
     let w = denominator(plane, at);
     let relative_w = 2f64.powi(-22) * terms(plane.0[2], at) / w;
     let jacobian = plane.jacobian(at[0], at[1]);
@@ -124,7 +124,7 @@ fn value(
     judge(agreement, place, "value", error, truth.slack);
 }
 
-/// NaN is never explained.
+/// Records an error above its bound. NaN always counts as above.
 fn judge(agreement: &mut Agreement, place: &str, what: &str, error: f64, bound: f64) {
     if error > 0.0 {
         agreement.worst_share = agreement.worst_share.max(error / bound);
@@ -134,7 +134,8 @@ fn judge(agreement: &mut Agreement, place: &str, what: &str, error: f64, bound: 
     }
 }
 
-/// A picture of object-space texturing against the reference; also how many pixels rounding leaves undecided.
+/// Compares a picture of object-space texturing with the reference. Pixels that rounding leaves undecided are skipped;
+/// their number is returned too.
 pub fn compare_fragments(found: &[[f32; 4]], means: &[Mean]) -> (Agreement, usize) {
     assert_eq!(found.len(), means.len(), "pixels");
     let mut agreement = Agreement { pixels: found.len(), ..Agreement::default() };

@@ -1,4 +1,4 @@
-//! A contender of one pass.
+//! Contenders of one pass each.
 
 use crate::figure::Contender;
 use crate::vk::{Cmd, Gpu};

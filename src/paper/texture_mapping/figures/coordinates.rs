@@ -1,4 +1,4 @@
-//! tm.17: what coordinates cost in every form, against screen area and tilt.
+//! tm.17: time of every form of the coordinates, by screen area and tilt.
 
 use super::contender::pass;
 use crate::figure::claim::Bound::AtLeast;
@@ -15,13 +15,15 @@ use std::time::Instant;
 pub const COORDINATES: Figure = Figure {
     id: "tm.17",
     title: "Coordinates: time against screen area and tilt",
-    about: "Figure 17 of the thesis: texturing with Heckbert's coordinates in a fragment shader, and with the modified \
-            ones: 26 % faster \"in all tests\" (elsewhere 0.25 times). A plane that fills the picture, one bilinear texel of \
-            a texture of 2048 x 2048 for each pixel; tilted by 0 to 80 degrees (`tilt 0`, \
-            `tilt 30`, `tilt 60`, `tilt 80`) and rolled by 20, so that w varies along rows. Every form fetches the same texels. A fragment shader has no order along a row: the modified form is there the \
-            row's constants from a buffer, or what the rasteriser interpolates; compute shaders walk the rows as the \
-            thesis's formulas (7) and (8) do, and restart them. The set-up of the rows in f64 on the host is reported apart. \
-            Derivatives are written without a texel: differences of two more coordinates against the rows' numerators.",
+    about: "Figure 17 of the thesis: in a fragment shader, texturing with modified Heckbert coordinates is 26 % \
+            faster than with the original ones \"in all tests\" (0.25 times, elsewhere in the thesis). A tilted plane \
+            fills the picture. Each pixel takes one bilinear sample of a 2048 x 2048 texture; every form fetches the \
+            same texels. The tilts are 0, 30, 60 and 80 degrees, with 20 degrees of roll so that w varies along rows. \
+            Fragments of a row have no order. So a fragment shader reads the row's constants of the modified form from \
+            a buffer, or receives varyings from the rasteriser. Compute shaders walk the rows by formulas (7) and (8) \
+            of the thesis, with and without restarts. The set-up of the rows in f64 on the host is reported \
+            separately. Derivatives are timed without a texture fetch: differences to two neighbouring coordinates \
+            against numerators from the row's constants.",
     scenes: &["tilt 0", "tilt 30", "tilt 60", "tilt 80"],
     variants: || {
         let methods = Derivatives::ALL.map(derivatives_name);
@@ -39,27 +41,28 @@ pub const COORDINATES: Figure = Figure {
         Claim::paper(
             "claim 5, figure 17",
             "26-percent",
-            "Modified Heckbert coordinates (the row's constants) in a fragment shader texture 26 % faster than the textbook's, \
-             in all tests.",
+            "In a fragment shader, modified Heckbert coordinates (the row's constants) are 26 % faster than textbook \
+             coordinates, in all tests.",
             &[Test::ratio(TEXTBOOK, one(TIME, "row constants"), AtLeast(1.26))],
         )
         .timed(),
         Claim::paper(
             "E, formula (7)",
             "sequential",
-            "A thread that walks a row by additions, formula (7), beats the textbook's fragment shader.",
+            "One thread per row that adds along it, formula (7), is faster than a fragment shader with \
+             textbook coordinates.",
             &[Test::ratio(TEXTBOOK, one(TIME, "sequential"), AtLeast(1.0))],
         )
         .timed(),
         Claim::ours(
             "not-slower",
-            "The row's constants, which are more exact, are at most 3 % slower than the textbook's coordinates.",
+            "The row's constants, which are more accurate, are at most 3 % slower than textbook coordinates.",
             &[Test::ratio(TEXTBOOK, one(TIME, "row constants"), AtLeast(0.97))],
         )
         .timed(),
         Claim::ours(
             "derivatives",
-            "Numerators from the row's constants give derivatives faster than differences of coordinates.",
+            "Derivatives with numerators from the row's constants are faster than differences of coordinates.",
             &[Test::ratio(
                 one(DERIVATIVES, "differences derivatives"),
                 one(DERIVATIVES, "incremental derivatives"),
@@ -77,7 +80,7 @@ const SET_UP: &str = "set-up on the host";
 
 const TEXTBOOK: Pick = one(TIME, "textbook");
 
-/// Texels a side of the image.
+/// Texels along the image's side.
 const SIDE: u32 = 2048;
 
 const FORMS: [Form; 12] = [
@@ -103,13 +106,13 @@ fn derivatives_name(method: Derivatives) -> String {
     format!("{} derivatives", method.name())
 }
 
-/// A 16:9 picture of this many pixels.
+/// A 16:9 picture of this many million pixels.
 pub fn size_of(million_pixels: f64) -> [u32; 2] {
     let height = (million_pixels * 1e6 * 9.0 / 16.0).sqrt();
     [(height * 16.0 / 9.0).round() as u32, height.round() as u32]
 }
 
-/// An image that is different everywhere, with its sampler.
+/// An image of pseudo-random texels, and its sampler.
 pub fn noise(gpu: &Gpu, side: u32) -> crate::vk::Result<(Image, Sampler)> {
     let image = gpu.image("noise", ImageInfo::texture([side; 2], Format::Rgba8, 1))?;
     let texel = |n: u32| n.wrapping_mul(0x9e37_79b9).rotate_left(15).wrapping_mul(0x85eb_ca6b).to_le_bytes();
@@ -118,7 +121,7 @@ pub fn noise(gpu: &Gpu, side: u32) -> crate::vk::Result<(Image, Sampler)> {
     Ok((image, sampler))
 }
 
-/// A contender of a pass that owns its pipeline.
+/// A contender that owns its pass.
 fn contender<'a>(
     gpu: &'a Gpu,
     name: String,
@@ -160,7 +163,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Milliseconds of a set-up, the least of five.
+/// Time of the set-up on the host, in ms: the least of five runs.
 fn host_time(form: Form, plane: &Plane, band: Band) -> Row {
     let words = RefCell::new(0);
     let run = |_| {
@@ -169,6 +172,6 @@ fn host_time(form: Form, plane: &Plane, band: Band) -> Row {
         start.elapsed().as_secs_f64() * 1e3
     };
     let least = (0..5).map(run).fold(f64::INFINITY, f64::min);
-    assert!(words.into_inner() > 0, "a set-up of nothing");
+    assert!(words.into_inner() > 0, "the set-up has no words");
     Row::number(form.name(), SET_UP, "ms", least)
 }

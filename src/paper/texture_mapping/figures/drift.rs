@@ -1,4 +1,4 @@
-//! tm.drift: how far the coordinates of each form are from f64, along rows of up to 16,384 pixels.
+//! tm.drift: error of each form of the coordinates against f64, along rows of up to 16,384 pixels.
 
 use super::coordinates::noise;
 use crate::figure::claim::Bound::{AtLeast, AtMost};
@@ -14,12 +14,13 @@ use anyhow::Context;
 pub const DRIFT: Figure = Figure {
     id: "tm.drift",
     title: "Coordinates: error along a row",
-    about: "The largest error of u and v against f64, in texels, of planes at random (150; quick 16) seen along two rows \
-            each. `8192 texels`: coordinates within that of 0, w varies up to tenfold. `horizon`: rows where w is a 200th \
-            of that at the picture's centre, and coordinates reach 500,000 texels (an ulp of f32 is there 1/32). The \
-            paper's increments (7), (8) add f32 numbers along the row, so they drift linearly in the row's length; \
-            restarts bound the drift, the row's constants (f64, rounded to f32) and `fma` have none, integers neither. \
-            Derivatives: the largest error relative to the pixel's largest derivative.",
+    about: "The largest error of u and v against f64, in texels, over 150 random planes (quick: 16) and two rows of \
+            each. `8192 texels`: coordinates lie within 8192 texels of 0, and w varies up to tenfold. `horizon`: in \
+            these rows w is 1/200 of its value at the picture's centre, and coordinates reach 500,000 texels, where \
+            an ulp of f32 is 1/32 texel. The paper's increments (7) and (8) add f32 numbers along the row, so their \
+            error grows linearly with the row's length. Restarts bound the error. The row's constants (f64, rounded \
+            to f32) with one `fma` do not drift; nor do 64-bit integers. Derivatives: the largest error relative to \
+            the pixel's largest derivative.",
     scenes: &[NEAR, HORIZON],
     variants: || {
         let methods = Derivatives::ALL.map(|method| format!("{} derivatives", method.name()));
@@ -36,30 +37,34 @@ pub const DRIFT: Figure = Figure {
     claims: &[
         Claim::ours(
             "5-thousandths",
-            "The row's constants and fma err by at most 0.005 texels at 16,384 pixels, within 8192 texels.",
+            "Within 8192 texels, the row's constants with fma have an error of at most 0.005 texels in rows of 16,384 \
+             pixels.",
             &[Test::value(ROW_CONSTANTS, AtMost(0.005))],
         )
         .at(Places::scenes(&[NEAR]).x(16384.0, 16384.0)),
         Claim::ours(
             "restart-16",
-            "A walk that restarts every 16 pixels errs by at most 1/64 texel, within 8192 texels.",
+            "Within 8192 texels, a walk that restarts every 16 pixels has an error of at most 1/64 texel.",
             &[Test::value(one(LARGEST, "restart 16"), AtMost(1.0 / 64.0))],
         )
         .at(Places::scenes(&[NEAR])),
         Claim::ours(
             "sequential",
-            "The paper's sequential increments (7) err by at least 10 times what the row's constants do.",
+            "The error of the paper's sequential increments (7) is at least 10 times that of the row's \
+             constants.",
             &[Test::ratio(one(LARGEST, "sequential"), ROW_CONSTANTS, AtLeast(10.0))],
         ),
         Claim::ours(
             "horizon",
-            "Near the horizon the textbook's coordinates err by at least 4 times what the row's constants do.",
+            "Near the horizon, the error of textbook coordinates is at least 4 times that of the row's \
+             constants.",
             &[Test::ratio(one(LARGEST, "textbook"), ROW_CONSTANTS, AtLeast(4.0))],
         )
         .at(Places::scenes(&[HORIZON])),
         Claim::ours(
             "derivatives",
-            "Incremental ellipse parameters err by at most 1/100 of what differences of f32 coordinates do.",
+            "The error of incremental ellipse parameters is at most 1/100 of that of differences of f32 \
+             coordinates.",
             &[Test::ratio(
                 one(DERIVATIVE, "differences derivatives"),
                 one(DERIVATIVE, "incremental derivatives"),
@@ -126,7 +131,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// What a method is to give at a place, and the largest of it.
+/// A method's exact derivatives at a position, and the largest absolute value of them.
 fn exact_derivatives(method: Derivatives, plane: &Plane, x: f64, y: f64) -> ([f64; 4], f64) {
     let [[u_x, u_y], [v_x, v_y]] = match method {
         Derivatives::Analytic => plane.jacobian(x, y),
@@ -136,7 +141,7 @@ fn exact_derivatives(method: Derivatives, plane: &Plane, x: f64, y: f64) -> ([f6
     (exact, exact.iter().fold(0.0, |most, d| d.abs().max(most)))
 }
 
-/// What a form gives for two rows of each case.
+/// A form's values in two rows of each case.
 fn values(
     gpu: &Gpu,
     (image, sampler): &(Image, Sampler),
@@ -157,7 +162,8 @@ fn values(
     cases.iter().map(of_case).collect()
 }
 
-/// Each pixel's largest error, over the scale that `exact` gives with what is right; no number is an infinite error.
+/// Each pixel's largest error, divided by the scale. `exact` returns the exact values and the scale. NaN is an
+/// infinite error.
 fn errors(
     found: &[Vec<[f32; 4]>],
     width: u32,

@@ -1,4 +1,4 @@
-//! tm.v1: the cut-off volume of the texels at the ellipse's edge, its approximations, and what they do to a picture.
+//! tm.v1: the cut-off volume of texels at the ellipse's edge: its approximations and their effect on a picture's error.
 
 use super::lab::{FORMULA_4, GAUSSIAN, Lab, errors};
 use super::shape::pattern_of;
@@ -12,12 +12,13 @@ use crate::paper::texture_mapping::weights::{Edge, Kernel};
 pub const EDGES: Figure = Figure {
     id: "tm.v1",
     title: "Edge texels: the cut-off volume and its approximations",
-    about: "The thesis weighs a texel that the ellipse cuts by the volume of a Gaussian body (sigma 0.2 texels) on the inner side, and \
-            gives three approximations of that volume; it calls the plain part of the texel's area inadequate. Its printed bounds of the \
-            approximations' errors are damaged: 1e-2, 5e-3 and 1e-2 are the readings that the forms can keep. Here each is held against the \
-            exact volume, and each picture against the f64 truth of its own kernel: formula (4)'s exp(-3.125 r^2) without a \
-            reconstruction term, as in the thesis, and the EWA filter's exp(-2 r^2) with k = 0.8, our default. Planes of `pink-noise` and \
-            `checker-2`, 96 x 72 (quick) or 256 x 192 pixels.",
+    about: "The thesis weights a texel that the ellipse's edge cuts by the volume of a Gaussian body (sigma 0.2 \
+            texels) on the inner side of the cut. It gives three approximations of that volume and calls the texel's \
+            covered area inadequate. The error bounds of the approximations are partly illegible; we read 1e-2, 5e-3 \
+            and 1e-2, which the formulas can meet. Each approximation is compared with the exact volume. Each picture \
+            is compared with the f64 truth of its own kernel: formula (4)'s exp(-3.125 r^2) without a reconstruction \
+            term, as in the thesis, and the EWA filter's exp(-2 r^2) with k = 0.8, our default. Planes of \
+            `pink-noise` and `checker-2`, 96 x 72 (quick) or 256 x 192 pixels.",
     scenes: &["pink-noise", "checker-2"],
     variants: || Edge::ALL.map(|edge| edge.name().to_string()).to_vec(),
     paper: &["exact"],
@@ -33,13 +34,14 @@ pub const EDGES: Figure = Figure {
         Claim::paper(
             "chapter 2, figures 4-6",
             "accuracy",
-            "The cut-off volume of edge texels makes the picture more accurate than whole texels.",
+            "Weighting edge texels by their cut-off volume is more accurate than counting them as whole \
+             texels.",
             &[Test::ratio(one(NMSE, EXACT), one(NMSE, NONE), Below(1.0))],
         ),
         Claim::paper(
             "chapter 2, figure 5",
             "bounds",
-            "The quadratic, the cubic and the piecewise linear form are off by at most 1e-2, 5e-3 and 1e-2.",
+            "The errors of the quadratic, cubic and piecewise linear form are at most 1e-2, 5e-3 and 1e-2.",
             &[
                 Test::value(one(OFF, "quadratic"), AtMost(1e-2)),
                 Test::value(one(OFF, "cubic"), AtMost(5e-3)),
@@ -48,8 +50,8 @@ pub const EDGES: Figure = Figure {
         ),
         Claim::ours(
             "area",
-            "The plain part of the texel's area is as good under the EWA filter's kernel: its NMSE is at most 1.1 times the \
-             exact volume's.",
+            "Under the EWA filter's kernel, the texel's covered area is as good as the exact volume: its NMSE is \
+             at most 1.1 times as large.",
             &[Test::ratio(one(NMSE_EWA, "area ramp"), one(NMSE_EWA, EXACT), AtMost(1.1))],
         ),
     ],
@@ -94,7 +96,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Against the exact volume, between the texel's middle and its end.
+/// The largest error against the exact volume, at distances of 0 to 1/2 texel.
 fn largest_error(edge: Edge) -> f64 {
     let error = |n: i32| {
         let d = f64::from(n) / 20_000.0;

@@ -1,4 +1,4 @@
-//! tm.extremes: planes at which filters break.
+//! tm.extremes: planes on which filters fail.
 
 use super::agreement::{Agreement, compare_fragments};
 use super::lab::{GAUSSIAN, Lab, Shown, errors};
@@ -16,14 +16,15 @@ use crate::reference::pattern::Pattern;
 pub const EXTREMES: Figure = Figure {
     id: "tm.extremes",
     title: "Filters at the extremes",
-    about: "1/f noise, 64 x 48 pixels, on planes at which filters break: `tilt-89.999`; `horizon`, in the middle of the picture; `behind`, the \
-            camera's own plane cuts the picture's edge (w changes its sign); `rank-1`, a Jacobian without an inverse; `magnified`, 50 \
-            pixels a texel; `ratio-10000`, axes of 1000 and 0.1 texels; `far`, 10^5 texels a pixel; \
-            `overdraw-100`, a plane at 89 degrees of which object-space texturing has more than 100 fragments a pixel (a plane ends \
-            where a pixel would hold 5000). Counted: pixels that are not finite or \
-            leave 0 to 1, and footprints in which no texel has a weight (of ellipses; they show the nearest texel). The paper as \
-            printed has no reconstruction term and a determinant that cancels in f32; every other method's pixels are also compared \
-            with its own f64 reference. The truth is the f64 supersample.",
+    about: "1/f noise, 64 x 48 pixels, on planes on which filters fail. `tilt-89.999`: almost edge-on. `horizon`: the \
+            horizon crosses the middle of the picture. `behind`: w changes its sign in the picture, so part of the \
+            plane is behind the camera. `rank-1`: a singular Jacobian. `magnified`: 50 pixels per texel. \
+            `ratio-10000`: axes of 1000 and 0.1 texels. `far`: 10^5 texels per pixel. `overdraw-100`: a plane at 89 \
+            degrees that gives object-space texturing more than 100 fragments per pixel (planes are cut off where a \
+            pixel would receive more than 5000). Counted: pixels that are not finite or outside 0 to 1, and ellipses \
+            in which no texel has a weight (such pixels show the nearest texel). The paper's filter as printed has no \
+            reconstruction term, and its determinant cancels in f32, so it has no f64 reference. The pixels of every \
+            other method are also compared with that method's f64 reference. The truth is the f64 supersample.",
     scenes: &[
         "tilt-89.999",
         "horizon",
@@ -42,28 +43,30 @@ pub const EXTREMES: Figure = Figure {
     claims: &[
         Claim::ours(
             "finite",
-            "No method has a pixel that is not finite or leaves 0 to 1.",
+            "Every pixel of every method is finite and between 0 and 1.",
             &[Test::value(every(BROKEN), Equal(0.0))],
         ),
         Claim::ours(
             "no-empty-footprint",
-            "With a reconstruction term of at least 1/2 no footprint is without a texel.",
+            "With a reconstruction term of at least 1/2, every footprint contains a texel.",
             &[Test::value(each(EMPTY, with_k), Equal(0.0))],
         ),
         Claim::ours(
             "reference",
-            "Every pixel is the f64 reference's up to the rounding of f32: coordinates, levels, counts of texels, values.",
+            "Every pixel equals its f64 reference within f32 rounding: coordinates, levels, texel counts \
+             and values.",
             &[Test::value(every(UNEXPLAINED), Equal(0.0))],
         ),
         Claim::ours(
             "paper-empty",
-            "As printed, without a reconstruction term, magnified footprints are without a texel.",
+            "As printed, without a reconstruction term, some magnified footprints contain no texel.",
             &[Test::value(one(EMPTY, AS_PRINTED), Above(0.0))],
         )
         .at(Places::scenes(&["magnified"])),
         Claim::ours(
             "overdraw",
-            "With more than 100 fragments a pixel no pixel is without one, and no sum overflows.",
+            "With more than 100 fragments per pixel, every pixel of the plane gets a fragment and no sum \
+             overflows.",
             &[
                 Test::value(one(FRAGMENTS, OBJECT_SPACE[0].0), Above(100.0)),
                 Test::value(every(HOLES), Equal(0.0)),
@@ -88,7 +91,7 @@ const FRAGMENTS: &str = "fragments a pixel";
 
 const SIZE: [u32; 2] = [64, 48];
 
-/// From 88.5 to 89.5 degrees: no horizon is in the picture.
+/// The picture shows the plane at 88.5 to 89.5 degrees, so no horizon.
 const OVERDRAWN: Tilt = Tilt {
     tilt_degrees: 89.0,
     roll_degrees: 0.0,
@@ -120,7 +123,7 @@ fn variants() -> Vec<(&'static str, Method)> {
     ellipses.into_iter().chain(OBJECT_SPACE).chain(baselines).collect()
 }
 
-/// Those with a reconstruction term of at least 1/2.
+/// Variants with a reconstruction term of at least 1/2.
 fn with_k() -> Vec<String> {
     let names = variants().into_iter().map(|(name, _)| name.to_string());
     names.filter(|name| name.starts_with(OURS)).collect()
@@ -131,7 +134,7 @@ fn plane_of(scene: &str) -> Plane {
     match scene {
         "tilt-89.999" => turned(89.999).plane(SIZE[1]),
         "horizon" => Tilt { half_view_degrees: 20.0, ..turned(82.0) }.plane(SIZE[1]),
-        // Columns left of the middle have w < 0, and one of them w = 0 at its centre.
+        // Pixel columns left of the middle have w < 0, except the last one: w = 0 at its centre.
         "behind" => Plane([[1.0, 0.25, 3.0], [0.125, 1.0, 5.0], [0.25, 0.0, 0.125]]),
         "rank-1" => Plane([[3.0, 1.0, 0.3], [1.5, 0.5, 0.7], [0.0, 0.0, 1.0]]),
         "magnified" => Tilt { texels_per_pixel: 0.02, ..turned(30.0) }.plane(SIZE[1]),
@@ -141,7 +144,7 @@ fn plane_of(scene: &str) -> Plane {
         }
         "overdraw-100" => OVERDRAWN.plane(SIZE[1]),
         "far" => Tilt { texels_per_pixel: 1e5, ..turned(60.0) }.plane(SIZE[1]),
-        other => panic!("{other}: no scene of this figure"),
+        other => panic!("{other}: not a scene of this figure"),
     }
 }
 
@@ -167,7 +170,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// A sampler's weights may exceed 1 together by a step of 1/256.
+/// True if a value is not finite or out of range. The sum of a sampler's weights may exceed 1 by 1/256.
 fn broken<'a>(mut colour: impl Iterator<Item = &'a f32>) -> bool {
     !colour.all(|value| (-1.0 / 256.0..=1.0 + 1.0 / 256.0).contains(value))
 }
@@ -208,14 +211,14 @@ fn fragment_rows(lab: &Lab, name: &str, spacing: f32, plane: &Plane, shown: &Sho
     let mut rows = vec![
         Row::number(name, BROKEN, "pixels", count as f64),
         Row::number(name, HOLES, "pixels", holes as f64),
-        // Four texels each.
+        // A fragment fetches four texels.
         Row::number(name, FRAGMENTS, "fragments", shown.fetched / 4.0),
     ];
     rows.extend(agreement_rows(name, &found));
     rows
 }
 
-/// In f32 the subtracted determinant of a long footprint is noise: no reference says what comes of it.
+/// True if the determinant is a difference, which cancels to noise in f32 for long footprints. No reference applies.
 fn subtracts(method: &Method) -> bool {
     matches!(method, Method::Ellipse(ellipse) if ellipse.footprint.determinant == Determinant::Subtracting)
 }

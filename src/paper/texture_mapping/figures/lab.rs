@@ -1,4 +1,4 @@
-//! What the figures of filters share: a pattern in video memory, its truth, a method's picture, and the time of a method.
+//! Shared by the filter figures: a pattern in video memory, its truth, and a method's picture and time.
 
 use super::agreement::{Agreement, compare};
 use crate::figure::{Bench, Contender, Row, Timed};
@@ -18,10 +18,10 @@ use crate::reference::supersample::{Density, Kernel, Tiled, Truth, supersample};
 use crate::vk::{Gpu, PassTime};
 use std::cell::RefCell;
 
-/// Texels of a pattern's side.
+/// Texels along a pattern's side.
 const SIDE: u32 = 512;
 
-/// The truth that all methods are compared with: sigma 0.5 pixels, cut at one pixel (the EWA filter's kernel, Heckbert 1989).
+/// The EWA filter's kernel (Heckbert 1989): sigma 0.5 pixels, cut at one pixel. The truth of the comparisons uses it.
 pub const GAUSSIAN: Kernel = Kernel::Gaussian { sigma: 0.5, radius: 1.0 };
 
 /// The kernel of formula (4): `exp(-3.125 r^2)`.
@@ -31,8 +31,9 @@ pub const FORMULA_4: Kernel = Kernel::Gaussian { sigma: 0.4, radius: 1.0 };
 pub struct Lab {
     pub gpu: Gpu,
     pub size: [u32; 2],
-    /// Of object-space texturing: from the eye to the picture's plane, and the fragments a pixel at which a plane ends.
+    /// Object-space texturing: distance from the eye to the projection plane.
     pub camera_px: f64,
+    /// Object-space texturing: a plane is cut off where a pixel would receive more fragments.
     pub most_per_pixel: f64,
     texels: Texels,
     tiled: Tiled,
@@ -40,10 +41,10 @@ pub struct Lab {
     targets: Targets,
 }
 
-/// What draws a method.
+/// The passes of a method.
 pub enum LabPass {
     Filter(FilterPass),
-    /// Polygons stay prepared for each plane.
+    /// Each plane's prepared polygons are kept.
     ObjectSpace {
         stages: Stages,
         spacing: f32,
@@ -51,14 +52,14 @@ pub enum LabPass {
     },
 }
 
-/// A picture with its costs.
+/// A picture and its cost.
 pub struct Shown {
     pub picture: Picture,
-    /// Mean of the pixels.
+    /// Texels fetched per pixel, on average.
     pub fetched: f64,
 }
 
-/// A picture against a truth, where the truth's kernel lies wholly on the surface.
+/// Errors of a picture against a truth. All but FLIP cover only pixels whose kernel lies wholly on the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Errors {
     pub nmse: f64,
@@ -66,8 +67,9 @@ pub struct Errors {
     pub worst: f64,
 }
 
-/// Why a method has no number here.
-pub const NO_GPU_SAMPLER: &str = "a software device: its sampler is the EWA scan beside";
+/// Why a method is not measured on this device.
+pub const NO_GPU_SAMPLER: &str =
+    "a software device, whose sampler is an EWA scan: see `software driver's EWA`";
 
 impl Lab {
     /// # Errors
@@ -97,7 +99,7 @@ impl Lab {
         })
     }
 
-    /// An ellipse by one form of the coordinates, for `plane` alone.
+    /// An ellipse filter with the given form of the coordinates, for `plane` only.
     ///
     /// # Errors
     /// Out of memory.
@@ -120,12 +122,12 @@ impl Lab {
         reference::picture(&self.polygons(plane, spacing), spacing.into(), self.size, &self.texels)
     }
 
-    /// The exact picture of a plane.
+    /// The f64 truth of a plane.
     pub fn truth(&self, plane: &Plane, kernel: Kernel) -> Truth {
         self.supersampled(plane, kernel, Density::FINE)
     }
 
-    /// As [`Lab::truth`], where footprints have no end.
+    /// As [`Lab::truth`], with bounded sampling for unbounded footprints.
     pub fn coarse_truth(&self, plane: &Plane, kernel: Kernel) -> Truth {
         self.supersampled(plane, kernel, Density { per_texel: 1.0, least: 32, most: 96 })
     }
@@ -136,7 +138,7 @@ impl Lab {
         supersample(self.size, surface, |at| self.tiled.at(at), kernel, density)
     }
 
-    /// Everything that each pixel decided.
+    /// The decisions of every pixel.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -147,7 +149,7 @@ impl Lab {
         Ok(targets.dumped(&self.gpu)?)
     }
 
-    /// A method's pixels against the reference; `plane` as rounded for the shaders.
+    /// Compares a method's pixels with the reference. `plane` must be rounded as for the shaders.
     pub fn agreement(&self, dumped: &[Dumped], method: &Method, plane: &Plane) -> Agreement {
         compare(dumped, method, plane, self.size, &self.texels, 0)
     }
@@ -179,7 +181,7 @@ impl Lab {
         }
     }
 
-    /// All methods in turn, each once over every plane: rounds of nanoseconds a pixel.
+    /// Interleaved times of all methods. A run of a method draws every plane once.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -196,7 +198,7 @@ impl Lab {
         self.times_of(bench, &passes, planes)
     }
 
-    /// As [`Lab::times`], of passes.
+    /// As [`Lab::times`], for existing passes.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -216,7 +218,7 @@ impl Lab {
         bench.interleave(&self.gpu, contenders.collect())
     }
 
-    /// A timed method's row, in nanoseconds a pixel.
+    /// The row of a timed method, in nanoseconds per pixel.
     pub fn time_row(&self, timed: &Timed, planes: usize, quantity: &str) -> Row {
         let pixels = f64::from(self.size[0] * self.size[1]);
         let drawn = if timed.variant == "empty pass" { pixels } else { pixels * planes as f64 };
@@ -229,7 +231,7 @@ impl Lab {
     }
 }
 
-/// Whether the device can run a method under its own name.
+/// Why the device cannot run a method under this name; `None` if it can.
 pub fn excused(gpu: &Gpu, name: &str, method: &Method) -> Option<&'static str> {
     let software = gpu.physical().kind == "cpu";
     match method {
@@ -240,7 +242,7 @@ pub fn excused(gpu: &Gpu, name: &str, method: &Method) -> Option<&'static str> {
     }
 }
 
-/// What lavapipe's anisotropic sampler is called here: it scans an ellipse.
+/// Lavapipe's anisotropic sampler scans an ellipse, so it has a name of its own.
 pub const SOFTWARE_SAMPLER: &str = "software driver's EWA";
 
 pub fn errors(picture: &Picture, truth: &Truth) -> anyhow::Result<Errors> {
@@ -255,7 +257,7 @@ pub fn errors(picture: &Picture, truth: &Truth) -> anyhow::Result<Errors> {
     })
 }
 
-/// exp of the mean of logarithms; 0 where one is 0.
+/// 0 if any value is 0.
 pub fn geometric_mean(values: &[f64]) -> f64 {
     (values.iter().map(|value| value.ln()).sum::<f64>() / values.len() as f64).exp()
 }

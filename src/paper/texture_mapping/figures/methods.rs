@@ -1,4 +1,4 @@
-//! The settings that figures compare, by name.
+//! The methods that figures compare, by name.
 
 use super::lab::SOFTWARE_SAMPLER;
 use crate::paper::texture_mapping::baselines::Baseline;
@@ -7,7 +7,8 @@ use crate::paper::texture_mapping::method::{Ellipse, Method};
 use crate::paper::texture_mapping::weight_map::{Shape, WeightMap};
 use crate::paper::texture_mapping::weights::{Edge, Kernel};
 
-/// The paper's filter at the level that the minor axis asks for: at level 0, as printed, a distant pixel scans thousands of texels.
+/// The paper's filter at the level that the minor axis selects. At level 0, as printed, a distant pixel scans
+/// thousands of texels.
 pub const PAPER_BY_LEVEL: Ellipse =
     Ellipse::PAPER.scan(Scan::RowSpan).minor_texels(2.0).determinant(Determinant::AllPositive);
 
@@ -15,16 +16,16 @@ pub const RADIAL_64: WeightMap = WeightMap { shape: Shape::Radial, entries: 64, 
 pub const SQUARED_128: WeightMap =
     WeightMap { shape: Shape::SquaredRadius, entries: 128, bits: 16, linear: false };
 
-/// Names begin with this where the method is ours or the corrected paper's.
+/// The names of our settings begin with this.
 pub const OURS: &str = "ellipse";
 
-/// G at both spacings.
+/// G: object-space texturing, with both spacings in pixels.
 pub const OBJECT_SPACE: [(&str, Method); 2] = [
     ("object space, spacing 1", Method::ObjectSpace(1.0)),
     ("object space, spacing 1/2", Method::ObjectSpace(0.5)),
 ];
 
-/// Every setting of the chart of speed against error.
+/// All methods of `tm.pareto`.
 pub fn all() -> Vec<(String, Method)> {
     let object_space = OBJECT_SPACE.map(|(name, method)| (name.to_string(), method));
     ellipses().into_iter().chain(object_space).chain(baselines()).collect()

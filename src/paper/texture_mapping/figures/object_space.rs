@@ -19,13 +19,14 @@ use anyhow::Context;
 pub const OBJECT_SPACE_TEXTURING: Figure = Figure {
     id: "tm.23",
     title: "Object-space texturing: time by object area and tilt",
-    about: "Figure 23 of the thesis: object-space texturing is on average up to 30 % faster than anisotropic filtering in the screen \
-            plane; its time depends neither on the screen's area nor on the tilt, and grows with the polygons' area. A square of 1/f \
-            noise, one texel a pixel of its own area, turns back about its lower edge, which lies on the projection plane (3 degrees \
-            from the picture's centre to its edge). The sides are 128 (`area 1`) and 256 pixels (`area 4`) in quick runs, 512 and 1024 in full ones. `paper's EWA` is the \
-            thesis's filter, formula (4) by rows, at the level that the minor axis asks for; its fragments cover the screen alone. A \
-            fragment in object space takes 4 texels, at most 4 atomics for depths and 16 for sums; atomics are counted in a run of their \
-            own. Time is that of all stages.",
+    about: "Figure 23 of the thesis: object-space texturing is on average up to 30 % faster than anisotropic \
+            filtering in the screen plane. Its time depends on neither the screen area nor the tilt, and grows with \
+            the polygons' area. A square of 1/f noise has one texel per pixel of its own area. It tilts back about \
+            its lower edge, which lies on the projection plane; the field of view is 6 degrees. The sides are 128 \
+            (`area 1`) and 256 pixels (`area 4`) in quick runs, 512 and 1024 in full ones. `paper's EWA` is the \
+            thesis's filter: formula (4) by rows, at the level that the minor axis selects. It runs only for the \
+            screen pixels that the square covers. A fragment in object space fetches 4 texels and issues at most 4 \
+            atomics for depth and 16 for sums. Atomics are counted in a separate run. The time includes all stages.",
     scenes: &[SMALL, LARGE],
     variants,
     paper: &[SPACING_1],
@@ -45,37 +46,44 @@ pub const OBJECT_SPACE_TEXTURING: Figure = Figure {
         Claim::paper(
             "claim 1, figures 19 to 23",
             "30-percent",
-            "Object-space texturing is 30 % faster than the thesis's anisotropic filter (\"on average up to\": in some of the places).",
+            "Object-space texturing is 30 % faster than the thesis's anisotropic filter (\"on average up \
+             to\": in some views).",
             &[Test::ratio(one(TIME, PAPERS_EWA), one(TIME, SPACING_1), AtLeast(1.3))],
         )
         .timed(),
         Claim::paper(
             "claim 1",
             "independent",
-            "The number of its fragments is the object's area: no tilt and no screen area changes it by more than 3 % (edges).",
+            "At every tilt and screen area, the number of fragments is the object's area in pixels, within \
+             3 % (edges).",
             &[Test::value(one(PER_AREA, SPACING_1), Within(0.97, 1.03, Better::Neither))],
         ),
         Claim::paper(
             "claim 1",
             "time-independent",
-            "From one tilt to the next its time changes by at most 25 %.",
+            "From one tilt to the next, the time of object-space texturing changes at most by a factor of \
+             1.25.",
             &[Test::steps(one(TIME, SPACING_1), Within(0.8, 1.25, Better::Neither))],
         )
         .timed(),
         Claim::paper(
             "claim 1",
             "area",
-            "With 4 times the area it has 4 times the texels.",
-            &[Test::ratio(one(TEXELS, SPACING_1).scene(LARGE), one(TEXELS, SPACING_1).scene(SMALL), Within(3.9, 4.1, Better::Neither))],
+            "An object of 4 times the area fetches 4 times as many texels.",
+            &[Test::ratio(
+                one(TEXELS, SPACING_1).scene(LARGE),
+                one(TEXELS, SPACING_1).scene(SMALL),
+                Within(3.9, 4.1, Better::Neither),
+            )],
         ),
         Claim::ours(
             "no-holes",
-            "Where the filter in the screen plane has a pixel, object-space texturing has one too.",
+            "Object-space texturing covers every pixel that the filter in the screen plane covers.",
             &[Test::value(each(HOLES, spacings), Equal(0.0))],
         ),
         Claim::ours(
             "overdraw",
-            "Independence of the tilt has its price: at 89 degrees a pixel is the mean of more than 50 fragments.",
+            "At 89 degrees, where the projected square is smallest, a pixel is the mean of more than 50 fragments.",
             &[Test::value(one(PER_PIXEL, SPACING_1), Above(50.0))],
         )
         .at(Places::ALL.x(89.0, 89.0)),
@@ -95,7 +103,7 @@ const PER_AREA: &str = "fragments a pixel of the object";
 const PER_PIXEL: &str = "fragments a pixel of the screen";
 const HOLES: &str = "pixels without a fragment";
 
-/// Texels a side.
+/// Texels along the texture's side.
 const SIDE: u32 = 1024;
 
 fn spacings() -> Vec<String> {
@@ -115,11 +123,11 @@ fn variants() -> Vec<String> {
     spacings().into_iter().chain(filters().map(|(name, _)| name.to_string())).collect()
 }
 
-/// A square of `side` pixels that leans back from its lower edge, as polygons and as a plane with its ends.
+/// A square of `side` pixels, tilted back about its lower edge; as polygons and as a bounded plane.
 struct Square {
     side: f64,
     camera: f64,
-    /// Screen places times w, of (across, up, 1) on the square.
+    /// Maps (across, up, 1) on the square to (x w, y w, w) on the screen.
     to_screen: [[f64; 3]; 3],
 }
 
@@ -222,7 +230,7 @@ fn counted(gpu: &Gpu, name: &str, of: &Prepared, covered: &[usize], side: f64) -
 mod tests {
     use super::*;
 
-    /// A pixel's texels by the homography lead back to it by the polygons' own mapping.
+    /// At the projected corners of the polygons, the homography gives the corners' texels.
     #[test]
     fn the_plane_is_the_polygons() {
         let square = Square::new(128.0, 70.0);

@@ -1,4 +1,4 @@
-//! tm.pareto: what each filter costs and what error it makes, all on one chart.
+//! tm.pareto: cost and error of all filters on one chart.
 
 use super::lab::{GAUSSIAN, Lab, errors, excused, geometric_mean};
 use super::methods::{self, OURS};
@@ -13,13 +13,15 @@ use crate::reference::supersample::{Kernel, Truth};
 pub const PARETO: Figure = Figure {
     id: "tm.pareto",
     title: "Filters: time and texels against error",
-    about: "18 cases (`planes`): checker of 2 texels, zone plate and 1/f noise on a plane at 0, 30, 60, 70, 75 and 80 degrees of tilt, 16 \
-            degrees from edge to edge, one texel a pixel at the centre. The truth is the f64 mean of thousands of stratified samples a pixel \
-            under a Gaussian of sigma 0.5 pixels cut at one pixel, the kernel of EWA filters; its own error is the line that no method can \
-            pass. A box of one pixel is the second truth: box-like filters are nearer to it. NMSE is the geometric mean over the cases. \
-            Texels fetched a pixel are the cost that no device changes; samplers of the device count none. The time is the mean over the \
-            six tilts of 1/f noise. 96 x 72 (quick) or 256 x 192 pixels. On a software device the sampler's anisotropic filter is an EWA \
-            scan, which is shown under that name and never as a GPU's.",
+    about: "18 cases (`planes`): a checker of 2 texels, a zone plate and 1/f noise on a plane tilted by 0, 30, 60, \
+            70, 75 and 80 degrees. The field of view is 16 degrees, with one texel per pixel at the centre. The truth \
+            is the f64 mean of thousands of stratified samples per pixel under the kernel of EWA filters, a Gaussian \
+            of sigma 0.5 pixels cut at one pixel. A line shows the truth's own error, the smallest error that can be \
+            measured. The second truth is a box of one pixel, which favours box-like filters. NMSE is the geometric \
+            mean over the cases. Texels fetched per pixel are a cost that does not depend on the device; the device's \
+            own samplers do not report them. The time is the mean over the six tilts of 1/f noise. Pictures have 96 x \
+            72 (quick) or 256 x 192 pixels. On a software device the anisotropic sampler is an EWA scan; it is listed \
+            under that name and never as a GPU's.",
     scenes: &["planes"],
     variants: || names().into_iter().chain([FLOOR.into(), FRONT.into()]).collect(),
     paper: &["paper's rows", "paper's columns", "object space, spacing 1"],
@@ -36,7 +38,8 @@ pub const PARETO: Figure = Figure {
     claims: &[
         Claim::ours(
             "best",
-            "Our filter: an NMSE of at most 1e-4 with at most 100 texels a pixel, and at most 1e-3 in the worst case.",
+            "Our filter has an NMSE of at most 1e-4 (worst case 1e-3) and fetches at most 100 texels per \
+             pixel.",
             &[
                 Test::value(one(NMSE, OURS), AtMost(1e-4)),
                 Test::value(one(WORST_CASE, OURS), AtMost(1e-3)),
@@ -45,17 +48,18 @@ pub const PARETO: Figure = Figure {
         ),
         Claim::ours(
             "cheap",
-            "A cheap setting of it: an NMSE of at most 5e-4 with at most 32 texels a pixel.",
+            "A cheap setting of our filter has an NMSE of at most 5e-4 and fetches at most 32 texels per \
+             pixel.",
             &[Test::value(one(NMSE, CHEAP), AtMost(5e-4)), Test::value(one(TEXELS, CHEAP), AtMost(32.0))],
         ),
         Claim::ours(
             "front",
-            "Each baseline has a setting of ours with no more texels and no larger error.",
+            "For every other method, one of our settings fetches no more texels and has no larger error.",
             &[Test::value(every(AHEAD), Equal(0.0))],
         ),
         Claim::ours(
             "truth",
-            "The truth's own error is at most a tenth of the best filter's.",
+            "The truth's own error is at most a tenth of the smallest error of a filter.",
             &[Test::ratio(one(NMSE, FLOOR), best(NMSE, names), AtMost(0.1))],
         ),
     ],
@@ -83,7 +87,7 @@ fn names() -> Vec<String> {
     methods::all().into_iter().map(|(name, _)| name).collect()
 }
 
-/// A method's numbers in the cases so far.
+/// A method's results in all cases; `worst` is the largest error of a pixel.
 #[derive(Default)]
 struct Score {
     nmse: Vec<f64>,
@@ -123,7 +127,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     rows.push(Row::new(FLOOR, NMSE, "", Value::Number(geometric_mean(&floors))));
     rows.push(Row::new(FLOOR, BOX, "", Value::Number(geometric_mean(&floors))));
     for (name, method) in &absent {
-        let why = excused(&gpu, name, method).expect("partitioned by it");
+        let why = excused(&gpu, name, method).expect("absent methods have a reason");
         rows.push(Row::new(&**name, NMSE, "", Value::Missing(why.into())));
     }
     rows.extend(ahead(&present, &scores));
@@ -191,7 +195,8 @@ fn front(scores: &[Score]) -> Vec<[f64; 2]> {
     points
 }
 
-/// For each baseline with counted texels: 1 if no setting of ours matches it, else 0.
+/// For every other method whose texels are counted: 0 if one of our settings has no more texels and no larger error,
+/// else 1.
 fn ahead(methods: &[(String, Method)], scores: &[Score]) -> Vec<Row> {
     let points: Vec<(&str, f64, f64)> = methods
         .iter()
@@ -224,7 +229,7 @@ fn time_rows(
     Ok(rows)
 }
 
-/// A name in the form in which a file name contains it.
+/// A name as part of a file name.
 fn plain(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '.' { c } else { '-' }).collect()
 }

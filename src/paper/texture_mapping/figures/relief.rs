@@ -1,4 +1,4 @@
-//! tm.26 and tm.map-build: steps, time and error of relief tracing, and what the maps cost.
+//! tm.26 and tm.map-build: steps, time and error of relief tracing, and the cost of building the maps.
 
 use super::contender::pass;
 use crate::figure::claim::Bound::{AtLeast, AtMost};
@@ -17,14 +17,14 @@ const RELIEFS: &[&str] = &["bricks", "pillars", "spikes", "rock"];
 pub const RELIEF: Figure = Figure {
     id: "tm.26",
     title: "Relief: Donnelly's and the refined distance map",
-    about: "Figure 26 of the thesis: the refined map takes fewer iterations (no number) and is up to 11 % faster. Parallel \
-            rays over a relief a quarter as deep as wide: `bricks` with deep joints, `pillars`, a stair with `spikes`, and \
-            noise, `rock` (64 texels a side and 16 layers of cells in quick runs, 128 and \
-            32 in full ones), at elevations from 15 to 80 degrees. `at centres`: distances as Donnelly and the paper have \
-            them, of the cell's centre; a step from elsewhere in the cell may pass the surface. `guaranteed`: bounds for \
-            every point of the cell and every ray, so no step passes it. A step is a lookup of the map; 64 linear steps, \
-            and 6 halvings after each search, are the baseline. Missed: rays whose hit is more than the least step, half \
-            a texel, from the exact one.",
+    about: "Figure 26 of the thesis: the refined map takes fewer iterations (no number given) and is up to 11 % \
+            faster. Parallel rays descend at elevations of 15 to 80 degrees into a relief whose depth is a quarter of \
+            its width: `bricks` with deep joints, `pillars`, a stair with `spikes`, and noise (`rock`). Quick runs \
+            have 64 texels a side and 16 layers of cells, full ones 128 and 32. `at centres`: as in Donnelly's method \
+            and the paper, a distance holds at the cell's centre, so a step from elsewhere in the cell may pass the \
+            surface. `guaranteed`: a distance holds for every point of the cell and every ray, so no step passes the \
+            surface. A step is one lookup of the map. The baseline takes 64 linear steps. Every search ends with 6 \
+            bisections. A ray is missed if its hit is more than the least step, half a texel, from the exact hit.",
     scenes: RELIEFS,
     variants: || Method::ALL.map(|method| method.name()).to_vec(),
     paper: &["refined, at centres"],
@@ -39,19 +39,19 @@ pub const RELIEF: Figure = Figure {
         Claim::paper(
             "claim 7",
             "fewer-steps",
-            "The refined map takes fewer steps than Donnelly's: at least 1 % fewer.",
+            "The refined map takes fewer steps than Donnelly's (by at least 1 %).",
             &[Test::ratio(one(STEPS, DONNELLY_AT_CENTRES), one(STEPS, REFINED_AT_CENTRES), AtLeast(1.01))],
         ),
         Claim::paper(
             "claim 7, figure 26",
             "11-percent",
-            "The refined map is 11 % faster than Donnelly's (the paper says \"up to\": in some of the places).",
+            "The refined map is 11 % faster than Donnelly's (\"up to\": in some views).",
             &[Test::ratio(one(TIME, DONNELLY_AT_CENTRES), one(TIME, REFINED_AT_CENTRES), AtLeast(1.11))],
         )
         .timed(),
         Claim::ours(
             "no-more-steps",
-            "The guaranteed refined map takes at most half a percent more steps than Donnelly's, anywhere.",
+            "In every view the guaranteed refined map takes at most 0.5 % more steps than Donnelly's.",
             &[Test::ratio(GUARANTEED_STEPS, one(STEPS, "Donnelly, guaranteed"), AtMost(1.005))],
         ),
         Claim::ours(
@@ -61,7 +61,7 @@ pub const RELIEF: Figure = Figure {
         ),
         Claim::ours(
             "8-bits",
-            "8 bits for a cell, rounded down, take at most 10 % more steps than f32.",
+            "With 8 bits per cell, rounded down, rays take at most 10 % more steps than with f32.",
             &[Test::ratio(one(STEPS, "refined, guaranteed, 8 bits"), GUARANTEED_STEPS, AtMost(1.1))],
         ),
     ],
@@ -69,12 +69,13 @@ pub const RELIEF: Figure = Figure {
 
 pub const MAP_BUILD: Figure = Figure {
     id: "tm.map-build",
-    title: "Relief: what the maps cost to build",
-    about: "Time of each map's construction on the device, for reliefs of so many texels a side, with a quarter as many \
-            layers. The thesis gives no time. Reliefs `bricks` and `rock`. The refined map searches a horizon in 64 directions for each column of cells, \
-            32 texels far, and tests it for each cell of the neighbourhood; the guaranteed one looks at every cell that a \
-            sector of directions may meet. Bytes are those of a map of 8 bits a cell; 16 and 32 bits are twice and four \
-            times as many; a cone map has one value for each texel.",
+    title: "Relief: the cost of building the maps",
+    about: "Time to build each map on the device, for reliefs of 16 to 128 texels a side (quick: to 32) with a \
+            quarter as many layers. The thesis gives no time. Reliefs `bricks` and `rock`. For each column of cells, \
+            the refined map searches the horizons in 64 directions, up to 32 texels away; for each cell, it tests the \
+            neighbourhood against them. The guaranteed map searches every cell that a sector of directions may meet. \
+            The bytes are for 8 bits per cell; 16 and 32 bits take twice and four times as many. A cone map has one \
+            value per texel.",
     scenes: &["bricks", "rock"],
     variants: || Build::ALL.map(|build| build.name()).to_vec(),
     paper: &["refined, at centres"],
@@ -83,7 +84,7 @@ pub const MAP_BUILD: Figure = Figure {
     plots: &[Plot::sweep(BUILD).log_x().log_y(), Plot::sweep(BYTES).log_x().log_y()],
     claims: &[Claim::ours(
         "refined-price",
-        "The refined map (at centres) builds in at most 4 times the time of Donnelly's.",
+        "Building the refined map (at centres) takes at most 4 times as long as building Donnelly's.",
         &[Test::ratio(one(BUILD, REFINED_AT_CENTRES), one(BUILD, DONNELLY_AT_CENTRES), AtMost(4.0))],
     )
     .timed()],
@@ -136,7 +137,7 @@ impl Build {
 enum Method {
     Linear,
     Map(Build),
-    /// The guaranteed refined map with this many bits for a cell.
+    /// The guaranteed refined map with this many bits per cell.
     Quantised(u32),
 }
 
@@ -176,13 +177,13 @@ fn run(gpu: &Gpu, record: impl FnOnce(&mut Cmd<'_>) -> crate::vk::Result<()>) ->
     Ok(())
 }
 
-/// The distance maps in the order of [`Build::ALL`], and the cone map and the relaxed one.
+/// The distance maps in the order of [`Build::ALL`]; the cone map and the relaxed cone map.
 struct Maps {
     distances: Vec<DistanceMap>,
     cones: [Vec<f32>; 2],
 }
 
-/// The last relief's maps, by scene and side: its cells follow each other and need the same ones.
+/// The last relief's maps, by scene and side. Consecutive cells of the figure need the same maps.
 static LAST: Mutex<Option<(String, usize, Arc<Maps>)>> = Mutex::new(None);
 
 fn maps(gpu: &Gpu, scene: &str, relief: &Relief, layers: usize) -> anyhow::Result<Arc<Maps>> {
@@ -250,7 +251,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// (Index of a ray, its exact distance) for a grid of 64 x 64 of the rays.
+/// (Index of a ray, its exact distance) for a grid of 64 x 64 rays.
 fn exact_hits(relief: &Relief, direction: [f32; 3], columns: u32) -> Vec<(usize, f64)> {
     let stride = columns / 64;
     let hit = |n: u32| {

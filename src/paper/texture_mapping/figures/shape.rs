@@ -1,4 +1,4 @@
-//! tm.24: what weights that follow the footprint's shape gain and cost, and what their maps do.
+//! tm.24: error and time of weights that follow the footprint's shape, and of weight maps.
 
 use super::lab::{FORMULA_4, Lab, errors};
 use super::methods::{PAPER_BY_LEVEL, RADIAL_64, SQUARED_128};
@@ -15,13 +15,14 @@ use crate::reference::supersample;
 
 pub const SHAPE: Figure = Figure {
     id: "tm.24",
-    title: "Weights: none, blind to the footprint's shape, following it, from maps",
-    about: "The thesis (figure 24): Gaussian weights that follow the footprint's shape, formula (4), are more accurate (by expert ratings) and \
-            cost at most 5 %; weight maps in their place are up to 25 % faster, with an NMSE of 0.000708 of the picture against the \
-            formula's. Here all variants sum the same texels, those of the exact ellipse with k = 0.8. \"As printed\" takes the lengths of the \
-            rows (columns) of J for the axes. Truths: formula (4)'s kernel, exp(-3.125 r^2), and a box of one pixel; the uniform ellipse \
-            is also compared with its own kernel, a disc. Planes of `pink-noise` and `checker-2`, 96 x 72 (quick) or 256 x 192 \
-            pixels.",
+    title: "Weights: none, blind to the footprint's shape, following its shape, from maps",
+    about: "Figure 24 of the thesis: Gaussian weights that follow the footprint's shape, formula (4), are more \
+            accurate (by expert ratings) and cost at most 5 %. Weight maps are up to 25 % faster than the formula, \
+            and their picture has an NMSE of 0.000708 against the formula's. Here all variants sum the same texels, \
+            those of the exact ellipse with k = 0.8. \"As printed\" takes the lengths of J's rows (columns) as the \
+            axes; \"blind to shape\" weights a circle. The truths are formula (4)'s kernel, exp(-3.125 r^2), and a \
+            box of one pixel. The ellipse without weights is also compared with its own kernel, a disc. Planes of \
+            `pink-noise` and `checker-2`, 96 x 72 (quick) or 256 x 192 pixels.",
     scenes: &["pink-noise", "checker-2"],
     variants: || variants().into_iter().map(|(name, _)| name).collect(),
     paper: &["as printed, rows", "as printed, columns"],
@@ -37,13 +38,14 @@ pub const SHAPE: Figure = Figure {
         Claim::paper(
             "chapter 2, figures 1-3",
             "accuracy",
-            "Weights that follow the footprint's shape, as printed, are more accurate than none.",
+            "Weights that follow the footprint's shape, as printed, are more accurate than no weights.",
             &[Test::ratio(one(NMSE, ROWS), one(NMSE, NONE), Below(1.0))],
         ),
-        // Facing the plane, blind weights and those as printed are the exact ones.
+        // At tilt 0 the blind and the printed weights equal the exact ones, hence the bound of 1.001.
         Claim::ours(
             "corrected",
-            "With the exact axes they are more accurate than none at every tilt, and no less than blind ones and than as printed.",
+            "At every tilt, weights with the exact axes are more accurate than none, and at least as \
+             accurate as blind and printed ones.",
             &[
                 Test::ratio(one(NMSE, FORMULA), one(NMSE, NONE), Below(1.0)),
                 Test::ratio(one(NMSE, FORMULA), one(NMSE, BLIND), Below(1.001)),
@@ -68,12 +70,12 @@ pub const SHAPE: Figure = Figure {
         Claim::paper(
             "chapter 2, figure 24",
             "map-error",
-            "A weight map's picture has an NMSE of at most 0.000708 against the formula's.",
+            "A weight map's picture has an NMSE of at most 0.000708 against the formula's picture.",
             &[Test::value(one(OF_MAP, RADIAL), AtMost(7.08e-4))],
         ),
         Claim::ours(
             "map-64",
-            "A radial map of 64 entries has an NMSE of at most 5e-6 against the formula.",
+            "With a radial map of 64 entries, that NMSE is at most 5e-6.",
             &[Test::value(one(OF_MAP, RADIAL), AtMost(5e-6))],
         ),
     ],
@@ -116,7 +118,7 @@ fn variants() -> Vec<(String, Ellipse)> {
     named.into_iter().map(|(name, ellipse)| (name.to_string(), ellipse)).collect()
 }
 
-/// The pattern of a cell's scene.
+/// The pattern that a scene names.
 pub fn pattern_of(scene: &str) -> Pattern {
     let known = [Pattern::PinkNoise, Pattern::Checker(2)];
     known.into_iter().find(|pattern| pattern.name() == scene).expect("one of the scenes")

@@ -1,4 +1,4 @@
-//! tm.temporal: what flickers while the camera moves by less than a pixel.
+//! tm.temporal: flicker while the camera moves by less than a pixel.
 
 use super::lab::{GAUSSIAN, Lab};
 use super::methods::{self, OURS};
@@ -11,10 +11,11 @@ use crate::paper::texture_mapping::plane::Tilt;
 pub const TEMPORAL: Figure = Figure {
     id: "tm.temporal",
     title: "Filters in motion: variance over 16 sub-pixel shifts",
-    about: "16 frames, between which the camera moves by a sixteenth of a pixel both ways. A pixel's error against the f64 truth of its frame \
-            may be the same in all of them, which nobody sees, or vary, which flickers: the mean variance of the error over the mean square of \
-            the truth. Beside it how much the picture itself varies, over how much the truth does: below 1 is blur, above 1 is aliasing. \
-            Stochastic filters draw anew in each frame. Planes of `pink-noise` and `checker-2`, 48 x 36 pixels.",
+    about: "16 frames. Between frames the camera moves by 1/16 pixel in x and y. A pixel's error against the f64 \
+            truth of its frame flickers if it varies; a constant error does not. The first plot is the mean variance \
+            of the error, divided by the mean square of the truth. The second is the variance of the picture divided \
+            by that of the truth: below 1 is blur, above 1 is aliasing. Stochastic filters draw new random numbers in \
+            each frame. Planes of `pink-noise` and `checker-2`, 48 x 36 pixels.",
     scenes: &["pink-noise", "checker-2"],
     variants: || variants().into_iter().map(|(name, _)| name).collect(),
     paper: &["paper's rows", "paper's columns"],
@@ -23,7 +24,7 @@ pub const TEMPORAL: Figure = Figure {
     plots: &[Plot::sweep(FLICKER).log_y(), Plot::sweep(MOTION).log_y()],
     claims: &[Claim::ours(
         "least",
-        "Our filter flickers least of all that look at no more than twice its texels.",
+        "Our filter flickers least of all methods that fetch at most twice as many texels as it does.",
         &[Test::value(one(OVER_NEXT, OURS), AtMost(1.0))],
     )],
 };
@@ -36,7 +37,7 @@ const MOTION: &str = "variance of the picture over the truth's";
 const OVER_NEXT: &str = "variance over the least of others with at most twice the texels";
 const TEXELS: &str = "texels fetched a pixel";
 
-/// Samplers of the device are left out: they count no texels.
+/// All methods except the device's samplers, which do not count texels.
 fn variants() -> Vec<(String, Method)> {
     let counted = |method: &Method| {
         !matches!(method, Method::Baseline(crate::paper::texture_mapping::baselines::Baseline::Hardware(_)))
