@@ -142,7 +142,11 @@ mod tests {
         assert_eq!(slices.fit(0, 100), Ok(Some([0, 128])));
         assert_eq!((slices.fit(0, 40), slices.fit(0, 112)), (Ok(None), Ok(None)), "not four times too large");
         slices.push(64).unwrap();
-        assert_eq!((slices.first(2), slices.end()), (240, 304), "the old slice of instance 0 is not free yet");
+        assert_eq!(
+            (slices.first(2), slices.end()),
+            (240, 304),
+            "the old slice of instance 0 is not free yet"
+        );
         slices.release();
         slices.push(64).unwrap();
         assert_eq!((slices.first(3), slices.end()), (0, 304));
