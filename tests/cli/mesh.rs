@@ -133,7 +133,7 @@ fn a_truncated_file_is_a_coarser_mesh_and_fails_verification() {
     let bytes = std::fs::read(folder.path().join("b.pmesh")).unwrap();
     std::fs::write(folder.path().join("cut.pmesh"), &bytes[..bytes.len() / 2]).unwrap();
     let [_, words] = run_mesh(&folder, &["info", "cut.pmesh"]);
-    holds(&words, &["WARN", "cut.pmesh: the end is missing: ", " of 3674 faces are here"]);
+    holds(&words, &["WARN", "cut.pmesh: the end is missing: ", " of 3674 faces are present"]);
     let json = info(&folder, "cut.pmesh");
     let (levels, faces) = (json["levels"].as_u64().unwrap(), json["finest"]["faces"].as_u64().unwrap());
     assert!((200..3600).contains(&faces) && json["cut"] == true, "{levels} levels, {faces} faces");
@@ -145,7 +145,7 @@ fn a_truncated_file_is_a_coarser_mesh_and_fails_verification() {
     assert!(read("cut.ply") == read("whole.ply"));
     let (code, line) = mesh_failure(&folder, &["verify", "cut.pmesh"]);
     assert_eq!(code, 3);
-    holds(&line, &["cut.pmesh", "chunks", "of 3674 faces are here"]);
+    holds(&line, &["cut.pmesh", "chunks", "of 3674 faces are present"]);
     // Before the end of the first chunk there is no mesh; the required bytes are reported as far as known.
     let base = 72 + 28 + u32::from_le_bytes(bytes[72..76].try_into().unwrap()) as usize;
     for (length, needs) in [(3, 100), (60, 100), (80, 100), (100, base), (base - 1, base)] {

@@ -1,8 +1,8 @@
 //! A progressive mesh as it is executed and stored: two buffers, the splits, and the permutations (paper 2, sections 4
 //! and 5).
 //!
-//! Differs from the paper: a split may add several vertices. On a seam the split position has several wedges, each with
-//! its own vertex to replace; or a component appears as a whole, and its vertices replace nothing.
+//! Differs from the paper: a split may add several vertices. On a seam the split position has several wedges,
+//! and each replaces its own vertex. A component appears as a whole, and its vertices replace nothing.
 
 use crate::math::ragged::Ragged;
 use crate::model::Attributes;
@@ -13,10 +13,10 @@ pub use super::simplify::NOWHERE;
 /// A mesh at every level of detail. Level i has i splits applied; level 0 is M0, level n the full mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ProgressiveMesh {
-    /// The paper's V for all levels: level i draws with the first `levels[i].vertices` of them.
+    /// The paper's V for all levels: level i uses the first `levels[i].vertices` of them.
     pub vertices: Vertices,
-    /// The paper's F at level 0, with the slots of all levels: the first `levels[0].faces` are live. The other slots
-    /// hold their faces as they are at their birth.
+    /// The paper's F at level 0, with the slots of all levels: the first `levels[0].faces` are live. The
+    /// other slots hold their faces with the corners of their birth.
     pub faces: Vec<[u32; 3]>,
     /// n + 1 levels, coarsest first.
     pub levels: Vec<Level>,
@@ -34,10 +34,9 @@ pub enum Births {
     /// As in the paper: each split appends its faces to the live prefix.
     #[default]
     Tail,
-    /// In place (ours): from a permutation's level on, all faces are drawn that are live at the next permutation's
-    /// level, in this permutation's order. A vertex that is not yet live is replaced by its predecessor, so unborn
-    /// faces have no area. The levels before the first permutation are also drawn in its order; after the last, splits
-    /// append faces.
+    /// In place (ours): a level draws all faces that are live at the next level with a permutation (or at the
+    /// last level), in the slots that they have after that permutation. A vertex that is not yet live is
+    /// replaced by its predecessor, so unborn faces are degenerate.
     InPlace,
 }
 
@@ -52,14 +51,14 @@ pub struct Level {
     pub error: f32,
 }
 
-/// The vertex buffer's content: one entry a vertex (a wedge of the model).
+/// The contents of the vertex buffer: one entry per vertex (a wedge of the model).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Vertices {
     /// Centre of the positions' box, in object units.
     pub centre: DVec3,
     /// Positions less `centre`, rounded to f32.
     pub positions: Vec<[f32; 3]>,
-    /// For each vertex the first vertex at the same position: position-welded index space.
+    /// For each vertex the first vertex at the same position.
     pub welded: Vec<u32>,
     pub attributes: Attributes,
 }
@@ -69,8 +68,8 @@ pub struct Vertices {
 pub struct Splits {
     /// The paper's `splitVert`, or [`NOWHERE`] if nothing is replaced.
     pub split_vertices: Vec<u32>,
-    /// The paper's `f1 … f_numF`: slots in which the new vertex replaces `splitVert`, ascending. Only faces that were
-    /// live at the level before: a new face already has its corners.
+    /// The paper's `f1 … f_numF`: slots in which the new vertex replaces `splitVert`, ascending. Only faces
+    /// that are live at the level before are listed; a new face already has its corners.
     pub slots: Ragged<u32>,
 }
 
@@ -82,8 +81,8 @@ pub struct Swaps {
     pub levels: Vec<u32>,
     /// For each of `levels` the number of cycles up to and including it.
     pub cycle_ends: Vec<u32>,
-    /// The cycles: slots `f1 … f_numF` of one `tswap` each; no slot is in two cycles of one level. Each begins with its
-    /// least slot, and cycles ascend by it: a normal form of the permutation.
+    /// The cycles: slots `f1 … f_numF` of one `tswap` each; no slot is in two cycles of one level. Normal
+    /// form: each cycle begins with its lowest slot, and cycles ascend by it.
     pub cycles: Ragged<u32>,
 }
 
@@ -98,8 +97,8 @@ impl ProgressiveMesh {
 }
 
 impl ProgressiveMesh {
-    /// For each vertex the one from which it splits, at a lower level; for those of level 0 the vertex itself. A vertex
-    /// that replaces none takes the predecessor of the others at its position; a component's vertices take vertex 0.
+    /// The vertex from which each vertex splits; a vertex of level 0 is its own predecessor. A vertex that
+    /// replaces none takes the predecessor of the others of its level; if none of them splits, vertex 0.
     pub fn predecessors(&self) -> Vec<u32> {
         let first = self.levels.first().map_or(0, |level| level.vertices);
         let mut predecessors: Vec<u32> = (0..first).collect();

@@ -10,18 +10,19 @@
 //! | the paper's word | meaning | file |
 //! |---|---|---|
 //! | M0, Mn | the coarsest mesh; the full mesh, after n splits | [`mesh`] |
-//! | ecol | edge collapse: removes one vertex and the faces of the edge | [`simplify`] |
-//! | vsplit | vertex split, the inverse: appends one vertex and up to two faces, and rewrites corners around it | [`run`] |
-//! | tswap | a cyclic permutation of faces in the index buffer; backwards for ecol | [`order`], [`run`] |
+//! | ecol | edge collapse: removes one vertex and the faces at the edge | [`simplify`] |
+//! | vsplit | vertex split, the inverse: appends a vertex and up to two faces, rewrites corners around it | [`run`] |
+//! | tswap | a cyclic permutation of faces in the index buffer; inverted for ecol | [`order`], [`run`] |
 //! | group | the splits between two sets of tswaps | [`order`] |
-//! | transforms per vertex | misses of a vertex cache (FIFO of 16 entries unless stated) over vertices | [`cache`] |
+//! | transforms per vertex | vertex cache misses per vertex (FIFO of 16 entries unless stated) | [`cache`] |
 //!
-//! Steps, one file or folder each: [`simplify`] finds the collapses, [`order`] arranges faces and finds the
-//! tswaps, [`mesh`] is the result, and [`run`] executes it, once [`check`] has found it sound. [`cache`] counts what an
-//! order costs, and [`baselines`] what else could be done; [`apply`] runs it on the GPU; [`reference`](mod@reference)
-//! builds a level afresh; [`file`](mod@file) is how it is stored. [`load`](mod@load) makes the meshes of a scene, [`stand`],
-//! [`ground`] and [`place`] say where their instances are. A [`surface`] has many instances, [`technique`]
-//! is the paper's part of a frame, and the [`governor`] holds its time; [`faces`] lays a frame's faces open.
+//! Each step is one file or folder. [`simplify`] finds the collapses, and [`order`] arranges the faces and
+//! finds the tswaps. The result is a [`mesh`]. [`check`] validates it, [`run`] executes it on the CPU and
+//! [`apply`] on the GPU. [`cache`] counts what an order costs; [`baselines`] has the alternatives.
+//! [`reference`](mod@reference) rebuilds a level from scratch, and [`file`](mod@file) is the storage format.
+//! [`load`](mod@load) builds the meshes of a scene; [`stand`], [`ground`] and [`place`] position their
+//! instances. A [`surface`] draws many instances, [`technique`] is the paper's part of a frame, and the
+//! [`governor`] keeps its time budget. [`faces`] exposes the faces of a frame.
 
 pub mod apply;
 pub mod baselines;

@@ -3,21 +3,21 @@
 //! Differs from LZMA: probabilities are estimated from counts (after Krichevsky and Trofimov) instead of at a constant
 //! rate, because a mesh of a few thousand faces ends before constant rates adapt.
 //!
-//! One trait serves both directions, so that each rule of the format is written once: the encoder takes a value and
-//! returns it; the decoder ignores the value and returns what it reads.
+//! One trait covers both directions, so that each rule of the format is written once. The encoder takes a
+//! value and returns it; the decoder ignores the value and returns what it reads.
 
-/// The probability that the next bit of its kind is a one, learnt from earlier bits.
+/// The adaptive probability of a one, estimated from earlier bits of the same kind.
 #[derive(Clone, Copy)]
 pub(super) struct Bit {
-    /// In 65536ths.
+    /// The probability in 65536ths.
     one: u16,
     /// Bits seen, at most [`MEMORY`].
     seen: u8,
 }
 
-/// A probability is a mean over about this many bits: more is finer, fewer adapts faster.
+/// A probability averages about this many bits: more bits estimate it more finely, fewer adapt faster.
 const MEMORY: u8 = 60;
-/// Step towards the bit seen, in 65536ths of the distance: 1 / (seen + 3/2).
+/// Step towards the latest bit, in 65536ths of the distance: 1 / (seen + 3/2).
 const STEPS: [u32; MEMORY as usize + 1] = {
     let mut steps = [0; MEMORY as usize + 1];
     let mut seen = 0;
@@ -27,12 +27,12 @@ const STEPS: [u32; MEMORY as usize + 1] = {
     }
     steps
 };
-/// Bits of a probability in the coder's arithmetic.
+/// Bits of precision of a probability in the coder.
 const SCALE_BITS: u32 = 12;
-/// Lower bound of each probability, in 4096ths. A bit therefore costs at least 0.011 bits: a file of n bytes encodes at
-/// most 710 n of them, which bounds the time to read a hostile file.
+/// Smallest probability, in 4096ths. A bit therefore costs at least 0.011 bits, and n bytes encode at most
+/// 710 n bits. This bounds the time to read a hostile file.
 const LEAST: u32 = 32;
-/// Below this the range is extended by a byte.
+/// If the range is smaller than this, it is extended by a byte.
 const SMALLEST_RANGE: u32 = 1 << 24;
 
 impl Default for Bit {
@@ -49,17 +49,17 @@ impl Bit {
     fn learn(&mut self, bit: bool) {
         let (one, step) = (u32::from(self.one), STEPS[usize::from(self.seen)]);
         let learnt = if bit { one + (((65535 - one) * step) >> 16) } else { one - ((one * step) >> 16) };
-        // Stays between 0 and 65535: a step is less than the whole distance.
+        // Stays between 0 and 65535, because a step is shorter than the distance.
         self.one = learnt as u16;
         self.seen = MEMORY.min(self.seen + 1);
     }
 }
 
-/// Common to both directions.
+/// The operations that encoder and decoder share.
 pub(super) trait Coder {
     /// Codes one bit with its model.
     fn bit(&mut self, model: &mut Bit, value: bool) -> bool;
-    /// The lowest `bits` bits of a value, without a model; at most 32.
+    /// Codes the lowest `bits` bits of a value without a model; at most 32.
     fn raw(&mut self, bits: u32, value: u32) -> u32;
     /// Bits written or read so far, including fractions.
     fn spent_bits(&self) -> f64;
@@ -67,7 +67,7 @@ pub(super) trait Coder {
     fn is_overrun(&self) -> bool;
 }
 
-/// Writes.
+/// Writes bits.
 pub(super) struct Encoder {
     low: u64,
     range: u32,
@@ -107,7 +107,7 @@ impl Encoder {
         }
     }
 
-    /// All bytes; the decoder reads exactly these.
+    /// All bytes. The decoder reads exactly these.
     pub(super) fn finish(mut self) -> Vec<u8> {
         (0..5).for_each(|_| self.shift());
         self.bytes
@@ -149,10 +149,10 @@ impl Coder for Encoder {
     }
 }
 
-/// Reads.
+/// Reads bits.
 pub(super) struct Decoder<'a> {
     bytes: &'a [u8],
-    /// Bytes read; may pass the end, beyond which zeros are read.
+    /// Bytes read. May pass the end, beyond which bytes read as zeros.
     at: usize,
     code: u32,
     range: u32,
@@ -220,13 +220,14 @@ impl Coder for Decoder<'_> {
     }
 }
 
-/// Each shift is 8 bits; the range gives the fraction of the last ones.
+/// Each shift is 8 bits; the range gives the fraction of the last bits.
 fn spent_bits(shifts: u64, range: u32) -> f64 {
     8.0 * shifts as f64 + 32.0 - f64::from(range).log2()
 }
 
-/// Whole numbers of any size; small and frequent ones take few bits. First the bit length, by a tree of six learnt
-/// bits; then the three bits below the leading one, also learnt; then the remaining bits unmodelled.
+/// Model of whole numbers; small and frequent numbers take few bits. A number is coded as its bit length (a
+/// tree of six modelled bits), the three modelled bits below the leading one, and the remaining bits without
+/// a model.
 #[derive(Clone)]
 pub(super) struct Number {
     class: [Bit; 64],
@@ -234,7 +235,7 @@ pub(super) struct Number {
     leading: [[Bit; 8]; 33],
 }
 
-/// Learnt bits below the leading one.
+/// Modelled bits below the leading one.
 const LEARNT: u32 = 3;
 
 impl Default for Number {
@@ -245,7 +246,7 @@ impl Default for Number {
 
 impl Number {
     pub(super) fn code(&mut self, coder: &mut impl Coder, value: u32) -> u32 {
-        // No encoder writes a class above 32.
+        // No encoder writes a class above 32; a hostile file may.
         let class = tree(coder, &mut self.class, 6, 32 - value.leading_zeros()).min(32);
         if class < 2 {
             return class;
@@ -258,14 +259,14 @@ impl Number {
         1 << (class - 1) | high << rest | low
     }
 
-    /// A difference modulo 2^32: 0, -1, 1, -2, … in this order.
+    /// Codes a difference modulo 2^32. The order of codes is 0, -1, 1, -2, …
     pub(super) fn code_signed(&mut self, coder: &mut impl Coder, value: i32) -> i32 {
         let folded = self.code(coder, (value << 1 ^ value >> 31) as u32);
         (folded >> 1) as i32 ^ -((folded & 1) as i32)
     }
 }
 
-/// Codes `bits` bits, highest first; each bit's model is chosen by the bits before it.
+/// Codes `bits` bits, highest first. The bits before it select each bit's model.
 pub(super) fn tree(coder: &mut impl Coder, models: &mut [Bit], bits: u32, value: u32) -> u32 {
     let node = (0..bits).rev().fold(1, |node, at| {
         let bit = coder.bit(&mut models[node as usize], value >> at & 1 == 1);
@@ -320,7 +321,7 @@ mod tests {
 
     #[test]
     fn a_carry_runs_through_bytes_of_255() {
-        // Only the less probable half at the top of the range: long runs of 255, then a carry.
+        // Groups of eight 1 bits, and every 1000th group eight 0 bits: long runs of 255, then a carry.
         let bits: Vec<u32> = (0..4000).map(|n| u32::from(n % 1000 != 999)).collect();
         let mut encoder = Encoder::new();
         for &bit in &bits {

@@ -1,12 +1,12 @@
-//! Worst-case files around a hub: as much content as possible for each byte.
+//! Worst-case files with a hub: as much content per byte as possible.
 
 use super::super::mesh::{Level, ProgressiveMesh, Swaps, Vertices};
 use super::tests::reseal;
 use super::{CHUNK_HEAD_BYTES, CORNERS_PER_BYTE, Flaw, HEADER_BYTES};
 use crate::math::ragged::Ragged;
 
-/// `faces` that share only vertex 0; then one level for each of `levels`: (number of splits, split vertex, number of
-/// first slots that each split changes).
+/// `faces` faces that share only vertex 0, and one further level for each of `levels`: (number of splits,
+/// split vertex, number of slots that each split changes, counted from slot 0).
 fn hub(faces: u32, levels: &[(u32, u32, u32)]) -> ProgressiveMesh {
     let base = Level { vertices: 2 * faces + 1, faces, error: 0.0 };
     let mut mesh = ProgressiveMesh {
@@ -57,7 +57,7 @@ fn a_hub_that_moves_from_vertex_to_vertex_costs_bytes() {
 #[test]
 fn splits_of_one_hub_suggest_no_more_than_enough() {
     let mut mesh = hub(400, &[(200, 0, 0)]);
-    // The first of these faces is among the suggestions, the others are not.
+    // Of these faces, only the first is among the suggestions.
     let vertices = mesh.levels[1].vertices;
     let born = [[801, 1, 0], [vertices - 1, 0, 799], [1, vertices - 1, 5]];
     mesh.faces.extend(born);

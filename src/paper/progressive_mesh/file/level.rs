@@ -1,6 +1,6 @@
-//! One level of the file: its error, its splits, its new faces, its permutation.
+//! One level of the file: its error, its splits, its new faces and its permutation.
 //!
-//! Written once for both directions (see [`super::coder`]): when writing, the values come from `source`; when
+//! Written once for both directions (see [`super::coder`]). When writing, the values come from `source`. When
 //! reading, they come from the coder, and each is checked before use.
 
 use super::coder::{Coder, tree};
@@ -9,15 +9,15 @@ use super::models::{Models, Sizes};
 use super::moving::Moving;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
 
-/// A split adds no suggestions once earlier splits of its level have made this many: each kept face of a hub can be a
-/// suggestion for every split, at a hundredth of a bit.
+/// Maximum number of suggestions: once a level has this many, further splits add none. Each kept face of a
+/// hub can be a suggestion for every split, at a cost of a hundredth of a bit.
 const ENOUGH_SUGGESTIONS: usize = 1 << 16;
 
 /// Why a payload is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Fault(pub &'static str);
 
-/// The rest of a chunk, as declared by its head.
+/// The items of a chunk that are still to be coded, as declared by its head.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Left {
     pub vertices: u32,
@@ -26,7 +26,7 @@ pub(super) struct Left {
     pub moved: u32,
 }
 
-/// A mesh that grows level by level while written or read.
+/// A mesh that grows level by level while it is written or read.
 pub(super) struct Growing<'a> {
     /// The mesh to write; `None` when reading.
     pub source: Option<&'a ProgressiveMesh>,
@@ -134,7 +134,7 @@ impl<'a> Growing<'a> {
         })
     }
 
-    /// `splitVert` of the next vertex: one of the `old` vertices of the previous level.
+    /// Codes `splitVert` of the next vertex: one of the `old` vertices of the previous level.
     fn split_vertex(&mut self, coder: &mut impl Coder, old: u32) -> Result<u32, Fault> {
         let want = self.source.map(|source| source.splits.split_vertices[self.mesh.splits.slots.len()]);
         let models = &mut self.models.splits;
@@ -156,7 +156,7 @@ impl<'a> Growing<'a> {
             .ok_or(Fault("a split names a vertex that does not exist"))
     }
 
-    /// The faces in which the vertex is replaced. Also suggests faces that close the gap.
+    /// Codes the faces in which the vertex is replaced, and suggests new faces for the gap.
     fn taken_faces(
         &mut self,
         coder: &mut impl Coder,
@@ -197,7 +197,7 @@ impl<'a> Growing<'a> {
         Ok(())
     }
 
-    /// A new face.
+    /// Codes the corners of a new face.
     fn birth(
         &mut self,
         coder: &mut impl Coder,
@@ -210,7 +210,7 @@ impl<'a> Growing<'a> {
             let turned = [[a, b, c], [b, c, a], [c, a, b]];
             turned.iter().position(|&corners| Some(corners) == want)
         };
-        // The reader does not search: a hostile level has as many suggestions and faces as bytes.
+        // The reader must not search: a hostile level can have as many suggestions and faces as it has bytes.
         let found =
             want.and_then(|_| suggestions.iter().enumerate().find_map(|(at, s)| Some((at, fits(s)?))));
         let (place, rotation) = found.unwrap_or((suggestions.len(), 0));
@@ -243,7 +243,8 @@ impl<'a> Growing<'a> {
     }
 }
 
-/// The vertices around the newest of the `old` ones, each once, in the order of its faces; includes itself.
+/// The vertices around the newest vertex that are among the `old` ones, each once, in the order of its faces;
+/// includes the newest vertex itself.
 fn neighbours(live: &Live, old: u32) -> Vec<u32> {
     let Some(newest) = live.around.len().checked_sub(1) else { return Vec::new() };
     let mut near = Vec::new();
@@ -253,7 +254,7 @@ fn neighbours(live: &Live, old: u32) -> Vec<u32> {
                 near.push(vertex);
             }
         }
-        // A hub with thousands of faces has no useful neighbourhood.
+        // A hub with thousands of faces is not a useful neighbourhood.
         if near.len() >= 32 {
             break;
         }
@@ -261,9 +262,9 @@ fn neighbours(live: &Live, old: u32) -> Vec<u32> {
     near
 }
 
-/// Faces that would close the gap between the faces of s that become faces of t and those that stay; they have the
-/// corners s and t. The number is the doubt: 0 where both sides border on the gap, 1 where only the taken faces do, 2
-/// where only the others do.
+/// Suggests faces that close the gap between the taken faces (in which t replaces s) and the kept faces. They
+/// have the corners s and t. The number is the doubt: 0 if both sides border the gap, 1 if only taken faces
+/// do, 2 if only kept faces do.
 fn suggest(
     ring: &[RingFace],
     taken: &[bool],

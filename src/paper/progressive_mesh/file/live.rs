@@ -1,11 +1,12 @@
-//! The mesh between two levels, with the input of the format's predictions: the faces around each vertex.
+//! The mesh between two levels, and the faces around each vertex, from which the format makes its
+//! predictions.
 //!
-//! A face has a number that never changes: the slot of its birth. Splits come before the permutations that move a
-//! face, so this is also its place in the file.
+//! A face has a constant number: its slot at birth. Faces are born before the permutations that move them, so
+//! this number is also the face's index in the file.
 
 use crate::math::rows::Rows;
 
-/// No face, or no place.
+/// Marks an absent face or index.
 pub(super) const NONE: u32 = u32::MAX;
 
 #[derive(Default)]
@@ -14,7 +15,7 @@ pub(super) struct Live {
     pub corners: Vec<[u32; 3]>,
     pub slot_of: Vec<u32>,
     pub face_at: Vec<u32>,
-    /// For each vertex its faces, in ascending order.
+    /// The faces around each vertex, ascending.
     pub around: Rows,
 }
 
@@ -40,7 +41,8 @@ impl Live {
         corners.iter().for_each(|&vertex| self.around.push(vertex as usize, face));
     }
 
-    /// Replaces `split` by the newest vertex in `faces`, some of the faces around `split`, ascending (as in the paper).
+    /// Replaces `split` by the newest vertex in `faces`, which are some of the faces around `split`,
+    /// ascending (as in the paper).
     pub(super) fn replace(&mut self, split: u32, faces: &[u32]) {
         let new = self.around.len() as u32 - 1;
         for &face in faces {
@@ -51,7 +53,7 @@ impl Live {
         self.around.retain(split as usize, |face| faces.binary_search(&face).is_err());
     }
 
-    /// The faces around `vertex` in ring order: each face is followed by the one whose `first` is its `second`. Open
+    /// The faces around `vertex` in ring order: the `second` of each face is the `first` of the next. Open
     /// fans come first, ordered by their first faces; then closed rings, each from its lowest face.
     pub(super) fn ring(&self, vertex: u32) -> Vec<RingFace> {
         let seen_from_here = |&face: &u32| {

@@ -1,14 +1,14 @@
-//! `.pmesh` files: a progressive mesh from the coarsest level on, so that a file truncated after its first chunk is a
-//! coarser mesh.
+//! `.pmesh` files: a progressive mesh, coarsest level first. A file truncated after its first chunk is
+//! therefore a coarser mesh.
 //!
-//! docs/pmesh.md describes the bytes. The [`ProgressiveMesh`] is stored losslessly; derivable data are not stored. The
-//! slots of a split follow from the faces around the split vertex that change (one cheap bit each), new faces from the
-//! gap that this leaves, and a permutation from the faces near each other. An adaptive range coder (`coder`) packs the
-//! rest. Hoppe (1996) similarly codes a split by its place and two neighbours; slots and permutations are not part of
-//! his format.
+//! docs/pmesh.md describes the bytes. The [`ProgressiveMesh`] is stored losslessly, without data that can be
+//! derived. For a split, the faces around the split vertex take one cheap bit each, and the changed slots
+//! follow from these bits. New faces are predicted from the gap that the split leaves, and permutations from
+//! the faces near each other. An adaptive range coder (`coder`) packs the rest. Hoppe (1996) codes a split
+//! similarly, by its vertex and two neighbours; his format has no slots and no permutations.
 //!
-//! A file is untrusted: every declared number is checked against the available bytes, and every index against the live
-//! elements.
+//! Files are untrusted: every declared number is checked against the available bytes, and every index against
+//! the live elements.
 
 mod coder;
 #[cfg(test)]
@@ -30,7 +30,7 @@ pub use read::{Flaw, PmeshError};
 use super::mesh::{Births, ProgressiveMesh};
 use serde::Serialize;
 
-/// 89 "OPM" and the line ends that text-mode transfers destroy, as in PNG.
+/// 89 "OPM" and line ends, which text-mode transfers damage, as in PNG.
 const MAGIC: [u8; 8] = *b"\x89OPM\r\n\x1a\n";
 /// The format's versions. Version 2 differs only in that births are in place.
 const VERSIONS: [(u32, Births); 2] = [(1, Births::Tail), (2, Births::InPlace)];
@@ -44,18 +44,18 @@ pub fn version(births: Births) -> u32 {
 
 const HEADER_BYTES: usize = 72;
 const CHUNK_HEAD_BYTES: usize = 28;
-/// Most vertices, faces, levels and moved faces for each byte of a payload; a writer pads a payload that would exceed
-/// it. Real ones take several bits each. The limit bounds a hostile file to some hundred bytes of memory for each of
-/// its own.
+/// Maximum number of vertices, faces, levels and moved faces per byte of a payload; a writer appends zeros to
+/// shorter payloads. Real meshes take several bits for each. The limit bounds the memory for a hostile file
+/// to some hundred times the file's size.
 const ITEMS_PER_BYTE: u64 = 4;
-/// Most corners that splits replace for each byte of a payload; padded likewise. A vertex may take all faces of a hub
-/// at a hundredth of a bit each.
+/// Maximum number of corners that splits replace per byte of a payload; padded likewise. A vertex may take
+/// all faces of a hub at a cost of a hundredth of a bit each.
 const CORNERS_PER_BYTE: u64 = 16;
 
 /// A loaded file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loaded {
-    /// The mesh; of a truncated file the part that is present, whose last level is not the full mesh.
+    /// The mesh. For a truncated file, the part that is present; its last level is not the full mesh.
     pub mesh: ProgressiveMesh,
     pub contents: Contents,
 }
@@ -65,9 +65,9 @@ pub struct Loaded {
 pub struct Contents {
     /// The file's length.
     pub bytes: u64,
-    /// Bytes of the header, the chunks' heads and the coder's ends, which are not in `sizes`.
+    /// Bytes outside `sizes`: the header, the chunks' heads and the ends of the coded streams.
     pub frame_bytes: f64,
-    /// Bits of the chunks that were read.
+    /// Coded bits of the chunks that were read, by content.
     pub sizes: Sizes,
     /// Chunks, levels, vertices and faces of the whole file.
     pub whole: Extent,
@@ -96,14 +96,14 @@ impl Contents {
         let Contents { read, whole, .. } = self;
         self.is_cut().then(|| {
             format!(
-                "the end is missing: {} of {} chunks, {} of {} levels, {} of {} faces are here",
+                "the end is missing: {} of {} chunks, {} of {} levels, {} of {} faces are present",
                 read.chunks, whole.chunks, read.levels, whole.levels, read.faces, whole.faces
             )
         })
     }
 
-    /// Bytes per split of the file without positions, attributes and header: the cost of the levels of detail. A split
-    /// is a level; on a seam it adds several vertices.
+    /// Bytes per split of the file without positions, attributes and header: the cost of the levels of
+    /// detail. A level counts as one split; on a seam it adds several vertices.
     pub fn bytes_per_split(&self, mesh: &ProgressiveMesh) -> f64 {
         let splits = mesh.last_level().max(1) as f64;
         let Sizes { levels, splits: which, faces, swaps, .. } = self.sizes;

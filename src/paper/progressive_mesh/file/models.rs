@@ -1,8 +1,9 @@
-//! The adaptive models of writing and reading, and the size of each kind of content.
+//! The adaptive models for writing and reading, and the size of each kind of content.
 
 use super::coder::{Bit, Number};
 
-/// One model for each kind of symbol. They keep learning from chunk to chunk, so a chunk needs all chunks before it.
+/// One model for each kind of symbol. They adapt from chunk to chunk, so a chunk can only be read after all
+/// chunks before it.
 #[derive(Default)]
 pub(super) struct Models {
     pub vertices: Number,
@@ -22,22 +23,24 @@ pub(super) struct Models {
 #[derive(Default)]
 pub(super) struct SplitModels {
     pub nowhere: Bit,
-    /// Whether it is a neighbour of the previous vertex; then which.
+    /// Whether the replaced vertex is a neighbour of the previous vertex; then its index among the
+    /// neighbours.
     pub near: Bit,
     pub neighbour: Number,
-    /// Otherwise its age.
+    /// Otherwise the age of the replaced vertex.
     pub age: Number,
-    /// Whether a face changes, given the changes along the ring so far, the place in the ring and the previous face.
+    /// Whether a face changes. Chosen by the changes along the ring so far, the index in the ring, and the
+    /// previous face.
     pub takes: [[[Bit; 3]; 8]; 4],
 }
 
 /// New faces.
 #[derive(Default)]
 pub(super) struct BirthModels {
-    /// The place among the suggestions, for the first and the later faces of a level.
+    /// The index among the suggestions, for the first and for the later faces of a level.
     pub place: [Number; 2],
     pub rotation: [Bit; 4],
-    /// The age of a corner, where no suggestion fits.
+    /// The age of a corner, if no suggestion fits.
     pub corner: Number,
 }
 
@@ -47,12 +50,13 @@ pub(super) struct PermutationModels {
     pub is_there: Bit,
     pub moved: Number,
     pub gap: Number,
-    /// Whether a face is the n-th suggestion; one set for use after a first suggestion, one otherwise.
+    /// Whether a face is the n-th suggestion. One set for slots after a slot that got its first suggestion,
+    /// one for all others.
     pub rank: [[Bit; SUGGESTIONS]; 2],
     pub other: Number,
 }
 
-/// Most suggestions for a slot.
+/// Maximum number of suggestions for a slot.
 pub(super) const SUGGESTIONS: usize = 24;
 
 /// Bits of a file's payload by content, including fractions.
@@ -66,7 +70,7 @@ pub struct Sizes {
     pub faces: f64,
     /// The permutations.
     pub swaps: f64,
-    /// Positions, and which vertices share them.
+    /// Positions, and which vertices share a position.
     pub positions: f64,
     pub attributes: f64,
 }

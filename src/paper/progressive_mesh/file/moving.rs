@@ -1,47 +1,51 @@
-//! The faces of one permutation, renumbered by the slots that they leave.
+//! The faces of one permutation, renumbered by their slots before it.
 //!
-//! A face's number is its birth, and neighbours are born far apart: a search by the original numbers misses the CPU
-//! cache four times a slot, which was half the time to write or read the dragon. The slots before the permutation are
-//! already in vertex-cache order, so numbers by slot stay in the CPU cache.
+//! The original number of a face is its slot at birth, and neighbours are born far apart. A search by
+//! original numbers misses the CPU cache four times per slot, which was half the time to write or read the
+//! dragon. Before the permutation the slots are already in vertex-cache order, so numbers by slot stay in the
+//! CPU cache.
 
 use super::live::{Live, NONE};
 
-/// Instead of a search number: the face is placed.
+/// Replaces a search number once the face is placed.
 const PLACED: u32 = u32::MAX;
 
-/// Earlier slots whose faces' neighbours are suggested for a slot.
+/// Number of earlier slots whose faces' neighbours are suggested for a slot.
 const WINDOW: usize = 8;
 
-/// If the moving faces' vertices have more than this many faces for each moving face, not all of these are visited: for
-/// example two faces of a hub of thousands change places.
+/// If the vertices of the moving faces have more than this many faces per moving face, they are not all
+/// visited. Example: two faces of a hub with thousands of faces are swapped.
 const LONG: usize = 64;
 
-/// Scratch of a permutation; between permutations the tables by slot, face and vertex hold [`NONE`].
+/// Scratch memory of a permutation. Between permutations the tables by slot, face and vertex hold [`NONE`].
 #[derive(Default)]
 pub(super) struct Moving {
-    /// The slots that get another face, ascending, and the faces that are there at first.
+    /// The slots that get another face, ascending, and their faces before the permutation.
     pub slots: Vec<u32>,
     pub faces: Vec<u32>,
-    /// For each slot of the mesh, and for each of its faces, the index in these lists.
+    /// For each slot of the mesh and for each face, its index in these lists.
     pub at_slot: Vec<u32>,
     at_face: Vec<u32>,
-    /// The faces' corners, renumbered by first use; the vertices by new number, and back.
+    /// The faces' corners, with vertices renumbered by first use; the old number of each vertex, and its new
+    /// number.
     corners: Vec<[u32; 3]>,
     vertices: Vec<u32>,
     at_vertex: Vec<u32>,
-    /// Vertex n's moving faces are `around[starts[n] .. ends[n]]`, ascending by their original numbers. A search
-    /// removes placed faces that it meets; otherwise searches around a hub would pass them again and again.
+    /// Vertex n's moving faces are `around[starts[n] .. ends[n]]`, ascending by their original numbers. A
+    /// search removes the placed faces that it meets, so that later searches around a hub do not visit them
+    /// again.
     starts: Vec<u32>,
     ends: Vec<u32>,
     around: Vec<u32>,
     /// For each face the last search that suggested it; [`PLACED`] once it is placed.
     suggested: Vec<u32>,
-    /// Searches for a slot's face so far.
+    /// Number of searches so far.
     searches: u32,
-    /// Ring buffer: slot n's corners are at n modulo its length, for the last slots before `reached`.
+    /// Ring buffer: the corners in slot n are at index n modulo its length, for the last slots before
+    /// `reached`.
     window: [[u32; 3]; WINDOW],
     reached: u32,
-    /// The slot that the face before `reached` came from.
+    /// The slot from which the face before `reached` came.
     came_from: u32,
 }
 
@@ -91,7 +95,7 @@ impl Moving {
         }
     }
 
-    /// Builds the same `around` from the moving faces alone.
+    /// Builds `around` from the moving faces alone; the result is the same.
     fn gather(&mut self) {
         self.ends.resize(self.vertices.len(), 0);
         self.corners.as_flattened().iter().for_each(|&vertex| self.ends[vertex as usize] += 1);
@@ -112,13 +116,13 @@ impl Moving {
         }
     }
 
-    /// Ends the permutation. `at_slot` is left to its last user.
+    /// Ends the permutation. The caller resets `at_slot`.
     pub fn end(&mut self) {
         self.faces.iter().for_each(|&face| self.at_face[face as usize] = NONE);
         self.vertices.drain(..).for_each(|vertex| self.at_vertex[vertex as usize] = NONE);
     }
 
-    /// Moves the next search to `slot`: the faces since the last one kept their slots.
+    /// Moves the next search to `slot`. The faces between the previous slot and this one keep their slots.
     pub fn reach(&mut self, live: &Live, slot: u32) {
         for still in self.reached.max(slot.saturating_sub(WINDOW as u32))..slot {
             let corners = live.corners[live.face_at[still as usize] as usize];
@@ -128,7 +132,7 @@ impl Moving {
         self.reached = slot;
     }
 
-    /// Places the face `at` into the reached slot.
+    /// Places face `at` into the reached slot.
     pub fn place(&mut self, at: usize) {
         self.suggested[at] = PLACED;
         self.window[self.reached as usize % WINDOW] = self.corners[at];
@@ -141,13 +145,13 @@ impl Moving {
         self.suggested[at] == PLACED
     }
 
-    /// Suggests unplaced faces for the reached slot, likely ones first, each once, until `enough` returns true: first
-    /// the face that followed the previous slot's face; then, for the slots before, nearest first, the faces around
-    /// each of their corners.
+    /// Suggests unplaced faces for the reached slot, each once, likely ones first, until `enough` returns
+    /// true. First comes the face that followed the previous slot's face before the permutation; then, for
+    /// the slots before, nearest first, the faces around each of their corners.
     pub fn suggest(&mut self, mut enough: impl FnMut(usize) -> bool) {
         self.searches += 1;
         let (searches, suggested) = (self.searches, &mut self.suggested);
-        // A placed face has a number above all searches.
+        // [`PLACED`] is above all search numbers.
         let mut offer = |suggested: &mut [u32], at: u32| {
             let last = &mut suggested[at as usize];
             let is_new = *last < searches;
@@ -170,7 +174,7 @@ impl Moving {
                 for place in *start as usize..self.ends[vertex as usize] as usize {
                     let at = self.around[place];
                     if suggested[at as usize] == PLACED {
-                        // Moves only the faces offered in this search.
+                        // Shifts only the faces already offered in this search.
                         self.around.copy_within(*start as usize..place, *start as usize + 1);
                         *start += 1;
                     } else if offer(suggested, at) {
@@ -190,7 +194,7 @@ mod tests {
     fn a_vertex_has_its_moving_faces_in_ascending_order_if_few_or_all_move() {
         let (count, mut live) = (400, Live::default());
         (0..=2 * count).for_each(|_| live.add_vertex());
-        // Around vertex 0. The faces' slots differ from their numbers.
+        // A hub around vertex 0, whose faces' slots differ from their numbers.
         (0..count).for_each(|face| live.add_face([2 * face + 1, 0, (2 * face + 4) % (2 * count) + 1]));
         live.face_at.rotate_left(150);
         let mut moving = Moving::default();

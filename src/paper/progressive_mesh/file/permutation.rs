@@ -1,8 +1,8 @@
 //! The permutation of a level: which face each slot gets.
 //!
-//! Cycles would take about 2 bytes a slot. But the new order is made for the vertex cache: a slot's face usually
-//! shares a vertex with the faces in the slots before it. The format therefore suggests such faces and stores the index
-//! of the suggestion; the cycles follow.
+//! Coding cycles would take about 2 bytes per slot. But the new order is made for the vertex cache, so a
+//! slot's face usually shares a vertex with the faces in the slots before it. The format therefore suggests
+//! such faces and stores the index of the right suggestion. The cycles follow from the slots.
 
 use super::coder::Coder;
 use super::level::{Fault, Growing, Left};
@@ -11,7 +11,7 @@ use super::models::SUGGESTIONS;
 use super::moving::Moving;
 
 impl Growing<'_> {
-    /// Codes whether the level has a permutation, and which.
+    /// Codes whether the level has a permutation, and the permutation.
     pub(super) fn swaps(&mut self, coder: &mut impl Coder, left: &mut Left) -> Result<(), Fault> {
         let level = self.mesh.levels.len() as u32 - 1;
         let at = self.mesh.swaps.levels.len();
@@ -20,7 +20,7 @@ impl Growing<'_> {
         if !coder.bit(&mut self.models.permutation.is_there, swaps.is_some()) {
             return Ok(());
         }
-        // The paper's tswap gives each slot of a cycle the next slot's face.
+        // The paper's tswap gives each slot of a cycle the face of the next slot.
         let mut want: Vec<(u32, u32)> = Vec::new();
         if let Some(swaps) = swaps {
             for cycle in swaps.cycles_of(at) {
@@ -61,7 +61,7 @@ impl Growing<'_> {
         Ok(slots)
     }
 
-    /// The face that each slot gets, as an index into the moving faces.
+    /// Codes the face that each slot gets, as an index into the moving faces.
     fn moved_faces(&mut self, coder: &mut impl Coder, want: &[(u32, u32)]) -> Result<Vec<u32>, Fault> {
         let (moving, models) = (&mut self.moving, &mut self.models.permutation);
         let count = moving.slots.len();
@@ -77,7 +77,7 @@ impl Growing<'_> {
             let found = (0..SUGGESTIONS).find(|&n| coder.bit(&mut ranks[n], rank == Some(n)));
             was_first = found == Some(0);
             let face = match found {
-                // The writer already knows the face of that rank.
+                // When writing, the face of that rank is known.
                 Some(_) if rank.is_some() => want,
                 Some(found) => suggestion(moving, found),
                 None => {
@@ -96,7 +96,7 @@ impl Growing<'_> {
     /// Stores the permutation as the paper's cycles, each from its lowest slot.
     fn push_cycles(&mut self, level: u32, moved: &[u32]) -> Result<(), Fault> {
         let (moving, live, swaps) = (&mut self.moving, &mut self.live, &mut self.mesh.swaps);
-        // From here on `at_slot` holds for each slot the slot that its face comes from.
+        // From here on, `at_slot` holds the slot from which each slot's face comes.
         for (&slot, &at) in moving.slots.iter().zip(moved) {
             let face = moving.faces[at as usize];
             live.slot_of[face as usize] = slot;
@@ -127,7 +127,7 @@ impl Growing<'_> {
     }
 }
 
-/// The rank of a face among the suggestions, if it is one.
+/// The rank of a face among the suggestions, if it is suggested.
 fn rank_of(moving: &mut Moving, wanted: usize) -> Option<usize> {
     let (mut rank, mut found) = (0, None);
     moving.suggest(|face| {

@@ -24,7 +24,7 @@ pub enum PmeshError {
     Flaw { path: String, flaw: Flaw },
 }
 
-/// The fault in the bytes.
+/// What is wrong with the bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Flaw {
     #[error("not a .pmesh file; build one with `ortelius mesh build`")]
@@ -44,7 +44,7 @@ pub enum Flaw {
 }
 
 impl ProgressiveMesh {
-    /// Reads a `.pmesh` file. If its end is missing, the mesh holds the complete chunks before it:
+    /// Reads a `.pmesh` file. If its end is missing, the mesh has the levels of the complete chunks: see
     /// [`Contents::is_cut`].
     ///
     /// # Errors
@@ -60,7 +60,7 @@ impl ProgressiveMesh {
         Self::from_bytes(&bytes).map_err(|flaw| PmeshError::Flaw { path: shown, flaw })
     }
 
-    /// The mesh in a `.pmesh` file's bytes, or in their beginning if that includes the first chunk.
+    /// The mesh in the bytes of a `.pmesh` file, or in a prefix that includes the first chunk.
     ///
     /// # Errors
     /// [`Flaw`]: the fault and its position.
@@ -104,19 +104,20 @@ fn loaded(bytes: &[u8], growing: Growing, header: &Header, read: Extent) -> Resu
         ..read
     };
     let is_cut = (bytes.len() as u64) < header.length;
-    // All chunks together must match the header and fill the file; fewer chunks must not.
+    // All chunks together must match the header and fill the file; a part of them must do neither.
     if (read.chunks == whole.chunks) != (read == whole) || (read == whole) == is_cut {
-        return Err(Flaw::Header("it declares other levels, vertices, faces or bytes than the chunks have"));
+        return Err(Flaw::Header("its levels, vertices, faces or bytes differ from those of the chunks"));
     }
     if !is_cut && mesh.levels.last().is_none_or(|last| last.error != 0.0) {
-        return Err(Flaw::Header("its last level has an error"));
+        return Err(Flaw::Header("the error of its last level is not 0"));
     }
     let named: f64 = sizes.named().iter().map(|(_, bits)| bits / 8.0).sum();
     let frame_bytes = bytes.len() as f64 - named;
     Ok(Loaded { mesh, contents: Contents { bytes: bytes.len() as u64, frame_bytes, sizes, whole, read } })
 }
 
-/// The flaw of a file without its coarsest level: it needs the header and the first chunk, whose head gives its length.
+/// The flaw of a file without its coarsest level, which needs the header and the first chunk. The chunk's
+/// head has its length.
 fn no_base(bytes: &[u8]) -> Flaw {
     let head = bytes.get(HEADER_BYTES..HEADER_BYTES + CHUNK_HEAD_BYTES);
     let payload = head.map_or(0, |head| u64::from(u32_at(head, 0)));
@@ -124,7 +125,7 @@ fn no_base(bytes: &[u8]) -> Flaw {
     Flaw::NoBase { bytes: bytes.len() as u64, needs }
 }
 
-/// The first chunk of `bytes`, if complete, and the rest.
+/// The first chunk of `bytes` and the rest; `None` if the chunk is incomplete.
 fn split_chunk(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     let payload = u32_at(bytes.get(..CHUNK_HEAD_BYTES)?, 0) as usize;
     bytes.split_at_checked(CHUNK_HEAD_BYTES + payload)
@@ -134,10 +135,10 @@ fn read_chunk(growing: &mut Growing, chunk: &[u8], whole: Extent) -> Result<(), 
     let [payload_bytes, levels, vertices, faces, moved] = std::array::from_fn(|n| u32_at(chunk, 4 * n));
     let mut left = Left { vertices, faces, moved };
     if left.items(levels) > ITEMS_PER_BYTE * u64::from(payload_bytes) {
-        return Err("it declares more than its bytes can hold");
+        return Err("its head declares more items than its bytes can hold");
     }
     if levels == 0 || u64::from(levels) + growing.mesh.levels.len() as u64 > u64::from(whole.levels) {
-        return Err("it has no level, or more than the header declares");
+        return Err("it has no level, or more levels than the header declares");
     }
     growing.room = CORNERS_PER_BYTE * u64::from(payload_bytes);
     let mut coder = Decoder::new(&chunk[CHUNK_HEAD_BYTES..]);
@@ -145,7 +146,7 @@ fn read_chunk(growing: &mut Growing, chunk: &[u8], whole: Extent) -> Result<(), 
         growing.level(&mut coder, &mut left).map_err(|fault| fault.0)?;
     }
     if left != Left::default() {
-        return Err("it declares more than it has");
+        return Err("its head declares more items than it holds");
     }
     match coder.rest().iter().all(|&byte| byte == 0) {
         true => Ok(()),

@@ -1,4 +1,4 @@
-//! Files of random meshes: whole, cut, damaged, and hostile beneath their checksums.
+//! Files of random meshes: complete, truncated, damaged, and invalid under valid checksums.
 
 use super::super::mesh::{Level, NOWHERE, ProgressiveMesh, Splits, Swaps, Vertices};
 use super::super::order::{OrderOptions, classical, order};
@@ -11,7 +11,7 @@ use crate::model::named;
 use glam::DVec3;
 use xxhash_rust::xxh3::xxh3_64;
 
-/// A small generator; its period does not matter.
+/// A small random number generator; its period does not matter.
 struct Random(u64);
 
 impl Random {
@@ -29,7 +29,7 @@ impl Random {
     }
 }
 
-/// A valid mesh that grows by random splits; geometry is arbitrary.
+/// A valid mesh that grows by random splits; its geometry is arbitrary.
 struct Builder {
     random: Random,
     mesh: ProgressiveMesh,
@@ -94,7 +94,7 @@ impl Builder {
         }
     }
 
-    /// Three vertices and a face that replace nothing.
+    /// Adds three vertices that replace nothing, and a face of them.
     fn component(&mut self) {
         let corners = [0; 3].map(|_| {
             self.mesh.splits.split_vertices.push(NOWHERE);
@@ -135,7 +135,7 @@ impl Builder {
     }
 }
 
-/// A mesh with this many levels beyond the coarsest.
+/// A mesh with this many levels above the coarsest.
 pub(super) fn mesh(seed: u64, splits: u32, has: [bool; 3]) -> ProgressiveMesh {
     let random = Random(seed);
     let mut builder = Builder { random, mesh: ProgressiveMesh::default(), live: Vec::new(), has };
@@ -161,7 +161,7 @@ pub(super) fn mesh(seed: u64, splits: u32, has: [bool; 3]) -> ProgressiveMesh {
     builder.mesh
 }
 
-/// The mesh up to a level.
+/// The mesh truncated to its first levels.
 fn until(mesh: &ProgressiveMesh, levels: usize) -> ProgressiveMesh {
     let mut cut = mesh.clone();
     cut.levels.truncate(levels);
@@ -194,8 +194,8 @@ fn a_mesh_reads_back_bit_for_bit() {
             let bits = |mesh: &ProgressiveMesh| -> Vec<u32> {
                 mesh.vertices.positions.iter().flatten().map(|float| float.to_bits()).collect()
             };
-            assert_eq!(bits(&loaded.mesh), bits(&mesh), "-0 is not +0");
-            assert_eq!(loaded.contents, contents, "both sides count the same bits");
+            assert_eq!(bits(&loaded.mesh), bits(&mesh), "-0 must stay -0");
+            assert_eq!(loaded.contents, contents, "writer and reader count the same bits");
             assert!(!contents.is_cut() && contents.bytes == bytes.len() as u64);
         }
     }
@@ -225,7 +225,7 @@ fn the_beginning_of_a_file_is_a_coarser_mesh() {
             Err(other) => panic!("{length} bytes: {other}"),
         }
     }
-    assert_eq!(kinds, contents.whole.chunks - 1, "each chunk but the last, which makes it whole");
+    assert_eq!(kinds, contents.whole.chunks - 1, "each chunk except the last");
     let longer = [&*bytes, &[0]].concat();
     assert_eq!(ProgressiveMesh::from_bytes(&longer), Err(Flaw::Longer(1)));
 }
@@ -248,7 +248,7 @@ fn every_byte_is_checksummed() {
     }
 }
 
-/// Recomputes the checksums of the header and of each chunk present.
+/// Recomputes the checksums of the header and of each chunk that is present.
 pub(super) fn reseal(bytes: &mut [u8]) {
     if bytes.len() < HEADER_BYTES {
         return;
@@ -268,7 +268,7 @@ pub(super) fn reseal(bytes: &mut [u8]) {
     }
 }
 
-/// One to four changes: bits, bytes, extreme numbers in a head, cuts, repeated or swapped pieces.
+/// Makes one to four changes: a flipped bit, a byte, an extreme number, a truncation, or a repeated piece.
 fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
     for _ in 0..=random.below(4) {
         let at = random.below(bytes.len().max(1)).min(bytes.len().saturating_sub(1));
@@ -303,7 +303,7 @@ fn ten_thousand_mutated_files_are_rejected_or_valid() {
     for round in 0..10_000 {
         let mut bytes = originals[round % 3].clone();
         mutate(&mut bytes, &mut random);
-        // Otherwise the checksums would reject most of them before the decoder.
+        // Without this, the checksums would reject most files before the decoder.
         if round % 8 != 0 {
             reseal(&mut bytes);
         }
@@ -328,8 +328,8 @@ fn ten_thousand_mutated_files_are_rejected_or_valid() {
     assert!(!is_limited() || Vec::<u8>::new().try_reserve_exact(MOST_KIB << 10).is_err(), "no limit");
 }
 
-/// Address space of a test process that reads damaged files: enough for the program, two stacks and two allocator
-/// arenas, but less than a single wrong length would reserve.
+/// Limit of the address space of a test process that reads damaged files. It suffices for the program, two
+/// stacks and two allocator arenas, but not for the memory that a single wrong length would reserve.
 const MOST_KIB: usize = 512 << 10;
 const LIMITED: &str = "ORTELIUS_TEST_LIMITED";
 
@@ -337,7 +337,7 @@ fn is_limited() -> bool {
     std::env::var_os(LIMITED).is_some()
 }
 
-/// The test above in a process with limited memory.
+/// Runs the test above in a process with limited memory.
 #[test]
 #[cfg(unix)]
 fn mutated_files_take_bounded_memory() {
@@ -360,7 +360,7 @@ fn the_bunny_takes_few_bytes_a_split() {
     let model = named("bunny").unwrap();
     let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| {}).collapses;
     let tail = order(&model, &collapses, &OrderOptions::TAIL_23, &mut |_, _| {});
-    // The bounds are 13 and 70 bytes; they leave room for other collapses than the measured ones.
+    // The bounds are 13 and 70 bytes, with a margin for other collapses than the measured ones.
     let in_place = order(&model, &collapses, &OrderOptions::IN_PLACE_23, &mut |_, _| {});
     for (mesh, most) in [(classical(&model, &collapses), 8.0), (tail, 20.0), (in_place, 21.0)] {
         let (bytes, contents) = mesh.to_bytes();

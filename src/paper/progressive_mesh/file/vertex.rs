@@ -1,17 +1,18 @@
-//! A vertex's data: position, welding, attributes; each number as the difference from the vertex that it replaces.
+//! A vertex's data: position, welding and attributes. Each number is coded as its difference from that of the
+//! vertex that it replaces.
 //!
-//! Lossless. A float is coded as an integer that grows with it, so that near floats are near integers.
+//! The coding is lossless. Floats map to integers in the same order, so that close floats are close integers.
 
 use super::coder::{Coder, Number};
 use super::level::{Fault, Growing, Row};
 use crate::paper::progressive_mesh::mesh::NOWHERE;
 
 impl Growing<'_> {
-    /// Codes the vertex with the same position, or else the position.
+    /// Codes the first vertex with the same position; if there is none, codes the position.
     pub(super) fn position(&mut self, coder: &mut impl Coder, row: Row) -> Result<(), Fault> {
         let vertices = self.source.map(|source| &source.vertices);
         let want = vertices.map_or(row.new, |vertices| vertices.welded[row.new as usize]);
-        // 0: no earlier vertex has this position.
+        // 0 if no earlier vertex has this position.
         let back = self.models.welded.code(coder, row.new - want);
         let welded =
             row.new.checked_sub(back).ok_or(Fault("a vertex is welded to a vertex before the first"))?;
@@ -60,7 +61,8 @@ impl Growing<'_> {
     }
 }
 
-/// The value that predicts a new vertex: that of the vertex it replaces, or of the previous vertex if it replaces none.
+/// The prediction for a new vertex: the value of the vertex that it replaces, or of the previous vertex if it
+/// replaces none.
 fn predecessor<T: Copy + Default>(known: &[T], row: Row) -> T {
     match row.split {
         NOWHERE => known.last().copied().unwrap_or_default(),
@@ -68,7 +70,7 @@ fn predecessor<T: Copy + Default>(known: &[T], row: Row) -> T {
     }
 }
 
-/// Finite floats, each as the difference from its prediction.
+/// Codes finite floats, each as the difference from its prediction.
 fn floats<const N: usize>(
     coder: &mut impl Coder,
     models: &mut [Number; N],
@@ -81,13 +83,13 @@ fn floats<const N: usize>(
         let step = models[at].code_signed(coder, step);
         found[at] = of_rank(rank(near[at]).wrapping_add(step as u32));
         if !found[at].is_finite() {
-            return Err(Fault("a number of a vertex is not finite"));
+            return Err(Fault("a vertex has a number that is not finite"));
         }
     }
     Ok(found)
 }
 
-/// The rank of a float among all floats, ascending, -0 right before +0.
+/// The rank of a float in ascending order; -0 is directly before +0.
 fn rank(value: f32) -> u32 {
     let bits = value.to_bits();
     if bits >> 31 == 1 { !bits } else { bits | 1 << 31 }

@@ -12,8 +12,9 @@ use std::ops::Range;
 use std::path::Path;
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
-/// A chunk ends when its levels have 5/4 of the faces at its begin: a truncated file loses at most a fifth of its
-/// remaining faces, and the heads of all chunks take 0.3 bytes a split in a mesh of a few thousand faces.
+/// A chunk ends when the faces have grown to 5/4 of those at its start. A truncated file thus loses at most a
+/// fifth of its remaining faces, and the heads of all chunks take 0.3 bytes per split in a mesh of a few
+/// thousand faces.
 const GROWTH: (u64, u64) = (5, 4);
 
 impl ProgressiveMesh {
@@ -33,7 +34,8 @@ impl ProgressiveMesh {
     /// The bytes of a `.pmesh` file, and its contents.
     ///
     /// # Panics
-    /// If the mesh breaks a rule of its type: the result of reading is compared with it.
+    /// If the mesh breaks a rule of its type. This is detected because the encoder rebuilds the mesh, and the
+    /// result is compared.
     pub fn to_bytes(&self) -> (Vec<u8>, Contents) {
         let attributes = &self.vertices.attributes;
         let has = Has {
@@ -49,7 +51,7 @@ impl ProgressiveMesh {
         for (number, levels) in chunks.iter().enumerate() {
             push_chunk(&mut growing, number, levels.clone(), &mut bytes);
         }
-        assert!(growing.mesh == *self, "a progressive mesh that breaks a rule of its type was to be written");
+        assert!(growing.mesh == *self, "the progressive mesh to write breaks a rule of its type");
         let whole = Extent {
             chunks: u32::try_from(chunks.len()).expect("fewer than 2^32 chunks"),
             levels: self.last_level() + 1,
@@ -65,7 +67,7 @@ impl ProgressiveMesh {
     }
 }
 
-/// The levels of each chunk; the first holds level 0 alone.
+/// The levels of each chunk; the first chunk holds only level 0.
 fn chunks(levels: &[Level]) -> Vec<Range<usize>> {
     let (mut chunks, mut start) = (Vec::from([Range { start: 0, end: 1 }]), 1);
     let is_grown = |from: usize, to: usize| {
@@ -118,7 +120,7 @@ fn push_chunk(growing: &mut Growing, number: usize, levels: Range<usize>, bytes:
     bytes[at + CHUNK_HEAD_BYTES - 8..at + CHUNK_HEAD_BYTES].copy_from_slice(&checksum.to_le_bytes());
 }
 
-/// Checksum of a chunk's head (without the checksum itself), its payload, and its number.
+/// The checksum of a chunk: its number, its head (without the checksum) and its payload.
 pub(super) fn chunk_checksum(number: u32, chunk: &[u8]) -> u64 {
     let head = xxh3_64_with_seed(&chunk[..CHUNK_HEAD_BYTES - 8], u64::from(number));
     xxh3_64_with_seed(&chunk[CHUNK_HEAD_BYTES..], head)
@@ -138,14 +140,14 @@ fn header(mesh: &ProgressiveMesh, has: Has, whole: Extent, length: u64) -> Vec<u
 }
 
 impl Left {
-    /// The number of items in a chunk that take memory.
+    /// The number of items in a chunk that need memory when read.
     pub(super) fn items(self, levels: u32) -> u64 {
         [levels, self.vertices, self.faces, self.moved].iter().map(|&count| u64::from(count)).sum()
     }
 }
 
 impl Has {
-    /// As in the header: bit 0 normals, 1 coordinates, 2 colours.
+    /// The header's attribute bits: 0 normals, 1 coordinates, 2 colours.
     pub(super) fn flags(self) -> u32 {
         u32::from(self.normals) | u32::from(self.coordinates) << 1 | u32::from(self.colors) << 2
     }

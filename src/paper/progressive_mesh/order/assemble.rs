@@ -1,5 +1,5 @@
-//! An arrangement of faces becomes a progressive mesh: vertices in the order of their appearance, slots for faces,
-//! splits, cycles (paper 2, sections 3 to 5).
+//! Builds a progressive mesh from an arrangement of faces: the vertex order, the faces' slots, the splits and
+//! the cycles (paper 2, sections 3 to 5).
 
 use super::descent::Descent;
 use crate::math::ragged::Ragged;
@@ -10,30 +10,32 @@ use crate::paper::progressive_mesh::mesh::{
 use crate::paper::progressive_mesh::simplify::Collapses;
 use glam::DVec3;
 
-/// Where every face of a model stands at every level. Faces are the model's.
+/// The slot of every face at every level. Faces have the model's numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Arrangement {
-    /// The faces in the order of their first slots: those of M0, then what each split appends.
+    /// The faces in the order of their first slots: those of M0, then those that each split appends.
     pub births: Vec<u32>,
-    /// Permutations, coarsest level first: at which level, and which slots get which face.
+    /// Permutations, coarsest level first: the level and its moves.
     pub moves: Vec<(u32, Vec<Move>)>,
 }
 
-/// A slot gets a face that stood elsewhere.
+/// `slot` receives `face`, which was in another slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Move {
     pub slot: u32,
     pub face: u32,
 }
 
-/// `model` at all levels, its faces arranged as `arrangement` says.
+/// `model` at all levels, with its faces arranged by `arrangement`.
 ///
 /// # Panics
-/// If the arrangement does not list the faces of M0 first and then each split's, or a move is no permutation.
+/// If `arrangement` does not list the faces of M0 before each split's faces, or if moves are not a
+/// permutation.
 pub(super) fn assemble(model: &Model, collapses: &Collapses, arrangement: &Arrangement) -> ProgressiveMesh {
     let order = VertexOrder::new(model, collapses, &arrangement.births);
     let levels = levels(collapses, &order, model.faces.len());
-    // Downwards first: what each face is when it is removed, and which faces each collapse changes.
+    // The descent comes first: it finds each face's corners at its first level, and the faces that each
+    // collapse changes.
     let down = Descent::new(model, collapses);
     let faces = arrangement.births.iter();
     let faces =
@@ -43,15 +45,16 @@ pub(super) fn assemble(model: &Model, collapses: &Collapses, arrangement: &Arran
     ProgressiveMesh { vertices, faces, levels, splits, swaps, births: Births::Tail }
 }
 
-/// Wedges in the order of their appearance.
+/// Wedges in the order of appearance.
 struct VertexOrder {
     wedges: Vec<u32>,
-    /// For each wedge its vertex.
+    /// The vertex of each wedge.
     vertex: Vec<u32>,
 }
 
 impl VertexOrder {
-    /// Those of M0 as its faces first use them, so that drawing M0 fetches them in their order.
+    /// Wedges of M0 come first, in the order in which M0's faces use them, so that drawing M0 fetches them in
+    /// sequence.
     fn new(model: &Model, collapses: &Collapses, births: &[u32]) -> Self {
         let mut place: Vec<u32> = vec![NOWHERE; model.wedge_positions.len()];
         let removed: Vec<u32> = (0..collapses.wedges.len())
@@ -65,7 +68,7 @@ impl VertexOrder {
         }
         let mut wedges = Vec::with_capacity(place.len());
         let used = births.iter().flat_map(|&face| model.faces[face as usize]);
-        // A wedge of M0 that only removed faces name, as a wedge of the full model, comes after all others of M0.
+        // Wedges of M0 that no face of M0 uses come after the others of M0.
         for wedge in used.chain(0..place.len() as u32) {
             if stays[wedge as usize] && place[wedge as usize] == NOWHERE {
                 place[wedge as usize] = wedges.len() as u32;
@@ -86,7 +89,7 @@ fn levels(collapses: &Collapses, order: &VertexOrder, faces: usize) -> Vec<Level
     for collapse in 0..collapses.wedges.len() {
         level.vertices -= collapses.wedges.row(collapse).len() as u32;
         level.faces -= collapses.faces.row(collapse).len() as u32;
-        // Rounded up: a bound stays one.
+        // Rounded up, so that the f32 error is still an upper bound.
         let error = collapses.errors[collapse];
         let rounded = error as f32;
         level.error = level.error.max(if f64::from(rounded) < error { rounded.next_up() } else { rounded });
@@ -96,7 +99,7 @@ fn levels(collapses: &Collapses, order: &VertexOrder, faces: usize) -> Vec<Level
     levels
 }
 
-/// From M0 up: the slots of each split's faces as the faces stand then, and the moves as cycles.
+/// Walks up from M0: the slots that each split writes, and the moves as cycles.
 fn slots(
     collapses: &Collapses,
     arrangement: &Arrangement,
@@ -135,12 +138,13 @@ fn slots(
             swap(&mut swaps, level, moved, &mut slot_of, &mut source);
         }
     }
-    assert_eq!(moves.next(), None, "moves at a level that is not there, or not in order");
+    assert_eq!(moves.next(), None, "moves at a missing level, or levels not in order");
     (splits, swaps)
 }
 
-/// A table of moves becomes cycles: F[f1] = F[f2] …, the last gets what stood at the first. `source`, by slot, has
-/// nothing before and after. (10 million moves of a dragon: a hash map would take seconds.)
+/// Converts moves to cycles: F[f1] = F[f2] …, and the last slot gets the face of the first. `source` (by
+/// slot) holds only [`NOWHERE`] on entry and on return. A vector, because a hash map takes seconds for the 10
+/// million moves of a dragon.
 fn swap(swaps: &mut Swaps, level: u32, moved: &[Move], slot_of: &mut [u32], source: &mut [u32]) {
     let mut slots = Vec::with_capacity(moved.len());
     for &Move { slot, face } in moved {
@@ -172,7 +176,7 @@ fn vertices(model: &Model, wedges: &[u32]) -> Vertices {
     let bounds = model.positions.iter().fold(None, |bounds: Option<(DVec3, DVec3)>, &p| {
         Some(bounds.map_or((p, p), |(low, high)| (low.min(p), high.max(p))))
     });
-    // Halves first: the sum of two huge coordinates would overflow.
+    // Halved before adding: the sum of two huge coordinates would overflow.
     let centre = bounds.map_or(DVec3::ZERO, |(low, high)| 0.5 * low + 0.5 * high);
     let mut first: Vec<u32> = vec![NOWHERE; model.positions.len()];
     let (mut positions, mut welded) = (Vec::new(), Vec::new());

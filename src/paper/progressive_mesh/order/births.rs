@@ -1,12 +1,13 @@
-//! Births in place (ours): where a group of splits begins, all faces that live at its end are laid out, each beside its
-//! neighbours. A face that is not born yet has no area: each of its corners shows the vertex that it will split from.
+//! Births in place (ours): all faces that are live at the end of a group are laid out from its first level
+//! on, each beside its neighbours. An unborn face is degenerate: each unborn corner is drawn at the vertex
+//! from which it will split.
 //!
-//! In the paper's way new faces stand at the tail until the next tswap. Between two of them the tail costs 0.2 transforms
-//! per vertex at 23 moved faces for each split, and 0.5 at 10. Here the levels between cost what those just after a tswap
-//! do. The price: faces without area are drawn, half of what a group adds on average.
+//! With the paper's tail, the levels between two tswaps cost 0.2 transforms per vertex more at 23 moved faces
+//! per split, and 0.5 more at 10. With births in place they cost no more than the levels just after a tswap.
+//! In return degenerate faces are drawn: on average half of the faces that a group adds.
 //!
-//! The order is made for the level three quarters through its group. Made for the last level it is bad at the first ones
-//! (95 % of the levels: 1.94 on a torus).
+//! An order is optimized for the level at three quarters of its group. Optimized for the last level of the
+//! group, it is bad at the first ones (95 % of the levels: 1.94 on a torus).
 
 use super::OrderOptions;
 use super::assemble::{Arrangement, Move};
@@ -19,8 +20,8 @@ use crate::paper::progressive_mesh::mesh::NOWHERE;
 use crate::paper::progressive_mesh::simplify::Collapses;
 use rayon::prelude::*;
 
-/// The groups' orders, each carried by its group's last level: see [`super::super::mesh::Births`]. Orders of groups do
-/// not depend on each other.
+/// The orders of all groups, as moves at each group's last level: see [`super::super::mesh::Births`]. Groups
+/// are independent, so their orders are computed in parallel.
 pub(super) fn plan(
     model: &Model,
     collapses: &Collapses,
@@ -53,18 +54,19 @@ pub(super) fn plan(
     Arrangement { births, moves }
 }
 
-/// What the orders of all groups share.
+/// Data shared by the orders of all groups.
 struct Layout<'a> {
     model: &'a Model,
     options: &'a OrderOptions,
     /// The level at which each face and each wedge appears.
     born: Vec<u32>,
     wedge_born: Vec<u32>,
-    /// The wedge that each wedge shows as before it appears; [`NOWHERE`] for those of level 0.
+    /// The wedge that replaces each wedge until it appears; [`NOWHERE`] for the wedges of level 0.
     parents: Vec<u32>,
-    /// Wedges in the order of their appearance.
+    /// Wedges in the order of appearance.
     wedges: Vec<u32>,
-    /// The full mesh's faces in an order that is good there: faces near each other are neighbours in it.
+    /// The full mesh's faces in a cache-friendly order: faces next to each other in it are close on the
+    /// surface.
     near: Vec<u32>,
 }
 
@@ -78,7 +80,7 @@ impl<'a> Layout<'a> {
             let level = level + 1;
             collapses.faces.row(collapse).iter().for_each(|&face| born[face as usize] = level);
             let pairs = collapses.wedges.row(collapse);
-            // A wedge that goes with its faces lies where the others of its position go.
+            // A wedge without a target follows the other wedges of its position.
             let other = pairs.iter().map(|pair| pair[1]).find(|&target| target != NOWHERE);
             for &[wedge, target] in pairs {
                 wedge_born[wedge as usize] = level;
@@ -98,7 +100,7 @@ impl<'a> Layout<'a> {
         layout
     }
 
-    /// One greedy over the full mesh.
+    /// The order of one greedy over the full mesh.
     fn nearby(&self) -> Vec<u32> {
         let faces: Vec<u32> = (0..self.model.faces.len() as u32).collect();
         let patch = self.patch(&faces, u32::MAX);
@@ -111,7 +113,7 @@ impl<'a> Layout<'a> {
         )
     }
 
-    /// The faces that live at level `end`, in the order in which they are drawn from level `start` on.
+    /// The faces that are live at level `end`, in the order in which levels from `start` on draw them.
     fn order(&self, start: u32, end: u32) -> Vec<u32> {
         let live = self.near.iter().copied().filter(|&face| self.born[face as usize] <= end);
         let faces: Vec<u32> = live.collect();
@@ -121,7 +123,8 @@ impl<'a> Layout<'a> {
         order.into_iter().map(|face| faces[face as usize]).collect()
     }
 
-    /// Faces as a cache sees them at a level.
+    /// The faces as a cache sees them at `level`: wedges that have not appeared are replaced by their
+    /// predecessors.
     fn patch(&self, faces: &[u32], level: u32) -> Patch {
         let mut shown: Vec<u32> = vec![NOWHERE; self.parents.len()];
         for &wedge in &self.wedges {

@@ -1,4 +1,4 @@
-//! A model taken down to M0: what each collapse changes.
+//! Takes a model down to M0 and records what each collapse changes.
 
 use crate::math::ragged::Ragged;
 use crate::math::rows::Rows;
@@ -6,20 +6,20 @@ use crate::model::Model;
 use crate::paper::progressive_mesh::mesh::NOWHERE;
 use crate::paper::progressive_mesh::simplify::Collapses;
 
-/// From the full mesh down: the model's faces with their corners' wedges.
+/// The model's faces and their corners' wedges, on the way down from the full mesh.
 pub(super) struct Descent {
-    /// Each face as it is at its first level: when it appears, or in M0.
+    /// Each face with the corners of its first level: that at which it appears, or M0.
     pub faces: Vec<[u32; 3]>,
     alive: Vec<bool>,
-    /// For each wedge the faces that had it as a corner at some level; dead ones are among them.
+    /// For each wedge the faces that had it as a corner at some level, removed ones included.
     around: Rows,
-    /// For each removed wedge, in the order of removal, the live faces in which another took its place.
+    /// For each removed wedge, in the order of removal, the live faces in which another wedge replaced it.
     pub changed: Ragged<u32>,
 }
 
 impl Descent {
     /// # Panics
-    /// If `collapses` are not of `model`: a face removed twice, or one that lives on without a vertex.
+    /// If `collapses` do not belong to `model`: a face is removed twice, or remains without a vertex.
     pub fn new(model: &Model, collapses: &Collapses) -> Self {
         let mut around = Rows::default();
         around.grow(model.wedge_positions.len());
@@ -41,7 +41,7 @@ impl Descent {
         for &[wedge, target] in collapses.wedges.row(collapse) {
             let here = self.around.row(wedge as usize).iter().copied();
             let around: Vec<u32> = here.filter(|&face| self.alive[face as usize]).collect();
-            assert!(around.is_empty() || target != NOWHERE, "wedge {wedge} vanishes, but not its faces");
+            assert!(around.is_empty() || target != NOWHERE, "wedge {wedge} has no target, but live faces");
             for &face in &around {
                 let corners = &mut self.faces[face as usize];
                 corners.iter_mut().filter(|corner| **corner == wedge).for_each(|corner| *corner = target);

@@ -1,29 +1,30 @@
-//! The greedy optimizer (paper 2, section 5): one face after the other, no lookahead, with the vertex cache simulated.
+//! The greedy optimizer (paper 2, section 5): it appends one face at a time, without lookahead, and simulates
+//! the vertex cache.
 //!
-//! The paper appends at each place a face that uses what is in the cache, swaps it with the face in place, and
-//! prefers (a) the face that is in place already and (b) faces in lines of the CPU's cache that are touched anyway.
-//! That leaves single faces behind, which later cost three transforms each. Ours adds what Forsyth's and Sander's
-//! orders know: a vertex of which few faces are left should be finished now.
+//! For each place the paper picks a face that uses cached vertices and swaps it with the face in that place.
+//! It prefers (a) the face that is already in place and (b) faces in CPU cache lines that are touched
+//! already. This leaves isolated faces behind, which later cost three transforms each. We add a valence term
+//! as in Forsyth's and Sander's optimizers: vertices with few faces left are finished first.
 
 use super::patch::Patch;
 
-/// What a face is worth at a place, in transforms: one transform costs 1.
+/// Terms of a face's score at a place, in transforms: a cache miss costs 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
-    /// For each corner, divided by the number of faces that are left at it. The paper has no such term (0).
+    /// For each corner, divided by the number of its faces that are left. The paper has no such term (0).
     pub valence: f64,
-    /// For the face that is in place already.
+    /// For the face that is already in place.
     pub in_place: f64,
-    /// For a face in lines of the CPU's cache that are touched already.
+    /// For a face in CPU cache lines that are touched already.
     pub line: f64,
 }
 
-/// Lines of the CPU's cache over the face buffer.
+/// CPU cache lines of the face buffer.
 pub(super) struct Lines {
     touched: Vec<bool>,
 }
 
-/// Bytes of a face in the buffer, and of a line: 5.33 faces.
+/// Bytes of a face in the buffer and of a cache line: a line holds 5.33 faces.
 const FACE_BYTES: usize = 12;
 const LINE_BYTES: usize = 64;
 
@@ -45,15 +46,15 @@ impl Lines {
     }
 }
 
-/// A stretch of a patch's places that follows on something: from which place on, and the vertices that the cache
-/// holds there, the oldest first.
+/// A contiguous run of slots in a patch: its first place, and the vertices that the cache holds there, oldest
+/// first.
 pub(super) struct Stretch {
     pub first: usize,
     pub warm: Vec<u32>,
 }
 
-/// The order of `patch`'s faces, whose places are in the order of its list, for a cache of `entries`. `lines` are
-/// those of the places.
+/// The order of `patch`'s faces for a FIFO of `entries`. The faces' places are their indices in the patch,
+/// and `lines` covers these places.
 pub(super) fn greedy(
     patch: &Patch,
     entries: u32,
@@ -78,22 +79,23 @@ struct Greedy<'a> {
     patch: &'a Patch,
     entries: usize,
     weights: Weights,
-    /// The face at each place, and the place of each face: final before the current place.
+    /// The face at each place, and the place of each face. Places before the current one are final.
     at: Vec<u32>,
     place_of: Vec<u32>,
     corners: Vec<Corner>,
-    /// The faces around each vertex as the patch has them, but without those that are drawn.
+    /// The undrawn faces around each vertex: the first `left` from its `start`.
     around: Vec<u32>,
-    /// All vertices that entered the cache, the oldest first: the last ones are in it, none before `cold`.
+    /// All vertices that entered the cache, oldest first. The last `entries` of them are cached, but none
+    /// before `cold`.
     entered: Vec<u32>,
     cold: usize,
 }
 
-/// A vertex. (Its worth is kept: a face is looked at from each of its corners, at a dozen places or more.)
+/// A vertex. Its score is stored, because its faces are examined at a dozen places or more.
 struct Corner {
-    /// What it adds to the worth of each of its faces.
+    /// What the vertex adds to the score of each of its faces.
     worth: f64,
-    /// Its first face in `around`, and how many are not drawn yet.
+    /// Its first face in `around`, and how many of its faces are not drawn yet.
     start: u32,
     left: u32,
     is_cached: bool,
@@ -127,7 +129,7 @@ impl<'a> Greedy<'a> {
         }
     }
 
-    /// The vertices in the cache, the oldest first.
+    /// The cached vertices, oldest first.
     fn cache(&self) -> &[u32] {
         &self.entered[self.cold.max(self.entered.len().saturating_sub(self.entries))..]
     }
@@ -160,9 +162,9 @@ impl<'a> Greedy<'a> {
         corner.renew(&self.weights);
     }
 
-    /// The best of the face in place and all faces at vertices in the cache; of equal ones the first found. (To
-    /// go back, where the cache has nothing left, to the last vertex with faces left saves no more than 0.001: the
-    /// face in place is near, since the order that it comes from was good.)
+    /// The best of the face in place and all faces around cached vertices; on a tie, the one found first. If
+    /// no cached vertex has faces left, returning to the last vertex that has some saves at most 0.001: the
+    /// face in place comes from a good order and is near anyway.
     fn best(&self, place: usize, lines: &Lines) -> u32 {
         let in_place = self.at[place];
         let mut best = (self.worth(in_place) + self.weights.in_place, in_place);
@@ -185,13 +187,13 @@ impl<'a> Greedy<'a> {
         a + b + c
     }
 
-    /// The faces of a vertex that are not drawn yet.
+    /// The undrawn faces of a vertex.
     fn around(&self, vertex: u32) -> &[u32] {
         let Corner { start, left, .. } = self.corners[vertex as usize];
         &self.around[start as usize..(start + left) as usize]
     }
 
-    /// Swaps the face with that in place.
+    /// Swaps `face` with the face in `place`.
     fn put(&mut self, place: usize, face: u32, lines: &mut Lines) {
         let from = self.place_of[face as usize] as usize;
         if from != place {
@@ -211,7 +213,7 @@ impl<'a> Greedy<'a> {
             let corner = &mut self.corners[vertex as usize];
             let at = corner.start as usize + at.expect("a face is drawn once");
             let end = (corner.start + corner.left) as usize;
-            // In their order: of equal faces the first found is the best.
+            // Keeps their order: on a tie, the face found first wins.
             self.around.copy_within(at + 1..end, at);
             corner.left -= 1;
             self.enter(vertex);
@@ -229,7 +231,7 @@ mod tests {
 
     fn ordered(weights: &Weights) -> Vec<[u32; 3]> {
         let model = torus(40);
-        // Dealt like cards: no neighbours stand together.
+        // Dealt like cards, so that no two neighbours are adjacent in the list.
         let dealt: Vec<[u32; 3]> =
             (0..61).flat_map(|first| model.faces.iter().skip(first).step_by(61).copied()).collect();
         let patch = Patch::new(dealt.clone(), 1600);
@@ -239,7 +241,7 @@ mod tests {
         faces.sort_unstable();
         let mut wanted = model.faces;
         wanted.sort_unstable();
-        assert_eq!(faces, wanted, "each face once");
+        assert_eq!(faces, wanted, "each face is drawn once");
         found
     }
 
@@ -247,7 +249,7 @@ mod tests {
     fn finishing_vertices_saves_transforms() {
         let cost = |weights: &Weights| transforms(Cache::Fifo(16), &ordered(weights)).per_vertex();
         let (paper, ours) = (cost(&Weights { valence: 0.0, ..OURS }), cost(&OURS));
-        assert!(ours < 1.8 && paper > ours + 0.25, "{paper} as the paper has it, {ours} with valence");
+        assert!(ours < 1.8 && paper > ours + 0.25, "{paper} without the valence term, {ours} with it");
     }
 
     #[test]

@@ -1,31 +1,32 @@
-//! Where groups of splits end: the levels that carry tswaps (paper 2, section 5; how groups are chosen is a gap).
+//! Group ends: the levels that carry tswaps (paper 2, section 5). The paper does not say how groups are
+//! chosen.
 
 use crate::paper::progressive_mesh::simplify::Collapses;
 
 /// How the splits are divided into groups.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Groups {
-    /// So many groups of equally many splits.
+    /// This many groups, with the same number of splits each.
     Uniform(u32),
-    /// Each group multiplies the faces by the same number, which is at most this (above 1).
+    /// Each group multiplies the number of faces by the same ratio, which is at most this (above 1).
     Geometric(f64),
-    /// As many groups of one ratio as keep the faces that change their slots, at most all live ones at each group's
-    /// end, below so many for each split.
+    /// As many groups of equal ratio as possible with at most this many moved faces per split, if every
+    /// group's end moves all live faces.
     Budget(f64),
 }
 
 impl Groups {
-    /// How many faces at most change their slots on the way through all levels, from `base` faces to `faces`.
+    /// An upper bound on the faces that change their slot over all levels, from `base` faces to `faces`.
     pub fn moved_faces(self, base: usize, faces: usize) -> f64 {
         let (base, faces) = (base.min(faces) as f64, faces as f64);
-        // A split adds a face at least, and moves all faces at most.
+        // Each split adds at least one face and is followed by at most one permutation of all live faces.
         let all = 0.5 * (faces - base) * (faces + base);
         match self {
             Groups::Uniform(count) => (0.5 * f64::from(count) * (faces + base) + 0.5 * faces).min(all),
             Groups::Geometric(ratio) => {
                 let growth = (faces / base.max(1.0)).ln();
                 let count = (growth / ratio.ln()).ceil().max(1.0);
-                // A sum of powers; each group ends with a face too many at most.
+                // A geometric sum; each group ends with at most one face too many.
                 (faces / (1.0 - (-growth / count).exp()) + count).min(all)
             }
             Groups::Budget(moves) => (moves * (faces - base)).min(all),
@@ -33,33 +34,33 @@ impl Groups {
     }
 }
 
-/// The levels at which groups end, ascending; the last is the full mesh. None where there are no splits.
+/// The levels at which groups end, ascending; the last is the full mesh. Empty if there are no splits.
 ///
 /// # Panics
-/// If the groups' number makes no sense: no groups, a ratio not above 1, a budget that is not positive.
+/// If the parameter is invalid: no groups, a ratio not above 1, or a budget that is not positive.
 pub(super) fn group_ends(groups: Groups, collapses: &Collapses, faces: usize) -> Vec<u32> {
     let last = collapses.faces.len();
     if last == 0 {
         return Vec::new();
     }
     let base = faces - collapses.faces.items().len();
-    // A base of no faces at all (every component vanishes) has no ratio: one face is as near.
+    // If every component vanishes, the base has no faces and no ratio exists: start from one face.
     let growth = (faces as f64 / base.max(1) as f64).ln();
     let mut ends = match groups {
         Groups::Uniform(count) => {
-            assert!(count > 0, "no groups at all");
-            // More groups than splits are one for each split.
+            assert!(count > 0, "the number of groups is 0");
+            // More groups than splits: one group per split.
             let count = u64::from(count).min(last as u64);
             (1..=count).map(|n| (n * last as u64 / count) as u32).collect()
         }
         Groups::Geometric(ratio) => {
-            assert!(ratio > 1.0, "faces grow by {ratio} with each group");
-            // So many that the last ones grow by less than a face: each split is a group, and no more are needed.
+            assert!(ratio > 1.0, "each group multiplies the faces by {ratio}, which is not above 1");
+            // Above this count the last groups grow by less than a face: each split is a group already.
             let most = (faces as f64 * growth).max(1.0);
             geometric(collapses, base, (growth / ratio.ln()).clamp(1.0, most).ceil() as u32, growth)
         }
         Groups::Budget(moves) => {
-            assert!(moves > 0.0, "{moves} moved faces for each split");
+            assert!(moves > 0.0, "a budget of {moves} moved faces per split");
             let moved = |count: u32| {
                 let ends =
                     (1..=count).map(|n| base as f64 * (growth * f64::from(n) / f64::from(count)).exp());
@@ -77,14 +78,14 @@ pub(super) fn group_ends(groups: Groups, collapses: &Collapses, faces: usize) ->
     ends
 }
 
-/// `count` groups of one ratio: each ends with the first level that has its faces.
+/// `count` groups of equal ratio. Each ends at the first level that reaches its number of faces.
 fn geometric(collapses: &Collapses, base: usize, count: u32, growth: f64) -> Vec<u32> {
     let last = collapses.faces.len();
     let (mut level, mut faces) = (0, base);
     let mut ends = Vec::new();
     for n in 1..=count {
         let wanted = base.max(1) as f64 * (growth * f64::from(n) / f64::from(count)).exp();
-        // Less than half a face short is there: a power is not exact.
+        // Half a face of slack, because the power is not exact.
         while level < last && (n == count || faces as f64 + 0.5 < wanted) {
             level += 1;
             faces += collapses.faces.row(last - level).len();

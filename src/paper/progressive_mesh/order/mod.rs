@@ -1,50 +1,57 @@
 //! The order of faces at every level of detail (paper 2, sections 4 and 5).
 //!
-//! [`classical`] is the plain view-independent progressive mesh that the paper starts from: vertices and faces are in
-//! the order in which splits append them, and nothing moves. [`order`] is the paper's extension: groups of splits, and
-//! at the end of each group a permutation of the live faces.
+//! [`classical`] is the plain view-independent progressive mesh, the paper's starting point: splits append
+//! vertices and faces, and no face changes its slot. [`order`] is the paper's extension: the splits are
+//! divided into groups, and each group ends with a permutation of the live faces (tswap).
 //!
-//! Two ways lead from group to group. In the paper's, new faces stand at the tail until the next tswap (`plan.rs`). With
-//! births in place they stand beside their neighbours from the group's first level on, without area until they are
-//! born (`births.rs`, ours). One mesh describes both; what is drawn differs: see [`Births`].
+//! New faces are drawn in one of two places, see [`Births`]. In the paper they stay at the tail of the buffer
+//! until the next tswap (`plan.rs`). With births in place (ours, `births.rs`) they are drawn beside their
+//! neighbours from the first level of the group, and are degenerate until they are born. Both use the same
+//! mesh format.
 //!
-//! Means over 513 levels of each of the five closed shipped models (transforms per position by a FIFO of 16; the bound
-//! for 95 % of the levels; the full mesh; the same by batches of 32 vertices and 32 triangles; drawn faces that have no
-//! area, for each live one; moved = faces that change their slot, for each split):
+//! Measured on the five closed shipped models, 513 levels of each. All costs are transforms per position.
+//! "Mean", "95 %" (the bound that 95 % of the levels keep) and "full" (the full mesh) are for a FIFO of 16
+//! entries; "batches" is the mean for batches of 32 vertices and 32 triangles. "Degenerate" is the number of
+//! degenerate faces drawn per live face; "moved" is the number of faces that change their slot per split.
 //!
-//! | order | transforms | 95 % | full | batches | no area | moved |
+//! | order | mean | 95 % | full | batches | degenerate | moved |
 //! |---|---|---|---|---|---|---|
 //! | classical | 4.57 | 4.67 | 4.60 | 4.60 | | 0 |
 //! | the paper's greedy, 64 equal groups ([`OrderOptions::PAPER`]) | 2.06 | 2.89 | 1.69 | 2.22 | | 59.7 |
-//! | + valence term, geometric groups, a cache of 15 in the optimizer | 1.50 | 1.68 | 1.48 | 1.83 | | 22.6 |
-//! | + orders for the level half-way to the next ([`OrderOptions::TAIL_23`]) | 1.49 | 1.65 | 1.26 | 1.81 | | 22.7 |
+//! | + valence term, geometric groups, 15 cache entries in the optimizer | 1.50 | 1.68 | 1.48 | 1.83 | | 22.6 |
+//! | + optimized for the level half-way to the next tswap ([`OrderOptions::TAIL_23`]) | 1.49 | 1.65 | 1.26 | 1.81 | | 22.7 |
 //! | the same with fewer groups | 1.74 | 2.07 | 1.26 | 2.01 | | 9.8 |
 //! | three regions in turns ([`OrderOptions::TAIL_10`]) | 1.80 | 1.98 | 1.83 | 2.05 | | 9.5 |
 //! | births in place ([`OrderOptions::IN_PLACE_23`]) | 1.26 | 1.29 | 1.26 | 1.67 | 0.05 | 22.7 |
 //! | the same with fewer groups ([`OrderOptions::IN_PLACE_10`]) | 1.28 | 1.31 | 1.28 | 1.70 | 0.12 | 9.8 |
 //!
-//! New faces at the tail (measured on the collapses of one pass of the simplifier):
-//! - Between two tswaps the tail is what costs: an isolated pair of new faces takes 4 transforms instead of 1.3, so a
-//!   group that adds a tenth costs 0.15 on average. The order inside it matters less: 1.30 with these weights, and
-//!   the best of five weightings saves 0.02 for five times the work; orders that fill 16 entries to the last
-//!   (fans by age, 1.24 on a torus) lose 0.05 at the levels after. Hence 15 entries in the optimizer: 1.54 became
-//!   1.52. At the last level nothing comes after: there the best of eight greedies is taken, on small meshes from
-//!   seven faces on each (torus: 1.29 where one has 1.78, and eight from one face 1.44).
-//! - An order for the level half-way to the next tswap, with the corners that its faces will have there, saves 0.01 at
-//!   23 moved faces and 0.04 at 10, and makes levels more even. A quarter of the way saves less; the whole way as
-//!   much, and costs it at the levels before.
-//! - With few groups the levels just before a tswap cost 0.8 more than those after it. Regions in turns leave 0.3 of
-//!   that and cost 0.06 by their borders: with 1, 2, 3, 4 and 8 regions and no limit on moves the mean is 1.33, 1.39, 1.44,
-//!   1.49 and 1.63. Regions that stay what they are and take slots wherever they are free lose more by the cuts in
-//!   their order (1.65 with two); regions that stay whole, for which the others make room, cost a fifth of the moves (1.78 at
-//!   9.6 with two). New orders for the tail alone in between pay what they cost and no more.
-//! - A threshold on moving ([`Weights::in_place`] = 1.3) is worse than fewer groups: 1.57 at 17.5 moved, bunny,
-//!   where larger groups give 1.53.
-//! - Splits of a group in an order that suits the cache save 0.02 with groups of a tenth and 0.08 with groups of a third, but
-//!   their errors are running maxima. At equal error they cost 1 to 2 % more transforms on these models at 23 moved
-//!   faces, and 28 to 30 % more on meshes of 160,000 and 242,000 faces. They were dropped.
-//! - Rows of vertices as wide as half the cache (Hoppe's later practice) reached 1.37 on the bunny and 1.25 on a
-//!   torus; the greedy 1.30 and 1.23.
+//! Measurements for new faces at the tail (collapses from one pass of the simplifier):
+//! - Between two tswaps the tail dominates the cost: an isolated pair of new faces costs 4 transforms instead
+//!   of 1.3, so a group that adds a tenth of the faces costs 0.15 on average. The order made at the tswap
+//!   matters less: the greedy with these weights reaches 1.30, and the best of five weightings saves 0.02 for
+//!   five times the work.
+//! - An order that uses all 16 entries (fans by age: 1.24 on a torus) costs 0.05 more at the levels after it.
+//!   The optimizer therefore simulates 15 entries, which improves 1.54 to 1.52.
+//! - No split follows the last level, so its order is the best of eight greedies. Small meshes try seven
+//!   starting faces with each: 1.29 on a torus, against 1.44 with one starting face and 1.78 with one greedy.
+//! - Optimizing for the level half-way to the next tswap, with the corners that the faces have there, saves
+//!   0.01 at 23 moved faces per split and 0.04 at 10, and evens out the levels. Optimizing a quarter of the
+//!   way ahead saves less. Optimizing for the level of the next tswap saves as much there, but costs as much
+//!   at the levels before.
+//! - With few groups the levels just before a tswap cost 0.8 more than those after it. Reordering one region
+//!   at a time reduces this to 0.3, and the region borders cost 0.06: with 1, 2, 3, 4 and 8 regions and no
+//!   limit on moves the mean is 1.33, 1.39, 1.44, 1.49 and 1.63. Fixed regions that use free slots anywhere
+//!   cost more, because their order is cut into pieces (1.65 with two regions). Regions that stay contiguous
+//!   spend a fifth of the moves on making room for each other (1.78 with two regions at 9.6 moved faces per
+//!   split). Reordering only the tail between two tswaps gains no more than the same moves gain elsewhere.
+//! - A threshold on moving ([`Weights::in_place`] = 1.3) is worse than fewer groups: 1.57 against 1.53 at
+//!   17.5 moved faces per split (bunny).
+//! - Sorting the splits of a group for the cache saves 0.02 with groups that grow by a tenth and 0.08 with
+//!   groups that grow by a third. But it raises the errors of the levels, because a level's error is the
+//!   running maximum over its splits. At equal error it costs 1 to 2 % more transforms on these models at 23
+//!   moved faces per split, and 28 to 30 % more on meshes of 160,000 and 242,000 faces, so it was dropped.
+//! - Rows of vertices half as wide as the cache (Hoppe's later practice) reached 1.37 on the bunny and 1.25
+//!   on a torus; the greedy reached 1.30 and 1.23.
 
 mod assemble;
 mod births;
@@ -67,32 +74,32 @@ use assemble::{Arrangement, assemble};
 pub use greedy::Weights;
 pub use groups::Groups;
 
-/// How the extended order is made.
+/// How [`order`] arranges faces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrderOptions {
-    /// The entries of the vertex cache that the order is for, first in, first out; at least 4.
+    /// Entries of the FIFO vertex cache that the order is optimized for, at least 4.
     pub cache_entries: u32,
-    /// Entries of it that the optimizer leaves unused: an order that fills the cache to the last entry breaks with the
-    /// first split after it. The paper knows nothing of the kind.
+    /// Cache entries that the optimizer leaves unused: an order that fills the cache completely gets worse
+    /// with the first split after it. Not in the paper (0).
     pub spare_entries: u32,
     pub groups: Groups,
-    /// Where faces are drawn between two tswaps. In place, the settings below but for `weld` have no effect.
+    /// Where faces are drawn between two tswaps. With births in place, `regions` and `ahead` have no effect.
     pub births: Births,
-    /// With [`Groups::Budget`]: a tswap is of all live faces (1), or of about one in so many, in turns, whenever the budget
-    /// pays for it.
+    /// Regions that tswaps reorder in turns, about `1 / regions` of the live faces each, whenever the budget
+    /// allows; 1 reorders all live faces at once. More than 1 requires [`Groups::Budget`].
     pub regions: u32,
-    /// Whether an order is made for the levels at which it will stand: the corners of its faces half-way to the next
-    /// one; the last level's the best of several. The paper knows nothing of the kind.
+    /// Optimize each order for the level half-way to the next tswap, and keep the best of several orders for
+    /// the last level. Not in the paper.
     pub ahead: bool,
     pub weights: Weights,
-    /// Whether wedges of one position count as one vertex: what the paper's criterion is about. A device shares
-    /// nothing across a seam.
+    /// Count wedges at the same position as one vertex, as the paper does. A device shares no vertex across a
+    /// seam.
     pub weld: bool,
 }
 
 impl OrderOptions {
-    /// The paper's optimizer, as far as it is described: greedy, without a look at what is left of a vertex; the two
-    /// preferences decide among faces that cost the same. 64 groups: of all that is not said, our choice.
+    /// The paper's greedy, as far as it is described: no valence term, and the two preferences only decide
+    /// among faces that cost the same. The paper does not give the number of groups; 64 is our choice.
     pub const PAPER: OrderOptions = OrderOptions {
         groups: Groups::Uniform(64),
         spare_entries: 0,
@@ -101,7 +108,7 @@ impl OrderOptions {
         ..OrderOptions::TAIL_23
     };
 
-    /// At most 23 moved faces for each split: 3.5 bytes of commands for each byte of the splits themselves.
+    /// At most 23 moved faces per split: 3.5 bytes of permutations for each byte of splits.
     pub const TAIL_23: OrderOptions = OrderOptions {
         cache_entries: 16,
         spare_entries: 1,
@@ -113,19 +120,19 @@ impl OrderOptions {
         weld: true,
     };
 
-    /// At most 10 moved faces for each split. Below 20 of them the levels just before a tswap of all faces cost 0.2 more
-    /// than the mean: regions take turns.
+    /// At most 10 moved faces per split. Below 20, the levels just before a tswap of all faces cost 0.2 more
+    /// than the mean, so regions take turns.
     pub const TAIL_10: OrderOptions =
         OrderOptions { groups: Groups::Budget(10.0), regions: 3, ..OrderOptions::TAIL_23 };
 
-    /// Births in place, and at most 23 moved faces for each split: groups that grow by a tenth.
+    /// Births in place and at most 23 moved faces per split: groups that grow by a tenth.
     pub const IN_PLACE_23: OrderOptions = OrderOptions { births: Births::InPlace, ..OrderOptions::TAIL_23 };
 
-    /// Births in place, and at most 10 moved faces for each split: groups that grow by a quarter.
+    /// Births in place and at most 10 moved faces per split: groups that grow by a quarter.
     pub const IN_PLACE_10: OrderOptions =
         OrderOptions { groups: Groups::Budget(10.0), ..OrderOptions::IN_PLACE_23 };
 
-    /// Those of an order by its name; none where no face ever moves: the classical one, and that which baselines go through.
+    /// The options of a named order. `None` if it moves no faces: the classical order and the baselines.
     pub const fn of(order: FaceOrder) -> Option<OrderOptions> {
         match order {
             FaceOrder::Paper => Some(OrderOptions::PAPER),
@@ -143,7 +150,7 @@ impl OrderOptions {
         }
     }
 
-    /// The same with at most so many moved faces for each split.
+    /// The same options with at most `moves` moved faces per split.
     pub const fn with_moves(self, moves: f64) -> OrderOptions {
         let regions = match self.births {
             Births::Tail if moves < 20.0 => OrderOptions::TAIL_10.regions,
@@ -152,7 +159,7 @@ impl OrderOptions {
         OrderOptions { groups: Groups::Budget(moves), regions, ..self }
     }
 
-    /// The entries of the cache in the optimizer.
+    /// The cache entries that the optimizer simulates.
     fn simulated_entries(&self) -> u32 {
         let entries = self.cache_entries.saturating_sub(self.spare_entries);
         assert!(
@@ -171,12 +178,12 @@ impl Default for OrderOptions {
     }
 }
 
-/// The extended order (section 5): groups of splits with a tswap at the end of each. `progress` is called with the
-/// number of live faces so far and of all.
+/// The extended order (section 5): groups of splits, each followed by a tswap. `progress` receives the number
+/// of live faces so far and the total.
 ///
 /// # Panics
-/// If `collapses` are not of `model` (see [`classical`]), or options make no sense: see [`Groups`] and
-/// [`OrderOptions::regions`].
+/// If `collapses` do not belong to `model` (see [`classical`]), or the options are invalid: see [`Groups`]
+/// and [`OrderOptions::regions`].
 pub fn order(
     model: &Model,
     collapses: &Collapses,
@@ -191,20 +198,21 @@ pub fn order(
     ProgressiveMesh { births: options.births, ..assemble(model, collapses, &arrangement) }
 }
 
-/// The standard order (section 4): what is removed first stands last. No tswaps.
+/// The standard order (section 4): faces in the reverse order of their removal, no tswaps.
 ///
 /// # Panics
-/// If `collapses` are not of `model`: a wedge or face removed twice, or one that lives on without a vertex.
+/// If `collapses` do not belong to `model`: a wedge or face is removed twice, or a face remains without a
+/// vertex.
 pub fn classical(model: &Model, collapses: &Collapses) -> ProgressiveMesh {
     assemble(model, collapses, &Arrangement { births: births(model, collapses), moves: Vec::new() })
 }
 
-/// The model's faces in the order of their appearance: those of M0 as the model lists them, then each split's.
+/// The model's faces in the order of appearance: those of M0 in the model's order, then each split's.
 fn births(model: &Model, collapses: &Collapses) -> Vec<u32> {
     base(model, collapses).into_iter().chain(collapses.faces.rows().rev().flatten().copied()).collect()
 }
 
-/// The faces of M0, as the model lists them.
+/// The faces of M0 in the model's order.
 fn base(model: &Model, collapses: &Collapses) -> Vec<u32> {
     let mut stays = vec![true; model.faces.len()];
     collapses.faces.items().iter().for_each(|&face| stays[face as usize] = false);
@@ -231,7 +239,7 @@ mod tests {
         mesh.swaps.cycles.items().len() as f64 / f64::from(mesh.last_level())
     }
 
-    /// The model, its collapses, and every kind of order of them.
+    /// A model, its collapses, and every kind of order made from them.
     fn orders(side: u32, target: usize) -> (Model, Collapses, Vec<(&'static str, ProgressiveMesh)>) {
         let model = scratch::torus(side);
         let collapses = scratch::collapses(&model, target);
@@ -261,7 +269,7 @@ mod tests {
         let (_, _, orders) = orders(40, 64);
         let of = |name| &orders.iter().find(|(found, _)| *found == name).expect("an order").1;
         let [classical, tail] = ["classical", "tail"].map(|name| cost(of(name)).0);
-        assert!(tail < 1.6 && 2.5 * tail < classical, "{classical} without, {tail} with tswaps");
+        assert!(tail < 1.6 && 2.5 * tail < classical, "{classical} without tswaps, {tail} with");
         for (name, budget, most) in [
             ("tail", 23.0, 1.6),
             ("turns", 10.0, 1.85),
@@ -284,7 +292,7 @@ mod tests {
             let more =
                 |level: u32| f64::from(program.drawn(level)) / f64::from(mesh.levels[level as usize].faces);
             let mean = (0..=mesh.last_level()).map(more).sum::<f64>() / mesh.levels.len() as f64 - 1.0;
-            assert!((0.02..most).contains(&mean), "{name}: {mean} more faces are drawn than live");
+            assert!((0.02..most).contains(&mean), "{name}: {mean} degenerate faces per live face");
         }
     }
 
@@ -310,7 +318,7 @@ mod tests {
 
     #[test]
     fn the_full_mesh_is_well_ordered() {
-        // A grid of quads, of which a greedy with a spare entry makes 1.7.
+        // A grid of quads: one greedy with a spare entry reaches only 1.7.
         let model = named("torus:32").expect("a generated model");
         let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| {}).collapses;
         let last = |options: &OrderOptions| {
@@ -346,7 +354,7 @@ mod tests {
         }
     }
 
-    /// The corners from the least on, in their direction.
+    /// The corners rotated so that the smallest comes first; the winding is kept.
     fn cycled<T: Copy + Ord>(face: [T; 3]) -> [T; 3] {
         let least = (0..3).min_by_key(|&corner| face[corner]).expect("three corners");
         [0, 1, 2].map(|corner| face[(least + corner) % 3])

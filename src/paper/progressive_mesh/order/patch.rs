@@ -1,6 +1,6 @@
-//! A part of a mesh whose faces get a new order, in its own indices.
+//! A part of a mesh that is reordered, with its own vertex numbers.
 
-/// Faces with small vertex numbers, and the faces around each vertex.
+/// Faces with compact vertex numbers, and the faces around each vertex.
 pub(super) struct Patch {
     pub faces: Vec<[u32; 3]>,
     pub vertices: usize,
@@ -9,7 +9,8 @@ pub(super) struct Patch {
     pub around: Vec<u32>,
 }
 
-/// Numbers vertices of a large mesh for one patch after another, without clearing anything large.
+/// Assigns compact vertex numbers for one patch after another. Its cost depends on the patch, not on the
+/// mesh.
 pub(super) struct Numbering {
     local: Vec<u32>,
     global: Vec<u32>,
@@ -18,13 +19,12 @@ pub(super) struct Numbering {
 const UNKNOWN: u32 = u32::MAX;
 
 impl Numbering {
-    /// For meshes of so many vertices.
+    /// For meshes of `vertices` vertices.
     pub fn new(vertices: usize) -> Self {
         Self { local: vec![UNKNOWN; vertices], global: Vec::new() }
     }
 
-    /// A patch of `faces`, and each list of `lists` in the patch's numbers, without the vertices that it does not
-    /// have.
+    /// A patch of `faces`, and `lists` in the patch's vertex numbers, without vertices outside the patch.
     pub fn patch(&mut self, faces: &[[u32; 3]], lists: &[Vec<u32>]) -> (Patch, Vec<Vec<u32>>) {
         let faces: Vec<[u32; 3]> = faces.iter().map(|face| face.map(|vertex| self.number(vertex))).collect();
         let known = |list: &Vec<u32>| {
@@ -65,7 +65,7 @@ impl Patch {
         Self { faces, vertices, starts, around }
     }
 
-    /// The same faces, listed from another one on.
+    /// The same faces, rotated so that face `first` comes first.
     pub fn turned(&self, first: usize) -> Self {
         let mut faces = self.faces.clone();
         faces.rotate_left(first);

@@ -1,5 +1,5 @@
-//! The way up from M0, group by group: splits are executed, then the faces get a new order. Where only a region of the
-//! faces gets one at a time: see [`super::turns`].
+//! The order with new faces at the tail. Walks up from M0 group by group: executes the splits, then reorders
+//! the faces. [`super::turns`] reorders one region at a time.
 
 use super::assemble::{Arrangement, Move};
 use super::descent::Descent;
@@ -15,29 +15,29 @@ use crate::paper::progressive_mesh::simplify::Collapses;
 use std::ops::Range;
 use std::slice;
 
-/// The mesh on its way up. Splits are called by their collapses.
+/// The mesh on its way up from M0. A split is named by the collapse that it undoes.
 pub(super) struct Plan<'a> {
     model: &'a Model,
     pub collapses: &'a Collapses,
     pub options: &'a OrderOptions,
-    /// The model's faces as orders are made for them: at the level that [`Plan::look`] has reached, or as they will
-    /// appear.
+    /// The corners of the model's faces at the level that [`Plan::look`] has reached; for faces that appear
+    /// later, the corners of their first level.
     corners: Vec<[u32; 3]>,
-    /// How many splits in the order of errors `corners` knows.
+    /// The number of splits applied to `corners`, in the order of errors.
     seen: u32,
-    /// For each removed wedge the faces that change, and for each collapse the first of its wedges.
+    /// For each removed wedge the faces that its split changes, and for each collapse its first wedge.
     changed: Ragged<u32>,
     first_wedge: Vec<u32>,
-    /// Live faces by slot, and the slots of the faces.
+    /// The live face in each slot, and the slot of each face.
     pub at: Vec<u32>,
     pub slot_of: Vec<u32>,
     numbering: Numbering,
-    /// What has been done: splits, and what an arrangement needs.
+    /// The number of splits executed, and the arrangement so far.
     done: u32,
     arrangement: Arrangement,
 }
 
-/// The order of all faces at all levels, those that splits bring at the tail.
+/// The order of all faces at all levels, with new faces at the tail.
 pub(super) fn plan(
     model: &Model,
     collapses: &Collapses,
@@ -78,13 +78,13 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// The faces of M0 need no tswap: they are born where they shall stand.
+    /// M0 needs no tswap: its faces are born in their final order.
     pub fn begin(&mut self) {
         self.sort(slice::from_ref(&(0..self.at.len())), &mut Lines::new(self.at.len()));
         self.arrangement = Arrangement { births: self.at.clone(), moves: Vec::new() };
     }
 
-    /// Groups in the order of errors.
+    /// Reorders all live faces at the end of each group.
     fn groups(&mut self, progress: &mut dyn FnMut(usize)) {
         let ends = group_ends(self.options.groups, self.collapses, self.model.faces.len());
         self.look_between(0, ends.first().copied().unwrap_or(0));
@@ -94,7 +94,7 @@ impl<'a> Plan<'a> {
             (start..end).for_each(|level| self.split(self.collapse(level)));
             let mut lines = Lines::new(self.at.len());
             if self.options.weights.line != 0.0 {
-                // What the splits write is touched in any case.
+                // The splits touch the lines of the faces that they write.
                 for collapse in (start..end).map(|level| self.collapse(level)) {
                     self.faces_of(collapse)
                         .for_each(|face| lines.touch(self.slot_of[face as usize] as usize));
@@ -106,12 +106,13 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// The collapse that the split from `level` to the next one undoes, in the order of errors.
+    /// The collapse that the split from `level` to the next level undoes.
     pub fn collapse(&self, level: u32) -> u32 {
         self.collapses.wedges.len() as u32 - 1 - level
     }
 
-    /// Orders are made for the faces of a level from now on: it does not fall.
+    /// From now on, orders are optimized for the faces' corners at `level`. A lower level than before has no
+    /// effect.
     pub fn look(&mut self, level: u32) {
         while self.seen < level {
             self.write(self.collapse(self.seen));
@@ -119,7 +120,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// The order that is made at one tswap stands until the next: the level half-way is what it is made for.
+    /// An order made at `level` is used until level `next`: it is optimized for the level half-way.
     fn look_between(&mut self, level: u32, next: u32) {
         self.look(if self.options.ahead { level.midpoint(next) } else { level });
     }
@@ -131,12 +132,12 @@ impl<'a> Plan<'a> {
         (first..first + wedges).flat_map(|wedge| self.changed.row(wedge)).copied()
     }
 
-    /// Those and what it adds.
+    /// The faces that a split changes or adds.
     fn faces_of(&self, collapse: u32) -> impl Iterator<Item = u32> {
         self.changed_by(collapse).chain(self.collapses.faces.row(collapse as usize).iter().copied())
     }
 
-    /// Appends a split's faces.
+    /// Appends a split's faces to the tail.
     pub fn split(&mut self, collapse: u32) {
         self.done += 1;
         for &face in self.collapses.faces.row(collapse as usize) {
@@ -146,7 +147,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// Puts a split's wedges into the corners of the faces that it changes.
+    /// Writes a split's wedges into the corners of the faces that it changes.
     fn write(&mut self, collapse: u32) {
         let first = self.first_wedge[collapse as usize] as usize;
         for (n, &[wedge, target]) in self.collapses.wedges.row(collapse as usize).iter().enumerate() {
@@ -157,7 +158,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// A face as the cache is to see it.
+    /// A face's corners as the cache sees them: positions if wedges are welded.
     fn shared(&self, face: u32) -> [u32; 3] {
         let wedges = self.corners[face as usize];
         if self.options.weld {
@@ -167,7 +168,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// What a cache holds when slot `slot` is drawn: the distinct vertices before it, the oldest first.
+    /// The cache's content before `slot` is drawn: the distinct vertices before it, oldest first.
     fn warm(&self, slot: usize) -> Vec<u32> {
         let mut warm = Vec::new();
         for before in (0..slot).rev() {
@@ -184,13 +185,13 @@ impl<'a> Plan<'a> {
         warm
     }
 
-    /// A new order for the faces in some ranges of slots, ascending.
+    /// Reorders the faces in some ranges of slots, which ascend.
     pub fn sort(&mut self, ranges: &[Range<usize>], lines: &mut Lines) {
         let moves = self.sorted(ranges, lines);
         self.execute(moves);
     }
 
-    /// What moves where the faces in some ranges of slots, ascending, get a new order.
+    /// The moves that reorder the faces in some ranges of slots, which ascend.
     pub fn sorted(&mut self, ranges: &[Range<usize>], lines: &mut Lines) -> Vec<Move> {
         let slots: Vec<usize> = ranges.iter().cloned().flatten().collect();
         let faces: Vec<u32> = slots.iter().map(|&slot| self.at[slot]).collect();
@@ -206,7 +207,7 @@ impl<'a> Plan<'a> {
         moved.map(|(slot, face)| Move { slot: slot as u32, face }).collect()
     }
 
-    /// The greedy's order; of the last level, that of the best of several greedies.
+    /// The order of one greedy; for the last level, the best order of several greedies.
     fn best_order(&self, patch: &Patch, stretches: &[Stretch], lines: &mut Lines) -> Vec<u32> {
         let options = self.options;
         if !options.ahead || (self.done as usize) < self.collapses.wedges.len() {
@@ -215,14 +216,14 @@ impl<'a> Plan<'a> {
         let mut counter = Counter::new(Cache::Fifo(options.cache_entries), patch.vertices);
         let count = patch.faces.len();
         let begins = (LAST_FACES / count.max(1)).clamp(1, 7);
-        // A dragon takes a second for each try.
+        // One greedy takes a second on a dragon.
         let few = [options.weights.valence];
         let valences: &[f64] = if count > LAST_FACES { &few } else { &VALENCES };
         let mut best = (u64::MAX, Vec::new());
         for begin in (0..begins).map(|n| n * count / begins) {
             let turned = patch.turned(begin);
             for &valence in valences {
-                // Nothing is split any more: no entry need be spared.
+                // No split follows, so no entry need be spared.
                 for entries in [options.simulated_entries(), options.cache_entries] {
                     let weights = Weights { valence, ..options.weights };
                     let order = greedy(&turned, entries, &weights, stretches, &mut Lines::new(self.at.len()));
@@ -237,7 +238,7 @@ impl<'a> Plan<'a> {
         best.1
     }
 
-    /// Faces get other slots at the present level.
+    /// Moves faces to other slots at the current level.
     pub fn execute(&mut self, moves: Vec<Move>) {
         for &Move { slot, face } in &moves {
             self.at[slot as usize] = face;
@@ -249,9 +250,9 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// What the last level's orders value a finished vertex at (see [`Weights::valence`]): no one value is best on all meshes.
+/// Values of [`Weights::valence`] that the last level tries: no single value is best on all meshes.
 const VALENCES: [f64; 4] = [0.3, 0.6, 1.0, 1.6];
 
-/// Faces that are ordered with each of these, in all tries together: small meshes are begun at seven faces, and larger ones
-/// are ordered with the weights of all other levels alone.
+/// Faces ordered with each of these weights, over all starting faces together: meshes below a seventh of it
+/// try seven starting faces, and meshes above it try only the weights of the other levels.
 const LAST_FACES: usize = 100_000;

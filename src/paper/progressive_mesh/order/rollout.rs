@@ -1,32 +1,32 @@
-//! Rollouts: an optimizer that looks ahead. From the present state of the cache several greedies draw some faces each;
-//! the first half of the best attempt is kept, and the next rollouts begin where it ends.
+//! Rollouts: an optimizer with lookahead. From the current state of the cache, several greedies draw some
+//! faces each. The first half of the best attempt is kept, and the next rollouts begin where it ends.
 //!
-//! The paper tried a lookahead of several steps and found it much slower and hardly better (section 5). Rollouts take
-//! 16 greedy steps for each face and save 0.06 transforms per vertex.
+//! The paper tried a lookahead of several steps and found it much slower and hardly better (section 5).
+//! Rollouts take 16 greedy steps per face and save 0.06 transforms per vertex.
 
 /// Faces that an attempt draws, and how many of them are kept.
 const DRAWN: usize = 64;
 const KEPT: usize = 32;
 
-/// Numbers below are in units of 1 / [`TRANSFORM`] transforms: integers give the same order on every machine.
+/// Scores are integers in units of 1 / [`TRANSFORM`] transforms, so the order is the same on every machine.
 const TRANSFORM: i32 = 1 << 16;
 
-/// Of the greedies: what the faces left at a vertex divide (see [`super::Weights::valence`]), in percent. The same again
+/// Valence weights of the greedies, in percent (see [`super::Weights::valence`]). Each is tried without and
 /// with noise.
 const VALENCES_PERCENT: [i32; 4] = [60, 45, 80, 100];
 /// The noise is at most a tenth of a transform.
 const NOISE: i32 = TRANSFORM / 10;
 
-/// An attempt counts a vertex that has left the cache with faces still to be drawn as a quarter of a transform: it will be
-/// transformed again, but so it may be in any order.
+/// Cost of a vertex that left the cache with undrawn faces: a quarter of a transform. It will be transformed
+/// again, but in another order this may happen too.
 const HALF_FINISHED_PER_TRANSFORM: i64 = 4;
 
-/// More faces than these are left at a vertex: it counts as if these were.
+/// Valences above this count as this.
 const MOST_LEFT: usize = 63;
 
-/// The order in which to draw `faces` for a FIFO of `entries`, as indices into them. Their vertices are below `vertices`. A
-/// corner that equals another of its face counts once: a face without area costs what its distinct vertices cost. Where
-/// the cache holds no vertex of a face that is left, the first face that is left is drawn.
+/// The order in which to draw `faces` for a FIFO of `entries`, as indices into `faces`. All vertices are
+/// below `vertices`. Equal corners of a degenerate face count once. If no cached vertex has an undrawn face,
+/// the first undrawn face is drawn.
 pub(super) fn rollouts(faces: &[[u32; 3]], vertices: usize, entries: usize) -> Vec<u32> {
     let mut search = Search::new(faces, vertices, entries);
     let mut round = 0;
@@ -57,7 +57,7 @@ pub(super) fn rollouts(faces: &[[u32; 3]], vertices: usize, entries: usize) -> V
 type Worth = [i32; MOST_LEFT + 1];
 
 struct Search {
-    /// Corners, each vertex once; the rest of a face is the vertex `none`.
+    /// Each face's distinct corners; a repeated corner is replaced by the dummy vertex `none`.
     faces: Vec<[u32; 3]>,
     none: u32,
     entries: usize,
@@ -65,26 +65,26 @@ struct Search {
     /// Vertex v's faces are `around[starts[v] .. starts[v + 1]]`.
     starts: Vec<u32>,
     around: Vec<u32>,
-    /// By vertex: faces not drawn yet, and whether the cache holds it.
+    /// For each vertex the number of undrawn faces, and whether it is cached.
     left: Vec<u32>,
     cached: Vec<bool>,
     is_drawn: Vec<bool>,
-    /// Faces in their order.
+    /// The faces drawn so far, in order.
     drawn: Vec<u32>,
-    /// All faces before it are drawn.
+    /// All faces before this one are drawn.
     first: usize,
-    /// All vertices that entered the cache, the oldest first; those from `oldest` on are in it.
+    /// All vertices that entered the cache, oldest first; those from `oldest` on are cached.
     entered: Vec<u32>,
     oldest: usize,
     transforms: i64,
-    /// Vertices out of the cache of which some faces are drawn and some are not.
+    /// Uncached vertices with some faces drawn and some not.
     half_finished: i64,
-    /// For each face the last search that saw it.
+    /// For each face the last search that examined it.
     seen: Vec<u32>,
     searches: u32,
 }
 
-/// A state to which attempts go back.
+/// A state to which attempts return.
 struct Mark {
     drawn: usize,
     first: usize,
@@ -142,7 +142,8 @@ impl Search {
         }
     }
 
-    /// The best of the first face that is left and all faces at vertices in the cache; of equal ones the first found.
+    /// The best of the first undrawn face and all undrawn faces around cached vertices; on a tie, the one
+    /// found first.
     fn best(&mut self, worth: &Worth, noise: Option<u32>) -> u32 {
         while self.is_drawn[self.first] {
             self.first += 1;
@@ -234,7 +235,7 @@ impl Search {
     }
 }
 
-/// 15 bits that look random, of a face and a seed.
+/// 15 pseudo-random bits from a face and a seed.
 fn scattered(face: u32, seed: u32) -> u32 {
     let mut bits = face.wrapping_mul(0x9E37_79B1) ^ seed.wrapping_mul(0x85EB_CA77);
     bits = (bits ^ bits >> 15).wrapping_mul(0x85EB_CA6B);
@@ -251,13 +252,13 @@ mod tests {
         let order = rollouts(faces, vertices, 15);
         let mut each = order.clone();
         each.sort_unstable();
-        assert_eq!(each, (0..faces.len() as u32).collect::<Vec<_>>(), "each face once");
+        assert_eq!(each, (0..faces.len() as u32).collect::<Vec<_>>(), "each face is drawn once");
         order.into_iter().map(|face| faces[face as usize]).collect()
     }
 
     #[test]
     fn rollouts_need_fewer_transforms_than_one_greedy() {
-        // 1.30 by the greedy with a valence term.
+        // The greedy with a valence term needs 1.30.
         let found = transforms(Cache::Fifo(16), &drawn(&torus(40).faces, 1600)).per_vertex();
         assert!(found < 1.27, "{found}");
     }
@@ -269,7 +270,7 @@ mod tests {
         faces.extend((0..576).step_by(3).map(|vertex| [vertex, (vertex + 1) % 576, vertex]));
         faces.extend((0..576).step_by(5).map(|vertex| [vertex; 3]));
         let found = transforms(Cache::Fifo(16), &drawn(&faces, 576)).transforms;
-        assert!(found < whole + whole / 10, "{found} with faces without area, {whole} without");
+        assert!(found < whole + whole / 10, "{found} with degenerate faces, {whole} without");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Meshes and collapses for tests of the order: it accepts the collapses of any simplifier.
+//! Meshes and collapses for tests of the order, independent of our simplifier.
 
 use crate::math::ragged::Ragged;
 use crate::model::Model;
@@ -29,7 +29,7 @@ pub fn torus(side: u32) -> Model {
     }
 }
 
-/// Repeats the collapse that moves its vertex by the smallest angle and distance, down to `target` faces.
+/// Repeats the cheapest legal collapse, by swept volume and distance moved, down to `target` faces.
 pub fn collapses(model: &Model, target: usize) -> Collapses {
     let mut mesh = Mesh::new(model);
     let mut collapses = Collapses::default();
@@ -53,7 +53,7 @@ struct Mesh<'a> {
     model: &'a Model,
     faces: Vec<[u32; 3]>,
     around: Vec<Vec<u32>>,
-    /// Cost as bits, vertex, onto: costs are not negative, so their bits sort as they do.
+    /// Cost as bits, vertex, target vertex. Costs are not negative, so their bits sort like the costs.
     queue: BTreeSet<(u64, u32, u32)>,
 }
 

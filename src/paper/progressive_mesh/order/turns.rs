@@ -1,9 +1,10 @@
-//! Regions in turns: a tswap reorders a part of the faces whenever the budget of moves allows one.
+//! Regions in turns: a tswap reorders one region of the faces whenever the budget of moves allows it.
 //!
-//! With a small budget, reorderings of all faces are far apart, and the levels before one cost half as much again as
-//! those after it. A region is a run of neighbouring slots, which an earlier order has made a patch of the surface,
-//! together with the new faces that belong to it. Few faces then stay unordered, and the cost is even over the levels.
-//! The price is the regions' borders, so this pays only with small budgets: see [`super`] for the numbers.
+//! With a small budget, reorderings of all faces are far apart, and the levels before a reordering cost half
+//! as much again as the levels after it. A region is a run of adjacent slots (a patch of the surface, thanks
+//! to an earlier order) together with the new faces that belong to it. With regions few faces stay unordered,
+//! and the cost is even over the levels. But region borders cost transforms, so regions pay only with small
+//! budgets: see [`super`] for the numbers.
 
 use super::Groups;
 use super::assemble::Move;
@@ -11,23 +12,24 @@ use super::greedy::Lines;
 use super::plan::Plan;
 use std::ops::Range;
 
-/// Fewest faces of a region: the border of a smaller one costs more than the order saves.
+/// Minimum faces of a region: the border of a smaller one costs more than the order saves.
 const LEAST_FACES: usize = 800;
 
 /// The faces that no order covers yet.
 struct Tail {
-    /// Their first slot.
+    /// The slot of the first of them.
     start: usize,
-    /// The splits that brought them.
+    /// The splits that added them.
     splits: Vec<u32>,
-    /// By face of the model: the ordered slot that a face of the tail belongs to.
+    /// For each face of the model: the ordered slot to which a face of the tail belongs.
     home: Vec<u32>,
-    /// By ordered slot: how many faces of the tail belong to it.
+    /// For each ordered slot: the number of tail faces that belong to it.
     incoming: Vec<u32>,
 }
 
 impl Plan<'_> {
-    /// Splits in the order of errors. At no level have more faces moved than the budget allows for the splits so far.
+    /// Executes the splits in the order of errors. At every level, the moved faces so far are within the
+    /// budget of the splits so far.
     ///
     /// # Panics
     /// If the groups are not given as a budget.
@@ -48,7 +50,7 @@ impl Plan<'_> {
             self.split(collapse);
             allowed += budget;
             if tail.start == 0 {
-                // M0 has no faces: the first that appear are in no order yet.
+                // M0 has no faces: the first faces that appear are not ordered yet.
                 tail.start = self.at.len();
                 continue;
             }
@@ -66,7 +68,8 @@ impl Plan<'_> {
                 wait = most;
                 continue;
             }
-            // Its next turn comes when the budget has paid for all faces. The order is made for half-way there.
+            // A region's next turn comes when the budget has paid for all faces. Optimize for the level
+            // half-way to it.
             let half = (0.5 * live as f64 / budget) as u32;
             self.look(level.saturating_add(half).min(self.collapses.wedges.len() as u32));
             allowed -= tail.renew(self, region, incoming) as f64;
@@ -83,7 +86,8 @@ impl Plan<'_> {
 }
 
 impl Tail {
-    /// Finds where the tail's faces belong: to the middle one of the faces that their split changed.
+    /// Finds the ordered slots to which the tail's faces belong: the median slot of the faces that their
+    /// split changed.
     fn settle(&mut self, plan: &Plan) {
         self.incoming.clear();
         self.incoming.resize(self.start, 0);
@@ -103,7 +107,8 @@ impl Tail {
         }
     }
 
-    /// The run of `length` ordered slots with the most incoming faces, the first of equal ones, and their number.
+    /// The run of `length` ordered slots with the most incoming faces (on a tie, the first run), and their
+    /// number.
     fn fullest(&self, length: usize) -> (Range<usize>, usize) {
         let mut incoming: usize = self.incoming[..length].iter().map(|&count| count as usize).sum();
         let (mut start, mut most) = (0, incoming);
@@ -116,7 +121,7 @@ impl Tail {
         (start..start + length, most)
     }
 
-    /// How many of the tail's first faces the incoming faces of a region displace.
+    /// How many of the tail's first `incoming` faces belong elsewhere and must make room.
     fn displaced(&self, plan: &Plan, region: &Range<usize>, incoming: usize) -> usize {
         let first = &plan.at[self.start..self.start + incoming];
         first.iter().filter(|&&face| !self.is_incoming(face, region)).count()
@@ -126,8 +131,8 @@ impl Tail {
         region.contains(&(self.home[face as usize] as usize))
     }
 
-    /// Swaps a region's incoming faces to the beginning of the tail, and reorders the region together with them. Returns
-    /// how many faces moved.
+    /// Swaps a region's incoming faces to the start of the tail, then reorders the region together with them.
+    /// Returns the number of moved faces.
     fn renew(&mut self, plan: &mut Plan, region: Range<usize>, incoming: usize) -> usize {
         let before = plan.at[self.start..].to_vec();
         let end = self.start + incoming;

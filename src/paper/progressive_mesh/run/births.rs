@@ -1,9 +1,10 @@
-//! Execution of births in place. The levels from one permutation to the next are drawn as one list: the faces that are
-//! live at the last of them, in the permutation's order.
+//! Execution of births in place. The levels from one permutation's level up to the next one's (exclusive)
+//! draw the same list of faces: those that are live at the next permutation's level, in the order after that
+//! permutation.
 //!
-//! A vertex that is not yet live is replaced by its predecessor ([`ProgressiveMesh::predecessors`]). A split therefore
-//! writes its vertex into every slot whose chain of predecessors contains it, and the same writes give the new faces
-//! their area.
+//! A vertex that is not yet live is replaced by its predecessor ([`ProgressiveMesh::predecessors`]). A split
+//! therefore writes its vertex into every slot whose chain of predecessors contains it. The same writes give
+//! the new faces their area.
 
 use super::program::Program;
 use super::state::{State, tswap_back};
@@ -22,7 +23,8 @@ impl Program {
             state.go_to(mesh, end);
             let mut faces = state.live(mesh).to_vec();
             program.write_group(mesh, &predecessors, [start, end], &mut faces);
-            // The group has the order of its end. The faces are moved into it at the level at which the group begins.
+            // The group is drawn in the order of its end, so the permutation is executed where the group
+            // begins.
             let mut cycles = 0..0;
             if index < mesh.swaps.levels.len() && index > 0 {
                 cycles = mesh.swaps.cycles_of(index);
@@ -40,8 +42,8 @@ impl Program {
         program
     }
 
-    /// The writes of the splits from one level to another. `faces` are those of the second level on entry, and the
-    /// drawn faces of the first on return.
+    /// Appends the writes of the splits between two levels. `faces` are the faces of the second level on
+    /// entry, and the drawn faces of the first level on return.
     fn write_group(
         &mut self,
         mesh: &ProgressiveMesh,
@@ -52,7 +54,7 @@ impl Program {
         let live = mesh.levels[start as usize].vertices;
         let mut writes: Vec<[u32; 3]> = Vec::new();
         for (word, corner) in (0..).zip(faces.as_flattened_mut()) {
-            // In a mesh whose level 0 has no vertices, vertex 0 has no predecessor.
+            // If level 0 has no vertices, vertex 0 is not live there and is its own predecessor.
             while *corner >= live && predecessors[*corner as usize] != *corner {
                 let vertex = std::mem::replace(corner, predecessors[*corner as usize]);
                 writes.push([vertex, word, *corner]);

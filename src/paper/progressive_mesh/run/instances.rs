@@ -6,8 +6,8 @@ use super::touched::{Touch, Touched};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Instances of one mesh. The mesh is shared. An instance has 12 bytes of state and a slice of the index buffer with
-/// its live faces: 12 bytes each, plus slack (see [`Slices`]).
+/// Instances of one mesh. An instance has 12 bytes of state and a slice of the index buffer with its live
+/// faces: 12 bytes each, plus slack (see [`Slices`]). The program is shared.
 #[derive(Clone, Debug)]
 pub struct Instances {
     program: Arc<Program>,
@@ -58,7 +58,8 @@ impl Instances {
         &self.faces[self.slots(instance)]
     }
 
-    /// Their slots in [`Instances::buffer`]: a draw's first index is three times the start.
+    /// The slots of an instance's live faces in [`Instances::buffer`]. A draw's first index is three times
+    /// the start.
     pub fn slots(&self, instance: usize) -> Range<usize> {
         let first = self.slices.first(instance) as usize;
         first..first + self.live(self.levels[instance]) as usize
@@ -69,8 +70,8 @@ impl Instances {
         &self.faces
     }
 
-    /// Takes the live parts written since the last call: ranges of words of [`Instances::buffer`], ascending and
-    /// disjoint.
+    /// Takes the parts written since the last call, as far as they are live: ranges of words of
+    /// [`Instances::buffer`], ascending and disjoint.
     pub fn take_touched(&mut self) -> Vec<Range<usize>> {
         let words = |slots: Range<usize>| 3 * slots.start..3 * slots.end;
         let mut live: Vec<Range<usize>> = (0..self.len()).map(|n| words(self.slots(n))).collect();
@@ -78,14 +79,14 @@ impl Instances {
         common(&self.touched.take(), &live)
     }
 
-    /// Bytes beyond the shared program and the index buffer: state, lists of free slices, dirty marks, and memory for
-    /// the largest permutation so far.
+    /// Bytes beyond the shared program and the index buffer: levels, slices, dirty flags, and scratch memory
+    /// for the largest permutation so far.
     pub fn state_bytes(&self) -> usize {
         size_of_val(&*self.levels) + self.slices.bytes() + self.touched.bytes() + 12 * self.kept.capacity()
     }
 
-    /// Brings an instance to a level by executing the steps between. It moves to another slice if its own is too small,
-    /// or more than four times too large.
+    /// Brings an instance to a level by executing the steps between. The instance gets another slice if its
+    /// own is too small, or more than four times too large.
     ///
     /// # Errors
     /// [`TooMany`]; the instance stays at its level.
@@ -107,12 +108,12 @@ impl Instances {
         if new < old { self.fit(instance, new) } else { Ok(()) }
     }
 
-    /// `CurNumTris` of a level: the faces that are drawn.
+    /// The faces that a level draws (the paper's `CurNumTris`).
     fn live(&self, level: u32) -> u32 {
         self.program.drawn(level)
     }
 
-    /// Fits the instance's slice to `faces` faces. Live faces move along, as far as they fit.
+    /// Fits the instance's slice to `faces` faces, and copies the live faces that fit.
     fn fit(&mut self, instance: usize, faces: u32) -> Result<(), TooMany> {
         let Some([old, new]) = self.slices.fit(instance, faces)? else { return Ok(()) };
         self.grow();

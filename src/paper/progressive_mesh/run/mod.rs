@@ -1,16 +1,16 @@
-//! Execution, sections 3 to 5: vsplit, ecol, tswap and its inverse, in place on an index buffer.
+//! Execution, sections 3 to 5: vsplit, ecol, tswap and its inverse, in place in an index buffer.
 //!
-//! Three forms, equal bit for bit:
-//! - [`State`] is the paper's pseudocode on the paper's arrays. Its errata are corrected: a split writes the new
-//!   vertex's index (printed: "by CurNewTris"), tswap keeps the first face (printed without a temporary), and its inverse runs
-//!   the cycle backwards (printed: forwards).
-//! - [`Program`] is the production form: the same writes as three flat lists. The corner that shows `splitVert` is the
-//!   same in every execution, so it is looked up once. A split then neither reads a face nor compares, and a
-//!   permutation goes through the buffer in order (see [`Moves`]).
+//! Three implementations give identical bits:
+//! - [`State`] is the paper's pseudocode on the paper's arrays, with the errata corrected. A split writes the
+//!   new vertex's index (printed: "by CurNewTris"). tswap keeps the first face in a temporary (printed: no
+//!   temporary). Its inverse runs the cycle backwards (printed: forwards).
+//! - [`Program`] is the production version: the same writes as three flat lists. Every execution writes the
+//!   same corners, so each corner is looked up once, when the program is made. A split then neither reads nor
+//!   compares faces, and a permutation goes through the buffer in order (see [`Moves`]).
 //! - [`apply`](super::apply) runs the same lists on the GPU.
 //!
-//! Differs from the paper: [`Instances`] keep only live faces. Nothing writes a face that is not live, so it is copied
-//! from M0's buffer when it becomes live.
+//! Differs from the paper: [`Instances`] keep only live faces. Nothing writes a face that is not live, so it
+//! is copied from M0's buffer when it becomes live.
 
 mod births;
 mod instances;
@@ -27,14 +27,14 @@ pub use touched::{BLOCK_WORDS, Touch, Touched, Untold};
 
 use super::mesh::Level;
 
-/// The coarsest of `levels` that deviates from the full mesh by at most `error` object units; the last level if none
-/// does (also for NaN).
+/// The coarsest level whose error is at most `error` object units; the last level if there is none (also for
+/// NaN).
 ///
 /// # Panics
 /// If there are no levels.
 pub fn level_for_error(levels: &[Level], error: f32) -> u32 {
     let last = u32::try_from(levels.len() - 1).expect("fewer than 2^32 levels");
-    // No level satisfies NaN.
+    // Every comparison with NaN counts as exceeding it, so no level satisfies NaN.
     let coarser =
         levels.partition_point(|level| level.error.partial_cmp(&error).is_none_or(|order| order.is_gt()));
     (coarser as u32).min(last)

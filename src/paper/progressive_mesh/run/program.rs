@@ -5,21 +5,22 @@ use crate::paper::progressive_mesh::check::Flaw;
 use crate::paper::progressive_mesh::mesh::{Births, Level, ProgressiveMesh};
 use std::ops::Range;
 
-/// All writes of all levels, as flat lists: 12 bytes for each corner that a split writes, 4 for each face that a
-/// permutation moves, 8 for each run of neighbouring slots.
+/// All writes of all levels, as flat lists: 12 bytes per corner that a split writes, 4 bytes per face that a
+/// permutation moves, 8 bytes per run of adjacent slots.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Program {
     pub(super) levels: Vec<Level>,
-    /// For each level the number of faces drawn: the first ones of F. With births in place this exceeds the live faces.
+    /// For each level the number of faces drawn, from the start of F. With births in place this exceeds the
+    /// live faces.
     pub(super) drawn: Vec<u32>,
-    /// F at level 0, all slots: each face as it is when first drawn.
+    /// F at level 0, all slots. A slot beyond it has its face as first drawn.
     pub(super) faces: Vec<[u32; 3]>,
     /// For each level the number of [`Corners`] up to and including it.
     pub(super) corner_ends: Vec<u32>,
     pub(super) corners: Corners,
     /// Levels that carry a permutation, ascending.
     pub(super) swap_levels: Vec<u32>,
-    /// For each of them the number of runs, and of faces in runs, up to and including it.
+    /// For each of `swap_levels` the number of runs, and of faces in runs, up to and including it.
     pub(super) move_ends: Vec<[u32; 2]>,
     pub(super) moves: Moves,
 }
@@ -27,27 +28,28 @@ pub struct Program {
 /// The writes of the splits, in order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Corners {
-    /// Index into F as a flat list of words.
+    /// Index of the written corner in F as a flat list of words.
     pub words: Vec<u32>,
-    /// The vertex that a split writes there.
+    /// The vertex that a split writes.
     pub up: Vec<u32>,
-    /// The vertex that its collapse writes there: `splitVert`.
+    /// The vertex that its collapse writes: `splitVert`.
     pub down: Vec<u32>,
 }
 
-/// The moves of the permutations. A permutation fills runs of neighbouring slots: going up, the faces are gathered and
-/// copied back run by run; going down, the runs are copied out and their faces scattered. Half of this is plain
-/// copying, and the other half jumps less than cycles do, because neighbours in one cache-friendly order are near each
-/// other in another.
+/// The moves of the permutations. A permutation covers runs of adjacent slots. Going up, the faces are
+/// gathered and copied back run by run; going down, the runs are copied out and their faces scattered. Half
+/// of the accesses are sequential. The others jump less than those of cycles do, because faces that are close
+/// in one cache-friendly order are close in another.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Moves {
-    /// First slot and end of each run; those of one permutation ascend, and no slot is in two.
+    /// First slot and end of each run. The runs of one permutation ascend and do not overlap.
     pub runs: Vec<[u32; 2]>,
-    /// For each slot of each run the slot where its face comes from; its own if it only joins two runs.
+    /// For each slot of each run the slot from which its face comes. It is the slot itself if it only joins
+    /// two runs.
     pub from: Vec<u32>,
 }
 
-/// Most unmoved slots that join two runs: copying a face costs a fifth of starting a run.
+/// Maximum number of unmoved slots that join two runs: copying a face costs a fifth of starting a run.
 const JOINED_SLOTS: u32 = 4;
 
 impl Moves {
@@ -74,7 +76,7 @@ impl Moves {
 }
 
 impl Program {
-    /// Checks a progressive mesh, and packs it.
+    /// Checks a progressive mesh and converts it.
     ///
     /// # Errors
     /// As [`ProgressiveMesh::check`].
@@ -123,7 +125,7 @@ impl Program {
         self.levels.len() as u32 - 1
     }
 
-    /// How many faces are drawn at a level: the first ones of F.
+    /// The number of faces drawn at a level, from the start of F.
     ///
     /// # Panics
     /// If there is no such level.
@@ -131,7 +133,7 @@ impl Program {
         self.drawn[level as usize]
     }
 
-    /// F at level 0, all slots. A face that is not drawn at a level has this content.
+    /// F at level 0, all slots. Slots that a level does not draw have these contents.
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.faces
     }
@@ -164,8 +166,9 @@ impl Program {
         4 * words + size_of_val(&*self.move_ends) + moves
     }
 
-    /// Brings `faces`, F at level `from`, to level `to`. It must hold the drawn faces of both levels, new ones as in
-    /// [`Program::faces`]; the rest is unchanged. `kept` is scratch memory for permutations.
+    /// Brings `faces`, which is F at level `from`, to level `to`. `faces` must hold the drawn faces of both
+    /// levels, with new faces as in [`Program::faces`]; other slots are not touched. `kept` is scratch memory
+    /// for permutations.
     ///
     /// # Panics
     /// If there is no such level, or `faces` is too short.
@@ -234,9 +237,9 @@ impl Program {
 /// A step from one level to another.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// The splits of a range of [`Corners`], in order; going down their collapses, in the opposite order.
+    /// The writes of a range of [`Corners`]: in order for splits, in the opposite order for collapses.
     Write { corners: Range<usize>, up: bool },
-    /// The permutation of a range of runs and of the slots in them; going down its inverse.
+    /// The permutation of a range of runs and their slots; going down, its inverse.
     Move { runs: Range<usize>, faces: Range<usize>, up: bool },
 }
 

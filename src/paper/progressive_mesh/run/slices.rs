@@ -3,17 +3,17 @@
 use std::collections::BTreeMap;
 use thiserror::Error;
 
-/// One slice of an index buffer for each instance. A slice is at most a quarter larger than the live faces when
-/// allocated, because slices come in few sizes and are reused; after the instance becomes coarser it may be up to four
-/// times too large. Holds no faces: the caller copies them when a slice is exchanged.
+/// One slice of an index buffer for each instance. Slices come in few sizes, so that they can be reused. A
+/// new slice is at most a quarter larger than its faces; after the instance becomes coarser, up to four times
+/// too large. Holds no faces: the caller copies them when an instance gets another slice.
 #[derive(Clone, Debug)]
 pub struct Slices {
     of_instances: Vec<Slice>,
-    /// First faces of free slices, by their size.
+    /// First faces of free slices, by size.
     free: BTreeMap<u32, Vec<u32>>,
-    /// Returned, but not reusable before [`Slices::release`].
+    /// Returned slices, not reusable before [`Slices::release`].
     given_back: Vec<Slice>,
-    /// Faces of all slices, including free ones.
+    /// Faces of the whole buffer, including free slices.
     end: u32,
     /// Faces of the full mesh.
     most: u32,
@@ -25,7 +25,7 @@ struct Slice {
     size: u32,
 }
 
-/// More faces than the 32-bit words of one buffer address.
+/// The faces exceed what a draw's 32-bit indices can address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error(
     "{faces} faces in all instances exceed a draw's 2^32 indices; show fewer instances, or coarser ones (error_pixels)"
@@ -82,9 +82,9 @@ impl Slices {
         size_of_val(&*self.of_instances) + size_of_val(&*self.given_back) + free
     }
 
-    /// Makes an instance's slice hold `faces` faces without being more than four times too large. If that takes another
-    /// slice, returns the first faces of the old and of the new one. The old one keeps its faces until
-    /// [`Slices::release`].
+    /// Makes an instance's slice large enough for `faces` faces and at most four times too large. If the
+    /// instance gets another slice, returns the first faces of the old and of the new one. The old slice
+    /// keeps its faces until [`Slices::release`].
     ///
     /// # Errors
     /// [`TooMany`]; the slice is unchanged.
@@ -100,7 +100,7 @@ impl Slices {
         Ok(Some([old.first, new.first]))
     }
 
-    /// Makes returned slices reusable: their faces have been copied.
+    /// Makes returned slices reusable. Called once their faces have been copied.
     pub fn release(&mut self) {
         for Slice { first, size } in self.given_back.drain(..) {
             self.free.entry(size).or_default().push(first);
@@ -142,7 +142,11 @@ mod tests {
         assert_eq!(slices.fit(0, 100), Ok(Some([0, 128])));
         assert_eq!((slices.fit(0, 40), slices.fit(0, 112)), (Ok(None), Ok(None)), "not four times too large");
         slices.push(64).unwrap();
-        assert_eq!((slices.first(2), slices.end()), (240, 304), "the first one's old slice is not free yet");
+        assert_eq!(
+            (slices.first(2), slices.end()),
+            (240, 304),
+            "the old slice of instance 0 is not free yet"
+        );
         slices.release();
         slices.push(64).unwrap();
         assert_eq!((slices.first(3), slices.end()), (0, 304));

@@ -2,7 +2,7 @@
 
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 
-/// F of one mesh at one level: all slots, live or not.
+/// F of one mesh at one level, in all slots, live or not.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct State {
     level: u32,
@@ -81,7 +81,8 @@ fn replace(face: &mut [u32; 3], old: u32, new: u32) {
     }
 }
 
-/// The paper's `tswap(numF, f1 … f_numF)`: each slot takes the next slot's face, the last takes the first's.
+/// The paper's `tswap(numF, f1 … f_numF)`: each slot takes the face of the next slot, and the last slot that
+/// of the first.
 pub fn tswap(faces: &mut [[u32; 3]], slots: &[u32]) {
     let [first, .., last] = slots else { return };
     let kept = faces[*first as usize];

@@ -6,11 +6,11 @@ use std::ops::Range;
 pub trait Touch {
     /// One word of the index buffer was written.
     fn word(&mut self, word: usize);
-    /// Faces of neighbouring slots were written.
+    /// Faces in adjacent slots were written.
     fn faces(&mut self, slots: Range<usize>);
 }
 
-/// Ignores all writes: for buffers that the GPU reads in place.
+/// Ignores all writes. For index buffers that need no upload.
 pub struct Untold;
 
 impl Touch for Untold {
@@ -18,15 +18,15 @@ impl Touch for Untold {
     fn faces(&mut self, _: Range<usize>) {}
 }
 
-/// Unit of upload: 128 words, 512 bytes. Blocks of 64 bytes mean many more copies; blocks of 4 KiB carry several times
-/// the written bytes.
+/// Unit of upload: 128 words, 512 bytes. Blocks of 64 bytes need many more copies; blocks of 4 KiB upload
+/// several times the written bytes.
 pub const BLOCK_WORDS: usize = 1 << BLOCK_LOG2;
 const BLOCK_LOG2: u32 = 7;
 
 /// Blocks of an index buffer that were written since the last [`Touched::take`].
 #[derive(Clone, Debug)]
 pub struct Touched {
-    /// One byte for each block: a bit would need a read before each write.
+    /// One byte per block, because a bit would need a read before each write.
     dirty: Vec<bool>,
     words: usize,
 }

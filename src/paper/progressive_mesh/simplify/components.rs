@@ -6,7 +6,7 @@ use glam::DVec3;
 /// A part of the model that shares no position with the rest.
 pub struct Component {
     pub faces: Vec<u32>,
-    /// Diagonal of its bounding box in the simplifier's units: the error of its removal.
+    /// Diagonal of its bounding box, in the simplifier's units: the error of its removal.
     pub extent: f64,
 }
 

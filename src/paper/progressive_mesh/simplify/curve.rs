@@ -4,10 +4,11 @@
 use crate::model::Model;
 use glam::DVec3;
 
-/// Bits of each coordinate: cells of a millionth of the box. Positions in one cell keep the model's order.
+/// Bits of each coordinate: a cell is a millionth of the bounding box. Positions in one cell keep the model's
+/// order.
 const BITS: u32 = 20;
 
-/// Places along the curve, and the model's indices.
+/// The order along the curve, for positions and faces; a place is an index in this order.
 pub struct Curve {
     /// For each of the model's positions, its place.
     pub places: Vec<u32>,
@@ -21,7 +22,7 @@ impl Curve {
     pub fn of(model: &Model) -> Curve {
         let low = model.positions.iter().fold(DVec3::MAX, |low, &p| low.min(p)) * 0.5;
         let high = model.positions.iter().fold(DVec3::MIN, |high, &p| high.max(p)) * 0.5;
-        // Halves, since the difference of two finite numbers may be infinite.
+        // Halved, because the difference of two finite numbers may overflow.
         let size = (high - low).max_element();
         let code = |p: &DVec3| if size > 0.0 { morton((*p * 0.5 - low) / size) } else { 0 };
         let codes: Vec<u64> = model.positions.iter().map(code).collect();

@@ -1,4 +1,4 @@
-//! The one-ring of a position that may vanish: its edges and faces, and the allowed collapses.
+//! The one-ring of a position that may be collapsed: its edges, its faces, and the allowed collapses.
 
 use super::surface::{Corner, Surface};
 
@@ -9,8 +9,8 @@ pub struct RingEdge {
     pub kind: Kind,
     /// Faces along the edge.
     pub faces: u32,
-    /// The corner in which `end` follows the hub, and the one in which it precedes the hub; the last of each if there
-    /// are several.
+    /// The corner in which `end` follows the hub, and the corner in which `end` precedes it. If there are
+    /// several, the last of each.
     ahead: Option<u32>,
     behind: Option<u32>,
 }
@@ -28,17 +28,17 @@ pub enum Kind {
     Complex,
 }
 
-/// Up to this many edges a linear search is faster than the table.
+/// Up to this many edges, a linear search is faster than the table.
 const FEW: usize = 16;
 
-/// The neighbourhood of a position; the lists are reused.
+/// The neighbourhood of a position. The lists are reused from hub to hub.
 pub struct Hub {
     pub position: u32,
     pub corners: Vec<Corner>,
     pub edges: Vec<RingEdge>,
-    /// The ends of the edges, contiguous.
+    /// The ends of the edges, stored contiguously.
     ends: Vec<u32>,
-    /// For each position, `turn` when it was last a neighbour, and the index of its edge.
+    /// For each position the `turn` in which it was last a neighbour, and the index of its edge in that turn.
     seen: Vec<(u32, u32)>,
     turn: u32,
 }
@@ -93,7 +93,8 @@ impl Hub {
 
     /// The edge to a position.
     pub fn edge_to(&self, end: u32) -> Option<&RingEdge> {
-        // Few ends fit into one or two CPU cache lines; `seen`, which has an entry for every position, does not.
+        // A few ends fit into one or two CPU cache lines. `seen` has an entry for every position and does not
+        // fit.
         if self.ends.len() <= FEW {
             return self.ends.iter().position(|&known| known == end).map(|at| &self.edges[at]);
         }
@@ -120,7 +121,8 @@ impl Hub {
         [surface.wedge(face, index), surface.wedge(face, other)]
     }
 
-    /// The border's edges into and out of the hub, in the faces' direction, if there is exactly one of each.
+    /// The border edges into and out of the hub, in the faces' direction; `None` unless there is exactly one
+    /// of each.
     pub fn border(&self) -> Option<[RingEdge; 2]> {
         let mut found = [None; 2];
         for edge in self.edges.iter().filter(|edge| edge.kind == Kind::Border) {
@@ -132,21 +134,22 @@ impl Hub {
         Some([found[0]?, found[1]?])
     }
 
-    /// The allowed directions, by the kinds of the hub's edges alone. An inner position may move anywhere, one on a
-    /// border or seam only along it; one where borders or seams end, cross or branch may not move.
+    /// The allowed directions, which depend only on the kinds of the hub's edges. An inner position may move
+    /// anywhere, and a position on a border or seam only along it. A position where borders or seams end,
+    /// cross or branch may not move.
     pub fn path(&self) -> Path {
         let mut marked = self.edges.iter().filter(|edge| edge.kind != Kind::Plain).map(|edge| edge.kind);
         match (marked.next(), marked.next(), marked.next()) {
             (None, ..) => Path::Anywhere,
-            // Where two sheets have come to share one edge, they separate again when it collapses.
+            // Two sheets share this edge; its collapse separates them again.
             (Some(Kind::Complex), None, _) => Path::Along(Kind::Complex),
             (Some(one), Some(two), None) if one == two => Path::Along(one),
             _ => Path::Nowhere,
         }
     }
 
-    /// For the hub's wedges in the faces along an edge, the wedges at the edge's end. `None` if one wedge would become
-    /// two, unless `torn`: then the first one is used.
+    /// For each of the hub's wedges in the faces along an edge, the wedge at the edge's end. If a wedge has
+    /// two different targets, the result is `None`, or with `torn` the first target.
     pub fn wedge_pairs(&self, surface: &Surface, end: u32, torn: bool) -> Option<WedgePairs> {
         let mut pairs = WedgePairs { pairs: [[0; 2]; MOST_PAIRS], count: 0 };
         for (index, corner) in self.corners.iter().enumerate() {
@@ -167,8 +170,8 @@ impl Hub {
         Some(pairs)
     }
 
-    /// The link condition. The hub and the end may share no neighbours except those of the edge's faces, no face may
-    /// become a copy of another, and no position may lose its last face.
+    /// The link condition. The hub and the end may only share neighbours that belong to the edge's faces, no
+    /// two faces may become equal, and no position may lose its last face.
     pub fn link(&self, surface: &Surface, edge: &RingEdge) -> Link {
         let end = edge.end;
         let known = |position: u32| position != self.position && self.edge_to(position).is_some();
@@ -194,7 +197,8 @@ impl Hub {
         }
     }
 
-    /// The third position of a hole of three edges, two of which are this edge and the border's other edge at the hub.
+    /// The third position of a hole with three edges: this edge, the border's other edge at the hub, and the
+    /// edge between their ends.
     fn closing(&self, surface: &Surface, edge: &RingEdge) -> Option<u32> {
         let [into, out] = if edge.kind == Kind::Border { self.border()? } else { return None };
         let (last, ahead) = if edge.end == out.end { (into.end, true) } else { (out.end, false) };
@@ -255,10 +259,11 @@ pub enum Link {
     Forbidden,
 }
 
-/// Most wedge pairs along one edge: two faces' pairs, or more if sheets share it.
+/// Maximum number of wedge pairs along one edge: one for each of two faces, more if several sheets share the
+/// edge.
 const MOST_PAIRS: usize = 4;
 
-/// Some wedges of a position, each with its replacement.
+/// Some of a position's wedges, each with its replacement.
 #[derive(Clone, Copy, Debug)]
 pub struct WedgePairs {
     pairs: [[u32; 2]; MOST_PAIRS],

@@ -1,24 +1,27 @@
 //! Vanished positions and the faces that represent them: the deviation of the simplified mesh.
 //!
-//! Each vanished position belongs to one face: the nearest among those that replaced its faces when it was last
-//! reassigned. On a border it also belongs to the border edge that replaced its own. The distance to that face is never
-//! less than the distance to the whole mesh.
+//! Each vanished position is assigned to one face: the nearest among the faces that replaced its previous
+//! face. A position on a border is also assigned to the border edge that replaced its own. The distance to
+//! the assigned face is never less than the distance to the whole mesh.
 
 use glam::DVec3;
 
 /// The end of a list.
 const END: u32 = u32::MAX;
 
-/// Longest list; positions beyond it share one bound. Lists reach this length when a mesh of a million faces is at a
-/// level of 500. On a straight border, where one edge may receive all the rest, the limit keeps the work linear.
+/// Maximum length of a list; positions beyond it share one bound. Lists become this long when a mesh of a
+/// million faces is reduced to 500. On a straight border one edge may receive all other positions, and the
+/// limit keeps the work linear.
 const MOST: u32 = 1024;
 
-/// Lists of vanished positions: for each face, or for each border edge (by its start in the direction of its face).
+/// Lists of vanished positions: one for each face, or one for each border edge (indexed by the edge's start
+/// in the direction of its face).
 pub struct Lists {
     first: Vec<u32>,
     next: Vec<u32>,
     count: Vec<u32>,
-    /// A bound of the distance of all positions that belong here but are not in the list; below 0 if there are none.
+    /// An upper bound of the distances of all positions assigned here that are not in the list; negative if
+    /// there are none.
     dropped: Vec<f64>,
 }
 
@@ -43,18 +46,18 @@ impl Lists {
         })
     }
 
-    /// A bound of the distance of the positions that belong here but are not in the list.
+    /// An upper bound of the distances of the positions that are assigned here but not in the list.
     pub fn dropped(&self, list: u32) -> Option<f64> {
         Some(self.dropped[list as usize]).filter(|bound| *bound >= 0.0)
     }
 
-    /// Releases the positions of a list.
+    /// Empties a list; its positions can be assigned again.
     pub fn clear(&mut self, list: u32) {
         let list = list as usize;
         (self.first[list], self.count[list], self.dropped[list]) = (END, 0, -1.0);
     }
 
-    /// Assigns a released position at this distance; a full list keeps only the distance.
+    /// Assigns a position at this distance to a list. A full list keeps only the distance.
     pub fn give(&mut self, position: u32, list: u32, distance: f64) {
         if self.count[list as usize] == MOST {
             return self.inherit(list, distance);

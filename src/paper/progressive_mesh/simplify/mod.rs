@@ -1,15 +1,17 @@
 //! Simplification: a model becomes a sequence of half-edge collapses (paper 2, sections 3 and 4; the paper accepts any
 //! simplifier and does not describe one).
 //!
-//! Ours: the cheapest collapse first. The cost is the quadric error (Garland and Heckbert, "Surface Simplification Using
-//! Quadric Error Metrics", SIGGRAPH 1997) plus the measured distance: each removed position is assigned to the face
-//! nearest to it (`lost`), and each new face is measured against those it replaces (`farthest`). A second pass delays
-//! collapses that deviate more than their neighbours in the sequence (`pace`), so that the stated error rises evenly.
+//! Ours executes the cheapest collapse first. The cost is the quadric error (Garland and Heckbert, "Surface
+//! Simplification Using Quadric Error Metrics", SIGGRAPH 1997) plus the measured distance: each removed
+//! position is assigned to the face nearest to it (`lost`), and each new face is measured against the faces
+//! that it replaces (`farthest`). A second pass delays collapses that deviate more than their neighbours in
+//! the sequence (`pace`), so that the stated error rises evenly.
 //!
-//! Positions on a border or seam move only along it; where borders or seams end or cross, they stay. Small holes close.
-//! Sheets may touch where a handle or neck is thin. A component vanishes as a whole once the mesh deviates by at least
-//! its extent. If no collapse satisfies these rules, they are relaxed in two steps ([`Report`] counts the collapses of
-//! each), and in the end the smallest component is removed.
+//! Positions on a border or seam move only along it; where borders or seams end or cross, positions stay.
+//! Small holes close. Two sheets may come to share an edge where a handle or neck is thin. A component
+//! vanishes as a whole once the deviation of the mesh reaches the component's extent. If no collapse
+//! satisfies these rules, they are relaxed in two steps; [`Report`] counts the collapses of each. Last, the
+//! smallest component is removed.
 
 mod components;
 mod curve;
@@ -32,25 +34,26 @@ use crate::math::ragged::Ragged;
 use crate::model::Model;
 use serde::Serialize;
 
-/// Collapses from the full model down to the base mesh M0, the first one first. Indices are the model's.
+/// Collapses from the full model down to the base mesh M0, in order of execution. Indices are the model's.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Collapses {
-    /// For each collapse the deviation from the full model after it, in object units. For the model's positions: the
-    /// distance to the nearest of the faces near them. For the remaining faces: at sample points, the distance from the
-    /// replaced faces plus those faces' own distances. Where a component vanishes: its extent, regardless of its
-    /// distance from the rest. Above 0 it rises evenly with every collapse (`stated`), so every level can be selected
-    /// by its error.
+    /// The deviation from the full model after each collapse, in object units: the maximum of three kinds of
+    /// distances. Each of the model's positions is measured to the nearest of the faces near it. The
+    /// remaining faces are measured at sample points: the distance to a replaced face plus that face's own
+    /// distance from the model. A component that vanishes counts with its extent, regardless of its distance
+    /// from the rest. Positive errors rise evenly with every collapse (`stated`), so every level can be
+    /// selected by its error.
     pub errors: Vec<f64>,
-    /// For each collapse the wedges that it removes, each with its replacement in the remaining faces, or [`NOWHERE`]
-    /// if there is none (a component vanishes as a whole). Contains all wedges of one position, or of all positions of
-    /// a component.
+    /// For each collapse the wedges that it removes, each with its replacement in the remaining faces. The
+    /// replacement is [`NOWHERE`] if a component vanishes as a whole. A collapse removes all wedges of one
+    /// position, or of all positions of a component.
     pub wedges: Ragged<[u32; 2]>,
     /// For each collapse the faces that it removes: at least one.
     pub faces: Ragged<u32>,
 }
 
 impl Collapses {
-    /// The number of collapses that leave at most `faces` of a model's faces; all of them if none do.
+    /// The number of collapses needed to leave at most `faces` faces; all of them if they leave more.
     pub fn steps_to(&self, model: &Model, faces: usize) -> usize {
         let mut left = model.faces.len();
         let enough = self.faces.rows().position(|row| {
@@ -61,14 +64,14 @@ impl Collapses {
         enough.unwrap_or(self.errors.len())
     }
 
-    /// The faces after the first `steps` collapses, by wedge, in the model's order.
+    /// The faces (as wedges) after the first `steps` collapses, in the model's order.
     ///
     /// # Panics
     /// If there are fewer collapses, or if they belong to another model.
     pub fn faces_after(&self, model: &Model, steps: usize) -> Vec<[u32; 3]> {
         let mut live = vec![true; model.faces.len()];
         let mut targets: Vec<u32> = (0..model.wedge_positions.len() as u32).collect();
-        // Backwards, so that the replacement of a wedge already has its own final replacement.
+        // Backwards, so that the replacement of a wedge is already final.
         for step in (0..steps).rev() {
             self.faces.row(step).iter().for_each(|&face| live[face as usize] = false);
             for &[from, to] in self.wedges.row(step) {
@@ -88,13 +91,13 @@ impl Collapses {
 /// The target of a wedge that vanishes with all its faces.
 pub const NOWHERE: u32 = u32::MAX;
 
-/// What to simplify to.
+/// The target of the simplification.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SimplifyOptions {
-    /// Faces of the base mesh: no collapse begins at or below this number.
+    /// Faces of the base mesh: collapses stop at or below this number.
     pub target_faces: usize,
-    /// The order of collapses of equal cost: with 0 the first along a space-filling curve, with any other seed random.
-    /// The differences between seeds show how much of a result is due to chance.
+    /// Breaks ties between collapses of equal cost: 0 prefers the first along a space-filling curve, any
+    /// other seed a random one. The differences between seeds show how much of a result is due to chance.
     pub seed: u64,
     pub effort: BuildEffort,
 }
@@ -112,7 +115,7 @@ pub struct Simplified {
     pub report: Report,
 }
 
-/// The request, the result, and the rules that had to be relaxed.
+/// The request, the result, and how often rules were relaxed.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Report {
     pub target_faces: usize,
@@ -129,16 +132,16 @@ pub struct Report {
     pub pinches: usize,
     /// Collapses that turned a face by more than 75 degrees, or left it without area.
     pub flips: usize,
-    /// Collapses after which borders and seams no longer held.
+    /// Collapses for which borders and seams no longer restricted the movement.
     pub crossing: usize,
-    /// Corners and vanished positions visited: proportional to the time.
+    /// Corners and vanished positions visited; the running time is proportional to it.
     pub looks: usize,
     /// Why there are more faces than requested.
     pub shortfall: Option<&'static str>,
 }
 
-/// Simplifies a model to the target. `progress` is called now and then with the number of faces removed and the number
-/// to remove, over all passes.
+/// Simplifies a model to the target. `progress` is called at intervals with the number of faces removed and
+/// the number to remove, over all passes.
 pub fn simplify(
     model: &Model,
     options: &SimplifyOptions,

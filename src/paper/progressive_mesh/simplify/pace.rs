@@ -1,11 +1,12 @@
-//! Converts deviations to keys of the queue, fitted to a first pass over the same model.
+//! Converts deviations to queue keys, fitted to a first pass over the same model.
 //!
-//! The first pass orders collapses by quadrics. Their deviations scatter: a few are far above those of collapses at the
-//! same time, and the running maximum, which is the stated error, stays constant for thousands of collapses. The second
-//! pass delays these few until the others deviate as much. The distance at equal numbers of faces hardly changes,
-//! because most collapses keep their order.
+//! The first pass orders collapses by quadrics. Their deviations scatter: a few are far above those of the
+//! collapses around them. The stated error, a running maximum, then stays constant for thousands of
+//! collapses. The second pass delays these few until the others deviate as much. The distance at equal
+//! numbers of faces hardly changes, because most collapses keep their order.
 
-/// Each window has this share of the remaining collapses: the table is as fine at 1,000 faces as at a million.
+/// Collapses per window, as a share of the remaining collapses, so that the table is as fine at 1,000 faces
+/// as at a million.
 const WINDOW: f64 = 0.04;
 
 /// Collapses in the smallest window: a quantile needs several.
@@ -14,22 +15,22 @@ const LEAST_WINDOW: usize = 16;
 /// The quantile of the deviations in a window. Deviations above it are delayed.
 const QUANTILE: f64 = 0.6;
 
-/// Deviations below this share of the model's size are rounding.
+/// Deviations below this share of the model's size count as rounding errors.
 const ROUNDING: f64 = 1e-12;
 
-/// Slopes beyond the ends of the table, in logarithms. A key is a squared distance times an area.
+/// Range of the slope beyond the ends of the table, in logarithms. A key is a squared distance times an area.
 const SLOPES: [f64; 2] = [1.0, 6.0];
 
-/// A rising function from deviation to key, piecewise linear in logarithms.
+/// An increasing function from deviation to key, piecewise linear in logarithms.
 #[derive(Clone, Debug)]
 pub struct Pace {
-    /// (ln deviation, ln key), both rising; at least two.
+    /// (ln deviation, ln key), both increasing; at least two points.
     points: Vec<[f64; 2]>,
 }
 
 impl Pace {
-    /// `log` has, for each collapse of the first pass, the largest key so far and the deviation. `None` if it is too
-    /// short.
+    /// `log` holds, for each collapse of the first pass, the largest key so far and the deviation. `None` if
+    /// it is too short.
     pub fn of(log: &[[f64; 2]]) -> Option<Pace> {
         let mut points: Vec<[f64; 2]> = Vec::new();
         let mut rest = log;

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 /// A sum of `weight * distance^2` over planes, as a function of a point given relative to the quadric's own origin.
 ///
-/// The origin lies on the surface, so that cancelling terms are as small as the local shape: a quadric's resolution
-/// does not depend on where the mesh is.
+/// The origin lies on the surface, so that the terms that cancel are as small as the local shape. A quadric's
+/// precision therefore does not depend on the mesh's position.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quadric {
     xx: f64,
@@ -19,7 +19,7 @@ pub struct Quadric {
 }
 
 impl Quadric {
-    /// The plane through `point` (relative to the origin) with a unit `normal`.
+    /// The quadric of the plane through `point` (relative to the origin) with a unit `normal`.
     pub fn plane(normal: DVec3, point: DVec3, weight: f64) -> Quadric {
         let (n, offset) = (normal, -normal.dot(point));
         Quadric {
@@ -42,7 +42,7 @@ impl Quadric {
         )
     }
 
-    /// The sum at `point`; rounding never makes it negative.
+    /// The sum at `point`, never negative despite rounding.
     pub fn at(&self, point: DVec3) -> f64 {
         (self.product(point).dot(point) + 2.0 * self.linear.dot(point) + self.constant).max(0.0)
     }
@@ -52,7 +52,7 @@ impl Quadric {
         self.constant
     }
 
-    /// The same function about another origin; `origin` is relative to the old one.
+    /// The same function about another origin. `origin` is relative to the old one.
     pub fn about(&self, origin: DVec3) -> Quadric {
         Quadric { linear: self.linear + self.product(origin), constant: self.at(origin), ..*self }
     }

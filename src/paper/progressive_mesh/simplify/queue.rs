@@ -2,12 +2,12 @@
 
 use crate::math::splitmix::SplitMix64;
 
-/// Positions by key, least first; equal keys are ordered by [`Ties`]. An indexed heap with four children, because a
-/// parent's children then fit into one or two CPU cache lines.
+/// Positions by key, smallest first; equal keys are ordered by [`Ties`]. An indexed heap with four children
+/// per node, because four children fit into one or two CPU cache lines.
 pub struct Queue {
     ties: Ties,
     heap: Vec<Entry>,
-    /// The index of each position in the heap, [`OUT`] if it is absent.
+    /// The index of each position in the heap, or [`OUT`].
     places: Vec<u32>,
 }
 

@@ -1,5 +1,6 @@
-//! The sequence of collapses, cheapest first. Costs that a collapse changes nearby are recomputed lazily, when their
-//! old cost reaches the head of the queue. Costs rarely fall, and this takes three evaluations instead of five.
+//! The sequence of collapses, cheapest first. A collapse changes costs nearby; they are recomputed lazily,
+//! when the old cost reaches the head of the queue. Costs rarely fall, so this needs three fifths of the
+//! evaluations of immediate updates.
 
 use super::components::{Component, lesser_components};
 use super::curve::Curve;
@@ -20,7 +21,8 @@ use glam::DVec3;
 pub const SHORTFALL: &str =
     "one component is left, and every collapse of it would merge two faces or leave none";
 
-/// The simplifier's whole state. Positions and faces are numbered along the curve; the result uses the model's numbers.
+/// The simplifier's state. Positions and faces are numbered along the curve; the result has the model's
+/// numbers.
 pub struct Sequence<'a> {
     model: &'a Model,
     curve: Curve,
@@ -37,7 +39,8 @@ pub struct Sequence<'a> {
     /// For each face an upper bound of its distance from the model.
     pub(super) off_model: Vec<f64>,
     queue: Queue,
-    /// For each position whose key is an exact cost: the target of that collapse, and the quadric part of the cost.
+    /// For each position whose key is an exact cost: the target of that collapse, and the quadric part of the
+    /// cost.
     exact: Vec<(u32, f64)>,
     pub(super) hub: Hub,
     /// The hub, and the vanished positions of its faces.
@@ -58,20 +61,20 @@ pub struct Sequence<'a> {
     left: Vec<usize>,
     /// Set in the second pass.
     pub(super) pace: Option<Pace>,
-    /// For each collapse the largest key so far, and its deviation.
+    /// For each collapse the largest key so far and the deviation.
     log: Vec<[f64; 2]>,
     collapses: Collapses,
     pub(super) report: Report,
 }
 
-/// The permitted collapses. Each phase permits more than the one before.
+/// The permitted collapses. Each phase permits more than the previous one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rules {
-    /// Only collapses whose damage is measured as deviation.
+    /// Only collapses whose damage is measured as a deviation.
     Strict,
-    /// Also those that turn faces too far.
+    /// Also collapses that turn faces too far.
     Folding,
-    /// Also those that leave borders and seams, and move their ends.
+    /// Also collapses across borders and seams, and of their ends.
     Crossing,
 }
 
@@ -90,7 +93,7 @@ pub struct Step {
 pub struct Near {
     pub position: u32,
     pub point: DVec3,
-    /// The corner of the hub that it belongs to; arbitrary for the hub itself.
+    /// The corner of the hub to which it is assigned; arbitrary for the hub itself.
     pub corner: u32,
 }
 
@@ -197,8 +200,8 @@ impl<'a> Sequence<'a> {
         true
     }
 
-    /// The collapse whose cost is the position's key, if it is still allowed. The position's own faces are unchanged;
-    /// their surroundings may have changed.
+    /// The collapse whose cost is the position's key, if it is still allowed. The position's own faces are
+    /// unchanged, but the faces around them may have changed.
     fn known(&mut self, position: u32, key: f64) -> Option<Step> {
         let (to, quadrics) = self.exact[position as usize];
         if to == NOWHERE || self.is_heavy(position) || self.quadric_cost(position, to) != quadrics {
@@ -235,7 +238,7 @@ impl<'a> Sequence<'a> {
         self.left.push(self.surface.live());
     }
 
-    /// For each collapse of one position the largest key so far, and its deviation.
+    /// For each collapse of a position onto another: the largest key so far, and the deviation.
     pub fn log(&self) -> &[[f64; 2]] {
         &self.log
     }
@@ -281,14 +284,15 @@ impl<'a> Sequence<'a> {
         self.around.extend(self.hub.edges.iter().map(|edge| edge.end));
         while let Some(neighbour) = self.around.pop() {
             match self.queue.contains(neighbour) {
-                // Its cost is recomputed when it reaches the head of the queue: it rarely falls.
+                // Its cost is recomputed when it reaches the head of the queue, because costs rarely fall.
                 true => self.exact[neighbour as usize].0 = NOWHERE,
                 false => self.renew(neighbour),
             }
         }
     }
 
-    /// Assigns the hub and the vanished positions to their nearest faces. Returns the collapse's deviation.
+    /// Assigns the hub and its vanished positions to their nearest faces. Returns the deviation of the
+    /// collapse.
     fn measure(&mut self, step: &Step) -> f64 {
         let end = step.edge.end;
         let mut off = std::mem::take(&mut self.off);
@@ -326,7 +330,7 @@ impl<'a> Sequence<'a> {
         most
     }
 
-    /// The same for the border from `start` to `end`, on which the hub lay.
+    /// The same for the border from `start` to `end` after the hub between them is removed.
     fn measure_border(&mut self, start: u32, end: u32) -> f64 {
         let segment = [start, end].map(|position| self.surface.point(position));
         let off = |point| squared_to_segment(point, segment).sqrt();

@@ -5,30 +5,33 @@ use super::surface::{Corner, Surface};
 use super::triangle::Triangle;
 use glam::DVec3;
 
-/// Cosine of the largest angle by which a face may turn, in one collapse and since the model: about 75 degrees.
+/// Cosine of the largest angle by which a face may turn, in one collapse and in total since the model: about
+/// 75 degrees.
 const LEAST_COSINE: f64 = 0.25;
 
-/// Triangles that are tested many times, once for each vanished position; the lists are reused.
+/// The triangles against which every vanished position is tested. The lists are reused.
 #[derive(Default)]
 pub struct Shape {
     /// The triangle of each of the hub's corners, the hub first.
     pub old: Vec<Triangle>,
-    /// Their normals, with length twice the area, and the normals of these faces in the model.
+    /// The normals of the old triangles, with length twice the area, and the unit normals of these faces in
+    /// the model.
     normals: Vec<[DVec3; 2]>,
-    /// Their replacements, by face: the fan around the end; if a corner vanishes without a fan, the faces beside it.
+    /// The triangles after the collapse, by face: the fan around the end. If the fan is empty, the faces
+    /// beside it.
     pub new: Vec<(u32, Triangle)>,
     /// How many of [`Self::new`] are the fan.
     pub fan: usize,
-    /// True if a face of the fan turned too far, or lost its area.
+    /// True if a face of the fan turns too far, or loses its area.
     pub flips: bool,
     /// For each corner the index in [`Self::new`] at which the search for the nearest triangle starts.
     heirs: Vec<u32>,
-    /// For each face of the fan, its corner.
+    /// For each face of the fan, the hub's corner that it replaces.
     parents: Vec<u32>,
 }
 
 impl Shape {
-    /// Reads the hub; `normals` are those of the model's faces.
+    /// Reads the triangles around the hub. `normals` are those of the model's faces.
     pub fn look(&mut self, hub: &Hub, surface: &Surface, normals: &[DVec3]) {
         let point = surface.point(hub.position);
         self.old.clear();
@@ -75,7 +78,8 @@ impl Shape {
         raised(most, point, &self.new, self.heirs[corner as usize], |(_, triangle)| triangle)
     }
 
-    /// The same for a sample of a fan triangle, and the old triangles.
+    /// The larger of `most` and the squared distance from a sample of a fan triangle to the nearest old
+    /// triangle.
     pub fn raised_by_sample(&self, most: f64, sample: DVec3, index: usize) -> f64 {
         raised(most, sample, &self.old, self.parents[index], |triangle| triangle)
     }
@@ -85,15 +89,15 @@ impl Shape {
         self.parents[index] as usize
     }
 
-    /// The new face that inherits a corner's vanished positions, and the old face's distance from it: the distance is
-    /// convex, so a corner is farthest.
+    /// The new face that inherits a corner's vanished positions, and the largest distance of the old face
+    /// from it. The distance is convex, so a corner is farthest.
     pub fn heir(&self, corner: usize) -> (u32, f64) {
         let (face, triangle) = &self.new[self.heirs[corner] as usize];
         let squared = self.old[corner].corners().map(|point| triangle.squared_to(point));
         (*face, squared.into_iter().fold(0.0, f64::max).sqrt())
     }
 
-    /// The new face nearest to a point near a corner (the first of several), and the squared distance.
+    /// The new face nearest to a point near a corner (on a tie, the first), and the squared distance.
     pub fn nearest(&self, point: DVec3, corner: u32) -> (f64, u32) {
         let heir = self.heirs[corner as usize] as usize;
         let mut least = (self.new[heir].1.squared_to(point), heir);
@@ -114,17 +118,18 @@ impl Shape {
     }
 }
 
-/// Points where a new triangle may be far from the old ones; its first corner is the target of the collapse.
+/// Points where a new triangle may be far from the old ones. The triangle's first corner is the target of the
+/// collapse.
 pub fn samples(triangle: &Triangle) -> [DVec3; 2] {
     let [to, a, b] = triangle.corners();
     [(to + a + b) / 3.0, (to + a) / 2.0]
 }
 
-/// The larger of `most` and the squared distance from a point to the nearest triangle, which is probably the one at
-/// `first`.
+/// The larger of `most` and the squared distance from a point to the nearest triangle. The search starts at
+/// `first`, which is probably nearest.
 fn raised<T>(most: f64, point: DVec3, triangles: &[T], first: u32, of: impl Fn(&T) -> &Triangle) -> f64 {
     let (before, after) = triangles.split_at(first as usize);
-    // Nine of ten points are nearer than `most`, and their exact distances do not matter.
+    // Nine of ten points are nearer than `most`, so their exact distances are not needed.
     if after.iter().chain(before).any(|item| of(item).at_most(point) <= most) {
         return most;
     }

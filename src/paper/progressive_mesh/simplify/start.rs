@@ -10,11 +10,12 @@ use glam::DVec3;
 /// Weight of the planes that hold a border in place, times the squared length of the border edge.
 const BORDER_WEIGHT: f64 = 10.0;
 
-/// Weight of the planes that hold a seam. At a crease the surface itself also holds it.
+/// Weight of the planes that hold a seam. It is smaller because at a crease the surface's own planes hold it
+/// too.
 const SEAM_WEIGHT: f64 = 1.0;
 
-/// The quadric of each position about itself: its faces' planes with a third of each face's area, and planes through
-/// each border or seam edge, perpendicular to its faces.
+/// The quadric of each position, relative to that position: the planes of its faces, weighted with a third of
+/// the face's area, and planes through each border or seam edge, perpendicular to its faces.
 pub fn quadrics(surface: &mut Surface, hub: &mut Hub, positions: usize) -> Vec<Quadric> {
     let mut quadrics = vec![Quadric::default(); positions];
     for face in 0..surface.faces() as u32 {
@@ -46,7 +47,7 @@ pub fn quadrics(surface: &mut Surface, hub: &mut Hub, positions: usize) -> Vec<Q
     quadrics
 }
 
-/// Unit normals of all faces, zero where there is no area.
+/// Unit normals of all faces; zero for degenerate faces.
 pub fn normals(surface: &Surface) -> Vec<DVec3> {
     let normal = |face| {
         let [a, b, c] = surface.triangle(face);

@@ -1,16 +1,17 @@
-//! The stated error of each collapse: the least that is not below the deviation and rises evenly.
+//! The stated error of each collapse: not below the deviation, and rising evenly.
 
-/// Least and largest power of (faces before / faces after a collapse) by which the stated error grows. On a smooth
-/// surface the deviation grows with power 1. With 0.5, 1 % more wanted error is at most 2 % fewer faces and one
-/// collapse; with 4, it is at least one collapse from 1000 faces on.
+/// Smallest and largest power of (faces before / faces after a collapse) by which the stated error grows. On
+/// a smooth surface the deviation grows with power 1. With at least 0.5, a requested error 1 % larger gives
+/// at most 2 % fewer faces and one collapse. With at most 4, it gives at least one collapse from 1000 faces
+/// on.
 const GROWTH: [f64; 2] = [0.5, 4.0];
 
-/// Largest factor by which the error before a jump is raised to make it even: where flat parts end, their error stays
-/// small.
+/// Largest factor by which errors before a jump are raised to make it even. Flat parts keep a small error up
+/// to the jump.
 const MOST_RAISED: f64 = 1.5;
 
-/// Safety factor over the distance measured at points: it was 0.97 of the true one at worst, on faces that are as large
-/// as they are far off.
+/// Safety factor on the distance measured at sample points, which was at worst 0.97 of the true distance, for
+/// faces as large as their distance from the model.
 const MARGIN: f64 = 1.03;
 
 /// The stated error of each collapse, from the largest deviation so far and the faces left.

@@ -1,4 +1,4 @@
-//! One collapse: its permission, its cost, and its distance from the model.
+//! One collapse: whether it is allowed, its cost, and its distance from the model.
 
 use super::hub::{Kind, Link, Path, RingEdge};
 use super::lost::squared_to_segment;
@@ -6,9 +6,9 @@ use super::queue::Ties;
 use super::sequence::{Near, Rules, Sequence, Step};
 use super::shape::samples;
 
-/// Weight of the squared deviation, times the moving area, relative to the quadrics. 0, 0.3, 1, 3 and 10 give mean
-/// errors of 0.97, 0.83, 0.82, 0.81 and 0.80 of `meshopt_simplify`'s on closed meshes; the Hausdorff distance is least
-/// from 1 to 3.
+/// Weight of the squared deviation times the area around the hub, relative to the quadrics. Weights 0, 0.3,
+/// 1, 3 and 10 give mean errors of 0.97, 0.83, 0.82, 0.81 and 0.80 of `meshopt_simplify`'s on closed meshes;
+/// the Hausdorff distance is smallest for 1 to 3.
 const DEVIATION_WEIGHT: f64 = 3.0;
 
 /// Cost factor of a collapse that makes two sheets touch.
@@ -17,7 +17,8 @@ const PINCH_FACTOR: f64 = 4.0;
 /// Cost factor of a collapse that turns a face too far, in phases that allow it.
 const FLIP_FACTOR: f64 = 100.0;
 
-/// Faces beyond which a position is heavy. Scans have up to 30, the end of a cylinder a few hundred.
+/// A position with more faces than this is heavy. Scans have up to 30 faces at a position, the end of a
+/// cylinder a few hundred.
 const MOST_FACES: usize = 256;
 
 impl Sequence<'_> {
@@ -31,8 +32,9 @@ impl Sequence<'_> {
         if self.rules == Rules::Crossing { Path::Anywhere } else { self.hub.path() }
     }
 
-    /// True for a position with very many faces. It stays until collapses of others have reduced their number, and
-    /// receives none. Each look at it costs the square of that number, and each collapse beside it causes one.
+    /// True for a position with very many faces. It neither moves nor is a target until other collapses have
+    /// reduced their number: examining it costs the square of that number, and every collapse beside it would
+    /// examine it.
     pub(super) fn is_heavy(&self, position: u32) -> bool {
         self.rules != Rules::Crossing && self.surface.valence(position) > MOST_FACES
     }
@@ -82,7 +84,7 @@ impl Sequence<'_> {
         best
     }
 
-    /// Makes a position the hub, with the triangles around it.
+    /// Makes a position the hub and reads the triangles around it.
     pub(super) fn look(&mut self, position: u32) {
         self.hub.look(&mut self.surface, position);
         self.report.looks += self.hub.corners.len();
@@ -115,8 +117,8 @@ impl Sequence<'_> {
         (link != Link::Forbidden).then_some(Step { edge: *edge, cost, pairs, link, flips })
     }
 
-    /// The cost of a collapse; in the second pass at least the key of its deviation. Stops early once it exceeds
-    /// `limit`.
+    /// The cost of a collapse; in the second pass, at least the key of its deviation. Stops early once the
+    /// cost exceeds `limit`.
     fn paced(&self, edge: &RingEdge, least: f64, area: f64, limit: f64) -> f64 {
         let (cost, mut most) = self.with_deviation(edge, least, area, limit);
         let Some(pace) = &self.pace else { return cost };
@@ -130,9 +132,9 @@ impl Sequence<'_> {
         cost.max(pace.key(most))
     }
 
-    /// The cost of a collapse including its deviation, and the deviation as far as it was computed: vanished positions
-    /// against the new faces, and samples of the new faces against the old ones. Stops early once the cost exceeds
-    /// `limit`.
+    /// The cost of a collapse with its deviation, and the deviation. It measures vanished positions against
+    /// the new faces, and samples of the new faces against the old ones. Stops early, with a deviation that
+    /// is too small, once the cost exceeds `limit`.
     fn with_deviation(&self, edge: &RingEdge, least: f64, area: f64, limit: f64) -> (f64, f64) {
         let factor = DEVIATION_WEIGHT * area;
         let enough = |most: f64| least + factor * most > limit;

@@ -1,4 +1,4 @@
-//! The mesh during simplification: faces, and for each position its corners of faces.
+//! The mesh during simplification: its faces, and the corners at each position.
 
 use super::curve::Curve;
 use crate::model::Model;
@@ -10,8 +10,8 @@ const END: u32 = u32::MAX;
 /// Marks a face that has been removed.
 const GONE: [u32; 3] = [u32::MAX; 3];
 
-/// Any set of triangles over the model's positions, both indexed by their places along a [`Curve`]. Corner `3 f + k` is
-/// corner k of face f.
+/// Any set of triangles over the model's positions. Positions and faces are numbered along a [`Curve`].
+/// Corner `3 f + k` is corner k of face f.
 pub struct Surface {
     /// In the simplifier's own units: see [`Frame`].
     points: Vec<DVec3>,
@@ -19,7 +19,7 @@ pub struct Surface {
     faces: Vec<[u32; 3]>,
     /// Wedges of each face's corners.
     wedges: Vec<[u32; 3]>,
-    /// The first corner at each position. Corners of removed faces stay in the lists until [`Self::gather`].
+    /// The first corner at each position. Corners of removed faces stay in the list until [`Self::gather`].
     first: Vec<u32>,
     /// The next corner at the same position.
     next: Vec<u32>,
@@ -31,8 +31,8 @@ pub struct Surface {
     has_seams: bool,
 }
 
-/// Conversion from object units to the simplifier's: computation takes place in a box of about 1 around the median
-/// position, so that a far origin, a tiny or huge scale or a far outlier costs no precision.
+/// Conversion from object units to the simplifier's units, in which the mesh has a size of about 1 around its
+/// median position. A distant origin, a tiny or huge scale, or a distant outlier then costs no precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     origin: DVec3,
@@ -61,7 +61,7 @@ impl Frame {
             return Frame { origin: DVec3::ZERO, half: 1.0 };
         }
         let origin = DVec3::new(median(0), median(1), median(2));
-        // The difference of two finite numbers may be infinite, so halves are subtracted.
+        // Halved, because the difference of two finite numbers may overflow.
         let half = positions
             .iter()
             .fold(0.0, |most: f64, p| most.max((*p * 0.5 - origin * 0.5).abs().max_element()));

@@ -1,4 +1,4 @@
-//! Invariants of every sequence of collapses, and the treatment of holes, seams, components and degenerate models.
+//! Tests of every sequence of collapses, and of holes, seams, components and degenerate models.
 
 use super::triangle::Triangle;
 use super::*;
@@ -10,8 +10,8 @@ fn to(model: &Model, target_faces: usize) -> Simplified {
     simplify(model, &SimplifyOptions { target_faces, ..SimplifyOptions::default() }, &mut |_, _| {})
 }
 
-/// The faces left when there are at most `faces`, by wedge, and the stated error. Checks that each collapse on the way
-/// removes what exists and that its replacements stay.
+/// The faces (as wedges) when at most `faces` are left, and the stated error. Checks that each collapse on
+/// the way removes only what exists and that its replacements stay.
 fn left(model: &Model, collapses: &Collapses, faces: usize) -> (Vec<[u32; 3]>, f64) {
     let mut now = model.faces.clone();
     let mut live = vec![true; now.len()];
@@ -178,7 +178,7 @@ fn a_component_vanishes_as_a_whole_once_the_rest_deviates_as_much() {
         (0..collapses.errors.len()).filter(|&step| collapses.wedges.row(step)[0][1] == NOWHERE).collect();
     let [step] = vanishing[..] else { panic!("{} collapses lead nowhere", vanishing.len()) };
     assert_eq!((collapses.wedges.row(step).len(), collapses.faces.row(step).len()), (4, 4));
-    // The extent is the diagonal of a cube of 0.02; the deviation had already reached it.
+    // The extent is the diagonal of a cube of size 0.02; the deviation has already reached it.
     assert!(collapses.errors[step - 1] >= 0.02 * 3.0_f64.sqrt() - 1e-12);
     left(&model, &collapses, 64);
 }
@@ -191,7 +191,8 @@ fn in_the_end_components_vanish_smallest_first_with_their_extent_as_error() {
     let Simplified { collapses, report } = to(&model, 0);
     assert_eq!((report.faces, report.components, report.shortfall), (4, 8, Some(sequence::SHORTFALL)));
     let extents = (1..=8).map(|n| f64::from(n) * 3.0_f64.sqrt());
-    // The error rises with at least half the power of the faces: from 8 faces to 4 by more than the extents do.
+    // The error rises with at least half the power of the faces: from 8 faces to 4 it rises more than the
+    // extents do.
     assert!(
         collapses.errors.iter().zip(extents).all(|(found, extent)| (1.0..2.0).contains(&(found / extent)))
     );
@@ -242,7 +243,7 @@ fn fan(n: u32, height: f64) -> Model {
     Model { wedge_positions: (0..=n).collect(), positions, faces, ..Model::default() }
 }
 
-/// Two fans on one circle.
+/// Two fans around the same circle.
 fn double_cone(n: u32) -> Model {
     let mut model = fan(n, 1.0);
     model.positions.push(-DVec3::Z);
@@ -252,7 +253,7 @@ fn double_cone(n: u32) -> Model {
     model
 }
 
-/// Faces without area between points of one line.
+/// Degenerate faces between points of one line.
 fn line(n: u32) -> Model {
     let positions: Vec<DVec3> = (0..n + 2).map(|i| DVec3::X * f64::from(i)).collect();
     let faces: Vec<[u32; 3]> =

@@ -1,15 +1,16 @@
-//! Distances to a triangle: exact, and bounds on both sides at a third of the time. Two of three of a dragon's
-//! distances only need comparing with another distance.
+//! Distances to a triangle: exact ones, and bounds on both sides at a third of the cost. Two of three
+//! distances on a dragon are only compared with another distance.
 
 use super::lost::squared_to_segment;
 use glam::DVec3;
 
-/// Squared sine of the angle at the first corner below which barycentric coordinates lose too many digits for a bound:
-/// cancellation grows with the reciprocal of the square, so that 1e-12 of a side remains.
+/// Squared sine of the angle at the first corner, below which barycentric coordinates are too inexact for a
+/// bound. Cancellation grows with the reciprocal of this square, so an error of 1e-12 of a side remains.
 const LEAST_SINE_SQUARED: f64 = 1e-4;
 
-/// Squared ratio of the sides at the first corner below which the same holds: the shorter side's coordinate loses as
-/// many digits as the longer one has more. The exact formula loses them too, and a bound may not cross its result.
+/// Squared ratio of the sides at the first corner, below which the same holds: the shorter side's coordinate
+/// loses digits in proportion to the ratio. The exact formula loses them too, and a bound must not cross its
+/// result.
 const LEAST_SIDES_SQUARED: f64 = 1e-4;
 
 /// Rounding error of a bound's barycentric coordinates: 50 times what [`LEAST_SINE_SQUARED`] leaves.
@@ -35,7 +36,7 @@ pub struct Triangle {
     cross_squared: f64,
     /// Its reciprocal; 0 for a thin triangle or a needle.
     inverse: f64,
-    /// Most that rounding adds to squared distances.
+    /// Upper bound of the rounding error of squared distances.
     rounding: f64,
 }
 
@@ -44,7 +45,7 @@ impl Triangle {
         Triangle::with_cross([a, b, c], (b - a).cross(c - a))
     }
 
-    /// The same where the cross product of the sides at the first corner is known.
+    /// As [`Triangle::new`], with the cross product of the sides at the first corner already known.
     pub fn with_cross([a, b, c]: [DVec3; 3], cross: DVec3) -> Triangle {
         let (ab, ac) = (b - a, c - a);
         let (ab_squared, ac_squared) = (ab.length_squared(), ac.length_squared());
@@ -85,7 +86,8 @@ impl Triangle {
         (ap - self.ab * v - self.ac * w).length_squared() * WIDER + self.rounding
     }
 
-    /// True if [`Self::squared_to`] certainly exceeds `squared`: the point is that far beyond one of the sides.
+    /// True if [`Self::squared_to`] certainly exceeds `squared`, because the point is farther than that
+    /// beyond one of the sides.
     pub fn is_beyond(&self, p: DVec3, squared: f64) -> bool {
         let (v, w) = self.barycentric(p - self.corners[0]);
         let bc_squared = self.ab_squared + self.ac_squared - 2.0 * self.ab_dot_ac;
@@ -96,9 +98,9 @@ impl Triangle {
         beyond(v, self.ac_squared) | beyond(w, self.ab_squared) | beyond(1.0 - v - w, bc_squared)
     }
 
-    /// The squared distance from a point (Ericson, "Real-Time Collision Detection", 5.1.5). Too large where the sine at
-    /// the first corner, or the ratio of the sides there, is below 1e-7 but not 0: there cancellation removes all
-    /// digits.
+    /// The squared distance from a point (Ericson, "Real-Time Collision Detection", 5.1.5). The result is too
+    /// large if the sine at the first corner, or the ratio of the sides there, is below 1e-7 but not 0,
+    /// because cancellation removes all digits.
     pub fn squared_to(&self, p: DVec3) -> f64 {
         let Triangle { corners: [a, b, c], ab, ac, .. } = *self;
         let ap = p - a;

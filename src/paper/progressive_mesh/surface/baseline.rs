@@ -1,12 +1,13 @@
-//! Instances drawn by a baseline: the faces of each, and their upload.
+//! Instances drawn by a baseline: their faces and the upload.
 //!
-//! - An order made for each level: the host builds the faces of a level once for all instances that show it, and copies
-//!   all of them to an instance's slice whenever its level changes.
-//! - Skip lists: each instance has a copy of its list. If the level needs another list, all of that is copied;
+//! - An order made for each level: the host builds the faces of a level once for all instances at that level.
+//!   When an instance's level changes, all its faces are copied to its slice.
+//! - Skip lists: each instance has a copy of its list. If the level needs another list, all of it is copied;
 //!   otherwise only the blocks that were written.
 //! - Compacted: the device fills the slices in a separate pass.
-//! - A discrete chain: its meshes are in the index buffer once, and an instance shows one of them. The request is a
-//!   level of the progressive mesh, as usual; the coarsest mesh with at least as many faces is shown.
+//! - A discrete chain: its meshes are stored once in the index buffer, and an instance draws one of them. As
+//!   usual the request is a level of the progressive mesh; the coarsest mesh with at least as many faces is
+//!   drawn.
 
 use crate::paper::progressive_mesh::baselines::compaction::{Compact, Compaction};
 use crate::paper::progressive_mesh::baselines::{Baseline, Prepared};
@@ -27,7 +28,7 @@ pub struct Baselines {
     meshes: Vec<u32>,
     members: Vec<Member>,
     slices: Slices,
-    /// The faces of the levels that some instance shows.
+    /// The faces of the levels that instances show.
     made: HashMap<u32, Weak<[[u32; 3]]>>,
     walker: Walker,
 }
@@ -38,30 +39,30 @@ struct Member {
     first: u32,
     drawn: u32,
     shown: Shown,
-    /// The slice must be filled.
+    /// True if the slice must be filled.
     stale: bool,
 }
 
 /// Where an instance's faces are kept.
 enum Shown {
-    /// On the device only, or in the chain.
+    /// On the device only, or in the discrete chain.
     Elsewhere,
-    /// Shared by instances at the same level.
+    /// Shared by the instances at the same level.
     Level(Faces),
-    /// In the instance.
+    /// In the instance's own list.
     Skip(Box<Skip>),
 }
 
 /// An instance's copy of a skip list.
 struct Skip {
-    /// Its index among the lists.
+    /// Its index among the skip lists.
     list: usize,
     faces: Vec<[u32; 3]>,
     touched: Touched,
 }
 
 impl Skip {
-    /// A list at a level; all of it is dirty.
+    /// A list at a level, all of it dirty.
     fn new(list: usize, faces: Vec<[u32; 3]>) -> Skip {
         let mut touched = Touched::new(faces.len());
         touched.faces(0..faces.len());
@@ -84,7 +85,7 @@ impl Walker {
 }
 
 impl Baselines {
-    /// `count` instances of a mesh in classical order, all at level 0.
+    /// No instances yet, for a mesh in classical order.
     ///
     /// # Errors
     /// Out of memory; [`TooMany`] as a device limit.
@@ -203,7 +204,7 @@ impl Baselines {
         self.members[instance].drawn
     }
 
-    /// An instance's faces, if the host knows them.
+    /// An instance's faces; `None` if only the device has them.
     pub fn faces(&self, instance: usize) -> Option<&[[u32; 3]]> {
         let member = &self.members[instance];
         match self.meshes.iter().position(|&first| first == member.first) {
@@ -224,7 +225,7 @@ impl Baselines {
         }
     }
 
-    /// The initial index buffer: complete for a discrete chain, otherwise filled by the first frame.
+    /// The initial index buffer: complete for a discrete chain, otherwise filled in the first frame.
     pub fn buffer(&self, gpu: &Gpu, name: &str) -> Result<Buffer> {
         match self.meshes.is_empty() {
             true => gpu.buffer(name, 12 * u64::from(self.end()), self.buffer_use()),
@@ -242,7 +243,8 @@ impl Baselines {
         }
     }
 
-    /// Passes to `upload` the words for slices, and their offsets in words; returns the bytes.
+    /// Uploads the words of changed slices: `upload` receives words and their offset in words. Returns the
+    /// bytes.
     pub fn upload(&mut self, upload: &mut impl FnMut(&[u32], usize)) -> u64 {
         let mut bytes = 0;
         for member in self.members.iter_mut().filter(|member| member.stale) {
@@ -305,8 +307,8 @@ impl Baselines {
         })
     }
 
-    /// Bytes of main memory of faces: the shared lists and ranks, the faces of the levels shown, and the instances'
-    /// copies of lists.
+    /// Bytes of main memory for faces: the shared lists and ranks, the faces of the levels shown, and the
+    /// instances' copies of lists.
     pub fn host_bytes(&self) -> usize {
         let shown = self.made.values().filter_map(Weak::upgrade).map(|faces| size_of_val(&*faces));
         let copies = self.skips().map(|skip| size_of_val(&*skip.faces));
@@ -317,12 +319,12 @@ impl Baselines {
             + copies.sum::<usize>()
     }
 
-    /// Bytes of shared video memory beyond vertices.
+    /// Bytes of shared video memory beyond the vertices.
     pub fn shared_bytes(&self) -> Option<u64> {
         self.compaction.as_ref().map(|compaction| compaction.bytes())
     }
 
-    /// Describes what the baseline adds.
+    /// Describes the memory and work that the baseline adds.
     pub fn adds(&self) -> String {
         let name = self.prepared.baseline().name();
         let (lists, bytes) = (self.prepared.lists().len(), self.prepared.list_bytes());
@@ -337,11 +339,11 @@ impl Baselines {
             }
             Baseline::SkipLists { .. } => {
                 format!(
-                    "{name}: {lists} lists of {bytes} bytes on the host, and each instance's copy of one; levels of another \
-                     list copy it"
+                    "{name}: {lists} lists of {bytes} bytes on the host, and each instance's copy of one; a change to \
+                     another list copies all of it"
                 )
             }
-            _ => format!("{name}: a level change orders and copies all faces"),
+            _ => format!("{name}: a level change reorders and copies all faces"),
         }
     }
 }

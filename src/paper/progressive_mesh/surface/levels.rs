@@ -1,4 +1,4 @@
-//! The instances' levels and slices of the index buffer, for each kind of execution.
+//! The instances' levels and slices of the index buffer, for each way of execution.
 
 use super::baseline::Baselines;
 use super::resident::Resident;
@@ -10,7 +10,7 @@ use crate::paper::progressive_mesh::run::{Instances, Program, TooMany};
 use crate::vk::{Buffer, BufferUse, Error, Gpu};
 use std::sync::Arc;
 
-/// The instances' levels and slices, by executor.
+/// The instances' levels and slices: executed by the host, by the device, or drawn by a baseline.
 pub enum Levels {
     Host(Instances),
     Device(Box<Resident>),
@@ -84,7 +84,7 @@ impl Levels {
         }
     }
 
-    /// The initial index buffer. The host uploads all dirty parts, at first everything.
+    /// The initial index buffer. If the host executes, it is empty and the first frame uploads all of it.
     pub fn buffer(&self, gpu: &Gpu, name: &str) -> Result<Buffer, Error> {
         match self {
             Levels::Host(_) => gpu.buffer(name, 12 * u64::from(self.faces()), self.buffer_use()),

@@ -1,9 +1,10 @@
-//! One surface with its instances: the level of each, and its slice of the index buffer.
+//! One surface with its instances: their levels, and their slices of the index buffer.
 //!
-//! All instances share the vertex buffer and the program of splits and permutations. Each instance has its own
-//! placement, level, and slice of one index buffer on the device, sized for its live faces ([`Slices`]): 500 instances
-//! of the bunny, most of them far away, take a tenth of 500 full meshes. If the host executes, it keeps a second copy
-//! of these faces and uploads the written parts; if the device executes, the host has no faces.
+//! All instances share the vertex buffer and the program of splits and permutations. Each instance has its
+//! own placement, level, and slice of one index buffer on the device. The slice is sized for the live faces
+//! ([`Slices`]): 500 instances of the bunny, most of them far away, take a tenth of the memory of 500 full
+//! meshes. If the host executes, it keeps a second copy of the live faces and uploads the written parts. If
+//! the device executes, the host has no faces.
 //!
 //! [`Slices`]: crate::paper::progressive_mesh::run::Slices
 
@@ -46,14 +47,14 @@ pub enum SurfaceError {
 /// A surface on the device.
 pub struct Surface {
     pub name: String,
-    /// Settings as in the scene; only `error_pixels` may change between frames.
+    /// Settings from the scene; only `error_pixels` may change between frames.
     pub settings: ProgressiveSurface,
     pub program: Arc<Program>,
     /// As [`Model::cut_from`].
     pub cut_from: Option<Extent>,
     pub(super) vertices: VertexBuffer,
     pub(super) indices: Arc<Buffer>,
-    /// The index buffer that became too small; kept until the frame that copies it is recorded.
+    /// The previous index buffer, which became too small. Kept until the frame that copies it is recorded.
     outgrown: Option<Arc<Buffer>>,
     members: Vec<Member>,
     levels: Levels,
@@ -62,7 +63,7 @@ pub struct Surface {
 /// One instance, without its level.
 struct Member {
     place: Place,
-    /// Set if it is drawn in this frame: its wanted error.
+    /// The wanted error, in object units, if the instance is drawn in this frame.
     seen: Option<f64>,
 }
 
@@ -70,11 +71,12 @@ struct Member {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Change {
     pub instances_seen: usize,
-    /// Drawn faces; for a baseline including those without area.
+    /// Drawn faces; for a baseline including degenerate ones.
     pub faces: u64,
-    /// Of the instances' levels.
+    /// Live faces at the instances' levels.
     pub live_faces: u64,
-    /// Vertices that the drawn faces can use, summed over the instances: the least number of vertex shader runs.
+    /// Vertices that the drawn faces can use, summed over the instances: a lower bound of the vertex shader
+    /// runs.
     pub vertices: u64,
     pub splits: u64,
     pub collapses: u64,
@@ -119,13 +121,13 @@ impl Surface {
         })
     }
 
-    /// The allowed error of each visible instance, in object units.
+    /// The wanted error of each visible instance, in object units.
     pub(super) fn wanted_errors(&self, pose: &Pose, size: [u32; 2]) -> Vec<f64> {
         let seen = self.members.iter().filter(|member| member.place.is_seen(pose, size));
         seen.map(|member| member.place.wanted_error(pose, size[1], self.settings.error_pixels)).collect()
     }
 
-    /// Live faces of the instances at `factor` times these errors.
+    /// Live faces of the instances if each wanted error is multiplied by `factor`.
     pub(super) fn live_faces(&self, wanted_errors: &[f64], factor: f64) -> u64 {
         let levels = self.program.levels();
         let live = |wanted: &f64| {
@@ -134,8 +136,8 @@ impl Surface {
         wanted_errors.iter().map(live).sum()
     }
 
-    /// Brings every visible instance to its level: the coarsest whose error is at most `pixels` in the picture.
-    /// `upload` receives words and their offset in [`Surface::indices`], in words.
+    /// Brings every visible instance to its level: the coarsest whose error is at most `pixels` in the
+    /// picture. `upload` receives words and their offset in [`Surface::indices`], in words.
     pub(super) fn go(
         &mut self,
         gpu: &Gpu,
@@ -167,7 +169,7 @@ impl Surface {
         Ok(change)
     }
 
-    /// Brings one instance to a level, visible or not; otherwise as [`Surface::go`].
+    /// Brings one instance to a level, visible or not. `upload` is as in [`Surface::go`].
     pub(super) fn go_to(
         &mut self,
         gpu: &Gpu,
@@ -184,7 +186,7 @@ impl Surface {
         })
     }
 
-    /// Uploads the words that changes of level wrote, and grows the index buffer if needed; returns the bytes.
+    /// Uploads the words that level changes wrote, and grows the index buffer if needed. Returns the bytes.
     fn collect(&mut self, gpu: &Gpu, upload: &mut impl FnMut(&[u32], usize)) -> Result<u64, Error> {
         let mut bytes = 0;
         match &mut self.levels {
@@ -201,8 +203,8 @@ impl Surface {
         Ok(bytes)
     }
 
-    /// Allocates an index buffer for all slices: half as large again as the previous one, so that few frames wait for
-    /// growth.
+    /// Allocates an index buffer for all slices if needed. It grows to half as much again, so that few frames
+    /// wait for growth.
     fn grow(&mut self, gpu: &Gpu) -> Result<(), Error> {
         let bytes = 12 * u64::from(self.levels.faces());
         if bytes <= self.indices.bytes() {
@@ -233,7 +235,7 @@ impl Surface {
         Ok(())
     }
 
-    /// Called when the commands of [`Surface::record`] are submitted.
+    /// To be called when the commands of [`Surface::record`] have been submitted.
     pub(super) fn submitted(&mut self) {
         self.outgrown = None;
         match &mut self.levels {
@@ -248,7 +250,7 @@ impl Surface {
         matches!(&self.levels, Levels::Baseline(baselines) if baselines.compacts())
     }
 
-    /// Records that pass, after [`Surface::record`].
+    /// Records the pass of a baseline, after [`Surface::record`].
     pub(super) fn compact(&self, cmd: &mut Cmd<'_>) -> Result<(), Error> {
         match &self.levels {
             Levels::Baseline(baselines) => baselines.compact(cmd, &self.indices),
@@ -272,7 +274,8 @@ impl Surface {
         self.members.iter().enumerate().filter_map(slice).collect()
     }
 
-    /// The visible instances, for another technique to texture; `None` if this technique draws the surface.
+    /// The visible instances, for another technique to texture. `None` if this technique draws the surface
+    /// itself.
     pub(super) fn shape(&self) -> Option<Shape> {
         let VertexBuffer::Textured { vertices, normals } = &self.vertices else { return None };
         let seen = self.members.iter().enumerate().filter(|(_, member)| member.seen.is_some());
@@ -307,7 +310,7 @@ impl Surface {
         self.members.iter().enumerate().map(|(n, member)| (&member.place, self.levels.level(n)))
     }
 
-    /// The faces of one instance, in the order in which they are drawn; `None` where the device executes.
+    /// The faces of one instance in drawing order; `None` if the device executes.
     ///
     /// # Panics
     /// If there is no such instance.
@@ -319,7 +322,7 @@ impl Surface {
         }
     }
 
-    /// Name and video memory of the data for execution on the device.
+    /// Name and bytes of the video memory that level changes on the device need.
     pub(super) fn program_bytes(&self) -> Option<(&'static str, u64)> {
         match &self.levels {
             Levels::Host(_) => None,
@@ -328,7 +331,7 @@ impl Surface {
         }
     }
 
-    /// The number of instances and the memory of one, as text. The index buffer grows with the levels.
+    /// The number of instances and the memory of one, as text.
     pub fn of_an_instance(&self) -> String {
         let memory = self.memory();
         let [least, most] =
@@ -349,7 +352,7 @@ impl Surface {
         baseline.map_or(own.clone(), |adds| format!("{own}; {adds}"))
     }
 
-    /// Shared memory and memory per instance, as text.
+    /// Shared memory, and memory of the instances.
     pub fn memory(&self) -> SurfaceMemory {
         let (state, host_indices) = match &self.levels {
             Levels::Host(instances) => (instances.state_bytes(), size_of_val(instances.buffer())),
@@ -392,17 +395,17 @@ fn texture_coordinates(model: &Model) -> Result<&[[f32; 2]], &'static str> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SurfaceMemory {
     pub instances: usize,
-    /// Live faces of all instances at their levels: not bytes.
+    /// Live faces of all instances at their levels (a count, not bytes).
     pub live_faces: u64,
-    /// Main memory that the instances share: the program, level 0.
+    /// Main memory that the instances share: the program and level 0.
     pub shared_host: usize,
     /// Shared video memory: vertices, and the program if the device executes.
     pub shared_device: u64,
-    /// Main memory per instance without faces: placement, level, slice, dirty flags.
+    /// Main memory of all instances without faces: placements, levels, slices, dirty flags.
     pub state: usize,
-    /// Their slices in main memory, if the host executes; for a baseline its shared lists.
+    /// Main memory of the instances' slices, if the host executes; for a baseline, of its faces and lists.
     pub host_indices: usize,
-    /// Their slices in video memory.
+    /// Video memory of the instances' slices.
     pub device_indices: u64,
 }
 

@@ -1,4 +1,4 @@
-//! Instances whose levels the device applies: the host knows levels and slices, but no faces.
+//! Instances whose levels the device executes: the host knows their levels and slices, but not their faces.
 
 use crate::paper::progressive_mesh::apply::{Apply, Change};
 use crate::paper::progressive_mesh::run::{Program, Slices, TooMany};
@@ -13,14 +13,15 @@ pub struct Resident {
     faces: Buffer,
     levels: Vec<u32>,
     slices: Slices,
-    /// Work of the next frame, in this order: bytes that move to another slice, bytes of new faces, changes of level.
+    /// Work of the next frame, in this order: copies to another slice (bytes), copies of new faces (bytes),
+    /// changes of level.
     moved: Vec<[u64; 3]>,
     born: Vec<[u64; 3]>,
     changes: Vec<Change>,
 }
 
 impl Resident {
-    /// Without instances.
+    /// A mesh without instances.
     ///
     /// # Errors
     /// Out of memory, or a program larger than shaders can address.
@@ -76,7 +77,8 @@ impl Resident {
             return Ok(());
         }
         let (old, new) = (self.live(from), self.live(to));
-        // Both levels' faces exist while levels are applied; a slice that is then too large shrinks next time.
+        // The slice must hold the faces of both levels during the change. A slice that is then too large
+        // shrinks at the next change.
         if let Some(places) = self.slices.fit(instance, old.max(new))? {
             self.moved.push(bytes(places, old));
         }
@@ -121,7 +123,7 @@ impl Resident {
         size_of_val(&*self.levels) + self.slices.bytes()
     }
 
-    /// Bytes of video memory that all instances share: program and level 0.
+    /// Bytes of video memory that all instances share: the program and level 0.
     pub fn shared_bytes(&self) -> u64 {
         self.apply.bytes() + self.faces.bytes()
     }

@@ -1,4 +1,4 @@
-//! The vertex buffer: one for each mesh, shared by all levels and instances.
+//! The vertex buffer of a mesh, shared by all its levels and instances.
 
 use crate::model::mesh::MeshVertex;
 use crate::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh, Vertices};
@@ -21,24 +21,25 @@ pub struct SurfaceVertex {
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct MorphVertex {
     pub position: [f32; 3],
-    /// log2 of the error of the level below its birth, in object units: the vertex is live once less is wanted.
+    /// log2 of the error of the last level without the vertex, in object units. The vertex is live for
+    /// smaller wanted errors.
     pub birth_log2: f32,
     pub normal: [f32; 3],
-    /// The vertex whose position it starts from; itself if there is none.
+    /// The vertex from whose position it starts; the vertex itself if it splits none.
     pub split_vertex: u32,
 }
 
-/// A new vertex reaches its position when the wanted error has fallen to 2^-0.5 = 0.71 of its value at the birth. A
-/// wider band makes the mesh lag behind its level; in a narrower one vertices move faster.
+/// A new vertex reaches its position when the wanted error has fallen to 2^-0.5 = 0.71 of its value at the
+/// birth. With a wider band the mesh lags behind its level; with a narrower one vertices move faster.
 pub const MORPH_BAND_LOG2: f32 = 0.5;
 
-/// log2 birth above all errors: for vertices of M0, and for those that replace nothing.
+/// log2 birth above all errors, for vertices of M0 and vertices that replace nothing.
 pub const ALWAYS_LOG2: f32 = 1000.0;
-/// log2 of a wanted error so small that every vertex has arrived.
+/// log2 of a wanted error so small that every vertex has reached its position.
 pub const EXACT_LOG2: f32 = -1000.0;
 
-/// One unit normal for each vertex: the model's own, or else the area-weighted mean of the full mesh's faces around the
-/// position. Normals do not change with the level; only the shape does.
+/// One unit normal per vertex: the model's own, or else the area-weighted mean over the full mesh's faces at
+/// the position. Normals do not change with the level.
 pub fn normals(mesh: &ProgressiveMesh, full: &[[u32; 3]]) -> Vec<[f32; 3]> {
     let Vertices { positions, welded, attributes, .. } = &mesh.vertices;
     if !attributes.normals.is_empty() {
@@ -51,7 +52,7 @@ pub fn normals(mesh: &ProgressiveMesh, full: &[[u32; 3]]) -> Vec<[f32; 3]> {
         let twice_area = (b - a).cross(c - a);
         face.iter().for_each(|&vertex| sums[welded[vertex as usize] as usize] += twice_area);
     }
-    // If the faces cancel out or have no area, any direction will do.
+    // If the faces cancel out or are degenerate, any direction will do.
     let unit = |&first: &u32| sums[first as usize].normalize_or(DVec3::Z).as_vec3().to_array();
     welded.iter().map(unit).collect()
 }
@@ -64,7 +65,7 @@ pub fn morph_vertices(mesh: &ProgressiveMesh, normals: &[[f32; 3]]) -> Vec<Morph
         for vertex in pair[0].vertices..pair[1].vertices {
             births.push(match mesh.splits.split_vertices[(vertex - first) as usize] {
                 NOWHERE => (ALWAYS_LOG2, vertex),
-                // An error of 0 never exceeds the wanted error; its logarithm is kept finite.
+                // An error of 0 has no finite logarithm; it never exceeds the wanted error.
                 split => (pair[0].error.log2().max(EXACT_LOG2), split),
             });
         }
@@ -117,7 +118,8 @@ impl VertexBuffer {
         Ok(Self::Plain(gpu.buffer_with(name, &vertices, BufferUse::Vertices)?))
     }
 
-    /// With one texture coordinate for each vertex, in 0 ..= 1. The f32 step is at most 2^-24: 1/64 texel of 2^18.
+    /// Vertices with one texture coordinate each, in 0 ..= 1. The f32 step is at most 2^-24, which is 1/64
+    /// texel of a texture with 2^18 texels a side.
     ///
     /// # Errors
     /// Out of memory, device lost.
