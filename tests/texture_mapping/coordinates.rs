@@ -1,5 +1,5 @@
-//! Every form of the coordinates: numerators and denominators equal their f32 twin to the bit, coordinates and
-//! derivatives lie within derived bounds of the f64 reference.
+//! Every form of the coordinates. Numerators and denominators equal their f32 twin to the bit; the errors of
+//! coordinates and derivatives against the f64 reference stay within derived bounds.
 
 use ortelius::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output, needs};
 use ortelius::paper::texture_mapping::coordinates::twin::{self, Fma};
@@ -14,7 +14,7 @@ fn device() -> Watched {
     Watched::open(&GpuOptions { wishes: &[Feature::Int64], ..GpuOptions::default() })
 }
 
-/// Planes of at most 8192 texels with two rows of each.
+/// Planes with coordinates within 8192 texels, and two rows of each.
 fn planes() -> impl Iterator<Item = (Plane, Band)> {
     (0..6).map(|seed| {
         let band = Band { size: [WIDTH, 2], first_row: 1800 * seed };
@@ -39,7 +39,7 @@ fn values(gpu: &Gpu, form: Form, output: Output, plane: &Plane, band: Band) -> V
     run(gpu, form, output, plane, band).read_values(gpu).unwrap()
 }
 
-/// The terms of a band by a form's twin.
+/// The terms of a band, computed by a form's twin.
 fn twin_of(form: Form, plane: &Plane, band: Band, fma: Fma) -> Vec<[f32; 3]> {
     let [width, height] = band.size;
     let rows = (0..height).flat_map(|row| {
@@ -56,7 +56,7 @@ fn twin_of(form: Form, plane: &Plane, band: Band, fma: Fma) -> Vec<[f32; 3]> {
     rows.collect()
 }
 
-/// The errors of a band's coordinates in texels, with each pixel's bound.
+/// The errors of a band's coordinates and their bounds, in texels.
 fn errors(found: &[[f32; 4]], plane: &Plane, band: Band) -> Vec<(f64, f64)> {
     let width = band.size[0] as usize;
     let of_pixel = |(at, found): (usize, &[f32; 4])| {
@@ -69,7 +69,7 @@ fn errors(found: &[[f32; 4]], plane: &Plane, band: Band) -> Vec<(f64, f64)> {
     found.iter().enumerate().flat_map(of_pixel).collect()
 }
 
-/// NaN, a pixel that nothing wrote, is worse than any error.
+/// The largest value. NaN, which marks an unwritten pixel, counts as infinite.
 fn greatest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |most: f64, value| if value.is_nan() { f64::INFINITY } else { most.max(value) })
 }
@@ -101,7 +101,7 @@ fn numerators_and_denominators_are_those_of_the_f32_twin_to_the_bit() {
             roundings.push(matching);
         }
     }
-    // A device rounds its `fma` one way, whatever the shader.
+    // A device rounds `fma` the same way in every shader.
     let common = [Fma::Fused, Fma::Twice].into_iter().any(|fma| roundings.iter().all(|m| m.contains(&fma)));
     assert!(common, "{roundings:?}");
 }
@@ -119,7 +119,7 @@ fn row_constants_err_by_less_than_their_bound_and_by_less_than_5_thousandths_of_
     }
 }
 
-/// The neighbour that must fail: sums of 16,384 terms leave the bound.
+/// Shows that the bound can fail: the error of sums of 16,384 terms exceeds it.
 #[test]
 fn sequential_sums_drift_beyond_the_bound_of_row_constants() {
     let gpu = device();
@@ -149,7 +149,7 @@ fn integers_have_no_drift() {
             let set_up = twin::integers(&plane.row_constants(band.first_row + row), WIDTH);
             let exact = twin::integer_terms(set_up, column);
             for c in 0..3 {
-                // Conversions to f32 may round to either neighbour.
+                // A conversion to f32 may round to either neighbour.
                 let error = (f64::from(found[c]) - exact[c] as f64).abs();
                 assert!(
                     error <= 2f64.powi(-23) * (exact[c] as f64).abs(),
@@ -160,7 +160,7 @@ fn integers_have_no_drift() {
             }
         }
         let errors = errors(&values(&gpu, form, Output::Coordinates, &plane, band), &plane, band);
-        // Two conversions of an ulp each, and a division of 2.5: 4.5 ulp of 8192 texels.
+        // Two conversions (1 ulp each) and a division (2.5 ulp): 4.5 ulp of 8192 texels.
         assert!(largest(&errors) <= 4.5 * 2f64.powi(-11), "{}", largest(&errors));
     }
 }
@@ -188,7 +188,8 @@ fn derivatives_of_the_rows_constants_err_by_a_few_ulp_and_differences_by_thousan
     for (plane, band) in planes() {
         for method in [Derivatives::Incremental, Derivatives::Analytic] {
             let error = derivative_error(&gpu, Form::RowConstants, method, &plane, band);
-            // The numerator's sum may cancel tenfold (w varies tenfold), w's too, and w counts twice; 2.5 ulp divide.
+            // w varies tenfold, so the sums of the numerator and of w may lose a factor of 10; w enters twice. The
+            // division adds 2.5 ulp.
             assert!(error <= 40.0 * 2f64.powi(-24), "{}: {error}", method.name());
         }
         let differences = derivative_error(&gpu, Form::Textbook, Derivatives::Differences, &plane, band);
@@ -211,7 +212,8 @@ fn every_form_draws_every_pixel_of_the_same_picture() {
     let distinct: std::collections::BTreeSet<_> = first.iter().collect();
     assert!(distinct.len() > 1000, "the picture shows the ramp: {} colours", distinct.len());
     for form in Form::ALL.into_iter().filter(|form| gpu.require(&needs(*form)).is_ok()) {
-        // 4 codes a texel and 0.01 texels of drift leave one code of rounding; a varying's place may be off by 1/256 pixel.
+        // The ramp has 4 codes per texel. A drift of 0.01 texels, or a varying's position off by 1/256 pixel, changes
+        // a byte by at most one code.
         let found = texels(form);
         let near = |(a, b): (&[u8; 4], &[u8; 4])| a.iter().zip(b).all(|(a, b)| a.abs_diff(*b) <= 1);
         let far = found.iter().zip(&first).position(|pair| !near(pair));

@@ -1,4 +1,4 @@
-//! What the weights do to a texture, from the reference: covariance, maps, edges.
+//! Properties of the reference's weights: covariance, maps, edges.
 
 use ortelius::paper::texture_mapping::method::{Ellipse, Pixel};
 use ortelius::paper::texture_mapping::plane::Tilt;
@@ -8,15 +8,15 @@ use ortelius::paper::texture_mapping::weight_map::{Shape, WeightMap};
 use ortelius::paper::texture_mapping::weights::{Edge, Kernel};
 use ortelius::reference::pattern::Pattern;
 
-/// Axes of `minor` and `ratio minor` texels, the longer turned by `degrees`.
+/// A pixel whose ellipse has axes of `minor` and `ratio * minor` texels; the longer one is rotated by `degrees`.
 fn pixel(minor: f64, ratio: f64, degrees: f64, centre: [f64; 2]) -> Pixel {
     let (sin, cos) = f64::to_radians(degrees).sin_cos();
     let jacobian = [[cos * minor * ratio, -sin * minor], [sin * minor * ratio, cos * minor]];
     Pixel { place: [0, 0], centre, jacobian, determinant: minor * minor * ratio }
 }
 
-/// The covariance of the filter's effective kernel at level 0: the second moments of what each texel weighs, which is the
-/// filtered value of an impulse there.
+/// The covariance of the filter's effective kernel at level 0: the second moments of the texels' weights. A texel's
+/// weight is the filtered value of an impulse at that texel.
 fn covariance(method: &Ellipse, pixel: &Pixel, texels: u32) -> [f64; 3] {
     let mut moments = [0.0; 3];
     let reach = ellipse::weights(method, pixel, texels.ilog2(), 0);
@@ -105,7 +105,7 @@ fn a_radial_map_of_64_entries_is_the_formula_up_to_5e_6() {
     let linear = [4, 16, 64].map(|entries| nmse(entries, 16, true));
     println!("radial maps: nearest of 4, 16, 64, 256 {nearest:?}, linear of 4, 16, 64 {linear:?}");
     assert!(linear[2] <= 5e-6, "{linear:?}");
-    // The law of a nearest entry: four times the entries, a sixteenth of the error.
+    // With the nearest entry, 4 times as many entries give 1/16 of the error.
     assert!(nearest.windows(2).all(|pair| (4.0..64.0).contains(&(pair[0] / pair[1]))), "{nearest:?}");
     assert!(nmse(64, 8, true) < 1e-5);
 }
@@ -115,14 +115,14 @@ fn approximations_of_v1_keep_the_bounds_that_the_thesis_states() {
     let worst = |edge: Edge| {
         let at = |n: u32| f64::from(n) / 10_000.0 * 0.5;
         let error = |d: f64| (ellipse::kept(edge, d) - ellipse::kept(Edge::Exact, d)).abs();
-        // The forms end at 1/2, which is excluded.
+        // The forms are valid below 1/2.
         (0..10_000).map(|n| error(at(n))).fold(0.0, f64::max)
     };
     let [quadratic, cubic, linear] = [Edge::Quadratic, Edge::Cubic, Edge::PiecewiseLinear].map(worst);
     assert!((0.0070..0.0100).contains(&quadratic), "{quadratic}");
     assert!((0.0040..0.0050).contains(&cubic), "{cubic}");
     assert!((0.0065..0.0100).contains(&linear), "{linear}");
-    // Inside and outside together make a whole texel.
+    // The parts inside and outside add up to a whole texel.
     for edge in Edge::ALL {
         for d in [0.01, 0.2, 0.33, 0.49] {
             let sum = ellipse::kept(edge, d) + ellipse::kept(edge, -d);
@@ -137,7 +137,7 @@ fn a_footprint_within_a_bound_takes_no_texel_beyond() {
     for (index, most) in [4, 16].into_iter().enumerate() {
         let method = Ellipse::BEST.within(most);
         for n in 0..4000 {
-            // Axes from a tenth of a texel to 10^5, ratios to 10^4, any direction, any place in the texel.
+            // Minor axes of 0.1 to 10^5 texels, ratios up to 10^4, any direction, any position in the texel.
             let part = |prime: f64| (f64::from(n) * prime).fract();
             let minor = 10f64.powf(6.0 * part(0.618034) - 1.0);
             let ratio = 10f64.powf(4.0 * part(0.754878));
@@ -153,6 +153,6 @@ fn a_footprint_within_a_bound_takes_no_texel_beyond() {
             }
         }
     }
-    // The bound, 4 or 16, is nearly reached, in some direction.
+    // The bounds, 4 and 16, are nearly reached.
     assert!((3.0..=4.0).contains(&reached[0]) && (14.0..=16.0).contains(&reached[1]), "{reached:?}");
 }

@@ -1,4 +1,5 @@
-//! Paper 3 on the device, against its f64 references and f32 twins. Validation and synchronisation validation are on in every test.
+//! Paper 3 on the device, compared with its f64 references and f32 twins. Every test runs with validation and
+//! synchronisation validation.
 
 mod coordinates;
 mod kernels;
@@ -23,7 +24,7 @@ fn device() -> Watched {
 
 const SIZE: [u32; 2] = [48, 36];
 
-/// Every value of every setting at least once.
+/// Methods that cover every value of every setting.
 fn methods() -> Vec<Method> {
     let best = Ellipse::BEST;
     let map = |shape, entries, bits| best.map(WeightMap { shape, entries, bits, linear: false });

@@ -1,4 +1,4 @@
-//! Pictures of every method.
+//! Pictures of every filter method against the f64 reference.
 
 use super::{SIZE, device, dumped, methods};
 use ortelius::paper::texture_mapping::baselines::Baseline;
@@ -9,7 +9,7 @@ use ortelius::paper::texture_mapping::plane::{Plane, Tilt};
 use ortelius::paper::texture_mapping::texels::Texels;
 use ortelius::reference::pattern::Pattern;
 
-/// Planes: facing, tilted, turned, to the horizon, magnified; and a Jacobian of rank 1.
+/// Planes: facing, tilted, turned, with a horizon, magnified, and with a Jacobian of rank 1.
 fn planes() -> Vec<(&'static str, Plane)> {
     let turned = |tilt| Tilt { roll_degrees: 20.0, yaw_degrees: 35.0, ..Tilt::of(tilt) };
     vec![
@@ -33,7 +33,7 @@ fn every_method_is_the_reference_up_to_rounding() {
     let texels = Texels::new(64, Pattern::WhiteNoise.texels(64));
     let mut objections = Vec::new();
     for method in methods() {
-        // In f32 the subtracted determinant of a long footprint is noise: see `tm.extremes`.
+        // The subtracted determinant of a long footprint is noise in f32: see `tm.extremes`.
         let planes = planes().into_iter().take(if subtracts(&method) { 2 } else { 7 });
         for (name, plane) in planes {
             let plane = plane.rounded();
@@ -66,12 +66,12 @@ fn a_changed_setting_is_not_explained_by_rounding() {
 fn a_constant_texture_comes_out_exactly() {
     let gpu = device();
     let texels = Texels::new(64, Pattern::Constant(119).texels(64));
-    // The device's own anisotropic filter sums as it likes.
+    // The summation of the device's anisotropic filter is unspecified, hence its wider bound.
     let own = methods().into_iter().map(|method| (method, 2f32.powi(-25)));
     for (method, most) in own.chain([(Method::Baseline(Baseline::Hardware(16)), 1.0 / 512.0)]) {
         for (name, plane) in planes() {
             for pixel in dumped(&gpu, &method, &texels, &plane).iter().filter(|pixel| pixel.pixel.is_some()) {
-                // A device decodes a byte to within an ulp.
+                // A device decodes a byte within an ulp.
                 let off = pixel.colour.map(|channel| (channel - 119.0 / 255.0).abs());
                 assert!(off.iter().all(|off| *off <= most), "{method:?}, {name}: {pixel:?}");
             }

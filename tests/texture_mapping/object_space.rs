@@ -28,7 +28,7 @@ fn shown(
     (targets.colours(gpu).unwrap(), prepared.sums(gpu).unwrap())
 }
 
-/// A cube of `side` pixels around a point, turned, with the whole texture on each face.
+/// A rotated cube of `side` pixels around a point, with the whole texture on each face.
 fn cube(side: f32, centre: [f32; 3]) -> Vec<Triangle> {
     let turned = |[x, y, z]: [f32; 3]| {
         let (x, z) = (0.8 * x + 0.6 * z, -0.6 * x + 0.8 * z);
@@ -52,7 +52,7 @@ fn cube(side: f32, centre: [f32; 3]) -> Vec<Triangle> {
     faces.flat_map(of_face).collect()
 }
 
-/// Two cubes, of which one hides a part of the other.
+/// Two cubes; one hides a part of the other.
 fn cubes() -> Polygons {
     let far = cube(26.0, [6.0, 3.0, -60.0]);
     Polygons { triangles: [far, cube(12.0, [-4.0, -2.0, -20.0])].concat(), camera_px: 80.0 }
@@ -77,7 +77,7 @@ fn a_picture_is_the_f64_reference_up_to_rounding() {
         println!("{name}: {agreement:?}, {undecided} undecided");
         assert!(agreement.unexplained.is_empty(), "{name}: {:?}", agreement.unexplained);
         assert!(undecided * 5 < found.len(), "{name}: {undecided} undecided");
-        // What is covered is covered on both sides.
+        // Every pixel that the reference covers is covered on the GPU.
         let uncovered = |n: usize| sums[n][0] == 0 && means[n].fragments > 0 && !means[n].undecided;
         assert_eq!((0..sums.len()).filter(|&n| uncovered(n)).count(), 0, "{name}");
     }
@@ -122,13 +122,13 @@ fn a_plane_has_no_hole_and_a_constant_texture_comes_out_exactly() {
             &texels,
         );
         assert!(sums.iter().all(|own| own[0] > 0 && own[1] == 119 * own[0]), "{tilt}");
-        // A division by 255 to within 2.5 ulp.
+        // A division by 255 has an error of up to 2.5 ulp.
         let off = found.iter().map(|pixel| (pixel[0] - 119.0 / 255.0).abs()).fold(0.0, f32::max);
         assert!(off <= 2f32.powi(-23), "{tilt}: {off}");
     }
 }
 
-/// Beyond a spacing of one pixel there are holes: the neighbour that must fail.
+/// Shows that the test for holes can fail: a spacing above one pixel leaves holes.
 #[test]
 fn a_spacing_of_two_pixels_leaves_holes() {
     let gpu = device();

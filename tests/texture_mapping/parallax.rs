@@ -1,4 +1,4 @@
-//! Filtered relief against the mean of exact intersections.
+//! Filtered relief compared with the mean of exact intersections.
 
 use ortelius::paper::texture_mapping::relief::parallax::{Method, View, truth};
 use ortelius::paper::texture_mapping::relief::pass::Filtered;
@@ -19,7 +19,7 @@ fn filtered(gpu: &Watched, relief: &Relief, colours: &[f32], view: &View, method
     own.read(gpu).unwrap().iter().map(|pixel| f64::from(pixel[0])).collect()
 }
 
-/// Sum of squared errors over the sum of squares; NaN where a pixel is none.
+/// NMSE: the sum of squared errors, divided by the sum of squares of the truth. NaN if a pixel is NaN.
 fn error(found: &[f64], right: &[f64]) -> f64 {
     assert_eq!(found.len(), right.len());
     let squares = found.iter().zip(right).map(|(found, right)| (found - right).powi(2));
@@ -35,7 +35,7 @@ fn one_colour_stays_what_it_is_by_every_method_on_every_relief() {
         let relief = kind.relief(SIDE);
         for method in Method::ALL {
             let pixels = filtered(&gpu, &relief, &[0.5; SIDE * SIDE], &view(elevation), method);
-            // Sums of at most some hundred products, each of 2^-24.
+            // Sums of at most a few hundred products, each with a rounding error of 2^-24.
             let far = pixels.iter().find(|pixel| pixel.is_nan() || (*pixel - 0.5).abs() > 1e-5);
             assert_eq!(far, None, "{} at {elevation} by {}", kind.name(), method.name());
         }
@@ -51,7 +51,7 @@ fn projected_widths_are_near_the_truth_and_other_methods_are_not() {
         let right = truth(&relief, &colours, &view, 24);
         let [point, visible, projected] = [Method::Point, Method::Visible, Method::Projected]
             .map(|method| error(&filtered(&gpu, &relief, &colours, &view, method), &right));
-        // Two rows a texel and one sample for each segment: the rest of the error is theirs.
+        // The remaining error comes from two lines per texel and one sample per segment.
         assert!(projected < 5e-3, "{}: {projected}", kind.name());
         assert!(visible > 2.0 * projected && point > 10.0 * projected, "{}: {visible} {point}", kind.name());
     }
@@ -65,7 +65,7 @@ fn on_a_plane_nothing_is_hidden() {
     let [whole, visible] =
         [Method::Whole, Method::Visible].map(|m| filtered(&gpu, &plane, &colours, &view, m));
     assert_eq!(whole, visible);
-    // And the sweep is then a box filter.
+    // Projected widths are then a box filter.
     let right = truth(&plane, &colours, &view, 64);
     let projected = error(&filtered(&gpu, &plane, &colours, &view, Method::Projected), &right);
     assert!(projected < 1e-6, "{projected}");

@@ -1,5 +1,5 @@
-//! Relief: maps built on the GPU equal the CPU's to the bit, guaranteed maps never step past the surface, and the GPU's
-//! tracers find the hits of the f64 reference.
+//! Relief: maps built on the GPU equal the CPU's to the bit, guaranteed maps never step past the surface, and the
+//! GPU's tracers find the hits of the f64 reference.
 
 use ortelius::paper::texture_mapping::relief::maps::{self, DistanceMap, Fan, Holds};
 use ortelius::paper::texture_mapping::relief::pass::{ConeBuild, DistanceBuild, Trace, origin};
@@ -17,13 +17,13 @@ fn run(gpu: &Gpu, record: impl FnOnce(&mut Cmd<'_>) -> ortelius::vk::Result<()>)
     frame.submit().unwrap().wait().unwrap();
 }
 
-/// Donnelly's and the refined map.
+/// Donnelly's map and the refined map.
 fn both(relief: &Relief, holds: Holds) -> [DistanceMap; 2] {
     let fan = Fan::new(relief.depth, holds);
     [false, true].map(|refined| maps::distance_map(relief, LAYERS, &fan, refined))
 }
 
-/// Rays from every texel in 64 directions: 16 around, at 4 elevations.
+/// Rays from every texel in 64 directions: 16 azimuths at 4 elevations.
 fn rays() -> impl Iterator<Item = Ray> {
     let directions =
         (0..64u32).map(|n| ([80.0, 60.0, 30.0, 15.0][n as usize % 4], f64::from(n / 4) * 22.5 + 3.1));
@@ -35,14 +35,15 @@ fn rays() -> impl Iterator<Item = Ray> {
     })
 }
 
-/// Of each map: steps by it that begin before the first hit and end behind it, of all rays.
+/// For each map, the number of its steps, over all rays, that start before the first hit and end behind it.
 fn steps_past(relief: &Relief, maps: &[DistanceMap]) -> Vec<usize> {
     let mut past = vec![0; maps.len()];
     for ray in rays() {
         let hit = reference::first_hit(relief, &ray);
         for (map, past) in maps.iter().zip(&mut past) {
             trace::by_distances(relief, map, &ray, |from, to, by_map| {
-                // An f32 place is within 2^-18 of a texel here, and at 15 degrees a wall is met 4 times as far away.
+                // Positions in f32 are within 2^-18 texels here; at 15 degrees the distance to a hit errs by 4 times
+                // as much.
                 *past += usize::from(by_map && f64::from(from) < hit && f64::from(to) > hit + 1e-4);
             });
         }
@@ -61,7 +62,8 @@ fn no_step_of_a_guaranteed_map_passes_the_surface_whatever_its_format() {
     }
 }
 
-/// The neighbours that must fail: distances three times as long, and the paper's, which hold at the cells' centres.
+/// Shows that the test can fail: with distances three times as long, and with the paper's, which hold only at the
+/// cells' centres.
 #[test]
 fn steps_of_longer_distances_pass_the_surface() {
     let relief = Kind::Spikes.relief(SIDE);
@@ -89,7 +91,8 @@ fn a_refined_distance_is_nowhere_shorter_and_refined_maps_take_no_more_steps() {
                     .sum::<u64>()
             };
             let (before, after) = (steps(&donnelly), steps(&refined));
-            // After a longer step a ray looks up other cells, so single rays may take more: together 1 in 200 at most.
+            // After a longer step a ray visits other cells, so single rays may take more steps; all rays together take
+            // at most 1/200 more.
             assert!(after * 200 <= before * 201, "{} {holds:?}: {after} instead of {before}", kind.name());
         }
         assert!(longer > 0, "{holds:?}: nothing is refined");
@@ -125,12 +128,12 @@ fn cones_of_the_gpu_are_those_of_the_cpu_up_to_a_division() {
         run(&gpu, |cmd| build.run(cmd));
         (build.read(&gpu).unwrap(), maps::cone_map(&relief, relaxed))
     });
-    // A root of 3 ulp and a division of 2.5.
+    // A square root has an error of up to 3 ulp, a division 2.5 ulp.
     let far = |(found, wanted): (&f32, &f32)| (found - wanted).abs() > 6.0 * f32::EPSILON * wanted;
     let count =
         |(found, wanted): &(Vec<f32>, Vec<f32>)| found.iter().zip(wanted).filter(|&pair| far(pair)).count();
     assert_eq!(count(&free), 0);
-    // Where a step inside the solid ends at the border of a texel, either side is right.
+    // If a step inside the solid ends at a texel's border, rounding may choose either side.
     assert!(count(&relaxed) * 100 <= SIDE * SIDE, "{} relaxed cones differ", count(&relaxed));
     let wider = relaxed.1.iter().zip(&free.1);
     assert!(
@@ -139,7 +142,7 @@ fn cones_of_the_gpu_are_those_of_the_cpu_up_to_a_division() {
     );
 }
 
-/// What the GPU finds for all rays of a direction, each with its ray.
+/// All rays of a direction with the GPU's results.
 fn traced(gpu: &Gpu, relief: &Relief, tracer: &Tracer<'_>, elevation: f64) -> Vec<(Ray, Traced)> {
     let direction = Ray::towards([0.0; 2], elevation, 33.0).direction;
     let trace = Trace::new(gpu, relief, tracer, direction, COLUMNS).unwrap();
@@ -153,7 +156,7 @@ fn traced(gpu: &Gpu, relief: &Relief, tracer: &Tracer<'_>, elevation: f64) -> Ve
     found.into_iter().enumerate().map(|(at, traced)| (ray(at), traced)).collect()
 }
 
-/// The share of rays whose hit is farther than a least step from the exact one.
+/// The share of rays whose hit is more than the least step from the exact hit.
 fn missed(relief: &Relief, found: &[(Ray, Traced)]) -> f64 {
     let far = |(ray, traced): &&(Ray, Traced)| {
         let error = (f64::from(traced.distance) - reference::first_hit(relief, ray)).abs();
@@ -175,7 +178,7 @@ fn tracing_by_distances_on_the_gpu_equals_its_twin_in_every_step() {
                 let twin = trace::by_distances(&relief, &map, ray, |_, _, _| ());
                 assert_eq!(*traced, twin, "{}, {bits} bits, {ray:?}", kind.name());
             }
-            // A least step may jump over a crest of less than its length: at grazing angles on rough relief.
+            // At grazing angles on rough relief, the least step may jump over a crest that is thinner than the step.
             let missed = missed(&relief, &found);
             assert!(missed <= 0.05, "{}, {bits} bits: {missed} of the rays miss", kind.name());
         }

@@ -17,7 +17,7 @@ choices! {
 choices! {
     /// Where a relief's heights come from.
     pub enum ReliefMap {
-        /// A grey picture: white is the plane.
+        /// A grey picture; white is the height of the plane.
         File = "file",
         /// Bricks with deep joints, 256 texels a side.
         Bricks = "bricks",
@@ -39,8 +39,8 @@ settings! {
         depth_m: f64, in 1e-6..=1e6, unit "m";
         /// The heights.
         map: ReliefMap;
-        /// A square picture with a power of two of texels a side, 16 to 4096, relative to the scene (given by `-D`: to the
-        /// working directory). Required for `"file"`.
+        /// A square picture; its side is a power of two from 16 to 4096 texels. The path is relative to the scene (given
+        /// by `-D`: to the working directory). Required for `"file"`.
         path: Option<PathBuf> = None;
     }
     check check;
@@ -77,18 +77,18 @@ impl ReliefMap {
 }
 
 impl ReliefKeys {
-    /// The relief below a plane of this side.
+    /// The relief below a plane with a side of `size_m`. `picture`: size in texels, and grey bytes.
     ///
     /// # Errors
-    /// Describes the fault of the picture of this many texels.
+    /// A text if the picture's size is not allowed.
     pub fn relief(&self, size_m: f64, picture: Option<([u32; 2], Vec<u8>)>) -> Result<Relief, String> {
         let relief = match (self.map.kind(), picture) {
             (Some(kind), _) => kind.relief(side_of(kind)),
             (None, Some(([width, height], heights))) => {
                 if width != height || !width.is_power_of_two() || !(16..=4096).contains(&width) {
                     return Err(format!(
-                        "{width} x {height} texels are no relief; take a square picture with a power of two of texels a side, \
-                         16 to 4096"
+                        "a relief cannot have {width} x {height} texels; use a square picture whose side is a power of \
+                         two from 16 to 4096"
                     ));
                 }
                 Relief { side: width as usize, depth: 0.0, heights }

@@ -61,7 +61,7 @@ pub fn needs(method: &Method) -> Vec<Need> {
         Method::Baseline(Baseline::Hardware(_)) => vec![Need {
             feature: Feature::SamplerAnisotropy,
             pass: "hardware anisotropy",
-            without: "every other method",
+            without: "use another filter",
         }],
         _ => Vec::new(),
     }
@@ -85,7 +85,7 @@ impl Uploaded {
     }
 }
 
-/// The words of a buffer, after all earlier frames have ended.
+/// Reads the words of a buffer after all earlier frames have ended.
 ///
 /// # Errors
 /// Device lost, out of memory.
@@ -146,7 +146,7 @@ impl Targets {
             Ok(bytemuck::pod_collect_to_vec(&gpu.read_image(image)?))
         };
         let [colours, places, jacobians, decisions] = &self.images[..] else {
-            panic!("{} targets: made without dumps", self.images.len())
+            panic!("{} targets: created without dumps", self.images.len())
         };
         let (colours, places) = (read(colours)?, read(places)?);
         let (jacobians, decisions) = (read(jacobians)?, read(decisions)?);

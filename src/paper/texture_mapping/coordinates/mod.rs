@@ -10,9 +10,9 @@
 //! A, B, C.
 //!
 //! Erratum: the scan prints the denominator of `du/dx` in all four derivatives, and all four numerators as
-//! increments along the row; here each derivative has its own. Differs: fragment shaders have no order
-//! along a row, so the paper's measurement cannot have added pixel by pixel. [`Form`] lists what a GPU can
-//! do: constants of the row (computed in f64, rounded to f32) and one fused multiply-add for each value;
+//! increments along the row; here each derivative has its own. Differs: the fragments of a row have no order,
+//! so the paper's fragment shader cannot have added from pixel to pixel. [`Form`] lists the forms that a GPU
+//! can run: constants of the row (computed in f64, rounded to f32) and one fused multiply-add for each value;
 //! interpolation by the rasteriser; and compute shaders whose threads walk rows ([`Walk`]). Threads compute
 //! the values of their first pixel by multiplication. Ours: restarts, integers, and analytic derivatives,
 //! whose denominator is `w^2`.

@@ -14,9 +14,9 @@ use crate::vk::{
 /// The values written for a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Output {
-    /// The image's bilinear texel, RGBA8: one word. All other outputs have four.
+    /// A bilinear sample of the image, RGBA8: one word. All other outputs have four words.
     Texels,
-    /// u w, v w and w: integers are converted to f32.
+    /// u w, v w and w; integers are converted to f32.
     Terms,
     /// u and v.
     Coordinates,
@@ -46,7 +46,7 @@ pub fn needs(form: Form) -> Vec<Need> {
     let integers = Need {
         feature: Feature::Int64,
         pass: "integer coordinates",
-        without: "every other form of the coordinates does without",
+        without: "use another form of the coordinates",
     };
     if matches!(form, Form::Integer(_)) { vec![integers] } else { Vec::new() }
 }
@@ -183,7 +183,7 @@ impl CoordinatesPass {
     /// # Errors
     /// As [`CoordinatesPass::read`].
     pub fn read_values(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>> {
-        assert_eq!(self.words, 4, "texels are not four values");
+        assert_eq!(self.words, 4, "words per pixel");
         Ok(self
             .read(gpu)?
             .chunks_exact(4)

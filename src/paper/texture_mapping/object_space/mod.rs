@@ -7,9 +7,8 @@
 //!
 //! Differs. The thesis locks each pixel for the depth test. Here a first pass finds the nearest plane of each pixel
 //! by an atomic maximum of `1 / w`, and a second adds the fragments that are not behind it. The depth is that of the
-//! polygon's plane at the pixel's centre, so fragments of one polygon cannot hide each other. Sums are of integers
-//! (weights of 1/1024, bytes of colour), so the picture does not depend on the order of the threads. Rows of
-//! fragments are listed in any order.
+//! polygon's plane at the pixel's centre, so fragments of one polygon cannot hide each other. Sums are integers
+//! (weights in units of 1/1024, bytes of colour), so the picture does not depend on the order of the threads.
 //!
 //! Where a polygon lies behind the projection plane (w >= 1), its projected fragments are at most `spacing` pixels
 //! apart. With a spacing of at most 1, every pixel inside the polygon gets a fragment. [`Polygons::of_plane`] moves a
@@ -38,20 +37,20 @@ pub struct Polygons {
     pub camera_px: f32,
 }
 
-/// A plane ends where a pixel would hold more fragments than this. 32 bits hold 1024 x 255 times this number plus a
-/// third.
+/// A plane is cut off where a pixel would hold more fragments. 32 bits hold the sum of 1.33 times this many fragments
+/// (weight 1024, byte 255).
 pub const MOST_PER_PIXEL: f64 = 12_288.0;
 
-/// The most fragments in all, 12 bytes each.
+/// The most fragments of a picture; each takes 12 bytes.
 pub const MOST_FRAGMENTS: u64 = 1 << 26;
 
 /// Pixels beyond the picture's border that a fragment inside may reach.
 const MARGIN_PX: f64 = 2.0;
 
 impl Polygons {
-    /// The part of an infinite plane that a picture of `size` pixels shows; empty if it shows nothing. The eye is
-    /// `camera_px` from the projection plane. The distance changes the plane's shape, but not the picture. The plane
-    /// ends where a pixel would hold more than `most_per_pixel` fragments.
+    /// The part of an infinite plane that a picture of `size` pixels shows; possibly empty. The eye is `camera_px`
+    /// from the projection plane; this distance changes the polygons' shape, but not the picture. The plane is cut off
+    /// where a pixel would hold more than `most_per_pixel` fragments.
     pub fn of_plane(
         plane: &Plane,
         size: [u32; 2],
@@ -132,8 +131,8 @@ fn extent(triangle: &Triangle, spacing: f64) -> [f64; 3] {
     [length(across) / (2.0 * spacing), sides.iter().sum(), sides.into_iter().fold(0.0, f64::max)]
 }
 
-/// The part of a convex polygon where a linear function is at least 0 (I. Sutherland, G. Hodgman, "Reentrant polygon clipping",
-/// 1974).
+/// The part of a convex polygon where a linear function is at least 0 (I. Sutherland, G. Hodgman, "Reentrant polygon
+/// clipping", 1974).
 fn clipped(corners: &[[f64; 2]], inside: impl Fn([f64; 2]) -> f64) -> Vec<[f64; 2]> {
     let mut kept = Vec::new();
     for (n, &a) in corners.iter().enumerate() {
@@ -155,7 +154,7 @@ mod tests {
     use super::*;
     use crate::paper::texture_mapping::plane::Tilt;
 
-    /// The number of a plane's fragments equals its area, which grows with the tilt.
+    /// The area, and so the number of fragments, grows with the tilt.
     #[test]
     fn a_planes_area_is_that_of_its_part_in_the_picture() {
         let camera = Tilt::of(0.0).focal_px(72);

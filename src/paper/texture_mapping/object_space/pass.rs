@@ -153,7 +153,7 @@ impl Prepared {
         let most = polygons.most_fragments(f64::from(spacing));
         let rows = polygons.most_rows(f64::from(spacing));
         assert!(most <= MOST_FRAGMENTS && count < 1 << 16, "{most} fragments of {count} triangles");
-        assert!(rows < 1 << 16, "{rows} rows of fragments: a place is 16 bits");
+        assert!(rows < 1 << 16, "{rows} rows of fragments do not fit 16 bits");
         let storage = |name, bytes: u64| gpu.buffer(name, bytes.max(4), BufferUse::Storage);
         let pixels = u64::from(size[0]) * u64::from(size[1]);
         let none = [super::Triangle { corners: [[0.0; 3]; 3], texels: [[0.0; 2]; 3] }];

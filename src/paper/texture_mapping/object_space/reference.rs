@@ -6,7 +6,7 @@ use crate::paper::texture_mapping::texels::Texels;
 /// A pixel of a grey texture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mean {
-    /// 0 where nothing was added.
+    /// 0 without fragments.
     pub value: f64,
     /// Bound of the rounding error.
     pub slack: f64,
@@ -67,8 +67,7 @@ fn rotation([nx, ny, nz]: Vec3) -> [Vec3; 3] {
 /// A pixel between the passes.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
-    /// The largest 1 / w of the fragments that certainly count, of all fragments as computed, and of those that may
-    /// count.
+    /// The largest 1 / w: of the fragments that certainly count, of all as computed, and of those that may count.
     certain: f64,
     near: f64,
     possible: f64,
@@ -122,7 +121,8 @@ impl Sums {
         if self.fragments == 0 {
             return Mean { undecided, ..Mean::default() };
         }
-        // The error of sum((S + d)(c + e)) / sum(S + d): values of 0 to 1 differ from their mean by 1 at most.
+        // Values from 0 to 1 differ from their mean by at most 1, so errors of the weights shift the mean by at most
+        // their share of the weights.
         let by_weights = self.weight_errors / (self.weights - self.weight_errors).max(0.0);
         Mean {
             value: self.values / self.weights,
@@ -233,7 +233,7 @@ impl Rotated<'_> {
         let steep = slopes.iter().flatten().map(|slope| slope.abs()).sum::<f64>() * scale;
         let off = steep * self.place_error / self.spacing * 4.0 * self.shape
             + 8.0 * ROUNDING * (place[0].abs() + place[1].abs() + 1.0);
-        // Rounding to a byte adds half a step; values change by at most 1 a texel.
+        // Rounding to a byte adds half a step; values change by at most 1 per texel.
         [bilinear(texels, level, place), 0.5 / 255.0 + off]
     }
 

@@ -6,8 +6,8 @@ use crate::paper::texture_mapping::method::Pixel;
 use crate::paper::texture_mapping::texels::Texels;
 use std::f64::consts::TAU;
 
-/// Texture samplers quantise weights of texels and levels in steps of 1/256, the coarsest that Vulkan allows. Two
-/// bilinear samples with two weights each, and their mix, err by at most this.
+/// Error bound of a trilinear sample. Samplers may quantise weights in steps of 1/256, the coarsest that Vulkan
+/// allows; a sample has five weights: two for each of two bilinear samples, and one for their mix.
 const SAMPLER: f64 = 5.0 / 256.0;
 
 /// The value of a pixel; `None` if only the device can compute it.
@@ -249,7 +249,7 @@ fn summed_area(pixel: &Pixel, texels: &Texels) -> Filtered {
             sum += u64::from(texels.byte(0, column, row));
         }
     }
-    // An edge near a texel's middle may round to either side.
+    // Rounding may move an edge near a texel's middle to either side.
     let near = |n: usize, sign: f64| {
         let at = edge(n, sign);
         u32::from((at - at.round()).abs() < 2f64.powi(-21) * (at.abs() + 1.0))

@@ -234,10 +234,10 @@ pub fn filtered(
     let nearest = || value(column as i64, row as i64);
     let empty = weights <= 0.0;
     let value = if empty { nearest() } else { sum / weights };
-    // The GPU's error function errs by 1.5e-7 of each texel's weight.
+    // The GPU's error function has an error of 1.5e-7 of each texel's weight.
     let erf = if ellipse.edge == Edge::Exact { 1.5e-7 * f64::from(fetched) / weights.max(1e-6) } else { 0.0 };
-    // A texel differs from the mean by at most 1; a weight's exponential errs by 9 ulp (Vulkan allows 3 + 2
-    // |x|); each sum in f32 loses half an ulp.
+    // A texel differs from the mean by at most 1. The exponential of a weight has an error of 9 ulp (Vulkan
+    // allows 3 + 2 |x|), each sum in f32 half an ulp.
     let slack = (slack / weights.max(1e-6)).min(1.0) + f64::from(fetched + 32) * 2f64.powi(-24) + erf;
     Filtered { value, slack, fetched, undecided, empty }
 }
@@ -305,7 +305,7 @@ fn each_texel(ellipse: &Ellipse, pixel: &Pixel, level: u32, mut visit: impl FnMu
             // Where the edge curves away, this distance is too short. A texel contributes only up to half a texel
             // outside.
             let from_outer = (oc * du * du - 2.0 * ob * du * dv + oa * dv * dv) / (oa * oc - ob * ob) - 1.0;
-            // The slope is rounded like r where its terms cancel.
+            // If its terms cancel, the slope has the same rounding error as r.
             let of_slope = rounding * (1.0 + (b / c).abs()) * (c / shaped.det).sqrt() * texels_a_radius;
             let off = if r > 0.0 { (1.0 - r).abs() * texels_a_radius * of_slope } else { 0.0 };
             if distance(r - rounding) + off < -0.5 || from_outer > 4.0 * rounding {
@@ -337,7 +337,7 @@ fn rounding(shaped: &Shaped, [_, dv]: [f64; 2], r: f64) -> f64 {
     2f64.powi(-22) * (r + along)
 }
 
-/// Largest relative difference to a map's neighbouring entry if rounding may choose it.
+/// Largest relative difference between neighbouring entries of a map, if rounding may choose either.
 fn step(ellipse: &Ellipse, r: f64, rounding: f64) -> f64 {
     let Some(map) = ellipse.map.filter(|map| !map.linear) else { return 0.0 };
     let entries = f64::from(map.entries) / ellipse.map_reach();

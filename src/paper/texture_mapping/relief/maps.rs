@@ -134,7 +134,7 @@ struct Cell<'a> {
     relief: &'a Relief,
     bounds: &'a [[f32; 2]],
     at: [i32; 2],
-    /// Least and greatest height of the points for which the distance must hold.
+    /// Least and greatest height of the points of the cell for which the distance must hold.
     low: f32,
     high: f32,
     /// Along an axis, points of two cells may be nearer to each other than the cells' centres by this much.

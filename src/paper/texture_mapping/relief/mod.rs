@@ -1,5 +1,5 @@
-//! Relief: a height field below a polygon, and the tracing of view rays through it. Section I; [`parallax`] filters it,
-//! section H.
+//! Relief: a height field below a polygon, and the tracing of view rays through it (section I). [`parallax`] filters
+//! it (section H).
 //!
 //! A relief has a height for each texel, repeats, and is bilinear between texels. A ray enters at the top plane and
 //! descends. W. Donnelly ("Per-Pixel Displacement Mapping with Distance Functions", GPU Gems 2, chapter 8, 2005)
@@ -9,13 +9,13 @@
 //! that lies below `p` at least that steeply. The tracer does not change.
 //!
 //! Differs: the paper searches the unobstructed rays one by one; the horizon gives the same set without tracing.
-//! Donnelly and the paper store the distance of a cell's centre, which may be too long elsewhere in the cell.
-//! [`maps`] bounds it for every point of the cell and every direction of its sector, so a step by the map never
-//! passes the surface. If the bound is below the least step, [`trace`] takes the least step and tests for a crossing.
+//! Donnelly and the paper store the distance of a cell's centre, which may be too long elsewhere in the cell. [`maps`]
+//! bounds it for every point of the cell and every direction of its sector, so a step by the map never passes the
+//! surface. If the bound is below the least step, [`trace`] takes the least step and tests for a crossing.
 //!
 //! Also built: linear and binary search (F. Policarpo, M. Oliveira, J. Comba, "Real-Time Relief Mapping on Arbitrary
-//! Polygonal Surfaces", I3D 2005); cone maps (J. Dummer, "Cone Step Mapping", 2006) and relaxed cone maps (F. Policarpo,
-//! M. Oliveira, "Relaxed Cone Stepping for Relief Mapping", GPU Gems 3, chapter 18, 2007).
+//! Polygonal Surfaces", I3D 2005); cone maps (J. Dummer, "Cone Step Mapping", 2006) and relaxed cone maps (F.
+//! Policarpo, M. Oliveira, "Relaxed Cone Stepping for Relief Mapping", GPU Gems 3, chapter 18, 2007).
 //! [`reference`](mod@reference) has the exact intersection.
 
 pub mod maps;
@@ -112,7 +112,7 @@ fn rock(x: usize, y: usize, side: usize) -> u8 {
 }
 
 impl Kind {
-    /// Matching colours, sRGB: fired clay and mortar, or stone that is darker in its hollows.
+    /// Matching sRGB colours: fired clay and mortar, or stone that is darker in its hollows.
     pub fn picture(self, side: usize) -> Vec<[u8; 3]> {
         let relief = self.relief(side);
         let unit = side / 16;
