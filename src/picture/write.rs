@@ -86,7 +86,7 @@ pub fn write_whole(
     })
 }
 
-/// `X.PROCESS.partial`; where another thread of this process is writing `X`, `X.PROCESS-1.partial` and so on.
+/// `X.PROCESS.partial`, or `X.PROCESS-1.partial` and so on if another thread of this process is writing `X`.
 fn unused_name(path: &Path, half_written: &[PathBuf]) -> PathBuf {
     let process = std::process::id();
     let name = |number: String| {

@@ -1,12 +1,13 @@
-//! Where a ray meets the WGS84 ellipsoid, in closed form: the truth of round surfaces, without a mesh.
+//! The intersection of a ray with the WGS84 ellipsoid, in closed form: the truth for round surfaces, without a mesh.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Metres: radius at the equator, and from the centre to a pole (NIMA TR8350.2, table 3.1).
 const AXES_M: [f64; 3] = [6_378_137.0, 6_378_137.0, 6_356_752.314_245_179];
 
-/// (s, t) of the first point that a ray meets: longitude from -180 degrees on, and geodetic latitude from the north pole on,
-/// both 0 to 1. `None` if the ray misses the ellipsoid or begins inside it. Earth-centred metres; the direction has any length.
+/// (s, t) of a ray's first intersection, both from 0 to 1: s is the longitude, eastwards from -180 degrees; t is the
+/// geodetic latitude, southwards from the north pole. `None` if the ray misses the ellipsoid or begins inside it.
+/// Positions are in earth-centred metres; `direction` may have any length.
 pub fn coordinate(eye: [f64; 3], direction: [f64; 3]) -> Option<[f64; 2]> {
     // On a sphere of radius 1: (o + t d)^2 = 1.
     let [o, d] = [eye, direction].map(|of| [0, 1, 2].map(|c| of[c] / AXES_M[c]));
@@ -43,7 +44,7 @@ mod tests {
         }
     }
 
-    /// A ray against the normal of a point at latitude 45 degrees returns latitude 45 degrees.
+    /// A ray opposite to the normal of a point at latitude 45 degrees returns latitude 45 degrees.
     #[test]
     fn latitudes_are_geodetic() {
         let [a, _, b] = AXES_M.map(|axis| axis * axis);

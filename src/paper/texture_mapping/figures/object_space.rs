@@ -24,9 +24,10 @@ pub const OBJECT_SPACE_TEXTURING: Figure = Figure {
             the polygons' area. A square of 1/f noise has one texel per pixel of its own area. It tilts back about \
             its lower edge, which lies on the projection plane; the field of view is 6 degrees. The sides are 128 \
             (`area 1`) and 256 pixels (`area 4`) in quick runs, 512 and 1024 in full ones. `paper's EWA` is the \
-            thesis's filter: formula (4) by rows, at the level that the minor axis selects. It runs only for the \
-            screen pixels that the square covers. A fragment in object space fetches 4 texels and issues at most 4 \
-            atomics for depth and 16 for sums. Atomics are counted in a separate run. The time includes all stages.",
+            thesis's filter: formula (4) with the axes from J's rows, at the level that the minor axis selects. It \
+            runs only for the screen pixels that the square covers. A fragment in object space fetches 4 texels and \
+            issues at most 4 atomics for depth and 16 for sums. Atomics are counted in a separate run. The time \
+            includes all stages.",
     scenes: &[SMALL, LARGE],
     variants,
     paper: &[SPACING_1],

@@ -23,8 +23,9 @@ pub const RELIEF: Figure = Figure {
             have 64 texels a side and 16 layers of cells, full ones 128 and 32. `at centres`: as in Donnelly's method \
             and the paper, a distance holds at the cell's centre, so a step from elsewhere in the cell may pass the \
             surface. `guaranteed`: a distance holds for every point of the cell and every ray, so no step passes the \
-            surface. A step is one lookup of the map. The baseline takes 64 linear steps. Every search ends with 6 \
-            bisections. A ray is missed if its hit is more than the least step, half a texel, from the exact hit.",
+            surface. A step is one lookup of the map. The baseline takes 64 linear steps. A search ends with 6 \
+            bisections (relaxed cones: 12). A ray is missed if its hit is more than the least step, half a texel, \
+            from the exact hit.",
     scenes: RELIEFS,
     variants: || Method::ALL.map(|method| method.name()).to_vec(),
     paper: &["refined, at centres"],

@@ -264,9 +264,9 @@ impl DistanceMap {
 /// Steps of a ray inside the solid, from its entry to the floor.
 const MARCH: u32 = 32;
 
-/// Cones on the texels as ratios of radius to height, at most 1. Dummer's cones contain no other texel. A ray may
-/// pierce the surface once inside a relaxed cone: each other texel limits the cone at the point where the ray through
-/// it, from the top plane above the cone's own texel, leaves the solid again.
+/// Cones on the texels as ratios of radius to height, at most 1. Dummer's cones contain no other texel. Inside a
+/// relaxed cone a ray may enter the solid once. Each other texel limits the relaxed cone: the ray from the top plane
+/// above the cone's own texel passes through that texel, and the cone ends where this ray leaves the solid again.
 pub fn cone_map(relief: &Relief, relaxed: bool) -> Vec<f32> {
     let (side, reach) = (relief.side as i64, relief.side as i64 / 2);
     let offsets = || (-reach..=reach).flat_map(move |b| (-reach..=reach).map(move |a| [a, b]));
