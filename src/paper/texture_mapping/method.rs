@@ -1,4 +1,4 @@
-//! The methods that filter a pixel's footprint to a colour; the GPU and the reference run the same value.
+//! The methods that filter a pixel's footprint to a colour; the GPU and the reference take the same [`Method`].
 
 use super::baselines::Baseline;
 use super::footprint::{Axes, Determinant, Footprint, MOST_REACH, Scan};

@@ -17,7 +17,7 @@
 //! | H | parallax mapping with anisotropic filtering | `relief/` |
 //! | I | refined distance map | `relief/` |
 //!
-//! `[surface.NAME.relief]` ([`config`]) puts H and I below a plane of a scene.
+//! The table `[surface.NAME.relief]` of a scene ([`config`]) puts a relief below a plane, drawn by H or I.
 //! [`method`] selects a method, [`pass`] runs it on the GPU over a tilted [`plane`], and [`mod@reference`]
 //! in f64 on the CPU. [`baselines`] are published filters, [`texels`] the textures; [`figures`] measures
 //! all of them.

@@ -197,7 +197,7 @@ impl Prepared {
     /// Device lost, out of memory.
     pub fn counts(&self, gpu: &Gpu) -> Result<Counts> {
         let [fragments, depth_tests, sums] = self.words(gpu, &self.counts)?[..] else {
-            unreachable!("three")
+            unreachable!("three counts")
         };
         assert!(fragments <= self.push.capacity, "{fragments} fragments of at most {}", self.push.capacity);
         Ok(Counts { fragments: fragments.into(), atomics: u64::from(depth_tests) + u64::from(sums) })
