@@ -100,7 +100,7 @@ fn main() -> ExitCode {
     };
     // stdout is for data only.
     let colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    // Warnings of winit and its libraries about the display do not concern the user.
+    // Display warnings of winit and its libraries are of no use to the user.
     let levels = Targets::new()
         .with_default(level)
         .with_target("winit", tracing::Level::ERROR)
@@ -108,7 +108,7 @@ fn main() -> ExitCode {
     let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
         .with_ansi(colours)
-        // It would report a full stderr on stderr, and panic.
+        // Otherwise tracing would report a full stderr on stderr, and panic.
         .log_internal_errors(false)
         .without_time()
         .with_target(false);

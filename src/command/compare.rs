@@ -15,9 +15,9 @@ use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Measures the difference between picture A and picture B, or of both from a reference. All measures except FLIP use
-/// linear light. Alpha is ignored: red, green and blue are compared as stored, which a PNG does not premultiply by
-/// alpha and an EXR usually does. The number of pixels with different alpha is printed.
+/// Measures the difference between picture A and picture B, or of both from a reference. All measures except
+/// FLIP use linear light. Alpha is ignored, and red, green and blue are compared as stored: usually
+/// premultiplied by alpha in an EXR, never in a PNG. The number of pixels with different alpha is printed.
 #[derive(Args, Debug)]
 pub struct CompareArgs {
     /// A picture, .png or .exr

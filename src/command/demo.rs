@@ -1,5 +1,5 @@
-//! `ortelius demo`: three of a paper's figures and three pictures in out/: the globe, the valley, and the headline
-//! frame with its report.
+//! `ortelius demo`: measures three figures and renders three pictures into out/: the globe, the valley, and
+//! the headline frame with its report.
 
 use super::{render, reproduce, say};
 use anyhow::Context;

@@ -75,7 +75,7 @@ struct SelfTest {
     deadly: bool,
 }
 
-/// A working software driver took at most 0.3 s here. A hanging driver must not block the doctor.
+/// A hanging driver must not block the doctor. A working software driver took at most 0.3 s.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 pub fn run(args: &DoctorArgs) -> anyhow::Result<()> {

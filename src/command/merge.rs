@@ -1,4 +1,4 @@
-//! `ortelius merge`: parts of a run become one report.
+//! `ortelius merge`: joins the parts of a run into one report.
 
 use super::outputs::check_folder;
 use super::report::ReportArgs;
@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 pub struct MergeArgs {
-    /// Folders that `reproduce` has written, with --partition or without
+    /// Folders written by `reproduce`, with or without --partition
     #[arg(value_name = "DIR", required = true)]
     folders: Vec<PathBuf>,
-    /// The report's folder, made if absent
+    /// The report's folder, created if absent
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     #[command(flatten)]

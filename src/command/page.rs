@@ -1,4 +1,4 @@
-//! `ortelius page`: stored results become a page again.
+//! `ortelius page`: makes the page of stored results again.
 
 use super::outputs::check_place;
 use anyhow::Context;
@@ -14,7 +14,7 @@ pub struct PageArgs {
     /// A report's results.json, or a file of results/
     #[arg(value_name = "RESULTS.json")]
     results: PathBuf,
-    /// The page; beside the results if not given
+    /// The page; default: beside the results
     #[arg(short, long, value_name = "PAGE.html")]
     output: Option<PathBuf>,
 }

@@ -35,8 +35,8 @@ pub struct TradeArgs {
     /// Find the most accurate setting that takes at most this time
     #[arg(long, value_name = "T", value_parser = parse_bound, allow_negative_numbers = true)]
     max_ms: Option<f64>,
-    /// Vary only these: level-bias, filter, anisotropy, border, list, stages, format, gpu-tiles, budgets; default:
-    /// all
+    /// Vary only these: level-bias, filter, anisotropy, border, list, stages, format, gpu-tiles, budgets;
+    /// default: all
     #[arg(long, value_name = "KNOB,…", value_delimiter = ',', value_parser = parse_knob)]
     knobs: Vec<Knob>,
     /// Write a report (index.html, trade.svg, trade.json) into this folder, created if absent

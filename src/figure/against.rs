@@ -94,7 +94,8 @@ impl Changes {
         }
         let (changed, common) = (self.values.len(), self.common);
         lines.push(format!(
-            "{changed} of {common} common values changed beyond their spreads, {} verdicts; {} only stored, {} only new",
+            "{changed} of {common} common values changed beyond their spreads, {} verdicts changed; \
+             {} only stored, {} only new",
             self.claims.len(),
             self.gone,
             self.new
@@ -137,7 +138,7 @@ fn change([figure, what]: &Key, before: &Row, after: &Row) -> Option<ValueChange
     let same = match (&before.value, &after.value) {
         (Value::Summary(then), Value::Summary(now)) => meet(then, now),
         (Value::Spreads(then), Value::Spreads(now)) => {
-            // Points without a partner are not compared.
+            // Points whose x is in only one of the results are not compared.
             let beside = |x: f64| now.iter().find(|(other, _)| *other == x).map(|(_, now)| now);
             let mut pairs = then.iter().filter_map(|(x, then)| Some((then, beside(*x)?))).peekable();
             pairs.peek().is_some() && pairs.all(|(then, now)| meet(then, now))

@@ -7,7 +7,7 @@ use crate::vk::{Feature, Gpu, GpuOptions, Message, Need, PassTime, Work};
 use std::cell::RefCell;
 use std::path::PathBuf;
 
-/// Software drivers compile on first use.
+/// Runs before the timed ones: software drivers compile shaders on first use.
 const WARM_UP: usize = 2;
 
 /// Device, effort and picture folder of a run.
@@ -15,9 +15,9 @@ pub struct Bench {
     pub effort: Effort,
     /// Part of a device's name, or its index.
     pub device: Option<String>,
-    /// Where [`Bench::picture`] writes.
+    /// The folder of [`Bench::picture`].
     pub pictures: PathBuf,
-    /// Files that this cell wrote to it.
+    /// Names of the pictures that this cell wrote.
     pub written: Vec<String>,
     /// Opens devices with the validation layer; a validation message fails the cell.
     pub validate: bool,
@@ -38,9 +38,9 @@ pub struct Timed {
     pub variant: String,
     /// Sum of all passes.
     pub total: Option<Summary>,
-    /// In order of the frame.
+    /// Label and time of each pass, in the order of the frame.
     pub passes: Vec<(String, Option<Summary>)>,
-    /// Passes of each round. Round n of all contenders of a run is interleaved.
+    /// Passes of each round. Within a round, all contenders run in turn.
     pub rounds: Vec<Vec<PassTime>>,
     /// One extra run that counts the work of each pass; empty if the device has no pipeline statistics.
     pub counted: Vec<PassTime>,
@@ -80,7 +80,8 @@ impl Bench {
         }
     }
 
-    /// Results of `of` for each of `count` items in every round. Each round starts with another item.
+    /// Calls `of` for each of `count` items in every round, and returns the results. Each round starts with
+    /// another item.
     ///
     /// # Errors
     /// The first error of `of`.
@@ -110,7 +111,7 @@ impl Bench {
     /// Runs all contenders in turn, [`Bench::runs`] times. Each round starts with another contender, so
     /// that drift and other load affect all equally. Adds a contender "empty pass".
     ///
-    /// # Errors
+    /// The first error of a contender.
     /// The first contender's.
     pub fn interleave<'a>(&self, gpu: &'a Gpu, contenders: Vec<Contender<'a>>) -> anyhow::Result<Vec<Timed>> {
         self.interleave_until(gpu, contenders, 1, |_| true)
@@ -119,7 +120,7 @@ impl Bench {
     /// As [`Bench::interleave`], but repeats the runs, up to `most`, until `enough` returns true.
     ///
     /// # Errors
-    /// The first contender's.
+    /// The first error of a contender.
     pub fn interleave_until<'a>(
         &self,
         gpu: &'a Gpu,

@@ -7,7 +7,7 @@ use thiserror::Error;
 /// A family's name and its figures, in the order of the report.
 pub type Family = (&'static str, &'static [&'static Figure]);
 
-/// A name of no figure and no family.
+/// A name that is neither a figure nor a family.
 #[derive(Debug, Error)]
 #[error("unknown figure or family {name:?}; the nearest is {nearest}; `ortelius list` shows all")]
 pub struct UnknownFigure {
@@ -15,8 +15,8 @@ pub struct UnknownFigure {
     pub nearest: String,
 }
 
-/// The figures that `names` select (ids or families), each once, in the order of `families`. No names
-/// select all.
+/// The figures that `names` select (ids or families), each once, in the order of `families`. An empty list
+/// selects all figures.
 ///
 /// # Errors
 /// [`UnknownFigure`] for the first unknown name.

@@ -89,7 +89,7 @@ pub enum At {
     /// The place's own.
     Place,
     X(f64),
-    /// The value with the least quantity.
+    /// The value at which the quantity is smallest.
     Least,
     /// Points of a [`super::Value::Series`] with x in this range, each judged separately.
     Points(f64, f64),
@@ -188,7 +188,7 @@ pub const fn one(quantity: &'static str, variant: &'static str) -> Pick {
     Pick::of(quantity, Who::One(variant))
 }
 
-/// A quantity of the variant that has the least of it.
+/// A quantity of the variant for which it is smallest.
 pub const fn best(quantity: &'static str, variants: fn() -> Vec<String>) -> Pick {
     Pick::of(quantity, Who::Best(variants))
 }

@@ -56,7 +56,7 @@ pub struct Figure {
     pub scenes: &'static [&'static str],
     /// Names of all variants, in the order of legends and tables.
     pub variants: fn() -> Vec<String>,
-    /// The paper's own variants; the page sets them off.
+    /// The paper's own variants. The page highlights them.
     pub paper: &'static [&'static str],
     pub sweep: Option<Sweep>,
     /// Measures one cell, all variants interleaved. Rows may come in any order.

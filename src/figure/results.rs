@@ -136,7 +136,8 @@ fn of_figure(
     FigureResult { id: figure.id.to_string(), title: figure.title.to_string(), claims, cells }
 }
 
-/// A machine's index in the list; the same machine on another day extends its dates.
+/// A machine's index in the list, to which it is added if new. The same machine on another day extends the
+/// dates of its entry.
 fn place_of(machine: &Machine, machines: &mut Vec<Machine>) -> usize {
     let dates = |date: &str| -> Vec<String> { date.split(" to ").map(String::from).collect() };
     if let Some(at) = machines.iter().position(|known| known.is_same(machine)) {

@@ -8,8 +8,8 @@ use std::collections::HashMap;
 ///
 /// Two fronts are the same within noise if, for every bound on the error, both sweeps choose the same
 /// setting, or settings whose times (over both sweeps) differ by at most [`ALIKE`] times the noise between
-/// the sweeps. The noise is measured: 95 of 100 settings took the same time in both sweeps within it, as
-/// multiples of the scene's own frame.
+/// the sweeps. The noise is measured: 95 of 100 settings took the same time in both sweeps up to this factor,
+/// relative to the scene's own frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Same {
     /// Settings in both sweeps.
@@ -35,7 +35,7 @@ pub struct Choices {
 
 impl Same {
     /// # Errors
-    /// A text that says why the two sweeps are not of the same thing.
+    /// The reason why the sweeps cannot be compared.
     pub fn of(earlier: &Trade, later: &Trade) -> Result<Same, String> {
         let subject = |trade: &Trade| {
             let ([width, height], machine) = (trade.size, &trade.machine);
@@ -203,7 +203,7 @@ pub(super) mod tests {
 
     #[test]
     fn a_setting_that_leaves_the_front_within_noise_is_no_change() {
-        // 8 is alike 7.7 but was not alike 7: "coarser" leaves the front.
+        // 7.7 is within noise of 8, and 7 was not: "coarser" leaves the front.
         let same = Same::of(&sweep(&FIRST), &with("coarser", 7.7)).unwrap();
         assert!(same.holds(), "{same:?}");
         let choices = &same.choices[0];

@@ -39,8 +39,8 @@ pub struct Traded {
     pub name: String,
     /// Its changes to the scene, as arguments of `-D`.
     pub changes: Vec<String>,
-    /// Time of the settled frame: ratio to the scene's own frame of the same round, times the median of
-    /// that frame.
+    /// Time of the settled frame: each round's ratio to the scene's own frame, times the median of that
+    /// frame.
     pub ms: Summary,
     /// Interval of the median ([`median_interval`](crate::stats::median_interval)).
     pub interval_ms: [f64; 2],

@@ -17,15 +17,15 @@ pub enum WorkerError {
     Start(std::io::Error),
 }
 
-/// SIGHUP, SIGINT, SIGQUIT and SIGTERM: a request to end.
+/// SIGHUP, SIGINT, SIGQUIT and SIGTERM: the user ends the run.
 const ASKED: [i32; 4] = [1, 2, 3, 15];
 
 /// SIGKILL. Only the out-of-memory killer sends it to the child alone.
 const KILLED: i32 = 9;
 
-/// Runs `worker`, which measures into `folder` from a cell on ([`super::Run::from`]), until it ends by
-/// itself or is asked to. After each crash, `report` receives the cell and the next worker starts with the
-/// next cell. Returns the exit status of the last worker.
+/// Runs `worker`, which measures into `folder` starting at a cell ([`super::Run::from`]), until it ends by
+/// itself or by a signal of the user. After each crash, `report` receives the cell and the next worker starts
+/// with the next cell. Returns the exit status of the last worker.
 ///
 /// # Errors
 /// Errors of the folder; a worker that cannot be started.

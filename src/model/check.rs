@@ -21,7 +21,7 @@ impl Model {
                 return Err(format!("face {face} has the positions {corners:?}"));
             }
             if !faces.insert(sorted) {
-                return Err(format!("face {face} has the positions {corners:?}, like one before it"));
+                return Err(format!("face {face} has the positions {corners:?}, like an earlier face"));
             }
             for k in 0..3 {
                 let side = [corners[k], corners[(k + 1) % 3]];

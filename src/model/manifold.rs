@@ -130,10 +130,10 @@ impl Faces {
         turned.iter().filter(|turned| **turned == Some(true)).count()
     }
 
-    /// Cuts the surface along every edge that is not shared by exactly two faces of opposite direction. Then corners
-    /// at a point that no chain of shared edges connects get positions of their own, appended to the existing ones.
-    /// If two of the cut faces are still connected around one end, the edge between them closes again. Returns the number of
-    /// cut edges and of added positions.
+    /// Cuts the surface along every edge that is not shared by exactly two faces of opposite direction.
+    /// Corners at a point that no chain of shared edges connects then get positions of their own, appended to
+    /// the existing ones. If two of the cut faces are still connected around one end of the edge, their edge
+    /// closes again. Returns the number of cut edges and of added positions.
     ///
     /// Afterwards every edge is manifold: at a point each face has two sides, so a chain of faces has at most two
     /// ends. Of the faces that met at the cut edge, at most two share a chain, which crosses the edge in both

@@ -43,7 +43,8 @@ pub struct SourceMesh {
     pub coordinates: Vec<DVec2>,
     /// Counter-clockwise seen from outside (above).
     pub triangles: Vec<[u32; 3]>,
-    /// Of the sphere that the mesh stands for, (s, t) its longitude and latitude: 1 / radius, per metre. 0: another shape.
+    /// 1 / radius, per metre, of the sphere that the mesh approximates, with longitude and latitude as (s,
+    /// t). 0 for other shapes.
     pub curvature: f64,
 }
 

@@ -13,9 +13,9 @@ pub struct Report {
     pub file_faces: usize,
     /// Vertices with a coordinate that is NaN, infinite or beyond 1e36.
     pub non_finite_vertices: usize,
-    /// Vertices 1000 times as far out as 999 of 1000 others, or 100 times without a neighbour there.
+    /// Vertices 1000 times as far out as 99.9 % of the others, or 100 times as far without a neighbour.
     pub outlying_vertices: usize,
-    /// Faces dropped because they use a vertex of those two kinds.
+    /// Faces dropped because they use a vertex of these two kinds.
     pub faces_set_aside: usize,
     /// Vertices at the position of an earlier one.
     pub welded_vertices: usize,

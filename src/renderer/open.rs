@@ -77,11 +77,12 @@ impl Renderer {
 }
 
 impl Renderer {
-    /// Goes from the scene `now`, which it shows, to `next` without opening it: where they differ only in how the virtual
-    /// texture is listed and filtered. All caches stay. False where `next` must be opened.
+    /// Switches from the shown scene `now` to `next` without reopening it, and keeps all caches. This is
+    /// possible for most changes of the variant or of the virtual texture's filter. Returns false if `next`
+    /// must be opened.
     ///
     /// # Errors
-    /// As [`Renderer::on`]; `now` then stays.
+    /// As [`Renderer::on`]; the renderer then still shows `now`.
     pub fn go_on_with(&mut self, now: &Scene, next: &Scene) -> Result<bool, RenderError> {
         sections::check(next)?;
         let owner = owner(next)?;
@@ -99,14 +100,14 @@ impl Renderer {
         }
         check_opened(next, &after, &texture.source.pyramid())?;
         self.reconfigure(|surfaces, gpu, target| {
-            let texture = surfaces.texture.as_mut().expect("it was there above");
+            let texture = surfaces.texture.as_mut().expect("its presence was checked above");
             Ok(texture.reconfigure(gpu, after, target)?)
         })?;
         Ok(true)
     }
 }
 
-/// What a scene says of all but its variant and the filter of the surface `owner`.
+/// The scene without its variant and without the filter of the surface `owner`.
 fn without_variant(scene: &Scene, owner: &str) -> Option<toml::Table> {
     let mut table: toml::Table = scene.to_toml().parse().ok()?;
     table.remove("variant");
@@ -241,7 +242,7 @@ fn check(scene: &Scene, surface: &Surface, owner: Option<&Surface>) -> Result<()
         return fault("lit", "a progressive mesh without a texture is always lit; omit lit");
     }
     if scene.has(&key("relief")) && carries_virtual(surface, owner) {
-        return fault("relief", "a virtual texture carries none: take a plain texture, or leave it out");
+        return fault("relief", "a relief needs a plain texture; this surface has a virtual one");
     }
     relief(scene, surface)?;
     if !scene.has(&key("filter")) {
@@ -263,7 +264,7 @@ fn check(scene: &Scene, surface: &Surface, owner: Option<&Surface>) -> Result<()
     };
     if !is_owner && ![Filter::DEFAULT, for_plain].contains(&filter) {
         let what = "a plain texture is filtered by the sampler, trilinear, or by kind = \"ellipse\" with \
-                    max_anisotropy and minor_texels; choose one of them, or a virtual texture";
+                    max_anisotropy and minor_texels; use one of them, or a virtual texture";
         return fault("filter", what);
     }
     Ok(())
@@ -301,8 +302,8 @@ fn relief(scene: &Scene, surface: &Surface) -> Result<Option<(ReliefKeys, Relief
     let relief = keys.relief(plane.width_m, picture.transpose()?.map(heights));
     let relief = relief.map_err(|what| scene.fault(&at("path"), &what))?;
     if keys.method == ReliefMethod::Trace && pairs(&relief) > MOST_PAIRS {
-        let what = "a distance map of so deep a relief takes minutes: make it less deep, take a smaller picture, or method = \
-                    \"projected-width\"";
+        let what = "a distance map of a relief this deep takes minutes; reduce its depth, use a smaller \
+                    picture, or method = \"projected-width\"";
         return Err(scene.fault(&at("depth_m"), what).into());
     }
     Ok(Some((keys, relief, plane.width_m)))
@@ -348,7 +349,7 @@ fn pattern(pattern: Pattern, [width, height]: [u32; 2]) -> PlainTexture {
     PlainTexture::new([width, height], places.flat_map(|at| grey(bytes[at as usize])).collect())
 }
 
-/// What goes with a generated relief.
+/// The colours of a generated relief.
 fn colours(kind: Kind) -> PlainTexture {
     let side = side_of(kind);
     let texels = kind.picture(side).into_iter().flat_map(|[r, g, b]| [r, g, b, 255]).collect();
@@ -372,7 +373,7 @@ fn gpu(options: &Options<'_>, needs: &[Need]) -> vk::Result<Gpu> {
     Ok(gpu)
 }
 
-/// The governor's budget without the time; refused if only a time is stated.
+/// The governor's budget without its time. Returns `refused` if only a time is stated.
 fn untimed(stated: Option<Budget>, refused: RenderError) -> Result<Option<Budget>, RenderError> {
     match stated {
         Some(Budget { frame_faces: None, .. }) => Err(refused),

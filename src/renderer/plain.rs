@@ -1,4 +1,5 @@
-//! Surfaces with a plain texture, or none: one draw each, filtered by the sampler, by paper 3's ellipse, or by its relief.
+//! Surfaces with a plain texture or none. Each is one draw, filtered by the sampler, by paper 3's ellipse, or by
+//! its relief.
 
 use crate::frame::{Memory, Onto, Seen, Shape, Target};
 use crate::math::light::LightColours;
@@ -42,7 +43,7 @@ pub struct PlainSurface {
     pub shape: Option<Shape>,
     /// Surfaces that share a texture share its image.
     pub texture: Arc<Image>,
-    /// Of [`PlainFilter::Relief`].
+    /// Present for [`PlainFilter::Relief`].
     pub relief: Option<ReliefSurface>,
 }
 
@@ -91,7 +92,7 @@ impl PlainSurfaces {
                     vec![("MOST_RATIO", (ratio as f32).to_bits()), ("MINOR_TEXELS", (minor as f32).to_bits())]
                 };
                 let own = match filter {
-                    // A ratio of 0 is the sampler.
+                    // A ratio of 0 selects the sampler.
                     PlainFilter::Trilinear => ellipse([0, 1]),
                     PlainFilter::Ellipse(axes) => ellipse(axes),
                     PlainFilter::Relief(method) => ReliefSurface::constants(method).to_vec(),
@@ -131,7 +132,8 @@ impl PlainSurfaces {
                 let relief = relief.iter().flat_map(ReliefSurface::resources);
                 let resources: Vec<_> = relief.chain([plain]).collect();
                 let of_filter = self.pipelines.iter().find(|(other, _)| other == filter);
-                let pipeline = &of_filter.expect("made for each").1[usize::from(shape.normals.is_some())];
+                let pipeline =
+                    &of_filter.expect("each has pipelines").1[usize::from(shape.normals.is_some())];
                 seen(shape).draw(render, &resources, |_| pipeline)?;
             }
             Ok(())

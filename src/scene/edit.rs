@@ -43,7 +43,7 @@ fn put(document: &mut DocumentMut, change: &Change) {
         table = inner.as_table_like_mut().expect("the scene was read with this change before");
     }
     let text = change.value.to_string();
-    let mut value: toml_edit::Value = text.parse().expect("one TOML writer's value is the other's");
+    let mut value: toml_edit::Value = text.parse().expect("both TOML libraries have the same syntax");
     match table.get_mut(last).and_then(Item::as_value_mut) {
         Some(old) => {
             // Keep the comment after the value.

@@ -145,6 +145,7 @@ impl Scene {
     /// Loads a shipped scene by name (`earth`), otherwise a scene file by path (`./earth` for a file of that name),
     /// with overrides `KEY=VALUE`: dotted keys, any TOML value, single words taken as strings. A path in an override
     /// is relative to the working directory.
+    ///
     /// # Errors
     /// [`SceneError`]; for an invalid override it shows the override.
     pub fn load_with(path_or_name: &str, overrides: &[String]) -> Result<Scene, SceneError> {
@@ -269,8 +270,8 @@ impl Scene {
         self.document.table.to_string()
     }
 
-    /// A camera by name.
     /// Finds a camera by name.
+    ///
     /// # Errors
     /// [`SceneError::Camera`] lists those that exist.
     pub fn camera(&self, name: &str) -> Result<&Camera, SceneError> {
@@ -281,8 +282,8 @@ impl Scene {
         })
     }
 
-    /// A path by name.
     /// Finds a path by name.
+    ///
     /// # Errors
     /// [`SceneError::Path`] lists those that exist.
     pub fn path(&self, name: &str) -> Result<&path::Path, SceneError> {

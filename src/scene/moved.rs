@@ -1,9 +1,9 @@
-//! Renamed keys: keys from before `[surface.NAME]`, with their new names. An old file or `-D` is refused with the new
+//! Keys and values of older versions, with their replacements. An old file or `-D` is rejected with the new
 //! key.
 
 use toml::{Table, Value};
 
-/// Old key and new key. `N` is a name in both, `NAME` the name of a surface; `*` is any key.
+/// Old key and new key. `N` is the same name in both, `NAME` the name of a surface; `*` matches any key.
 const MOVED: [(&str, &str); 9] = [
     ("texture.*", "surface.NAME.texture.*"),
     ("mesh.*", "surface.NAME.geometry.*"),
@@ -16,19 +16,19 @@ const MOVED: [(&str, &str); 9] = [
     ("variant.u1", "variant.request_format"),
 ];
 
-/// Old values of settings, and what became of them.
+/// Old value of a setting, the new value, and the words between them in the message.
 const RENAMED: [(&str, &str, &str); 4] = [
     ("ours", "tail-23", "is now"),
     ("ours-few-moves", "tail-10", "is now"),
-    ("coherent", "in-place-23", "is gone, as many faces move and fewer vertices are transformed in"),
+    ("coherent", "in-place-23", "was removed; as many faces move, and fewer vertices are transformed, with"),
     (
         "coherent-few-moves",
         "in-place-10",
-        "is gone, as many faces move and fewer vertices are transformed in",
+        "was removed; as many faces move, and fewer vertices are transformed, with",
     ),
 ];
 
-/// What to say of an old value where one of `names` has replaced it.
+/// The message for an old value, if its replacement is among `names`.
 pub(super) fn value(old: &str, names: impl IntoIterator<Item = &'static str>) -> Option<String> {
     let (_, new, what) = RENAMED.iter().find(|(known, ..)| *known == old)?;
     names.into_iter().any(|name| name == *new).then(|| format!("{old:?} {what} {new:?}"))

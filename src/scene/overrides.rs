@@ -16,8 +16,8 @@ pub(super) struct Change {
     pub value: Value,
 }
 
-/// Whether changes give the camera `name` a place: one of its other keys alone may be meant for a camera with a name
-/// like it.
+/// True if the changes position the camera `name`. A change of one of its other keys alone may be a misspelt
+/// name of another camera.
 fn places(name: &str, changes: &[Change]) -> bool {
     let sets = |key| changes.iter().any(|change| change.key == ["cameras", name, key]);
     let over_the_earth = sets("latitude_deg") && sets("longitude_deg");
@@ -65,8 +65,8 @@ impl Change {
     /// Inserts the value into a scene, creating tables as needed. Unknown keys are detected when their table is read.
     ///
     /// # Errors
-    /// A camera, path or surface that the scene does not have, unless the value is a complete table, or `all` changes place
-    /// a new camera; a key of the previous format.
+    /// The scene has no such camera, path or surface, unless the value is a complete table, or `all` changes
+    /// together position a new camera; a key of the previous format.
     pub fn apply(&self, scene: &mut Table, all: &[Change]) -> Result<(), SceneError> {
         let key: Vec<&str> = self.key.iter().map(String::as_str).collect();
         if let Some(now) = moved::now(&key) {

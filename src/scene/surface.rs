@@ -200,15 +200,15 @@ fn check_relief(part: &Part<'_>, keys: &SurfaceKeys, geometry: &Geometry) -> Res
     match geometry {
         Geometry::Plane(Plane { width_m, height_m, .. }) if width_m == height_m => {}
         Geometry::Plane(_) => {
-            return fault("its texels are squares: make width_m and height_m of the plane equal");
+            return fault("its texels are square; make width_m and height_m of the plane equal");
         }
-        _ => return fault("only a plane carries one: take geometry.kind = \"plane\", or leave it out"),
+        _ => return fault("only a plane can have a relief; set geometry.kind = \"plane\", or omit relief"),
     }
     if keys.texture.is_none() {
-        return fault("a surface without a texture has none: add a plain texture");
+        return fault("a relief needs a plain texture; add one");
     }
     if keys.filter.is_some() {
-        return fault("it is filtered by its own method: leave filter out, or the relief");
+        return fault("a relief has its own filter method; omit filter or relief");
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! What a pass records: dispatches, draws, copies. Barriers inside a pass are one call, [`Cmd::sync`].
+//! The commands of a pass: dispatches, draws and copies. [`Cmd::sync`] is the barrier inside a pass.
 
 use super::device::Device;
 use super::shader::DescriptorKind;
@@ -10,11 +10,11 @@ pub struct Cmd<'a> {
     pub(crate) device: &'a Device,
     pub(crate) handle: vk::CommandBuffer,
     pub(crate) descriptors: vk::DescriptorPool,
-    /// What has been recorded so far.
+    /// Work recorded so far.
     pub(crate) work: Work,
 }
 
-/// What a binding number of a shader stands for in one draw or dispatch.
+/// The object that a draw or dispatch binds to a shader's binding number.
 #[derive(Clone, Copy)]
 pub enum Resource<'a> {
     Texture(&'a Image, View),
@@ -23,7 +23,7 @@ pub enum Resource<'a> {
 }
 
 impl Cmd<'_> {
-    /// One global barrier: everything before is seen by everything after.
+    /// One global memory barrier: later commands see all writes of earlier ones.
     pub fn sync(&self) {
         let all = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
         let barriers = [vk::MemoryBarrier2::default()
@@ -32,8 +32,9 @@ impl Cmd<'_> {
             .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
             .dst_access_mask(all)];
         let dependency = vk::DependencyInfo::default().memory_barriers(&barriers);
-        // SAFETY: recording into the frame's own buffer, outside rendering. ALL_COMMANDS holds the transform-feedback
-        // stage, and MEMORY_* its accesses: older validation layers do not check these, so the barrier covers all of them.
+        // SAFETY: recording into the frame's own buffer, outside rendering. ALL_COMMANDS includes the
+        // transform-feedback stage, and MEMORY_* its accesses. Older validation layers do not check these, so
+        // the barrier must cover them.
         unsafe { self.device.handle.cmd_pipeline_barrier2(self.handle, &dependency) };
     }
 
@@ -52,8 +53,8 @@ impl Cmd<'_> {
         Ok(())
     }
 
-    /// Dispatches of one pipeline that share their resources, each with its own push constants and groups. The dispatches of a
-    /// round are independent; each round sees what earlier rounds wrote.
+    /// Dispatches one pipeline in rounds. All dispatches share the resources; each has its own push constants
+    /// and groups. The dispatches of a round are independent, and each round sees what earlier rounds wrote.
     ///
     /// # Errors
     /// Out of memory.
@@ -73,8 +74,8 @@ impl Cmd<'_> {
             self.work.dispatches += round.len() as u64;
             for (push, [x, y, z]) in round {
                 let (push, device) = (bytemuck::bytes_of(push), &self.device.handle);
-                // SAFETY: pipeline and descriptors are bound, and stay bound behind barriers; `bind` checked the size of
-                // the push constants, which is P's.
+                // SAFETY: pipeline and descriptors are bound, and barriers keep them bound. `bind` checked
+                // that the push constants have the size of P.
                 unsafe {
                     device.cmd_push_constants(self.handle, base.layout, base.push_stages, 0, push);
                     device.cmd_dispatch(self.handle, *x, *y, *z);
@@ -119,7 +120,8 @@ impl Cmd<'_> {
         Ok(())
     }
 
-    /// Every binding that the shaders declare must be given: lavapipe 22.3 crashes on a set with a hole.
+    /// Every binding that the shaders declare must be given. lavapipe 22.3 crashes if one of a set is
+    /// missing.
     fn descriptor_set(
         &mut self,
         pipeline: &super::pipeline::Base,
@@ -186,7 +188,7 @@ impl Cmd<'_> {
                     [vk::DescriptorBufferInfo { buffer: buffer.handle, offset: 0, range: vk::WHOLE_SIZE }];
                 write.buffer_info(&buffers)
             }
-            (kind, _) => panic!("{pipeline}: binding {binding} wants a {kind:?}"),
+            (kind, _) => panic!("{pipeline}: binding {binding} needs a {kind:?}"),
         };
         // SAFETY: the set is fresh, the objects live until the frame has passed.
         unsafe { self.device.handle.update_descriptor_sets(&[write], &[]) };
@@ -201,7 +203,7 @@ impl Cmd<'_> {
         unsafe { self.device.handle.cmd_copy_buffer(self.handle, from.handle, to.handle, &[region]) };
     }
 
-    /// As [`Cmd::copy_buffer`], several ranges in one command: (place in `from`, place in `to`, bytes).
+    /// As [`Cmd::copy_buffer`], several ranges in one command: (offset in `from`, offset in `to`, bytes).
     pub fn copy_ranges(&mut self, from: &Buffer, to: &Buffer, ranges: &[[u64; 3]]) {
         if ranges.is_empty() {
             return;
@@ -286,7 +288,7 @@ impl Cmd<'_> {
 
     pub(crate) fn begin_statistics(&self, queries: vk::QueryPool, index: u32) {
         let none = vk::QueryControlFlags::empty();
-        // SAFETY: the pool was reset at the frame's begin; begin and end both lie outside rendering.
+        // SAFETY: the pool was reset at the frame's begin; begin and end are both outside rendering.
         unsafe { self.device.handle.cmd_begin_query(self.handle, queries, index, none) };
     }
 
@@ -338,7 +340,7 @@ fn region(image: &Image, buffer: &Buffer, copy: &TexelCopy) -> vk::BufferImageCo
     let side = image.mip_size(copy.mip);
     assert!(
         copy.at[0] + copy.size[0] <= side[0] && copy.at[1] + copy.size[1] <= side[1],
-        "{}: {copy:?} leaves {side:?}",
+        "{}: {copy:?} exceeds {side:?}",
         image.name()
     );
     let end = copy.offset + image.info().format.bytes(copy.size);

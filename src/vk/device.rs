@@ -21,7 +21,7 @@ pub(crate) struct Device {
     pub(crate) timeline: vk::Semaphore,
     pub(crate) allocator: ManuallyDrop<Mutex<Allocator>>,
     garbage: Mutex<Garbage>,
-    /// Shaders that were reloaded.
+    /// Shaders that were recompiled at run time.
     pub(crate) replaced: Mutex<super::shader::Replaced>,
     pub(crate) new_images: Mutex<Vec<vk::ImageMemoryBarrier2<'static>>>,
     pub(crate) instance: Arc<Instance>,
@@ -286,7 +286,8 @@ impl Device {
 impl Drop for Device {
     fn drop(&mut self) {
         self.wait_at_the_end();
-        // SAFETY: the last Arc is gone, so no wrapper and no frame exists; after the wait the GPU names nothing.
+        // SAFETY: the last Arc is gone, so no wrapper and no frame exists; after the wait the GPU uses no
+        // object.
         unsafe {
             self.collect(u64::MAX, None);
             ManuallyDrop::drop(&mut self.allocator);

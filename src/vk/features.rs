@@ -63,7 +63,8 @@ pub struct Need {
     pub without: &'static str,
 }
 
-/// Which of [`Feature::ALL`] a device offers, and which of the requirements of every Ortelius program.
+/// The features of [`Feature::ALL`] that a device has, and which requirements of every Ortelius program it
+/// meets.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Offered {
     pub(crate) features: Vec<Feature>,

@@ -10,19 +10,20 @@ use super::{Check, Error, Feature, Gpu, Image, Result, Semaphore, Work};
 use ash::vk;
 use std::sync::{Arc, Mutex, MutexGuard};
 
-/// Frames that the host may be ahead of the GPU: what a frame finds out is used this many frames later.
+/// Number of frames that the host may be ahead of the GPU. The results of a frame are used this many frames
+/// later.
 pub const FRAMES_IN_FLIGHT: usize = 2;
 
-/// Two timestamps a pass.
+/// Limit of passes in a frame; each takes two timestamps.
 const MOST_PASSES: usize = 64;
 
-/// What a pass cost.
+/// Time and work of a pass.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PassTime {
     pub label: String,
-    /// Nanoseconds between its two timestamps; `None` where the device keeps no time.
+    /// Nanoseconds between its two timestamps; `None` if the device has no timestamps.
     pub ns: Option<u64>,
-    /// `None` unless [`Gpu::count_work`] asked for it.
+    /// `None` unless [`Gpu::count_work`] enabled counting.
     pub work: Option<Work>,
 }
 
@@ -34,12 +35,12 @@ struct Slot {
     buffer: vk::CommandBuffer,
     descriptors: vk::DescriptorPool,
     queries: vk::QueryPool,
-    /// Pipeline statistics, where the device was opened with them.
+    /// Pipeline statistics, if the device was opened with them.
     statistics: Option<vk::QueryPool>,
     labels: Vec<String>,
-    /// One for each label in a frame that counts, else none.
+    /// One for each label if the frame counts its work; otherwise empty.
     works: Vec<Work>,
-    /// The timeline's value once the GPU has passed the slot's last submission.
+    /// The timeline's value once the GPU has finished the slot's last submission.
     value: u64,
     times: Times,
 }
@@ -58,7 +59,7 @@ pub struct Frame<'a> {
     gpu: &'a Gpu,
     slot: usize,
     submitted: bool,
-    /// Images that this frame brings into GENERAL; undone where it is not submitted.
+    /// Images that this frame transitions to GENERAL. They are queued again if the frame is not submitted.
     transitions: Vec<vk::ImageMemoryBarrier2<'static>>,
 }
 
@@ -102,7 +103,7 @@ impl Ring {
         }
         let mut stamps = vec![0u64; 2 * labels.len()];
         if !stamps.is_empty() && device.timestamp_bits > 0 {
-            // SAFETY: the frame has ended, and wrote 2 timestamps a label.
+            // SAFETY: the frame has ended, and wrote 2 timestamps per label.
             unsafe {
                 device.handle.get_query_pool_results(
                     slot.queries,
@@ -113,7 +114,7 @@ impl Ring {
             }
             .check("vkGetQueryPoolResults", "timestamps")?;
         }
-        // Counters narrower than 64 bits wrap: only the difference under the mask counts.
+        // Counters narrower than 64 bits wrap, so the difference is masked.
         let mask = u64::MAX.checked_shr(64 - device.timestamp_bits).unwrap_or(0);
         let period_ns = f64::from(device.physical.limits.timestamp_period);
         let times = labels.into_iter().enumerate().map(|(n, label)| {
@@ -144,7 +145,7 @@ impl Slot {
         let query_info = vk::QueryPoolCreateInfo::default()
             .query_type(vk::QueryType::TIMESTAMP)
             .query_count(2 * MOST_PASSES as u32);
-        // SAFETY: the device lives; a failure half-way leaks a pool of a program that ends with that error.
+        // SAFETY: the device lives. A failure half-way leaks a pool, but ends the program.
         unsafe {
             let pool =
                 device.handle.create_command_pool(&pool_info, None).check("vkCreateCommandPool", "frame")?;
@@ -186,10 +187,10 @@ impl Slot {
 }
 
 impl Gpu {
-    /// Starts the next frame; waits until the GPU has passed the frame [`FRAMES_IN_FLIGHT`] before it.
-    /// Only one frame is recorded at a time: another thread waits for the first frame's submission. The recording
-    /// thread itself must submit or drop its frame before it asks for another (also by making a filled buffer or by
-    /// waiting for a ticket): it would wait for itself.
+    /// Starts the next frame. Waits until the GPU has finished the frame [`FRAMES_IN_FLIGHT`] before it. Only
+    /// one frame is recorded at a time: other threads wait for its submission. The recording thread must
+    /// submit or drop its frame before it starts another, creates a filled buffer or waits for a ticket.
+    /// Otherwise it waits for itself.
     ///
     /// # Errors
     /// [`Error::DeviceLost`].
@@ -208,7 +209,8 @@ impl Gpu {
 }
 
 impl Gpu {
-    /// Whether the frames from now on count what their passes do. Statistics of shaders cost time on some devices.
+    /// Enables or disables counting of the passes' work, from the next frame on. Pipeline statistics cost
+    /// time on some devices.
     ///
     /// # Panics
     /// If the device was opened without [`Feature::PipelineStatistics`].
@@ -242,7 +244,7 @@ impl Frame<'_> {
         Ok(())
     }
 
-    /// Brings images made since the last pass into GENERAL, where they stay.
+    /// Transitions the images created since the last pass to GENERAL, where they stay.
     fn flush_new_images(&mut self) {
         let device = &self.gpu.device;
         let new_images =
@@ -251,25 +253,26 @@ impl Frame<'_> {
             return;
         }
         let barrier = vk::DependencyInfo::default().image_memory_barriers(&new_images);
-        // SAFETY: the images live: dropping one takes its barrier out of the list.
+        // SAFETY: the images live: dropping one removes its barrier from the list.
         unsafe { device.handle.cmd_pipeline_barrier2(self.ring.slots[self.slot].buffer, &barrier) };
         self.transitions.extend(new_images);
     }
 
-    /// Takes an acquired image of a swapchain into GENERAL; what it held is gone. The submission must wait for the
-    /// semaphore of its acquisition.
+    /// Transitions an acquired swapchain image to GENERAL and discards its content. The submission must wait
+    /// for the semaphore of its acquisition.
     pub fn begin_present(&mut self, image: &Image) {
         self.present_barrier(image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
     }
 
-    /// Takes it to where the window's system reads it.
+    /// Transitions the image to the layout for presentation.
     pub fn end_present(&mut self, image: &Image) {
         self.present_barrier(image, vk::ImageLayout::GENERAL, vk::ImageLayout::PRESENT_SRC_KHR);
     }
 
     fn present_barrier(&mut self, image: &Image, from: vk::ImageLayout, to: vk::ImageLayout) {
         let all = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
-        // ALL_COMMANDS: the submission waits for the acquisition at that stage, so the change of layout waits too.
+        // ALL_COMMANDS: the submission waits for the acquisition at that stage, so the layout transition
+        // waits too.
         let barrier = [vk::ImageMemoryBarrier2::default()
             .image(image.handle)
             .old_layout(from)
@@ -285,10 +288,10 @@ impl Frame<'_> {
         unsafe { self.gpu.device.handle.cmd_pipeline_barrier2(buffer, &dependency) };
     }
 
-    /// Records one pass. Commands inside it are independent of each other, or call [`Cmd::sync`].
+    /// Records one pass. Its commands must be independent of each other, or separated by [`Cmd::sync`].
     ///
     /// # Errors
-    /// What `record` returns; recording itself fails only where memory does.
+    /// The error of `record`.
     pub fn pass<T>(&mut self, label: &str, record: impl FnOnce(&mut Cmd<'_>) -> Result<T>) -> Result<T> {
         self.flush_new_images();
         let device = &*self.gpu.device;
@@ -301,8 +304,9 @@ impl Frame<'_> {
         let mut cmd =
             Cmd { device, handle: slot.buffer, descriptors: slot.descriptors, work: Work::default() };
         cmd.begin_label(label);
-        // Before the barrier: llvmpipe bins a timestamp with what is to be rasterised, and without a barrier takes it
-        // only once the pass's vertices are through. A transform feedback of 35 ms was reported as 0.04.
+        // The timestamp precedes the barrier. llvmpipe queues a timestamp with the rasterisation. Without a
+        // barrier after it, llvmpipe takes it only after the pass's vertex work: 35 ms of transform feedback
+        // were reported as 0.04 ms.
         cmd.timestamp(slot.queries, 2 * query);
         cmd.sync();
         if let Some(statistics) = statistics {
@@ -318,8 +322,8 @@ impl Frame<'_> {
         result
     }
 
-    /// Ends the recording and hands the frame to the GPU. What it wrote to read-back buffers is the host's
-    /// once [`Ticket::wait`] returns.
+    /// Ends the recording and submits the frame. The host may read the frame's read-back buffers once
+    /// [`Ticket::wait`] has returned.
     ///
     /// # Errors
     /// [`Error::DeviceLost`].
@@ -327,8 +331,8 @@ impl Frame<'_> {
         self.submit_between(&[], &[])
     }
 
-    /// As [`Frame::submit`]: the GPU begins once all of `waits` are signalled, and signals all of `signals` at the end.
-    /// They must live until the frame has ended.
+    /// As [`Frame::submit`], but the GPU starts once all of `waits` are signalled, and signals all of
+    /// `signals` at the end. The semaphores must live until the frame has ended.
     ///
     /// # Errors
     /// As [`Frame::submit`].
@@ -375,7 +379,7 @@ impl Frame<'_> {
 impl Drop for Frame<'_> {
     fn drop(&mut self) {
         if !self.submitted {
-            // Nothing was written: nobody may wait for this frame's timestamps.
+            // No timestamps were written, so nobody may wait for them.
             self.ring.slots[self.slot].labels.clear();
             self.ring.slots[self.slot].works.clear();
             let mut new_images =
@@ -410,7 +414,7 @@ impl Ticket {
 impl Drop for Ring {
     fn drop(&mut self) {
         self.device.wait_at_the_end();
-        // SAFETY: after the wait the GPU names none of the pools.
+        // SAFETY: after the wait the GPU uses none of the pools.
         unsafe {
             for slot in &self.slots {
                 self.device.handle.destroy_command_pool(slot.pool, None);

@@ -131,7 +131,7 @@ pub enum View {
 
 impl Gpu {
     /// # Errors
-    /// [`Error::Limit`] where the device has no such format or size, [`Error::OutOfMemory`].
+    /// [`Error::Limit`] if the device does not support this format or size; [`Error::OutOfMemory`].
     pub fn image(&self, name: &str, info: ImageInfo) -> Result<Image> {
         let device = &self.device;
         let raw = info.format == Format::Rgba8Srgb;

@@ -52,7 +52,7 @@ impl PhysicalDevice {
     }
 }
 
-/// What the loader finds; for `ortelius doctor`.
+/// State of the loader and its drivers, for `ortelius doctor`.
 #[derive(Clone, Debug)]
 pub struct Survey {
     pub loader_api: (u32, u32, u32),
@@ -65,7 +65,7 @@ impl Instance {
     /// settings from the environment stay in force.
     ///
     /// # Errors
-    /// [`Error::Loader`], [`Error::NoValidationLayer`], [`Error::NoDevice`] where no driver loads.
+    /// [`Error::Loader`]; [`Error::NoValidationLayer`]; [`Error::NoDevice`] if no driver loads.
     pub fn new(validate: bool) -> Result<Instance> {
         Instance::presenting(validate, None)
     }
@@ -99,7 +99,7 @@ impl Instance {
         if DRIVERS.get().is_none() {
             let keeps = create(&entry, false, false, &[], &messages)?;
             if let Err((_, second)) = DRIVERS.set((entry.clone(), keeps)) {
-                // SAFETY: another thread's came first; nothing was made of this one.
+                // SAFETY: another thread stored its instance first; nothing was created from this one.
                 unsafe { second.destroy_instance(None) };
             }
         }
@@ -127,7 +127,7 @@ impl Instance {
     /// order.
     ///
     /// # Errors
-    /// [`Error::Call`] where the loader fails.
+    /// [`Error::Call`] if the loader fails.
     pub fn devices(&self) -> Result<Vec<PhysicalDevice>> {
         // SAFETY: plain enumeration on a live instance.
         let handles = unsafe { self.handle.enumerate_physical_devices() }
@@ -288,7 +288,8 @@ fn create(
     }
 }
 
-/// Mesa's shader cache does not distinguish vector widths, and code of another width writes beyond its buffers.
+/// Warns if Mesa's shader cache may mix vector widths. The cache does not distinguish them, and code for
+/// another width writes beyond its buffers.
 fn warn_of_mixed_vector_widths() {
     let is_set = |name| std::env::var_os(name).is_some();
     let own_cache = is_set("MESA_SHADER_CACHE_DIR") || is_set("MESA_SHADER_CACHE_DISABLE");
@@ -314,7 +315,8 @@ fn version(packed: u32) -> (u32, u32, u32) {
     (vk::api_version_major(packed), vk::api_version_minor(packed), vk::api_version_patch(packed))
 }
 
-/// Where the loader looks for drivers (the Vulkan loader's documentation, "Driver discovery" on Linux).
+/// Folders in which the loader searches drivers (the Vulkan loader's documentation, "Driver discovery" on
+/// Linux).
 pub fn driver_folders() -> Vec<String> {
     for variable in ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"] {
         if let Ok(files) = std::env::var(variable) {

@@ -240,8 +240,8 @@ impl Gpu {
         Ok(())
     }
 
-    /// Pipelines that are made from now on have these words in place of the built ones. Returns the previous
-    /// replacements. The words come from this build's own compiler, for shaders of the same interface.
+    /// Replaces the SPIR-V of shaders in pipelines that are created later. Returns the previous replacements.
+    /// The words must come from this build's own compiler, for shaders of the same interface.
     pub fn replace_shaders(&self, words: Replaced) -> Replaced {
         std::mem::replace(&mut *self.device.replaced.lock().expect("no panic while words are moved"), words)
     }

@@ -1,4 +1,4 @@
-//! What the device counts: points of a transform feedback, written and wanted, and invocations of shaders.
+//! Queries: points of a transform feedback (written and needed), and shader invocations.
 
 use super::device::{Dead, Device};
 use super::{Check, Gpu, Result};
@@ -34,11 +34,11 @@ impl Gpu {
     }
 }
 
-/// What a pass did: draws, dispatches and copied bytes as recorded, the rest as the device counted it.
+/// Work of a pass. Draws, dispatches and copied bytes are counted while recording, the rest by the device.
 ///
-/// Input vertices, the geometry shader's invocations and primitives and compute invocations are the same on every device.
-/// Vertex and fragment invocations are the device's own: it may share vertices, and shade more fragments than it must
-/// (`VkQueryPipelineStatisticFlagBits`).
+/// Input vertices, geometry-shader invocations and primitives, and compute invocations are the same on every
+/// device. Vertex and fragment invocations depend on the device: it may reuse vertices, and may shade more
+/// fragments than necessary (`VkQueryPipelineStatisticFlagBits`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Work {
@@ -49,7 +49,7 @@ pub struct Work {
     /// Written by copies and fills.
     #[serde(skip_serializing_if = "is_zero")]
     pub copied_bytes: u64,
-    /// Indices of the draws, or vertices of those without indices.
+    /// Indices drawn, or vertices of draws without indices.
     #[serde(skip_serializing_if = "is_zero")]
     pub input_vertices: u64,
     #[serde(skip_serializing_if = "is_zero")]
@@ -89,13 +89,13 @@ pub(super) fn statistics_info(count: u32) -> vk::QueryPoolCreateInfo<'static> {
 }
 
 impl Work {
-    /// Adds what the device counted of each pass in a frame that has ended.
+    /// Adds the device's counts of each pass of a frame that has ended.
     pub(super) fn add_statistics(device: &Device, pool: vk::QueryPool, works: &mut [Work]) -> Result<()> {
         let mut counts = vec![[0u64; STATISTICS.len()]; works.len()];
         if counts.is_empty() {
             return Ok(());
         }
-        // SAFETY: the frame has ended, and wrote a query a pass.
+        // SAFETY: the frame has ended, and wrote one query per pass.
         unsafe {
             device.handle.get_query_pool_results(
                 pool,

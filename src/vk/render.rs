@@ -4,12 +4,12 @@ use super::command::{Cmd, Resource};
 use super::{Buffer, GraphicsPipeline, Image, Result, StreamQuery};
 use ash::vk;
 
-/// What a target holds before the first draw.
+/// A target's content before the first draw.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Clear {
     Uint([u32; 4]),
     Float([f32; 4]),
-    /// What an earlier pass left.
+    /// The content that an earlier pass left.
     Keep,
 }
 
@@ -22,7 +22,7 @@ pub struct ColorTarget<'a> {
 #[derive(Clone, Copy)]
 pub struct DepthTarget<'a> {
     pub image: &'a Image,
-    /// Reversed depth: 0 is infinitely far. `false` keeps what an earlier pass left.
+    /// Reversed depth: 0 is infinitely far. `false` keeps the depth of earlier passes.
     pub clear: bool,
 }
 
@@ -36,7 +36,7 @@ pub struct TransformFeedback<'a> {
     pub query_index: u32,
 }
 
-/// Indexed triangles that several draws share: 32-bit indices, and vertices where the shader has inputs.
+/// Indexed triangles that several draws share: 32-bit indices, and vertices if the shader has inputs.
 #[derive(Clone, Copy)]
 pub struct Geometry<'a> {
     pub vertices: Option<&'a Buffer>,
@@ -51,7 +51,7 @@ pub struct Slice<P> {
     pub count: u32,
 }
 
-/// A part of an index buffer, drawn within a rectangle of the target alone.
+/// A part of an index buffer, drawn only within a rectangle of the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClippedSlice {
     /// First column and row, and the size, in pixels.
@@ -70,7 +70,7 @@ impl<'a> Cmd<'a> {
     /// Runs `draws` with the targets bound; viewport and scissor cover `size`.
     ///
     /// # Errors
-    /// What `draws` returns.
+    /// The error of `draws`.
     pub fn render(
         &mut self,
         size: [u32; 2],
@@ -141,7 +141,7 @@ fn depth_attachment(size: [u32; 2], target: &DepthTarget<'_>) -> vk::RenderingAt
 }
 
 impl Render<'_, '_> {
-    /// `count` vertices with no input: the vertex shader has its index alone.
+    /// Draws `count` vertices without vertex inputs: the shader gets only the vertex index.
     pub fn draw(
         &mut self,
         pipeline: &GraphicsPipeline,
@@ -156,7 +156,7 @@ impl Render<'_, '_> {
         Ok(())
     }
 
-    /// An indexed mesh of 32-bit indices.
+    /// Draws an indexed mesh with 32-bit indices.
     pub fn draw_mesh(
         &mut self,
         pipeline: &GraphicsPipeline,
@@ -209,7 +209,8 @@ impl Render<'_, '_> {
         Ok(())
     }
 
-    /// One draw for each slice, each within its rectangle. Later draws of the same rendering keep the last one's.
+    /// Makes one draw for each slice, each within its rectangle. Later draws of the same rendering keep the
+    /// last rectangle.
     ///
     /// # Errors
     /// Out of memory.
@@ -245,8 +246,8 @@ impl Render<'_, '_> {
         Ok(())
     }
 
-    /// As [`Render::draw`], with the geometry shader's output appended to a buffer from its start on. The pass
-    /// must have [`Cmd::reset`] the query before it began to render.
+    /// As [`Render::draw`], with transform feedback: the geometry shader's output is written to a buffer from
+    /// its start. The pass must have [`Cmd::reset`] the query before it began to render.
     pub fn draw_into(
         &mut self,
         pipeline: &GraphicsPipeline,
@@ -261,8 +262,9 @@ impl Render<'_, '_> {
         let feedback = feedback.fp();
         self.cmd.work.draws += 1;
         let cmd = self.cmd.handle;
-        // SAFETY: ash 0.38 has no wrapper; every pointer lives on this stack frame. A Begin without counter buffers
-        // starts at offset 0; End stores the bytes written. Barriers are the pass's and `Cmd::sync`'s.
+        // SAFETY: ash 0.38 has no wrapper; every pointer lives on this stack frame. A Begin without counter
+        // buffers starts at offset 0; End stores the bytes written. The pass and `Cmd::sync` provide the
+        // barriers.
         unsafe {
             (feedback.cmd_bind_transform_feedback_buffers_ext)(
                 cmd,

@@ -1,4 +1,4 @@
-//! Captures by RenderDoc, where the program was started under it: its library is then loaded already.
+//! Captures with RenderDoc. If RenderDoc started the program, its library is already loaded.
 
 use std::ffi::{c_int, c_void};
 
@@ -15,7 +15,7 @@ struct Api {
 
 type GetApi = unsafe extern "C" fn(c_int, *mut *const Api) -> c_int;
 
-/// Asks for a capture of the next frame, from one presentation to the next. False where RenderDoc is not loaded.
+/// Asks for a capture of the next frame, from one presentation to the next. False if RenderDoc is not loaded.
 #[cfg(unix)]
 pub fn capture_next_frame() -> bool {
     // SAFETY: RTLD_NOLOAD loads nothing and runs no code; both names end with a zero.
@@ -38,11 +38,11 @@ pub fn capture_next_frame() -> bool {
         }
         (*api).trigger_capture
     };
-    // SAFETY: it takes nothing, and may be called at any time.
+    // SAFETY: the function takes no argument, and may be called at any time.
     trigger.map(|trigger| unsafe { trigger() }).is_some()
 }
 
-/// RenderDoc's library has another name elsewhere.
+/// Always false: RenderDoc's library has another name on other systems.
 #[cfg(not(unix))]
 pub fn capture_next_frame() -> bool {
     false

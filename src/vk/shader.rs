@@ -16,7 +16,7 @@ pub struct Shader {
     pub inputs: &'static [(u32, VertexFormat)],
     /// Compute shaders: the workgroup's size; 1 for others.
     pub group: [u32; 3],
-    /// Hash of all of it but the words: shaders of the same interface can replace each other.
+    /// Hash of everything except the words. Shaders with the same interface can replace each other.
     pub interface: u64,
 }
 
@@ -44,5 +44,5 @@ pub enum VertexFormat {
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
-/// Words in place of built ones, by the shader's name.
+/// SPIR-V words that replace the built ones, by the shader's name.
 pub type Replaced = HashMap<String, Vec<u32>>;

@@ -54,8 +54,8 @@ pub struct Swapchain {
     images: Vec<Image>,
     /// One for each image, signalled when rendering into it ends.
     drawn: Vec<Semaphore>,
-    /// Used in rotation. One more than there are frames in flight, so that the last frame that waited for one
-    /// has ended.
+    /// Used in rotation. There is one more than frames in flight, so that the last frame that waited for a
+    /// semaphore has ended before the semaphore is used again.
     acquired: Vec<Semaphore>,
     next: usize,
     mode: PresentMode,
@@ -207,7 +207,7 @@ impl Swapchain {
         self.destroy();
         self.handle = created.check("vkCreateSwapchainKHR", "window")?;
         self.gpu.device.name(self.handle, "window");
-        // SAFETY: just made.
+        // SAFETY: just created.
         let handles = unsafe { self.calls.get_swapchain_images(self.handle) };
         let handles = handles.check("vkGetSwapchainImagesKHR", "window")?;
         let size = [extent.width, extent.height];
@@ -306,7 +306,7 @@ impl Swapchain {
     fn replace_surface(&mut self) -> Result<()> {
         self.clear_images()?;
         self.destroy();
-        // SAFETY: its swapchain is gone.
+        // SAFETY: its swapchain was destroyed.
         unsafe { self.surface.calls.destroy_surface(self.surface.handle, None) };
         self.surface.handle = vk::SurfaceKHR::null();
         self.surface.handle = Surface::create(&self.gpu, self.surface.display, self.surface.window)?;
@@ -316,8 +316,8 @@ impl Swapchain {
     /// Waits until the GPU and the presentation engine no longer use the images.
     fn clear_images(&mut self) -> Result<()> {
         let ring = self.gpu.ring.lock().expect("no panic while a frame is recorded");
-        // Presentation signals nothing. Its semaphores are free only when the queue is idle.
-        // SAFETY: the queue is touched under the ring's lock alone.
+        // Presentation signals no fence or semaphore. Its semaphores are free only when the queue is idle.
+        // SAFETY: the queue is used only under the ring's lock.
         let idle = unsafe { self.gpu.device.handle.queue_wait_idle(self.gpu.device.queue) };
         drop(ring);
         idle.check("vkQueueWaitIdle", "window")?;
@@ -370,7 +370,7 @@ impl Drop for Swapchain {
 
 impl Drop for Surface {
     fn drop(&mut self) {
-        // SAFETY: its swapchain is gone: it is dropped before the surface that it owns.
+        // SAFETY: its swapchain is destroyed: it is dropped before the surface that it owns.
         unsafe { self.calls.destroy_surface(self.handle, None) };
     }
 }

@@ -334,7 +334,7 @@ fn a_bake_of_a_picture_larger_than_its_memory_stays_under_the_stated_bound() {
     // 192 MiB as RGBA8, enlarged in width from 1500 to 2048.
     write_tall_tiff(&source, 1500, 32_768);
     let bound = stated(&bake(&source, &output, &["--dry-run"]), "memory bytes");
-    assert!(bound < 100 << 20, "the bound, {bound}, proves nothing for a picture of 192 MiB");
+    assert!(bound < 100 << 20, "the bound, {bound}, is too large to test a picture of 192 MiB");
     let mut child = bake_command(&source, &output, &[]).stderr(Stdio::null()).spawn().unwrap();
     // The kernel's high-water mark never falls, so the last sample before the end is the peak except for the last 2 ms.
     let mut peak = 0;

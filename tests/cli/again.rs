@@ -135,7 +135,7 @@ fn a_camera_of_the_command_line_equals_its_keys_and_is_in_the_report() {
     let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
     rendered(&folder, &[&run[..], &keys, &["-o", "keys.png"]].concat());
     assert!(bytes(&folder, "first.png") == bytes(&folder, "keys.png"));
-    // It replaces the scene's own path, but conflicts with --path.
+    // A camera on the command line replaces the scene's own path, but conflicts with --path.
     rendered(&folder, &["herd", "--size", "96x54", "--tilt", "60", "-o", "herd.png"]);
     let (code, line) = render_failure(&folder, &["plane", "--lat", "1", "-o", "p.png"]);
     assert_eq!(code, 2);

@@ -123,7 +123,8 @@ fn footprints_follow_the_papers_formula_and_list_the_visible_tiles() {
         assert_eq!(names, ["dsdx", "dsdy", "dtdx", "dtdy", "i", "j", "q", "s", "t"]);
         let near = disagreements(&planes, max_anisotropy);
         println!("{scene:?}: {near} of 14400 pixels near a decision");
-        // Each of 14400 pixels is within 1e-6 of a level's range: one difference would be rare, 3 are not chance.
+        // A pixel lies within 1e-6 of a level's boundary so rarely that one of 14400 is possible, and 3 are
+        // an error.
         assert!(near < 3, "{near} pixels near a decision");
         let first_resident = pyramid().first_resident_level() as f32;
         let [q, i, j] = ["q", "i", "j"].map(|channel| &planes.channels[channel]);

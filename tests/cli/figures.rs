@@ -123,8 +123,8 @@ pub fn signal(name: &str, process: &str) {
     assert!(std::process::Command::new("sh").args(["-c", &kill]).status().unwrap().success());
 }
 
-/// SIGABRT simulates a driver crash (Rust's runtime ignores the first external segmentation fault). Two of
-/// vt.address's six cells, the smallest and another.
+/// SIGABRT simulates a driver crash (Rust's runtime ignores the first external segmentation fault). Measures
+/// two of the six cells of vt.address: the smallest and another.
 #[test]
 fn a_driver_that_crashes_costs_one_cell_and_a_run_that_is_killed_leaves_no_worker() {
     let folder = folder();
@@ -137,11 +137,11 @@ fn a_driver_that_crashes_costs_one_cell_and_a_run_that_is_killed_leaves_no_worke
     killed.kill().unwrap();
     killed.wait().unwrap();
     let started = Instant::now();
-    // A zombie if nobody reaps it.
+    // The process is a zombie if nobody reaps it.
     let lives =
         || std::fs::read_to_string(format!("/proc/{orphan}/status")).is_ok_and(|s| !s.contains("(zombie)"));
     while lives() {
-        assert!(started.elapsed() < Duration::from_secs(20), "the worker {orphan} measures on for nobody");
+        assert!(started.elapsed() < Duration::from_secs(20), "the worker {orphan} outlives its parent");
         std::thread::sleep(Duration::from_millis(20));
     }
 

@@ -30,12 +30,16 @@ fn ortelius(folder: &TempDir, arguments: &[&str]) -> Command {
     command
 }
 
-/// The program, whose partial file of `output` is the file `target`: a shell makes the link, since the name holds
-/// the number of the process that the shell becomes.
+/// The program, with its partial file of `output` linked to `target`. The name of the partial file contains
+/// the process number, so a shell makes the link and then becomes the program.
 fn ortelius_writing_to(target: &str, output: &str, folder: &TempDir, arguments: &[&str]) -> Command {
     let mut command = Command::new("sh");
     command.args(["-c", "ln -s \"$1\" \"$2.$$.partial\" && shift 2 && exec \"$@\"", "sh", target, output]);
-    command.arg(env!("CARGO_BIN_EXE_ortelius")).current_dir(folder).args(arguments).env("ORTELIUS_VALIDATE", "1");
+    command
+        .arg(env!("CARGO_BIN_EXE_ortelius"))
+        .current_dir(folder)
+        .args(arguments)
+        .env("ORTELIUS_VALIDATE", "1");
     command
 }
 

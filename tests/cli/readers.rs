@@ -60,7 +60,7 @@ fn tiles_are_as_documented() {
 #[test]
 fn meshes_are_as_documented() {
     let folder = folder();
-    // Normals and seams; a model with several attributes; with and without few moves.
+    // Models with normals and seams, and with several attributes; orders with many and with few moves.
     for (model, order) in [("bunny", "tail-23"), ("solid", "in-place-10"), ("sphere:4", "classical")] {
         let build = ["mesh", "build", model, "-o", "a.pmesh", "--target-faces", "100", "--order", order];
         let ran = run(&folder, &build);

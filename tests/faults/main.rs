@@ -1,9 +1,9 @@
-//! Each Vulkan call of some small runs fails in turn, with out of memory or device lost, by the layer in `layer.rs`.
-//! The run must either end with one line and its exit code and write nothing, or succeed without that call and write
-//! the same files.
+//! Each Vulkan call of some small runs fails in turn, with out of memory or device lost. The layer in
+//! `layer.rs` injects the fault. The run must either end with one line and its exit code and write nothing,
+//! or succeed without that call and write the same files.
 //!
-//! `./x test` takes [`MOST`] calls of each run, evenly spaced; ORTELIUS_FAULTS=all takes every call, and every shipped
-//! scene: some hours.
+//! `./x test` lets [`MOST`] calls of each run fail, evenly spaced. ORTELIUS_FAULTS=all lets every call fail,
+//! in every shipped scene: some hours.
 
 use ortelius::scene::SHIPPED;
 use std::fs::File;
@@ -14,9 +14,9 @@ use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// Calls of a run that fail in `./x test`: with four runs and three kinds of fault about a minute on 2 cores.
+/// Calls of a run that fail in `./x test`. Four runs and three kinds of fault take about a minute on 2 cores.
 const MOST: usize = 24;
-/// A run takes half a second; on a machine that builds at the same time it has taken 10.
+/// Timeout of a run. A run takes half a second; on a machine that was compiling, it took 10 s.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// The layer and its manifest.
@@ -45,7 +45,7 @@ struct Ended {
     stderr: String,
     /// The remaining files with their bytes. Reports contain times, so only their names count.
     files: Vec<(String, Vec<u8>)>,
-    /// The calls that failed; for an undisturbed run all that may fail.
+    /// The calls that failed. For an undisturbed run: all calls that may fail.
     calls: Vec<String>,
 }
 
@@ -90,7 +90,7 @@ fn complaint(ended: &Ended, undisturbed: &Ended, kind: &str) -> Option<String> {
         Some(0) if ended.files == undisturbed.files => None,
         Some(0) => Some("exit code 0, and other files".into()),
         Some(code) if code != expected => Some(format!("exit code {code} instead of {expected}")),
-        Some(_) if !ended.files.is_empty() => Some("something is left".into()),
+        Some(_) if !ended.files.is_empty() => Some("output files are left".into()),
         Some(_) if lines.len() != 1 || !lines[0].starts_with("ortelius: ") => Some("not one line".into()),
         Some(_) => None,
     }

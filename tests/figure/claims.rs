@@ -67,7 +67,7 @@ impl Rows {
     fn make(&mut self, term: Term, (scene, x): (&str, Option<f64>), xs: &[f64], number: f64) {
         match term {
             Term::Value(pick) => self.set(&pick, scene, x, number),
-            // The least over all x is 1; the place that is compared with it has the number.
+            // The least over all x is 1. The place that is compared with it gets the number.
             Term::Ratio(a, b) if b.x == At::Least => {
                 let At::X(at) = a.x else { panic!("the least is compared with a stated x") };
                 self.set(&Pick { x: At::Place, ..b }, scene, x, if x == Some(at) { number } else { 1.0 });

@@ -129,7 +129,8 @@ fn meshes_are_resized_too() {
     }
 }
 
-/// Each variant of each setting at least once; consecutive ones have little in common.
+/// Configurations that contain each variant of each setting at least once. Consecutive ones differ in many
+/// settings.
 fn variants(landscape: &Landscape) -> Vec<Config> {
     let base = Config { feedback_log2: 2, ..PAPER };
     let mut variants = vec![base];

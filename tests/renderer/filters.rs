@@ -39,12 +39,13 @@ fn scene(
     (scene, PlainTexture::open(&path).unwrap())
 }
 
-/// Every byte another one.
+/// Byte `n` of the noise.
 fn noise(n: u32) -> u8 {
     (n.wrapping_mul(2_654_435_761) >> 13) as u8
 }
 
-/// What the ellipse can show of a sample: at each level that derivatives off by 1/256 may choose.
+/// The colours that the ellipse may give a sample: at each level that derivatives with an error of 1/256 may
+/// choose.
 fn possible(ellipse: &Ellipse, sample: &Sample, texture: &PlainTexture) -> Vec<[f64; 3]> {
     let [width, height] = texture.size.map(f64::from);
     let d = &sample.fine;
@@ -72,7 +73,7 @@ fn possible(ellipse: &Ellipse, sample: &Sample, texture: &PlainTexture) -> Vec<[
     (low..=high).map(colour).collect()
 }
 
-/// Covered pixels, and those further than 5/256 from all that `ellipse` allows.
+/// The number of covered pixels, and of those further than 5/256 from every colour that `ellipse` allows.
 fn beyond(scene: &Scene, texture: &PlainTexture, ellipse: &Ellipse) -> [usize; 2] {
     let mut renderer = settled(scene, Target::Linear32);
     let bytes = renderer.picture_bytes().unwrap();
@@ -105,14 +106,14 @@ fn a_plain_texture_under_the_ellipse_is_the_f64_picture() {
     let own = Ellipse::BEST.most_ratio(16.0).minor_texels(2.0);
     let [covered, wrong] = beyond(&scene, &texture, &own);
     assert!(covered > 5000 && wrong == 0, "{wrong} of {covered}");
-    // The neighbours that must be rejected.
+    // Near misses that must be rejected.
     for (other, least) in [(own.most_ratio(1.0), 500), (own.minor_texels(1.0), 10)] {
         let [_, wrong] = beyond(&scene, &texture, &other);
         assert!(wrong > least, "{other:?}: {wrong}");
     }
 }
 
-/// Sides that are no powers of two, and rows beyond the texture's edge.
+/// Sides that are not powers of two, and rows beyond the texture's edge.
 #[test]
 fn a_constant_plain_texture_comes_out_exactly() {
     let folder = tempfile::tempdir().unwrap();
@@ -123,7 +124,7 @@ fn a_constant_plain_texture_comes_out_exactly() {
         bytes.chunks_exact(16).map(|pixel| u32::from_le_bytes(pixel[..4].try_into().unwrap())).collect();
     colours.sort();
     colours.dedup();
-    // The background's and the texture's.
+    // The colours of the background and of the texture.
     assert_eq!(colours.len(), 2, "{colours:?}");
     silent(&renderer);
 }

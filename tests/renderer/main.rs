@@ -1,5 +1,5 @@
-//! Surfaces of every kind in one frame: what hides what, what each of them costs, and how they are lit. Validation and
-//! synchronisation validation are on; any message fails the test.
+//! Surfaces of every kind in one frame: which surface hides which, the cost of each, and their lighting.
+//! Validation and synchronisation validation are on; any message fails the test.
 
 mod filters;
 mod relief;
@@ -38,8 +38,8 @@ fn silent(renderer: &Renderer) {
     assert!(messages.is_empty(), "{messages:#?}");
 }
 
-/// All surfaces of a frame as one mesh, and of each triangle how far its (s, t) reach from their origin; `None` where
-/// the triangle has no virtual texture. `without`: a surface that is left out.
+/// All surfaces of a frame as one mesh. For each triangle, the distance that its (s, t) reach from their
+/// origin, or `None` if it has no virtual texture. The surface `without` is left out.
 fn all_triangles(scene: &Scene, renderer: &Renderer, without: &str) -> (SourceMesh, Vec<Option<f64>>) {
     let (mut all, mut offsets) = (SourceMesh::default(), Vec::new());
     let mut add = |triangle: [(DVec3, DVec2); 3], offset: Option<f64>| {
@@ -79,7 +79,7 @@ fn all_triangles(scene: &Scene, renderer: &Renderer, without: &str) -> (SourceMe
     (all, offsets)
 }
 
-/// The frame's request image against the f64 reference of all surfaces but `without`.
+/// The frame's request image against the f64 reference of all surfaces except `without`.
 fn against_reference(scene: &Scene, renderer: &Renderer, without: &str) -> Stage1Check {
     let pose = scene.pose(0).unwrap();
     let texture = renderer.technique.texture.as_ref().unwrap();
@@ -104,12 +104,12 @@ fn a_texel_behind_another_surface_asks_for_no_tile() {
             check.unexplained.len(),
             check.unexplained
         );
-        // The neighbours that must be rejected: a reference that does not know what hides.
+        // Near misses that must be rejected: references without one of the hiding surfaces.
         for hides in ["bunny", "board", "hill"] {
             let blind = against_reference(&scene, &renderer, hides);
             assert!(blind.unexplained.len() > 50, "{hides}: {}", blind.unexplained.len());
         }
-        // The list is that of the pixels, exactly.
+        // The visible-tile list equals that of the pixels exactly.
         let texture = renderer.technique.texture.as_ref().unwrap();
         let requests = texture.requests(&renderer.gpu, renderer.target()).unwrap();
         let record = renderer.records.last().unwrap().texture.as_ref().unwrap();
@@ -155,7 +155,7 @@ fn deleting_a_surface_deletes_exactly_its_passes_features_and_bytes() {
     let parts = Parts::new();
     let all = ["land", "hill", "bunny", "board"];
     let (passes, features, bytes) = costs(&open(&parts.scene(&all, ""), Target::Srgb8));
-    // Which passes and features go with a surface; what other surfaces need stays.
+    // The passes and features that belong to a surface. Those that other surfaces also need stay.
     let texture = ["upload", "footprint", "dedup", "compact", "read-back", "texturing"];
     let cases: [(&[&str], &[&str], bool); 4] = [
         (&["bunny"], &["surfaces"], false),
@@ -188,9 +188,9 @@ fn the_order_of_surfaces_changes_no_pixel() {
     let picture = |scene: &Scene| settled(scene, Target::Srgb8).picture_bytes().unwrap();
     let shown = picture(&parts.scene(&names, ""));
     assert!(shown == picture(&parts.renamed(&names, &["z", "y", "x", "a"])));
-    assert!(shown != picture(&parts.scene(&["land", "hill", "board"], "")), "the bunny is seen");
-    assert!(shown != picture(&parts.scene(&["land", "bunny", "board"], "")), "the hill is seen");
-    assert!(shown != picture(&parts.scene(&["land", "hill", "bunny"], "")), "the board is seen");
+    assert!(shown != picture(&parts.scene(&["land", "hill", "board"], "")), "the bunny must be visible");
+    assert!(shown != picture(&parts.scene(&["land", "bunny", "board"], "")), "the hill must be visible");
+    assert!(shown != picture(&parts.scene(&["land", "hill", "bunny"], "")), "the board must be visible");
 }
 
 #[test]
@@ -204,7 +204,7 @@ fn the_sun_lights_what_the_scene_says() {
         let unlit = floats(&parts.scene(&["land"], variant));
         let sun = "[sun]\nazimuth_deg = 10.0\nelevation_deg = 30.0\n";
         let lit = floats(&parts.lit("land", &format!("{sun}{variant}")));
-        // A level plane: 0.25 of the sky and 0.75 sin 30 of the sun, everywhere.
+        // A level plane has the same light everywhere: 0.25 from the sky and 0.75 sin 30 from the sun.
         let of_pixels = unlit.iter().zip(&lit).filter(|(unlit, _)| unlit[0] > 1e-3);
         let worst =
             of_pixels.clone().map(|(unlit, lit)| (lit[0] / unlit[0] - 0.625).abs()).fold(0.0, f32::max);
@@ -249,7 +249,7 @@ fn a_frozen_eye_streams_and_culls_for_itself() {
     assert_eq!(found(&mut renderer), (wanted.clone(), faces));
     renderer.technique.frozen = None;
     let (now, fewer) = found(&mut renderer);
-    assert!(now != wanted && fewer != faces, "what the eye itself wants");
+    assert!(now != wanted && fewer != faces, "the unfrozen camera has other levels");
     silent(&renderer);
 }
 
@@ -295,7 +295,8 @@ fn what_cannot_be_shown_is_refused_with_its_line() {
     assert!(filter.contains("sampler"), "{filter}");
 }
 
-/// A scene's default picture shows its subject: on a background that no surface has, some of every picture is covered.
+/// A scene's default picture shows its subject: some of every picture is covered, on a background colour that
+/// no surface has.
 #[test]
 fn the_default_picture_of_a_shipped_scene_shows_its_surfaces() {
     for (name, _) in SHIPPED {

@@ -1,4 +1,4 @@
-//! A relief below a plane against the f64 mean of rays that meet it, and what cannot carry one.
+//! A relief below a plane against the f64 mean of rays that hit it, and surfaces that cannot have one.
 
 use crate::scenes::SIZE;
 use crate::{settled, silent};
@@ -13,7 +13,7 @@ use ortelius::reference::supersample::{Density, Kernel, Tiled, Truth, supersampl
 use ortelius::renderer::Options;
 use ortelius::scene::Scene;
 
-/// Of a shipped scene's default picture: no sun, so that colours are the texture's.
+/// The scene of a shipped default picture without light, so that colours are the texture's.
 fn unlit(name: &str, changes: &[&str]) -> Scene {
     let all = ["surface.SURFACE.lit=false"];
     let scene = Scene::embedded(name).unwrap();
@@ -22,7 +22,7 @@ fn unlit(name: &str, changes: &[&str]) -> Scene {
     scene.with(&changes.collect::<Vec<_>>()).unwrap()
 }
 
-/// The green channel's truth for the relief that `depth_m` below a plane of 4 m makes of a kind.
+/// The truth of the green channel, for a relief of this kind that reaches `depth_m` below a plane of 4 m.
 fn truth(scene: &Scene, kind: Kind, depth_m: f64) -> Truth {
     let side = side_of(kind);
     let relief = Relief { depth: (depth_m / 4.0 * side as f64) as f32, ..kind.relief(side) };
@@ -61,7 +61,7 @@ fn bilinear(values: &[f64], side: usize, x: f64, y: f64) -> f64 {
         + (at(0.0, 1.0) * (1.0 - fx) + at(1.0, 1.0) * fx) * fy
 }
 
-/// Of the green channel, where a pixel lies wholly on the plane.
+/// The NMSE of the green channel, over the pixels that lie wholly on the plane.
 fn nmse(scene: &Scene, truth: &Truth) -> f64 {
     let mut renderer = settled(scene, Target::Linear32);
     let bytes = renderer.picture_bytes().unwrap();
@@ -96,12 +96,12 @@ fn a_surface_that_cannot_carry_a_relief_says_why() {
             Err(error) => error.to_string(),
             Ok(scene) => Renderer::open(&scene, &Options::default()).err().expect("refused").to_string(),
         };
-        // Below it is the line of the scene.
+        // The following lines show the line of the scene.
         error.lines().next().expect("a line").to_string()
     };
     for (changes, expected) in [
         (&["surface.floor.geometry.height_m=2.0"][..], "width_m and height_m"),
-        (&["surface.floor.filter.kind=ellipse"], "leave filter out"),
+        (&["surface.floor.filter.kind=ellipse"], "omit filter"),
         (&["surface.floor.relief.map=file"], "path"),
         (&["surface.floor.relief.path=x.png"], "path"),
         (&["surface.floor.relief.method=trace", "surface.floor.relief.depth_m=2.0"], "projected-width"),

@@ -42,7 +42,7 @@ layout = "grid"
 area_m = [160.0, 30.0]
 "#;
 
-/// A wall: a plane of its own would lie in the ground.
+/// A wall from a model. A `plane` surface would lie in the ground.
 const BOARD: &str = r#"
 [surface.board.geometry]
 kind = "progressive-mesh"
@@ -68,7 +68,7 @@ altitude_m = 60.0
 tilt_deg = 72.0
 "#;
 
-/// The files that the surfaces name.
+/// The model and picture files that the surfaces use.
 pub struct Parts(TempDir);
 
 impl Parts {
@@ -102,14 +102,14 @@ impl Parts {
         self.of_text(&self.text(names, more)).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// The same with a surface that the sun lights.
+    /// The same scene with one surface lit by the sun.
     pub fn lit(&self, name: &str, more: &str) -> Scene {
         let table = format!("[surface.{name}]\n");
         let text = self.text(&[name], more).replace(&table, &format!("{table}lit = true\n"));
         self.of_text(&text).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// The same surfaces by other names.
+    /// The same surfaces with other names.
     pub fn renamed(&self, names: &[&str], others: &[&str]) -> Scene {
         let text = names.iter().zip(others).fold(self.text(names, ""), |text, (name, other)| {
             text.replace(&format!("surface.{name}"), &format!("surface.{other}"))

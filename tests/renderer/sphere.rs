@@ -9,7 +9,7 @@ use ortelius::reference::pattern::Pattern;
 use ortelius::reference::supersample::{Density, Kernel, Tiled, Truth, supersample};
 use ortelius::scene::Scene;
 
-/// Of the default picture without a sun.
+/// The truth of the default picture without a sun.
 fn truth(scene: &Scene) -> Truth {
     let pose = scene.pose(0).unwrap();
     let to_world = pose.world_to_clip(SIZE[0], SIZE[1]).inverse();
@@ -22,13 +22,13 @@ fn truth(scene: &Scene) -> Truth {
         let [s, t] = ellipsoid::coordinate(pose.eye.to_array(), ray(x, y).to_array())?;
         Some([2048.0 * s, 1024.0 * t])
     };
-    // The same squares along both sides.
+    // The same number of squares along both sides.
     let texture = Tiled::new(1024, &Pattern::Checker(32).texels(1024));
     let kernel = Kernel::Gaussian { sigma: 0.5, radius: 1.0 };
     supersample(SIZE, surface, |at| texture.at(at), kernel, Density { per_texel: 0.0, least: 24, most: 24 })
 }
 
-/// Where a pixel's kernel lies wholly on the ball.
+/// The NMSE over the pixels whose kernel lies wholly on the ball.
 fn nmse(scene: &Scene, truth: &Truth) -> f64 {
     let mut renderer = settled(scene, Target::Linear32);
     let bytes = renderer.picture_bytes().unwrap();

@@ -1,4 +1,5 @@
-//! The same rules on plain lists, written from the module's documentation: every search is a loop, every order a clock.
+//! A second implementation of the streaming rules on plain lists, written from the module's documentation.
+//! Every search is a loop, and every order is a clock.
 
 use crate::invariants::{visible_list, visible_path};
 use crate::source::{Bench, TestSource, counting, pyramid};

@@ -16,7 +16,7 @@ impl Uploader for Closed {
     }
 }
 
-/// Streaming's frames on a path whose tiles are all in main memory, and the rule's.
+/// The frames of streaming and those of the replay, on a path whose tiles are all in main memory.
 fn both(path: &[Vec<TileId>], slots: u32, rule: Rule) -> (Vec<Replayed>, Vec<Replayed>) {
     let mut bench = Bench::new(TestSource::default(), counting(slots, 2000, 64, 64));
     for list in path {

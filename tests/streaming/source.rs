@@ -187,7 +187,7 @@ pub fn counting(gpu_tiles: u32, host_tiles: u32, uploads: u32, loads: u32) -> St
     }
 }
 
-/// Budgets in time, too long to bind.
+/// Budgets in time, too long to have an effect.
 pub fn timed(gpu_tiles: u32, host_tiles: u32) -> StreamingConfig {
     StreamingConfig {
         gpu_tiles,

@@ -157,7 +157,7 @@ fn log_report(report: &Report) {
 fn options_of(args: &BuildArgs) -> Option<OrderOptions> {
     let mut options = OrderOptions::of(args.order)?;
     match (args.groups, args.moves_budget) {
-        // Regions take turns within a budget alone.
+        // Regions are processed in turn only within a moves budget.
         (Some(groups), _) => options = OrderOptions { groups, regions: 1, ..options },
         (None, Some(moves)) if args.order == FaceOrder::Paper => options.groups = Groups::Budget(moves),
         (None, Some(moves)) => options = options.with_moves(moves),
@@ -208,7 +208,7 @@ fn groups(text: &str) -> Result<Groups, String> {
 }
 
 fn positive(text: &str) -> Result<f64, String> {
-    // Below 1e-6, a ratio of face counts is 1 in f64, and no group ends.
+    // Below 1e-6, the ratio of two face counts rounds to 1, and no group would end.
     let usable = |number: &f64| number.is_finite() && *number >= 1e-6;
     text.parse().ok().filter(usable).ok_or_else(|| "expected a number above 0".into())
 }

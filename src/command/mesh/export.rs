@@ -23,8 +23,8 @@ pub struct ExportArgs {
     #[arg(long, group = "which", value_name = "L", allow_negative_numbers = true)]
     level: Option<u32>,
 
-    /// The coarsest level whose error is at most this, in object units. The error is an estimate of the deviation,
-    /// mostly too high (six samples per face and all vertices are measured), but not a bound
+    /// The coarsest level whose error is at most this, in object units. The error is an estimate of the
+    /// deviation from six samples per face and all vertices. It is mostly too high, but not a bound
     #[arg(long, group = "which", value_name = "E", allow_negative_numbers = true)]
     error: Option<f32>,
 

@@ -19,7 +19,7 @@ use sample::{Found, Place, Sample, places};
 /// = 6 % of all cases.
 const LEAST_ROUNDS: usize = 6;
 
-/// More items are reported as a range; failing items are named.
+/// Largest number of items that are listed one by one. More are reported as a range; failing items are named.
 const MOST_LISTED: usize = 8;
 
 /// A number's relation to its bound.
@@ -37,7 +37,7 @@ enum Outcome {
 #[derive(Clone, Debug)]
 struct Item {
     place: String,
-    /// The chosen variants, or the variant if there are several.
+    /// The compared variants, if the test chooses among several.
     names: String,
     unit: String,
     value: f64,
@@ -249,8 +249,8 @@ fn measured(sample: &Sample) -> Measured {
     Measured { value: sample.value, interval, rounds: sample.rounds.len() }
 }
 
-/// `of` two samples: for each round if both are interleaved, otherwise from the ends of both intervals.
-/// `of` increases in its first argument and decreases in its second.
+/// Applies `of` to two samples: round by round if they are interleaved, otherwise to the ends of both
+/// intervals. `of` increases in its first argument and decreases in its second.
 fn compared(a: &Sample, b: &Sample, of: impl Fn(f64, f64) -> f64) -> Measured {
     if a.pairs_with(b) {
         let rounds: Vec<f64> = a.rounds.iter().zip(&b.rounds).map(|(&a, &b)| of(a, b)).collect();
@@ -339,7 +339,8 @@ impl Bound {
         }
     }
 
-    /// Intervals shrink with the square root of the rounds: the rounds until the nearest edge is outside.
+    /// Estimates the rounds until the interval excludes the nearest edge: intervals shrink with the square
+    /// root of the rounds.
     fn rounds_to_decide(self, value: f64, [low, high]: [f64; 2], rounds: f64) -> f64 {
         let needed = |edge: f64| {
             let (half, away) =

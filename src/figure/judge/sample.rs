@@ -17,7 +17,7 @@ pub struct Sample {
     pub x: Option<f64>,
     /// Samples of the same cell were measured in interleaved rounds.
     pub cell: (String, Option<f64>),
-    /// True if it was chosen from several by other rounds than these.
+    /// True if the variant was chosen from several, by rounds that are not in `rounds`.
     pub chosen: bool,
 }
 

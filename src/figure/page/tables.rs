@@ -10,7 +10,7 @@ use serde::Serialize;
 pub struct TableView {
     quantity: String,
     unit: String,
-    /// True if the table is shown at once, false if after a click.
+    /// True if the table is open at first, false if a click opens it.
     open: bool,
     head: Vec<Name>,
     rows: Vec<RowView>,
@@ -41,11 +41,11 @@ struct Entry {
     work: Vec<String>,
     /// Number of a note.
     note: Option<usize>,
-    /// Not a number: aligned left, may wrap.
+    /// True for text: aligned left, may wrap.
     words: bool,
 }
 
-/// Larger tables are shown after a click.
+/// Largest number of values in a table that is open at first.
 const AT_ONCE: usize = 24;
 
 /// All quantities in order of first appearance; pure curves are left to the plots.

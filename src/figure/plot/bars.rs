@@ -1,5 +1,5 @@
-//! A bar for each variant, top to bottom, so that long names are readable and twenty fit. A logarithmic
-//! axis has marks in place of bars, because lengths on it mean nothing.
+//! Horizontal bars, one for each variant, so that long names are readable and twenty bars fit. A logarithmic
+//! axis has marks in place of bars, because bar lengths would have no meaning.
 
 use super::scale::Scale;
 use super::svg::{Anchor, Svg, WIDTH, cut_apart, shortened, width_of};

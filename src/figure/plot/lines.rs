@@ -73,7 +73,7 @@ fn draw_floor(svg: &mut Svg, [scale_x, scale_y]: [&Scale; 2], floor: &Line, [lef
     let shown = || floor.points.iter().filter(|(x, p)| scale_x.shows(*x) && scale_y.shows(p.y));
     let mut points: Vec<[f64; 2]> = shown().map(|(x, p)| [scale_x.at(*x), scale_y.at(p.y)]).collect();
     let (Some(&[_, first]), Some(&[_, last])) = (points.first(), points.last()) else { return };
-    // Across the whole field.
+    // The line spans the whole field.
     points.insert(0, [left, first]);
     points.push([right, last]);
     svg.polyline(&points, "floor");
@@ -95,7 +95,7 @@ fn draw_line(svg: &mut Svg, chart: &Chart, [scale_x, scale_y]: [&Scale; 2], numb
                 svg.line([at - 3.0, end], [at + 3.0, end], &whisker);
             }
         }
-        // Marks that would touch are drawn as a curve without marks.
+        // Marks that would touch are left out; the curve continues without them.
         if (at - last).abs() >= 9.0 {
             last = at;
             let tooltip = format!("{} at {}", point.described(&line.name, &chart.unit), tick(*x));

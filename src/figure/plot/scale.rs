@@ -32,8 +32,8 @@ impl Scale {
         Some(Scale { low, high, log, from, to })
     }
 
-    /// As [`Scale::covering`], but starts at 0 only if that leaves at most half of the drawing empty: for
-    /// lines, whose lengths mean nothing.
+    /// As [`Scale::covering`], but starts at 0 only if that leaves at most half of the drawing empty. For
+    /// line charts, in which the distance from 0 carries no meaning.
     pub fn around(values: &[f64], log: bool, ends: [f64; 2]) -> Option<Scale> {
         let usable = || values.iter().copied().filter(|v| v.is_finite());
         let (low, high) = (usable().reduce(f64::min)?, usable().reduce(f64::max)?);

@@ -1,6 +1,7 @@
-//! PLY, the Stanford polygon format: ascii and both binary byte orders, with elements and properties in any order.
-//! Polygons become fans, strips their triangles. Vertex properties read: x y z, nx ny nz, s t (also u v, texture_u
-//! texture_v) and red green blue alpha; of faces also the texture coordinates of corners. Everything else is skipped.
+//! PLY, the Stanford polygon format: ascii and both binary byte orders, with elements and properties in any
+//! order. Polygons are read as fans, strips as their triangles. Vertex properties: x y z, nx ny nz, s t (also
+//! u v, texture_u texture_v) and red green blue alpha. Face properties: the texture coordinates of the
+//! corners. Everything else is skipped.
 
 mod faces;
 

@@ -20,13 +20,14 @@ use std::sync::OnceLock;
 pub const FILTERS: Figure = Figure {
     id: "scene.filters",
     title: "Filters of a virtual texture: error, tiles and time",
-    about: "Paper 1 filters with one trilinear sample, or with nA of them; paper 3 with the texels of the footprint's ellipse. Both take \
-            texels beyond a tile's border from the neighbouring tile, so the border changes nothing. The ellipse has at least one or \
-            two texels along its minor semi-axis. The truth is the f64 mean of 4,232 stratified samples a pixel of the mesh itself, \
-            under a Gaussian of sigma 0.5 pixels cut at one pixel, which is the ellipse's kernel, and under a box of one pixel. It \
-            samples the coarsest level that has 8 texels across every footprint's shorter side: what its own texels blur is 2 % of \
-            the kernel's variance. NMSE is of luminance, where the kernel lies wholly on the landscape. Time is that of a settled \
-            frame. 96 x 54 (quick) or 320 x 180 pixels.",
+    about: "Paper 1 filters with one trilinear sample or with nA of them, paper 3 with the texels of the footprint's \
+            ellipse. Both read texels beyond a tile's border from the neighbouring tile, so the border does not \
+            change the picture. The ellipse has at least one texel, or at least two, along its minor semi-axis. The \
+            truth is the f64 mean of 4,232 stratified samples per pixel of the mesh, with two kernels: the ellipse's \
+            own, a Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one pixel. The samples read the \
+            coarsest level that has 8 texels across the shorter side of every footprint; the blur of its texels is 2 \
+            % of the kernel's variance. NMSE is of luminance, over the pixels whose kernel lies wholly on the \
+            landscape. Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x 180 pixels.",
     scenes: &["earth/oblique", "plane/tilted"],
     variants: || VARIANTS.iter().map(|(name, ..)| (*name).to_string()).chain([FLOOR.into()]).collect(),
     paper: &[],
@@ -41,13 +42,15 @@ pub const FILTERS: Figure = Figure {
     claims: &[
         Claim::ours(
             "oblique",
-            "The ellipse with two texels along its minor semi-axis: an NMSE of at most 2e-4 on the oblique view of the earth.",
+            "With two texels along its minor semi-axis, the ellipse has an NMSE of at most 2e-4 on the oblique view of \
+             the earth.",
             &[Test::value(one(NMSE, BEST), AtMost(2e-4))],
         )
         .at(Places::scenes(&["earth/oblique"])),
         Claim::ours(
             "nearer",
-            "It is nearer to its kernel than trilinear samples are to theirs or to a box.",
+            "The ellipse's error against its own kernel is below that of one trilinear sample against the same kernel, \
+             and below that of anisotropic 16 against a box.",
             &[
                 Test::ratio(one(NMSE, BEST), one(NMSE, TRILINEAR), Below(1.0)),
                 Test::ratio(one(NMSE, BEST), one(BOX, "anisotropic 16"), Below(1.0)),
@@ -133,7 +136,7 @@ fn picture(renderer: &mut Renderer) -> anyhow::Result<Picture> {
     Ok(Picture::new(width, height, bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()))
 }
 
-/// Of linear light (ITU-R BT.709).
+/// Luminance of linear light (ITU-R BT.709).
 fn luminance([r, g, b]: [f64; 3]) -> f64 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
@@ -147,7 +150,7 @@ fn truth(shown: &Renderer, view: &View, kernel: Kernel) -> Truth {
     let texture = sampled.texture();
     let [width, height] = pyramid.level_size(0).map(f64::from);
     let surface = |x: f64, y: f64| view.coordinate(x, y).map(|[s, t]| [s * width, t * height]);
-    // Two halves of 46 x 46.
+    // Two halves of 46 x 46 samples.
     let density = Density { per_texel: 0.0, least: 46, most: 46 };
     supersample(
         view.size(),
@@ -174,7 +177,7 @@ fn finest_needed(view: &View, pyramid: &Pyramid) -> u32 {
     ((least / 8.0).log2().floor().max(0.0) as u32).min(pyramid.first_resident_level() - 1)
 }
 
-/// A level of a source in luminance, tile by tile as it is asked for, from any thread.
+/// A level of a tile source as luminance. Tiles are read on demand, from any thread.
 struct Level<'a> {
     source: &'a dyn TileSource,
     level: u32,
@@ -205,7 +208,7 @@ impl<'a> Level<'a> {
         }
     }
 
-    /// The payload.
+    /// The texels of a tile without its border.
     fn tile(&self, row: u32, column: u32) -> Vec<f32> {
         let pyramid = self.source.pyramid();
         let mut bytes = vec![0; self.source.format().tile_bytes(&pyramid)];

@@ -48,7 +48,7 @@ pub enum ReportError {
     NoRun { path: String },
 }
 
-/// Size of a report of a million frames.
+/// Upper bound of a report of a million frames.
 const MOST_BYTES: u64 = 1 << 32;
 
 impl RunSection {
