@@ -1,4 +1,4 @@
-//! What a figure uses to measure: device, effort, interleaved timing, pictures.
+//! Tools with which a figure measures: device, effort, interleaved timing, pictures.
 
 use super::{Effort, Row};
 use crate::picture::write::{Srgb8Picture, write_png};
@@ -47,13 +47,13 @@ pub struct Timed {
 }
 
 impl Bench {
-    /// For one cell, without validation.
+    /// The tools for one cell, without validation.
     pub fn new(effort: Effort, device: Option<String>, pictures: PathBuf) -> Bench {
         Bench { effort, device, pictures, written: Vec::new(), validate: false, opened: RefCell::default() }
     }
 
-    /// Opens the run's device with the features of `needs` and all others that it has: figures compare
-    /// variants.
+    /// Opens the run's device with all features that it has, because figures compare variants. The features
+    /// of `needs` are required.
     ///
     /// # Errors
     /// As [`Gpu::new`]. If the device lacks a feature, the figure reports [`Value::Missing`].
@@ -194,7 +194,7 @@ fn summary(samples: Option<Vec<f64>>) -> Option<Summary> {
 }
 
 impl Timed {
-    /// From the passes of each round.
+    /// Summarises the passes of each round.
     pub fn of(variant: &str, rounds: Vec<Vec<PassTime>>) -> Timed {
         let mut timed = Timed {
             variant: variant.to_string(),

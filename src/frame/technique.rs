@@ -1,4 +1,4 @@
-//! The interface of a technique: what a paper, or several, does in a frame.
+//! The interface of a technique: the part of a frame that one paper, or several, draw.
 
 use super::{Slot, Target, View};
 use crate::vk::{self, Frame, Gpu, Need, PassTime};

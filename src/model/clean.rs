@@ -13,7 +13,8 @@ use glam::DVec3;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-/// Twice a triangle's area over its longest side squared: the rounding error of collinear points in f64.
+/// Faces below this ratio are flat: twice the area over the longest side squared. It is the rounding error of
+/// collinear points in f64.
 const FLAT: f64 = 1.0 / (1u64 << 48) as f64;
 /// Makes a model of a mesh. Positions and remaining faces keep their order. The wedges of a position are adjacent, in
 /// the order in which faces use them. The model may have no faces.
@@ -42,7 +43,7 @@ pub fn clean(raw: &Raw) -> (Model, Report) {
     (model, report)
 }
 
-/// For each vertex its point; and the points: the first vertex at each position, in the file's order.
+/// The point of each vertex, and the position of each point. Points are in the order of their first vertices.
 fn weld(positions: &[DVec3], usable: &[bool], report: &mut Report) -> (Vec<u32>, Vec<DVec3>) {
     let mut known: HashMap<[u64; 3], u32> = HashMap::with_capacity(positions.len());
     let mut points = Vec::new();

@@ -49,7 +49,7 @@ impl Model {
     }
 }
 
-/// Every side of every face, sorted: (smaller end << 32 | larger end, corner where it starts as 3 face + k).
+/// The sides of all faces, sorted: (smaller end << 32 | larger end, corner 3 face + k where the side starts).
 pub(super) fn half_edges(faces: impl Iterator<Item = [u32; 3]>) -> Vec<(u64, u32)> {
     let sides = |(face, corners): (usize, [u32; 3])| {
         (0..3).map(move |k| {

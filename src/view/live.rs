@@ -75,7 +75,7 @@ pub struct Live {
     last_frame: Instant,
     /// Frames still to draw without further changes.
     pub(super) echo: u32,
-    /// Delay after which the panels want a redraw.
+    /// Delay until the panels need a redraw.
     repaint: Duration,
     pub(super) window: Arc<Window>,
 }
@@ -355,8 +355,8 @@ impl Live {
     ) -> anyhow::Result<()> {
         self.prepare_overlays()?;
         let pose: Pose = self.eye.camera.pose();
-        // The last frame tells if its picture is complete. That holds for this frame only if the pose is the
-        // same.
+        // The last frame reports whether its picture is complete. That holds for this frame only if the pose
+        // is the same.
         let rests = self.last_pose == Some(pose) && self.stage.settled();
         let subject = self.subject().filter(|_| rests);
         self.last_pose = Some(pose);

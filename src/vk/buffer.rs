@@ -93,7 +93,7 @@ impl Gpu {
         let device = &self.device;
         // Vulkan has no empty buffers.
         let info = vk::BufferCreateInfo::default().size(bytes.max(4)).usage(flags);
-        // SAFETY: the device lives; memory is bound before the wrapper is handed out.
+        // SAFETY: the device lives; memory is bound before the wrapper is returned.
         let handle = unsafe { device.handle.create_buffer(&info, None) }.check("vkCreateBuffer", name)?;
         let texels = vk::BufferView::null();
         let mut buffer =

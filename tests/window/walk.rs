@@ -74,10 +74,10 @@ fn a_random_walk_of_inputs_leaves_memory_as_it_was() {
     let most = (0..4).map(|_| walk(&mut window, &mut random, f64::from(seconds) / 12.0));
     let [device, resident] = most.reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])]).unwrap();
     let [device_after, resident_after] = walk(&mut window, &mut random, 2.0 * f64::from(seconds) / 3.0);
-    // The bounds allow for what happens to be open: a second variant has caches of its own, and panels and
+    // The bounds allow for a larger state at the end: a second variant has caches of its own, and panels and
     // magnifier have textures and buffers. Twice the device memory is one more renderer. The 200 MB of main
-    // memory are that renderer's caches, and pipelines that the driver keeps for new variants. A leak of one
-    // frame's buffers (1 MB) exceeds both bounds within seconds.
+    // memory are its caches, and pipelines that the driver keeps for new variants. A leak of one frame's
+    // buffers (1 MB) exceeds both bounds within seconds.
     assert!(device_after <= 2 * device, "device: {device} bytes, then {device_after}");
     assert!(resident_after <= resident + 200_000_000, "resident: {resident} bytes, then {resident_after}");
     eprintln!(
