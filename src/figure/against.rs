@@ -17,7 +17,7 @@ pub struct Changes {
     pub values: Vec<ValueChange>,
     /// Values in both results.
     pub common: usize,
-    /// Values and claims only in the stored results, and those only in the new ones.
+    /// Values and claims that are only in the stored results (`gone`), or only in the new ones (`new`).
     pub gone: usize,
     pub new: usize,
 }
@@ -112,7 +112,7 @@ fn described(results: &Results) -> String {
     format!("{} ({})", machines.join("; "), results.effort.name())
 }
 
-/// Figure, and (scene, value of the sweep, variant, quantity).
+/// The figure's id; then scene, value of the sweep, variant and quantity as one text.
 type Key = [String; 2];
 
 fn values_of(results: &Results) -> BTreeMap<Key, &Row> {

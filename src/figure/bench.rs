@@ -111,8 +111,8 @@ impl Bench {
     /// Runs all contenders in turn, [`Bench::runs`] times. Each round starts with another contender, so
     /// that drift and other load affect all equally. Adds a contender "empty pass".
     ///
+    /// # Errors
     /// The first error of a contender.
-    /// The first contender's.
     pub fn interleave<'a>(&self, gpu: &'a Gpu, contenders: Vec<Contender<'a>>) -> anyhow::Result<Vec<Timed>> {
         self.interleave_until(gpu, contenders, 1, |_| true)
     }

@@ -8,8 +8,8 @@ pub struct Claim {
     pub id: &'static str,
     pub text: &'static str,
     pub from: Origin,
-    /// A claim about time, of the host or of the device; a software device gets its own verdicts ("holds
-    /// here").
+    /// True for a claim about time of the host or the device. On a software device, it gets verdicts of its
+    /// own ("holds here").
     pub timed: bool,
     pub places: Places,
     pub tests: &'static [Test],
@@ -64,7 +64,7 @@ pub enum Term {
 pub struct Pick {
     pub quantity: &'static str,
     pub who: Who,
-    /// A scene other than the place's.
+    /// The scene, if it is not the place's.
     pub scene: Option<&'static str>,
     pub x: At,
     pub part: Part,

@@ -59,8 +59,9 @@ fn processor() -> String {
     named("model name").or_else(|| named("Model")).unwrap_or_else(|| std::env::consts::ARCH.to_string())
 }
 
-/// Days since 1970-01-01 as 2026-11-21 (`civil_from_days` of H. Hinnant, "chrono-compatible low-level date
-/// algorithms"; years start in March, so that the leap day is the last day).
+/// Converts days since 1970-01-01 to a date such as 2026-11-21 (`civil_from_days` of H. Hinnant,
+/// "chrono-compatible low-level date algorithms"). Years start in March, so that the leap day is the last
+/// day.
 fn day(since_1970: u64) -> String {
     let days = since_1970 + 719_468;
     let (era, day_of_era) = (days / 146_097, days % 146_097);

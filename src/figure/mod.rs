@@ -125,8 +125,8 @@ pub enum Verdict {
     /// It holds in some places and fails in others.
     InPart,
     NotReproduced,
-    /// On a software device, a claim about time: [`Verdict::Reproduced`] or better, [`Verdict::InPart`],
-    /// [`Verdict::NotReproduced`].
+    /// Verdicts on a claim about time on a software device. They stand for [`Verdict::Reproduced`] or better,
+    /// [`Verdict::InPart`] and [`Verdict::NotReproduced`].
     HoldsHere,
     InPartHere,
     NotHere,

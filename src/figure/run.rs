@@ -22,7 +22,7 @@ pub struct Run<'a> {
     pub device: Option<String>,
     /// Description of the device and this machine.
     pub machine: Machine,
-    /// With Vulkan's validation layer; a validation message fails the cell.
+    /// Opens devices with the validation layer; a validation message fails the cell.
     pub validate: bool,
     pub partition: Partition,
     /// Keeps results that are already in the folder.

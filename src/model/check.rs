@@ -51,7 +51,8 @@ impl Model {
         }
         let unit = |normal: &[f32; 3]| {
             let length = normal.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>();
-            // Three roundings to f32 of components of at most 1: 2^-25 each, doubled by the square.
+            // Each of the three components, at most 1, is rounded to f32 by at most 2^-25. The square doubles
+            // the error.
             (length - 1.0).abs() <= 1e-6
         };
         if let Some(wedge) = attributes.normals.iter().position(|normal| !unit(normal)) {

@@ -63,8 +63,8 @@ fn weld(positions: &[DVec3], usable: &[bool], report: &mut Report) -> (Vec<u32>,
     (point_of_vertex, points)
 }
 
-/// Drops degenerate and duplicate faces. Returns the remaining faces, and for each whether the file has as many
-/// reversed copies of it as copies (including itself).
+/// Drops degenerate and duplicate faces. Returns the remaining faces. Also returns, for each of them, whether
+/// the file has as many reversed copies as copies of it (itself included).
 fn sift(raw: &Raw, usable: &[bool], points: &[u32], report: &mut Report) -> (Faces, Vec<bool>) {
     // Keyed by the three points, smallest first: index of the kept face, its winding, copies minus reversed copies.
     let mut seen: HashMap<[u32; 3], (usize, bool, i32)> = HashMap::with_capacity(raw.faces.len());

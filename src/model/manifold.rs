@@ -14,16 +14,18 @@ pub(super) struct Faces {
 }
 
 impl Faces {
-    /// Removes folds: patches of faces that coincide with their own reverse (`doubled`; one face represents both),
-    /// and whose rim the other faces close without them. Decimated scans have hundreds. If the other faces need the
-    /// patch, or it is an isolated sheet, one side of it stays. Returns the number of removed faces.
+    /// Removes folds. A fold is a patch of faces that coincide with their own reverse (`doubled`; one face
+    /// represents both) and whose rim the other faces close without it. Decimated scans have hundreds. If the
+    /// other faces need the patch, or it is an isolated sheet, one side of it stays. Returns the number of
+    /// removed faces.
     pub(super) fn unfold(&mut self, doubled: &[bool]) -> usize {
         if !doubled.contains(&true) {
             return 0;
         }
         let edges = half_edges(self.points.iter().copied());
         let mut patches = Groups::new(self.points.len());
-        // For each edge between a patch and other faces: closed without the patch, or open.
+        // A vote for each edge between a patch and other faces: 1 if these close the edge alone, otherwise
+        // -1.
         let mut rim: Vec<(u32, i64)> = Vec::new();
         for edge in edges.chunk_by(|a, b| a.0 == b.0) {
             let (ours, others): (Vec<u32>, Vec<u32>) =
@@ -261,7 +263,7 @@ mod tests {
         let [a, b, c] = folded.faces[10];
         let tip = folded.positions.len() as u32;
         folded.positions.push(folded.positions[a as usize] * 2.0);
-        // Two triangles out along an edge and back.
+        // A fold: two triangles and their reverses, which leave the surface along an edge.
         folded.positions.push(folded.positions[b as usize] * 2.0);
         folded.faces.extend([[a, b, tip], [b, a, tip], [b, tip + 1, tip], [b, tip, tip + 1]]);
         let (model, report) = cleaned(&folded);

@@ -52,7 +52,8 @@ fn far_out(positions: &[DVec3], usable: &[bool]) -> Option<Vec<f64>> {
     (usual > 0.0).then(|| positions.iter().zip(usable).map(far).collect())
 }
 
-/// Marks vertices that are too far out, and less distant ones without neighbours there, as unusable.
+/// Marks two kinds of vertices as unusable: those too far out, and less distant ones without neighbours
+/// there.
 fn set_aside(raw: &Raw, far: &[f64], usable: &mut [bool], report: &mut Report) {
     let place = |vertex: u32| (raw.positions[vertex as usize] + DVec3::ZERO).to_array().map(f64::to_bits);
     let is_far = |vertex: u32| far[vertex as usize] > SPIKE;
@@ -114,7 +115,7 @@ mod tests {
                 (report.non_finite_vertices, report.outlying_vertices),
                 (usize::from(!finite), usize::from(finite))
             );
-            // 40 is in the middle: removing its six faces leaves a hole.
+            // Vertex 40 is in the middle: removing its six faces leaves a hole.
             assert_eq!((report.faces_set_aside, left.faces.len()), (6, 122));
             assert_eq!(report.topology.boundary_edges, 32 + 6);
         }

@@ -39,7 +39,7 @@ pub struct Report {
     pub non_manifold_edges: usize,
     /// Positions added by cutting, at such edges and where fans of faces touch in a point.
     pub split_positions: usize,
-    /// Vertices that no face uses any more, without the removed invalid ones.
+    /// Vertices that no remaining face uses. Removed invalid vertices are not counted.
     pub unused_vertices: usize,
     /// Normals that were zero or not finite, replaced by their faces'; coordinates that were not finite, replaced by
     /// 0.

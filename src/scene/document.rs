@@ -60,7 +60,7 @@ impl Document {
         let text = String::from_utf8(bytes).map_err(|error| {
             let start = error.utf8_error().valid_up_to();
             let text = String::from_utf8_lossy(error.as_bytes());
-            // Invalid bytes come first at `start`; everything before it is unchanged by the replacement.
+            // `start` is the first invalid byte. The replacement changes nothing before it.
             SceneError::at(&shown, &text, start..start, "this byte is not UTF-8, which TOML requires")
         })?;
         Document::of_text(path, text)
@@ -128,8 +128,8 @@ impl Document {
         self.changes.iter().any(|change| change.sets(key))
     }
 
-    /// The override that set the key or created its table; otherwise its range in the text. For a key that does not
-    /// exist, the innermost table around it.
+    /// The override that set the key or created its table, otherwise the key's range in the text. For a key
+    /// that does not exist, the range of the innermost table around it.
     fn origin(&self, key: &[&str], of_key: bool) -> Origin<'_> {
         if let Some(change) = self.changes.iter().rfind(|change| change.sets(key)) {
             return Origin::Change(change);

@@ -175,7 +175,8 @@ impl Scene {
     }
 
     fn of(document: Document) -> Result<Scene, SceneError> {
-        // Read bottom up: cameras need the ground, paths need the cameras. Until then there are placeholders.
+        // Parts are read in the order in which they depend on each other: cameras need the ground, paths need
+        // the cameras. Parts not yet read have placeholders.
         let mut scene = Scene {
             name: document.name.clone(),
             ground: Ground::Plane,

@@ -39,7 +39,7 @@ impl Scene {
                 DVec3::new(sin_azimuth * cos_elevation, cos_azimuth * cos_elevation, sin_elevation)
             }
         };
-        // Over a plane the local frame is the world's axes, which changes no bit.
+        // Over a plane the local frame equals the world's axes, so the vector stays exact.
         let frame = self.cameras[&self.view.camera].place.frame();
         frame.east * local.x + frame.north * local.y + frame.up * local.z
     }

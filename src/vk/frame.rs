@@ -379,7 +379,7 @@ impl Frame<'_> {
 impl Drop for Frame<'_> {
     fn drop(&mut self) {
         if !self.submitted {
-            // No timestamps were written, so nobody may wait for them.
+            // The frame wrote no timestamps, so none may be read.
             self.ring.slots[self.slot].labels.clear();
             self.ring.slots[self.slot].works.clear();
             let mut new_images =

@@ -160,8 +160,8 @@ impl Instance {
         };
         match index {
             Some(index) => devices.get(index).cloned(),
-            // A device that appears under two drivers: prefer the usable one. If neither is usable, opening
-            // reports why.
+            // A device may appear under two drivers; the usable one is preferred. If neither is usable,
+            // opening reports why.
             None => devices
                 .iter()
                 .find(|device| named(device) && device.usable())

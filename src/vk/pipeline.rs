@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub enum Depth {
     /// The nearest fragment wins and writes depth.
     Write,
-    /// Only fragments whose depth equals that of an earlier pass.
+    /// Only fragments with the depth that an earlier pass wrote are drawn.
     Equal,
 }
 

@@ -69,7 +69,7 @@ fn is_zero(count: &u64) -> bool {
     *count == 0
 }
 
-/// In the order of [`Work`]'s fields, which is that of the flags' bits.
+/// The statistics in the order of [`Work`]'s fields, which is the order of the flags' bits.
 const STATISTICS: [vk::QueryPipelineStatisticFlags; 6] = [
     vk::QueryPipelineStatisticFlags::INPUT_ASSEMBLY_VERTICES,
     vk::QueryPipelineStatisticFlags::VERTEX_SHADER_INVOCATIONS,

@@ -2,7 +2,7 @@
 
 use std::ffi::{c_int, c_void};
 
-/// `eRENDERDOC_API_Version_1_0_0`; later versions only add functions behind its own.
+/// `eRENDERDOC_API_Version_1_0_0`. Later versions only append functions.
 const VERSION: c_int = 1_00_00;
 
 /// The first functions of `RENDERDOC_API_1_0_0` in renderdoc_app.h.

@@ -31,13 +31,13 @@ fn a_result_equals_itself_including_nan() {
     let [before, after] = changed(|_| {});
     let changes = Changes::between(&before, &after);
     assert_eq!((changes.claims.len(), changes.values.len(), changes.gone, changes.new), (0, 0, 0, 0));
-    // 6 cells of 5 rows, and 7 rows of the bars.
+    // The swept figure has 6 cells of 5 rows, the bars have 7 rows.
     assert_eq!(changes.common, 37);
 }
 
 #[test]
 fn a_time_changed_only_if_the_spreads_are_disjoint() {
-    // Its p5 to p95 is 3.1 to 5.35.
+    // The time of `slow` has a p5 of 3.1 and a p95 of 5.35.
     let [before, after] = changed(|row| slow_times(row, 1.5));
     assert!(Changes::between(&before, &after).values.is_empty());
     for factor in [2.0, 0.5] {

@@ -63,7 +63,8 @@ impl Rows {
         self.numbers.get(&Rows::keys(pick, scene, x)[0]).copied()
     }
 
-    /// Gives the term this value, by its first pick if there are two.
+    /// Adds rows that give the term the value `number`. If the first of two picks has a row already, the second is
+    /// varied.
     fn make(&mut self, term: Term, (scene, x): (&str, Option<f64>), xs: &[f64], number: f64) {
         match term {
             Term::Value(pick) => self.set(&pick, scene, x, number),

@@ -1,4 +1,4 @@
-//! This program can read every file of results/, and has its figures and claims.
+//! This program can read every file of results/, and has the figures and claims in them.
 
 use ortelius::figure::{Outcome, Results, choose, page_of_results};
 use ortelius::renderer::figures::FAMILIES;

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 /// Environment variable with the folder of the child process.
 const FOLDER: &str = "ORTELIUS_TEST_FOLDER";
 
-/// Run directly: a run in its own folder. Started by the test below: the run that is killed.
+/// If run directly, measures into a folder of its own. The test below starts it as the run that is killed.
 #[test]
 fn a_run_measures_every_cell_once() {
     let own = folder();
@@ -64,7 +64,7 @@ fn a_run_that_is_killed_resumes_without_loss() {
 /// Environment variable with the first cell of the child process below, and `+` for a resumed run.
 const FROM: &str = "ORTELIUS_TEST_FROM";
 
-/// Run directly: does nothing. Started by the test below: the worker that crashes.
+/// If run directly, does nothing. The test below starts it as the worker that crashes.
 #[test]
 fn a_worker_measures_from_its_cell_on() {
     let (Some(folder), Some(from)) = (std::env::var_os(FOLDER), std::env::var_os(FROM)) else { return };
@@ -166,7 +166,7 @@ fn results_of_another_effort_commit_or_device_are_not_mixed() {
     ] {
         assert!(line.contains(what) && line.contains("-o"), "{line}");
     }
-    // Another date is the same machine.
+    // A machine on another date is the same machine.
     let mut tomorrow = a_run(&[&SWEPT], folder.path());
     (tomorrow.resume, tomorrow.machine.date) = (true, "2026-11-22".into());
     assert_eq!(run(&tomorrow).unwrap().kept, 6);

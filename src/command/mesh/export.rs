@@ -150,7 +150,7 @@ mod tests {
             let stored = (place - centre) as f32;
             assert_eq!(plain(centre, stored, Format::Obj), place, "about {centre}");
         }
-        // Any other coordinate is at least the same number for the mesh, in both formats.
+        // Other coordinates at least round to the same f32 of the mesh, in both formats.
         for n in 0..10_000_u32 {
             let stored = f32::from_bits(n.wrapping_mul(0x9E37_79B9));
             for centre in [0.0, -1.0 / 3.0, 1e9] {

@@ -29,7 +29,7 @@ enum Outcome {
     /// Beyond the stated range, on its better side.
     Better,
     Fails,
-    /// With the estimated number of rounds to decide.
+    /// The interval contains the bound. The number estimates the rounds until it does not.
     Undecided(f64),
 }
 
@@ -388,7 +388,7 @@ impl Term {
         move |a, b| if ratio { a / b } else { a - b }
     }
 
-    /// True if it compares values of the sweep with each other; its places are then scenes.
+    /// True if the term compares values of the sweep with each other. A place is then a whole scene.
     fn crosses(&self) -> bool {
         self.picks().iter().any(|pick| matches!(pick.x, At::X(_) | At::Least))
     }

@@ -47,8 +47,8 @@ impl Place {
     }
 }
 
-/// The places of a table that match `places`, in its order. Without `swept`, values of the sweep are not
-/// separate places.
+/// The places of a table that match `places`, in the table's order. Without `swept`, values of the sweep are
+/// not separate places.
 pub fn places(table: &Table, places: &Places, swept: bool) -> Vec<Place> {
     let mut found: Vec<Place> = Vec::new();
     for record in table.records.iter().filter(|record| places.hold(&record.scene, record.x)) {

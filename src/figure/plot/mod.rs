@@ -133,7 +133,7 @@ fn one(figure: &Figure, plot: &Plot, cells: &[&CellRows], machines: &[Machine]) 
     let sample = rows().find(|row| !row.unit.is_empty()).or_else(|| rows().next())?;
     let first = cells.first()?;
     let x = first.cell.x.filter(|_| plot.x != Axis::Sweep);
-    // The place is written beside the device: titles with both scene and sweep were cut.
+    // The sweep's value is written beside the device: titles with both scene and sweep were too long.
     let swept = x.zip(figure.sweep.as_ref()).map(|(x, sweep)| format!("{}: {} · ", sweep.name, human(x)));
     let chart = Chart {
         title: format!("{}: {}", plot.quantity, first.cell.scene),

@@ -18,7 +18,7 @@ impl Scale {
         let low = usable().reduce(f64::min)?;
         let high = usable().reduce(f64::max)?;
         let (low, high) = match log {
-            // A twentieth of the interval, at least a quarter of an octave.
+            // The margin is a twentieth of the interval, but at least a quarter of an octave.
             true => {
                 let room = (high / low).powf(0.05).max(2f64.powf(0.25));
                 (low / room, high * room)
@@ -95,7 +95,7 @@ impl Scale {
         let rough = (self.high - self.low) / count as f64;
         let decade = rough.log10().floor() as i32;
         let mantissa = rough / 10f64.powi(decade);
-        // The nearest of 1, 2, 5 and 10 by ratio: the bounds are the roots of 2, 10 and 50.
+        // The nearest of 1, 2, 5 and 10 by ratio. The bounds are the square roots of 2, 10 and 50.
         let digit = match mantissa {
             m if m < 2f64.sqrt() => 1.0,
             m if m < 10f64.sqrt() => 2.0,
@@ -104,11 +104,11 @@ impl Scale {
         };
         let step = decimal(digit, decade);
         let first = (self.low / step).ceil() as i64;
-        // n * step would print as 0.30000000000000004.
+        // A product n * step could print as 0.30000000000000004.
         (first..).map(|n| decimal(n as f64 * digit, decade)).take_while(|value| *value <= self.high).collect()
     }
 
-    /// Those of `values` whose labels have room: at least `apart` units after the previous label.
+    /// The `values` whose labels fit: each is at least `apart` units after the previous label.
     pub fn with_room(&self, values: &[f64], apart: f64) -> Vec<f64> {
         let mut kept: Vec<f64> = Vec::new();
         for &value in values.iter().filter(|v| self.shows(**v)) {

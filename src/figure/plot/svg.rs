@@ -20,7 +20,7 @@ pub struct Svg {
     body: String,
 }
 
-/// The point of a text that is at its position.
+/// Which point of a text is at the given position.
 #[derive(Clone, Copy)]
 pub enum Anchor {
     Start,

@@ -10,8 +10,8 @@ use accessor::{Numbers, accessor};
 use glam::{DMat3, DMat4, DQuat, DVec3};
 use json::{Document, Node, Primitive};
 
-/// Nodes may instantiate a mesh any number of times. Limit of the resulting faces and vertices, unless the file has
-/// more bytes.
+/// Limit of faces and vertices, because nodes may instantiate a mesh any number of times. A larger file may
+/// have as many as it has bytes.
 const MOST_PLACED: usize = 1 << 24;
 
 /// Prefixes of required extensions that do not change the shape.
@@ -78,7 +78,7 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    /// Adds the default scene, or the first scene.
+    /// Adds the default scene, or the first one if there is no default.
     fn scene(&mut self) -> Result<(), Fault> {
         let document = self.document;
         let index = document.scene.unwrap_or(0);
@@ -178,7 +178,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// If only other primitives have an attribute, cleaning fills it in here and counts it.
+    /// Adds a primitive's attributes. Cleaning fills in, and counts, those that only other primitives have.
     fn attributes(
         &mut self,
         first: usize,

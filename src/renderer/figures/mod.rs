@@ -1,4 +1,4 @@
-//! Figures about what papers make together: the only place that may name two of them.
+//! Figures about combinations of papers. Only these modules may name two papers.
 
 mod filters;
 

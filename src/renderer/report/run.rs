@@ -92,7 +92,7 @@ impl RunSection {
     /// The scene of the run. `report` is the file's name, for messages.
     ///
     /// # Errors
-    /// [`SceneError`]: this program did not write the text.
+    /// [`SceneError`] if this program did not write the text.
     pub fn scene(&self, report: &str) -> Result<Scene, SceneError> {
         let shown = format!("{report}: run.scene");
         Scene::of_parts(&shown, &self.name, Path::new(&self.folder), self.scene.clone())
