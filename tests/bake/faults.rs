@@ -45,7 +45,8 @@ fn a_bake_killed_at_20_random_moments_resumes_to_the_same_bytes() {
     let whole = start.elapsed();
     let mut random = Random(0x0123_4567_89AB_CDEF);
     let (mut kills, mut with_work_done, mut bakes) = (0, 0, 0);
-    // A killed bake is restarted and killed again until one finishes before its kill; then a new one begins.
+    // Each killed bake is restarted and killed again, until one finishes before its kill. Then a new bake
+    // begins.
     while kills < 20 {
         let output = folder.path().join(format!("killed{bakes}.tiles"));
         while !output.exists() && kills < 20 {
@@ -79,9 +80,9 @@ fn a_full_disk_is_one_line_and_the_same_command_resumes_when_there_is_room() {
     write_png(&source, &dotted(1500, 1000));
     let settings = ["--tile", "64"];
     let expected = baked(&source, &folder.path().join("undisturbed.tiles"), &settings);
-    // A limit on the file size simulates a full disk without root: with SIGXFSZ ignored, write(2) fails with EFBIG
-    // instead of ENOSPC. Units of 512 bytes. Almost nothing fits; the scratch file (11 MB) almost fits; or all but the
-    // output (16 MB) fits.
+    // A limit on the file size simulates a full disk without root: with SIGXFSZ ignored, write(2) fails with
+    // EFBIG instead of ENOSPC. The limits are in units of 512 bytes. With the first, almost nothing fits;
+    // with the second, most of the scratch file (11 MB); with the third, all but the output (16 MB).
     for units in [1, 20_000, 26_000] {
         let output = folder.path().join(format!("full{units}.tiles"));
         let limited = Command::new("sh")
@@ -336,7 +337,7 @@ fn a_bake_of_a_picture_larger_than_its_memory_stays_under_the_stated_bound() {
     let bound = stated(&bake(&source, &output, &["--dry-run"]), "memory bytes");
     assert!(bound < 100 << 20, "the bound, {bound}, is too large to test a picture of 192 MiB");
     let mut child = bake_command(&source, &output, &[]).stderr(Stdio::null()).spawn().unwrap();
-    // The kernel's high-water mark never falls, so the last sample before the end is the peak except for the last 2 ms.
+    // The kernel's high-water mark never falls, so the last sample is the peak of all but the last 2 ms.
     let mut peak = 0;
     while child.try_wait().unwrap().is_none() {
         peak = peak_bytes(child.id()).unwrap_or(peak);

@@ -147,7 +147,8 @@ fn a_truncated_file_is_a_coarser_mesh_and_fails_verification() {
     let (code, line) = mesh_failure(&folder, &["verify", "cut.pmesh"]);
     assert_eq!(code, 3);
     holds(&line, &["cut.pmesh", "chunks", "of 3674 faces are present"]);
-    // Before the end of the first chunk there is no mesh; the required bytes are reported as far as known.
+    // Before the end of the first chunk there is no mesh. The message states how many bytes are needed, as
+    // far as that is known.
     let base = 72 + 28 + u32::from_le_bytes(bytes[72..76].try_into().unwrap()) as usize;
     for (length, needs) in [(3, 100), (60, 100), (80, 100), (100, base), (base - 1, base)] {
         std::fs::write(folder.path().join("stub.pmesh"), &bytes[..length]).unwrap();

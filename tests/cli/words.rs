@@ -147,7 +147,7 @@ fn a_scene_of_meshes_is_rendered_explained_and_reported() {
         &explained,
         &["pass       levels: herd", "pass       surfaces: herd", "memory     herd: indices: 384000 bytes"],
     );
-    // Not 500 full meshes: each has 64 faces until it is seen.
+    // Instances are not 500 full meshes: each has 64 faces until it is visible.
     holds(
         &explained,
         &["instances  herd: 500 of 64 to 3674 faces at 1806 levels; each ", "12 bytes for each live face"],

@@ -1,5 +1,5 @@
-//! A Vulkan layer that makes one call fail. Not part of the crate: `main.rs` compiles it with rustc, and the loader
-//! loads it. Calls are counted for each kind of fault, only those that may return it:
+//! A Vulkan layer that makes one call fail. It is not part of the crate: `main.rs` compiles it with rustc,
+//! and the loader loads it. For each kind of fault, only the calls that may return it are counted:
 //!
 //! - ORTELIUS_FAULT=KIND:N fails the N-th call (from 1) with KIND: `host` or `device` (out of memory), or `lost`. A
 //!   lost device stays lost. N = 0 fails none.
@@ -15,9 +15,8 @@ use std::mem::transmute;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering::SeqCst};
 
-type Words = unsafe extern "C" fn(
-    usize, usize, usize, usize, usize, usize, usize, usize, usize, usize,
-) -> i32;
+type Words =
+    unsafe extern "C" fn(usize, usize, usize, usize, usize, usize, usize, usize, usize, usize) -> i32;
 type GetProc = unsafe extern "C" fn(*mut c_void, *const c_char) -> *mut c_void;
 
 const NOT_INITIALISED: i32 = -3;
@@ -137,7 +136,7 @@ struct Link {
     chain: *mut Chain,
 }
 
-/// VkLayerInstanceLink and VkLayerDeviceLink. The second function is the device's in the latter.
+/// VkLayerInstanceLink and VkLayerDeviceLink. In the latter, the second function is the device's.
 #[repr(C)]
 struct Chain {
     next: *mut Chain,

@@ -258,7 +258,8 @@ fn a_still_camera_settles_at_any_cache_size() {
 
 #[test]
 fn alternating_cameras_at_the_cache_size_do_not_livelock() {
-    // 16 tiles fit exactly; 20 need bias 1 (6 coarser tiles). Together that is 22, over N1 = 16.
+    // 16 tiles fit exactly. 20 tiles need bias 1, which are 6 coarser tiles. Together these are 22, more than
+    // N1 = 16.
     let (fits, too_many) = (block(4, 4), block(4, 5));
     let mut bench = Bench::new(TestSource::default(), counting(16, 32, 4, 4));
     for _ in 0..20 {
