@@ -2,25 +2,25 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
 // Sections 3 to 5 on the device: one step between two levels, in one instance's slice of F.
-// A range of splits runs at once, in any order. A new vertex's index is above those of all live vertices, so when
-// several splits write one corner, the largest index is the last split's (atomicMax). Downwards, the first split is
-// undone last and its vertex before is the smallest (atomicMin). Maximum and minimum do not depend on the order, so
-// no split waits for another.
+// A range of splits runs at once, in any order. A new vertex has a larger index than all live vertices, so if
+// several splits write one corner, the last split has the largest index (atomicMax). Going down, the first
+// split is undone last, and the vertex that it replaced is the smallest (atomicMin). Maximum and minimum do
+// not depend on the order, so no split waits for another.
 // A permutation takes two steps: all faces are read before any slot is written.
 
 layout(local_size_x = 64) in;
 
-// Three words for each corner of a split: word of F, new vertex, vertex before. Then two words for each moved face: the
-// slot filled going up, and the slot that the face comes from.
+// Three words for each corner of a split: word of F, new vertex, replaced vertex. Then two words for each
+// moved face: the slot filled going up, and the slot from which the face comes.
 layout(scalar, binding = 0) readonly buffer Program { uint words[]; } program;
 layout(scalar, binding = 1) buffer Indices { uint words[]; } indices;
-// Faces between the two steps of a permutation.
+// The faces between the two steps of a permutation.
 layout(scalar, binding = 2) buffer Kept { uint words[]; } kept;
 
 layout(push_constant, scalar) uniform Applying {
-    // 0: splits; 1: save a permutation's faces; 2: place them.
+    // 0: splits; 1: save a permutation's faces; 2: write the saved faces to their slots.
     uint kind;
-    // Inverse: collapses, and permutations backwards.
+    // 1 for the inverse: collapses, and permutations backwards.
     uint down;
     // First word of the step in `program`, and its number of corners or faces.
     uint first;
@@ -42,7 +42,7 @@ void write(uint n) {
 
 void move(uint n) {
     bool keep = applying.kind == 1;
-    // Step 1 saves the face's source slot: the second of the two going up, the first going down.
+    // Step 1 reads the face from its source slot: the second of the two words going up, the first going down.
     uint slot = program.words[applying.first + 2 * n + uint(keep == (applying.down == 0))];
     uint face = applying.slice + 3 * slot;
     uint own = applying.kept_first + 3 * n;

@@ -1,9 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
-// Compaction baseline: copies the faces that are live at a level, in the full mesh's best order, with the vertices that
-// they have at that level. Step 0 counts the live faces of each group; step 1 sums the counts of the groups before and
-// places the group's faces. Without atomic additions the order is the list's.
+// Compaction baseline: copies the faces that are live at a level, in the full mesh's best order, with the
+// vertices that they have at that level. Step 0 counts the live faces of each group. Step 1 sums the counts
+// of the earlier groups and writes the group's faces. There are no atomic additions, so the output keeps the
+// list's order.
 
 layout(local_size_x = 256) in;
 
@@ -11,19 +12,19 @@ layout(local_size_x = 256) in;
 
 // Four words for each face, in best order: its slot in the classical order, and its vertices in the full mesh.
 layout(scalar, binding = 0) readonly buffer Ranked { uint words[]; } ranked;
-// For each vertex beyond level 0, the vertex that it replaces.
+// The vertex that each vertex beyond level 0 replaces.
 layout(scalar, binding = 1) readonly buffer SplitVertices { uint words[]; } split_vertices;
 layout(scalar, binding = 2) buffer Counts { uint words[]; } counts;
 layout(scalar, binding = 3) writeonly buffer Indices { uint words[]; } indices;
 
 layout(push_constant, scalar) uniform Compacting {
-    // 0: count live faces; 1: place them.
+    // 0: count the live faces; 1: write them.
     uint kind;
     uint faces;
-    // At the level.
+    // Numbers of the level.
     uint live_faces;
     uint live_vertices;
-    // Vertices of level 0.
+    // Number of vertices of level 0.
     uint first_vertices;
     // First word of the instance's slice.
     uint slice;

@@ -5,10 +5,11 @@
 layout(binding = 4) uniform texture2D depth;  // of the finished picture
 layout(location = 0) flat in uvec4 face;
 layout(location = 1) in vec3 corner;
-layout(location = 0) out uvec4 words;  // as faces.vert has them; bit 16 of the last: a pixel at the face's edge
+layout(location = 0) out uvec4 words;  // as in faces.vert; bit 16 of the last is set at the face's edge
 
 void main() {
-    // Something nearer was drawn. A thousandth of the distance is far above what two orders of rounding differ by.
+    // Discards faces behind nearer surfaces. A thousandth of the distance is far above the rounding
+    // difference between the two vertex shaders.
     if (gl_FragCoord.z < 0.999 * texelFetch(depth, ivec2(gl_FragCoord.xy), 0).x) discard;
     vec3 pixels = corner / max(fwidth(corner), vec3(1e-12));
     bool edge = min(pixels.x, min(pixels.y, pixels.z)) < 1.0;

@@ -2,23 +2,23 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
 
-// A face's corner, straight from the buffers: all forms of vertices begin with their position.
+// A corner of a face, read directly from the buffers. All vertex formats begin with the position.
 layout(binding = 0, scalar) readonly buffer Indices { uint words[]; } indices;
 layout(binding = 1, scalar) readonly buffer Misses { uint faces[]; } misses;
 layout(binding = 2, scalar) readonly buffer Vertices { float words[]; } vertices;
-layout(binding = 3, scalar) readonly buffer Levels { uint vertices[]; } levels;  // of each level, live
+layout(binding = 3, scalar) readonly buffer Levels { uint vertices[]; } levels;  // live vertices of each level
 layout(push_constant, scalar) uniform FaceView {
     mat4 object_to_clip;
-    uint first_face;  // of the index buffer
+    uint first_face;  // in the index buffer
     uint stride;      // words of a vertex
     uint instance;    // counted over all surfaces
     uint levels;
 } view;
 
-layout(location = 0) flat out uvec4 face;  // instance, face, level at which it appears, its level's share and its misses
+layout(location = 0) flat out uvec4 face;  // instance, face, level at which it appears, level as 0 .. 255 << 8 | misses
 layout(location = 1) out vec3 corner;
 
-// The first level in which a vertex lives: below it, it has collapsed.
+// The first level at which a vertex is live.
 uint birth(uint vertex) {
     uint from = 0, to = view.levels - 1;
     while (from < to) {

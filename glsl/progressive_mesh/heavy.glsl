@@ -1,7 +1,7 @@
 // Makes vertices arbitrarily expensive, for figures that need a vertex-bound frame.
 layout(constant_id = 0) const uint VERTEX_WORK = 0;  // rounds of three multiplications
 
-// Returns the position unchanged. The logistic map stays in 0 ..= 1, but no compiler can prove it.
+// Returns the position unchanged. The logistic map stays in 0 ..= 1, but a compiler cannot prove this.
 vec3 worked(vec3 position) {
     if (VERTEX_WORK == 0) {
         return position;

@@ -2,13 +2,13 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
 
-// Vertices of each face that a FIFO cache of 16 entries lacks, from an empty cache on (cache.rs counts the same). One
-// invocation for a draw: each face depends on those before it.
+// The number of vertices of each face that miss in a FIFO cache of 16 entries, starting empty (cache.rs
+// counts the same). One invocation per draw, because each face depends on the faces before it.
 layout(local_size_x = 1) in;
 layout(binding = 0, scalar) readonly buffer Indices { uint words[]; } indices;
 layout(binding = 1, scalar) writeonly buffer Misses { uint faces[]; } misses;
 layout(push_constant, scalar) uniform FaceRange {
-    uint first;  // face of the index buffer
+    uint first;  // first face in the index buffer
     uint count;
 } range;
 

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
-// Net effect of a change of level: writes each face that the host changed into its slot.
+// The net effect of a level change: writes each face that the host changed into its slot.
 
 layout(local_size_x = 64) in;
 

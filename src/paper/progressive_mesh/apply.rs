@@ -1,9 +1,9 @@
-//! Changes of level on the GPU, in a device-local index buffer (ours; the paper executes on the CPU).
+//! Level changes on the GPU, in a device-local index buffer (ours; the paper executes on the CPU).
 //!
-//! [`Apply`] runs a [`Program`]: the host sends a few words for each step. All splits between two permutations are
-//! one dispatch although they build upon each other, because their order does not matter (see `apply.comp`). A
-//! permutation takes two dispatches. [`Scatter`] is the plain variant: the host executes, and sends each changed face
-//! with its slot.
+//! [`Apply`] runs a [`Program`]; the host sends a few words per step. All splits between two permutations are
+//! one dispatch. Some of them build on others, but their order does not matter (see `apply.comp`). A
+//! permutation takes two dispatches. [`Scatter`] is the plain variant: the host executes the level change and
+//! sends each changed face with its slot.
 
 use super::run::{Program, Step, Touch};
 use crate::vk::shader::progressive_mesh::{apply_comp, scatter_comp};
@@ -11,10 +11,11 @@ use crate::vk::shader::{Applying, Scattering};
 use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Resource, Result};
 use std::ops::Range;
 
-/// A group handles 64 items. Beyond this many groups, each invocation handles several items.
+/// Maximum number of groups of a dispatch, with 64 items each. With more items, each invocation handles
+/// several.
 const MOST_GROUPS: u32 = 32_768;
 
-/// Saved faces for all instances of a batch, unless a single permutation needs more: 768 KiB.
+/// Faces that can be saved for all instances of a batch: 768 KiB, or more if a single permutation needs more.
 const KEPT_FACES: usize = 1 << 16;
 
 /// A program on the device, shared by all instances of its mesh.
@@ -22,11 +23,11 @@ pub struct Apply {
     pipeline: ComputePipeline,
     program: Buffer,
     kept: Buffer,
-    /// First word of the moved faces in `program`.
+    /// Index of the first word of the moves in `program`.
     moves_at: usize,
 }
 
-/// One instance's change of level. Its slice of the index buffer holds all of F, including slots that are not live.
+/// One instance's level change. Its slice of the index buffer holds at least the drawn faces of both levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
     /// First slot of the instance's slice.
@@ -35,7 +36,7 @@ pub struct Change {
     pub to: u32,
 }
 
-/// Each round sees the writes of the rounds before; dispatches of one round are independent.
+/// Dispatches of one round are independent. Each round sees the writes of the earlier rounds.
 type Rounds = Vec<Vec<(Applying, [u32; 3])>>;
 
 fn groups(items: u32) -> [u32; 3] {
@@ -68,14 +69,14 @@ impl Apply {
         self.program.bytes() + self.kept.bytes()
     }
 
-    /// Executes the changes, each of a different instance, in `indices`, a buffer made as
+    /// Executes `changes` in `indices`. Each change is for a different instance; `indices` is a buffer of
     /// [`BufferUse::WritableIndices`].
     ///
     /// # Errors
     /// Out of memory.
     ///
     /// # Panics
-    /// If a level is not one of `program`, which this was made from.
+    /// If a level is not one of `program`, which must be the program of [`Apply::new`].
     pub fn run(
         &self,
         cmd: &mut Cmd<'_>,
@@ -91,7 +92,8 @@ impl Apply {
         cmd.dispatch_rounds(&self.pipeline, &resources, &self.rounds(program, changes))
     }
 
-    /// Instances run in lockstep, as many at a time as fit the largest permutations that they meet.
+    /// The dispatches of all changes. Instances run in lockstep, in batches whose largest permutations fit
+    /// into `kept`.
     fn rounds(&self, program: &Program, changes: &[Change]) -> Rounds {
         let capacity = (self.kept.bytes() / 12) as usize;
         let mut rounds = Rounds::new();
@@ -141,7 +143,7 @@ impl Apply {
     }
 }
 
-/// Sends the faces that the host changed.
+/// Writes the faces that the host changed.
 pub struct Scatter {
     pipeline: ComputePipeline,
 }
@@ -153,7 +155,8 @@ impl Scatter {
         Ok(Scatter { pipeline: gpu.compute_pipeline("scatter faces", &scatter_comp::SHADER, &[])? })
     }
 
-    /// Writes the first `count` of `changes`, four words each: slot in the instance's slice, and the face.
+    /// Writes the first `count` of `changes`. A change has four words: the slot in the instance's slice, and
+    /// the face.
     ///
     /// # Errors
     /// Out of memory.
@@ -174,7 +177,7 @@ impl Scatter {
     }
 }
 
-/// Slots that were written, each once: the input of [`Scatter`].
+/// The slots that were written, each once: the input of [`Scatter`].
 #[derive(Clone, Debug)]
 pub struct ChangedSlots {
     seen: Vec<bool>,
@@ -187,7 +190,7 @@ impl ChangedSlots {
         ChangedSlots { seen: vec![false; faces], slots: Vec::new() }
     }
 
-    /// Takes the changed faces in the form of [`Scatter::run`].
+    /// Takes the changed faces, in the format of [`Scatter::run`].
     pub fn take(&mut self, faces: &[[u32; 3]]) -> Vec<[u32; 4]> {
         let change = |slot: u32| {
             self.seen[slot as usize] = false;

@@ -1,13 +1,13 @@
 //! The cost of an order of faces (paper 2, section 2): vertex transforms per vertex of the mesh.
 //!
-//! 1 is the lower bound (each vertex once); 3 x faces / vertices, about 6 on closed meshes, means no reuse. The paper
-//! speaks of a post-transform cache of about 16 to 32 vertices without a replacement rule; the usual model is FIFO
-//! ([`Cache::Fifo`]). Today's devices have no such cache: they share work inside a batch of vertices, counted by
-//! [`Cache::Batches`].
+//! The lower bound is 1: each vertex is transformed once. Without reuse the cost is 3 x faces / vertices,
+//! about 6 on closed meshes. The paper assumes a post-transform cache of about 16 to 32 vertices and gives no
+//! replacement rule; the usual model is FIFO ([`Cache::Fifo`]). Today's devices have no such cache: they
+//! reuse vertices within a batch, which [`Cache::Batches`] counts.
 //!
 //! Both count in the index space of their input. The figures use positions
-//! ([`Vertices::welded`](super::mesh::Vertices::welded)): wedges of one position are several vertices for a device, but
-//! counting them would hide the order's effect at seams.
+//! ([`Vertices::welded`](super::mesh::Vertices::welded)). A device transforms each wedge of a position
+//! separately, but counting these transforms would hide the effect of the order at seams.
 
 mod levels;
 
@@ -34,22 +34,22 @@ impl Transforms {
     }
 }
 
-/// A model of vertex reuse that counts the transforms of a list of faces, from an empty cache.
+/// A model of vertex reuse. It counts the transforms of a list of faces, starting with an empty cache.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Cache {
     /// FIFO with this many entries.
     Fifo(u32),
-    /// Batches of at most 32 vertices and 32 triangles; nothing is shared between batches. meshoptimizer assumes this
-    /// for NVIDIA's devices; Kerbl et al. 2018 measured batches of other sizes on all devices.
+    /// Batches of at most 32 vertices and 32 triangles, with no reuse between batches. meshoptimizer assumes
+    /// this for NVIDIA's devices; Kerbl et al. 2018 measured other batch sizes on all devices.
     Batches,
 }
 
-/// The caches in figures: the paper's 16 to 32 entries, one smaller, one between, and today's batches.
+/// The caches in figures: the paper's 16 to 32 entries, a smaller one, one between, and today's batches.
 pub const CACHES: [Cache; 5] =
     [Cache::Fifo(12), Cache::Fifo(16), Cache::Fifo(24), Cache::Fifo(32), Cache::Batches];
 
 impl Cache {
-    /// `FIFO-16`, `batches`.
+    /// The name in figures: `FIFO-16`, `batches`.
     pub fn name(self) -> String {
         match self {
             Cache::Fifo(entries) => format!("FIFO-{entries}"),
@@ -58,7 +58,7 @@ impl Cache {
     }
 }
 
-/// A cache with memory for meshes of some size; counts many lists without clearing.
+/// Counts the transforms of many lists, and reuses its memory without clearing it.
 pub struct Counter {
     cache: Cache,
     /// The time at which each vertex last entered the cache.
@@ -66,7 +66,7 @@ pub struct Counter {
     clock: u64,
 }
 
-/// Most vertices, and most triangles, of a batch.
+/// Maximum number of vertices, and of triangles, in a batch.
 const BATCH: u32 = 32;
 
 impl Counter {
@@ -90,7 +90,7 @@ impl Counter {
         }
     }
 
-    /// A vertex is in the cache while fewer than `entries` others have entered after it.
+    /// A vertex is cached until `entries` further vertices have entered.
     fn fifo(&mut self, entries: u64, faces: impl IntoIterator<Item = [u32; 3]>) -> Transforms {
         // All earlier entries have left the cache.
         self.clock += entries;
@@ -111,7 +111,7 @@ impl Counter {
     fn batches(&mut self, faces: impl IntoIterator<Item = [u32; 3]>) -> Transforms {
         let start = self.clock;
         let mut count = Transforms::default();
-        // Vertices that entered after this time are in the batch.
+        // Vertices that entered after `batch` are in the current batch.
         let (mut batch, mut triangles) = (self.clock, 0);
         for face in faces {
             let new = face.iter().filter(|&&vertex| self.entered[vertex as usize] <= batch).count() as u64;
@@ -143,7 +143,7 @@ pub fn transforms(cache: Cache, faces: &[[u32; 3]]) -> Transforms {
 mod tests {
     use super::*;
 
-    /// A grid of quads, row by row, and the same faces interleaved.
+    /// A grid of quads row by row, and the same faces interleaved.
     fn grid(side: u32) -> [Vec<[u32; 3]>; 2] {
         let quads = (0..side * side).map(|quad| (quad % side, quad / side));
         let corner = |x: u32, y: u32| y * (side + 1) + x;
@@ -160,11 +160,11 @@ mod tests {
     #[test]
     fn a_vertex_leaves_the_fifo_once_its_capacity_of_others_has_entered() {
         let fan: Vec<[u32; 3]> = (1..=20).map(|n| [0, n, n + 1]).collect();
-        // Vertex 0 enters first and leaves with the 16th that follows, 17, in the face (0, 16, 17): it is transformed
+        // Vertex 0 enters first. It leaves when vertex 17 enters, in face (0, 16, 17), and is transformed
         // again in the next face.
         assert_eq!(transforms(Cache::Fifo(16), &fan), Transforms { transforms: 23, vertices: 22 });
         assert_eq!(transforms(Cache::Fifo(22), &fan), Transforms { transforms: 22, vertices: 22 });
-        // A hit does not renew an entry: 0 is used by each face and leaves nevertheless.
+        // A hit does not renew an entry: vertex 0 is used by every face and still leaves.
         assert_eq!(transforms(Cache::Fifo(3), &[[0, 1, 2], [0, 2, 3], [0, 3, 4]]).transforms, 6);
         assert_eq!(transforms(Cache::Fifo(3), &[[0, 1, 2], [0, 2, 1], [2, 0, 1]]).transforms, 3);
     }

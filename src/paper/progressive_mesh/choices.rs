@@ -5,24 +5,25 @@ use crate::scene::choices;
 choices! {
     /// The order of faces in the index buffer (paper 2, section 5), or a baseline that draws a level another way.
     pub enum FaceOrder {
-        /// The standard algorithm: last removed first, and no permutations.
+        /// The standard algorithm: faces in the reverse order of their removal, and no permutations.
         Classical = "classical",
-        /// The paper's greedy as printed.
+        /// The paper's greedy optimizer as printed.
         Paper = "paper",
-        /// A greedy that prefers vertices with few faces left; groups that grow with the mesh; 23 moved faces a split.
+        /// A greedy optimizer that prefers vertices with few faces left, in groups that grow with the mesh;
+        /// at most 23 moved faces per split.
         Tail23 = "tail-23",
-        /// The same with 10 moved faces a split, a region of the mesh at a time.
+        /// As `tail-23`, but at most 10 moved faces per split, one region of the mesh at a time.
         Tail10 = "tail-10",
-        /// New faces beside their neighbours instead of at the buffer's tail, degenerate until they are born; rollouts;
-        /// 23 moved faces a split.
+        /// New faces are placed beside their neighbours instead of at the buffer's tail, and are degenerate
+        /// until they are born; ordered by rollouts; at most 23 moved faces per split.
         InPlace23 = "in-place-23",
-        /// The same with 10 moved faces a split.
+        /// As `in-place-23`, but at most 10 moved faces per split.
         InPlace10 = "in-place-10",
         /// A baseline: the live faces in random order.
         Random = "random",
-        /// A baseline: every level reordered by meshoptimizer.
+        /// A baseline: the live faces, reordered by meshoptimizer at every level.
         ReOptimised = "re-optimised",
-        /// A baseline: the same by its optimizer for a FIFO of 16 entries.
+        /// A baseline: as `re-optimised`, by the optimizer for a FIFO of 16 entries.
         ReOptimisedFifo = "re-optimised-fifo",
         /// A baseline: a compute pass copies the live faces in the full mesh's best order.
         Compacted = "compacted",
@@ -34,7 +35,7 @@ choices! {
 }
 
 impl FaceOrder {
-    /// Whether a level is drawn another way than as the beginning of one buffer that splits change in place.
+    /// True if a level is not a prefix of one buffer that splits change in place.
     pub const fn is_baseline(self) -> bool {
         use FaceOrder::*;
         matches!(self, Random | ReOptimised | ReOptimisedFifo | Compacted | SkipLists | Discrete)
@@ -54,7 +55,7 @@ choices! {
 choices! {
     /// Which processor executes splits, collapses and permutations.
     pub enum Apply {
-        /// The host, in its own copy of the index buffer; the changed parts are copied.
+        /// The host, in its own copy of the index buffer; the changed parts are uploaded.
         Cpu = "cpu",
         /// Compute shaders, in place; not for baselines.
         Gpu = "gpu",
@@ -74,11 +75,12 @@ choices! {
 choices! {
     /// How instances are spread.
     pub enum Layout {
-        /// Rows and columns that fill `area_m` around the first instance's place.
+        /// Rows and columns that fill `area_m`, centred on the surface's position.
         Grid = "grid",
-        /// At random places and headings in that area.
+        /// Random positions and headings in `area_m`.
         Scatter = "scatter",
-        /// Evenly below the camera path `path`, each at random up to `aside_m` to the side.
+        /// Evenly spaced below the camera path `path`, each at a random distance of at most `aside_m` to the
+        /// side.
         Along = "along",
     }
 }

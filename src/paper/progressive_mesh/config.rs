@@ -1,4 +1,5 @@
-//! The settings of paper 2: a progressive mesh as the geometry of a surface, the governor, and how frames are drawn.
+//! The settings of paper 2: a progressive mesh as a surface's geometry, the governor, and how frames are
+//! drawn.
 
 use super::choices::{Apply, FaceOrder, Layout, UpAxis};
 use super::governor::{Budget, Rule};
@@ -20,7 +21,7 @@ pub const LANGUAGE: Language = Language {
 
 fn check(scene: &Scene) -> Result<(), SceneError> {
     if scene.has(&["governor"]) && names(scene).next().is_none() {
-        tracing::warn!("{}: no effect, no geometry is a progressive mesh", scene.place(&["governor"]));
+        tracing::warn!("{}: no effect, because no surface is a progressive mesh", scene.place(&["governor"]));
     }
     Ok(())
 }
@@ -37,7 +38,7 @@ pub const DEFAULT_ORDER: FaceOrder = FaceOrder::Tail23;
 pub enum ModelSource {
     /// A shipped model, or one downloaded by `ortelius fetch`.
     Named(String),
-    /// .ply, .obj, .glb, or .pmesh; the path is ready to open.
+    /// A .ply, .obj, .glb or .pmesh file; the path is complete.
     File(PathBuf),
 }
 
@@ -63,50 +64,53 @@ impl Setting for ModelSource {
 settings! {
     /// A mesh with continuous levels of detail, drawn once or many times (paper 2).
     pub struct ProgressiveSurface kind "progressive-mesh" {
-        /// A shipped model (`"bunny"`, `"sphere"`, `"torus"`, `"knot"`, `"solid"`, `"grid"`, `"everest"`; `"sphere:40"` is
-        /// a finer one), one that `ortelius fetch` has brought (`"dragon"`), or a file: .ply, .obj, .glb, .pmesh.
+        /// A shipped model (`"bunny"`, `"sphere"`, `"torus"`, `"knot"`, `"solid"`, `"grid"`, `"everest"`;
+        /// `"sphere:40"` is a finer one), a model downloaded by `ortelius fetch` (`"dragon"`), or a file:
+        /// .ply, .obj, .glb, .pmesh.
         source: ModelSource;
-        /// The longest side of the model's box in the scene.
+        /// The longest side of the model's bounding box in the scene.
         size_m: f64, in 1e-6..=1e9, unit "m";
         /// The model's axis that points up in the scene.
         up: UpAxis = UpAxis::Y;
-        /// Centre of the bottom of its box, over a plane; default 0.
+        /// Over a plane: east coordinate of the centre of the bounding box's bottom; default 0.
         east_m: Option<f64> = None, in -1e9..=1e9, unit "m";
-        /// As `east_m`.
+        /// Over a plane: north coordinate of the same point; default 0.
         north_m: Option<f64> = None, in -1e9..=1e9, unit "m";
-        /// The same over an ellipsoid, where the model stands in the local east-north-up frame; required there, except
-        /// for the layout `"along"`.
+        /// Over an ellipsoid: latitude of the same point. The model is upright in the local east-north-up
+        /// frame. Required, except for the layout `"along"`.
         latitude_deg: Option<f64> = None, in -90.0..=90.0, unit "degrees";
-        /// As `latitude_deg`.
+        /// Over an ellipsoid: longitude of the same point. Required, except for the layout `"along"`.
         longitude_deg: Option<f64> = None, in -360.0..=360.0, unit "degrees";
-        /// Height of the foot above the plane or the ellipsoid, or above `ground`.
+        /// Height of the same point above the plane or the ellipsoid, or above `ground`.
         up_m: f64 = 0.0, in -1e9..=1e9, unit "m";
-        /// Clockwise from north, of every instance.
+        /// Heading of every instance, clockwise from north.
         heading_deg: f64 = 0.0, in -360.0..=360.0, unit "degrees";
-        /// Number of instances; they share the vertex buffer, and each has its own level.
+        /// Number of instances. They share the vertex buffer, and each has its own level.
         instances: u32 = 1, in 1..=100_000;
-        /// How several instances are spread; over an ellipsoid in the tangent plane, then put on the ellipsoid.
+        /// How several instances are arranged. Over an ellipsoid they are arranged in the tangent plane and
+        /// then moved onto the ellipsoid.
         layout: Layout = Layout::Grid;
         /// East and north sides of the area of a grid or a scatter; required for several instances.
         area_m: Option<[f64; 2]> = None, in 0.0..=1e9, unit "m";
         /// The path of the layout `"along"`.
         path: Option<String> = None;
-        /// See the layout `"along"`; default 0.
+        /// Maximum distance to the side of the path in the layout `"along"`; default 0.
         aside_m: Option<f64> = None, in 0.0..=1e9, unit "m";
-        /// For the layouts `"scatter"` and `"along"`; default 0.
+        /// Seed of the random layouts `"scatter"` and `"along"`; default 0.
         seed: Option<u32> = None;
-        /// Another surface on which each instance stands: a progressive mesh of one instance, or a plane. The height is
-        /// that of its full mesh.
+        /// Another surface on which each instance stands: a progressive mesh with one instance, or a plane.
+        /// Heights are those of its full mesh.
         ground: Option<String> = None;
-        /// The wanted deviation from the full model in the picture; 0 draws the full model. The levels' errors are
-        /// estimates, mostly too large (measured at six samples a face and all vertices), not bounds.
+        /// The wanted deviation from the full model in the picture; 0 draws the full model. The errors of the
+        /// levels are estimates, not proven bounds: they are measured at all vertices and at 20 points of
+        /// each face.
         error_pixels: f64 = 1.0, in 0.0..=1e6, unit "pixels";
         /// New vertices move to their positions instead of popping.
         geomorph: bool = false;
-        /// The order of faces in the index buffer. A `.pmesh` keeps its own; for a baseline it must be in classical
-        /// order.
+        /// The order of faces in the index buffer. A `.pmesh` file keeps its own order; a baseline requires
+        /// the classical order.
         order: FaceOrder = DEFAULT_ORDER;
-        /// Which processor executes changes of level.
+        /// Which processor executes level changes.
         apply: Apply = Apply::Cpu;
     }
     check check_surface;
@@ -119,18 +123,16 @@ fn check_surface(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fa
     check_ground(surface, part)
 }
 
-/// Checks that the other settings fit the order.
+/// Checks that other settings fit the order.
 fn check_order(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fault> {
     let order = surface.order;
     if order.is_baseline() && surface.apply == Apply::Gpu {
-        let what = format!(
-            "order = {:?} executes no splits that a device could apply; leave apply out",
-            order.name()
-        );
+        let what =
+            format!("order = {:?} is a baseline and executes no splits; leave apply out", order.name());
         return Err(part.fault("apply", what));
     }
     if order == FaceOrder::Discrete && surface.geomorph {
-        let what = "the meshes of a discrete chain have no splits, so none moves; leave geomorph out";
+        let what = "the meshes of a discrete chain have no splits to morph; leave geomorph out";
         return Err(part.fault("geomorph", what));
     }
     Ok(())
@@ -213,15 +215,15 @@ pub fn surface(scene: &Scene, name: &str) -> Result<ProgressiveSurface, SceneErr
 /// Settings of frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Pixels.
+    /// Width and height in pixels.
     pub size: [u32; 2],
     pub target: Target,
-    /// Rounds of artificial work for each vertex, for figures that need a vertex-bound frame.
+    /// Rounds of artificial work per vertex, for figures that need a vertex-bound frame.
     pub vertex_work: u32,
     /// The budget of a frame, and the rule that keeps it.
     pub budget: Option<Budget>,
     pub rule: Rule,
-    /// Towards the sun, world axes.
+    /// Direction towards the sun, in world axes.
     pub sun: DVec3,
     pub light: LightColours,
     /// The background, in linear light.

@@ -1,5 +1,5 @@
-//! The faces of a finished frame laid open, for the window's overlays: which instance and face a pixel shows, the level
-//! below which the face collapses, and the vertices of it that a FIFO-16 vertex cache lacked.
+//! Reads out the faces of a finished frame, for the window's overlays: the instance and face of each pixel,
+//! the level at which the face appears, and how many of its vertices miss in a FIFO of 16.
 
 use super::surface::vertices::{MorphVertex, SurfaceVertex, VertexBuffer};
 use super::technique::ProgressiveMeshes;
@@ -15,11 +15,11 @@ use std::sync::Arc;
 
 /// The picture of faces, and its passes.
 pub struct Faces {
-    /// Instance (counted over all surfaces), face, level at which it appears, and the word of faces.frag; all ones where
-    /// there is no mesh.
+    /// Four words per pixel: instance (counted over all surfaces), face, level at which the face appears, and
+    /// the last word of faces.frag. All ones where there is no mesh.
     pub image: Image,
     depth: Image,
-    /// The picture's, which says what is hidden.
+    /// The finished picture's depth, which tells which faces are hidden.
     seen: Arc<Image>,
     draw: GraphicsPipeline,
     count: ComputePipeline,
@@ -30,7 +30,7 @@ struct OfSurface {
     /// Live vertices of each level.
     levels: Buffer,
     level_count: u32,
-    /// Grown with the index buffer.
+    /// Cache misses by face; grows with the index buffer.
     misses: Buffer,
 }
 
@@ -66,12 +66,12 @@ impl Faces {
         })
     }
 
-    /// Whether it still belongs to the target.
+    /// True if `target` still has the depth image that this was made for.
     pub fn fits(&self, target: &Target) -> bool {
         Arc::ptr_eq(&self.seen, &target.depth)
     }
 
-    /// Records both passes behind those of the picture.
+    /// Records both passes after those of the picture.
     ///
     /// # Errors
     /// Out of memory.

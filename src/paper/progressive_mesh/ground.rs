@@ -1,4 +1,4 @@
-//! The ground of instances that stand on another surface: exact heights of that surface's full mesh.
+//! Places instances on another surface, at the exact heights of that surface's full mesh.
 
 use super::cache::live_faces;
 use super::mesh::ProgressiveMesh;
@@ -6,16 +6,16 @@ use super::place::Place;
 use super::stand::Stand;
 use glam::{DMat3, DVec2, DVec3};
 
-/// The heights of a full mesh: triangles in its own east-north-up frame, in a grid of cells.
+/// The heights of a full mesh: its triangles in the mesh's own east-north-up frame, in a grid of cells.
 pub struct Heights {
     origin: DVec3,
     axes: DMat3,
     corners: Vec<[DVec3; 3]>,
     least: DVec3,
     most: DVec3,
-    /// Cells a side.
+    /// Cells per side.
     side: usize,
-    /// For each cell, the triangles whose box overlaps it.
+    /// For each cell the triangles whose bounding box overlaps it.
     cells: Vec<Vec<u32>>,
 }
 
@@ -61,16 +61,16 @@ impl Heights {
         rows.flat_map(move |row| columns.clone().map(move |column| row * side + column))
     }
 
-    /// The foot of an instance `up_m` above the highest point of the mesh on the vertical through `stand`; `None` if
-    /// the vertical misses the mesh.
+    /// The foot of an instance at height `up_m` above the highest point of the mesh on the vertical through
+    /// `stand`. `None` if the vertical misses the mesh.
     pub fn foot(&self, stand: &Stand, up_m: f64) -> Option<DVec3> {
         let to_local = self.axes.transpose();
         let (point, up) = (to_local * (stand.foot - self.origin), to_local * stand.axes.z_axis);
-        // On an ellipsoid verticals differ; beyond 60 degrees the query is rejected.
+        // On an ellipsoid verticals differ. If they differ by more than 60 degrees, there is no foot.
         if up.z < 0.5 {
             return None;
         }
-        // Along the vertical onto the plane z = 0 of the mesh's own frame.
+        // Projects along the vertical to the plane z = 0 of the mesh's own frame.
         let flat = |at: DVec3| (at - up * (at.z / up.z)).truncate();
         let [low, high] = [self.least.z, self.most.z].map(|z| point + up * ((z - point.z) / up.z));
         let (least, most) = (low.min(high), low.max(high));
@@ -81,7 +81,8 @@ impl Heights {
         let above = |triangle: &u32| {
             let corners = self.corners[*triangle as usize];
             let [a, b, c] = corners.map(flat);
-            // Twice the areas. Swapped ends negate an area exactly, so no point falls between two neighbours.
+            // Twice the areas. Swapping the ends negates an area exactly, so no point falls between two
+            // neighbours.
             let area = |from: DVec2, to: DVec2| (from - at).perp_dot(to - at);
             let areas = DVec3::new(area(b, c), area(c, a), area(a, b));
             let inside = areas.min_element() >= 0.0 || areas.max_element() <= 0.0;

@@ -14,7 +14,7 @@ use crate::scene::{Geometry, Plane, Scene, SceneError};
 use std::collections::HashMap;
 use thiserror::Error;
 
-/// A surface ready to be drawn.
+/// A surface that is ready to be drawn.
 #[derive(Clone, Debug)]
 pub struct Model {
     /// Its name in the scene.
@@ -23,16 +23,16 @@ pub struct Model {
     pub mesh: ProgressiveMesh,
     /// If the file is truncated, the extent of the complete file.
     pub cut_from: Option<Extent>,
-    /// One for each instance.
+    /// The place of each instance.
     pub stands: Vec<Stand>,
-    /// Set if another technique textures it.
+    /// Set if another technique textures the surface.
     pub textured: Option<Textured>,
 }
 
-/// How another technique's texture applies to a surface.
+/// How another technique textures a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Textured {
-    /// The surface is lit by the sun.
+    /// True if the sun lights the surface.
     pub lit: bool,
 }
 
@@ -46,13 +46,13 @@ pub enum LoadError {
     #[error("{place}: {error}")]
     Model { place: String, error: ModelError },
     #[error(
-        "{place}: {order} needs a .pmesh in classical order, and {file} is in another; build it with \
+        "{place}: {order} needs a .pmesh in classical order, but {file} has another order; build it with \
          --order classical"
     )]
     Order { place: String, order: &'static str, file: String },
 }
 
-/// All progressive meshes of a scene, simplified and ordered as the scene says, each instance on its ground.
+/// All progressive meshes of a scene, simplified and ordered, with each instance on its ground.
 ///
 /// # Errors
 /// [`LoadError`] names the surface's key, and the file or the model.
@@ -81,7 +81,7 @@ fn heights(model: &Model) -> Heights {
     Heights::new(&model.mesh, &place, &stand)
 }
 
-/// Moves each instance onto the model's ground, if it has one.
+/// Moves each instance onto the surface's ground, if it has one.
 fn put_on_ground(
     scene: &Scene,
     model: &mut Model,
@@ -94,7 +94,7 @@ fn put_on_ground(
     };
     for (n, stand) in model.stands.iter_mut().enumerate() {
         let foot = match &scene.surfaces[ground].geometry {
-            // The plane's height is the 0 from which up_m counts.
+            // `up_m` counts from height 0, which is the plane's height.
             Geometry::Plane(rectangle) => plane(rectangle, stand),
             _ => grounds[ground].foot(stand, model.surface.up_m),
         };
@@ -107,7 +107,7 @@ fn put_on_ground(
     Ok(())
 }
 
-/// The mesh; and, if its file is truncated, the extent of the complete file.
+/// The mesh, and the extent of the complete file if its file is truncated.
 fn mesh(
     scene: &Scene,
     name: &str,
@@ -117,7 +117,7 @@ fn mesh(
     if let ModelSource::File(path) = &surface.source
         && path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("pmesh"))
     {
-        // A .pmesh has the order that it was built with.
+        // A .pmesh keeps the order with which it was built.
         let read = ProgressiveMesh::read(path);
         let read = read.map_err(|error| LoadError::Pmesh { place: place("source"), error })?;
         if surface.order.is_baseline() && !read.mesh.swaps.levels.is_empty() {
@@ -138,8 +138,7 @@ fn mesh(
     Ok((ordered(&model, &simplified.collapses, surface.order), None))
 }
 
-/// A model's progressive mesh with its faces in one of the orders; for baselines in the classical order, which they
-/// read.
+/// A model's progressive mesh with the given order of faces. Baselines get the classical order.
 pub fn ordered(model: &model::Model, collapses: &Collapses, face_order: FaceOrder) -> ProgressiveMesh {
     match OrderOptions::of(face_order) {
         Some(options) => order(model, collapses, &options, &mut |_, _| ()),

@@ -1,11 +1,12 @@
-//! Where an instance stands, whether it is visible, and which deviation it may have (paper 2, section 4: the wanted
-//! deviation; the paper does not say how to choose it).
+//! The place of an instance in the world, whether it is visible, and its wanted deviation (paper 2, section
+//! 4; the paper does not say how to choose it).
 //!
-//! From pixels to object units: a pinhole with `f` pixels of focal length (`height / (2 tan(fov / 2))`) shows a
-//! length `e` at distance `d`, square-on in the middle of the picture, as `f e / d` pixels. So `p` pixels are `p d / f`
-//! metres at the nearest point of the instance's bounding sphere; divided by the instance's scale, object units. Away
-//! from the middle the same length appears longer, by at most 1 / cos^2 of its angle from the axis: 2.4 in the corner
-//! at 60 degrees and 16:9. The bound therefore holds in the middle, and may be exceeded by that factor in the corners.
+//! From pixels to object units: a pinhole camera has a focal length of `f = height / (2 tan(fov / 2))` pixels.
+//! It shows a length `e` at distance `d`, perpendicular to the axis in the middle of the picture, as
+//! `f e / d` pixels. So `p` pixels are `p d / f` metres at the nearest point of the instance's bounding sphere;
+//! dividing by the instance's scale gives object units. Away from the middle the same length appears longer,
+//! by at most 1 / cos^2 of its angle from the axis: 2.4 in the corner at 60 degrees and 16:9. The bound holds
+//! in the middle and may be exceeded by that factor in the corners.
 
 use super::choices::UpAxis;
 use super::config::ProgressiveSurface;
@@ -14,7 +15,7 @@ use crate::math::camera::Pose;
 
 use glam::{DMat3, DMat4, DVec3};
 
-/// A model's bounding box and sphere about its centre, in object units.
+/// A model's bounding box and sphere around its centre, in object units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     pub half_sides: DVec3,
@@ -34,7 +35,7 @@ impl Bounds {
     }
 }
 
-/// An instance in the world.
+/// The placement of an instance in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// Centre of the model's box in world metres.
@@ -43,14 +44,14 @@ pub struct Place {
     pub rotation: DMat3,
     /// Metres per object unit.
     pub scale: f64,
-    /// Radius of the sphere around the centre, metres.
+    /// Radius of the bounding sphere around the centre, in metres.
     pub radius: f64,
 }
 
 impl Place {
-    /// Places a model of these bounds at `stand`.
+    /// The placement of a model with these bounds at `stand`.
     pub fn new(surface: &ProgressiveSurface, bounds: &Bounds, stand: &Stand) -> Place {
-        // A model of a single point has no extent: any scale will do.
+        // A model of a single point has no size: any scale will do.
         let longest = 2.0 * bounds.half_sides.max_element();
         let scale = if longest > 0.0 { surface.size_m / longest } else { 1.0 };
         let (upright, half_height) = match surface.up {
@@ -67,8 +68,8 @@ impl Place {
         }
     }
 
-    /// From positions relative to the model's centre, in object units, to Vulkan's clip space. The eye is subtracted
-    /// here in f64: near the eye the rest is small enough for f32.
+    /// From positions relative to the model's centre, in object units, to Vulkan's clip space. The eye is
+    /// subtracted in f64; what remains is small enough for f32 near the eye.
     pub fn object_to_clip(&self, pose: &Pose, size: [u32; 2]) -> DMat4 {
         let object_to_eye = DMat4::from_translation(self.centre - pose.eye)
             * DMat4::from_mat3(self.rotation * DMat3::from_diagonal(DVec3::splat(self.scale)));
@@ -80,7 +81,8 @@ impl Place {
         self.centre + self.rotation * (position * self.scale)
     }
 
-    /// True if the sphere intersects the view pyramid; near its edges also for spheres that lie just outside.
+    /// True if the bounding sphere intersects the view frustum. Near the frustum's edges also true for some
+    /// spheres just outside.
     pub fn is_seen(&self, pose: &Pose, size: [u32; 2]) -> bool {
         let to_centre = self.centre - pose.eye;
         let ahead_m = to_centre.dot(pose.forward);
@@ -89,16 +91,16 @@ impl Place {
         }
         let tan_y = (0.5 * pose.vertical_fov_rad).tan();
         let tan_x = tan_y * f64::from(size[0]) / f64::from(size[1]);
-        // The plane of a side contains the eye; the distance is positive outside.
+        // The side planes contain the eye. The distance is positive outside.
         let outside = |across_m: f64, tan: f64| (across_m.abs() - tan * ahead_m) / (1.0 + tan * tan).sqrt();
         outside(to_centre.dot(pose.right), tan_x) <= self.radius
             && outside(to_centre.dot(pose.up), tan_y) <= self.radius
     }
 
-    /// The deviation in object units that appears as `pixels` in a picture of `rows` rows.
+    /// The deviation, in object units, that spans `pixels` in a picture with this many rows.
     pub fn wanted_error(&self, pose: &Pose, rows: u32, pixels: f64) -> f64 {
         let focal_px = f64::from(rows) / (2.0 * (0.5 * pose.vertical_fov_rad).tan());
-        // Inside the sphere the nearest visible point is on the near plane.
+        // If the eye is inside the sphere, the nearest visible point is on the near plane.
         let distance_m = ((self.centre - pose.eye).length() - self.radius).max(pose.near_m);
         pixels * distance_m / focal_px / self.scale
     }
@@ -135,7 +137,7 @@ mod tests {
         let near = |a: DVec3, b: DVec3| assert!((a - b).length() < 1e-12, "{a} {b}");
         near(place.to_world(DVec3::new(0.0, -2.0, 0.0)), DVec3::new(5.0, 6.0, 7.0));
         near(place.to_world(DVec3::new(0.0, 2.0, 0.0)), DVec3::new(5.0, 6.0, 15.0));
-        // x, east without a heading, turns a quarter clockwise: south.
+        // Without a heading x points east; a quarter turn clockwise makes it south.
         near(place.to_world(DVec3::new(1.0, -2.0, 0.0)), DVec3::new(5.0, 4.0, 7.0));
     }
 
@@ -143,7 +145,8 @@ mod tests {
     fn the_wanted_error_spans_the_given_pixels_at_the_spheres_nearest_point() {
         let place = place(DVec3::ZERO, 0.0);
         let pose = eye(place.centre - DVec3::Y * (place.radius + 10.0));
-        // 90 degrees over 200 rows: a focal length of 100 pixels; 10 m away a pixel is 0.1 m, 0.05 units at 2 m each.
+        // 90 degrees over 200 rows is a focal length of 100 pixels. 10 m away a pixel is 0.1 m, which is 0.05
+        // units at 2 m each.
         assert!((place.wanted_error(&pose, 200, 3.0) - 0.15).abs() < 1e-12);
         let at = place.to_world(DVec3::new(0.0, 0.0, place.radius / place.scale));
         assert!((at - pose.eye).length() - 10.0 < 1e-12, "the nearest point");
@@ -162,7 +165,7 @@ mod tests {
         assert!(from(DVec3::ZERO));
         assert!(!from(DVec3::new(0.0, 20.0, 0.0)), "behind");
         assert!(!from(DVec3::new(30.0, -20.0, 0.0)) && !from(DVec3::new(0.0, -20.0, 30.0)), "beside");
-        // 45 degrees: a sphere of 4.4 m radius just touches the side at 4.4 sqrt(2) m beyond it.
+        // The side plane is at 45 degrees: a sphere of radius 4.4 m touches it at 4.4 sqrt(2) m beyond.
         let touch = 20.0 + place.radius * 2f64.sqrt();
         assert!(from(DVec3::new(touch - 1e-6, -20.0, 0.0)) && !from(DVec3::new(touch + 1e-6, -20.0, 0.0)));
     }

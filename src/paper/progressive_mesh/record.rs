@@ -7,11 +7,12 @@ use std::time::Duration;
 /// One frame of a report.
 #[derive(Clone, Debug)]
 pub struct FrameRecord {
-    /// 0 for the first.
+    /// Number of the frame, from 0.
     pub index: u64,
-    /// Sum over all surfaces.
+    /// The sum over all surfaces.
     pub change: Change,
-    /// The host's time for levels: culling, choice of levels, execution, and copies into mapped memory.
+    /// The host's time for level changes: culling, choosing levels, executing them, and copying to mapped
+    /// memory.
     pub host: Duration,
     /// The factor on the surfaces' wanted errors; 1 without a governor.
     pub error_factor: f64,
@@ -19,8 +20,8 @@ pub struct FrameRecord {
 }
 
 impl FrameRecord {
-    /// The frame's time in milliseconds: the host's work on levels plus the device's passes; `None` if the device has
-    /// no timestamps.
+    /// The frame's time in milliseconds: the host's work on levels plus the device's passes. `None` if the
+    /// device has no timestamps.
     pub fn milliseconds(&self) -> Option<f64> {
         let device_ns = self.passes.iter().map(|pass| pass.ns).sum::<Option<u64>>()?;
         Some(self.host.as_secs_f64() * 1e3 + device_ns as f64 / 1e6)

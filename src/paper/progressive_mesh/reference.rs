@@ -1,5 +1,5 @@
-//! A level of detail, built from scratch from the model and its collapses as in section 3: the reference for every
-//! buffer of the run-time part.
+//! The reference for all buffers of the run-time part: a level of detail, built from scratch from the model
+//! and its collapses as in section 3.
 
 use super::mesh::ProgressiveMesh;
 use super::run::State;
@@ -7,12 +7,12 @@ use super::simplify::{Collapses, NOWHERE};
 use crate::model::Model;
 use std::collections::BTreeSet;
 
-/// The faces of a level, in wedges of the model, in the model's order: the full mesh, then `ecol` from the last level
-/// down to this one.
+/// The faces of a level, as wedges of the model in the model's order: the full mesh after `ecol` from the
+/// last level down to this one.
 ///
 /// # Panics
-/// If there is no such level, or the collapses are inconsistent: a face vanishes twice, or a wedge vanishes while a
-/// face uses it.
+/// If there is no such level, or the collapses are inconsistent: a face is removed twice, or a wedge is
+/// removed while a face uses it.
 pub fn faces_at(model: &Model, collapses: &Collapses, level: u32) -> Vec<[u32; 3]> {
     let levels = collapses.errors.len();
     assert!(level as usize <= levels, "level {level} of {levels}");
@@ -25,7 +25,7 @@ pub fn faces_at(model: &Model, collapses: &Collapses, level: u32) -> Vec<[u32; 3
         for &[old, new] in collapses.wedges.row(collapse) {
             for corner in faces.iter_mut().flatten().flatten() {
                 if *corner == old {
-                    assert!(new != NOWHERE, "collapse {collapse}: a face that stays shows wedge {old}");
+                    assert!(new != NOWHERE, "collapse {collapse}: a remaining face uses wedge {old}");
                     *corner = new;
                 }
             }
@@ -34,8 +34,8 @@ pub fn faces_at(model: &Model, collapses: &Collapses, level: u32) -> Vec<[u32; 3
     faces.into_iter().flatten().collect()
 }
 
-/// The index buffer of a level of `mesh` with births in place: the faces of the next permutation's level, with each
-/// vertex that is not live at `level` replaced by its predecessor until it is.
+/// The index buffer of a level of `mesh` with births in place: the faces of the next permutation's level,
+/// with each vertex that is not live at `level` replaced by its predecessor until it is live.
 ///
 /// # Panics
 /// If there is no such level.
@@ -59,7 +59,7 @@ pub fn drawn_in_place(mesh: &ProgressiveMesh, level: u32) -> Vec<[u32; 3]> {
     state.live(mesh).iter().map(|face| face.map(shown)).collect()
 }
 
-/// The wedges of a level: all but those removed by the collapses above it.
+/// The wedges of a level: all except those removed by the collapses above it.
 ///
 /// # Panics
 /// If there is no such level.
@@ -70,7 +70,8 @@ pub fn wedges_at(model: &Model, collapses: &Collapses, level: u32) -> BTreeSet<u
     (0..model.wedge_positions.len() as u32).filter(|wedge| !gone.contains(wedge)).collect()
 }
 
-/// Faces as an oriented set: each is rotated to begin at its least corner, and all are sorted.
+/// Faces as an oriented set: each is rotated so that its smallest corner comes first, and the faces are
+/// sorted.
 pub fn face_set<T: Ord + Clone>(faces: impl IntoIterator<Item = [T; 3]>) -> Vec<[T; 3]> {
     let turned = |mut face: [T; 3]| {
         let least = (0..3).min_by(|&a, &b| face[a].cmp(&face[b])).expect("three corners");

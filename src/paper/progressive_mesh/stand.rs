@@ -1,4 +1,4 @@
-//! Layout of a surface's instances over a plane or an ellipsoid.
+//! The layout of a surface's instances over a plane or an ellipsoid.
 
 use super::choices::Layout;
 use super::config::ProgressiveSurface;
@@ -9,10 +9,10 @@ use crate::scene::camera::Ground;
 use crate::scene::path::Path;
 use glam::{DMat3, DVec2, DVec3};
 
-/// Where an instance stands.
+/// The place and heading of an instance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stand {
-    /// Centre of the bottom of its box, world metres.
+    /// Centre of the bottom of its box, in world metres.
     pub foot: DVec3,
     /// Clockwise from north.
     pub heading_deg: f64,
@@ -21,12 +21,12 @@ pub struct Stand {
 }
 
 impl Stand {
-    /// Over a plane.
+    /// An instance over a plane.
     pub fn on_plane(foot: DVec3, heading_deg: f64) -> Stand {
         Stand { foot, heading_deg, axes: DMat3::IDENTITY }
     }
 
-    /// Over the ellipsoid: at height `up_m` on the vertical through a point in space.
+    /// An instance over the ellipsoid, at height `up_m` on the vertical through a point in space.
     fn on_ellipsoid(point: DVec3, up_m: f64, heading_deg: f64) -> Stand {
         let place = geodesy::ecef_to_geodetic(point);
         let LocalFrame { east, north, up } = geodesy::local_frame(place.latitude_deg, place.longitude_deg);
@@ -91,7 +91,8 @@ fn at(scene: &Scene, surface: &ProgressiveSurface, by: DVec2, turn_deg: f64) -> 
             };
             let LocalFrame { east, north, up } = geodesy::local_frame(latitude_deg, longitude_deg);
             if by == DVec2::ZERO {
-                // Does not use the inverse: exact at a pole too, where the longitude determines the axes.
+                // Does not need the inverse conversion, so it is also exact at a pole, where the longitude
+                // determines the axes.
                 let foot = geodesy::geodetic_to_ecef(latitude_deg, longitude_deg, surface.up_m);
                 return Stand { foot, heading_deg, axes: DMat3::from_cols(east, north, up) };
             }
@@ -101,7 +102,7 @@ fn at(scene: &Scene, surface: &ProgressiveSurface, by: DVec2, turn_deg: f64) -> 
     }
 }
 
-/// Grid of rows and columns over an area, with nearly square cells.
+/// A grid of rows and columns over an area, with nearly square cells.
 fn grid(count: u32, area_m: [f64; 2]) -> impl Iterator<Item = DVec2> {
     let [east_m, north_m] = area_m.map(|side_m| side_m.max(1e-9));
     let columns = (f64::from(count) * east_m / north_m).sqrt().ceil().clamp(1.0, f64::from(count));
@@ -114,7 +115,7 @@ fn grid(count: u32, area_m: [f64; 2]) -> impl Iterator<Item = DVec2> {
     })
 }
 
-/// The eye at a fractional frame, over a plane at height 0, and the unit vector to its right.
+/// The eye at a fractional frame (over a plane, moved to height 0), and the unit vector to its right.
 fn eye_on_path(path: &Path, frame: f64, ground: Ground) -> (DVec3, DVec3) {
     let whole = frame.floor();
     let [before, after]: [Pose; 2] = [whole, whole + 1.0].map(|frame| path.pose(frame as u32));
@@ -128,7 +129,8 @@ fn eye_on_path(path: &Path, frame: f64, ground: Ground) -> (DVec3, DVec3) {
     }
 }
 
-/// Pseudo-random numbers from 0 to 1, the same on every machine: PCG (O'Neill 2014), 32 bits of 64.
+/// Pseudo-random numbers in 0 .. 1, the same on every machine: PCG (O'Neill 2014), 64-bit state, 32-bit
+/// output.
 struct Random(u64);
 
 impl Random {

@@ -1,8 +1,8 @@
-//! Paper 2's part of a frame. Every visible instance is brought to the level for its distance, changes of the index
-//! buffers are copied, and all instances are drawn, or passed as shapes to the technique that textures them.
+//! Paper 2's part of a frame. It brings every visible instance to the level for its distance, updates the
+//! index buffers, and draws all instances or passes them as shapes to the technique that textures them.
 //!
-//! Vertices are shaded as in a plain renderer: the shaders do not know levels, except with geomorphing, where new
-//! vertices move to their positions: see [`vertices`](super::surface::vertices).
+//! Vertices are shaded as in a plain renderer: the shaders do not depend on levels. The exception is
+//! geomorphing, where new vertices move to their positions: see [`vertices`](super::surface::vertices).
 
 use super::config::Settings;
 use super::governor::Governor;
@@ -63,11 +63,11 @@ pub struct ProgressiveMeshes {
     staging: PerFrame<Buffer>,
     pending: PerFrame<Option<FrameRecord>>,
     governor: Option<Governor>,
-    /// If set, the next frame draws nothing, and this instance of the first surface goes to this level.
+    /// If set, the next frame draws nothing and brings this instance of the first surface to this level.
     only: Option<(usize, u32)>,
 }
 
-/// Words that a frame copies, and their destination: (surface, first word there, words).
+/// The words that a frame uploads, and their destinations: (surface, first word, number of words).
 #[derive(Default)]
 struct Copies {
     words: Vec<u32>,
@@ -120,18 +120,18 @@ impl ProgressiveMeshes {
         Ok(Run::new(gpu, technique, target))
     }
 
-    /// True if it draws pixels itself: some surface is not textured by another technique.
+    /// True if it draws pixels itself, because some surface is not textured by another technique.
     pub fn draws(&self) -> bool {
         self.plain.is_some() || self.geomorph.is_some()
     }
 
-    /// The shape of surface `name` for the technique that textures it, from the last prepared frame; `None` if there is
-    /// no such surface or it is drawn here.
+    /// The shape of surface `name` for the technique that textures it, as of the last prepared frame. `None`
+    /// if there is no such surface, or if it is drawn here.
     pub fn shape(&self, name: &str) -> Option<Shape> {
         self.surfaces.iter().find(|surface| surface.name == name)?.shape()
     }
 
-    /// The governor's factor on all wanted errors for a frame.
+    /// The governor's factor on all wanted errors for this frame.
     fn plan(&mut self, view: &View) -> f64 {
         let Some(governor) = &mut self.governor else { return 1.0 };
         let of_surface = |surface| (surface, Surface::wanted_errors(surface, &view.pose, view.size));
@@ -140,7 +140,7 @@ impl ProgressiveMeshes {
             .plan(|factor| wanted.iter().map(|(surface, wanted)| surface.live_faces(wanted, factor)).sum())
     }
 
-    /// Brings all instances to their levels; returns the change and the governor's factor.
+    /// Brings all instances to their levels. Returns the change and the governor's factor.
     fn choose_levels(&mut self, gpu: &Gpu, view: &View) -> Result<(Change, f64)> {
         let Self { surfaces, copies, .. } = self;
         if let Some(level) = self.only {
@@ -158,7 +158,7 @@ impl ProgressiveMeshes {
         Ok((change, error_factor))
     }
 
-    /// Copies or executes the changes of levels.
+    /// Uploads the level changes, or executes them on the device.
     fn record_levels(&self, cmd: &mut Cmd<'_>, slot: Slot) -> Result<()> {
         let mut from = 0;
         for (n, surface) in self.surfaces.iter().enumerate() {
@@ -195,7 +195,7 @@ impl ProgressiveMeshes {
 }
 
 impl Run<ProgressiveMeshes> {
-    /// A frame that only brings an instance of the first surface to a level, to measure that cost.
+    /// Renders a frame that only brings one instance of the first surface to a level, to measure the cost.
     ///
     /// # Errors
     /// As [`Run::frame`].
@@ -223,7 +223,7 @@ impl Technique for ProgressiveMeshes {
         Vec::new()
     }
 
-    /// Levels are executed or copied; a baseline that runs on the device has its own pass; surfaces are drawn.
+    /// The passes: level changes, the compaction of a baseline, and drawing.
     fn passes(&self) -> Vec<&'static str> {
         let compacts = self.surfaces.iter().any(Surface::compacts);
         let passes = [Some(LEVELS), compacts.then_some(COMPACT), self.draws().then_some(SURFACES)];
@@ -282,12 +282,12 @@ impl Technique for ProgressiveMeshes {
         Ok(())
     }
 
-    /// Instances reach their levels at once.
+    /// Instances reach their levels immediately.
     fn progress(&self) -> Progress {
         Progress::Settled
     }
 
-    /// Staging grows with what a frame changes.
+    /// The staging buffers grow with the uploads of a frame.
     fn memory(&self) -> Memory {
         let of_surface = |surface: &Surface| {
             let buffers = [("vertices", surface.vertices.bytes()), ("indices", surface.indices.bytes())];
@@ -307,7 +307,7 @@ impl Copies {
         self.parts.push((surface, at, words.len()));
     }
 
-    /// Copies to mapped memory; grows it if necessary.
+    /// Copies the words to mapped memory, which grows if necessary.
     fn stage(&self, gpu: &Gpu, staging: &mut Buffer) -> Result<()> {
         let bytes: &[u8] = bytemuck::cast_slice(&self.words);
         if staging.bytes() < bytes.len() as u64 {

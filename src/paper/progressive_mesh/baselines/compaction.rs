@@ -1,5 +1,5 @@
-//! Compaction on the device: a pass over the full mesh's faces in their best order that copies the live ones (Lin and
-//! Yu 2006, Bogomjakov and Gotsman 2002; the shaders are ours).
+//! Compaction on the device: a pass over the full mesh's faces in their best order copies the live faces (Lin
+//! and Yu 2006, Bogomjakov and Gotsman 2002; the shaders are ours).
 
 use super::Prepared;
 use crate::paper::progressive_mesh::cache::live_faces;
@@ -8,10 +8,10 @@ use crate::vk::shader::Compacting;
 use crate::vk::shader::progressive_mesh::compact_comp;
 use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Resource, Result};
 
-/// Counts held at a time, unless a single instance needs more: 256 KiB.
+/// Counts in memory at a time: 256 KiB, or more if a single instance needs more.
 const KEPT_COUNTS: u32 = 1 << 16;
 
-/// One mesh's faces by rank on the device, shared by all its instances.
+/// The faces of one mesh by rank, on the device, shared by all its instances.
 pub struct Compaction {
     pipeline: ComputePipeline,
     ranked: Buffer,
@@ -23,7 +23,7 @@ pub struct Compaction {
     first_vertices: u32,
 }
 
-/// The slice of the index buffer that receives a level's live faces, for one instance.
+/// One instance's slice of the index buffer and the level whose live faces it receives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compact {
     pub first_slot: u32,
@@ -59,7 +59,8 @@ impl Compaction {
         self.ranked.bytes() + self.split_vertices.bytes() + self.counts.bytes()
     }
 
-    /// Fills the slices, each of a different instance, in `indices`, a buffer made as [`BufferUse::WritableIndices`].
+    /// Fills slices in `indices`, each of a different instance. `indices` is a buffer of
+    /// [`BufferUse::WritableIndices`].
     ///
     /// # Errors
     /// Out of memory.

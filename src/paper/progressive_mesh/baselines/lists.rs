@@ -1,4 +1,4 @@
-//! The lists that baselines prepare, and meshoptimizer's orders.
+//! The lists that baselines prepare, and the orders by meshoptimizer.
 
 use super::Baseline;
 use super::skip::SkipList;
@@ -8,24 +8,24 @@ use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
 use crate::paper::progressive_mesh::run::Untold;
 use std::collections::HashMap;
 
-/// A baseline with the data prepared once for a mesh in [classical](crate::paper::progressive_mesh::order::classical)
-/// order, where a face keeps its slot.
+/// A baseline with the data prepared for a mesh in
+/// [classical](crate::paper::progressive_mesh::order::classical) order, in which a face keeps its slot.
 pub struct Prepared {
     baseline: Baseline,
     /// Meshes of a discrete chain, coarsest first.
     chain: Vec<Vec<[u32; 3]>>,
-    /// Coarsest first.
+    /// Skip lists, coarsest first.
     skip: Vec<SkipList>,
-    /// For each slot of the classical order its rank in the full mesh's best order.
+    /// The rank of each slot of the classical order in the full mesh's best order.
     ranks: Vec<u32>,
-    /// The index of each vertex: its own, or that of the first vertex at its position.
+    /// The index that represents each vertex: its own, or that of the first vertex at its position.
     space: Vec<u32>,
     levels: Vec<Level>,
 }
 
 impl Prepared {
-    /// `space` gives the index that represents each vertex: its own, or with [`Vertices::welded`] that of the first
-    /// vertex at its position.
+    /// `space` has the index that represents each vertex: its own, or (for [`Vertices::welded`]) that of the
+    /// first vertex at its position.
     ///
     /// [`Vertices::welded`]: crate::paper::progressive_mesh::mesh::Vertices::welded
     ///
@@ -48,7 +48,7 @@ impl Prepared {
         self.baseline
     }
 
-    /// The faces drawn at a level, as vertices; `live` are the live faces in classical order.
+    /// The faces drawn at a level. `live` are the live faces in classical order.
     pub fn drawn(&self, level: u32, live: &[[u32; 3]]) -> Vec<[u32; 3]> {
         let vertices = self.space.len();
         let live = || in_space(live, &self.space);
@@ -78,37 +78,37 @@ impl Prepared {
         found.expect("the full mesh has a list")
     }
 
-    /// Faces of all lists.
+    /// The number of faces of all lists.
     pub fn listed_faces(&self) -> u64 {
         self.lists().map(|faces| faces.len() as u64).sum()
     }
 
-    /// Bytes of main memory of all lists, with the data that changes of level write.
+    /// Bytes of main memory of all lists, including the values that level changes write.
     pub fn list_bytes(&self) -> u64 {
         let chain = self.chain.iter().map(|faces| size_of_val(&**faces));
         chain.chain(self.skip.iter().map(SkipList::bytes)).sum::<usize>() as u64
     }
 
-    /// For each slot of the classical order its rank in the full mesh's best order; empty for baselines that do not use
-    /// ranks.
+    /// The rank of each slot of the classical order in the full mesh's best order. Empty for baselines
+    /// without ranks.
     pub fn ranks(&self) -> &[u32] {
         &self.ranks
     }
 
-    /// The coarsest mesh of a discrete chain that has at least `wanted` faces.
+    /// The index of the coarsest mesh of a discrete chain with at least `wanted` faces.
     pub fn simplified(&self, wanted: usize) -> usize {
         let enough = self.chain.iter().position(|faces| faces.len() >= wanted);
         enough.expect("the full mesh has all faces")
     }
 
-    /// The live faces by rank.
+    /// The live faces, sorted by rank.
     fn ranked(&self, live: &[[u32; 3]]) -> Vec<[u32; 3]> {
         let mut slots: Vec<u32> = (0..live.len() as u32).collect();
         slots.sort_unstable_by_key(|&slot| self.ranks[slot as usize]);
         slots.into_iter().map(|slot| live[slot as usize]).collect()
     }
 
-    /// The list that serves a level, at that level.
+    /// The list that serves a level, with the corners of that level.
     fn skip_list_at(&self, level: u32) -> Vec<[u32; 3]> {
         let (_, list) = self.skip_list(level);
         let mut faces = list.faces.clone();
@@ -129,17 +129,17 @@ fn faces(indices: &[u32]) -> Vec<[u32; 3]> {
     indices.as_chunks().0.to_vec()
 }
 
-/// By meshoptimizer's general optimizer (`meshopt_optimizeVertexCache`).
+/// The order by meshoptimizer's general optimizer (`meshopt_optimizeVertexCache`).
 fn lru_order(list: &[[u32; 3]], vertices: usize) -> Vec<[u32; 3]> {
     faces(&meshopt::optimize_vertex_cache(list.as_flattened(), vertices))
 }
 
-/// By meshoptimizer's optimizer for a FIFO (`meshopt_optimizeVertexCacheFifo`).
+/// The order by meshoptimizer's optimizer for a FIFO (`meshopt_optimizeVertexCacheFifo`).
 fn fifo_order(list: &[[u32; 3]], vertices: usize, entries: u32) -> Vec<[u32; 3]> {
     faces(&meshopt::optimize_vertex_cache_fifo(list.as_flattened(), vertices, entries))
 }
 
-/// In random order by `seed` (Fisher and Yates).
+/// A random order (Fisher-Yates shuffle).
 fn shuffled(mut list: Vec<[u32; 3]>, seed: u64) -> Vec<[u32; 3]> {
     let mut random = SplitMix64(seed);
     for last in (1..list.len()).rev() {
@@ -150,7 +150,7 @@ fn shuffled(mut list: Vec<[u32; 3]>, seed: u64) -> Vec<[u32; 3]> {
 
 fn full_ranks(mesh: &ProgressiveMesh, space: &[u32]) -> Vec<u32> {
     let full = of_level(mesh, space, mesh.last_level());
-    // Faces of two wedge triples may be one face of positions: each has its own slot.
+    // Two faces with different wedges may have equal positions; each keeps its own slot.
     let mut slots: HashMap<[u32; 3], Vec<u32>> = HashMap::new();
     full.iter().enumerate().for_each(|(slot, face)| slots.entry(*face).or_default().push(slot as u32));
     let mut ranks = vec![NOWHERE; full.len()];
@@ -161,7 +161,7 @@ fn full_ranks(mesh: &ProgressiveMesh, space: &[u32]) -> Vec<u32> {
     ranks
 }
 
-/// Levels whose face counts fall by `ratio` from one to the next, down to M0's; the last level first.
+/// Levels whose numbers of faces fall by `ratio`, from the last level down to M0's number.
 fn falling(mesh: &ProgressiveMesh, ratio: f64) -> Vec<u32> {
     let mut levels = vec![mesh.last_level()];
     let mut faces = mesh.faces.len() as f64 * ratio;
@@ -186,7 +186,7 @@ fn skip_lists(mesh: &ProgressiveMesh, space: &[u32], ratio: f64) -> Vec<SkipList
     coarsest.zip(&finest).map(list).collect()
 }
 
-/// The full mesh and simplified ones, each simplified from the full mesh.
+/// The full mesh and simplified meshes, each simplified from the full mesh.
 fn simplified(mesh: &ProgressiveMesh, space: &[u32], ratio: f64) -> Vec<Vec<[u32; 3]>> {
     let full = of_level(mesh, space, mesh.last_level());
     let bytes: &[u8] = bytemuck::cast_slice(&mesh.vertices.positions);
@@ -197,7 +197,7 @@ fn simplified(mesh: &ProgressiveMesh, space: &[u32], ratio: f64) -> Vec<Vec<[u32
         let simplified = if level == mesh.last_level() {
             full.clone()
         } else {
-            // No bound on the error: only the number of faces matters.
+            // The error is not bounded: only the number of faces matters.
             let options = meshopt::SimplifyOptions::None;
             faces(&meshopt::simplify(full.as_flattened(), &adapter, target, f32::MAX, options, None))
         };

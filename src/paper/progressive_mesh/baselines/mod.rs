@@ -1,9 +1,10 @@
-//! Baselines: other ways to draw a mesh at every level of detail, to compare the paper's orders with.
+//! Baselines: other methods to draw a mesh at every level of detail, for comparison with the paper's orders.
 //!
-//! Each takes a progressive mesh in [classical](super::order::classical) order, where a face keeps its slot. It
-//! reports the faces that it draws at a level ([`Prepared`]), the faces that it copies when levels change, and the
-//! memory of its lists ([`baseline_costs`], on positions: [`Vertices::welded`](super::mesh::Vertices::welded)). A
-//! scene's surface selects a baseline with `order`: see `surface/baseline.rs`, and [`compaction`] for the one that runs
+//! Each uses a progressive mesh in [classical](super::order::classical) order, in which a face keeps its
+//! slot. [`Prepared`] has the faces that a baseline draws at a level. [`baseline_costs`] reports its
+//! transforms, the faces copied when levels change, and the memory of its lists, all with wedges of one
+//! position as one vertex ([`Vertices::welded`](super::mesh::Vertices::welded)). In a scene, a surface
+//! selects a baseline with `order`: see `surface/baseline.rs`, and [`compaction`] for the baseline that runs
 //! on the device.
 
 pub mod compaction;
@@ -18,7 +19,7 @@ use rayon::prelude::*;
 pub use lists::Prepared;
 pub use skip::SkipList;
 
-/// Another way to draw a mesh at a level of detail.
+/// A method other than the paper's to draw a mesh at a level of detail.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Baseline {
     /// The live faces in random order: almost no reuse.
@@ -27,15 +28,15 @@ pub enum Baseline {
     Reoptimised,
     /// The same with meshoptimizer's optimizer for a FIFO of 16.
     ReoptimisedFifo,
-    /// The live faces in the full mesh's best order; a pass over the list skips the others (Lin and Yu 2006, Bogomjakov
-    /// and Gotsman 2002).
+    /// The live faces in the full mesh's best order, extracted by a pass over all faces (Lin and Yu 2006,
+    /// Bogomjakov and Gotsman 2002).
     Compacted,
-    /// Lists for a series of levels, each with `ratio` times the faces of the next finer one, ordered by meshoptimizer.
-    /// Between two of them the finer list is drawn, including faces that have become degenerate ("skip strips", Forsyth
-    /// 2001).
+    /// Lists for a series of levels, ordered by meshoptimizer, each with `ratio` times the faces of the next
+    /// finer one. Between the levels of two lists the finer list is drawn, including faces that have become
+    /// degenerate ("skip strips", Forsyth 2001).
     SkipLists { ratio: f64 },
-    /// A discrete chain of meshes by meshoptimizer's simplifier, each with `ratio` times the faces of the next finer
-    /// one. The coarsest mesh with at least the level's number of faces is drawn.
+    /// A discrete chain of meshes by meshoptimizer's simplifier, each with `ratio` times the faces of the
+    /// next finer one. The coarsest mesh with at least the level's number of faces is drawn.
     Discrete { ratio: f64 },
 }
 
@@ -72,20 +73,21 @@ impl Baseline {
     }
 }
 
-/// What a baseline costs on one mesh.
+/// The costs of a baseline on one mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaselineCosts {
     /// Transforms per drawn vertex, for each cache.
     pub costs: Vec<LevelCosts>,
-    /// Faces copied per split on the way through all levels.
+    /// Faces copied per split, on the way through all levels.
     pub copied_per_split: f64,
-    /// Bytes of all its lists of faces, at 12 a face.
+    /// Bytes of all its lists, at 12 bytes per face.
     pub list_bytes: u64,
-    /// Faces drawn over live faces, mean over the levels.
+    /// Drawn faces per live face, mean over the levels.
     pub traffic: f64,
 }
 
-/// The costs of `baseline` on a mesh in classical order at each of `levels` (ascending), counted by each of `caches`.
+/// The costs of `baseline` on a mesh in classical order, at each of `levels` (ascending) and for each of
+/// `caches`.
 ///
 /// # Panics
 /// If the mesh has tswaps, or a level is beyond its last.
@@ -113,12 +115,11 @@ pub fn baseline_costs(
     let faces_of_all_levels: u64 = mesh.levels[1..].iter().map(|level| u64::from(level.faces)).sum();
     let full = mesh.faces.len() as u64;
     let (copied, listed) = match baseline {
-        // Rewritten at every level.
+        // All faces are rewritten at every level.
         Baseline::Random | Baseline::Reoptimised | Baseline::ReoptimisedFifo => (faces_of_all_levels, full),
-        // The same, plus the list that the pass reads.
+        // The same, and the list that the pass reads.
         Baseline::Compacted => (faces_of_all_levels, 2 * full),
-        // Each list is copied once, when its level is reached: upwards from nothing; downwards the full list, the
-        // first, is already there.
+        // On the way through all levels each list is copied once, when its first level is reached.
         Baseline::SkipLists { .. } => (prepared.listed_faces(), prepared.listed_faces()),
         Baseline::Discrete { .. } => (0, prepared.listed_faces()),
     };

@@ -1,26 +1,27 @@
-//! One skip list (Forsyth 2001). Between the levels at which lists are exchanged, a change of level writes the changed
-//! corners, including those of degenerate faces.
+//! One skip list (Forsyth 2001). While a level change stays within a list, it writes the changed corners,
+//! including those of degenerate faces.
 
 use crate::math::ragged::Ragged;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
 use crate::paper::progressive_mesh::run::Touch;
 
-/// The faces of a level in their best order; also serves coarser levels.
+/// The faces of a level in their best order. The list also serves coarser levels, at which some faces are
+/// degenerate.
 pub struct SkipList {
     /// The coarsest and the finest level that this list serves.
     pub levels: [u32; 2],
-    /// At the finest level.
+    /// The faces at the finest level.
     pub faces: Vec<[u32; 3]>,
-    /// Vertices that exist at all its levels.
+    /// Vertices that are live at all levels of the list.
     kept_vertices: u32,
-    /// For each other vertex, the words of the list that hold it while it is live.
+    /// For each other vertex, the words of the list that contain it while it is live.
     words: Ragged<u32>,
-    /// The value of those words with the vertex, and without.
+    /// The value of those words while the vertex is live, and while it is not.
     values: Vec<[u32; 2]>,
 }
 
 impl SkipList {
-    /// From the faces of the finest level; `space` gives the index that represents each vertex.
+    /// Builds a list from the faces of the finest level. `space` has the index that represents each vertex.
     pub fn new(mesh: &ProgressiveMesh, space: &[u32], levels: [u32; 2], faces: Vec<[u32; 3]>) -> SkipList {
         let [kept_vertices, end] = levels.map(|level| mesh.levels[level as usize].vertices);
         let mut rows = vec![Vec::new(); (end - kept_vertices) as usize];
@@ -34,7 +35,7 @@ impl SkipList {
         }
         let values = |vertex: u32| {
             let without = match replaced(vertex) {
-                // A component that does not exist yet collapses to the first vertex: its faces are degenerate.
+                // A component that has not appeared yet collapses to vertex 0: its faces are degenerate.
                 NOWHERE => 0,
                 other => space[other as usize],
             };
@@ -49,7 +50,8 @@ impl SkipList {
         (self.levels[0]..=self.levels[1]).contains(&level)
     }
 
-    /// Brings `faces`, this list at level `from`, to level `to`; returns the number of corners written.
+    /// Brings `faces`, which is this list at level `from`, to level `to`. Returns the number of corners
+    /// written.
     ///
     /// # Panics
     /// If the list does not serve one of the levels.

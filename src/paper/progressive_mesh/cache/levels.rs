@@ -1,5 +1,5 @@
-//! The cost of an order at every level of detail. The paper's criterion is the mean over all levels, equally weighted
-//! (section 2), including the levels between two tswaps.
+//! The cost of an order at every level of detail. The paper's measure is the mean over all levels, equally
+//! weighted (section 2), including the levels between two tswaps.
 
 use super::{Cache, Counter, ProgressiveMesh};
 use crate::paper::progressive_mesh::run::{Program, State, Untold};
@@ -8,9 +8,9 @@ use rayon::prelude::*;
 /// Transforms per vertex at some levels of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LevelCosts {
-    /// Ascending.
+    /// The levels, ascending.
     pub levels: Vec<u32>,
-    /// For each of `levels`.
+    /// Transforms per vertex at each of `levels`.
     pub per_vertex: Vec<f64>,
 }
 
@@ -20,7 +20,8 @@ impl LevelCosts {
         self.per_vertex.iter().sum::<f64>() / self.per_vertex.len() as f64
     }
 
-    /// The value that at most this share of the levels exceeds: 0.05 for the 95th percentile, 0 for the worst level.
+    /// The value that at most this share of the levels exceeds: 0.05 gives the 95th percentile, 0 the worst
+    /// level.
     pub fn exceeded_by(&self, share: f64) -> f64 {
         let mut sorted = self.per_vertex.clone();
         sorted.sort_by(f64::total_cmp);
@@ -29,8 +30,8 @@ impl LevelCosts {
     }
 }
 
-/// All levels of a mesh of at most `all_up_to` faces; otherwise `count` levels at equal steps, including first and
-/// last.
+/// All levels if the mesh has at most `all_up_to` faces. Otherwise `count` levels at equal steps, including
+/// the first and the last.
 pub fn sampled_levels(mesh: &ProgressiveMesh, all_up_to: usize, count: u32) -> Vec<u32> {
     let last = mesh.last_level();
     if mesh.faces.len() <= all_up_to || last < count {
@@ -39,8 +40,8 @@ pub fn sampled_levels(mesh: &ProgressiveMesh, all_up_to: usize, count: u32) -> V
     (0..count).map(|n| (u64::from(n) * u64::from(last) / u64::from(count - 1)) as u32).collect()
 }
 
-/// Transforms per vertex of `mesh` at each of `levels` (ascending), counted by each of `caches`, with wedges of one
-/// position as one vertex.
+/// Transforms per vertex of `mesh` at each of `levels` (ascending), for each of `caches`. Wedges of one
+/// position count as one vertex.
 ///
 /// # Panics
 /// If a level is beyond the mesh's last, or the mesh fails [`ProgressiveMesh::check`].
@@ -49,12 +50,13 @@ pub fn level_costs(mesh: &ProgressiveMesh, caches: &[Cache], levels: &[u32]) -> 
     costs_of(&program, &mesh.vertices.welded, caches, levels)
 }
 
-/// The same for a program; `shared` gives the index that represents each vertex.
+/// As [`level_costs`], for a program. `shared` has the index that represents each vertex.
 ///
 /// # Panics
 /// If a level is beyond the last.
 pub fn costs_of(program: &Program, shared: &[u32], caches: &[Cache], levels: &[u32]) -> Vec<LevelCosts> {
-    // Each part walks up from level 0: cheap compared with the counting, which visits every face of every level.
+    // Each part walks up from level 0. This is cheap compared with counting, which visits every face of every
+    // level.
     let part = levels.len().div_ceil(4 * rayon::current_num_threads()).max(16);
     let costs: Vec<Vec<f64>> = levels
         .par_chunks(part)
@@ -87,7 +89,7 @@ pub fn drawn_faces(mesh: &ProgressiveMesh, level: u32) -> Vec<[u32; 3]> {
     faces
 }
 
-/// The live faces of a level as vertices, in the order of the paper's operations.
+/// The live faces of a level, in the order that the paper's operations give.
 ///
 /// # Panics
 /// If the mesh has no such level, or fails [`ProgressiveMesh::check`].

@@ -1,23 +1,25 @@
-//! The simple rule: an integral controller on log2 of the factor that sees only frame times.
+//! The simple rule: an integral controller on log2 of the error factor, which uses only frame times.
 //!
-//! A frame's time falls with the error by a power. In logarithms the frame is therefore a straight line with a slope
-//! `k` (0.5 to 1 where faces dominate the time, 0 where they do not), measured two frames late. On such a plant a gain
-//! `g` neither overshoots nor rings up to `g k = 4/27` (for two frames of delay; in general `d^d / (d + 1)^(d + 1)`).
-//! An exponential mean of weight one half smooths noise, and inside a dead band the factor does not move. The
-//! controller cannot see that all instances are at their coarsest: there it winds up, to [`MOST_LOG2`].
+//! A frame's time falls with a power of the error. In logarithms the plant is therefore a straight line with
+//! a slope `k` (0.5 to 1 if faces dominate the time, 0 if they do not), measured two frames late. On such a
+//! plant a gain `g` neither overshoots nor rings up to `g k = 4/27` (for two frames of delay; in general
+//! `d^d / (d + 1)^(d + 1)`). An exponential mean with weight one half smooths noise, and inside a dead band
+//! the factor does not move. The controller cannot detect that all instances are at their coarsest level; then
+//! it winds up, to at most [`MOST_LOG2`].
 
 use super::MOST_LOG2;
 
-/// Octaves of error for an octave of frame time: 4/27 = 0.148, less to allow for the delay of the smoothing.
+/// Octaves of error per octave of frame time: 4/27 = 0.148, reduced to allow for the delay of the smoothing.
 const GAIN: f64 = 0.12;
 /// Weight of the newest frame in the mean.
 const NEWEST: f64 = 0.5;
-/// Octaves from the aim at which it starts to move (7 %) and stops again (2 %).
+/// Distances from the target, in octaves, at which the controller starts to move (7 %) and stops (2 %).
 const STARTS: f64 = 0.10;
 const RESTS: f64 = 0.03;
-/// It aims below the budget by less than the distance at which it starts to move: frames at rest are within the budget.
+/// The target as a share of the budget. It is closer to the budget than the distance at which the controller
+/// starts, so frames at rest are within the budget.
 const AIM: f64 = 0.95;
-/// Most octaves per frame: one frame that hangs must not empty the scene.
+/// Maximum change per frame, in octaves: a single hanging frame must not remove most detail.
 const FASTEST: f64 = 0.25;
 /// The controller.
 #[derive(Clone, Debug)]
@@ -29,7 +31,7 @@ pub struct Integral {
 }
 
 impl Integral {
-    /// Starts at the scene's own errors.
+    /// A controller that starts with the scene's own errors.
     ///
     /// # Panics
     /// If the budget is not positive.
@@ -38,7 +40,7 @@ impl Integral {
         Integral { budget_ms, factor_log2: 0.0, mean: None, moving: false }
     }
 
-    /// The factor of all wanted errors, 1 ..= 1024.
+    /// The factor on all wanted errors, 1 ..= 1024.
     pub fn factor(&self) -> f64 {
         self.factor_log2.exp2()
     }
@@ -66,7 +68,8 @@ mod tests {
 
     const BUDGET_MS: f64 = 10.0;
 
-    /// Frames that take `fixed_ms` plus, at the scene's own error, `load_ms`, measured two frames late.
+    /// Frames that take `fixed_ms` plus a load of `load_ms` at the scene's own error. They are measured two
+    /// frames late.
     struct Plant {
         slope: f64,
         fixed_ms: f64,
@@ -81,7 +84,7 @@ mod tests {
             (self.state >> 33) as f64 / f64::from(1u32 << 30) - 1.0
         }
 
-        /// Time and factor of each frame.
+        /// Time in milliseconds and factor of each frame.
         fn run(&mut self, frames: usize, load_ms: impl Fn(usize) -> f64) -> Vec<(f64, f64)> {
             let mut controller = Integral::new(BUDGET_MS);
             let mut in_flight = VecDeque::new();
@@ -108,7 +111,7 @@ mod tests {
         for (slope, settles) in [(0.4, 60), (0.7, 35), (1.0, 25)] {
             let frames = plant(slope).run(200, |_| 40.0);
             let lowest = frames.iter().map(|(ms, _)| *ms).fold(f64::INFINITY, f64::min);
-            // 5 % below the aim of 9.5 ms is still inside the dead band.
+            // 5 % below the target of 9.5 ms is still inside the dead band.
             assert!(lowest > 0.95 * 0.95 * BUDGET_MS, "slope {slope}: {lowest} ms");
             assert!(
                 frames[settles..].iter().all(|(ms, _)| *ms <= 1.03 * BUDGET_MS),
@@ -136,7 +139,7 @@ mod tests {
             let log2: Vec<f64> = frames[200..].iter().map(|(_, factor)| factor.log2()).collect();
             let least = log2.iter().copied().fold(f64::INFINITY, f64::min);
             let most = log2.iter().copied().fold(0.0, f64::max);
-            // The noise itself is 0.2 octaves in either direction.
+            // The noise itself is 0.2 octaves in each direction.
             assert!(most - least < 1.0 / 3.0, "slope {slope}: {least} to {most}");
         }
     }
@@ -145,7 +148,7 @@ mod tests {
     fn a_budget_that_cannot_be_met_ends_at_the_coarsest_and_recovers() {
         let mut hopeless = Plant { fixed_ms: 20.0, ..plant(1.0) };
         assert_eq!(hopeless.run(300, |_| 20.0)[299].1, 1024.0);
-        // Limited wind-up: the factor falls with the first frames that are below the budget.
+        // The wind-up is limited: the factor falls with the first frames below the budget.
         let mut controller = Integral::new(BUDGET_MS);
         (0..300).for_each(|_| controller.frame_took(40.0));
         (0..8).for_each(|_| controller.frame_took(1.0));

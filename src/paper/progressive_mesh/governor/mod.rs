@@ -1,21 +1,24 @@
 //! The governor, section 4: "for scalability the wanted deviation is changed according to the platform's performance"
 //! (the paper does not say how).
 //!
-//! It plans ahead. Before a frame the eye is known, and so is the number of faces that any factor of the wanted
-//! errors would draw. The cost of a face is unknown; it is estimated from the last frames as the time per face that
-//! nine of ten frames do not exceed. The factor is the smallest for which faces times cost fit the budget.
+//! It plans ahead. Before a frame, the camera is known, and so is the number of faces that each factor on the
+//! wanted errors would draw. The time per face is unknown; it is estimated as the time that nine of ten
+//! recent frames do not exceed. The plan takes the smallest factor for which faces times time per face fit
+//! the budget.
 //!
-//! - Nine of ten frames must keep the budget, so the plan uses the 90 % quantile; with the mean every other frame
-//!   would exceed it. A frame that hangs is one of thirty and has no effect.
-//! - A slower machine is noticed within three frames, a faster one after all thirty: detail goes fast and comes back
-//!   slowly.
-//! - Camera motion causes no delay: a crowd that comes into view costs detail in that very frame. A loop on times alone
-//!   reacts two frames late, and must be slow to avoid ringing (`Integral`: the simple rule).
-//! - Nothing is integrated, so nothing winds up: the factor never exceeds the one at which all instances are at their
-//!   coarsest.
-//! - It does not ring. A frame of n faces takes a + b n and is estimated as c n, where c = b + a / n was right for
-//!   earlier frames. At rest the estimate is exact whatever a is. From plan to plan its error shrinks to a's share
-//!   of the budget, with the same sign. If a alone exceeds the budget, the plan ends at the coarsest.
+//! - Nine of ten frames must keep the budget, so the plan uses the 90 % quantile; with the mean, every other
+//!   frame would exceed the budget. A hanging frame is one of thirty and has no effect.
+//! - A slower machine is detected within three frames, a faster one only after all thirty. Detail is reduced
+//!   quickly and restored slowly.
+//! - Camera motion causes no delay: a crowd that comes into view reduces the detail of the same frame. A
+//!   controller that uses only times reacts two frames late, and must be slow to avoid ringing (`Integral`,
+//!   the simple rule).
+//! - There is no integral term, so there is no wind-up: the factor never exceeds that at which all instances
+//!   are at their coarsest.
+//! - It does not ring. A frame of n faces takes a + b n, but the plan assumes c n, where c = b + a / n comes
+//!   from earlier frames. In a steady state the estimate is exact for every a. Otherwise each plan multiplies
+//!   its relative error by a's share of the budget and keeps its sign. If a alone exceeds the budget, the plan
+//!   ends at the coarsest.
 
 mod integral;
 
@@ -24,32 +27,34 @@ use integral::Integral;
 
 use std::collections::VecDeque;
 
-/// Frames whose times are kept: half a second at 60 frames a second.
+/// Recent frames whose times are kept: half a second at 60 frames per second.
 const FRAMES: usize = 30;
-/// Quantile of the costs of a face: the 28th of 30, which the next frame exceeds in 3 of 31 cases.
+/// Rank of the time per face among the kept frames: the 28th of 30, which the next frame exceeds in 3 of 31
+/// cases.
 const COVERED: f64 = 0.95;
-/// A plan aims at this share of the faces that fit ...
+/// A plan aims at this share of the faces that fit the budget.
 const AIM: f64 = 0.95;
-/// ... and is kept while the faces are between this share and all: the error rests, and with it every level of detail.
+/// A plan is kept while its faces are between this share and all of the faces that fit, so that errors and
+/// levels do not change in every frame.
 const KEPT_FROM: f64 = 0.85;
-/// Hysteresis: detail comes back after this many frames in a row below that share.
+/// Hysteresis: detail is restored after this many consecutive frames below that share.
 const ROOMY_FRAMES: u32 = 4;
-/// Most octaves by which the error falls in a frame: refinement costs execution and copies, and pops unless it is
-/// morphed.
+/// Maximum decrease of the error per frame, in octaves. Refinement costs execution and copies, and pops
+/// unless it is morphed.
 const FINER_LOG2: f64 = 0.25;
-/// The coarsest factor: 1024 times the scene's error.
+/// The largest factor: 1024 times the scene's error.
 const MOST_LOG2: f64 = 10.0;
-/// Bisections of [`MOST_LOG2`] until the factor is known to a hundredth of an octave.
+/// Bisection steps over [`MOST_LOG2`], which give the factor to a hundredth of an octave.
 const HALVINGS: usize = 10;
 
 settings! {
-    /// The governor: raises the wanted errors of all progressive meshes, up to 1024 times, until frames keep a budget.
-    /// Set at least one of the two.
+    /// The governor multiplies the wanted errors of all progressive meshes by a factor of at most 1024, so
+    /// that frames keep a budget. Set at least one of the two budgets.
     pub struct Budget derive(Copy) with DEFAULT {
-        /// Nine of ten frames take at most this measured time.
+        /// Maximum measured frame time, for nine of ten frames.
         frame_ms: Option<f64> = None, in 1e-3..=1e6, unit "ms";
-        /// Most faces in a frame, known before it is drawn. The budget for `--deterministic`, because times differ
-        /// between runs.
+        /// Maximum number of faces in a frame, known before it is drawn. Use this budget with
+        /// `--deterministic`, because times differ between runs.
         frame_faces: Option<u32> = None, in 1..=u32::MAX, unit "faces";
     }
     check check_budget;
@@ -67,7 +72,7 @@ fn check_budget(budget: &Budget, part: &Part<'_>) -> Result<(), Fault> {
 pub enum Rule {
     #[default]
     Planned,
-    /// The simple rule, on times alone: for figures.
+    /// The simple rule, which uses only frame times. For figures.
     Integral,
 }
 
@@ -79,10 +84,10 @@ pub enum Governor {
 }
 
 impl Governor {
-    /// Starts at the scene's own errors.
+    /// A governor that starts with the scene's own errors.
     ///
     /// # Panics
-    /// If a budget is not positive, or the rule supports none of those given.
+    /// If a budget is not positive, or the rule does not support the given budget.
     pub fn new(budget: Budget, rule: Rule) -> Governor {
         match rule {
             Rule::Planned => Governor::Planned(Planned::new(budget)),
@@ -92,8 +97,8 @@ impl Governor {
         }
     }
 
-    /// The factor of all wanted errors in the next frame, 1 ..= 1024. `faces_at` gives the faces that the frame would
-    /// draw at a factor; it must not rise with the factor.
+    /// The factor on all wanted errors in the next frame, 1 ..= 1024. `faces_at` returns the faces that the
+    /// frame would draw with a factor; it must not increase with the factor.
     pub fn plan(&mut self, faces_at: impl Fn(f64) -> u64) -> f64 {
         match self {
             Governor::Planned(planned) => planned.plan(faces_at),
@@ -101,7 +106,7 @@ impl Governor {
         }
     }
 
-    /// Records the time of a finished frame, and the faces planned for it.
+    /// Records the time of a finished frame, and the faces that were planned for it.
     pub fn frame_took(&mut self, ms: f64, faces: u64) {
         match self {
             Governor::Planned(planned) => planned.frame_took(ms, faces),
@@ -110,13 +115,13 @@ impl Governor {
     }
 }
 
-/// The governor described at the head of this module.
+/// The governor that the module's documentation describes.
 #[derive(Clone, Debug)]
 pub struct Planned {
     budget: Budget,
     /// Milliseconds per face in the last [`FRAMES`] frames.
     face_ms: VecDeque<f64>,
-    /// Frames in a row that could have drawn more.
+    /// Consecutive frames that could have drawn more.
     roomy: u32,
     factor_log2: f64,
 }
@@ -139,11 +144,12 @@ impl Planned {
         self.face_ms.push_back(ms / faces as f64);
     }
 
-    /// Faces that fit the budget; `None` while no frame has ended and there is no budget in faces.
+    /// The number of faces that fit the budget; `None` before the first finished frame if there is no budget
+    /// in faces.
     fn fitting(&self) -> Option<f64> {
         let mut sorted: Vec<f64> = self.face_ms.iter().copied().collect();
         sorted.sort_unstable_by(f64::total_cmp);
-        // Rounded down: with two frames the faster one counts, since the first frames are slow.
+        // Rounded down: of two frames the faster one counts, because the first frames are slow.
         let rank = (COVERED * sorted.len().saturating_sub(1) as f64) as usize;
         let by_time = self.budget.frame_ms.zip(sorted.get(rank)).map(|(ms, face_ms)| ms / face_ms);
         let by_faces = self.budget.frame_faces.map(f64::from);
@@ -165,7 +171,8 @@ impl Planned {
     }
 }
 
-/// log2 of the least factor that draws at most `most_faces`; if no factor does, of the least that draws the fewest.
+/// log2 of the smallest factor that draws at most `most_faces`. If there is none, of the smallest factor that
+/// draws the fewest faces.
 fn least_log2(most_faces: f64, faces_at: impl Fn(f64) -> u64) -> f64 {
     let faces_at = |log2: f64| faces_at(log2.exp2()) as f64;
     let most = most_faces.max(faces_at(MOST_LOG2));

@@ -2,14 +2,14 @@ use super::*;
 
 const BUDGET_MS: f64 = 10.0;
 
-/// Frames that take a fixed time plus a time per face, measured two frames late. Twice the error draws 2^-slope as many
-/// faces, but never fewer than the coarsest level has.
+/// Frames that take a fixed time plus a time per face, measured two frames late. Doubling the error
+/// multiplies the faces by 2^-slope, down to the faces of the coarsest level.
 struct Plant {
     slope: f64,
     fixed_ms: f64,
     face_ms: f64,
     coarsest: f64,
-    /// Largest relative delay of a frame at random; for one of sixteen frames it is four times as large.
+    /// Maximum of the random relative delay of a frame; one frame in sixteen has four times this.
     noise: f64,
     state: u64,
 }
@@ -20,7 +20,8 @@ impl Plant {
         (self.state >> 33) as f64 / f64::from(1u32 << 31)
     }
 
-    /// Time and factor of each frame. `crowd`: faces that a frame would draw at the scene's own error.
+    /// Time in milliseconds and factor of each frame. `crowd`: the faces that a frame would draw at the
+    /// scene's own error.
     fn run(&mut self, frames: usize, crowd: impl Fn(usize) -> f64) -> Vec<(f64, f64)> {
         let budget = Budget { frame_ms: Some(BUDGET_MS), frame_faces: None };
         let mut governor = Governor::new(budget, Rule::Planned);
@@ -99,7 +100,7 @@ fn nine_of_ten_noisy_frames_keep_the_budget_and_the_error_rarely_reverses() {
 fn a_budget_that_cannot_be_met_ends_at_the_coarsest_and_recovers_at_once() {
     let mut hopeless = Plant { fixed_ms: 20.0, ..plant(1.0) };
     let frames = hopeless.run(300, |n| if n < 200 { 20_000.0 } else { 150.0 });
-    // 20,000 faces become the coarsest 100 at 200 times the error: the factor goes no further.
+    // 20,000 faces are reduced to the coarsest 100 by a factor of 200. The factor goes no further.
     assert!((196.0..=202.0).contains(&frames[199].1), "{}", frames[199].1);
     assert!(frames[200].1 < 2.0, "no wind-up: 150 faces need 1.5 times the error to be 100");
 }
