@@ -1,4 +1,5 @@
-//! Baselines on the device: each draws the same faces at a level as our orders, in its own order and by its own method.
+//! Baselines on the device: at each level they draw the same faces as our orders, in their own order and by
+//! their own method.
 
 use crate::pictures::{device, open, options};
 use ortelius::frame::Run;
@@ -20,10 +21,10 @@ fn bunny(source: &str, order: FaceOrder, more: &[&str]) -> Scene {
     scene("bunny", &changes)
 }
 
-/// A face by its corners' positions, because orders number vertices differently.
+/// A face by the positions of its corners, because orders number vertices differently.
 type ByPosition = [[u32; 3]; 3];
 
-/// Faces with an area, each rotated to begin at its least corner, sorted.
+/// The faces with an area, each rotated so that its smallest corner comes first, sorted.
 fn as_a_set(faces: &[[u32; 3]], positions: &[[f32; 3]]) -> Vec<ByPosition> {
     let with_area = |face: &ByPosition| face[0] != face[1] && face[1] != face[2] && face[2] != face[0];
     let turned = |face: &[u32; 3]| {
@@ -42,14 +43,14 @@ fn different_pixels(a: &[u8], b: &[u8]) -> usize {
     a.chunks_exact(16).zip(b.chunks_exact(16)).filter(|(a, b)| a != b).count()
 }
 
-/// Pixels may show another face where two faces have the same f32 depth and the first one drawn stays: at silhouettes,
-/// where a back face meets a front face.
+/// Pixels that may show another face: if two faces have the same f32 depth, the first one drawn stays. This
+/// happens at silhouettes, where a back face meets a front face.
 const TIES: usize = 4;
 
 #[test]
 fn every_order_draws_the_faces_and_the_picture_of_the_same_level() {
     let gpu = device();
-    // The solid has seams: positions of several wedges.
+    // The solid has seams: some positions have several wedges.
     for source in ["bunny", "solid"] {
         let opened = |order| {
             let scene = bunny(source, order, &[]);
@@ -67,7 +68,7 @@ fn every_order_draws_the_faces_and_the_picture_of_the_same_level() {
         assert!(different_pixels(&expected[0].picture, &expected[1].picture) > 100 * TIES);
         for &order in FaceOrder::ALL {
             if order == FaceOrder::Discrete {
-                continue; // It has its own levels.
+                continue; // A discrete chain has its own levels.
             }
             let (mut session, own_positions, _) = opened(order);
             for (pixels, expected) in errors.iter().zip(&expected) {
@@ -92,7 +93,7 @@ fn every_order_draws_the_faces_and_the_picture_of_the_same_level() {
 struct Shown {
     level: u32,
     drawn: u64,
-    /// As vertices; `None` if only the device knows them.
+    /// The drawn faces as vertices; `None` if only the device has them.
     faces: Option<Vec<[u32; 3]>>,
     picture: Vec<u8>,
 }
@@ -157,7 +158,7 @@ fn skip_lists_send_the_changed_blocks_or_a_whole_list_when_they_switch() {
         lists += u32::from(sent == whole);
     }
     assert!((2..20).contains(&lists), "{lists} lists were copied");
-    // One split from there: the picture equals that of an instance which went there directly.
+    // After one more split, the picture equals that of an instance that went to this level directly.
     walked.frame(&pose).unwrap();
     assert!(walked.picture_bytes().unwrap() == fresh.picture_bytes().unwrap());
 }

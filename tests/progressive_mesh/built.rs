@@ -1,5 +1,5 @@
-//! Real models through simplifier, order and execution. The faces equal those built from scratch: at every level of
-//! small models, and on walks through large ones.
+//! Real models through the simplifier, the order and the execution. The faces equal those of meshes built
+//! from scratch: at every level of small models, and on walks through large models.
 
 use super::made::Random;
 use ortelius::model::{Attributes, Model, named};
@@ -10,7 +10,7 @@ use ortelius::paper::progressive_mesh::run::{Instances, Program};
 use ortelius::paper::progressive_mesh::simplify::{Collapses, SimplifyOptions, simplify};
 use std::sync::Arc;
 
-/// A vertex by its content, the bits of position and attributes: independent of the order of vertices.
+/// A vertex by its content (the bits of position and attributes), independent of the order of vertices.
 type Content = Vec<u32>;
 
 fn content(position: [f32; 3], attributes: &Attributes, at: usize) -> Content {
@@ -21,13 +21,14 @@ fn content(position: [f32; 3], attributes: &Attributes, at: usize) -> Content {
     [bits(&position), normal, coordinates, color].concat()
 }
 
-/// The first of some levels at which a mesh differs from one built from scratch.
+/// The first of some levels at which a mesh differs from a mesh built from scratch.
 pub fn level_that_differs(mesh: &ProgressiveMesh, model: &Model, collapses: &Collapses) -> Option<u32> {
     let last = mesh.last_level();
     visit_that_differs(mesh, model, collapses, (0..=12).map(|n| last * n / 12))
 }
 
-/// The first of the visited levels, in that order, at which a mesh differs from one built from scratch.
+/// The first of the visited levels, in the order of visits, at which a mesh differs from a mesh built from
+/// scratch.
 fn visit_that_differs(
     mesh: &ProgressiveMesh,
     model: &Model,
@@ -43,7 +44,7 @@ fn visit_that_differs(
     let mut instance = Instances::new(Arc::new(Program::new(mesh).unwrap()), 1).unwrap();
     visits.into_iter().find(|&level| {
         instance.go_to(0, level).unwrap();
-        // Unborn faces have no area.
+        // Unborn faces are degenerate.
         let welded = |vertex: u32| mesh.vertices.welded[vertex as usize];
         let has_area = |face: &&[u32; 3]| {
             let [a, b, c] = face.map(welded);
@@ -77,8 +78,8 @@ fn orders(model: &Model, collapses: &Collapses) -> [(&'static str, ProgressiveMe
 
 #[test]
 fn every_level_of_small_models_is_a_fresh_build_in_every_order() {
-    // Closed; with a boundary; the first levels of one with seams, because building from scratch takes splits times
-    // faces.
+    // A closed model; one with a boundary; and the first levels of one with seams, because building every
+    // level from scratch takes splits x faces.
     for (name, target_faces) in [("sphere:4", 20), ("grid:12", 20), ("solid:4", 3900)] {
         let (model, collapses) = built(name, target_faces);
         for (order, mesh) in orders(&model, &collapses) {

@@ -50,7 +50,7 @@ fn each_flaw_is_reported_with_its_place() {
     }
 }
 
-/// One word of the lists is changed at random: the mesh is either rejected, or runs without a panic.
+/// One random word of the lists is changed: the mesh is either rejected, or runs without a panic.
 #[test]
 fn a_mesh_with_a_changed_word_is_rejected_or_runs() {
     let random = &mut Random(7);

@@ -1,5 +1,5 @@
-//! Changes of level on the device give the CPU's buffer, bit for bit. Validation is on in every test; any message fails
-//! it.
+//! Level changes on the device give the host's buffer, bit for bit. Validation is on in every test, and any
+//! message fails the test.
 
 use super::made::{Random, arrange, collapse, torus};
 use ortelius::paper::progressive_mesh::apply::{Apply, Change, ChangedSlots, Scatter};
@@ -30,7 +30,7 @@ fn mesh(seed: u64, swap_every: usize) -> ProgressiveMesh {
 #[test]
 fn the_device_applies_levels_of_many_instances_like_the_host() {
     let gpu = Watched::open(&GpuOptions::default());
-    // Many permutations, few, and none.
+    // Meshes with many permutations, with few, and without any.
     for (seed, swap_every, births) in [
         (1, 3, Births::Tail),
         (2, 30, Births::Tail),
@@ -48,7 +48,7 @@ fn the_device_applies_levels_of_many_instances_like_the_host() {
         for round in 0..4 {
             let mut changes = Vec::new();
             for (n, (level, faces)) in instances.iter_mut().enumerate() {
-                // The first goes up and down all the way; some keep their level.
+                // The first instance goes all the way up and down; some instances keep their level.
                 let to = match n {
                     0 if round % 2 == 0 => program.last_level(),
                     0 => 0,

@@ -1,5 +1,5 @@
-//! Models, collapses and progressive meshes for tests: small, quick to make, and random, so that they include orders
-//! that no sensible simplifier or optimizer would choose.
+//! Models, collapses and progressive meshes for tests: small, quick to make, and random, so that they include
+//! orders that no simplifier or optimizer would choose.
 
 use glam::DVec3;
 use ortelius::math::ragged::Ragged;
@@ -8,7 +8,7 @@ use ortelius::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh, S
 use ortelius::paper::progressive_mesh::simplify::Collapses;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The same numbers in every run (splitmix64).
+/// Random numbers that are the same in every run (splitmix64).
 pub struct Random(pub u64);
 
 impl Random {
@@ -25,8 +25,8 @@ impl Random {
     }
 }
 
-/// A torus of `around` by `along` squares. With seams, each of its two seams doubles its wedges, and four meet where
-/// the seams cross. Beside it `tetrahedra` tetrahedra as separate components.
+/// A torus of `around` x `along` squares. With seams, each of its two seams doubles its wedges, and four
+/// wedges meet where the seams cross. `tetrahedra` tetrahedra are separate components beside it.
 pub fn torus(around: usize, along: usize, seams: bool, tetrahedra: usize) -> Model {
     let mut model = Model::default();
     let mut wedges = BTreeMap::new();
@@ -98,7 +98,8 @@ pub fn collapse(model: &Model, least: usize, random: &mut Random) -> Collapses {
 
 type Step = (Vec<[u32; 2]>, Vec<u32>);
 
-/// The connected component of a position: its faces and their wedges. `None` if there are more than `most`.
+/// The connected component of a position: its faces and their wedges. `None` if it has more than `most`
+/// faces.
 fn component(model: &Model, faces: &[Option<[u32; 3]>], position: u32, most: usize) -> Option<Step> {
     let positions = |face: [u32; 3]| face.map(|wedge| model.wedge_positions[wedge as usize]);
     let mut reached = BTreeSet::from([position]);
@@ -124,7 +125,7 @@ fn at(model: &Model, position: u32) -> impl Iterator<Item = u32> {
     (0u32..).zip(&model.wedge_positions).filter(move |(_, at)| **at == position).map(|(wedge, _)| wedge)
 }
 
-/// A position moves onto a neighbour, along a seam if it lies on one; `None` if a wedge would have no target.
+/// Moves a position onto a neighbour, along a seam if it lies on one. `None` if a wedge would have no target.
 fn edge(model: &Model, faces: &[Option<[u32; 3]>], old: u32, new: u32) -> Option<Step> {
     let mut gone = Vec::new();
     let (mut targets, mut left) = (BTreeMap::new(), BTreeSet::new());
@@ -145,19 +146,19 @@ fn edge(model: &Model, faces: &[Option<[u32; 3]>], old: u32, new: u32) -> Option
         }
     }
     let known = left.iter().all(|wedge| targets.contains_key(wedge));
-    // A wedge without faces follows the others of its position.
+    // A wedge without faces follows the other wedges of its position.
     let others = at(model, old).filter(|wedge| !targets.contains_key(wedge)).map(|wedge| [wedge, NOWHERE]);
     let others: Vec<[u32; 2]> = others.collect();
     known.then(|| (targets.into_iter().map(|(from, to)| [from, to]).chain(others).collect(), gone))
 }
 
-/// A progressive mesh and the model's wedge of each of its vertices.
+/// A progressive mesh, and the model's wedge for each of its vertices.
 pub struct Made {
     pub mesh: ProgressiveMesh,
     pub wedges: Vec<u32>,
 }
 
-/// The classical order, with random permutations at a share of the levels: one in `swap_every`.
+/// The classical order with random permutations, at one of `swap_every` levels.
 pub fn arrange(model: &Model, collapses: &Collapses, swap_every: usize, random: &mut Random) -> Made {
     let levels = collapses.errors.len();
     let births: Vec<usize> = (0..levels).rev().collect();
@@ -204,7 +205,7 @@ pub fn arrange(model: &Model, collapses: &Collapses, swap_every: usize, random: 
     Made { mesh, wedges }
 }
 
-/// For each collapse and each of its wedges, the faces that still use it; and for each face the collapse that removes
+/// For each wedge of each collapse the faces that still use it, and for each face the collapse that removes
 /// it.
 struct Taken {
     faces: Vec<Vec<Vec<u32>>>,
@@ -275,7 +276,7 @@ fn vertices(model: &Model, wedges: &[u32]) -> Vertices {
     }
 }
 
-/// A quad of two triangles from one triangle, one split and one swap: small enough to read.
+/// A quad of two triangles, made from one triangle by one split and one swap: small enough to check by hand.
 pub fn quad() -> ProgressiveMesh {
     let level = |vertices, faces, error| Level { vertices, faces, error };
     ProgressiveMesh {

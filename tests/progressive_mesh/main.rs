@@ -1,4 +1,4 @@
-//! Paper 2: incremental changes of level against meshes built from scratch at each level.
+//! Paper 2: incremental level changes, compared with meshes built from scratch at each level.
 
 mod baselines;
 mod built;

@@ -1,4 +1,5 @@
-//! Frames on the device, with validation: against f64 pictures of the same level, and against a fresh session.
+//! Frames on the device, with validation, compared with f64 pictures of the same level and with a fresh
+//! session.
 
 use glam::{DVec2, DVec3};
 use ortelius::frame::{Run, Technique};
@@ -48,7 +49,8 @@ fn picture(session: &mut Run<ProgressiveMeshes>) -> Picture {
     Picture::new(SIZE[0], SIZE[1], bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect())
 }
 
-/// The expected position and normal of each vertex in f64; with a band, partly moved from its split vertex.
+/// The expected position and normal of each vertex in f64. With a band, a vertex may still be on its way from
+/// its split vertex.
 fn seen_vertices(scene: &Scene, wanted: f64, band_log2: Option<f64>) -> Vec<(DVec3, DVec3)> {
     let model = &load(scene).unwrap()[0];
     let mesh = &model.mesh;
@@ -64,7 +66,7 @@ fn seen_vertices(scene: &Scene, wanted: f64, band_log2: Option<f64>) -> Vec<(DVe
         .collect();
     let Some(band_log2) = band_log2 else { return seen };
     let first = mesh.levels[0].vertices as usize;
-    // A split vertex precedes the vertices that split from it, so its position is known.
+    // A split vertex precedes the vertices that split from it, so its position is already known.
     for level in 1..mesh.levels.len() {
         let (before, after) = (&mesh.levels[level - 1], &mesh.levels[level]);
         for vertex in before.vertices as usize..after.vertices as usize {
@@ -77,7 +79,7 @@ fn seen_vertices(scene: &Scene, wanted: f64, band_log2: Option<f64>) -> Vec<(DVe
     seen
 }
 
-/// The f64 view of the session's one instance at its level, and each triangle's normals.
+/// The f64 view of the session's only instance at its level, and the normals of each triangle.
 fn truth(session: &Run<ProgressiveMeshes>, pose: &Pose, seen: &[(DVec3, DVec3)]) -> (View, Vec<[DVec3; 3]>) {
     let (place, _) = session.technique.surfaces[0].instances().next().unwrap();
     let place: Place = *place;
@@ -99,15 +101,16 @@ fn shade(sample: &Sample, normals: &[[DVec3; 3]], sun: DVec3) -> [f32; 4] {
     [grey as f32, grey as f32, grey as f32, 1.0]
 }
 
-/// A pixel lies inside one triangle if its centre stays there when moved by the error of a GPU's snapping to 1/256
-/// pixel and of f32.
+/// A pixel is certain if its centre stays inside one triangle when moved by a GPU's snapping to 1/256 pixel
+/// and by f32 rounding.
 const RADIUS_PX: f64 = 1.0 / 128.0;
-/// In linear light. In a triangle a third of a pixel wide, 1/256 of a pixel changes a barycentric coordinate by 1/85.
-/// Normals of neighbours differ by up to a radian on the bunny's ears, and light by 0.45 a radian.
+/// In linear light. In a triangle a third of a pixel wide, 1/256 of a pixel changes a barycentric coordinate
+/// by 1/85. On the bunny's ears the normals of neighbours differ by up to a radian, and light changes by 0.45
+/// per radian.
 const BOUND: f64 = 0.45 / 85.0;
 
-/// Counts the pixels of the session's picture that differ by more than BOUND from the f64 picture, inside one triangle
-/// or outside all; and returns the worst difference.
+/// The number of pixels of the session's picture that differ by more than BOUND from the f64 picture, and the
+/// worst difference. Only pixels that are certainly inside one triangle or outside all count.
 fn beyond_f64(session: &mut Run<ProgressiveMeshes>, pose: &Pose, seen: &[(DVec3, DVec3)]) -> (usize, f64) {
     let picture = picture(session);
     let (view, normals) = truth(session, pose, seen);
@@ -152,7 +155,7 @@ fn a_level_is_drawn_as_f64_draws_it() {
     }
 }
 
-/// Near miss that must be rejected: the picture with vertices moved by a hundredth of the model.
+/// A near miss that must be rejected: the f64 picture with vertices moved by a hundredth of the model.
 #[test]
 fn a_hundredth_of_the_models_size_is_not_the_f64_picture() {
     let gpu = device();
@@ -180,7 +183,7 @@ fn a_morphing_vertex_is_drawn_at_its_f64_position() {
     let moved = seen_vertices(&scene, wanted, Some(f64::from(MORPH_BAND_LOG2)));
     let (beyond, worst) = beyond_f64(&mut session, &pose, &moved);
     assert_eq!(beyond, 0, "worst {worst}");
-    // And not at its final position.
+    // The vertices are not at their final positions.
     let (beyond, _) = beyond_f64(&mut session, &pose, &seen_vertices(&scene, wanted, None));
     assert!(beyond > 100, "{beyond}");
 }
@@ -207,7 +210,7 @@ fn a_herd_after_a_walk_equals_a_fresh_one() {
     assert!(sum(|c| c.splits) > 1000 && sum(|c| c.collapses) > 1000, "levels went up and down");
     let culled = walked.records.iter().any(|record| record.change.instances_seen < 40);
     assert!(culled, "some were out of sight");
-    // Unchanged data are not copied: the last frame's blocks are far fewer than all faces.
+    // Unchanged data are not uploaded: the blocks of the last frame are far fewer than all faces.
     let last = &walked.records.last().unwrap().change;
     assert!(last.upload_bytes < 12 * last.faces, "{last:?}");
     let quiet = path.pose(0);
@@ -239,7 +242,7 @@ fn levels_that_the_device_applies_are_the_hosts() {
     };
     assert_eq!(changes(&host), changes(&device));
     assert!(device.records.iter().all(|record| record.change.upload_bytes == 0));
-    // Slices were exchanged and the buffer grew, but neither reached the size of 40 full meshes.
+    // Instances got other slices and the buffer grew, but it stays below half of 40 full meshes.
     for session in [&host, &device] {
         let (surface, memory) = (&session.technique.surfaces[0], session.technique.surfaces[0].memory());
         let (first, full) = (40 * 12 * 64, 40 * 12 * surface.program.faces().len() as u64);

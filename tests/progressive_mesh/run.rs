@@ -1,4 +1,4 @@
-//! Buffers at every level: bit-equal on every path there, with the faces of a mesh built from scratch.
+//! The buffer at every level: bit-equal for every walk there, with the faces of a mesh built from scratch.
 
 use super::made::{Made, Random, arrange, collapse, quad, torus};
 use ortelius::model::Model;
@@ -36,7 +36,7 @@ fn difference(
     (shown != built).then(|| format!("level {level}: {} of {} faces; {other:?}", shown.len(), built.len()))
 }
 
-/// All forms of execution in parallel; each step compares them.
+/// All implementations of execution in parallel; each step compares them.
 struct Walk {
     program: Arc<Program>,
     literal: State,
@@ -177,7 +177,7 @@ fn has_area(mesh: &ProgressiveMesh, face: &[u32; 3]) -> bool {
     a != b && b != c && c != a
 }
 
-/// The random meshes of the tests above have seams, components, permutations, and levels without any.
+/// The random meshes of the tests above include seams, components, permutations, and levels without any.
 #[test]
 fn the_random_meshes_have_seams_components_and_permutations() {
     let (mut seams, mut components, mut swaps, mut bare) = (0, 0, 0, 0);
@@ -203,7 +203,7 @@ fn a_quad_is_split_and_swapped_as_the_paper_says() {
     assert_eq!(state.faces(), mesh.faces);
 }
 
-/// The comparison must detect a split in another slot, if the mesh can still be executed.
+/// The comparison must detect a split with a missing slot, if the mesh can still be executed.
 #[test]
 fn a_split_in_another_face_is_not_the_fresh_build() {
     let (mut seen, mut random) = (0, Random(1));
@@ -215,7 +215,7 @@ fn a_split_in_another_face_is_not_the_fresh_build() {
         }
         let mut rows: Vec<Vec<u32>> = mesh.splits.slots.rows().map(<[u32]>::to_vec).collect();
         let filled: Vec<usize> = (0..rows.len()).filter(|&row| !rows[row].is_empty()).collect();
-        // One face fewer uses the new vertex.
+        // One face less uses the new vertex.
         rows[filled[random.below(filled.len())]].pop();
         mesh.splits.slots = rows.into_iter().collect();
         let Ok(program) = Program::new(mesh) else {

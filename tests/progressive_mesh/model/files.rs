@@ -24,13 +24,14 @@ fn an_obj_may_use_negative_indices_continued_lines_and_mixed_corners() {
     assert_eq!(corners(&read("a.obj", other)), corners(&cube()));
     let crlf = CUBE.replace('\n', "\r\n");
     assert_eq!(read("a.obj", crlf), cube());
-    // A corner without a normal gets its face's, which equals the original here.
+    // A corner without a normal gets the normal of its face, which equals the original here.
     let mixed = CUBE.replace("f 1/1/1 4/2/1 3/3/1 2/4/1", "f 1/1 4/2 3/3 2/4");
     let (mixed, report) = Model::from_bytes(Path::new("a.obj"), mixed.as_bytes()).unwrap();
     assert_eq!((corners(&mixed), report.replaced_attributes), (corners(&cube()), 4));
 }
 
-/// The cube without attributes: in ASCII, and in both binary byte orders with other elements and properties in between.
+/// The cube without attributes: in ASCII, and in both binary byte orders with additional elements and
+/// properties.
 fn plys() -> [Vec<u8>; 3] {
     let cube = cube();
     let mut ascii = String::from(
@@ -127,7 +128,7 @@ fn an_exact_f32_coordinate_takes_four_bytes_and_any_other_eight() {
     let mut model = named("grid:5").unwrap();
     let double = written(&model, Format::Ply).len();
     model.positions.iter_mut().for_each(|position| *position = position.as_vec3().as_dvec3());
-    // 25 positions; "double" is a letter longer, three times.
+    // 25 positions; "double" is one letter longer, in three properties.
     assert_eq!(double - written(&model, Format::Ply).len(), 25 * 3 * 4 + 3);
 }
 
@@ -169,7 +170,7 @@ fn texture_coordinates_of_corners_make_wedges() {
     let header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
                   element face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n\
                   0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 6 0 0 1 0 1 1\n";
-    // The second face has the first one's coordinates only at vertex 2.
+    // Of the two shared vertices, only vertex 2 has the same coordinates in both faces.
     let model = read("a.ply", format!("{header}3 0 2 3 6 0.5 0 1 1 0 1\n"));
     assert_eq!((model.positions.len(), model.wedge_positions.len()), (4, 5));
     let coordinates =

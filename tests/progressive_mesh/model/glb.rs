@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// A GLB file of a JSON text and a binary chunk.
+/// A GLB file from a JSON text and a binary chunk.
 pub fn glb(json: &str, bin: &[u8]) -> Vec<u8> {
     let mut text = json.as_bytes().to_vec();
     text.resize(text.len().next_multiple_of(4), b' ');
@@ -21,8 +21,8 @@ pub fn glb(json: &str, bin: &[u8]) -> Vec<u8> {
     file
 }
 
-/// The cube with all its attributes: each side is a primitive of four interleaved vertices (32 bytes each) and six
-/// indices.
+/// The cube with all its attributes. Each side is a primitive with four interleaved vertices (32 bytes each)
+/// and six indices.
 pub fn cube_glb(node: &str) -> Vec<u8> {
     let cube = cube();
     let (mut bin, mut sides) = (Vec::new(), Vec::new());

@@ -1,5 +1,5 @@
-//! Every readable model passes the whole pipeline: collapses, orders, a file, every level of the buffer. This includes
-//! triangle soups that no program would write.
+//! Every readable model passes the whole pipeline: collapses, orders, a file, and every level of the buffer.
+//! This includes triangle soups.
 
 use super::super::built::level_that_differs;
 use super::super::made::Random;
@@ -39,7 +39,7 @@ pub fn goes_all_the_way(model: &Model, name: &dyn Fn() -> String) -> usize {
     errors.len() + 1
 }
 
-/// Coordinates of soups: a few close positions, so that faces meet, and occasionally a non-finite one.
+/// Coordinates of soups: few and close positions, so that faces meet, and occasionally a non-finite one.
 fn place(random: &mut Random, scale: f64, offset: f64) -> DVec3 {
     let coordinate = |random: &mut Random| match random.below(200) {
         0 => f64::NAN,
@@ -83,7 +83,7 @@ fn soup(random: &mut Random) -> Raw {
     soup
 }
 
-/// The same as text of a file, without attributes.
+/// The same faces as the text of a file, without attributes.
 fn text(raw: &Raw) -> String {
     let mut text = String::new();
     raw.positions.iter().for_each(|p| text += &format!("v {} {} {}\n", p.x, p.y, p.z));
@@ -106,7 +106,7 @@ fn any_soup_runs_at_all_levels_or_is_an_error() {
             meshes += 1;
             levels += goes_all_the_way(&model, &|| format!("soup {round}"));
         }
-        // Through a file: one line if nothing is left, otherwise the same faces.
+        // Through a file: an error of one line if no face is left, otherwise the same faces.
         raw.attributes = Default::default();
         let bare = clean(&raw).0;
         match Model::from_bytes(Path::new("soup.obj"), text(&raw).as_bytes()) {

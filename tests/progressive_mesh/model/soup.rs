@@ -3,7 +3,7 @@
 use super::super::made::Random;
 use ortelius::model::{Raw, clean};
 
-/// Almost no edge has two faces, and almost no position one fan.
+/// In a soup almost no edge has two faces, and almost no position has a single fan.
 #[test]
 fn cleaning_accepts_any_soup_of_faces() {
     let mut random = Random(6);
@@ -30,7 +30,7 @@ fn cleaning_accepts_any_soup_of_faces() {
         ]) {
             *count += usize::from(there > 0);
         }
-        // Cleaning is idempotent, even with several positions at one point.
+        // Cleaning is idempotent, even if several positions coincide.
         let places = model.wedge_positions.iter().map(|&position| model.positions[position as usize]);
         let again = Raw {
             positions: places.collect(),

@@ -1,4 +1,4 @@
-//! pm.average: the paper's criterion, the mean over all levels, and what each order costs to run.
+//! pm.average: the paper's measure, the mean over all levels, and the cost of executing each order.
 
 use super::super::baselines::{BASELINES, Baseline, baseline_costs};
 use super::super::cache::{CACHES, Cache, LevelCosts, costs_of, sampled_levels};
@@ -22,24 +22,23 @@ use crate::paper::progressive_mesh::choices::FaceOrder;
 pub const AVERAGE: Figure = Figure {
     id: "pm.average",
     title: "Mean over all levels",
-    about: "The paper's criterion (section 2): transforms per vertex, averaged over all levels of detail, all equally \
-            likely, the levels between two tswaps included; it reports 1.6 to 2.0 for its order and 4 to 6 for the \
-            standard one. Models as in pm.order: `bunny`, `sphere`, `torus`, `knot`, `solid`; scans (`dragon_res4`, with --full \
-            `dragon`) where they have been fetched, in no mean. FIFO-16 at every level (above 100 000 faces at 256), the \
-            other caches when quick at 128 levels, baselines at 64. Beside it the faces that change their slots (of \
-            baselines: that are copied) for each split on the way through all levels, the memory of the lists, the \
-            memory that all instances share (commands and M0's buffer; of skip lists, as many as fit into that of births in \
-            place, lists and split vertices), the faces drawn for each live one, and on models with seams the cost on wedges. \
-            Faces without area are drawn, and counted.",
+    about: "The paper's measure (section 2): transforms per vertex, averaged over all levels of detail with \
+            equal weight, including the levels between two tswaps. The paper reports 1.6 to 2.0 for its \
+            order and 4 to 6 for the standard order. The models are those of pm.order: `bunny`, `sphere`, \
+            `torus`, `knot`, `solid`. The scans (`dragon_res4`, with --full `dragon`) are measured if they \
+            have been fetched, and belong to no mean. FIFO-16 is counted at every level (above 100 000 faces \
+            at 256 levels), the other caches in quick runs at 128 levels, and the baselines at 64. The \
+            figure also shows, per split on the way through all levels, the faces that change their slots \
+            (for baselines, that are copied); the memory of the lists; the memory that all instances share \
+            (commands and M0's buffer, or lists and split vertices); the drawn faces per live face; and on \
+            models with seams the cost with wedges as vertices. Shared memory is also given for skip lists \
+            that fit into the memory of births in place. Degenerate faces are drawn and counted.",
     scenes: &WITH_SCANS,
     variants,
     paper: &["paper"],
     sweep: None,
     measure,
-    plots: &[
-        Plot::bars(FIFO_16),
-        Plot::bars(MOVED).log_y(),
-    ],
+    plots: &[Plot::bars(FIFO_16), Plot::bars(MOVED).log_y()],
     claims: &[
         Claim::paper(
             "2",
@@ -57,20 +56,32 @@ pub const AVERAGE: Figure = Figure {
         .at(Places::scenes(&CLOSED)),
         Claim::ours(
             "after-tswaps",
-            "The paper's greedy needs 1.6 to 2.0 just after its tswaps, made for a cache of 12, 16, 24 or 32 entries and \
-             measured with the same (mean over the models).",
+            "The paper's greedy needs 1.6 to 2.0 just after its tswaps, if optimized for a cache of 12, 16, \
+             24 or 32 entries and measured with the same cache (mean over the models).",
             &[
-                Test::value(one("FIFO-12, made for it, after a tswap", PAPER), Within(1.6, 2.0, Better::Less)),
-                Test::value(one("FIFO-16, made for it, after a tswap", PAPER), Within(1.6, 2.0, Better::Less)),
-                Test::value(one("FIFO-24, made for it, after a tswap", PAPER), Within(1.6, 2.0, Better::Less)),
-                Test::value(one("FIFO-32, made for it, after a tswap", PAPER), Within(1.6, 2.0, Better::Less)),
+                Test::value(
+                    one("FIFO-12, made for it, after a tswap", PAPER),
+                    Within(1.6, 2.0, Better::Less),
+                ),
+                Test::value(
+                    one("FIFO-16, made for it, after a tswap", PAPER),
+                    Within(1.6, 2.0, Better::Less),
+                ),
+                Test::value(
+                    one("FIFO-24, made for it, after a tswap", PAPER),
+                    Within(1.6, 2.0, Better::Less),
+                ),
+                Test::value(
+                    one("FIFO-32, made for it, after a tswap", PAPER),
+                    Within(1.6, 2.0, Better::Less),
+                ),
             ],
         )
         .at(Places::mean(&CLOSED)),
         Claim::ours(
             "tail-23",
-            "New faces at the tail: at most 1.55 with at most 23 moved faces for each split, and 95 % of the levels at most 0.2 \
-             more (FIFO-16, mean over the models).",
+            "New faces at the tail need at most 1.55 with at most 23 moved faces per split, and 95 % of the \
+             levels at most 0.2 more (FIFO-16, mean over the models).",
             &[
                 Test::value(one(FIFO_16, TAIL_23), AtMost(1.55)),
                 Test::value(one(MOVED, TAIL_23), AtMost(23.0)),
@@ -80,8 +91,8 @@ pub const AVERAGE: Figure = Figure {
         .at(Places::mean(&CLOSED)),
         Claim::ours(
             "tail-10",
-            "New faces at the tail: at most 1.85 with at most 10 moved faces for each split, and 95 % of the levels at most 0.2 \
-             more (FIFO-16, mean over the models).",
+            "New faces at the tail need at most 1.85 with at most 10 moved faces per split, and 95 % of the \
+             levels at most 0.2 more (FIFO-16, mean over the models).",
             &[
                 Test::value(one(FIFO_16, TAIL_10), AtMost(1.85)),
                 Test::value(one(MOVED, TAIL_10), AtMost(10.0)),
@@ -91,8 +102,9 @@ pub const AVERAGE: Figure = Figure {
         .at(Places::mean(&CLOSED)),
         Claim::ours(
             "in-place-23",
-            "Births in place: at most 1.30 with at most 23 moved faces for each split, 95 % of the levels at most 0.05 more, and \
-             at most 6 % of the drawn faces beside the live ones (FIFO-16, mean over the models).",
+            "Births in place need at most 1.30 with at most 23 moved faces per split, 95 % of the levels at \
+             most 0.05 more, and at most 6 % more faces are drawn than are live (FIFO-16, mean over the \
+             models).",
             &[
                 Test::value(one(FIFO_16, IN_PLACE_23), AtMost(1.30)),
                 Test::value(one(MOVED, IN_PLACE_23), AtMost(23.0)),
@@ -103,8 +115,9 @@ pub const AVERAGE: Figure = Figure {
         .at(Places::mean(&CLOSED)),
         Claim::ours(
             "in-place-10",
-            "Births in place: at most 1.32 with at most 10 moved faces for each split, 95 % of the levels at most 0.05 more, and \
-             at most 12 % of the drawn faces beside the live ones (FIFO-16, mean over the models).",
+            "Births in place need at most 1.32 with at most 10 moved faces per split, 95 % of the levels at \
+             most 0.05 more, and at most 12 % more faces are drawn than are live (FIFO-16, mean over the \
+             models).",
             &[
                 Test::value(one(FIFO_16, IN_PLACE_10), AtMost(1.32)),
                 Test::value(one(MOVED, IN_PLACE_10), AtMost(10.0)),
@@ -115,8 +128,8 @@ pub const AVERAGE: Figure = Figure {
         .at(Places::mean(&CLOSED)),
         Claim::ours(
             "re-optimised",
-            "Births in place need fewer transforms than meshoptimizer reaches when it orders every level from scratch, by the \
-             better of its two optimizers (FIFO-16, mean over the models).",
+            "Births in place need fewer transforms than meshoptimizer reaches when it reorders every level \
+             from scratch, with the better of its two optimizers (FIFO-16, mean over the models).",
             &[
                 Test::ratio(one(FIFO_16, IN_PLACE_23), best(FIFO_16, re_optimised), Below(1.0)),
                 Test::ratio(one(FIFO_16, IN_PLACE_10), best(FIFO_16, re_optimised), Below(1.0)),
@@ -126,13 +139,18 @@ pub const AVERAGE: Figure = Figure {
         EQUAL_MEMORY,
         Claim::ours(
             "batches",
-            "Where devices share work inside batches of 32 vertices and 32 triangles and have no cache, births in place need at \
-             most 1.70, and no more than the full mesh's order compacted and than skip lists (mean over the models).",
+            "On devices that have no cache and reuse vertices within batches of 32 vertices and 32 \
+             triangles, births in place need at most 1.70, and no more than the compacted order of the full \
+             mesh and than skip lists (mean over the models).",
             &[
                 Test::value(one(BATCHES, IN_PLACE_23), AtMost(1.70)),
                 Test::value(one(BATCHES, IN_PLACE_10), AtMost(1.70)),
                 Test::ratio(one(BATCHES, IN_PLACE_23), one(BATCHES, Baseline::Compacted.name()), AtMost(1.0)),
-                Test::ratio(one(BATCHES, IN_PLACE_23), one(BATCHES, FaceOrder::SkipLists.name()), AtMost(1.0)),
+                Test::ratio(
+                    one(BATCHES, IN_PLACE_23),
+                    one(BATCHES, FaceOrder::SkipLists.name()),
+                    AtMost(1.0),
+                ),
             ],
         )
         .at(Places::mean(&CLOSED)),
@@ -145,7 +163,7 @@ const WORST: &str = "FIFO-16, worst level";
 const AFTER: &str = "FIFO-16, after a tswap";
 const MADE: &str = "made for it, after a tswap";
 const MADE_ALL: &str = "made for it, all levels";
-/// Caches of today and of the paper's time. The paper's greedy is run for each of them.
+/// Cache sizes of the paper's time and of today. The paper's greedy runs for each of them.
 const SIZES: [u32; 4] = [12, 16, 24, 32];
 const MEMORY: &str = "memory of the lists";
 const WEDGES: &str = "FIFO-16 on wedges";
@@ -198,7 +216,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// The cost in wedges, which a device shades, for models with more wedges than positions.
+/// The cost with wedges as vertices, as a device shades them; for models with more wedges than positions.
 fn on_wedges(name: &str, mesh: &ProgressiveMesh, program: &Program, levels: &[u32]) -> Option<Row> {
     let every_vertex: Vec<u32> = (0..mesh.vertices.welded.len() as u32).collect();
     if mesh.vertices.welded == every_vertex {
@@ -226,7 +244,8 @@ fn spread(name: &str, mesh: &ProgressiveMesh, costs: &LevelCosts) -> Vec<Row> {
     rows
 }
 
-/// The paper's greedy for each of [`SIZES`], measured with the same cache: just after its tswaps, and at `levels`.
+/// The paper's greedy for each of [`SIZES`], measured with the same cache: just after its tswaps, and at
+/// `levels`.
 fn made_for_each_size(model: &Model, collapses: &Collapses, levels: &[u32]) -> Vec<Row> {
     let rows = SIZES.into_iter().flat_map(|entries| {
         let options = OrderOptions { cache_entries: entries, ..OrderOptions::PAPER };

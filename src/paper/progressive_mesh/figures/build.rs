@@ -12,12 +12,13 @@ use std::time::Instant;
 pub const BUILD: Figure = Figure {
     id: "pm.build",
     title: "Time and memory of a build",
-    about: "The optimizer runs once a model, and is not bound to real time (section 2). How long do its steps take, on \
-            one core but for what the counting of levels would use, and how much memory: reading and cleaning a file, \
-            simplifying to 64 faces, ordering (tail-23), writing the .pmesh file, and reading \
-            it? `torus` is generated in about as many faces as the scan `dragon` has in its four resolutions; the dragon \
-            is measured where `ortelius fetch` has fetched it. Each build runs six times, each in a process of its \
-            own (`ortelius mesh build`); memory is the most that this had resident.",
+    about: "The optimizer runs once per model and is not bound to real time (section 2). How long do the \
+            steps of a build take, and how much memory? The steps are reading and cleaning a file, \
+            simplifying to 64 faces, ordering (tail-23), writing the .pmesh file, and reading it. They use \
+            one core, except for counting levels. `torus` is generated with about as many faces as the scan \
+            `dragon` has in its four resolutions; the dragon is measured if `ortelius fetch` has downloaded \
+            it. Each build runs six times, each in its own process (`ortelius mesh build`). Memory is the \
+            maximum resident memory of that process.",
     scenes: &["torus", "dragon"],
     variants,
     paper: &[],
@@ -31,13 +32,13 @@ pub const BUILD: Figure = Figure {
     claims: &[
         Claim::ours(
             "linear",
-            "A face costs at most twice as much time in the largest model as in the smallest.",
+            "In the largest model, a face takes at most twice as much time as in the smallest.",
             &[Test::growth(one(TIME, WHOLE), 1.0, AtMost(2.0))],
         )
         .timed(),
         Claim::ours(
             "dragon",
-            "The dragon of 871 414 faces is built in about 30 s (at most 36), with at most 2 GiB.",
+            "The dragon with 871 414 faces is built in at most 36 s (target: 30 s) with at most 2 GiB.",
             &[Test::value(one(TIME, WHOLE), AtMost(36e3)), Test::value(one(MEMORY, WHOLE), AtMost(2048.0))],
         )
         .at(Places::scenes(&["dragon"]).x(871_414.0, 871_414.0))
@@ -56,7 +57,7 @@ const OF_THE_BUILD: usize = 4;
 /// The dragon's files by number of faces.
 const DRAGONS: [(f64, &str); 4] =
     [(11_102.0, "dragon_res4"), (47_794.0, "dragon_res3"), (202_520.0, "dragon_res2"), (871_414.0, "dragon")];
-/// Builds of each model: the smallest number that gives a 95 % confidence interval.
+/// Builds of each model: the smallest number with a 95 % confidence interval.
 const RUNS: usize = 6;
 
 fn variants() -> Vec<String> {
@@ -71,7 +72,7 @@ fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         _ => {
             let name = DRAGONS.iter().find(|(count, _)| *count == faces).context("a dragon")?.1;
             if fetched(name).is_none() {
-                let why = format!("{name} is not here: ortelius fetch {name}");
+                let why = format!("{name} is not fetched: ortelius fetch {name}");
                 return Ok(variants().iter().map(|v| missing(v, TIME, &why)).collect());
             }
             name.to_owned()
@@ -88,7 +89,7 @@ fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let memory: Option<Vec<f64>> = builds.iter().map(|build| build.most_memory).collect();
     rows.push(match memory {
         Some(memory) => Row::of_rounds(WHOLE, MEMORY, "MiB", Some(memory)),
-        None => missing(WHOLE, MEMORY, "this system does not tell a process its memory"),
+        None => missing(WHOLE, MEMORY, "this system does not report the memory of a process"),
     });
     rows.push(Row::number(WHOLE, FILE, "bytes", builds[0].file_bytes));
     Ok(rows)
@@ -102,30 +103,30 @@ fn missing(variant: &str, quantity: &str, why: &str) -> Row {
 struct Build {
     /// Milliseconds of each of [`STEPS`].
     times: [f64; 5],
-    /// MiB.
+    /// Maximum resident memory in MiB; `None` if unknown.
     most_memory: Option<f64>,
     file_bytes: f64,
 }
 
-/// Builds a model in a separate process (this program as `mesh build`), so that memory of earlier measurements is
-/// excluded.
+/// Builds a model in a separate process (this program as `mesh build`), so that the memory of earlier
+/// measurements is not counted.
 fn build(model: &str, folder: &Path) -> anyhow::Result<Build> {
     let (file, report) = (folder.join("a.pmesh"), folder.join("a.json"));
     let program = std::env::current_exe().context("own program not found")?;
     let mut command = Command::new(program);
     command.args(["mesh", "build", model, "-o"]).arg(&file).arg("--report").arg(&report);
-    let ran = command.stdin(Stdio::null()).output().context("the process that builds cannot be started")?;
+    let ran = command.stdin(Stdio::null()).output().context("the build process cannot be started")?;
     let said = String::from_utf8_lossy(&ran.stderr);
     anyhow::ensure!(ran.status.success(), "mesh build {model}: {}", said.lines().last().unwrap_or_default());
     let start = Instant::now();
     let read = ProgressiveMesh::read(&file)?;
     let again = start.elapsed().as_secs_f64() * 1e3;
-    anyhow::ensure!(!read.contents.is_cut(), "{}: read again it is not whole", file.display());
+    anyhow::ensure!(!read.contents.is_cut(), "{}: incomplete when read back", file.display());
     told(&serde_json::from_slice(&std::fs::read(&report)?)?, again)
-        .with_context(|| format!("{}: not what mesh build reports", report.display()))
+        .with_context(|| format!("{}: not a report of mesh build", report.display()))
 }
 
-/// The values in a build's report, and the time to read its file again.
+/// Reads a build's report, and adds the time to read its file.
 fn told(report: &serde_json::Value, again: f64) -> Option<Build> {
     let step = |name: &str| report["milliseconds"][name].as_f64();
     Some(Build {

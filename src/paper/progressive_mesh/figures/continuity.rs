@@ -15,15 +15,16 @@ use glam::DVec3;
 pub const CONTINUITY: Figure = Figure {
     id: "pm.continuity",
     title: "Faces that follow the wanted error",
-    about: "The level of detail is continuous (title) if a slightly larger wanted error gives slightly fewer faces. The \
-            error is raised by 1 % at a time, from the level with 90 % of the faces to that with 1000: how much do the \
-            faces change at most, and in how many of these steps do they not change at all? `best`: two passes of \
-            the simplifier, the second paced by the deviation of each collapse. `fast`: the first alone. And what \
-            does the pace cost: mean and Hausdorff distance at equal numbers of faces, geometric means over 50, 20, 10 and \
-            5 % of the faces (50 000 points when quick, else 400 000). Closed models `bunny`, `sphere`, \
-            `torus`, `knot` and `solid`, the open `grid`; `dragon_res4` and, with --full, `dragon` where they have been fetched, in \
-            no mean. `solid` has flat parts, which vanish at no error: the steps begin at the first that is more than \
-            rounding.",
+    about: "The level of detail is continuous (title) if a slightly larger wanted error gives slightly fewer \
+            faces. Here the wanted error rises in steps of 1 %, from the level with 90 % of the faces to the \
+            level with 1000. By how much do the faces change at most, and in how many steps do they not \
+            change at all? `best` uses two passes of the simplifier; the second delays collapses by their \
+            deviation. `fast` uses only the first pass. To show the price, mean and Hausdorff distances are \
+            compared at equal numbers of faces (geometric means over 50, 20, 10 and 5 % of the faces, with \
+            50 000 points in quick runs and 400 000 otherwise). The closed models are `bunny`, `sphere`, \
+            `torus`, `knot` and `solid`, the open model is `grid`; `dragon_res4` and, with --full, `dragon` \
+            are measured if they have been fetched, and belong to no mean. `solid` has flat parts, which \
+            vanish with an error of 0: its steps begin at the first error above rounding.",
     scenes: &["bunny", "sphere", "torus", "knot", "solid", "grid", scans::SMALL, scans::LARGE],
     variants: || BuildEffort::ALL.iter().map(|effort| effort.name().into()).collect(),
     paper: &[],
@@ -33,19 +34,19 @@ pub const CONTINUITY: Figure = Figure {
     claims: &[
         Claim::ours(
             "largest-change",
-            "1 % more of the wanted error changes the faces by at most 2.5 %.",
+            "A wanted error 1 % larger changes the faces by at most 2.5 %.",
             &[Test::value(one(MOST, BEST), AtMost(2.5))],
         ),
         Claim::ours(
             "every-step",
-            "At most 2 % of the steps of 1 % change nothing.",
+            "At most 2 % of the steps change nothing.",
             &[Test::value(one(NONE, BEST), AtMost(2.0))],
         )
         .at(Places::scenes(&MODELS)),
         Claim::ours(
             "distance",
-            "At equal numbers of faces the mean distance is at most 1.02 of that without a pace, and the Hausdorff distance at \
-             most 0.95 (mean over the models; aim: 0.85).",
+            "At equal numbers of faces, the mean distance of `best` is at most 1.02 of that of `fast`, and \
+             the Hausdorff distance at most 0.95 (mean over the models; target: 0.85).",
             &[
                 Test::ratio(one(MEAN, BEST), one(MEAN, FAST), AtMost(1.02)),
                 Test::ratio(one(HAUSDORFF, BEST), one(HAUSDORFF, FAST), AtMost(0.95)),
@@ -65,11 +66,11 @@ const NONE: &str = "steps that change nothing";
 const MEAN: &str = "mean distance";
 const HAUSDORFF: &str = "Hausdorff distance";
 
-/// Relative to the wanted error.
+/// Ratio of successive wanted errors.
 const STEP: f64 = 1.01;
 /// Fractions of the faces at which distances are compared.
 const PARTS: [f64; 4] = [0.5, 0.2, 0.1, 0.05];
-/// Errors below this are rounding, in diagonals.
+/// Errors below this, in diagonals, count as rounding errors.
 const ROUNDING: f64 = 1e-9;
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
@@ -107,7 +108,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// The number of faces for wanted errors that rise by [`STEP`], in diagonals.
+/// The number of faces for wanted errors that rise by [`STEP`]; errors are in diagonals.
 fn curve(mesh: &ProgressiveMesh, diagonal: f64) -> Vec<[f64; 2]> {
     let whole = mesh.faces.len() as f64;
     let error = |is_there: &dyn Fn(&Level) -> bool| {
@@ -122,8 +123,8 @@ fn curve(mesh: &ProgressiveMesh, diagonal: f64) -> Vec<[f64; 2]> {
     wanted.map(|wanted| [wanted / diagonal, f64::from(faces(wanted))]).collect()
 }
 
-/// The largest change over a curve's steps, and the share of steps without a change, both in percent; `None` without
-/// steps.
+/// The largest change over the steps of a curve, and the share of steps without a change, both in percent.
+/// `None` without steps.
 fn changes(curve: &[[f64; 2]]) -> Option<[f64; 2]> {
     let changes: Vec<f64> = curve.windows(2).map(|pair| 100.0 * (1.0 - pair[1][1] / pair[0][1])).collect();
     let most = changes.iter().copied().reduce(f64::max)?;

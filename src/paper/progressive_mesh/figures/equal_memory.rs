@@ -1,5 +1,5 @@
-//! Part of pm.average: skip lists that take at most the memory of an order's commands. At the usual ratio of 0.707
-//! they take less than half of it, so that comparison would be at unequal memory.
+//! Part of pm.average: skip lists with at most the memory of an order's commands. At the usual ratio of 0.707
+//! skip lists take less than half of that memory, so that the comparison would be unfair to them.
 
 use super::super::baselines::{Baseline, baseline_costs};
 use super::super::cache::Cache;
@@ -9,17 +9,18 @@ use super::orders::{CLOSED, DRAWN, FIFO_16, IN_PLACE_10, IN_PLACE_23, MOVED, num
 use crate::figure::Row;
 use crate::figure::claim::{Bound::Below, Claim, Places, Test, one};
 
-/// Memory of the data that all instances need: commands and M0's buffer, or lists and the table of split vertices.
+/// Memory that all instances share: commands and M0's buffer, or lists and the table of split vertices.
 const SHARED: &str = "memory that instances share";
 const UNIT: &str = "bytes per face";
 
-/// An order, and the skip lists that take at most its memory.
+/// An order, and the skip lists with at most its memory.
 pub const AT_MEMORY_OF: [(&str, &str); 2] = [
     (IN_PLACE_23, "skip-lists at in-place-23's memory"),
     (IN_PLACE_10, "skip-lists at in-place-10's memory"),
 ];
 
-/// Rows of an order of `mesh` and of the corresponding skip lists, at `levels` of the mesh in classical order.
+/// The rows of an order of `mesh`, and of the corresponding skip lists at `levels` of the mesh in classical
+/// order.
 pub fn rows(
     name: &str,
     mesh: &ProgressiveMesh,
@@ -35,12 +36,12 @@ pub fn rows(
     Ok(rows)
 }
 
-/// The largest number of lists that fit into `most_bytes` with the table of split vertices. Lists that shrink by a
-/// factor r take 12 F / (1 - r) bytes together.
+/// The largest number of lists that fit into `most_bytes` together with the table of split vertices. Lists
+/// that shrink by a factor r take 12 F / (1 - r) bytes in total.
 fn skip_lists_within(name: &str, plain: &ProgressiveMesh, most_bytes: f64, levels: &[u32]) -> [Row; 4] {
     let (faces, table) = (plain.faces.len() as f64, 4.0 * plain.splits.split_vertices.len() as f64);
     let mut ratio = 1.0 - 12.0 * faces / (most_bytes - table);
-    // The sum is over whole levels: reduce the ratio until it fits.
+    // The sum over actual levels may be larger: reduce the ratio until it fits.
     let found = loop {
         let found = baseline_costs(plain, Baseline::SkipLists { ratio }, &[Cache::Fifo(16)], levels);
         if found.list_bytes as f64 + table <= most_bytes {
@@ -57,11 +58,11 @@ fn skip_lists_within(name: &str, plain: &ProgressiveMesh, most_bytes: f64, level
     ]
 }
 
-/// At equal memory.
+/// The comparison at equal memory.
 pub const EQUAL_MEMORY: Claim = Claim::ours(
     "equal-memory",
-    "With births in place fewer vertices are transformed than with multi-level skip lists that take as much memory (FIFO-16, \
-     mean over the models).",
+    "With births in place, fewer vertices are transformed than with multi-level skip lists of the same \
+     memory (FIFO-16, mean over the models).",
     &[
         Test::ratio(one(FIFO_16, AT_MEMORY_OF[0].0), one(FIFO_16, AT_MEMORY_OF[0].1), Below(1.0)),
         Test::ratio(one(FIFO_16, AT_MEMORY_OF[1].0), one(FIFO_16, AT_MEMORY_OF[1].1), Below(1.0)),
@@ -84,7 +85,7 @@ mod tests {
             let [_, _, shared, _] =
                 skip_lists_within("lists", &plain, most * faces, &[plain.last_level() / 2]);
             let Value::Number(bytes) = shared.value else { panic!("{shared:?}") };
-            assert!(0.8 * most < bytes && bytes <= most, "{bytes} of {most} bytes a face");
+            assert!(0.8 * most < bytes && bytes <= most, "{bytes} of {most} bytes per face");
         }
     }
 }

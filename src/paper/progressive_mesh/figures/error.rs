@@ -12,14 +12,17 @@ use glam::DVec3;
 pub const ERROR: Figure = Figure {
     id: "pm.error",
     title: "Distance from the full mesh",
-    about: "The paper takes any simplifier; ours is judged by `meshopt_simplify` (meshoptimizer), whose collapses also \
-            leave vertices in place, at equal numbers of faces. Mean, root mean square and largest (Hausdorff) \
-            distance, both ways, of points spread by area (50 000 when quick, else 400 000) and all vertices to the exact nearest point of the \
-            other surface, in diagonals of the model's box; and the error that each states. Ours states an \
-            estimate of the Hausdorff distance from above (20 points of a face, crossings of edges and all vertices are \
-            measured, and 3 % added; a part that vanishes counts by its extent), meshoptimizer one of its quadrics. Both get the same vertices, seams included. Of the shipped \
-            models `bunny`, `sphere`, `torus`, `knot` and `solid` are closed, `grid` is open. Where they have been fetched, also the scans `dragon_res4` and, with --full, \
-            `dragon`, in no mean.",
+    about: "The paper accepts any simplifier. Ours is compared with `meshopt_simplify` (meshoptimizer), \
+            whose collapses also leave vertices in place, at equal numbers of faces. The distances are the \
+            mean, the root mean square and the largest (Hausdorff) distance in both directions, in diagonals \
+            of the model's box. They are measured from points spread by area (50 000 in quick runs, else 400 \
+            000) and from all vertices to the exact nearest point of the other surface. The figure also \
+            shows the error that each simplifier states. Ours estimates the Hausdorff distance: it measures \
+            20 points of each face, the crossings of edges and all vertices, and adds 3 %; a part that \
+            vanishes counts with its extent. meshoptimizer states an error of its quadrics. Both get the \
+            same vertices, including seams. Of the shipped models `bunny`, `sphere`, `torus`, `knot` and \
+            `solid` are closed, and `grid` is open. The scans `dragon_res4` and, with --full, `dragon` are \
+            measured if they have been fetched, and belong to no mean.",
     scenes: &["bunny", "sphere", "torus", "knot", "solid", "grid", scans::SMALL, scans::LARGE],
     variants,
     paper: &[],
@@ -37,26 +40,29 @@ pub const ERROR: Figure = Figure {
     claims: &[
         Claim::ours(
             "mean",
-            "On each closed model at 50 to 5 % of the faces, ours has at most 0.95 of meshoptimizer's mean distance.",
+            "On each closed model at 50 to 5 % of the faces, our mean distance is at most 0.95 of \
+             meshoptimizer's.",
             &[Test::ratio(one(MEAN, OURS), one(MEAN, BASELINE), AtMost(0.95))],
         )
         .at(Places::scenes(&CLOSED).x(5.0, 50.0)),
         Claim::ours(
             "hausdorff",
-            "There, ours has at most 1.6 of meshoptimizer's Hausdorff distance (aim: 1.25).",
+            "On the same models and faces, our Hausdorff distance is at most 1.6 of meshoptimizer's (target: \
+             1.25).",
             &[Test::ratio(one(HAUSDORFF, OURS), one(HAUSDORFF, BASELINE), AtMost(1.6))],
         )
         .at(Places::scenes(&CLOSED).x(5.0, 50.0)),
         Claim::ours(
             "dragon",
-            "The dragon of 871 414 faces comes down to 1 % of them.",
+            "The dragon with 871 414 faces is simplified to 1 % of them.",
             &[Test::value(one(FACES, OURS), AtMost(8714.0))],
         )
         .at(Places::scenes(&[scans::LARGE]).x(1.0, 1.0)),
         Claim::ours(
             "stated",
-            "The error that ours states is nowhere less than the Hausdorff distance that points find (by more than 1.4e-14 \
-             diagonals, 64 roundings of f64: where a vertex is the farthest point, both are the same number by two ways).",
+            "The error that ours states is never less than the measured Hausdorff distance, with a tolerance \
+             of 1.4e-14 diagonals (64 roundings of f64, because both compute the same distance differently \
+             if a vertex is the farthest point).",
             &[Test::difference(one(HAUSDORFF, OURS), one(STATED, OURS), AtMost(TWO_WAYS))],
         ),
     ],
@@ -70,11 +76,12 @@ const HAUSDORFF: &str = "Hausdorff distance";
 const STATED: &str = "stated error";
 const FACES: &str = "faces";
 
-/// Distances in diagonals below this are rounding and count as 0: a flat part may lose faces without moving.
+/// Distances below this, in diagonals, are rounding errors and count as 0: flat parts can lose faces without
+/// moving.
 const ROUNDING: f64 = 1e-9;
 
-/// Largest difference, in diagonals, between two computations of one distance: coordinates are at most 1, and a
-/// distance takes some dozen operations.
+/// Largest difference between two computations of one distance, in diagonals: coordinates are at most 1, and
+/// a distance takes some dozen operations.
 const TWO_WAYS: f64 = 64.0 * f64::EPSILON;
 
 fn variants() -> Vec<String> {

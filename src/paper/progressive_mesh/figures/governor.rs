@@ -30,22 +30,23 @@ const BUDGET: &str = "budget";
 
 const SCENE: &str = "herd/walk";
 
-/// Most frames that a governor may take to settle from the scene's own error to one within the budget.
+/// Maximum number of frames for a governor to settle from the scene's own error to one within the budget.
 const SETTLING: usize = 30;
 
 /// The figure.
 pub const GOVERNOR: Figure = Figure {
     id: "pm.governor",
     title: "Frame time and error along a path, without and with a governor",
-    about: "The paper changes the wanted deviation according to the platform's performance (section 4), and does not say \
-            how. Here 500 instances are walked through, asked for an eighth of a pixel, which makes nearly all of them \
-            full meshes. The budget is a third of the median frame without a governor. A frame's time is the host's \
-            work on levels and all passes. `governor` plans each frame: faces times what a face cost in the last 30 \
-            frames; `integral` is the simple controller on measured times. The three take turns frame by frame, and the walk \
-            is repeated; shares are of each walk's frames after its first 30, with their median and spread over the \
-            walks. Are frames within the budget, how far beyond it are those that are not, does the error rest or \
-            hunt (a turn is a change of the error against the direction of the last one), and what does it cost (the \
-            geometric mean of the error)?",
+    about: "The paper changes the wanted deviation according to the platform's performance (section 4), and \
+            does not say how. Here the camera walks through 500 instances with a wanted error of an eighth \
+            of a pixel, at which nearly all of them are full meshes. The budget is a third of the median \
+            frame time without a governor. A frame's time is the host's work on levels plus all passes. \
+            `governor` plans each frame: the number of faces times the time per face in the last 30 frames. \
+            `integral` is the simple controller on measured times. The three variants alternate frame by \
+            frame, and the walk is repeated. Shares are of each walk's frames after its first 30, with \
+            median and spread over the walks. Are frames within the budget? By how much do the others exceed \
+            it? Is the error steady, or does it oscillate (a turn is a change of the error against the \
+            direction of the previous change)? And what is the cost (the geometric mean of the error)?",
     scenes: &[SCENE],
     variants: || VARIANTS.map(String::from).into(),
     paper: &[],
@@ -56,19 +57,20 @@ pub const GOVERNOR: Figure = Figure {
         Claim::paper(
             "4",
             "budget-held",
-            "After the first 30 frames nine of ten frames are within the budget.",
+            "After the first 30 frames, nine of ten frames are within the budget.",
             &[Test::value(one(WITHIN, PLANNED), AtLeast(90.0))],
         )
         .timed(),
         Claim::ours(
             "no-oscillation",
-            "The error does not hunt: it turns in at most one frame of ten.",
+            "The error does not oscillate: it turns in at most one frame of ten.",
             &[Test::value(one(TURNS, PLANNED), AtMost(10.0))],
         )
         .timed(),
         Claim::ours(
             "planning-pays",
-            "A plan holds the budget in more frames than the integral controller, at no larger mean error.",
+            "A plan keeps the budget in more frames than the integral controller does, with no larger mean \
+             error.",
             &[
                 Test::ratio(one(WITHIN, PLANNED), one(WITHIN, INTEGRAL), Above(1.0)),
                 Test::ratio(one(PRICE, PLANNED), one(PRICE, INTEGRAL), AtMost(1.0)),
@@ -78,7 +80,7 @@ pub const GOVERNOR: Figure = Figure {
     ],
 };
 
-/// Walks of the path: the smallest number that gives a 95 % confidence interval.
+/// Walks along the path: the smallest number with a 95 % confidence interval.
 const WALKS: usize = 6;
 
 /// The scene and path of the walk.
@@ -98,7 +100,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let walk = Walk { gpu: bench.gpu(&[])?, models: load(&scene)?, scene, path, size, step };
     let own = walk.records(&[None])?.remove(0);
     let Some(times) = times(&own) else {
-        let why = "the device keeps no time";
+        let why = "the device has no timestamps";
         return Ok(VARIANTS.map(|v| Row::missing(v, TIME, why)).into());
     };
     let budget_ms = median(&times).context("a path has frames")? / 3.0;
@@ -114,7 +116,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 }
 
 impl Walk<'_> {
-    /// The frames of one walk with each of `budgets`, interleaved.
+    /// The frames of one walk with each of `budgets`. The budgets alternate frame by frame.
     fn records(&self, budgets: &[Option<(Budget, Rule)>]) -> anyhow::Result<Vec<Vec<FrameRecord>>> {
         let path: &Path = self.scene.path(self.path)?;
         let own = Settings::of_scene(&self.scene, Target::Srgb8)?;
@@ -124,7 +126,7 @@ impl Walk<'_> {
             ProgressiveMeshes::run(self.gpu.clone(), &self.models, settings)
         };
         let mut sessions = budgets.iter().map(session).collect::<Result<Vec<_>, _>>()?;
-        // First-use costs of shaders and memory are excluded from frames.
+        // A first frame, which is not recorded, takes the first-use costs of shaders and memory.
         for session in &mut sessions {
             session.frame(&path.pose(0))?;
             session.drain()?;
@@ -201,7 +203,7 @@ fn told(variant: &str, runs: &[&[FrameRecord]], budget_ms: f64) -> anyhow::Resul
     Ok(rows)
 }
 
-/// Reversals of a sequence: rises after a fall and falls after a rise. Constant parts are ignored.
+/// Reversals of a sequence: rises after a fall, and falls after a rise. Constant parts are ignored.
 fn turns(values: &[f64]) -> usize {
     let directions: Vec<bool> =
         values.windows(2).filter(|pair| pair[0] != pair[1]).map(|pair| pair[1] > pair[0]).collect();

@@ -42,13 +42,13 @@ pub const FIGURES: &[&Figure] = &[
     &extremes::EXTREMES,
 ];
 
-/// A scene with changes; `name` is SCENE/CAMERA or SCENE/PATH.
+/// A scene with changed settings, and its camera or path. `name` is SCENE/CAMERA or SCENE/PATH.
 fn scene<'a>(name: &'a str, changes: &[String]) -> anyhow::Result<(Scene, &'a str)> {
-    let (scene, eye) = name.split_once('/').with_context(|| format!("{name:?} is no SCENE/CAMERA"))?;
+    let (scene, eye) = name.split_once('/').with_context(|| format!("{name:?} is not SCENE/CAMERA"))?;
     Ok((Scene::load_with(scene, changes)?, eye))
 }
 
-/// A session of a scene on the run's device; `change` is applied last to the settings.
+/// A session of a scene on the run's device. `change` is the last change of the settings.
 fn session(
     bench: &Bench,
     scene: &Scene,

@@ -1,4 +1,4 @@
-//! pm.moves: transforms saved by moving faces: the trade-off between processor load and GPU load.
+//! pm.moves: transforms saved by moving faces, the trade-off between CPU load and GPU load.
 
 use super::super::cache::{Cache, sampled_levels};
 use super::super::order::{Groups, OrderOptions};
@@ -10,14 +10,15 @@ use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
 pub const MOVES: Figure = Figure {
     id: "pm.moves",
     title: "Transforms against moved faces",
-    about: "The number of tswaps balances load between CPU and GPU (section 5). The budget is how many faces may change \
-            their slots for each split; FIFO-16, mean over up to 512 levels, models as in pm.order: `bunny`, `sphere`, \
-            `torus`, `knot`, `solid`. Groups of one ratio: each multiplies the faces by the same number. Equal groups: \
-            of equally many splits, as many as fit the budget. Threshold: groups of one ratio and half as much again \
-            as the budget allows, where a face moves only if that saves more than a transform. Regions: a third of \
-            the faces at a time, in turns, whenever the budget pays for it. In all of these new faces stand at the tail until \
-            the next tswap. Births in place: groups of one ratio, new faces beside their neighbours from the group's \
-            first level on, without area until they are born.",
+    about: "The number of tswaps balances the load between CPU and GPU (section 5). The budget is the number \
+            of faces that may change their slots per split. Costs are for FIFO-16, as the mean over up to \
+            512 levels; the models are those of pm.order: `bunny`, `sphere`, `torus`, `knot`, `solid`. One \
+            ratio: each group multiplies the faces by the same number. Equal groups: as many groups with the \
+            same number of splits as fit the budget. Threshold: groups of one ratio for one and a half times \
+            the budget, but a face moves only if that saves more than a transform. Regions: a third of the \
+            faces at a time, in turns, whenever the budget allows it. In all of these, new faces stay at the \
+            tail until the next tswap. Births in place: groups of one ratio, with new faces beside their \
+            neighbours from the group's first level on, degenerate until they are born.",
     scenes: &CLOSED,
     variants,
     paper: &[],
@@ -27,15 +28,12 @@ pub const MOVES: Figure = Figure {
         full: &[4.0, 5.0, 7.0, 10.0, 13.0, 16.0, 19.0, 23.0, 30.0, 40.0, 60.0],
     }),
     measure,
-    plots: &[
-        Plot::sweep(COST).log_x(),
-        Plot::sweep(MOVED).log_x().log_y(),
-    ],
+    plots: &[Plot::sweep(COST).log_x(), Plot::sweep(MOVED).log_x().log_y()],
     claims: &[
         Claim::paper(
             "5",
             "balance",
-            "The number of tswaps balances the load: the more faces move, the fewer vertices are transformed.",
+            "The number of tswaps balances the load: with more moved faces, fewer vertices are transformed.",
             &[Test::steps(one(COST, RATIO), Below(1.0)), Test::steps(one(MOVED, RATIO), Above(1.0))],
         )
         .at(Places::mean(&CLOSED)),
@@ -47,7 +45,8 @@ pub const MOVES: Figure = Figure {
         .at(Places::mean(&CLOSED).x(10.0, 23.0)),
         Claim::ours(
             "births-in-place",
-            "At every budget births in place need fewer transforms than the best order with new faces at the tail does.",
+            "At every budget, births in place need fewer transforms than the best order with new faces at \
+             the tail.",
             &[Test::ratio(one(COST, IN_PLACE), best(COST, at_the_tail), Below(1.0))],
         )
         .at(Places::mean(&CLOSED)),
@@ -75,7 +74,7 @@ fn options(name: &str, budget: f64, collapses: &Collapses, faces: usize) -> Orde
     let one_ratio = OrderOptions { groups: Groups::Budget(budget), ..OrderOptions::TAIL_23 };
     match name {
         EQUAL => {
-            // Group k of n ends with M0's faces and k/n of the others.
+            // Group k of n ends with M0's faces and k/n of the other faces.
             let base = faces - collapses.faces.items().len();
             let all = budget * collapses.faces.len() as f64;
             let moved = |count: f64| count * base as f64 + (faces - base) as f64 * (count + 1.0) / 2.0;

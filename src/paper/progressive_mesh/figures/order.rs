@@ -14,15 +14,17 @@ use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 pub const ORDER: Figure = Figure {
     id: "pm.order",
     title: "Transforms per vertex at every level",
-    about: "How often is a vertex transformed at each level of detail (section 2: 1 = the bound, 3 x faces / vertices \
-            = no reuse, about 6)? The shipped closed models `bunny`, `sphere`, `torus`, `knot` and `solid`, simplified \
-            to 64 faces. Classical: faces in the order in which splits bring them. Paper: section 5 as it is \
-            described (greedy without a look at what is left of a vertex; 64 equal groups). Tail: with that look, and groups of \
-            one ratio; new faces stand at the tail until the next tswap. In place: new faces stand beside their neighbours \
-            before they are born, without area. 23 and 10: moved faces for each split. And baselines: random, \
-            re-optimised at every level by meshoptimizer, the full mesh's order compacted, skip lists, a discrete \
-            chain. Vertices are positions; `solid` has seams, and pm.average has its cost on wedges, which a device shades, too. Where they have been fetched, also the scans `dragon_res4` and, with --full, \
-            `dragon`; claims speak of the shipped models alone.",
+    about: "How often is a vertex transformed at each level of detail (section 2)? The lower bound is 1; \
+            without reuse it is 3 x faces / vertices, about 6. The models are the shipped closed models \
+            `bunny`, `sphere`, `torus`, `knot` and `solid`, simplified to 64 faces. Classical: faces in the \
+            order in which splits add them. Paper: section 5 as described (a greedy without a valence term; \
+            64 equal groups). Tail: a greedy with a valence term, and groups of one ratio; new faces stay at \
+            the tail until the next tswap. In place: new faces are beside their neighbours before they are \
+            born, and degenerate. 23 and 10 are moved faces per split. The baselines are random order, \
+            reordering by meshoptimizer at every level, the compacted order of the full mesh, skip lists, \
+            and a discrete chain. Vertices are positions; `solid` has seams, and pm.average also has its \
+            cost on wedges, which a device shades. The scans `dragon_res4` and, with --full, `dragon` are \
+            measured if they have been fetched; claims use only the shipped models.",
     scenes: &WITH_SCANS,
     variants,
     paper: &["paper"],
@@ -33,29 +35,31 @@ pub const ORDER: Figure = Figure {
         Claim::paper(
             "2",
             "classical-worst",
-            "The standard order is close to the worst: above 4 transforms per vertex at every level of at least 1000 faces \
-             (FIFO-16).",
+            "The standard order is close to the worst: above 4 transforms per vertex at every level of at \
+             least 1000 faces (FIFO-16).",
             &[Test::value(one(LEAST, CLASSICAL), Above(4.0))],
         )
         .at(Places::scenes(&CLOSED)),
         Claim::paper(
             "5",
             "every-level",
-            "The order is good at every level, not on average alone: the paper's costs less than half of the classical one \
-             at each of at least 1000 faces (FIFO-16), as 1.6 to 2.0 are of 4 to 6.",
+            "The order is good at every level, not only on average: at each level of at least 1000 faces, \
+             the paper's order costs less than half of the classical order (FIFO-16), as 1.6 to 2.0 is less \
+             than half of 4 to 6.",
             &[Test::value(one(SHARE, PAPER), Below(0.5))],
         )
         .at(Places::scenes(&CLOSED)),
         Claim::ours(
             "tail-every-level",
-            "tail-23 costs less than half of the classical one at each level of at least 1000 faces (FIFO-16).",
+            "At each level of at least 1000 faces, tail-23 costs less than half of the classical order \
+             (FIFO-16).",
             &[Test::value(one(SHARE, TAIL_23), Below(0.5))],
         )
         .at(Places::scenes(&CLOSED)),
         Claim::ours(
             "in-place-every-level",
-            "in-place-23 and in-place-10 cost less than a third of the classical one at each level of at least 1000 faces \
-             (FIFO-16).",
+            "At each level of at least 1000 faces, in-place-23 and in-place-10 cost less than a third of the \
+             classical order (FIFO-16).",
             &[
                 Test::value(one(SHARE, IN_PLACE_23), Below(1.0 / 3.0)),
                 Test::value(one(SHARE, IN_PLACE_10), Below(1.0 / 3.0)),
@@ -66,7 +70,8 @@ pub const ORDER: Figure = Figure {
 };
 
 const FIFO_16: &str = "FIFO-16";
-/// Claims test every level from this many faces on; on smaller meshes M0 and few other faces decide the result.
+/// Claims test every level from this many faces on; on smaller meshes the result depends on M0 and few other
+/// faces.
 const CLAIMED_FROM: u32 = 1000;
 const LEAST: &str = "FIFO-16, least from 1000 faces on";
 const SHARE: &str = "FIFO-16, most over the classical order's from 1000 faces on";
@@ -88,7 +93,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let count = bench.effort_of(97, 385);
     let plain = ordered(&model, &collapses, None);
     let levels = sampled_levels(&plain, 0, count);
-    // Claims about every level are tested at every level: samples could miss the peaks of the sawtooth.
+    // Claims about every level are tested at every level, because samples could miss the peaks before each
+    // tswap.
     let all = sampled_levels(&plain, 100_000, 2049);
     let from = all.partition_point(|&level| plain.levels[level as usize].faces < CLAIMED_FROM);
     let every = |mesh: &ProgressiveMesh| costs(mesh, &[Cache::Fifo(16)], &all[from..]).remove(0).per_vertex;
@@ -113,7 +119,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// The least cost over the levels, and the largest ratio to the classical order's cost at the same level.
+/// The lowest cost over the levels, and the largest ratio to the classical order's cost at the same level.
 fn extremes(name: &str, costs: &[f64], classical: &[f64]) -> [Row; 2] {
     let least = costs.iter().copied().min_by(f64::total_cmp).unwrap_or(f64::NAN);
     let shares = costs.iter().zip(classical).map(|(order, classical)| order / classical);

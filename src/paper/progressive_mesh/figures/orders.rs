@@ -9,10 +9,10 @@ use crate::figure::Row;
 use crate::model::Model;
 use crate::paper::progressive_mesh::choices::FaceOrder;
 
-/// The shipped models that are closed; each has at least 3000 faces.
+/// The shipped closed models; each has at least 3000 faces.
 pub const CLOSED: [&str; 5] = ["bunny", "sphere", "torus", "knot", "solid"];
 
-/// These models and the scans. Means exclude the scans, which are not available everywhere.
+/// These models and the scans. Means exclude the scans, because they are not available everywhere.
 pub const WITH_SCANS: [&str; 7] = ["bunny", "sphere", "torus", "knot", "solid", scans::SMALL, scans::LARGE];
 
 /// The name of an order, and its options; `None` for the classical order.
@@ -25,7 +25,7 @@ pub const TAIL_10: &str = FaceOrder::Tail10.name();
 pub const IN_PLACE_23: &str = FaceOrder::InPlace23.name();
 pub const IN_PLACE_10: &str = FaceOrder::InPlace10.name();
 
-/// The orders whose live faces are a prefix of one buffer at every level.
+/// The orders that draw a prefix of one buffer at every level.
 pub const ORDERS: [Named; 6] = [
     named(FaceOrder::Classical),
     named(FaceOrder::Paper),
@@ -69,7 +69,7 @@ pub fn moved_per_split(mesh: &ProgressiveMesh) -> f64 {
     mesh.swaps.cycles.items().len() as f64 / f64::from(mesh.last_level().max(1))
 }
 
-/// The costs for each cache, all at the same levels.
+/// The costs for each cache at `levels`.
 pub fn costs(mesh: &ProgressiveMesh, caches: &[Cache], levels: &[u32]) -> Vec<LevelCosts> {
     level_costs(mesh, caches, levels)
 }

@@ -1,4 +1,4 @@
-//! pm.pop: the size of picture jumps when levels change, with and without geomorphing.
+//! pm.pop: how much the picture jumps when levels change, with and without geomorphing.
 
 use super::{scene, session};
 use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Claim, Test, one};
@@ -25,16 +25,16 @@ const BEHIND: &str = "difference to the full mesh";
 pub const POP: Figure = Figure {
     id: "pm.pop",
     title: "Jumps of the picture when levels change",
-    about: "An approach that halves the distance every 16 frames asks for an error that falls by as much. Here the camera \
-            stands and the error alone falls so, from 16 pixels to a quarter: what the full mesh's own picture changes \
-            is then nil and not a guess, and every change is a pop. A vertex appears at its place at once (the \
-            paper), or leaves its split vertex's place and arrives while the wanted error falls to 0.71 of what it was \
-            (geomorph). Each pixel is the mean of 16 samples' linear light: with one sample an outline that moves by a \
-            hundredth of a pixel turns whole pixels from background to surface, and counts as a pop in either case. \
-            A frame's change is the root mean square over the pixels that any of its frames covers. \
-            Visible is a change of more than 8 levels of 8-bit sRGB; told are the worst frame of all, and the worst of \
-            those in which at most a pixel of error is wanted, as scenes ask. The price of moving is a mesh that lags: \
-            the difference to the full mesh.",
+    about: "An approach that halves the distance every 16 frames halves the wanted error as well. Here the \
+            camera stands still and only the wanted error falls, from 16 pixels to a quarter. The full \
+            mesh's picture does not change, so every change is a pop. A new vertex appears at its position \
+            at once (the paper), or moves there from its split vertex while the wanted error falls to 0.71 \
+            of its value at the birth (geomorph). Each pixel is the mean of 16 samples in linear light: with \
+            one sample, an outline that moves by a hundredth of a pixel would switch whole pixels and count \
+            as a pop in both variants. The change of a frame is the root mean square over the pixels that \
+            any frame covers. A change of more than 8 levels of 8-bit sRGB is visible. The figure reports \
+            the worst of all frames, and the worst of the frames with a wanted error of at most one pixel, \
+            as scenes use it. The price of geomorphing is a mesh that lags: the difference to the full mesh.",
     scenes: &["bunny/near", "bunny/above"],
     variants,
     paper: &["at once (the paper)"],
@@ -49,13 +49,13 @@ pub const POP: Figure = Figure {
         ),
         Claim::ours(
             "few-see-it",
-            "Without geomorphing no frame of the whole approach changes more than 1 % of the covered pixels visibly (Forsyth \
-             2001: none seen where a few triangles collapse at a time).",
+            "Without geomorphing, no frame of the whole approach changes more than 1 % of the covered pixels \
+             visibly (Forsyth 2001: no visible pops if a few triangles collapse at a time).",
             &[Test::value(one(VISIBLE, VARIANTS[0]), AtMost(1.0))],
         ),
         Claim::ours(
             "few-see-it-at-a-pixel",
-            "Nor does one in which at most a pixel of error is wanted.",
+            "The same holds for the frames with a wanted error of at most one pixel.",
             &[Test::value(one(FINE, VARIANTS[0]), AtMost(1.0))],
         ),
     ],
@@ -65,8 +65,8 @@ fn variants() -> Vec<String> {
     VARIANTS.map(String::from).into()
 }
 
-/// Wanted errors in pixels: from 16 down over six octaves in steps of 1/16 octave. 16 is coarser than any practical
-/// setting; the worst frame is in that part, and without it both variants would look better than they are.
+/// Wanted errors in pixels: from 16 down over six octaves, in steps of 1/16 octave. 16 is coarser than any
+/// practical setting, but the worst frame is there; without it both variants would look better than they are.
 fn errors() -> Vec<f64> {
     (0..=96).map(|n| 16.0 * (-f64::from(n) / 16.0).exp2()).collect()
 }
@@ -86,10 +86,10 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Samples along a side of a pixel.
+/// Samples along each side of a pixel.
 const SAMPLES: u32 = 4;
 
-/// sRGB bytes of the surface at a wanted error in pixels; one byte per pixel, because the picture is grey.
+/// The surface at a wanted error in pixels, as sRGB bytes: one per pixel, because the picture is grey.
 fn at(session: &mut Run<ProgressiveMeshes>, pose: &Pose, pixels: f64) -> anyhow::Result<Vec<u8>> {
     session.technique.surfaces[0].settings.error_pixels = pixels * f64::from(SAMPLES);
     session.frame(pose)?;
@@ -98,7 +98,8 @@ fn at(session: &mut Run<ProgressiveMeshes>, pose: &Pose, pixels: f64) -> anyhow:
     Ok(averaged(bytemuck::cast_slice(&bytes), [width, height], SAMPLES as usize))
 }
 
-/// Means of the red channel's linear light over squares of `side` samples, as sRGB bytes, of `width` x `height` pixels.
+/// Means of the red channel's linear light over squares of `side` x `side` samples, as sRGB bytes for `width`
+/// x `height` pixels.
 fn averaged(samples: &[[f32; 4]], [width, height]: [usize; 2], side: usize) -> Vec<u8> {
     let sample = |x: usize, y: usize| f64::from(samples[y * width * side + x][0]);
     let pixel = |n: usize| {
@@ -118,7 +119,7 @@ fn approach(
     let full = at(session, pose, 0.0)?;
     let pictures: Vec<Vec<u8>> =
         errors.iter().map(|&pixels| at(session, pose, pixels)).collect::<anyhow::Result<_>>()?;
-    // The corner shows the background.
+    // The corner pixel shows the background.
     let covers = |picture: &[u8], pixel: usize| picture[pixel] != picture[0];
     let covered: Vec<usize> = (0..full.len())
         .filter(|&pixel| covers(&full, pixel) || pictures.iter().any(|picture| covers(picture, pixel)))
@@ -129,8 +130,8 @@ fn approach(
         (squares / covered.len() as f64).sqrt()
     };
     let (mut along, mut largest): (Vec<[f64; 2]>, f64) = (Vec::new(), 0.0);
-    // The percentage of covered pixels that change visibly, and the frame's error: the worst of all frames, and of the
-    // fine ones.
+    // The share of covered pixels that change visibly, in percent, with the wanted error of that frame: the
+    // worst of all frames, and the worst of the fine ones.
     let (mut worst, mut worst_fine) = ((0.0, f64::NAN), 0.0_f64);
     for (pair, &error) in pictures.windows(2).zip(&errors[1..]) {
         along.push([error, rms(&pair[0], &pair[1])]);

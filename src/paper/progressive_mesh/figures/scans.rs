@@ -1,23 +1,23 @@
-//! Scans that may not be shipped, in figures: measured if `ortelius fetch` has downloaded them, otherwise reported as
-//! absent.
+//! Scans that may not be shipped: figures measure them if `ortelius fetch` has downloaded them, and otherwise
+//! report them as missing.
 
 use crate::figure::{Cell, Effort, Row};
 use crate::model::{FETCHED, Model, fetched};
 
 /// The scan of 11 102 faces, also used in quick runs.
 pub const SMALL: &str = "dragon_res4";
-/// The one of 871 414 faces, too large for a quick run.
+/// The scan of 871 414 faces, too large for quick runs.
 pub const LARGE: &str = "dragon";
 
-/// Rows in place of a scan's, each with the reason why `quantity` of a variant is missing; `None` if it can be
+/// Rows that replace a scan's rows and say why `quantity` of each variant is missing. `None` if it can be
 /// measured.
 pub fn absent(cell: &Cell, effort: Effort, variants: &[String], quantity: &str) -> Option<Vec<Row>> {
     let name = &*cell.scene;
     FETCHED.iter().find(|scan| scan.name == name)?;
     let why = match fetched(name) {
-        None => format!("{name} is not here: ortelius fetch {name}"),
+        None => format!("{name} is not fetched: ortelius fetch {name}"),
         Some(_) if name == LARGE && effort == Effort::Quick => {
-            format!("{name} is here, and measured with --full alone")
+            format!("{name} is measured only with --full")
         }
         Some(_) => return None,
     };

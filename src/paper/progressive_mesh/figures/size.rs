@@ -12,42 +12,47 @@ use crate::figure::{Bench, Cell, Figure, Plot, Row};
 
 pub const SIZE: Figure = Figure {
     id: "pm.size",
-    title: "Bytes of a split",
-    about: "What the levels of detail take: for each split (a level; on a seam it brings several vertices) its bytes, those \
-            of the faces that it brings, of the levels' errors and of the tswaps, positions and attributes apart. In a .pmesh file \
-            (docs/pmesh.md), by content, and when read for running. Beside it the same splits and tswaps as plain \
-            32-bit words, as variable-length numbers (differences of successive ones, 7 bits a byte), as Forsyth's \
-            record of 16-bit indices (6 + 2 numF bytes; no tswaps), and the index lists of multi-level skip lists (each \
-            with 0.707 of the faces of the finer one, 32-bit indices): shared by all instances, which have besides 12 bytes \
-            for each face of their own. Forms of unequal memory cost unequal transforms: pm.average compares them at \
-            equal memory. The paper says that cycles need no memory beside \
-            themselves, and no stored inverse (section 5). Models: `bunny`, `sphere`, `torus`, `knot`, `solid`; where they \
-            have been fetched also the scans `dragon_res4` and, with --full, `dragon`.",
+    title: "Bytes per split",
+    about: "The bytes that levels of detail take per split: for the split itself, the faces that it adds, \
+            the level's error and the tswaps, without positions and attributes. (A split is a level; on a \
+            seam it adds several vertices.) They are given for a .pmesh file (docs/pmesh.md), by content, \
+            and for the program in memory. For comparison, the same splits and tswaps as plain 32-bit words, \
+            as variable-length numbers (differences of successive numbers, 7 bits per byte), as Forsyth's \
+            record of 16-bit indices (6 + 2 numF bytes; no tswaps), and the index lists of multi-level skip \
+            lists (32-bit indices, each list with 0.707 of the faces of the finer one). All instances share \
+            this memory, and each also has 12 bytes per face of its own. Less memory may cost more \
+            transforms: pm.average compares them at equal memory. The paper says that cycles need no memory \
+            except for themselves, and no stored inverse (section 5). The models are `bunny`, `sphere`, \
+            `torus`, `knot`, `solid`; the scans `dragon_res4` and, with --full, `dragon` are measured if \
+            they have been fetched.",
     scenes: &WITH_SCANS,
     variants,
     paper: &["paper"],
     sweep: None,
     measure,
-    plots: &[
-        Plot::bars(FILE),
-        Plot::bars(MEMORY),
-    ],
+    plots: &[Plot::bars(FILE), Plot::bars(MEMORY)],
     claims: &[
         Claim::ours(
             "with-tswaps",
-            "The bunny's file takes at most 70 bytes for each split with 23 moved faces (aim: 43), positions and header apart.",
-            &[Test::value(one(FILE, TAIL_23), AtMost(70.0)), Test::value(one(FILE, IN_PLACE_23), AtMost(70.0))],
+            "With 23 moved faces, the bunny's file takes at most 70 bytes per split (target: 43), without \
+             positions and header.",
+            &[
+                Test::value(one(FILE, TAIL_23), AtMost(70.0)),
+                Test::value(one(FILE, IN_PLACE_23), AtMost(70.0)),
+            ],
         )
         .at(Places::scenes(&["bunny"])),
         Claim::ours(
             "without",
-            "The bunny's file takes at most 13 bytes for each split in classical order, positions and header apart.",
+            "In classical order, the bunny's file takes at most 13 bytes per split, without positions and \
+             header.",
             &[Test::value(one(FILE, CLASSICAL), AtMost(13.0))],
         )
         .at(Places::scenes(&["bunny"])),
         Claim::ours(
             "by-neighbourhood",
-            "Naming a moved face by what lies near takes at most a third of variable-length numbers, on every model.",
+            "Coding a moved face by its neighbourhood takes at most a third of the bytes of variable-length \
+             numbers, on every model.",
             &[Test::ratio(one(SWAPS, TAIL_23), one(SWAP_NUMBERS, TAIL_23), AtMost(1.0 / 3.0))],
         )
         .at(Places::scenes(&CLOSED)),
@@ -62,7 +67,7 @@ const SWAP_NUMBERS: &str = "as variable-length numbers: swaps";
 const RECORD: &str = "as Forsyth's 16-bit record";
 const MEMORY: &str = "memory";
 const SKIP_LISTS: &str = "skip lists";
-/// Ratio of a skip list's faces to those of the next finer one.
+/// Ratio of a skip list's faces to those of the next finer list.
 const RATIO: f64 = 0.707;
 const UNIT: &str = "bytes per split";
 
@@ -108,18 +113,18 @@ fn of_mesh(name: &str, mesh: &ProgressiveMesh) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// A split: splitVert, numN with numF, slots. A tswap: numF, slots.
+/// 32-bit words. A split has splitVert, numN with numF, and slots; a tswap has numF and slots.
 fn words(mesh: &ProgressiveMesh) -> usize {
     let (slots, cycles) = (&mesh.splits.slots, &mesh.swaps.cycles);
     2 * slots.len() + slots.items().len() + cycles.len() + cycles.items().len()
 }
 
-/// Bytes of a number at 7 bits a byte.
+/// Bytes of a number with 7 bits per byte.
 fn number_bytes(number: u32) -> usize {
     (32 - number.leading_zeros()).div_ceil(7).max(1) as usize
 }
 
-/// Bytes of the difference from the previous number, which is then replaced by this one.
+/// Bytes of the difference from the previous number; updates the previous number.
 fn step_bytes(before: &mut u32, number: u32) -> usize {
     let step = number.wrapping_sub(std::mem::replace(before, number)) as i32;
     number_bytes((step << 1 ^ step >> 31) as u32)
@@ -146,7 +151,7 @@ fn swap_numbers(mesh: &ProgressiveMesh) -> usize {
     mesh.swaps.cycles.rows().map(cycle).sum()
 }
 
-/// Bytes of the index lists from a mesh of `faces` faces down to one of `least`.
+/// Bytes of the index lists, from a mesh of `faces` faces down to one of `least`.
 fn skip_lists(faces: usize, least: usize) -> f64 {
     let lists = std::iter::successors(Some(faces as f64), |faces| Some(faces * RATIO));
     lists.take_while(|&faces| faces >= least as f64).map(|faces| 12.0 * faces.round()).sum()

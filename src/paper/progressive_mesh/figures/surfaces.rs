@@ -1,4 +1,4 @@
-//! Shared by the figures on simplification: the baseline, and scale-independent distances.
+//! Shared by the figures on simplification: the baseline, and distances that do not depend on the scale.
 
 use crate::model::Model;
 use crate::reference::distance::{Distances, Triangles, compare_surfaces};
@@ -13,11 +13,11 @@ pub struct Baseline {
     pub stated: f64,
 }
 
-/// `meshopt_simplify` without options and without a limit except the target.
+/// `meshopt_simplify` without options; only the target limits it.
 pub fn baseline(positions: &[DVec3], faces: &[[u32; 3]], target_faces: usize) -> anyhow::Result<Baseline> {
     let floats: Vec<[f32; 3]> = positions.iter().map(|p| p.as_vec3().to_array()).collect();
     let vertices = VertexDataAdapter::new(bytemuck::cast_slice(&floats), size_of::<[f32; 3]>(), 0)
-        .context("meshoptimizer refuses the vertices")?;
+        .context("meshoptimizer rejects the vertices")?;
     let options = SimplifyOptions::ErrorAbsolute;
     let mut stated = 0.0_f32;
     let indices = faces.as_flattened();
@@ -25,37 +25,37 @@ pub fn baseline(positions: &[DVec3], faces: &[[u32; 3]], target_faces: usize) ->
     Ok(Baseline { faces: left.as_chunks().0.to_vec(), stated: f64::from(stated) })
 }
 
-/// Unit and origin of measurements: the box of the positions that a surface's faces use.
+/// The origin and unit of measurements: the box of the positions that a surface's faces use.
 #[derive(Clone, Copy, Debug)]
 pub struct Size {
     centre: DVec3,
-    /// Centre of the box, in object units.
+    /// Diagonal of the box, in object units.
     pub diagonal: f64,
 }
 
 impl Size {
-    /// The frame of a model.
+    /// The box of a model.
     pub fn of(model: &Model) -> Size {
         Size::around(&model.positions)
     }
 
-    /// The frame of all positions of a surface.
+    /// The box of all positions.
     pub fn around(positions: &[DVec3]) -> Size {
         let low = positions.iter().fold(DVec3::MAX, |low, &p| low.min(p));
         let high = positions.iter().fold(DVec3::MIN, |high, &p| high.max(p));
         let half = (high - low) * 0.5;
-        // Scaled first: the square of a tiny or huge length would underflow or overflow.
+        // Scaled first, because the square of a tiny or huge length would underflow or overflow.
         let most = half.max_element();
         let diagonal = if most > 0.0 { (half / most).length() * most * 2.0 } else { 0.0 };
         Size { centre: low + half, diagonal }
     }
 
-    /// Positions in diagonals, relative to the centre.
+    /// Positions relative to the centre, in diagonals.
     pub fn inside(&self, positions: &[DVec3]) -> Vec<DVec3> {
         positions.iter().map(|&p| (p - self.centre) / self.diagonal).collect()
     }
 
-    /// Distances between two surfaces, in diagonals; None if one has no face with an area.
+    /// Distances between two surfaces, in diagonals; `None` if one has only degenerate faces.
     pub fn distances(&self, one: Triangles, other: Triangles, samples: usize) -> Option<Distances> {
         let [first, second] = [one, other].map(|surface| self.inside(surface.positions));
         compare_surfaces(
@@ -67,7 +67,7 @@ impl Size {
     }
 }
 
-/// Distances in diagonals of the model's box between a model and other faces over `positions`.
+/// Distances between a model and other faces over `positions`, in diagonals of the model's box.
 pub fn distances(
     model: &Model,
     positions: &[DVec3],

@@ -1,4 +1,4 @@
-//! pm.change: the cost of a change of level for each method: bytes, and time of device and host.
+//! pm.change: the cost of a level change for each method: bytes, and time of device and host.
 
 mod ways;
 mod written;
@@ -21,19 +21,23 @@ use written::Written;
 /// The figure.
 pub const CHANGE: Figure = Figure {
     id: "pm.change",
-    title: "What a change of level costs each way of drawing levels",
-    about: "One instance of `bunny` (3674 faces) or of `torus:96` (36 864) goes from level to level: by one split, by 1 % and by 10 % of \
-            all splits, and through all of them at once. The host executes splits, and tswaps where the order has them, and sends \
-            the blocks of 512 bytes that were written (classical; tail; in place), or writes into the buffer from which the device draws \
-            (mapped); or the device executes them. Baselines draw the same levels: each anew at random or by meshoptimizer, \
-            sent whole; compacted by a pass of shaders; from skip lists, each faces by 0.707 fewer than the next: a change \
-            writes its corners, of faces without area too, and another list is copied whole; from a discrete chain, which stands in the \
-            buffer. Beside them a copy of all live faces. Written is what a change writes of the index buffer, faces that come to \
-            life included, counted on the way up through all levels and back, the mean and the worst change; sent is what the host \
-            sends for a change in the middle, whole blocks, and faces that move to a slice of another size. Times \
-            are means of single changes, up to five in the middle of the range, there and back: the host's until the frame is submitted, the device's \
-            passes, and both. Only one of some hundred splits carries tswaps, and they may be of all faces: the mean says what \
-            a walk costs, the worst what one frame of it does.",
+    title: "Cost of a level change, by method",
+    about: "One instance of `bunny` (3674 faces) or of `torus:96` (36 864) changes its level: by one split, \
+            by 1 % and by 10 % of all splits, and by all of them at once. With our methods the host executes \
+            the splits (and the tswaps, if the order has them) and uploads the written blocks of 512 bytes \
+            (classical; tail; in place), or writes into the buffer from which the device draws (mapped); or \
+            the device executes them. The baselines draw the same levels. The faces in random order or \
+            reordered by meshoptimizer are uploaded as a whole. The compacted order is made by a pass of \
+            shaders. With skip lists (each has 0.707 of the faces of the next finer list) a change writes \
+            corners, including those of degenerate faces, or copies another list as a whole. A discrete \
+            chain is in the buffer already. A copy of all live faces is shown for comparison. Written bytes \
+            are those that a change writes into the index buffer, including faces that become live; they are \
+            counted on the way up through all levels and back, as the mean and the worst change. Sent bytes \
+            are those that the host uploads for a change in the middle of the range: whole blocks, and faces \
+            that move to a slice of another size. Times are means of single changes, up to five in the \
+            middle of the range, up and down: the host's time until the frame is submitted, the device's \
+            passes, and the sum. Only one of some hundred splits is followed by tswaps, which may move all \
+            faces: the mean shows the cost of a walk, the worst change that of a single frame.",
     scenes: &["bunny", "torus:96"],
     variants,
     paper: &[],
@@ -48,8 +52,8 @@ pub const CHANGE: Figure = Figure {
     claims: &[
         Claim::ours(
             "moves",
-            "With 23 moved faces for each split a split writes 23 faces of 12 bytes at most beside what splits without tswaps \
-             write; with births in place 3 corners more, in faces that are not born yet.",
+            "With 23 moved faces per split, a split writes at most 23 faces of 12 bytes more than without \
+             tswaps; with births in place at most 3 more corners, in faces that are not born yet.",
             &[
                 Test::difference(one(WRITTEN, TAIL_23), one(WRITTEN, CLASSICAL), AtMost(276.0)),
                 Test::difference(one(WRITTEN, IN_PLACE_23), one(WRITTEN, CLASSICAL), AtMost(288.0)),
@@ -58,14 +62,15 @@ pub const CHANGE: Figure = Figure {
         .at(SINGLE),
         Claim::ours(
             "copies-of-lists",
-            "Skip lists that fall by 0.707 copy 4.8 faces for each split on the way down, within 10 %: 2 / (1 - 0.707) less \
-             2, for all lists but the finest are copied as the level comes to them.",
+            "On the way down, skip lists with a ratio of 0.707 copy 4.8 faces per split, within 10 %: 2 / (1 \
+             - 0.707) - 2, because all lists except the finest are copied when their levels are reached.",
             &[Test::value(one(COPIED[1], SKIP_LISTS), Within(4.32, 5.28, Better::Neither))],
         )
         .at(SINGLE),
         Claim::ours(
             "lists-write-less",
-            "Skip lists write less than tail-23 and in-place-23 on a walk through all levels by single splits.",
+            "On a walk through all levels by single splits, skip lists write less than tail-23 and \
+             in-place-23.",
             &[
                 Test::ratio(one(WRITTEN, SKIP_LISTS), one(WRITTEN, TAIL_23), Below(1.0)),
                 Test::ratio(one(WRITTEN, SKIP_LISTS), one(WRITTEN, IN_PLACE_23), Below(1.0)),
@@ -74,7 +79,8 @@ pub const CHANGE: Figure = Figure {
         .at(SINGLE),
         Claim::ours(
             "small-steps",
-            "tail-23 and in-place-23 write less than a copy of all live faces for steps of up to 1 % of all splits.",
+            "For steps of up to 1 % of all splits, tail-23 and in-place-23 write less than a copy of all \
+             live faces.",
             &[
                 Test::ratio(one(WRITTEN, TAIL_23), one(WRITTEN, COPY), Below(1.0)),
                 Test::ratio(one(WRITTEN, IN_PLACE_23), one(WRITTEN, COPY), Below(1.0)),
@@ -83,13 +89,14 @@ pub const CHANGE: Figure = Figure {
         .at(Places::ALL.x(0.0, 1.0)),
         Claim::ours(
             "worst-split",
-            "The worst split of every way writes at most 1 % more than a copy of all live faces.",
+            "With every method, the worst split writes at most 1 % more than a copy of all live faces.",
             &[Test::ratio(each(WORST, baselines_of_a_copy), one(WORST, COPY), AtMost(1.01))],
         )
         .at(SINGLE),
         Claim::ours(
             "compaction-looks-at-all",
-            "A compaction goes through all faces for every change: one split takes the device at least half as long as all.",
+            "A compaction visits all faces for every change: one split takes the device at least half as \
+             long as all splits.",
             &[Test::ratio(
                 one(DEVICE, COMPACTED).x(At::X(ONE)),
                 one(DEVICE, COMPACTED).x(At::X(ALL)),
@@ -99,8 +106,8 @@ pub const CHANGE: Figure = Figure {
         .timed(),
         Claim::ours(
             "less-than-a-copy",
-            "A change of 1 % in tail-23 takes host and device less than a copy of all live faces, the best of its three \
-             ways.",
+            "For a change of 1 % in tail-23, host and device together take less time than a copy of all live \
+             faces, with the best of its three methods.",
             &[Test::ratio(
                 one(BOTH, COPY),
                 best(BOTH, || [TAIL_23, MAPPED, ON_DEVICE].map(String::from).into()),
@@ -113,7 +120,7 @@ pub const CHANGE: Figure = Figure {
 };
 
 const STEPS: [f64; 4] = [ONE, 1.0, 10.0, ALL];
-/// For the largest mesh a step is less than one split.
+/// For the largest mesh this is less than one split.
 const ONE: f64 = 0.001;
 const ALL: f64 = 100.0;
 const SINGLE: Places = Places::ALL.x(0.0, ONE);
@@ -135,19 +142,19 @@ fn baselines_of_a_copy() -> Vec<String> {
     variants().into_iter().filter(|name| name != COPY).collect()
 }
 
-/// Splits per step.
+/// The number of splits in a step.
 fn splits(last: u32, percent: f64) -> u32 {
     ((f64::from(last) * percent / 100.0) as u32).max(1)
 }
 
-/// Levels of up to five steps in the middle of the range.
+/// The levels of up to five steps in the middle of the range.
 fn middle(last: u32, step: u32) -> Vec<u32> {
     let steps = (last / step).clamp(1, 5);
     let first = (last - steps * step) / 2;
     (0..=steps).map(|n| first + n * step).collect()
 }
 
-/// A model in each order that is compared.
+/// A model in each order of the comparison.
 struct Meshes {
     classical: ProgressiveMesh,
     tail: ProgressiveMesh,
@@ -208,7 +215,7 @@ fn written_rows(meshes: &Meshes, step: u32) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// For each round the mean of its single changes.
+/// The mean over the single changes of each round.
 fn time_rows(timed: &Timed) -> Vec<Row> {
     let of = |labels: &[&str]| -> Option<Vec<f64>> {
         let mean = |round: &Vec<PassTime>| {

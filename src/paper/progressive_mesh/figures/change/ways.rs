@@ -17,19 +17,19 @@ use std::time::Instant;
 /// A method and its name.
 pub struct Named {
     pub name: &'static str,
-    /// `None`: a copy.
+    /// `None` for the copy.
     pub order: Option<FaceOrder>,
     pub by: By,
 }
 
-/// The writer of the index buffer.
+/// How the index buffer is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum By {
-    /// As the scene selects.
+    /// As in a scene with this setting.
     Scene(Apply),
-    /// The host, in memory that the device reads; scenes do not use it.
+    /// By the host, in memory from which the device draws. Scenes do not use this.
     Mapped,
-    /// A copy of all live faces.
+    /// By a copy of all live faces.
     Copy,
 }
 
@@ -47,7 +47,7 @@ pub const COMPACTED: &str = FaceOrder::Compacted.name();
 pub const SKIP_LISTS: &str = FaceOrder::SkipLists.name();
 pub const COPY: &str = "copy of the live faces";
 
-/// In the report's order.
+/// The methods in the report's order.
 pub const WAYS: [Named; 12] = [
     of_scene(FaceOrder::Classical),
     of_scene(FaceOrder::Tail23),
@@ -63,13 +63,13 @@ pub const WAYS: [Named; 12] = [
     Named { name: COPY, order: None, by: By::Copy },
 ];
 
-/// A method on the device, with the levels of its walk.
+/// A method on the device, and the levels of its walk.
 pub struct Way<'a> {
     pub name: &'static str,
     gpu: &'a Gpu,
     runs: Runs,
     levels: &'a [u32],
-    /// True if it is at the first of `levels`; false if at the last.
+    /// True at the first of `levels`, false at the last.
     up: bool,
 }
 
@@ -80,7 +80,7 @@ enum Runs {
 }
 
 impl<'a> Way<'a> {
-    /// Starts at the first of `levels`.
+    /// A method at the first of `levels`.
     pub fn open(gpu: &'a Gpu, named: &Named, meshes: &Meshes, levels: &'a [u32]) -> anyhow::Result<Way<'a>> {
         let tail = || Program::new(&meshes.tail);
         let runs = match named.by {
@@ -113,15 +113,16 @@ impl<'a> Way<'a> {
         Contender { variant: name.into(), run: Box::new(move || Ok(way.borrow_mut().walk()?.0)) }
     }
 
-    /// Bytes that the host sends for one walk up and down, after a first one.
+    /// Bytes that the host uploads for one walk up and down, after the slices have been allocated.
     pub fn sent(&mut self) -> anyhow::Result<u64> {
-        // The first walk allocates its slices.
+        // The first walk up and down allocates the slices.
         self.walk()?;
         self.walk()?;
         Ok(self.walk()?.1 + self.walk()?.1)
     }
 
-    /// Walks through all levels, up and down in turn: host and device time of each change, and bytes sent.
+    /// Walks through all levels, alternately up and down. Returns the host and device time of each change,
+    /// and the bytes sent.
     fn walk(&mut self) -> anyhow::Result<(Vec<PassTime>, u64)> {
         let mut levels = self.levels.to_vec();
         if !self.up {
@@ -138,7 +139,7 @@ impl<'a> Way<'a> {
         Ok((passes, sent))
     }
 
-    /// Host and device time in nanoseconds, and bytes sent.
+    /// Changes the level. Returns the host's and the device's time in nanoseconds, and the bytes sent.
     fn go_to(&mut self, to: u32) -> anyhow::Result<(u64, Option<u64>, u64)> {
         let start = Instant::now();
         let nanoseconds = || start.elapsed().as_nanos() as u64;

@@ -1,4 +1,4 @@
-//! Words of the index buffer that changes of level write, counted without a device.
+//! Counts the bytes that level changes write into the index buffer, without a device.
 
 use super::Meshes;
 use super::ways::{By, Named};
@@ -7,14 +7,14 @@ use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::paper::progressive_mesh::mesh::Level;
 use crate::paper::progressive_mesh::run::{Program, Step, Untold};
 
-/// A walk through all levels and back.
+/// The counts of a walk through all levels and back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Written {
     pub bytes: u64,
     pub changes: u64,
     /// Bytes of the largest change.
     pub worst: u64,
-    /// Faces of lists that were copied, up and down.
+    /// Faces of copied lists, on the way up and on the way down.
     pub copied: [u64; 2],
 }
 
@@ -26,8 +26,8 @@ impl Written {
     }
 }
 
-/// Walks `way` in steps of `step` splits; the last step up and the first step down may be smaller. `programs` belong
-/// to the meshes.
+/// Walks `way` in steps of `step` splits. The last step up and the first step down may be smaller. `programs`
+/// belong to `meshes`.
 pub fn walk(way: &Named, meshes: &Meshes, [classical, tail, in_place]: &[Program; 3], step: u32) -> Written {
     let last = meshes.classical.last_level();
     let mut levels: Vec<u32> = (0..last).step_by(step as usize).collect();
@@ -41,7 +41,7 @@ pub fn walk(way: &Named, meshes: &Meshes, [classical, tail, in_place]: &[Program
             changes.for_each(|change| written.add(executed(classical, change, true)))
         }
         Some(FaceOrder::Tail23) => {
-            // A mapped buffer also holds faces that are not live.
+            // A mapped buffer already holds faces that are not live.
             changes.for_each(|change| written.add(executed(tail, change, way.by != By::Mapped)));
         }
         Some(FaceOrder::InPlace23) => {
@@ -55,13 +55,13 @@ pub fn walk(way: &Named, meshes: &Meshes, [classical, tail, in_place]: &[Program
             let mut walker = Walker::new(&lists, classical.levels());
             changes.for_each(|change| walker.go(change, &mut written));
         }
-        // All live faces.
+        // The other methods write all live faces.
         _ => changes.for_each(|[_, to]| written.add(12 * u64::from(classical.levels()[to as usize].faces))),
     }
     written
 }
 
-/// Corners, moved faces, and, if faces are `born` by a copy, the faces that become live.
+/// Bytes of the corners, of the moved faces, and (if `born`) of the faces that become live.
 fn executed(program: &Program, [from, to]: [u32; 2], born: bool) -> u64 {
     let [before, after] = [from, to].map(|level| program.drawn(level));
     let of_step = |step: &Step| match step {
@@ -82,7 +82,7 @@ struct Walker<'a> {
 }
 
 impl<'a> Walker<'a> {
-    /// At level 0.
+    /// A copy of the list of level 0.
     fn new(lists: &'a Prepared, levels: &'a [Level]) -> Walker<'a> {
         let (at, list) = lists.skip_list(0);
         Walker { lists, levels, at, list, faces: lists.drawn(0, &[]) }
@@ -94,7 +94,7 @@ impl<'a> Walker<'a> {
             let corners = list.run(self.levels, &mut self.faces, [from, to], &mut Untold);
             return written.add(4 * corners as u64);
         }
-        // Its content at that level is written at once.
+        // The new list is written as a whole, with the corners of that level.
         (self.at, self.list) = (at, list);
         self.faces = self.lists.drawn(to, &[]);
         written.copied[usize::from(to < from)] += self.faces.len() as u64;
@@ -135,9 +135,9 @@ mod tests {
             [2 * (4 * programs[1].corners().words.len() as u64 + moves) + born; 3]
         );
         assert_eq!(by("tail-23, mapped", 1).bytes + born, all(1));
-        // All faces of the last level, and those of the first level.
+        // All faces of the last level on the way up, and of the first level on the way down.
         assert_eq!(by("compacted", 1 << 20).bytes, 12 * u64::from(last.faces + base.faces));
-        // With births in place, level 0 already holds the first group's faces.
+        // With births in place, level 0 already has the first group's faces.
         let [first, moves] =
             [12 * u64::from(programs[2].drawn(0)), 12 * programs[2].moves().from.len() as u64];
         let corners_in_place = 4 * programs[2].corners().words.len() as u64;
@@ -146,7 +146,7 @@ mod tests {
         assert_eq!((by("discrete", 3).bytes, by("copy of the live faces", 5)), (0, by("random", 5)));
         let lists = by("skip-lists", 1);
         let [up, down] = lists.copied;
-        // Up: all but the coarsest; down: all but the finest.
+        // Up, all lists except the coarsest are copied; down, all except the finest.
         assert!(up > down && lists.worst == 12 * u64::from(last.faces), "{lists:?}");
         assert!(lists.bytes > 12 * (up + down) && lists.bytes < 12 * (up + down) + 6 * corners, "{lists:?}");
     }

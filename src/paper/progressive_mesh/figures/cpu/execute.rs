@@ -1,4 +1,4 @@
-//! Executing levels on one core: the paper's pseudocode and the flat lists, with and without tswaps.
+//! Execution of levels on one core: the paper's pseudocode and the flat lists, with and without tswaps.
 
 use super::MOVED;
 use super::lines::{self, LINES};
@@ -27,7 +27,7 @@ pub const FLAT: &str = "flat lists, splits only";
 pub const FLAT_FEW: &str = "flat lists, 10 moves";
 pub const FLAT_SWAPS: &str = "flat lists, 23 moves";
 pub const COPY: &str = "memory copy of the index buffer";
-/// A whole frame of one instance without a change of level.
+/// A whole frame of one instance without a level change.
 pub const FRAME: &str = "a drawn frame";
 
 pub const SPLITS_UP: &str = "splits a second";
@@ -47,7 +47,7 @@ const STEPS: &str = "all splits in 100 steps";
 const ALONE: &str = "host";
 const DRAWN: &str = "until it is drawn";
 
-/// One mesh in the orders that are compared.
+/// One mesh in the orders of the comparison.
 pub struct Orders {
     pub classical: ProgressiveMesh,
     pub few: ProgressiveMesh,
@@ -55,7 +55,7 @@ pub struct Orders {
 }
 
 impl Orders {
-    /// From a shipped or fetched model.
+    /// Builds the orders of a shipped or fetched model.
     pub fn of(name: &str) -> anyhow::Result<Orders> {
         let model = scans::open(name)?;
         let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ()).collapses;
@@ -64,10 +64,10 @@ impl Orders {
         Ok(Orders { classical: classical(&model, &collapses), few, best })
     }
 
-    /// The meshes checked and packed.
+    /// The programs of the meshes.
     ///
     /// # Errors
-    /// A mesh that cannot be executed, which is a bug of the order.
+    /// If a mesh cannot be executed, which is a bug of the order.
     pub fn programs(&self) -> Result<Programs, Flaw> {
         Ok(Programs {
             classical: Program::new(&self.classical)?,
@@ -84,7 +84,7 @@ pub struct Programs {
     pub best: Program,
 }
 
-/// Each form of execution: name, mesh, program, and true for the pseudocode.
+/// Each variant: name, mesh, program, and true for the pseudocode.
 fn variants<'a>(
     orders: &'a Orders,
     programs: &'a Programs,
@@ -104,7 +104,7 @@ fn timed(label: &str, work: impl FnOnce()) -> PassTime {
     PassTime { label: label.into(), ns: Some(start.elapsed().as_nanos() as u64), work: None }
 }
 
-/// All levels up, all levels down, and up again in a hundred steps.
+/// Goes through all levels up, all levels down, and up again in a hundred steps.
 fn ways<'a>(variant: &str, last: u32, mut go_to: impl FnMut(u32) + 'a) -> Contender<'a> {
     let run = move || {
         let (up, down) = (timed(UP, || go_to(last)), timed(DOWN, || go_to(0)));
@@ -167,7 +167,7 @@ pub fn session(
     Ok((ProgressiveMeshes::run(gpu.clone(), &[model], settings)?, scene.camera("near")?.pose()))
 }
 
-/// A frame as in scenes: its host time, and the total time until the device is done.
+/// A frame as in scenes: the host's time, and the time until the device is done.
 fn drawn((session, pose): &mut (Run<ProgressiveMeshes>, Pose)) -> anyhow::Result<Vec<PassTime>> {
     session.records.take();
     let start = Instant::now();
@@ -232,7 +232,7 @@ pub fn count_rows(orders: &Orders, programs: &Programs) -> Vec<Row> {
     rows
 }
 
-/// 500 instances of about 1000 faces, at as many different levels as possible: the memory of each.
+/// The memory per instance of 500 instances with about 1000 faces, at as many different levels as possible.
 pub fn herd_rows(program: Program) -> anyhow::Result<Vec<Row>> {
     let last = program.levels().partition_point(|level| level.faces <= 2000) as u32 - 1;
     let mut herd = Instances::new(Arc::new(program), 500)?;

@@ -1,4 +1,4 @@
-//! CPU cache lines that a change of level touches. The paper's optimizer has a weight for them.
+//! CPU cache lines that a level change touches. The paper's optimizer has a weight for them.
 
 use super::MOVED;
 use crate::figure::Row;
@@ -12,7 +12,7 @@ pub const LINES: &str = "64-byte lines touched for each split";
 pub const GREEDY: &str = "the paper's greedy";
 pub const NO_WEIGHT: &str = "the same, lines without weight";
 
-/// 64 bytes of an index buffer of 32-bit words: 5 1/3 faces.
+/// Words in a 64-byte line of the index buffer, which holds 5 1/3 faces.
 const LINE_WORDS: usize = 16;
 
 /// Counts the cache lines of an index buffer that steps write, each line once per step.
@@ -41,8 +41,8 @@ impl Touch for Lines {
     }
 }
 
-/// Cache lines per split on the way up, with one level per step: the part of the index buffer that splits and tswaps
-/// write. They read no other part.
+/// Cache lines touched per split on the way up, with one level per step. Counts the lines that splits and
+/// tswaps write; they read no others.
 pub fn for_each_split(program: &Program) -> f64 {
     let (mut faces, mut kept) = (program.faces().to_vec(), Vec::new());
     let mut lines = Lines::of(faces.len());

@@ -1,4 +1,4 @@
-//! pm.cpu: the CPU time of a change of level, and the transfer to the device.
+//! pm.cpu: the CPU time of a level change, and the transfer to the device.
 
 mod execute;
 mod lines;
@@ -24,37 +24,36 @@ const MOVED: &str = "moved faces for each split";
 /// The figure.
 pub const CPU: Figure = Figure {
     id: "pm.cpu",
-    title: "What a core does to change levels",
-    about: "All splits of a mesh are executed on one core, and all collapses, as the paper's pseudocode and as flat lists; \
-            without tswaps, and with about 10 and 23 moved faces for each split. `bunny` has 3674 faces, `torus:48` 9216, \
-            `torus:128` 65 536, and `torus:466`, as large as the Stanford dragon, 868 624; the scans `dragon_res4` and, with --full, `dragon` itself are looked at where they have been fetched. Then ten frames of a hundredth \
-            of the splits each are brought to an index buffer on the device in five ways. The paper (headline): the CPU's load \
-            rises by 20 %. Relative to what is not said: to splits without tswaps, or to the host's work for a frame; both are judged. \
-            Rates and times are medians. The frame is one that scenes draw: one instance at a pixel's error, in a picture of 640 x 360 \
-            (with --full 1280 x 720), no level changing; of it the host's time counts (who is seen, which level, recording, \
-            submission) with a hundredth of the splits on top, and its whole time until it is drawn stands beside. \
-            Lines of 64 bytes of the index buffer that a split touches, its share of tswaps included, are counted with each level \
-            as a step; up to 100 000 faces also of the paper's greedy, with its weight for lines and without.",
+    title: "CPU time of level changes",
+    about: "One core executes all splits of a mesh and then all collapses, as the paper's pseudocode and as \
+            flat lists, without tswaps and with about 10 and 23 moved faces per split. `bunny` has 3674 \
+            faces, `torus:48` 9216, `torus:128` 65 536, and `torus:466`, as large as the Stanford dragon, \
+            868 624. The scans `dragon_res4` and, with --full, `dragon` are measured if they have been \
+            fetched. Then ten frames, each with a hundredth of the splits, update an index buffer on the \
+            device by five methods. The paper (headline) says that the CPU's load rises by 20 %, but not \
+            relative to what; both the splits without tswaps and the host's work for a frame are judged. \
+            Rates and times are medians. The frame is one of a scene: one instance with a wanted error of \
+            one pixel, in a picture of 640 x 360 (with --full 1280 x 720), without a level change. Its load \
+            is the host's time (visibility, levels, recording, submission) plus a hundredth of the splits; \
+            its whole time until it is drawn is shown as well. The 64-byte lines of the index buffer that a \
+            split touches, including its share of tswaps, are counted with one level per step; on meshes up \
+            to 100 000 faces also for the paper's greedy, with and without its weight for lines.",
     scenes: &["bunny", "torus:48", "torus:128", "torus:466", scans::SMALL, scans::LARGE],
     variants,
     paper: &["the paper's greedy"],
     sweep: None,
     measure,
-    plots: &[
-        Plot::bars(SPLITS_UP).log_y(),
-        Plot::bars(STEP).log_y().floor(COPY),
-        Plot::bars(BOTH).log_y(),
-    ],
+    plots: &[Plot::bars(SPLITS_UP).log_y(), Plot::bars(STEP).log_y().floor(COPY), Plot::bars(BOTH).log_y()],
     claims: &[
         Claim::ours(
             "exact",
-            "However a change comes to the device, its index buffer is the host's, bit for bit.",
+            "With every transfer method, the device's index buffer equals the host's bit for bit.",
             &[Test::value(every(WRONG), Equal(0.0))],
         ),
         Claim::ours(
             "rate",
-            "With 23 moved faces for each split, one core executes 20 million splits a second, and collapses, on meshes up to \
-             100 000 faces.",
+            "With 23 moved faces per split, one core executes 20 million splits per second, and as many \
+             collapses, on meshes up to 100 000 faces.",
             &[
                 Test::value(one(SPLITS_UP, FLAT_SWAPS), AtLeast(20.0)),
                 Test::value(one(SPLITS_DOWN, FLAT_SWAPS), AtLeast(20.0)),
@@ -64,7 +63,7 @@ pub const CPU: Figure = Figure {
         .timed(),
         Claim::ours(
             "rate-large",
-            "And 6 million on a mesh as large as the dragon.",
+            "On a mesh as large as the dragon, it executes 6 million per second.",
             &[
                 Test::value(one(SPLITS_UP, FLAT_SWAPS), AtLeast(6.0)),
                 Test::value(one(SPLITS_DOWN, FLAT_SWAPS), AtLeast(6.0)),
@@ -74,7 +73,7 @@ pub const CPU: Figure = Figure {
         .timed(),
         Claim::ours(
             "flat",
-            "Flat lists execute the same at least 1.5 times as fast as the pseudocode.",
+            "Flat lists execute splits and collapses at least 1.5 times as fast as the pseudocode.",
             &[
                 Test::ratio(one(SPLITS_UP, FLAT_SWAPS), one(SPLITS_UP, PRINTED_SWAPS), AtLeast(1.5)),
                 Test::ratio(one(SPLITS_DOWN, FLAT_SWAPS), one(SPLITS_DOWN, PRINTED_SWAPS), AtLeast(1.5)),
@@ -84,33 +83,34 @@ pub const CPU: Figure = Figure {
         Claim::paper(
             "headline",
             "load-of-splits",
-            "The extension raises the CPU's load by 20 %: relative to splits without tswaps, by the pseudocode.",
+            "The extension raises the CPU's load by 20 %: relative to splits without tswaps, in pseudocode.",
             &[Test::ratio(one(STEP, PRINTED_SWAPS), one(STEP, PRINTED), AtMost(1.2))],
         )
         .timed(),
         Claim::paper(
             "headline",
             "load-of-frames",
-            "The extension raises the CPU's load by 20 %: relative to the host's work for a drawn frame that executes a \
-             hundredth of the splits, by the pseudocode.",
+            "The extension raises the CPU's load by 20 %: relative to the host's work for a drawn frame that \
+             executes a hundredth of the splits, in pseudocode.",
             &[Test::ratio(one(LOADED, PRINTED_SWAPS), one(LOADED, PRINTED), AtMost(1.2))],
         )
         .timed(),
         Claim::ours(
             "our-load-of-frames",
-            "With flat lists it raises that work by at most 20 %.",
+            "With flat lists, the host's work for such a frame rises by at most 20 %.",
             &[Test::ratio(one(LOADED, FLAT_SWAPS), one(LOADED, FLAT), AtMost(1.2))],
         )
         .timed(),
         Claim::paper(
             "5",
             "lines",
-            "The weight for CPU cache lines that were touched before lets the paper's greedy touch fewer.",
+            "With its weight for CPU cache lines that were touched before, the paper's greedy touches fewer \
+             lines.",
             &[Test::ratio(one(LINES, NO_WEIGHT), one(LINES, GREEDY), Above(1.0))],
         ),
         Claim::ours(
             "touched",
-            "Sending the touched ranges alone takes less than sending all live faces.",
+            "Uploading only the touched ranges takes less time than uploading all live faces.",
             &[Test::ratio(one(BOTH, WHOLE), one(BOTH, RANGES), Above(1.0))],
         )
         .timed(),

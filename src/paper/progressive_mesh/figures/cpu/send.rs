@@ -1,4 +1,4 @@
-//! Five ways to transfer a change of level to the device's index buffer.
+//! Five methods to transfer a level change to the device's index buffer.
 
 use super::execute::hundredth;
 use crate::figure::{Contender, Row};
@@ -14,7 +14,7 @@ pub const MAPPED: &str = "written where the device reads";
 pub const SCATTER: &str = "changed faces, scattered";
 pub const DEVICE: &str = "executed on the device";
 
-/// In the report's order.
+/// The methods in the report's order.
 pub const WAYS: [&str; 5] = [WHOLE, RANGES, MAPPED, SCATTER, DEVICE];
 
 pub const SENT: &str = "bytes sent for each split";
@@ -24,23 +24,23 @@ pub const BOTH: &str = "ten frames";
 
 const PASSES: [&str; 2] = ["host", "device"];
 
-/// From 45 to 55 hundredths of the splits, one hundredth per frame: with groups that grow by a tenth, one or two
-/// permutations.
+/// The first level of the walk, in hundredths of the splits. The walk goes from 45 to 55, one hundredth per
+/// frame; with groups that grow by a tenth it meets one or two permutations.
 const FIRST: u32 = 45;
 const FRAMES: u32 = 10;
 
-/// One way, with its own copy of the index buffer.
+/// One method, with its own copy of the index buffer.
 pub struct Sender<'a> {
     program: &'a Program,
     way: Way,
-    /// On the device.
+    /// The index buffer on the device.
     indices: Buffer,
-    /// On the host; unused if the device executes or the host writes into `indices`.
+    /// F on the host. Unused if the device executes, or if the host writes into `indices`.
     faces: Vec<[u32; 3]>,
     staging: Buffer,
     kept: Vec<[u32; 3]>,
     level: u32,
-    /// Bytes sent so far, and the number of changes.
+    /// Bytes sent so far, and the number of splits or collapses.
     sent: [u64; 2],
 }
 
@@ -52,7 +52,7 @@ enum Way {
     Device(Box<Apply>),
 }
 
-/// Data for scattering: the list on the host, and on the device.
+/// The changed faces to scatter, on the host and on the device.
 struct Scattering {
     scatter: Scatter,
     changed: ChangedSlots,
@@ -60,7 +60,7 @@ struct Scattering {
 }
 
 impl<'a> Sender<'a> {
-    /// All ways at the first level of the walk.
+    /// All methods at the first level of the walk.
     pub fn all(gpu: &Gpu, program: &'a Program) -> anyhow::Result<Vec<Sender<'a>>> {
         let slots = program.faces().len();
         let scattering = Scattering {
@@ -95,7 +95,7 @@ impl<'a> Sender<'a> {
         Ok(Sender { program, way, indices, faces, staging, kept, level, sent: [0; 2] })
     }
 
-    /// Executes a change of level, and records its transfer to the device.
+    /// Executes a level change, and records its transfer to the device.
     fn go_to(&mut self, cmd: &mut Cmd<'_>, level: u32) -> crate::vk::Result<()> {
         let Sender { program, way, indices, faces, staging, kept, .. } = self;
         let before = std::mem::replace(&mut self.level, level);
@@ -166,7 +166,7 @@ impl<'a> Sender<'a> {
         Ok(vec![pass(PASSES[0], Some(host)), pass(PASSES[1], device)])
     }
 
-    /// Words of the device's buffer that differ from a fresh execution.
+    /// The number of words in the device's buffer that differ from a fresh execution.
     fn wrong_words(&self, gpu: &Gpu) -> anyhow::Result<usize> {
         let (mut expected, mut kept) = (self.program.faces().to_vec(), Vec::new());
         self.program.run(&mut expected, 0, self.level, &mut kept, &mut Untold);
@@ -179,7 +179,7 @@ impl<'a> Sender<'a> {
             }
         };
         let words: &[u32] = bytemuck::cast_slice(bytes);
-        // A transfer of the live faces leaves the others unchanged.
+        // Transfers of the live faces do not update the other faces.
         let live = 3 * self.program.drawn(self.level) as usize;
         Ok(words[..live].iter().zip(&expected.as_flattened()[..live]).filter(|(a, b)| a != b).count())
     }
@@ -196,7 +196,7 @@ fn read_back(gpu: &Gpu, buffer: &Buffer) -> anyhow::Result<Buffer> {
     Ok(host)
 }
 
-/// The ways in the order of [`WAYS`].
+/// The methods in the order of [`WAYS`].
 pub fn contenders<'s>(gpu: &'s Gpu, senders: &'s [RefCell<Sender<'_>>]) -> Vec<Contender<'s>> {
     let contender = |(name, sender): (&&str, &'s RefCell<Sender<'_>>)| Contender {
         variant: name.to_string(),

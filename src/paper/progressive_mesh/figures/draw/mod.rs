@@ -37,13 +37,13 @@ const VARIANTS: [&str; FaceOrder::ALL.len()] = {
     }
     names
 };
-/// One of these orders.
+/// Some of these orders.
 const CLASSICAL: &str = FaceOrder::Classical.name();
 const TAIL_23: &str = FaceOrder::Tail23.name();
 const IN_PLACE_23: &str = FaceOrder::InPlace23.name();
 const IN_PLACE_10: &str = FaceOrder::InPlace10.name();
 const PAPER: &str = FaceOrder::Paper.name();
-/// This one draws different faces.
+/// Draws other faces than the rest.
 const DISCRETE: &str = FaceOrder::Discrete.name();
 
 const SHADED: &str = "vertex invocations for each vertex";
@@ -54,7 +54,7 @@ const PER_VERTEX: &str = "draw for each million of vertex invocations";
 
 const HEAVY: &str = "heavy vertices";
 
-/// In the heavy draw, three quarters of the cheapest order's time are the artificial vertex work.
+/// In the heavy draw, the artificial vertex work takes three quarters of the time of the cheapest order.
 const VERTEX_BOUND: &[Test] =
     &[Test::ratio(one(TIME, TAIL_23).scene(HEAVY), one(TIME, TAIL_23).scene("vertices"), AtLeast(4.0))];
 
@@ -67,39 +67,38 @@ const DRAWS: usize = 16;
 /// The figure.
 pub const DRAW: Figure = Figure {
     id: "pm.draw",
-    title: "Vertices that the device shades, and the time of a draw, by the order of faces",
-    about: "One level of the knot (half of its splits) drawn 16 times over, its faces in every order that a scene can name \
-            (docs/scenes.md): as splits and tswaps leave them, and as baselines draw that level: at random, re-optimised by \
-            meshoptimizer, compacted, from a skip list with its faces that have no area, and the discrete mesh that has as many \
-            faces at least (of faces and vertices of its own). `vertices`: a picture of \
-            64 x 36; `heavy vertices`: the same with 1000 rounds of three multiplications for each vertex, which makes vertices \
-            the bottleneck of any device, a software one too: time then goes by what is shaded; `pixels`: a large \
-            picture, filled. How often does the device say that it ran the vertex shader (pipeline statistics) for each vertex \
-            that the faces name, and how \
-            long does the pass take? The paper (headline): the cache alone wins 2 to 3.5 times, the whole draw up to 2 times \
-            where vertices are the bottleneck. llvmpipe, a software device, keeps no transformed \
-            vertices as GPUs do: it takes 1024 indices at a time, and finds repeats among them by a table of 256.",
+    title: "Shaded vertices and draw time, by the order of faces",
+    about: "One level of the knot (half of its splits) is drawn 16 times, with its faces in every order that \
+            a scene can name (docs/scenes.md): as splits and tswaps leave them, and as the baselines draw \
+            that level. The baselines are random order, reordering by meshoptimizer, the compacted order, a \
+            skip list with its degenerate faces, and the discrete mesh with at least as many faces (which \
+            has its own faces and vertices). `vertices` is a picture of 64 x 36. `heavy vertices` is the \
+            same with 1000 rounds of three multiplications per vertex: vertices are then the bottleneck of \
+            any device, including software devices, and the time follows the shaded vertices. `pixels` is a \
+            large, filled picture. How often does the device run the vertex shader per vertex of the drawn \
+            faces (pipeline statistics), and how long does the pass take? The paper (headline): the cache \
+            alone gains a factor of 2 to 3.5, and the whole draw up to 2 if vertices are the bottleneck. \
+            llvmpipe, a software device, has no post-transform cache as GPUs do: it takes 1024 indices at a \
+            time and finds repeated ones with a table of 256.",
     scenes: &["vertices", "heavy vertices", "pixels"],
     variants,
     paper: &["paper"],
     sweep: None,
     measure,
-    plots: &[
-        Plot::bars(SHADED),
-        Plot::bars(TIME),
-    ],
+    plots: &[Plot::bars(SHADED), Plot::bars(TIME)],
     claims: &[
         Claim::paper(
             "headline",
             "device-counts",
-            "The cache alone wins 2 to 3.5 times: with the paper's order the device shades so many times fewer vertices than \
-             with the classical one.",
+            "The cache alone gains a factor of 2 to 3.5: by this factor the device shades fewer vertices \
+             with the paper's order than with the classical order.",
             &[Test::ratio(one(SHADED, CLASSICAL), one(SHADED, PAPER), Within(2.0, 3.5, Better::More))],
         )
         .at(Places::scenes(&["vertices"])),
         Claim::ours(
             "new-orders-device-counts",
-            "tail-23, in-place-23 and in-place-10 let the device shade at least 2 times fewer vertices than the classical order.",
+            "With tail-23, in-place-23 and in-place-10, the device shades at least 2 times fewer vertices \
+             than with the classical order.",
             &[
                 Test::ratio(one(SHADED, CLASSICAL), one(SHADED, TAIL_23), AtLeast(2.0)),
                 Test::ratio(one(SHADED, CLASSICAL), one(SHADED, IN_PLACE_23), AtLeast(2.0)),
@@ -110,7 +109,7 @@ pub const DRAW: Figure = Figure {
         Claim::paper(
             "headline",
             "vertex-bound-draw",
-            "Where vertices are the bottleneck the draw is up to 2 times faster.",
+            "If vertices are the bottleneck, the draw is up to 2 times faster.",
             &[Test::ratio(one(TIME, CLASSICAL), one(TIME, PAPER), AtLeast(2.0))],
         )
         .at(Places::scenes(&[HEAVY]))
@@ -118,7 +117,7 @@ pub const DRAW: Figure = Figure {
         .timed(),
         Claim::ours(
             "tail-vertex-bound-draw",
-            "There it is at least 2 times faster in the order tail-23.",
+            "If vertices are the bottleneck, the draw is at least 2 times faster with tail-23.",
             &[Test::ratio(one(TIME, CLASSICAL), one(TIME, TAIL_23), AtLeast(2.0))],
         )
         .at(Places::scenes(&[HEAVY]))
@@ -126,15 +125,20 @@ pub const DRAW: Figure = Figure {
         .timed(),
         Claim::ours(
             "time-follows-vertices",
-            "There a draw takes as many times as long as another as it shades more vertices, within 20 %.",
-            &[Test::ratio(each(PER_VERTEX, others), one(PER_VERTEX, TAIL_23), Within(0.8, 1.2, Better::Neither))],
+            "If vertices are the bottleneck, the draw time is proportional to the shaded vertices, within 20 \
+             %.",
+            &[Test::ratio(
+                each(PER_VERTEX, others),
+                one(PER_VERTEX, TAIL_23),
+                Within(0.8, 1.2, Better::Neither),
+            )],
         )
         .at(Places::scenes(&[HEAVY]))
         .given(VERTEX_BOUND)
         .timed(),
         Claim::ours(
             "pixel-bound-draw",
-            "Where pixels are the bottleneck the order changes the draw by less than 10 %.",
+            "If pixels are the bottleneck, the order changes the draw time by less than 10 %.",
             &[Test::ratio(one(TIME, CLASSICAL), one(TIME, TAIL_23), Within(0.9, 1.1, Better::Neither))],
         )
         .at(Places::scenes(&["pixels"]))
@@ -163,7 +167,7 @@ struct Still {
 struct Ordered {
     variant: &'static str,
     faces: Vec<[u32; 3]>,
-    /// At the level.
+    /// Live faces at the level.
     live_faces: u32,
     vertices: Buffer,
     indices: Buffer,
@@ -252,7 +256,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// The knot's middle level in the order of each variant.
+/// The knot's middle level, in the order of each variant.
 fn orders(gpu: &Gpu) -> anyhow::Result<(Vec<Ordered>, Bounds)> {
     let model = model::named("knot").context("a shipped model")?;
     let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ()).collapses;
@@ -275,15 +279,15 @@ fn orders(gpu: &Gpu) -> anyhow::Result<(Vec<Ordered>, Bounds)> {
     Ok((orders, Bounds::of(&plain.vertices.positions)))
 }
 
-/// A model of one metre on the ground, and the direction towards the sun.
+/// The placement of a model of one metre on the ground, and the direction towards the sun.
 fn place(bounds: &Bounds) -> anyhow::Result<(Place, DVec3)> {
     let scene = Scene::embedded("bunny")?;
     let surface = config::surface(&scene, "bunny")?;
     Ok((Place::new(&surface, bounds, &Stand::on_plane(DVec3::ZERO, 0.0)), scene.sun()))
 }
 
-/// The whole level, at a distance where it fills the picture's height, 16 times: each draw is slightly nearer than the
-/// previous one, so that the depth test rejects none.
+/// 16 views of the whole level at a distance at which it fills the picture's height. Each is slightly nearer
+/// than the one before, so that the depth test rejects no draw.
 fn views((place, sun): &(Place, DVec3), size: [u32; 2]) -> Vec<SurfaceView> {
     let view = |n: usize| {
         let pose = Pose {
@@ -304,7 +308,7 @@ fn views((place, sun): &(Place, DVec3), size: [u32; 2]) -> Vec<SurfaceView> {
     (0..DRAWS).map(view).collect()
 }
 
-/// Invocations of the vertex shader.
+/// The number of vertex shader invocations.
 fn counted(gpu: &Gpu, still: &Still, ordered: &Ordered) -> anyhow::Result<u64> {
     gpu.count_work(true);
     let mut frame = gpu.frame()?;

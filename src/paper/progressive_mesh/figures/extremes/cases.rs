@@ -1,4 +1,4 @@
-//! Hostile meshes, each with the intended shape.
+//! Hostile meshes, each with its intended shape.
 
 use super::super::surfaces::Size;
 use crate::model::{Attributes, Raw, named};
@@ -6,11 +6,11 @@ use anyhow::Context;
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// A mesh as in a file, and the shape that it represents.
+/// A mesh as in a file, and the shape that it is meant to represent.
 pub struct Hostile {
-    /// Positions are representable in f32, as in most files.
+    /// The mesh in the file. Its positions are representable in f32, as in most files.
     pub raw: Raw,
-    /// The same surface before damage and rounding.
+    /// The intended shape: the same surface before damage and rounding.
     pub meant: Raw,
     pub target_faces: usize,
 }
@@ -91,7 +91,7 @@ pub fn mesh(case: &str) -> anyhow::Result<Hostile> {
     Ok(Hostile { raw, meant, target_faces })
 }
 
-/// A face without area along the first side of a face: its third corner is the middle of that side.
+/// Adds a degenerate face along the first side of a face: its third corner is the middle of that side.
 fn cap(raw: &mut Raw, face: usize) {
     let [a, b, _] = raw.faces[face];
     let middle = (raw.positions[a as usize] + raw.positions[b as usize]) / 2.0;
@@ -99,7 +99,7 @@ fn cap(raw: &mut Raw, face: usize) {
     raw.faces.push([a, b, raw.positions.len() as u32 - 1]);
 }
 
-/// A third face at one side.
+/// Adds a third face at one side.
 fn fin(raw: &mut Raw, face: usize) {
     let [a, b, c] = raw.faces[face].map(|vertex| raw.positions[vertex as usize]);
     raw.positions.push((a + b) / 2.0 + (b - a).cross(c - a).normalize_or_zero() * (b - a).length());
@@ -113,7 +113,7 @@ fn soup(raw: &Raw) -> Raw {
     Raw { positions, faces, ..Raw::default() }
 }
 
-/// Tetrahedra of different sizes in rows, none touching another.
+/// Tetrahedra of different sizes in rows; none touches another.
 fn tetrahedra(count: u32) -> Raw {
     let mut raw = Raw::default();
     for n in 0..count {
@@ -127,10 +127,10 @@ fn tetrahedra(count: u32) -> Raw {
     raw
 }
 
-/// Unit cubes in a diagonal row: each shares one vertex with the next.
+/// Unit cubes in a diagonal row; each shares one vertex with the next.
 fn bow_ties(cubes: u32) -> Raw {
     let mut raw = Raw { positions: vec![DVec3::ZERO], ..Raw::default() };
-    // Corner k of a cube has the bits of k for coordinates; corner 7 is the next one's corner 0.
+    // The bits of k are the coordinates of corner k; corner 7 is corner 0 of the next cube.
     let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     for n in 0..cubes {
         let corner =
@@ -144,8 +144,8 @@ fn bow_ties(cubes: u32) -> Raw {
     raw
 }
 
-/// Charts of a texture: faces are grouped by the dominant axis of their normals, so that seams cover the whole
-/// surface. A position has one vertex for each of its charts.
+/// Splits a surface into charts of a texture. Faces are grouped by the dominant axis of their normals, so
+/// that seams cover the whole surface. A position has one vertex for each of its charts.
 fn charts(raw: &Raw) -> Raw {
     let mut charted = Raw::default();
     let mut known = HashMap::new();
@@ -182,7 +182,10 @@ mod tests {
             let least = if case == "bow-ties" { 240 } else { 3674 };
             assert!(raw.faces.len() >= least && meant.faces.len() >= least, "{case} has too few faces");
             assert!((1..raw.faces.len()).contains(&target_faces), "{case} has the target {target_faces}");
-            assert!(meant.positions.iter().all(|p| p.is_finite()), "{case}: what is meant is no shape");
+            assert!(
+                meant.positions.iter().all(|p| p.is_finite()),
+                "{case}: the intended shape is not finite"
+            );
         }
         assert!(mesh("nothing").is_err());
     }

@@ -1,4 +1,4 @@
-//! pm.extremes: invalid and degenerate meshes, and their results.
+//! pm.extremes: the results for invalid and degenerate meshes.
 
 mod cases;
 
@@ -15,17 +15,19 @@ use std::collections::HashMap;
 pub const EXTREMES: Figure = Figure {
     id: "pm.extremes",
     title: "Hostile meshes",
-    about: "What becomes of meshes that files hold and no simplifier likes. The bunny (3674 faces) as it is (`clean`); \
-            moved (`offset 1e4`; `offset 1e7`, where a step of f32 is 1 and the bunny 10 across; `offset 1e9`, where all its \
-            vertices are one) and scaled (`scale 1e-38`, `scale 1e-20`, `scale 1e-9`, `scale 1e15`, `scale 1e30`); with a vertex that is not finite or absurdly far (`one NaN`, `one \
-            infinity`, `one at 1e30`, `one 1000 times out`); with 500 `degenerate faces`, 500 `flat caps` on its \
-            edges, 200 `fins`, `every face twice`, a tenth of the faces with `backs`; as a `soup` of triangles; with \
-            texture `seams` between charts, down to 1 %; 1000 `tetrahedra`; and `bow-ties`, 20 cubes that touch in \
-            corners. But for `seams` the target is a quarter of the faces. Ours cleans first and says what it did; \
-            `meshopt_simplify` gets the mesh as it is, in f32. Distances are those from the shape that is meant, \
-            before damage and rounding to f32, in diagonals of its box, without faces that are not finite; what \
-            ours deviates by after cleaning alone stands apart, and the error that it states comes on top. `the mesh` is \
-            what the file holds.",
+    about: "What happens to meshes that occur in files and that simplifiers handle badly? The cases are the \
+            bunny (3674 faces) unchanged (`clean`); moved (`offset 1e4`; `offset 1e7`, where a step of f32 \
+            is 1 and the bunny is 10 across; `offset 1e9`, where all its vertices coincide); scaled \
+            (`scale 1e-38`, `scale 1e-20`, `scale 1e-9`, `scale 1e15`, `scale 1e30`); with a vertex that is \
+            not finite or absurdly far away (`one NaN`, `one infinity`, `one at 1e30`, \
+            `one 1000 times out`); with 500 `degenerate faces`, 500 `flat caps` on its edges, 200 `fins`, \
+            `every face twice`, or `backs` on a tenth of the faces; as a `soup` of triangles; with texture \
+            `seams` between charts, simplified to 1 %; 1000 `tetrahedra`; and `bow-ties`, 20 cubes that \
+            touch in corners. Except for `seams` the target is a quarter of the faces. Ours cleans the mesh \
+            first and reports the changes; `meshopt_simplify` gets the mesh unchanged, in f32. Distances are \
+            measured from the intended shape, before damage and rounding to f32, in diagonals of its box, \
+            without faces that are not finite. The deviation of ours after cleaning is shown separately, and \
+            the stated error adds to it. `the mesh` is the content of the file.",
     scenes: &CASES,
     variants: || [OURS, BASELINE].map(String::from).into(),
     paper: &[],
@@ -35,19 +37,20 @@ pub const EXTREMES: Figure = Figure {
     claims: &[
         Claim::ours(
             "outcome",
-            "Every mesh has an outcome: faces that are finite and deviate from what is meant by no more than reading cost and \
-             the stated error together (where a part vanished as a whole, which counts by its extent, the faces that are \
-             left), or a refusal with its reason; and what reading cost, if more than 1/1000 of the diagonal, is said in words.",
+            "Every mesh has a valid outcome. Either all faces are finite, and their distance from the \
+             intended shape is at most the loss in reading plus the stated error (if a part vanished, which \
+             counts with its extent, this holds for the remaining faces). Or the mesh is refused with a \
+             reason. A loss in reading above 1/1000 of the diagonal is reported in words.",
             &[Test::value(one(FAULTS, OURS), Equal(0.0))],
         ),
         Claim::ours(
             "target",
-            "Every mesh comes down to its target.",
+            "Every mesh is simplified to its target.",
             &[Test::ratio(one(FACES, OURS), one(FACES, TARGET), AtMost(1.0))],
         ),
         Claim::ours(
             "crowded",
-            "No mesh gets more edges of more than two faces than it had.",
+            "No mesh gets more edges with more than two faces than it had.",
             &[Test::difference(one(CROWDED, OURS), one(CROWDED, MESH), AtMost(0.0))],
         ),
     ],
@@ -58,7 +61,7 @@ const BASELINE: &str = "meshoptimizer";
 const TARGET: &str = "target";
 const FACES: &str = "faces";
 const HAUSDORFF: &str = "Hausdorff distance";
-/// One-sided: vanished parts add nothing.
+/// One-sided: vanished parts do not count.
 const LEFT: &str = "distance of what is left";
 const STATED: &str = "stated error";
 const CROWDED: &str = "edges of more than two faces";
@@ -75,12 +78,12 @@ const REFUSED: &str = "refused: ";
 /// The outcome if cleaning changed nothing.
 const NOTHING: &str = "nothing";
 
-/// Distances below this are rounding of f32, in diagonals.
+/// Distances below this, in diagonals, are rounding errors of f32.
 const ROUNDING: f64 = 1e-6;
-/// A loss above this must be reported, in diagonals.
+/// Losses above this, in diagonals, must be reported.
 const LOSS: f64 = 1e-3;
 
-/// Points on each surface besides the vertices.
+/// Sample points on each surface, in addition to the vertices.
 const SAMPLES: usize = 20_000;
 
 fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
@@ -182,7 +185,7 @@ fn not_finite(positions: &[DVec3], faces: &[[u32; 3]]) -> usize {
 /// Edges of more than two faces, by the positions of their ends.
 fn crowded_edges(positions: &[DVec3], faces: &[[u32; 3]]) -> usize {
     let mut edges: HashMap<[[u64; 3]; 2], usize> = HashMap::new();
-    // -0 is 0.
+    // Adding 0 turns -0 into 0.
     let bits = |vertex: u32| (positions[vertex as usize] + 0.0).to_array().map(f64::to_bits);
     for face in faces {
         for k in 0..3 {
@@ -193,7 +196,7 @@ fn crowded_edges(positions: &[DVec3], faces: &[[u32; 3]]) -> usize {
     edges.values().filter(|&&faces| faces > 2).count()
 }
 
-/// The number of guarantees that our outcome violates, by its rows.
+/// The number of guarantees that our outcome violates, judged by its rows.
 fn faults(own: &[Row]) -> usize {
     let row = |quantity: &str| own.iter().find(|row| row.quantity == quantity);
     let of = |quantity| row(quantity).and_then(|row| row.value.number());
@@ -204,7 +207,7 @@ fn faults(own: &[Row]) -> usize {
     if of(FACES) == Some(0.0) {
         return usize::from(!words(OUTCOME).starts_with(REFUSED));
     }
-    // A vanished part counts by its extent, regardless of its distance from the others.
+    // A vanished part counts with its extent, regardless of its distance from the others.
     let vanished = of(VANISHED).is_some_and(|parts| parts > 0.0);
     let distance = of(if vanished { LEFT } else { HAUSDORFF });
     let (Some(distance), Some(stated), Some(lost)) = (distance, of(STATED), of(LOST)) else { return 1 };
@@ -245,7 +248,7 @@ mod tests {
             (vec![(HAUSDORFF, 0.0), (STATED, 0.0)], 0),
             (vec![(STATED, 0.0)], 1),
             (vec![(HAUSDORFF, 0.3)], 1),
-            // Lost without a report.
+            // A loss without a report.
             (vec![(HAUSDORFF, 0.3), (LOST, 0.2)], 1),
             (vec![(NOT_FINITE, 1.0)], 1),
             (vec![(HAUSDORFF, 0.3), (VANISHED, 1.0)], 0),
@@ -274,7 +277,7 @@ mod tests {
         }
         let of = |case, quantity| table.number(case, None, OURS, quantity).unwrap();
         assert_eq!(CASES.iter().filter(|case| of(case, FACES) == 0.0).collect::<Vec<_>>(), [&"offset 1e9"]);
-        // Parts without area cost nothing: the bunny's result equals the one without its caps.
+        // Degenerate parts cost nothing: the result equals that of the bunny without caps.
         assert!(of("flat caps", LOST) < ROUNDING);
         assert!(of("one 1000 times out", HAUSDORFF) < 0.05);
     }
