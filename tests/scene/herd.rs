@@ -66,7 +66,7 @@ fn a_wrong_value_of_a_herd_is_rejected_at_its_key() {
         ("east_m = 1e10", "10000000000 is outside"),
         ("latitude_deg = 1.0", "a mesh over a plane has no latitude_deg"),
         ("ground = \"sea\"", "no surface \"sea\"; there are herd"),
-        ("ground = \"herd\"", "herd stands on a ground itself"),
+        ("ground = \"herd\"", "herd has a ground itself"),
         ("\n[governor]\nframe_ms = 0.0", "0 is outside 0.001 ..="),
         ("\n[governor]\nframe_faces = 0", "0 is outside 1 ..="),
         ("\n[governor]\n", "a governor needs a budget"),
@@ -264,7 +264,7 @@ fn a_ground_is_a_single_mesh_without_a_ground_of_its_own() {
     let other = mesh("other", "source = \"bunny\"\nsize_m = 1.0");
     for (lines, expected) in [
         ("instances = 2\narea_m = [9.0, 9.0]", "ground has instances; a ground is one mesh"),
-        ("ground = \"other\"", "ground stands on a ground itself"),
+        ("ground = \"other\"", "ground has a ground itself"),
     ] {
         let error =
             load([ground(lines), tree.clone(), other.clone()].concat() + EYE).unwrap_err().to_string();

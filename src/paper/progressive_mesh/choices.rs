@@ -3,7 +3,7 @@
 use crate::scene::choices;
 
 choices! {
-    /// The order of faces in the index buffer (paper 2, section 5), or a baseline that draws a level another way.
+    /// The order of faces in the index buffer (paper 2, section 5), or a baseline that draws levels by another method.
     pub enum FaceOrder {
         /// The standard algorithm: faces in the reverse order of their removal, and no permutations.
         Classical = "classical",
@@ -73,7 +73,7 @@ choices! {
 }
 
 choices! {
-    /// How instances are spread.
+    /// How several instances are arranged.
     pub enum Layout {
         /// Rows and columns that fill `area_m`, centred on the surface's position.
         Grid = "grid",

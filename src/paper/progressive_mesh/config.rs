@@ -190,7 +190,7 @@ fn check_ground(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fau
         }
         Some(Geometry::Plane(_)) => Ok(()),
         Some(Geometry::Other(kind)) if kind == KIND => match () {
-            () if key("ground") => wrong(format!("{name} stands on a ground itself")),
+            () if key("ground") => wrong(format!("{name} has a ground itself")),
             () if key("instances") => wrong(format!("{name} has instances; a ground is one mesh")),
             () => Ok(()),
         },

@@ -316,7 +316,7 @@ mod tests {
         let (mut encoder, mut model) = (Encoder::new(), Bit::default());
         (0..100_000).for_each(|_| assert!(!encoder.bit(&mut model, false)));
         let each = encoder.spent_bits() / 100_000.0;
-        assert!((0.011..0.012).contains(&each), "{each} bits a bit");
+        assert!((0.011..0.012).contains(&each), "{each} bits per bit");
     }
 
     #[test]

@@ -105,7 +105,7 @@ impl<'a> Growing<'a> {
         }
         spent(coder, &mut self.sizes.swaps);
         match coder.is_overrun() {
-            true => Err(Fault("it ends before its content does")),
+            true => Err(Fault("its payload ends too early")),
             false => Ok(()),
         }
     }
@@ -235,7 +235,7 @@ impl<'a> Growing<'a> {
             }
         };
         if corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0] {
-            return Err(Fault("a face has a corner twice"));
+            return Err(Fault("a face has the same corner twice"));
         }
         self.mesh.faces.push(corners);
         self.live.add_face(corners);

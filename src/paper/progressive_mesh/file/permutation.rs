@@ -86,7 +86,7 @@ impl Growing<'_> {
                     face.filter(|&face| face < count && !moving.is_placed(face))
                 }
             };
-            let face = face.ok_or(Fault("a face moves that does not exist, or moves twice"))?;
+            let face = face.ok_or(Fault("a moved face does not exist, or moves twice"))?;
             moving.place(face);
             moved.push(face as u32);
         }

@@ -29,7 +29,7 @@ pub enum PmeshError {
 pub enum Flaw {
     #[error("not a .pmesh file; build one with `ortelius mesh build`")]
     NotPmesh,
-    #[error(".pmesh version {0}, this program reads versions 1 and 2; build the file again")]
+    #[error(".pmesh version {0}; this program reads versions 1 and 2: build the file again")]
     Version(u32),
     #[error("damaged in the header: {0}; build the file again, or fetch it again")]
     Header(&'static str),
@@ -39,7 +39,7 @@ pub enum Flaw {
     NoBase { bytes: u64, needs: u64 },
     #[error("damaged in chunk {chunk} at byte {offset}: {what}; build the file again, or fetch it again")]
     Chunk { chunk: u32, offset: u64, what: &'static str },
-    #[error("damaged: {0} bytes follow its end")]
+    #[error("damaged: {0} bytes after its end")]
     Longer(u64),
 }
 
@@ -150,7 +150,7 @@ fn read_chunk(growing: &mut Growing, chunk: &[u8], whole: Extent) -> Result<(), 
     }
     match coder.rest().iter().all(|&byte| byte == 0) {
         true => Ok(()),
-        false => Err("bytes follow its content"),
+        false => Err("its payload has bytes after its content"),
     }
 }
 

@@ -15,7 +15,7 @@ impl Growing<'_> {
         // 0 if no earlier vertex has this position.
         let back = self.models.welded.code(coder, row.new - want);
         let welded =
-            row.new.checked_sub(back).ok_or(Fault("a vertex is welded to a vertex before the first"))?;
+            row.new.checked_sub(back).ok_or(Fault("a vertex is welded to a vertex that does not exist"))?;
         let built = &mut self.mesh.vertices;
         let position = if back > 0 {
             if built.welded[welded as usize] != welded {

@@ -89,7 +89,7 @@ fn levels(collapses: &Collapses, order: &VertexOrder, faces: usize) -> Vec<Level
     for collapse in 0..collapses.wedges.len() {
         level.vertices -= collapses.wedges.row(collapse).len() as u32;
         level.faces -= collapses.faces.row(collapse).len() as u32;
-        // Rounded up, so that the f32 error is still an upper bound.
+        // Rounded up, so that the f32 error is not below the f64 error.
         let error = collapses.errors[collapse];
         let rounded = error as f32;
         level.error = level.error.max(if f64::from(rounded) < error { rounded.next_up() } else { rounded });
@@ -162,7 +162,7 @@ fn swap(swaps: &mut Swaps, level: u32, moved: &[Move], slot_of: &mut [u32], sour
             cycle.push(slot);
             slot = std::mem::replace(&mut source[slot as usize], NOWHERE);
         }
-        assert!(cycle.is_empty() || slot == first, "the moves at level {level} are no permutation");
+        assert!(cycle.is_empty() || slot == first, "the moves at level {level} are not a permutation");
         if !cycle.is_empty() {
             swaps.cycles.push(cycle.drain(..));
         }

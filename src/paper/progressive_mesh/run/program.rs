@@ -181,7 +181,7 @@ impl Program {
         touch: &mut impl Touch,
     ) {
         let drawn = self.drawn(from.max(to)) as usize;
-        assert!(faces.len() >= drawn, "{} faces of {drawn} drawn ones", faces.len());
+        assert!(faces.len() >= drawn, "{} faces for {drawn} drawn faces", faces.len());
         for step in self.steps(from, to) {
             match step {
                 Step::Write { corners, up } => {

@@ -343,8 +343,8 @@ impl Surface {
             Levels::Baseline(baselines) => ("in video memory", "drawn", Some(baselines.adds())),
         };
         let own = format!(
-            "{}: {} of {least} to {most} faces at {} levels; each {state} bytes of state, and {places} 12 bytes for \
-             each {faces} face",
+            "{}: {} with {least} to {most} faces at {} levels; each has {state} bytes of state and, {places}, \
+             12 bytes per {faces} face",
             self.name,
             memory.instances,
             self.program.levels().len()
