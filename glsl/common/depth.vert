@@ -4,7 +4,7 @@
 #include "common/view.glsl"
 #include "common/clip.glsl"
 
-// mesh.vert for a depth-only pass: no texture coordinates, so triangles share more vertices.
+// mesh.vert for a depth-only pass. Without texture coordinates, triangles share more vertices.
 layout(location = 0) in vec3 position_high;
 layout(location = 1) in vec3 position_low;
 

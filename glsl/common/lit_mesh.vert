@@ -10,7 +10,7 @@ layout(location = 1) in vec3 position_low;
 layout(location = 2) in uvec2 origin;
 layout(location = 3) in vec2 offset;
 
-// In a separate buffer, so that unlit passes read the same vertices.
+// Normals are in a separate buffer, so that unlit passes read the same vertices.
 layout(binding = 7, scalar) readonly buffer Normals { vec3 of_vertex[]; } normals;
 
 layout(location = 0) flat out uvec2 triangle_origin;

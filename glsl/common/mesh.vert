@@ -9,7 +9,7 @@ layout(location = 1) in vec3 position_low;
 layout(location = 2) in uvec2 origin;
 layout(location = 3) in vec2 offset;
 
-// One value for each triangle: its three vertices have the same origin.
+// Constant in a triangle: its three vertices have the same origin.
 layout(location = 0) flat out uvec2 triangle_origin;
 layout(location = 1) out vec2 from_origin;
 

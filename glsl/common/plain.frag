@@ -8,8 +8,8 @@
 #include "texture_mapping/weights.glsl"
 #include "texture_mapping/ellipse_level.glsl"
 
-// One plain texture, for surfaces without a virtual texture and as the baseline of virtual ones. Filtered by the sampler
-// with implicit derivatives, or by paper 3's ellipse with an axis ratio of at most MOST_RATIO.
+// One plain texture, for surfaces without a virtual texture and as the baseline for virtual ones. The filter is the
+// sampler with implicit derivatives, or paper 3's ellipse with an axis ratio of at most MOST_RATIO.
 layout(constant_id = 0) const float MOST_RATIO = 0.0;  // 0: the sampler
 layout(constant_id = 1) const float MOST_REACH = 1024.0;
 
@@ -22,7 +22,7 @@ layout(location = 2) in vec3 normal;
 #endif
 layout(location = 0) out vec4 colour;
 
-// Not textureSize(plain, level): where levels differ within a group of lanes, lavapipe takes the first lane's.
+// Not textureSize(plain, level): lavapipe uses the first lane's level for all lanes.
 ivec2 level_size(uint level) { return max(textureSize(plain, 0) >> int(level), ivec2(1)); }
 
 // Columns wrap, as in the sampler; rows are clamped.

@@ -14,7 +14,8 @@ layout(local_size_x = 64) in;
 
 layout(binding = 2, scalar) readonly buffer Sums { uint words[]; } sums;
 
-// Second pass of the ordered list: entries follow the order of the mask, whichever group runs first. Needs no atomics.
+// Second pass of the ordered list: entries are in the order of the mask, whatever the order of the workgroups. Needs no
+// atomics.
 void main() {
     uint group = line_group(), here = 0;
     for (uint n = gl_LocalInvocationIndex; n < group; n += gl_WorkGroupSize.x) here += sums.words[n];
@@ -22,8 +23,8 @@ void main() {
     if (group == gl_NumWorkGroups.x * gl_NumWorkGroups.y - 1u && gl_LocalInvocationIndex == 0u) {
         visible_list.count = finer + sums.words[group];
     }
-    if (sums.words[group] == 0u) return;  // the same for the whole group
-    barrier();                                // the next prefix overwrites the memory that `finer` was read from
+    if (sums.words[group] == 0u) return;  // uniform in the workgroup
+    barrier();                                // the next prefix sum overwrites the memory of `finer`
     uint at = finer + group_prefix(count_marks()).x;
     for (uint word = first_word(); word < end_word(); word++) {
         uint mask = load_mask(word);

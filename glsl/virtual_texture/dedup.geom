@@ -5,15 +5,15 @@
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/blocks.glsl"
 
-// A point has 5 components, position and mask, and Vulkan guarantees 1024 components per invocation. So p = 4, with 256
-// texels, is split into two invocations of half a block each.
+// A point has 5 components (position and mask), and Vulkan guarantees 1024 components per invocation. So p = 4, with
+// 256 texels, is split into two invocations of half a block each.
 #define SIDE (1 << BLOCK_LOG2)
 #define INVOCATIONS (BLOCK_LOG2 > 3 ? 2 : 1)
 layout(points, invocations = INVOCATIONS) in;
 layout(points, max_vertices = SIDE * SIDE / INVOCATIONS) out;
 
 layout(constant_id = 6) const uint MEMO = 1;           // emit only if the triple differs from the last one
-layout(constant_id = 7) const uint NATIVE_KEYING = 0;  // 0: (i, j) in M0, as printed; 1: in the tile's own level
+layout(constant_id = 7) const uint NATIVE_KEYING = 0;  // grid of (i, j). 0: level 0's, as printed; 1: own level's
 
 layout(binding = 0) uniform utexture2D requests;
 

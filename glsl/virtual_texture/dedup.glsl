@@ -1,7 +1,7 @@
 // Stage 2 without a geometry shader (paper 1, section 2.2): a pixel's triple. Needs pyramid.glsl, tile_order.glsl.
-layout(binding = 0) uniform usampler2D requests;  // nearest texels, clamped at the edge
+layout(binding = 0) uniform usampler2D requests;  // nearest filter, clamped at the edges
 
-// The request image's texel as stored; background beyond the picture's edge.
+// The request image's texel as stored. Pixels beyond the picture's edge are background.
 uvec3 stored_triple(uvec2 pixel) {
     uvec2 last = uvec2(textureSize(requests, 0)) - 1u;
     uvec3 stored = texelFetch(requests, ivec2(min(pixel, last)), 0).xyz;

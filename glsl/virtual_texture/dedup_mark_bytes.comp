@@ -14,8 +14,8 @@ layout(push_constant, scalar) uniform MarkingFrame {
 
 layout(binding = 1, scalar) buffer TileMask { uint8_t bytes[]; } tile_mask;
 
-// All invocations that write a byte write the same value, so a plain store is enough. Bytes of the last frame hold
-// another number and need no clearing.
+// All invocations that write a byte write the same value, so a plain store is enough. Bytes of earlier frames hold
+// other numbers and need no clearing.
 void main() {
     uvec3 qij = keyed_triple(stored_triple(gl_GlobalInvocationID.xy));
     if (qij.x >= FIRST_RESIDENT_LEVEL) return;

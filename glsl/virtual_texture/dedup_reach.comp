@@ -12,7 +12,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// Stage 2 after any variant, into its mask: what filters take from other tiles than the pixel's own.
+// After any variant of stage 2: marks, in its mask, the neighbouring tiles that pixels' filters read.
 #if LAYOUT == 0
 #include "virtual_texture/dedup_tile_mask.glsl"
 #elif LAYOUT == 1

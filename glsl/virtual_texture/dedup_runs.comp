@@ -8,14 +8,14 @@
 #include "virtual_texture/dedup_tile_mask.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(constant_id = 8) const uint SIDE_LOG2 = 3;  // side of the square of pixels of an invocation
+layout(constant_id = 8) const uint SIDE_LOG2 = 3;  // log2 of an invocation's square of pixels, per side
 
 // Four neighbouring texels of the request image, by channel.
 struct Quad {
     uvec4 x, y, z;
 };
 
-// Gathers at the common corner of four texels. Only a rounding error of half a texel would select others.
+// Gathers at the common corner of four texels. Only a rounding error of half a texel would select other texels.
 Quad gather_quad(uvec2 first) {
     vec2 corner = (vec2(first) + 1.0) / vec2(textureSize(requests, 0));
     uvec4 x = textureGather(requests, corner, 0);
@@ -28,8 +28,8 @@ bool all_are(Quad quad, uvec3 stored) {
 }
 
 // The memo, four texels at a time: a subgroup only reads while no lane's triple changes. A software device runs both
-// sides of every branch, so the code that sets the mask is outside the reading loop and runs once per change. The lanes
-// leave that loop together, because in lavapipe 22.3 a lane that left earlier gets the values of the later ones.
+// sides of every branch. So the code that sets the mask is outside the reading loop and runs once per change. The lanes
+// leave that loop together, because in lavapipe 22.3 a lane that leaves early gets the values of later lanes.
 void main() {
     uvec2 first = gl_GlobalInvocationID.xy << SIDE_LOG2;
     const uint quads_log2 = SIDE_LOG2 - 1u, quads = 1u << 2u * quads_log2;

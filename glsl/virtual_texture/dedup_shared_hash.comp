@@ -8,17 +8,18 @@
 
 layout(local_size_x = 16, local_size_y = 16) in;
 
-// Hash table with open addressing and a slot per invocation: a group has at most as many cells, usually fewer than ten.
+// Hash table with open addressing and a slot per invocation. A workgroup has at most as many cells; usually fewer than
+// ten.
 #define SLOTS 256u
 #define PROBES 8
-#define EMPTY 0xffffffffu  // no cell: the tile mask is an image, and has fewer
+#define EMPTY 0xffffffffu  // not a cell: the tile mask is an image and has fewer texels
 
 shared uint cells[SLOTS];
 shared uint masks[SLOTS];
 
 // Sets the bit of a cell in the table. Returns false if no slot is found within PROBES probes.
 bool put(uint cell, uint bit) {
-    uint slot = cell * 2654435769u >> 24;  // Fibonacci hashing: the golden ratio's 32 bits, the top 8 of the product
+    uint slot = cell * 2654435769u >> 24;  // Fibonacci hashing: 2^32 / golden ratio; the product's top 8 bits
     for (int probe = 0; probe < PROBES; probe++, slot = (slot + 1u) % SLOTS) {
         uint found = cells[slot];
         if (found == EMPTY) {

@@ -13,7 +13,8 @@ uvec3 broadcast_first(uvec3 stored) {
     return REQUESTS_PACKED == 1 ? uvec3(subgroupBroadcastFirst(stored.x)) : subgroupBroadcastFirst(stored);
 }
 
-// The first active lane sets the bit for all lanes with the same triple. These leave the loop; the next lane follows.
+// The first active lane sets the bit for all lanes with the same triple. These lanes leave the loop; then the next
+// active lane is first.
 void main() {
     uvec3 stored = stored_triple(gl_GlobalInvocationID.xy);
     uvec3 qij = keyed_triple(stored);

@@ -1,28 +1,29 @@
-// How a pixel's colour is taken from J1 (paper 1, section 4): one file for every pass that textures. Needs
-// pyramid.glsl, footprint.glsl and tile_pool.glsl.
+// Computes a pixel's colour from the tile pool J1 (paper 1, section 4). All passes that texture include this file.
+// Needs pyramid.glsl, footprint.glsl and tile_pool.glsl.
 layout(constant_id = 9) const uint LITERAL_INTERPOLATION = 0;  // 1: C1 f + C2 (1 - f), as printed
-layout(constant_id = 16) const uint FADE_IN = 0;                // 1: tiles that arrive are mixed in over some frames
-layout(constant_id = 18) const uint SAMPLES = 1;  // taps of a pixel, where the filter is stochastic
+layout(constant_id = 16) const uint FADE_IN = 0;                // 1: new tiles are blended in over some frames
+layout(constant_id = 18) const uint SAMPLES = 1;  // taps per pixel of the stochastic filter
 
-layout(binding = 2) uniform sampler2DArray j1;  // mip 0: the tile's level, mip 1: its next coarser
+layout(binding = 2) uniform sampler2DArray j1;  // mip 0: the tile's level, mip 1: the next coarser level
 
-// What a pixel asks the texture for.
+// A pixel's texture lookup.
 struct Wish {
     Coordinate at;
-    uvec2 ij;     // row and column in M0
-    uint q;       // a streamed level is stage 1's; inside G1 the unclamped e counts
-    float f;      // share of level q + 1
+    uvec2 ij;     // row and column in level 0's grid
+    uint q;       // stage 1's q for streamed levels; from the unclamped e in G1
+    float f;      // weight of level q + 1
     float count;  // nA
     vec2 major;   // the footprint's longer side, in texels of level 0
     Footprint footprint;
 };
 
-// log2 of a positive finite number to 2^-13; the sampler's step between levels is 2^-8. The exponent is exact, so that
-// half of the result has stage 1's q below its point. Software drivers take a division and ten steps more for log2.
+// log2 of a positive finite number, with an error of at most 2^-13; the sampler's step between levels is 2^-8. The
+// exponent is exact, so that the integer part of half the result is stage 1's q. On software drivers the built-in log2
+// takes a division and ten operations more.
 float log2_13(float x) {
     uint bits = floatBitsToUint(x);
     float t = uintBitsToFloat(bits & 0x7fffffu | 0x3f800000u) - 1.0;
-    // Minimax with both ends exact: continuous from one exponent to the next.
+    // A minimax polynomial that is exact at both ends, so the result is continuous across exponents.
     float fraction = t + t * (1.0 - t) * (0.43872575 + t * (0.08213072 * t - 0.23905827));
     return float(int(bits >> 23) - 127) + fraction;
 }
@@ -37,15 +38,15 @@ Wish wish(uvec3 qij, Coordinate at, Footprint f, uint level_bias) {
     uint q = min(qij.x + level_bias, FIRST_RESIDENT_LEVEL);
     if (q == FIRST_RESIDENT_LEVEL)
         q = uint(clamp(biased, float(q), float(max(WIDTH_LOG2, HEIGHT_LOG2))));
-    // Magnification (e < 0) shows level 0 alone.
+    // Magnification (e < 0) shows only level 0.
     float fraction = clamp(biased - float(q), 0.0, 1.0);
     return Wish(at, qij.yz, q, FILTER == BILINEAR ? floor(fraction + 0.5) : fraction, count, major, f);
 }
 
-// A texel of a level, in the nearest coarser tile from that level on that is in J1.
+// A texel of a level, in the nearest resident tile of that level or a coarser one.
 struct Found {
     Resident tile;
-    ivec2 local;  // in texels of the tile's level, from its payload
+    ivec2 local;  // in texels of the tile's level, relative to its payload
 };
 
 Found find_texel(uint level, ivec2 texel) {
@@ -54,27 +55,28 @@ Found find_texel(uint level, ivec2 texel) {
     return Found(tile, (texel >> int(tile.level - level)) - (ivec2(ij.yx >> tile.level) << int(TILE_LOG2)));
 }
 
-// The payload's first texel.
+// The first texel of a tile's payload.
 ivec2 corner_of(Resident tile, uvec2 ij) { return ivec2(ij.yx >> tile.level) << int(TILE_LOG2); }
 
 bool outside(ivec2 texel, int margin) {
     return any(lessThan(texel, ivec2(-margin))) || any(greaterThanEqual(texel, ivec2((1 << int(TILE_LOG2)) + margin)));
 }
 
-// One sample of both levels of a tile, `coarser` of its next coarser one; texels from the payload's corner.
+// One sample of both levels of a tile; `coarser` is the weight of the coarser level. `texels` is relative to the
+// payload's corner.
 vec4 bordered_sample(Resident tile, vec2 texels, float coarser) {
     float side = float((1u << TILE_LOG2) + 2 * BORDER);
     vec2 own = (texels + float(BORDER)) / side;
     if ((BORDER & 1u) == 0u) return textureLod(j1, vec3(own, tile.slot), coarser);
-    // An odd border: the coarser picture begins half of its texels before the own one.
+    // An odd border: the coarser level begins half of one of its texels before the tile's own level.
     vec2 half_size = (0.5 * texels + float((BORDER + 1) / 2)) / (0.5 * side);
     return mix(textureLod(j1, vec3(own, tile.slot), 0.0), textureLod(j1, vec3(half_size, tile.slot), 1.0), coarser);
 }
 
-// A sample around a texel beyond the border is its own tile's.
+// A sample beyond the border is taken from the tile that holds its texel.
 vec4 sample_anywhere(Resident tile, uvec2 ij, vec2 texels, float coarser) {
     ivec2 texel = ivec2(floor(texels));
-    // A loop: software drivers run both sides of a branch.
+    // A loop instead of a branch, because software drivers run both sides of a branch.
     for (bool elsewhere = REACHES == 1 && outside(texel, sample_margin()); elsewhere; elsewhere = false) {
         vec2 within = texels - vec2(texel);
         ivec2 place = corner_of(tile, ij) + texel;
@@ -82,7 +84,7 @@ vec4 sample_anywhere(Resident tile, uvec2 ij, vec2 texels, float coarser) {
         if (mirrored(level, place)) within.y = 1.0 - within.y;
         place = true_texel(level, place);
         Found found = find_texel(level, place);
-        // A coarser tile's texel covers several.
+        // A texel of a coarser tile covers several texels of the level.
         uint steps = found.tile.level - level;
         texels = vec2(found.local) + (vec2(place & ((1 << int(steps)) - 1)) + within) * power_of_half(steps);
         if (steps > 0u) coarser = float(LITERAL_INTERPOLATION);
@@ -91,7 +93,7 @@ vec4 sample_anywhere(Resident tile, uvec2 ij, vec2 texels, float coarser) {
     return bordered_sample(tile, texels, coarser);
 }
 
-// The mean of nA samples spread along the footprint's longer side; each one interpolates two levels.
+// The mean of nA samples spread along the footprint's longer side. Each sample interpolates two levels.
 vec4 tile_samples(Wish wish, Resident tile, float coarser) {
     vec2 centre = texels_in_tile(wish.at, wish.ij, tile.level);
     if (MAX_ANISOTROPY == 1) return bordered_sample(tile, centre, coarser);
@@ -102,28 +104,28 @@ vec4 tile_samples(Wish wish, Resident tile, float coarser) {
     return sum / wish.count;
 }
 
-// One texel, one tap (Pharr et al., "Filtering After Shading With Stochastic Texture Filtering", 2024): place along the
-// longer side, level and texel are chosen at random, each as often as tile_samples weighs it. No tap mixes two texels,
-// so none needs a border: a neighbour's texel is taken from the neighbour.
+// One tap reads one texel (Pharr et al., "Filtering After Shading With Stochastic Texture Filtering", 2024). Its
+// position along the longer side, its level and its texel are random, with the weights of tile_samples as
+// probabilities. No tap mixes two texels, so no border is needed: a neighbour's texel is read from the neighbour.
 vec4 tap(Wish wish, uint level, float coarser, vec4 chance) {
     uint coarsest = max(WIDTH_LOG2, HEIGHT_LOG2);
     uint from = level < coarsest && chance.z < coarser ? level + 1 : level;
     vec2 along = ((floor(chance.w * wish.count) + 0.5) / wish.count - 0.5) * wish.major;
     ivec2 base = wish.at.texel >> int(from);
     vec2 within = (vec2(wish.at.texel - (base << int(from))) + wish.at.fraction + along) * power_of_half(from);
-    // 2^22 texels are four times the widest level; a NaN may become any texel.
+    // 2^22 texels are four times the widest level. NaN may give any texel.
     ivec2 texel = true_texel(from, base + ivec2(clamp(floor(within - 0.5 + chance.xy), -4194304.0, 4194304.0)));
     uvec2 ij = uvec2(texel.yx) << from >> TILE_LOG2;
     Resident tile = find_resident(level, ij);
-    // Its own picture or its coarser one; where a coarser tile substitutes, the texel that covers this one.
+    // The tile's own level or its coarser one. If a coarser tile substitutes: its texel that covers this one.
     uint mip = tile.level < from ? 1 : 0;
     ivec2 corner = ivec2(ij.yx >> tile.level) << int(TILE_LOG2 - mip);
     ivec2 local = (texel >> int(tile.level + mip - from)) - corner + int((BORDER + mip) >> mip);
     return texelFetch(j1, ivec3(local, tile.slot), int(mip));
 }
 
-// Four numbers of [0, 1) for tap n: the additive recurrence of the root of x^5 = x + 1 (Roberts 2018), which spreads
-// few taps more evenly than chance does, from a start that differs from pixel to pixel and frame to frame.
+// Four numbers in [0, 1) for tap n: the additive recurrence of the root of x^5 = x + 1 (Roberts 2018), which spreads
+// few taps more evenly than random numbers. The start differs between pixels and between frames.
 vec4 chances(uvec4 start, uint n) {
     uvec4 bits = start + n * uvec4(0xdb4f0b91u, 0xbbe05633u, 0xa0f2ec76u, 0x89e18285u);
     return vec4(bits >> 8) * power_of_half(24);
@@ -153,7 +155,7 @@ Resident ellipse_tile;
 ivec2 ellipse_corner;
 vec3 texel(ivec2 at, uint level) {
     uint slot = ellipse_tile.slot;
-    // A loop, as above.
+    // A loop instead of a branch, as above.
     for (bool elsewhere = outside(at, int(BORDER)); elsewhere; elsewhere = false) {
         Found found = find_texel(level, true_texel(level, ellipse_corner + at));
         at = found.local;
@@ -172,24 +174,24 @@ vec4 tile_ellipse(Wish wish, Resident tile) {
     return vec4(ellipse_mean(jacobian(wish.footprint), ellipse(wish.footprint), tile.level, whole, spot).colour, 1.0);
 }
 
-// What one tile shows of a wish.
+// The colour that one tile gives for a lookup.
 vec4 shown_by(Resident tile, Wish wish, uvec4 start) {
-    // A coarser stand-in (q' > q) shows one level alone.
+    // A coarser substitute (q' > q) shows only its own level.
     float f = tile.level == wish.q ? wish.f : 0.0;
     float coarser = LITERAL_INTERPOLATION == 1 ? 1.0 - f : f;
-    // One sample for whatever level: software drivers run both sides of a branch.
+    // One call for all levels, because software drivers run both sides of a branch.
     if (FILTER == ELLIPSE) return tile_ellipse(wish, tile);
     return FILTER == STOCHASTIC ? taps(wish, tile.level, coarser, start) : tile_samples(wish, tile, coarser);
 }
 
-// The pixel's colour from what is resident, in linear light. `seed`: pixel and frame, for filters that need chance.
+// The pixel's colour from the resident tiles, in linear light. `seed` is pixel and frame, for stochastic filters.
 vec4 filtered(Wish wish, uvec3 seed) {
     uvec4 start = hash(uvec4(seed, 0));
     Resident tile = find_resident(wish.q, wish.ij);
     vec4 colour = shown_by(tile, wish, start);
-    // Apart, and not a loop that ends at once: software drivers keep a loop's variables in memory.
+    // A separate branch, because software drivers keep a loop's variables in memory, even if it never repeats.
     if (FADE_IN == 1) {
-        // A tile that fades in leaves the rest of its weight to what was shown before it: the next coarser one in J1.
+        // A tile that fades in leaves the rest of the weight to the tile shown before: the next coarser resident one.
         float weight = tile.fade;
         colour *= 1.0 - weight;
         while (weight > 0.0) {

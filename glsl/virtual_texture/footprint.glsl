@@ -1,11 +1,11 @@
 // Stage 1's arithmetic (paper 1, section 2.1): texture coordinate, footprint, level. Needs pyramid.glsl.
 layout(constant_id = 5) const uint MAX_ANISOTROPY = 1;  // NA
-layout(constant_id = 24) const uint PIXEL_LOG2 = 0;    // a pixel stands for 2^n x 2^n pixels of the picture
+layout(constant_id = 24) const uint PIXEL_LOG2 = 0;    // n: a pixel represents 2^n x 2^n pixels of the picture
 
 layout(constant_id = 17) const uint FILTER = 0;        // one of these:
 const uint TRILINEAR = 0, BILINEAR = 1, STOCHASTIC = 2, ELLIPSE = 3;
 
-// A texel of level 0 and the place in it. f32 alone would hold 1/64 texel at 2^18 and 1/16 at 2^20.
+// A texel of level 0 and the position in it. An f32 alone has steps of 1/64 texel at 2^18 texels and 1/16 at 2^20.
 struct Coordinate {
     ivec2 texel;
     vec2 fraction;  // [0, 1)
@@ -13,17 +13,17 @@ struct Coordinate {
 
 #include "common/exact.glsl"
 
-// s = origin / 2^32 + offset. The origin's part is exact integer arithmetic, the offset is small.
+// s = origin / 2^32 + offset. The origin's part is exact integer arithmetic, and the offset is small.
 Coordinate coordinate(uvec2 origin, vec2 offset) {
     uvec2 whole = uvec2(origin.x >> (32 - WIDTH_LOG2), origin.y >> (32 - HEIGHT_LOG2));
     uvec2 rest = uvec2(origin.x << WIDTH_LOG2, origin.y << HEIGHT_LOG2);  // in 2^-32 texel; 0 from 2^10 texels on
     vec2 texels = offset * vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2) + vec2(rest) * power_of_half(32);
-    // 2^22 texels away lies outside every texture; a NaN may become any value, and the level rule keeps it out.
+    // 2^22 texels away is outside every texture. NaN may give any value; `level` then selects a resident level.
     vec2 steps = clamp(floor(texels), -4194304.0, 4194304.0);
     return Coordinate(ivec2(whole) + ivec2(steps), texels - steps);
 }
 
-// Row i and column j in M0, with the paper's clamps for t = 1 and s = 1.
+// Row i and column j in level 0's grid, with the paper's clamps for t = 1 and s = 1.
 uvec2 tile_row_column(Coordinate at) {
     ivec2 tile = clamp(at.texel >> int(TILE_LOG2), ivec2(0), ivec2(tile_grid()) - 1);
     return uvec2(tile.y, tile.x);
@@ -39,10 +39,10 @@ struct Footprint {
 #include "texture_mapping/weights.glsl"
 #include "texture_mapping/ellipse_level.glsl"
 
-// Paper 3's: rows (s_x, s_y) and (t_x, t_y).
+// The footprint as paper 3's Jacobian: rows (s_x, s_y) and (t_x, t_y).
 vec4 jacobian(Footprint f) { return vec4(f.r1.x, f.r2.x, f.r1.y, f.r2.y); }
 
-// `limb`: of the fragment, p / R; paper 1's footprint knows nothing of it.
+// `limb` is the fragment's p / R. Only the ellipse's footprint is bounded by it; paper 1's is not.
 Footprint footprint(vec2 dx, vec2 dy, Coordinate at, float limb) {
     vec2 size = vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2), pixel = size * power_of_half(PIXEL_LOG2);  // exact
     Footprint f = Footprint(pixel * dx, pixel * dy);
@@ -57,8 +57,9 @@ Ellipse ellipse(Footprint f) {
     return ellipse_of(jacobian(f), f.r1.x * f.r2.y - f.r2.x * f.r1.y, float(MAX_ANISOTROPY));
 }
 
-// So far, in texels of a level, an ellipse may reach without k, that no texel is further than half a tile from the pixel's own:
-// an edge's half texels make V at most (1 + 1/t) (V + k) + (1 + t) / 4, t = 2 sqrt k.
+// The greatest reach of an ellipse, in texels of its level and without K, for which all of its texels are within half a
+// tile of the pixel's own. `outer` adds the edge's half texels: V becomes at most (1 + 1/t) (V + K) + (1 + t) / 4, with
+// t = 2 sqrt K.
 float most_reach() {
     float t = 2.0 * sqrt(K), most = float(1u << TILE_LOG2 >> 1) - 0.5;
     return sqrt((most * most - 0.25 * (1.0 + t)) / (1.0 + 1.0 / t) - K);
@@ -72,32 +73,32 @@ bool finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u;
 // Squared lengths of the longer and the shorter side.
 vec2 squared_sides(Footprint f) {
     float a = dot(f.r1, f.r1), b = dot(f.r2, f.r2);
-    // Not min and max: their result for NaN is undefined, and one bad side must spoil both.
+    // Not min and max: their result for NaN is undefined, and one side that is not finite must make both NaN.
     return !(finite(a) && finite(b)) ? vec2(uintBitsToFloat(0x7fc00000u)) : a > b ? vec2(a, b) : vec2(b, a);
 }
 
-// nA: how many samples along the longer side.
+// nA: the number of samples along the longer side.
 float sample_count(vec2 sides) {
-    if (MAX_ANISOTROPY == 1) return 1.0;  // folds at specialization: no square root, no division
+    if (MAX_ANISOTROPY == 1) return 1.0;  // a specialization constant: removes the square root and the division
     float most = float(MAX_ANISOTROPY);
     return sides.y > 0.0 ? min(ceil(sqrt(sides.x / sides.y)), most) : most;
 }
 
-// q = clamp(floor(e), 0, L-L'+1), e = log2(dmax / nA). floor(log2(x) / 2) is read off the exponent: exact,
-// where a rounded log2 would flip at powers of two.
+// q = clamp(floor(e), 0, L-L'+1), e = log2(dmax / nA). floor(log2(x) / 2) comes from the exponent, which is exact; a
+// rounded log2 could be wrong at powers of two.
 uint level(Footprint f) {
     if (FILTER == ELLIPSE) return min(asked_level(f), FIRST_RESIDENT_LEVEL);
     vec2 sides = squared_sides(f);
     if (!finite(sides.x)) return FIRST_RESIDENT_LEVEL;
     if (sides.x == 0.0) return 0;
     float n = sample_count(sides);
-    // A division may round by 2.5 ulp; without anisotropy there is none, and q is exact.
+    // A division may err by 2.5 ulp. Without anisotropy there is no division, and q is exact.
     float squared = MAX_ANISOTROPY == 1 ? sides.x : sides.x / (n * n);
     int exponent = int(floatBitsToUint(squared) >> 23) - 127;
     return uint(clamp(exponent >> 1, 0, int(FIRST_RESIDENT_LEVEL)));
 }
 
-// In texels of a level, from the payload of the coordinate's tile.
+// The coordinate in texels of level q, relative to the payload of its tile.
 Spot spot_in_tile(Coordinate at, uvec2 ij, uint q) {
     ivec2 base = at.texel >> int(q);
     vec2 within = (vec2(at.texel - (base << int(q))) + at.fraction) * power_of_half(q);
@@ -107,14 +108,15 @@ Spot spot_in_tile(Coordinate at, uvec2 ij, uint q) {
 // The footprint's longer side.
 vec2 major_side(Footprint f) { return dot(f.r1, f.r1) > dot(f.r2, f.r2) ? f.r1 : f.r2; }
 
-// Texels beyond the payload at which a sample still is the pixel's own tile's: the border but for the one that it mixes.
+// Texels beyond the payload up to which the pixel's own tile serves a sample: the border, less the texel that a sample
+// mixes.
 int sample_margin() { return max(int(BORDER), 1) - 1; }
 
-// Which tiles beside its own a pixel's filter takes texels from (reach.glsl). Where all lie in the border: none.
+// The neighbouring tiles from which a pixel's filter reads texels (reach.glsl); none if the border has all of them.
 uint filter_reach(Coordinate at, uvec2 ij, Footprint f, uint q) {
     if (REACHES == 0 || q >= FIRST_RESIDENT_LEVEL) return 0u;
     Spot spot = spot_in_tile(at, ij, q);
-    ivec2 first, last;  // texels, or those that samples are in
+    ivec2 first, last;  // texels of the ellipse, or the texels that contain samples
     int margin;
     if (FILTER == ELLIPSE) {
         vec2 half_sides = sqrt(outer(at_level(ellipse(f), q)).v.xz);

@@ -10,14 +10,14 @@
 #include "virtual_texture/filter.glsl"
 #include "virtual_texture/reach.glsl"
 
-// Stage 1, stage 2 and section 4 in one fragment: the triple is found, marked and shown, and never stored.
-// Without this a fragment that the depth test refuses would mark all the same.
+// Stage 1, stage 2 and section 4 in one fragment: the triple is found, marked and shown, but never stored.
+// Without early tests, a fragment that fails the depth test would still mark.
 layout(early_fragment_tests) in;
 
-layout(constant_id = 25) const uint LISTS = 1;  // 0: nothing is marked; 1: marks alone; 2: marks and the visible-tile list
+layout(constant_id = 25) const uint LISTS = 1;  // 0: marks nothing; 1: marks; 2: marks and appends to the list
 
 layout(binding = 3, scalar) buffer TileMask { uint words[]; } tile_mask;
-// The same words: software drivers fetch the texels of a vector of pixels at once.
+// The words of tile_mask as texels: software drivers fetch the texels of several pixels at once.
 layout(binding = 5) uniform utextureBuffer seen;
 
 #define LIST_BINDING 4
@@ -31,8 +31,8 @@ layout(location = 2) in vec3 normal;
 #endif
 layout(location = 0) out vec4 colour;  // linear light
 
-// The test may read an old value: then the OR is done once too often. A bit that is read as set is set. The OR tells
-// one fragment alone that the bit was not: that one appends, and each triple is listed once.
+// The test may read an old value; then the OR is repeated without harm. A bit that is read as set is set. The OR
+// returns an unset bit to exactly one fragment. Only that fragment appends, so each triple is listed once.
 void mark(uvec3 qij) {
     if (NATIVE_KEYING == 1) qij.yz >>= qij.x;
     uint place = mark_index(qij);

@@ -11,14 +11,14 @@ const uint COLUMN_BITS = WIDTH_LOG2 - TILE_LOG2;
 const uint ROW_BITS = HEIGHT_LOG2 - TILE_LOG2;
 const uint BACKGROUND = 0xffffffffu;  // q of a pixel that the mesh does not cover
 
-// Tiles of level 0, the paper's (wT^0, hT^0).
+// Columns and rows of level 0's tiles: the paper's (wT^0, hT^0).
 uvec2 tile_grid() { return uvec2(1u << COLUMN_BITS, 1u << ROW_BITS); }
 
 ivec2 level_size(uint level) {
     return ivec2(max(1u << WIDTH_LOG2 >> level, 1u), max(1u << HEIGHT_LOG2 >> level, 1u));
 }
 
-// Whether a row is on the other side of a pole; 2 x height rows are a full turn.
+// True if a row is on the other side of a pole; 2 x height rows are a full turn.
 bool mirrored(uint level, ivec2 texel) {
     int rows = level_size(level).y;
     return (texel.y & (2 * rows - 1)) >= rows;
@@ -33,9 +33,9 @@ ivec2 true_texel(uint level, ivec2 texel) {
     return ivec2(texel.x + (beyond ? size.x / 2 : 0) & (size.x - 1), beyond ? 2 * size.y - 1 - turn : turn);
 }
 
-// (q, i, j) and the reach as the request image stores them. Packed: q in the high bits. All ones is the background; no
-// triple has this value, because the host rejects sizes for which q would need it. A filter's reach is in the highest four
-// bits, which are never all ones.
+// (q, i, j) and the reach as the request image stores them. The packed form has q in the high bits. All ones is the
+// background; no triple has this value, because the host rejects sizes for which it could. A filter's reach is in the
+// highest four bits; no reach has all of them set.
 uvec4 store_triple(uvec3 qij, uint reach) {
     uint first = REQUESTS_PACKED == 1 ? qij.x << (ROW_BITS + COLUMN_BITS) | qij.y << COLUMN_BITS | qij.z : qij.x;
     first |= reach << 28;

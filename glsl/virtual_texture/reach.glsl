@@ -1,13 +1,14 @@
-// The tiles beside its own that a filter takes texels from (ours). No filter reaches further than half a tile, so that they are
-// the next ones in one direction of each axis. A reach has two bits for columns, then two for rows: 0, none; 1, the tile after;
-// 2, the tile before. Needs pyramid.glsl.
+// The reach: the neighbours of a pixel's tile from which its filter reads texels (ours). No filter reaches further than
+// half a tile, so each axis has at most one neighbour. A reach has two bits for columns, then two for rows: 0 for none,
+// 1 for the next tile, 2 for the previous one. Needs pyramid.glsl.
 
-// n: 1 beside, 2 below or above, 3 across the corner.
+// n is 1 for the neighbour in the same row, 2 in the same column, 3 across the corner.
 bool reaches(uint reach, uint n) {
     return ((n & 1u) == 0u || (reach & 3u) != 0u) && ((n & 2u) == 0u || reach >> 2 != 0u);
 }
 
-// (i, j) in M0. Columns wrap; beyond a pole is the same row half a turn away.
+// The triple of neighbour n, with (i, j) in level 0's grid. Columns wrap; beyond a pole lies the same row, half a turn
+// away.
 uvec3 neighbour(uvec3 qij, uint reach, uint n) {
     ivec2 tile = ivec2(qij.zy >> qij.x), grid = ivec2(tile_grid() >> qij.x);
     if ((n & 1u) != 0u) tile.x += (reach & 3u) == 1u ? 1 : -1;

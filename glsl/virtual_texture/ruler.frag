@@ -6,15 +6,15 @@
 #include "common/view.glsl"
 #include "virtual_texture/tile_pool.glsl"
 
-// Checks each texel that texturing would filter against the pixel's own (s, t) and level. The texture's texels are
-// hashes of their level and position; they are fetched without a sampler.
+// Checks each texel that texturing would filter: it must be the one that the pixel's (s, t) and level require. Texels
+// of this texture are hashes of their level and position. They are fetched without a sampler.
 layout(binding = 0) uniform utexture2D requests;
 layout(binding = 2) uniform texture2DArray j1;  // as bytes
 
 layout(location = 0) flat in uvec2 triangle_origin;
 layout(location = 1) in vec2 from_origin;
-// 1 + the number of wrong texels; bit 30: from the resident tail; bit 31: the pixel's own tile is not resident.
-// 0: no landscape.
+// 1 + the number of wrong texels; 0 without landscape. Bit 30: the resident tail is shown. Bit 31: the pixel's own tile
+// is not resident.
 layout(location = 0) out uint verdict;
 
 // Same as in src/texture/source/ruler.rs.
@@ -27,15 +27,15 @@ uint ruler_hash(uint level, ivec2 texel) {
     return mix32(mix32(mix32(level + 0x9e3779b9u) ^ uint(texel.x)) ^ uint(texel.y));
 }
 
-// First of the 2 x 2 texels of a level in a bilinear sample at the coordinate, from exact integers.
+// The first of the 2 x 2 texels of a bilinear sample at the coordinate, in exact integers.
 ivec2 first_tap(Coordinate at, uint level) {
     ivec2 base = at.texel >> int(level);
     vec2 within = (vec2(at.texel - (base << level)) + at.fraction) * power_of_half(level);
     return base - ivec2(lessThan(within, vec2(0.5)));
 }
 
-// Number of wrong texels among the 4 of one of the tile's two levels. Step 0: its own level; 1: the next coarser, or
-// the coarsest level itself.
+// Number of wrong texels among the 4 texels in one of the tile's two levels. Step 0 is its own level; step 1 the next
+// coarser level, or the coarsest level itself.
 uint wrong_in_tile(Coordinate at, uvec2 ij, Resident tile, uint step) {
     uint level = min(tile.level + step, max(WIDTH_LOG2, HEIGHT_LOG2));
     int size = int(1u << TILE_LOG2 >> step), border = int((BORDER + step) >> step);

@@ -5,14 +5,14 @@
 #include "virtual_texture/footprint.glsl"
 #include "virtual_texture/tile_pool.glsl"
 
-// For each pixel of a request image of four words: the tile that it asks for, in the tile's own level, and the level
-// of the tile that shows it now.
+// For each pixel of a request image with four words per pixel: the requested tile, in its own level's grid, and the
+// level of the tile that is shown now.
 layout(binding = 0) uniform utexture2D requests;
 layout(push_constant, scalar) uniform Shown {
-    uint level_bias;  // levels added to the stored q where the caches are too small
+    uint level_bias;  // levels added to the stored q if the caches are too small
 } shown;
 
-layout(location = 0) out uvec4 tile;  // level, row, column, level shown; all ones where there is no landscape
+layout(location = 0) out uvec4 tile;  // level, row, column, level shown; all ones without landscape
 
 void main() {
     uvec4 stored = texelFetch(requests, ivec2(gl_FragCoord.xy), 0);

@@ -19,7 +19,7 @@ layout(location = 2) in vec3 normal;
 layout(location = 0) out vec4 colour;  // linear light
 
 void main() {
-    // The tile is the one that stage 1 named, bit for bit: nothing is decided twice.
+    // The tile is exactly the one that stage 1 stored; it is not computed again.
     uvec3 qij = load_triple(texelFetch(requests, ivec2(gl_FragCoord.xy), 0));
     Coordinate at = coordinate(triangle_origin, from_origin);
     Footprint f = footprint(dFdxFine(from_origin), dFdyFine(from_origin), at, view.limb / gl_FragCoord.w);

@@ -1,5 +1,5 @@
 // The tile mask as stage 3 reads it, in one of three layouts. Needs pyramid.glsl, tile_order.glsl.
-#define TEXELS 0     // an image: a texel for each tile of M0, a bit for each level
+#define TEXELS 0     // an image: a texel for each tile of level 0, a bit for each level
 #define BITS 1   // a bit for each tile of the pyramid, level by level, row by row
 #define BYTES 2  // a byte for each of these bits: the number of the frame that set it
 
@@ -37,6 +37,6 @@ uvec3 marked_triple(uint word, uint bit) { return triple_at(4u * word + bit); }
 #endif
 #endif
 
-// Groups and invocations are numbered row by row.
+// Indices of workgroup and invocation, row by row.
 uint line_group() { return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x; }
 uint line_invocation() { return line_group() * gl_WorkGroupSize.x + gl_LocalInvocationIndex; }

@@ -1,11 +1,11 @@
-// Linear index of a mark: level by level, row by row, as Pyramid::tile_index. With level-0 tile addresses each level
-// has the grid of M0. Needs pyramid.glsl.
-layout(constant_id = 7) const uint NATIVE_KEYING = 0;  // 0: (i, j) in M0, as printed; 1: in the tile's own level
+// Linear index of a mark: level by level, row by row, as in Pyramid::tile_index. With level-0 tile addresses each level
+// has level 0's grid (M0). Needs pyramid.glsl.
+layout(constant_id = 7) const uint NATIVE_KEYING = 0;  // grid of (i, j). 0: level 0's, as printed; 1: own level's
 
 uint mark_index(uvec3 qij) {
     uint cells = tile_grid().x * tile_grid().y;
-    // Own-level addresses: levels 0 to q-1 have (1 - 4^-q) 4/3 of level 0's cells. The division by 3 has no remainder,
-    // so it is a multiplication with the inverse of 3 modulo 2^32.
+    // With own-level addresses, levels 0 to q-1 have (1 - 4^-q) 4/3 times as many cells as level 0. The division by 3
+    // has no remainder, so it is a multiplication by the inverse of 3 modulo 2^32.
     uint finer = NATIVE_KEYING == 1 ? (cells - (cells >> 2u * qij.x)) * 0xaaaaaaabu * 4u : qij.x * cells;
     return finer + (qij.y << (COLUMN_BITS - (NATIVE_KEYING == 1 ? qij.x : 0u))) + qij.z;
 }

@@ -1,31 +1,31 @@
 // Finds the resident tile that shows a pixel (paper 1, section 4). Needs pyramid.glsl and footprint.glsl.
-layout(constant_id = 10) const uint SINGLE_LEVEL = 9;  // from this level on a level is one tile, always resident ...
-layout(constant_id = 11) const uint SINGLE_SLOT = 0;   // ... in consecutive slots from this one on
+layout(constant_id = 10) const uint SINGLE_LEVEL = 9;  // this level and coarser ones are one resident tile each ...
+layout(constant_id = 11) const uint SINGLE_SLOT = 0;   // ... in consecutive slots, of which this is the first
 
-// The page table: each cell names the tile that is shown for it, fade << 24 | level << 19 | slot.
+// The page table. The cell of a tile names the tile that is shown for it: fade << 24 | level << 19 | slot.
 layout(binding = 1) uniform utextureBuffer h1;
 
 struct Resident {
     uint slot;   // k1, layer of the tile pool
     uint level;  // q' >= q
-    float fade;  // share of the next coarser tile: above 0 while this one fades in
+    float fade;  // weight of the next coarser tile; above 0 while this tile fades in
 };
 
-// Index of a cell: a one bit, then the bits of row and column. (i, j) is in M0.
+// Index of a cell: a one bit, then the bits of row and column. (i, j) is in level 0's grid.
 uint display_place(uint q, uvec2 ij) {
     uint column_bits = COLUMN_BITS - min(q, COLUMN_BITS), row_bits = ROW_BITS - min(q, ROW_BITS);
     return (1u << row_bits | ij.x >> q) << column_bits | ij.y >> q;
 }
 
-// The nearest tile of level q or coarser in the tile pool. The resident levels are always there.
+// The nearest tile of level q or coarser in the tile pool, which always has the resident levels.
 Resident find_resident(uint q, uvec2 ij) {
     uint cell = texelFetch(h1, int(display_place(q, ij))).x;
     if (q >= SINGLE_LEVEL) return Resident(SINGLE_SLOT + q - SINGLE_LEVEL, q, 0.0);
     return Resident(cell & 0x7ffffu, cell >> 19 & 31u, float(cell >> 24) / 255.0);
 }
 
-// The coordinate's position in its tile of level q, in texels of that level, without the border. It is relative to the
-// tile in the request image, so that rounding at an edge moves a sample into the border and never out of the tile.
+// The coordinate's position in its tile of level q, in texels of that level, without the border. The tile is the
+// request image's, so that rounding at an edge moves a sample into the border, but never out of the tile.
 vec2 texels_in_tile(Coordinate at, uvec2 ij, uint q) {
     ivec2 corner = ivec2(ij.yx >> q) << (TILE_LOG2 + q);
     return (vec2(at.texel - corner) + at.fraction) * power_of_half(q);

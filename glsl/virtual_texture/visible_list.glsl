@@ -1,5 +1,5 @@
 // The visible-tile list as shaders write it: a triple per entry, or one word, the index of its mark (tile_order.glsl).
-// One word is faster on software drivers, which execute every store for each pixel, even with nothing to store.
+// One word is faster on software drivers, which execute every store for each pixel, even if nothing is to be stored.
 layout(constant_id = 26) const uint LIST_PLACES = 0;  // 1: entries are indices of marks
 
 #ifndef LIST_BINDING
@@ -7,7 +7,7 @@ layout(constant_id = 26) const uint LIST_PLACES = 0;  // 1: entries are indices 
 #endif
 
 layout(binding = LIST_BINDING, scalar) buffer VisibleList {
-    uint count;  // entries of the frame, including those for which there is no room
+    uint count;  // entries of the frame, including those beyond the capacity
     uint words[];
 } visible_list;
 

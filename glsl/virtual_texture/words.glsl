@@ -1,4 +1,4 @@
-// For stage 3 variants whose groups count their set bits first. Each invocation reads consecutive words. Needs
+// For variants of stage 3 whose workgroups count their set bits first. Each invocation reads consecutive words. Needs
 // tile_mask.glsl.
 layout(constant_id = 8) const uint WORDS_LOG2 = 4;  // words per invocation
 

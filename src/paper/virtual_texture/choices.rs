@@ -1,11 +1,11 @@
-//! The variants of each step by name; each is declared here once, with the line that documents and reports show.
+//! The named variants of each step. A variant's doc comment is also its description in documents and reports.
 
 use crate::scene::choices;
 
 choices! {
     /// How a pixel's triple is stored in the request image (the paper's U1, section 2.1).
     pub enum RequestFormat {
-        /// The paper's: 32 bits in each of r, g, b. Few devices render to it.
+        /// The paper's: 32 bits in each of r, g, b. Few devices support it as a render target.
         Rgb32 = "rgb32",
         /// Four channels of 32 bits, the last unused.
         Rgba32 = "rgba32",
@@ -15,7 +15,7 @@ choices! {
 }
 
 choices! {
-    /// In which grid a tile is addressed: the texel of the tile mask in which stage 2 sets bit q (section 2.2).
+    /// The grid of a tile's address (i, j): stage 2 sets bit q in that texel of the tile mask (section 2.2).
     pub enum TileAddress {
         /// The grid of level 0, texel `(i, j)`, as printed: one tile of level q can be listed up to `4^q` times.
         Level0 = "level-0",
@@ -35,25 +35,25 @@ choices! {
 }
 
 choices! {
-    /// How a pixel's colour is taken from its tile (section 4). In the order of `filter.glsl`.
+    /// How a pixel's colour is filtered from its tile (section 4). The order is that of `filter.glsl`.
     pub enum Filtering {
-        /// The paper's: bilinear in two levels, and between them; `max_anisotropy` such samples.
+        /// The paper's: bilinear in two levels, interpolated between them; at most `max_anisotropy` such samples.
         Trilinear = "trilinear",
         /// Bilinear in the nearer of the two levels.
         Bilinear = "bilinear",
-        /// `samples` single texels, each chosen with its weight in the trilinear filter: needs no border, and is noisy.
+        /// `samples` single texels, each drawn with the probability of its trilinear weight. Needs no border; is noisy.
         Stochastic = "stochastic",
-        /// Paper 3's: the texels of the footprint's ellipse, weighted by a Gaussian that follows its shape.
+        /// Paper 3's: the texels in the footprint's ellipse, weighted by a Gaussian of the ellipse's shape.
         Ellipse = "ellipse",
     }
 }
 
 choices! {
-    /// In which order a frame's missing tiles are asked for; the paper leaves it to the device's list.
+    /// The order in which a frame's missing tiles are requested. The paper uses the order of the device's list.
     pub enum Order {
         /// As listed: from the finest level to the coarsest.
         Finest = "finest",
-        /// From the coarsest level to the finest: what covers most of the texture comes first.
+        /// From the coarsest level to the finest: the tiles that cover most of the texture come first.
         Coarsest = "coarsest",
     }
 }
@@ -61,45 +61,44 @@ choices! {
 choices! {
     /// Which method makes the list of visible tiles from the pixels' triples.
     pub enum Listing {
-        /// The paper's way: the device, in stages 2 and 3.
+        /// The paper's: the device makes the list, in stages 2 and 3.
         Device = "device",
-        /// Read-back: the host, from a copy of all of the request image, with a hash set.
+        /// Read-back: the host makes the list from a copy of the whole request image, with a hash set.
         HostHash = "host-hash",
-        /// Read-back: the host, from a copy of all of the request image, with a bit for each triple and a memo.
+        /// Read-back: as host-hash, with one bit per triple and a memo instead of the hash set.
         HostBitmap = "host-bitmap",
-        /// What engines ship: the host, from one pixel of 2^n a frame; subsampled, the list lags and may lack tiles.
+        /// What engines ship: the host lists the tiles of one pixel in 2^n per frame. The list lags and may lack tiles.
         Feedback = "feedback",
     }
 }
 
 choices! {
-    /// Stage 2: how the bits of the tile mask are set, one for each distinct triple (paper 1, section 2.2).
+    /// Stage 2: how the tile mask gets one bit for each distinct triple (paper 1, section 2.2).
     pub enum Dedup {
-        /// The paper's: a geometry shader's points for each block of pixels, merged by a logic OR.
+        /// The paper's: a geometry shader emits points for each block of pixels; a logic OR merges them.
         Geometry = "geometry",
-        /// A point for each pixel, from a vertex shader alone: what the paper's blocks are measured against.
+        /// A vertex shader emits a point for each pixel: the baseline for the paper's blocks.
         Points = "points",
         /// Compute: each pixel ORs its bit into the tile mask.
         AtomicOr = "atomic-or",
-        /// Compute: each pixel reads its bit, and ORs it in only where it is not yet set.
+        /// Compute: each pixel reads its bit, and ORs it only if it is not set yet.
         TestOr = "test-or",
-        /// Compute: of the lanes of a subgroup that hold the same triple, one ORs its bit.
+        /// Compute: one lane ORs the bit for all lanes of its subgroup with the same triple.
         SubgroupUnique = "subgroup-unique",
-        /// Compute: a workgroup gathers its bits in a hash table of shared memory, and ORs each word once.
+        /// Compute: a workgroup collects its bits in a hash table in shared memory, and ORs each word once.
         SharedHash = "shared-hash",
-        /// Compute: 8 x 8 pixels an invocation, with the paper's memo before test and OR.
+        /// Compute: 8 x 8 pixels per invocation; the paper's memo skips repeated triples before the test and the OR.
         TileMemo = "tile-memo",
-        /// Compute: as tile-memo, four pixels at a time; a subgroup only looks while no triple changes.
+        /// Compute: as tile-memo, four pixels at a time; a subgroup only reads while no triple changes.
         Runs = "runs",
-        /// Compute: a workgroup keeps a bit for each tile of the whole pyramid in shared memory. Own-level tile
-        /// addresses.
+        /// Compute: a workgroup keeps one bit per tile of the pyramid in shared memory. Needs own-level tile addresses.
         Bitset = "bitset",
         /// Compute: each pixel stores the frame's number in its tile's byte (Hollemeersch et al. 2010).
         MarkBytes = "mark-bytes",
-        /// No request image: the fragment shader that textures marks its own tile, hidden fragments' too where they
-        /// are drawn before what hides them. A superset; one draw of the mesh.
+        /// No request image: the texturing fragment shader marks its own tile. Fragments that are overdrawn later also
+        /// mark, so the list is a superset. One draw of the mesh.
         Fused = "fused",
-        /// As fused, behind a draw of depth alone: only what is seen is shaded and marked. Exact.
+        /// As fused, after a depth-only draw: only visible fragments are shaded and marked. Exact.
         FusedExact = "fused-exact",
     }
 }
@@ -107,32 +106,32 @@ choices! {
 choices! {
     /// Stage 3: how the tile mask becomes a list (paper 1, section 2.3).
     pub enum Compaction {
-        /// The paper's: a geometry shader's points for each block of the mask, by transform feedback.
+        /// The paper's: a geometry shader emits points for each block of the mask; transform feedback stores them.
         TransformFeedback = "transform-feedback",
-        /// Compute: each word of the mask counts its bits and reserves that many entries by one atomic addition.
+        /// Compute: each word of the mask reserves an entry per set bit by one atomic addition.
         Append = "append",
-        /// Compute: as append, with a prefix sum and one addition for each subgroup.
+        /// Compute: as append, with a prefix sum and one addition per subgroup.
         Subgroup = "subgroup",
-        /// Compute: as append, with a prefix sum in shared memory and one addition for each workgroup.
+        /// Compute: as append, with a prefix sum in shared memory and one addition per workgroup.
         Workgroup = "workgroup",
-        /// Compute: groups count, then write; the list follows the mask's order, the same in every run.
+        /// Compute: workgroups count, then write. The list is in the mask's order, the same in every run.
         Ordered = "ordered",
-        /// No pass: the fused draw appends a triple where it sets its mark first. For variant.dedup = fused,
+        /// No pass: the fused draw appends a triple when it first sets its mark. For variant.dedup = fused,
         /// fused-exact.
         FusedAppend = "fused-append",
     }
 }
 
 impl Dedup {
-    /// Whether one draw marks and textures, so that there is no request image.
+    /// True if one draw both marks and textures; there is then no request image.
     pub fn fused(self) -> bool {
         matches!(self, Dedup::Fused | Dedup::FusedExact)
     }
 }
 
 impl Compaction {
-    /// Why [`Compaction::FusedAppend`] goes with no other stage 2, and the way out.
-    pub const FUSED_APPEND_ALONE: &str = "the draw that marks appends, and this variant.dedup is a pass of its own; choose \"append\", or variant.dedup = \"fused-exact\"";
+    /// Error: [`Compaction::FusedAppend`] with a stage 2 that is a separate pass.
+    pub const FUSED_APPEND_ALONE: &str = "the draw that marks also appends, but this variant.dedup marks in a separate pass; choose \"append\", or variant.dedup = \"fused-exact\"";
 }
 
 #[cfg(test)]

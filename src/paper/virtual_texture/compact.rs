@@ -1,9 +1,9 @@
-//! Stage 3, section 2.3: each set bit q of texel (i, j) of the tile mask becomes a triple of the visible-tile list, by
-//! a geometry shader and transform feedback; then the visible-tile list is read back. The other variants of
-//! [`Compaction`] use compute shaders.
+//! Stage 3, section 2.3: each set bit q of texel (i, j) of the tile mask becomes a triple of the visible-tile list. The
+//! paper uses a geometry shader and transform feedback, and reads the list back. The other variants of [`Compaction`]
+//! use compute shaders.
 //!
-//! The paper's visible-tile list has room for one entry per pixel. Ours starts with `list_capacity` entries. If a frame's
-//! count exceeds this, its mask is compacted again into a longer list, so no tile is lost. The host first reads as many
+//! The paper's visible-tile list has room for one entry per pixel. Ours starts with `list_capacity` entries. A frame
+//! with more triples has its mask compacted again into a longer list, so no tile is lost. The host first reads as many
 //! entries as a frame is likely to have, and the rest once the count is known.
 
 use super::choices::Compaction;
@@ -31,7 +31,7 @@ pub struct CompactPass {
 }
 
 enum Step {
-    /// A point for each block of 2^p x 2^p texels of the tile mask, and p.
+    /// One vertex per block of 2^p x 2^p texels of the tile mask, and p.
     Blocks(GraphicsPipeline, u32),
     Compute {
         /// Runs first if the list is ordered.
@@ -40,10 +40,10 @@ enum Step {
     },
 }
 
-/// A pipeline and the bytes of [`MarkingFrame`] that its shader reads: 0 unless the mask is bytes.
+/// A pipeline, and the bytes of [`MarkingFrame`] that its shader reads: 0 unless the mask stores bytes.
 struct Dispatch(ComputePipeline, usize);
 
-/// A compute variant's shaders, one per [`MaskLayout`], and log2 of the words that an invocation reads.
+/// A compute variant's shaders, one per [`MaskLayout`], and log2 of the number of words that an invocation reads.
 fn compute(compact: Compaction) -> Option<(&'static [Shader; 3], u32)> {
     Some(match compact {
         Compaction::TransformFeedback => return None,
@@ -65,7 +65,7 @@ impl CompactPass {
     /// # Errors
     /// The device cannot run the variant; out of memory.
     pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config) -> Result<CompactPass> {
-        assert_eq!(config.check(pyramid), Ok(()), "asked before");
+        assert_eq!(config.check(pyramid), Ok(()), "checked before");
         gpu.require(&config.compact.needs())?;
         // The mask does not depend on the format of the request image.
         let constants = pyramid_constants(pyramid, RequestFormat::Rgb32, &config.filter);
@@ -145,8 +145,8 @@ impl CompactPass {
         }
     }
 
-    /// The triples of a frame that has ended. If the visible-tile list was too short, a longer one is filled from the same
-    /// `mask` and the flag is true.
+    /// The triples of a frame that has ended. If the visible-tile list was too short, a longer one is filled from the
+    /// same `mask`, and the flag is true.
     ///
     /// # Errors
     /// Out of memory, device lost.

@@ -1,4 +1,4 @@
-//! `--compare-plain`: the time of the paper's whole frame against the same mesh with one plain texture, in one process.
+//! `--compare-plain`: the GPU time of the paper's whole frame, relative to the same mesh with one plain texture.
 
 use super::technique::{VirtualTexture, VirtualTextureError};
 use super::texturing::Plain;
@@ -24,7 +24,7 @@ pub struct PlainComparison {
     pub empty_pass: Summary,
     /// Width and height of the plain texture.
     pub plain_size: [u32; 2],
-    /// Settled over plain, per run.
+    /// Time of the settled frame relative to the plain one, per run.
     pub ratio: Summary,
 }
 
@@ -53,7 +53,7 @@ impl Run<VirtualTexture> {
         self.technique.again(&gpu, &view, &target)
     }
 
-    /// Measures the settled frame from `pose` against the plain one. `None` if the device has no timestamps.
+    /// Times the settled frame from `pose` and the plain frame. `None` if the device has no timestamps.
     ///
     /// # Errors
     /// Device lost, out of memory, a plain texture that cannot be read.

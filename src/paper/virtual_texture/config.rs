@@ -1,5 +1,5 @@
-//! The settings of paper 1: which variant of each step runs, the caches and their budgets. [`PAPER`] is the paper's
-//! own.
+//! The settings of paper 1: which variant of each step runs, the caches and their budgets. [`PAPER`] has the paper's
+//! values.
 
 use super::choices::{Compaction, Dedup, Filtering, Interpolation, Listing, RequestFormat, TileAddress};
 use super::disk::Disk;
@@ -31,22 +31,22 @@ fn check(scene: &Scene) -> std::result::Result<(), SceneError> {
         return Ok(());
     }
     for section in ["variant", "cache", "disk"].into_iter().filter(|section| scene.has(&[*section])) {
-        tracing::warn!("{}: no effect, no surface has a virtual texture", scene.place(&[section]));
+        tracing::warn!("{}: has no effect without a virtual texture", scene.place(&[section]));
     }
     Ok(())
 }
 
 settings! {
-    /// How a pixel's colour is taken from a texture.
+    /// How a pixel's colour is filtered from a texture.
     pub struct Filter derive(Copy, Eq) with DEFAULT {
         /// The method.
         kind: Filtering = Filtering::Trilinear;
-        /// NA: samples along a footprint at most. Of `"ellipse"` the largest ratio of its axes.
+        /// NA: the most samples along a footprint. For `"ellipse"`, the greatest ratio of its axes.
         max_anisotropy: u32 = 1, in 1..=16;
-        /// Of `"ellipse"`: texels of its minor semi-axis, at least. Twice as many are four times the texels and a fraction of the
-        /// error.
+        /// For `"ellipse"`: the least number of texels along its minor semi-axis. Doubling it reads four times as many
+        /// texels and leaves a fraction of the error.
         minor_texels: u32 = 2, in 1..=4, unit "texels";
-        /// Texels a pixel of the stochastic filter.
+        /// Texels per pixel of the stochastic filter.
         samples: u32 = 1, in 1..=64;
         /// How a tile's two levels are blended.
         interpolation: Interpolation = Interpolation::Corrected;
@@ -54,34 +54,34 @@ settings! {
 }
 
 settings! {
-    /// Which variant of each step makes the list of visible tiles (paper 1, section 2). The defaults are what the paper
-    /// describes, with the p that it leaves open set to the best one measured on lavapipe.
+    /// The variant of each step that makes the list of visible tiles (paper 1, section 2). The defaults are the
+    /// paper's. The paper leaves p open; the default is the fastest p on lavapipe.
     pub struct Config derive(Copy, Eq) with DEFAULT {
-        /// Format of the request image; left out: the first of these that the device renders to.
+        /// Format of the request image. By default the first of these that the device can render to.
         request_format: Option<RequestFormat> = None;
-        /// Which method makes the list; the other keys of stages 2 and 3 are for `"device"`.
+        /// Which method makes the list. The keys of stages 2 and 3 apply only to `"device"`.
         list: Listing = Listing::Device;
-        /// n of the list `"feedback"`: a frame looks at one pixel of 2^n.
+        /// n of the list `"feedback"`: each frame samples one pixel in 2^n.
         feedback_log2: u32 = 6, in 0..=8;
         /// Stage 2: how the bits of the tile mask are set.
         dedup: Dedup = Dedup::Geometry;
         /// p of the geometry shader's stage 2: blocks of 2^p x 2^p pixels.
         block_log2: u32 = 3, in 0..=4;
-        /// The geometry shader emits a point only where the triple differs from the last one.
+        /// The geometry shader emits a point only if the triple differs from the previous pixel's.
         memo: bool = true;
-        /// In which grid the tile mask and the list address a tile.
+        /// The grid in which the tile mask and the list address a tile.
         address: TileAddress = TileAddress::Level0;
         /// Stage 3: how the tile mask becomes a list.
         compact: Compaction = Compaction::TransformFeedback;
         /// p of the geometry shader's stage 3: blocks of 2^p x 2^p texels of the tile mask.
         compact_block_log2: u32 = 2, in 0..=2;
-        /// Levels added to every pixel's.
+        /// Added to the level of every pixel.
         level_bias: u32 = 0, in 0..=20, unit "levels";
-        /// Triples that the list has room for at first; it grows where they do not suffice.
+        /// Initial capacity of the list. It grows if a frame exceeds it.
         list_capacity: u32 = 65_536, in 1..=1 << 26, unit "triples";
     }
     beside {
-        /// Of the surface that has the texture.
+        /// The filter of the surface that has the texture.
         filter: Filter = Filter::DEFAULT;
         /// `cache.fade_in_frames`.
         fade_in_frames: u32 = 0;
@@ -97,7 +97,7 @@ fn check_config(config: &Config, part: &Part<'_>) -> std::result::Result<(), Fau
     Ok(())
 }
 
-/// What the paper describes: the defaults of scenes.
+/// The paper's settings, which are the defaults of scenes.
 pub const PAPER: Config = Config::DEFAULT;
 
 impl RequestFormat {
@@ -118,12 +118,12 @@ impl RequestFormat {
         }
     }
 
-    /// Whether (q, i, j) of this pyramid fit one word with all ones to spare for the background; `reaches`: with four bits
-    /// for the reach of a filter.
+    /// True if (q, i, j) of this pyramid fits the format, with all ones reserved for the background. With `reaches`,
+    /// four bits of the word hold the filter's reach.
     pub fn fits(self, pyramid: &Pyramid, reaches: bool) -> bool {
         let triple = pyramid.width_log2() + pyramid.height_log2() - 2 * pyramid.tile_log2();
         let bits = triple + if reaches { 4 } else { 0 };
-        // The largest stored q is L-L'+1; its successor must not be reached, or all ones could be a triple.
+        // The largest stored q is L-L'+1. It must be less than the q of the background, which is all ones.
         self != RequestFormat::Packed
             || (bits < 32 && pyramid.first_resident_level() < (1 << (32 - bits).min(31)) - 1)
     }
@@ -131,7 +131,7 @@ impl RequestFormat {
     /// The format to use: as configured, or the first that the device renders to.
     ///
     /// # Errors
-    /// [`Error::Limit`] where the configured one cannot be, with the ones that can.
+    /// [`Error::Limit`] if the configured format is not available; it names those that are.
     pub fn choose(
         gpu: &Gpu,
         wanted: Option<RequestFormat>,
@@ -149,7 +149,7 @@ impl RequestFormat {
             Error::Limit {
                 object: "request image".into(),
                 what: format!(
-                    "format {} is not to be had for this device and texture; these are: {}",
+                    "format {} is not available for this device and texture; available: {}",
                     wanted.map_or("auto", RequestFormat::name),
                     others.join(", ")
                 ),
@@ -158,7 +158,7 @@ impl RequestFormat {
     }
 }
 
-/// Device features that a scene of this variant needs whose texture has tiles of `format`: give them to [`Gpu::new`].
+/// The device features that this variant needs for tiles of `format`, for [`Gpu::new`].
 pub fn needs(config: &Config, format: TileFormat) -> Vec<Need> {
     let blocks = Need {
         feature: Feature::TextureCompressionBc,
@@ -169,11 +169,11 @@ pub fn needs(config: &Config, format: TileFormat) -> Vec<Need> {
     config.needs().into_iter().chain(blocks).collect()
 }
 
-/// Whether the settings go with the texture that was opened: its variants with the pyramid, its filter with the border,
-/// which only the file may know.
+/// Checks the settings against the opened texture: the variants against its pyramid, the filter against its border. A
+/// scene with a file may not state either.
 ///
 /// # Errors
-/// [`SceneError`] at the key that does not fit.
+/// [`SceneError`] at the invalid key.
 pub fn check_opened(
     scene: &Scene,
     config: &Config,
@@ -191,8 +191,9 @@ pub fn check_opened(
 }
 
 impl Filter {
-    /// Texels of a tile's border without which it cannot be: where a sample mixes the texels of two levels, and several samples
-    /// find their tiles themselves. One sample a pixel shows seams without, as the paper's tiles do. Single texels need none.
+    /// The narrowest border of a tile, in texels. Several samples look up their tiles themselves, and each mixes texels
+    /// of two levels up to 2 texels beyond the tile. A single sample works without a border but shows seams, as the
+    /// paper's tiles do. The filters that fetch single texels need none.
     pub fn least_border(&self) -> u32 {
         match (self.kind, self.max_anisotropy) {
             (Filtering::Stochastic | Filtering::Ellipse, _) => 0,
@@ -201,12 +202,12 @@ impl Filter {
         }
     }
 
-    /// The key and the reason, where tiles with this border and payload do not do.
+    /// The invalid key and the reason, if tiles with this border and payload do not suffice.
     pub fn beyond(&self, border: u32, tile_size: u32) -> Option<(&'static str, String)> {
         let least = self.least_border();
         if border < least {
             let what = format!(
-                "a sample mixes {least} texels beyond a tile's edge, and the texture's border has {border}; take a wider \
+                "a sample mixes {least} texels beyond a tile's edge, but the texture's border has {border}; use a wider \
                  border, max_anisotropy = 1, or kind = \"ellipse\" or \"stochastic\""
             );
             return Some(("max_anisotropy", what));
@@ -217,15 +218,15 @@ impl Filter {
         let what = || {
             let wanted = self.max_anisotropy;
             format!(
-                "{wanted} samples reach further than half a tile of {tile_size} texels; at most {most} do not, with a \
-                     border of {wanted} more do"
+                "{wanted} samples reach further than half a tile of {tile_size} texels; use at most {most}, or a \
+                     border of {wanted}"
             )
         };
         wide.then(|| ("max_anisotropy", what()))
     }
 
-    /// Whether texels beyond a tile's border may be needed, which are other tiles'. The outermost of nA samples mixes half a
-    /// texel of the next coarser level: nA texels from the pixel's own.
+    /// True if the filter may read texels beyond a tile's border, from other tiles. The outermost of nA samples mixes
+    /// texels of the next coarser level, up to nA texels from the pixel's own.
     pub fn reaches(&self, border: u32) -> bool {
         self.kind == Filtering::Ellipse || self.samples_reach(border)
     }
@@ -236,10 +237,10 @@ impl Filter {
     }
 }
 
-/// A shipped scene, filtered as the paper does: the scenes' own filters are paper 3's.
+/// A shipped scene with the paper's filter instead of its own, which is paper 3's.
 ///
 /// # Errors
-/// A name that no shipped scene has.
+/// No shipped scene has this name.
 pub fn papers_scene(name: &str) -> std::result::Result<Scene, SceneError> {
     let scene = Scene::embedded(name)?;
     let Some(surface) = owner(&scene)? else { return Ok(scene) };
@@ -251,7 +252,7 @@ pub fn papers_scene(name: &str) -> std::result::Result<Scene, SceneError> {
     ])
 }
 
-/// All that a renderer needs besides the mesh and the texture.
+/// Everything that a renderer needs besides the mesh and the texture.
 #[derive(Clone, Debug)]
 pub struct Settings {
     /// Pixels.
@@ -262,10 +263,10 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// What a scene asks for.
+    /// The settings of a scene.
     ///
     /// # Errors
-    /// A section or a filter that does not do.
+    /// An invalid section or filter.
     pub fn of_scene(scene: &Scene, target: Target) -> std::result::Result<Settings, SceneError> {
         let mut config: Config = scene.read(&["variant"])?;
         let mut streaming: StreamingConfig = scene.read(&["cache"])?;

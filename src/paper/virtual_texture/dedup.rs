@@ -1,6 +1,6 @@
 //! Stage 2, section 2.2: a geometry shader turns each block of `2^p x 2^p` pixels of the request image into points,
-//! one for each triple that differs from the one before (the "memo"). A logic OR of `1 << q` merges equal ones in the
-//! tile mask. The other variants of [`Dedup`] fill the same mask by other means.
+//! one for each triple that differs from the previous pixel's (the "memo"). A logic OR of `1 << q` merges equal triples
+//! in the tile mask. The other variants of [`Dedup`] fill the same mask with compute shaders, or in the draw.
 //!
 //! Differs: points are drawn at texel centres (the printed corners lose every tile's row and column 0), and p = 4 is
 //! split over two invocations, because 256 points of 5 components exceed the 1024 that Vulkan guarantees.
@@ -18,7 +18,7 @@ use crate::vk::{
 /// Stage 2 of one variant. [`DedupPass::mask`] creates its mask.
 pub struct DedupPass {
     step: Step,
-    /// The tiles beside the pixels' own, where the filter needs any.
+    /// Marks the neighbouring tiles that the filter needs; `None` if it needs none.
     reach: Option<ComputePipeline>,
     /// Nearest filter: shaders fetch single texels or gather four.
     texels: Sampler,
@@ -27,11 +27,11 @@ pub struct DedupPass {
 }
 
 enum Step {
-    /// A point for each block of 2^p x 2^p pixels, and p.
+    /// One vertex per block of 2^p x 2^p pixels, and p.
     Blocks(GraphicsPipeline, u32),
-    /// A point for each pixel.
+    /// One point per pixel.
     Points(GraphicsPipeline),
-    /// A compute pass, and the pixels of a workgroup.
+    /// A compute pass, and the pixels of a workgroup: columns, rows.
     Compute(ComputePipeline, [u32; 2]),
 }
 
@@ -60,7 +60,7 @@ impl DedupPass {
     /// # Errors
     /// The device cannot run the variant; out of memory.
     pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage1: &Footprint) -> Result<DedupPass> {
-        assert_eq!(config.check(pyramid), Ok(()), "asked before");
+        assert_eq!(config.check(pyramid), Ok(()), "checked before");
         assert!(!config.dedup.fused(), "{}: not a pass of its own", config.dedup.name());
         gpu.require(&config.dedup.needs())?;
         let mut constants = with(
@@ -121,7 +121,7 @@ impl DedupPass {
         requests: &Image,
         mask: &TileMask,
     ) -> Result<()> {
-        // dedup.glsl numbers the bindings of all of them.
+        // All of these shaders have the bindings of dedup.glsl.
         let resources = [
             (glsl::dedup_test_or_comp::REQUESTS, Resource::Sampled(requests, &self.texels)),
             (glsl::dedup_test_or_comp::TILE_MASK, mask.resource()),

@@ -29,7 +29,7 @@ settings! {
 pub struct FaultyDisk {
     whole: Arc<dyn TileSource>,
     faults: Disk,
-    /// Time of the first read, where the clock starts: opening a device may take longer than the outage.
+    /// Time of the first read. The clock starts there, because opening a device may take longer than the outage.
     begun: OnceLock<Instant>,
     /// Reads of each tile so far: each attempt is an independent draw.
     attempts: Mutex<HashMap<TileId, u32>>,
@@ -64,7 +64,7 @@ impl TileSource for FaultyDisk {
         let Disk { delay_ms, fails_from_s, fails_for_s, fails_share, .. } = self.faults;
         let mut faults = Vec::new();
         if delay_ms > 0.0 {
-            faults.push(format!("takes {delay_ms} ms a tile"));
+            faults.push(format!("takes {delay_ms} ms per tile"));
         }
         if fails_for_s > 0.0 {
             faults.push(format!("fails from {fails_from_s} s to {} s", fails_from_s + fails_for_s));
@@ -123,7 +123,7 @@ mod tests {
         assert_eq!(first, outcomes(&other));
         assert_ne!(first, outcomes(&one), "the second attempt at a tile is another draw");
         assert_ne!(first, outcomes(&disk(Disk { seed: 1, ..faults })));
-        // 512 draws of 1/4: 128 with a standard deviation of 9.8; 5 of them are 49.
+        // 512 draws of 1/4: 128 expected, with a standard deviation of 9.8; 5 standard deviations are 49.
         let failed = first.iter().filter(|ok| !**ok).count();
         assert!((79..=177).contains(&failed), "{failed} of 512 failed");
     }

@@ -12,11 +12,11 @@ use crate::vk::{self, Depth, Gpu, Image};
 pub struct FootprintPicture {
     /// s, t; NaN for pixels without landscape.
     pub coordinates: Vec<[f32; 2]>,
-    /// ds/dx, dt/dx, ds/dy, dt/dy; of an ellipse bounded as at a limb.
+    /// ds/dx, dt/dx, ds/dy, dt/dy; for the ellipse filter, bounded as at the limb.
     pub derivatives: Vec<[f32; 4]>,
-    /// (q, i, j) as in the request image, (i, j) in M0; q = u32::MAX for pixels without landscape.
+    /// (q, i, j) as in the request image, (i, j) in level 0's tile grid; q = u32::MAX for pixels without landscape.
     pub triples: Vec<[u32; 3]>,
-    /// What the filter needs beside that tile, as [`reach`] has it.
+    /// The neighbouring tiles that the filter also needs, as bits of [`reach`].
     pub reaches: Vec<u32>,
 }
 

@@ -1,14 +1,14 @@
 //! Fade-in of new tiles (ours, an option). The paper shows them at once, and they pop.
 //!
-//! id Software blends pages as they arrive (J. M. P. van Waveren, "Software Virtual Textures", 2012). Here a cell of the
-//! page table also holds the share of the next coarser tile in the tile pool, which was shown before. The shader samples
-//! that tile too, and a third one if that one is fading. So the picture never jumps, whatever the number of levels
-//! between them; without fading it takes one sample as before.
+//! id Software blends pages as they arrive (J. M. P. van Waveren, "Software Virtual Textures", 2012). Here a cell of
+//! the page table also holds the weight of the next coarser resident tile, which was shown before. The shader also
+//! samples that tile, and a third one if the second is fading. So the picture never jumps, however many levels lie
+//! between the tiles. A tile that is not fading takes one sample.
 //! The fade counts frames instead of milliseconds, so the same frames show the same pictures on any machine.
 
 use crate::math::pyramid::TileId;
 
-/// The page table's cell of a tile in `slot`; `fade` is the share of the next coarser tile, 255 for all.
+/// The page table's cell of a tile in `slot`; `fade` is the weight of the next coarser tile, in 255ths.
 pub fn cell(slot: u32, fade: u8) -> u32 {
     let entry = slot + 1;
     assert!(entry < 1 << 24, "slot {slot} overlaps the bits of the fade");
@@ -30,7 +30,7 @@ pub struct FadeIn {
 }
 
 impl FadeIn {
-    /// Creates a fade over `frames` frames: in its n-th frame a tile has the share `n / (frames + 1)`.
+    /// Creates a fade over `frames` frames: in its n-th frame a tile has the weight `n / (frames + 1)`.
     pub fn new(frames: u32) -> FadeIn {
         FadeIn { frames, arriving: Vec::new() }
     }
@@ -40,7 +40,7 @@ impl FadeIn {
         self.frames = frames;
     }
 
-    /// Advances by one frame: turns streaming's changes into the cells to write, with the last change of a tile last.
+    /// Advances by one frame: turns streaming's changes into the cells to write, in the order of the changes.
     pub fn cells(&mut self, changes: &[(TileId, Option<u32>)]) -> Vec<(TileId, u32)> {
         let mut cells = Vec::with_capacity(changes.len() + self.arriving.len());
         for &(tile, slot) in changes {

@@ -4,8 +4,8 @@
 //! Sources: Unreal Engine 5 (a pixel of 16 x 16, order bit-reversed along a Morton curve), Call of Duty (8 x 8,
 //! Hooker, GDC 2021), Gaia Sky (8 x 8, without jitter). As there, a tile stays requested while its pixel is not
 //! sampled: the list is the union of the last 2^n frames, the shortest history that is complete for a camera at rest.
-//! Differs: samples are read from the request image of the whole frame, so a sample is never wrong. The engines' own
-//! request budgets are left out; the upload and load budgets apply.
+//! Differs: samples are read from the full-resolution request image, so each sample is exact. The engines' request
+//! budgets are left out; the upload and load budgets apply.
 //!
 //! A frame's samples are a subset of its exact set. The history of a moving camera also holds tiles that have left the
 //! picture.
@@ -25,12 +25,12 @@ pub fn block_log2(n: u32) -> [u32; 2] {
     [n.div_ceil(2), n / 2]
 }
 
-/// Frames until every pixel has been sampled.
+/// Number of frames until every pixel has been sampled.
 pub fn cycle(n: u32) -> u64 {
     1 << n
 }
 
-/// The pixel of every block that frame `frame` samples: the frame's number in its cycle with its bits reversed, as an
+/// The pixel of every block that frame `frame` samples. The frame's number in its cycle, with its bits reversed, is the
 /// index on the block's Morton curve. Frames half a cycle apart sample neighbours; successive frames sample pixels half
 /// a block apart.
 pub fn offset(n: u32, frame: u64) -> [u32; 2] {
@@ -109,7 +109,7 @@ impl Samples {
         cmd.copy_buffer(&self.device, 0, &self.host, 0, self.device.bytes());
     }
 
-    /// Texels as the request image stores them, once the frame has ended. Pixels outside the picture are background.
+    /// The samples in the request image's format, once the frame has ended. Pixels outside the picture are background.
     pub fn words(&self) -> &[u32] {
         bytemuck::cast_slice(self.host.mapped())
     }
@@ -120,7 +120,7 @@ impl Samples {
     }
 }
 
-/// The union of the tiles that the last frames saw.
+/// The union of the tiles seen in the last frames.
 #[derive(Clone, Debug)]
 pub struct Memory {
     frames: u64,

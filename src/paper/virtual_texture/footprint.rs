@@ -1,8 +1,8 @@
-//! Stage 1, section 2.1: for each pixel the triple (q, i, j), where (i, j) is the tile of level 0 that its texture
-//! coordinate lies in, and q the level that its footprint asks for.
+//! Stage 1, section 2.1: writes the triple (q, i, j) of each pixel. (i, j) is the level-0 tile of its texture
+//! coordinate, and q the level for its footprint.
 //!
-//! Where we differ: `floor(log2)` is read off the float's exponent, so that q is exact; zero, infinite and NaN
-//! derivatives have a stated outcome (dmax = 0: level 0; not finite: G1); pixels without landscape hold q = -1.
+//! Differs: `floor(log2)` is the float's exponent, so that q is exact. Zero, infinite and NaN derivatives have a
+//! defined result (dmax = 0: level 0; not finite: G1). Pixels without landscape hold q = -1.
 
 use super::{Config, RequestFormat, pyramid_constants, with};
 use crate::frame::{Onto, Seen};
@@ -19,12 +19,12 @@ use std::sync::Arc;
 /// q of a pixel that the mesh does not cover.
 pub const BACKGROUND: u32 = u32::MAX;
 
-/// The request image, the depth of what it shows, and the pass that draws both.
+/// The request image, its depth image, and the pass that draws both.
 pub struct Footprint {
     pub requests: Image,
     pub depth: Arc<Image>,
     pub format: RequestFormat,
-    /// Whether a reach is stored with each triple.
+    /// True if a reach is stored with each triple.
     pub reaches: bool,
     pipeline: GraphicsPipeline,
 }
@@ -66,8 +66,8 @@ impl Footprint {
         Footprint::coarse(gpu, pyramid, config, size, 0)
     }
 
-    /// A request image of `size` pixels of which each stands for `2^pixel_log2 x 2^pixel_log2` pixels of a picture, and asks for
-    /// their level.
+    /// A request image of `size` pixels. Each represents `2^pixel_log2 x 2^pixel_log2` pixels of the picture and
+    /// requests their level.
     ///
     /// # Errors
     /// As [`Footprint::new`].
@@ -82,7 +82,8 @@ impl Footprint {
         Footprint::on(gpu, pyramid, config, (depth, Depth::Write), pixel_log2)
     }
 
-    /// A request image over a depth image that other passes draw into too; with [`Depth::Equal`] one that is complete.
+    /// A request image with a depth image that other passes also draw into. With [`Depth::Equal`] the depth must be
+    /// complete.
     ///
     /// # Errors
     /// As [`Footprint::new`].
@@ -113,7 +114,7 @@ impl Footprint {
         })
     }
 
-    /// Draws the shapes into the request image, where nothing that was drawn before hides them.
+    /// Draws the shapes into the request image, with the depth test.
     ///
     /// # Errors
     /// Out of memory.
@@ -126,7 +127,7 @@ impl Footprint {
     }
 }
 
-/// The same pass with its inputs laid open, for `--dump-footprint` and for comparison with the reference.
+/// The same pass, which also writes its inputs: for `--dump-footprint` and for comparison with the reference.
 pub struct FootprintDump {
     /// s, t, 0, 0 for each pixel; NaN where there is no landscape.
     pub coordinates: Image,
@@ -156,7 +157,7 @@ impl FootprintDump {
         })
     }
 
-    /// Draws the shapes, whose view `stage` has drawn, into its request image and into the two dumps.
+    /// Draws the shapes into `stage`'s request image and into the two dumps. `stage` must have drawn the same view.
     ///
     /// # Errors
     /// Out of memory.

@@ -1,12 +1,12 @@
 //! Stages 1 and 2 and section 4 in one draw (not in the paper): the fragment shader that textures a pixel also sets
 //! its tile's bit in the tile mask. There is no request image. Stage 3 compacts the mask as usual. With
-//! [`Compaction::FusedAppend`] the draw does that, too: the fragment that sets a bit first appends the bit's index to
-//! the visible-tile list, one word for each triple.
+//! [`Compaction::FusedAppend`] the draw also makes the list: the first fragment that sets a bit appends the bit's
+//! index to the visible-tile list, one word for each triple.
 //!
 //! A fragment that is hidden later has already set its bit, so [`Dedup::Fused`] lists a superset.
 //! [`Dedup::FusedExact`] draws depth first and then shades with the depth test EQUAL: only visible fragments set bits.
-//! Convex meshes need the depth pass, too: vertices are snapped to 1/256 pixel, which can flip slivers at the limb, and
-//! flipped slivers overlap their neighbours. [`super::prepass`] decides which clusters the depth pass can skip.
+//! Convex meshes also need the depth pass: snapping vertices to 1/256 pixel can flip slivers at the limb, and flipped
+//! slivers overlap their neighbours. [`super::prepass`] decides which clusters the depth pass can skip.
 
 use super::choices::{Compaction, Dedup};
 use super::list_passes::Room;
@@ -23,7 +23,7 @@ use crate::vk::{
 };
 
 pub struct Fused {
-    /// Where the variant is exact.
+    /// Present if the variant is exact.
     depth_alone: Option<DepthAlone>,
     shading: Shading,
     lists: Lists,
@@ -31,13 +31,13 @@ pub struct Fused {
 
 /// Draws that write depth only.
 struct DepthAlone {
-    /// Of shapes that have positions for it.
+    /// For shapes with a position-only vertex buffer.
     positions: GraphicsPipeline,
-    /// Of the others.
+    /// For all other shapes.
     vertices: GraphicsPipeline,
 }
 
-/// What the draw leaves of its tiles, in the order of LISTS in fused.frag.
+/// What the draw records of its tiles. The order is that of LISTS in fused.frag.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Lists {
     Nothing,
@@ -46,10 +46,10 @@ enum Lists {
 }
 
 impl Fused {
-    /// For a target of this format, on which some shapes are lit or none.
+    /// Creates the draw for a target of this format. The light is `None` if no shape is lit.
     ///
     /// # Errors
-    /// The device stores nothing from fragment shaders; out of memory.
+    /// The device has no stores from fragment shaders; out of memory.
     pub fn new(
         gpu: &Gpu,
         pyramid: &Pyramid,
@@ -87,10 +87,10 @@ impl Fused {
         resident: &TilePool,
         (target, lit): (Format, Option<LightColours>),
     ) -> Result<Fused> {
-        assert_eq!(config.check(pyramid), Ok(()), "asked before");
+        assert_eq!(config.check(pyramid), Ok(()), "checked before");
         gpu.require(&config.dedup.needs())?;
         let exact = config.draws_depth_alone();
-        // No triple is stored: the format says nothing.
+        // No triple is stored, so the format has no effect.
         let mut specialization = constants(config, resident);
         specialization.extend(pyramid_constants(pyramid, RequestFormat::Rgb32, &config.filter));
         specialization.push(("NATIVE_KEYING", u32::from(config.address == TileAddress::OwnLevel)));
@@ -113,7 +113,8 @@ impl Fused {
         })
     }
 
-    /// Clears the mask, draws the picture and sets the bits of its tiles. Fills the visible-tile list where the variant appends.
+    /// Clears the mask, draws the picture and sets the bits of its tiles. With `FusedAppend`, also fills the
+    /// visible-tile list.
     ///
     /// # Errors
     /// Out of memory.
@@ -142,7 +143,7 @@ impl Fused {
             (fused_frag::VISIBLE_LIST, Resource::Buffer(&list.triples)),
         ];
         cmd.render(size, &[color], Some(depth), |render| {
-            // Both draws are in one rendering, whose order of primitives is barrier enough for depth.
+            // Both draws are in one rendering scope, whose primitive order synchronises the depth accesses.
             if let Some(depth_alone) = &self.depth_alone {
                 depth_alone.draw(render, seen)?;
             }
@@ -152,7 +153,7 @@ impl Fused {
 }
 
 impl DepthAlone {
-    /// For the draw that then shades.
+    /// Creates the depth-only pipelines that match `shade`, the draw after them.
     fn new(gpu: &Gpu, shade: &GraphicsInfo<'_>) -> Result<DepthAlone> {
         let pipeline = |vertex| {
             gpu.graphics_pipeline(&GraphicsInfo {

@@ -1,5 +1,6 @@
-//! The passes from the request image to the list for streaming. Stages 2 and 3 make it on the device, or the host makes it
-//! from a copy of the request image or of few of its pixels. Only the chosen method's resources are created.
+//! The passes that turn the request image into the list for streaming. Stages 2 and 3 make the list on the device, or
+//! the host makes it from a copy of the request image, whole or subsampled. Only the chosen method's resources are
+//! created.
 
 use super::compact::CompactPass;
 use super::dedup::DedupPass;
@@ -49,7 +50,7 @@ pub struct Room {
     pub list: VisibleList,
 }
 
-/// The triples in the grid of their tile addresses, and whether the visible-tile list was too short at first.
+/// The triples in the grid of their tile addresses, and true if the visible-tile list was too short at first.
 pub type Collected = (Vec<[u32; 3]>, bool);
 
 impl Stage3 {

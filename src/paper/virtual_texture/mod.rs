@@ -1,25 +1,25 @@
 //! Paper 1: super-large textures for virtual landscapes. The GPU alone finds the visible tiles.
 //!
 //! One file per step:
-//! - [`footprint`], section 2.1: a triple (q, i, j) for each pixel, into the request image; [`reach`]: the other tiles that
-//!   its filter needs (ours);
+//! - [`footprint`], section 2.1: writes a triple (q, i, j) for each pixel into the request image; [`reach`]: the
+//!   neighbouring tiles that a pixel's filter also needs (ours);
 //! - [`dedup`], section 2.2: a point for each distinct triple of a block, ORed into the tile mask;
 //! - [`compact`], section 2.3: the set bits of the tile mask become the visible-tile list, by transform feedback;
 //! - [`tile_mask`], [`visible_list`]: the outputs of stages 2 and 3; [`variants`]: which variants fit together;
-//! - [`read_back`]: baseline that copies the request image to the host and makes the list there; [`feedback`]: baseline
-//!   that copies few of its pixels;
+//! - [`read_back`]: a baseline that copies the request image to the host and makes the list there; [`feedback`]: a
+//!   baseline that copies a subset of its pixels;
 //! - [`list_passes`]: the passes of the chosen method;
 //! - [`streaming`], section 3: two caches, the update, the upload step and the loader;
 //! - [`tile_pool`]: the resident tiles in video memory; [`page_table`]: the tile that is shown for each tile;
 //! - [`fade`]: blends new tiles in over some frames (ours, an option);
 //! - [`texturing`], section 4: the picture from the resident tiles; [`fused`]: stages 1, 2 and 4 in one draw;
 //!   [`prepass`]: culling for the depth-only draw before it;
-//! - [`shown`]: the level that shows each pixel, and the level that it asks for;
+//! - [`shown`]: each pixel's shown and requested levels;
 //! - [`prefetch`]: the tiles that the camera will see soon (ours, an option);
 //! - [`method`]: all passes of a variant; [`technique`]: the paper's part of a frame; [`figures`]: the measurements;
-//! - [`mod@reference`]: the same steps in integers and f64 on the CPU; [`ruler`]: proves that each texel is the right one.
+//! - [`mod@reference`]: the same steps in integers and f64 on the CPU; [`ruler`]: checks every fetched texel.
 //!
-//! The paper's letters, which comments use beside its equations:
+//! The paper's letters, as comments use them beside its equations:
 //!
 //! | letter | name here | file |
 //! |---|---|---|

@@ -1,8 +1,8 @@
 //! The page table that the shader reads: for each tile of each level, the nearest coarser tile in the tile pool.
 //!
 //! As in the paper, the cell of a missing tile names the tile that is shown instead, so the shader needs one lookup and
-//! no search. Unlike in the paper, the table is separate from the tile states (erratum of section 3), and an evicted tile
-//! is removed from every cell that names it. The host pays for this: a tile of level q is in up to 4/3 4^q cells.
+//! no search. Unlike in the paper, the table is separate from the tile states (erratum of section 3), and an evicted
+//! tile is removed from every cell that names it. The host pays for this: up to 4/3 4^q cells name a tile of level q.
 
 use crate::math::pyramid::{Pyramid, TileId};
 use std::ops::Range;
@@ -63,7 +63,7 @@ impl PageTable {
         self.words[self.place(level + 1, row >> 1, column >> 1)]
     }
 
-    /// Applies a frame's changes: `fade << 24 | slot + 1`, or 0 for a tile that is no longer shown (see [`super::fade`]).
+    /// Applies a frame's changes: `fade << 24 | slot + 1`, or 0 for a tile that is no longer shown ([`super::fade`]).
     pub fn apply(&mut self, changes: &[(TileId, u32)]) {
         for &(tile, cell) in changes {
             let shown = match cell {
@@ -74,7 +74,7 @@ impl PageTable {
         }
     }
 
-    /// Writes a tile's cell, and those of the finer tiles within it for which no finer tile is shown.
+    /// Writes a tile's cell, and the cells of all finer tiles within it that have no finer tile to show.
     fn fill(&mut self, tile: TileId, shown: u32) {
         let place = self.place(tile.level, tile.row, tile.column);
         self.words[place] = shown;

@@ -1,9 +1,9 @@
 //! Prefetch (ours, an option): stages 1, 2 and 3 once more, at low resolution, from the extrapolated camera.
 //!
-//! The list comes from a draw, so it works for any mesh, as the visible-tile list does. A quarter of the width and of the
-//! height is a sixteenth of the pixels; a tile between two of these pixels is found when it comes nearer. The camera is
-//! extrapolated by repeating the rigid motion of its last frame, which is exact for a turn, an orbit around the globe and
-//! a straight line.
+//! The list comes from a draw, so it works for any mesh. The picture has a quarter of the width and height, a sixteenth
+//! of the pixels. A tile between two of these pixels is found when it comes nearer. The camera is extrapolated by
+//! repeating the rigid motion of its last frame. This is exact for a turn, an orbit around the globe and a straight
+//! line.
 
 use super::list_passes::{Room, Stage3};
 use super::{Compaction, Config, Dedup, dedup::DedupPass, footprint::Footprint};
@@ -30,7 +30,7 @@ impl Prefetch {
     /// # Errors
     /// A limit of the device; out of memory.
     pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, size: [u32; 2]) -> Result<Prefetch> {
-        // The variant with the fewest device requirements; its time is not compared.
+        // The variant with the fewest device requirements. No figure compares its time.
         let config = Config { dedup: Dedup::TestOr, compact: Compaction::Append, ..*config };
         let size = size.map(|side| side.div_ceil(1 << PIXEL_LOG2));
         let stage1 = Footprint::coarse(gpu, pyramid, &config, size, PIXEL_LOG2)?;

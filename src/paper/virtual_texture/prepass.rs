@@ -1,12 +1,13 @@
 //! Culling for the depth-only draw: leaves out clusters of the mesh that are certainly invisible.
 //!
-//! The depth must equal that of the whole mesh bit for bit, so a cluster is culled only if its bounds prove one of:
-//! - It lies outside the frustum, by more than the rounding errors of f32.
-//! - It is back-facing, and stays so after the device has rounded its vertices and snapped them to a grid of 1/16 pixel,
-//!   the coarsest that Vulkan allows. Moving the vertices by up to x flips a triangle only if its height is at most 2 x.
-//!   Applies to clusters wholly inside the frustum, because the pieces of a clipped triangle are unknown.
+//! The depth image must equal that of the whole mesh, bit for bit. So a cluster is culled only if its bounds prove:
+//! - It lies outside the frustum, by more than the rounding errors of f32; or
+//! - It is back-facing, and stays so after the device has rounded its vertices and snapped them to a grid of 1/16
+//!   pixel, the coarsest that Vulkan allows. Moving the vertices by up to x flips a triangle only if its height is at
+//!   most 2 x. Only clusters wholly inside the frustum are tested, because the pieces of a clipped triangle are
+//!   unknown.
 //!
-//! The shading draw covers the whole mesh, as does the draw of the plain texture that it is compared with.
+//! The shading draw covers the whole mesh. So does its baseline, the draw with a plain texture.
 
 use crate::model::mesh::{CLUSTER_TRIANGLES, Cluster};
 use crate::vk::shader::View;
@@ -14,17 +15,17 @@ use glam::{DMat3, DMat4, DVec3, DVec4};
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
-/// On a software driver, beginning a draw takes as long as the triangles of about 8 clusters. So gaps of up to 8 culled
-/// clusters are drawn to save a draw.
+/// On a software driver, starting a draw takes as long as drawing about 8 clusters. So a gap of up to 8 culled clusters
+/// is drawn too, which saves a draw.
 const INDICES_OF_A_DRAW: u32 = 8 * 3 * CLUSTER_TRIANGLES as u32;
 
-/// Relative error of a vertex position on the device: some ulps of f32.
+/// Relative error of a vertex position on the device: 32 ulps of f32.
 const ROUNDING: f64 = 1.0 / (1 << 18) as f64;
 
 /// Relative error of a world coordinate stored as the sum of two floats.
 const DOUBLE_SINGLE: f64 = 1.0 / (1u64 << 44) as f64;
 
-/// Pixels that snapping may move a vertex by: half a step of 1/16 along both axes.
+/// Bound of the distance in pixels by which snapping moves a vertex: half a step of 1/16 along each axis.
 const SNAPPING_PX: f64 = 1.0 / 16.0;
 
 /// Cluster culling for one camera, computed from the numbers that the vertex shader gets.
@@ -34,7 +35,7 @@ pub struct Culling {
     planes: [DVec4; 5],
     /// The clip coordinate w is the dot product of this and a position relative to the eye.
     depth: DVec3,
-    /// Upper bound of the pixels per metre at w = 1, including the change of w along that metre.
+    /// Upper bound of the picture's pixels per metre at w = 1, including the change of w along that metre.
     px: f64,
     /// Area in pixels of a unit square that faces the eye at w = 1.
     squared_px: f64,
@@ -101,11 +102,12 @@ impl Culling {
         if !(angle < FRAC_PI_2 && behind_m > 0.0 && least_w > 0.0) {
             return false;
         }
-        // A vertex lies d / w pixels from the middle, and d / w - d' / w' = (d - d' - (d' / w') (w - w')) / w. Inside the
-        // frustum d' / w' is at most half a diagonal of the picture.
+        // A vertex lies d / w pixels from the picture's centre. Two vertices differ by
+        // d / w - d' / w' = (d - d' - (d' / w') (w - w')) / w. Inside the frustum d' / w' is at most half the diagonal.
         let most_px_of_a_metre = self.px / least_w;
-        // Twice a triangle's area in pixels is the determinant of its corners over their three w. The determinant is twice
-        // its area in the world times the distance of its plane from the eye. The height is that over the longest side.
+        // Twice a triangle's area in pixels is the determinant of its corners, divided by the product of their w. The
+        // determinant is twice its area in the world times the distance of its plane from the eye. Twice the area
+        // divided by the longest side is the height.
         let least_height_px =
             self.squared_px * cluster.least_height_m * behind_m / (most_w.powi(3) * most_px_of_a_metre);
         least_height_px > 2.0 * (SNAPPING_PX + self.viewport_px + most_px_of_a_metre * error_m)

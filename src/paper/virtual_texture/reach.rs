@@ -1,21 +1,23 @@
-//! The tiles beside a pixel's own that its filter takes texels from (ours; section 4 says nothing of them). Beyond a tile's
-//! border the filter looks single texels or samples up in the page table. For that they must be listed: stage 1 stores the
-//! reach in the highest four bits of the request image's first word, and whichever method makes the list adds the tiles.
+//! The reach: the neighbours of a pixel's tile from which its filter also reads texels (ours; section 4 does not
+//! mention them). Beyond a tile's border the filter looks up single texels or samples through the page table. So these
+//! tiles must be listed: stage 1 stores the reach in the highest four bits of the request image's first word, and
+//! every method adds the tiles to its list.
 //!
-//! No filter reaches further than half a tile, so each axis has one neighbour at most: two bits for columns, two for rows; 0 is
-//! none, 1 the tile after, 2 the tile before.
+//! No filter reaches further than half a tile, so each axis has at most one neighbour. Columns and rows have two bits
+//! each: 0 for none, 1 for the next tile, 2 for the previous one.
 
 use crate::math::pyramid::Pyramid;
 
-/// The highest four bits of a word of the request image.
+/// The reach is in the highest four bits of the word.
 const SHIFT: u32 = 28;
 
-/// A stored first word without the reach, and the reach. All ones is the background, which has none.
+/// Splits a stored first word into the rest and the reach. All ones is the background, which has no reach.
 pub fn split(word: u32) -> (u32, u32) {
     if word == u32::MAX { (word, 0) } else { (word & ((1 << SHIFT) - 1), word >> SHIFT) }
 }
 
-/// The triples of a pixel's other tiles, with (i, j) in M0. Columns wrap; beyond a pole is the same row half a turn away.
+/// The triples of a pixel's neighbouring tiles, with (i, j) in level 0's grid. Columns wrap; beyond a pole lies the
+/// same row, half a turn away.
 pub fn neighbours(pyramid: &Pyramid, [q, i, j]: [u32; 3], reach: u32) -> impl Iterator<Item = [u32; 3]> {
     let step = |bits: u32| [0, 1, -1][bits as usize];
     let (across, down) = (step(reach & 3), step(reach >> 2));
@@ -54,7 +56,7 @@ mod tests {
         assert_eq!(of([0, 3, 15], 1 | 1 << 2), [[0, 3, 0], [0, 4, 15], [0, 4, 0]]);
         assert_eq!(of([0, 0, 5], 2 << 2), [[0, 0, 13]]);
         assert_eq!(of([0, 7, 5], 2 | 1 << 2), [[0, 7, 4], [0, 7, 13], [0, 7, 12]]);
-        // Cells of level 0 that level 1's tile covers are one: the first is named.
+        // A tile of level 1 covers several cells of level 0; the first cell names it.
         assert_eq!(of([1, 5, 7], 1), [[1, 4, 8]]);
         assert_eq!(of([1, 7, 15], 1 | 1 << 2), [[1, 6, 0], [1, 6, 6], [1, 6, 8]]);
     }

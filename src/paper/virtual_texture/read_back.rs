@@ -1,4 +1,4 @@
-//! Read-back, the baseline that paper 1 sets out to avoid: the request image is copied to the host, and a pass on the CPU
+//! Read-back, the baseline that paper 1 wants to avoid: the request image is copied to the host, and a pass on the CPU
 //! makes the list instead of stages 2 and 3. The list has the same triples, in the order of their first pixels.
 //!
 //! id Tech 5 and LibVT use a request image with a tenth of the picture's side (J. M. P. van Waveren, "id Tech 5
@@ -9,7 +9,7 @@ use crate::math::pyramid::Pyramid;
 use crate::vk::{Buffer, BufferUse, Cmd, Error, Gpu, Image, Result, TexelCopy};
 use std::collections::{BTreeMap, HashSet};
 
-/// Limit of the bitmap. Level-0 tile addresses need a bit for each level of each cell: 8 GiB at 2^20 x 2^20 texels in
+/// Size limit of the bitmap. With level-0 tile addresses each cell has a bit per level: 8 GiB for 2^20 x 2^20 texels in
 /// tiles of 16.
 const MOST_BITMAP_BYTES: u64 = 1 << 30;
 
@@ -18,7 +18,7 @@ const MOST_BITMAP_BYTES: u64 = 1 << 30;
 pub enum HostPass {
     /// Puts every pixel's triple into a hash set.
     Hash,
-    /// Sets a bit for each possible triple. A pixel equal to the one before is skipped.
+    /// Keeps a bit for each possible triple, and skips a pixel that equals the previous one.
     Bitmap,
 }
 
@@ -106,12 +106,12 @@ impl HostList {
         })
     }
 
-    /// The same, of a request image that stores a reach with each triple.
+    /// Changes the list to a request image that stores a reach with each triple, if `reaches`.
     pub fn reaching(self, reaches: bool) -> HostList {
         HostList { reaches, ..self }
     }
 
-    /// Each distinct triple of the streamed levels in `requests` once, in the grid of its tile addresses.
+    /// Lists each distinct triple of the streamed levels in `requests` once, in the grid of its tile addresses.
     pub fn list(&mut self, requests: &[u32]) -> Vec<[u32; 3]> {
         match self.pass {
             HostPass::Hash => self.by_hash(requests),
@@ -130,7 +130,7 @@ impl HostList {
         pixels
     }
 
-    /// A texel's triple with (i, j) in M0, and its reach; `None` where it needs no tile.
+    /// A texel's triple with (i, j) in level 0's grid, and its reach; `None` if it needs no tile.
     fn decoded(&self, texel: &[u32]) -> Option<([u32; 3], u32)> {
         let (first, reach) = if self.reaches { reach::split(texel[0]) } else { (texel[0], 0) };
         let [column_bits, row_bits] = [self.pyramid.width_log2(), self.pyramid.height_log2()]
@@ -143,7 +143,7 @@ impl HostList {
                 first & !(!0 << column_bits),
             ],
             [_, i, j, ..] => [first, i, j],
-            _ => unreachable!("the request image has {} words a texel", self.words_per_texel),
+            _ => unreachable!("the request image has {} words per texel", self.words_per_texel),
         };
         (triple[0] < self.pyramid.first_resident_level()).then_some((triple, reach))
     }
@@ -155,12 +155,12 @@ impl HostList {
         }
     }
 
-    /// Of a texel's own tile.
+    /// The triple of a texel's own tile.
     fn triple(&self, texel: &[u32]) -> Option<[u32; 3]> {
         self.decoded(texel).map(|(triple, _)| self.addressed(triple))
     }
 
-    /// Of all that it needs.
+    /// The triples of all tiles that a texel needs.
     fn triples(&self, texel: &[u32]) -> impl Iterator<Item = [u32; 3]> {
         let of =
             |(triple, reach)| [triple].into_iter().chain(reach::neighbours(&self.pyramid, triple, reach));

@@ -11,18 +11,20 @@ pub struct FrameRecord {
     /// 0 for the first.
     pub index: u64,
     pub streaming: FrameReport,
-    /// The frame whose list was streamed, [`crate::vk::FRAMES_IN_FLIGHT`] ago; `None` at the start and after a pause.
+    /// The frame whose list was streamed, [`crate::vk::FRAMES_IN_FLIGHT`] frames earlier; `None` at the start and after
+    /// a pause.
     pub list_of: Option<u64>,
     pub passes: Vec<PassTime>,
     /// The host's time from the frame's end to its list of tiles.
     pub host_list: Duration,
     /// Length of the frame's own visible-tile list.
     pub triples: usize,
-    /// The frame's distinct visible tiles before any bias, sorted; with subsampled feedback, the union of the last frames.
+    /// The frame's distinct visible tiles before any bias, sorted. With subsampled feedback: the union of the last
+    /// frames.
     pub visible: Vec<TileId>,
     /// The tiles that are expected to be visible `cache.prefetch_frames` later, sorted.
     pub expected: Vec<TileId>,
-    /// The visible-tile list was too short at first.
+    /// True if the visible-tile list was too short at first.
     pub overflowed: bool,
 }
 

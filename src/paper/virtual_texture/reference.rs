@@ -7,7 +7,8 @@ use crate::math::pyramid::{Pyramid, TileId};
 use std::collections::BTreeSet;
 
 /// The visible tiles of a frame's request image: the reference for all variants of stages 2 and 3. `requests` holds
-/// (q, i, j) for each pixel, (i, j) in M0. Pixels of resident levels and of the background need no tile.
+/// (q, i, j) for each pixel, with (i, j) in level 0's grid. Pixels of resident levels and of the background need no
+/// tile.
 pub fn visible_tiles(requests: &[[u32; 3]], pyramid: &Pyramid) -> BTreeSet<TileId> {
     let mut tiles = BTreeSet::new();
     for &[q, i, j] in requests {
@@ -28,8 +29,8 @@ pub fn distinct_triples(requests: &[[u32; 3]], pyramid: &Pyramid) -> BTreeSet<[u
         .collect()
 }
 
-/// The tiles of a streamed level that hold the texels from `first` to `last` (column, row), which may lie beyond the texture's
-/// edges: columns wrap, and beyond a pole follow the rows of the opposite meridian.
+/// The tiles of a streamed level that hold the texels from `first` to `last` (column, row). These may lie beyond the
+/// texture's edges: columns wrap, and beyond a pole the rows of the opposite meridian follow.
 pub fn tiles_of_texels(pyramid: &Pyramid, level: u32, first: [i64; 2], last: [i64; 2]) -> BTreeSet<TileId> {
     let [width, height] = pyramid.level_size(level).map(i64::from);
     let side = i64::from(pyramid.tile_size());
@@ -98,8 +99,8 @@ pub struct Triple {
     pub j: u32,
 }
 
-/// Stage 1's formula as printed. Cases that the paper leaves open: dmax = 0 gives level 0; a footprint that is not finite
-/// gives L-L'+1.
+/// Stage 1's formula as printed. The paper leaves two cases open: here dmax = 0 gives level 0, and a footprint that is
+/// not finite gives L-L'+1.
 pub fn triple(at: &Footprint, pyramid: &Pyramid, max_anisotropy: u32) -> Triple {
     let [w, h] = pyramid.level_size(0).map(f64::from);
     let [columns, rows] = pyramid.tile_grid(0).map(f64::from);
@@ -146,7 +147,7 @@ pub fn possible_triples(
     let (low, high) =
         (triple(&moved(-1.0), pyramid, max_anisotropy), triple(&moved(1.0), pyramid, max_anisotropy));
     let [w, h] = pyramid.level_size(0).map(f64::from);
-    // |r| changes by at most |(w ds, h dt)|, which bounds the lengths of both sides and thus e.
+    // |r| changes by at most |(w ds, h dt)|. This bounds the lengths of both sides, and thus e.
     let reach = (w * tolerance.derivative[0]).hypot(h * tolerance.derivative[1]);
     let sides = [(w * at.dsdx).hypot(h * at.dtdx), (w * at.dsdy).hypot(h * at.dtdy)];
     let first_resident = pyramid.coarsest_level() - pyramid.resident_levels() + 1;
@@ -154,7 +155,7 @@ pub fn possible_triples(
         return [[0, first_resident], [low.i, high.i], [low.j, high.j]];
     }
     let mut q = [u32::MAX, 0];
-    // e is not monotonic in the lengths, because nA jumps at integers, at most 16 of them: 17 steps through each interval.
+    // e is not monotonic in the lengths, because nA jumps at up to 16 integers. So both intervals are sampled 17 times.
     for first in 0..=16 {
         for second in 0..=16 {
             let length = |side: f64, step: i32| (side + reach * (f64::from(step) / 8.0 - 1.0)).max(0.0);

@@ -1,6 +1,6 @@
-//! Check of section 4: on the `ruler` source, every texel that texturing would filter is fetched unfiltered. It is
-//! compared with the hash of the level and position that the pixel's (s, t) requires. This covers the own and the next
-//! coarser level, borders, wrapping, poles, and the resident tail.
+//! Check of section 4 on the `ruler` source: every texel that texturing would filter is fetched unfiltered, and
+//! compared with the hash of the level and position that the pixel's (s, t) requires. This covers the pixel's level and
+//! the next coarser one, borders, wrapping, poles, and the resident tail.
 
 use super::{Config, footprint::Footprint, pyramid_constants, tile_pool::TilePool, with};
 use crate::frame::Seen;

@@ -1,5 +1,5 @@
-//! Which level shows each pixel, beside the one that it asks for: the request image looked up in the page table, for the
-//! window's overlays.
+//! The shown and the requested level of each pixel, for the window's overlays. A pass looks up the request image in the
+//! page table.
 
 use super::{
     Config, RequestFormat, footprint::Footprint, pyramid_constants, texturing, tile_pool::TilePool, with,
@@ -15,13 +15,13 @@ use crate::vk::{
 
 /// The picture of levels, and its pass.
 pub struct ShownLevels {
-    /// Level, row and column of the wanted tile, and the level shown; all ones where there is no landscape.
+    /// Level, row and column of the requested tile, and the level shown; all ones for pixels without landscape.
     pub image: Image,
     pipeline: GraphicsPipeline,
 }
 
 impl ShownLevels {
-    /// For a stage 1 whose request image has four words.
+    /// Creates the pass for a stage 1 with four words per pixel (`Rgba32`).
     ///
     /// # Errors
     /// Out of memory.
@@ -54,7 +54,7 @@ impl ShownLevels {
         })
     }
 
-    /// Looks up what `stage1` has drawn, with the last frame's level bias.
+    /// Looks up the request image of `stage1`, with the last frame's level bias.
     ///
     /// # Errors
     /// Out of memory.

@@ -1,8 +1,8 @@
-//! Paper 1's part of a frame: the list of the frame before last is streamed, the shapes are drawn with what is
-//! resident, and their visible tiles are listed. The steps are in the files beside this one.
+//! Paper 1's part of a frame: it streams the list of the frame before last, draws the shapes with the resident tiles,
+//! and lists their visible tiles. The other files of this folder have the steps.
 //!
-//! The list of frame n is used in frame n + [`FRAMES_IN_FLIGHT`]: the host never waits for a frame that it has
-//! just handed over.
+//! The list of frame n is used in frame n + [`FRAMES_IN_FLIGHT`], so the host never waits for a frame that it has just
+//! submitted.
 
 use super::feedback::{self, Memory as SamplesSeen};
 use super::prefetch::Prefetch;
@@ -55,9 +55,9 @@ pub struct VirtualTexture {
     /// Direction towards the sun, for lit shapes.
     pub sun: DVec3,
     pub onto: Onto,
-    /// Keeps streaming the tiles that were visible when this was set, wherever the camera moves.
+    /// True to keep streaming the tiles that were visible when this was set, wherever the camera moves.
     pub frozen: bool,
-    /// The list that is streamed while frozen: the first one available since then, which is of an earlier frame.
+    /// The list that is streamed while frozen: the first one available after `frozen` was set.
     frozen_list: Option<Lists>,
     prefetch: Option<Prefetch>,
     fade: FadeIn,
@@ -80,7 +80,7 @@ pub struct VirtualTexture {
 /// The name of the memory of shapes in the world, in [`Technique::memory`].
 pub const MESH: &str = "mesh";
 
-/// What streaming did in a frame in flight.
+/// The streaming report of a frame in flight.
 #[derive(Default)]
 struct Streamed {
     frame: u64,
@@ -88,7 +88,7 @@ struct Streamed {
     list_of: Option<u64>,
 }
 
-/// A frame's copies into video memory, as [`Streaming`] asks for them.
+/// Collects a frame's copies into video memory for [`Streaming`].
 struct Copies<'a>(&'a mut Uploads);
 
 impl Uploader for Copies<'_> {
@@ -98,10 +98,10 @@ impl Uploader for Copies<'_> {
 }
 
 impl VirtualTexture {
-    /// `lit`: the light, if some of these shapes or of later ones are lit.
+    /// `lit` is the light, if any of these shapes or later ones are lit.
     ///
     /// # Errors
-    /// What the device lacks, settings with which nothing could be shown, a texture whose coarsest levels cannot be
+    /// A missing device feature; settings with which nothing could be shown; a texture whose coarsest levels cannot be
     /// read.
     pub fn new(
         gpu: &Gpu,
@@ -140,7 +140,7 @@ impl VirtualTexture {
         })
     }
 
-    /// Frames of one mesh in the world and nothing else.
+    /// A session with one mesh in the world and nothing else.
     ///
     /// # Errors
     /// As [`VirtualTexture::new`].
@@ -160,10 +160,10 @@ impl VirtualTexture {
         Ok(Run::new(gpu, technique, target))
     }
 
-    /// Another variant from the next frame on. The caches, and what is in them, stay.
+    /// Switches to another variant from the next frame on. The caches keep their tiles.
     ///
     /// # Errors
-    /// What the device lacks; a variant that does not fit the texture. The old one then stays.
+    /// A missing device feature; a variant that does not fit the texture. The old variant then stays.
     pub fn reconfigure(
         &mut self,
         gpu: &Gpu,
@@ -194,7 +194,7 @@ impl VirtualTexture {
         Seen::lit(&self.shapes, view, self.bias, self.sun).onto(self.onto)
     }
 
-    /// Levels by which the last frame's tiles were coarser than asked for.
+    /// Levels by which the last frame's tiles were coarser than requested.
     pub fn bias(&self) -> u32 {
         self.bias
     }
@@ -205,7 +205,7 @@ impl VirtualTexture {
         View { pose, size, frame: self.last_frame }
     }
 
-    /// Frames until a camera that stands still has listed all it sees.
+    /// Number of frames until the list of a camera at rest is complete.
     pub fn frames_to_list(&self) -> u64 {
         self.samples_seen.as_ref().map_or(1, SamplesSeen::frames)
     }
@@ -244,7 +244,7 @@ impl VirtualTexture {
             self.frozen_list = None;
         }
         let mut report = match &lists {
-            // Nothing is known yet: the bias stays.
+            // There is no list yet, so the bias stays.
             None => FrameReport { bias: self.bias, ..FrameReport::default() },
             Some(Lists { visible, expected }) => {
                 self.streaming.frame_ahead(visible, expected, &mut Copies(uploads))
@@ -392,7 +392,7 @@ impl Technique for VirtualTexture {
             ("G1", g1),
             ("H1", h1),
         ]);
-        // Objects are counted by whichever technique brings them.
+        // The technique that adds an object counts its memory.
         let in_the_world = |shape: &&Shape| matches!(shape.draws[..], [Draw::World { .. }]);
         let mesh: u64 = self.shapes.iter().filter(in_the_world).map(Shape::bytes).sum();
         memory.extend((mesh > 0).then_some((MESH, mesh)));

@@ -1,7 +1,7 @@
-//! Section 4: the picture, from the tiles that are resident.
+//! Section 4: the picture, from the resident tiles.
 //!
-//! The tile of a pixel is the one that stage 1 wrote into the request image, bit for bit; a pass over the same mesh,
-//! with the same depth, only adds where in the tile the pixel lies and how the two levels mix.
+//! A pixel's tile is exactly the one that stage 1 wrote into the request image. A pass over the same mesh, with the
+//! same depth, computes only the position within the tile and the weights of the two levels.
 
 use super::{Config, Interpolation, footprint::Footprint, pyramid_constants, tile_pool::TilePool, with};
 use crate::frame::{Seen, Shape};
@@ -16,7 +16,7 @@ use crate::vk::{
     ImageInfo, Resource, Result, Sampler, SamplerInfo, View,
 };
 
-/// What `filter.glsl` is specialized with.
+/// Specialization constants of `filter.glsl`.
 pub(super) fn constants(config: &Config, resident: &TilePool) -> Vec<(&'static str, u32)> {
     let filter = [
         ("MAX_ANISOTROPY", config.filter.max_anisotropy),
@@ -29,14 +29,14 @@ pub(super) fn constants(config: &Config, resident: &TilePool) -> Vec<(&'static s
     resident.constants().into_iter().chain(filter).collect()
 }
 
-/// The pipelines of a pass that shades: for shapes without light, and for those that the sun lights.
+/// The pipelines of a shading pass: for unlit shapes, and for shapes that the sun lights.
 pub(super) struct Shading {
     unlit: GraphicsPipeline,
     lit: Option<GraphicsPipeline>,
 }
 
 impl Shading {
-    /// `info` is that of the unlit one; `fragment` are its fragment shader's two variants.
+    /// `info` describes the unlit pipeline; `fragment` holds the unlit and the lit fragment shader.
     ///
     /// # Errors
     /// The driver's compiler fails.
@@ -57,7 +57,7 @@ impl Shading {
         Ok(Shading { unlit: gpu.graphics_pipeline(info)?, lit: lit.transpose()? })
     }
 
-    /// The one that suits a shape.
+    /// The pipeline for a shape.
     pub fn of(&self, shape: &Shape) -> &GraphicsPipeline {
         match &shape.normals {
             Some(_) => self.lit.as_ref().expect("made for lit shapes"),
@@ -71,7 +71,7 @@ pub struct Texturing {
 }
 
 impl Texturing {
-    /// `lit`: by what some shapes are lit.
+    /// `lit` is the light, if some shapes are lit.
     ///
     /// # Errors
     /// Out of memory.
@@ -123,8 +123,8 @@ impl Texturing {
     }
 }
 
-/// The yardstick of `--compare-plain`: the same mesh with one plain trilinear RGBA8 texture, at most 4096 wide,
-/// filtered in linear light like the tiles.
+/// The baseline of `--compare-plain`: the same mesh with one plain trilinear RGBA8 texture, at most 4096 texels a
+/// side, filtered in linear light like the tiles.
 pub struct Plain {
     pipeline: GraphicsPipeline,
     texture: Image,
@@ -133,10 +133,10 @@ pub struct Plain {
 }
 
 impl Plain {
-    /// Reads the finest level that is at most 4096 texels a side, and all coarser ones.
+    /// Reads the finest level with at most 4096 texels a side, and all coarser ones.
     ///
     /// # Errors
-    /// Out of memory; a tile cannot be read; BC1 sources have no RGBA8 texels to show.
+    /// Out of memory; a tile cannot be read; the source is BC1 and has no RGBA8 texels.
     pub fn new(
         gpu: &Gpu,
         source: &dyn TileSource,
@@ -190,7 +190,7 @@ impl Plain {
     }
 }
 
-/// All texels of one level, from its tiles' payloads or from `G1`.
+/// All texels of one level, from its tiles' payloads or from the resident tail.
 fn whole_level(source: &dyn TileSource, level: u32) -> std::result::Result<Vec<u8>, TileError> {
     let pyramid = source.pyramid();
     if level >= pyramid.first_resident_level() {

@@ -31,7 +31,7 @@ impl TileMask {
         }
     }
 
-    /// The triple of bit `place` in the layout [`MaskLayout::Bits`]: triple_at of tile_order.glsl.
+    /// The triple of bit `place` in the layout [`MaskLayout::Bits`], as `triple_at` in tile_order.glsl.
     pub(super) fn triple_at(pyramid: &Pyramid, address: TileAddress, place: u32) -> [u32; 3] {
         let (mut level, mut at) = (0, u64::from(place));
         loop {
@@ -67,13 +67,13 @@ impl TileMask {
         }))
     }
 
-    /// Clears the mask, for variants whose shaders write it. Later commands of the pass see it cleared.
+    /// Clears the mask, for variants whose shaders store to it. Later commands of the pass see the cleared mask.
     pub fn begin(&self, cmd: &mut Cmd<'_>) {
         match &self.0 {
             Store::Texels(image) => cmd.clear_uint(image, 0),
             Store::Bits(buffer) => cmd.fill(buffer, buffer.bytes(), 0),
             Store::Bytes { buffer, frame } => {
-                // A new frame number unmarks all bytes; they are cleared once in 255 frames.
+                // A new frame number invalidates all bytes. They are cleared once in 255 frames.
                 frame.set(frame.get() % 255 + 1);
                 if frame.get() > 1 {
                     return;

@@ -1,9 +1,9 @@
 //! The tile pool: an array of N1 streamed tiles with their next coarser levels, and the device's copy of the
 //! [`super::page_table`].
 //!
-//! The paper keeps the resident mip tail, the levels that are always in video memory, in a texture of its own. Here it is
-//! cut into tiles with borders too. They follow the N1 streamed tiles in the array and are never replaced. So one lookup
-//! serves all levels, and borders continue the resident tail over the poles and the antimeridian.
+//! The paper keeps the resident mip tail, the levels that are always in video memory, in a separate texture. Here it is
+//! also cut into tiles with borders. They follow the N1 streamed tiles in the array and are never replaced. So one
+//! lookup serves all levels, and borders continue the resident tail over the poles and the antimeridian.
 
 use super::page_table::PageTable;
 use crate::math::pyramid::{Pyramid, TileId};
@@ -41,13 +41,14 @@ pub struct Uploads {
     staging: Buffer,
     capacity: u32,
     tiles: Vec<u32>,
-    /// Ranges of the page table whose words are in `table`, one after the other.
+    /// Ranges of the page table. Their words are in `table`, in this order.
     ranges: Vec<Range<usize>>,
     table: Buffer,
 }
 
 impl TilePool {
-    /// Creates a pool of `slots` streamed tiles, reads the resident tail from `source`, and shows it everywhere.
+    /// Creates a pool of `slots` streamed tiles and reads the resident tail from `source`. The page table first shows
+    /// only the tail.
     ///
     /// # Errors
     /// Too many layers for the device; out of memory; the resident tail cannot be read.
@@ -124,7 +125,7 @@ impl TilePool {
         Ok(())
     }
 
-    /// Where the shader finds the single-tile levels: SINGLE_LEVEL and SINGLE_SLOT.
+    /// The specialization constants for the single-tile levels: SINGLE_LEVEL and SINGLE_SLOT.
     pub(super) fn constants(&self) -> [(&'static str, u32); 2] {
         [("SINGLE_LEVEL", self.resident_tail.single_level), ("SINGLE_SLOT", self.resident_tail.single_slot)]
     }
@@ -135,7 +136,7 @@ impl TilePool {
     /// Out of memory.
     pub fn uploads(&self, gpu: &Gpu, tiles: u32) -> Result<Uploads> {
         let bytes = self.format.tile_bytes(&self.pyramid) as u64;
-        // Grows if needed: a coarse tile that arrives or leaves changes many cells.
+        // This buffer grows if needed: a coarse tile that arrives or leaves changes many cells.
         let cells = 4 * u64::from(tiles).max(256);
         Ok(Uploads {
             staging: gpu.buffer("tile staging", bytes * u64::from(tiles), BufferUse::Upload)?,
@@ -204,7 +205,7 @@ impl Uploads {
         true
     }
 
-    /// Stages a frame's changes of the page table (see [`super::fade`]); the last change of a tile counts. Each cell is
+    /// Stages a frame's changes of the page table (see [`super::fade`]). The last change of a tile counts. Each cell is
     /// written once, because copies within a pass have no order.
     ///
     /// # Errors
@@ -240,7 +241,8 @@ impl Uploads {
 /// The tiles of the resident mip tail and their slots.
 struct ResidentTail {
     tiles: Vec<(TileId, u32)>,
-    /// From this level on each level is one tile, in consecutive slots; the page table holds the first of them.
+    /// The first level that is one tile. This level and the coarser ones are in consecutive slots; the page table holds
+    /// only the first slot.
     single_level: u32,
     single_slot: u32,
 }
@@ -265,7 +267,7 @@ impl ResidentTail {
     fn tile(&self, tile: TileId, pyramid: &Pyramid, texels: &[Vec<u8>], format: TileFormat) -> Vec<u8> {
         let mut bytes = Vec::new();
         for step in 0..2 {
-            // The coarsest level serves as its own next coarser one.
+            // The coarsest level also serves as its own next coarser level.
             let level = (tile.level + step).min(pyramid.coarsest_level());
             let texels = &texels[(level - pyramid.first_resident_level()) as usize];
             let (size, border) =

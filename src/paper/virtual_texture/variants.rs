@@ -19,9 +19,10 @@ pub struct Unfit {
 /// Layout of the tile mask between stages 2 and 3, in the order of LAYOUT in tile_mask.glsl.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MaskLayout {
-    /// The paper's image: a texel for each tile of `M0`, a bit for each level.
+    /// The paper's image: a texel for each tile of level 0 (`M0`), a bit for each level.
     Texels,
-    /// A buffer with the same bits, level by level; with own-level tile addresses in the order of [`Pyramid::tile_index`].
+    /// A buffer with the same bits, level by level. With own-level tile addresses the order is that of
+    /// [`Pyramid::tile_index`].
     Bits,
     /// A buffer with a byte for each of those bits: the number of the frame that set it.
     Bytes,
@@ -41,7 +42,7 @@ impl Dedup {
         matches!(self, Dedup::Geometry | Dedup::Points)
     }
 
-    /// The variants that are a pass of their own over the request image.
+    /// The variants that are a separate pass over the request image.
     pub fn staged() -> impl Iterator<Item = Dedup> {
         Dedup::ALL.iter().copied().filter(|dedup| !dedup.fused())
     }
@@ -109,7 +110,7 @@ impl Config {
         needs
     }
 
-    /// Checks that the variants fit together and fit this texture. Device limits are checked when pipelines are created.
+    /// Checks that the variants fit together and fit this texture. Creating the pipelines checks device limits.
     ///
     /// # Errors
     /// The setting that does not fit, the reason, and an alternative.
@@ -124,7 +125,7 @@ impl Config {
             return unfit(
                 "dedup",
                 dedup,
-                "it has one bit per tile, level-0 tile addresses need several; use variant.address = \"own-level\"",
+                "it has one bit per tile, but level-0 addresses need several; use variant.address = \"own-level\"",
             );
         }
         // mark_index counts in 32 bits.
@@ -132,7 +133,7 @@ impl Config {
             return unfit(
                 "dedup",
                 dedup,
-                "it numbers its marks with 32 bits, and this texture has more; use larger tiles",
+                "it numbers its marks with 32 bits, but this texture needs more; use larger tiles",
             );
         }
         if self.compact == Compaction::FusedAppend && !self.dedup.fused() {
@@ -146,7 +147,7 @@ impl Config {
                     "it reads the tile mask as an image, which this variant.dedup does not write; use \"append\"",
                 );
             }
-            // compact.geom emits up to 16 points per texel, so that 16 texels stay within the 256 that Vulkan guarantees.
+            // compact.geom emits up to 16 points per texel. So 16 texels stay within Vulkan's guaranteed 256 points.
             if pyramid.first_resident_level() > 16 {
                 return unfit(
                     "compact",
@@ -159,7 +160,7 @@ impl Config {
     }
 }
 
-/// The most triples that a frame can have. The layouts `Bits` and `Bytes` have a mark for each.
+/// The most distinct triples of a frame. The layouts `Bits` and `Bytes` have a mark for each.
 pub(super) fn most_triples(pyramid: &Pyramid, address: TileAddress) -> u64 {
     let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
     match address {
@@ -168,7 +169,7 @@ pub(super) fn most_triples(pyramid: &Pyramid, address: TileAddress) -> u64 {
     }
 }
 
-/// The needs of all variants. Tests and figures that compare variants open the device with them.
+/// The needs of all variants, for tests and figures that compare variants on one device.
 pub fn all_needs() -> Vec<Need> {
     let dedups = Dedup::ALL.iter().flat_map(|dedup| dedup.needs());
     dedups.chain(Compaction::ALL.iter().flat_map(|compact| compact.needs())).collect()

@@ -9,7 +9,7 @@ use crate::vk::{Buffer, BufferUse, Cmd, Gpu, Result, StreamQuery};
 pub(super) enum Entries {
     /// q, i and j, as in the paper.
     Triples,
-    /// The index of its mark, whose order depends on the pyramid and the tile address.
+    /// The index of the triple's mark. The order of marks depends on the pyramid and the tile address.
     Places(Pyramid, TileAddress),
 }
 
@@ -36,12 +36,12 @@ impl Entries {
 pub struct VisibleList {
     pub(super) triples: Buffer,
     pub(super) count: Count,
-    /// Number of marks per workgroup, if the list is ordered.
+    /// The number of marks of each workgroup, if the list is ordered.
     pub(super) sums: Option<Buffer>,
     host: Buffer,
     entries: Entries,
     capacity: u64,
-    /// Number of triples copied to the host per frame: the capacity, until the first frame has reported its length.
+    /// Number of triples copied to the host per frame: the capacity until the first frame has reported its length.
     read: u64,
 }
 
@@ -64,8 +64,8 @@ impl Count {
 }
 
 impl VisibleList {
-    /// Creates an empty list with room for `capacity` triples. `feedback`: for transform feedback. `groups`: the number of
-    /// workgroups, if the list is ordered.
+    /// Creates an empty list with room for `capacity` triples. `feedback` is true for transform feedback; `groups` is
+    /// the number of workgroups, if the list is ordered.
     pub(super) fn new(
         gpu: &Gpu,
         (capacity, entries): (u64, Entries),
@@ -102,7 +102,7 @@ impl VisibleList {
         self.capacity
     }
 
-    /// Empties a list whose length is stored. Later commands of the pass see it empty.
+    /// Empties a list with a stored length. Later commands of the pass see the empty list.
     pub(super) fn begin(&self, cmd: &mut Cmd<'_>) {
         cmd.fill(&self.triples, self.count.header_bytes(), 0);
         cmd.sync();
@@ -119,8 +119,9 @@ impl VisibleList {
         needed <= self.read
     }
 
-    /// Sets the number of triples that the next frames copy: 1.25 x `needed` + 1024, at most the capacity. With own-level
-    /// tile addresses a frame has some hundred triples; copying all 65,536 would take 0.8 MB per frame.
+    /// Sets the number of triples that the next frames copy: 1.25 x `needed` + 1024, at most the capacity. With
+    /// own-level tile addresses a frame has some hundred triples; the default capacity of 65,536 would copy 0.8 MB per
+    /// frame.
     pub(super) fn expect(&mut self, needed: u64) {
         self.read = (needed + needed / 4 + 1024).min(self.capacity);
     }
@@ -135,7 +136,7 @@ impl VisibleList {
         [self.triples.bytes() + counter + sums, self.host.bytes()]
     }
 
-    /// Number of triples of a frame that has ended, including those for which the list had no room.
+    /// Number of triples of a frame that has ended, including those beyond the list's capacity.
     ///
     /// # Errors
     /// Device lost.

@@ -1,4 +1,4 @@
-//! A surface's virtual texture: what a scene states, and the tiles that it opens.
+//! A surface's virtual texture: its keys in a scene, and its source of tiles.
 
 use crate::math::pyramid::{Pyramid, PyramidError};
 use crate::model::mesh::{MeshError, SourceMesh};
@@ -20,11 +20,12 @@ pub const KIND: &str = "virtual";
 choices! {
     /// Where the texels come from.
     pub enum TextureSource {
-        /// Real imagery of the earth with labelled synthetic detail below it, made on the fly.
+        /// Real imagery of the Earth; finer levels are synthetic, and labelled so. Generated on the fly.
         Earth = "earth",
-        /// Every texel is a hash of its level and place, made on the fly.
+        /// Every texel is a hash of its level and position. Generated on the fly.
         Ruler = "ruler",
-        /// The ground about Mount Everest, labelled synthetic, for the model `valley`; a square, made on the fly.
+        /// The ground around Mount Everest, a square for the model `valley`; synthetic, and labelled so. Generated on
+        /// the fly.
         Terrain = "terrain",
         /// A `.tiles` file (`ortelius bake`).
         File = "file",
@@ -41,7 +42,7 @@ impl Choice for TileFormat {
     }
     fn about(self) -> &'static str {
         match self {
-            TileFormat::Rgba8 => "four bytes a texel",
+            TileFormat::Rgba8 => "four bytes per texel",
             TileFormat::Bc1 => "an eighth of the memory; the border must be a multiple of 4",
         }
     }
@@ -52,20 +53,20 @@ settings! {
     pub struct Texture kind "virtual" {
         /// Where the texels come from.
         source: TextureSource;
-        /// The file, relative to the scene (given by `-D`: to the working directory). Required for `"file"`.
+        /// The file, relative to the scene file; from `-D`, relative to the working directory. Required for `"file"`.
         path: Option<PathBuf> = None;
-        /// m: level 0 has 2^m x 2^n texels, up to 2^20 a side. Required unless a file, which knows its own.
+        /// m: level 0 has 2^m x 2^n texels, at most 2^20 x 2^20. Required except for `"file"`, which states its size.
         width_log2: Option<u32> = None;
-        /// n; the earth's is m - 1.
+        /// n of 2^m x 2^n; m - 1 for `"earth"`.
         height_log2: Option<u32> = None;
-        /// Payload of a tile, a power of two.
+        /// Payload of a tile: a power of two.
         tile_size: u32 = 512, in 16..=1024, unit "texels a side";
-        /// Texels of the neighbours around each tile: a sample needs 2. What a filter takes from further away is looked up in the
-        /// neighbouring tile.
+        /// Width of the border around each tile, with texels of its neighbours; a sample needs 2. Filters that read
+        /// further look up the neighbouring tile.
         border: u32 = 4, unit "texels";
-        /// L': coarsest levels that always are in video memory; left out: the fewest possible.
+        /// L': number of coarsest levels that are always in video memory. By default the fewest possible.
         resident_levels: Option<u32> = None;
-        /// Of generated tiles; a file has its own.
+        /// Format of generated tiles. A file has its own.
         format: TileFormat = TileFormat::Rgba8;
     }
     check check;
@@ -81,7 +82,7 @@ fn check(texture: &Texture, part: &Part<'_>) -> Result<(), Fault> {
         (TextureSource::File, Some(_)) => {}
         (_, Some(_)) => return fault("path", "only the source \"file\" has a path"),
         (TextureSource::Ruler, None) if texture.format == TileFormat::Bc1 => {
-            return fault("format", "the ruler is exact texel by texel, which bc1 is not; choose \"rgba8\"");
+            return fault("format", "the ruler is exact texel by texel, but bc1 is lossy; choose \"rgba8\"");
         }
         (_, None) => {}
     }
@@ -112,7 +113,7 @@ fn check(texture: &Texture, part: &Part<'_>) -> Result<(), Fault> {
 }
 
 impl Texture {
-    /// The pyramid that the scene states; `None` where only the file knows its size.
+    /// The pyramid that the scene states; `None` if only the file states its size.
     ///
     /// # Errors
     /// [`PyramidError`], possible only after a field was changed by hand.
@@ -149,7 +150,7 @@ pub enum TextureError {
     File { place: String, error: TileFileError },
 }
 
-/// The surface in whose table the scene's virtual texture is; others may share it.
+/// The surface whose table has the scene's virtual texture. Other surfaces may share it.
 ///
 /// # Errors
 /// A second virtual texture.
@@ -176,10 +177,10 @@ fn needed(scene: &Scene) -> Result<&Surface, TextureError> {
     owner(scene)?.ok_or_else(|| TextureError::Absent(scene.name.clone()))
 }
 
-/// The scene's virtual texture as its table describes it.
+/// The settings of the scene's virtual texture.
 ///
 /// # Errors
-/// [`TextureError::Absent`], a table that does not do.
+/// [`TextureError::Absent`]; an invalid table.
 pub fn texture(scene: &Scene) -> Result<Texture, TextureError> {
     Ok(scene.read(&["surface", &needed(scene)?.name, "texture"])?)
 }
@@ -187,13 +188,13 @@ pub fn texture(scene: &Scene) -> Result<Texture, TextureError> {
 /// The triangles of the surface that has the virtual texture.
 ///
 /// # Errors
-/// [`TextureError::Absent`]; a geometry that is no grid.
+/// [`TextureError::Absent`]; a geometry that is not a grid.
 pub fn source_mesh(scene: &Scene) -> Result<SourceMesh, TextureError> {
     let surface = needed(scene)?;
     Ok(surface.grid().ok_or_else(|| TextureError::Geometry(surface.name.clone()))??)
 }
 
-/// Opens the scene's virtual texture, behind a faulty disk where the scene has one: synthetic sources need no file.
+/// Opens the scene's virtual texture, with the injected faults of its `[disk]`. Synthetic sources need no file.
 ///
 /// # Errors
 /// [`TextureError`] names the key or the file.
@@ -234,7 +235,7 @@ fn open_healthy(scene: &Scene) -> Result<Arc<dyn TileSource>, TextureError> {
     })
 }
 
-/// Tiles that are made on the fly, in the format that the scene asks for.
+/// Tiles generated on the fly, in the format of the scene.
 fn generated(source: Arc<dyn TileSource>, format: TileFormat) -> Arc<dyn TileSource> {
     match format {
         TileFormat::Rgba8 => source,

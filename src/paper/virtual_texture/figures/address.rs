@@ -19,7 +19,7 @@ pub const KEYING: Figure = Figure {
     scenes: &["globe/africa", "earth/oblique"],
     variants,
     paper: &["level-0"],
-    // 1080 in quick runs too: the claim needs it, a list's length needs no repetition, and a frame takes 60 ms.
+    // Quick runs include 1080: the claim needs it, a list's length needs no repetition, and a frame takes 60 ms.
     sweep: Some(Sweep {
         name: "picture height, pixels",
         quick: &[360.0, 720.0, 1080.0],

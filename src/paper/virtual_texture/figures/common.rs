@@ -1,4 +1,4 @@
-//! Shared by this paper's figures: scenes by name, sessions on the run's device, passes timed alone.
+//! Shared by this paper's figures: scenes by name, sessions on the run's device, single passes to be timed.
 
 use crate::figure::{Bench, Contender};
 use crate::frame::Run;
@@ -12,7 +12,7 @@ use crate::scene::path::Path;
 use crate::vk::{Frame, Gpu};
 use anyhow::Context;
 
-/// A shipped scene and one of its cameras, `earth/oblique`, or paths, `earth/pan`.
+/// A shipped scene with one of its cameras (`earth/oblique`) or paths (`earth/pan`).
 pub struct Place {
     pub scene: Scene,
     /// The camera's pose, or the path's first one.
@@ -65,7 +65,8 @@ impl Place {
 }
 
 impl Opened {
-    /// Draws one frame and waits for it. The request image and the lists are those of the pose; the resident tiles are not.
+    /// Draws one frame and waits for it. The request image and the lists are then those of the pose, but the tiles may
+    /// not be resident yet.
     ///
     /// # Errors
     /// Device lost, out of memory.

@@ -18,7 +18,7 @@ pub const COMPACT: Figure = Figure {
             and with own-level tile addresses, for blocks of 1, 2 and 4 texels a side and for the compute variants. The \
             list lengths are compared with the reference's count in the request image. 1280 x 720 (quick) or 1920 x 1080 \
             pixels; `noise` as in vt.dedup. \"fused-append\" is not a pass: the fused draw appends while it marks. Its time \
-            is the difference to a fused draw that only marks.",
+            is the fused draw's, less that of a fused draw that only marks.",
     scenes: SCENES,
     variants: || {
         let passes = variants(TileAddress::Level0).into_iter().map(|(name, _)| name);
@@ -32,7 +32,7 @@ pub const COMPACT: Figure = Figure {
         Claim::paper(
             "2.3",
             "blocks",
-            "Blocks of texels beat a vertex for each texel of the tile mask (geometry shader and transform feedback).",
+            "Blocks of texels are faster than a vertex for each texel of the tile mask (geometry shader and transform feedback).",
             &[Test::ratio(
                 best(PAPERS, || vec![feedback_name(0)]),
                 best(PAPERS, || vec![feedback_name(1), feedback_name(2)]),
@@ -42,7 +42,7 @@ pub const COMPACT: Figure = Figure {
         .timed(),
         Claim::ours(
             "compute",
-            "A compute variant beats the best geometry shader in every view.",
+            "A compute variant is faster than the best geometry shader in every view.",
             &[Test::ratio(
                 best(PAPERS, || (0..=2).map(feedback_name).collect()),
                 best(PAPERS, || compute_passes().map(|compact| compact.name().to_string()).collect()),
@@ -119,8 +119,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// The extra time of the exact fused draw when it also appends, and the length of its list. The quantities' names are those
-/// of time and length.
+/// The extra time of the exact fused draw when it also appends, and the length of its list, as rows of the quantities
+/// `time` and `length`.
 fn fused_append(
     bench: &Bench,
     scene: &str,
@@ -133,7 +133,7 @@ fn fused_append(
         return Ok(vec![Row::missing(
             name,
             time,
-            "the noise has no mesh to draw: its request image is filled by hand",
+            "the noise has no mesh to draw: the host fills its request image",
         )]);
     }
     let of = |name, compact| {

@@ -19,11 +19,12 @@ pub const THE_PAPER: &str = "paper";
 /// Quantity: the time of a whole frame.
 pub const FRAME: &str = "frame";
 
-/// Quantity: the time of stages 2 and 3 together. For a fused variant it includes the extra time of its draw over that of
+/// Quantity: the time of stages 2 and 3 together. For a fused variant it includes the difference between its draw and
 /// [`UNLISTED`].
 pub const LIST: &str = "stages 2 and 3";
 
-/// [`LIST`] of `timed` in each round, which ran with the `others`; `None` for frames whose list is not made on the device.
+/// [`LIST`] of `timed` in each round. `others` are the contenders of the same rounds. `None` if the list is not made
+/// on the device.
 pub fn list_of_rounds(timed: &Timed, others: &[Timed]) -> Option<Vec<f64>> {
     let [dedup, compact] = ["dedup", "compact"].map(|label| timed.pass_of_rounds(label));
     let stages = |round: usize| [&dedup, &compact].into_iter().flatten().map(|pass| pass[round]).sum::<f64>();

@@ -13,7 +13,7 @@ use crate::vk::Error;
 
 pub const DEDUP: Figure = Figure {
     id: "vt.dedup",
-    title: "Stage 2: repeated triples merge",
+    title: "Stage 2: merging equal triples",
     about: "Section 2.2: rendering a vertex for each pixel costs too much, so a geometry shader handles blocks of 2^p x 2^p \
             pixels. With the memo it emits a point only if the triple differs from the last one. The paper gives no numbers \
             and no p. The figure shows the time of stage 2 alone over the same packed request image (1280 x 720 in quick \
@@ -40,14 +40,14 @@ pub const DEDUP: Figure = Figure {
         Claim::paper(
             "2.2",
             "blocks",
-            "Blocks handled by a geometry shader beat rendering a vertex for each pixel.",
+            "Blocks handled by a geometry shader are faster than a vertex for each pixel.",
             &[Test::ratio(one(TIME, NAIVE_BASELINE), best(TIME, || geometry_names(|p, _| p > 0)), Above(1.0))],
         )
         .timed(),
         Claim::paper(
             "2.2",
             "memo",
-            "Emitting only if the triple differs from the last one beats emitting always (p = 3; `noise` is not judged).",
+            "Emitting only if the triple differs from the last one is faster than emitting always (p = 3; `noise` is not judged).",
             &[Test::ratio(without_memo(TIME), with_memo(TIME), Above(1.0))],
         )
         .at(Places::except(&[NOISE]))
@@ -65,7 +65,7 @@ pub const DEDUP: Figure = Figure {
         ),
         Claim::ours(
             "compute",
-            "A compute variant beats the best geometry shader in every view.",
+            "A compute variant is faster than the best geometry shader in every view.",
             &[Test::ratio(best(TIME, || geometry_names(|_, _| true)), best(TIME, compute_names), Above(1.0))],
         )
         .timed(),

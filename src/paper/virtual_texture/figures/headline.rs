@@ -19,11 +19,11 @@ pub const HEADLINE: Figure = Figure {
     title: "The paper's headline",
     about: "The paper (introduction, figure 5) reports about 150 frames a second on a GeForce GTX 285 at 1920 x 1080: an \
             Earth of about 150 000 polygons with a texture of 2^18 x 2^17 texels in tiles of 512 x 512, seen from 300 km \
-            with 4x magnification. Here the same scene at 1280 x 720 (quick) or 1920 x 1080 pixels. \"Standing\": the camera \
-            rests and all tiles are resident. \"Moving\": the camera follows the path `pan` (240 frames, the first 30 in \
-            quick runs); the caches begin with the first picture's tiles, and all others are made, loaded and copied under \
-            the scene's budgets. Times are wall times from frame to frame, the host's work included. In each of 6 rounds \
-            every variant runs both in turn, in sessions of its own. The frame rate is 1 over the median frame time of a \
+            with 4x magnification. Here the same scene is drawn at 1280 x 720 (quick) or 1920 x 1080 pixels. \"Standing\": the \
+            camera rests and all tiles are resident. \"Moving\": the camera follows the path `pan` (240 frames, the first 30 in \
+            quick runs). The caches begin with the first picture's tiles; all others are synthesised, loaded and copied within \
+            the scene's budgets. Times are wall times from frame to frame and include the host's work. In each of 6 rounds \
+            every variant runs both in turn, in its own sessions. The frame rate is 1 over the median frame time of a \
             round. A tile is synthesised in 13 ms of one core; a software device shares those cores.",
     scenes: &[SCENE],
     variants: || [names(), vec![PLAIN.to_string()]].concat(),
@@ -44,7 +44,7 @@ pub const HEADLINE: Figure = Figure {
         .timed(),
         Claim::ours(
             "streaming",
-            "Moving along `pan`, with tiles made, loaded and copied under the scene's budgets, the median frame takes at \
+            "Moving along `pan`, with tiles synthesised, loaded and copied within the scene's budgets, the median frame takes at \
              most twice as long as with the camera at rest in the same round.",
             &[Test::value(each(SLOWER, names), AtMost(2.0))],
         )
@@ -60,7 +60,8 @@ pub const HEADLINE: Figure = Figure {
 const SCENE: &str = "earth/headline";
 const PATH: &str = "pan";
 
-/// Quantities: wall milliseconds from frame to frame, the same for each frame of the path, and derived ones.
+/// Quantities. The first three are wall milliseconds from frame to frame; the frame rates and the ratio derive
+/// from them.
 const STANDING: &str = "frame, standing";
 const MOVING: &str = "frame, moving";
 const ALONG: &str = "frame along the path";
@@ -69,7 +70,7 @@ const MOVING_FPS: &str = "frames/s, moving";
 const SLOWER: &str = "moving over standing";
 const MEMORY: &str = "memory";
 
-/// The paper's frame, and all variants that list the same tiles on the device.
+/// The paper's frame, and all variants that make the same exact list on the device.
 fn contenders() -> Vec<Combination> {
     combinations().into_iter().filter(|c| c.is_ours() && c.name != PAPER_NATIVE).collect()
 }
@@ -115,12 +116,13 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Runs all sessions in turn, at rest and moving; each round begins with another session. Returns each session's rounds.
+/// Runs all sessions in turn, at rest and moving. Each round begins with a different session. Returns each session's
+/// rounds.
 fn walks(side: &mut SideBySide, path: &Path, extent: &Extent) -> anyhow::Result<Vec<Vec<[Walk; 2]>>> {
     let (count, pose) = (side.sessions.len(), side.pose);
     Bench::in_turn(extent.rounds, count, |at| {
         let standing = Walk::run(&mut side.sessions[at].1, extent.at_rest, |_| pose)?;
-        // A new session with empty caches, and a source that has to make each tile again.
+        // A new session with empty caches, and a source that must synthesise each tile again.
         let mut afresh = side.afresh(at, &path.pose(0))?;
         side.source.forget();
         Ok([standing, Walk::run(&mut afresh, extent.moving, |frame| path.pose(frame))?])
@@ -131,7 +133,7 @@ fn walks(side: &mut SideBySide, path: &Path, extent: &Extent) -> anyhow::Result<
 struct Walk {
     /// Wall time of each frame.
     ms: Vec<f64>,
-    /// Mean share of a frame's wanted tiles that are not resident and shown coarser.
+    /// Mean share of a frame's wanted tiles that are not resident, and are replaced by coarser ones.
     missing: f64,
     /// Tiles loaded in all frames.
     loads: usize,

@@ -20,11 +20,11 @@ pub const LIMIT: Figure = Figure {
     title: "The distance to the physical limit",
     about: "Any method must read every pixel of the request image at least once. The figure relates the time of stages 2 and \
             3 together to one copy of the packed request image (one word per pixel) to the host, and to an empty pass. \
-            Each variant of stage 2 runs with the variant of stage 3 that is the fastest with it here. The paper's own \
+            Each variant of stage 2 runs with the variant of stage 3 that is fastest with it on this device. The paper's pair \
             (section 2: geometry shader with p = 3 and memo, logic OR, transform feedback) uses level-0 tile addresses, all \
             others own-level ones. The fused variants have no request image: their time is the difference between their \
             texturing draw and the same draw without marking. \"host-hash\" and \"host-bitmap\" are read-back: the copy and \
-            the host's pass over it. No time includes reading the list back. All take turns; ratios and differences are \
+            the host's pass over it. No time includes reading the list back. All variants take turns; ratios and differences are \
             taken in each round.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa"],
     variants,
@@ -61,7 +61,7 @@ const EMPTY_PASSES: &str = "over an empty pass";
 const WRONG: &str = "tiles too many or too few";
 const COPY: &str = "copy of the request image";
 
-/// The device's variants of stage 2, by name, all with own-level tile addresses. The paper's own is separate.
+/// Names of the device's variants of stage 2, all with own-level tile addresses. The paper's pair is separate.
 fn on_the_device() -> Vec<String> {
     Dedup::staged().map(|dedup| dedup.name().to_string()).collect()
 }
@@ -103,7 +103,7 @@ fn native(triples: &[[u32; 3]]) -> Vec<TileId> {
     tiles
 }
 
-/// The variant of stage 3 that is the fastest with `dedup` here, or the reason why none runs.
+/// `dedup` with the variant of stage 3 that is fastest with it on this device, or the reason why none runs.
 fn fastest_behind(bench: &Bench, stage1: &Stage1, dedup: Dedup) -> anyhow::Result<Result<Pair, String>> {
     let config = |compact| Config {
         dedup,
@@ -214,8 +214,8 @@ fn differing(a: &[TileId], b: &[TileId]) -> usize {
     a.len() + b.len() - 2 * matched
 }
 
-/// Rows of a contender's time, its passes, and its ratios to a copy and to an empty pass of the same round. For a frame
-/// that also textures, the list's share counts. The frame without a list gets no rows.
+/// Rows of a contender's time, its passes, and its ratios to a copy and to an empty pass of the same round. Of a frame
+/// that also textures, only the list's time counts. The frame without a list gets no rows.
 fn time_rows(timed: &Timed, others: &[Timed]) -> Vec<Row> {
     let textures = timed.pass("fused").is_some();
     let own = if textures { list_of_rounds(timed, others) } else { timed.total_of_rounds() };

@@ -16,7 +16,7 @@ pub fn host_pass<T>(work: impl FnOnce() -> T) -> PassTime {
     PassTime { label: ON_THE_HOST.into(), ns: Some(start.elapsed().as_nanos() as u64), work: None }
 }
 
-/// A contender whose last pass is the host's, over the words that the other passes copied.
+/// Adds a last pass to a contender: the host makes the list from the words that the other passes copied.
 pub fn and_list<'a>(
     mut bring: Contender<'a>,
     host: &'a RefCell<HostList>,

@@ -21,7 +21,7 @@ pub mod trade;
 
 use crate::figure::Figure;
 
-/// In the order of the report.
+/// All figures, in the order of the report.
 pub const FIGURES: &[&Figure] = &[
     &headline::HEADLINE,
     &dedup::DEDUP,

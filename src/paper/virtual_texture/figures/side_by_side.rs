@@ -1,4 +1,4 @@
-//! Whole frames of several variants in one view, on one device and one texture; each tile is made once for all.
+//! Whole frames of several variants in one view, on one device and one texture. All share each synthesised tile.
 
 pub use super::cost::{PLAIN, THE_PAPER, UNLISTED};
 
@@ -118,8 +118,8 @@ pub fn lacks(gpu: &Gpu, config: &Config, pyramid: &Pyramid, format: TileFormat) 
 }
 
 impl SideBySide {
-    /// Settled sessions of `combinations` at `size` pixels. `floors`, of [`PLAIN`] and [`UNLISTED`], are timed with them.
-    /// `change` edits their settings last, except the variant.
+    /// Settled sessions of `combinations` at `size` pixels. `floors` names the baselines that are timed with them
+    /// ([`PLAIN`], [`UNLISTED`]). `change` edits the settings last, except the variant.
     ///
     /// # Errors
     /// No device, a scene or texture that is not available, out of memory.
@@ -169,7 +169,7 @@ impl SideBySide {
         Ok(timed.iter().flat_map(|of| cost::rows(of, &timed)).chain(missing).collect())
     }
 
-    /// A new session like number `at`, settled at `pose` from empty caches.
+    /// A new session with the settings of number `at`, settled at `pose` from empty caches.
     ///
     /// # Errors
     /// As [`SideBySide::settled`].

@@ -1,5 +1,5 @@
-//! vt.resolution, vt.tile-size and vt.texture-size: how the frame scales with the size of the screen, of the tiles and of
-//! the texture.
+//! vt.resolution, vt.tile-size and vt.texture-size: how the frame scales with the sizes of the picture, of the tiles
+//! and of the texture.
 
 use super::common::{Place, pixels_of};
 use super::cost::{FRAME, LIST};
@@ -9,14 +9,14 @@ use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
 use crate::texture::source::TileSource;
 use std::collections::BTreeMap;
 
-/// The variant that does nothing: the lower bound of all times.
+/// The variant with one empty pass: the lower bound of all times.
 const EMPTY: &str = "empty pass";
 
 const MIB: f64 = 1_048_576.0;
 
 pub const RESOLUTION: Figure = Figure {
     id: "vt.resolution",
-    title: "Growth with the screen",
+    title: "Growth with the picture",
     about: "The settled frame and its lists for 16:9 pictures from 360 to 720 (quick) or 2160 rows. The paper measures \
             1920 x 1080 only and does not say how its stages scale. Stage 2 reads every pixel once, so the time of a \
             variant should grow at most as fast as the number of pixels.",
@@ -54,7 +54,7 @@ pub const TILE_SIZE: Figure = Figure {
     id: "vt.tile-size",
     title: "The choice of the tile size",
     about: "The same picture with tiles of 64 (quick: 128) to 1024 texels a side. Small tiles make the list and the tables \
-            long and have a larger share of border; large tiles load texels that are not visible. The working set is the \
+            long and spend a larger share on borders; large tiles load texels that are not visible. The working set is the \
             memory of the visible tiles, all of which must be uploaded once. The paper uses 512 and gives no reason. \
             960 x 540 (quick) or 1920 x 1080 pixels; the border is always 4 texels.",
     scenes: &["earth/oblique"],
@@ -157,7 +157,7 @@ fn variants_and_empty() -> Vec<String> {
     names().into_iter().chain([EMPTY.to_string()]).collect()
 }
 
-/// Picture height of the figures that do not sweep it.
+/// Picture height in pixels of the figures that do not sweep it.
 fn pixel_rows(bench: &Bench) -> f64 {
     bench.effort_of(540.0, 1080.0)
 }
@@ -192,7 +192,7 @@ fn measure_tile_size(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>>
     let mut place = Place::find(&cell.scene)?;
     place.scene = place.scene.with(&[format!("surface.land.texture.tile_size={side}")])?;
     let pixel_rows = pixel_rows(bench);
-    // A quarter of the area needs up to four times the tiles; devices have at least 2048 layers.
+    // Tiles of a quarter of the area need up to four times the number of tiles. Devices have at least 2048 layers.
     let most = if pixel_rows > 540.0 { 192 } else { 96 };
     let tiles = most * 512 * 512 / (side * side);
     measure(bench, place, pixel_rows, tiles.clamp(64, 2000))

@@ -1,5 +1,5 @@
-//! Stage 1 of a frame against the f64 reference, pixel for pixel. A difference is explained if f32 and fixed-point errors
-//! can cause it at a rounding border, otherwise unexplained.
+//! Compares stage 1 of a frame with the f64 reference, pixel by pixel. A difference is explained if f32 and fixed-point
+//! errors can cause it at a rounding border, otherwise unexplained.
 
 use crate::math::pyramid::Pyramid;
 use crate::model::mesh::SourceMesh;
@@ -13,29 +13,30 @@ pub struct Stage1Check {
     pub pixels: usize,
     /// Pixels whose triple differs from the reference.
     pub differing: usize,
-    /// Unexplained differences: the pixel, its triple, and the right one.
+    /// Unexplained differences: the pixel, its triple, and the reference's.
     pub unexplained: Vec<String>,
 }
 
-/// Upper bound of a device's position error, in pixels: twice the sum of two errors. The device snaps vertices to 1/256
-/// pixel (lavapipe's subPixelPrecisionBits = 8), which moves an edge by half of that. Clip coordinates are f32 products of
-/// 4 terms, with an error of 2^-22 of at most 10 times the picture's longer side: 1/205 pixel at 1920 columns, 1/26 at 16384.
+/// Upper bound of a device's position error, in pixels: twice the sum of two errors. The device snaps vertices to
+/// 1/256 pixel (lavapipe's subPixelPrecisionBits = 8), which moves an edge by at most half of that. Clip coordinates
+/// are f32 sums of 4 products, of at most 10 times the picture's longer side, with a relative error of 2^-22: 1/218
+/// pixel at 1920 columns, 1/26 at 16384.
 pub fn radius_px(size: [u32; 2]) -> f64 {
     let clip_px = 2f64.powi(-22) * 10.0 * f64::from(size[0].max(size[1]));
     2.0 * (1.0 / 512.0 + clip_px)
 }
 
-/// The relative error of a triangle's gradients on devices that interpolate between snapped vertices. NVIDIA's do,
-/// lavapipe does not. Two vertices move by 1/512 pixel in opposite directions, across an altitude of the triangle: 1 % for
-/// a triangle 0.4 pixels high (measured on an H100: at most 0.9 % in 14,400 pixels of `valley`).
+/// The relative error of a triangle's gradients on devices that interpolate between snapped vertices: NVIDIA's do,
+/// lavapipe does not. In the worst case two vertices move by 1/512 pixel in opposite directions along an altitude of
+/// the triangle: 1 % for an altitude of 0.4 pixels (measured on an H100: at most 0.9 % in 14,400 pixels of `valley`).
 pub fn snapping(sample: &Sample) -> f64 {
     1.0 / 256.0 / sample.altitude_px
 }
 
-/// The f32 error of (s, t) and of the derivatives. The sample moves by `radius_px`. An offset of at most `largest_offset`
-/// is interpolated with a relative error of 2^-21 (three products and a division). A derivative is the difference of two
-/// such values. Each also has the rounding error of a plane equation extrapolated over the screen, 2^-21 of the gradient
-/// times 2000 pixels: 2^-10. [`snapping`] adds to it.
+/// The f32 error of (s, t) and of the derivatives. The sample's position is off by at most `radius_px`. An offset of at
+/// most `largest_offset` is interpolated with a relative error of 2^-21 (three products and a division). A derivative
+/// is the difference of two such values. Its plane equation, extrapolated over 2000 pixels, adds 2^-10 of the gradient
+/// (2^-21 per pixel), and [`snapping`] adds its share.
 pub fn tolerance(sample: &Sample, largest_offset: f64, radius_px: f64) -> Tolerance {
     let d = &sample.fine;
     let gradient = [d.dsdx.abs() + d.dsdy.abs(), d.dtdx.abs() + d.dtdy.abs()];
@@ -47,15 +48,15 @@ pub fn tolerance(sample: &Sample, largest_offset: f64, radius_px: f64) -> Tolera
     }
 }
 
-/// The largest distance of a triangle's (s, t) from the corner of its cell, 2^-10 of the texture (see
+/// The largest distance of a triangle's (s, t) from the corner of its cell. Cells are 2^-10 of the texture wide (see
 /// [`crate::model::mesh`]).
 fn largest_offset(mesh: &SourceMesh, triangle: u32) -> f64 {
     let [a, b, c] = mesh.triangles[triangle as usize].map(|vertex| mesh.coordinates[vertex as usize]);
     (a.max(b).max(c) - a.min(b).min(c)).max_element() + 2f64.powi(-10)
 }
 
-/// True if `found` is a possible outcome of the reference within the tolerance. For a NaN coordinate only the level is
-/// defined: it is resident, and no tile is requested.
+/// True if `found` is a possible outcome of the reference within the tolerance. A NaN coordinate defines only the
+/// level: the first resident one, which requests no tile.
 fn explains(
     sample: &Sample,
     found: [u32; 3],
@@ -72,7 +73,7 @@ fn explains(
     found.iter().zip(possible).all(|(value, [low, high])| (low..=high).contains(value))
 }
 
-/// Compares a frame's request image with what `view` sees of `mesh`.
+/// Compares a frame's request image with the reference's picture of `mesh` in `view`.
 pub fn compare_triples(
     triples: &[[u32; 3]],
     view: &View,

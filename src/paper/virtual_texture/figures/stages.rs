@@ -1,4 +1,4 @@
-//! Stages 2 and 3 alone, over a request image that is drawn once. Used by vt.dedup, vt.compact and others.
+//! Stages 2 and 3 alone, over a request image that is drawn once; for vt.dedup, vt.compact and others.
 
 use super::common::{Place, passes, pixels_of};
 use super::side_by_side::{device, lacks};
@@ -22,7 +22,7 @@ use std::cell::RefCell;
 /// Synthetic worst case: a random tile for each pixel.
 pub const NOISE: &str = "noise";
 
-/// Scenes of both figures.
+/// Scenes of vt.dedup and vt.compact.
 pub const SCENES: &[&str] = &["earth/headline", "earth/oblique", "globe/africa", NOISE];
 
 /// A device with stage 1's result.
@@ -34,8 +34,8 @@ pub struct Stage1 {
 }
 
 impl Stage1 {
-    /// Draws `scene` at 1280 x 720 (quick; noise at a quarter of that) or 1920 x 1080 pixels. The request image is packed,
-    /// one word per pixel, for all variants: the paper's three words are not available on every device.
+    /// Draws `scene` at 1280 x 720 (quick; noise at 640 x 360) or 1920 x 1080 pixels. The request image is packed, one
+    /// word per pixel, for all variants: the paper's three words are not available on every device.
     ///
     /// # Errors
     /// No device, no such scene, out of memory.
@@ -156,7 +156,7 @@ impl Pair {
     }
 }
 
-/// Packed random triples of streamed levels and any cell of M0, the same in every run.
+/// Packed random triples, the same in every run: any streamed level, any cell of level 0's grid.
 fn noise(size: [u32; 2], pyramid: &Pyramid) -> Vec<u32> {
     let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
     let levels = u64::from(pyramid.first_resident_level());

@@ -1,5 +1,5 @@
-//! Section 4 in f64: the picture that a settled frame must show. Every texel is read from the source, without borders or
-//! caches.
+//! Section 4 in f64: the picture that a settled frame must show. Every texel is read from the source, without borders
+//! or caches.
 
 use super::{Footprint, triple};
 use crate::math::pyramid::{Pyramid, TileId};
@@ -50,7 +50,8 @@ impl<'a> Texels<'a> {
         }
     }
 
-    /// The source as a function. A texel that cannot be read is black, and [`Texels::picture`] then fails.
+    /// The source as a function of level and texel. A texel that cannot be read is black, and [`Texels::picture`] then
+    /// fails.
     pub fn texture(&self) -> Texture<impl Fn(u32, u32, u32) -> [f64; 4] + '_> {
         let pyramid = self.source.pyramid();
         Texture {

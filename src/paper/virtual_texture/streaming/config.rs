@@ -10,33 +10,33 @@ settings! {
     /// The two caches of a virtual texture (paper 1, section 3): sizes and budgets. The paper chooses N1 by experiment
     /// and names no budget. A tile of 512 x 512 in RGBA8, with its border and its coarser half, takes 1.35 MB.
     pub struct StreamingConfig with DEFAULT {
-        /// N1: tiles in video memory. A frame of 1920 x 1080 usually shows 30 to 100 of 512 x 512 texels.
+        /// N1: tiles in video memory. A frame of 1920 x 1080 pixels usually shows 30 to 100 tiles of 512 x 512 texels.
         gpu_tiles: u32 = 192, in 1..=1 << 16, unit "tiles";
         /// N2: tiles in main memory.
         host_tiles: u32 = 384, in 1..=1 << 20, unit "tiles";
-        /// Time per frame for copies to video memory. A copy that has begun is finished, so at least one tile is uploaded.
+        /// Time per frame for copies to video memory. A copy in progress is finished, so at least one tile is uploaded.
         upload_budget_ms: f64 = 2.0, in 1e-3..=1e6, unit "ms";
-        /// Time per frame for reading tiles, summed over the loader threads. A load that takes longer is charged to
-        /// later frames.
+        /// Time per frame for reading tiles, summed over the loader threads. Later frames pay for a load that takes
+        /// longer.
         load_budget_ms: f64 = 8.0, in 1e-3..=1e6, unit "ms";
         /// The upload budget of `--deterministic`, and in any mode the capacity of a frame's staging memory.
         upload_tiles_per_frame: u32 = 8, in 1..=1 << 16, unit "tiles";
         /// The load budget of `--deterministic`.
         load_tiles_per_frame: u32 = 8, in 1..=1 << 16, unit "tiles";
-        /// Frames over which a new tile is blended with the coarser tile that was shown before; 0: shown at once, as in
-        /// the paper.
+        /// Frames in which a new tile is blended with the coarser tile shown before. 0 shows it at once, as in the
+        /// paper.
         fade_in_frames: u32 = 0, in 0..=1000, unit "frames";
-        /// Prefetch: loads the tiles that the camera will see this many frames later if its motion continues; 0: off.
+        /// Loads the tiles that the camera will see this many frames later if its motion continues. 0: no prefetch.
         prefetch_frames: u32 = 0, in 0..=1000, unit "frames";
-        /// Which of a frame's missing tiles is requested first. After a cut, coarsest first left 16 to 31 % less error,
-        /// summed over the frames (vt.budget).
+        /// Which of a frame's missing tiles is requested first. After a cut to another camera, coarsest first had 16 to
+        /// 31 % less error, summed over the frames (vt.budget).
         order: Order = Order::Coarsest;
-        /// A tile that could not be read is requested again after this time; 0, or `--deterministic`: never.
+        /// A tile that could not be read is requested again after this time. With 0 or `--deterministic` it is not.
         retry_after_ms: f64 = 1000.0, in 0.0..=1e9, unit "ms";
     }
     beside {
-        /// Budgets count tiles instead of time. Each frame waits for the loads of the frame before and takes them in
-        /// the order of their requests. The same lists give the same frames on any machine.
+        /// Budgets count tiles instead of time. Each frame waits for the previous frame's loads and takes them in the
+        /// order of their requests. The same lists give the same frames on any machine.
         deterministic: bool = false;
         /// Levels added to the level of every visible tile: `variant.level_bias`.
         level_bias: u32 = 0;
@@ -61,21 +61,21 @@ fn milliseconds(ms: f64) -> Duration {
     Duration::from_secs_f64(ms / 1e3)
 }
 
-/// Settings with which no tile could ever be shown, or a thread that could not be created.
+/// Settings with which no tile could be shown, or a thread that could not be created.
 #[derive(Debug, Error)]
 pub enum StreamingError {
     #[error("{setting} = {value}: must be 1 ..= {most}")]
     OutOfRange { setting: &'static str, value: u32, most: u32 },
     #[error("{setting} = 0: no tile would ever be loaded; set a time above 0")]
     NoTime { setting: &'static str },
-    #[error("the texture has {tiles} tiles, the state tables hold {most}; use larger tiles")]
+    #[error("the texture has {tiles} tiles, but the state tables hold only {most}; use larger tiles")]
     TooManyTiles { tiles: u64, most: u64 },
     #[error("cannot create a loader thread: {0}; raise the limit of processes (ulimit -u)")]
     Thread(std::io::Error),
 }
 
-/// The two state tables take 4 bytes per tile each: 512 MiB together. 2^20 x 2^20 texels in tiles of 128 just exceed
-/// this; in tiles of 256 they take a quarter.
+/// Most tiles of a texture. The two state tables take 4 bytes per tile each: 512 MiB for this number. A texture of
+/// 2^20 x 2^20 texels just exceeds it with tiles of 128, and has a quarter as many tiles of 256.
 pub const MOST_TILES: u64 = 1 << 26;
 
 impl StreamingConfig {
@@ -83,7 +83,7 @@ impl StreamingConfig {
         let mut counts = vec![
             ("gpu_tiles", self.gpu_tiles),
             ("host_tiles", self.host_tiles),
-            // In any mode: it is also the capacity of a frame's staging memory.
+            // Checked in any mode: it is also the capacity of a frame's staging memory.
             ("upload_tiles_per_frame", self.upload_tiles_per_frame),
         ];
         if self.deterministic {
@@ -94,7 +94,7 @@ impl StreamingConfig {
                 return Err(StreamingError::NoTime { setting });
             }
         }
-        // The tables store a slot as an i32; 2^20 slots of the smallest tile already take 2 GiB.
+        // The tables store a slot as an i32, which allows more. 2^20 slots of the smallest tile already take 2 GiB.
         let most = 1 << 20;
         if let Some(&(setting, value)) = counts.iter().find(|(_, value)| !(1..=most).contains(value)) {
             return Err(StreamingError::OutOfRange { setting, value, most });

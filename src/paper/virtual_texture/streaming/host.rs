@@ -4,7 +4,7 @@ use super::slots::{Claim, Slots};
 use crate::math::pyramid::TileId;
 
 /// Holds N2 tiles. A buffer is allocated when first needed and reused for later tiles. While a tile is being loaded,
-/// its buffer travels with the request.
+/// the load request owns its buffer.
 pub struct HostCache {
     pub slots: Slots,
     buffers: Vec<Option<Vec<u8>>>,
@@ -48,7 +48,7 @@ impl HostCache {
         }
     }
 
-    /// Frees a slot and keeps its buffer, if it is here, for a later tile.
+    /// Frees a slot. Its buffer, unless a load owns it, is kept for a later tile.
     pub fn release(&mut self, slot: u32) -> TileId {
         self.spare.extend(self.buffers[slot as usize].take());
         self.slots.release(slot)

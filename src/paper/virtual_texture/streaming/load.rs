@@ -1,4 +1,4 @@
-//! The frame's side of loading (paper 1, section 3): requests to the loader threads, and their results.
+//! Loading, on the frame's thread (paper 1, section 3): sends requests to the loader threads and takes their results.
 
 use super::loader::{LoadFailure, Loaded, Request};
 use super::slots::Claim;
@@ -76,7 +76,7 @@ impl Streaming {
         }
     }
 
-    /// Sends the load queue's tiles that this frame wants to the loader, as far as the host cache has slots.
+    /// Sends the queued tiles that this frame needs to the loader, while the loader and the host cache have room.
     pub(super) fn dispatch(&mut self, report: &mut FrameReport) {
         let (kept, dropped): (VecDeque<_>, VecDeque<_>) =
             std::mem::take(&mut self.load_queue).into_iter().partition(|&tile| self.needed(tile));
@@ -94,7 +94,7 @@ impl Streaming {
             };
             let Some(claim) = claim else { break };
             self.load_queue.pop_front();
-            // A slot taken from a load under way evicts no tile.
+            // A slot taken from a cancelled load evicts no tile.
             if let Some(evicted) = claim.evicts {
                 self.host_states.set(evicted, ABSENT);
                 report.host_evictions += 1;
@@ -111,8 +111,8 @@ impl Streaming {
         self.loader.grant(if self.config.deterministic { unlimited } else { self.config.load_budget() });
     }
 
-    /// A slot of the host cache for a load. If all are pinned, the latest load that is no longer wanted is cancelled and
-    /// gives up its slot; the latest is the least likely to have begun.
+    /// A slot of the host cache for a load. If all are pinned, the latest load that is no longer wanted is cancelled to
+    /// free its slot. The latest load is the least likely to have begun.
     fn host_claim(&mut self) -> Option<Claim> {
         if let Some(claim) = self.host_cache.slots.claimable(u64::MAX) {
             return Some(claim);

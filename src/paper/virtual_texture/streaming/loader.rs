@@ -1,4 +1,4 @@
-//! The loader (paper 1, section 3): threads that load tiles into main memory, with a time budget of their own.
+//! The loader (paper 1, section 3): threads that load tiles into main memory within their own time budget.
 
 use crate::math::pyramid::TileId;
 use crate::texture::source::{TileError, TileSource};
@@ -33,7 +33,7 @@ pub struct Loaded {
 pub enum LoadFailure {
     Cancelled,
     Source(TileError),
-    /// The source panicked: our bug, passed on in the frame's thread.
+    /// The source panicked, which is our bug. The frame's thread resumes the panic.
     Panicked(Box<dyn Any + Send>),
 }
 
@@ -43,12 +43,13 @@ struct Tokens {
 }
 
 impl Tokens {
-    /// Saves at most one grant, so that an idle second does not allow a second of loading at once.
+    /// Adds a grant. At most one grant is saved, so an idle second does not allow a second of loading at once.
     fn grant(&mut self, grant_ns: i64) {
         self.left_ns = self.left_ns.saturating_add(grant_ns).min(grant_ns);
     }
 
-    /// May leave a debt, which later grants pay first, because a load cannot be stopped halfway.
+    /// Subtracts the time of a load. The result may be a debt, which later grants pay first, because a load cannot be
+    /// stopped halfway.
     fn spend(&mut self, spent: Duration) {
         self.left_ns = self.left_ns.saturating_sub(nanoseconds(spent));
     }
@@ -58,7 +59,7 @@ fn nanoseconds(duration: Duration) -> i64 {
     i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
 }
 
-/// The tokens and the end flag, on which the threads wait.
+/// The state on which the threads wait: the tokens, and true once the loader is being dropped.
 struct Pace {
     state: Mutex<(Tokens, bool)>,
     changed: Condvar,
@@ -99,7 +100,7 @@ impl Loader {
     /// A thread cannot be created.
     pub fn new(source: &Arc<dyn TileSource>, threads: usize, capacity: usize) -> std::io::Result<Self> {
         let (request_in, request_out) = bounded::<Request>(capacity);
-        // Room for all requests under way: a thread never blocks on sending a result, so joining ends.
+        // There is room for all requests under way. So no thread blocks on sending a result, and joining ends.
         let (result_in, result_out) = bounded(capacity);
         let pace = Pace { state: Mutex::new((Tokens { left_ns: 0 }, false)), changed: Condvar::new() };
         let mut loader = Self {
@@ -135,7 +136,7 @@ impl Loader {
         self.pace.changed.notify_all();
     }
 
-    /// Requires [`Loader::has_room`].
+    /// Sends a request. Requires [`Loader::has_room`].
     pub fn send(&mut self, request: Request) {
         assert!(self.has_room(), "{} requests under way of {}", self.under_way(), self.capacity);
         let requests = self.requests.as_ref().unwrap_or_else(|| unreachable!("sending while dropping"));
@@ -145,7 +146,7 @@ impl Loader {
         self.sent += 1;
     }
 
-    /// A finished result, if there is one.
+    /// A finished load, if there is one.
     pub fn try_receive(&mut self) -> Option<Loaded> {
         let loaded = self.results.try_recv().ok()?;
         Some(self.accept(loaded))
@@ -179,7 +180,7 @@ impl Drop for Loader {
         self.pace.lock().1 = true;
         self.pace.changed.notify_all();
         for thread in self.threads.drain(..) {
-            // A panic of the source was caught in the thread. A panic of ours is passed on, but not while unwinding.
+            // The thread has caught panics of the source. A panic of the loader itself is resumed, but not while unwinding.
             if let Err(payload) = thread.join()
                 && !std::thread::panicking()
             {

@@ -1,6 +1,6 @@
 //! Least recently used order, as a doubly linked list in an array of slots. Paper 1, section 3: "the pair with the
-//! least t gives up its slot". The list is kept in order of t, so it takes constant time; the paper's priority queue
-//! takes log N.
+//! least t gives up its slot". The list is in order of t, so each operation takes constant time; the paper's priority
+//! queue takes log N.
 
 const NONE: u32 = u32::MAX;
 
@@ -8,7 +8,7 @@ const NONE: u32 = u32::MAX;
 struct Link {
     older: u32,
     newer: u32,
-    /// The paper's t. Meaningful while `listed`.
+    /// The paper's t; valid while `listed`.
     last_use: u64,
     listed: bool,
 }

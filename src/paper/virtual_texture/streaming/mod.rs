@@ -1,28 +1,27 @@
-//! Streaming of visible tiles through two caches (paper 1, section 3), all of it on the CPU. It decides which tile to
-//! read, upload and evict, and what the page table says. The texels in video memory belong to another layer, behind
-//! [`Uploader`].
+//! Streaming of visible tiles through two caches (paper 1, section 3), entirely on the CPU. It decides which tiles to
+//! read, upload and evict, and which changes the page table gets. [`Uploader`] writes the texels in video memory.
 //!
 //! As in the paper, the tile pool holds N1 tiles in video memory and the host cache N2 tiles in main memory. Both evict
-//! the least recently used tile. The update changes the states of the wanted tiles, the upload step empties the upload
-//! queue within a time budget of the frame, and the loader empties the load queue in its own threads with a budget of
-//! its own. The table of [`super`] has the paper's letters. Differences, and decisions that the paper leaves open:
+//! the least recently used tile. The update changes the states of the wanted tiles. The upload step empties the upload
+//! queue within the frame's time budget. The loader empties the load queue in its own threads, within its own budget.
+//! The table of [`super`] has the paper's letters. Differences, and decisions that the paper leaves open:
 //!
-//! - State and page table are separate (erratum: the paper writes a coarser tile's slot into the state of a missing
+//! - States and page table are separate (erratum: the paper writes a coarser tile's slot into the state of a missing
 //!   tile). [`FrameReport::display`] lists only tiles in the tile pool; the page table finds the nearest coarser one.
 //! - A tile that loses its slot returns to state -2, and its cell of the page table is cleared.
 //! - A visible tile in the tile pool is never evicted, so the visible set must fit N1. If it does not, all tiles are
 //!   requested coarser, by the smallest number of levels that fits ([`fitting_bias`]).
-//! - The queues hold only tiles that this frame wants. All others return to -2 before the upload step and the loader
-//!   run, and are requested again when they are seen again. A tile in the upload queue is pinned in the host cache. It
-//!   is wanted and will be uploaded soon, so pins are short and cannot fill the host cache.
-//! - A visible tile may leave the host cache once it is in the tile pool; otherwise nothing new could be loaded when N2
-//!   is smaller than the visible set. Its time of use makes it the last to leave.
+//! - The queues hold only tiles that this frame needs. All others return to -2 before the upload step and the loader
+//!   run, and are requested again when they are seen again. A tile in the upload queue is pinned in the host cache, but
+//!   only briefly: it is uploaded soon or dropped from the queue.
+//! - A visible tile may leave the host cache once it is in the tile pool. Otherwise nothing new could be loaded if N2
+//!   is smaller than the visible set. Its time of use makes it the last to be evicted.
 //! - A tile that is shown without being wanted (the nearest coarser tile of a missing one, or a finer one while the
 //!   bias is up) also gets a new time of use, older than those of the wanted tiles: it is evicted after all tiles that
 //!   are not shown, and before those that are wanted.
-//! - A load reserves its slot of the host cache when it is sent, and remembers the slot's generation. If the slot has
-//!   been reassigned meanwhile, the load is dropped on arrival. That happens after [`Streaming::reset`], or if a visible
-//!   tile finds all slots reserved by loads that are no longer wanted.
+//! - A load reserves its slot of the host cache when it is sent, and stores the slot's generation. A load whose slot
+//!   has been reassigned is dropped on arrival. Slots are reassigned by [`Streaming::reset`], and for a visible tile
+//!   if loads that are no longer wanted have reserved all slots.
 //! - A tile that cannot be read is reported once. Its nearest coarser tile is wanted instead, until
 //!   [`Streaming::forget_failures`], or for [`StreamingConfig::retry_after`].
 //! - Tiles that are expected soon can be prefetched ([`Streaming::frame_ahead`]), after all tiles of this frame and into
@@ -62,8 +61,8 @@ use std::time::Instant;
 use tables::StateTable;
 use upload::Waiting;
 
-/// Most loads under way. Loads are sent once per frame, so this bounds the loads of a frame too: 32 tiles of 512 x 512
-/// are 41 MiB. Cancelled loads count, and each holds a buffer until it returns.
+/// Most loads under way. Loads are sent once per frame, so this is also the most loads of a frame: 32 tiles of
+/// 512 x 512 texels are 41 MiB. Cancelled loads count, because each holds a buffer until it returns.
 const MOST_UNDER_WAY: u32 = 32;
 
 /// The two caches, their state tables and queues, and the loader. One instance per texture.
@@ -111,8 +110,8 @@ impl Streaming {
         let tile_bytes = source.format().tile_bytes(&pyramid);
         let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
         let (threads, capacity) = match config.deterministic {
-            // The frame waits for its loads, so its core is free for them. Each load has a slot of the host cache, and no
-            // load is left over from the frame before.
+            // The frame waits for its loads, so its core is free for them. Each load needs a slot of the host cache, and
+            // no load is left from the previous frame.
             true => (cores, config.load_tiles_per_frame.min(config.host_tiles)),
             false => (cores - 1, MOST_UNDER_WAY),
         };
@@ -174,8 +173,8 @@ impl Streaming {
         report
     }
 
-    /// True if every tile that the latest frame wanted is in the tile pool, and before the first frame. Failed tiles are
-    /// not wanted; their substitutes are.
+    /// True if every tile that the latest frame wanted is in the tile pool, and before the first frame. Failed tiles
+    /// are not wanted, but their substitutes are.
     pub fn settled(&self) -> bool {
         self.pending == 0
     }

@@ -1,20 +1,20 @@
-//! Prefetch of tiles that are expected to become visible, with the budget that the visible ones leave (ours, an option).
+//! Prefetch (ours, an option): tiles that are expected to become visible use the budget that the visible tiles leave.
 //!
-//! Expected tiles take the same path as visible ones, but come after them in both queues. They only replace tiles that
+//! Expected tiles take the same path as visible ones, but come after them in both queues. They replace only tiles that
 //! this frame does not use, and few of their loads are under way at a time, so a visible tile never waits long. A wrong
-//! guess costs idle time and an unused tile.
+//! prediction costs only idle time and an unused tile.
 
 use super::slots::Claim;
 use super::wanted::wanted_tiles;
 use super::{FrameReport, Streaming};
 use crate::math::pyramid::TileId;
 
-/// No prefetch begins while this many loads are under way, so a visible tile finds at most this many before it.
+/// No prefetch begins while this many loads are under way, so a visible tile waits for at most this many loads.
 const MOST_UNDER_WAY: u64 = 4;
 
 impl Streaming {
-    /// Chooses the tiles to prefetch, at most as many as the tile pool has slots beside the wanted ones, and requests
-    /// them. Runs before the update of the visible tiles, so that those are the more recently used.
+    /// Chooses the tiles to prefetch and requests them, at most as many as the wanted tiles leave slots in the tile
+    /// pool. Runs before the update of the visible tiles, so that the visible tiles are more recently used.
     pub(super) fn prefetch(&mut self, expected: &[TileId], report: &mut FrameReport) {
         let first_resident = self.pyramid.first_resident_level();
         let room = self.config.gpu_tiles as usize - self.wanted.len();
@@ -36,9 +36,9 @@ impl Streaming {
         self.wanted_set.contains(&tile) || self.expected.contains(&tile)
     }
 
-    /// A slot of the host cache for a prefetch: one that this frame does not use.
+    /// A slot of the host cache for a prefetch: one whose tile this frame does not use.
     pub(super) fn host_claim_for_prefetch(&self) -> Option<Claim> {
-        // Deterministic frames wait for their loads, and the visible tiles came first: only the budget limits.
+        // Deterministic frames wait for their loads, and visible tiles come first, so only the budget limits prefetch.
         let few = self.config.deterministic || self.loader.under_way() < MOST_UNDER_WAY;
         few.then(|| self.host_cache.slots.claimable(self.prefetch_time())).flatten()
     }

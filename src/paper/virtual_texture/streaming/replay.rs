@@ -2,8 +2,8 @@
 //!
 //! Every missing tile arrives within its frame, so only the policies differ. Belady's optimum (L. A. Belady, "A study of
 //! replacement algorithms for a virtual-storage computer", IBM Systems Journal, 1966) knows the future; no policy has
-//! fewer faults. The paper uses LRU (section 3). [`super::Streaming`] also counts a coarser tile that is shown for a
-//! missing one as used. The code uses plain lists and linear searches.
+//! fewer faults. The paper uses LRU (section 3). In [`super::Streaming`] a coarser tile that is shown for a missing one
+//! also counts as used. The code uses plain lists and linear searches.
 
 use super::wanted::{fitting_bias, wanted_tiles};
 use crate::math::pyramid::TileId;
@@ -12,7 +12,7 @@ use std::collections::{HashMap, HashSet};
 /// Replacement policy: which tile is evicted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// The tile whose next use is farthest in the future, or never: Belady's optimum. Needs the whole path.
+    /// Belady's optimum: the tile that is never used again, or else used latest. Needs the whole path.
     Optimum,
     /// The tile that was wanted least recently.
     LeastRecent,
@@ -35,7 +35,7 @@ impl Rule {
     }
 }
 
-/// The tiles that a frame sees, and those that it wants: the same, or coarser ones if these do not fit.
+/// The visible tiles of a frame, and the tiles that it wants: the same, or coarser ones if they do not fit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Step {
     pub visible: Vec<TileId>,
@@ -154,8 +154,8 @@ mod tests {
 
     #[test]
     fn the_rules_differ_as_in_the_textbook() {
-        // Three slots, one tile per frame, worked out by hand: the optimum evicts 1 for 3, 2 for 0, ...; FIFO evicts 0
-        // although every second frame uses it.
+        // Worked out by hand for three slots and one tile per frame. FIFO evicts tile 0, although every second frame
+        // uses it.
         let steps = path(&[&[0], &[1], &[0], &[2], &[0], &[3], &[0], &[1], &[0], &[2]]);
         assert_eq!(faults(&steps, 3, Rule::Optimum), 5);
         assert_eq!(faults(&steps, 3, Rule::LeastRecent), 6);

@@ -10,8 +10,8 @@ pub const ABSENT: i32 = -2;
 /// The states of one cache for every streamed level q: the cell `(i', j')` holds the slot `k >= 0` of that tile,
 /// [`QUEUED`] or [`ABSENT`].
 ///
-/// The shader reads the page table instead. The paper writes a coarser tile's slot into the cell of a missing tile; the
-/// update would then take the missing tile for present.
+/// The shader reads the page table, not these states. The paper writes a coarser tile's slot into the cell of a missing
+/// tile; the update would then treat the missing tile as present.
 pub struct StateTable {
     pyramid: Pyramid,
     /// The cells of each level, row by row.
@@ -63,13 +63,13 @@ impl StateTable {
 /// What the update does with a wanted tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// Append it to the load queue; `k2 := -1`.
+    /// Append the tile to the load queue; `k2 := -1`.
     Load,
-    /// Append it to the upload queue; `k1 := -1`.
+    /// Append the tile to the upload queue; `k1 := -1`.
     Upload,
-    /// Nothing: it is queued or being loaded.
+    /// Nothing: the tile is queued or being loaded.
     Wait,
-    /// It is in the tile pool: refresh its time of use.
+    /// Refresh the time of use: the tile is in the tile pool.
     Refresh,
 }
 

@@ -73,7 +73,8 @@ impl Streaming {
         action
     }
 
-    /// The slot that is shown for `tile` now: its own or its nearest coarser tile's. `None`: the resident tail is shown.
+    /// The slot that is shown for `tile` now: its own, or that of its nearest coarser tile. `None` if the resident
+    /// tail is shown.
     fn shown_slot(&self, tile: TileId) -> Option<u32> {
         (0..self.pyramid.first_resident_level() - tile.level)
             .map(|levels| self.gpu_states.get(tile.ancestor(levels)))

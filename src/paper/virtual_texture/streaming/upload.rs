@@ -9,8 +9,8 @@ use std::time::Instant;
 
 /// Copies texels into video memory.
 pub trait Uploader {
-    /// Copies one stored tile, as [`read_tile`](crate::texture::source::TileSource::read_tile) returns it, into slot
-    /// `slot` of the tile pool, before this frame is textured. Returns false if this frame has no room left: the tile is
+    /// Copies one tile, as [`read_tile`](crate::texture::source::TileSource::read_tile) returns it, into slot `slot` of
+    /// the tile pool before this frame is textured. Returns false if this frame has no room left; the tile is then
     /// offered again in the next frame.
     fn upload(&mut self, slot: u32, tile: TileId, bytes: &[u8]) -> bool;
 }
@@ -32,7 +32,7 @@ impl Streaming {
             std::mem::take(&mut self.upload_queue).into_iter().partition(|waiting| self.needed(waiting.tile));
         self.upload_queue = kept;
         self.drop_waiting(dropped);
-        // Visible tiles before prefetched ones.
+        // Visible tiles come before prefetched ones.
         self.upload_queue.make_contiguous().sort_by_key(|waiting| !self.wanted_set.contains(&waiting.tile));
         while let Some(&Waiting { tile, slot: host_slot, generation }) = self.upload_queue.front() {
             let spent = match self.config.deterministic {
@@ -65,7 +65,7 @@ impl Streaming {
             report.ahead_uploads += usize::from(!seen);
             report.upload_bytes += self.tile_bytes as u64;
         }
-        // Prefetched tiles do not wait here: their slots of the host cache would stay pinned while the tile pool is full.
+        // Prefetched tiles leave the queue, because they would pin host-cache slots while the tile pool is full.
         let (kept, dropped): (VecDeque<_>, VecDeque<_>) = std::mem::take(&mut self.upload_queue)
             .into_iter()
             .partition(|waiting| self.wanted_set.contains(&waiting.tile));
@@ -73,7 +73,7 @@ impl Streaming {
         self.drop_waiting(dropped);
     }
 
-    /// Drops tiles from the upload queue: back to -2 and unpinned in the host cache.
+    /// Drops tiles from the upload queue: their state returns to -2, and their slots in the host cache are unpinned.
     fn drop_waiting(&mut self, dropped: VecDeque<Waiting>) {
         for waiting in dropped {
             self.gpu_states.set(waiting.tile, ABSENT);

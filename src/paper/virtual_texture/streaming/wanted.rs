@@ -1,12 +1,12 @@
-//! From the list of visible triples to the tiles to stream: removes repeats, applies the level bias, replaces failed
-//! tiles.
+//! Turns the list of visible triples into the tiles to stream: removes repeats, applies the level bias and replaces
+//! failed tiles.
 
 use crate::math::pyramid::TileId;
 use crate::paper::virtual_texture::choices::TileAddress;
 use std::collections::HashSet;
 
 /// The tiles of the triples `[q, i, j]`, each once, in the order of [`TileId`]. Triples with q >=
-/// `first_resident_level` need no tile and are left out; the background of the request image, `u32::MAX`, is one.
+/// `first_resident_level`, including the background (`u32::MAX`), need no tile and are left out.
 pub fn distinct_tiles(triples: &[[u32; 3]], address: TileAddress, first_resident_level: u32) -> Vec<TileId> {
     let mut tiles: Vec<TileId> = triples
         .iter()
@@ -22,11 +22,11 @@ pub fn distinct_tiles(triples: &[[u32; 3]], address: TileAddress, first_resident
     tiles
 }
 
-/// The smallest level bias, at least `least`, with which at most `capacity` distinct tiles below
-/// `first_resident_level` are left.
+/// The smallest level bias, at least `least`, for which at most `capacity` distinct tiles finer than
+/// `first_resident_level` remain.
 ///
-/// It depends on the visible set alone and keeps no state, so it cannot oscillate. As soon as the set fits again, the
-/// bias is `least` again.
+/// The bias depends only on the visible set and keeps no state, so it cannot oscillate. As soon as the set fits again,
+/// the bias is `least` again.
 pub fn fitting_bias(visible: &[TileId], least: u32, first_resident_level: u32, capacity: u32) -> u32 {
     let fits = |bias: u32| {
         let mut tiles: Vec<TileId> = visible
@@ -43,8 +43,9 @@ pub fn fitting_bias(visible: &[TileId], least: u32, first_resident_level: u32, c
     (least..=first_resident_level).find(|&bias| fits(bias)).unwrap_or(first_resident_level)
 }
 
-/// The tiles to stream for `visible`, each once, in the order of `visible`: the ancestor by `bias` levels, or its nearest
-/// coarser tile that has not failed. Failures never add tiles: each tile has one substitute, and several may share it.
+/// The tiles to stream for `visible`, each once, in the order of `visible`: the ancestor by `bias` levels, or its
+/// nearest coarser tile that has not failed. Failures never add tiles: each tile has one substitute, which several may
+/// share.
 pub fn wanted_tiles(
     visible: &[TileId],
     bias: u32,
@@ -89,7 +90,7 @@ mod tests {
             distinct_tiles(&paper, TileAddress::Level0, 5),
             distinct_tiles(&native, TileAddress::OwnLevel, 5)
         );
-        // Read with the other address, they name other tiles.
+        // With the wrong address they name other tiles.
         assert_ne!(
             distinct_tiles(&paper, TileAddress::OwnLevel, 5),
             distinct_tiles(&native, TileAddress::OwnLevel, 5)

@@ -1,5 +1,5 @@
-//! The variants of vt.extremes: each dedup and each compaction at least once with either tile address, the geometry shaders
-//! with all block sizes, the host's lists, feedback with every pixel, and the fused draws.
+//! The variants of vt.extremes: each dedup and each compaction at least once with each tile address, the geometry
+//! shaders with several block sizes, the host's lists, feedback with every pixel, and the fused draws.
 
 use crate::math::pyramid::Pyramid;
 use crate::paper::virtual_texture::footprint::Footprint;
@@ -18,7 +18,7 @@ pub struct Contender {
 pub enum Way {
     /// Passes over the common request image.
     OverRequests(ListPasses),
-    /// A fused draw of its own, which also textures.
+    /// A fused draw, which also textures.
     Fused,
 }
 
@@ -40,8 +40,8 @@ pub fn is_superset(config: &Config) -> bool {
     config.fused() && config.dedup != Dedup::FusedExact
 }
 
-/// All variants by name: every dedup pass with a compaction that fits it, every compaction with a dedup that fits it, and
-/// the others.
+/// All variants by name: every dedup pass with a compaction that fits it, every compaction with a dedup pass that fits
+/// it, the host's lists and the fused draws.
 pub fn variants() -> Vec<(String, Config)> {
     let mut configs: Vec<Config> = Vec::new();
     let mut add = |config: Config| {
@@ -61,7 +61,7 @@ pub fn variants() -> Vec<(String, Config)> {
             Compaction::ALL.iter().map(|&compact| (dedup, compact)).find(fits).map(of).map(&mut add);
         }
         for &compact in Compaction::ALL {
-            // The last ones are the fastest and the most likely to be used together.
+            // In reverse order: the last variants are the fastest and the most likely to be used together.
             let staged: Vec<Dedup> = Dedup::staged().collect();
             staged.into_iter().rev().map(|dedup| (dedup, compact)).find(fits).map(of).map(&mut add);
         }

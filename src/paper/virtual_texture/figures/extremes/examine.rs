@@ -1,5 +1,5 @@
-//! One extreme: stage 1 against the f64 reference, every variant's list against the integer reference, and the
-//! settled picture against the ruler.
+//! Examines one extreme: compares stage 1 with the f64 reference, every variant's list with the integer reference, and
+//! the settled picture with the ruler.
 
 use super::super::stage1::{Stage1Check, compare_triples};
 use super::contenders::{Contender, Way, contenders, is_superset, refused};
@@ -29,7 +29,7 @@ const MOST_SETTLED: usize = 128;
 /// The results at one extreme.
 pub struct Examination {
     pub stage1: Stage1Check,
-    /// Number of the reference's tiles, from the device's own request image.
+    /// Number of tiles of the reference, computed from the device's own request image.
     pub tiles: usize,
     /// In the order of [`super::contenders::variants`].
     pub variants: Vec<(String, Outcome)>,
@@ -42,10 +42,10 @@ pub struct Examination {
 /// The result of one variant of stages 2 and 3.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
-    /// An exact list: tiles that it lacks, tiles that it has beyond the reference, its length, and the length of the
-    /// reference. With level-0 tile addresses a tile has an entry for each of its cells.
+    /// A list that should be exact: its missing tiles, its tiles beyond the reference, its length, and the reference's
+    /// length. With level-0 tile addresses a tile has an entry for each of its cells.
     Listed { lost: usize, extra: usize, entries: usize, right_entries: usize },
-    /// A superset: tiles that it lacks, tiles that it has beyond the reference, and repeated entries.
+    /// A superset: its missing tiles, its tiles beyond the reference, and repeated entries.
     Superset { lost: usize, beyond: usize, repeated: usize },
     /// Refused by the device, with the reason in one line.
     Refused(String),
@@ -54,15 +54,15 @@ pub enum Outcome {
 /// A settled picture of a ruler texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settled {
-    /// The level bias, because the caches were too small.
+    /// The level bias; above 0 if the caches were too small.
     pub bias: u32,
-    /// `None` if coordinates are NaN, so that no texel is the right one.
+    /// `None` if coordinates are NaN, because the right texel is then undefined.
     pub verdicts: Option<Verdicts>,
-    /// Pixels of the picture in linear light that are not finite.
+    /// Pixels of the linear-light picture that are not finite.
     pub not_finite: usize,
 }
 
-/// The output of stage 1 that all variants get.
+/// The output of stage 1, the input of all variants.
 struct Drawn {
     pyramid: Pyramid,
     shape: Shape,
@@ -87,7 +87,7 @@ impl Examiner {
         Examiner { gpu, pictures: true, contenders: None }
     }
 
-    /// Creates one for stages 1 to 3 alone, without texturing.
+    /// Creates an examiner of stages 1 to 3, without settled pictures.
     pub fn of_lists(gpu: Gpu) -> Examiner {
         Examiner { pictures: false, ..Examiner::new(gpu) }
     }
@@ -130,7 +130,7 @@ impl Examiner {
 fn draw(gpu: &Gpu, sight: &Sight) -> vk::Result<Drawn> {
     let pyramid = sight.pyramid;
     let stage1 = Footprint::new(gpu, &pyramid, &PAPER, sight.size)?;
-    // Fused draws need the positions too.
+    // The exact fused draws also need the position-only vertices.
     let shape = Shape::with_depth_alone(gpu, &sight.mesh)?;
     let mut frame = gpu.frame()?;
     let view = View::new(&sight.pose, sight.size);
@@ -158,7 +158,7 @@ fn stage1(extreme: &Extreme, sight: &Sight, drawn: &Drawn) -> Stage1Check {
     compare_triples(&drawn.triples, &view, &sight.source, &sight.pyramid, 1)
 }
 
-/// Resources for fused draws. Only the resident tail is present, because the list does not depend on the resident tiles.
+/// Resources for fused draws. Only the resident tail is present, because the list does not depend on other tiles.
 struct Textured {
     resident: TilePool,
     target: Image,
@@ -253,7 +253,8 @@ fn settled(gpu: &Gpu, extreme: &Extreme, sight: &Sight) -> Result<Settled, Virtu
     })
 }
 
-/// A hue for each level, red for level 0; neighbouring tiles lighter and darker; black without landscape.
+/// A picture with a hue for each level (red for level 0). Neighbouring tiles differ in lightness; pixels without
+/// landscape are black.
 fn false_colours(triples: &[[u32; 3]], [width, height]: [u32; 2]) -> Srgb8Picture {
     const HUES: [[u32; 3]; 8] = [
         [214, 66, 54],
@@ -285,8 +286,8 @@ impl Settled {
 }
 
 impl Examination {
-    /// The first failure, if any: a lost or additional tile, an unexplained pixel, a wrong texel, or a violated expectation
-    /// of the extreme.
+    /// The first failure, if any: a lost or additional tile, an unexplained pixel, a wrong texel, or a result other
+    /// than the extreme's `expected`.
     pub fn fault(&self, extreme: &Extreme) -> Option<String> {
         let unexplained = &self.stage1.unexplained;
         if let Some(first) = unexplained.first() {

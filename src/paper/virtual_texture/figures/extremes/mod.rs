@@ -17,7 +17,7 @@ use anyhow::Context;
 /// Names of the rows that belong to no variant.
 const STAGE_1: &str = "stage 1";
 const PICTURE: &str = "settled picture";
-/// Quantity: pixels of which every sample was compared with the right texel.
+/// Quantity: pixels whose samples were all compared with the right texel.
 const COMPARED: &str = "compared";
 /// Quantity: pixels of stage 1 that were compared with the f64 reference.
 const LOOKED_AT: &str = "looked at";
@@ -28,7 +28,7 @@ const UNREASONED: &str = "refusals without a reason";
 
 pub const EXTREMES_FIGURE: Figure = Figure {
     id: "vt.extremes",
-    title: "The edges: horizons, poles, seams, zeros, NaN, giants",
+    title: "Extreme inputs: horizons, poles, seams, zeros, NaN, huge sizes",
     about: "Inputs at the limits: footprints, coordinates, pictures and textures that are as large, as small or as invalid \
             as possible. The paper treats two such cases (section 2.1: t = 1 and s = 1). Every variant's list is compared \
             with the exact set from the device's own request image, stage 1 with an f64 rasteriser, and the settled picture \

@@ -16,21 +16,21 @@ pub struct Extreme {
     pub size: [u32; 2],
     /// A shipped scene.
     pub scene: &'static str,
-    /// Changed keys of the scene.
+    /// Changes of the scene's keys, as for `-D`.
     pub changes: &'static [&'static str],
-    /// The landscape.
+    /// What is drawn.
     pub landscape: Landscape,
     pub expected: Expected,
 }
 
-/// The landscape of an extreme.
+/// What an extreme draws.
 #[derive(Clone, Copy)]
 pub enum Landscape {
-    /// The scene's mesh and the scene's camera.
+    /// The scene's mesh from the scene's camera.
     Scene,
-    /// A mesh made for the picture, seen from `shapes::eye`.
+    /// A synthetic mesh, seen from `shapes::eye`.
     Made(fn(&Pyramid, [u32; 2]) -> SourceMesh),
-    /// `shapes::noise`: each pixel's tile is known without rasterising.
+    /// `shapes::noise`: the tile of each pixel is known without rasterising.
     Noise,
 }
 
@@ -39,13 +39,13 @@ pub enum Landscape {
 pub enum Expected {
     /// Every variant finds the reference's tiles.
     Equal,
-    /// The same, and the number of tiles.
+    /// As `Equal`, with this number of tiles.
     Tiles(usize),
-    /// The same, and as many tiles as pixels.
+    /// As `Equal`, with as many tiles as pixels.
     TileEachPixel,
-    /// Some coordinates are NaN: the lists are exact, but no texel is the right one.
+    /// Some coordinates are NaN: the lists are exact, but the right texel is undefined.
     NoTexels,
-    /// At least one variant exceeds the limits of devices.
+    /// At least one variant exceeds the device's limits and is refused.
     Refused,
 }
 
@@ -93,7 +93,7 @@ pub const EXTREMES: &[Extreme] = &[
     ),
     plain(
         "tilt-89.999",
-        "The horizon in the picture's middle; the far edge within a pixel of it",
+        "The horizon in the picture's middle, with the plane's far edge less than a pixel away",
         "plane",
         &["view.camera=grazing", "cameras.grazing.tilt_deg=89.999"],
     ),
@@ -101,7 +101,7 @@ pub const EXTREMES: &[Extreme] = &[
     plain("south-pole", "t = 1 exactly, on the axis in the picture's middle", "pole", &["view.camera=south"]),
     plain(
         "antimeridian",
-        "s = 1 beside s = 0: the last column of tiles beside the first",
+        "s = 1 next to s = 0: the last column of tiles next to the first",
         "antimeridian",
         &["view.camera=oblique"],
     ),
@@ -127,7 +127,7 @@ pub const EXTREMES: &[Extreme] = &[
         landscape: Landscape::Made(shapes::every_level),
         ..plain(
             "every-level",
-            "All bits of the mask that a pyramid of 11 streamed levels has, in one texel of the tile mask",
+            "All 11 bits of one texel of the tile mask, for a pyramid of 11 streamed levels",
             "plane",
             &[
                 "surface.land.texture.width_log2=14",
@@ -140,7 +140,7 @@ pub const EXTREMES: &[Extreme] = &[
         size: [1, 1],
         ..plain(
             "one-pixel",
-            "A picture smaller than a quad, a block, a group",
+            "A picture smaller than a pixel quad, a block and a workgroup",
             "earth",
             &["view.camera=headline", "cameras.headline.magnification=100.0"],
         )
@@ -149,14 +149,14 @@ pub const EXTREMES: &[Extreme] = &[
         size: [16384, 64],
         ..plain(
             "16384x64",
-            "As wide as pictures get on most devices: clip coordinates lose the most digits here",
+            "The widest picture on most devices: clip coordinates have their largest rounding errors",
             "earth",
             &["view.camera=oblique", "cameras.oblique.vertical_fov_deg=0.3"],
         )
     },
     plain(
         "1-m",
-        "1 m above a vertex of the Earth: 2^-15 texel a pixel, six triangles in the picture",
+        "1 m above a vertex of the Earth: 2^-15 texels per pixel, six triangles in the picture",
         "earth",
         &["view.camera=headline", "cameras.headline={latitude_deg=0.0,longitude_deg=0.0,altitude_m=1.0}"],
     ),
@@ -168,13 +168,13 @@ pub const EXTREMES: &[Extreme] = &[
     ),
     plain(
         "2^20-texels",
-        "The largest texture: one texel is 38 m, an f32 of s has a step of 1/16 texel",
+        "The largest texture: one texel is 38 m, and s as an f32 has steps of 1/16 texel",
         "earth",
         &["view.camera=low", "surface.land.texture.width_log2=20", "surface.land.texture.height_log2=19"],
     ),
     plain(
         "2^20-fine-tiles",
-        "8 million cells of M0: the tile mask is 32 MiB for a picture of 0.2 million pixels",
+        "8 million tiles in level 0: a tile mask of 32 MiB for a picture of 0.2 million pixels",
         "earth",
         &[
             "view.camera=low",
@@ -187,7 +187,7 @@ pub const EXTREMES: &[Extreme] = &[
         expected: Expected::Refused,
         ..plain(
             "2^20-finest-tiles",
-            "65536 x 65536 cells of M0 and 17 streamed levels: more than any device has an image for",
+            "65536 x 65536 tiles in level 0 and 17 streamed levels: a tile mask larger than any device's images",
             "plane",
             &[
                 "surface.land.texture.width_log2=20",
@@ -200,7 +200,7 @@ pub const EXTREMES: &[Extreme] = &[
         expected: Expected::Tiles(0),
         ..plain(
             "empty",
-            "Nothing but sky",
+            "A picture that shows only the sky",
             "earth",
             &["view.camera=headline", "cameras.headline.tilt_deg=180.0"],
         )
@@ -220,7 +220,7 @@ pub const EXTREMES: &[Extreme] = &[
         expected: Expected::TileEachPixel,
         ..plain(
             "noise",
-            "A different tile in each pixel: 2^20 distinct requests, 16 times what the list has room for",
+            "A different tile in each pixel: 2^20 distinct requests, 16 times the list's initial capacity",
             "plane",
             &["surface.land.texture.width_log2=20", "surface.land.texture.height_log2=19"],
         )

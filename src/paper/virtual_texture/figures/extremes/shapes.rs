@@ -1,14 +1,14 @@
-//! Synthetic landscapes for one picture each, with values that no mesh file may hold or that no real camera sees.
+//! Synthetic meshes for one picture each, with values that mesh files may not contain or that no real camera sees.
 //!
-//! The eye is at (0, 0, 1) and looks down on the plane z = 0 with a vertical field of view of 90 degrees. All points have
-//! one depth, so pixel positions map linearly to positions in the world.
+//! The eye is at (0, 0, 1) and looks down on the plane z = 0 with a vertical field of view of 90 degrees. All points
+//! have the same depth, so pixel positions map linearly to positions in the world.
 
 use crate::math::camera::Pose;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::model::mesh::{Mesh, MeshVertex, SourceMesh};
 use glam::{DVec2, DVec3};
 
-/// The camera of all these landscapes.
+/// The camera of all these meshes.
 pub fn eye() -> Pose {
     Pose {
         eye: DVec3::Z,
@@ -74,7 +74,7 @@ pub fn corners(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
         rectangle([0.0; 2], [1.0 - s, 1.0 - t]),
         rectangle([1.0; 2], [1.0; 2]),
         rectangle([s, t], [1.0; 2]),
-        // The seam from the other side: s = 1 in the west, decreasing to the east.
+        // The seam in the opposite direction: s = 1 in the west, decreasing to the east.
         rectangle([1.0, t], [s, 1.0]),
         rectangle([1.0, 0.0], [1.0, 1.0]),
         rectangle([0.0, 1.0], [1.0, 1.0]),
@@ -82,7 +82,7 @@ pub fn corners(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
     Canvas::strip(size, &patches)
 }
 
-/// Patches of one coordinate each: every derivative is exactly 0, and dmax / dmin is 0 / 0.
+/// Patches with constant coordinates: every derivative is exactly 0, and dmax / dmin is 0 / 0.
 pub fn points(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
     let [columns, rows] = pyramid.tile_grid(0).map(f64::from);
     let point = |n: u32| {
@@ -90,7 +90,7 @@ pub fn points(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
         [at; 4]
     };
     let mut patches: Vec<_> = (0..6).map(point).collect();
-    // Lines: one derivative is 0, the other is not, so dmin = 0 and dmax > 0.
+    // Lines: only one derivative is 0, so dmin = 0 and dmax > 0.
     patches.push(rectangle([0.25, 0.5], [0.25 + 300.0 / (columns * 512.0), 0.5]));
     patches.push(rectangle([0.75, 0.5], [0.75, 0.5 + 300.0 / (rows * 512.0)]));
     Canvas::strip(size, &patches)
@@ -116,7 +116,7 @@ pub fn not_finite(_: &Pyramid, size: [u32; 2]) -> SourceMesh {
         one(infinity),
         rectangle([-infinity; 2], [infinity; 2]),
         ordinary,
-        // Finite, but its square overflows f32.
+        // These values are finite, but their squares overflow f32.
         one(1e30),
         one(-1e30),
         ordinary,
@@ -124,8 +124,8 @@ pub fn not_finite(_: &Pyramid, size: [u32; 2]) -> SourceMesh {
     Canvas::strip(size, &patches)
 }
 
-/// A patch for each level, all in tile (0, 0): a footprint of 1.5 x 2^q texels, q = -2 ..= L-L'+2. With level-0 tile
-/// addresses, one texel of the tile mask then has all bits that this pyramid can set.
+/// A patch for each level, all in tile (0, 0), with footprints of 1.5 x 2^q texels for q = -2 ..= L-L'+2. With level-0
+/// tile addresses, one texel of the tile mask then has all bits that this pyramid can set.
 pub fn every_level(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
     let [w, h] = pyramid.level_size(0).map(f64::from);
     let levels = pyramid.first_resident_level() as i32;
@@ -137,7 +137,7 @@ pub fn every_level(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
     Canvas::strip(size, &(-2..=levels + 1).map(patch).collect::<Vec<_>>())
 }
 
-/// The tile of pixel `n` of [`noise`]: a different one for each pixel, up to the number of tiles.
+/// The tile of pixel `n` of [`noise`]: a different tile for each pixel, up to the number of tiles.
 pub fn noise_tile(pyramid: &Pyramid, n: u64) -> TileId {
     // A prime step modulo the number of tiles reaches every tile before it repeats one.
     let mut index = n * 2_654_435_761 % pyramid.tile_count();
@@ -155,7 +155,7 @@ pub fn noise_tile(pyramid: &Pyramid, n: u64) -> TileId {
 pub fn noise(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
     let [columns, rows] = pyramid.tile_grid(0).map(f64::from);
     let texel = DVec2::from_array(pyramid.level_size(0).map(|side| 1.0 / f64::from(side)));
-    // Covers the pixel's centre and no other.
+    // Covers only the centre of its pixel.
     let corners = [DVec2::new(-0.4, -0.3), DVec2::new(0.0, 0.45), DVec2::new(0.4, -0.3)];
     let mut canvas = Canvas::new(size);
     for pixel in 0..u64::from(size[0]) * u64::from(size[1]) {
@@ -171,7 +171,7 @@ pub fn noise(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
     canvas.mesh
 }
 
-/// As [`crate::model::mesh::gpu_mesh`], but without its checks, to test how the device handles values that they reject.
+/// As [`crate::model::mesh::gpu_mesh`], but without its checks, to test how the device handles invalid values.
 pub fn unchecked_gpu_mesh(source: &SourceMesh) -> Mesh {
     let mut mesh = Mesh::default();
     for triangle in &source.triangles {

@@ -1,4 +1,5 @@
-//! Along a path: the tiles from the samples of the last frames, compared with the tiles that the last frame shows.
+//! Subsampled feedback along a path: compares the tiles sampled in the last frames with the current frame's exact
+//! tiles.
 
 use super::watch::{SUBSAMPLINGS, Watch, name};
 use crate::figure::{Row, Value};
@@ -8,12 +9,12 @@ use crate::paper::virtual_texture::feedback::{MOST_LOG2, Memory, cycle};
 use crate::stats::Summary;
 use std::collections::BTreeMap;
 
-/// Numbers of frames that a moving camera's list remembers, and their row names. `None`: a whole cycle. 16 is about Unreal
+/// Lengths of a moving camera's history in frames (`None` is a whole cycle), and their row names. 16 is about Unreal
 /// Engine 5's `PageFreeThreshold`.
 const MEMORIES: [(Option<u64>, &str); 3] =
     [(Some(1), "one moving frame"), (Some(16), "16 moving frames"), (None, "a moving cycle")];
 
-/// The results of one subsampling with one memory along a path.
+/// The results of one subsampling with one length of history, along a path.
 #[derive(Default)]
 struct Along {
     recall: Vec<f64>,
@@ -44,7 +45,7 @@ impl Along {
     }
 }
 
-/// Measures frames 1 to `frames`, after the camera has rested at frame 0 for a cycle.
+/// Measures frames 1 to `frames`. Before, the camera rests at frame 0 for a cycle.
 pub fn measure(watch: &mut Watch, frames: u32, pose: impl Fn(u32) -> Pose) -> anyhow::Result<Vec<Row>> {
     let stands = cycle(MOST_LOG2);
     let new = |n| MEMORIES.map(|(frames, _)| (Memory::new(frames.unwrap_or(cycle(n))), Along::default()));

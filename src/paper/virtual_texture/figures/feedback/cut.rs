@@ -1,4 +1,5 @@
-//! After a cut to a camera at rest: the frame in which each tile is first listed, for every start in the cycle.
+//! Subsampled feedback after a cut to a camera at rest: the frame in which each tile is first listed, for every start
+//! in the cycle.
 
 use super::watch::{SUBSAMPLINGS, Watch, name};
 use super::{ALL_PIXELS, PIXELS, RECALL, TO_ALL};
@@ -9,13 +10,13 @@ use crate::paper::virtual_texture::read_requests;
 use crate::picture::write::Srgb8Picture;
 use crate::stats::Summary;
 
-/// The delay until each tile is first seen, 1 for the first frame, for each frame of the cycle in which the cut may occur.
+/// For a cut at each frame of the cycle: the frame in which each tile is first seen, counted from 1.
 fn delays(tiles: &[TileId], seen: &[Vec<TileId>]) -> Vec<Vec<u64>> {
     let cycle = seen.len();
     let mut delays = vec![vec![0; tiles.len()]; cycle];
     for (at, tile) in tiles.iter().enumerate() {
         let mut next = None;
-        // Two passes backwards through the cycle, so that each start knows the next sighting.
+        // Goes backwards through the cycle twice, so that the next sighting is known for each start.
         for frame in (0..2 * cycle).rev() {
             if seen[frame % cycle].binary_search(tile).is_ok() {
                 next = Some(frame);
@@ -30,7 +31,8 @@ fn delays(tiles: &[TileId], seen: &[Vec<TileId>]) -> Vec<Vec<u64>> {
     delays
 }
 
-/// A picture of the pixels whose tile is in a frame's samples (grey) or missing from them (red); background is black.
+/// A picture of which pixels' tiles are in a frame's samples (grey) or missing from them (red). Pixels that need no
+/// tile are black.
 fn map(size: [u32; 2], triples: &[[u32; 3]], seen: &[TileId], first_resident_level: u32) -> Srgb8Picture {
     let colour = |&[level, i, j]: &[u32; 3]| match level {
         level if level >= first_resident_level => [0, 0, 0, 255],
@@ -42,14 +44,14 @@ fn map(size: [u32; 2], triples: &[[u32; 3]], seen: &[TileId], first_resident_lev
     Srgb8Picture { width: size[0], height: size[1], rgba: triples.iter().flat_map(colour).collect() }
 }
 
-/// `named`: the picture's file name without extension.
+/// Measures one camera at rest. `named` is the picture's file name without extension.
 pub fn measure(bench: &mut Bench, named: &str, watch: &mut Watch) -> anyhow::Result<Vec<Row>> {
     let pose = watch.opened.pose;
     let exact = watch.look(&pose)?;
     let (tiles, pixels): (Vec<TileId>, Vec<u64>) = exact.into_iter().unzip();
     let mut seen: Vec<Vec<Vec<TileId>>> = vec![Vec::new(); watch.samplers.len()];
     for frame in 0..cycle(MOST_LOG2) {
-        // Only subsamplings whose cycle has not ended.
+        // Skips subsamplings whose cycle has ended.
         let least = u64::BITS - frame.leading_zeros();
         for (n, tiles) in
             SUBSAMPLINGS.into_iter().zip(watch.sample(frame, least)?).filter(|(n, _)| *n >= least)

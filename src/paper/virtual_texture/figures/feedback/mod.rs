@@ -1,4 +1,4 @@
-//! vt.feedback: the tiles that subsampled feedback, which engines ship, misses, and for how long.
+//! vt.feedback: which tiles subsampled feedback misses, and for how long. Engines ship subsampled feedback.
 
 mod along;
 mod cut;
@@ -13,15 +13,15 @@ use watch::{SUBSAMPLINGS, Watch, name};
 
 pub const FEEDBACK: Figure = Figure {
     id: "vt.feedback",
-    title: "Subsampled feedback beside the exact list",
-    about: "The paper lists every tile of a frame's pixels in that frame (section 2). Engines sample one pixel of 4 to 256, \
-            another one in each frame, and accumulate: Call of Duty 1 of 64, Unreal Engine 5 1 of 256. Recall: the share of \
+    title: "Subsampled feedback compared with the exact list",
+    about: "The paper lists the tiles of all of a frame's pixels in that frame (section 2). Engines sample one pixel in 4 to 256, \
+            a different one in each frame, and accumulate: Call of Duty 1 in 64, Unreal Engine 5 1 in 256. Recall: the share of \
             the exact list's tiles that this finds. Delay: the number of frames after a cut until a tile is listed. \
-            Precision: the share of visible tiles in the list that is accumulated under a moving camera. The first frame \
-            after the cut has delay 1; after frame n the lists of frames 1 to n are known. For all methods, the exact one \
-            too, a list reaches the host two frames later. Times include gathering the samples, copying them to the host \
+            Precision: the share of visible tiles in the list that accumulates under a moving camera. The first frame \
+            after the cut has delay 1; after frame n the lists of frames 1 to n are known. With every method, including the \
+            exact one, a list reaches the host two frames later. Times include gathering the samples, copying them to the host \
             and listing them there; \"all pixels\" is the copy of the request image and the same pass over it. The \
-            pictures show in red the pixels whose tiles one pixel of 256 misses in the first frame.",
+            pictures show in red the pixels whose tiles are missed in the first frame with one pixel in 256.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa", "earth/pan", "earth/dive", "earth/orbit"],
     variants: || SUBSAMPLINGS.map(name).into_iter().chain([ALL_PIXELS.to_string()]).collect(),
     paper: &["all pixels"],
@@ -38,13 +38,13 @@ pub const FEEDBACK: Figure = Figure {
         Claim::paper(
             "2",
             "delay",
-            "The exact list is complete at once; one pixel of 64 or of 256 takes several frames: in every view the median \
+            "The exact list is complete at once; one pixel in 64 or in 256 takes several frames: in every view the median \
              over all starts in the cycle is more than one frame until all tiles are listed.",
             &[Test::value(each(TO_ALL, || [6, 8].map(name).into()), Above(1.0))],
         ),
         Claim::ours(
             "moving",
-            "Accumulation does not solve this for a moving camera: with one pixel of 256, the list of a single frame lacks \
+            "Accumulation does not solve this for a moving camera: with one pixel in 256, the list of a single frame lacks \
              visible tiles in some frames of every path, and most tiles accumulated over a whole cycle are no longer \
              visible.",
             &[
@@ -54,7 +54,7 @@ pub const FEEDBACK: Figure = Figure {
         ),
         Claim::ours(
             "cost",
-            "A list from one pixel of 64 takes at most a tenth of the time of one from all pixels.",
+            "A list from one pixel in 64 takes at most a tenth of the time of a list from all pixels.",
             &[Test::ratio(one(TIME, ALL_PIXELS), one(TIME, "1/64"), AtLeast(10.0))],
         )
         .timed(),
@@ -72,7 +72,7 @@ const ALL_PIXELS: &str = "all pixels";
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = pixels_of(cell.x.expect("the sweep has values"));
     let opened = Place::find(&cell.scene)?.open(bench, size, |settings| {
-        // No tile is streamed here. The request image is packed, as usual for copying it.
+        // No tile is streamed here. The request image is packed, as usual for a copy to the host.
         settings.streaming.gpu_tiles = 1;
         settings.config.request_format = Some(RequestFormat::Packed);
     })?;

@@ -1,4 +1,4 @@
-//! Times of a list: the device's passes and the host's.
+//! Times of a list: the passes on the device and on the host.
 
 use super::super::common::passes;
 use super::super::list_on_the_host::and_list;

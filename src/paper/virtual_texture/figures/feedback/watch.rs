@@ -1,4 +1,4 @@
-//! Stage 1 of successive poses, with the exact tiles of each frame and the tiles of every subsampling.
+//! Draws stage 1 for successive poses; lists the exact tiles of each frame, and the tiles of every subsampling.
 
 use super::super::common::Opened;
 use crate::frame::{Seen, View};
@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 /// n of the subsamplings: one pixel of 2^n.
 pub const SUBSAMPLINGS: [u32; 7] = [2, 3, 4, 5, 6, 7, MOST_LOG2];
 
-/// A subsampling's name: `1/64`.
+/// A subsampling's name, such as `1/64`.
 pub fn name(n: u32) -> String {
     format!("1/{}", 1 << n)
 }
@@ -90,8 +90,8 @@ impl Watch {
             .collect())
     }
 
-    /// The tiles that each of [`SUBSAMPLINGS`] sees in frame `frame` of its cycle, sorted, of the picture that
-    /// [`Watch::look`] drew; empty for those below `least`.
+    /// The sorted tiles that each of [`SUBSAMPLINGS`] samples in frame `frame_number` of its cycle, from the picture
+    /// that [`Watch::look`] drew. Empty for subsamplings with n below `least`.
     ///
     /// # Errors
     /// Device lost, out of memory.

@@ -1,4 +1,4 @@
-//! vt.filter: time and error of each filter, against the mean over each pixel's footprint.
+//! vt.filter: the time of each filter, and its error against the mean over each pixel's footprint.
 
 use super::super::common::pixels_of;
 use super::{Shown, Variant, detail};
@@ -16,9 +16,9 @@ pub const FILTER: Figure = Figure {
     id: "vt.filter",
     title: "Filters: time, error and noise",
     about: "The paper blends two levels of a tile (section 4) and leaves anisotropic filtering to the hardware, which cannot \
-            cross tiles. The figure compares the paper's trilinear sample; the nearest level alone; NA such samples along \
+            cross tiles. The figure compares: the paper's trilinear sample; the nearest level alone; NA trilinear samples along \
             the footprint, inside the tile's border; and single texels chosen at random through the page table, which need \
-            no border (Pharr et al. 2024), 1 to 64 per pixel, also along the footprint. Each picture is compared with the \
+            no border (Pharr et al. 2024), 1 to 64 per pixel, at one point or along the footprint. Each picture is compared with the \
             f64 picture of the same filter, which shows rounding and noise, and with the f64 mean over each pixel's \
             footprint, which shows the error of the filter itself. Pixels beyond the landscape and at its outline are left \
             out; their share is reported. The time is that of the texturing pass. 320 x 180 (quick) or 640 x 360 pixels, \
@@ -81,7 +81,7 @@ const VARIANTS: [Variant; 10] = [
     Variant::new(Filtering::Stochastic, 8, 16),
 ];
 
-/// A sufficient border for NA = 8.
+/// The border in texels; sufficient for NA = 8.
 const BORDER: u32 = 8;
 
 const AREA_NMSE: &str = "NMSE against what pixels cover";
@@ -132,7 +132,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Writes the whole picture reduced, and its middle enlarged.
+/// Writes the picture's middle, enlarged; of the reference also the whole picture.
 fn show(bench: &mut Bench, cell: &Cell, name: &str, picture: &Picture) -> anyhow::Result<()> {
     let name = format!("vt.filter-{}-{}", cell.scene.replace('/', "-"), name.replace(' ', "-"));
     if name.ends_with("what-pixels-cover") {
@@ -144,10 +144,10 @@ fn show(bench: &mut Bench, cell: &Cell, name: &str, picture: &Picture) -> anyhow
 /// The f64 pictures of one view.
 struct Truths {
     area: Picture,
-    /// Bilinear, and NA = 1, 2, 4, 8.
+    /// Bilinear in the nearest level.
     nearer_level: Picture,
     samples: Vec<(u32, Picture)>,
-    /// Pixels that the landscape covers wholly, judged by their neighbours.
+    /// True for pixels inside the landscape: it covers the pixel and its neighbours.
     inside: Vec<bool>,
 }
 
@@ -191,7 +191,7 @@ impl Truths {
     }
 }
 
-/// Black at the landscape's outline, so that these pixels do not count in a comparison.
+/// Blackens all pixels outside the landscape and at its outline, so that they do not count in a comparison.
 fn blacken(mut picture: Picture, inside: &[bool]) -> Picture {
     for (pixel, _) in picture.rgba.iter_mut().zip(inside).filter(|(_, inside)| !**inside) {
         *pixel = [0.0, 0.0, 0.0, 1.0];

@@ -1,4 +1,4 @@
-//! The effect of filters and borders on the picture: [`seams`] at tiles' edges, [`filter`] everywhere.
+//! The effect of filters and borders on the picture: [`seams`] at tiles' edges, [`filter`] in the whole picture.
 
 pub mod filter;
 pub mod seams;
@@ -67,7 +67,7 @@ impl Shown {
         let mut opened = place.open(bench, size, |settings| {
             settings.target = Target::Linear32;
             settings.config.filter.max_anisotropy = max_anisotropy;
-            // Settling is not timed: no limit of tiles per frame.
+            // Settling is not timed, so the budgets do not limit it.
             settings.streaming.upload_tiles_per_frame = 64;
             settings.streaming.upload_budget_ms = 1e3;
             settings.streaming.load_budget_ms = 1e3;

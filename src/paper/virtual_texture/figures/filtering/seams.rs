@@ -15,13 +15,13 @@ use crate::picture::map::error_maps;
 
 pub const SEAMS: Figure = Figure {
     id: "vt.seams",
-    title: "Seams at tiles' edges against the border's width",
+    title: "Seams at tiles' edges, by the width of the border",
     about: "The paper's tiles have no border (section 4 does not mention samples beyond a tile), so a sampler repeats a \
             tile's last texel instead of the neighbour's. The figure shows the error within 8 texels of a tile's edge, and \
             elsewhere, against the same filter with a border of 16 texels. The tests compare pictures with a border of 4 \
-            and 8 with an f64 reference. A tile's coarser level has half the border (for one texel: one before the tile, \
+            and 8 with an f64 reference. A tile's coarser level has half the border (a border of one texel: one before the tile, \
             none after). The ruler's texels are white noise, the worst case of any texture. 480 x 270 (quick) or \
-            1280 x 720 pixels, all of which count.",
+            1280 x 720 pixels; all pixels count.",
     scenes: &["earth/oblique", "ruler/corner-oblique"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
     paper: &[],
@@ -82,7 +82,7 @@ const MOST: f64 = 8.0;
 const WIDEST: u32 = 16;
 /// Largest distance to a tile's edge, in texels of the pixel's level, that counts as near.
 const NEAR_TEXELS: f64 = 8.0;
-/// A step of 8 bits: the allowed difference between samples of one position in images of two sizes.
+/// A step of 8 bits: the allowed difference between samples of the same position in images of different sizes.
 const STEP: f64 = 1.0 / 256.0;
 
 const BORDER_AXIS: &str = "border, texels";
@@ -132,7 +132,8 @@ fn pictures(shown: &mut Shown, variants: &[&Variant]) -> anyhow::Result<Vec<Pict
     variants.iter().map(|variant| shown.picture(variant)).collect()
 }
 
-/// Writes the trilinear picture around its worst pixel, without a border and with the widest, and the map of all errors.
+/// Writes the trilinear picture around its worst pixel, without a border and with the widest border, and the map of all
+/// errors.
 fn show(bench: &mut Bench, cell: &Cell, picture: &Picture, truth: &Picture) -> anyhow::Result<()> {
     let difference = compare(picture, truth)?;
     let scene = cell.scene.replace('/', "-");
@@ -173,7 +174,7 @@ impl Near {
     }
 }
 
-/// The level that shows a pixel: q of stage 1 for streamed levels, floor(e) in the resident tail.
+/// The level that a pixel shows: stage 1's q for streamed levels, floor(e) in the resident tail.
 fn shown_level(pyramid: &Pyramid, q: u32, st: [f32; 2], derivatives: [f32; 4], most: u32) -> u32 {
     if q < pyramid.first_resident_level() {
         return q;
@@ -185,7 +186,8 @@ fn shown_level(pyramid: &Pyramid, q: u32, st: [f32; 2], derivatives: [f32; 4], m
     (e.floor() as u32).clamp(q, pyramid.coarsest_level())
 }
 
-/// True if (s, t) is near an edge. Resident levels are cut into tiles too; a level smaller than a tile has its own edges.
+/// True if (s, t) is near an edge. Resident levels are also cut into tiles; a level smaller than a tile has its own
+/// edges.
 fn near_edge(pyramid: &Pyramid, level: u32, st: [f32; 2]) -> bool {
     let size = pyramid.level_size(level);
     (0..2).any(|axis| {
@@ -210,7 +212,7 @@ const fn along(quantity: &'static str) -> Pick {
 mod tests {
     use super::*;
 
-    /// 18 levels: 0 to 8 streamed, level 9 is 512 x 256 texels, a tile; level 11 is 128 x 64.
+    /// Levels 0 to 8 are streamed. Level 9 is one tile with 512 x 256 texels; level 11 has 128 x 64.
     fn pyramid() -> Pyramid {
         Pyramid::new(18, 17, 9, 4, None).unwrap()
     }
@@ -226,7 +228,7 @@ mod tests {
             [false, true, true]
         );
         assert_eq!([at(3, [522.0, 256.0]), at(3, [512.0, 256.0])], [false, true]);
-        // In the resident tail: the end of a level, also if it is smaller than a tile.
+        // In the resident tail a level's end is an edge, also if the level is smaller than a tile.
         assert_eq!([at(9, [256.0, 128.0]), at(9, [256.0, 250.0]), at(11, [64.0, 60.0])], [false, true, true]);
     }
 

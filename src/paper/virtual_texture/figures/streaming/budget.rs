@@ -38,17 +38,17 @@ const SUM: &str = "summed error";
 const MS_50: &str = "time to 50 %";
 const MS_95: &str = "time to 95 %";
 
-/// Every recovery takes fewer frames.
+/// Upper bound of a recovery's frames; every recovery takes fewer.
 const MOST_FRAMES: usize = 400;
 
 pub const BUDGET: Figure = Figure {
     id: "vt.budget",
-    title: "The picture after a cut, for budgets of copying",
+    title: "The picture after a cut, by upload budget",
     about: "The camera jumps to another view, and the tiles of the new picture arrive within the upload budget (paper, \
             section 3: tiles beyond the budget wait for the next frame; no numbers). The error is the NMSE in linear light \
             against the settled picture. \"To 50 %\" and \"to 95 %\": until that share of the first frame's error is gone \
-            for good. The tiles are in main memory, so the disk has no influence. Times are of this device, and each frame \
-            is waited for. Each budget is measured 6 times from empty caches, all in turn. 960 x 540 (quick) or \
+            permanently. The tiles are in main memory, so the disk has no influence. The host waits for each frame, so the times \
+            are those of this device. Each budget is measured 6 times from empty caches, in turn. 960 x 540 (quick) or \
             1920 x 1080 pixels.",
     scenes: &["earth/oblique"],
     variants: || BUDGETS.iter().map(|budget| budget.name.to_owned()).collect(),

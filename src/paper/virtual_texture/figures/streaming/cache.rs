@@ -28,11 +28,11 @@ pub const CACHE: Figure = Figure {
     title: "Hits and faults of the two caches",
     about: "Faults: wanted tiles that are not in video memory. Reads: tiles that must be read from disk. Both are shown \
             against the cache sizes N1 and N2 on six paths over the earth. The paper (section 3) evicts the least recently \
-            used tile and chooses N1 by experiment, at least the largest possible number of visible tiles; it gives no \
+            used tile. It chooses N1 by experiment, at least the largest possible number of visible tiles, and gives no \
             numbers. Belady's optimum knows the whole path; no policy has fewer faults. Policies and sizes are replayed on \
             the lists of every frame (quick: every second one) of each path at 640 x 360 (quick) or 1920 x 1080 pixels, with \
-            tiles of 256 texels. A real session also runs each path with half the slots that it needs. Bias: levels by which \
-            all tiles are coarser than listed because the visible set exceeds N1; each frame's report holds it.",
+            tiles of 256 texels. A real session also runs each path with half the slots that it needs. Bias: the levels by which \
+            all tiles are coarser than listed because the visible set exceeds N1; each frame reports it.",
     scenes: &PATHS,
     variants: || Rule::ALL.iter().map(|rule| rule.name()).chain([BUILT, HALVED]).map(str::to_owned).collect(),
     paper: &[],
@@ -57,7 +57,7 @@ pub const CACHE: Figure = Figure {
         Claim::ours(
             "half-a-cache-comes-to-rest",
             "With N1 = half of the largest visible set a session runs each of the six paths, with coarser tiles if needed, \
-             and settles at its end: no tile is copied any more, and the picture stays the same to the last byte.",
+             and settles at its end: no more tiles are copied, and the picture stays the same to the last byte.",
             &[
                 Test::value(one(TO_REST, HALVED), Below(LAST_STAYS as f64)),
                 Test::value(one(AT_REST, HALVED), Equal(0.0)),
@@ -115,14 +115,14 @@ fn of_rule(rule: Rule, lists: &[Vec<TileId>], largest: usize, pyramid: &Pyramid)
     ]
 }
 
-/// Budgets that never limit, so that only the sizes count.
+/// Settings whose budgets never limit a frame, so that only the cache sizes matter.
 fn unhurried(gpu_tiles: u32, host_tiles: u32) -> StreamingConfig {
     StreamingConfig {
         gpu_tiles,
         host_tiles,
         upload_tiles_per_frame: 1 << 16,
         load_tiles_per_frame: 1 << 16,
-        // As in the committed results.
+        // The stored results in results/ have this order.
         order: Order::Finest,
         deterministic: true,
         ..StreamingConfig::default()

@@ -30,7 +30,7 @@ const LONGEST: &str = "longest frame while the disk is down";
 const RECOVERY: &str = "recovery";
 const RECOVERY_FRAMES: &str = "frames until recovered";
 
-/// Ten times the longest measurement on two cores.
+/// Time limit: ten times the longest measurement on two cores.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 pub const DISK: Figure = Figure {
@@ -40,7 +40,7 @@ pub const DISK: Figure = Figure {
             has its own threads (paper, section 3), so no frame waits for it and coarser levels are shown. A tile that \
             cannot be read is requested again after a second (cache.retry_after_ms), so the picture recovers by itself; the \
             paper does not treat failed loads. Recovery: the time, and the number of frames, from when the disk works until \
-            95 % of the first frame's error is gone for good. Each disk is measured 6 times, all in turn. 640 x 360 (quick) \
+            95 % of the first frame's error is gone permanently. Each disk is measured 6 times, in turn. 640 x 360 (quick) \
             or 1920 x 1080 pixels.",
     scenes: &["earth/oblique"],
     variants: || [HEALTHY, SLOW, DOWN].map(str::to_owned).to_vec(),
@@ -100,8 +100,9 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 struct Watched {
     errors: Trace,
     frames_ms: Vec<f64>,
-    /// Number of frames while the disk was down, and the last time at which it was, in milliseconds.
+    /// Number of frames while the disk was down.
     while_down: usize,
+    /// The end of the last frame while the disk was down, in milliseconds.
     works_ms: f64,
 }
 

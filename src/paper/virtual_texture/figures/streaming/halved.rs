@@ -16,14 +16,14 @@ pub(super) const TO_REST: &str = "frames until at rest";
 pub(super) const DIFFERING: &str = "bytes that differ between two pictures at rest";
 pub(super) const MISREPORTED: &str = "frames whose report of the bias is wrong";
 
-/// Frames at the path's end within which the session must settle, far more than the remaining tiles need.
+/// The session must settle within this many frames at the path's end. The remaining tiles need far fewer.
 pub(super) const LAST_STAYS: usize = 100;
 
 /// Frames at rest between two pictures.
 const REST: usize = 20;
 
-/// Runs the path with N1 = `largest` / 2 and the budgets of a frame, then rests at its end. It is the session of `render`
-/// with loader threads and the earth's imagery. Budgets count tiles, so that every run is the same.
+/// Runs the path with N1 = `largest` / 2 and the usual budgets, then rests at its end. The session is that of `render`,
+/// with loader threads and the Earth's imagery. Budgets count tiles, so that every run is the same.
 pub(super) fn halved(
     bench: &mut Bench,
     cell: &Cell,
@@ -75,8 +75,8 @@ pub(super) fn halved(
     ])
 }
 
-/// Draws frames from one pose. Returns the number of frames until no tile was missing (at most [`LAST_STAYS`]), the tiles
-/// copied in the following [`REST`] frames, and the pictures before and after these.
+/// Draws frames from one pose. Returns the number of frames until no tile was missing (at most [`LAST_STAYS`]), the
+/// number of tiles copied in the following [`REST`] frames, and the pictures before and after those frames.
 fn rest(
     session: &mut Run<VirtualTexture>,
     mut frame: impl FnMut(&mut Run<VirtualTexture>) -> anyhow::Result<()>,
@@ -99,8 +99,8 @@ fn rest(
     Ok((to_rest, copied, [before, after]))
 }
 
-/// Number of frames with a wrong report. A report is right if it has a bias, reported as oversubscription, exactly if the
-/// streamed list has more tiles than slots, and if no more tiles are wanted than there are slots.
+/// Number of frames with a wrong report. A right report has a bias, and says "oversubscribed", exactly if the streamed
+/// list has more tiles than slots. It never wants more tiles than slots.
 fn misreported(records: &[FrameRecord], slots: u32) -> usize {
     let wrong = |record: &&FrameRecord| {
         let Some(list_of) = record.list_of else { return false };

@@ -1,8 +1,8 @@
 //! Figures of streaming along six paths over the earth: vt.cache, vt.prefetch, vt.budget, vt.pop, vt.disk.
 //!
-//! Lists and caches do not depend on the texels. So the `ruler` replaces the imagery there, with the same pyramid, mesh
-//! and paths, because its tiles cost a tenth. With tiles of 256 texels, 640 x 360 pixels show as many tiles as 1280 x 720
-//! pixels do with the paper's tiles of 512.
+//! Lists and caches do not depend on the texels. So the `ruler` replaces the imagery where only they matter, with the
+//! same pyramid, mesh and paths: its tiles take a tenth of the time. With tiles of 256 texels, 640 x 360 pixels show as
+//! many tiles as 1280 x 720 pixels with the paper's tiles of 512.
 
 mod budget;
 mod cache;
@@ -46,15 +46,15 @@ const PATHS: [&str; 6] = [
     "earth/teleport",
 ];
 
-/// Removes the headline's fourfold magnification: a dive then crosses three levels (with it, the dive begins in level 0),
-/// and a pan moves by a quarter of the pixels.
+/// Removes the headline's fourfold magnification. A dive then crosses three levels (with magnification it begins in
+/// level 0), and a pan moves by a quarter of the pixels.
 const UNMAGNIFIED: &str = "cameras.headline.magnification=1.0";
 
 /// A cheap variant with an exact list; the figures do not depend on the variant.
 const LISTS: Config =
     Config { dedup: Dedup::TestOr, compact: Compaction::Append, address: TileAddress::OwnLevel, ..PAPER };
 
-/// A session on a device of its own; `change` edits the scene's settings last.
+/// A session on its own device; `change` edits the scene's settings last.
 ///
 /// # Errors
 /// The device lacks a feature.
@@ -81,7 +81,7 @@ fn picture(session: &mut Run<VirtualTexture>) -> anyhow::Result<Picture> {
     Ok(Picture::new(width, height, bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()))
 }
 
-/// sRGB bytes in linear light.
+/// Converts sRGB bytes to linear light.
 fn linear(bytes: &[u8], [width, height]: [u32; 2]) -> Picture {
     let pixel = |p: &[u8]| {
         let [r, g, b] = [0, 1, 2].map(|c| srgb::to_linear_f64(p[c]) as f32);
@@ -107,7 +107,7 @@ struct Route {
 }
 
 impl Route {
-    /// The path `name` (`earth/pan`) with other settings.
+    /// The path `name`, such as `earth/pan`, with changed settings.
     ///
     /// # Errors
     /// No shipped scene or path has this name.
@@ -118,7 +118,7 @@ impl Route {
         Ok(Route { scene, path })
     }
 
-    /// The path with the ruler's tiles of 256 texels, and other settings.
+    /// The path with the ruler's tiles of 256 texels, and changed settings.
     ///
     /// # Errors
     /// As [`Route::find`].
@@ -132,8 +132,8 @@ impl Route {
         texture(&self.scene)?.pyramid()?.context("a synthetic texture states its size")
     }
 
-    /// Every `step`-th frame of the path, with its exact visible tiles before any bias, and those expected
-    /// `prefetch_frames` frames later. No tiles are streamed; only the lists are needed.
+    /// Every `step`-th frame of the path: its exact visible tiles before any bias, and the tiles expected
+    /// `prefetch_frames` frames later. No tiles are streamed, because only the lists are needed.
     ///
     /// # Errors
     /// The device lacks a feature; device lost.
@@ -164,7 +164,7 @@ fn extent(bench: &Bench) -> ([u32; 2], u32) {
     bench.effort_of(([640, 360], 2), ([1920, 1080], 1))
 }
 
-/// Empty tiles, for streaming on recorded lists, where only the states of the tiles count.
+/// A source of zeros, for streaming recorded lists, where only the states of the tiles matter.
 struct Blank(Pyramid);
 
 impl Blank {

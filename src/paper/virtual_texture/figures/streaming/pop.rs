@@ -1,4 +1,4 @@
-//! vt.pop: the jumps of pixels when tiles arrive, without and with fade-in.
+//! vt.pop: the jumps of pixel values when tiles arrive, without and with fade-in.
 
 use super::{Route, UNMAGNIFIED, linear, session, show_beside};
 use crate::figure::claim::{Bound::Above, Claim, Test, one};
@@ -22,17 +22,17 @@ const BEHIND: &str = "mean error";
 const LOOKED_AT: &str = "frames held against the one before";
 const PIXELS: &str = "pixels of each";
 
-/// Frames at each pose: a list reaches the host after two, a load takes one, and tiles arrive in the fourth.
+/// Frames at each pose. A list reaches the host after two frames and a load takes one, so tiles arrive in the fourth.
 const STAYS: u32 = 4;
 
 pub const POP: Figure = Figure {
     id: "vt.pop",
-    title: "Jumps of pixels when tiles arrive",
-    about: "The pop is the largest change of a channel of a pixel between two frames, beyond the change in the fully \
-            resident sequence. To make that change zero, the camera rests at each pose for four frames, and a pose's tiles \
+    title: "Jumps of pixel values when tiles arrive",
+    about: "The pop is the largest change of any pixel's channel between two frames, beyond the change in the fully \
+            resident sequence. To make the latter zero, the camera rests at each pose for four frames, and a pose's tiles \
             arrive in the last of them. The paper (section 4) shows a tile as soon as it arrives; fade-in blends it with \
-            the coarser tile that was shown before. The price is a picture that lags: the mean error is that of each pose's \
-            last frame against the fully resident one. Levels are of 8-bit sRGB. The headline's camera is used without \
+            the coarser tile that was shown before. The price is a picture that lags: the mean error compares each pose's \
+            last frame with the fully resident one. Levels are those of 8-bit sRGB. The headline's camera is used without \
             magnification, so that the dive crosses levels. Every pixel of every frame counts: 39 poses of 320 x 180 pixels \
             (quick: every second of the path's first 80) or 239 of 1280 x 720. The pictures are the frame after the largest \
             jump and the map of that jump.",
@@ -44,7 +44,7 @@ pub const POP: Figure = Figure {
     plots: &[Plot::curves(ALONG, "frame"), Plot::bars(BEHIND)],
     claims: &[Claim::ours(
         "tiles-pop",
-        "Tiles that are shown as soon as they arrive pop visibly: by more than 8 levels of 255.",
+        "Tiles that are shown as soon as they arrive pop visibly: a pixel jumps by more than 8 levels of 255.",
         &[Test::value(one(LARGEST, FADES[0].1), Above(8.0))],
     )],
 };
@@ -56,7 +56,7 @@ fn variants() -> Vec<String> {
 /// The picture's size, and the frames of the path.
 fn extent(effort: Effort) -> ([u32; 2], Vec<u32>) {
     match effort {
-        // With tiles of 128, as many tiles are visible as with the paper's at 1280 x 720.
+        // With tiles of 128, as many tiles are visible as with the paper's tiles of 512 at 1280 x 720.
         Effort::Quick => ([320, 180], (0..80).step_by(2).collect()),
         Effort::Full => ([1280, 720], (0..240).collect()),
     }

@@ -1,4 +1,4 @@
-//! vt.prefetch: the number of missing visible tiles, without and with prefetch.
+//! vt.prefetch: the number of visible tiles that are missing, without and with prefetch.
 
 use super::cache::Nowhere;
 use super::{Blank, Route, UNMAGNIFIED, extent};
@@ -28,10 +28,10 @@ const UNSEEN: &str = "copies never seen";
 pub const PREFETCH: Figure = Figure {
     id: "vt.prefetch",
     title: "Missing tiles, with and without prefetch along the camera's motion",
-    about: "The paper (section 3) requests a tile when it is visible. It arrives late by the time for the list to reach the \
-            host, the disk read and the copy; a coarser tile is shown meanwhile. With prefetch, stages 1 to 3 also run at a \
-            sixteenth of the pixels from the extrapolated camera some frames later, and their tiles are loaded with the \
-            budget that the visible tiles leave. A tile counts as missing in each frame whose picture needs it and does not \
+    about: "The paper (section 3) requests a tile when it is visible. The tile is late by the time for the list to reach the \
+            host, for the disk read and for the copy; a coarser tile is shown meanwhile. With prefetch, stages 1 to 3 also run at a \
+            sixteenth of the pixels for the camera extrapolated by some frames, and their tiles are loaded with the \
+            budget that the visible tiles leave. A tile counts as missing in each frame whose picture needs it but does not \
             have it. The headline's camera is used without magnification, so that the dive crosses levels. Every frame \
             (quick: every second one) at 640 x 360 (quick) or 1920 x 1080 pixels.",
     scenes: &["earth/pan", "earth/dive", "earth/orbit"],
@@ -98,8 +98,8 @@ struct Outcome {
 }
 
 impl Outcome {
-    /// Streams recorded lists as the session does: each list [`FRAMES_IN_FLIGHT`] frames late, plus `delay` frames for
-    /// a slow disk.
+    /// Streams recorded lists as a session does: each list arrives [`FRAMES_IN_FLIGHT`] frames late, plus `delay`
+    /// frames for a slow disk.
     fn of(pyramid: &Pyramid, records: &[FrameRecord], delay: usize) -> anyhow::Result<Outcome> {
         let largest = records.iter().map(|record| record.visible.len()).max().context("a path has frames")?;
         // Twice the largest visible set; see vt.cache.
@@ -108,7 +108,7 @@ impl Outcome {
             host_tiles: 4 * largest as u32,
             upload_tiles_per_frame: 8,
             load_tiles_per_frame: 8,
-            // As in the committed results.
+            // The stored results in results/ have this order.
             order: Order::Finest,
             deterministic: true,
             ..StreamingConfig::default()

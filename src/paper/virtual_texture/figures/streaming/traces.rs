@@ -1,17 +1,17 @@
-//! The error of a recovering picture over time, from several measurements: vt.budget and vt.disk.
+//! The error of a recovering picture over time, from several measurements; for vt.budget and vt.disk.
 
 use crate::figure::Row;
 use crate::stats::Summary;
 
-/// Number of measurements of each recovery, in quick runs too: the least with a 95 % confidence interval.
+/// Number of measurements of each recovery, also in quick runs: the fewest with a 95 % confidence interval.
 pub(super) const ROUNDS: usize = 6;
 
 /// For each frame, its time in milliseconds since the beginning and its error.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Trace(pub Vec<[f64; 2]>);
 
-/// The times at which traces are sampled, in milliseconds: two per doubling, from 10 ms to 14 s. They are the same in all
-/// runs, although frames end at different times in each.
+/// The times at which traces are sampled, in milliseconds: two per doubling, from 10 ms to 14 s. They are the same in
+/// all runs, although each run's frames end at different times.
 fn times() -> impl Iterator<Item = f64> {
     (0..=21).map(|n| 10.0 * 2.0f64.powf(f64::from(n) / 2.0))
 }
@@ -20,7 +20,7 @@ fn summary(samples: impl Iterator<Item = f64>) -> Summary {
     Summary::of(&samples.collect::<Vec<_>>()).expect("a recovery is measured more than once")
 }
 
-/// A row with a number of each round; infinite if a round has none.
+/// A row with a number for each round; infinite if a round has no number.
 pub(super) fn repeated<T>(
     name: &str,
     quantity: &str,

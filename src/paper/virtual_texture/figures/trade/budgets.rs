@@ -1,5 +1,5 @@
-//! Upload and load budgets (section 3): they do not change the settled frame, but how soon it settles. So they are not
-//! points of the Pareto front. Each is settled from empty caches, and the settled frame is measured to be unchanged.
+//! Upload and load budgets (section 3). They change how soon a frame settles, but not the settled frame. So they are
+//! not points of the Pareto front. Each budget is settled from empty caches, and the settled picture is compared.
 
 use super::{Stage, Sweep};
 use crate::figure::{Bench, Budgeted, Contender};
@@ -12,10 +12,10 @@ use std::time::Instant;
 
 /// Upload budgets in milliseconds per frame, with all tiles in memory.
 const UPLOAD_MS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
-/// Load budgets in milliseconds per frame; the tiles are made or read again.
+/// Load budgets in milliseconds per frame. The tiles are synthesised or read again.
 const LOAD_MS: [f64; 3] = [2.0, 8.0, 32.0];
 
-/// The changes of the scene, and whether tiles are read again.
+/// The changes of the scene, and true if tiles are read again.
 fn changes() -> Vec<(String, bool)> {
     let uploads = UPLOAD_MS.map(|ms| (format!("cache.upload_budget_ms={ms}"), false));
     uploads.into_iter().chain(LOAD_MS.map(|ms| (format!("cache.load_budget_ms={ms}"), true))).collect()

@@ -20,16 +20,16 @@ pub enum Knob {
     Stages,
     Format,
     GpuTiles,
-    /// Measured separately (`super::budgets`), because no budget changes a settled frame.
+    /// Measured separately (`super::budgets`), because budgets do not change a settled frame.
     Budgets,
 }
 
 /// A point of the sweep.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Setting {
-    /// The differences to the scene, in words.
+    /// The differences from the scene, in words.
     pub name: String,
-    /// The differences as changes `KEY=VALUE` of the scene.
+    /// The differences from the scene, as `KEY=VALUE`.
     pub changes: Vec<String>,
 }
 
@@ -99,11 +99,11 @@ impl Knob {
     }
 }
 
-/// Texels; every number of samples that is tried goes with it.
+/// The smallest tile side in texels. It allows every number of samples that is tried.
 const SMALLEST_TILE: u32 = 16;
-/// Texels.
+/// Borders in texels.
 const BORDERS: [u32; 4] = [0, 1, 2, 8];
-/// n: one pixel of 2^n.
+/// Values of n: one pixel in 2^n.
 const FEEDBACKS: [u32; 4] = [2, 4, 6, 8];
 
 /// The values of all knobs.
@@ -140,8 +140,8 @@ impl Values {
         }
     }
 
-    /// The values with a sufficient border, or `None` if there is none. Samples along a footprint need a border of 2 texels. A
-    /// generated texture can have it; a file's border is fixed.
+    /// The values with a sufficient border, or `None` if they are not to be measured. Samples along a footprint need a
+    /// border of 2 texels. A generated texture can have it; a file's border is fixed.
     fn drawable(self, own: &Values, generated: bool) -> Option<Values> {
         if self == *own {
             return Some(self);
@@ -156,8 +156,8 @@ impl Values {
             }
             Filtering::Ellipse => true,
         };
-        // Subsampled lists change when a picture is complete, but not the picture. Some borders lie between those that are
-        // combined with all others. Both are tried alone.
+        // Two kinds of values are tried alone: subsampled lists, which change when a picture is complete but not the
+        // picture, and borders other than 0 and the scene's own.
         let (list, feedback_log2) = (own.list, own.feedback_log2);
         let listed = (self.list, self.feedback_log2) == (list, feedback_log2)
             || Values { list, feedback_log2, ..self } == *own;
@@ -168,8 +168,8 @@ impl Values {
         let filter = Filter { kind: self.filter, max_anisotropy: self.max_anisotropy, ..Filter::DEFAULT };
         let fits = filter.beyond(self.border, SMALLEST_TILE).is_none();
         let border = if fits { self.border } else { filter.least_border() };
-        // Another format is tried with the filters that use a sampler and with borders that cut no block; fewer tiles are
-        // tried alone.
+        // Another format is tried with the filters that use a sampler, and with borders of whole blocks. Fewer tiles
+        // are tried alone.
         let format = self.format == own.format
             || (self.filter != Filtering::Stochastic
                 && (self.level_bias, self.list, self.border) == (own.level_bias, own.list, own.border)
@@ -179,7 +179,7 @@ impl Values {
         (sensible && stages && format && alone && (fits || generated)).then_some(Values { border, ..self })
     }
 
-    /// `surface` is the key of the surface with the texture.
+    /// The setting with these values. `surface` is the key of the surface with the texture.
     fn setting(&self, own: &Values, surface: &str) -> Setting {
         let (mut words, mut changes) = (Vec::new(), Vec::new());
         let mut differs = |is: bool, word: String, keys: &[String]| {
@@ -254,7 +254,7 @@ pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Setting>, TextureEr
     for knob in Knob::ALL.into_iter().filter(|knob| knobs.contains(knob)) {
         let generates = match knob {
             Knob::Border => generated,
-            // The ruler's texels must be exact, which bc1 is not.
+            // The ruler's texels must be exact, and bc1 is lossy.
             Knob::Format => texture.source == TextureSource::Earth,
             _ => true,
         };
@@ -312,7 +312,7 @@ pub fn not_turned(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Refused>, Texture
                     "the file was baked in another format; bake it again with --format bc1".into(),
                 );
             }
-            _ => refuse("bc1".into(), "the ruler's texels are exact, which bc1 is not".into()),
+            _ => refuse("bc1".into(), "the ruler's texels are exact, and bc1 is lossy".into()),
         }
     }
     Ok(refused)

@@ -1,5 +1,5 @@
-//! The trade between time and accuracy in one scene: for every setting of some [`Knob`]s, the settled frame is timed and
-//! its picture compared with the `truth`.
+//! The trade between time and accuracy in one scene. For every combination of some [`Knob`]s' values, the settled frame
+//! is timed and its picture compared with the `truth`.
 
 mod budgets;
 mod knobs;
@@ -36,7 +36,7 @@ pub enum Measure {
     Nmse,
     /// Mean of FLIP.
     Flip,
-    /// Largest difference of a channel, linear light.
+    /// Largest difference of a channel in linear light.
     Max,
 }
 
@@ -60,10 +60,10 @@ impl Measure {
 
 /// The parameters of a sweep.
 pub struct Sweep<'a> {
-    /// A shipped scene or a file, as [`Scene::load_with`] takes it, and changes to it.
+    /// A shipped scene or a file, as for [`Scene::load_with`].
     pub scene: &'a str,
     pub overrides: &'a [String],
-    /// Default: the scene's own.
+    /// In pixels. By default the scene's size.
     pub size: Option<[u32; 2]>,
     pub knobs: &'a [Knob],
     pub measure: Measure,
@@ -77,16 +77,16 @@ struct Stage<'a> {
     pose: Pose,
     size: [u32; 2],
     truth: Truth,
-    /// Sources by border and format. They are shared because an Earth tile takes 13 ms of a core and most settings see the
-    /// same tiles.
+    /// Sources by border and format. They are shared because an Earth tile takes 13 ms of a core and most settings need
+    /// the same tiles.
     sources: HashMap<(u32, TileFormat), Arc<Remembered>>,
 }
 
 impl Sweep<'_> {
-    /// Measures all settings; `progress` receives how many settings are done, and of how many.
+    /// Measures all settings. `progress` receives the number of settings done and the number of all settings.
     ///
     /// # Errors
-    /// A scene or device that is not available, BC1 tiles (the reference cannot read them), a device without timestamps.
+    /// An unavailable scene or device; BC1 tiles, which the reference cannot read; a device without timestamps.
     pub fn run(&self, bench: &Bench, progress: impl Fn(usize, usize)) -> anyhow::Result<Trade> {
         let scene = Scene::load_with(self.scene, self.overrides)?;
         let settings = settings(&scene, self.knobs)?;
@@ -140,7 +140,7 @@ impl Sweep<'_> {
         let source = open_texture(&exact).with_context(|| format!("scene {}", self.scene))?;
         anyhow::ensure!(
             source.format() == TileFormat::Rgba8,
-            "the reference reads no bc1 tiles ({}); bake the texture with --format rgba8",
+            "the reference cannot read bc1 tiles ({}); bake the texture with --format rgba8",
             source.describe()
         );
         let (mesh, pose) = (source_mesh(scene)?, scene.pose(0)?);
@@ -201,11 +201,11 @@ impl Stage<'_> {
         };
         session.settle(&self.pose)?;
         session.drain()?;
-        // One more frame with a fixed number: the noise depends on the frame's number, so every run is the same.
+        // One more frame, with a fixed number: the noise depends only on the frame's number, so every run is the same.
         session.again(&self.pose)?;
         let picture = self.truth.cut(&session.picture_bytes()?);
         let measures = Comparison::of(&picture, &self.truth.picture)?.measures(OUTLIER_BOUND);
-        // A bias beyond the coarsest level is clamped to less than the setting.
+        // A set bias beyond the coarsest level is clamped, so the actual bias can be less than the set one.
         let forced_bias =
             session.technique.bias().saturating_sub(session.technique.settings.config.level_bias);
         let list_frames = session.technique.frames_to_list();

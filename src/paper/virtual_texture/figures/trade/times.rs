@@ -1,7 +1,7 @@
 //! Times of settings as multiples of the scene's own frame, which is timed in every round of every batch. A disturbance
-//! affects both frames of a round, so the median of ratios is more stable than the ratio of medians. Two sweeps of the earth
-//! at 320 x 180 with three busy processes beside them differed in a setting's time by 11 % (at most 35 %) with medians of
-//! 10 times, and by 2 % (at most 6 %) with medians of 60 ratios.
+//! affects both frames of a round, so the median of ratios is more stable than the ratio of medians. Measured with two
+//! sweeps of the earth at 320 x 180, beside three busy processes: a setting's times differed by 11 % (at most 35 %)
+//! with medians of 10 times, and by 2 % (at most 6 %) with medians of 60 ratios.
 
 use super::{Measure, Open, Stage};
 use crate::figure::{Bench, Contender, Errors, Timed, Traded};
@@ -9,11 +9,11 @@ use crate::stats::{Summary, median, median_interval};
 use crate::vk::PassTime;
 use anyhow::Context;
 
-/// Settings are run until their medians are known, for at most this many times the usual number of rounds.
+/// Settings run until their medians are known, for at most this multiple of the usual number of rounds.
 pub(super) const MOST: usize = 6;
 
-/// A median is known if its interval is at most this share of it wide: half of the difference, on either side, that the
-/// front treats as equal.
+/// A median is known if its confidence interval is at most this wide, relative to its middle. The Pareto front treats
+/// times as equal up to the same difference.
 const KNOWN: f64 = 0.05;
 
 /// A batch of settings that were timed in turn with the scene's own.
@@ -69,12 +69,12 @@ fn known(timed: &Timed, own: &Timed) -> bool {
     })
 }
 
-/// A setting's time over the scene's own in each round; `None` if the device has no timestamps.
+/// A setting's time divided by the scene's own, in each round; `None` if the device has no timestamps.
 fn ratios(timed: &Timed, own_ms: &[f64]) -> Option<Vec<f64>> {
     Some(timed.total_of_rounds()?.iter().zip(own_ms).map(|(ms, own_ms)| ms / own_ms).collect())
 }
 
-/// A setting with its times, in any unit.
+/// A setting's result, with `times` in any unit.
 fn traded(open: &Open, measure: Measure, times: &[f64]) -> Traded {
     let worst = open.measures.worst.map_or(0.0, |worst| worst.value);
     let errors = Errors { nmse: open.measures.nmse, flip: open.measures.flip_mean, max: worst };
@@ -91,8 +91,8 @@ fn traded(open: &Open, measure: Measure, times: &[f64]) -> Traded {
     }
 }
 
-/// All settings in milliseconds, the scene's own first: multiples of the median of the scene's own frame over all batches.
-/// Also the smallest and largest median of a batch.
+/// All settings with their times in milliseconds, the scene's own first: each ratio times the median of the scene's own
+/// frame over all batches. Also the smallest and the largest median of that frame in a batch.
 pub(super) fn levelled(own: &Open, batches: Vec<Batch>, measure: Measure) -> (Vec<Traded>, [f64; 2]) {
     let medians = batches.iter().map(|batch| median(&batch.own_ms).expect("there are rounds"));
     let medians: Vec<f64> = medians.collect();
@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn a_setting_is_known_once_its_ratios_are_stable_even_if_its_times_are_not() {
-        // Another process runs at times: times change threefold, ratios by 2 %.
+        // Another process runs now and then: times change threefold, ratios by 2 %.
         let own = |n: usize| if n.is_multiple_of(3) { 30.0 } else { 10.0 };
         let rounds = || (0..10).map(move |n| (n, own(n)));
         let own = timed(rounds().map(|(_, ms)| ms));

@@ -7,9 +7,9 @@ use crate::picture::{Picture, srgb};
 use crate::reference::{Sample, View};
 use crate::texture::source::TileSource;
 
-/// Most pixels of the reference: at 10 to 200 us each it takes seconds.
+/// Most pixels of the reference. A pixel takes 10 to 200 us, so the reference takes seconds.
 const MOST_PIXELS: u32 = 57_600;
-/// Windows of larger pictures: side in pixels, and the most across and down.
+/// Windows of larger pictures: the side in pixels, and the most windows across and down.
 const WINDOW: u32 = 32;
 const ACROSS: [u32; 2] = [10, 5];
 
@@ -18,7 +18,7 @@ pub struct Truth {
     pub picture: Picture,
     size: [u32; 2],
     windows: Windows,
-    /// Pixels that the landscape covers wholly, judged by their neighbours.
+    /// True for pixels inside the landscape: it covers the pixel and its neighbours.
     inside: Vec<bool>,
 }
 
@@ -82,7 +82,8 @@ impl Truth {
         Ok(Truth { picture: Picture::new(columns, rows, rgba), size, windows, inside })
     }
 
-    /// The same pixels of a settled picture in sRGB bytes; black at the landscape's outline, as in the reference.
+    /// The same pixels of a settled picture, given as sRGB bytes. Pixels at the landscape's outline are black, as in
+    /// the reference.
     pub fn cut(&self, bytes: &[u8]) -> Picture {
         let Picture { width, height, .. } = self.picture;
         assert_eq!(
@@ -100,12 +101,12 @@ impl Truth {
         Picture::new(width, height, (0..width * height).map(pixel).collect())
     }
 
-    /// In words, for reports.
+    /// Describes the reference in words, for reports.
     pub fn describe(&self) -> String {
         let [columns, rows] = self.windows.mosaic();
         let counted = self.inside.iter().filter(|inside| **inside).count();
         let place = match [columns, rows] == self.size {
-            true => "all over the picture".to_string(),
+            true => "in the whole picture".to_string(),
             false => {
                 let ([across, down], [width, height]) = (self.windows.count, self.windows.side);
                 format!("in {across} x {down} windows of {width} x {height} pixels")
