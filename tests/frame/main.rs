@@ -1,5 +1,5 @@
-//! The frame loop: after a resize or a switch of variants between frames, the picture equals that of a new run.
-//! Validation and synchronisation validation are on; any message fails the test.
+//! The frame loop: after a resize or a switch of variants between frames, the picture equals that of a process that
+//! draws nothing else. Validation and synchronisation validation are on; any message fails the test.
 
 use ortelius::frame::{Run, Technique};
 use ortelius::math::camera::Pose;
@@ -14,6 +14,7 @@ use ortelius::picture::Target;
 use ortelius::scene::Scene;
 use ortelius::texture::source::TileSource;
 use ortelius::vk::{Gpu, GpuOptions, Watched};
+use std::process::Command;
 use std::sync::Arc;
 
 /// Pixels: wide, high, odd, tiny, and back.
@@ -79,33 +80,66 @@ impl Landscape {
     }
 }
 
-/// The settled picture of a new run whose last frame has the same number as after `after` other frames, because
-/// noise depends on it.
-fn fresh(mut run: Run<VirtualTexture>, pose: &Pose, after: u64) -> Vec<u8> {
-    let settled = run.settle(pose).unwrap();
-    (settled..after).for_each(|_| run.frame(pose).unwrap());
+/// A size and a variant, or a size of a mesh, as a number; and a number of frames to draw at least.
+type Case = [u64; 2];
+
+const CASE: &str = "ORTELIUS_TEST_CASE";
+const PICTURE: &str = "ORTELIUS_TEST_PICTURE";
+
+/// The picture of a new process: this binary, which runs `test` with `case` in its environment.
+fn of_a_new_process(test: &str, case: Case) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = folder.path().join("picture");
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    command.args(["--exact", test]).env(CASE, format!("{} {}", case[0], case[1])).env(PICTURE, &picture);
+    let ran = command.output().unwrap();
+    let said = [ran.stdout, ran.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
+    assert!(ran.status.success() && said.contains("1 passed"), "{case:?}: {said}");
+    std::fs::read(&picture).unwrap()
+}
+
+/// True in a process of [`of_a_new_process`]: its case is drawn and saved.
+fn drew_a_case(draw: impl Fn(Case) -> Vec<u8>) -> bool {
+    let Ok(case) = std::env::var(CASE) else { return false };
+    let numbers: Vec<u64> = case.split(' ').map(|number| number.parse().unwrap()).collect();
+    let bytes = draw(numbers.try_into().unwrap());
+    std::fs::write(std::env::var_os(PICTURE).unwrap(), bytes).unwrap();
+    true
+}
+
+/// The settled picture. Noise depends on the frame's number: the last frame has at least the number `frames`.
+fn settled(mut run: Run<VirtualTexture>, pose: &Pose, frames: u64) -> Vec<u8> {
+    let drawn = run.settle(pose).unwrap();
+    (drawn..frames).for_each(|_| run.frame(pose).unwrap());
     run.picture_bytes().unwrap()
 }
 
 #[test]
-fn twenty_resizes_give_the_pictures_of_new_runs_without_leaks() {
+fn twenty_resizes_give_the_pictures_of_new_processes_without_leaks() {
     let gpu = device();
     let landscape = Landscape::new();
-    for dedup in [Dedup::Geometry, Dedup::FusedExact] {
-        let compact = if dedup.fused() { Compaction::Append } else { PAPER.compact };
-        let config = Config { dedup, compact, ..PAPER };
+    let exact = Config { dedup: Dedup::FusedExact, compact: Compaction::Append, ..PAPER };
+    let draw = |[n, config]: Case| {
+        let run = landscape.run(&gpu, SIZES[n as usize], [PAPER, exact][config as usize]);
+        settled(run, &landscape.pose, 0)
+    };
+    if drew_a_case(draw) {
+        return;
+    }
+    for (number, config) in [PAPER, exact].into_iter().enumerate() {
         let mut run = landscape.run(&gpu, SIZES[0], config);
         run.settle(&landscape.pose).unwrap();
         run.drain().unwrap();
         let before = allocated(&gpu);
-        for size in SIZES {
+        for (n, size) in SIZES.into_iter().enumerate() {
             run.resize(size).unwrap();
             assert!(!run.settled(), "nothing of {size:?} is drawn yet");
             run.settle(&landscape.pose).unwrap();
-            let new = fresh(landscape.run(&gpu, size, config), &landscape.pose, 0);
-            assert!(run.picture_bytes().unwrap() == new, "{dedup:?}, {size:?}");
+            let test = "twenty_resizes_give_the_pictures_of_new_processes_without_leaks";
+            let new = of_a_new_process(test, [n as u64, number as u64]);
+            assert!(run.picture_bytes().unwrap() == new, "{:?}, {size:?}", config.dedup);
         }
-        assert_eq!(allocated(&gpu), before, "{dedup:?}: allocations after and before");
+        assert_eq!(allocated(&gpu), before, "{:?}: allocations after and before", config.dedup);
     }
 }
 
@@ -119,13 +153,20 @@ fn meshes_are_resized_too() {
         let own = progressive_mesh::Settings::of_scene(&scene, Target::Srgb8).unwrap();
         ProgressiveMeshes::run(gpu.clone(), &models, progressive_mesh::Settings { size, ..own }).unwrap()
     };
+    let draw = |[n, _]: Case| {
+        let mut new = run(SIZES[n as usize]);
+        new.frame(&pose).unwrap();
+        new.picture_bytes().unwrap()
+    };
+    if drew_a_case(draw) {
+        return;
+    }
     let mut resized = run(SIZES[0]);
-    for size in SIZES {
+    for (n, size) in SIZES.into_iter().enumerate() {
         resized.resize(size).unwrap();
         resized.frame(&pose).unwrap();
-        let mut new = run(size);
-        new.frame(&pose).unwrap();
-        assert!(resized.picture_bytes().unwrap() == new.picture_bytes().unwrap(), "{size:?}");
+        let new = of_a_new_process("meshes_are_resized_too", [n as u64, 0]);
+        assert!(resized.picture_bytes().unwrap() == new, "{size:?}");
     }
 }
 
@@ -158,6 +199,10 @@ fn one_run_switches_to_every_variant_and_keeps_the_caches() {
     let landscape = Landscape::new();
     let (size, pose) = ([160, 90], landscape.pose);
     let variants = variants(&landscape);
+    let draw = |[n, frames]: Case| settled(landscape.run(&gpu, size, variants[n as usize]), &pose, frames);
+    if drew_a_case(draw) {
+        return;
+    }
     for &dedup in Dedup::ALL {
         assert!(variants.iter().any(|config| config.dedup == dedup), "{dedup:?}");
     }
@@ -168,12 +213,13 @@ fn one_run_switches_to_every_variant_and_keeps_the_caches() {
     let mut frames = run.settle(&pose).unwrap();
     run.drain().unwrap();
     let before = allocated(&gpu);
-    for &config in &variants {
+    for (n, &config) in variants.iter().enumerate() {
         run.records.take();
         run.reconfigure(|technique, gpu, target| technique.reconfigure(gpu, config, target)).unwrap();
         frames += run.settle(&pose).unwrap();
-        let after = if config.filter.kind == Filtering::Stochastic { frames } else { 0 };
-        let new = fresh(landscape.run(&gpu, size, config), &pose, after);
+        let least = if config.filter.kind == Filtering::Stochastic { frames } else { 0 };
+        let test = "one_run_switches_to_every_variant_and_keeps_the_caches";
+        let new = of_a_new_process(test, [n as u64, least]);
         assert!(run.picture_bytes().unwrap() == new, "{config:?}");
         assert_eq!(run.technique.passes().len(), run.records.last().unwrap().passes.len(), "{config:?}");
         // A list longer than the visible set may upload more tiles.
