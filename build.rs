@@ -1,11 +1,11 @@
 //! Compiles `glsl/` to SPIR-V 1.5 and writes `shaders.rs`: the code words, and everything on which Rust and GLSL must
-//! agree (binding numbers, specialization ids, vertex inputs, the structs of push-constant blocks). These are
-//! generated, never typed twice. If two shaders declare a struct differently, the build fails.
+//! agree (binding numbers, specialization ids, vertex inputs, the structs of push-constant blocks), so that nothing is
+//! typed twice. If two shaders declare a struct differently, the build fails.
 //!
 //! SPIR-V 1.5, not 1.6: Mesa 22.3's lavapipe crashes on helper-invocation queries in 1.6. A shader with `// variants
 //! NAME: a b c` in its first lines is compiled once for each value of that macro.
-//! The window's F5 runs this program again with a path as its argument: it then compiles the `glsl/` of the current
-//! folder and writes the words there, `NAME<tab>INTERFACE<tab>words in hexadecimal` a line.
+//! The window's F5 runs this program again with a path as its argument. It then compiles the `glsl/` of the current
+//! folder and writes the words to that path, one line per shader: `NAME<tab>INTERFACE<tab>words in hexadecimal`.
 
 use glslang::{
     Compiler, CompilerOptions, ShaderInput, ShaderMessage, ShaderSource, SourceLanguage, SpirvVersion,
@@ -37,7 +37,7 @@ fn main() {
     finish(&generated(), |generated| generated.text(), &out);
 }
 
-/// Every shader compiled, or all messages.
+/// Compiles every shader. The error has all messages.
 fn generated() -> Result<Generated, String> {
     let mut generated = Generated::default();
     let mut failures = Vec::new();
@@ -49,7 +49,7 @@ fn generated() -> Result<Generated, String> {
     if failures.is_empty() { Ok(generated) } else { Err(failures.join("\n")) }
 }
 
-/// Writes what `text` makes of it, or ends the program with the messages.
+/// Writes `text` of the compiled shaders to `path`, or ends the program with the messages.
 fn finish(generated: &Result<Generated, String>, text: impl Fn(&Generated) -> String, path: &Path) {
     let written = generated.as_ref().map_err(String::clone).and_then(|generated| {
         std::fs::write(path, text(generated)).map_err(|error| format!("{}: {error}", path.display()))
@@ -60,8 +60,8 @@ fn finish(generated: &Result<Generated, String>, text: impl Fn(&Generated) -> St
     }
 }
 
-/// The commit that is built, for the manifests of reports; with "+changes" if the compiled files differ from the
-/// commit; "unknown" in a tree without history.
+/// The commit that is built, for the manifests of reports. "+changes" is appended if the compiled files differ from the
+/// commit. "unknown" in a tree without history.
 fn commit() -> String {
     // A tarball unpacked inside another repository must not report that repository's commit.
     let ours = git(&["rev-parse", "--show-prefix"]).is_some_and(|prefix| prefix.is_empty());
@@ -71,13 +71,13 @@ fn commit() -> String {
     if changes.is_none_or(|changes| changes.is_empty()) { commit } else { commit + "+changes" }
 }
 
-/// The output of git, if it runs successfully.
+/// The output of git; `None` if it fails.
 fn git(arguments: &[&str]) -> Option<String> {
     let output = std::process::Command::new("git").args(arguments).output().ok()?;
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_string())
 }
 
-/// Every `STEM.STAGE` below `folder`, sorted, so that the output is the same on every machine.
+/// Every `STEM.STAGE` below `folder`, sorted so that the output is the same on every machine.
 fn shader_files(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     let mut folders = vec![folder.to_path_buf()];
@@ -289,7 +289,7 @@ impl Generated {
         }
     }
 
-    /// As F5 reads it.
+    /// The file that F5 reads.
     fn words(&self) -> String {
         let hex = |words: &[u32]| words.iter().map(|word| format!("{word:x}")).collect::<Vec<_>>().join(" ");
         let line = |(name, interface, words): &(String, u64, Vec<u32>)| {
@@ -312,7 +312,7 @@ impl Generated {
     }
 }
 
-/// Of everything that Rust and a shader must agree on.
+/// Hash of everything on which Rust and a shader must agree.
 fn hash(interface: &impl std::hash::Hash) -> u64 {
     let mut hasher = std::hash::DefaultHasher::new();
     interface.hash(&mut hasher);
@@ -360,7 +360,7 @@ fn scalar(ty: &ScalarType) -> Option<&'static str> {
     }
 }
 
-/// The Rust type of a member in scalar layout, and its bytes.
+/// The Rust type of a member in scalar layout, and its size in bytes.
 fn rust_type(ty: &Type) -> Option<(String, usize)> {
     match ty {
         Type::Scalar(s) => Some((scalar(s)?.to_string(), 4)),

@@ -1,9 +1,9 @@
-//! Ortelius: a research renderer on raw Vulkan. It rebuilds the pipelines of papers, each with modern variants and a
-//! slow, exact reference, and measures the cost and error of every choice.
+//! Ortelius: a research renderer on raw Vulkan. It rebuilds the pipelines of three papers, each with modern variants
+//! and a slow, exact reference, and measures the cost and the error of every choice.
 //!
 //! # The papers
 //!
-//! Each step of a paper is in one file, named after the step. The module of each paper lists them, with the errata.
+//! Each step of a paper is in one file, named after the step. The module of each paper lists its steps and its errata.
 //!
 //! - [`paper::virtual_texture`]: super-large textures; the visible tiles are determined entirely on the GPU.
 //! - [`paper::progressive_mesh`]: progressive meshes whose index order suits the vertex cache at every level of
@@ -13,7 +13,7 @@
 //!
 //! # Use as a library
 //!
-//! A [`Scene`] is read from a file, or by the name of a shipped one. A [`Renderer`] opens it on a device, a [`Gpu`],
+//! A [`Scene`] is read from a file or by the name of a shipped scene. A [`Renderer`] opens it on a device (a [`Gpu`])
 //! with only the features, memory and passes that the scene needs.
 //!
 //! ```
@@ -35,11 +35,11 @@
 //! [`Renderer::frame`] renders one frame from a [`Pose`], [`Renderer::settle`] renders until nothing is missing, and
 //! [`Renderer::resize`] changes the picture's size between frames. Pictures are available as [`Srgb8Picture`]s, as
 //! linear [`Picture`]s, or as bytes ([`Renderer::picture_bytes`]); a [`Report`] holds the measurements. Everything
-//! else is internal: public for the command line and the tests, hidden here, and free to change.
+//! else is internal and may change; it is public only for the command line and the tests, and hidden here.
 
 #![deny(unsafe_code)]
 
-// A module may use modules listed above it, never those below.
+// A module may use the modules listed above it, but not those below.
 
 // floor 0: plain data, no GPU
 #[doc(hidden)]

@@ -34,7 +34,7 @@ struct CommandLine {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render the paper's headline picture and measure three of its figures into out/ (created if absent)
+    /// Measure three figures and render three pictures into out/ (created if absent)
     Demo(demo::DemoArgs),
     /// Render a scene
     Render(Box<render::RenderArgs>),
@@ -49,7 +49,7 @@ enum Command {
     Trade(Box<trade::TradeArgs>),
     /// Merge the parts of a run into one report
     Merge(merge::MergeArgs),
-    /// Make the page of stored results again
+    /// Write the HTML page of stored results
     Page(page::PageArgs),
     /// Cut a picture into a tile pyramid (.tiles)
     Bake(bake::BakeArgs),
@@ -72,8 +72,8 @@ enum Command {
 }
 
 impl Command {
-    /// The user's options after Ctrl-C. `None` for commands that write nothing, and for `reproduce`, which handles
-    /// its worker.
+    /// The message after Ctrl-C. `None` for commands that write nothing, and for `reproduce`, which stops its worker
+    /// itself.
     fn advice(&self) -> Option<&'static str> {
         match self {
             Command::Bake(_) => Some(
@@ -100,7 +100,7 @@ fn main() -> ExitCode {
     };
     // stdout is for data only.
     let colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    // Display warnings of winit and its libraries are of no use to the user.
+    // Display warnings of winit and its libraries do not help the user.
     let levels = Targets::new()
         .with_default(level)
         .with_target("winit", tracing::Level::ERROR)
@@ -148,7 +148,7 @@ fn run(line: &CommandLine) -> anyhow::Result<()> {
     }
 }
 
-/// Escapes control characters: names of files and keys may contain anything, including terminal escape sequences.
+/// Escapes control characters, because names of files and keys may contain terminal escape sequences.
 fn printable(text: &str) -> String {
     let escaped = |c: char| match c {
         '\n' | '\t' => c.to_string(),

@@ -270,7 +270,7 @@ fn an_install_that_fails_or_installs_nothing_is_an_error() {
     system.tool("apt-get", "case $1 in install) exit 100 ;; esac");
     system.run(&["demo"]).refused("mesa-vulkan-drivers' failed");
     system.tool("apt-get", "");
-    system.run(&["demo"]).refused("still, after 'apt-get install");
+    system.run(&["demo"]).refused("still missing after 'apt-get install");
 }
 
 #[test]

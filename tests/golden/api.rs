@@ -1,4 +1,4 @@
-//! How a case is rendered: the only file here that knows the renderer's API. Where that changes, the hashes stay.
+//! Renders a case. Only this file uses the renderer's API; if the API changes, the hashes stay.
 
 use crate::cases::{Case, View};
 use crate::store::{Entry, Hash, picture_here};
@@ -19,11 +19,11 @@ use std::sync::Arc;
 
 const SIZE: [u32; 2] = [200, 113];
 
-/// Frames for which a camera is held: the most that any case needs to have all tiles, some to spare. A fixed number,
-/// because the stochastic filter's noise depends on the frame's number.
+/// Frames for which a camera rests: more than any case needs to have all tiles. The number is fixed, because the
+/// stochastic filter's noise depends on the frame's number.
 const HELD_FRAMES: u32 = 9;
 
-/// A device with all that any variant needs. Any message of the validation layer fails the test.
+/// A device with the features of all variants. Any message of the validation layer fails the test.
 pub fn device() -> Watched {
     Watched::open(&GpuOptions { needs: &all_needs(), ..GpuOptions::default() })
 }
@@ -33,15 +33,15 @@ pub fn driver(gpu: &Gpu) -> String {
     format!("{}, {}", gpu.physical().name, gpu.physical().driver)
 }
 
-/// What cases share, because it takes long to make: decoded tiles, ordered meshes.
+/// Decoded tiles and ordered meshes, which take long to make and are shared by cases.
 #[derive(Default)]
 pub struct Shared {
     textured: HashMap<&'static str, (Arc<dyn TileSource>, Mesh)>,
-    /// The last one alone: an order's cases follow each other. Both scenes show the same model.
+    /// Only the last mesh, because the cases of an order are consecutive. Both scenes show the same model.
     mesh: Option<(String, Model)>,
 }
 
-/// `earth` with `variant.dedup=runs` and so on: the sections of each key.
+/// The case's scene with its changes, each with the section of its key.
 fn scene(case: &Case) -> Scene {
     let section = |change: &str| match change.split('=').next().unwrap() {
         "order" | "apply" | "geomorph" => format!("surface.{}.geometry", case.scene),
@@ -64,8 +64,8 @@ fn pose(scene: &Scene, view: &View) -> Pose {
     }
 }
 
-/// Paper 1: of each view the picture, the sorted tiles and, of the last one, the visible-tile list where its order is
-/// determined.
+/// Paper 1: the picture and the sorted tiles of each view, and the visible-tile list of the last view if its order is
+/// deterministic.
 pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry> {
     let scene = scene(case);
     let mut settings = virtual_texture::Settings::of_scene(&scene, Target::Srgb8).unwrap();
@@ -73,7 +73,7 @@ pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry
     settings.streaming.gpu_tiles = 64;
     settings.streaming.deterministic = true;
     if matches!(case.views[0], View::Camera(_)) {
-        // Everything that a picture needs comes in one frame; along a path the scene's own budgets hold.
+        // All tiles of a picture arrive in one frame. Along a path the scene's own budgets apply.
         settings.streaming.load_tiles_per_frame = 64;
         settings.streaming.upload_tiles_per_frame = 64;
     }
@@ -109,7 +109,7 @@ pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry
     entries
 }
 
-/// Paper 2: of each view the picture, and the drawn index buffers of all instances where the host knows them.
+/// Paper 2: the picture of each view, and the drawn index buffers of all instances if the host knows them.
 pub fn progressive_mesh(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry> {
     let scene = scene(case);
     let model = model(shared, case, &scene);
@@ -137,7 +137,7 @@ pub fn progressive_mesh(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entr
     entries
 }
 
-/// The case's surface; its mesh is the last case's where the order is the same.
+/// The case's surface. It reuses the last case's mesh if the order is the same.
 fn model(shared: &mut Shared, case: &Case, scene: &Scene) -> Model {
     let order = case.changes[0].clone();
     let name = scene.surfaces.keys().next().unwrap();

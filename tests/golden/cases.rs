@@ -1,11 +1,11 @@
-//! Every scene with every variant, by name. A name is the whole definition: `earth/dedup=runs,address=own-level`.
+//! Every scene with every variant. A case's name defines it completely: `earth/dedup=runs,address=own-level`.
 
-/// What is rendered: a scene with changed settings, seen by some views in this order.
+/// A scene with changed settings, and the views that are rendered in this order.
 #[derive(Clone, Debug)]
 pub struct Case {
     pub scene: &'static str,
     pub paper: Paper,
-    /// `key=value`, as a scene spells them, without the name of their section.
+    /// `key=value`, as in a scene, without the name of the section.
     pub changes: Vec<String>,
     pub views: &'static [View],
 }
@@ -16,17 +16,17 @@ pub enum Paper {
     ProgressiveMesh,
 }
 
-/// Where the eye is.
+/// A camera, or a frame of a path.
 #[derive(Clone, Copy, Debug)]
 pub enum View {
-    /// Held until everything has arrived.
+    /// The camera rests until all tiles have arrived.
     Camera(&'static str),
-    /// One frame of a path, and no wait.
+    /// One frame of a path, without waiting for tiles.
     Path(&'static str, u32),
 }
 
 impl Case {
-    /// `earth/headline/dedup=runs,address=own-level`; `paper` where nothing is changed.
+    /// `earth/headline/dedup=runs,address=own-level`; `paper` if nothing is changed.
     pub fn name(&self, view: &View) -> String {
         let changes = match self.changes.is_empty() {
             true => "paper".to_owned(),
@@ -38,7 +38,7 @@ impl Case {
         }
     }
 
-    /// Whether the device's list is the same on every run, its order included.
+    /// True if the device's list has the same order in every run.
     pub fn ordered(&self) -> bool {
         self.changes.iter().any(|change| change == "compact=ordered" || change.starts_with("list=host-"))
     }
@@ -58,16 +58,16 @@ const TEXTURED: [(&str, &[View]); 6] = [
     ("ruler", &[View::Camera("corner"), View::Camera("corner-oblique")]),
 ];
 
-/// These run every variant.
+/// Scenes that run every variant.
 const WITH_ALL: [&str; 2] = ["earth", "ruler"];
 
-/// Stage 2 as a pass that fills the tile mask: goes with every stage 3 but fused-append.
+/// The variants of stage 2 that fill the tile mask in a pass. They fit every stage 3 except fused-append.
 const DEDUP_TO_MASK: [&str; 8] =
     ["geometry", "points", "atomic-or", "test-or", "subgroup-unique", "shared-hash", "tile-memo", "runs"];
 const COMPACT: [&str; 5] = ["transform-feedback", "append", "subgroup", "workgroup", "ordered"];
 const ADDRESS: [&str; 2] = ["level-0", "own-level"];
 
-/// The variants of stages 2 and 3 that go together.
+/// The valid pairs of stages 2 and 3.
 fn staged() -> Vec<String> {
     let mut found = Vec::new();
     for address in ADDRESS {
@@ -77,8 +77,8 @@ fn staged() -> Vec<String> {
         for dedup in DEDUP_TO_MASK {
             COMPACT.into_iter().for_each(|compact| add(dedup, compact));
         }
-        // Transform feedback reads the tile mask, which these do not fill; a bit for each tile has no room for level-0
-        // tile addresses.
+        // Transform feedback reads the tile mask as an image, which these variants do not fill. `bitset` has one bit
+        // per tile, and level-0 tile addresses need several.
         for compact in COMPACT.into_iter().filter(|&compact| compact != "transform-feedback") {
             add("mark-bytes", compact);
             add("fused", compact);
@@ -93,7 +93,7 @@ fn staged() -> Vec<String> {
     found
 }
 
-/// The variants beside stages 2 and 3.
+/// The variants other than those of stages 2 and 3.
 const OTHERS: [&str; 13] = [
     "",
     "list=host-hash",
@@ -110,7 +110,7 @@ const OTHERS: [&str; 13] = [
     "level_bias=1",
 ];
 
-/// On scenes that do not run every variant.
+/// The variants of scenes that do not run every variant.
 const FEW: [&str; 5] = [
     "",
     "dedup=runs,compact=ordered,address=own-level",
@@ -119,7 +119,7 @@ const FEW: [&str; 5] = [
     "filter=stochastic,samples=2",
 ];
 
-/// Tiles arrive while the camera moves.
+/// Paths on which tiles arrive while the camera moves.
 const MOVING: [(&str, &[View]); 3] = [
     ("earth", &[View::Path("pan", 0), View::Path("pan", 4), View::Path("pan", 5), View::Path("pan", 6)]),
     (
@@ -152,7 +152,7 @@ pub fn virtual_texture() -> Vec<Case> {
     cases
 }
 
-/// The scenes of paper 2: up and down in levels, and an instance that leaves the picture.
+/// The scenes of paper 2. Their views raise and lower levels, and an instance leaves the picture.
 const SURFACES: [(&str, &[View]); 2] = [
     ("bunny", &[View::Camera("near"), View::Camera("far"), View::Path("rise", 0), View::Path("rise", 60)]),
     (
@@ -160,16 +160,16 @@ const SURFACES: [(&str, &[View]); 2] = [
         &[View::Path("walk", 0), View::Path("walk", 80), View::Path("walk", 160), View::Camera("aloft")],
     ),
 ];
-/// Orders of the paper's kind: their splits can be executed by the device.
+/// Orders of the paper's kind, whose splits the device can execute.
 const ORDERS: [&str; 6] = ["classical", "paper", "tail-23", "tail-10", "in-place-23", "in-place-10"];
 const BASELINES: [&str; 5] = ["random", "re-optimised", "re-optimised-fifo", "compacted", "skip-lists"];
 
-/// Paper 2: an order's cases follow each other, so that it is made once.
+/// Paper 2. The cases of an order are consecutive, so that the order is made once.
 pub fn progressive_mesh() -> Vec<Case> {
     let mut cases = Vec::new();
     let mut add = |order: &str, rest: &str| {
         let changes = changes(&format!("order={order},{rest}"));
-        // 7 s on two cores for each: the herd moves its vertices in one order alone, the bunny in all.
+        // Each takes 7 s on two cores, so the herd geomorphs in one order only; the bunny in all.
         let slow = rest.ends_with("geomorph=true") && order != "tail-23";
         let case =
             |(scene, views)| Case { scene, paper: Paper::ProgressiveMesh, changes: changes.clone(), views };
@@ -185,7 +185,7 @@ pub fn progressive_mesh() -> Vec<Case> {
         add(order, "geomorph=false");
         add(order, "geomorph=true");
     }
-    // Its meshes know no splits, so that nothing can move.
+    // A discrete chain has no splits, so nothing can be geomorphed.
     add("discrete", "geomorph=false");
     cases
 }

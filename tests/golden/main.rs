@@ -1,8 +1,9 @@
-//! Pictures, tile lists and index buffers of all shipped scenes and variants, as they were when they were recorded.
+//! Compares pictures, tile lists and index buffers of all shipped scenes and variants with recorded hashes.
 //!
-//! They are bit-identical from commit to commit; where they change on purpose,
-//! `ORTELIUS_GOLDEN=write cargo test --release --test golden` writes them anew. On a driver other than the recorded one
-//! only index buffers are compared; on a processor without recorded pictures, all but pictures. Nothing is ever written without that variable: what is not recorded fails.
+//! They must be bit-identical from commit to commit. After an intended change,
+//! `ORTELIUS_GOLDEN=write cargo test --release --test golden` records them again. Without that variable nothing is
+//! written, and a missing record fails the test. On a driver other than the recorded one only index buffers are
+//! compared; on a processor without recorded pictures, everything except pictures.
 
 mod api;
 mod cases;
@@ -14,14 +15,14 @@ use store::{Entry, Hash, Recorded};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/hashes.txt");
 
-/// Cases that run one after the other on one thread, because they share what takes long to make.
+/// Batches of cases. A batch runs on one thread, because its cases share orders or tiles that take long to make.
 fn batches() -> Vec<Vec<Case>> {
-    // An order takes up to seconds to make, a texture's tiles too.
+    // An order, or a texture's tiles, take up to seconds to make.
     let mut batches: Vec<Vec<Case>> = Vec::new();
     for case in cases::progressive_mesh().into_iter().chain(cases::virtual_texture()) {
         let together = |last: &&mut Vec<Case>| match case.paper {
             Paper::ProgressiveMesh => last[0].changes.first() == case.changes.first(),
-            // A quarter of all variants, so that no thread is left alone with the last batch.
+            // At most a quarter of all variants, so that no thread runs a long last batch alone.
             Paper::VirtualTexture => last[0].scene == case.scene && last.len() < 32,
         };
         match batches.last_mut().filter(together) {
@@ -32,7 +33,7 @@ fn batches() -> Vec<Vec<Case>> {
     batches
 }
 
-/// Renders all cases on two threads, each with its own device: a small picture keeps lavapipe's threads waiting.
+/// Renders all cases on two threads, each with its own device, because small pictures do not occupy lavapipe's threads.
 fn render() -> Recorded {
     let work = Mutex::new(batches().into_iter());
     let next = || work.lock().unwrap().next();
@@ -116,7 +117,7 @@ fn what_differs_is_missing_or_is_new_is_rejected() {
     assert_eq!(rejected(&[other_picture, faces], "a, 1"), 1);
     assert_eq!(rejected(&[faces], "a, 1"), 1);
     assert_eq!(rejected(&[picture, faces, ("bunny/far/paper", "picture@A", b"1")], "a, 1"), 1);
-    // On another driver the picture may differ, the index buffer may not; nothing may be missing.
+    // On another driver the picture may differ, but not the index buffer. Nothing may be missing.
     assert_eq!(rejected(&[other_picture, faces], "a, 2"), 0);
     assert_eq!(rejected(&[picture, other_faces], "a, 2"), 1);
     assert_eq!(rejected(&[picture], "a, 2"), 1);
@@ -129,7 +130,7 @@ fn a_processor_has_pictures_of_its_own() {
     };
     let (a, b) = ("picture@A", "picture@B");
     let old = recorded("a, 1", &entry(a, b"1"));
-    // Nothing is recorded for B yet: its pictures are not compared, its index buffers are.
+    // Nothing is recorded for B yet, so only its index buffers are compared.
     let on_b = recorded("a, 1", &entry(b, b"7"));
     assert!(store::differences(&old, &on_b, b).is_empty());
     assert_eq!(
@@ -139,7 +140,7 @@ fn a_processor_has_pictures_of_its_own() {
     let both = store::merged(&old, &on_b, b);
     assert_eq!(both.hashes.len(), 3);
     assert_eq!(store::differences(&both, &recorded("a, 1", &entry(b, b"8")), b).len(), 1);
-    // A picture that changed on B is no longer known on A; one that did not, is.
+    // A's picture stays recorded if B's did not change, and is dropped if B's changed.
     assert_eq!(store::merged(&both, &on_b, b), both);
     assert_eq!(store::merged(&both, &recorded("a, 1", &entry(b, b"8")), b).hashes.len(), 2);
 }

@@ -1,7 +1,7 @@
-//! `hashes.txt`: the driver it was recorded on, then a line for each view of each case.
+//! `hashes.txt`: the driver of the recording, then a line for each view of each case.
 //!
-//! A picture's hash names the processor's maker: lavapipe's reciprocals are the processor's own approximations, and
-//! those of AMD and Intel differ in their last bits. Tile lists and index buffers are integers, equal on both.
+//! A picture's hash has the processor's vendor in its name: lavapipe's reciprocals are the processor's approximations,
+//! whose last bits differ between AMD and Intel. Tile lists and index buffers are integers and equal on both.
 
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -19,13 +19,13 @@ impl Hash {
         Hash(digest.iter().take(16).map(|byte| format!("{byte:02x}")).collect())
     }
 
-    /// Little-endian on every machine.
+    /// Hashes words as little-endian bytes on every machine.
     pub fn of_words(words: impl Iterator<Item = u32>) -> Hash {
         Hash::of_bytes(&words.flat_map(u32::to_le_bytes).collect::<Vec<u8>>())
     }
 }
 
-/// `picture@AuthenticAMD`: what a picture is called on this machine.
+/// The name of a picture's hash on this machine, such as `picture@AuthenticAMD`.
 pub fn picture_here() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let vendor =
@@ -33,14 +33,14 @@ pub fn picture_here() -> String {
     format!("picture@{}", vendor.unwrap_or(std::env::consts::ARCH))
 }
 
-/// What one view of a case gave: `picture@PROCESSOR`, `tiles`, `list`, `faces`.
+/// The hashes of one view of a case: `picture@PROCESSOR`, `tiles`, `list`, `faces`.
 #[derive(Clone, Debug)]
 pub struct Entry {
     pub name: String,
     pub hashes: Vec<(String, Hash)>,
 }
 
-/// `name what` -> hash.
+/// Hashes by the case's name and the kind of hash.
 pub type Hashes = BTreeMap<(String, String), Hash>;
 
 /// A file's contents.
@@ -51,7 +51,7 @@ pub struct Recorded {
 }
 
 /// # Panics
-/// If a case has two entries: names must tell them apart.
+/// Two entries have the same name and kind.
 pub fn collect(entries: &[Entry]) -> Hashes {
     let mut hashes = Hashes::new();
     for entry in entries {
@@ -79,7 +79,7 @@ pub fn write(recorded: &Recorded) -> String {
 }
 
 /// # Panics
-/// At a line that [`write`] does not write.
+/// A line is not in the format of [`write`].
 pub fn read(text: &str) -> Recorded {
     let mut lines = text.lines();
     let driver =
@@ -96,7 +96,7 @@ pub fn read(text: &str) -> Recorded {
     Recorded { driver: driver.to_owned(), hashes }
 }
 
-/// What is recorded after `found`: its own hashes, and other processors' pictures of the cases that did not change here.
+/// The record after `found`: its hashes, and other processors' pictures of the cases that did not change here.
 pub fn merged(recorded: &Recorded, found: &Recorded, picture: &str) -> Recorded {
     let mut hashes = found.hashes.clone();
     for (key @ (name, what), hash) in &recorded.hashes {
@@ -110,7 +110,7 @@ pub fn merged(recorded: &Recorded, found: &Recorded, picture: &str) -> Recorded 
 }
 
 /// A line for each hash that is missing, additional or different. On another driver only index buffers are compared; on
-/// a processor whose pictures are not recorded, all but pictures. `picture` is [`picture_here`].
+/// a processor without recorded pictures, everything except pictures. `picture` is [`picture_here`].
 pub fn differences(recorded: &Recorded, found: &Recorded, picture: &str) -> Vec<String> {
     let same_driver = recorded.driver == found.driver;
     let is_of_this_processor = |what: &str| !what.starts_with("picture@") || what == picture;

@@ -5,9 +5,9 @@ use ortelius::scene::{Language, Scene, Table, settings};
 use ortelius::vk::{Clear, ColorTarget, Error, Frame, Gpu, Need, PassTime};
 
 settings! {
-    /// Nothing but haze.
+    /// Uniform haze.
     pub struct Fog kind "fog" {
-        /// How bright it is.
+        /// The brightness of the haze.
         density: f64, in 0.0..=1.0;
     }
 }
@@ -47,8 +47,8 @@ impl Technique for Fog {
 
 pub const FIGURES: &[&Figure] = &[&Figure {
     id: "fog.density",
-    title: "How thick it is",
-    about: "Whether fog hides more than half.",
+    title: "Density of the fog",
+    about: "The share of light that the fog hides.",
     scenes: &["haze"],
     variants: || vec!["fog".into()],
     paper: &[],

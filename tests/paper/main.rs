@@ -1,5 +1,5 @@
-//! A paper that the crate does not know: a surface, a setting, a technique, a figure and a claim in less than 60 lines,
-//! and no change in `scene`, `frame`, `figure` or `vk`.
+//! A paper outside the crate: a surface, a setting, a technique, a figure and a claim in less than 60 lines, without a
+//! change in `scene`, `frame`, `figure` or `vk`.
 
 mod fog;
 
@@ -37,7 +37,7 @@ fn a_paper_in_less_than_sixty_lines_is_a_surface_a_setting_a_figure_and_a_claim(
 
     let languages = [LANGUAGES, &[&fog::LANGUAGE]].concat();
     scene(SCENE).check(&languages).unwrap();
-    // Without its declaration the same scene is refused, and its setting keeps to its range.
+    // Without the paper's declaration the same scene is rejected. A setting outside its range is rejected.
     assert!(scene(SCENE).check(LANGUAGES).unwrap_err().to_string().contains("fog"));
     let wrong = scene(&SCENE.replace("0.25", "1.25")).check(&languages).unwrap_err().to_string();
     assert!(wrong.contains("haze.toml:4:11") && wrong.contains("0 ..= 1"), "{wrong}");

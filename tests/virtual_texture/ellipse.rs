@@ -1,4 +1,4 @@
-//! Paper 3's ellipse on tiles: its level, the list and the picture against paper 3's own f64 reference.
+//! Paper 3's ellipse on tiles: its level, the list and the picture, compared with paper 3's own f64 reference.
 
 use crate::truth::{RADIUS_PX, tolerance, view_of};
 use crate::{Renderer, bordered, device, open, open_with, pose};
@@ -21,7 +21,8 @@ use std::collections::BTreeSet;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Scene, camera, border, ratio of the axes. Without a border every texel of another tile is looked up; with the widest few are.
+/// Scene, camera, border, ratio of the axes. Without a border every texel of another tile is looked up; with the widest
+/// border only few are.
 const CASES: [(&str, &str, u32, u32); 7] = [
     ("earth", "oblique", 16, 16),
     ("earth", "low", 0, 16),
@@ -32,7 +33,7 @@ const CASES: [(&str, &str, u32, u32); 7] = [
     ("ruler", "antimeridian", 1, 5),
 ];
 
-/// In tiles of `tile_size`.
+/// The ellipse with axes of at most `ratio`, in tiles of `tile_size`.
 fn ellipse(ratio: u32, tile_size: u32) -> Ellipse {
     Ellipse::BEST.most_ratio(ratio as f32).minor_texels(2.0).within(tile_size / 2)
 }
@@ -56,7 +57,7 @@ fn pixel_of(centre: [f64; 2], [[ux, uy], [vx, vy]]: [[f64; 2]; 2]) -> Pixel {
     Pixel { place: [0; 2], centre, jacobian: [[ux, uy], [vx, vy]], determinant: ux * vy - uy * vx }
 }
 
-/// Pixels whose level is not the reference's for the derivatives that the device has, and how many are covered.
+/// The number of pixels whose level is not the reference's for the device's derivatives, and of all covered pixels.
 fn wrong_levels(renderer: &mut Renderer, ellipse: &Ellipse) -> [usize; 2] {
     let (dump, pyramid) = (renderer.footprint().unwrap(), renderer.technique.source.pyramid());
     let size = pyramid.level_size(0).map(f64::from);
@@ -74,11 +75,12 @@ fn wrong_levels(renderer: &mut Renderer, ellipse: &Ellipse) -> [usize; 2] {
     counts
 }
 
-/// Texels from the centre to the texels furthest away, of a Jacobian at a level; rounding decides between -1 and 1.
+/// Texels from the centre to the furthest texels, for a Jacobian and a level. The last argument is the sign of the
+/// rounding error: -1 gives the least, 1 the greatest distance.
 type HalfSides<'a> = &'a dyn Fn([[f64; 2]; 2], u32, f64) -> [f64; 2];
 
-/// The tiles that the filter takes texels from, all pixels together; the device's own choice where rounding decides, which is
-/// counted. Texels up to `margin` beyond a tile are its own.
+/// The tiles from which the filter reads texels in any pixel. Texels up to `margin` beyond a tile belong to it. If
+/// rounding decides, the device's choice counts. Also the numbers of pixels that reach, and of undecided pixels.
 fn needed(renderer: &mut Renderer, margin: i64, half_sides: HalfSides<'_>) -> (BTreeSet<TileId>, [usize; 2]) {
     let (dump, pyramid) = (renderer.footprint().unwrap(), renderer.technique.source.pyramid());
     let size = pyramid.level_size(0).map(f64::from);
@@ -96,7 +98,7 @@ fn needed(renderer: &mut Renderer, margin: i64, half_sides: HalfSides<'_>) -> (B
             [0, 1].map(|axis| f64::from(dump.coordinates[n][axis]) * size[axis] / 2f64.powi(q as i32));
         let corner = [own.column, own.row].map(|tile| i64::from(tile) * side);
         let of = |sign: f64| {
-            // The dump's s and t have 24 bits.
+            // s and t in the dump have 24 bits.
             let off = sign * (2f64.powi(-24) * size[0] + 2f64.powi(-12));
             let half = half_sides(jacobian, q, sign);
             let first = [0, 1].map(|axis| (centre[axis] - half[axis] - off).floor() as i64);
@@ -120,12 +122,12 @@ fn needed(renderer: &mut Renderer, margin: i64, half_sides: HalfSides<'_>) -> (B
     (tiles, [reaching, undecided])
 }
 
-/// A texel's centre lies in the ellipse's box.
+/// For the ellipse, whose box contains the centres of its texels.
 fn of_ellipse(ellipse: Ellipse) -> impl Fn([[f64; 2]; 2], u32, f64) -> [f64; 2] {
     move |jacobian, q, _| half_sides(&ellipse, &pixel_of([0.0; 2], jacobian), q).map(|side| side - 0.5)
 }
 
-/// The outermost of nA samples is half a share of the longer side before its end.
+/// For nA samples. The outermost one lies 1 / (2 nA) of the longer side before its end.
 fn of_samples(most: u32) -> impl Fn([[f64; 2]; 2], u32, f64) -> [f64; 2] {
     move |[u, v], q, sign| {
         let [r1, r2] = [[u[0], v[0]], [u[1], v[1]]];
@@ -152,7 +154,7 @@ fn the_level_and_the_list_are_the_references() {
         let (tiles, [reaching, undecided]) = needed(&mut renderer, i64::from(border), &of_ellipse(own));
         println!("{scene}, {camera}: {} tiles, {reaching} pixels reach, {undecided} undecided", tiles.len());
         assert_eq!(listed(&renderer), tiles, "{scene}, {camera}");
-        // The neighbour that must be rejected: a footprint that reaches three texels at most.
+        // Near miss that must be rejected: a footprint that reaches at most three texels.
         let [wrong, _] = wrong_levels(&mut renderer, &ellipse(ratio, tile_size).within(3));
         rejected += wrong;
         let requests = renderer.requests().unwrap();
@@ -195,7 +197,7 @@ fn every_method_lists_the_tiles_beside() {
             };
             let mut config = Config::DEFAULT;
             variant(&mut config);
-            // Without a draw of depth alone hidden fragments mark, too.
+            // Without a depth-only draw, hidden fragments also mark.
             let exact = dedup != Dedup::Fused && config.check(&renderer.technique.source.pyramid()).is_ok();
             if exact {
                 assert_eq!(tiles(&variant).1, needed, "{dedup:?}, {address:?}");
@@ -227,9 +229,9 @@ fn nine_and_sixteen_samples_list_the_tiles_that_they_are_in() {
     assert!(beside > 50, "{beside}");
 }
 
-/// All colours that the reference allows: the levels that the device may choose by its derivatives' tolerance. `None` where
-/// that is more than a quarter of the footprint's width: at the limb, whose triangles are lower than a pixel. An infinite `limb`: the
-/// facet's own footprint.
+/// All colours that the reference allows: those of the levels within the tolerance of the derivatives. `None` if that
+/// tolerance exceeds a quarter of the footprint's width, as at the limb, where triangles are less than a pixel high. An
+/// infinite `limb` gives the facet's own footprint.
 fn possible(
     ellipse: &Ellipse,
     sample: &Sample,
@@ -267,11 +269,11 @@ fn possible(
     Some((low..=high).map(colour).collect())
 }
 
-/// A pixel's place is known to 2^-7 of it, which moves a Gaussian of sigma 1/2 pixel by at most 0.8 x 2^-7 of the contrast, and
-/// the derivatives to 2^-9 of themselves: as for one sample, less than 5/256.
+/// A pixel's position is known to 2^-7 pixel. This changes a Gaussian of sigma 1/2 pixel by at most 0.8 x 2^-7 of the
+/// contrast. The derivatives are known to a relative 2^-9. Together this is less than 5/256, as for one sample.
 const BOUND: f64 = 5.0 / 256.0;
 
-/// Pixels inside one triangle that no colour of `reference` explains.
+/// Number of pixels inside one triangle that no colour of `reference` explains.
 fn beyond(renderer: &mut Renderer, scene: &str, camera: &str, reference: &Ellipse) -> usize {
     let scene = bordered(scene, renderer.technique.source.pyramid().border_texels());
     let size = renderer.technique.settings.size;
@@ -297,14 +299,14 @@ fn beyond(renderer: &mut Renderer, scene: &str, camera: &str, reference: &Ellips
         if least > BOUND {
             let candidates = view.candidates(x, y, RADIUS_PX);
             let one = candidates.samples.len() == 1 && !candidates.background;
-            // Below a pixel's height, snapped vertices move the footprint by more than the bound allows.
+            // In triangles less than a pixel high, snapped vertices move the footprint by more than the bound allows.
             beyond += usize::from(one && sample.altitude_px >= 1.0);
         } else {
             worst = worst.max(least);
         }
     }
     texels.check().unwrap();
-    // The rows below the plane's horizon are one in eighteen.
+    // One row in eighteen is just below the plane's horizon.
     assert!(10 * excused < judged, "{excused} excused beside {judged}");
     println!("{}, {camera}: worst within the bound {worst:.4}; beyond {beyond}", scene.name);
     beyond
@@ -319,7 +321,7 @@ fn the_picture_is_the_f64_picture_with_any_border() {
     }
 }
 
-/// The neighbours that must be rejected: another cap on the axes, another reach, fewer texels.
+/// Near misses that must be rejected: another limit of the axes, another reach, fewer texels.
 #[test]
 fn another_ellipse_is_not_the_picture() {
     let mut renderer = settled("ruler", "corner-oblique", 4, |settings| filter(settings, 16));
@@ -330,7 +332,7 @@ fn another_ellipse_is_not_the_picture() {
     }
 }
 
-/// A level's green, linear, as a function that threads share.
+/// A level's linear colours as a function that threads share.
 fn green(source: &dyn TileSource, level: u32) -> Texture<impl Fn(u32, u32, u32) -> [f64; 4] + Sync> {
     let (texels, pyramid) = (Texels::new(source), source.pyramid());
     let [width, height] = pyramid.level_size(level);
@@ -346,10 +348,10 @@ fn green(source: &dyn TileSource, level: u32) -> Texture<impl Fn(u32, u32, u32) 
     }
 }
 
-/// Pixels whose kernel the limb cuts: the device's picture is nearer to the truth than the footprints of the facets are.
+/// Where the limb cuts a pixel's kernel, the device's picture is nearer to the truth than the facets' own footprints.
 #[test]
 fn a_footprint_at_the_limb_is_bounded_by_what_the_pixel_sees() {
-    // 64 texels of level 0 are less than an eighth of the footprints here.
+    // 64 texels of level 0 are less than an eighth of these footprints.
     const LEVEL: u32 = 6;
     let scene = bordered("globe", 4);
     let mut renderer = settled("globe", "africa", 4, |settings| filter(settings, 16));
@@ -369,7 +371,7 @@ fn a_footprint_at_the_limb_is_bounded_by_what_the_pixel_sees() {
     let (mut square, mut of_facets, mut of_device, mut pixels) = (0.0, 0.0, 0.0, 0);
     for (n, sample) in view.samples().into_iter().enumerate() {
         let Some(sample) = sample.filter(|_| !truth.whole[n]) else { continue };
-        // Without a bound.
+        // The facet's own footprint, without the bound of the limb.
         let [facet, ..] = possible(&own, &sample, &texels, &pyramid, f64::INFINITY).unwrap()[..] else {
             panic!()
         };
@@ -402,7 +404,7 @@ fn a_fused_draw_shows_and_lists_the_same() {
     assert!(staged.0 == fused.0);
 }
 
-/// One byte everywhere.
+/// A texture with the same byte everywhere.
 struct Constant(Pyramid);
 
 impl TileSource for Constant {
@@ -438,6 +440,6 @@ fn a_constant_texture_comes_out_exactly() {
     let mut colours: Vec<[u32; 4]> = pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect();
     colours.sort();
     colours.dedup();
-    // The sky's and the texture's.
+    // One colour of the sky and one of the texture.
     assert_eq!(colours.len(), 2, "{colours:?}");
 }

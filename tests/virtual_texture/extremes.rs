@@ -1,4 +1,4 @@
-//! Every extreme of vt.extremes: the sets are exact, differences in stage 1 are explained, the settled picture is
+//! Every extreme of vt.extremes: the lists are exact, differences in stage 1 are explained, and the settled picture is
 //! right.
 
 use crate::device;
@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::process::Command;
 use std::time::Instant;
 
-/// The figure's sizes, halved to save time. Sizes that are themselves extreme stay.
+/// The figure's sizes, halved to save time. Sizes that are themselves extreme are not halved.
 fn size(extreme: &Extreme) -> [u32; 2] {
     match extreme.size {
         [width, height] if width.min(height) > 64 => [width / 2, height / 2],
@@ -47,7 +47,7 @@ fn nothing_is_lost_invented_or_unexplained_at_any_extreme() {
     assert_eq!(never_ran, Some(BTreeSet::new()));
 }
 
-/// Pictures with partial workgroups at their edges, small enough for three runs.
+/// Pictures with partial workgroups at their edges, small enough to run in three tests.
 #[test]
 fn the_edges_of_groups_are_exact() {
     let gpu = device();

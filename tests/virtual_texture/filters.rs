@@ -1,4 +1,4 @@
-//! Borders and filters: which texels they take, and what they come to on average.
+//! Borders and filters: which texels filters read, and the mean of stochastic filters.
 
 use crate::Renderer;
 use crate::truth::{RADIUS_PX, tolerance, view_of};
@@ -36,15 +36,16 @@ fn two_texels_of_border_are_enough_for_two_levels_and_fewer_are_not() {
         verdicts.wrong
     });
     println!("pixels with wrong texels at borders 0, 1, 2, 3: {wrong:?}");
-    // The coarser picture has half the border; of one texel it has it before the tile, and none after.
+    // The coarser level has half the border. Half of a border of one texel is one texel before the tile, none after it.
     assert!(wrong[0] > wrong[1] && wrong[1] > 0, "{wrong:?}");
     assert_eq!(wrong[2..], [0, 0]);
 }
 
-/// Whether a ruler's texel is one of the eight that the trilinear filter mixes at a place, as far as a device knows it.
+/// True if a ruler's texel is one of the eight that the trilinear filter mixes at a sample, within the device's
+/// tolerance.
 fn is_mixed_there(texel: u32, sample: &Sample, pyramid: &Pyramid) -> bool {
     let e = triple(&footprint(sample), pyramid, 1).e;
-    // 1/50 of a level is more than the footprint's 2^-9 of relative tolerance.
+    // The footprint's relative tolerance of 2^-9 is less than 1/50 of a level.
     let slack = 0.02 + (1.0 + snapping(sample)).log2();
     let level = |e: f64| e.floor().clamp(0.0, f64::from(pyramid.coarsest_level())) as u32;
     let coarsest = if e < -slack { 0 } else { (level(e + slack) + 1).min(pyramid.coarsest_level()) };
@@ -65,7 +66,7 @@ fn is_mixed_there(texel: u32, sample: &Sample, pyramid: &Pyramid) -> bool {
     })
 }
 
-/// Pixels of a settled ruler, filtered by one tap, that show no texel which the trilinear filter would mix there.
+/// Number of pixels of a settled ruler, filtered by one tap, whose texel the trilinear filter would not mix.
 fn wrong_taps(camera: &str, border: u32, spoil: impl Fn(&mut [u8; 4])) -> usize {
     let gpu = device();
     let (scene, size) = (bordered("ruler", border), [240, 135]);
@@ -97,7 +98,7 @@ fn a_tap_shows_one_texel_that_the_trilinear_filter_mixes_also_across_tiles_witho
     }
 }
 
-/// The neighbour that must be rejected: the same picture with one bit of each texel turned.
+/// Near miss that must be rejected: the same picture with one bit of each texel flipped.
 #[test]
 fn a_tap_with_a_wrong_bit_is_found() {
     let wrong = wrong_taps("corner-oblique", 4, |texel| texel[1] ^= 1);
@@ -140,13 +141,13 @@ fn the_mean_of_taps_is_the_trilinear_filter_and_its_noise_falls_with_their_numbe
         left.nmse(),
         left.worst().unwrap().value
     );
-    // Independent taps would have noise in inverse proportion; the recurrence spreads them no worse.
+    // Noise falls at least as with independent taps: in inverse proportion to their number.
     assert!(noise[1] < noise[0] / 4.0 && noise[2] < noise[1] / 4.0, "{noise:?}");
     assert!(left.nmse() < noise[0] / 1024.0 * 2.0, "{:.2e}", left.nmse());
 }
 
-/// Pixels of the settled picture from earth's `camera` that lie inside one triangle and are further than `bound` from
-/// every colour which `possible` allows there.
+/// Number of pixels of the settled picture from earth's `camera` that lie inside one triangle and differ by more than
+/// `bound` from every colour that `possible` allows.
 fn beyond(
     camera: &str,
     border: u32,
@@ -187,19 +188,19 @@ fn beyond(
     beyond
 }
 
-/// Lengths of a footprint's sides, and how far the device's may be off: as its derivatives.
+/// Lengths of a footprint's sides, and the tolerance of the device's lengths, from its derivatives'.
 fn lengths(sample: &Sample, pyramid: &Pyramid) -> ([f64; 2], f64) {
     let [w, h] = pyramid.level_size(0).map(f64::from);
     let [ds, dt] = tolerance(sample).derivative;
     (sides(sample, pyramid).lengths(), (w * ds).hypot(h * dt))
 }
 
-/// The settled picture with at most `most` samples against f64 pictures with at most `reference_most`. Where the ratio
-/// of the sides is an integer within the derivatives' tolerance, nA may be either one, and the picture jumps between
-/// them: both are right.
+/// Compares the settled picture with at most `most` samples with f64 pictures of at most `reference_most`. If the ratio
+/// of the sides is an integer within the derivatives' tolerance, nA may have either of two values. The picture jumps
+/// between them, and both are right.
 fn anisotropic_beyond(camera: &str, border: u32, most: u32, reference_most: u32) -> usize {
-    // As for one sample, 5/256 of the contrast; and the outermost of nA samples is nA/2 texels away by a side that is
-    // known to 2^-8 of itself.
+    // 5/256 of the contrast, as for one sample. The outermost of nA samples adds nA/2 texels times the relative
+    // tolerance of the side, 2^-8.
     let bound = (5.0 + f64::from(most) / 2.0) / 256.0;
     beyond(
         camera,
@@ -223,21 +224,21 @@ fn the_anisotropic_picture_is_the_f64_picture_for_every_number_of_samples() {
     for most in 2..=16 {
         assert_eq!(anisotropic_beyond("oblique", 4, most, most), 0, "NA = {most}");
     }
-    // All in the border, and as many as can be beyond it.
+    // All samples within the border, and as many as possible beyond it.
     for (most, border) in [(4, 4), (16, 16), (3, 2), (16, 2)] {
         assert_eq!(anisotropic_beyond("low", border, most, most), 0, "NA = {most}, border {border}");
     }
 }
 
-/// The neighbour that must be rejected: half as many samples.
+/// Near miss that must be rejected: half as many samples.
 #[test]
 fn the_anisotropic_picture_is_not_that_of_half_as_many_samples() {
     let beyond = anisotropic_beyond("oblique", 4, 4, 2);
     assert!(beyond > 20, "{beyond}");
 }
 
-/// The picture of the nearer level against f64 bilinear samples, `off` levels from the nearer one. Halfway between two
-/// levels, within the derivatives' tolerance, either is the nearer one.
+/// Compares the picture of the nearer level with f64 bilinear samples, `off` levels from the nearer one. Halfway
+/// between two levels, within the derivatives' tolerance, both count as the nearer one.
 fn nearer_level_beyond(off: f64) -> usize {
     let bilinear = |settings: &mut Settings| settings.config.filter.kind = Filtering::Bilinear;
     beyond("oblique", 4, 5.0 / 256.0, bilinear, |texels, sample, pyramid| {

@@ -1,5 +1,5 @@
-//! Marking in the fragment shader that textures: the list against stage 1's triples, and the picture against the
-//! paper's.
+//! Marking in the fragment shader that textures: the list is compared with stage 1's triples, and the picture with that
+//! of the paper's variant.
 
 use crate::Renderer;
 use crate::lists::assert_lists;
@@ -24,7 +24,7 @@ fn fuse(settings: &mut Settings, dedup: Dedup) {
     settings.config.compact = Compaction::Append;
 }
 
-/// The last frame's listed tiles, and those that its pixels request.
+/// The last frame's listed tiles, and the tiles that its pixels request.
 fn listed_and_seen(renderer: &mut Renderer) -> (BTreeSet<TileId>, BTreeSet<TileId>) {
     renderer.drain().unwrap();
     let seen = reference::visible_tiles(&renderer.requests().unwrap(), &renderer.technique.source.pyramid());
@@ -78,7 +78,7 @@ impl Beside {
         self.stage3.collect(gpu, Slot::FIRST).unwrap().0
     }
 
-    /// Lists `pose`, which the renderer drew last, and compares the list with the renderer's request image; returns the
+    /// Lists `pose`, which the renderer drew last, and compares the list with the renderer's request image. Returns the
     /// number of surplus triples.
     fn check(&mut self, gpu: &Gpu, renderer: &mut Renderer, pose: &Pose, what: &str) -> usize {
         let triples = self.list(gpu, renderer, pose);
@@ -164,7 +164,7 @@ fn hidden_plane(scene: &Scene) -> SourceMesh {
     let mut both = lower.clone();
     let first = both.positions.len() as u32;
     both.positions.extend(lower.positions.iter().map(|p| *p + 100.0 * glam::DVec3::Z));
-    // The upper plane shows only the first quarter of the texture.
+    // The upper plane has only the first quarter of the texture.
     both.coordinates.extend(lower.coordinates.iter().map(|st| *st * 0.25));
     both.triangles.extend(lower.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + first)));
     both
@@ -229,7 +229,7 @@ fn an_overflowing_list_is_compacted_again_and_a_fused_frame_has_no_request_image
             fuse(settings, Dedup::FusedExact);
             (settings.config.compact, settings.config.list_capacity) = (compact, 4);
         });
-        // Each of the two frames in flight overflows once; the third has room.
+        // Each of the two frames in flight overflows once; the third frame has room.
         for overflows in [true, true, false] {
             renderer.frame(&pose(&scene, "oblique")).unwrap();
             let (listed, seen) = listed_and_seen(&mut renderer);
@@ -238,7 +238,7 @@ fn an_overflowing_list_is_compacted_again_and_a_fused_frame_has_no_request_image
             assert_eq!(listed, seen, "{compact:?}");
         }
         assert!(renderer.memory().iter().all(|(name, _)| name != "request image"));
-        // For depth-only drawing positions have their own buffer: 74,886 of 24 bytes, and an index for each corner.
+        // Depth-only draws have their own buffers: 74,886 positions of 24 bytes, and an index for each corner.
         let mesh = |dedup| {
             let renderer = open(&gpu, &scene, [320, 180], |settings| fuse(settings, dedup));
             renderer.memory().iter().find(|(name, _)| name == "mesh").unwrap().1

@@ -68,7 +68,7 @@ pub(crate) fn assert_lists(
     let found: BTreeSet<TileId> =
         distinct_tiles(triples, address, pyramid.first_resident_level()).into_iter().collect();
     assert_eq!(found, expected, "{what}");
-    // The list itself, not only its tiles: each entry once.
+    // Compares the list itself, not only its tiles: each entry occurs once.
     let entries: BTreeSet<[u32; 3]> = triples.iter().copied().collect();
     assert_eq!(entries.len(), triples.len(), "{what}: an entry twice");
     match address {
@@ -186,7 +186,7 @@ fn a_list_longer_than_the_hosts_copy_is_read_again() {
             renderer.frame(pose).unwrap();
             renderer.drain().unwrap();
             let record = renderer.records.last().unwrap().clone();
-            // More than the host copies after an empty frame.
+            // More entries than the host copies after an empty frame.
             assert_eq!(
                 record.triples > 1024,
                 pose == &globe,

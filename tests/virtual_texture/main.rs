@@ -1,5 +1,5 @@
-//! Paper 1 on the device against the reference: lists equal as sets, texels verified, caches that degrade and recover.
-//! Validation and synchronisation validation are on in every test; any message fails it.
+//! Paper 1 on the device, compared with the reference: lists are equal as sets, texels are verified, caches degrade and
+//! recover. Validation and synchronisation validation are on in every test; any message fails it.
 
 mod ellipse;
 mod extremes;
@@ -26,7 +26,7 @@ use ortelius::texture::source::TileSource;
 use ortelius::vk::{Gpu, GpuOptions, Watched};
 use std::sync::Arc;
 
-/// Frames of one landscape.
+/// A session with one landscape.
 type Renderer = Run<VirtualTexture>;
 
 /// A device with the features of all variants.

@@ -15,12 +15,12 @@ use ortelius::vk::{
 };
 use std::collections::BTreeSet;
 
-/// 64 x 32 cells of M0.
+/// Level 0 has 64 x 32 tiles.
 const TEXTURE: [u32; 3] = [10, 9, 4];
 const SIZE: [u32; 2] = [48, 32];
 
-/// Every q from 0 to 31 in few cells, so that masks have many bits. One cell has all bits, the last ones only bit 31.
-/// Some pixels are invalid: background, and a q of 32, which no mask can hold.
+/// Every q from 0 to 31 in few cells, so that masks have many bits. One cell has all bits, the last cells only bit 31.
+/// Some pixels need no tile: background, and a q of 32, which no mask can hold.
 fn triples() -> Vec<[u32; 3]> {
     let [rows, columns] = [32, 64];
     let pixel = |n: u32| match n % 48 {
@@ -48,7 +48,7 @@ fn compute_shaders() -> [(Dedup, &'static Shader, u32); 6] {
     ]
 }
 
-/// Values for the shader's constants, with 32 streamed levels.
+/// Values of the shader's specialization constants, with 32 streamed levels.
 fn constants(shader: &Shader, native: bool) -> Vec<(&'static str, u32)> {
     let [m, n, k] = TEXTURE;
     let all = [

@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 
 const PATHS: [&str; 6] = ["orbit", "pan", "dive", "pole-crossing", "antimeridian-crossing", "teleport"];
 
-/// The earth's mesh and paths with the ruler's texels, in tiles of 128: as many tiles at 160 x 90 as of 512 at 640 x
-/// 360.
+/// The earth's mesh and paths with the ruler's texels, in tiles of 128. At 160 x 90 pixels, as many tiles are visible
+/// as with tiles of 512 at 640 x 360.
 fn earth_of_ruler() -> Scene {
     let changes =
         ["surface.land.texture.source=ruler", "surface.land.texture.tile_size=128"].map(str::to_owned);
@@ -50,7 +50,7 @@ fn with_half_of_the_needed_cache_a_path_is_coarser_and_settles() {
         let frames = halved.settle(&last).unwrap();
         // A frame uploads 8 tiles, and there are at most 64.
         assert!(frames <= 16, "{path}: {frames} frames to rest");
-        // Once is enough: the first use compiles the check's shader.
+        // Only on one path, because the first use compiles the check's shader.
         if path == "pole-crossing" {
             let verdicts = halved.ruler_verdicts().unwrap();
             assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "{path}: coarser, but whole");

@@ -1,5 +1,5 @@
-//! The exact fused draw culls clusters in its depth pass. Its list and the depth of its shaded pixels must equal those
-//! of stage 1, which draws everything, for all meshes and cameras.
+//! The exact fused draw culls clusters in its depth pass. For all meshes and cameras, its list and the depth of its
+//! shaded pixels must equal those of stage 1, which draws everything.
 
 use crate::lists::assert_lists;
 use crate::{device, scene};
@@ -22,11 +22,11 @@ use std::time::Instant;
 
 const SIZE: [u32; 2] = [250, 141];
 
-/// The same numbers in every run (splitmix64).
+/// Pseudo-random numbers, the same in every run (splitmix64).
 struct Random(u64);
 
 impl Random {
-    /// In [0, 1).
+    /// A number in [0, 1).
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut bits = self.0;
@@ -59,7 +59,7 @@ impl Random {
         }
     }
 
-    /// From just above a ball of radius `scale` metres to far away; looks at it, over it or past it.
+    /// A camera from just above a ball of radius `scale` metres to far away. It looks at the ball, over it or past it.
     fn about_a_ball(&mut self, scale: f64) -> Pose {
         let (up, altitude) = (self.direction(), scale * 10f64.powf(self.between(-3.0, 1.0)));
         let eye = up * (scale + altitude);
@@ -111,7 +111,7 @@ impl Drawn<'_> {
         }
     }
 
-    /// Compares one camera's depth and list with stage 1's; returns the share of the indices that was culled.
+    /// Compares one camera's depth and list with stage 1's. Returns the share of indices that were culled.
     fn check(&mut self, pose: &Pose, what: &str) -> f64 {
         let gpu = self.gpu;
         let Drawn { fused, resident, shape, target, depth, stage3, .. } = &*self;
@@ -135,7 +135,7 @@ impl Drawn<'_> {
         1.0 - f64::from(drawn) / f64::from(all)
     }
 
-    /// Checks all cameras; returns the mean share.
+    /// Checks all cameras. Returns the mean culled share.
     fn check_all(&mut self, poses: impl IntoIterator<Item = Pose>, what: &str) -> f64 {
         let shares: Vec<f64> = poses.into_iter().map(|pose| self.check(&pose, what)).collect();
         let mean = shares.iter().sum::<f64>() / shares.len() as f64;
@@ -144,14 +144,14 @@ impl Drawn<'_> {
     }
 }
 
-/// A ball of radius 1 with ridges and needles: each vertex moved along its radius by up to `height`, by waves and needles.
+/// A ball of radius 1 with waves and needles, which move each vertex along its radius by up to `height`.
 fn bumpy_ball(random: &mut Random, [columns, rows]: [u32; 2], height: f64) -> SourceMesh {
     let mut mesh = earth(columns, rows).unwrap();
     let waves: Vec<(DVec3, f64)> =
         (0..4).map(|_| (random.direction() * random.between(2.0, 40.0), random.next())).collect();
     let lift = |place: DVec3| {
         let wave = |(k, phase): &(DVec3, f64)| (k.dot(place) + phase).sin();
-        // A few needles, the same on both sides of the seam.
+        // A few needles, equal on both sides of the seam.
         let needle = if (place * 1e3).round().length_squared() % 11.0 < 1.0 { 1.0 } else { 0.0 };
         waves.iter().map(wave).sum::<f64>() / 8.0 + 0.5 * needle
     };
@@ -162,7 +162,7 @@ fn bumpy_ball(random: &mut Random, [columns, rows]: [u32; 2], height: f64) -> So
     mesh
 }
 
-/// Corners of a cluster's triangles, in the GPU's precision.
+/// The corners of a cluster's triangles, in the GPU's precision.
 fn corners(mesh: &Mesh, cluster: &Cluster) -> Vec<[DVec3; 3]> {
     let place = |&index: &u32| {
         let vertex = mesh.vertices[index as usize];
@@ -192,7 +192,7 @@ fn clusters_contain_each_triangle_once_and_their_bounds_contain_every_position_a
             largest = largest.max(cluster.radius_m);
         }
         assert_eq!(next as usize, mesh.indices.len());
-        // 8 x 2 quads of 0.93 degrees, or as many up to the next block: none runs around the earth.
+        // A cluster has at most 8 x 2 quads of 0.93 degrees, so none runs around the earth.
         assert!(columns < 388 || largest < 1.2e6, "{largest}");
     }
 }
@@ -262,7 +262,7 @@ fn most_of_the_shipped_earth_is_culled() {
     for (name, camera) in earth.cameras.iter().chain(&globe.cameras) {
         let left_out = drawn.check(&camera.pose(), name);
         println!("{name}: {left_out:.3}");
-        // From far away a triangle is hardly higher than the snapping distance.
+        // From far away a triangle is hardly higher than the distance by which snapping moves vertices.
         assert!(left_out > 0.5 || globe.cameras.contains_key(name), "{name}: {left_out}");
     }
     drawn.check_all((0..20).map(|_| random.about_a_ball(6.4e6)), "cameras about the earth");

@@ -1,4 +1,4 @@
-//! The list computed on the host, from the whole request image and from some of its pixels.
+//! The list made by the host, from the whole request image and from a subset of its pixels.
 
 use crate::Renderer;
 use crate::{device, open, pose, scene};
@@ -25,7 +25,7 @@ fn copied(gpu: &Gpu, renderer: &Renderer) -> HostCopy {
     copy
 }
 
-/// The host's copy of the samples of some frames.
+/// The host's copies of the samples of several frames.
 fn gathered(gpu: &Gpu, renderer: &Renderer, n: u32, frames: std::ops::Range<u64>) -> Vec<Vec<u32>> {
     let stage1 = renderer.technique.stage1().unwrap();
     let gather = Feedback::new(gpu, stage1.format, n).unwrap();
@@ -85,7 +85,7 @@ fn the_host_lists_the_reference_set_from_every_format() {
 fn a_cycle_of_samples_contains_each_pixel_once() {
     let gpu = device();
     let scene = scene("earth");
-    // Not divisible by any block size.
+    // No block size divides this size.
     let (width, height) = (125, 71);
     for format in [RequestFormat::Rgba32, RequestFormat::Packed] {
         let mut renderer =
@@ -135,7 +135,7 @@ fn samples_list_only_visible_tiles_and_a_cycle_lists_all() {
         for n in [2, 4, 6, 8] {
             let mut memory = feedback::Memory::new(feedback::cycle(n));
             let mut remembered = Vec::new();
-            // From the middle of one cycle into the next.
+            // Samples from the middle of one cycle into the next.
             for samples in gathered(&gpu, &renderer, n, 3..3 + feedback::cycle(n)) {
                 let triples = host.list(&samples);
                 let tiles: Vec<TileId> =
@@ -176,7 +176,7 @@ fn every_list_settles_to_the_same_picture_and_host_lists_need_no_device_feature(
     for &list in Listing::ALL.iter().filter(|list| **list != Listing::Device) {
         let (frames, on_the_host) = settled(&bare, list);
         assert!(on_the_host == picture, "{list:?}");
-        // A settled picture has waited for the whole cycle; otherwise a tile of one pixel might still be missing.
+        // Settling waits for the whole cycle. Otherwise a tile of a single pixel might be missing.
         let cycle = if list == Listing::Feedback { 16 } else { 1 };
         assert!(frames >= cycle + FRAMES_IN_FLIGHT as u64, "{list:?}: {frames} frames");
     }

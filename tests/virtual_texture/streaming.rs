@@ -1,4 +1,4 @@
-//! Caches on the device: too small, too slow, broken, and deterministic.
+//! Streaming on the device: caches that are too small, unreadable tiles, deterministic runs, fade-in.
 
 use crate::Renderer;
 use crate::{device, open, open_with, pose, scene};
@@ -22,7 +22,7 @@ fn caches_that_are_too_small_degrade_report_it_and_recover() {
     renderer.settle(&narrow).unwrap();
     assert_eq!(renderer.technique.bias(), 0, "it fits again");
     assert!(renderer.records.last().unwrap().visible.len() <= 6);
-    // More frames of alternation would not differ from these.
+    // Further alternating frames would not differ from these.
     for _ in 0..3 {
         renderer.settle(&wide).unwrap();
         renderer.settle(&narrow).unwrap();
@@ -127,7 +127,7 @@ fn floats(renderer: &mut Renderer) -> Vec<f32> {
 fn tiles_fade_in_over_the_previous_picture_in_equal_steps() {
     let gpu = device();
     let scene = scene("ruler");
-    // Tiles of one level: no tile substitutes for another, otherwise their weights would multiply.
+    // All tiles have the same level. Otherwise a tile could substitute for another, and their weights would multiply.
     let pose = pose(&scene, "corner");
     let pictures = |fade_in_frames| {
         // All tiles arrive in one frame.
@@ -153,7 +153,7 @@ fn tiles_fade_in_over_the_previous_picture_in_equal_steps() {
     assert!(faded.last() == at_once.last(), "a tile that has faded in equals one shown at once");
     for (picture, left) in faded[arrival..].iter().zip([192.0f32, 128.0, 64.0, 0.0]) {
         let mixed = before.iter().zip(after).map(|(b, a)| b * (left / 255.0) + a * (1.0 - left / 255.0));
-        // A few roundings of values up to 1.
+        // The bound allows a few roundings of values up to 1.
         let worst = picture.iter().zip(mixed).map(|(p, m)| (p - m).abs()).fold(0.0, f32::max);
         assert!(worst <= 4.0 * f32::EPSILON, "{left}: {worst:e}");
     }

@@ -1,4 +1,4 @@
-//! The ruler: every texel that texturing would filter is the one that the pixel's own (s, t) and level ask for.
+//! The ruler: every texel that texturing would filter is the one that the pixel's (s, t) and level require.
 
 use crate::{bordered, device, open, pose, scene};
 use ortelius::model::mesh;
@@ -21,7 +21,7 @@ fn every_texel_of_every_camera_of_the_ruler_is_right() {
     }
 }
 
-/// The neighbour that must be rejected: the same frame before its tiles came.
+/// Near miss that must be rejected: the same frame before its tiles have arrived.
 #[test]
 fn a_frame_without_its_tiles_is_found_wanting() {
     let gpu = device();
@@ -34,7 +34,7 @@ fn a_frame_without_its_tiles_is_found_wanting() {
     assert_eq!(verdicts.wrong, 0, "G1 is always right");
 }
 
-/// And the comparer's own: another texture than the ruler is wrong almost everywhere.
+/// Near miss of the check itself: with a texture other than the ruler almost all pixels are wrong.
 #[test]
 fn the_earth_is_no_ruler() {
     let gpu = device();
@@ -58,7 +58,7 @@ fn texels_stay_right_on_the_largest_texture_and_with_small_tiles() {
     ] {
         let overrides = change.map(String::from);
         let scene = ortelius::scene::Scene::load_with("ruler", &overrides).unwrap();
-        // About 100 MB of tiles, whatever their size.
+        // About 100 MB of tiles for each size.
         let gpu_tiles =
             100_000_000 / texture(&scene).unwrap().pyramid().unwrap().unwrap().tile_bytes_rgba8() as u32;
         let mut renderer =

@@ -1,4 +1,4 @@
-//! Stage 1 and the settled picture against the f64 reference, which shares no code with the shaders.
+//! Stage 1 and the settled picture, compared with the f64 reference, which shares no code with the shaders.
 
 use crate::{bordered, device, landscapes, open, pose, scene};
 use ortelius::math::camera::Pose;
@@ -102,13 +102,13 @@ fn a_tenth_of_a_pixel_is_not_explained() {
 }
 
 /// Largest error of a pixel, in linear light of 0 ..= 1. The sampler's weights have 8 bits (subTexelPrecisionBits and
-/// mipmapPrecisionBits): 2^-8 of the contrast between neighbours, twice in a level and once between levels. The
-/// position is known to RADIUS_PX, 2^-7 of the contrast. Together that is less than 5/256 at contrast 1, black beside
-/// white.
+/// mipmapPrecisionBits), an error of 2^-8 of the contrast between neighbours, twice in a level and once between levels.
+/// The position is known to RADIUS_PX, an error of 2^-7 of the contrast. Together this is less than 5/256 at contrast 1
+/// (black next to white).
 const BOUND: f64 = 5.0 / 256.0;
 
-/// Compares the settled picture of a scene in linear light with the f64 picture; also counts the pixels beyond BOUND
-/// that lie inside one triangle. At silhouettes and edges another triangle, or the background, is equally correct.
+/// Compares the settled picture of a scene in linear light with the f64 picture. Also counts the pixels beyond BOUND
+/// that lie inside one triangle. At silhouettes and edges another triangle, or the background, is also correct.
 fn settled_beside_truth(
     scene: &Scene,
     camera: &str,
@@ -131,7 +131,7 @@ fn settled_beside_truth(
     let difference = compare(&Picture::new(size[0], size[1], floats), &truth).unwrap();
     let one_triangle = |x, y| {
         let candidates = view.candidates(x, y, RADIUS_PX);
-        // Where a triangle is less than a pixel high, snapped vertices move the level by more than BOUND allows.
+        // In triangles less than a pixel high, snapped vertices move the level by more than BOUND allows.
         candidates.samples.len() + usize::from(candidates.background) == 1
             && candidates.samples.iter().all(|sample| sample.altitude_px >= 1.0)
     };
@@ -161,7 +161,7 @@ fn the_settled_picture_is_the_f64_picture_within_the_samplers_precision() {
     ] {
         let (difference, beyond) = settled_beside_truth(&scene(name), camera, |_| ());
         assert_eq!(beyond, 0, "{name}, {camera}");
-        // BOUND everywhere would be 4e-4 of a white picture; the mean must be far below the worst.
+        // An error of BOUND in every pixel would be an NMSE of 4e-4 of a white picture. The mean must be far smaller.
         assert!(difference.nmse() < 1e-4, "{name}, {camera}");
     }
 }

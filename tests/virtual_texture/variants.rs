@@ -62,7 +62,7 @@ impl Passes {
 fn every_pair_of_variants_lists_the_reference_set() {
     let gpu = device();
     let scene = scene("earth");
-    // 141 rows: the last groups extend beyond the picture's edge.
+    // With 141 rows the last workgroups extend beyond the picture's edge.
     let mut renderer = open(&gpu, &scene, [250, 141], |settings| {
         settings.config.request_format = Some(RequestFormat::Packed)
     });
@@ -79,7 +79,7 @@ fn every_pair_of_variants_lists_the_reference_set() {
     }
 }
 
-/// An ordered list follows the mask: the tile mask's texels row by row, or the pyramid level by level.
+/// An ordered list is in the order of the mask: row by row for texels, level by level for bits and bytes.
 fn assert_is_in_order(triples: &[[u32; 3]], dedup: Dedup) {
     let key =
         |&[q, i, j]: &[u32; 3]| if dedup.layout() == MaskLayout::Texels { [i, j, q] } else { [q, i, j] };
@@ -149,8 +149,8 @@ fn frames_in_flight_do_not_share_their_marks() {
     }
 }
 
-/// Frame numbers repeat after 255 frames. The two pictures alternate, so that the last marks with the same number are
-/// the other picture's.
+/// Frame numbers repeat after 255 frames. Two pictures alternate, so that the last marks with the same number belong to
+/// the other picture.
 #[test]
 fn bytes_of_the_frame_255_ago_do_not_count_as_marks() {
     let gpu = device();
@@ -201,7 +201,7 @@ fn hashed_triples(pyramid: &Pyramid, size: [u32; 2]) -> Vec<[u32; 3]> {
         .collect()
 }
 
-/// The request image is copied in, not drawn: with 16 lanes lavapipe 22.3 crashes when it rasterises.
+/// The request image is copied from the host, not drawn: with 16 lanes lavapipe 22.3 crashes when it rasterises.
 #[test]
 fn variants_with_subgroups_list_the_reference_set() {
     let gpu = device();
@@ -225,7 +225,7 @@ fn variants_with_subgroups_list_the_reference_set() {
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
     for config in variants_of(&base, &pyramid) {
-        // Each subgroup shader once with each tile address; the other stage is the simplest, in each mask layout.
+        // Each subgroup shader runs once with each tile address. The other stage is the simplest for each mask layout.
         let lanes = |needs: Vec<Need>| needs.iter().any(|need| need.feature == Feature::Subgroups);
         let plain = matches!(config.dedup, Dedup::TestOr | Dedup::Bitset | Dedup::MarkBytes);
         match (lanes(config.dedup.needs()), lanes(config.compact.needs())) {
@@ -240,7 +240,8 @@ fn variants_with_subgroups_list_the_reference_set() {
     }
 }
 
-/// lavapipe's subgroups have its vector width, 32 bits a lane; it is set before the process loads the driver.
+/// lavapipe's subgroups are as wide as its vectors, with 32 bits per lane. The width is set before the process loads
+/// the driver.
 #[test]
 fn subgroups_of_4_and_of_16_lanes_list_the_reference_set() {
     let software = device().physical().name.contains("llvmpipe");
@@ -248,7 +249,7 @@ fn subgroups_of_4_and_of_16_lanes_list_the_reference_set() {
         let ran = std::process::Command::new(std::env::current_exe().unwrap())
             .args(["variants::variants_with_subgroups_list_the_reference_set", "--exact", "--nocapture"])
             .env("LP_NATIVE_VECTOR_WIDTH", bits.to_string())
-            // The cache must not supply code of another width.
+            // The shader cache must not supply code of another width.
             .env("MESA_SHADER_CACHE_DISABLE", "true")
             .output()
             .unwrap();
