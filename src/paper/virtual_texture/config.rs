@@ -55,7 +55,7 @@ settings! {
 
 settings! {
     /// The variant of each step that makes the list of visible tiles (paper 1, section 2). The defaults are the
-    /// paper's. The paper leaves p open; the default is the fastest p on lavapipe.
+    /// paper's. The paper leaves p open; the default was the fastest p on lavapipe (vt.dedup).
     pub struct Config derive(Copy, Eq) with DEFAULT {
         /// Format of the request image. By default the first of these that the device can render to.
         request_format: Option<RequestFormat> = None;
