@@ -8,7 +8,7 @@
 #include "virtual_texture/dedup_tile_mask.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(constant_id = 8) const uint SIDE_LOG2 = 3;  // log2 of an invocation's square of pixels, per side
+layout(constant_id = 8) const uint SIDE_LOG2 = 3;  // log2 of the side of an invocation's square of pixels
 
 // Four neighbouring texels of the request image, by channel.
 struct Quad {

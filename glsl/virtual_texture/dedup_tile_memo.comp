@@ -7,7 +7,7 @@
 #include "virtual_texture/dedup_tile_mask.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(constant_id = 8) const uint SIDE_LOG2 = 3;  // log2 of an invocation's square of pixels, per side
+layout(constant_id = 8) const uint SIDE_LOG2 = 3;  // log2 of the side of an invocation's square of pixels
 
 // The paper's memo: skips a pixel whose triple equals the last one.
 void main() {

@@ -169,8 +169,8 @@ pub fn needs(config: &Config, format: TileFormat) -> Vec<Need> {
     config.needs().into_iter().chain(blocks).collect()
 }
 
-/// Checks the settings against the opened texture: the variants against its pyramid, the filter against its border. A
-/// scene with a file may not state either.
+/// Checks the settings against the opened texture: the variants against its pyramid, the filter against its border. If
+/// the texture is a file, the scene may not state these.
 ///
 /// # Errors
 /// [`SceneError`] at the invalid key.

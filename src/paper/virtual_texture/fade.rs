@@ -40,7 +40,7 @@ impl FadeIn {
         self.frames = frames;
     }
 
-    /// Advances by one frame: turns streaming's changes into the cells to write, in the order of the changes.
+    /// Advances by one frame: turns streaming's changes into the cells to write. A tile's last change comes last.
     pub fn cells(&mut self, changes: &[(TileId, Option<u32>)]) -> Vec<(TileId, u32)> {
         let mut cells = Vec::with_capacity(changes.len() + self.arriving.len());
         for &(tile, slot) in changes {

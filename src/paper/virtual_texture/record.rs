@@ -22,7 +22,7 @@ pub struct FrameRecord {
     /// The frame's distinct visible tiles before any bias, sorted. With subsampled feedback: the union of the last
     /// frames.
     pub visible: Vec<TileId>,
-    /// The tiles that are expected to be visible `cache.prefetch_frames` later, sorted.
+    /// The tiles that are expected to be visible `cache.prefetch_frames` frames later, sorted.
     pub expected: Vec<TileId>,
     /// True if the visible-tile list was too short at first.
     pub overflowed: bool,

@@ -57,7 +57,7 @@ settings! {
         path: Option<PathBuf> = None;
         /// m: level 0 has 2^m x 2^n texels, at most 2^20 x 2^20. Required except for `"file"`, which states its size.
         width_log2: Option<u32> = None;
-        /// n of 2^m x 2^n; m - 1 for `"earth"`.
+        /// n: see `width_log2`. The earth has n = m - 1.
         height_log2: Option<u32> = None;
         /// Payload of a tile: a power of two.
         tile_size: u32 = 512, in 16..=1024, unit "texels a side";

@@ -31,7 +31,7 @@ settings! {
         /// Which of a frame's missing tiles is requested first. After a cut to another camera, coarsest first had 16 to
         /// 31 % less error, summed over the frames (vt.budget).
         order: Order = Order::Coarsest;
-        /// A tile that could not be read is requested again after this time. With 0 or `--deterministic` it is not.
+        /// A tile that could not be read is requested again after this time. 0 and `--deterministic` disable this.
         retry_after_ms: f64 = 1000.0, in 0.0..=1e9, unit "ms";
     }
     beside {
