@@ -22,7 +22,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Scene, camera, border, ratio of the axes. Without a border every texel of another tile is looked up; with the widest
-/// border only few are.
+/// border, few texels are.
 const CASES: [(&str, &str, u32, u32); 7] = [
     ("earth", "oblique", 16, 16),
     ("earth", "low", 0, 16),

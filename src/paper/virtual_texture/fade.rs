@@ -1,4 +1,4 @@
-//! Fade-in of new tiles (ours, an option). The paper shows them at once, and they pop.
+//! Fade-in of new tiles (ours, an option). The paper shows new tiles immediately, so they pop.
 //!
 //! id Software blends pages as they arrive (J. M. P. van Waveren, "Software Virtual Textures", 2012). Here a cell of
 //! the page table also holds the weight of the next coarser resident tile, which was shown before. The shader also

@@ -1,4 +1,4 @@
-//! Paper 1: super-large textures for virtual landscapes. The GPU alone finds the visible tiles.
+//! Paper 1: super-large textures for virtual landscapes. The visible tiles are found entirely on the GPU.
 //!
 //! One file per step:
 //! - [`footprint`], section 2.1: writes a triple (q, i, j) for each pixel into the request image; [`reach`]: the
@@ -19,7 +19,7 @@
 //! - [`method`]: all passes of a variant; [`technique`]: the paper's part of a frame; [`figures`]: the measurements;
 //! - [`mod@reference`]: the same steps in integers and f64 on the CPU; [`ruler`]: checks every fetched texel.
 //!
-//! The paper's letters, as comments use them beside its equations:
+//! The paper's letters, which comments use with its equations:
 //!
 //! | letter | name here | file |
 //! |---|---|---|
