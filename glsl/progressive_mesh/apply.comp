@@ -3,19 +3,20 @@
 #include "common/extensions.glsl"
 // Sections 3 to 5 on the device: one step between two levels, in one instance's slice of F.
 // A range of splits runs at once, in any order. A new vertex's index is above those of all live vertices, so when
-// several splits write one corner, the largest index is the last split's (atomicMax). Downwards, the first split is
-// undone last and its vertex before is the smallest (atomicMin). Maximum and minimum do not depend on the order, so
-// no split waits for another.
+// several splits write one corner, the largest index is the last split's. Downwards, the first split is undone last and
+// its vertex before is the smallest. Maximum and minimum do not depend on the order, so no split waits for another.
 // A permutation takes two steps: all faces are read before any slot is written.
 
 layout(local_size_x = 64) in;
 
-// Three words for each corner of a split: word of F, new vertex, vertex before. Then two words for each moved face: the
-// slot filled going up, and the slot that the face comes from.
+// Three words for each corner of a split: corner of F, new vertex, vertex before. Then two words for each moved face:
+// the slot filled going up, and the slot that the face comes from.
 layout(scalar, binding = 0) readonly buffer Program { uint words[]; } program;
 layout(scalar, binding = 1) buffer Indices { uint words[]; } indices;
 // Faces between the two steps of a permutation.
 layout(scalar, binding = 2) buffer Kept { uint words[]; } kept;
+
+#include "progressive_mesh/write_indices.glsl"
 
 layout(push_constant, scalar) uniform Applying {
     // 0: splits; 1: save a permutation's faces; 2: place them.
@@ -25,19 +26,15 @@ layout(push_constant, scalar) uniform Applying {
     // First word of the step in `program`, and its number of corners or faces.
     uint first;
     uint count;
-    // First word of the instance's slice.
+    // First index of the instance's slice.
     uint slice;
     uint kept_first;
 } applying;
 
 void write(uint n) {
     uint at = applying.first + 3 * n;
-    uint word = applying.slice + program.words[at];
-    if (applying.down == 0) {
-        atomicMax(indices.words[word], program.words[at + 1]);
-    } else {
-        atomicMin(indices.words[word], program.words[at + 2]);
-    }
+    bool up = applying.down == 0;
+    limit_index(applying.slice + program.words[at], program.words[at + (up ? 1 : 2)], up);
 }
 
 void move(uint n) {
@@ -48,9 +45,9 @@ void move(uint n) {
     uint own = applying.kept_first + 3 * n;
     for (uint corner = 0; corner < 3; ++corner) {
         if (keep) {
-            kept.words[own + corner] = indices.words[face + corner];
+            kept.words[own + corner] = index_at(face + corner);
         } else {
-            indices.words[face + corner] = kept.words[own + corner];
+            set_index(face + corner, kept.words[own + corner]);
         }
     }
 }

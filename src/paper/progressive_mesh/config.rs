@@ -122,11 +122,8 @@ fn check_surface(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fa
 /// Checks that the other settings fit the order.
 fn check_order(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fault> {
     let order = surface.order;
-    if order.is_baseline() && surface.apply == Apply::Gpu {
-        let what = format!(
-            "order = {:?} executes no splits that a device could apply; leave apply out",
-            order.name()
-        );
+    if order.is_baseline() && surface.apply != Apply::Cpu {
+        let what = format!("order = {:?} executes no splits; leave apply out", order.name());
         return Err(part.fault("apply", what));
     }
     if order == FaceOrder::Discrete && surface.geomorph {
