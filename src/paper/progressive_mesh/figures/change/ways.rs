@@ -73,7 +73,15 @@ pub struct Way<'a> {
 
 enum Runs {
     Scene(Box<Run<ProgressiveMeshes>>),
-    Copy { program: Program, packed: Vec<u8>, staging: Buffer, indices: Buffer },
+    Copy(Box<Copying>),
+}
+
+struct Copying {
+    program: Program,
+    /// Faces as the index buffer has them.
+    packed: Vec<u8>,
+    staging: Buffer,
+    indices: Buffer,
 }
 
 impl<'a> Way<'a> {
@@ -90,7 +98,7 @@ impl<'a> Way<'a> {
                 let packed = index.packed(program.faces().as_flattened());
                 let staging = gpu.buffer("staging", packed.len() as u64, BufferUse::Upload)?;
                 let indices = gpu.buffer("indices", packed.len() as u64, BufferUse::Indices(index))?;
-                Runs::Copy { program, packed, staging, indices }
+                Runs::Copy(Box::new(Copying { program, packed, staging, indices }))
             }
         };
         let mut way = Way { name: named.name, gpu, runs, levels, up: true };
@@ -141,7 +149,8 @@ impl<'a> Way<'a> {
                 let record = session.records.take().pop().expect("the frame that was drained");
                 Ok((host, sum(&record.passes), record.change.upload_bytes))
             }
-            Runs::Copy { program, packed, staging, indices } => {
+            Runs::Copy(copying) => {
+                let Copying { program, packed, staging, indices } = &mut **copying;
                 let bytes = face_bytes(program) as usize * program.drawn(to) as usize;
                 staging.mapped_mut()[..bytes].copy_from_slice(&packed[..bytes]);
                 let mut frame = self.gpu.frame()?;
