@@ -17,6 +17,8 @@ layout(scalar, binding = 1) buffer Indices { uint words[]; } indices;
 // The faces between the two steps of a permutation.
 layout(scalar, binding = 2) buffer Kept { uint words[]; } kept;
 
+#include "progressive_mesh/write_indices.glsl"
+
 layout(push_constant, scalar) uniform Applying {
     // 0: splits; 1: save a permutation's faces; 2: write the saved faces to their slots.
     uint kind;
@@ -25,19 +27,15 @@ layout(push_constant, scalar) uniform Applying {
     // First word of the step in `program`, and its number of corners or faces.
     uint first;
     uint count;
-    // First word of the instance's slice.
+    // First index of the instance's slice.
     uint slice;
     uint kept_first;
 } applying;
 
 void write(uint n) {
     uint at = applying.first + 3 * n;
-    uint word = applying.slice + program.words[at];
-    if (applying.down == 0) {
-        atomicMax(indices.words[word], program.words[at + 1]);
-    } else {
-        atomicMin(indices.words[word], program.words[at + 2]);
-    }
+    bool up = applying.down == 0;
+    limit_index(applying.slice + program.words[at], program.words[at + (up ? 1 : 2)], up);
 }
 
 void move(uint n) {
@@ -48,9 +46,9 @@ void move(uint n) {
     uint own = applying.kept_first + 3 * n;
     for (uint corner = 0; corner < 3; ++corner) {
         if (keep) {
-            kept.words[own + corner] = indices.words[face + corner];
+            kept.words[own + corner] = index_at(face + corner);
         } else {
-            indices.words[face + corner] = kept.words[own + corner];
+            set_index(face + corner, kept.words[own + corner]);
         }
     }
 }

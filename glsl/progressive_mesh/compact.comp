@@ -15,7 +15,8 @@ layout(scalar, binding = 0) readonly buffer Ranked { uint words[]; } ranked;
 // The vertex that each vertex beyond level 0 replaces.
 layout(scalar, binding = 1) readonly buffer SplitVertices { uint words[]; } split_vertices;
 layout(scalar, binding = 2) buffer Counts { uint words[]; } counts;
-layout(scalar, binding = 3) writeonly buffer Indices { uint words[]; } indices;
+layout(scalar, binding = 3) buffer Indices { uint words[]; } indices;
+#include "progressive_mesh/write_indices.glsl"
 
 layout(push_constant, scalar) uniform Compacting {
     // 0: count the live faces; 1: write them.
@@ -26,7 +27,7 @@ layout(push_constant, scalar) uniform Compacting {
     uint live_vertices;
     // Number of vertices of level 0.
     uint first_vertices;
-    // First word of the instance's slice.
+    // First index of the instance's slice.
     uint slice;
     uint counts_first;
 } compacting;
@@ -57,7 +58,7 @@ void main() {
     if (live) {
         uint at = compacting.slice + 3u * (before + own.x);
         for (uint corner = 0u; corner < 3u; ++corner) {
-            indices.words[at + corner] = at_level(ranked.words[4u * face + 1u + corner]);
+            set_index(at + corner, at_level(ranked.words[4u * face + 1u + corner]));
         }
     }
 }

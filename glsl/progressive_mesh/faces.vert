@@ -4,6 +4,7 @@
 
 // A corner of a face, read directly from the buffers. All vertex formats begin with the position.
 layout(binding = 0, scalar) readonly buffer Indices { uint words[]; } indices;
+#include "progressive_mesh/indices.glsl"
 layout(binding = 1, scalar) readonly buffer Misses { uint faces[]; } misses;
 layout(binding = 2, scalar) readonly buffer Vertices { float words[]; } vertices;
 layout(binding = 3, scalar) readonly buffer Levels { uint vertices[]; } levels;  // live vertices of each level
@@ -30,7 +31,7 @@ uint birth(uint vertex) {
 
 void main() {
     uint n = view.first_face + gl_VertexIndex / 3;
-    uvec3 ends = uvec3(indices.words[3 * n], indices.words[3 * n + 1], indices.words[3 * n + 2]);
+    uvec3 ends = uvec3(index_at(3 * n), index_at(3 * n + 1), index_at(3 * n + 2));
     uint vertex = ends[gl_VertexIndex % 3], at = vertex * view.stride;
     vec3 position = vec3(vertices.words[at], vertices.words[at + 1], vertices.words[at + 2]);
     uint level = birth(max(ends.x, max(ends.y, ends.z)));

@@ -6,6 +6,7 @@
 // counts the same). One invocation per draw, because each face depends on the faces before it.
 layout(local_size_x = 1) in;
 layout(binding = 0, scalar) readonly buffer Indices { uint words[]; } indices;
+#include "progressive_mesh/indices.glsl"
 layout(binding = 1, scalar) writeonly buffer Misses { uint faces[]; } misses;
 layout(push_constant, scalar) uniform FaceRange {
     uint first;  // first face in the index buffer
@@ -20,7 +21,7 @@ void main() {
     for (uint face = range.first; face < range.first + range.count; face++) {
         uint missed = 0;
         for (uint corner = 0; corner < 3; corner++) {
-            uint vertex = indices.words[3 * face + corner];
+            uint vertex = index_at(3 * face + corner);
             bool holds = false;
             for (uint n = 0; n < ENTRIES; n++) holds = holds || cache[n] == vertex;
             if (!holds) {

@@ -7,7 +7,8 @@ layout(local_size_x = 64) in;
 
 // Four words for each face: slot, corners.
 layout(scalar, binding = 0) readonly buffer Changes { uint words[]; } changes;
-layout(scalar, binding = 1) writeonly buffer Indices { uint words[]; } indices;
+layout(scalar, binding = 1) buffer Indices { uint words[]; } indices;
+#include "progressive_mesh/write_indices.glsl"
 
 layout(push_constant, scalar) uniform Scattering {
     uint count;
@@ -20,7 +21,7 @@ void main() {
     for (uint n = gl_GlobalInvocationID.x; n < scattering.count; n += stride) {
         uint face = 3 * (scattering.slice + changes.words[4 * n]);
         for (uint corner = 0; corner < 3; ++corner) {
-            indices.words[face + corner] = changes.words[4 * n + 1 + corner];
+            set_index(face + corner, changes.words[4 * n + 1 + corner]);
         }
     }
 }

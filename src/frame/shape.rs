@@ -9,7 +9,9 @@ use crate::math::camera::Pose;
 use crate::model::mesh::{Cluster, Mesh, MeshPosition, MeshVertex};
 use crate::vk::shader::common::{depth_vert, lit_mesh_vert, mesh_vert};
 use crate::vk::shader::{VertexFormat, View as ViewConstants};
-use crate::vk::{Buffer, BufferUse, Clear, Geometry, Gpu, GraphicsPipeline, Render, Resource, Result, Slice};
+use crate::vk::{
+    Buffer, BufferUse, Clear, Geometry, Gpu, GraphicsPipeline, IndexType, Render, Resource, Result, Slice,
+};
 use glam::{DMat3, DMat4, DVec3};
 use std::mem::offset_of;
 use std::sync::Arc;
@@ -93,7 +95,11 @@ impl Shape {
         let indices = u32::try_from(mesh.indices.len()).expect("a mesh has fewer than 2^32 indices");
         Ok(Shape {
             vertices: Arc::new(gpu.buffer_with("mesh vertices", &mesh.vertices, BufferUse::Vertices)?),
-            indices: Arc::new(gpu.buffer_with("mesh indices", &mesh.indices, BufferUse::Indices)?),
+            indices: Arc::new(gpu.buffer_with(
+                "mesh indices",
+                &mesh.indices,
+                BufferUse::Indices(IndexType::U32),
+            )?),
             normals: None,
             depth_alone: None,
             draws: vec![Draw::World { indices }],
@@ -112,7 +118,11 @@ impl Shape {
         let (positions, indices) = mesh.positions();
         let depth_alone = DepthAlone {
             vertices: gpu.buffer_with("mesh positions", &positions, BufferUse::Vertices)?,
-            indices: gpu.buffer_with("mesh position indices", &indices, BufferUse::Indices)?,
+            indices: gpu.buffer_with(
+                "mesh position indices",
+                &indices,
+                BufferUse::Indices(IndexType::U32),
+            )?,
             clusters: mesh.clusters(),
         };
         Ok(Shape { depth_alone: Some(Arc::new(depth_alone)), ..Shape::new(gpu, mesh)? })

@@ -10,7 +10,8 @@ use ortelius::vk::shader::Panels;
 use ortelius::vk::shader::view::{panels_frag, panels_vert};
 use ortelius::vk::{
     Blend, Buffer, BufferUse, Clear, ClippedSlice, Cmd, ColorTarget, Filter, Format, Geometry, Gpu,
-    GraphicsInfo, GraphicsPipeline, Image, ImageInfo, Resource, Result, Sampler, SamplerInfo, TexelCopy,
+    GraphicsInfo, GraphicsPipeline, Image, ImageInfo, IndexType, Resource, Result, Sampler, SamplerInfo,
+    TexelCopy,
 };
 use std::collections::HashMap;
 
@@ -122,7 +123,7 @@ impl Painter {
         };
         Ok(Some((
             filled("panel vertices", vertices, BufferUse::MappedVertices)?,
-            filled("panel indices", indices, BufferUse::MappedIndices)?,
+            filled("panel indices", indices, BufferUse::MappedIndices(IndexType::U32))?,
         )))
     }
 

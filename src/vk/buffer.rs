@@ -10,11 +10,11 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BufferUse {
     Vertices,
-    Indices,
+    Indices(IndexType),
     /// Indices that shaders write and copies read.
-    WritableIndices,
+    WritableIndices(IndexType),
     /// Mapped indices: written by the host, read by the GPU in place.
-    MappedIndices,
+    MappedIndices(IndexType),
     /// Mapped vertices: written by the host, read by the GPU in place.
     MappedVertices,
     /// Transform-feedback output, or its counter; copies can read it.
@@ -31,6 +31,64 @@ pub enum BufferUse {
     Readback,
 }
 
+/// The width of the indices in an index buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IndexType {
+    U16,
+    U32,
+}
+
+impl IndexType {
+    /// The narrower one that can name each of so many vertices.
+    pub fn of_vertices(vertices: usize) -> IndexType {
+        if vertices < 1 << 16 { IndexType::U16 } else { IndexType::U32 }
+    }
+
+    /// Bytes of an index.
+    pub const fn bytes(self) -> u64 {
+        match self {
+            IndexType::U16 => 2,
+            IndexType::U32 => 4,
+        }
+    }
+
+    /// Bytes of so many faces, rounded up to whole words: shaders read indices by words.
+    pub fn bytes_of_faces(self, faces: u64) -> u64 {
+        (3 * self.bytes() * faces).next_multiple_of(4)
+    }
+
+    /// Indices in the form of a buffer.
+    pub fn packed(self, indices: &[u32]) -> Vec<u8> {
+        match self {
+            IndexType::U16 => indices.iter().flat_map(|&index| (index as u16).to_ne_bytes()).collect(),
+            IndexType::U32 => bytemuck::cast_slice(indices).to_vec(),
+        }
+    }
+
+    /// The specialization constant of shaders that address indices.
+    pub fn constant(self) -> (&'static str, u32) {
+        ("INDICES_PER_WORD", 4 / self.bytes() as u32)
+    }
+
+    pub(crate) fn raw(self) -> vk::IndexType {
+        match self {
+            IndexType::U16 => vk::IndexType::UINT16,
+            IndexType::U32 => vk::IndexType::UINT32,
+        }
+    }
+}
+
+impl BufferUse {
+    fn index_type(self) -> Option<IndexType> {
+        match self {
+            BufferUse::Indices(of) | BufferUse::WritableIndices(of) | BufferUse::MappedIndices(of) => {
+                Some(of)
+            }
+            _ => None,
+        }
+    }
+}
+
 /// A buffer with its memory. After a drop it is destroyed once the GPU no longer uses it.
 pub struct Buffer {
     pub(crate) handle: vk::Buffer,
@@ -39,6 +97,7 @@ pub struct Buffer {
     device: Arc<Device>,
     memory: Option<Allocation>,
     bytes: u64,
+    index_type: Option<IndexType>,
     name: String,
 }
 
@@ -63,11 +122,11 @@ impl Gpu {
                 (U::VERTEX_BUFFER | U::STORAGE_BUFFER | U::TRANSFER_DST, MemoryLocation::GpuOnly)
             }
             // Index buffers that only copies write are also read as storage.
-            BufferUse::Indices | BufferUse::WritableIndices => (
+            BufferUse::Indices(_) | BufferUse::WritableIndices(_) => (
                 U::INDEX_BUFFER | U::STORAGE_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST,
                 MemoryLocation::GpuOnly,
             ),
-            BufferUse::MappedIndices => (U::INDEX_BUFFER, MemoryLocation::CpuToGpu),
+            BufferUse::MappedIndices(_) => (U::INDEX_BUFFER | U::STORAGE_BUFFER, MemoryLocation::CpuToGpu),
             BufferUse::MappedVertices => (U::VERTEX_BUFFER, MemoryLocation::CpuToGpu),
             BufferUse::TransformFeedback => (
                 U::TRANSFORM_FEEDBACK_BUFFER_EXT
@@ -96,8 +155,15 @@ impl Gpu {
         // SAFETY: the device lives; memory is bound before the wrapper is returned.
         let handle = unsafe { device.handle.create_buffer(&info, None) }.check("vkCreateBuffer", name)?;
         let texels = vk::BufferView::null();
-        let mut buffer =
-            Buffer { handle, texels, device: device.clone(), memory: None, bytes, name: name.into() };
+        let mut buffer = Buffer {
+            handle,
+            texels,
+            device: device.clone(),
+            memory: None,
+            bytes,
+            index_type: usage.index_type(),
+            name: name.into(),
+        };
         // SAFETY: as above.
         let requirements = unsafe { device.handle.get_buffer_memory_requirements(handle) };
         let memory = buffer.memory.insert(device.allocate(name, requirements, location, true)?);
@@ -127,7 +193,7 @@ impl Gpu {
             BufferUse::Storage => {
                 ("shaders can address", storage, "take larger tiles, or lower variant.list_capacity")
             }
-            BufferUse::WritableIndices => {
+            BufferUse::WritableIndices(_) => {
                 ("shaders can address", storage, "show fewer instances, or apply levels on the CPU")
             }
             BufferUse::FetchedStorage => ("shaders can address", storage.min(texels), "take larger tiles"),
@@ -152,7 +218,9 @@ impl Gpu {
     /// Out of memory, device lost.
     pub fn buffer_with<T: bytemuck::Pod>(&self, name: &str, data: &[T], usage: BufferUse) -> Result<Buffer> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
-        let buffer = self.buffer(name, bytes.len() as u64, usage)?;
+        // Shaders read indices by words.
+        let unit = if usage.index_type().is_some() { 4 } else { 1 };
+        let buffer = self.buffer(name, (bytes.len() as u64).next_multiple_of(unit), usage)?;
         if bytes.is_empty() {
             return Ok(buffer);
         }
@@ -175,6 +243,12 @@ impl Buffer {
 
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// # Panics
+    /// If it is not an index buffer.
+    pub fn index_type(&self) -> IndexType {
+        self.index_type.unwrap_or_else(|| panic!("{} holds no indices", self.name))
     }
 
     /// The memory of a mapped, `Upload` or `Readback` buffer. Wait for a frame's [`super::Ticket`] before

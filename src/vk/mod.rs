@@ -23,7 +23,7 @@ pub mod shader;
 mod swapchain;
 mod watched;
 
-pub use buffer::{Buffer, BufferUse, TexelCopy};
+pub use buffer::{Buffer, BufferUse, IndexType, TexelCopy};
 pub use command::{Cmd, Resource};
 pub use error::Error;
 pub use features::{Feature, Need};

@@ -36,7 +36,7 @@ pub struct TransformFeedback<'a> {
     pub query_index: u32,
 }
 
-/// Indexed triangles that several draws share: 32-bit indices, and vertices if the shader has inputs.
+/// Indexed triangles that several draws share: indices, and vertices where the shader has inputs.
 #[derive(Clone, Copy)]
 pub struct Geometry<'a> {
     pub vertices: Option<&'a Buffer>,
@@ -156,7 +156,7 @@ impl Render<'_, '_> {
         Ok(())
     }
 
-    /// Draws an indexed mesh with 32-bit indices.
+    /// An indexed mesh: all of its indices.
     pub fn draw_mesh(
         &mut self,
         pipeline: &GraphicsPipeline,
@@ -166,13 +166,14 @@ impl Render<'_, '_> {
         indices: &Buffer,
     ) -> Result<()> {
         self.cmd.bind(&pipeline.0, vk::PipelineBindPoint::GRAPHICS, resources, push)?;
-        let count = u32::try_from(indices.bytes() / 4).expect("a mesh has fewer than 2^32 indices");
+        let of = indices.index_type();
+        let count = u32::try_from(indices.bytes() / of.bytes()).expect("a mesh has fewer than 2^32 indices");
         self.cmd.work.draws += 1;
         // SAFETY: the buffers live until the frame has passed; build.rs generated the vertex layout.
         unsafe {
             let device = &self.cmd.device.handle;
             device.cmd_bind_vertex_buffers(self.cmd.handle, 0, &[vertices.handle], &[0]);
-            device.cmd_bind_index_buffer(self.cmd.handle, indices.handle, 0, vk::IndexType::UINT32);
+            device.cmd_bind_index_buffer(self.cmd.handle, indices.handle, 0, of.raw());
             device.cmd_draw_indexed(self.cmd.handle, count, 1, 0, 0, 0);
         }
         Ok(())
@@ -197,9 +198,10 @@ impl Render<'_, '_> {
             if let Some(vertices) = geometry.vertices {
                 device.cmd_bind_vertex_buffers(cmd, 0, &[vertices.handle], &[0]);
             }
-            device.cmd_bind_index_buffer(cmd, indices.handle, 0, vk::IndexType::UINT32);
+            let of = indices.index_type();
+            device.cmd_bind_index_buffer(cmd, indices.handle, 0, of.raw());
             for slice in slices {
-                let end = 4 * (u64::from(slice.first_index) + u64::from(slice.count));
+                let end = of.bytes() * (u64::from(slice.first_index) + u64::from(slice.count));
                 assert!(end <= indices.bytes(), "{}: a draw ends at {end}", indices.name());
                 let push = bytemuck::bytes_of(&slice.push);
                 device.cmd_push_constants(cmd, base.layout, base.push_stages, 0, push);
@@ -231,9 +233,10 @@ impl Render<'_, '_> {
             if let Some(vertices) = geometry.vertices {
                 device.cmd_bind_vertex_buffers(cmd, 0, &[vertices.handle], &[0]);
             }
-            device.cmd_bind_index_buffer(cmd, geometry.indices.handle, 0, vk::IndexType::UINT32);
+            let of = geometry.indices.index_type();
+            device.cmd_bind_index_buffer(cmd, geometry.indices.handle, 0, of.raw());
             for ClippedSlice { at, size, first_index, count } in slices {
-                let end = 4 * (u64::from(*first_index) + u64::from(*count));
+                let end = of.bytes() * (u64::from(*first_index) + u64::from(*count));
                 assert!(end <= geometry.indices.bytes(), "{}: a draw ends at {end}", geometry.indices.name());
                 let scissor = vk::Rect2D {
                     offset: vk::Offset2D { x: at[0] as i32, y: at[1] as i32 },

@@ -150,7 +150,7 @@ fn a_scene_of_meshes_is_rendered_explained_and_reported() {
     // Instances are not 500 full meshes: each has 64 faces until it is visible.
     holds(
         &explained,
-        &["instances  herd: 500 with 64 to 3674 faces at 1806 levels; each has ", "12 bytes per live face"],
+        &["instances  herd: 500 with 64 to 3674 faces at 1806 levels; each has ", "6 bytes per live face"],
     );
     assert!(!explained.contains("feature") && !explained.contains("needs"), "{explained}");
     let report: serde_json::Value = serde_json::from_str(&crate::read(&folder, "r.json")).unwrap();

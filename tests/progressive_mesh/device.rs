@@ -5,8 +5,9 @@ use super::made::{Random, arrange, collapse, torus};
 use ortelius::paper::progressive_mesh::apply::{Apply, Change, ChangedSlots, Scatter};
 use ortelius::paper::progressive_mesh::mesh::{Births, ProgressiveMesh};
 use ortelius::paper::progressive_mesh::run::Program;
-use ortelius::vk::{Buffer, BufferUse, Gpu, GpuOptions, Watched};
+use ortelius::vk::{Buffer, BufferUse, Gpu, GpuOptions, IndexType, Watched};
 
+/// The indices of a buffer.
 fn read(gpu: &Gpu, buffer: &Buffer) -> Vec<u32> {
     let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback).unwrap();
     let mut frame = gpu.frame().unwrap();
@@ -17,8 +18,15 @@ fn read(gpu: &Gpu, buffer: &Buffer) -> Vec<u32> {
         })
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
-    bytemuck::cast_slice(host.mapped()).to_vec()
+    match buffer.index_type() {
+        IndexType::U16 => {
+            host.mapped().as_chunks().0.iter().map(|two| u16::from_ne_bytes(*two).into()).collect()
+        }
+        IndexType::U32 => bytemuck::cast_slice(host.mapped()).to_vec(),
+    }
 }
+
+const WIDTHS: [IndexType; 2] = [IndexType::U16, IndexType::U32];
 
 fn mesh(seed: u64, swap_every: usize) -> ProgressiveMesh {
     let random = &mut Random(seed);
@@ -39,41 +47,43 @@ fn the_device_applies_levels_of_many_instances_like_the_host() {
         (5, 30, Births::InPlace),
     ] {
         let program = Program::new(&ProgressiveMesh { births, ..mesh(seed, swap_every) }).unwrap();
-        let slots = program.faces().len();
-        let apply = Apply::new(&gpu, &program).unwrap();
-        let mut instances = vec![(0u32, program.faces().to_vec()); 7];
-        let whole: Vec<[u32; 3]> = instances.iter().flat_map(|(_, faces)| faces.clone()).collect();
-        let indices = gpu.buffer_with("indices", whole.as_flattened(), BufferUse::WritableIndices).unwrap();
-        let (mut random, mut kept) = (Random(seed), Vec::new());
-        for round in 0..4 {
-            let mut changes = Vec::new();
-            for (n, (level, faces)) in instances.iter_mut().enumerate() {
-                // The first instance goes all the way up and down; some instances keep their level.
-                let to = match n {
-                    0 if round % 2 == 0 => program.last_level(),
-                    0 => 0,
-                    6 => *level,
-                    _ => random.below(program.levels().len()) as u32,
-                };
-                program.run(
-                    faces,
-                    *level,
-                    to,
-                    &mut kept,
-                    &mut ortelius::paper::progressive_mesh::run::Untold,
-                );
-                changes.push(Change { first_slot: (n * slots) as u32, from: *level, to });
-                *level = to;
-            }
-            let mut frame = gpu.frame().unwrap();
-            frame.pass("apply", |cmd| apply.run(cmd, &program, &indices, &changes)).unwrap();
-            frame.submit().unwrap().wait().unwrap();
-            let words = read(&gpu, &indices);
-            for (n, (level, faces)) in instances.iter().enumerate() {
-                let own = &words[3 * n * slots..3 * (n + 1) * slots];
-                let first = own.iter().zip(faces.as_flattened()).position(|(a, b)| a != b);
-                assert_eq!(first, None, "mesh {seed}, round {round}, instance {n} at level {level}");
-            }
+        WIDTHS.into_iter().for_each(|index| walk_instances(&gpu, &program, index, seed));
+    }
+}
+
+fn walk_instances(gpu: &Gpu, program: &Program, index: IndexType, seed: u64) {
+    // An odd number, so that a word of two indices belongs to two instances.
+    let slots = program.faces().len() | 1;
+    let apply = Apply::new(gpu, program, index).unwrap();
+    let mut faces = program.faces().to_vec();
+    faces.resize(slots, [7; 3]);
+    let mut instances = vec![(0u32, faces); 7];
+    let whole: Vec<[u32; 3]> = instances.iter().flat_map(|(_, faces)| faces.clone()).collect();
+    let packed = index.packed(whole.as_flattened());
+    let indices = gpu.buffer_with("indices", &packed, BufferUse::WritableIndices(index)).unwrap();
+    let (mut random, mut kept) = (Random(seed), Vec::new());
+    for round in 0..4 {
+        let mut changes = Vec::new();
+        for (n, (level, faces)) in instances.iter_mut().enumerate() {
+            // The first goes up and down all the way; some keep their level.
+            let to = match n {
+                0 if round % 2 == 0 => program.last_level(),
+                0 => 0,
+                6 => *level,
+                _ => random.below(program.levels().len()) as u32,
+            };
+            program.run(faces, *level, to, &mut kept, &mut ortelius::paper::progressive_mesh::run::Untold);
+            changes.push(Change { first_slot: (n * slots) as u32, from: *level, to });
+            *level = to;
+        }
+        let mut frame = gpu.frame().unwrap();
+        frame.pass("apply", |cmd| apply.run(cmd, program, &indices, &changes)).unwrap();
+        frame.submit().unwrap().wait().unwrap();
+        let words = read(gpu, &indices);
+        for (n, (level, faces)) in instances.iter().enumerate() {
+            let own = &words[3 * n * slots..3 * (n + 1) * slots];
+            let first = own.iter().zip(faces.as_flattened()).position(|(a, b)| a != b);
+            assert_eq!(first, None, "mesh {seed}, round {round}, instance {n} at level {level}");
         }
     }
 }
@@ -82,11 +92,16 @@ fn the_device_applies_levels_of_many_instances_like_the_host() {
 fn scattered_faces_are_the_hosts_buffer() {
     let gpu = Watched::open(&GpuOptions::default());
     let program = Program::new(&mesh(4, 5)).unwrap();
-    let scatter = Scatter::new(&gpu).unwrap();
+    WIDTHS.into_iter().for_each(|index| scatter_changes(&gpu, &program, index));
+}
+
+fn scatter_changes(gpu: &Gpu, program: &Program, index: IndexType) {
+    let scatter = Scatter::new(gpu, index).unwrap();
     let mut faces = program.faces().to_vec();
     let slice = 5;
-    let padded = [&[[u32::MAX; 3]; 5], &*faces].concat();
-    let indices = gpu.buffer_with("indices", padded.as_flattened(), BufferUse::WritableIndices).unwrap();
+    let padded = [&[[9; 3]; 5], &*faces].concat();
+    let packed = index.packed(padded.as_flattened());
+    let indices = gpu.buffer_with("indices", &packed, BufferUse::WritableIndices(index)).unwrap();
     let mut changed = ChangedSlots::new(faces.len());
     let (mut level, mut random) = (0, Random(4));
     for _ in 0..5 {
@@ -98,8 +113,11 @@ fn scattered_faces_are_the_hosts_buffer() {
         let mut frame = gpu.frame().unwrap();
         frame.pass("scatter", |cmd| scatter.run(cmd, &buffer, list.len() as u32, &indices, slice)).unwrap();
         frame.submit().unwrap().wait().unwrap();
-        let words = read(&gpu, &indices);
-        assert!(words[..15].iter().all(|&word| word == u32::MAX), "written before the slice");
-        assert!(words[15..] == *faces.as_flattened(), "level {level}: not the host's buffer");
+        let words = read(gpu, &indices);
+        assert!(words[..15].iter().all(|&word| word == 9), "written before the slice");
+        assert!(
+            words[15..15 + 3 * faces.len()] == *faces.as_flattened(),
+            "level {level}: not the host's buffer"
+        );
     }
 }

@@ -5,10 +5,10 @@
 //! permutation takes two dispatches. [`Scatter`] is the plain variant: the host executes the level change and
 //! sends each changed face with its slot.
 
-use super::run::{Program, Step, Touch};
+use super::run::{Index, Program, Step, Touch};
 use crate::vk::shader::progressive_mesh::{apply_comp, scatter_comp};
 use crate::vk::shader::{Applying, Scattering};
-use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Resource, Result};
+use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, IndexType, Resource, Result};
 use std::ops::Range;
 
 /// Maximum number of groups of a dispatch, with 64 items each. With more items, each invocation handles
@@ -46,7 +46,7 @@ fn groups(items: u32) -> [u32; 3] {
 impl Apply {
     /// # Errors
     /// Out of memory, or a program larger than shaders can address in a buffer.
-    pub fn new(gpu: &Gpu, program: &Program) -> Result<Apply> {
+    pub fn new(gpu: &Gpu, program: &Program, index: IndexType) -> Result<Apply> {
         let (corners, moves) = (program.corners(), program.moves());
         let mut words = Vec::with_capacity(3 * corners.words.len() + 2 * moves.from.len());
         for ((&word, &up), &down) in corners.words.iter().zip(&corners.up).zip(&corners.down) {
@@ -57,7 +57,7 @@ impl Apply {
         words.extend(filled.zip(&moves.from).flat_map(|(to, &from)| [to, from]));
         let kept = program.largest_move().max(KEPT_FACES);
         Ok(Apply {
-            pipeline: gpu.compute_pipeline("apply levels", &apply_comp::SHADER, &[])?,
+            pipeline: gpu.compute_pipeline("apply levels", &apply_comp::SHADER, &[index.constant()])?,
             program: gpu.buffer_with("splits and permutations", &words, BufferUse::Storage)?,
             kept: gpu.buffer("kept faces", 12 * kept as u64, BufferUse::Storage)?,
             moves_at,
@@ -151,8 +151,9 @@ pub struct Scatter {
 impl Scatter {
     /// # Errors
     /// Out of memory.
-    pub fn new(gpu: &Gpu) -> Result<Scatter> {
-        Ok(Scatter { pipeline: gpu.compute_pipeline("scatter faces", &scatter_comp::SHADER, &[])? })
+    pub fn new(gpu: &Gpu, index: IndexType) -> Result<Scatter> {
+        let constants = [index.constant()];
+        Ok(Scatter { pipeline: gpu.compute_pipeline("scatter faces", &scatter_comp::SHADER, &constants)? })
     }
 
     /// Writes the first `count` of `changes`. A change has four words: the slot in the instance's slice, and
@@ -191,10 +192,10 @@ impl ChangedSlots {
     }
 
     /// Takes the changed faces, in the format of [`Scatter::run`].
-    pub fn take(&mut self, faces: &[[u32; 3]]) -> Vec<[u32; 4]> {
+    pub fn take<I: Index>(&mut self, faces: &[[I; 3]]) -> Vec<[u32; 4]> {
         let change = |slot: u32| {
             self.seen[slot as usize] = false;
-            let [a, b, c] = faces[slot as usize];
+            let [a, b, c] = faces[slot as usize].map(I::vertex);
             [slot, a, b, c]
         };
         self.slots.drain(..).map(change).collect()

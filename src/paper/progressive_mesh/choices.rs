@@ -57,6 +57,9 @@ choices! {
     pub enum Apply {
         /// The host, in its own copy of the index buffer; the changed parts are uploaded.
         Cpu = "cpu",
+        /// The host, in memory that the device reads in place, once for each frame in flight; nothing is copied. Not for
+        /// baselines.
+        Mapped = "mapped",
         /// Compute shaders, in place; not for baselines.
         Gpu = "gpu",
     }

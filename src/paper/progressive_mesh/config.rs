@@ -126,7 +126,7 @@ fn check_surface(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fa
 /// Checks that other settings fit the order.
 fn check_order(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fault> {
     let order = surface.order;
-    if order.is_baseline() && surface.apply == Apply::Gpu {
+    if order.is_baseline() && surface.apply != Apply::Cpu {
         let what =
             format!("order = {:?} is a baseline and executes no splits; leave apply out", order.name());
         return Err(part.fault("apply", what));

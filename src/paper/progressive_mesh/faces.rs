@@ -1,6 +1,7 @@
 //! Reads out the faces of a finished frame, for the window's overlays: the instance and face of each pixel,
 //! the level at which the face appears, and how many of its vertices miss in a FIFO of 16.
 
+use super::surface::Surface;
 use super::surface::vertices::{MorphVertex, SurfaceVertex, VertexBuffer};
 use super::technique::ProgressiveMeshes;
 use crate::frame::{Target, View};
@@ -21,17 +22,22 @@ pub struct Faces {
     depth: Image,
     /// The finished picture's depth, which tells which faces are hidden.
     seen: Arc<Image>,
-    draw: GraphicsPipeline,
-    count: ComputePipeline,
     surfaces: Vec<OfSurface>,
 }
 
 struct OfSurface {
+    draw: GraphicsPipeline,
+    count: ComputePipeline,
     /// Live vertices of each level.
     levels: Buffer,
     level_count: u32,
     /// Cache misses by face; grows with the index buffer.
     misses: Buffer,
+}
+
+/// A word for each face of the index buffer.
+fn miss_bytes(surface: &Surface) -> u64 {
+    4 * surface.indices.bytes() / (3 * surface.indices.index_type().bytes())
 }
 
 impl Faces {
@@ -40,28 +46,29 @@ impl Faces {
     pub fn new(gpu: &Gpu, meshes: &ProgressiveMeshes, target: &Target) -> Result<Faces> {
         let surfaces = meshes.surfaces.iter().map(|surface| {
             let counts: Vec<u32> = surface.program.levels().iter().map(|level| level.vertices).collect();
+            let constants = [surface.indices.index_type().constant()];
             Ok(OfSurface {
+                draw: gpu.graphics_pipeline(&GraphicsInfo {
+                    name: faces_frag::SHADER.name,
+                    vertex: &faces_vert::SHADER,
+                    geometry: None,
+                    fragment: Some(&faces_frag::SHADER),
+                    specialization: &constants,
+                    points: false,
+                    depth: Some(Depth::Write),
+                    colors: &[Format::Rgba32Uint],
+                    blend: Blend::Replace,
+                })?,
+                count: gpu.compute_pipeline(misses_comp::SHADER.name, &misses_comp::SHADER, &constants)?,
                 levels: gpu.buffer_with("faces: levels", &counts, BufferUse::Storage)?,
                 level_count: counts.len() as u32,
-                misses: gpu.buffer("faces: misses", surface.indices.bytes() / 3, BufferUse::Storage)?,
+                misses: gpu.buffer("faces: misses", miss_bytes(surface), BufferUse::Storage)?,
             })
         });
         Ok(Faces {
             image: gpu.image("faces", ImageInfo::target(target.size(), Format::Rgba32Uint))?,
             depth: gpu.image("faces: depth", ImageInfo::target(target.size(), Format::Depth32Float))?,
             seen: target.depth.clone(),
-            draw: gpu.graphics_pipeline(&GraphicsInfo {
-                name: faces_frag::SHADER.name,
-                vertex: &faces_vert::SHADER,
-                geometry: None,
-                fragment: Some(&faces_frag::SHADER),
-                specialization: &[],
-                points: false,
-                depth: Some(Depth::Write),
-                colors: &[Format::Rgba32Uint],
-                blend: Blend::Replace,
-            })?,
-            count: gpu.compute_pipeline(misses_comp::SHADER.name, &misses_comp::SHADER, &[])?,
             surfaces: surfaces.collect::<Result<_>>()?,
         })
     }
@@ -83,8 +90,8 @@ impl Faces {
         view: &View,
     ) -> vk::Result<()> {
         for (of, surface) in self.surfaces.iter_mut().zip(&meshes.surfaces) {
-            if of.misses.bytes() < surface.indices.bytes() / 3 {
-                of.misses = gpu.buffer("faces: misses", surface.indices.bytes() / 3, BufferUse::Storage)?;
+            if of.misses.bytes() < miss_bytes(surface) {
+                of.misses = gpu.buffer("faces: misses", miss_bytes(surface), BufferUse::Storage)?;
             }
         }
         frame.pass("cache misses", |cmd| self.count(cmd, meshes, view))?;
@@ -99,7 +106,7 @@ impl Faces {
             ];
             for slice in surface.slices(&view.pose, view.size, meshes.settings.sun) {
                 let range = FaceRange { first: slice.first_index / 3, count: slice.count / 3 };
-                cmd.dispatch(&self.count, &resources, bytemuck::bytes_of(&range), [1; 3])?;
+                cmd.dispatch(&of.count, &resources, bytemuck::bytes_of(&range), [1; 3])?;
             }
         }
         Ok(())
@@ -131,7 +138,7 @@ impl Faces {
                         instance,
                         levels: of.level_count,
                     };
-                    render.draw(&self.draw, &resources, bytemuck::bytes_of(&push), slice.count)?;
+                    render.draw(&of.draw, &resources, bytemuck::bytes_of(&push), slice.count)?;
                     instance += 1;
                 }
             }

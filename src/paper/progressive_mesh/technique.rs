@@ -67,11 +67,11 @@ pub struct ProgressiveMeshes {
     only: Option<(usize, u32)>,
 }
 
-/// The words that a frame uploads, and their destinations: (surface, first word, number of words).
+/// The bytes that a frame uploads, and their destination: (surface, offset there, bytes).
 #[derive(Default)]
 struct Copies {
-    words: Vec<u32>,
-    parts: Vec<(usize, usize, usize)>,
+    bytes: Vec<u8>,
+    parts: Vec<(usize, u64, u64)>,
 }
 
 impl ProgressiveMeshes {
@@ -144,16 +144,16 @@ impl ProgressiveMeshes {
     fn choose_levels(&mut self, gpu: &Gpu, view: &View) -> Result<(Change, f64)> {
         let Self { surfaces, copies, .. } = self;
         if let Some(level) = self.only {
-            let mut upload = |words: &[u32], at| copies.add(0, words, at);
-            return Ok((surfaces[0].go_to(gpu, level, &mut upload)?, 1.0));
+            let mut upload = |bytes: &[u8], at| copies.add(0, bytes, at);
+            return Ok((surfaces[0].go_to(gpu, view.slot(), level, &mut upload)?, 1.0));
         }
         let error_factor = self.plan(view);
         let Self { surfaces, copies, .. } = self;
         let mut change = Change::default();
         for (n, surface) in surfaces.iter_mut().enumerate() {
             let pixels = surface.settings.error_pixels * error_factor;
-            let mut upload = |words: &[u32], at| copies.add(n, words, at);
-            change += surface.go(gpu, &view.pose, view.size, pixels, &mut upload)?;
+            let mut upload = |bytes: &[u8], at| copies.add(n, bytes, at);
+            change += surface.go(gpu, view, pixels, &mut upload)?;
         }
         Ok((change, error_factor))
     }
@@ -163,9 +163,9 @@ impl ProgressiveMeshes {
         let mut from = 0;
         for (n, surface) in self.surfaces.iter().enumerate() {
             let mut ranges = Vec::new();
-            for &(_, at, words) in self.copies.parts.iter().filter(|(surface, ..)| *surface == n) {
-                ranges.push([from, 4 * at as u64, 4 * words as u64]);
-                from += 4 * words as u64;
+            for &(_, at, bytes) in self.copies.parts.iter().filter(|(surface, ..)| *surface == n) {
+                ranges.push([from, at, bytes]);
+                from += bytes;
             }
             surface.record(cmd, &self.staging[slot], &ranges)?;
         }
@@ -290,7 +290,7 @@ impl Technique for ProgressiveMeshes {
     /// The staging buffers grow with the uploads of a frame.
     fn memory(&self) -> Memory {
         let of_surface = |surface: &Surface| {
-            let buffers = [("vertices", surface.vertices.bytes()), ("indices", surface.indices.bytes())];
+            let buffers = [("vertices", surface.vertices.bytes()), ("indices", surface.index_bytes())];
             let program = surface.program_bytes();
             let named = |(what, bytes)| (format!("{}: {what}", surface.name), bytes);
             buffers.into_iter().chain(program).map(named).collect::<Vec<_>>()
@@ -302,14 +302,14 @@ impl Technique for ProgressiveMeshes {
 }
 
 impl Copies {
-    fn add(&mut self, surface: usize, words: &[u32], at: usize) {
-        self.words.extend_from_slice(words);
-        self.parts.push((surface, at, words.len()));
+    fn add(&mut self, surface: usize, bytes: &[u8], at: u64) {
+        self.bytes.extend_from_slice(bytes);
+        self.parts.push((surface, at, bytes.len() as u64));
     }
 
     /// Copies the words to mapped memory, which grows if necessary.
     fn stage(&self, gpu: &Gpu, staging: &mut Buffer) -> Result<()> {
-        let bytes: &[u8] = bytemuck::cast_slice(&self.words);
+        let bytes = &self.bytes;
         if staging.bytes() < bytes.len() as u64 {
             *staging =
                 gpu.buffer("levels: staging", bytes.len().next_power_of_two() as u64, BufferUse::Upload)?;

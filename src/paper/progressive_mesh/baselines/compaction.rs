@@ -6,7 +6,7 @@ use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::mesh::{Level, ProgressiveMesh};
 use crate::vk::shader::Compacting;
 use crate::vk::shader::progressive_mesh::compact_comp;
-use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Resource, Result};
+use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, IndexType, Resource, Result};
 
 /// Counts in memory at a time: 256 KiB, or more if a single instance needs more.
 const KEPT_COUNTS: u32 = 1 << 16;
@@ -33,7 +33,12 @@ pub struct Compact {
 impl Compaction {
     /// # Errors
     /// Out of memory, or a mesh larger than shaders can address.
-    pub fn new(gpu: &Gpu, mesh: &ProgressiveMesh, prepared: &Prepared) -> Result<Compaction> {
+    pub fn new(
+        gpu: &Gpu,
+        mesh: &ProgressiveMesh,
+        prepared: &Prepared,
+        index: IndexType,
+    ) -> Result<Compaction> {
         let full = live_faces(mesh, mesh.last_level());
         let mut ranked = vec![[0; 4]; full.len()];
         for (slot, (&rank, [a, b, c])) in prepared.ranks().iter().zip(full).enumerate() {
@@ -44,7 +49,7 @@ impl Compaction {
         let counts = u64::from(faces.div_ceil(group).max(KEPT_COUNTS));
         let splits = &mesh.splits.split_vertices;
         Ok(Compaction {
-            pipeline: gpu.compute_pipeline("compact faces", &compact_comp::SHADER, &[])?,
+            pipeline: gpu.compute_pipeline("compact faces", &compact_comp::SHADER, &[index.constant()])?,
             ranked: gpu.buffer_with("faces by rank", ranked.as_flattened(), BufferUse::Storage)?,
             split_vertices: gpu.buffer_with("split vertices", splits, BufferUse::Storage)?,
             counts: gpu.buffer("counts of live faces", 4 * counts, BufferUse::Storage)?,

@@ -1,37 +1,48 @@
 //! Many instances of one mesh, each with its own slice of one index buffer.
 
+use super::index::{Index, Memory};
 use super::program::Program;
 use super::slices::{Slices, TooMany};
 use super::touched::{Touch, Touched};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Instances of one mesh. An instance has 12 bytes of state and a slice of the index buffer with its live
-/// faces: 12 bytes each, plus slack (see [`Slices`]). The program is shared.
+/// Instances of one mesh. The mesh is shared. An instance has 12 bytes of state and a slice of the index buffer with
+/// its live faces: three indices each, plus slack (see [`Slices`]).
 #[derive(Clone, Debug)]
-pub struct Instances {
+pub struct Instances<M: Memory = Vec<[u32; 3]>> {
     program: Arc<Program>,
     levels: Vec<u32>,
     slices: Slices,
     /// All slices, used and free.
-    faces: Vec<[u32; 3]>,
+    faces: M,
     touched: Touched,
-    kept: Vec<[u32; 3]>,
+    kept: Vec<[M::Index; 3]>,
 }
 
 impl Instances {
-    /// `count` instances, all at level 0.
+    /// In main memory, with indices of 32 bits.
     ///
     /// # Errors
     /// [`TooMany`].
     pub fn new(program: Arc<Program>, count: usize) -> Result<Instances, TooMany> {
+        Instances::within(Vec::new(), program, count)
+    }
+}
+
+impl<M: Memory> Instances<M> {
+    /// `count` instances, all at level 0.
+    ///
+    /// # Errors
+    /// [`TooMany`]; out of memory.
+    pub fn within(faces: M, program: Arc<Program>, count: usize) -> Result<Instances<M>, M::Error> {
         let slices = Slices::new(program.faces().len() as u32);
-        let (levels, faces, touched, kept) = (vec![0; count], Vec::new(), Touched::new(0), Vec::new());
+        let (levels, touched, kept) = (vec![0; count], Touched::new(0), Vec::new());
         let mut instances = Instances { program, levels, slices, faces, touched, kept };
         let live = instances.live(0);
         for instance in 0..count {
             instances.slices.push(live)?;
-            instances.grow();
+            instances.grow()?;
             instances.bring_to_life(instance, 0..live);
         }
         Ok(instances)
@@ -54,8 +65,8 @@ impl Instances {
     }
 
     /// The live faces of an instance.
-    pub fn faces(&self, instance: usize) -> &[[u32; 3]] {
-        &self.faces[self.slots(instance)]
+    pub fn faces(&self, instance: usize) -> &[[M::Index; 3]] {
+        &self.buffer()[self.slots(instance)]
     }
 
     /// The slots of an instance's live faces in [`Instances::buffer`]. A draw's first index is three times
@@ -66,12 +77,17 @@ impl Instances {
     }
 
     /// The index buffer of all instances. Never shrinks.
-    pub fn buffer(&self) -> &[[u32; 3]] {
-        &self.faces
+    pub fn buffer(&self) -> &[[M::Index; 3]] {
+        &self.faces.faces()[..self.slices.end() as usize]
     }
 
-    /// Takes the parts written since the last call, as far as they are live: ranges of words of
-    /// [`Instances::buffer`], ascending and disjoint.
+    /// Where their faces are kept.
+    pub fn memory(&mut self) -> &mut M {
+        &mut self.faces
+    }
+
+    /// Takes the live parts written since the last call: ranges of indices of [`Instances::buffer`], ascending and
+    /// disjoint.
     pub fn take_touched(&mut self) -> Vec<Range<usize>> {
         let words = |slots: Range<usize>| 3 * slots.start..3 * slots.end;
         let mut live: Vec<Range<usize>> = (0..self.len()).map(|n| words(self.slots(n))).collect();
@@ -82,18 +98,19 @@ impl Instances {
     /// Bytes beyond the shared program and the index buffer: levels, slices, dirty flags, and scratch memory
     /// for the largest permutation so far.
     pub fn state_bytes(&self) -> usize {
-        size_of_val(&*self.levels) + self.slices.bytes() + self.touched.bytes() + 12 * self.kept.capacity()
+        let kept = self.kept.capacity() * size_of::<[M::Index; 3]>();
+        size_of_val(&*self.levels) + self.slices.bytes() + self.touched.bytes() + kept
     }
 
     /// Brings an instance to a level by executing the steps between. The instance gets another slice if its
     /// own is too small, or more than four times too large.
     ///
     /// # Errors
-    /// [`TooMany`]; the instance stays at its level.
+    /// [`TooMany`] or out of memory; the instance stays at its level.
     ///
     /// # Panics
     /// If there is no such level.
-    pub fn go_to(&mut self, instance: usize, level: u32) -> Result<(), TooMany> {
+    pub fn go_to(&mut self, instance: usize, level: u32) -> Result<(), M::Error> {
         let before = self.levels[instance];
         let (old, new) = (self.live(before), self.live(level));
         if new > old {
@@ -101,7 +118,7 @@ impl Instances {
             self.bring_to_life(instance, old..new);
         }
         let first = self.slices.first(instance) as usize;
-        let faces = &mut self.faces[first..first + old.max(new) as usize];
+        let faces = &mut self.faces.faces_mut()[first..first + old.max(new) as usize];
         let mut touch = From { touched: &mut self.touched, first };
         self.program.run(faces, before, level, &mut self.kept, &mut touch);
         self.levels[instance] = level;
@@ -113,30 +130,32 @@ impl Instances {
         self.program.drawn(level)
     }
 
-    /// Fits the instance's slice to `faces` faces, and copies the live faces that fit.
-    fn fit(&mut self, instance: usize, faces: u32) -> Result<(), TooMany> {
+    /// Fits the instance's slice to `faces` faces. Live faces move along, as far as they fit.
+    fn fit(&mut self, instance: usize, faces: u32) -> Result<(), M::Error> {
         let Some([old, new]) = self.slices.fit(instance, faces)? else { return Ok(()) };
-        self.grow();
+        self.grow()?;
         let (old, new) = (old as usize, new as usize);
         let moved = faces.min(self.live(self.levels[instance])) as usize;
-        self.faces.copy_within(old..old + moved, new);
+        self.faces.faces_mut().copy_within(old..old + moved, new);
         self.touched.faces(new..new + moved);
         self.slices.release();
         Ok(())
     }
 
-    fn grow(&mut self) {
+    fn grow(&mut self) -> Result<(), M::Error> {
         let end = self.slices.end() as usize;
-        self.faces.resize(end, [0; 3]);
         self.touched.grow(end);
+        self.faces.grow(end)
     }
 
     /// Copies faces from M0's buffer to an instance's slice.
     fn bring_to_life(&mut self, instance: usize, slots: Range<u32>) {
         let first = self.slices.first(instance);
         let to = (first + slots.start) as usize..(first + slots.end) as usize;
-        self.faces[to.clone()]
-            .copy_from_slice(&self.program.faces()[slots.start as usize..slots.end as usize]);
+        let born = &self.program.faces()[slots.start as usize..slots.end as usize];
+        for (slot, face) in self.faces.faces_mut()[to.clone()].iter_mut().zip(born) {
+            *slot = face.map(M::Index::of);
+        }
         self.touched.faces(to);
     }
 }

@@ -13,12 +13,14 @@
 //! is copied from M0's buffer when it becomes live.
 
 mod births;
+mod index;
 mod instances;
 mod program;
 mod slices;
 mod state;
 mod touched;
 
+pub use index::{Index, Memory};
 pub use instances::Instances;
 pub use program::{Corners, Moves, Program, Step};
 pub use slices::{Slices, TooMany};

@@ -1,8 +1,10 @@
 //! The run-time form of a progressive mesh, shared by its instances.
 
+use super::index::Index;
 use super::touched::Touch;
 use crate::paper::progressive_mesh::check::Flaw;
 use crate::paper::progressive_mesh::mesh::{Births, Level, ProgressiveMesh};
+use crate::vk::IndexType;
 use std::ops::Range;
 
 /// All writes of all levels, as flat lists: 12 bytes per corner that a split writes, 4 bytes per face that a
@@ -138,6 +140,11 @@ impl Program {
         &self.faces
     }
 
+    /// The width of the indices of instances.
+    pub fn index_type(&self) -> IndexType {
+        IndexType::of_vertices(self.levels.last().map_or(0, |level| level.vertices as usize))
+    }
+
     /// The writes of all splits.
     pub fn corners(&self) -> &Corners {
         &self.corners
@@ -172,12 +179,12 @@ impl Program {
     ///
     /// # Panics
     /// If there is no such level, or `faces` is too short.
-    pub fn run(
+    pub fn run<I: Index>(
         &self,
-        faces: &mut [[u32; 3]],
+        faces: &mut [[I; 3]],
         from: u32,
         to: u32,
-        kept: &mut Vec<[u32; 3]>,
+        kept: &mut Vec<[I; 3]>,
         touch: &mut impl Touch,
     ) {
         let drawn = self.drawn(from.max(to)) as usize;
@@ -243,17 +250,17 @@ pub enum Step {
     Move { runs: Range<usize>, faces: Range<usize>, up: bool },
 }
 
-fn write(faces: &mut [[u32; 3]], words: &[u32], values: &[u32], up: bool, touch: &mut impl Touch) {
+fn write<I: Index>(faces: &mut [[I; 3]], words: &[u32], values: &[u32], up: bool, touch: &mut impl Touch) {
     let flat = faces.as_flattened_mut();
     let mut one = |(&word, &value): (&u32, &u32)| {
-        flat[word as usize] = value;
+        flat[word as usize] = I::of(value);
         touch.word(word as usize);
     };
     let pairs = words.iter().zip(values);
     if up { pairs.for_each(&mut one) } else { pairs.rev().for_each(&mut one) }
 }
 
-fn gather(faces: &mut [[u32; 3]], runs: &[[u32; 2]], from: &[u32], kept: &mut Vec<[u32; 3]>) {
+fn gather<I: Index>(faces: &mut [[I; 3]], runs: &[[u32; 2]], from: &[u32], kept: &mut Vec<[I; 3]>) {
     kept.clear();
     kept.extend(from.iter().map(|&slot| faces[slot as usize]));
     let mut rest = &**kept;
@@ -265,7 +272,7 @@ fn gather(faces: &mut [[u32; 3]], runs: &[[u32; 2]], from: &[u32], kept: &mut Ve
     }
 }
 
-fn scatter(faces: &mut [[u32; 3]], runs: &[[u32; 2]], from: &[u32], kept: &mut Vec<[u32; 3]>) {
+fn scatter<I: Index>(faces: &mut [[I; 3]], runs: &[[u32; 2]], from: &[u32], kept: &mut Vec<[I; 3]>) {
     kept.clear();
     runs.iter().for_each(|&[first, end]| kept.extend_from_slice(&faces[first as usize..end as usize]));
     for (&slot, &face) in from.iter().zip(&*kept) {

@@ -18,7 +18,7 @@ impl Touch for Untold {
     fn faces(&mut self, _: Range<usize>) {}
 }
 
-/// Unit of upload: 128 words, 512 bytes. Blocks of 64 bytes need many more copies; blocks of 4 KiB upload
+/// Unit of upload: 128 indices, 256 or 512 bytes. Blocks of 64 bytes mean many more copies; blocks of 4 KiB carry
 /// several times the written bytes.
 pub const BLOCK_WORDS: usize = 1 << BLOCK_LOG2;
 const BLOCK_LOG2: u32 = 7;

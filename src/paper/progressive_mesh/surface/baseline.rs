@@ -13,7 +13,7 @@ use crate::paper::progressive_mesh::baselines::compaction::{Compact, Compaction}
 use crate::paper::progressive_mesh::baselines::{Baseline, Prepared};
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::run::{Program, Slices, TooMany, Touched, Untold};
-use crate::vk::{Buffer, BufferUse, Cmd, Gpu, Result};
+use crate::vk::{Buffer, BufferUse, Cmd, Gpu, IndexType, Result};
 use std::collections::HashMap;
 use std::sync::{Arc, Weak};
 
@@ -98,7 +98,9 @@ impl Baselines {
         let every_vertex = (0..mesh.vertices.positions.len() as u32).collect();
         let prepared = Prepared::new(mesh, baseline, every_vertex);
         let compaction = match baseline {
-            Baseline::Compacted => Some(Box::new(Compaction::new(gpu, mesh, &prepared)?)),
+            Baseline::Compacted => {
+                Some(Box::new(Compaction::new(gpu, mesh, &prepared, program.index_type())?))
+            }
             _ => None,
         };
         let (mut end, mut meshes) = (0, Vec::new());
@@ -225,33 +227,30 @@ impl Baselines {
         }
     }
 
-    /// The initial index buffer: complete for a discrete chain, otherwise filled in the first frame.
-    pub fn buffer(&self, gpu: &Gpu, name: &str) -> Result<Buffer> {
+    /// The initial index buffer: complete for a discrete chain, otherwise filled by the first frame.
+    pub fn buffer(&self, gpu: &Gpu, name: &str, index: IndexType) -> Result<Buffer> {
         match self.meshes.is_empty() {
-            true => gpu.buffer(name, 12 * u64::from(self.end()), self.buffer_use()),
+            true => gpu.buffer(name, index.bytes_of_faces(self.end().into()), self.buffer_use(index)),
             false => {
                 let chain: Vec<[u32; 3]> = self.prepared.lists().flatten().copied().collect();
-                gpu.buffer_with(name, &chain, self.buffer_use())
+                gpu.buffer_with(name, &index.packed(chain.as_flattened()), self.buffer_use(index))
             }
         }
     }
 
-    pub fn buffer_use(&self) -> BufferUse {
+    pub fn buffer_use(&self, index: IndexType) -> BufferUse {
         match self.compaction {
-            Some(_) => BufferUse::WritableIndices,
-            None => BufferUse::Indices,
+            Some(_) => BufferUse::WritableIndices(index),
+            None => BufferUse::Indices(index),
         }
     }
 
-    /// Uploads the words of changed slices: `upload` receives words and their offset in words. Returns the
-    /// bytes.
-    pub fn upload(&mut self, upload: &mut impl FnMut(&[u32], usize)) -> u64 {
-        let mut bytes = 0;
+    /// Passes to `upload` the bytes for slices, and their offsets.
+    pub fn upload(&mut self, index: IndexType, upload: &mut impl FnMut(&[u8], u64)) {
         for member in self.members.iter_mut().filter(|member| member.stale) {
             let first = 3 * member.first as usize;
-            let mut send = |words: &[u32], at: usize| {
-                upload(words, first + at);
-                bytes += size_of_val(words) as u64;
+            let mut send = |corners: &[u32], at: usize| {
+                upload(&index.packed(corners), index.bytes() * (first + at) as u64)
             };
             match &mut member.shown {
                 Shown::Elsewhere => {}
@@ -265,7 +264,6 @@ impl Baselines {
                 }
             }
         }
-        bytes
     }
 
     /// True if a frame has a pass in which the device fills slices.

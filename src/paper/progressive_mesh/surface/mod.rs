@@ -1,19 +1,20 @@
 //! One surface with its instances: their levels, and their slices of the index buffer.
 //!
-//! All instances share the vertex buffer and the program of splits and permutations. Each instance has its
-//! own placement, level, and slice of one index buffer on the device. The slice is sized for the live faces
-//! ([`Slices`]): 500 instances of the bunny, most of them far away, take a tenth of the memory of 500 full
-//! meshes. If the host executes, it keeps a second copy of the live faces and uploads the written parts. If
-//! the device executes, the host has no faces.
+//! All instances share the vertex buffer and the program of splits and permutations. Each instance has its own
+//! placement, level, and slice of one index buffer on the device, sized for its live faces ([`Slices`]): 500 instances
+//! of the bunny, most of them far away, take a tenth of 500 full meshes. If the host executes, it keeps a second copy
+//! of these faces and uploads the written parts, or writes where the device reads, with a buffer for each frame in
+//! flight; if the device executes, the host has no faces. Indices have 16 bits where fewer than 65,536 vertices live.
 //!
 //! [`Slices`]: crate::paper::progressive_mesh::run::Slices
 
 mod baseline;
 mod levels;
+mod mapped;
 mod resident;
 pub mod vertices;
 
-use crate::frame::{Draw, Shape, Stalled};
+use crate::frame::{Draw, Shape, Slot, Stalled, View};
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::check::Flaw;
@@ -26,7 +27,7 @@ use crate::paper::progressive_mesh::stand::Stand;
 use crate::vk::shader::SurfaceView;
 use crate::vk::{Buffer, Cmd, Error, Gpu, Slice};
 use glam::{DMat3, DVec3};
-use levels::{Levels, limit};
+use levels::Levels;
 use std::sync::Arc;
 use thiserror::Error;
 use vertices::{ALWAYS_LOG2, EXACT_LOG2, MORPH_BAND_LOG2, VertexBuffer, normals};
@@ -94,7 +95,7 @@ impl Surface {
         let bounds = Bounds::of(&mesh.vertices.positions);
         let member = |stand: &Stand| Member { place: Place::new(surface, &bounds, stand), seen: None };
         let (vertices, indices) = (format!("{name}: vertices"), format!("{name}: indices"));
-        let levels = Levels::new(gpu, mesh, program.clone(), surface, stands.len(), &indices)?;
+        let mut levels = Levels::new(gpu, mesh, program.clone(), surface, stands.len(), &indices)?;
         Ok(Surface {
             name: name.clone(),
             settings: surface.clone(),
@@ -113,7 +114,7 @@ impl Surface {
                 }
                 None => VertexBuffer::new(gpu, &vertices, mesh, &normals, surface.geomorph)?,
             },
-            indices: Arc::new(levels.buffer(gpu, &indices)?),
+            indices: levels.buffer(gpu, &indices, program.index_type())?,
             outgrown: None,
             members: stands.iter().map(member).collect(),
             levels,
@@ -136,16 +137,17 @@ impl Surface {
         wanted_errors.iter().map(live).sum()
     }
 
-    /// Brings every visible instance to its level: the coarsest whose error is at most `pixels` in the
-    /// picture. `upload` receives words and their offset in [`Surface::indices`], in words.
+    /// Brings every visible instance to its level: the coarsest whose error is at most `pixels` in the picture.
+    /// `upload` receives bytes and their offset in [`Surface::indices`].
     pub(super) fn go(
         &mut self,
         gpu: &Gpu,
-        pose: &Pose,
-        size: [u32; 2],
+        view: &View,
         pixels: f64,
-        upload: &mut impl FnMut(&[u32], usize),
+        upload: &mut impl FnMut(&[u8], u64),
     ) -> Result<Change, Error> {
+        let (pose, size) = (&view.pose, view.size);
+        self.levels.begin(view.slot())?;
         let mut change = Change::default();
         let Surface { program, members, levels, .. } = self;
         for (n, member) in members.iter_mut().enumerate() {
@@ -156,7 +158,7 @@ impl Surface {
             let wanted = member.place.wanted_error(pose, size[1], pixels);
             member.seen = Some(wanted);
             let (from, to) = (levels.level(n), level_for_error(program.levels(), wanted as f32));
-            levels.go_to(n, to).map_err(|error| limit(self.indices.name(), error))?;
+            levels.go_to(n, to).map_err(|error| error.of(self.indices.name()))?;
             change.splits += u64::from(to.saturating_sub(from));
             change.collapses += u64::from(from.saturating_sub(to));
             change.instances_seen += 1;
@@ -173,11 +175,13 @@ impl Surface {
     pub(super) fn go_to(
         &mut self,
         gpu: &Gpu,
+        slot: Slot,
         (instance, level): (usize, u32),
-        upload: &mut impl FnMut(&[u32], usize),
+        upload: &mut impl FnMut(&[u8], u64),
     ) -> Result<Change, Error> {
+        self.levels.begin(slot)?;
         let from = self.levels.level(instance);
-        self.levels.go_to(instance, level).map_err(|error| limit(self.indices.name(), error))?;
+        self.levels.go_to(instance, level).map_err(|error| error.of(self.indices.name()))?;
         Ok(Change {
             splits: u64::from(level.saturating_sub(from)),
             collapses: u64::from(from.saturating_sub(level)),
@@ -186,32 +190,40 @@ impl Surface {
         })
     }
 
-    /// Uploads the words that level changes wrote, and grows the index buffer if needed. Returns the bytes.
-    fn collect(&mut self, gpu: &Gpu, upload: &mut impl FnMut(&[u32], usize)) -> Result<u64, Error> {
-        let mut bytes = 0;
+    /// Uploads the bytes that changes of level wrote, and grows the index buffer if needed; returns the bytes.
+    fn collect(&mut self, gpu: &Gpu, upload: &mut impl FnMut(&[u8], u64)) -> Result<u64, Error> {
+        let mut sent = 0;
+        let mut send = |bytes: &[u8], at: u64| {
+            sent += bytes.len() as u64;
+            upload(bytes, at);
+        };
         match &mut self.levels {
             Levels::Host(instances) => {
                 for range in instances.take_touched() {
-                    bytes += 4 * range.len() as u64;
-                    upload(&instances.buffer().as_flattened()[range.clone()], range.start);
+                    send(&instances.bytes()[range.clone()], range.start as u64);
                 }
             }
-            Levels::Baseline(baselines) => bytes += baselines.upload(upload),
-            Levels::Device(_) => {}
+            Levels::Baseline(baselines) => baselines.upload(self.program.index_type(), &mut send),
+            Levels::Mapped(..) | Levels::Device(_) => {}
         }
         self.grow(gpu)?;
-        Ok(bytes)
+        Ok(sent)
     }
 
-    /// Allocates an index buffer for all slices if needed. It grows to half as much again, so that few frames
-    /// wait for growth.
+    /// Allocates an index buffer for all slices: half as large again as the previous one, so that few frames wait for
+    /// growth. Mapped ones have grown by themselves.
     fn grow(&mut self, gpu: &Gpu) -> Result<(), Error> {
-        let bytes = 12 * u64::from(self.levels.faces());
+        if let Some(own) = self.levels.own_buffer() {
+            self.indices = own;
+            return Ok(());
+        }
+        let index = self.program.index_type();
+        let bytes = self.levels.bytes(index);
         if bytes <= self.indices.bytes() {
             return Ok(());
         }
-        let (name, usage) = (self.indices.name().to_owned(), self.levels.buffer_use());
-        let roomy = bytes.max(self.indices.bytes() / 2 * 3);
+        let (name, usage) = (self.indices.name().to_owned(), self.levels.buffer_use(index));
+        let roomy = bytes.max(self.indices.bytes() / 8 * 12);
         let grown = gpu.buffer(&name, roomy, usage).or_else(|_| gpu.buffer(&name, bytes, usage))?;
         self.outgrown = Some(std::mem::replace(&mut self.indices, Arc::new(grown)));
         Ok(())
@@ -230,6 +242,7 @@ impl Surface {
         }
         match &self.levels {
             Levels::Host(_) | Levels::Baseline(_) => cmd.copy_ranges(staging, &self.indices, uploads),
+            Levels::Mapped(..) => {}
             Levels::Device(resident) => resident.run(cmd, &self.indices)?,
         }
         Ok(())
@@ -239,7 +252,7 @@ impl Surface {
     pub(super) fn submitted(&mut self) {
         self.outgrown = None;
         match &mut self.levels {
-            Levels::Host(_) => {}
+            Levels::Host(_) | Levels::Mapped(..) => {}
             Levels::Device(resident) => resident.done(),
             Levels::Baseline(baselines) => baselines.done(),
         }
@@ -314,18 +327,14 @@ impl Surface {
     ///
     /// # Panics
     /// If there is no such instance.
-    pub fn faces(&self, instance: usize) -> Option<&[[u32; 3]]> {
-        match &self.levels {
-            Levels::Host(instances) => Some(instances.faces(instance)),
-            Levels::Device(_) => None,
-            Levels::Baseline(baselines) => baselines.faces(instance),
-        }
+    pub fn faces(&self, instance: usize) -> Option<Vec<[u32; 3]>> {
+        self.levels.faces(instance)
     }
 
     /// Name and bytes of the video memory that level changes on the device need.
     pub(super) fn program_bytes(&self) -> Option<(&'static str, u64)> {
         match &self.levels {
-            Levels::Host(_) => None,
+            Levels::Host(_) | Levels::Mapped(..) => None,
             Levels::Device(resident) => Some(("splits and permutations", resident.shared_bytes())),
             Levels::Baseline(baselines) => baselines.shared_bytes().map(|bytes| ("faces by rank", bytes)),
         }
@@ -337,14 +346,16 @@ impl Surface {
         let [least, most] =
             [0, self.program.last_level()].map(|level| self.program.levels()[level as usize].faces);
         let state = memory.state.div_ceil(memory.instances);
+        let face = 3 * self.program.index_type().bytes();
         let (places, faces, baseline) = match &self.levels {
             Levels::Host(_) => ("in main and in video memory", "live", None),
+            Levels::Mapped(..) => ("in mapped memory of each frame in flight", "live", None),
             Levels::Device(_) => ("in video memory", "live", None),
             Levels::Baseline(baselines) => ("in video memory", "drawn", Some(baselines.adds())),
         };
         let own = format!(
             "{}: {} with {least} to {most} faces at {} levels; each has {state} bytes of state and, {places}, \
-             12 bytes per {faces} face",
+             {face} bytes per {faces} face",
             self.name,
             memory.instances,
             self.program.levels().len()
@@ -352,13 +363,17 @@ impl Surface {
         baseline.map_or(own.clone(), |adds| format!("{own}; {adds}"))
     }
 
-    /// Shared memory, and memory of the instances.
+    /// Bytes of the index buffer, or of one for each frame in flight.
+    pub(super) fn index_bytes(&self) -> u64 {
+        match &self.levels {
+            Levels::Mapped(slots, _) => slots.iter().map(|slot| slot.bytes().len() as u64).sum(),
+            _ => self.indices.bytes(),
+        }
+    }
+
+    /// Shared memory and memory per instance, as text.
     pub fn memory(&self) -> SurfaceMemory {
-        let (state, host_indices) = match &self.levels {
-            Levels::Host(instances) => (instances.state_bytes(), size_of_val(instances.buffer())),
-            Levels::Device(resident) => (resident.state_bytes(), 0),
-            Levels::Baseline(baselines) => (baselines.state_bytes(), baselines.host_bytes()),
-        };
+        let [state, host_indices] = self.levels.host_bytes();
         SurfaceMemory {
             instances: self.members.len(),
             live_faces: (0..self.members.len()).map(|n| u64::from(self.live(n))).sum(),
@@ -366,7 +381,7 @@ impl Surface {
             shared_device: self.vertices.bytes() + self.program_bytes().map_or(0, |(_, bytes)| bytes),
             state: size_of_val(&*self.members) + state,
             host_indices,
-            device_indices: self.indices.bytes(),
+            device_indices: self.index_bytes(),
         }
     }
 }

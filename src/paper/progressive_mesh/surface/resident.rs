@@ -27,8 +27,12 @@ impl Resident {
     /// Out of memory, or a program larger than shaders can address.
     pub fn new(gpu: &Gpu, program: Arc<Program>) -> Result<Resident> {
         Ok(Resident {
-            apply: Apply::new(gpu, &program)?,
-            faces: gpu.buffer_with("faces of level 0", program.faces(), BufferUse::Storage)?,
+            apply: Apply::new(gpu, &program, program.index_type())?,
+            faces: gpu.buffer_with(
+                "faces of level 0",
+                &program.index_type().packed(program.faces().as_flattened()),
+                BufferUse::Storage,
+            )?,
             levels: Vec::new(),
             slices: Slices::new(program.faces().len() as u32),
             moved: Vec::new(),
@@ -80,11 +84,11 @@ impl Resident {
         // The slice must hold the faces of both levels during the change. A slice that is then too large
         // shrinks at the next change.
         if let Some(places) = self.slices.fit(instance, old.max(new))? {
-            self.moved.push(bytes(places, old));
+            self.moved.push(self.bytes(places, old));
         }
         let first_slot = self.slices.first(instance);
         if new > old {
-            self.born.push(bytes([old, first_slot + old], new - old));
+            self.born.push(self.bytes([old, first_slot + old], new - old));
         }
         self.levels[instance] = to;
         self.changes.push(Change { first_slot, from, to });
@@ -131,9 +135,9 @@ impl Resident {
     fn live(&self, level: u32) -> u32 {
         self.program.drawn(level)
     }
-}
 
-/// A copy of faces: source, destination and length in bytes.
-fn bytes([from, to]: [u32; 2], faces: u32) -> [u64; 3] {
-    [from, to, faces].map(|faces| 12 * u64::from(faces))
+    /// A copy of faces: source, destination and length in bytes.
+    fn bytes(&self, [from, to]: [u32; 2], faces: u32) -> [u64; 3] {
+        [from, to, faces].map(|faces| 3 * self.program.index_type().bytes() * u64::from(faces))
+    }
 }

@@ -5,7 +5,7 @@ use crate::figure::Contender;
 use crate::frame::Run;
 use crate::paper::progressive_mesh::choices::{Apply, FaceOrder};
 use crate::paper::progressive_mesh::config;
-use crate::paper::progressive_mesh::run::{Program, Untold};
+use crate::paper::progressive_mesh::run::Program;
 use crate::paper::progressive_mesh::stand::stands;
 use crate::paper::progressive_mesh::{Model, ProgressiveMeshes, Settings};
 use crate::picture::Target;
@@ -27,9 +27,7 @@ pub struct Named {
 pub enum By {
     /// As in a scene with this setting.
     Scene(Apply),
-    /// By the host, in memory from which the device draws. Scenes do not use this.
-    Mapped,
-    /// By a copy of all live faces.
+    /// A copy of all live faces.
     Copy,
 }
 
@@ -51,7 +49,7 @@ pub const COPY: &str = "copy of the live faces";
 pub const WAYS: [Named; 12] = [
     of_scene(FaceOrder::Classical),
     of_scene(FaceOrder::Tail23),
-    Named { name: MAPPED, order: Some(FaceOrder::Tail23), by: By::Mapped },
+    Named { name: MAPPED, order: Some(FaceOrder::Tail23), by: By::Scene(Apply::Mapped) },
     Named { name: ON_DEVICE, order: Some(FaceOrder::Tail23), by: By::Scene(Apply::Gpu) },
     of_scene(FaceOrder::InPlace23),
     Named { name: IN_PLACE_ON_DEVICE, order: Some(FaceOrder::InPlace23), by: By::Scene(Apply::Gpu) },
@@ -75,32 +73,32 @@ pub struct Way<'a> {
 
 enum Runs {
     Scene(Box<Run<ProgressiveMeshes>>),
-    Mapped { program: Program, indices: Buffer, level: u32, kept: Vec<[u32; 3]> },
-    Copy { program: Program, staging: Buffer, indices: Buffer },
+    Copy(Box<Copying>),
+}
+
+struct Copying {
+    program: Program,
+    /// Faces as the index buffer has them.
+    packed: Vec<u8>,
+    staging: Buffer,
+    indices: Buffer,
 }
 
 impl<'a> Way<'a> {
     /// A method at the first of `levels`.
     pub fn open(gpu: &'a Gpu, named: &Named, meshes: &Meshes, levels: &'a [u32]) -> anyhow::Result<Way<'a>> {
-        let tail = || Program::new(&meshes.tail);
         let runs = match named.by {
             By::Scene(apply) => {
                 let order = named.order.expect("a scene has an order");
                 Runs::Scene(Box::new(session(gpu, meshes, order, apply)?))
             }
-            By::Mapped => {
-                let (program, kept) = (tail()?, Vec::new());
-                let bytes = size_of_val(program.faces()) as u64;
-                let mut indices = gpu.buffer("mapped indices", bytes, BufferUse::MappedIndices)?;
-                indices.mapped_mut().copy_from_slice(bytemuck::cast_slice(program.faces()));
-                Runs::Mapped { program, indices, level: 0, kept }
-            }
             By::Copy => {
-                let program = tail()?;
-                let bytes = size_of_val(program.faces()) as u64;
-                let staging = gpu.buffer("staging", bytes, BufferUse::Upload)?;
-                let indices = gpu.buffer("indices", bytes, BufferUse::Indices)?;
-                Runs::Copy { program, staging, indices }
+                let program = Program::new(&meshes.tail)?;
+                let index = program.index_type();
+                let packed = index.packed(program.faces().as_flattened());
+                let staging = gpu.buffer("staging", packed.len() as u64, BufferUse::Upload)?;
+                let indices = gpu.buffer("indices", packed.len() as u64, BufferUse::Indices(index))?;
+                Runs::Copy(Box::new(Copying { program, packed, staging, indices }))
             }
         };
         let mut way = Way { name: named.name, gpu, runs, levels, up: true };
@@ -152,18 +150,10 @@ impl<'a> Way<'a> {
                 let record = session.records.take().pop().expect("the frame that was drained");
                 Ok((host, sum(&record.passes), record.change.upload_bytes))
             }
-            Runs::Mapped { program, indices, level, kept } => {
-                let faces: &mut [[u32; 3]] = bytemuck::cast_slice_mut(indices.mapped_mut());
-                program.run(faces, std::mem::replace(level, to), to, kept, &mut Untold);
-                let mut frame = self.gpu.frame()?;
-                frame.pass("levels", |_| Ok(()))?;
-                let ticket = frame.submit()?;
-                Ok((nanoseconds(), sum(&ticket.wait()?), 0))
-            }
-            Runs::Copy { program, staging, indices } => {
-                let live = &program.faces()[..program.drawn(to) as usize];
-                let bytes = size_of_val(live);
-                staging.mapped_mut()[..bytes].copy_from_slice(bytemuck::cast_slice(live));
+            Runs::Copy(copying) => {
+                let Copying { program, packed, staging, indices } = &mut **copying;
+                let bytes = face_bytes(program) as usize * program.drawn(to) as usize;
+                staging.mapped_mut()[..bytes].copy_from_slice(&packed[..bytes]);
                 let mut frame = self.gpu.frame()?;
                 frame.pass("levels", |cmd| {
                     cmd.copy_buffer(staging, 0, indices, 0, bytes as u64);
@@ -174,6 +164,11 @@ impl<'a> Way<'a> {
             }
         }
     }
+}
+
+/// Bytes of a face in the index buffer.
+pub fn face_bytes(program: &Program) -> u64 {
+    3 * program.index_type().bytes()
 }
 
 /// A session of one instance.

@@ -4,7 +4,7 @@ use super::execute::hundredth;
 use crate::figure::{Contender, Row};
 use crate::paper::progressive_mesh::apply::{Apply, Change, ChangedSlots, Scatter};
 use crate::paper::progressive_mesh::run::{Program, Touched, Untold};
-use crate::vk::{Buffer, BufferUse, Cmd, Gpu, PassTime};
+use crate::vk::{Buffer, BufferUse, Cmd, Gpu, IndexType, PassTime};
 use std::cell::RefCell;
 use std::time::Instant;
 
@@ -64,7 +64,7 @@ impl<'a> Sender<'a> {
     pub fn all(gpu: &Gpu, program: &'a Program) -> anyhow::Result<Vec<Sender<'a>>> {
         let slots = program.faces().len();
         let scattering = Scattering {
-            scatter: Scatter::new(gpu)?,
+            scatter: Scatter::new(gpu, IndexType::U32)?,
             changed: ChangedSlots::new(slots),
             list: gpu.buffer("changed faces", 16 * slots as u64, BufferUse::Storage)?,
         };
@@ -73,7 +73,7 @@ impl<'a> Sender<'a> {
             Way::Ranges(Touched::new(slots)),
             Way::Mapped,
             Way::Scatter(Box::new(scattering)),
-            Way::Device(Box::new(Apply::new(gpu, program)?)),
+            Way::Device(Box::new(Apply::new(gpu, program, IndexType::U32)?)),
         ];
         ways.into_iter().map(|way| Sender::new(gpu, program, way)).collect()
     }
@@ -85,11 +85,14 @@ impl<'a> Sender<'a> {
         let indices = match way {
             Way::Mapped => {
                 let bytes = size_of_val(&*faces) as u64;
-                let mut indices = gpu.buffer("mapped indices", bytes, BufferUse::MappedIndices)?;
+                let mut indices =
+                    gpu.buffer("mapped indices", bytes, BufferUse::MappedIndices(IndexType::U32))?;
                 indices.mapped_mut().copy_from_slice(bytemuck::cast_slice(&faces));
                 indices
             }
-            _ => gpu.buffer_with("indices", faces.as_flattened(), BufferUse::WritableIndices)?,
+            _ => {
+                gpu.buffer_with("indices", faces.as_flattened(), BufferUse::WritableIndices(IndexType::U32))?
+            }
         };
         let staging = gpu.buffer("staging", 16 * faces.len() as u64, BufferUse::Upload)?;
         Ok(Sender { program, way, indices, faces, staging, kept, level, sent: [0; 2] })

@@ -23,7 +23,7 @@ use crate::vk::shader::SurfaceView;
 use crate::vk::shader::progressive_mesh::surface_vert;
 use crate::vk::{
     Buffer, BufferUse, Clear, Cmd, ColorTarget, DepthTarget, Feature, Format, Geometry, Gpu,
-    GraphicsPipeline, Image, ImageInfo, Need, Slice,
+    GraphicsPipeline, Image, ImageInfo, IndexType, Need, Slice,
 };
 use anyhow::Context;
 use glam::DVec3;
@@ -184,7 +184,9 @@ impl Ordered {
         let normals = normals(mesh, &live_faces(mesh, mesh.last_level()));
         let vertices = VertexBuffer::new(gpu, "pm.draw: vertices", mesh, &normals, false)?;
         let VertexBuffer::Plain(vertices) = vertices else { unreachable!("nothing moves here") };
-        let indices = gpu.buffer_with("pm.draw: indices", &faces, BufferUse::Indices)?;
+        let index = IndexType::of_vertices(mesh.vertices.positions.len());
+        let packed = index.packed(faces.as_flattened());
+        let indices = gpu.buffer_with("pm.draw: indices", &packed, BufferUse::Indices(index))?;
         let live_faces = mesh.levels[level as usize].faces;
         Ok(Ordered { variant, faces, live_faces, vertices, indices })
     }
