@@ -46,7 +46,8 @@ impl Live {
             | Action::ShowBeside(_)
             | Action::Compare
             | Action::Trade(_)
-            | Action::Set(..) => {
+            | Action::Set(..)
+            | Action::Reset(_) => {
                 self.edition += 1;
                 self.change(action)?;
             }
@@ -115,8 +116,20 @@ impl Live {
                     self.trade.as_mut().context("no sweep is loaded: start with --trade TRADE.json")?;
                 self.stage.take_setting(&trade.front[at].changes)?;
                 trade.at = Some(at);
+                let name = trade.front[at].name.clone();
+                self.say(format!("setting: {name}"));
+                return Ok(());
             }
-            Action::Set(key, value) => self.stage.set(&key, &value)?,
+            Action::Set(key, value) => {
+                self.stage.set(&key, &value)?;
+                self.say(format!("{key} = {value}"));
+                return Ok(());
+            }
+            Action::Reset(key) => {
+                self.stage.reset(&key)?;
+                self.say(format!("{key}: the scene's own"));
+                return Ok(());
+            }
             _ => self.show_next()?,
         }
         let text = match &self.stage.second {

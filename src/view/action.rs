@@ -43,6 +43,8 @@ pub enum Action {
     Recall(usize),
     /// A key of the scene, and its value in TOML.
     Set(String, String),
+    /// A scene key that gets the scene's own value again.
+    Reset(String),
 }
 
 /// How two variants share the window.

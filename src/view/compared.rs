@@ -3,7 +3,7 @@
 use super::action::{Action, Comparison};
 use super::overlay::Overlay;
 use super::shown::{Front, Shown};
-use egui::{Slider, Ui};
+use egui::{DragValue, Slider, Ui};
 
 pub fn variants(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
     let stage = shown.stage;
@@ -55,38 +55,35 @@ pub fn trade(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
     }
     if shown.stage.renderer.technique.meshes.is_some() {
         ui.separator();
-        for (key, unit, start) in [("frame_ms", "ms", 8.0), ("frame_faces", "faces", 200_000.0)] {
-            governor(ui, shown, (key, unit, start), actions);
-        }
+        governor(ui, shown, ("frame_ms", " ms", 0.05), actions);
+        governor(ui, shown, ("frame_faces", " faces", 500.0), actions);
     }
 }
 
-/// One budget of the governor: a button that sets it, or its value and buttons that change it.
-fn governor(
-    ui: &mut Ui,
-    shown: &Shown<'_>,
-    (key, unit, start): (&str, &str, f64),
-    actions: &mut Vec<Action>,
-) {
+/// One budget of the governor: a number to drag, by `step` per point. 0 is no budget.
+fn governor(ui: &mut Ui, shown: &Shown<'_>, (key, unit, step): (&str, &str, f64), actions: &mut Vec<Action>) {
     let value = shown.stage.scene.value(&["governor", key]);
     let now = value.and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
-    let mut set = |value: f64| {
-        let text = if key == "frame_ms" { format!("{value:?}") } else { format!("{value:.0}") };
-        actions.push(Action::Set(format!("governor.{key}"), text));
-    };
+    let now = now.unwrap_or(0.0);
     ui.horizontal(|ui| {
         ui.label(format!("governor's {key}"));
-        match now {
-            None if ui.button(format!("none; set {start} {unit}")).clicked() => set(start),
-            None => {}
-            Some(now) => {
-                for (name, factor) in [("÷1.25", 0.8), ("×1.25", 1.25)] {
-                    if ui.button(name).clicked() {
-                        set(now * factor);
-                    }
-                }
-                ui.monospace(format!("{now:.2} {unit}"));
-            }
+        let id = ui.id().with(key);
+        let mut wanted = ui.data(|data| data.get_temp(id)).unwrap_or(now);
+        let text = |n: f64| if n == 0.0 { "none".to_owned() } else { format!("{n:.2}{unit}") };
+        let field = DragValue::new(&mut wanted).range(0.0..=1e9).speed(step.max(0.01 * now));
+        let field = ui.add(field.custom_formatter(|n, _| text(n)));
+        if field.dragged() || field.has_focus() {
+            ui.data_mut(|data| data.insert_temp(id, wanted));
+        } else {
+            ui.data_mut(|data| data.remove::<f64>(id));
+        }
+        if (field.drag_stopped() || field.lost_focus()) && wanted != now {
+            let key = format!("governor.{key}");
+            actions.push(match wanted {
+                0.0 => Action::Reset(key),
+                _ if unit == " ms" => Action::Set(key, format!("{wanted:?}")),
+                _ => Action::Set(key, format!("{:.0}", wanted.ceil())),
+            });
         }
     });
 }

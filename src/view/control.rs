@@ -43,17 +43,29 @@ impl Pane {
     }
 }
 
-/// The actions of the keys pressed in this frame. None while a text field has the focus.
-pub fn actions(context: &Context) -> Vec<Action> {
+/// The actions of the keys pressed since the last frame. None while a text field has the focus.
+pub fn actions(context: &Context, events: &[Event]) -> Vec<Action> {
     if context.egui_wants_keyboard_input() {
         return Vec::new();
     }
+    let mut down = context.input(|input| input.keys_down.clone());
     // Each press carries its own modifiers. In a slow frame, Ctrl may already be released again.
     let pressed = |event: &Event| match event {
-        Event::Key { key, pressed: true, repeat: false, modifiers, .. } => action(*key, modifiers.command),
+        // egui marks repeats only during layout.
+        Event::Key { key, pressed: true, modifiers, .. } => {
+            down.insert(*key).then(|| action(*key, modifiers.command)).flatten()
+        }
+        Event::Key { key, pressed: false, .. } => {
+            down.remove(key);
+            None
+        }
+        Event::WindowFocused(false) => {
+            down.clear();
+            None
+        }
         _ => None,
     };
-    context.input(|input| input.events.iter().filter_map(pressed).collect())
+    events.iter().filter_map(pressed).collect()
 }
 
 fn action(key: Key, command: bool) -> Option<Action> {

@@ -19,7 +19,7 @@ use super::screen::{Arrangement, Pictures, Screen};
 use super::shown::{Front, Shown};
 use super::stage::Stage;
 use super::terrain::Terrain;
-use egui::{FullOutput, Pos2, TexturesDelta, ViewportId};
+use egui::{FullOutput, Pos2, RawInput, TexturesDelta, ViewportId};
 use glam::DVec2;
 use ortelius::math::camera::Pose;
 use ortelius::paper::progressive_mesh::faces::Faces;
@@ -85,11 +85,13 @@ impl Live {
     /// The device cannot present to the window; or as [`Stage::new`].
     pub fn new(gpu: &Gpu, window: Arc<Window>, opening: &Opening) -> anyhow::Result<Live> {
         let size: [u32; 2] = window.inner_size().into();
-        let screen = Screen::new(gpu, gpu.surface(&window)?, size, opening.present)?;
+        let screen = Screen::new(gpu, gpu.surface(&window)?, size, (opening.present, opening.measure))?;
         let variants = opening.variants.clone();
         let picture = screen.swapchain.size().map(|side| side.max(1));
         let stage = Stage::new(gpu, opening.scene.clone(), variants, picture, opening.deterministic)?;
         let context = egui::Context::default();
+        // Nothing fades: a frame shows all of an answer, and equal input gives equal pictures.
+        context.all_styles_mut(|style| style.animation_time = 0.0);
         let factor = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(context, ViewportId::ROOT, &*window, factor, None, None);
         let measure = opening.measure.then(|| Measure::new(&stage.scene)).transpose()?;
@@ -188,26 +190,31 @@ impl Live {
         if self.records_alone && self.film.is_none() {
             return Ok(false);
         }
-        if let Some(measure) = &mut self.measure {
-            self.panels.open = measure.begin(&mut self.player);
+        if let Some(open) = self.measure.as_mut().and_then(|measure| measure.begin(&mut self.player)) {
+            self.panels.open = open;
             self.follow_path();
         }
         let seconds = self.last_frame.elapsed().as_secs_f64().min(LONGEST_FRAME_S);
         self.last_frame = Instant::now();
         self.echo = self.echo.saturating_sub(1);
-        let (mut output, mut actions) = self.lay_out();
+        let raw = self.take_input();
+        let mut done = vec![self.take_shaders()];
+        // Keys act before the panels are laid out, so that the same frame shows it.
+        for action in control::actions(self.input.egui_ctx(), &raw.events) {
+            if action == Action::Close {
+                return Ok(false);
+            }
+            self.echo = ECHO;
+            done.push(self.act(action));
+        }
+        let (mut output, actions) = self.lay_out(raw);
         self.textures.append(std::mem::take(&mut output.textures_delta));
         self.repaint =
             output.viewport_output.get(&ViewportId::ROOT).map_or(Duration::MAX, |out| out.repaint_delay);
         let platform = std::mem::take(&mut output.platform_output);
         self.input.handle_platform_output(&self.window, platform);
-        actions.extend(control::actions(self.input.egui_ctx()));
         self.move_eye(seconds);
-        let mut done = vec![self.take_shaders()];
         for action in actions {
-            if action == Action::Close {
-                return Ok(false);
-            }
             self.echo = ECHO;
             done.push(self.act(action));
         }
@@ -216,6 +223,7 @@ impl Live {
             self.panels.say(format!("{error:#}"), true);
         }
         self.draw(output)?;
+        self.count_response()?;
         if let Some(report) = self.measure.as_mut().and_then(Measure::end) {
             self.print(&report)?;
             return Ok(false);
@@ -223,9 +231,32 @@ impl Live {
         Ok(true)
     }
 
+    /// The input since the last frame, and the keys that a measurement presses.
+    fn take_input(&mut self) -> RawInput {
+        let mut raw = self.input.take_egui_input(&self.window);
+        if let Some(response) = self.measure.as_mut().and_then(|measure| measure.response.as_mut()) {
+            raw.events.extend(response.events());
+            if response.rests() {
+                self.panels.hush();
+            }
+        }
+        raw
+    }
+
+    /// Compares the presented picture with the one before, during the last part of a measurement.
+    fn count_response(&mut self) -> anyhow::Result<()> {
+        let Some(response) = self.measure.as_mut().and_then(|measure| measure.response.as_mut()) else {
+            return Ok(());
+        };
+        if let Some(buffer) = self.screen.take_read() {
+            self.stage.renderer.drain()?;
+            response.see(buffer.mapped(), self.stage.settled());
+        }
+        Ok(())
+    }
+
     /// Passes the input to the panels. Returns their output and the requested actions.
-    fn lay_out(&mut self) -> (FullOutput, Vec<Action>) {
-        let raw = self.input.take_egui_input(&self.window);
+    fn lay_out(&mut self, raw: RawInput) -> (FullOutput, Vec<Action>) {
         let context = self.input.egui_ctx().clone();
         let judged = self.subject().and_then(|subject| self.judge.show(&context, &subject));
         let shown = Shown {
@@ -312,6 +343,9 @@ impl Live {
             self.echo = ECHO;
             return Ok(());
         };
+        if self.measure.as_ref().is_some_and(|measure| measure.response.is_some()) {
+            self.screen.read_next(&self.stage.renderer.gpu)?;
+        }
         let size = self.screen.swapchain.size();
         if self.stage.renderer.size() != size {
             self.stage.resize(size)?;

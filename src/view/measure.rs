@@ -1,7 +1,9 @@
 //! `view --measure`: frame times along the scene's path with cold caches, with warm caches, and with open
-//! panels. All passes have the same steps, so the first differs from the second only by its loads.
+//! panels. All passes have the same steps, so the first differs from the second only by its loads. Then frames
+//! from key presses to changed pictures are counted.
 
 use super::path::Player;
+use super::response::Response;
 use anyhow::bail;
 use ortelius::scene::Scene;
 use ortelius::stats::percentile;
@@ -19,6 +21,8 @@ pub struct Measure {
     begun: Instant,
     /// Frame times of each pass so far, in milliseconds.
     frames_ms: Vec<Vec<f64>>,
+    /// After the passes.
+    pub response: Option<Response>,
 }
 
 impl Measure {
@@ -28,32 +32,38 @@ impl Measure {
         if scene.paths.is_empty() {
             bail!("--measure: scene {} has no path; add [paths.NAME] or use another scene", scene.name);
         }
-        Ok(Measure { begun: Instant::now(), frames_ms: vec![Vec::new()] })
+        Ok(Measure { begun: Instant::now(), frames_ms: vec![Vec::new()], response: None })
     }
 
     /// Called at the start of a frame: moves along the path to the next step. Returns true if the panels are
-    /// open in this frame.
-    pub fn begin(&mut self, player: &mut Player) -> bool {
+    /// open in this frame; `None` after the passes.
+    pub fn begin(&mut self, player: &mut Player) -> Option<bool> {
+        if self.response.is_some() {
+            return None;
+        }
         self.begun = Instant::now();
         let step = self.frames_ms.last().map_or(0, Vec::len);
         if let Some((_, frames)) = player.place() {
             player.seek(frames * step as f64 / (STEPS - 1) as f64);
         }
-        self.frames_ms.len() == PASSES.len()
+        Some(self.frames_ms.len() == PASSES.len())
     }
 
-    /// Called at the end of a frame: records its time. Returns the report after the last pass.
+    /// Called at the end of a frame: records its time. Returns the report after the last key.
     pub fn end(&mut self) -> Option<String> {
+        if let Some(response) = &self.response {
+            return response.report().map(|frames| format!("{}\n{frames}", self.report()));
+        }
         let pass = self.frames_ms.last_mut().expect("the first pass exists from the start");
         pass.push(self.begun.elapsed().as_secs_f64() * 1e3);
         if pass.len() < STEPS {
             return None;
         }
-        if self.frames_ms.len() < PASSES.len() {
-            self.frames_ms.push(Vec::new());
-            return None;
+        match self.frames_ms.len() < PASSES.len() {
+            true => self.frames_ms.push(Vec::new()),
+            false => self.response = Some(Response::default()),
         }
-        Some(self.report())
+        None
     }
 
     fn report(&self) -> String {

@@ -24,6 +24,7 @@ mod panels;
 mod path;
 mod probe;
 mod reload;
+mod response;
 mod screen;
 mod settings;
 mod shot;

@@ -49,6 +49,11 @@ impl Panels {
         self.status = Some(Status { text, is_error, since: Instant::now() });
     }
 
+    /// Hides the message.
+    pub fn hush(&mut self) {
+        self.status = None;
+    }
+
     /// Lays out all open panels; returns the requested actions.
     pub fn show(&mut self, ui: &mut Ui, shown: &Shown<'_>) -> Vec<Action> {
         let mut actions = Vec::new();
@@ -86,7 +91,8 @@ impl Panels {
         let records = &shown.stage.renderer.records;
         let section = |name: &str, open| CollapsingHeader::new(name).default_open(open);
         section("variants", true).show(ui, |ui| compared::variants(ui, shown, &mut actions));
-        section("trade", shown.trade.is_some()).show(ui, |ui| compared::trade(ui, shown, &mut actions));
+        section("trade", shown.trade.is_some() || shown.stage.renderer.technique.meshes.is_some())
+            .show(ui, |ui| compared::trade(ui, shown, &mut actions));
         section("overlays", false).show(ui, |ui| compared::overlays(ui, shown, &mut actions));
         if let Some(last) = records.last() {
             section("passes", true).show(ui, |ui| times(ui, records));

@@ -4,8 +4,8 @@ use super::painter::{Painter, Painting};
 use ortelius::vk::shader::Present;
 use ortelius::vk::shader::view::{present_frag, present_vert};
 use ortelius::vk::{
-    Acquired, Blend, Clear, ColorTarget, Format, Frame, Gpu, GraphicsInfo, GraphicsPipeline, Image,
-    ImageInfo, PresentMode, Resource, Result, Surface, Swapchain, View,
+    Acquired, Blend, Buffer, BufferUse, Clear, ColorTarget, Format, Frame, Gpu, GraphicsInfo,
+    GraphicsPipeline, Image, ImageInfo, PresentMode, Resource, Result, Surface, Swapchain, TexelCopy, View,
 };
 
 /// Parameters of the present pass.
@@ -38,6 +38,8 @@ pub struct Screen {
     pipeline: GraphicsPipeline,
     /// Bound in place of the overlay's data if there is no overlay.
     no_words: Image,
+    /// The last frame's image, if it is read back.
+    copy: Option<Buffer>,
 }
 
 /// Side of the magnifier in pixels, and its magnification.
@@ -45,14 +47,21 @@ pub const LENS: u32 = 176;
 const ZOOM: u32 = 8;
 
 impl Screen {
+    /// `read`: images can be read back.
+    ///
     /// # Errors
     /// The device cannot present to the window as requested; out of memory.
-    pub fn new(gpu: &Gpu, surface: Surface, size: [u32; 2], mode: PresentMode) -> Result<Screen> {
-        let swapchain = Swapchain::new(gpu, surface, size, mode)?;
+    pub fn new(
+        gpu: &Gpu,
+        surface: Surface,
+        size: [u32; 2],
+        (mode, read): (PresentMode, bool),
+    ) -> Result<Screen> {
+        let swapchain = Swapchain::new(gpu, surface, size, mode, read)?;
         let format = swapchain.format();
         let pipeline = pipeline(gpu, format)?;
         let no_words = gpu.image("no overlay", ImageInfo::target([1, 1], Format::Rgba32Uint))?;
-        Ok(Screen { painter: Painter::new(gpu, format)?, swapchain, pipeline, no_words })
+        Ok(Screen { painter: Painter::new(gpu, format)?, swapchain, pipeline, no_words, copy: None })
     }
 
     /// Rebuilds the present pass's pipeline from reloaded shaders.
@@ -62,6 +71,21 @@ impl Screen {
     pub fn rebuild(&mut self, gpu: &Gpu) -> Result<()> {
         self.pipeline = pipeline(gpu, self.swapchain.format())?;
         Ok(())
+    }
+
+    /// Also copies the next frame's image to the host.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn read_next(&mut self, gpu: &Gpu) -> Result<()> {
+        let [width, height] = self.swapchain.size().map(u64::from);
+        self.copy = Some(gpu.buffer("window", 4 * width * height, BufferUse::Readback)?);
+        Ok(())
+    }
+
+    /// The image copied since [`Screen::read_next`], once its frame has ended; returned once.
+    pub fn take_read(&mut self) -> Option<Buffer> {
+        self.copy.take()
     }
 
     /// Acquires an image to draw into. `None` if no image is available, or if the swapchain was just
@@ -108,6 +132,13 @@ impl Screen {
             })
         })?;
         frame.pass("panels", |cmd| self.painter.draw(cmd, image, painting))?;
+        if let Some(buffer) = &self.copy {
+            let copy = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size: image.info().size };
+            frame.pass("copy of the window", |cmd| {
+                cmd.copy_from_image(image, buffer, &[copy]);
+                Ok(())
+            })?;
+        }
         frame.end_present(image);
         Ok(())
     }

@@ -137,14 +137,24 @@ impl Stage {
     /// # Errors
     /// The scene does not allow this value; or as [`Renderer::open`].
     pub fn set(&mut self, key: &str, value: &str) -> anyhow::Result<()> {
+        self.change(|changes| {
+            changes.retain(|(changed, _)| changed != key);
+            changes.push((key.to_owned(), value.to_owned()));
+        })
+    }
+
+    /// Drops a manual change: the key has the value of the scene, the variant or the front again.
+    ///
+    /// # Errors
+    /// As [`Stage::set`].
+    pub fn reset(&mut self, key: &str) -> anyhow::Result<()> {
+        self.change(|changes| changes.retain(|(changed, _)| changed != key))
+    }
+
+    fn change(&mut self, change: impl FnOnce(&mut Vec<(String, String)>)) -> anyhow::Result<()> {
         let before = self.changes.clone();
-        self.changes.retain(|(changed, _)| changed != key);
-        self.changes.push((key.to_owned(), value.to_owned()));
-        let done = self.take_changes();
-        if done.is_err() {
-            self.changes = before;
-        }
-        done
+        change(&mut self.changes);
+        self.take_changes().inspect_err(|_| self.changes = before)
     }
 
     /// Reopens both renderers, for example for new shaders. On an error, both stay.

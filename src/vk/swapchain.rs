@@ -60,6 +60,8 @@ pub struct Swapchain {
     next: usize,
     mode: PresentMode,
     format: Format,
+    /// Images can be copied from.
+    read: bool,
     surface: Surface,
 }
 
@@ -119,11 +121,17 @@ impl PresentMode {
 }
 
 impl Swapchain {
-    /// Creates images for a window of about `size` pixels.
+    /// Creates images for a window of about `size` pixels; `read`: they can also be copied from.
     ///
     /// # Errors
-    /// [`Error::Limit`] if the window lacks this present mode, or has no 8-bit format.
-    pub fn new(gpu: &Gpu, surface: Surface, size: [u32; 2], mode: PresentMode) -> Result<Swapchain> {
+    /// [`Error::Limit`] if the window lacks this present mode, has no 8-bit format, or its images cannot be read.
+    pub fn new(
+        gpu: &Gpu,
+        surface: Surface,
+        size: [u32; 2],
+        mode: PresentMode,
+        read: bool,
+    ) -> Result<Swapchain> {
         let acquired = (0..=FRAMES_IN_FLIGHT).map(|_| gpu.semaphore("acquired")).collect::<Result<_>>()?;
         let mut swapchain = Swapchain {
             gpu: gpu.clone(),
@@ -135,6 +143,7 @@ impl Swapchain {
             next: 0,
             mode,
             format: Format::Bgra8,
+            read,
             surface,
         };
         swapchain.format = swapchain.choose_format()?;
@@ -186,7 +195,7 @@ impl Swapchain {
     }
 
     fn create(&mut self, capabilities: &vk::SurfaceCapabilitiesKHR, extent: vk::Extent2D) -> Result<()> {
-        let (format, mode) = (self.format, self.check_mode()?);
+        let (format, mode, usage) = (self.format, self.check_mode()?, self.usage(capabilities)?);
         let most = if capabilities.max_image_count == 0 { u32::MAX } else { capabilities.max_image_count };
         let old = self.handle;
         let info = vk::SwapchainCreateInfoKHR::default()
@@ -196,7 +205,7 @@ impl Swapchain {
             .image_color_space(vk::ColorSpaceKHR::SRGB_NONLINEAR)
             .image_extent(extent)
             .image_array_layers(1)
-            .image_usage(vk::ImageUsageFlags::COLOR_ATTACHMENT)
+            .image_usage(usage)
             .pre_transform(capabilities.current_transform)
             .composite_alpha(opaque(capabilities))
             .present_mode(mode)
@@ -283,6 +292,18 @@ impl Swapchain {
             object: "window".into(),
             what: "supports neither 8-bit BGRA nor 8-bit RGBA; choose another --device".into(),
         })
+    }
+
+    fn usage(&self, capabilities: &vk::SurfaceCapabilitiesKHR) -> Result<vk::ImageUsageFlags> {
+        let copied = vk::ImageUsageFlags::TRANSFER_SRC;
+        match (self.read, capabilities.supported_usage_flags.contains(copied)) {
+            (false, _) => Ok(vk::ImageUsageFlags::COLOR_ATTACHMENT),
+            (true, true) => Ok(vk::ImageUsageFlags::COLOR_ATTACHMENT | copied),
+            (true, false) => Err(Error::Limit {
+                object: "window".into(),
+                what: "its images cannot be read, so changes of the picture cannot be counted".into(),
+            }),
+        }
     }
 
     fn check_mode(&self) -> Result<vk::PresentModeKHR> {

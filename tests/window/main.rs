@@ -7,6 +7,7 @@ mod bookmarks;
 mod compare;
 mod display;
 mod overlays;
+mod panels;
 mod program;
 mod reload;
 mod renderdoc;
@@ -191,11 +192,16 @@ fn a_measurement_prints_its_passes_and_ends() {
     let display = Display::start();
     let arguments = ["globe", "--size", "96x54", "--measure"];
     let mut window = open(&display, &arguments);
-    window.printed("99th percentile, cold over warm: ");
+    let frames = window.printed("frames from a key press to a changed picture: ");
     let words = window.stdout();
     for pass in ["cold caches: 240 frames, median ", "warm caches: 240", "panels open: 240"] {
         assert!(words.contains(pass), "{words}");
     }
+    // Counts, not times. One more where the key arrives while a frame is drawn: at most 2.
+    for key in ["F1", "F2", "G", "X", "Space", "W"] {
+        assert!(frames.contains(&format!(" {key} 1")), "{frames}");
+    }
+    assert!(frames.ends_with("; most 1"), "{frames}");
     window.closed_in_silence();
 }
 

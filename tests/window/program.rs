@@ -74,7 +74,7 @@ impl<'a> Program<'a> {
         self.words[0].lock().unwrap().clone()
     }
 
-    fn stderr(&self) -> String {
+    pub fn stderr(&self) -> String {
         self.words[1].lock().unwrap().clone()
     }
 
@@ -205,6 +205,32 @@ impl<'a> Program<'a> {
         self.display.fake(xproto::BUTTON_RELEASE_EVENT, button, to);
     }
 
+    /// Waits until the program has handled all input so far: keys are handled in the order of the input.
+    pub fn handled(&mut self) {
+        let before = self.stdout().matches("memory: ").count();
+        self.press(key::M);
+        self.until("memory is printed", |window| {
+            let words = window.stdout();
+            words.matches("memory: ").count() > before && words.ends_with('\n')
+        });
+    }
+
+    /// A drag with the left button, of which the program sees every step, however slow its frames are.
+    pub fn drag_in_steps(&mut self, from: [i16; 2], to: [i16; 2], steps: i16) {
+        self.window();
+        self.display.fake(xproto::MOTION_NOTIFY_EVENT, 0, from);
+        self.handled();
+        self.display.fake(xproto::BUTTON_PRESS_EVENT, 1, from);
+        self.handled();
+        for step in 1..=steps {
+            let at = [0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * step / steps);
+            self.display.fake(xproto::MOTION_NOTIFY_EVENT, 0, at);
+            self.handled();
+        }
+        self.display.fake(xproto::BUTTON_RELEASE_EVENT, 1, to);
+        self.handled();
+    }
+
     /// Scrolls. Positive notches zoom in.
     pub fn wheel(&mut self, at: [i16; 2], notches: i32) {
         self.window();
@@ -246,15 +272,24 @@ impl<'a> Program<'a> {
     /// Expects exit code 0; warnings are allowed, for example that the clipboard has no owner. Messages of
     /// the validation layer and leaked device memory give another exit code.
     pub fn closed(self) {
-        let (code, words) = self.ended();
-        assert_eq!(code, Some(0), "{words}");
+        self.closed_with_warnings();
     }
 
-    /// Expects exit code 0, no warning and no error. Returns the folder with the program's files.
-    pub fn closed_in_silence(mut self) -> TempDir {
+    /// As [`Program::closed`]. Returns the folder with the program's files.
+    pub fn closed_with_warnings(self) -> TempDir {
+        self.written_and_said().0
+    }
+
+    fn written_and_said(mut self) -> (TempDir, String) {
         let folder = std::mem::replace(&mut self.folder, tempfile::tempdir().unwrap());
         let (code, words) = self.ended();
         assert_eq!(code, Some(0), "{words}");
+        (folder, words)
+    }
+
+    /// Expects exit code 0, no warning and no error. Returns the folder with the program's files.
+    pub fn closed_in_silence(self) -> TempDir {
+        let (folder, words) = self.written_and_said();
         let loud: Vec<&str> = words.lines().filter(|line| !line.starts_with(" INFO ")).collect();
         assert_eq!(loud, [""; 0], "{words}");
         folder

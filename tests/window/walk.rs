@@ -10,12 +10,7 @@ const SEED: u64 = 20_261_122;
 
 /// Bytes of device memory, and of the resident set.
 fn memory(window: &mut Program<'_>) -> [u64; 2] {
-    let before = window.stdout().matches("memory: ").count();
-    window.press(key::M);
-    window.until("memory is printed", |window| {
-        let words = window.stdout();
-        words.matches("memory: ").count() > before && words.ends_with('\n')
-    });
+    window.handled();
     let words = window.stdout();
     let line = words.lines().rfind(|line| line.starts_with("memory: ")).unwrap();
     let number = |name: &str| line.split(name).nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();

@@ -1,0 +1,125 @@
+//! The panels are used with the pointer: the trade's slider, and the governor's rows.
+
+use crate::display::{Display, key};
+use crate::program::Program;
+use crate::{differing, open, rendered_again};
+use ortelius::figure::{Errors, Machine, Trade, Traded};
+use ortelius::picture::write::read_png;
+use ortelius::stats::Summary;
+use std::path::Path;
+use std::process::Command;
+
+/// Columns of a window of 560 pixels, whose panel is 330 points wide: left, middle and right of a slider, and on the numbers
+/// of the governor's rows.
+const SLIDER: [i16; 3] = [236, 290, 350];
+const NUMBER: [i16; 2] = [405, 485];
+
+/// A sweep with these settings, all on the front: (name, change, error).
+fn trade(folder: &Path, scene: &str, settings: &[(&str, &str, f64)]) -> String {
+    let traded = |(n, &(name, change, error)): (usize, &(&str, &str, f64))| Traded {
+        name: name.to_owned(),
+        changes: if change.is_empty() { Vec::new() } else { vec![change.to_owned()] },
+        ms: Summary::of(&[10.0 - n as f64]).unwrap(),
+        interval_ms: [9.9 - n as f64, 10.1 - n as f64],
+        error,
+        errors: Errors { nmse: error, flip: error, max: error },
+        forced_bias: 0,
+        list_frames: 1,
+        on_front: true,
+    };
+    let trade = Trade {
+        scene: scene.to_owned(),
+        size: [64, 36],
+        measure: "NMSE".to_owned(),
+        truth: String::new(),
+        machine: Machine::default(),
+        runs: 10,
+        most_runs: 60,
+        drift_ms: [1.0; 2],
+        settings: settings.iter().enumerate().map(traded).collect(),
+        refused: Vec::new(),
+        budgets: Vec::new(),
+    };
+    let path = folder.join("trade.json");
+    std::fs::write(&path, trade.json()).unwrap();
+    path.display().to_string()
+}
+
+/// Drags row after row of the panel until `word` is on stderr; returns the row. A drag presses no button.
+fn drag_rows(window: &mut Program<'_>, [from, to]: [i16; 2], word: &str) -> i16 {
+    for row in (30..500).step_by(5) {
+        window.drag_in_steps([from, row], [to, row], 1);
+        if window.stderr().contains(word) {
+            return row;
+        }
+    }
+    panic!("no row answers {word:?}: {}", window.stderr());
+}
+
+#[test]
+fn the_trade_slider_moves_along_the_measured_front() {
+    let display = Display::start();
+    let folder = tempfile::tempdir().unwrap();
+    // Not in the order of the front.
+    let settings = [
+        ("sharp", "", 0.001),
+        ("coarsest", "variant.level_bias=4", 0.2),
+        ("coarse", "variant.level_bias=2", 0.03),
+    ];
+    let trade = trade(folder.path(), "globe", &settings);
+    let arguments = ["globe", "--size", "560x520", "--trade", &trade, "--variant", "view.width=560"];
+    let mut window = open(&display, &arguments);
+    window.settled_picture();
+    let [left, middle, right] = SLIDER;
+    let row = drag_rows(&mut window, [middle, right], "setting: coarsest");
+    // Back to the least error: every setting of the front was selected on the way, in its order.
+    window.drag_in_steps([right, row], [left, row], 12);
+    window.until("the first setting", |window| window.stderr().trim_end().ends_with("setting: sharp"));
+    let words = window.stderr();
+    let names: Vec<&str> = words.lines().filter_map(|line| line.split("setting: ").nth(1)).collect();
+    let back = names.iter().rposition(|name| *name == "coarsest").unwrap();
+    assert_eq!(names[back..], ["coarsest", "coarse", "sharp"], "{names:?}");
+
+    window.drag_in_steps([middle, row], [right, row], 1);
+    window.until("the last setting", |window| window.stderr().trim_end().ends_with("setting: coarsest"));
+    window.settled_picture();
+    window.press(key::F12);
+    let png = window.printed(".png");
+    window.press(key::ESCAPE);
+    let folder = window.closed_in_silence();
+    // The picture is that of the setting's changes.
+    let render = |changes: &[&str], name: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
+        command.current_dir(&folder).args(["render", "globe", "--size", "560x520", "-o", name]);
+        assert!(command.args(changes).output().unwrap().status.success());
+        read_png(&folder.path().join(name)).unwrap()
+    };
+    let saved = read_png(&folder.path().join(&png)).unwrap();
+    assert!(saved == render(&["-D", "variant.level_bias=4"], "coarsest.png"));
+    assert!(differing(&saved, &render(&[], "sharp.png")) > 1000, "the slider changed the picture");
+    rendered_again(folder.path(), &png.replace(".png", ".json"), "again.png");
+    assert!(saved == read_png(&folder.path().join("again.png")).unwrap());
+}
+
+#[test]
+fn the_governors_rows_set_its_budgets_and_take_them_back() {
+    let display = Display::start();
+    let mut window = open(&display, &["herd", "--size", "560x520", "--deterministic"]);
+    window.settled_picture();
+    let row = drag_rows(&mut window, NUMBER, "governor.frame_faces = ");
+    let words = window.stderr();
+    let faces: u64 = words.rsplit("governor.frame_faces = ").next().unwrap().trim().parse().unwrap();
+    window.press(key::F12);
+    let png = window.printed(".png");
+    // To the left end: no budget.
+    window.drag_in_steps([NUMBER[0], row], [0, row], 1);
+    window.until("no budget", |window| window.stderr().contains("governor.frame_faces: the scene's own"));
+    window.press(key::ESCAPE);
+    let folder = window.closed_with_warnings();
+    let report = std::fs::read_to_string(folder.path().join(png.replace(".png", ".json"))).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    let last = report["frames"].as_array().unwrap().last().unwrap();
+    // The scene's own errors draw more faces.
+    assert!(last["faces"].as_u64().unwrap() <= faces, "{last}");
+    assert!(last["error_factor"].as_f64().unwrap() > 1.0, "{last}");
+}
