@@ -224,11 +224,10 @@ impl Live {
         }
         self.draw(output)?;
         self.count_response()?;
-        if let Some(report) = self.measure.as_mut().and_then(Measure::end) {
-            self.print(&report)?;
-            return Ok(false);
+        if let Some(part) = self.measure.as_mut().and_then(Measure::end) {
+            self.print(&part)?;
         }
-        Ok(true)
+        Ok(!self.measure.as_ref().is_some_and(Measure::has_ended))
     }
 
     /// The input since the last frame, and the keys that a measurement presses.

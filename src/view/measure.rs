@@ -7,7 +7,6 @@ use super::response::Response;
 use anyhow::bail;
 use ortelius::scene::Scene;
 use ortelius::stats::percentile;
-use std::fmt::Write as _;
 use std::time::Instant;
 
 /// Steps per pass. Of 240 times, the 99th percentile is the third-longest.
@@ -23,6 +22,7 @@ pub struct Measure {
     frames_ms: Vec<Vec<f64>>,
     /// After the passes.
     pub response: Option<Response>,
+    ended: bool,
 }
 
 impl Measure {
@@ -32,7 +32,7 @@ impl Measure {
         if scene.paths.is_empty() {
             bail!("--measure: scene {} has no path; add [paths.NAME] or use another scene", scene.name);
         }
-        Ok(Measure { begun: Instant::now(), frames_ms: vec![Vec::new()], response: None })
+        Ok(Measure { begun: Instant::now(), frames_ms: vec![Vec::new()], response: None, ended: false })
     }
 
     /// Called at the start of a frame: moves along the path to the next step. Returns true if the panels are
@@ -49,43 +49,38 @@ impl Measure {
         Some(self.frames_ms.len() == PASSES.len())
     }
 
-    /// Called at the end of a frame: records its time. Returns the report after the last key.
+    /// Called at the end of a frame: records its time. Returns a part of the report that is complete.
     pub fn end(&mut self) -> Option<String> {
         if let Some(response) = &self.response {
-            return response.report().map(|frames| format!("{}\n{frames}", self.report()));
+            let report = response.report();
+            self.ended = report.is_some();
+            return report;
         }
         let pass = self.frames_ms.last_mut().expect("the first pass exists from the start");
         pass.push(self.begun.elapsed().as_secs_f64() * 1e3);
         if pass.len() < STEPS {
             return None;
         }
-        match self.frames_ms.len() < PASSES.len() {
-            true => self.frames_ms.push(Vec::new()),
-            false => self.response = Some(Response::default()),
+        let name = PASSES[self.frames_ms.len() - 1];
+        let [median, p99] = self.times_ms(self.frames_ms.len() - 1);
+        let line = format!("{name}: {STEPS} frames, median {median:.2} ms, 99th percentile {p99:.2} ms");
+        if self.frames_ms.len() < PASSES.len() {
+            self.frames_ms.push(Vec::new());
+            return Some(line);
         }
-        None
+        self.response = Some(Response::default());
+        let [cold, warm, open] = [0, 1, 2].map(|pass| self.times_ms(pass));
+        let (ratio, panels) = (cold[1] / warm[1], open[0] - warm[0]);
+        Some(format!("{line}\n99th percentile, cold over warm: {ratio:.2}; panels: {panels:+.2} ms a frame"))
     }
 
-    fn report(&self) -> String {
-        let mut text = String::new();
-        let [p50, p99] = [0.5, 0.99].map(|at| {
-            self.frames_ms.iter().map(|pass| percentile(pass, at).unwrap_or(f64::NAN)).collect::<Vec<_>>()
-        });
-        for (n, name) in PASSES.iter().enumerate() {
-            writeln!(
-                text,
-                "{name}: {STEPS} frames, median {:.2} ms, 99th percentile {:.2} ms",
-                p50[n], p99[n]
-            )
-            .expect("writing to a String succeeds");
-        }
-        write!(
-            text,
-            "99th percentile, cold over warm: {:.2}; panels: {:+.2} ms a frame",
-            p99[0] / p99[1],
-            p50[2] - p50[1]
-        )
-        .expect("writing to a String succeeds");
-        text
+    /// True after the last part of the report.
+    pub fn has_ended(&self) -> bool {
+        self.ended
+    }
+
+    /// Median and 99th percentile of a pass.
+    fn times_ms(&self, pass: usize) -> [f64; 2] {
+        [0.5, 0.99].map(|at| percentile(&self.frames_ms[pass], at).unwrap_or(f64::NAN))
     }
 }

@@ -192,16 +192,14 @@ fn a_measurement_prints_its_passes_and_ends() {
     let display = Display::start();
     let arguments = ["globe", "--size", "96x54", "--measure"];
     let mut window = open(&display, &arguments);
-    let frames = window.printed("frames from a key press to a changed picture: ");
-    let words = window.stdout();
     for pass in ["cold caches: 240 frames, median ", "warm caches: 240", "panels open: 240"] {
-        assert!(words.contains(pass), "{words}");
+        window.printed(pass);
     }
-    // Counts, not times. One more where the key arrives while a frame is drawn: at most 2.
-    for key in ["F1", "F2", "G", "X", "Space", "W"] {
-        assert!(frames.contains(&format!(" {key} 1")), "{frames}");
-    }
-    assert!(frames.ends_with("; most 1"), "{frames}");
+    window.printed("99th percentile, cold over warm: ");
+    let frames = window.printed("frames from a key press to a changed picture: ");
+    // These are counts, not times.
+    let most: u32 = frames.rsplit("; most ").next().unwrap().parse().unwrap();
+    assert!(most <= 2 && !frames.contains("no change"), "{frames}");
     window.closed_in_silence();
 }
 
