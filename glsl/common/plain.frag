@@ -28,7 +28,7 @@ ivec2 level_size(uint level) { return max(textureSize(plain, 0) >> int(level), i
 // Columns wrap, as in the sampler; rows are clamped.
 vec3 texel(ivec2 at, uint level) {
     ivec2 size = level_size(level);
-    // The offset keeps the column positive: no footprint is 16384 pictures wide.
+    // The offset keeps the dividend positive: no footprint reaches 16384 texture widths to the west.
     int column = int(uint(at.x + 16384 * size.x) % uint(size.x));
     return texelFetch(plain, ivec2(column, clamp(at.y, 0, size.y - 1)), int(level)).rgb;
 }

@@ -1,16 +1,17 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
-// Compaction baseline: copies the faces that are live at a level, in the full mesh's best order, with the
-// vertices that they have at that level. Step 0 counts the live faces of each group. Step 1 sums the counts
-// of the earlier groups and writes the group's faces. There are no atomic additions, so the output keeps the
-// list's order.
+// Compaction baseline: copies the live faces of a level. They keep the vertex-cache order in which meshoptimizer puts
+// the full mesh, and each corner is replaced by the vertex that is live at the level. Step 0 counts the live faces of
+// each workgroup. Step 1 sums the counts of the earlier workgroups and writes the workgroup's faces. There are no
+// atomic additions, so the copy has the list's order.
 
 layout(local_size_x = 256) in;
 
 #include "common/group_prefix.glsl"
 
-// Four words for each face, in best order: its slot in the classical order, and its vertices in the full mesh.
+// Four words for each face, in meshoptimizer's order: its slot in order of appearance (the coarsest mesh first, then
+// split by split), and its three vertices in the full mesh.
 layout(scalar, binding = 0) readonly buffer Ranked { uint words[]; } ranked;
 // The vertex that each vertex beyond level 0 replaces.
 layout(scalar, binding = 1) readonly buffer SplitVertices { uint words[]; } split_vertices;
@@ -22,7 +23,7 @@ layout(push_constant, scalar) uniform Compacting {
     // 0: count the live faces; 1: write them.
     uint kind;
     uint faces;
-    // Numbers of the level.
+    // Counts at the level.
     uint live_faces;
     uint live_vertices;
     // Number of vertices of level 0.

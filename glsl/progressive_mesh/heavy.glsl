@@ -1,5 +1,5 @@
 // Makes vertices arbitrarily expensive, for figures that need a vertex-bound frame.
-layout(constant_id = 0) const uint VERTEX_WORK = 0;  // rounds of three multiplications
+layout(constant_id = 0) const uint VERTEX_WORK = 0;  // rounds of two multiplications and a subtraction
 
 // Returns the position unchanged. The logistic map stays in 0 ..= 1, but a compiler cannot prove this.
 vec3 worked(vec3 position) {

@@ -1,5 +1,5 @@
-// A: the ellipse that filters a footprint, and its level of detail. Needs footprint.glsl and weights.glsl.
-// The defaults are `Ellipse::BEST`, which surfaces use; figures specialize every constant.
+// Step A of paper 3: the ellipse that filters a footprint, and its level of detail. Needs footprint.glsl and
+// weights.glsl. The defaults are `Ellipse::BEST`, which surfaces use; figures specialize every constant.
 layout(constant_id = 50) const uint ALL_POSITIVE = 1;
 layout(constant_id = 51) const float K = 0.8;
 layout(constant_id = 52) const uint ROW_SPAN = 1;
@@ -21,7 +21,8 @@ Ellipse ellipse_of(vec4 jacobian, float jacobian_det, float most_ratio) {
     return Ellipse(v, det);
 }
 
-// `most_reach`: texels of the level from the centre to a side of the bounding box, without the reconstruction term.
+// `most_reach`: the largest allowed distance from the ellipse's centre to a side of its bounding box, in texels of the
+// returned level, without the reconstruction term.
 uint ellipse_level(Ellipse finest, float most_reach, uint coarsest) {
     vec3 v = finest.v;
     if (!(v.x + v.z < MOST_MAJOR_TEXELS * MOST_MAJOR_TEXELS)) return coarsest;
@@ -44,8 +45,8 @@ Ellipse at_level(Ellipse finest, uint level) {
     return Ellipse(v, det);
 }
 
-// An ellipse that contains every texel of which the edge may keep a part. It contains the sum of `of` and a disc with
-// a radius of half a texel.
+// An ellipse that contains the centre of every texel that may have a weight above 0, including texels that the edge
+// cuts (`kept`). It contains the sum of `of` and a disc with a radius of half a texel.
 Ellipse outer(Ellipse of) {
     // The margin keeps texels that are just inside.
     if (EDGE == 0) return Ellipse(of.v * 1.0001, of.det * 1.0002);

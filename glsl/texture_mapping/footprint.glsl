@@ -1,4 +1,4 @@
-// A: the ellipse of a footprint. Symmetric matrices are stored as (11, 12, 22).
+// Step A of paper 3: the ellipse of a footprint. Symmetric matrices are stored as (11, 12, 22).
 
 // A footprint with a longer semi-axis gets the texture's mean: its squares do not fit f32.
 const float MOST_MAJOR_TEXELS = 1048576.0;

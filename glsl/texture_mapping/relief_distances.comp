@@ -53,7 +53,7 @@ float squared_distance(ivec2 cell, ivec2 offset, uvec2 sectors, float low, float
 void main() {
     uint own = gl_LocalInvocationIndex;
     ivec2 cell = ivec2(gl_WorkGroupID.x, relief.first_row + gl_WorkGroupID.y);
-    // The lowest obstacle at each distance in this thread's sector.
+    // The least height of the surface at each distance in this thread's sector.
     float lowest[REACH];
     for (uint n = 0; n < REACH; n++) {
         lowest[n] = NONE;

@@ -1,8 +1,8 @@
-// B and C: the weight of a texel.
+// Steps B and C of paper 3: the weight of a texel.
 layout(constant_id = 58) const float ALPHA = 2.0;
-layout(constant_id = 59) const uint EDGE = 5;  // the order of `Edge`
+layout(constant_id = 59) const uint EDGE = 5;  // the index of the variant of `Edge` (weights.rs)
 
-// B: the weight at a position in the unit disc.
+// Step B: the weight at a position in the unit disc.
 float gaussian(vec2 at) {
     return ALPHA == 0.0 ? 1.0 : exp(-ALPHA * dot(at, at));
 }
@@ -15,7 +15,8 @@ float erf_of(float x) {
     return 1.0 - sum * exp(-x * x);
 }
 
-// C: the part of a texel that the edge keeps, by its signed distance in texels.
+// Step C: the part of a texel that is inside the ellipse's edge. `signed_distance`: from the edge to the texel's centre
+// in texels, positive inside.
 float kept(float signed_distance) {
     if (EDGE == 0) return signed_distance >= 0.0 ? 1.0 : 0.0;
     float d = abs(signed_distance);

@@ -1,4 +1,4 @@
-// Stage 1's arithmetic (paper 1, section 2.1): texture coordinate, footprint, level. Needs pyramid.glsl.
+// Arithmetic of stage 1 (paper 1, section 2.1): texture coordinate, footprint, level. Needs pyramid.glsl.
 layout(constant_id = 5) const uint MAX_ANISOTROPY = 1;  // NA
 layout(constant_id = 24) const uint PIXEL_LOG2 = 0;    // n: a pixel represents 2^n x 2^n pixels of the picture
 
@@ -16,7 +16,8 @@ struct Coordinate {
 // s = origin / 2^32 + offset. The origin's part is exact integer arithmetic, and the offset is small.
 Coordinate coordinate(uvec2 origin, vec2 offset) {
     uvec2 whole = uvec2(origin.x >> (32 - WIDTH_LOG2), origin.y >> (32 - HEIGHT_LOG2));
-    uvec2 rest = uvec2(origin.x << WIDTH_LOG2, origin.y << HEIGHT_LOG2);  // in 2^-32 texel; 0 from 2^10 texels on
+    // in 2^-32 texel; 0 for sides of 2^10 texels or more, because origins are multiples of 2^22
+    uvec2 rest = uvec2(origin.x << WIDTH_LOG2, origin.y << HEIGHT_LOG2);
     vec2 texels = offset * vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2) + vec2(rest) * power_of_half(32);
     // 2^22 texels away is outside every texture. NaN may give any value; `level` then selects a resident level.
     vec2 steps = clamp(floor(texels), -4194304.0, 4194304.0);
@@ -42,7 +43,9 @@ struct Footprint {
 // The footprint as paper 3's Jacobian: rows (s_x, s_y) and (t_x, t_y).
 vec4 jacobian(Footprint f) { return vec4(f.r1.x, f.r2.x, f.r1.y, f.r2.y); }
 
-// `limb` is the fragment's p / R. Only the ellipse's footprint is bounded by it; paper 1's is not.
+// `limb` is the width of the pixel on the fragment's surface divided by the sphere's radius (p / R in
+// texture_mapping/footprint.glsl); 0 if the mesh is not a sphere. Only the ellipse's footprint is bounded by it; paper
+// 1's is not.
 Footprint footprint(vec2 dx, vec2 dy, Coordinate at, float limb) {
     vec2 size = vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2), pixel = size * power_of_half(PIXEL_LOG2);  // exact
     Footprint f = Footprint(pixel * dx, pixel * dy);
@@ -57,15 +60,15 @@ Ellipse ellipse(Footprint f) {
     return ellipse_of(jacobian(f), f.r1.x * f.r2.y - f.r2.x * f.r1.y, float(MAX_ANISOTROPY));
 }
 
-// The greatest reach of an ellipse, in texels of its level and without K, for which all of its texels are within half a
-// tile of the pixel's own. `outer` adds the edge's half texels: V becomes at most (1 + 1/t) (V + K) + (1 + t) / 4, with
-// t = 2 sqrt K.
+// The largest half side of an ellipse's bounding box, without K and in texels of its level, at which no texel of the
+// ellipse is more than half a tile away from the pixel's texel. `outer` adds the half texel of the edge. V then becomes
+// at most (1 + 1/t) (V + K) + (1 + t) / 4 with t = 2 sqrt K, because the minor semi-axis is at least sqrt K.
 float most_reach() {
     float t = 2.0 * sqrt(K), most = float(1u << TILE_LOG2 >> 1) - 0.5;
     return sqrt((most * most - 0.25 * (1.0 + t)) / (1.0 + 1.0 / t) - K);
 }
 
-// The ellipse's level, which may lie in G1.
+// The ellipse's level, which may be one of the resident levels (G1).
 uint asked_level(Footprint f) { return ellipse_level(ellipse(f), most_reach(), max(WIDTH_LOG2, HEIGHT_LOG2)); }
 
 bool finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
@@ -108,8 +111,8 @@ Spot spot_in_tile(Coordinate at, uvec2 ij, uint q) {
 // The footprint's longer side.
 vec2 major_side(Footprint f) { return dot(f.r1, f.r1) > dot(f.r2, f.r2) ? f.r1 : f.r2; }
 
-// Texels beyond the payload up to which the pixel's own tile serves a sample: the border, less the texel that a sample
-// mixes.
+// How far beyond its payload a tile can serve a sample, in texels: the border less one, because a bilinear sample also
+// reads the next texel.
 int sample_margin() { return max(int(BORDER), 1) - 1; }
 
 // The neighbouring tiles from which a pixel's filter reads texels (reach.glsl); none if the border has all of them.

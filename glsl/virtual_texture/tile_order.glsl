@@ -1,5 +1,5 @@
-// Linear index of a mark: level by level, row by row, as in Pyramid::tile_index. With level-0 tile addresses each level
-// has level 0's grid (M0). Needs pyramid.glsl.
+// Linear index of a tile in the tile mask: level by level, row by row, as in Pyramid::tile_index. With level-0 tile
+// addresses each level has level 0's grid (M0). Needs pyramid.glsl.
 layout(constant_id = 7) const uint NATIVE_KEYING = 0;  // grid of (i, j). 0: level 0's, as printed; 1: own level's
 
 uint mark_index(uvec3 qij) {

@@ -1,6 +1,7 @@
-// The visible-tile list as shaders write it: a triple per entry, or one word, the index of its mark (tile_order.glsl).
-// One word is faster on software drivers, which execute every store for each pixel, even if nothing is to be stored.
-layout(constant_id = 26) const uint LIST_PLACES = 0;  // 1: entries are indices of marks
+// The visible-tile list as shaders write it. An entry is a triple (q, i, j), or with LIST_PLACES one word: the tile's
+// linear index (`mark_index` in tile_order.glsl). One word is faster on software drivers, which execute every store for
+// each pixel, even if nothing is to be stored.
+layout(constant_id = 26) const uint LIST_PLACES = 0;  // 1: entries are linear indices of tiles
 
 #ifndef LIST_BINDING
 #define LIST_BINDING 1

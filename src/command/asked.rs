@@ -50,10 +50,10 @@ pub struct EyeArgs {
     /// Height of the camera above the ellipsoid or the plane
     #[arg(long, value_name = "METRES", conflicts_with = "path", allow_negative_numbers = true)]
     alt: Option<f64>,
-    /// Clockwise from north: the picture's up direction when looking straight down
+    /// Heading of the camera, clockwise from north; when looking straight down, the picture's up direction
     #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
     heading: Option<f64>,
-    /// 0 is straight down, 90 horizontal
+    /// Tilt of the camera: 0 is straight down, 90 horizontal
     #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
     tilt: Option<f64>,
 }
@@ -141,7 +141,7 @@ impl Asked {
         Ok(*self.scene.camera(name)?)
     }
 
-    /// True if the run ends with frames until nothing is missing.
+    /// True if the run ends by rendering frames until nothing is missing.
     pub fn settles(&self) -> bool {
         self.run.settle || self.run.frames.is_none()
     }
@@ -210,7 +210,7 @@ impl EyeArgs {
     }
 }
 
-/// Detected by the file name extension, or by a first byte that no scene starts with.
+/// True for a report: a file name that ends in `.json`, or a first byte of `{`, with which no scene starts.
 fn is_report(scene: &str) -> bool {
     let begins_so = || {
         let mut first = [0];

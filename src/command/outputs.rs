@@ -110,8 +110,8 @@ impl Outputs {
         }
     }
 
-    /// Writes the last picture. `settled`: frame number of the settled picture in a sequence. Without it, and with
-    /// `{frame}` in the name, the sequence's last picture has already been written.
+    /// Writes the last picture. `settled`: frame number of the settled picture in a sequence. If it is `None` and
+    /// the name contains `{frame}`, nothing is written, because the sequence's last picture already has been.
     ///
     /// # Errors
     /// I/O errors, with the path; device lost.
@@ -238,7 +238,8 @@ fn write_picture(renderer: &mut Renderer, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Writes `frame,q,i,j` for each visible tile (own row and column), sorted; of all frames, or only the last.
+/// Writes a line `frame,q,i,j` for each visible tile of every frame, or of the last frame if `only_last`. i
+/// and j are the row and column in level q; the tiles of a frame are sorted.
 ///
 /// # Errors
 /// I/O errors, with the path.

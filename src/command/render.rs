@@ -39,10 +39,11 @@ pub struct RenderArgs {
     /// One line of JSON for each frame, written as soon as the frame has ended
     #[arg(long, value_name = "JSONL")]
     records: Option<PathBuf>,
-    /// Visible tiles as CSV: frame,q,i,j (rows and columns of the tile's own level)
+    /// Visible tiles as CSV: frame,q,i,j (the tile's level q, row i and column j)
     #[arg(long, value_name = "CSV")]
     dump_visible: Option<PathBuf>,
-    /// s, t, derivatives, q, i, j of the last frame's pixels, 32-bit float channels
+    /// Texture coordinates s and t, their derivatives, the level q and the tile's row i and column j for each
+    /// pixel of the last frame, as 32-bit float channels
     #[arg(long, value_name = "EXR")]
     dump_footprint: Option<PathBuf>,
     /// Exit with 3 if a tile could not be read; by default, a coarser tile is shown and a warning printed

@@ -14,7 +14,8 @@ pub struct ReportArgs {
     /// Show changes relative to stored results (a report's results.json)
     #[arg(long, value_name = "RESULTS.json")]
     against: Option<PathBuf>,
-    /// Exit with 1 if a claim has one of these verdicts, or (changed) another verdict than in --against
+    /// Exit with 1 if a claim has one of these verdicts; `changed` stands for a verdict other than in
+    /// --against
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     fail_on: Vec<FailOn>,
     /// Also write the verdicts as JUnit XML
@@ -29,7 +30,8 @@ enum FailOn {
     NotMeasured,
 }
 
-/// Option before the last argument of a `reproduce` started by another `reproduce`; not for users.
+/// Hidden option that `reproduce` gives to its child process, followed by the first cell to measure. Both are
+/// the last arguments, so that reports can leave them out.
 pub const WORKER: &str = "--worker";
 
 /// Limit of printed changes; the page lists all.

@@ -28,10 +28,10 @@ pub struct ReproduceArgs {
     /// Figures (vt.dedup) or families (vt), as listed by `ortelius list`; default: all
     #[arg(value_name = "FIGURE|FAMILY")]
     figures: Vec<String>,
-    /// At most 720 rows of pixels, 12 runs of each time (default)
+    /// At most 720 rows of pixels, each time measured in 12 runs (default)
     #[arg(long, conflicts_with = "full")]
     quick: bool,
-    /// At least 30 runs of each time; takes hours on a software device
+    /// Measure each time in at least 30 runs; takes hours on a software device
     #[arg(long)]
     full: bool,
     /// The report's folder, created if absent

@@ -42,13 +42,14 @@ pub struct TradeArgs {
     /// Write a report (index.html, trade.svg, trade.json) into this folder, created if absent
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Check whether an earlier sweep (a report's trade.json) found the same front within noise
+    /// Check whether an earlier sweep (a report's trade.json) found the same Pareto front within noise
     #[arg(long, value_name = "TRADE.json")]
     against: Option<PathBuf>,
     /// Write the chosen setting into the scene file; its comments stay
     #[arg(long, conflicts_with = "overrides")]
     write: bool,
-    /// At least 30 runs of each time instead of 10; six times as many if a median is still uncertain
+    /// Measure each time in at least 30 runs instead of 12. With or without this option, settings with an
+    /// uncertain median are measured again, up to six times as often
     #[arg(long)]
     full: bool,
     /// Print all measurements as JSON
@@ -206,7 +207,7 @@ fn describe_changes(setting: &Traded) -> String {
     }
 }
 
-/// Prints the front, one line for each setting.
+/// Prints the Pareto front, one line for each setting.
 fn print(args: &TradeArgs, trade: &Trade) -> anyhow::Result<()> {
     if args.json {
         return say(trade.json().trim_end());

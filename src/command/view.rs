@@ -19,7 +19,8 @@ pub struct ViewArgs {
     /// When a finished picture replaces the displayed one
     #[arg(long, value_enum, default_value_t = Present::Fifo)]
     present: Present,
-    /// The trade.json of `ortelius trade -o`: a slider follows its front from the least error to the least time
+    /// The trade.json of `ortelius trade -o`: a slider selects settings on its Pareto front, from the least
+    /// error to the least time
     #[arg(long, value_name = "TRADE.json")]
     trade: Option<PathBuf>,
     /// Only the picture; F2 shows the panels

@@ -8,8 +8,9 @@ pub struct Claim {
     pub id: &'static str,
     pub text: &'static str,
     pub from: Origin,
-    /// True for a claim about time of the host or the device. On a software device, it gets verdicts of its
-    /// own ("holds here").
+    /// True for a claim about time of the host or the device. On a software device, the verdict of such a
+    /// claim has another name ("holds here" instead of "reproduced"), because the times do not predict a
+    /// GPU's.
     pub timed: bool,
     pub places: Places,
     pub tests: &'static [Test],

@@ -76,7 +76,7 @@ fn add<'a>(
     match merged.iter_mut().find(|(_, known)| same(known)) {
         None => merged.push((folder, result)),
         Some(place) if failed(&place.1) => *place = (folder, result),
-        // Compared as text: NaN != NaN, but a copy of NaN is equal.
+        // Compared as text, so that a result with a NaN equals its own copy.
         Some((_, known)) if failed(&result) || format!("{known:?}") == format!("{result:?}") => {}
         Some((other, _)) => {
             return Err(MergeError::Twice {

@@ -78,9 +78,9 @@ pub struct Sweep {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Effort {
-    /// At most 720 rows of pixels (extremes: 360), 12 runs of each time.
+    /// At most 720 rows of pixels (extremes: 360), each time measured in 12 runs.
     Quick,
-    /// At least 30 runs of each time.
+    /// Each time measured in at least 30 runs.
     Full,
 }
 

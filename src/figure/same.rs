@@ -1,4 +1,4 @@
-//! Tests whether two sweeps of `ortelius trade` found the same front.
+//! Tests whether two sweeps of `ortelius trade` found the same Pareto front.
 
 use super::{Trade, Traded};
 use crate::stats::{ALIKE, percentile};

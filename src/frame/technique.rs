@@ -1,4 +1,4 @@
-//! The interface of a technique: the part of a frame that one paper, or several, draw.
+//! The interface of a technique, which draws a part of a frame by the methods of one or several papers.
 
 use super::{Slot, Target, View};
 use crate::vk::{self, Frame, Gpu, Need, PassTime};

@@ -18,8 +18,8 @@ pub struct Pose {
 
 impl Pose {
     /// From (position - eye) in world axes to Vulkan's clip space: a rotation, then a perspective with depth
-    /// 1 at `near_m` and 0 at infinity. Reversed Z: a float keeps 2^-24 of the distance everywhere. Clip y
-    /// points down; w is the distance along `forward` in metres.
+    /// 1 at `near_m` and 0 at infinity. Reversed Z: an f32 depth has a relative error of at most 2^-24 at
+    /// every distance. Clip y points down; w is the distance along `forward` in metres.
     ///
     /// Subtract the eye first, in f64 or double-single. A matrix that includes the eye would lose 0.5 m in
     /// f32 (one ulp of the earth's radius).

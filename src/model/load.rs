@@ -11,14 +11,14 @@ use std::path::Path;
 
 /// Files are read whole: a scan of 20 million faces takes about 1 GiB.
 const MOST_BYTES: u64 = 2 << 30;
-/// Limits for compressed files. Scans compress to a quarter; a file that unpacks to more than this and to more than
-/// 64 times its size is not a scan.
+/// Limits for compressed files. Scans compress to about a quarter. A file is refused if it unpacks to more than 64
+/// times its size and more than `FEWEST_UNPACKED_BYTES`, or to more than `MOST_BYTES`.
 const FEWEST_UNPACKED_BYTES: u64 = 64 << 20;
 const MOST_PACKING: u64 = 64;
 
 impl Model {
-    /// Opens a model by a name of [`NAMES`] or [`FETCHED`] (a size may follow; see [`named`]), otherwise a file by
-    /// its path (`./bunny` for a file of that name).
+    /// Opens a generated or downloaded model by its name in [`NAMES`] or [`FETCHED`]; [`named`] explains sizes
+    /// after a name. Anything else is the path of a file; `./bunny` is the file `bunny`.
     ///
     /// # Errors
     /// As [`Self::load`]; [`ModelError::Size`] for an unsupported size of a generated model;

@@ -48,7 +48,8 @@ impl Kind {
         }
     }
 
-    /// A colour channel of this type as 0 ..= 255: integers span their whole range, floats 0 to 1.
+    /// A colour channel of this type as 0 ..= 255. A u16 spans its whole range, and a float 0 to 1; other
+    /// integers are clamped to 0 ..= 255.
     pub(super) fn channel(self, value: f64) -> u8 {
         let scaled = match self {
             Self::U16 => value / 257.0,

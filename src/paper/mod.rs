@@ -1,4 +1,4 @@
-//! The papers, one folder each; none names another.
+//! The papers, one folder each. The code in a folder uses no other folder's code.
 
 pub mod progressive_mesh;
 pub mod texture_mapping;

@@ -81,7 +81,7 @@ mod tests {
         picture.rgba[1][0] = 0.5;
         let found = Comparison::of(&picture, &truth).unwrap().measures(0.2);
         assert_eq!((found.outliers, found.not_finite), (1, 0));
-        // 24 values of 0.25; one is off by 0.25.
+        // The squares of 24 values of 0.5 add up to 6. One value is off by 0.25.
         assert_eq!(found.nmse, 0.0625 / 6.0);
         assert!(0.0 < found.flip_mean && found.flip_mean < 1.0);
     }

@@ -23,8 +23,8 @@ pub fn to_linear_f64(byte: u8) -> f64 {
     curve(f64::from(byte) / 255.0)
 }
 
-/// The byte whose encoded value is nearest to that of `linear` (thresholds at code + 1/2, upwards).
-/// Below 0 gives 0, above 1 gives 255, NaN gives 0.
+/// The byte whose encoded value is nearest to that of `linear`. A value exactly between two codes gives the
+/// larger one. Below 0 gives 0, above 1 gives 255, NaN gives 0.
 pub fn from_linear_f64(linear: f64) -> u8 {
     let thresholds = &table().thresholds_f64;
     u8::try_from(thresholds.partition_point(|&threshold| threshold <= linear)).unwrap_or(255)
@@ -137,7 +137,8 @@ mod tests {
 
     #[test]
     fn published_values_of_the_curve_hold() {
-        // 188 is the byte of half intensity, 119 (118.9) that of 0.1845 (18 % grey is 117.6).
+        // Half intensity encodes to 187.52, which rounds to 188. 18 % grey encodes to 117.6, which rounds to
+        // 118.
         assert_eq!(from_linear_f64(0.5), 188);
         assert_eq!(from_linear_f64(0.18), 118);
         assert!((to_linear_f64(10) - 10.0 / 255.0 / 12.92).abs() < 1e-18);

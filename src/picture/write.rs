@@ -51,7 +51,7 @@ pub struct Planes {
 
 /// Writes a file of any kind atomically: `content` writes to `X.PROCESS.partial`, which is renamed to `X` once
 /// all is on disk. After an error, neither a new `X` nor the partial file remains, and an older `X` is unchanged.
-/// Several processes and threads may write the same `X`: the last one wins, whole.
+/// Several processes and threads may write the same `X`: the last one wins, and `X` is never a mixture.
 ///
 /// # Errors
 /// [`FileError`] names the path.

@@ -263,8 +263,8 @@ fn check(scene: &Scene, surface: &Surface, owner: Option<&Surface>) -> Result<()
         ..Filter::DEFAULT
     };
     if !is_owner && ![Filter::DEFAULT, for_plain].contains(&filter) {
-        let what = "a plain texture is filtered by the sampler, trilinear, or by kind = \"ellipse\" with \
-                    max_anisotropy and minor_texels; use one of them, or a virtual texture";
+        let what = "a plain texture has two filters: the sampler's trilinear filter, and kind = \"ellipse\" \
+                    with max_anisotropy and minor_texels; use one of these, or a virtual texture";
         return fault("filter", what);
     }
     Ok(())
@@ -302,8 +302,8 @@ fn relief(scene: &Scene, surface: &Surface) -> Result<Option<(ReliefKeys, Relief
     let relief = keys.relief(plane.width_m, picture.transpose()?.map(heights));
     let relief = relief.map_err(|what| scene.fault(&at("path"), &what))?;
     if keys.method == ReliefMethod::Trace && pairs(&relief) > MOST_PAIRS {
-        let what = "a distance map of a relief this deep takes minutes; reduce its depth, use a smaller \
-                    picture, or method = \"projected-width\"";
+        let what = "building the distance map of a relief this deep takes minutes; reduce the relief's \
+                    depth, use a smaller picture, or method = \"projected-width\"";
         return Err(scene.fault(&at("depth_m"), what).into());
     }
     Ok(Some((keys, relief, plane.width_m)))

@@ -33,8 +33,9 @@ impl Renderer {
         })
     }
 
-    /// All measurements of the frames so far, for [`Report::save`]. `view` describes what the frames show. Such a
-    /// report cannot be rendered again, because only the caller knows which frames it rendered.
+    /// All measurements of the frames so far, for [`Report::save`]. `view` describes what the frames show.
+    /// `ortelius render REPORT.json` cannot repeat such a run, because only the caller knows which frames were
+    /// rendered.
     ///
     /// # Errors
     /// Device lost.

@@ -164,7 +164,7 @@ impl Technique for Surfaces {
         self.texture.as_ref().map_or(Progress::Settled, Technique::progress)
     }
 
-    /// By surface: `land: J1`.
+    /// Bytes by surface and object, such as `land: J1` (the tile pool of the surface `land`).
     fn memory(&self) -> Memory {
         let meshes = self.meshes.iter().flat_map(Technique::memory);
         let owner = self.texture_owner();

@@ -139,14 +139,14 @@ impl Camera {
 
 /// Near plane of a camera `altitude_m` above the ground. The ground is never nearer than the altitude (a mesh of
 /// chords lies below the ellipsoid), so pixels whose rays deviate from the axis by up to acos(1/64) = 89.1 degrees
-/// still show it. Reversed float depth loses no precision by the factor.
+/// still show it. With reversed float depth, the factor 1/64 costs no precision.
 pub fn near_m(altitude_m: f64) -> f64 {
     altitude_m / 64.0
 }
 
 /// Extrapolates a camera's motion by `frames` frames: the rigid motion from `before` to `now` is repeated. Stops
-/// early so that the camera moves at most half its height above the ground and never below it. `None` if a single
-/// frame moves further than that (a jump), or if the camera is at rest.
+/// before the camera has moved farther than half its height, so that it never goes below the ground. `None` if a
+/// single frame moves further than that (a jump), or if the camera is at rest.
 pub fn continued(before: &Pose, now: &Pose, frames: u32) -> Option<Pose> {
     if (before.eye, before.forward, before.up) == (now.eye, now.forward, now.up) {
         return None;
@@ -167,7 +167,7 @@ pub fn continued(before: &Pose, now: &Pose, frames: u32) -> Option<Pose> {
         .take(frames as usize)
         .take_while(|pose| pose.eye.distance(now.eye) <= farthest_m)
         .last()?;
-    // At least half the height remains, and with it half the near plane's distance.
+    // At least half the height remains, so half the near distance is still safe.
     Some(Pose { near_m: now.near_m / 2.0, ..ahead })
 }
 

@@ -93,7 +93,8 @@ impl Key {
     }
 }
 
-/// Only paths depend on the folder.
+/// The value as TOML, with a relative path resolved against `folder`. Values that are not paths stay as they
+/// are.
 fn anchored<T: Setting>(value: &toml::Value, folder: &Path) -> toml::Value {
     let read = |folder| T::read(value, folder).ok().and_then(|value| value.to_toml());
     match read(folder) {

@@ -77,7 +77,8 @@ fn by_path(languages: &[&Language]) -> Vec<&'static Table> {
     sorted
 }
 
-/// A choice's values are listed with their meaning.
+/// The text of the column `type`. For a choice it is only "one of", because the column `meaning` lists the
+/// values.
 fn type_words(key: &Key) -> String {
     match &key.kind {
         Kind::Choice(_) => "one of".into(),

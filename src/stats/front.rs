@@ -4,7 +4,8 @@
 //! One setting is clearly faster than another if the intervals of their medians are disjoint and the medians
 //! differ by more than [`ALIKE`]; otherwise their times count as equal. Errors count as equal if they agree
 //! in three digits. Intervals of medians narrow with the number of runs; a range of p5 to p95 does not. On a
-//! shared machine that range is half of the time itself, and a front based on it changes from run to run.
+//! shared machine the range from p5 to p95 is half as large as the median, and a front based on it changes
+//! from run to run.
 
 /// A setting's measured time, in any unit, and its error (not NaN).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,8 +16,8 @@ pub struct Choice {
     pub error: f64,
 }
 
-/// Times whose ratio is at most this count as equal: the difference justifies neither a larger error nor
-/// another key in the scene.
+/// Two times count as equal if their ratio is at most this. So small a difference justifies neither a larger
+/// error nor a setting that differs from the default.
 pub const ALIKE: f64 = 1.05;
 
 impl Choice {
@@ -33,8 +34,8 @@ fn rounded(error: f64) -> f64 {
 
 /// Indices of the front's members in `choices`, from the smallest error to the least time. `choices` starts
 /// with the simplest. Each member is clearly faster than all members with a smaller error. For each choice
-/// that is left out, some member has no larger error and is not clearly slower. Among equally good choices,
-/// the simplest one that is as fast as the fastest is kept.
+/// that is left out, some member has no larger error and is not clearly slower. Among choices with the same
+/// error, the simplest one whose time is at most [`ALIKE`] times the least time is kept.
 pub fn front(choices: &[Choice]) -> Vec<usize> {
     let mut places: Vec<usize> = (0..choices.len()).collect();
     places.sort_by(|&a, &b| rounded(choices[a].error).total_cmp(&rounded(choices[b].error)));

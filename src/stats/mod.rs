@@ -83,9 +83,9 @@ impl Summary {
         })
     }
 
-    /// Summary of `of(a, b)` over pairs of measurements taken in turn. A disturbance of a round affects both,
-    /// so the median of ratios or differences is steadier than the ratio or difference of the medians, and it
-    /// has a spread. `None` without samples, or if a pair gives no finite number.
+    /// Summary of `of(a, b)` over pairs of measurements taken in turn. A disturbance of a round affects both
+    /// measurements, so the median of the ratios (or differences) is steadier than the ratio of the medians.
+    /// It also has a spread. `None` without samples, or if a pair gives no finite number.
     ///
     /// # Panics
     /// If the two have different lengths.

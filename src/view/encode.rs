@@ -1,4 +1,4 @@
-//! Encodes a recording as one file: a looping animated PNG, and an MP4 if ffmpeg is installed.
+//! Encodes a recording as a looping animated PNG, and also as an MP4 if ffmpeg is installed.
 
 use anyhow::{Context, bail};
 use ortelius::picture::write::{read_png, write_whole};
@@ -38,8 +38,7 @@ pub fn animation(folder: &Path, frames: u32) -> anyhow::Result<()> {
 
 /// Writes `film.mp4` from the same pictures. False if ffmpeg is not installed.
 ///
-/// # Errors
-/// ffmpeg cannot be started, or fails; the error has its first line.
+/// # Errors ffmpeg cannot be started, or it fails; the error contains the first line of ffmpeg's message.
 pub fn film(folder: &Path) -> anyhow::Result<bool> {
     let mut command = Command::new("ffmpeg");
     command.args(["-loglevel", "error", "-nostdin", "-y", "-framerate", &FRAMES_PER_SECOND.to_string()]);

@@ -233,7 +233,8 @@ impl Map {
         let share = 100 * self.done / self.errors.len().max(1);
         let progress = if self.ended { String::new() } else { format!(", {share} % of this pass") };
         format!(
-            "{what}: mean {mean:.5}, largest {most:.4}{progress}; scale: black 0, dark to light 1e-5 to 1"
+            "{what}: mean {mean:.5}, largest {most:.4}{progress}; colours: black is 0, dark is 1e-5, light \
+             is 1 (logarithmic)"
         )
     }
 }

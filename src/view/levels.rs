@@ -1,5 +1,6 @@
-//! The tile that each pixel requests and the level that it shows, for overlays and the magnifier. A second
-//! footprint pass of paper 1 also writes its inputs.
+//! The tile that each pixel requests and the level that it shows, for overlays and the magnifier. The
+//! footprint pass of paper 1 runs a second time for these. Besides the request image it writes its inputs:
+//! texture coordinates and derivatives.
 
 use ortelius::frame::{Onto, Target, View};
 use ortelius::paper::virtual_texture::config::Config;

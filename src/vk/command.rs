@@ -177,7 +177,7 @@ impl Cmd<'_> {
             (DescriptorKind::TexelBuffer, Resource::Buffer(buffer)) => {
                 assert!(
                     buffer.texels != vk::BufferView::null(),
-                    "{pipeline}: {} has no texels",
+                    "{pipeline}: the buffer {} was made without a texel view",
                     buffer.name()
                 );
                 texels = [buffer.texels];

@@ -63,8 +63,8 @@ pub struct Need {
     pub without: &'static str,
 }
 
-/// The features of [`Feature::ALL`] that a device has, and which requirements of every Ortelius program it
-/// meets.
+/// What a device offers: its features of [`Feature::ALL`], scalar block layout (which every pass needs), and
+/// its subgroup size.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Offered {
     pub(crate) features: Vec<Feature>,

@@ -22,8 +22,8 @@ pub struct GraphicsInfo<'a> {
     pub name: &'a str,
     pub vertex: &'static Shader,
     pub geometry: Option<&'static Shader>,
-    /// `None`: the pass writes only depth. Without `depth` too, rasterisation is off (transform feedback
-    /// only).
+    /// `None`: the pass writes only depth. If `depth` is also `None`, rasterisation is off (transform
+    /// feedback only).
     pub fragment: Option<&'static Shader>,
     /// (constant's name in GLSL, value). Every name must exist in one of the shaders.
     pub specialization: &'a [(&'a str, u32)],
@@ -353,7 +353,8 @@ impl GraphicsInfo<'_> {
     fn raster(&self) -> vk::PipelineRasterizationStateCreateInfo<'static> {
         vk::PipelineRasterizationStateCreateInfo::default()
             .rasterizer_discard_enable(self.fragment.is_none() && self.depth.is_none())
-            // Meshes are counter-clockwise seen from outside. Back faces lie beyond the limb.
+            // Meshes are counter-clockwise seen from outside. Back faces are on the far side (on a planet:
+            // beyond the horizon).
             .cull_mode(match self.points || self.blend == Blend::Over {
                 true => vk::CullModeFlags::NONE,
                 false => vk::CullModeFlags::BACK,

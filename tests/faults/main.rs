@@ -1,9 +1,9 @@
 //! Each Vulkan call of some small runs fails in turn, with out of memory or device lost. The layer in
-//! `layer.rs` injects the fault. The run must either end with one line and its exit code and write nothing,
-//! or succeed without that call and write the same files.
+//! `layer.rs` injects the fault. Either the run prints one line, ends with the exit code of the fault and
+//! leaves no file, or it does not need the call, succeeds and writes the same files.
 //!
-//! `./x test` lets [`MOST`] calls of each run fail, evenly spaced. ORTELIUS_FAULTS=all lets every call fail,
-//! in every shipped scene: some hours.
+//! `./x test` lets [`MOST`] calls of each run fail, evenly spaced. ORTELIUS_FAULTS=all lets every call fail
+//! in every shipped scene, which takes some hours.
 
 use ortelius::scene::SHIPPED;
 use std::fs::File;
@@ -81,7 +81,7 @@ fn run(arguments: &[&str], kind: &str, number: usize) -> Ended {
     ended
 }
 
-/// The fault in the result of a run in which a call failed, if any.
+/// What is wrong with the result of a run in which a call failed; `None` if it is as required.
 fn complaint(ended: &Ended, undisturbed: &Ended, kind: &str) -> Option<String> {
     let expected = if kind == "lost" { 4 } else { 1 };
     let lines: Vec<&str> = ended.stderr.lines().filter(|line| !line.starts_with(" INFO ")).collect();
@@ -163,8 +163,8 @@ fn a_bake_calls_no_vulkan() {
     assert_eq!((ended.code, ended.calls.len(), ended.files.len()), (Some(0), 0, 1), "{}", ended.stderr);
 }
 
-/// Mesa's shader cache does not distinguish vector widths: code for 256 bits writes beyond the buffers of a run with 128 bits
-/// (its choice on ARM, and without AVX). So each width has a cache of its own here.
+/// Mesa's shader cache does not distinguish vector widths: code for 256 bits writes beyond the buffers of a
+/// run with 128 bits (Mesa's default on ARM and without AVX). So each width has its own cache here.
 #[test]
 fn every_scene_renders_with_vectors_of_128_and_256_bits_and_512_are_refused() {
     let caches = tempfile::tempdir().unwrap();

@@ -209,7 +209,7 @@ const COMPARERS: &[Comparer] = &[
         rejects: &[("tests/bake/content.rs", "every_level_is_the_mean_of_four_of_the_files_own_texels")],
     },
     Comparer {
-        judges: "a baked JPEG against the Earth made of it",
+        judges: "a baked JPEG against the source `earth`, which is made from the same JPEG",
         function: ("tests/bake/content.rs", "mean_difference"),
         rejects: &[(
             "tests/bake/content.rs",
@@ -274,12 +274,12 @@ const COMPARERS: &[Comparer] = &[
         ],
     },
     Comparer {
-        judges: "the first such level",
+        judges: "the first level of a mesh that differs from a fresh build",
         function: ("tests/progressive_mesh/built.rs", "level_that_differs"),
         rejects: &[("tests/progressive_mesh/built.rs", "another_permutation_of_vertices_is_another_mesh")],
     },
     Comparer {
-        judges: "pictures of a level in one order against another's",
+        judges: "pictures of a level in one face order against those in another order",
         function: ("tests/progressive_mesh/baselines.rs", "different_pixels"),
         rejects: &[(
             "tests/progressive_mesh/baselines.rs",
@@ -324,8 +324,8 @@ const NOT_COMPARERS: &[(Place, &str)] = &[
     (("tests/harness/ruler.rs", "verdicts"), "calls ruler_verdicts"),
 ];
 
-/// Parts of names that indicate a comparison. A function with one of them must be in one of the two lists
-/// if it is public in the library or in a test.
+/// Parts of names that indicate a comparison. A function whose name contains one of them must be in one of
+/// the two lists if it is public in src/, or if it is anywhere in tests/ and not a test itself.
 const TELLING: [&str; 10] = [
     "compare",
     "count_above",

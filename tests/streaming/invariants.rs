@@ -27,8 +27,8 @@ fn contents(slots: u32, held: impl Fn(u32) -> Option<TileId>) -> Result<HashMap<
     Ok(contents)
 }
 
-/// No tile is in two slots; tables and slots agree; the page table names exactly the tiles in `J1`, and their slots
-/// hold their texels.
+/// No tile is in two slots, and the tile states agree with the slots. The page table names exactly the tiles in the
+/// tile pool (J1), and each of their slots holds its tile's texels.
 pub fn check(streaming: &Streaming, memory: &VideoMemory, report: &FrameReport) -> Result<(), String> {
     let config = streaming.config();
     let j1 = contents(config.gpu_tiles, |slot| streaming.gpu_tile(slot))?;
@@ -37,14 +37,17 @@ pub fn check(streaming: &Streaming, memory: &VideoMemory, report: &FrameReport) 
     for tile in all_tiles() {
         let (k1, k2) = streaming.state(tile);
         if k1 >= 0 && j1.get(&tile) != Some(&k1) || k1 < 0 && j1.contains_key(&tile) {
-            return Err(format!("H1 says {k1} of {tile:?}, J1 {:?}", j1.get(&tile)));
+            return Err(format!("{tile:?} has state {k1}, but the tile pool has it in {:?}", j1.get(&tile)));
         }
         // A tile that is being loaded already has its slot.
         if k2 >= 0 && j2.get(&tile) != Some(&k2) || k2 == ABSENT && j2.contains_key(&tile) {
-            return Err(format!("H2 says {k2} of {tile:?}, J2 {:?}", j2.get(&tile)));
+            return Err(format!(
+                "{tile:?} has host state {k2}, but the host cache has it in {:?}",
+                j2.get(&tile)
+            ));
         }
         if k1 == QUEUED && k2 < 0 {
-            return Err(format!("{tile:?} waits for its upload, but its k2 is {k2}"));
+            return Err(format!("{tile:?} waits for its upload, but its host state is {k2}"));
         }
         queued_uploads += usize::from(k1 == QUEUED);
         queued_loads += usize::from(k2 == QUEUED && !j2.contains_key(&tile));
@@ -53,11 +56,14 @@ pub fn check(streaming: &Streaming, memory: &VideoMemory, report: &FrameReport) 
         return Err(format!("{queued_uploads}, {queued_loads} tiles queued; {report:?}"));
     }
     if memory.display.len() != j1.len() {
-        return Err(format!("{} tiles displayed, {} in J1", memory.display.len(), j1.len()));
+        return Err(format!("{} tiles displayed, {} in the tile pool", memory.display.len(), j1.len()));
     }
     for (&tile, &slot) in &memory.display {
         if j1.get(&tile) != Some(&(slot as i32)) {
-            return Err(format!("{tile:?} is displayed from slot {slot}, J1 has it in {:?}", j1.get(&tile)));
+            return Err(format!(
+                "{tile:?} is displayed from slot {slot}, the pool has it in {:?}",
+                j1.get(&tile)
+            ));
         }
         if memory.slots.get(&slot) != Some(&TestSource::bytes(tile)) {
             return Err(format!("slot {slot} does not hold the texels of {tile:?}"));
@@ -79,9 +85,9 @@ fn the_check_rejects_a_display_that_differs() {
     check(streaming, memory, &report).unwrap();
 
     let slot = memory.display.remove(&visible[0]).unwrap();
-    assert!(check(streaming, memory, &report).unwrap_err().contains("1 tiles displayed, 2 in J1"));
+    assert!(check(streaming, memory, &report).unwrap_err().contains("1 tiles displayed, 2 in the tile pool"));
     memory.display.insert(tile(0, 3, 3), slot);
-    assert!(check(streaming, memory, &report).unwrap_err().contains("J1 has it in None"));
+    assert!(check(streaming, memory, &report).unwrap_err().contains("the pool has it in None"));
     memory.display.remove(&tile(0, 3, 3));
     memory.display.insert(visible[0], slot);
 
@@ -116,7 +122,7 @@ pub fn visible_path() -> impl Strategy<Value = Vec<Vec<TileId>>> {
         .prop_map(|path| path.into_iter().flat_map(|(list, frames)| vec![list; frames]).collect())
 }
 
-/// Runs the frames of a path; checks that no wanted tile leaves `J1`.
+/// Runs the frames of a path; checks that no wanted tile leaves the tile pool.
 fn run(bench: &mut Bench, path: &[Vec<TileId>]) -> Result<(), TestCaseError> {
     for visible in path {
         let before: HashMap<TileId, i32> =
@@ -166,7 +172,8 @@ proptest! {
         bench.source.set_broken(broken);
         run(&mut bench, &path)?;
         if let Some(last) = path.last() {
-            // Each tile is loaded and uploaded once, one per frame; a failed one adds its ancestors (at most 4).
+            // A list has at most 13 tiles, and a tile that fails adds at most 4 coarser ones. In each frame at
+            // least one tile is loaded and one uploaded. The rest is a margin.
             bench.settle(last, 14 * 5 + 4);
         }
     }

@@ -11,8 +11,8 @@ use ortelius::paper::progressive_mesh::mesh::{Births, Level, ProgressiveMesh};
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Prints levels, errors (estimates of a level's deviation, mostly too high, not bounds), sizes by content, and the
-/// vertex-cache cost of the face order.
+/// Prints levels with their errors, sizes by content, and the vertex-cache cost of the face order. An error is an
+/// estimate of a level's deviation: usually too high, but not a bound.
 #[derive(Args, Debug)]
 pub struct InfoArgs {
     /// The file to describe
@@ -24,7 +24,7 @@ pub struct InfoArgs {
     json: bool,
 }
 
-/// Before version 2, `version` was that of the .pmesh format.
+/// In version 1 of this JSON, the key `version` held the version of the .pmesh format.
 const FORMAT: JsonFormat = JsonFormat::new("ortelius-mesh-info", 2);
 
 /// All printed data, in one shape for both outputs.
@@ -46,7 +46,7 @@ struct Info {
     attributes: Vec<&'static str>,
     permutations: usize,
     moved_faces_per_split: f64,
-    /// For a FIFO cache of 16 entries, over the levels.
+    /// Statistics over the levels, for a FIFO cache of 16 entries.
     transforms_per_vertex: Transforms,
     sizes: Vec<Size>,
     /// Without positions, attributes and header.
@@ -97,7 +97,8 @@ impl Info {
     fn of(mesh: &ProgressiveMesh, contents: &Contents) -> Info {
         // Each split is a level; on a seam it adds several vertices.
         let splits = f64::from(mesh.last_level().max(1));
-        // All levels of meshes that take a few seconds, a sample of larger ones. The paper's mean is over all.
+        // All levels of meshes of up to 100 000 faces, which take a few seconds; 256 levels of larger meshes.
+        // The paper's mean is over all levels.
         let levels = sampled_levels(mesh, 100_000, 256);
         let costs = &level_costs(mesh, &[Cache::Fifo(16)], &levels)[0];
         let attributes = &mesh.vertices.attributes;
@@ -118,7 +119,8 @@ impl Info {
             levels: mesh.levels.len(),
             coarsest: mesh.levels[0].into(),
             finest: mesh.levels[mesh.levels.len() - 1].into(),
-            errors_are: "object units; estimates of the distance from the finest level, mostly too high, not bounds",
+            errors_are: "in object units; estimates of the deviation from the finest level: usually too high, but not \
+                         upper bounds",
             attributes: attributes.iter().filter(|(_, count)| *count > 0).map(|(name, _)| *name).collect(),
             permutations: mesh.swaps.levels.len(),
             moved_faces_per_split: mesh.swaps.cycles.items().len() as f64 / splits,

@@ -20,7 +20,8 @@ pub struct Cluster {
     pub axis: DVec3,
     /// Above a quarter turn, or NaN, if the cone is useless.
     pub spread_rad: f64,
-    /// Smallest height of the triangles, metres; 0 if one has no area.
+    /// Smallest altitude of the triangles (twice the area over the longest side), metres; 0 if one has no
+    /// area.
     pub least_height_m: f64,
 }
 
@@ -69,14 +70,15 @@ impl Cluster {
             centre: if finite { centre } else { DVec3::ZERO },
             radius_m: if finite { radius } else { f64::INFINITY },
             axis,
-            // An angle near 0 has only half the digits of its cosine.
+            // The margin covers acos: near 1, a rounding error of 1e-16 in the cosine changes the angle by
+            // about 1e-8.
             spread_rad: least_cosine.clamp(-1.0, 1.0).acos() + 1e-7,
             least_height_m: if finite { heights.fold(f64::INFINITY, f64::min) } else { 0.0 },
         }
     }
 }
 
-/// Smallest height: twice the area over the longest side; 0 without area.
+/// Smallest altitude: twice the area over the longest side; 0 without area.
 fn least_height(&[a, b, c]: &[DVec3; 3]) -> f64 {
     let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
     if longest > 0.0 { (b - a).cross(c - a).length() / longest } else { 0.0 }

@@ -53,7 +53,7 @@ impl Heights {
         let side = self.side;
         let cell = |at: f64, least: f64, most: f64| {
             let cells = (at - least) / (most - least) * side as f64;
-            // The cast saturates; for a mesh without width 0 / 0 gives cell 0.
+            // The cast saturates, and turns NaN (0 / 0, if the mesh has no width) into cell 0.
             (cells as usize).min(side - 1)
         };
         let columns = cell(least.x, self.least.x, self.most.x)..=cell(most.x, self.least.x, self.most.x);

@@ -1,8 +1,9 @@
 //! A progressive mesh as it is executed and stored: two buffers, the splits, and the permutations (paper 2, sections 4
 //! and 5).
 //!
-//! Differs from the paper: a split may add several vertices. On a seam the split position has several wedges,
-//! and each replaces its own vertex. A component appears as a whole, and its vertices replace nothing.
+//! Differs from the paper: a split may add several vertices. On a seam the position that a split adds has
+//! several wedges (vertices), each with its own `splitVert`. A connected component that the simplifier
+//! removed as a whole appears in a single split, and its vertices replace no vertex.
 
 use crate::math::ragged::Ragged;
 use crate::model::Attributes;
@@ -15,8 +16,8 @@ pub use super::simplify::NOWHERE;
 pub struct ProgressiveMesh {
     /// The paper's V for all levels: level i uses the first `levels[i].vertices` of them.
     pub vertices: Vertices,
-    /// The paper's F at level 0, with the slots of all levels: the first `levels[0].faces` are live. The
-    /// other slots hold their faces with the corners of their birth.
+    /// The paper's F at level 0, with the slots of all levels: the first `levels[0].faces` are live. Each
+    /// other slot holds its face with the corners that the face has when a split adds it.
     pub faces: Vec<[u32; 3]>,
     /// n + 1 levels, coarsest first.
     pub levels: Vec<Level>,
@@ -24,19 +25,20 @@ pub struct ProgressiveMesh {
     pub splits: Splits,
     /// The permutations of faces, coarsest level first.
     pub swaps: Swaps,
-    /// Where new faces are drawn.
+    /// Where new faces are in the index buffer.
     pub births: Births,
 }
 
-/// Where faces are drawn between two permutations.
+/// Where new faces are in the index buffer at the levels between two permutations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Births {
     /// As in the paper: each split appends its faces to the live prefix.
     #[default]
     Tail,
-    /// In place (ours): a level draws all faces that are live at the next level with a permutation (or at the
-    /// last level), in the slots that they have after that permutation. A vertex that is not yet live is
-    /// replaced by its predecessor, so unborn faces are degenerate.
+    /// In place (ours): all levels from one permutation's level up to the next one's (exclusive) draw the
+    /// same list of faces: those that are live at the next permutation's level (or at the last level), in the
+    /// order after that permutation. A vertex that is not yet live is replaced by its predecessor, so unborn
+    /// faces are degenerate.
     InPlace,
 }
 
@@ -98,7 +100,8 @@ impl ProgressiveMesh {
 
 impl ProgressiveMesh {
     /// The vertex from which each vertex splits; a vertex of level 0 is its own predecessor. A vertex that
-    /// replaces none takes the predecessor of the others of its level; if none of them splits, vertex 0.
+    /// replaces none takes the predecessor of another new vertex of its level. If no new vertex of the level
+    /// replaces one, its predecessor is vertex 0.
     pub fn predecessors(&self) -> Vec<u32> {
         let first = self.levels.first().map_or(0, |level| level.vertices);
         let mut predecessors: Vec<u32> = (0..first).collect();

@@ -21,12 +21,12 @@ pub const FILTERS: Figure = Figure {
     id: "scene.filters",
     title: "Filters of a virtual texture: error, tiles and time",
     about: "Paper 1 filters with one trilinear sample or with nA of them, paper 3 with the texels of the footprint's \
-            ellipse. Both read texels beyond a tile's border from the neighbouring tile, so the border does not \
-            change the picture. The ellipse has at least one texel, or at least two, along its minor semi-axis. The \
-            truth is the f64 mean of 4,232 stratified samples per pixel of the mesh, with two kernels: the ellipse's \
-            own, a Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one pixel. The samples read the \
-            coarsest level that has 8 texels across the shorter side of every footprint; the blur of its texels is 2 \
-            % of the kernel's variance. NMSE is of luminance, over the pixels whose kernel lies wholly on the \
+            ellipse. Both read texels beyond a tile's border from the neighbouring tile, so the border does not change \
+            the picture. The ellipse has at least one texel, or at least two, along its minor semi-axis. The truth is \
+            the f64 mean of 4,232 stratified samples per pixel of the mesh, with two kernels: the ellipse's own, a \
+            Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one pixel. The samples read the coarsest \
+            level that has 8 texels across the shorter side of every footprint; averaging and interpolating its texels \
+            adds 2 % to the kernel's variance. NMSE is of luminance, over the pixels whose kernel lies wholly on the \
             landscape. Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x 180 pixels.",
     scenes: &["earth/oblique", "plane/tilted"],
     variants: || VARIANTS.iter().map(|(name, ..)| (*name).to_string()).chain([FLOOR.into()]).collect(),
@@ -68,7 +68,7 @@ const BOX: &str = "NMSE against a box";
 const TILES: &str = "visible tiles";
 const TIME: &str = "frame";
 
-/// Name and changes of the scene.
+/// Each variant's name, and its changes to the scene.
 const VARIANTS: [(&str, &[&str]); 6] = [
     (TRILINEAR, &["surface.land.filter.kind=trilinear", "surface.land.filter.max_anisotropy=1"]),
     ("anisotropic 4", &["surface.land.filter.kind=trilinear", "surface.land.filter.max_anisotropy=4"]),

@@ -58,7 +58,7 @@ pub struct TextureReport {
     pub border: u32,
     /// L: the coarsest level's index.
     pub levels: u32,
-    /// L'
+    /// L': the number of coarsest levels that are always in video memory.
     pub resident_levels: u32,
     /// Storage format of a pixel's triple; "none" if the variant stores none.
     pub request_image: &'static str,
@@ -74,7 +74,8 @@ pub struct TextureReport {
 /// `--compare-plain`: medians over interleaved runs in this process.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlainReport {
-    /// Ratio of the settled frame's time to that of the plain frame drawn in turn with it.
+    /// Time of the settled frame divided by the time of the same mesh with one plain texture. The two are
+    /// drawn alternately.
     pub settled_over_plain: Summary,
     pub settled_frame_ns: Summary,
     pub settled_passes_ns: Vec<(String, f64)>,
@@ -99,7 +100,8 @@ pub struct FrameReport {
 pub struct TextureFrame {
     /// Host time from the frame's end to its list of tiles.
     pub host_list_ns: u64,
-    /// Length of the frame's list, and its distinct tiles (subsampled: over all frames of the cycle).
+    /// `triples`: length of the frame's own visible-tile list. `tiles`: number of distinct visible tiles;
+    /// with subsampled feedback, in the union of the last 2^n frames.
     pub triples: usize,
     pub tiles: usize,
     /// The frame whose list streaming used (`latency_frames` earlier; none at the start).

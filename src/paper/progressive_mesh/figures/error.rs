@@ -17,12 +17,13 @@ pub const ERROR: Figure = Figure {
             mean, the root mean square and the largest (Hausdorff) distance in both directions, in diagonals \
             of the model's box. They are measured from points spread by area (50 000 in quick runs, else 400 \
             000) and from all vertices to the exact nearest point of the other surface. The figure also \
-            shows the error that each simplifier states. Ours estimates the Hausdorff distance: it measures \
-            20 points of each face, the crossings of edges and all vertices, and adds 3 %; a part that \
-            vanishes counts with its extent. meshoptimizer states an error of its quadrics. Both get the \
-            same vertices, including seams. Of the shipped models `bunny`, `sphere`, `torus`, `knot` and \
-            `solid` are closed, and `grid` is open. The scans `dragon_res4` and, with --full, `dragon` are \
-            measured if they have been fetched, and belong to no mean.",
+            shows the error that each simplifier states. Ours estimates the Hausdorff distance. It measures \
+            20 points of each face, the points where edges of the two meshes cross, and all vertices, and \
+            adds 3 %. The extent of a component that vanishes is its error. meshoptimizer states its quadric \
+            error. Both get the same vertices, including seams. Of the shipped models `bunny`, `sphere`, \
+            `torus`, `knot` and `solid` are closed, and `grid` is open. The scans `dragon_res4` and (with \
+            --full) `dragon` are measured if they have been fetched. They are not included in the means over \
+            models.",
     scenes: &["bunny", "sphere", "torus", "knot", "solid", "grid", scans::SMALL, scans::LARGE],
     variants,
     paper: &[],
@@ -60,9 +61,9 @@ pub const ERROR: Figure = Figure {
         .at(Places::scenes(&[scans::LARGE]).x(1.0, 1.0)),
         Claim::ours(
             "stated",
-            "The error that ours states is never less than the measured Hausdorff distance, with a tolerance \
-             of 1.4e-14 diagonals (64 roundings of f64, because both compute the same distance differently \
-             if a vertex is the farthest point).",
+            "Our stated error is never less than the measured Hausdorff distance. The tolerance is 1.4e-14 \
+             diagonals (64 f64 roundings): if a vertex is the farthest point, the simplifier and the \
+             measurement compute its distance in different ways.",
             &[Test::difference(one(HAUSDORFF, OURS), one(STATED, OURS), AtMost(TWO_WAYS))],
         ),
     ],
@@ -76,8 +77,8 @@ const HAUSDORFF: &str = "Hausdorff distance";
 const STATED: &str = "stated error";
 const FACES: &str = "faces";
 
-/// Distances below this, in diagonals, are rounding errors and count as 0: flat parts can lose faces without
-/// moving.
+/// Distances below this, in diagonals, count as 0. A flat part can lose faces without moving; its true
+/// distance is then 0, and only rounding errors remain.
 const ROUNDING: f64 = 1e-9;
 
 /// Largest difference between two computations of one distance, in diagonals: coordinates are at most 1, and

@@ -1,6 +1,6 @@
 //! The sequence of collapses, cheapest first. A collapse changes costs nearby; they are recomputed lazily,
-//! when the old cost reaches the head of the queue. Costs rarely fall, so this needs three fifths of the
-//! evaluations of immediate updates.
+//! when the old cost reaches the head of the queue. Costs rarely fall, so lazy updates need three fifths of
+//! the cost evaluations that immediate updates would need.
 
 use super::components::{Component, lesser_components};
 use super::curve::Curve;
@@ -19,7 +19,7 @@ use glam::DVec3;
 
 /// Why a target was not reached.
 pub const SHORTFALL: &str =
-    "one component is left, and every collapse of it would merge two faces or leave none";
+    "only the largest component is left, and every further collapse would merge two faces or leave no face";
 
 /// The simplifier's state. Positions and faces are numbered along the curve; the result has the model's
 /// numbers.
@@ -39,8 +39,8 @@ pub struct Sequence<'a> {
     /// For each face an upper bound of its distance from the model.
     pub(super) off_model: Vec<f64>,
     queue: Queue,
-    /// For each position whose key is an exact cost: the target of that collapse, and the quadric part of the
-    /// cost.
+    /// For each position whose key is the exact cost of its cheapest collapse: that collapse's target, and
+    /// the quadric part of its cost. The target is [`NOWHERE`] if the key is only a bound.
     exact: Vec<(u32, f64)>,
     pub(super) hub: Hub,
     /// The hub, and the vanished positions of its faces.
@@ -53,7 +53,7 @@ pub struct Sequence<'a> {
     /// Positions whose keys must be renewed.
     around: Vec<u32>,
     wedges: WedgeLists,
-    /// Components that have not vanished, the smallest last.
+    /// All components except the largest that have not vanished, in order of decreasing extent.
     components: Vec<Component>,
     /// The largest deviation so far, in the simplifier's units.
     pub(super) worst: f64,
@@ -74,7 +74,8 @@ pub enum Rules {
     Strict,
     /// Also collapses that turn faces too far.
     Folding,
-    /// Also collapses across borders and seams, and of their ends.
+    /// Also collapses that leave a border or seam, and collapses of positions where borders or seams end or
+    /// cross.
     Crossing,
 }
 
@@ -330,7 +331,8 @@ impl<'a> Sequence<'a> {
         most
     }
 
-    /// The same for the border from `start` to `end` after the hub between them is removed.
+    /// Assigns the hub and the vanished positions of its two border edges to the new border edge from `start`
+    /// to `end`. Returns the largest distance from it.
     fn measure_border(&mut self, start: u32, end: u32) -> f64 {
         let segment = [start, end].map(|position| self.surface.point(position));
         let off = |point| squared_to_segment(point, segment).sqrt();

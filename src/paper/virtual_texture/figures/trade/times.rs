@@ -1,7 +1,8 @@
 //! Times of settings as multiples of the scene's own frame, which is timed in every round of every batch. A disturbance
 //! affects both frames of a round, so the median of ratios is more stable than the ratio of medians. Measured with two
-//! sweeps of the earth at 320 x 180, beside three busy processes: a setting's times differed by 11 % (at most 35 %)
-//! with medians of 10 times, and by 2 % (at most 6 %) with medians of 60 ratios.
+//! sweeps of the earth at 320 x 180, beside three busy processes, when quick runs had 10 rounds instead of 12: a
+//! setting's times differed by 11 % (at most 35 %) with medians of 10 times, and by 2 % (at most 6 %) with medians of
+//! 60 ratios.
 
 use super::{Measure, Open, Stage};
 use crate::figure::{Bench, Contender, Errors, Timed, Traded};
