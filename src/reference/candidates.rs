@@ -1,6 +1,6 @@
-//! The triangles that a pixel may show if its centre is shifted slightly. A GPU snaps vertices to 1/256 pixel
-//! and rounds in f32. Near an edge or a silhouette it may correctly show a neighbour of the reference's
-//! triangle, but only one of these.
+//! The triangles that a pixel may show if its centre is shifted slightly. A GPU snaps vertices to 1/256 pixel and
+//! rounds in f32. So near an edge or a silhouette it may show another triangle than the reference. The pixel is
+//! correct if that triangle is one of these candidates.
 
 use super::raster::{MARGIN_PX, Sample, Setup, View};
 use glam::{DVec2, DVec3};
@@ -130,7 +130,7 @@ fn subtract(polygons: Vec<Polygon>, sides: &[Linear]) -> Vec<Polygon> {
                 break;
             }
         }
-        // A polygon that does not intersect stays whole; cutting it along every line would multiply the
+        // A polygon outside the region stays whole: cutting it along the region's sides would only multiply the
         // pieces.
         if inside.len() < 3 { left.push(polygon) } else { left.append(&mut pieces) }
     }

@@ -97,7 +97,8 @@ pub fn spread(surface: Triangles, samples: usize, seed: u64) -> Vec<DVec3> {
     for face in surface.faces {
         let [a, b, c] = corners(face);
         before += area([a, b, c]) / whole;
-        // The offset within a part is the same for all, so rounding at a border cannot skip a part.
+        // Each part belongs to the face that contains the part's middle, so rounding at a face's end cannot skip a
+        // part.
         while points.len() < samples && (points.len() as f64 + 0.5) / (samples as f64) < before {
             let (mut s, mut t) = (random.next(), random.next());
             if s + t > 1.0 {
@@ -141,7 +142,8 @@ mod tests {
         (positions, (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).flat_map(square).collect())
     }
 
-    /// Distance to the nearest triangle by brute force over all faces: interior of the plane and three sides.
+    /// Distance to the nearest triangle by brute force over all faces: to the face's plane if the point projects into
+    /// the face, else to the nearest side.
     fn plain_distance(positions: &[DVec3], faces: &[[u32; 3]], p: DVec3) -> f64 {
         let side = |a: DVec3, b: DVec3| {
             let along = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);

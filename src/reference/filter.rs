@@ -231,7 +231,7 @@ mod tests {
         };
         let stripes = Texture { width_log2: 6, height_log2: 6, edges: Edges::Planet, texel: stripes };
         let square = Parallelogram { r1: [4.0, 0.0], r2: [0.0, 4.0] };
-        // Samples are one texel wide, so only level 0 counts. (0.5, 0.5) is the middle of two stripes.
+        // Samples are one texel wide, so only level 0 counts. (0.5, 0.5) is on the border between two stripes.
         assert!((stripes.area(&square, 0.5, 0.5)[0] - 0.5).abs() < 1e-12);
         // A footprint half a texel wide, inside one stripe.
         let narrow = Parallelogram { r1: [0.0, 0.5], r2: [0.01, 0.0] };

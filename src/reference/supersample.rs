@@ -51,10 +51,9 @@ pub struct Truth {
 }
 
 impl Kernel {
-    /// Maps a point of the square [-1, 1]^2 to an offset from the pixel's centre, so that equal areas have
-    /// equal kernel weights. The disc uses the concentric map (Shirley and Chiu, "A low distortion map
-    /// between disk and square", 1997), which preserves area; the Gaussian uses its cumulative weight by
-    /// radius.
+    /// Maps a point of the square [-1, 1]^2 to an offset from the pixel's centre, so that equal areas have equal
+    /// kernel weights. The Gaussian uses the concentric map from square to disc, which preserves area (Shirley and
+    /// Chiu, "A low distortion map between disk and square", 1997), and then inverts its cumulative weight by radius.
     fn place(self, a: f64, b: f64) -> [f64; 2] {
         let Kernel::Gaussian { sigma, radius } = self else { return [a / 2.0, b / 2.0] };
         let (rho, angle) = match (a, b) {
@@ -98,13 +97,13 @@ impl Tiled {
 }
 
 impl Density {
-    /// At least 2048 samples per pixel: the truth has an NMSE of about 1e-6, which figures report.
+    /// At least 2 x 32 x 32 samples per pixel. The truth's own NMSE is then about 1e-6; figures report it.
     pub const FINE: Density = Density { per_texel: 2.0, least: 32, most: 1024 };
 
     /// Strata along a side of the support that spans this many texels.
     fn strata(&self, texels: f64) -> u32 {
         let wanted = (self.per_texel * texels).ceil();
-        // A footprint beyond the horizon has no extent.
+        // Off the surface, for instance beyond the horizon, the extent is infinite.
         if wanted.is_finite() { (wanted as u32).clamp(self.least, self.most) } else { self.most }
     }
 }

@@ -8,15 +8,15 @@ use super::weights::{Edge, Kernel};
 /// A filter method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Method {
-    /// A…D: weighted texels of an ellipse.
+    /// Weighted texels of an ellipse (steps A to D of [`super`]).
     Ellipse(Ellipse),
     /// A published filter.
     Baseline(Baseline),
-    /// G: fragments of rotated polygons; the value is their spacing in pixels.
+    /// Object-space texturing (step G): fragments of rotated polygons. The value is their spacing in pixels.
     ObjectSpace(f32),
 }
 
-/// The settings of A…D.
+/// The settings of [`Method::Ellipse`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ellipse {
     pub footprint: Footprint,
@@ -44,7 +44,8 @@ impl Ellipse {
         edge: Edge::None,
     };
 
-    /// Corrected, with all of our additions: the least error per texel of the settings in `tm.pareto`.
+    /// The corrected formulas with all of our additions. In `tm.pareto` no setting with as few texels has a smaller
+    /// error.
     pub const BEST: Ellipse = Ellipse {
         footprint: Footprint {
             axes: Axes::Corrected,
@@ -60,7 +61,8 @@ impl Ellipse {
         edge: Edge::AreaRamp,
     };
 
-    /// The largest r of a weight map. Texels that the edge cuts may have their centres outside r = 1.
+    /// The largest r in a weight map. r is the distance from the footprint's centre, 1 on the ellipse. Texels that
+    /// the ellipse cuts may have their centres outside it.
     pub fn map_reach(&self) -> f64 {
         if self.edge == Edge::None { 1.0 } else { 1.5 }
     }
@@ -86,8 +88,8 @@ impl Ellipse {
     }
 
     /// Limits the footprint: including the edge's half texel, it reaches at most `texels` from the texel of its
-    /// centre. For a tiled texture that is half a tile. The reference's `outer` adds at most `V / t + (1 + t) / 4 I`
-    /// with `t >= 2 sqrt k` to V.
+    /// centre. For a tiled texture, `texels` is half a tile. The ellipse's matrix V grows by at most `V / t + (1 + t)
+    /// / 4 I` with `t >= 2 sqrt k` (`outer` in `reference/ellipse.rs`; I is the identity).
     pub fn within(self, texels: u32) -> Ellipse {
         let k = f64::from(self.footprint.k);
         let (t, most) = (2.0 * k.sqrt(), f64::from(texels) - 0.5);
@@ -112,16 +114,18 @@ impl Ellipse {
     }
 }
 
-/// How a pixel's position and derivatives are computed for an ellipse: E and F.
+/// How a pixel's position and derivatives are computed for an ellipse (steps E and F of [`super`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coordinates {
-    /// Nine coefficients, with the homography's derivatives at the pixel's centre.
+    /// The homography's nine coefficients give the position, and its exact derivatives at the pixel's centre.
     Analytic,
-    /// Nine coefficients for the pixel and its right and lower neighbours; derivatives are differences.
+    /// The nine coefficients give the positions of the pixel and of its right and lower neighbours. Derivatives are
+    /// differences.
     Textbook,
-    /// The row's constants for the pixel; additions for its neighbours; derivatives are differences.
+    /// The constants of the row of pixels give the pixel's position; additions give its neighbours'. Derivatives are
+    /// differences.
     Rows,
-    /// The row's constants for the pixel and for the ellipse's parameters: (9).
+    /// The constants of the row give the position, and the ellipse's parameters by formula (9).
     Incremental,
 }
 

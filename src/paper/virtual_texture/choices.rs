@@ -89,7 +89,7 @@ choices! {
         SharedHash = "shared-hash",
         /// Compute: 8 x 8 pixels per invocation; the paper's memo skips repeated triples before the test and the OR.
         TileMemo = "tile-memo",
-        /// Compute: as tile-memo, four pixels at a time; a subgroup only reads while no triple changes.
+        /// Compute: as tile-memo, four pixels at a time. While no lane's triple changes, a subgroup writes nothing.
         Runs = "runs",
         /// Compute: a workgroup keeps one bit per tile of the pyramid in shared memory. Needs own-level tile addresses.
         Bitset = "bitset",

@@ -41,10 +41,10 @@ settings! {
     pub struct Filter derive(Copy, Eq) with DEFAULT {
         /// The method.
         kind: Filtering = Filtering::Trilinear;
-        /// NA: the most samples along a footprint. For `"ellipse"`, the greatest ratio of its axes.
+        /// The most samples along a footprint (the paper's NA). For `"ellipse"`: the greatest ratio of its axes.
         max_anisotropy: u32 = 1, in 1..=16;
-        /// For `"ellipse"`: the least number of texels along its minor semi-axis. Doubling it reads four times as many
-        /// texels and leaves a fraction of the error.
+        /// For `"ellipse"`: the least number of texels along its minor semi-axis. Twice this number reads four times
+        /// as many texels and reduces the error (scene.filters).
         minor_texels: u32 = 2, in 1..=4, unit "texels";
         /// Texels per pixel of the stochastic filter.
         samples: u32 = 1, in 1..=64;
@@ -55,9 +55,10 @@ settings! {
 
 settings! {
     /// The variant of each step that makes the list of visible tiles (paper 1, section 2). The defaults are the
-    /// paper's. The paper leaves p open; the default was the fastest p on lavapipe (vt.dedup).
+    /// paper's. The paper does not give the side 2^p of stage 2's blocks; the default was the fastest on lavapipe
+    /// (vt.dedup).
     pub struct Config derive(Copy, Eq) with DEFAULT {
-        /// Format of the request image. By default the first of these that the device can render to.
+        /// Format of the request image. If omitted: the first format of this list that the device can render to.
         request_format: Option<RequestFormat> = None;
         /// Which method makes the list. The keys of stages 2 and 3 apply only to `"device"`.
         list: Listing = Listing::Device;
@@ -123,7 +124,8 @@ impl RequestFormat {
     pub fn fits(self, pyramid: &Pyramid, reaches: bool) -> bool {
         let triple = pyramid.width_log2() + pyramid.height_log2() - 2 * pyramid.tile_log2();
         let bits = triple + if reaches { 4 } else { 0 };
-        // The largest stored q is L-L'+1. It must be less than the q of the background, which is all ones.
+        // The largest stored q is the first resident level. It must be less than the background's q, which is all
+        // ones.
         self != RequestFormat::Packed
             || (bits < 32 && pyramid.first_resident_level() < (1 << (32 - bits).min(31)) - 1)
     }
@@ -169,8 +171,8 @@ pub fn needs(config: &Config, format: TileFormat) -> Vec<Need> {
     config.needs().into_iter().chain(blocks).collect()
 }
 
-/// Checks the settings against the opened texture: the variants against its pyramid, the filter against its border. If
-/// the texture is a file, the scene may not state these.
+/// Checks the settings against the opened texture: the variants against its pyramid, the filter against its border.
+/// If the texture is a file, pyramid and border are known only after it is opened.
 ///
 /// # Errors
 /// [`SceneError`] at the invalid key.
@@ -191,9 +193,9 @@ pub fn check_opened(
 }
 
 impl Filter {
-    /// The narrowest border of a tile, in texels. Several samples look up their tiles themselves, and each mixes texels
-    /// of two levels up to 2 texels beyond the tile. A single sample works without a border but shows seams, as the
-    /// paper's tiles do. The filters that fetch single texels need none.
+    /// The narrowest border of a tile, in texels. With several samples, each looks up its own tile and reads both of
+    /// the tile's levels, up to 2 texels beyond the tile. A single sample works without a border but shows seams, as
+    /// the paper's tiles do. Filters that fetch single texels need no border.
     pub fn least_border(&self) -> u32 {
         match (self.kind, self.max_anisotropy) {
             (Filtering::Stochastic | Filtering::Ellipse, _) => 0,
@@ -207,12 +209,12 @@ impl Filter {
         let least = self.least_border();
         if border < least {
             let what = format!(
-                "a sample mixes {least} texels beyond a tile's edge, but the texture's border has {border}; use a wider \
-                 border, max_anisotropy = 1, or kind = \"ellipse\" or \"stochastic\""
+                "a sample reads up to {least} texels beyond a tile's edge, but the texture's border has {border}; \
+                use a wider border, max_anisotropy = 1, or kind = \"ellipse\" or \"stochastic\""
             );
             return Some(("max_anisotropy", what));
         }
-        // The outermost of nA samples lies nA - 1 texels from the pixel's own, on each side.
+        // The two outermost of n samples lie at most n - 1 texels from the pixel's centre.
         let most = tile_size / 2 + 1;
         let wide = self.samples_reach(border) && self.max_anisotropy > most;
         let what = || {
@@ -225,8 +227,8 @@ impl Filter {
         wide.then(|| ("max_anisotropy", what()))
     }
 
-    /// True if the filter may read texels beyond a tile's border, from other tiles. The outermost of nA samples mixes
-    /// texels of the next coarser level, up to nA texels from the pixel's own.
+    /// True if the filter may read texels beyond a tile's border, from other tiles. The outermost of n samples also
+    /// reads the next coarser level, up to n texels (of the finer level) from the pixel's centre.
     pub fn reaches(&self, border: u32) -> bool {
         self.kind == Filtering::Ellipse || self.samples_reach(border)
     }
@@ -237,7 +239,7 @@ impl Filter {
     }
 }
 
-/// A shipped scene with the paper's filter instead of its own, which is paper 3's.
+/// A shipped scene with paper 1's filter. As shipped, it uses paper 3's.
 ///
 /// # Errors
 /// No shipped scene has this name.

@@ -57,8 +57,8 @@ pub enum BakeError {
     #[error("{path}: {reason}")]
     Output { path: PathBuf, reason: String },
     #[error(
-        "{path}: unfinished bake of another source, other settings or another version; \
-         repeat that command to finish it, or add --force to start over"
+        "{path}: unfinished bake of another source, other settings or another version; run the command that began it \
+         to finish it, or add --force to start over"
     )]
     OtherBake { path: PathBuf },
     #[error("{path}: another bake is writing it")]

@@ -5,8 +5,8 @@ use crate::math::pyramid::{Pyramid, TileId};
 use crate::texture::bake::encode_bc1;
 use std::sync::Arc;
 
-/// Encodes RGBA8 tiles of another source as BC1. Resident levels stay RGBA8; their users encode the parts
-/// they take.
+/// Encodes RGBA8 tiles of another source as BC1. Resident levels stay RGBA8; the tile pool encodes the parts that it
+/// uploads.
 pub struct Encoded(Arc<dyn TileSource>);
 
 impl Encoded {

@@ -10,8 +10,8 @@ pub const PAGE_BYTES: u64 = 4096;
 /// The header is one page.
 pub const HEADER_BYTES: usize = PAGE_BYTES as usize;
 
-/// Reveals text handling: the high bit is not text, CR LF and LF break in text transfers, Ctrl-Z ends a text
-/// listing.
+/// Detects a file that was transferred as text: the first byte is not ASCII, a text transfer changes CR LF or LF, and
+/// Ctrl-Z ends a text listing.
 const MAGIC: [u8; 8] = *b"\x89ORT\r\n\x1a\n";
 pub(super) const VERSION: u32 = 1;
 /// Checksums are the last 8 bytes of header and index.
@@ -23,7 +23,7 @@ const MOST_TILES: u64 = 1 << 26;
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum LayoutError {
     #[error(
-        "bc1 uses blocks of 4 texels on both stored levels, so the border must be a multiple of 4, not {0}"
+        "bc1 uses blocks of 4 x 4 texels on both levels of a tile, so the border must be a multiple of 4, not {0}"
     )]
     Bc1Border(u32),
     #[error("{0} tiles are more than a .tiles file can index ({MOST_TILES}); choose larger tiles")]
@@ -211,7 +211,7 @@ impl Layout {
         };
         let layout = Self::new(pyramid, format).map_err(|error| damaged(error.to_string()))?;
         if layout.header_page() != *page {
-            return Err(damaged("its lengths do not match its sizes".into()));
+            return Err(damaged("its lengths do not follow from its sizes and format".into()));
         }
         Ok(layout)
     }

@@ -18,14 +18,14 @@ pub const RELIEF: Figure = Figure {
     id: "tm.26",
     title: "Relief: Donnelly's and the refined distance map",
     about: "Figure 26 of the thesis: the refined map takes fewer iterations (no number given) and is up to 11 % \
-            faster. Parallel rays descend at elevations of 15 to 80 degrees into a relief whose depth is a quarter of \
-            its width: `bricks` with deep joints, `pillars`, a stair with `spikes`, and noise (`rock`). Quick runs \
-            have 64 texels a side and 16 layers of cells, full ones 128 and 32. `at centres`: as in Donnelly's method \
-            and the paper, a distance holds at the cell's centre, so a step from elsewhere in the cell may pass the \
-            surface. `guaranteed`: a distance holds for every point of the cell and every ray, so no step passes the \
-            surface. A step is one lookup of the map. The baseline takes 64 linear steps. A search ends with 6 \
-            bisections (relaxed cones: 12). A ray is missed if its hit is more than the least step, half a texel, \
-            from the exact hit.",
+            faster. Parallel rays descend at elevations of 15 to 80 degrees into a relief whose depth is a quarter \
+            of its width: `bricks` with deep joints, `pillars`, a stair with `spikes`, and noise (`rock`). Quick \
+            runs have 64 texels a side and 16 layers of cells, full ones 128 and 32. `at centres`: as in Donnelly's \
+            method and the paper, a distance holds at the cell's centre, so a step from elsewhere in the cell may \
+            pass the surface. `guaranteed`: a distance holds for every point of the cell and every ray, so no step \
+            passes the surface. A step is one lookup of the map. The baseline takes 64 linear steps. A search ends \
+            with 6 bisections (relaxed cones: 12). A ray is missed if its hit is more than half a texel (the least \
+            step) away from the exact hit.",
     scenes: RELIEFS,
     variants: || Method::ALL.map(|method| method.name()).to_vec(),
     paper: &["refined, at centres"],
@@ -46,7 +46,7 @@ pub const RELIEF: Figure = Figure {
         Claim::paper(
             "claim 7, figure 26",
             "11-percent",
-            "The refined map is 11 % faster than Donnelly's (\"up to\": in some views).",
+            "In some views the refined map is 11 % faster than Donnelly's (the thesis: \"up to 11 %\").",
             &[Test::ratio(one(TIME, DONNELLY_AT_CENTRES), one(TIME, REFINED_AT_CENTRES), AtLeast(1.11))],
         )
         .timed(),
@@ -72,11 +72,11 @@ pub const MAP_BUILD: Figure = Figure {
     id: "tm.map-build",
     title: "Relief: the cost of building the maps",
     about: "Time to build each map on the device, for reliefs of 16 to 128 texels a side (quick: to 32) with a \
-            quarter as many layers. The thesis gives no time. Reliefs `bricks` and `rock`. For each column of cells, \
-            the refined map searches the horizons in 64 directions, up to 32 texels away; for each cell, it tests the \
-            neighbourhood against them. The guaranteed map searches every cell that a sector of directions may meet. \
-            The bytes are for 8 bits per cell; 16 and 32 bits take twice and four times as many. A cone map has one \
-            value per texel.",
+            quarter as many layers. The thesis gives no times. The reliefs are `bricks` and `rock`. Building the \
+            refined map finds the horizon in each of 64 sectors of directions, up to 32 texels away, once per column \
+            of cells. It then tests the neighbourhood of each cell against these horizons. For the guaranteed map, \
+            the search of a sector covers every cell that a ray of this sector may cross. The bytes are for 8 bits \
+            per cell; 16 and 32 bits take twice and four times as many. A cone map has one value per texel.",
     scenes: &["bricks", "rock"],
     variants: || Build::ALL.map(|build| build.name()).to_vec(),
     paper: &["refined, at centres"],

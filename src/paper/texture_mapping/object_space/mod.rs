@@ -1,14 +1,16 @@
 //! Object-space texturing, filtered in the screen plane (paper 3, section G).
 //!
-//! Each polygon is rotated parallel to the screen (about x by a, then about y by b). All of its points then have one
-//! depth and so one level of detail. There it is sampled at the points of a lattice, the fragments. Each fragment is
-//! textured, rotated back, projected, and added to the four surrounding pixels with the weights `(1-fx)(1-fy), fx fy,
-//! fx (1-fy), (1-fx) fy`. A pixel is the weighted mean. The cost follows the polygons' area in object space.
+//! Each polygon is rotated parallel to the screen (first about x, then about y). All of its points then have one
+//! depth and so one level of detail. In this position the polygon is sampled at lattice points, which are called
+//! fragments. Each fragment is textured, rotated back, projected, and added to the four surrounding pixels with the
+//! weights `(1-fx)(1-fy), fx fy, fx (1-fy), (1-fx) fy`. A pixel is the weighted mean. The cost follows the polygons'
+//! area in object space.
 //!
-//! Differs. The thesis locks each pixel for the depth test. Here a first pass finds the nearest plane of each pixel
-//! by an atomic maximum of `1 / w`, and a second adds the fragments that are not behind it. The depth is that of the
-//! polygon's plane at the pixel's centre, so fragments of one polygon cannot hide each other. Sums are integers
-//! (weights in units of 1/1024, bytes of colour), so the picture does not depend on the order of the threads.
+//! Difference: the thesis locks each pixel for the depth test. Here a first pass finds the nearest plane of each
+//! pixel by an atomic maximum of `1 / w`, and a second adds the fragments that are not behind it. The depth is that
+//! of the polygon's plane at the pixel's centre, so fragments of one polygon cannot hide each other. Sums are
+//! integers (weights in units of 1/1024, bytes of colour), so the picture does not depend on the order of the
+//! threads.
 //!
 //! Where a polygon lies behind the projection plane (w >= 1), its projected fragments are at most `spacing` pixels
 //! apart. With a spacing of at most 1, every pixel inside the polygon gets a fragment. [`Polygons::of_plane`] moves a
@@ -44,7 +46,8 @@ pub const MOST_PER_PIXEL: f64 = 12_288.0;
 /// The most fragments of a picture; each takes 12 bytes.
 pub const MOST_FRAGMENTS: u64 = 1 << 26;
 
-/// Pixels beyond the picture's border that a fragment inside may reach.
+/// Width of the strip around the picture that is kept with it, in pixels. Fragments just outside the picture also
+/// contribute to pixels inside it.
 const MARGIN_PX: f64 = 2.0;
 
 impl Polygons {
@@ -68,7 +71,8 @@ impl Polygons {
         if most <= 0.0 {
             return empty;
         }
-        // Lattice points of a pixel at denominator w, after the plane is moved back until the nearest w is 1.
+        // Lattice points per pixel where the homography's denominator is w. The plane has been moved back until its
+        // nearest point lies on the projection plane.
         let stretch = (g * camera_px).hypot(h * camera_px).hypot(i) / (spacing * spacing);
         let density = |w: f64| most * most * stretch / (w * w * w);
         let mut least = (most * most * stretch / most_per_pixel).cbrt();
@@ -96,8 +100,8 @@ impl Polygons {
         Polygons { triangles: fan.collect(), ..empty }
     }
 
-    /// Upper bound of the lattice points: area + half of the perimeter + 1 for each triangle, with edges moved out by
-    /// 1/64 of a step.
+    /// Upper bound of the number of fragments. A convex polygon contains at most area + perimeter / 2 + 1 lattice
+    /// points. The factor 0.54 and the summand 4 also cover triangles whose edges are moved out by 1/64 of a step.
     pub fn most_fragments(&self, spacing: f64) -> u64 {
         let of = |triangle: &Triangle| {
             let [area, perimeter, _] = extent(triangle, spacing);

@@ -144,7 +144,7 @@ impl ConeBuild {
     }
 }
 
-/// Parallel rays from a square grid on the top plane, by one tracer.
+/// Traces parallel rays from a square grid on the top plane with one tracer.
 pub struct Trace {
     pipeline: ComputePipeline,
     heights: Buffer,

@@ -55,7 +55,7 @@ fn first_below(above: impl Fn(f64) -> f64, from: f64, to: f64) -> Option<f64> {
         if discriminant < 0.0 {
             return None;
         }
-        // Avoids cancellation; the smaller root that is not negative.
+        // This form of both roots avoids cancellation. The smallest root that is not negative is taken.
         let q = -0.5 * (b + discriminant.sqrt().copysign(b));
         let roots = [q / c, start / q];
         roots.into_iter().filter(|s| *s >= 0.0).fold(f64::INFINITY, f64::min)

@@ -88,7 +88,7 @@ fn check(texture: &Texture, part: &Part<'_>) -> Result<(), Fault> {
     }
     if texture.format == TileFormat::Bc1 && !texture.border.is_multiple_of(4) {
         let what =
-            "bc1 works in blocks of 4 texels on both stored levels: the border must be a multiple of 4";
+            "bc1 uses blocks of 4 x 4 texels on both levels of a tile, so the border must be a multiple of 4";
         return fault("border", what);
     }
     match (texture.width_log2, texture.height_log2) {

@@ -1,15 +1,16 @@
 //! Prefetch (ours, an option): tiles that are expected to become visible use the budget that the visible tiles leave.
 //!
-//! Expected tiles take the same path as visible ones, but come after them in both queues. They replace only tiles that
-//! this frame does not use, and few of their loads are under way at a time, so a visible tile never waits long. A wrong
-//! prediction costs only idle time and an unused tile.
+//! Expected tiles take the same path as visible ones, but come after them in both queues. They replace only tiles
+//! that this frame does not use. Few of their loads are under way at a time, so they hardly delay a visible tile. A
+//! wrong prediction costs only idle time and an unused tile.
 
 use super::slots::Claim;
 use super::wanted::wanted_tiles;
 use super::{FrameReport, Streaming};
 use crate::math::pyramid::TileId;
 
-/// No prefetch begins while this many loads are under way, so a visible tile waits for at most this many loads.
+/// No prefetch begins while this many loads are under way, so a visible tile waits for at most this many loads of
+/// prefetched tiles.
 const MOST_UNDER_WAY: u64 = 4;
 
 impl Streaming {
@@ -38,7 +39,8 @@ impl Streaming {
 
     /// A slot of the host cache for a prefetch: one whose tile this frame does not use.
     pub(super) fn host_claim_for_prefetch(&self) -> Option<Claim> {
-        // Deterministic frames wait for their loads, and visible tiles come first, so only the budget limits prefetch.
+        // A deterministic frame waits for all its loads, so prefetched ones cannot delay a later frame. Only the load
+        // budget limits them.
         let few = self.config.deterministic || self.loader.under_way() < MOST_UNDER_WAY;
         few.then(|| self.host_cache.slots.claimable(self.prefetch_time())).flatten()
     }

@@ -1,10 +1,10 @@
 //! Levels finer than the imagery: each texel is split into four, `child = parent + Haar detail`.
 //!
-//! Detail is the smooth prediction from the parent and its neighbours ([`super::predict`]), plus noise on the
-//! sphere as strong as the finest real band there. From the noise we subtract its own prediction from the
-//! means of its 2 x 2 blocks (Cook and DeRose, "Wavelet noise", 2005, section 3, with exact means).
-//! Subtracting only the means would leave edges around each block, which look like woven cloth after six
-//! octaves.
+//! Detail is the smooth prediction from the parent and its neighbours ([`super::predict`]), plus noise on the sphere.
+//! The noise is as strong as the variation between texels of the finest imagery at that place. The same prediction is
+//! computed for the noise, from the means of its 2 x 2 blocks, and subtracted (Cook and DeRose, "Wavelet noise", 2005,
+//! section 3, with exact means). Subtracting only the means would leave edges around each block, which look like
+//! woven cloth after six octaves.
 //!
 //! The four children are `P - a - b + c`, `P + a - b - c`, `P - a + b - c`, `P + a + b + c`, so their sum is
 //! exactly 4 P. Scaling ensures `|a| + |b| + |c| <= min(P, 1 - P)`, so that no child leaves 0 ..= 1 and none
@@ -20,8 +20,8 @@ use super::noise::{Column, columns, noise, row};
 use super::predict::{Prediction, REACH, children};
 use crate::picture::srgb::{self, LINEAR_ONE};
 
-/// RMS, at the equator, of four times a Haar coefficient of the noise minus its prediction. Measured; a test
-/// checks it to 1 %.
+/// RMS of 4 (h - p) at the equator, where h is a Haar coefficient of the noise and p is its prediction. Measured; a
+/// test checks it to 1 %.
 const NOISE_RMS: i64 = 20_200;
 
 /// Fraction bits of the interpolation weight between two strength cells.
@@ -67,8 +67,8 @@ fn with_neighbours((left, top, width, height): Rectangle) -> Rectangle {
     (left - reach, top - reach, width + 2 * REACH, height + 2 * REACH)
 }
 
-/// A rectangle of the level `2^width_log2` texels wide, and the region of the next coarser level that it was
-/// refined from (`None` in the imagery). Both may be one texel larger than requested on each side.
+/// A rectangle of the level whose width is `2^width_log2` texels, and the region of the next coarser level from which
+/// it was refined (`None` in the imagery). Both may be one texel larger than requested on each side.
 pub fn region(base: &Base, width_log2: u32, rectangle: Rectangle) -> (Region, Option<Region>) {
     if width_log2 <= BASE_WIDTH_LOG2 {
         return (imagery(base, width_log2, rectangle), None);

@@ -26,13 +26,14 @@ pub(super) const BUILT: &str = "as built, N2 from 0.5 to 8 x N1";
 pub const CACHE: Figure = Figure {
     id: "vt.cache",
     title: "Hits and faults of the two caches",
-    about: "Faults: wanted tiles that are not in video memory. Reads: tiles that must be read from disk. Both are shown \
-            against the cache sizes N1 and N2 on six paths over the earth. The paper (section 3) evicts the least recently \
-            used tile. It chooses N1 by experiment, at least the largest possible number of visible tiles, and gives no \
-            numbers. Belady's optimum knows the whole path; no policy has fewer faults. Policies and sizes are replayed on \
-            the lists of every frame (quick: every second one) of each path at 640 x 360 (quick) or 1920 x 1080 pixels, with \
-            tiles of 256 texels. A real session also runs each path with half the slots that it needs. Bias: the levels by which \
-            all tiles are coarser than listed because the visible set exceeds N1; each frame reports it.",
+    about: "Faults: wanted tiles that are not in video memory. Reads: tiles that must be read from disk. Both are \
+            shown against the sizes of the tile pool (N1) and of the host cache (N2), on six paths over the earth. \
+            The paper (section 3) evicts the least recently used tile. It chooses N1 by experiment and gives no \
+            numbers. N1 must be at least the largest possible number of visible tiles. Belady's optimum knows the \
+            whole path; no policy has fewer faults. Policies and sizes are replayed on the lists of every frame \
+            (quick: every second one) of each path at 640 x 360 (quick) or 1920 x 1080 pixels, with tiles of 256 \
+            texels. A real session also runs each path with N1 = half of the largest visible set. Bias: the levels \
+            by which all tiles are coarser than listed because the visible set exceeds N1; each frame reports it.",
     scenes: &PATHS,
     variants: || Rule::ALL.iter().map(|rule| rule.name()).chain([BUILT, HALVED]).map(str::to_owned).collect(),
     paper: &[],
@@ -122,7 +123,7 @@ fn unhurried(gpu_tiles: u32, host_tiles: u32) -> StreamingConfig {
         host_tiles,
         upload_tiles_per_frame: 1 << 16,
         load_tiles_per_frame: 1 << 16,
-        // The stored results in results/ have this order.
+        // The results stored in results/ were measured with this order.
         order: Order::Finest,
         deterministic: true,
         ..StreamingConfig::default()
