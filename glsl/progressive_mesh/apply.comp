@@ -1,20 +1,19 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
-// Sections 3 to 5 on the device: one step between two levels, in one instance's slice of F.
-// A range of splits runs at once, in any order. A new vertex has a larger index than all live vertices, so if
-// several splits write one corner, the last split has the largest index (atomicMax). Going down, the first
-// split is undone last, and the vertex that it replaced is the smallest (atomicMin). Maximum and minimum do
-// not depend on the order, so no split waits for another.
-// A permutation takes two steps: all faces are read before any slot is written.
+// Sections 3 to 5 on the device: one step between two levels, in one instance's slice of the index buffer. A range of
+// splits runs at once, in any order. A new vertex has a larger index than all live vertices, so if several splits write
+// one corner, the last split has the largest index (atomicMax). Going down, the first split is undone last, and the
+// vertex that it replaced is the smallest (atomicMin). Maximum and minimum do not depend on the order, so no split
+// waits for another. A permutation takes two steps: all faces are read before any slot is written.
 
 layout(local_size_x = 64) in;
 
-// Three words for each corner of a split: word of F, new vertex, replaced vertex. Then two words for each
-// moved face: the slot filled going up, and the slot from which the face comes.
+// Three words for each corner of a split: word of the slice, new vertex, replaced vertex. Then two words for each moved
+// face: the slot filled going up, and the slot from which the face comes.
 layout(scalar, binding = 0) readonly buffer Program { uint words[]; } program;
 layout(scalar, binding = 1) buffer Indices { uint words[]; } indices;
-// The faces between the two steps of a permutation.
+// The faces that the first step of a permutation saves for the second.
 layout(scalar, binding = 2) buffer Kept { uint words[]; } kept;
 
 #include "progressive_mesh/write_indices.glsl"

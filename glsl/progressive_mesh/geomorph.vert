@@ -7,25 +7,25 @@
 // A vertex with the split that created it: see surface/vertices.rs.
 struct MorphVertex {
     vec3 position;
-    float birth_log2;   // log2 of the wanted error below which it appears; 1000 for vertices of M0
+    float birth_log2;   // log2 of the wanted error below which it appears; 1000 for vertices of level 0
     vec3 normal;
-    uint split_vertex;  // where it starts; its own index for vertices of M0
+    uint split_vertex;  // the vertex at whose position it starts; its own index for vertices of level 0
 };
 
 layout(binding = 0, scalar) readonly buffer Morph { MorphVertex vertices[]; } morph;
 
 layout(location = 0) out vec3 object_normal;
 
-// Progress of a vertex from its split vertex's position to its own: 0 at birth, 1 once the wanted error has
-// fallen by the band.
+// Progress of a vertex from its split vertex's position to its own: 0 at birth, 1 once the wanted error has fallen by
+// the factor 2^band_log2.
 float arrived(MorphVertex vertex) {
     return clamp((vertex.birth_log2 - view.wanted_log2) / view.band_log2, 0.0, 1.0);
 }
 
-// The split vertex may itself be moving: its position is mixed with that of its own split vertex, and so on.
-// The sum over the ancestors ends at one that has reached its position, at the latest at a vertex of M0.
-// Ancestors are born earlier, so their progress is at least as large, and a new vertex starts exactly at the
-// drawn position of its split vertex.
+// The split vertex may itself be moving: its position is mixed with that of its own split vertex, and so on. The sum
+// over the ancestors ends at an ancestor that has reached its own position, at the latest at a vertex of level 0.
+// Ancestors are born earlier, so their progress is at least as large, and a new vertex starts exactly at the drawn
+// position of its split vertex.
 void main() {
     MorphVertex vertex = morph.vertices[gl_VertexIndex];
     vec3 place = vec3(0.0);

@@ -1,5 +1,5 @@
-// An index buffer as words: of one index each, or of two, where fewer than 65,536 vertices live. The including shader
-// declares `indices`, a buffer of words.
+// An index buffer as words of one index each, or of two indices if the mesh has fewer than 65,536 vertices. The
+// including shader declares `indices`, a buffer of words.
 layout(constant_id = 1) const uint INDICES_PER_WORD = 1;
 
 uint half_of(uint word, uint n) {

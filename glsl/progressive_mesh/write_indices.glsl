@@ -1,6 +1,6 @@
 #include "progressive_mesh/indices.glsl"
 
-// One invocation alone may write the index; another may write its word's other half at the same time.
+// Only one invocation may write an index. Another may write the other half of its word at the same time.
 void set_index(uint n, uint vertex) {
     if (INDICES_PER_WORD == 1) {
         indices.words[n] = vertex;
@@ -10,7 +10,7 @@ void set_index(uint n, uint vertex) {
     }
 }
 
-// The largest of the index and all values that invocations write, or the smallest: in any order.
+// Replaces an index by the largest (or the smallest) of itself and all values that invocations write, in any order.
 void limit_index(uint n, uint vertex, bool largest) {
     if (INDICES_PER_WORD == 1) {
         if (largest) {

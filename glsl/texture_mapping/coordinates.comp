@@ -6,7 +6,7 @@
 
 layout(binding = 1, scalar) readonly buffer Rows { Row rows[]; } set_up;
 
-// (7), (8): numerators and denominator by one addition each per pixel.
+// Increments by formulas (7) and (8): one addition per pixel for each numerator and for the denominator.
 void main() {
     Walk own = walk();
     if (own.count == 0u) return;

@@ -1,10 +1,10 @@
 // Texture coordinates and their derivatives from a row's constants: coordinates/mod.rs has the formulas.
 
-// The values written for a pixel: the order of `Output`.
+// The values written for a pixel: the index of the variant of `Output`.
 layout(constant_id = 0) const uint OUTPUT = 0;
 const uint TEXEL = 0, TERMS = 1, COORDINATES = 2, DERIVATIVES = 3;
 
-// The order of `Derivatives`.
+// The index of the variant of `Derivatives`.
 layout(constant_id = 1) const uint METHOD = 0;
 const uint DIFFERENCES = 0, INCREMENTAL = 1, ANALYTIC = 2;
 

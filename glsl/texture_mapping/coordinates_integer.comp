@@ -12,7 +12,8 @@ struct IntegerRow {
 
 layout(binding = 1, scalar) readonly buffer Rows { IntegerRow rows[]; } set_up;
 
-// (7) with integers: sums are exact; only the rounding error of the set-up's step grows along the row.
+// Increments by formula (7), with integers. The sums are exact. Only the rounding error of the step, which is rounded
+// when the row is set up, grows along the row.
 void main() {
     Walk own = walk();
     if (own.count == 0u) return;

@@ -1,6 +1,6 @@
-// A to D: the weighted mean of the texels of an ellipse. Needs ellipse_level.glsl, weights.glsl, `float weight(vec2)`
-// and the texture's `vec3 texel(ivec2 at, uint level)`.
-layout(constant_id = 57) const uint AXES = 2;  // the order of `Axes`
+// Steps A to D of paper 3: the weighted mean of the texels of an ellipse. Needs ellipse_level.glsl, weights.glsl,
+// `float weight(vec2)` and the texture's `vec3 texel(ivec2 at, uint level)`.
+layout(constant_id = 57) const uint AXES = 2;  // the index of the variant of `Axes`
 
 // Limit of every loop's iterations, whatever its bounds.
 const int MOST_TURNS = 4096;

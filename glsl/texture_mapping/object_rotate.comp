@@ -73,7 +73,8 @@ void main() {
     }
     vec3 u = affine(at, vec3(own.texels[0].x, own.texels[1].x, own.texels[2].x), area);
     vec3 v = affine(at, vec3(own.texels[0].y, own.texels[1].y, own.texels[2].y), area);
-    // All fragments have one depth and so one level: that whose texels are as far apart as the fragments.
+    // All fragments of a polygon have one depth and so one level: the level whose texels are as far apart as the
+    // fragments.
     float step = max(length(vec2(u.x, v.x)), length(vec2(u.y, v.y)));
     polygon.level = uint(clamp(floor(log2(max(step, 1e-30)) + 0.5), 0.0, float(object.coarsest)));
     float scale = exp2(-float(polygon.level));

@@ -1,7 +1,7 @@
 // A pixel of the plane by each form of the coordinates (`Coordinates` of method.rs). Needs plane.glsl.
 #include "texture_mapping/coordinates_row.glsl"
 
-layout(constant_id = 3) const uint COORDINATES = 0;  // the order of `Coordinates`
+layout(constant_id = 3) const uint COORDINATES = 0;  // the index of the variant of `Coordinates`
 const uint ANALYTIC = 0, TEXTBOOK = 1, ROWS = 2, INCREMENTAL = 3;
 
 layout(binding = 3, scalar) readonly buffer Rows { Row of[]; } rows;

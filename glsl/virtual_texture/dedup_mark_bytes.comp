@@ -9,7 +9,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(push_constant, scalar) uniform MarkingFrame {
-    uint number;  // 1 to 255
+    uint number;  // of the frame, 1 to 255
 } frame;
 
 layout(binding = 1, scalar) buffer TileMask { uint8_t bytes[]; } tile_mask;

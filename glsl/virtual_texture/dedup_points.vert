@@ -5,7 +5,7 @@
 #include "virtual_texture/tile_order.glsl"
 #include "virtual_texture/dedup.glsl"
 
-// A vertex for each pixel: the baseline of the paper's blocks.
+// A vertex for each pixel: the baseline for the paper's blocks of pixels.
 layout(location = 0) flat out uint mask;
 
 void main() {

@@ -24,7 +24,7 @@ void mark(uvec3 qij) {
 }
 #else
 layout(push_constant, scalar) uniform MarkingFrame {
-    uint number;  // 1 to 255
+    uint number;  // of the frame, 1 to 255
 } frame;
 
 layout(binding = 1, scalar) buffer TileMask { uint8_t bytes[]; } tile_mask;

@@ -1,5 +1,5 @@
-// Computes a pixel's colour from the tile pool J1 (paper 1, section 4). All passes that texture include this file.
-// Needs pyramid.glsl, footprint.glsl and tile_pool.glsl.
+// Computes a pixel's colour from the tile pool (paper 1, section 4). All passes that texture include this file. Needs
+// pyramid.glsl, footprint.glsl and tile_pool.glsl.
 layout(constant_id = 9) const uint LITERAL_INTERPOLATION = 0;  // 1: C1 f + C2 (1 - f), as printed
 layout(constant_id = 16) const uint FADE_IN = 0;                // 1: new tiles are blended in over some frames
 layout(constant_id = 18) const uint SAMPLES = 1;  // taps per pixel of the stochastic filter
@@ -10,9 +10,9 @@ layout(binding = 2) uniform sampler2DArray j1;  // mip 0: the tile's level, mip 
 struct Wish {
     Coordinate at;
     uvec2 ij;     // row and column in level 0's grid
-    uint q;       // stage 1's q for streamed levels; from the unclamped e in G1
+    uint q;       // stage 1's q for streamed levels; for resident levels from the unclamped e
     float f;      // weight of level q + 1
-    float count;  // nA
+    float count;  // number of samples (nA)
     vec2 major;   // the footprint's longer side, in texels of level 0
     Footprint footprint;
 };
@@ -68,7 +68,7 @@ vec4 bordered_sample(Resident tile, vec2 texels, float coarser) {
     float side = float((1u << TILE_LOG2) + 2 * BORDER);
     vec2 own = (texels + float(BORDER)) / side;
     if ((BORDER & 1u) == 0u) return textureLod(j1, vec3(own, tile.slot), coarser);
-    // An odd border: the coarser level begins half of one of its texels before the tile's own level.
+    // With an odd border, the coarser picture begins half of one of its texels before the tile's own picture.
     vec2 half_size = (0.5 * texels + float((BORDER + 1) / 2)) / (0.5 * side);
     return mix(textureLod(j1, vec3(own, tile.slot), 0.0), textureLod(j1, vec3(half_size, tile.slot), 1.0), coarser);
 }
@@ -117,7 +117,8 @@ vec4 tap(Wish wish, uint level, float coarser, vec4 chance) {
     ivec2 texel = true_texel(from, base + ivec2(clamp(floor(within - 0.5 + chance.xy), -4194304.0, 4194304.0)));
     uvec2 ij = uvec2(texel.yx) << from >> TILE_LOG2;
     Resident tile = find_resident(level, ij);
-    // The tile's own level or its coarser one. If a coarser tile substitutes: its texel that covers this one.
+    // Mip 0 is the tile's own level, mip 1 the next coarser one. A coarser substitute tile gives the texel that covers
+    // the wanted one.
     uint mip = tile.level < from ? 1 : 0;
     ivec2 corner = ivec2(ij.yx >> tile.level) << int(TILE_LOG2 - mip);
     ivec2 local = (texel >> int(tile.level + mip - from)) - corner + int((BORDER + mip) >> mip);
@@ -155,7 +156,7 @@ Resident ellipse_tile;
 ivec2 ellipse_corner;
 vec3 texel(ivec2 at, uint level) {
     uint slot = ellipse_tile.slot;
-    // A loop instead of a branch, as above.
+    // A loop instead of a branch, because software drivers run both sides of a branch.
     for (bool elsewhere = outside(at, int(BORDER)); elsewhere; elsewhere = false) {
         Found found = find_texel(level, true_texel(level, ellipse_corner + at));
         at = found.local;

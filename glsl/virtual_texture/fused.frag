@@ -10,11 +10,11 @@
 #include "virtual_texture/filter.glsl"
 #include "virtual_texture/reach.glsl"
 
-// Stage 1, stage 2 and section 4 in one fragment: the triple is found, marked and shown, but never stored.
-// Without early tests, a fragment that fails the depth test would still mark.
+// Stage 1, stage 2 and section 4 in one fragment: it computes the triple, marks the tile and shows it, but never stores
+// the triple. Without early tests, a fragment that fails the depth test would still mark its tile.
 layout(early_fragment_tests) in;
 
-layout(constant_id = 25) const uint LISTS = 1;  // 0: marks nothing; 1: marks; 2: marks and appends to the list
+layout(constant_id = 25) const uint LISTS = 1;  // 0: marks nothing; 1: marks tiles; 2: also appends them to the list
 
 layout(binding = 3, scalar) buffer TileMask { uint words[]; } tile_mask;
 // The words of tile_mask as texels: software drivers fetch the texels of several pixels at once.

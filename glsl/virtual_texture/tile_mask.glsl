@@ -24,7 +24,7 @@ uint load_mask(uint word) { return tile_mask.words[word]; }
 uvec3 marked_triple(uint word, uint bit) { return triple_at(32u * word + bit); }
 #else
 layout(push_constant, scalar) uniform MarkingFrame {
-    uint number;  // 1 to 255
+    uint number;  // of the frame, 1 to 255
 } marking_frame;
 
 uint load_mask(uint word) {

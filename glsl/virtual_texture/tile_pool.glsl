@@ -6,7 +6,7 @@ layout(constant_id = 11) const uint SINGLE_SLOT = 0;   // ... in consecutive slo
 layout(binding = 1) uniform utextureBuffer h1;
 
 struct Resident {
-    uint slot;   // k1, layer of the tile pool
+    uint slot;   // layer of the tile pool (k1)
     uint level;  // q' >= q
     float fade;  // weight of the next coarser tile; above 0 while this tile fades in
 };
@@ -24,8 +24,8 @@ Resident find_resident(uint q, uvec2 ij) {
     return Resident(cell & 0x7ffffu, cell >> 19 & 31u, float(cell >> 24) / 255.0);
 }
 
-// The coordinate's position in its tile of level q, in texels of that level, without the border. The tile is the
-// request image's, so that rounding at an edge moves a sample into the border, but never out of the tile.
+// The coordinate's position in its tile of level q, in texels of that level, without the border. The tile comes from
+// the request image, so that rounding at an edge moves a sample into the border, but never out of the tile.
 vec2 texels_in_tile(Coordinate at, uvec2 ij, uint q) {
     ivec2 corner = ivec2(ij.yx >> q) << (TILE_LOG2 + q);
     return (vec2(at.texel - corner) + at.fraction) * power_of_half(q);

@@ -47,7 +47,7 @@ fn parse_bound(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Version 1 was only the list of comparisons.
+/// In version 1, this JSON was only the list of comparisons.
 const FORMAT: JsonFormat = JsonFormat::new("ortelius-comparison", 2);
 
 #[derive(Serialize)]

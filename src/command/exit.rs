@@ -59,7 +59,7 @@ fn vulkan(error: &vk::Error) -> Option<u8> {
     }
 }
 
-/// Its variants are transparent, so the chain of causes skips them.
+/// The variants of [`RenderError`] are transparent, so the chain of causes skips them.
 fn render(error: &RenderError) -> Option<u8> {
     match error {
         RenderError::Vulkan(error) | RenderError::Surface(SurfaceError::Vulkan(error)) => vulkan(error),

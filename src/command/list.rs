@@ -7,7 +7,7 @@ use ortelius::header::JsonFormat;
 use ortelius::renderer::figures::FAMILIES;
 use serde_json::json;
 
-/// Version 1 was only the list.
+/// In version 1, this JSON was only the list of figures.
 const FORMAT: JsonFormat = JsonFormat::new("ortelius-figures", 2);
 
 #[derive(Args)]

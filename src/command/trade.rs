@@ -222,7 +222,7 @@ fn print(args: &TradeArgs, trade: &Trade) -> anyhow::Result<()> {
         let (ms, error, frames) = (setting.ms.median, setting.error, setting.list_frames);
         write!(
             text,
-            "\nnot on the front: {} ({ms:.2} ms, {error:.3e}): incomplete list, complete after {frames} frames",
+            "\nnot on the Pareto front: {} ({ms:.2} ms, {error:.3e}): incomplete list, complete after {frames} frames",
             setting.name
         )?;
     }

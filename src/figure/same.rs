@@ -90,7 +90,8 @@ impl Same {
     pub fn lines(&self) -> Vec<String> {
         let percent = |factor: f64| format!("{:.1} %", 100.0 * (factor - 1.0));
         let name = |name: &Option<String>| name.clone().unwrap_or("none".into());
-        let verdict = if self.holds() { "the same front within noise" } else { "another front" };
+        let verdict =
+            if self.holds() { "the same Pareto front within noise" } else { "another Pareto front" };
         let (settings, noise) = (self.settings, percent(self.noise));
         let mut lines = vec![format!(
             "{verdict}: 95 of 100 of the {settings} settings took the same time within {noise}"
@@ -198,7 +199,9 @@ pub(super) mod tests {
         let same = Same::of(&sweep(&FIRST), &slow).unwrap();
         assert!(same.holds() && same.choices.is_empty(), "{same:?}");
         assert!((same.noise - 1.0).abs() < 1e-9, "{}", same.noise);
-        assert!(same.lines()[0].starts_with("the same front within noise: 95 of 100 of the 4 settings"));
+        assert!(
+            same.lines()[0].starts_with("the same Pareto front within noise: 95 of 100 of the 4 settings")
+        );
     }
 
     #[test]
@@ -229,7 +232,7 @@ pub(super) mod tests {
         let same = Same::of(&many(6.0), &many(12.0)).unwrap();
         assert!(!same.holds() && same.choices.len() == 1, "{same:?}");
         let lines = same.lines();
-        assert!(lines[0].starts_with("another front: "), "{lines:?}");
+        assert!(lines[0].starts_with("another Pareto front: "), "{lines:?}");
         assert!(
             lines[1].contains("then coarsest, now coarser") && lines[1].contains("at most 5.0 %"),
             "{lines:?}"

@@ -42,7 +42,10 @@ fn a_sweep_finds_its_front_and_writes_the_setting_within_the_bound() {
     let again = run(&folder, &[&sweep[..], &["--against", "report/trade.json"]].concat());
     let said = String::from_utf8(again.stdout).unwrap();
     let found = said.lines().skip_while(|line| !line.contains("front")).collect::<Vec<_>>();
-    assert!(found[0].starts_with("the same front within noise: 95 of 100 of the 15 settings"), "{said}");
+    assert!(
+        found[0].starts_with("the same Pareto front within noise: 95 of 100 of the 15 settings"),
+        "{said}"
+    );
 
     // With any error allowed, the fastest setting is chosen.
     let ran = run(&folder, &[&sweep[..4], &["--knobs", "filter", "--max-error", "0.9", "--write"]].concat());
@@ -68,7 +71,10 @@ fn a_sweep_finds_its_front_and_writes_the_setting_within_the_bound() {
         &["ortelius: none of 5 settings takes at most 0 ms; the fastest is "],
     );
     let said = String::from_utf8(ran.stdout).unwrap();
-    holds(&said, &["not on the front: feedback 1/256 (", "incomplete list, complete after 256 frames"]);
+    holds(
+        &said,
+        &["not on the Pareto front: feedback 1/256 (", "incomplete list, complete after 256 frames"],
+    );
 }
 
 #[test]

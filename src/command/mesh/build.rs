@@ -35,7 +35,8 @@ pub struct BuildArgs {
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
 
-    /// fast: one pass of the simplifier, whose error rises in steps; best: two passes, so that every level is usable
+    /// fast: one pass of the simplifier, whose error rises in jumps; best: two passes, so that the error rises
+    /// evenly
     #[arg(long, value_parser = named(|_: BuildEffort| true), default_value = BuildEffort::Best.name())]
     effort: BuildEffort,
 
@@ -157,7 +158,7 @@ fn log_report(report: &Report) {
 fn options_of(args: &BuildArgs) -> Option<OrderOptions> {
     let mut options = OrderOptions::of(args.order)?;
     match (args.groups, args.moves_budget) {
-        // Regions are processed in turn only within a moves budget.
+        // Only a budget of moved faces reorders regions in turn.
         (Some(groups), _) => options = OrderOptions { groups, regions: 1, ..options },
         (None, Some(moves)) if args.order == FaceOrder::Paper => options.groups = Groups::Budget(moves),
         (None, Some(moves)) => options = options.with_moves(moves),

@@ -23,7 +23,7 @@ pub struct Apply {
     pipeline: ComputePipeline,
     program: Buffer,
     kept: Buffer,
-    /// Index of the first word of the moves in `program`.
+    /// First word of the moves in `program`.
     moves_at: usize,
 }
 

@@ -1,8 +1,8 @@
 //! Checks that a progressive mesh can be executed. This happens once, after loading a file, so that execution
 //! needs no checks.
 //!
-//! All levels are executed on a copy of F as in the paper, and every index is checked before use. This takes
-//! at most a second for 870,000 faces with 20 moved faces per split.
+//! All levels are executed on a copy of the index buffer as in the paper, and every index is checked before
+//! use. The check takes at most a second for 870,000 faces with 20 moved faces per split.
 
 use super::mesh::{Births, Level, NOWHERE, ProgressiveMesh};
 
@@ -27,7 +27,7 @@ macro_rules! hold {
     };
 }
 
-/// A corner that a split writes: (index into F as a flat list, new vertex, replaced vertex).
+/// A corner that a split writes: (word of the index buffer, new vertex, replaced vertex).
 pub(super) type Corner = (u32, u32, u32);
 
 impl ProgressiveMesh {

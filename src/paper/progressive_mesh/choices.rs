@@ -12,30 +12,34 @@ choices! {
         /// A greedy optimizer that prefers vertices with few faces left, in groups that grow with the mesh;
         /// at most 23 moved faces per split.
         Tail23 = "tail-23",
-        /// As `tail-23`, but at most 10 moved faces per split, one region of the mesh at a time.
+        /// As `tail-23`, but with at most 10 moved faces per split; each permutation reorders one region of
+        /// the faces.
         Tail10 = "tail-10",
         /// New faces are placed beside their neighbours instead of at the buffer's tail, and are degenerate
-        /// until they are born; ordered by rollouts; at most 23 moved faces per split.
+        /// until a split adds them. A greedy optimizer with lookahead orders them; at most 23 moved faces per
+        /// split.
         InPlace23 = "in-place-23",
-        /// As `in-place-23`, but at most 10 moved faces per split.
+        /// As `in-place-23`, but with at most 10 moved faces per split.
         InPlace10 = "in-place-10",
         /// A baseline: the live faces in random order.
         Random = "random",
         /// A baseline: the live faces, reordered by meshoptimizer at every level.
         ReOptimised = "re-optimised",
-        /// A baseline: as `re-optimised`, by the optimizer for a FIFO of 16 entries.
+        /// A baseline: as `re-optimised`, but with meshoptimizer's optimizer for a FIFO cache of 16 entries.
         ReOptimisedFifo = "re-optimised-fifo",
-        /// A baseline: a compute pass copies the live faces in the full mesh's best order.
+        /// A baseline: a compute pass copies the live faces, in meshoptimizer's order of the full mesh.
         Compacted = "compacted",
-        /// A baseline: lists for a series of levels; faces that are not live are degenerate (Forsyth 2001).
+        /// A baseline: an index list for each of a series of levels. At the levels between, the finer list is
+        /// drawn, and its faces that are not live are degenerate (Forsyth 2001).
         SkipLists = "skip-lists",
-        /// A baseline: a discrete chain of meshes by meshoptimizer's simplifier, with its own levels.
+        /// A baseline: discrete meshes made by meshoptimizer's simplifier. The coarsest mesh with at least
+        /// the level's number of faces is drawn.
         Discrete = "discrete",
     }
 }
 
 impl FaceOrder {
-    /// True if a level is not a prefix of one buffer that splits change in place.
+    /// True for a baseline, whose levels are not made by splits in one index buffer.
     pub const fn is_baseline(self) -> bool {
         use FaceOrder::*;
         matches!(self, Random | ReOptimised | ReOptimisedFifo | Compacted | SkipLists | Discrete)
@@ -47,7 +51,7 @@ choices! {
     pub enum BuildEffort {
         /// One pass, by quadrics: the error rises in jumps.
         Fast = "fast",
-        /// Two passes: the second orders collapses by their deviation too, and the error rises evenly.
+        /// Two passes: the second also orders collapses by their deviation, so that the error rises evenly.
         Best = "best",
     }
 }
@@ -57,8 +61,8 @@ choices! {
     pub enum Apply {
         /// The host, in its own copy of the index buffer; the changed parts are uploaded.
         Cpu = "cpu",
-        /// The host, in memory that the device reads in place, once for each frame in flight; nothing is copied. Not for
-        /// baselines.
+        /// The host, in memory that the device reads directly: a buffer for each frame in flight, and no
+        /// upload. Not for baselines.
         Mapped = "mapped",
         /// Compute shaders, in place; not for baselines.
         Gpu = "gpu",

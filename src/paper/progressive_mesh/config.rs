@@ -74,14 +74,15 @@ settings! {
         up: UpAxis = UpAxis::Y;
         /// Over a plane: east coordinate of the centre of the bounding box's bottom; default 0.
         east_m: Option<f64> = None, in -1e9..=1e9, unit "m";
-        /// Over a plane: north coordinate of the same point; default 0.
+        /// Over a plane: north coordinate of the centre of the bounding box's bottom; default 0.
         north_m: Option<f64> = None, in -1e9..=1e9, unit "m";
-        /// Over an ellipsoid: latitude of the same point. The model is upright in the local east-north-up
-        /// frame. Required, except for the layout `"along"`.
+        /// Over an ellipsoid: latitude of the centre of the bounding box's bottom. The model is upright in
+        /// the local east-north-up frame. Required, except for the layout `"along"`.
         latitude_deg: Option<f64> = None, in -90.0..=90.0, unit "degrees";
-        /// Over an ellipsoid: longitude of the same point. Required, except for the layout `"along"`.
+        /// Over an ellipsoid: longitude of the centre of the bounding box's bottom. Required, except for the
+        /// layout `"along"`.
         longitude_deg: Option<f64> = None, in -360.0..=360.0, unit "degrees";
-        /// Height of the same point above the plane or the ellipsoid, or above `ground`.
+        /// Height of the bounding box's bottom above the plane or the ellipsoid, or above `ground`.
         up_m: f64 = 0.0, in -1e9..=1e9, unit "m";
         /// Heading of every instance, clockwise from north.
         heading_deg: f64 = 0.0, in -360.0..=360.0, unit "degrees";
@@ -99,7 +100,7 @@ settings! {
         /// Seed of the random layouts `"scatter"` and `"along"`; default 0.
         seed: Option<u32> = None;
         /// Another surface on which each instance stands: a progressive mesh with one instance, or a plane.
-        /// Heights are those of its full mesh.
+        /// Heights are those of the ground's full mesh.
         ground: Option<String> = None;
         /// The wanted deviation from the full model in the picture; 0 draws the full model. The errors of the
         /// levels are estimates, not proven bounds: they are measured at all vertices and at 20 points of

@@ -20,7 +20,7 @@ pub struct Faces {
     /// the last word of faces.frag. All ones where there is no mesh.
     pub image: Image,
     depth: Image,
-    /// The finished picture's depth, which tells which faces are hidden.
+    /// The depth of the finished picture, with which hidden faces are discarded.
     seen: Arc<Image>,
     surfaces: Vec<OfSurface>,
 }

@@ -1,5 +1,5 @@
-//! Compaction on the device: a pass over the full mesh's faces in their best order copies the live faces (Lin
-//! and Yu 2006, Bogomjakov and Gotsman 2002; the shaders are ours).
+//! Compaction on the device: a pass over the full mesh's faces, in meshoptimizer's order, copies the live
+//! faces (Lin and Yu 2006, Bogomjakov and Gotsman 2002; the shaders are ours).
 
 use super::Prepared;
 use crate::paper::progressive_mesh::cache::live_faces;
@@ -8,10 +8,10 @@ use crate::vk::shader::Compacting;
 use crate::vk::shader::progressive_mesh::compact_comp;
 use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, IndexType, Resource, Result};
 
-/// Counts in memory at a time: 256 KiB, or more if a single instance needs more.
+/// Number of counts in memory at a time: 256 KiB, or more if a single instance needs more.
 const KEPT_COUNTS: u32 = 1 << 16;
 
-/// The faces of one mesh by rank, on the device, shared by all its instances.
+/// The faces of one mesh in meshoptimizer's order, on the device, shared by all its instances.
 pub struct Compaction {
     pipeline: ComputePipeline,
     ranked: Buffer,

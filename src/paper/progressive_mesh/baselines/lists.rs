@@ -16,7 +16,7 @@ pub struct Prepared {
     chain: Vec<Vec<[u32; 3]>>,
     /// Skip lists, coarsest first.
     skip: Vec<SkipList>,
-    /// The rank of each slot of the classical order in the full mesh's best order.
+    /// For each slot of the classical order, the rank of its face in meshoptimizer's order of the full mesh.
     ranks: Vec<u32>,
     /// The index that represents each vertex: its own, or that of the first vertex at its position.
     space: Vec<u32>,
@@ -62,7 +62,7 @@ impl Prepared {
         }
     }
 
-    /// The prepared lists, coarsest first; empty for baselines without any.
+    /// The prepared lists, coarsest first; empty for baselines that have no lists.
     pub fn lists(&self) -> impl ExactSizeIterator<Item = &[[u32; 3]]> {
         let skip = self.skip.iter().map(|list| &*list.faces);
         let lists: Vec<_> = self.chain.iter().map(|faces| &**faces).chain(skip).collect();
@@ -89,8 +89,8 @@ impl Prepared {
         chain.chain(self.skip.iter().map(SkipList::bytes)).sum::<usize>() as u64
     }
 
-    /// The rank of each slot of the classical order in the full mesh's best order. Empty for baselines
-    /// without ranks.
+    /// For each slot of the classical order, the rank of its face in meshoptimizer's order of the full mesh.
+    /// Empty for baselines without ranks.
     pub fn ranks(&self) -> &[u32] {
         &self.ranks
     }
@@ -161,7 +161,7 @@ fn full_ranks(mesh: &ProgressiveMesh, space: &[u32]) -> Vec<u32> {
     ranks
 }
 
-/// Levels whose numbers of faces fall by `ratio`, from the last level down to M0's number.
+/// Levels whose numbers of faces fall by `ratio`, from the last level down to level 0's number.
 fn falling(mesh: &ProgressiveMesh, ratio: f64) -> Vec<u32> {
     let mut levels = vec![mesh.last_level()];
     let mut faces = mesh.faces.len() as f64 * ratio;

@@ -26,10 +26,10 @@ pub enum Baseline {
     Random,
     /// The live faces, reordered at every level by meshoptimizer's general optimizer.
     Reoptimised,
-    /// The same with meshoptimizer's optimizer for a FIFO of 16.
+    /// The live faces, reordered at every level by meshoptimizer's optimizer for a FIFO of 16 entries.
     ReoptimisedFifo,
-    /// The live faces in the full mesh's best order, extracted by a pass over all faces (Lin and Yu 2006,
-    /// Bogomjakov and Gotsman 2002).
+    /// The live faces in meshoptimizer's order of the full mesh, extracted by a pass over all faces (Lin and
+    /// Yu 2006, Bogomjakov and Gotsman 2002).
     Compacted,
     /// Lists for a series of levels, ordered by meshoptimizer, each with `ratio` times the faces of the next
     /// finer one. Between the levels of two lists the finer list is drawn, including faces that have become
@@ -117,7 +117,7 @@ pub fn baseline_costs(
     let (copied, listed) = match baseline {
         // All faces are rewritten at every level.
         Baseline::Random | Baseline::Reoptimised | Baseline::ReoptimisedFifo => (faces_of_all_levels, full),
-        // The same, and the list that the pass reads.
+        // All faces are rewritten here, too. The memory also has the list that the pass reads.
         Baseline::Compacted => (faces_of_all_levels, 2 * full),
         // On the way through all levels each list is copied once, when its first level is reached.
         Baseline::SkipLists { .. } => (prepared.listed_faces(), prepared.listed_faces()),

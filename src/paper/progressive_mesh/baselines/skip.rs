@@ -5,8 +5,8 @@ use crate::math::ragged::Ragged;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
 use crate::paper::progressive_mesh::run::Touch;
 
-/// The faces of a level in their best order. The list also serves coarser levels, at which some faces are
-/// degenerate.
+/// The faces of a level in meshoptimizer's order. The list also serves coarser levels, at which some faces
+/// are degenerate.
 pub struct SkipList {
     /// The coarsest and the finest level that this list serves.
     pub levels: [u32; 2],
@@ -16,7 +16,7 @@ pub struct SkipList {
     kept_vertices: u32,
     /// For each other vertex, the words of the list that contain it while it is live.
     words: Ragged<u32>,
-    /// The value of those words while the vertex is live, and while it is not.
+    /// For each such vertex, the value of its words while it is live, and while it is not.
     values: Vec<[u32; 2]>,
 }
 

@@ -55,8 +55,8 @@ pub fn level_costs(mesh: &ProgressiveMesh, caches: &[Cache], levels: &[u32]) -> 
 /// # Panics
 /// If a level is beyond the last.
 pub fn costs_of(program: &Program, shared: &[u32], caches: &[Cache], levels: &[u32]) -> Vec<LevelCosts> {
-    // Each part walks up from level 0. This is cheap compared with counting, which visits every face of every
-    // level.
+    // Each part of the levels is reached by a walk up from level 0. The walk is cheap compared with counting,
+    // which visits every face of every level.
     let part = levels.len().div_ceil(4 * rayon::current_num_threads()).max(16);
     let costs: Vec<Vec<f64>> = levels
         .par_chunks(part)

@@ -22,9 +22,10 @@ pub const CONTINUITY: Figure = Figure {
             deviation. `fast` uses only the first pass. To show the price, mean and Hausdorff distances are \
             compared at equal numbers of faces (geometric means over 50, 20, 10 and 5 % of the faces, with \
             50 000 points in quick runs and 400 000 otherwise). The closed models are `bunny`, `sphere`, \
-            `torus`, `knot` and `solid`, the open model is `grid`; `dragon_res4` and, with --full, `dragon` \
-            are measured if they have been fetched, and belong to no mean. `solid` has flat parts, which \
-            vanish with an error of 0: its steps begin at the first error above rounding.",
+            `torus`, `knot` and `solid`, the open model is `grid`; `dragon_res4` and (with --full) `dragon` \
+            are measured if they have been fetched. They are not included in the means over models. `solid` \
+            has flat parts, which vanish with an error of 0: its steps begin at the first error above \
+            rounding.",
     scenes: &["bunny", "sphere", "torus", "knot", "solid", "grid", scans::SMALL, scans::LARGE],
     variants: || BuildEffort::ALL.iter().map(|effort| effort.name().into()).collect(),
     paper: &[],

@@ -9,7 +9,8 @@ use super::orders::{CLOSED, DRAWN, FIFO_16, IN_PLACE_10, IN_PLACE_23, MOVED, num
 use crate::figure::Row;
 use crate::figure::claim::{Bound::Below, Claim, Places, Test, one};
 
-/// Memory that all instances share: commands and M0's buffer, or lists and the table of split vertices.
+/// Memory that all instances share: commands and the index buffer of level 0, or lists and the table of split
+/// vertices.
 const SHARED: &str = "memory that instances share";
 const UNIT: &str = "bytes per face";
 
@@ -37,7 +38,7 @@ pub fn rows(
 }
 
 /// The largest number of lists that fit into `most_bytes` together with the table of split vertices. Lists
-/// that shrink by a factor r take 12 F / (1 - r) bytes in total.
+/// that shrink by a factor r take 12 / (1 - r) bytes per face of the full mesh in total.
 fn skip_lists_within(name: &str, plain: &ProgressiveMesh, most_bytes: f64, levels: &[u32]) -> [Row; 4] {
     let (faces, table) = (plain.faces.len() as f64, 4.0 * plain.splits.split_vertices.len() as f64);
     let mut ratio = 1.0 - 12.0 * faces / (most_bytes - table);

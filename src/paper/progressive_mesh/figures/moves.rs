@@ -74,7 +74,7 @@ fn options(name: &str, budget: f64, collapses: &Collapses, faces: usize) -> Orde
     let one_ratio = OrderOptions { groups: Groups::Budget(budget), ..OrderOptions::TAIL_23 };
     match name {
         EQUAL => {
-            // Group k of n ends with M0's faces and k/n of the other faces.
+            // Group k of n ends with level 0's faces and k/n of the other faces.
             let base = faces - collapses.faces.items().len();
             let all = budget * collapses.faces.len() as f64;
             let moved = |count: f64| count * base as f64 + (faces - base) as f64 * (count + 1.0) / 2.0;

@@ -70,8 +70,8 @@ pub const ORDER: Figure = Figure {
 };
 
 const FIFO_16: &str = "FIFO-16";
-/// Claims test every level from this many faces on; on smaller meshes the result depends on M0 and few other
-/// faces.
+/// Claims test every level from this many faces on; on smaller meshes the result depends on level 0 and few
+/// other faces.
 const CLAIMED_FROM: u32 = 1000;
 const LEAST: &str = "FIFO-16, least from 1000 faces on";
 const SHARE: &str = "FIFO-16, most over the classical order's from 1000 faces on";

@@ -34,7 +34,8 @@ pub const POP: Figure = Figure {
             as a pop in both variants. The change of a frame is the root mean square over the pixels that \
             any frame covers. A change of more than 8 levels of 8-bit sRGB is visible. The figure reports \
             the worst of all frames, and the worst of the frames with a wanted error of at most one pixel, \
-            as scenes use it. The price of geomorphing is a mesh that lags: the difference to the full mesh.",
+            as scenes use it. The price of geomorphing is that the mesh lags; the figure shows the \
+            difference from the full mesh.",
     scenes: &["bunny/near", "bunny/above"],
     variants,
     paper: &["at once (the paper)"],
@@ -55,7 +56,8 @@ pub const POP: Figure = Figure {
         ),
         Claim::ours(
             "few-see-it-at-a-pixel",
-            "The same holds for the frames with a wanted error of at most one pixel.",
+            "Without geomorphing, no frame with a wanted error of at most one pixel changes more than 1 % of \
+             the covered pixels visibly.",
             &[Test::value(one(FINE, VARIANTS[0]), AtMost(1.0))],
         ),
     ],

@@ -263,8 +263,8 @@ fn neighbours(live: &Live, old: u32) -> Vec<u32> {
 }
 
 /// Suggests faces that close the gap between the taken faces (in which t replaces s) and the kept faces. They
-/// have the corners s and t. The number is the doubt: 0 if both sides border the gap, 1 if only taken faces
-/// do, 2 if only kept faces do.
+/// have the corners s and t. The number orders them, most likely first: 0 if both sides border the gap, 1 if
+/// only taken faces do, 2 if only kept faces do.
 fn suggest(
     ring: &[RingFace],
     taken: &[bool],

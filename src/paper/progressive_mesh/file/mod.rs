@@ -48,8 +48,8 @@ const CHUNK_HEAD_BYTES: usize = 28;
 /// shorter payloads. Real meshes take several bits for each. The limit bounds the memory for a hostile file
 /// to some hundred times the file's size.
 const ITEMS_PER_BYTE: u64 = 4;
-/// Maximum number of corners that splits replace per byte of a payload; padded likewise. A vertex may take
-/// all faces of a hub at a cost of a hundredth of a bit each.
+/// Maximum number of corners that splits replace per byte of a payload; shorter payloads are padded, too. A
+/// vertex may take all faces of a hub at a cost of a hundredth of a bit each.
 const CORNERS_PER_BYTE: u64 = 16;
 
 /// A loaded file.

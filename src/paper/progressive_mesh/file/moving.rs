@@ -174,7 +174,7 @@ impl Moving {
                 for place in *start as usize..self.ends[vertex as usize] as usize {
                     let at = self.around[place];
                     if suggested[at as usize] == PLACED {
-                        // Shifts only the faces already offered in this search.
+                        // Shifts only the faces that this search has already offered.
                         self.around.copy_within(*start as usize..place, *start as usize + 1);
                         *start += 1;
                     } else if offer(suggested, at) {

@@ -33,7 +33,7 @@ impl Random {
 struct Builder {
     random: Random,
     mesh: ProgressiveMesh,
-    /// The current F.
+    /// The current index buffer.
     live: Vec<[u32; 3]>,
     has: [bool; 3],
 }

@@ -37,7 +37,8 @@ const AIM: f64 = 0.95;
 /// A plan is kept while its faces are between this share and all of the faces that fit, so that errors and
 /// levels do not change in every frame.
 const KEPT_FROM: f64 = 0.85;
-/// Hysteresis: detail is restored after this many consecutive frames below that share.
+/// Hysteresis: detail is restored after this many consecutive frames with less than [`KEPT_FROM`] of the
+/// faces that fit.
 const ROOMY_FRAMES: u32 = 4;
 /// Maximum decrease of the error per frame, in octaves. Refinement costs execution and copies, and pops
 /// unless it is morphed.

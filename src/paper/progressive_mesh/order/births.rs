@@ -6,8 +6,8 @@
 //! per split, and 0.5 more at 10. With births in place they cost no more than the levels just after a tswap.
 //! In return degenerate faces are drawn: on average half of the faces that a group adds.
 //!
-//! An order is optimized for the level at three quarters of its group. Optimized for the last level of the
-//! group, it is bad at the first ones (95 % of the levels: 1.94 on a torus).
+//! An order is optimized for the level at three quarters of its group. An order that is optimized for the
+//! last level of its group is bad at the first levels (95 % of the levels: 1.94 on a torus).
 
 use super::OrderOptions;
 use super::assemble::{Arrangement, Move};
@@ -89,7 +89,7 @@ impl<'a> Layout<'a> {
         }
         let mut wedges: Vec<u32> = (0..wedge_born.len() as u32).collect();
         wedges.sort_by_key(|&wedge| wedge_born[wedge as usize]);
-        // A component appears out of the first vertex.
+        // The wedges of a component that has not appeared are drawn at the first vertex.
         if let Some((&first, others)) = wedges.split_first() {
             let lost = |&&wedge: &&u32| wedge_born[wedge as usize] > 0 && parents[wedge as usize] == NOWHERE;
             let lost: Vec<u32> = others.iter().filter(lost).copied().collect();

@@ -1,4 +1,4 @@
-//! Takes a model down to M0 and records what each collapse changes.
+//! Takes a model down to level 0 and records what each collapse changes.
 
 use crate::math::ragged::Ragged;
 use crate::math::rows::Rows;
@@ -8,7 +8,7 @@ use crate::paper::progressive_mesh::simplify::Collapses;
 
 /// The model's faces and their corners' wedges, on the way down from the full mesh.
 pub(super) struct Descent {
-    /// Each face with the corners of its first level: that at which it appears, or M0.
+    /// Each face with its corners at its first level: the level at which it appears, or level 0.
     pub faces: Vec<[u32; 3]>,
     alive: Vec<bool>,
     /// For each wedge the faces that had it as a corner at some level, removed ones included.

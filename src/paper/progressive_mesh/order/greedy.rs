@@ -11,7 +11,8 @@ use super::patch::Patch;
 /// Terms of a face's score at a place, in transforms: a cache miss costs 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
-    /// For each corner, divided by the number of its faces that are left. The paper has no such term (0).
+    /// For each corner, divided by the number of its faces that are not drawn yet. The paper has no such term
+    /// (0).
     pub valence: f64,
     /// For the face that is already in place.
     pub in_place: f64,
@@ -163,8 +164,8 @@ impl<'a> Greedy<'a> {
     }
 
     /// The best of the face in place and all faces around cached vertices; on a tie, the one found first. If
-    /// no cached vertex has faces left, returning to the last vertex that has some saves at most 0.001: the
-    /// face in place comes from a good order and is near anyway.
+    /// no cached vertex has faces left, the face in place comes from a good order and is near. To return to
+    /// the last vertex that has faces left would save at most 0.001.
     fn best(&self, place: usize, lines: &Lines) -> u32 {
         let in_place = self.at[place];
         let mut best = (self.worth(in_place) + self.weights.in_place, in_place);

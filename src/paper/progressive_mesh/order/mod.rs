@@ -204,12 +204,12 @@ pub fn classical(model: &Model, collapses: &Collapses) -> ProgressiveMesh {
     assemble(model, collapses, &Arrangement { births: births(model, collapses), moves: Vec::new() })
 }
 
-/// The model's faces in the order of appearance: those of M0 in the model's order, then each split's.
+/// The model's faces in the order of appearance: those of level 0 in the model's order, then each split's.
 fn births(model: &Model, collapses: &Collapses) -> Vec<u32> {
     base(model, collapses).into_iter().chain(collapses.faces.rows().rev().flatten().copied()).collect()
 }
 
-/// The faces of M0 in the model's order.
+/// The faces of level 0 in the model's order.
 fn base(model: &Model, collapses: &Collapses) -> Vec<u32> {
     let mut stays = vec![true; model.faces.len()];
     collapses.faces.items().iter().for_each(|&face| stays[face as usize] = false);

@@ -1,5 +1,5 @@
-//! The order with new faces at the tail. Walks up from M0 group by group: executes the splits, then reorders
-//! the faces. [`super::turns`] reorders one region at a time.
+//! The order with new faces at the tail. Walks up from level 0 group by group: executes the splits, then
+//! reorders the faces. [`super::turns`] reorders one region at a time.
 
 use super::assemble::{Arrangement, Move};
 use super::descent::Descent;
@@ -15,7 +15,7 @@ use crate::paper::progressive_mesh::simplify::Collapses;
 use std::ops::Range;
 use std::slice;
 
-/// The mesh on its way up from M0. A split is named by the collapse that it undoes.
+/// The mesh on its way up from level 0. A split is named by the collapse that it undoes.
 pub(super) struct Plan<'a> {
     model: &'a Model,
     pub collapses: &'a Collapses,
@@ -78,7 +78,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// M0 needs no tswap: its faces are born in their final order.
+    /// Level 0 needs no tswap: its faces get their final order at once.
     pub fn begin(&mut self) {
         self.sort(slice::from_ref(&(0..self.at.len())), &mut Lines::new(self.at.len()));
         self.arrangement = Arrangement { births: self.at.clone(), moves: Vec::new() };

@@ -21,7 +21,7 @@ const NOISE: i32 = TRANSFORM / 10;
 /// again, but in another order this may happen too.
 const HALF_FINISHED_PER_TRANSFORM: i64 = 4;
 
-/// Valences above this count as this.
+/// Larger valences are reduced to this.
 const MOST_LEFT: usize = 63;
 
 /// The order in which to draw `faces` for a FIFO of `entries`, as indices into `faces`. All vertices are

@@ -17,9 +17,9 @@ const LEAST_FACES: usize = 800;
 
 /// The faces that no order covers yet.
 struct Tail {
-    /// The slot of the first of them.
+    /// The slot of the tail's first face.
     start: usize,
-    /// The splits that added them.
+    /// The splits that added the tail's faces.
     splits: Vec<u32>,
     /// For each face of the model: the ordered slot to which a face of the tail belongs.
     home: Vec<u32>,
@@ -50,7 +50,7 @@ impl Plan<'_> {
             self.split(collapse);
             allowed += budget;
             if tail.start == 0 {
-                // M0 has no faces: the first faces that appear are not ordered yet.
+                // Level 0 has no faces: the first faces that appear are not ordered yet.
                 tail.start = self.at.len();
                 continue;
             }

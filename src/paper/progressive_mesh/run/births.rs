@@ -23,8 +23,8 @@ impl Program {
             state.go_to(mesh, end);
             let mut faces = state.live(mesh).to_vec();
             program.write_group(mesh, &predecessors, [start, end], &mut faces);
-            // The group is drawn in the order of its end, so the permutation is executed where the group
-            // begins.
+            // All levels of a group are drawn in the order of its end, so the permutation is executed at its
+            // first level.
             let mut cycles = 0..0;
             if index < mesh.swaps.levels.len() && index > 0 {
                 cycles = mesh.swaps.cycles_of(index);

@@ -45,7 +45,7 @@ pub trait Memory {
     fn faces(&self) -> &[[Self::Index; 3]];
     fn faces_mut(&mut self) -> &mut [[Self::Index; 3]];
 
-    /// Makes room for at least so many faces, and keeps the present ones.
+    /// Makes room for at least `faces` faces, and keeps the present ones.
     ///
     /// # Errors
     /// Out of memory.

@@ -81,7 +81,7 @@ impl<M: Memory> Instances<M> {
         &self.faces.faces()[..self.slices.end() as usize]
     }
 
-    /// Where their faces are kept.
+    /// The memory that holds the instances' faces.
     pub fn memory(&mut self) -> &mut M {
         &mut self.faces
     }
@@ -130,7 +130,8 @@ impl<M: Memory> Instances<M> {
         self.program.drawn(level)
     }
 
-    /// Fits the instance's slice to `faces` faces. Live faces move along, as far as they fit.
+    /// Fits the instance's slice to `faces` faces. Live faces are copied to the new slice, as far as they
+    /// fit.
     fn fit(&mut self, instance: usize, faces: u32) -> Result<(), M::Error> {
         let Some([old, new]) = self.slices.fit(instance, faces)? else { return Ok(()) };
         self.grow()?;
@@ -148,7 +149,7 @@ impl<M: Memory> Instances<M> {
         self.faces.grow(end)
     }
 
-    /// Copies faces from M0's buffer to an instance's slice.
+    /// Copies faces from the shared buffer of level 0 to an instance's slice.
     fn bring_to_life(&mut self, instance: usize, slots: Range<u32>) {
         let first = self.slices.first(instance);
         let to = (first + slots.start) as usize..(first + slots.end) as usize;

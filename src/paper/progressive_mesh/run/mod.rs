@@ -9,8 +9,8 @@
 //!   compares faces, and a permutation goes through the buffer in order (see [`Moves`]).
 //! - [`apply`](super::apply) runs the same lists on the GPU.
 //!
-//! Differs from the paper: [`Instances`] keep only live faces. Nothing writes a face that is not live, so it
-//! is copied from M0's buffer when it becomes live.
+//! Differs from the paper: [`Instances`] keep only live faces. Nothing writes a face that is not live, so a
+//! face is copied from the shared buffer of level 0 when it becomes live.
 
 mod births;
 mod index;

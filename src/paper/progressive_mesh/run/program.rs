@@ -12,10 +12,11 @@ use std::ops::Range;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Program {
     pub(super) levels: Vec<Level>,
-    /// For each level the number of faces drawn, from the start of F. With births in place this exceeds the
-    /// live faces.
+    /// For each level the number of faces drawn, from the start of the index buffer. With births in place
+    /// this exceeds the live faces.
     pub(super) drawn: Vec<u32>,
-    /// F at level 0, all slots. A slot beyond it has its face as first drawn.
+    /// The index buffer (the paper's F) at level 0, with the slots of all levels. A slot that level 0 does
+    /// not draw has its face as first drawn.
     pub(super) faces: Vec<[u32; 3]>,
     /// For each level the number of [`Corners`] up to and including it.
     pub(super) corner_ends: Vec<u32>,
@@ -30,7 +31,7 @@ pub struct Program {
 /// The writes of the splits, in order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Corners {
-    /// Index of the written corner in F as a flat list of words.
+    /// Word of the index buffer that holds the written corner.
     pub words: Vec<u32>,
     /// The vertex that a split writes.
     pub up: Vec<u32>,
@@ -40,14 +41,14 @@ pub struct Corners {
 
 /// The moves of the permutations. A permutation covers runs of adjacent slots. Going up, the faces are
 /// gathered and copied back run by run; going down, the runs are copied out and their faces scattered. Half
-/// of the accesses are sequential. The others jump less than those of cycles do, because faces that are close
-/// in one cache-friendly order are close in another.
+/// of the accesses are sequential. The others jump less than the accesses of cycles do, because faces that
+/// are close in one cache-friendly order are close in another.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Moves {
     /// First slot and end of each run. The runs of one permutation ascend and do not overlap.
     pub runs: Vec<[u32; 2]>,
-    /// For each slot of each run the slot from which its face comes. It is the slot itself if it only joins
-    /// two runs.
+    /// For each slot of each run the slot from which its face comes; its own number if it only joins two
+    /// runs.
     pub from: Vec<u32>,
 }
 
@@ -127,7 +128,7 @@ impl Program {
         self.levels.len() as u32 - 1
     }
 
-    /// The number of faces drawn at a level, from the start of F.
+    /// The number of faces drawn at a level, from the start of the index buffer.
     ///
     /// # Panics
     /// If there is no such level.
@@ -135,7 +136,8 @@ impl Program {
         self.drawn[level as usize]
     }
 
-    /// F at level 0, all slots. Slots that a level does not draw have these contents.
+    /// The index buffer at level 0, with the slots of all levels. Slots that a level does not draw have these
+    /// contents.
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.faces
     }
@@ -173,9 +175,9 @@ impl Program {
         4 * words + size_of_val(&*self.move_ends) + moves
     }
 
-    /// Brings `faces`, which is F at level `from`, to level `to`. `faces` must hold the drawn faces of both
-    /// levels, with new faces as in [`Program::faces`]; other slots are not touched. `kept` is scratch memory
-    /// for permutations.
+    /// Brings the index buffer `faces` from level `from` to level `to`. `faces` must hold the drawn faces of
+    /// both levels, with new faces as in [`Program::faces`]; other slots are not touched. `kept` is scratch
+    /// memory for permutations.
     ///
     /// # Panics
     /// If there is no such level, or `faces` is too short.

@@ -2,7 +2,7 @@
 
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 
-/// F of one mesh at one level, in all slots, live or not.
+/// The paper's F, the index buffer, of one mesh at one level: all slots, live or not.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct State {
     level: u32,
@@ -10,7 +10,7 @@ pub struct State {
 }
 
 impl State {
-    /// At level 0, M0.
+    /// At level 0 (the paper's M0).
     pub fn new(mesh: &ProgressiveMesh) -> State {
         State { level: 0, faces: mesh.faces.clone() }
     }

@@ -34,7 +34,8 @@ use crate::math::ragged::Ragged;
 use crate::model::Model;
 use serde::Serialize;
 
-/// Collapses from the full model down to the base mesh M0, in order of execution. Indices are the model's.
+/// Collapses from the full model down to level 0 (the paper's M0), in order of execution. Indices are the
+/// model's.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Collapses {
     /// The deviation from the full model after each collapse, in object units: the maximum of three kinds of

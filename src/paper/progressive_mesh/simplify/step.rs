@@ -33,8 +33,8 @@ impl Sequence<'_> {
     }
 
     /// True for a position with very many faces. It neither moves nor is a target until other collapses have
-    /// reduced their number: examining it costs the square of that number, and every collapse beside it would
-    /// examine it.
+    /// reduced the number of its faces. Examining it costs the square of this number, and every collapse
+    /// beside it would examine it.
     pub(super) fn is_heavy(&self, position: u32) -> bool {
         self.rules != Rules::Crossing && self.surface.valence(position) > MOST_FACES
     }

@@ -271,7 +271,7 @@ impl Baselines {
         self.compaction.is_some()
     }
 
-    /// Records that pass.
+    /// Records the pass in which the device fills slices.
     ///
     /// # Errors
     /// Out of memory.

@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// The instances' levels and slices: executed by the host, by the device, or drawn by a baseline.
 pub enum Levels {
     Host(Box<dyn Host>),
-    /// One copy of all instances for each frame in flight, and the present one.
+    /// One copy of all instances for each frame in flight, and the slot of the present frame.
     Mapped(PerFrame<Box<dyn MappedHost>>, Slot),
     Device(Box<Resident>),
     Baseline(Box<Baselines>),
@@ -36,7 +36,7 @@ pub trait Host {
     fn state_bytes(&self) -> usize;
 }
 
-/// The same in memory that the device reads.
+/// Instances whose levels the host executes in memory that the device reads.
 pub trait MappedHost: Host {
     fn buffer(&mut self) -> &Arc<Buffer>;
     /// To be called before a frame changes levels.
@@ -151,8 +151,7 @@ impl Levels {
         made().map_err(|error| error.of(indices))
     }
 
-    /// To be called before a frame changes levels: from now on `slot` is the present one. Where the frames' index
-    /// buffers differ, returns that of the slot.
+    /// To be called before a frame changes levels: from now on `slot` is the present one.
     pub fn begin(&mut self, slot: Slot) -> Result<(), Error> {
         let Levels::Mapped(slots, now) = self else { return Ok(()) };
         *now = slot;
@@ -265,7 +264,7 @@ impl Levels {
     }
 }
 
-/// All instances at level 0, in a buffer of their own.
+/// All instances at level 0, in their own buffer.
 fn mapped(
     gpu: &Gpu,
     program: Arc<Program>,

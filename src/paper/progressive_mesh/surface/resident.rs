@@ -9,7 +9,7 @@ use std::sync::Arc;
 pub struct Resident {
     program: Arc<Program>,
     apply: Apply,
-    /// F at level 0, all slots: the source of faces that become live.
+    /// The index buffer of level 0, with the slots of all levels: the source of faces that become live.
     faces: Buffer,
     levels: Vec<u32>,
     slices: Slices,

@@ -25,7 +25,7 @@ pub struct MorphVertex {
     /// smaller wanted errors.
     pub birth_log2: f32,
     pub normal: [f32; 3],
-    /// The vertex from whose position it starts; the vertex itself if it splits none.
+    /// The vertex from whose position it starts; its own index if it replaces none.
     pub split_vertex: u32,
 }
 
@@ -33,9 +33,9 @@ pub struct MorphVertex {
 /// birth. With a wider band the mesh lags behind its level; with a narrower one vertices move faster.
 pub const MORPH_BAND_LOG2: f32 = 0.5;
 
-/// log2 birth above all errors, for vertices of M0 and vertices that replace nothing.
+/// A `birth_log2` above all errors, for vertices of level 0 and vertices that replace none.
 pub const ALWAYS_LOG2: f32 = 1000.0;
-/// log2 of a wanted error so small that every vertex has reached its position.
+/// log2 of a wanted error that is so small that every vertex has reached its position.
 pub const EXACT_LOG2: f32 = -1000.0;
 
 /// One unit normal per vertex: the model's own, or else the area-weighted mean over the full mesh's faces at

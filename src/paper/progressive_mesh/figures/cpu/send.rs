@@ -35,7 +35,7 @@ pub struct Sender<'a> {
     way: Way,
     /// The index buffer on the device.
     indices: Buffer,
-    /// F on the host. Unused if the device executes, or if the host writes into `indices`.
+    /// The index buffer on the host. Unused if the device executes, or if the host writes into `indices`.
     faces: Vec<[u32; 3]>,
     staging: Buffer,
     kept: Vec<[u32; 3]>,

@@ -38,9 +38,9 @@ pub const EXTREMES: Figure = Figure {
         Claim::ours(
             "outcome",
             "Every mesh has a valid outcome. Either all faces are finite, and their distance from the \
-             intended shape is at most the loss in reading plus the stated error (if a part vanished, which \
-             counts with its extent, this holds for the remaining faces). Or the mesh is refused with a \
-             reason. A loss in reading above 1/1000 of the diagonal is reported in words.",
+             intended shape is at most the loss in reading plus the stated error (if a component vanished, \
+             only the remaining faces are tested, because its extent is its error). Or the mesh is refused \
+             with a reason. A loss in reading above 1/1000 of the diagonal is reported in words.",
             &[Test::value(one(FAULTS, OURS), Equal(0.0))],
         ),
         Claim::ours(
@@ -207,7 +207,7 @@ fn faults(own: &[Row]) -> usize {
     if of(FACES) == Some(0.0) {
         return usize::from(!words(OUTCOME).starts_with(REFUSED));
     }
-    // A vanished part counts with its extent, regardless of its distance from the others.
+    // The error of a vanished component is its extent, regardless of its distance from the others.
     let vanished = of(VANISHED).is_some_and(|parts| parts > 0.0);
     let distance = of(if vanished { LEFT } else { HAUSDORFF });
     let (Some(distance), Some(stated), Some(lost)) = (distance, of(STATED), of(LOST)) else { return 1 };
