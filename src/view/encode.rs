@@ -38,7 +38,8 @@ pub fn animation(folder: &Path, frames: u32) -> anyhow::Result<()> {
 
 /// Writes `film.mp4` from the same pictures. False if ffmpeg is not installed.
 ///
-/// # Errors ffmpeg cannot be started, or it fails; the error contains the first line of ffmpeg's message.
+/// # Errors
+/// ffmpeg cannot be started, or it fails; the error contains the first line of ffmpeg's message.
 pub fn film(folder: &Path) -> anyhow::Result<bool> {
     let mut command = Command::new("ffmpeg");
     command.args(["-loglevel", "error", "-nostdin", "-y", "-framerate", &FRAMES_PER_SECOND.to_string()]);

@@ -21,7 +21,8 @@ impl Reload {
     /// Starts compiling `glsl/` of the folder `ORTELIUS_SOURCES`; without that variable, of this build's
     /// sources.
     ///
-    /// # Errors The sources are missing (an installed program has none), or the compiler is missing (the
+    /// # Errors
+    /// The sources are missing (an installed program has none), or the compiler is missing (the
     /// build folder was removed).
     pub fn start(&mut self) -> anyhow::Result<()> {
         if self.is_under_way() {
