@@ -132,7 +132,7 @@ impl Outputs {
         let dump = texture.footprint(&renderer.gpu, renderer.target())?;
         let first_resident = texture.source.pyramid().first_resident_level();
         // (i, j) of the tile in its own level: the level-0 address shifted by the streamed q. -1 for resident
-        // levels (G1) and the background.
+        // levels and the background.
         let native = |index: usize| {
             move |&triple: &[u32; 3]| match triple[0] {
                 q if q < first_resident => (triple[index] >> q) as f32,

@@ -26,7 +26,7 @@ impl Lines {
         Ok(Lines { path: path.to_owned(), file: Rc::new(RefCell::new(Ok(file))) })
     }
 
-    /// The same records, each also written to the file.
+    /// `records`, with each one also written to the file.
     pub fn tap(&self, records: Records<Record>) -> Records<Record> {
         let file = self.file.clone();
         records.with_tap(move |record| {

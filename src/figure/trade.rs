@@ -48,7 +48,7 @@ pub struct Traded {
     #[serde(with = "any_f64")]
     pub error: f64,
     pub errors: Errors,
-    /// Levels by which the picture is coarser than requested because the visible tiles exceed N1.
+    /// Levels by which the picture is coarser than requested because the visible tiles exceed the tile pool.
     pub forced_bias: u32,
     /// Frames until a resting camera has listed every visible tile; 1 if each frame's list is exact.
     #[serde(default = "at_once")]

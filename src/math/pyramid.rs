@@ -123,7 +123,7 @@ impl Pyramid {
         self.width_log2.max(self.height_log2)
     }
 
-    /// L': how many of the coarsest levels are always resident (`G1`).
+    /// L': the number of coarsest levels that are always resident (`G1`).
     pub fn resident_levels(&self) -> u32 {
         self.resident_levels
     }

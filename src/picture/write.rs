@@ -1,5 +1,5 @@
 //! Picture files: PNG in sRGB bytes, EXR in 32-bit floats with channels of any name. Writes are atomic: a file
-//! is written beside the target under a name of its own and then renamed. Folders are never created.
+//! is written beside the target under a temporary name and then renamed. Folders are never created.
 
 use super::{Picture, srgb};
 use crate::file;

@@ -100,7 +100,7 @@ impl Summary {
         self.p95 - self.p5
     }
 
-    /// The same measurement in another unit.
+    /// This summary in another unit: all values times `factor`.
     pub fn scaled(&self, factor: f64) -> Summary {
         let Summary { count, min, p5, median, p95, max } = *self;
         let [min, p5, median, p95, max] = [min, p5, median, p95, max].map(|value| value * factor);

@@ -10,8 +10,8 @@ use ortelius::renderer::Renderer;
 use ortelius::renderer::report::{Report, RunSection};
 use std::path::{Path, PathBuf};
 
-/// A recording in progress. It has a renderer of its own, so the frames do not depend on what the window
-/// showed before.
+/// A recording in progress. It has its own renderer, so the frames do not depend on what the window showed
+/// before.
 pub struct Film {
     pub renderer: Renderer,
     run: RunSection,

@@ -40,7 +40,7 @@ pub fn show(ui: &mut Ui, stage: &Stage, found: &Found) {
 
 type Row = (&'static str, String);
 
-/// The same values in one line: `name value; …`.
+/// The inspector's values in one line: `name value; …`.
 pub fn line(stage: &Stage, found: &Found) -> String {
     let parts = rows(stage, found).into_iter().map(|(name, value)| format!("{name} {value}"));
     parts.collect::<Vec<_>>().join("; ")

@@ -27,7 +27,8 @@ impl Overlay {
             ],
             Overlay::Collapse => [
                 "collapse levels",
-                "each face of a progressive mesh by the level below which it collapses: blue M0, red the finest",
+                "each face of a progressive mesh by the level below which it collapses: blue is level 0, red the \
+                 finest level",
             ],
             Overlay::Misses => [
                 "vertex-cache misses",

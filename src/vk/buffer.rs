@@ -39,7 +39,7 @@ pub enum IndexType {
 }
 
 impl IndexType {
-    /// The narrower one that can name each of so many vertices.
+    /// The narrowest type that can name each of `vertices` vertices.
     pub fn of_vertices(vertices: usize) -> IndexType {
         if vertices < 1 << 16 { IndexType::U16 } else { IndexType::U32 }
     }
@@ -52,7 +52,7 @@ impl IndexType {
         }
     }
 
-    /// Bytes of so many faces, rounded up to whole words: shaders read indices by words.
+    /// Bytes of `faces` faces, rounded up to whole words, because shaders read indices by words.
     pub fn bytes_of_faces(self, faces: u64) -> u64 {
         (3 * self.bytes() * faces).next_multiple_of(4)
     }

@@ -69,7 +69,8 @@ fn verdicts(spoil: fn(usize, usize, &mut [u8]), instead: fn(TileId) -> TileId) -
     let mut renderer = VirtualTexture::run(gpu.clone(), source, &mesh, settings).unwrap();
     renderer.settle(&pose()).unwrap();
     let verdicts = renderer.ruler_verdicts().unwrap();
-    // Straight down from 300 km the ground fills the frame, and no tile is coarse enough to be in G1.
+    // Straight down from 300 km the ground fills the frame, and no tile is coarse enough for a resident
+    // level.
     assert_eq!((verdicts.covered, verdicts.from_g1, verdicts.not_resident), (320 * 180, 0, 0));
     verdicts
 }

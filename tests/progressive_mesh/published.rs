@@ -73,7 +73,7 @@ fn one_percent_more_error_is_a_few_faces_fewer_and_the_error_is_no_less_than_mea
     }
 }
 
-/// M0 has no faces: every face appears in a split.
+/// Level 0 has no faces: every face appears in a split.
 #[test]
 fn an_order_of_regions_begins_at_no_face() {
     let model = named("torus:16").unwrap();

@@ -77,7 +77,7 @@ proptest! {
             walk.go_to(mesh, level);
             prop_assert_eq!(difference(walk.instance.faces(0), &all, level), None);
         }
-        prop_assert!(walk.whole == mesh.faces, "M0 has changed");
+        prop_assert!(walk.whole == mesh.faces, "level 0 has changed");
     }
 
     #[test]

@@ -63,7 +63,8 @@ impl ortelius::paper::virtual_texture::streaming::Uploader for NoRoom {
 
 #[test]
 fn a_prefetched_tile_pins_no_slot_of_main_memory() {
-    // J1 is full of visible tiles, so B cannot be uploaded; its slot in J2 is the only one available to C.
+    // The tile pool is full of visible tiles, so B cannot be uploaded. B's slot in the host cache is the only
+    // one available to C.
     let mut bench = Bench::new(TestSource::default(), counting(3, 1, 1, 1));
     bench.settle(&[A], 4);
     for _ in 0..3 {
@@ -93,7 +94,7 @@ fn the_finest_or_coarsest_tile_is_requested_first_as_configured() {
     }
 }
 
-/// The tile displayed for a visible tile: itself, or the nearest coarser one in `J1`.
+/// The tile displayed for a visible tile: itself, or the nearest coarser one in the tile pool.
 fn shown(bench: &Bench, visible: TileId) -> Option<TileId> {
     let coarser =
         (0..pyramid().first_resident_level() - visible.level).map(|levels| visible.ancestor(levels));

@@ -97,7 +97,7 @@ fn a_recovered_disk_is_detected_automatically() {
 
 #[test]
 fn a_broken_tile_returns_its_slot() {
-    // One slot in J2: every later load needs the slot of the failed ones.
+    // The host cache has one slot, so every later load needs the slot of the failed ones.
     let mut bench = Bench::new(TestSource::default(), counting(16, 1, 1, 1));
     bench.source.set_broken(block(2, 2));
     bench.settle(&block(4, 4), 60);

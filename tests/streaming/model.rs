@@ -150,8 +150,8 @@ impl Model {
         let gpu = (0..config.gpu_tiles).filter_map(|slot| bench.streaming.gpu_tile(slot)).collect();
         let host = (0..config.host_tiles).filter_map(|slot| bench.streaming.host_tile(slot)).collect();
         let differences = [
-            (tiles(&self.j1) != gpu, format!("J1 {:?}, here {gpu:?}", tiles(&self.j1))),
-            (tiles(&self.j2) != host, format!("J2 {:?}, here {host:?}", tiles(&self.j2))),
+            (tiles(&self.j1) != gpu, format!("the tile pool has {:?}, here {gpu:?}", tiles(&self.j1))),
+            (tiles(&self.j2) != host, format!("the host cache has {:?}, here {host:?}", tiles(&self.j2))),
             (uploads != report.uploads, format!("{uploads} uploads, here {report:?}")),
             (
                 self.evictions != [report.gpu_evictions, report.host_evictions],

@@ -96,7 +96,8 @@ impl TileSource for TestSource {
     }
 }
 
-/// `J1`'s texels and the page table, maintained like a driver's: only from uploads and reported changes.
+/// The tile pool's texels and the page table, maintained as a driver would: only from uploads and reported
+/// changes.
 #[derive(Default)]
 pub struct VideoMemory {
     pub slots: HashMap<u32, Vec<u8>>,

@@ -127,7 +127,8 @@ fn of_ellipse(ellipse: Ellipse) -> impl Fn([[f64; 2]; 2], u32, f64) -> [f64; 2] 
     move |jacobian, q, _| half_sides(&ellipse, &pixel_of([0.0; 2], jacobian), q).map(|side| side - 0.5)
 }
 
-/// For nA samples. The outermost one lies 1 / (2 nA) of the longer side before its end.
+/// For nA samples along the footprint. The outermost one lies 1 / (2 nA) of the longer side before that
+/// side's end.
 fn of_samples(most: u32) -> impl Fn([[f64; 2]; 2], u32, f64) -> [f64; 2] {
     move |[u, v], q, sign| {
         let [r1, r2] = [[u[0], v[0]], [u[1], v[1]]];

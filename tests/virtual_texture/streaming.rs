@@ -77,7 +77,7 @@ fn an_unreadable_tile_is_reported_once_and_shown_from_the_next_coarser() {
     let verdicts = renderer.ruler_verdicts().unwrap();
     assert_eq!(verdicts.wrong, 0, "the substitute is the right texel of a coarser tile");
     assert!(verdicts.not_resident > 0 && verdicts.not_resident < verdicts.covered);
-    assert_eq!(verdicts.from_g1, 0, "the next coarser tile, not G1");
+    assert_eq!(verdicts.from_g1, 0, "the next coarser tile, not a resident level");
     let failures: Vec<_> = renderer.records.iter().flat_map(|record| &record.streaming.failures).collect();
     assert_eq!(failures.len(), 1);
     assert_eq!(failures[0].tile, tile);

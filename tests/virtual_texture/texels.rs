@@ -31,7 +31,7 @@ fn a_frame_without_its_tiles_is_found_wanting() {
     renderer.frame(&pose).unwrap();
     let verdicts = renderer.ruler_verdicts().unwrap();
     assert_eq!(verdicts.not_resident, verdicts.covered);
-    assert_eq!(verdicts.wrong, 0, "G1 is always right");
+    assert_eq!(verdicts.wrong, 0, "resident levels are always right");
 }
 
 /// Near miss of the check itself: with a texture other than the ruler almost all pixels are wrong.

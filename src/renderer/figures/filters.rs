@@ -20,14 +20,15 @@ use std::sync::OnceLock;
 pub const FILTERS: Figure = Figure {
     id: "scene.filters",
     title: "Filters of a virtual texture: error, tiles and time",
-    about: "Paper 1 filters with one trilinear sample or with nA of them, paper 3 with the texels of the footprint's \
-            ellipse. Both read texels beyond a tile's border from the neighbouring tile, so the border does not change \
-            the picture. The ellipse has at least one texel, or at least two, along its minor semi-axis. The truth is \
-            the f64 mean of 4,232 stratified samples per pixel of the mesh, with two kernels: the ellipse's own, a \
-            Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one pixel. The samples read the coarsest \
-            level that has 8 texels across the shorter side of every footprint; averaging and interpolating its texels \
-            adds 2 % to the kernel's variance. NMSE is of luminance, over the pixels whose kernel lies wholly on the \
-            landscape. Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x 180 pixels.",
+    about: "Paper 1 filters with one trilinear sample or with several along the footprint, paper 3 with the texels of \
+            the footprint's ellipse. Both read texels beyond a tile's border from the neighbouring tile, so the border \
+            does not change the picture. The ellipse has at least one texel, or at least two, along its minor \
+            semi-axis. The truth is the f64 mean of 4,232 stratified samples per pixel of the mesh, with two kernels: \
+            the ellipse's own, a Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one pixel. The samples \
+            read the coarsest level that has 8 texels across the shorter side of every footprint; averaging and \
+            interpolating its texels adds 2 % to the kernel's variance. NMSE is of luminance, over the pixels whose \
+            kernel lies wholly on the landscape. Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x \
+            180 pixels.",
     scenes: &["earth/oblique", "plane/tilted"],
     variants: || VARIANTS.iter().map(|(name, ..)| (*name).to_string()).chain([FLOOR.into()]).collect(),
     paper: &[],

@@ -117,7 +117,7 @@ pub struct TextureFrame {
     pub host_evictions: usize,
     pub stale_loads: usize,
     pub failures: Vec<String>,
-    /// Levels by which tiles are coarser, because N1 is too small (or the user requested it).
+    /// Levels by which tiles are coarser, because the tile pool has too few slots (or the user requested it).
     pub bias: u32,
     pub oversubscribed: bool,
 }

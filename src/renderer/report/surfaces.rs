@@ -13,7 +13,7 @@ pub struct SurfaceReport {
     /// Faces of the full mesh.
     pub faces: u32,
     pub vertices: u32,
-    /// n: the number of splits from M0 to the full mesh.
+    /// The number of splits from level 0 to the full mesh.
     pub splits: u32,
     /// The complete extent of a truncated `.pmesh` file; null if the file is complete.
     pub cut_from: Option<Extent>,
@@ -31,8 +31,8 @@ pub struct InstanceBytes {
     pub shared_device: u64,
     /// Placement, level, slice, and dirty flags.
     pub state_of_an_instance: f64,
-    /// Its slice of the index buffer, 6 or 12 bytes per face: in main memory (0 if the device executes) and in video
-    /// memory.
+    /// An instance's slice of the index buffer, 6 or 12 bytes per face: in main memory (0 if the device executes)
+    /// and in video memory.
     pub host_indices_of_an_instance: f64,
     pub device_indices_of_an_instance: f64,
     /// Live faces in these slices; at 6 or 12 bytes each, this is the minimum size.

@@ -56,7 +56,7 @@ impl Baseline {
         BASELINES.into_iter().find(|baseline| baseline.order() == order)
     }
 
-    /// Its name in scenes and figures.
+    /// The order that selects this baseline in scenes, and its name in figures.
     pub const fn order(self) -> FaceOrder {
         match self {
             Baseline::Random => FaceOrder::Random,

@@ -1,10 +1,10 @@
 //! The governor, section 4: "for scalability the wanted deviation is changed according to the platform's performance"
 //! (the paper does not say how).
 //!
-//! It plans ahead. Before a frame, the camera is known, and so is the number of faces that each factor on the
-//! wanted errors would draw. The time per face is unknown; it is estimated as the time that nine of ten
-//! recent frames do not exceed. The plan takes the smallest factor for which faces times time per face fit
-//! the budget.
+//! The governor plans ahead. Before a frame, the camera is known, and so is the number of faces that each
+//! factor on the wanted errors would draw. The time per face is unknown; it is estimated as the time that
+//! nine of ten recent frames do not exceed. The plan takes the smallest factor for which faces times time per
+//! face fit the budget.
 //!
 //! - Nine of ten frames must keep the budget, so the plan uses the 90 % quantile; with the mean, every other
 //!   frame would exceed the budget. A hanging frame is one of thirty and has no effect.

@@ -147,7 +147,7 @@ impl OrderOptions {
         }
     }
 
-    /// The same options with at most `moves` moved faces per split.
+    /// These options with at most `moves` moved faces per split.
     pub const fn with_moves(self, moves: f64) -> OrderOptions {
         let regions = match self.births {
             Births::Tail if moves < 20.0 => OrderOptions::TAIL_10.regions,

@@ -65,7 +65,7 @@ impl Patch {
         Self { faces, vertices, starts, around }
     }
 
-    /// The same faces, rotated so that face `first` comes first.
+    /// This patch with its faces rotated so that face `first` comes first.
     pub fn turned(&self, first: usize) -> Self {
         let mut faces = self.faces.clone();
         faces.rotate_left(first);

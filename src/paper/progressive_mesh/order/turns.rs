@@ -121,7 +121,7 @@ impl Tail {
         (start..start + length, most)
     }
 
-    /// How many of the tail's first `incoming` faces belong elsewhere and must make room.
+    /// The number of the tail's first `incoming` faces that do not belong to `region` and must make room.
     fn displaced(&self, plan: &Plan, region: &Range<usize>, incoming: usize) -> usize {
         let first = &plan.at[self.start..self.start + incoming];
         first.iter().filter(|&&face| !self.is_incoming(face, region)).count()

@@ -52,7 +52,7 @@ impl Quadric {
         self.constant
     }
 
-    /// The same function about another origin. `origin` is relative to the old one.
+    /// This quadric about another origin. `origin` is relative to the old one.
     pub fn about(&self, origin: DVec3) -> Quadric {
         Quadric { linear: self.linear + self.product(origin), constant: self.at(origin), ..*self }
     }

@@ -285,7 +285,8 @@ impl<'a> Sequence<'a> {
         self.around.extend(self.hub.edges.iter().map(|edge| edge.end));
         while let Some(neighbour) = self.around.pop() {
             match self.queue.contains(neighbour) {
-                // Its cost is recomputed when it reaches the head of the queue, because costs rarely fall.
+                // The neighbour's cost is recomputed when it reaches the head of the queue, because costs
+                // rarely fall.
                 true => self.exact[neighbour as usize].0 = NOWHERE,
                 false => self.renew(neighbour),
             }

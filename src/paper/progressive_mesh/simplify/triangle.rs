@@ -34,7 +34,7 @@ pub struct Triangle {
     ab_dot_ac: f64,
     /// Squared length of [`Self::cross`].
     cross_squared: f64,
-    /// Its reciprocal; 0 for a thin triangle or a needle.
+    /// 1 / `cross_squared`; 0 for a thin triangle or a needle.
     inverse: f64,
     /// Upper bound of the rounding error of squared distances.
     rounding: f64,

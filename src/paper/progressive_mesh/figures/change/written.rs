@@ -92,7 +92,7 @@ impl<'a> Walker<'a> {
             let corners = list.run(self.levels, &mut self.faces, [from, to], &mut Untold);
             return written.add(self.face_bytes / 3 * corners as u64);
         }
-        // The new list is written as a whole, with the corners of that level.
+        // The new list is written as a whole, with the corners of the new level.
         (self.at, self.list) = (at, list);
         self.faces = self.lists.drawn(to, &[]);
         written.copied[usize::from(to < from)] += self.faces.len() as u64;
@@ -133,7 +133,8 @@ mod tests {
             [all(1), all(7), all(1 << 20)],
             [2 * (2 * programs[1].corners().words.len() as u64 + moves) + born; 3]
         );
-        // Both mapped buffers end behind their last change but one.
+        // The two mapped buffers together get each change twice, except the changes at the turn and at the
+        // end of the walk.
         let mapped = by("tail-23, mapped", 1).bytes;
         assert!(mapped > 2 * all(1) - 2 * by("tail-23", 1).worst && mapped < 2 * all(1), "{mapped}");
         // All faces of the last level on the way up, and of the first level on the way down.

@@ -37,13 +37,13 @@ const VARIANTS: [&str; FaceOrder::ALL.len()] = {
     }
     names
 };
-/// Some of these orders.
+/// The orders that claims name.
 const CLASSICAL: &str = FaceOrder::Classical.name();
 const TAIL_23: &str = FaceOrder::Tail23.name();
 const IN_PLACE_23: &str = FaceOrder::InPlace23.name();
 const IN_PLACE_10: &str = FaceOrder::InPlace10.name();
 const PAPER: &str = FaceOrder::Paper.name();
-/// Draws other faces than the rest.
+/// The only order that draws other faces.
 const DISCRETE: &str = FaceOrder::Discrete.name();
 
 const SHADED: &str = "vertex invocations for each vertex";
@@ -54,7 +54,8 @@ const PER_VERTEX: &str = "draw for each million of vertex invocations";
 
 const HEAVY: &str = "heavy vertices";
 
-/// In the heavy draw, the artificial vertex work takes three quarters of the time of the cheapest order.
+/// Precondition: in the heavy draw, artificial vertex work takes at least three quarters of the time with
+/// tail-23.
 const VERTEX_BOUND: &[Test] =
     &[Test::ratio(one(TIME, TAIL_23).scene(HEAVY), one(TIME, TAIL_23).scene("vertices"), AtLeast(4.0))];
 

@@ -61,7 +61,7 @@ const BASELINE: &str = "meshoptimizer";
 const TARGET: &str = "target";
 const FACES: &str = "faces";
 const HAUSDORFF: &str = "Hausdorff distance";
-/// One-sided: vanished parts do not count.
+/// One-sided, from the remaining faces: components that vanished are not measured.
 const LEFT: &str = "distance of what is left";
 const STATED: &str = "stated error";
 const CROWDED: &str = "edges of more than two faces";
