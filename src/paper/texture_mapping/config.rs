@@ -7,7 +7,7 @@ use std::path::PathBuf;
 choices! {
     /// How a pixel's colour is taken from a relief.
     pub enum ReliefMethod {
-        /// Its texels, each weighted by its visible width along the view direction.
+        /// The footprint's texels, each weighted by its visible width along the view direction.
         ProjectedWidth = "projected-width",
         /// One ray through a refined distance map, and the texture at its hit.
         Trace = "trace",
@@ -35,7 +35,7 @@ settings! {
     pub struct ReliefKeys {
         /// How a pixel is filtered.
         method: ReliefMethod = ReliefMethod::ProjectedWidth;
-        /// From the plane down to the lowest height.
+        /// Depth of the lowest height below the plane.
         depth_m: f64, in 1e-6..=1e6, unit "m";
         /// The heights.
         map: ReliefMap;

@@ -27,7 +27,7 @@ pub struct Ellipse {
 }
 
 impl Ellipse {
-    /// The thesis: no reconstruction term, formula (4) as printed, level 0 unless a pixel would visit too
+    /// The thesis's settings: no reconstruction term, formula (4) as printed, level 0 unless a pixel would visit too
     /// many texels, no edge weights.
     pub const PAPER: Ellipse = Ellipse {
         footprint: Footprint {

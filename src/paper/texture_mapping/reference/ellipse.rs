@@ -1,4 +1,5 @@
-//! A…D: visits all texels of a box around the ellipse; the inverse of V gives their distances.
+//! Steps A to D: visits all texels of a box around the ellipse. The inverse of the ellipse's matrix V gives their
+//! distances.
 
 use super::Filtered;
 use crate::paper::texture_mapping::footprint::{Axes, MOST_MAJOR_TEXELS, MOST_VISITED, Scan};
@@ -127,14 +128,14 @@ fn shaped(ellipse: &Ellipse, pixel: &Pixel, level: u32) -> Shaped {
     Shaped { v: with_k, det, to_disc }
 }
 
-/// (4) as printed: length and angle of the axis (x, y); `other` is the length of the other axis.
+/// Formula (4) as printed: length and angle of the axis (x, y). `other` is the length of the other axis.
 fn literal(x: f64, y: f64, other: f64, scale: f64, k: f64) -> (f64, f64, f64, f64) {
     let length = x.hypot(y);
     let (cos, sin) = if length > 0.0 { (x / length, y / length) } else { (1.0, 0.0) };
     ((length * length * scale + k).sqrt(), (other * other * scale + k).sqrt(), cos, sin)
 }
 
-/// C: the part of a texel that the edge keeps; `distance` in texels, positive inside.
+/// The part of a texel that the edge keeps (step C). `distance` is in texels, positive inside.
 pub fn kept(edge: Edge, distance: f64) -> f64 {
     if edge == Edge::None {
         return if distance >= 0.0 { 1.0 } else { 0.0 };
@@ -156,7 +157,7 @@ pub fn kept(edge: Edge, distance: f64) -> f64 {
     if distance >= 0.0 { inside } else { 1.0 - inside }
 }
 
-/// D: the value of the nearest entry, or interpolated between the two nearest.
+/// The weight map's value (step D): that of the nearest entry, or interpolated between the two nearest.
 fn mapped(map: &WeightMap, alpha: f64, reach: f64, place: [f64; 2]) -> f64 {
     let [x, y] = place.map(|c| c / reach);
     let entries = f64::from(map.entries);
@@ -186,7 +187,7 @@ fn mapped(map: &WeightMap, alpha: f64, reach: f64, place: [f64; 2]) -> f64 {
     entry(square)
 }
 
-/// B, or D instead of it.
+/// The weight by formula (4), or by the weight map if there is one.
 fn weight(ellipse: &Ellipse, place: [f64; 2]) -> f64 {
     let alpha = f64::from(ellipse.kernel.alpha);
     match &ellipse.map {
