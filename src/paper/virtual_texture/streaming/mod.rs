@@ -13,7 +13,7 @@
 //! - A visible tile in the tile pool is never evicted, so the visible set must fit into N1 slots. If it does not, all
 //!   tiles are requested coarser, by the smallest number of levels that fits ([`fitting_bias`]).
 //! - The queues hold only tiles that this frame needs. All other queued tiles return to state -2 before the upload
-//!   step and the loader run, and are requested again when they are seen again. A queued tile in the upload queue is
+//!   step and the loader run, and are requested again when they are seen again. A tile in the upload queue is
 //!   pinned in the host cache until it is uploaded or dropped from the queue.
 //! - A visible tile may leave the host cache once it is in the tile pool. Otherwise nothing new could be loaded if N2
 //!   is smaller than the visible set. Its time of use makes it the last to be evicted.
