@@ -11,8 +11,8 @@ pub enum Baseline {
     /// The mean of at most this many trilinear samples along the longer column of the Jacobian
     /// (EXT_texture_filter_anisotropic).
     Anisotropic(u32),
-    /// Gaussian trilinear probes along the major axis, at most this many (McCormack, Perry, Farkas and Jouppi, "Feline: fast
-    /// elliptical lines for anisotropic texture mapping", SIGGRAPH 1999).
+    /// Gaussian trilinear probes along the major axis, at most this many (McCormack, Perry, Farkas and Jouppi,
+    /// "Feline: fast elliptical lines for anisotropic texture mapping", SIGGRAPH 1999).
     Feline(u32),
     /// This many Gaussian taps along the major axis, each the mean of up to 16 trilinear samples (Mavridis
     /// and Papaioannou, "High quality elliptical texture filtering on GPU", I3D 2011, where the taps are

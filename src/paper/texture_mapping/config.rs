@@ -31,7 +31,8 @@ choices! {
 }
 
 settings! {
-    /// A height field below a square plane with a plain texture (paper 3, sections H and I). It replaces the plane's filter.
+    /// A height field below a square plane with a plain texture (paper 3, sections H and I). It replaces the plane's
+    /// filter.
     pub struct ReliefKeys {
         /// How a pixel is filtered.
         method: ReliefMethod = ReliefMethod::ProjectedWidth;
@@ -39,8 +40,8 @@ settings! {
         depth_m: f64, in 1e-6..=1e6, unit "m";
         /// The heights.
         map: ReliefMap;
-        /// A square picture; its side is a power of two from 16 to 4096 texels. The path is relative to the scene (given
-        /// by `-D`: to the working directory). Required for `"file"`.
+        /// A square picture; its side is a power of two from 16 to 4096 texels. The path is relative to the scene
+        /// (given by `-D`: to the working directory). Required for `"file"`.
         path: Option<PathBuf> = None;
     }
     check check;

@@ -25,8 +25,8 @@
 //!   if loads that are no longer wanted have reserved all slots.
 //! - A tile that cannot be read is reported once. Its nearest coarser tile is wanted instead, until
 //!   [`Streaming::forget_failures`], or for [`StreamingConfig::retry_after`].
-//! - Tiles that are expected soon can be prefetched ([`Streaming::frame_ahead`]), after all tiles of this frame and into
-//!   slots without a visible tile.
+//! - Tiles that are expected soon can be prefetched ([`Streaming::frame_ahead`]), after all tiles of this frame and
+//!   into slots without a visible tile.
 
 mod config;
 mod host;
@@ -111,8 +111,8 @@ impl Streaming {
         let tile_bytes = source.format().tile_bytes(&pyramid);
         let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
         let (threads, capacity) = match config.deterministic {
-            // The frame waits for its loads, so its core is free for them. Each load needs a slot of the host cache, and
-            // no load is left from the previous frame.
+            // The frame waits for its loads, so its core is free for them. Each load needs a slot of the host cache,
+            // and no load is left from the previous frame.
             true => (cores, config.load_tiles_per_frame.min(config.host_tiles)),
             false => (cores - 1, MOST_UNDER_WAY),
         };
@@ -149,7 +149,8 @@ impl Streaming {
         self.frame_ahead(visible, &[], uploader)
     }
 
-    /// As [`Streaming::frame`]; the remaining budget and slots go to the tiles of `expected`, which are not visible yet.
+    /// As [`Streaming::frame`]; the remaining budget and slots go to the tiles of `expected`, which are not visible
+    /// yet.
     pub fn frame_ahead(
         &mut self,
         visible: &[TileId],
