@@ -44,8 +44,8 @@ impl Ellipse {
         edge: Edge::None,
     };
 
-    /// The corrected formulas with all of our additions. In `tm.pareto` no setting with as few texels has a smaller
-    /// error.
+    /// The corrected formulas with all of our additions. In `tm.pareto`, twice the texels across the ellipse would
+    /// reduce the error by only 6 %.
     pub const BEST: Ellipse = Ellipse {
         footprint: Footprint {
             axes: Axes::Corrected,
