@@ -1,6 +1,6 @@
 //! The footprint (step A). The disc `r <= 1` of a pixel maps to the ellipse `q^T V^-1 q <= 1` in texels around the
-//! pixel's centre, with `V = J J^T`, where J is the Jacobian (formulas (1) to (3) of the thesis; Heckbert,
-//! "Fundamentals of texture mapping and image warping" (UCB/CSD 89/516, 1989)).
+//! pixel's centre, with `V = J J^T` and the Jacobian J. These are formulas (1) to (3) of the thesis (Heckbert,
+//! "Fundamentals of texture mapping and image warping", UCB/CSD 89/516, 1989).
 //!
 //! Ours is `V = s J J^T + k I` with the kernel's squared radius s and a reconstruction term k. Its determinant has
 //! only positive terms. The minor axis selects the level of detail, and the axis ratio is limited.

@@ -243,9 +243,9 @@ pub fn filtered(
     Filtered { value, slack, fetched, undecided, empty }
 }
 
-/// An ellipse that contains every point within half a texel of the footprint: (1 + 1/t) V + (1 + t) / 4 I
-/// contains the sum of an ellipse and a disc for every t > 0, and touches it at the minor axis if t is
-/// twice that axis's length.
+/// An ellipse that contains every point within half a texel of the footprint. For every t > 0, the ellipse (1 + 1/t)
+/// V + (1 + t) / 4 I contains the sum of the ellipse V and a disc of radius 1/2. It touches the sum at the minor axis
+/// if t is twice that axis's length.
 fn outer(ellipse: &Ellipse, shaped: &Shaped) -> Symmetric {
     let [a, b, c] = shaped.v.0;
     if ellipse.edge == Edge::None {
@@ -329,8 +329,8 @@ fn each_texel(ellipse: &Ellipse, pixel: &Pixel, level: u32, mut visit: impl FnMu
     }
 }
 
-/// Rounding error of a texel's r in f32: 4 ulp of r itself, and 4 ulp of the position along the row, which
-/// is the difference of two numbers up to `sqrt(a)`, measured in the ellipse's width along the row.
+/// Rounding error of a texel's r in f32: 4 ulp of r itself, and 4 ulp of the position along the row. The position is
+/// the difference of two numbers up to `sqrt(a)`, and is measured in the ellipse's width along the row.
 fn rounding(shaped: &Shaped, [_, dv]: [f64; 2], r: f64) -> f64 {
     let [a, b, c] = shaped.v.0;
     let width = (shaped.det / c).sqrt();

@@ -17,9 +17,9 @@
 //!   pinned in the host cache until it is uploaded or dropped from the queue.
 //! - A visible tile may leave the host cache once it is in the tile pool. Otherwise nothing new could be loaded if N2
 //!   is smaller than the visible set. Its time of use makes it the last to be evicted.
-//! - A tile that is shown without being wanted (the nearest coarser tile of a missing one, or a finer one while the
-//!   bias is up) also gets a new time of use, older than those of the wanted tiles. Such a tile is evicted after all
-//!   tiles that are not shown, and before the wanted ones.
+//! - A tile can be shown without being wanted: the nearest coarser tile of a missing one, or a finer one while the
+//!   bias is up. It also gets a new time of use, older than those of the wanted tiles. Such a tile is evicted after
+//!   all tiles that are not shown, and before the wanted ones.
 //! - A load reserves its slot of the host cache when it is sent, and stores the slot's generation. A load whose slot
 //!   has been reassigned is dropped on arrival. Slots are reassigned by [`Streaming::reset`], and for a visible tile
 //!   if loads that are no longer wanted have reserved all slots.
