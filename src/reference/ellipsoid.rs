@@ -54,7 +54,8 @@ mod tests {
         assert!((s - 0.5).abs() < 1e-12 && (t - 0.25).abs() < 1e-12, "{s} {t}");
     }
 
-    /// The limb: a ray at the angle asin(radius / distance) to the direction of the centre touches the equator.
+    /// At the planet's edge: a ray at the angle asin(radius / distance) to the direction of the centre touches the
+    /// equator.
     #[test]
     fn the_disc_ends_where_rays_touch() {
         let (distance, limb) = (2e7f64, (AXES_M[0] / 2e7).asin());

@@ -31,8 +31,8 @@ impl Parallelogram {
     }
 }
 
-/// nA = min(ceil(longest / shortest), most): sample count of an anisotropic filter
-/// (EXT_texture_filter_anisotropic).
+/// The sample count of an anisotropic filter, min(ceil(longest / shortest), most) (EXT_texture_filter_anisotropic; nA
+/// in paper 1).
 pub fn sample_count(longest: f64, shortest: f64, most: u32) -> u32 {
     match longest > 0.0 {
         true => (longest / shortest).ceil().min(f64::from(most)) as u32,
@@ -50,7 +50,7 @@ pub struct Texture<F: Fn(u32, u32, u32) -> [f64; 4]> {
 }
 
 impl<F: Fn(u32, u32, u32) -> [f64; 4]> Texture<F> {
-    /// L: index of the one-texel level.
+    /// Index of the one-texel level (the paper's L).
     pub fn coarsest_level(&self) -> u32 {
         self.width_log2.max(self.height_log2)
     }

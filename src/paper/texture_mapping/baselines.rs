@@ -3,15 +3,16 @@
 /// A filter that is not the thesis's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Baseline {
-    /// One trilinear sample; the longer of J's columns selects the level (Williams, "Pyramidal
-    /// parametrics", 1983).
+    /// One trilinear sample. The longer column of the Jacobian selects the level (Williams, "Pyramidal parametrics",
+    /// 1983).
     Trilinear,
     /// The device's anisotropic sampler with at most this many samples. Drivers differ, so there is no reference.
     Hardware(u32),
-    /// The mean of at most this many trilinear samples along the longer of J's columns (EXT_texture_filter_anisotropic).
+    /// The mean of at most this many trilinear samples along the longer column of the Jacobian
+    /// (EXT_texture_filter_anisotropic).
     Anisotropic(u32),
-    /// Gaussian trilinear probes along the major axis, at most this many (McCormack, Perry, Farkas and Jouppi, "Feline: fast
-    /// elliptical lines for anisotropic texture mapping", SIGGRAPH 1999).
+    /// Gaussian trilinear probes along the major axis, at most this many (McCormack, Perry, Farkas and Jouppi,
+    /// "Feline: fast elliptical lines for anisotropic texture mapping", SIGGRAPH 1999).
     Feline(u32),
     /// This many Gaussian taps along the major axis, each the mean of up to 16 trilinear samples (Mavridis
     /// and Papaioannou, "High quality elliptical texture filtering on GPU", I3D 2011, where the taps are

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 choices! {
     /// How a pixel's colour is taken from a relief.
     pub enum ReliefMethod {
-        /// Its texels, each weighted by its visible width along the view direction.
+        /// The footprint's texels, each weighted by its visible width along the view direction.
         ProjectedWidth = "projected-width",
         /// One ray through a refined distance map, and the texture at its hit.
         Trace = "trace",
@@ -31,16 +31,17 @@ choices! {
 }
 
 settings! {
-    /// A height field below a square plane with a plain texture (paper 3, sections H and I). It replaces the plane's filter.
+    /// A height field below a square plane with a plain texture (paper 3, sections H and I). It replaces the plane's
+    /// filter.
     pub struct ReliefKeys {
         /// How a pixel is filtered.
         method: ReliefMethod = ReliefMethod::ProjectedWidth;
-        /// From the plane down to the lowest height.
+        /// Depth of the lowest height below the plane.
         depth_m: f64, in 1e-6..=1e6, unit "m";
         /// The heights.
         map: ReliefMap;
-        /// A square picture; its side is a power of two from 16 to 4096 texels. The path is relative to the scene (given
-        /// by `-D`: to the working directory). Required for `"file"`.
+        /// A square picture; its side is a power of two from 16 to 4096 texels. The path is relative to the scene
+        /// (given by `-D`: to the working directory). Required for `"file"`.
         path: Option<PathBuf> = None;
     }
     check check;

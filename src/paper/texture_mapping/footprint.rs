@@ -1,11 +1,11 @@
-//! A: the footprint. The disc `r <= 1` of a pixel maps to the ellipse `q^T V^-1 q <= 1` in texels around
-//! the pixel's centre, with `V = J J^T`: the thesis's (1)…(3); Heckbert, "Fundamentals of texture mapping
-//! and image warping" (UCB/CSD 89/516, 1989).
+//! The footprint (step A). The disc `r <= 1` of a pixel maps to the ellipse `q^T V^-1 q <= 1` in texels around the
+//! pixel's centre, with `V = J J^T` and the Jacobian J. These are formulas (1) to (3) of the thesis (Heckbert,
+//! "Fundamentals of texture mapping and image warping", UCB/CSD 89/516, 1989).
 //!
-//! Ours: `V = s J J^T + k I` with a reconstruction term k, whose determinant has only positive terms; the
-//! level of detail by the minor axis; a cap on the axis ratio.
+//! Ours is `V = s J J^T + k I` with the kernel's squared radius s and a reconstruction term k. Its determinant has
+//! only positive terms. The minor axis selects the level of detail, and the axis ratio is limited.
 
-/// The ellipse that the weights (4) follow. The contributing texels are always those of the exact ellipse.
+/// The ellipse that the weights of formula (4) follow. The contributing texels are always those of the exact ellipse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axes {
     /// As printed: axis lengths from the rows of J, rotated by the angle of the first row.
@@ -37,7 +37,7 @@ pub enum Scan {
     RowSpan,
 }
 
-/// All settings of A.
+/// All settings of the footprint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Footprint {
     pub axes: Axes,

@@ -27,7 +27,7 @@ pub struct Ellipse {
 }
 
 impl Ellipse {
-    /// The thesis: no reconstruction term, formula (4) as printed, level 0 unless a pixel would visit too
+    /// The thesis's settings: no reconstruction term, formula (4) as printed, level 0 unless a pixel would visit too
     /// many texels, no edge weights.
     pub const PAPER: Ellipse = Ellipse {
         footprint: Footprint {
@@ -44,8 +44,8 @@ impl Ellipse {
         edge: Edge::None,
     };
 
-    /// The corrected formulas with all of our additions. In `tm.pareto` no setting with as few texels has a smaller
-    /// error.
+    /// The corrected formulas with all of our additions. In `tm.pareto`, twice the texels across the ellipse would
+    /// reduce the error by only 6 %.
     pub const BEST: Ellipse = Ellipse {
         footprint: Footprint {
             axes: Axes::Corrected,

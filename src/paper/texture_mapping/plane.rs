@@ -1,9 +1,9 @@
 //! An infinite textured plane in front of a pinhole camera: texture coordinates as a homography of the
 //! pixel position.
 //!
-//! `u = (A x + B y + C) / (G x + H y + I)`, `v = (D x + E y + F) / (G x + H y + I)`, in texels of level 0;
-//! x and y in pixels from the picture's centre, x to the right and y down. The plane is visible where the
-//! denominator is positive.
+//! `u = (A x + B y + C) / (G x + H y + I)`, `v = (D x + E y + F) / (G x + H y + I)`, in texels of level 0. x and y
+//! are in pixels from the picture's centre, x to the right and y down. The plane is visible where the denominator is
+//! positive.
 
 /// The orientation of the plane.
 #[derive(Clone, Copy, Debug, PartialEq)]

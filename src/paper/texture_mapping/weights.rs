@@ -1,9 +1,9 @@
-//! B and C: the weight of a texel. r is its distance from the footprint's centre, 1 at the ellipse's edge.
+//! The weight of a texel (steps B and C). r is its distance from the footprint's centre, 1 at the ellipse's edge.
 //!
-//! B: `W = exp(-alpha r^2)`, the thesis's (4), along the axes of [`Axes`](super::footprint::Axes). The
-//! thesis prints no sigma; V1 (diameter 1, sigma 0.2) allows two readings: see [`Kernel`]. C: a texel that
-//! the ellipse's edge cuts is weighted by the volume of a Gaussian body (sigma 0.2 texels) on the inner
-//! side of the cut, `V1(d) = Phi(d / 0.2)`; d is the signed distance in texels from its centre to the edge,
+//! Step B is formula (4), `W = exp(-alpha r^2)`, along the axes of [`Axes`](super::footprint::Axes). The thesis
+//! prints no sigma for it. The body of step C (diameter 1, sigma 0.2) allows two readings (see [`Kernel`]). Step C
+//! weights a texel that the ellipse's edge cuts by the volume of a Gaussian body (sigma 0.2 texels) on the inner side
+//! of the cut, `V1(d) = Phi(d / 0.2)`. Here d is the signed distance in texels from the texel's centre to the edge,
 //! positive inside. Texels with `d > -1/2` contribute.
 
 /// The Gaussian's support in the picture plane and its fall-off.
@@ -15,7 +15,7 @@ pub struct Kernel {
     pub alpha: f32,
 }
 
-/// C: the part of a texel that the edge keeps.
+/// The part of a texel that the edge keeps (step C).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Edge {
     /// All or nothing, by the texel's centre.

@@ -27,9 +27,9 @@ choices! {
 choices! {
     /// How a tile's two levels are blended (section 4).
     pub enum Interpolation {
-        /// `C1 (1 - f) + C2 f`.
+        /// `C1 (1 - f) + C2 f`: f is the weight of the next coarser level's colour C2.
         Corrected = "corrected",
-        /// `C1 f + C2 (1 - f)`, as printed: the wrong way round.
+        /// `C1 f + C2 (1 - f)`, as printed: the two weights are exchanged.
         Literal = "literal",
     }
 }

@@ -2,7 +2,7 @@
 //! one for each triple that differs from the previous pixel's (the "memo"). A logic OR of `1 << q` merges equal triples
 //! in the tile mask. The other variants of [`Dedup`] fill the same mask with compute shaders, or in the draw.
 //!
-//! Differs: points are drawn at texel centres (the printed corners lose every tile's row and column 0), and p = 4 is
+//! Differences: points are drawn at texel centres (the printed corners lose every tile's row and column 0). p = 4 is
 //! split over two invocations, because 256 points of 5 components exceed the 1024 that Vulkan guarantees.
 
 use super::choices::Dedup;

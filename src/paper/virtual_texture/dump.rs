@@ -12,7 +12,7 @@ use crate::vk::{self, Depth, Gpu, Image};
 pub struct FootprintPicture {
     /// s, t; NaN for pixels without landscape.
     pub coordinates: Vec<[f32; 2]>,
-    /// ds/dx, dt/dx, ds/dy, dt/dy; for the ellipse filter, bounded as at the limb.
+    /// ds/dx, dt/dx, ds/dy, dt/dy; for the ellipse filter, after the limit on the footprint's length.
     pub derivatives: Vec<[f32; 4]>,
     /// (q, i, j) as in the request image, (i, j) in level 0's tile grid; q = u32::MAX for pixels without landscape.
     pub triples: Vec<[u32; 3]>,

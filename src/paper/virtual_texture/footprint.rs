@@ -1,8 +1,9 @@
 //! Stage 1, section 2.1: writes the triple (q, i, j) of each pixel. (i, j) is the level-0 tile of its texture
 //! coordinate, and q the level for its footprint.
 //!
-//! Differs: `floor(log2)` is the float's exponent, so that q is exact. Zero, infinite and NaN derivatives have a
-//! defined result (dmax = 0: level 0; not finite: G1). Pixels without landscape hold q = -1.
+//! Differences from the paper: `floor(log2)` is the exponent of a float, so that q is exact. A footprint of length 0
+//! gives level 0; one that is not finite gives the resident mip tail (the paper's G1). Pixels without landscape hold
+//! q = -1.
 
 use super::{Config, RequestFormat, pyramid_constants, with};
 use crate::frame::{Onto, Seen};
@@ -127,7 +128,7 @@ impl Footprint {
     }
 }
 
-/// The same pass, which also writes its inputs: for `--dump-footprint` and for comparison with the reference.
+/// A stage 1 that also writes its inputs: for `--dump-footprint` and for comparison with the reference.
 pub struct FootprintDump {
     /// s, t, 0, 0 for each pixel; NaN where there is no landscape.
     pub coordinates: Image,

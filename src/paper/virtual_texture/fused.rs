@@ -4,9 +4,9 @@
 //! index to the visible-tile list, one word for each triple.
 //!
 //! A fragment that is hidden later has already set its bit, so [`Dedup::Fused`] lists a superset.
-//! [`Dedup::FusedExact`] draws depth first and then shades with the depth test EQUAL: only visible fragments set bits.
-//! Convex meshes also need the depth pass: snapping vertices to 1/256 pixel can flip slivers at the limb, and flipped
-//! slivers overlap their neighbours. [`super::prepass`] decides which clusters the depth pass can skip.
+//! [`Dedup::FusedExact`] draws depth first and then shades with the depth test EQUAL: only visible fragments set
+//! bits. Convex meshes also need the depth pass: snapping vertices to 1/256 pixel can flip slivers at the silhouette,
+//! and flipped slivers overlap their neighbours. [`super::prepass`] decides which clusters the depth pass can skip.
 
 use super::choices::{Compaction, Dedup};
 use super::list_passes::Room;

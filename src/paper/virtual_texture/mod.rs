@@ -7,13 +7,13 @@
 //! - [`compact`], section 2.3: the set bits of the tile mask become the visible-tile list, by transform feedback;
 //! - [`tile_mask`], [`visible_list`]: the outputs of stages 2 and 3; [`variants`]: which variants fit together;
 //! - [`read_back`]: a baseline that copies the request image to the host and makes the list there; [`feedback`]: a
-//!   baseline that copies a subset of its pixels;
+//!   baseline that copies a subset of the pixels;
 //! - [`list_passes`]: the passes of the chosen method;
 //! - [`streaming`], section 3: two caches, the update, the upload step and the loader;
 //! - [`tile_pool`]: the resident tiles in video memory; [`page_table`]: the tile that is shown for each tile;
 //! - [`fade`]: blends new tiles in over some frames (ours, an option);
 //! - [`texturing`], section 4: the picture from the resident tiles; [`fused`]: stages 1, 2 and 4 in one draw;
-//!   [`prepass`]: culling for the depth-only draw before it;
+//!   [`prepass`]: culling for the depth-only draw before [`fused`];
 //! - [`shown`]: each pixel's shown and requested levels;
 //! - [`prefetch`]: the tiles that the camera will see soon (ours, an option);
 //! - [`method`]: all passes of a variant; [`technique`]: the paper's part of a frame; [`figures`]: the measurements;
@@ -39,7 +39,8 @@
 //! Differences from the printed paper (errata):
 //! - 2.2: points are drawn at texel centres, not corners.
 //! - 3: the page table is separate from the tile states.
-//! - 4: `f` is clamped with `q`; `C = C1 (1-f) + C2 f`; G1 uses the unclamped `e`; tiles have a border.
+//! - 4: the weight `f` of level q + 1 is clamped with `q`; the blend is `C = C1 (1-f) + C2 f`; the resident mip tail
+//!   (G1) uses the unclamped level `e`; tiles have a border.
 
 pub mod choices;
 pub mod compact;

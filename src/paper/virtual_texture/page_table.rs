@@ -1,8 +1,9 @@
 //! The page table that the shader reads: for each tile of each level, the nearest coarser tile in the tile pool.
 //!
-//! As in the paper, the cell of a missing tile names the tile that is shown instead, so the shader needs one lookup and
-//! no search. Unlike in the paper, the table is separate from the tile states (erratum of section 3), and an evicted
-//! tile is removed from every cell that names it. The host pays for this: up to 4/3 4^q cells name a tile of level q.
+//! As in the paper, the cell of a missing tile names the tile that is shown instead, so the shader needs one lookup
+//! and no search. Unlike in the paper, the table is separate from the tile states (erratum of section 3), and an
+//! evicted tile is removed from every cell that names it. This takes time on the host, because up to 4/3 4^q cells
+//! name a tile of level q.
 
 use crate::math::pyramid::{Pyramid, TileId};
 use std::ops::Range;

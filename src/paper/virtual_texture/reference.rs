@@ -99,8 +99,8 @@ pub struct Triple {
     pub j: u32,
 }
 
-/// Stage 1's formula as printed. The paper leaves two cases open: here dmax = 0 gives level 0, and a footprint that is
-/// not finite gives L-L'+1.
+/// Stage 1's formula as printed. The paper leaves two cases open: here dmax = 0 gives level 0, and a footprint that
+/// is not finite gives the first resident level (L - L' + 1).
 pub fn triple(at: &Footprint, pyramid: &Pyramid, max_anisotropy: u32) -> Triple {
     let [w, h] = pyramid.level_size(0).map(f64::from);
     let [columns, rows] = pyramid.tile_grid(0).map(f64::from);
@@ -155,7 +155,8 @@ pub fn possible_triples(
         return [[0, first_resident], [low.i, high.i], [low.j, high.j]];
     }
     let mut q = [u32::MAX, 0];
-    // e is not monotonic in the lengths, because nA jumps at up to 16 integers. So both intervals are sampled 17 times.
+    // e is not monotonic in the lengths, because the number of samples nA jumps at up to 16 integers. So both
+    // intervals are sampled 17 times.
     for first in 0..=16 {
         for second in 0..=16 {
             let length = |side: f64, step: i32| (side + reach * (f64::from(step) / 8.0 - 1.0)).max(0.0);

@@ -1,5 +1,5 @@
-//! Paper 1's part of a frame: it streams the list of the frame before last, draws the shapes with the resident tiles,
-//! and lists their visible tiles. The other files of this folder have the steps.
+//! Paper 1's part of a frame. This module streams the list of the frame before last, draws the shapes with the
+//! resident tiles, and lists their visible tiles. The other files of this folder have the steps.
 //!
 //! The list of frame n is used in frame n + [`FRAMES_IN_FLIGHT`], so the host never waits for a frame that it has just
 //! submitted.
@@ -254,7 +254,12 @@ impl VirtualTexture {
         uploads.show(gpu, &mut self.resident.page_table, &self.fade.cells(&display))?;
         if report.bias != self.bias {
             let bias = report.bias;
-            let why = if report.oversubscribed { "the visible tiles exceed N1" } else { "they fit N1" };
+            let why = if report.oversubscribed {
+                "the visible tiles exceed cache.gpu_tiles"
+            } else {
+                "they fit \
+                cache.gpu_tiles"
+            };
             tracing::info!("frame {}: level bias {} -> {bias}: {why}", view.frame, self.bias);
             self.bias = bias;
         }

@@ -1,8 +1,8 @@
 //! The journal of a bake: lists finished jobs, so that a killed bake can resume.
 //!
-//! Append-only, 24 bytes per entry: job, xxh3 of the job's output, xxh3 of these two. An entry is written
-//! after its data; an incomplete last entry is cut off. On resuming, the data of every entry is read back and
-//! its hash compared, so neither a kill nor a power failure can leave a job half done.
+//! The file is append-only. An entry has 24 bytes: the job, the xxh3 of the job's output, and the xxh3 of these two.
+//! It is written after its data; an incomplete last entry is cut off. On resuming, the data of every entry is read
+//! back and its hash compared, so neither a kill nor a power failure can leave a job half done.
 
 use super::error::BakeError;
 use std::fs::{File, OpenOptions, TryLockError};

@@ -2,8 +2,8 @@
 //!
 //! 1. *bands*: level 0 (the picture, enlarged to powers of two; `resample`) goes into a scratch file by
 //!    bands of rows;
-//! 2. *levels*: each coarser texel is the mean, in linear light, of the four stored 8-bit texels of the level
-//!    below, so that anyone can check it from the finished file; the resident levels likewise;
+//! 2. *levels*: each coarser texel is the mean, in linear light, of the four stored 8-bit texels of the level below
+//!    (also in the resident levels), so that anyone can check it from the finished file;
 //! 3. *tiles*: each stored tile (border, second picture) is put together from the scratch file, encoded, and
 //!    written at its fixed place in OUT.partial;
 //! 4. index and header, fsync, rename, fsync of the folder; scratch and journal are deleted.
@@ -43,7 +43,8 @@ pub struct Settings {
     /// Texels; a multiple of 4 for BC1.
     pub border_texels: u32,
     pub format: TileFormat,
-    /// The paper's L'; `None` takes the smallest possible.
+    /// Number of coarsest levels that are always in video memory (the paper's L'). `None` selects the smallest
+    /// possible number.
     pub resident_levels: Option<u32>,
     /// Replaces an existing output and discards unfinished work of another bake. Unfinished work of the same
     /// source and settings is still resumed, because the result is the same.

@@ -321,7 +321,7 @@ impl Work<'_> {
     }
 }
 
-/// Averages a resident level from the next finer one. If that is one texel high or wide, its only texel
+/// Averages a resident level from the next finer one. If the finer level is one texel high or wide, its only texel
 /// counts twice.
 fn mean_level(finer: &[u8], [finer_width, finer_height]: [u32; 2], [width, height]: [u32; 2]) -> Vec<u8> {
     let finer = finer.as_chunks::<4>().0;

@@ -63,7 +63,8 @@ pub trait TileSource: Send + Sync {
     /// [`TileError`]; `bytes` is then unspecified.
     fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError>;
 
-    /// One whole level of `G1` (`level >= first_resident_level()`), RGBA8, rows tightly packed from the north.
+    /// One whole level of the resident mip tail (`level >= first_resident_level()`), RGBA8, rows tightly packed from
+    /// the north.
     ///
     /// # Errors
     /// A message naming the file and the level.

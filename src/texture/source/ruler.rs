@@ -23,8 +23,8 @@ pub const fn ruler_hash(level: u32, x: u32, y: u32) -> u32 {
     mix(mix(mix(level.wrapping_add(0x9E37_79B9)) ^ x) ^ y)
 }
 
-/// A pyramid of any size whose texels are [`ruler_hash`]; the levels are not averages of each other.
-/// To be fetched as UNORM without filtering.
+/// A pyramid of any size whose texels are [`ruler_hash`]; the levels are not averages of each other. Shaders must
+/// fetch the texels as UNORM without filtering.
 #[derive(Clone, Debug)]
 pub struct Ruler {
     pyramid: Pyramid,

@@ -1,21 +1,20 @@
 //! Texture coordinates over a polygon and their derivatives: formulas (7) to (9).
 //!
-//! A plane maps pixel centres to texels by a homography, `u = (A x + B y + C)/(G x + H y + I)` and `v = (D
-//! x + E y + F)/(G x + H y + I)` (P. Heckbert, "Fundamentals of Texture Mapping and Image Warping", 1989).
-//! The paper's modified form computes numerators and denominator along a row by additions: (7) adds A, D
-//! and G for each pixel; (8) adds k times these in each of k threads; two threads may also walk from both
-//! ends of the row. Along a row the derivatives have the constant numerator `n_ux = (A I - C G) + (A H - B
-//! G) y` and the linear numerator `n_uy = (B I - C H) + (B G - A H) x`. With the denominator `w`, forward
-//! differences are `du/dx = n_ux / (w (w + G))` and `du/dy = n_uy / (w (w + H))`; for `v`, D, E, F replace
-//! A, B, C.
+//! A plane maps pixel centres to texels by a homography, `u = (A x + B y + C)/(G x + H y + I)` and `v = (D x + E y +
+//! F)/(G x + H y + I)` (P. Heckbert, "Fundamentals of Texture Mapping and Image Warping", 1989). The paper's modified
+//! form computes numerators and denominator along a row by additions. Formula (7) adds A, D and G for each pixel. By
+//! formula (8), each of k threads adds k times these numbers. Two threads may also walk from both ends of the row.
+//! Along a row the derivatives have the constant numerator `n_ux = (A I - C G) + (A H - B G) y` and the linear
+//! numerator `n_uy = (B I - C H) + (B G - A H) x`. With the denominator `w`, forward differences are `du/dx = n_ux /
+//! (w (w + G))` and `du/dy = n_uy / (w (w + H))`; for `v`, D, E, F replace A, B, C.
 //!
-//! Erratum: the scan prints the denominator of `du/dx` in all four derivatives, and all four numerators as
-//! increments along the row; here each derivative has its own. Differs: the fragments of a row have no order,
-//! so the paper's fragment shader cannot have added from pixel to pixel. [`Form`] lists the forms that a GPU
-//! can run: constants of the row (computed in f64, rounded to f32) and one fused multiply-add for each value;
-//! interpolation by the rasteriser; and compute shaders whose threads walk rows ([`Walk`]). Threads compute
-//! the values of their first pixel by multiplication. Ours: restarts, integers, and analytic derivatives,
-//! whose denominator is `w^2`.
+//! Erratum: the scan prints the denominator of `du/dx` in all four derivatives, and all four numerators as increments
+//! along the row. Here each derivative has its own. Difference from the paper: the fragments of a row have no order,
+//! so the paper's fragment shader cannot have added from pixel to pixel. [`Form`] lists the forms that a GPU can run.
+//! A fragment shader takes constants of the row (computed in f64, rounded to f32) and computes each value with one
+//! fused multiply-add, or the rasteriser interpolates the values. In compute shaders, threads walk rows ([`Walk`]).
+//! Threads compute the values of their first pixel by multiplication. We add restarts, integers, and analytic
+//! derivatives, whose denominator is `w^2`.
 //!
 //! [`reference`](mod@reference) has the formulas in f64, [`twin`] the GPU's forms in f32; [`pass`] runs
 //! them.
@@ -44,10 +43,10 @@ pub enum Form {
     NoPerspective,
     /// Heckbert's nine coefficients in f32 in the fragment shader.
     Textbook,
-    /// Constants of the row from a buffer, in the fragment shader; one `fma` for each numerator and the
-    /// denominator.
+    /// The fragment shader reads the row's constants from a buffer and computes each numerator and the denominator
+    /// with one `fma`.
     RowConstants,
-    /// A compute shader; threads walk along rows by additions in f32.
+    /// The threads of a compute shader walk along rows by additions in f32.
     Walk(Walk),
     /// As `Walk`, with 64-bit integers.
     Integer(Walk),

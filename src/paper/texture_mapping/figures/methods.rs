@@ -19,7 +19,7 @@ pub const SQUARED_128: WeightMap =
 /// The names of our settings begin with this.
 pub const OURS: &str = "ellipse";
 
-/// G: object-space texturing, with both spacings in pixels.
+/// Object-space texturing, with both spacings in pixels.
 pub const OBJECT_SPACE: [(&str, Method); 2] = [
     ("object space, spacing 1", Method::ObjectSpace(1.0)),
     ("object space, spacing 1/2", Method::ObjectSpace(0.5)),

@@ -19,10 +19,10 @@ pub const SHAPE: Figure = Figure {
     about: "Figure 24 of the thesis: Gaussian weights that follow the footprint's shape, formula (4), are more \
             accurate (by expert ratings) and cost at most 5 %. Weight maps are up to 25 % faster than the formula, \
             and their picture has an NMSE of 0.000708 against the formula's. Here all variants sum the same texels, \
-            those of the exact ellipse with k = 0.8. \"As printed\" takes the lengths of J's rows (columns) as the \
-            axes; \"blind to shape\" weights a circle. The truths are formula (4)'s kernel, exp(-3.125 r^2), and a \
-            box of one pixel. The ellipse without weights is also compared with its own kernel, a disc. Planes of \
-            `pink-noise` and `checker-2`, 96 x 72 (quick) or 256 x 192 pixels.",
+            those of the exact ellipse with a reconstruction term of 0.8. \"As printed\" takes the lengths of the \
+            Jacobian's rows (columns) as the axes. \"Blind to shape\" weights a circle. The truths are formula (4)'s \
+            kernel, exp(-3.125 r^2), and a box of one pixel. The ellipse without weights is also compared with its \
+            own kernel, a disc. Planes of `pink-noise` and `checker-2`, 96 x 72 (quick) or 256 x 192 pixels.",
     scenes: &["pink-noise", "checker-2"],
     variants: || variants().into_iter().map(|(name, _)| name).collect(),
     paper: &["as printed, rows", "as printed, columns"],
@@ -75,7 +75,7 @@ pub const SHAPE: Figure = Figure {
         ),
         Claim::ours(
             "map-64",
-            "With a radial map of 64 entries, that NMSE is at most 5e-6.",
+            "With a radial map of 64 entries, the NMSE against the formula's picture is at most 5e-6.",
             &[Test::value(one(OF_MAP, RADIAL), AtMost(5e-6))],
         ),
     ],

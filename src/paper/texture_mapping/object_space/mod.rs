@@ -35,7 +35,7 @@ pub struct Triangle {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polygons {
     pub triangles: Vec<Triangle>,
-    /// Distance from the eye to the projection plane: z_c.
+    /// Distance from the eye to the projection plane (the thesis's z_c).
     pub camera_px: f32,
 }
 

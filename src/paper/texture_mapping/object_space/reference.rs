@@ -67,7 +67,8 @@ fn rotation([nx, ny, nz]: Vec3) -> [Vec3; 3] {
 /// A pixel between the passes.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
-    /// The largest 1 / w: of the fragments that certainly count, of all as computed, and of those that may count.
+    /// The largest 1 / w of three sets: the fragments that certainly count, all fragments as computed, and those that
+    /// may count.
     certain: f64,
     near: f64,
     possible: f64,

@@ -1,4 +1,5 @@
-//! A…D: visits all texels of a box around the ellipse; the inverse of V gives their distances.
+//! Steps A to D: visits all texels of a box around the ellipse. The inverse of the ellipse's matrix V gives their
+//! distances.
 
 use super::Filtered;
 use crate::paper::texture_mapping::footprint::{Axes, MOST_MAJOR_TEXELS, MOST_VISITED, Scan};
@@ -127,14 +128,14 @@ fn shaped(ellipse: &Ellipse, pixel: &Pixel, level: u32) -> Shaped {
     Shaped { v: with_k, det, to_disc }
 }
 
-/// (4) as printed: length and angle of the axis (x, y); `other` is the length of the other axis.
+/// Formula (4) as printed: length and angle of the axis (x, y). `other` is the length of the other axis.
 fn literal(x: f64, y: f64, other: f64, scale: f64, k: f64) -> (f64, f64, f64, f64) {
     let length = x.hypot(y);
     let (cos, sin) = if length > 0.0 { (x / length, y / length) } else { (1.0, 0.0) };
     ((length * length * scale + k).sqrt(), (other * other * scale + k).sqrt(), cos, sin)
 }
 
-/// C: the part of a texel that the edge keeps; `distance` in texels, positive inside.
+/// The part of a texel that the edge keeps (step C). `distance` is in texels, positive inside.
 pub fn kept(edge: Edge, distance: f64) -> f64 {
     if edge == Edge::None {
         return if distance >= 0.0 { 1.0 } else { 0.0 };
@@ -156,7 +157,7 @@ pub fn kept(edge: Edge, distance: f64) -> f64 {
     if distance >= 0.0 { inside } else { 1.0 - inside }
 }
 
-/// D: the value of the nearest entry, or interpolated between the two nearest.
+/// The weight map's value (step D): that of the nearest entry, or interpolated between the two nearest.
 fn mapped(map: &WeightMap, alpha: f64, reach: f64, place: [f64; 2]) -> f64 {
     let [x, y] = place.map(|c| c / reach);
     let entries = f64::from(map.entries);
@@ -186,7 +187,7 @@ fn mapped(map: &WeightMap, alpha: f64, reach: f64, place: [f64; 2]) -> f64 {
     entry(square)
 }
 
-/// B, or D instead of it.
+/// The weight by formula (4), or by the weight map if there is one.
 fn weight(ellipse: &Ellipse, place: [f64; 2]) -> f64 {
     let alpha = f64::from(ellipse.kernel.alpha);
     match &ellipse.map {
@@ -242,9 +243,9 @@ pub fn filtered(
     Filtered { value, slack, fetched, undecided, empty }
 }
 
-/// An ellipse that contains every point within half a texel of the footprint: (1 + 1/t) V + (1 + t) / 4 I
-/// contains the sum of an ellipse and a disc for every t > 0, and touches it at the minor axis if t is
-/// twice that axis's length.
+/// An ellipse that contains every point within half a texel of the footprint. For every t > 0, the ellipse (1 + 1/t)
+/// V + (1 + t) / 4 I contains the sum of the ellipse V and a disc of radius 1/2. It touches the sum at the minor axis
+/// if t is twice that axis's length.
 fn outer(ellipse: &Ellipse, shaped: &Shaped) -> Symmetric {
     let [a, b, c] = shaped.v.0;
     if ellipse.edge == Edge::None {
@@ -328,8 +329,8 @@ fn each_texel(ellipse: &Ellipse, pixel: &Pixel, level: u32, mut visit: impl FnMu
     }
 }
 
-/// Rounding error of a texel's r in f32: 4 ulp of r itself, and 4 ulp of the position along the row, which
-/// is the difference of two numbers up to `sqrt(a)`, measured in the ellipse's width along the row.
+/// Rounding error of a texel's r in f32: 4 ulp of r itself, and 4 ulp of the position along the row. The position is
+/// the difference of two numbers up to `sqrt(a)`, and is measured in the ellipse's width along the row.
 fn rounding(shaped: &Shaped, [_, dv]: [f64; 2], r: f64) -> f64 {
     let [a, b, c] = shaped.v.0;
     let width = (shaped.det / c).sqrt();

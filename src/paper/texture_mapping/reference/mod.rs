@@ -21,7 +21,8 @@ pub struct Filtered {
     pub empty: bool,
 }
 
-/// The levels that a method may choose; two if rounding decides; `[0, 0]` for methods that mix levels.
+/// The levels that a method may choose: two different ones if rounding decides, and `[0, 0]` for methods that mix
+/// levels.
 pub fn levels(method: &Method, pixel: &Pixel, texels: &Texels) -> [u32; 2] {
     match method {
         Method::Ellipse(ellipse) => ellipse::levels(ellipse, pixel, texels.coarsest()),

@@ -2,7 +2,7 @@
 //! on the GPU.
 //!
 //! A distance depends only on additions, multiplications and comparisons, which the GPU runs in the same order. So
-//! both maps are equal to the bit.
+//! the CPU's and the GPU's maps are equal to the bit.
 
 use super::Relief;
 use rayon::prelude::*;
@@ -11,13 +11,13 @@ use std::f64::consts::TAU;
 /// Number of sectors of directions; each has one horizon.
 pub const SECTORS: usize = 64;
 
-/// Search radius of a horizon, in texels. Farther obstacles would only make it steeper.
+/// Search radius of a horizon, in texels. Farther obstacles would only make the horizon steeper.
 pub const REACH: usize = 32;
 
 /// The points of a cell and the rays of a sector for which a distance holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holds {
-    /// Only the cell's centre and the sector's middle: Donnelly's and the paper's.
+    /// Only the cell's centre and the sector's middle, as in Donnelly's and the paper's maps.
     AtCentres,
     /// All points and all rays.
     Everywhere,
@@ -91,7 +91,7 @@ fn sectors_behind(a: i32, b: i32, holds: Holds) -> [u32; 2] {
     let sector = |angle: f64| ((angle + centre + 0.5 * TAU) * SECTORS as f64 / TAU).floor();
     let reach = match holds {
         Holds::AtCentres => return [sector(0.0).rem_euclid(SECTORS as f64) as u32, 1],
-        // Points of touching cells see each other in every direction.
+        // Between points of touching cells, every direction occurs.
         Holds::Everywhere if a.abs() <= 1 && b.abs() <= 1 => return [0, SECTORS as u32],
         Holds::Everywhere => [[-1, -1], [1, -1], [-1, 1], [1, 1]],
     };

@@ -3,9 +3,9 @@
 //!
 //! The paper filters the moved footprint and counts only texels that the relief does not hide; it gives no formula
 //! for the offset. Here the rays of the footprint's ends are traced, so its offset and its stretching are exact.
-//! Differs: one sweep along the view direction finds the hidden texels by a running maximum of the screen position.
-//! The paper traces a ray for each texel and stores those already counted; the set is the same. Ours:
-//! [`Method::Projected`] weights each texel by its visible width on the screen, by the same sweep.
+//! Difference: one sweep along the view direction finds the hidden texels by a running maximum of the screen
+//! position. The paper traces a ray for each texel and stores those already counted, which gives the same set. In the
+//! same sweep, our [`Method::Projected`] weights each texel by its visible width on the screen.
 //!
 //! The view is parallel, along +x. The ray that shows a point (x, height) enters the top plane at `s = x - (depth -
 //! height) cot(elevation)`. The point is hidden if a point before it has a larger s. A pixel is a square of the top

@@ -55,16 +55,18 @@ settings! {
         source: TextureSource;
         /// The file, relative to the scene file; from `-D`, relative to the working directory. Required for `"file"`.
         path: Option<PathBuf> = None;
-        /// m: level 0 has 2^m x 2^n texels, at most 2^20 x 2^20. Required except for `"file"`, which states its size.
+        /// Level 0 has 2^m x 2^n texels, at most 2^20 x 2^20; this is m. Required except for `"file"`, which states
+        /// its size.
         width_log2: Option<u32> = None;
-        /// n: see `width_log2`. The earth has n = m - 1.
+        /// n of level 0's 2^m x 2^n texels. The earth has n = m - 1.
         height_log2: Option<u32> = None;
         /// Payload of a tile: a power of two.
         tile_size: u32 = 512, in 16..=1024, unit "texels a side";
-        /// Width of the border around each tile, with texels of its neighbours; a sample needs 2. Filters that read
-        /// further look up the neighbouring tile.
+        /// Width of the border around each tile, which repeats texels of the neighbouring tiles. Bilinear and
+        /// trilinear samples need 2. Filters that read further look up the neighbouring tile.
         border: u32 = 4, unit "texels";
-        /// L': number of coarsest levels that are always in video memory. By default the fewest possible.
+        /// Number of coarsest levels that are always in video memory (the paper's L'). By default the fewest
+        /// possible.
         resident_levels: Option<u32> = None;
         /// Format of generated tiles. A file has its own.
         format: TileFormat = TileFormat::Rgba8;

@@ -86,10 +86,11 @@ pub const TILE_SIZE: Figure = Figure {
 pub const TEXTURE_SIZE: Figure = Figure {
     id: "vt.texture-size",
     title: "Growth with the texture",
-    about: "The same picture with textures of 2^12 x 2^11 to 2^20 x 2^19 texels: device memory and time. The request image \
-            and the tile pool (J1) do not depend on the texture's size; the tile mask and the page table (H1) take about 4 \
-            bytes for each tile of level 0. The paper (abstract and introduction) claims textures of the order of \
-            10^6 x 10^6 texels in real time. 960 x 540 (quick) or 1920 x 1080 pixels, tiles of 512, N1 = 96.",
+    about: "The same picture with textures of 2^12 x 2^11 to 2^20 x 2^19 texels: device memory and time. The request \
+            image and the tile pool do not depend on the texture's size; the tile mask and the page table take about \
+            4 bytes for each tile of level 0. The paper (abstract and introduction) claims textures of the order of \
+            10^6 x 10^6 texels in real time. 960 x 540 (quick) or 1920 x 1080 pixels, tiles of 512, a tile pool of \
+            96 tiles.",
     scenes: &["earth/oblique"],
     variants: variants_and_empty,
     paper: &["paper"],

@@ -14,7 +14,7 @@ use std::rc::Rc;
 /// How a pixel's colour is computed from its footprint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filter {
-    /// The paper's filter with the given NA: nA trilinear samples.
+    /// The paper's filter: at most this many trilinear samples along the footprint (NA).
     Samples(u32),
     /// Bilinear in the nearest level.
     NearerLevel,

@@ -7,17 +7,19 @@ use std::time::Duration;
 use thiserror::Error;
 
 settings! {
-    /// The two caches of a virtual texture (paper 1, section 3): sizes and budgets. The paper chooses N1 by experiment
-    /// and names no budget. A tile of 512 x 512 in RGBA8, with its border and its coarser half, takes 1.35 MB.
+    /// The two caches of a virtual texture (paper 1, section 3): sizes and budgets. The paper chooses the tile pool's
+    /// size by experiment and names no budget. A tile of 512 x 512 in RGBA8, with its border and its coarser half,
+    /// takes 1.35 MB.
     pub struct StreamingConfig with DEFAULT {
-        /// N1: tiles in video memory. A frame of 1920 x 1080 pixels usually shows 30 to 100 tiles of 512 x 512 texels.
+        /// Tiles in video memory (the paper's N1). A frame of 1920 x 1080 pixels usually shows 30 to 100 tiles of 512
+        /// x 512 texels.
         gpu_tiles: u32 = 192, in 1..=1 << 16, unit "tiles";
-        /// N2: tiles in main memory.
+        /// Tiles in main memory (the paper's N2).
         host_tiles: u32 = 384, in 1..=1 << 20, unit "tiles";
         /// Time per frame for copies to video memory. A copy in progress is finished, so at least one tile is uploaded.
         upload_budget_ms: f64 = 2.0, in 1e-3..=1e6, unit "ms";
-        /// Time per frame for reading tiles, summed over the loader threads. Later frames pay for a load that takes
-        /// longer.
+        /// Time per frame for reading tiles, summed over the loader threads. If a load takes longer, later frames
+        /// load less.
         load_budget_ms: f64 = 8.0, in 1e-3..=1e6, unit "ms";
         /// The upload budget of `--deterministic`, and in any mode the capacity of a frame's staging memory.
         upload_tiles_per_frame: u32 = 8, in 1..=1 << 16, unit "tiles";

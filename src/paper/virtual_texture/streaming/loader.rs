@@ -180,7 +180,8 @@ impl Drop for Loader {
         self.pace.lock().1 = true;
         self.pace.changed.notify_all();
         for thread in self.threads.drain(..) {
-            // The thread has caught panics of the source. A panic of the loader itself is resumed, but not while unwinding.
+            // The thread has caught panics of the source. A panic of the loader itself is resumed, but not while
+            // unwinding.
             if let Err(payload) = thread.join()
                 && !std::thread::panicking()
             {

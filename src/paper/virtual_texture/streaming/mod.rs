@@ -1,5 +1,6 @@
-//! Streaming of visible tiles through two caches (paper 1, section 3), entirely on the CPU. It decides which tiles to
-//! read, upload and evict, and which changes the page table gets. [`Uploader`] writes the texels in video memory.
+//! Streaming of visible tiles through two caches (paper 1, section 3), entirely on the CPU. This module decides which
+//! tiles to read, upload and evict, and which changes the page table gets. [`Uploader`] writes the texels in video
+//! memory.
 //!
 //! As in the paper, the tile pool holds N1 tiles in video memory and the host cache N2 tiles in main memory. Both evict
 //! the least recently used tile. The update changes the states of the wanted tiles. The upload step empties the upload
@@ -8,24 +9,24 @@
 //!
 //! - States and page table are separate (erratum: the paper writes a coarser tile's slot into the state of a missing
 //!   tile). [`FrameReport::display`] lists only tiles in the tile pool; the page table finds the nearest coarser one.
-//! - A tile that loses its slot returns to state -2, and its cell of the page table is cleared.
-//! - A visible tile in the tile pool is never evicted, so the visible set must fit N1. If it does not, all tiles are
-//!   requested coarser, by the smallest number of levels that fits ([`fitting_bias`]).
-//! - The queues hold only tiles that this frame needs. All others return to -2 before the upload step and the loader
-//!   run, and are requested again when they are seen again. A tile in the upload queue is pinned in the host cache, but
-//!   only briefly: it is uploaded soon or dropped from the queue.
+//! - A tile that loses its slot returns to state -2 (absent), and its cell of the page table is cleared.
+//! - A visible tile in the tile pool is never evicted, so the visible set must fit into N1 slots. If it does not, all
+//!   tiles are requested coarser, by the smallest number of levels that fits ([`fitting_bias`]).
+//! - The queues hold only tiles that this frame needs. All other queued tiles return to state -2 before the upload
+//!   step and the loader run, and are requested again when they are seen again. A tile in the upload queue is
+//!   pinned in the host cache until it is uploaded or dropped from the queue.
 //! - A visible tile may leave the host cache once it is in the tile pool. Otherwise nothing new could be loaded if N2
 //!   is smaller than the visible set. Its time of use makes it the last to be evicted.
-//! - A tile that is shown without being wanted (the nearest coarser tile of a missing one, or a finer one while the
-//!   bias is up) also gets a new time of use, older than those of the wanted tiles: it is evicted after all tiles that
-//!   are not shown, and before those that are wanted.
+//! - A tile can be shown without being wanted: the nearest coarser tile of a missing one, or a finer one while the
+//!   bias is up. It also gets a new time of use, older than those of the wanted tiles. Such a tile is evicted after
+//!   all tiles that are not shown, and before the wanted ones.
 //! - A load reserves its slot of the host cache when it is sent, and stores the slot's generation. A load whose slot
 //!   has been reassigned is dropped on arrival. Slots are reassigned by [`Streaming::reset`], and for a visible tile
 //!   if loads that are no longer wanted have reserved all slots.
 //! - A tile that cannot be read is reported once. Its nearest coarser tile is wanted instead, until
 //!   [`Streaming::forget_failures`], or for [`StreamingConfig::retry_after`].
-//! - Tiles that are expected soon can be prefetched ([`Streaming::frame_ahead`]), after all tiles of this frame and into
-//!   slots without a visible tile.
+//! - Tiles that are expected soon can be prefetched ([`Streaming::frame_ahead`]), after all tiles of this frame and
+//!   into slots without a visible tile.
 
 mod config;
 mod host;
@@ -110,8 +111,8 @@ impl Streaming {
         let tile_bytes = source.format().tile_bytes(&pyramid);
         let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
         let (threads, capacity) = match config.deterministic {
-            // The frame waits for its loads, so its core is free for them. Each load needs a slot of the host cache, and
-            // no load is left from the previous frame.
+            // The frame waits for its loads, so its core is free for them. Each load needs a slot of the host cache,
+            // and no load is left from the previous frame.
             true => (cores, config.load_tiles_per_frame.min(config.host_tiles)),
             false => (cores - 1, MOST_UNDER_WAY),
         };
@@ -148,7 +149,8 @@ impl Streaming {
         self.frame_ahead(visible, &[], uploader)
     }
 
-    /// As [`Streaming::frame`]; the remaining budget and slots go to the tiles of `expected`, which are not visible yet.
+    /// As [`Streaming::frame`]; the remaining budget and slots go to the tiles of `expected`, which are not visible
+    /// yet.
     pub fn frame_ahead(
         &mut self,
         visible: &[TileId],

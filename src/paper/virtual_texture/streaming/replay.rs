@@ -1,9 +1,9 @@
 //! Simulation of replacement policies: the faults of a cache with a given number of slots on a recorded path.
 //!
-//! Every missing tile arrives within its frame, so only the policies differ. Belady's optimum (L. A. Belady, "A study of
-//! replacement algorithms for a virtual-storage computer", IBM Systems Journal, 1966) knows the future; no policy has
-//! fewer faults. The paper uses LRU (section 3). In [`super::Streaming`] a coarser tile that is shown for a missing one
-//! also counts as used. The code uses plain lists and linear searches.
+//! Every missing tile arrives within its frame, so only the policies differ. Belady's optimum (L. A. Belady, "A study
+//! of replacement algorithms for a virtual-storage computer", IBM Systems Journal, 1966) knows the future; no policy
+//! has fewer faults. The paper uses LRU (section 3). In [`super::Streaming`] a coarser tile that is shown for a
+//! missing one also counts as used. The code uses plain lists and linear searches.
 
 use super::wanted::{fitting_bias, wanted_tiles};
 use crate::math::pyramid::TileId;

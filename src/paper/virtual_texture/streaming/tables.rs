@@ -81,7 +81,7 @@ pub fn action(gpu_state: i32, host_state: i32) -> Action {
         (ABSENT, QUEUED) => Action::Wait,
         (QUEUED, _) => Action::Wait,
         (0.., _) => Action::Refresh,
-        _ => panic!("k1 = {gpu_state}, k2 = {host_state}: not a valid state"),
+        _ => panic!("tile pool {gpu_state}, host cache {host_state}: not a valid state"),
     }
 }
 

@@ -22,7 +22,7 @@ impl Streaming {
         report.wanted = self.wanted.len();
         assert!(
             self.wanted.len() <= self.config.gpu_tiles as usize,
-            "{} tiles wanted at bias {}, but N1 = {}",
+            "{} tiles wanted at bias {}, but the tile pool has {} slots",
             self.wanted.len(),
             report.bias,
             self.config.gpu_tiles

@@ -1,4 +1,4 @@
-//! TIFF and BigTIFF in strips or tiles. One row of them is in memory at a time.
+//! TIFF and BigTIFF in strips or tiles. One row of strips or tiles is in memory at a time.
 
 use super::{Rows, Samples, check_size, geo};
 use crate::texture::bake::error::SourceError;

@@ -1,5 +1,5 @@
-//! The real part of the Earth: Blue Marble imagery, 4096 x 2048 and coarser, and the strength of its finest
-//! band, which sets the strength of the synthetic detail.
+//! The real part of the Earth: Blue Marble imagery, 4096 x 2048 and coarser. The variation between texels of its
+//! finest level sets the strength of the synthetic detail.
 //!
 //! The shipped picture has 5400 x 2700 texels. 4096 x 2048 is the largest power of two below it; 8192 x 4096
 //! would present interpolated texels as imagery.
@@ -42,7 +42,7 @@ const ROOT_MEAN_TO_RMS_1024THS: u64 = 1515;
 /// Linear light of one texel, in units of 2^-24.
 pub type Linear = [i32; 3];
 
-/// All real levels and the strength of the finest band.
+/// All real levels, and the variation between texels of the finest one.
 pub struct Base {
     /// Entry 0 is 4096 x 2048, the last 1 x 1: sRGB bytes, rows from the north.
     levels: Vec<Vec<[u8; 3]>>,
@@ -50,8 +50,8 @@ pub struct Base {
     /// luminance: the RMS of Haar coefficients of a normal distribution with the same mean of square roots of
     /// |coefficient|. Units of 1/[`STRENGTH_ONE`], at most [`MOST_STRENGTH`].
     ///
-    /// Coasts and snow edges inflate a true RMS, which the mean of roots resists: if one coefficient in five
-    /// is 20 times the others, the RMS is 9 times as large, this only 2.9 times.
+    /// Coasts and snow edges inflate a true RMS. The mean of roots is less sensitive: if one coefficient in five is
+    /// 20 times the others, the RMS is 9 times as large, but this measure only 2.9 times.
     pub strength: Vec<u32>,
 }
 
@@ -155,8 +155,8 @@ fn mean_level(finer: &[[u8; 3]], width_log2: u32) -> Vec<[u8; 3]> {
     (0..width * height).into_par_iter().map(texel).collect()
 }
 
-/// [`Base::strength`]: roots of relative Haar coefficients, summed in cells, smoothed twice by 1-2-1 on both
-/// axes; then the square of their mean.
+/// Computes [`Base::strength`]. The square roots of relative Haar coefficients are summed in cells and smoothed twice
+/// with the weights 1-2-1 on both axes. The strength is the square of their mean.
 fn strength(finest: &[[u8; 3]]) -> Vec<u32> {
     let cells = level_size(CELLS_LOG2).map(|side| side as usize);
     let roots: Vec<u64> = (0..cells[0] * cells[1])
@@ -186,18 +186,18 @@ fn luminances(finest: &[[u8; 3]], block: usize) -> [i64; 4] {
         .map(|child| luminance(finest[child].map(|byte| srgb::table().linear(byte))))
 }
 
-/// Rec. 709 luminance of linear light, in the same units.
+/// Rec. 709 luminance of linear light, in units of 2^-24.
 fn luminance(light: Linear) -> i64 {
     let [r, g, b] = light.map(i64::from);
     (13_933 * r + 46_871 * g + 4_732 * b) >> 16
 }
 
-/// Sum over a block's three Haar coefficients of the root of |coefficient / mean|, in 2^-20.
+/// Sum over a block's three Haar coefficients of the square root of |coefficient / mean|, in units of 2^-20.
 fn block_roots(finest: &[[u8; 3]], block: usize) -> u64 {
     let [nw, ne, sw, se] = luminances(finest, block);
     let root = |difference: i64| {
-        // Both are four times coefficient and mean. The ratio is at most 1 because light is not negative. A
-        // black block gives 0.
+        // Numerator and denominator are four times the coefficient and the mean. The ratio is at most 1 because light
+        // is not negative. A black block gives 0.
         let square = (difference.unsigned_abs() << 36).checked_div((nw + ne + sw + se).unsigned_abs());
         (square.unwrap_or(0) << 4).isqrt()
     };

@@ -1,16 +1,16 @@
-//! The Earth, 2^m x 2^(m-1) texels, m up to 20: a pure function of level, column and row, the same bytes on
+//! The Earth, 2^m x 2^(m-1) texels, m up to 20. It is a pure function of level, column and row: the same bytes on
 //! every machine, in any order, on any number of threads.
 //!
-//! Levels up to 4096 x 2048 texels are real imagery (Blue Marble; `base`). Finer levels are labelled
-//! synthetic: each texel is split into four with the same mean (`refine`), by smooth interpolation
-//! (`predict`) plus noise on the sphere (`noise`) as strong as the finest real band.
+//! Levels up to 4096 x 2048 texels are real imagery (Blue Marble; `base`). Finer levels are labelled synthetic: each
+//! texel is split into four with the same mean (`refine`), by smooth interpolation (`predict`) plus noise on the
+//! sphere (`noise`). The noise is as strong as the variation between texels of the finest imagery.
 //!
 //! # Strength
-//! Measured: the relative texel-to-texel variation of luminance at 4096 x 2048, by a robust measure
-//! (`base::Base::strength`): 1.3 % in the Sahara, 1.9 % in India, 3.1 % in Australia, 4.0 % in the Andes. By
-//! the same measure the next two coarser real bands are 1.2-1.5 and 1.5-2.0 times as strong. Chosen: constant
-//! over all synthetic octaves, at most 9 %, and one noise for all three channels, so that it adds no colour.
-//! The synthetic bands are 1.0-1.15 times as strong as the real one, because the interpolation adds its part.
+//! The strength is the relative texel-to-texel variation of luminance at 4096 x 2048, by a robust measure
+//! (`base::Base::strength`). It is 1.3 % in the Sahara, 1.9 % in India, 3.1 % in Australia and 4.0 % in the Andes. By
+//! the same measure the next two coarser levels vary 1.2-1.5 and 1.5-2.0 times as much. All synthetic octaves use the
+//! strength at 4096 x 2048, but at most 9 %. All three channels share one noise, so that it adds no colour. The
+//! synthetic levels vary 1.0-1.15 times as much as 4096 x 2048, because the interpolation adds its part.
 //!
 //! # Means
 //! Before rounding to bytes, the mean of four children equals the parent exactly, in linear light. After
@@ -23,9 +23,9 @@
 //! ones.
 //!
 //! # Cost
-//! A tile of 512 with 4 texels of border, both pictures: 13 ms synthetic (2^18 and 2^20 alike; 11 ms in the
-//! first octave), 1.3 ms imagery; one core of a Xeon of 2023, median of 9, 2026-11-21. The finest octave's
-//! noise dominates; the coarser octaves add a fifth.
+//! A synthetic tile of 512 with 4 texels of border takes 13 ms for both of its pictures (for 2^18 and for 2^20; 11 ms
+//! in the first octave). A tile of imagery takes 1.3 ms. Measured on one core of a Xeon of 2023, median of 9,
+//! 2026-11-21. The finest octave's noise dominates; the coarser octaves add a fifth.
 
 mod base;
 mod noise;

@@ -1,18 +1,17 @@
 //! Smooth noise on the unit sphere. The value depends only on the position on the sphere, so there is neither
 //! a seam at the antimeridian nor a pinch at the poles.
 //!
-//! A 3D lattice with a spacing of 1.25 equator texels, rotated against the Earth's axes; a 32-bit hash at
-//! each lattice point, blended by smoothstep on the three axes. Positions come from `libm` in f64, one row or
-//! column at a time, and are quantised to 1/1024 of the lattice (1/819 texel); everything after that is
-//! integer.
+//! The noise lies on a 3D lattice with a spacing of 1.25 equator texels, rotated against the Earth's axes. A 32-bit
+//! hash at each lattice point is blended by smoothstep on the three axes. Positions come from `libm` in f64, one row
+//! or column at a time, and are quantised to 1/1024 of the lattice (1/819 texel); everything after that is integer.
 
 use super::base::level_size;
 
 /// Fraction bits of a position in units of the lattice.
 const FRACTION_LOG2: u32 = 10;
 const FRACTION_ONE: i32 = 1 << FRACTION_LOG2;
-/// Lattice spacing in equator texels. At 2, the residual noise after subtracting block means lines up with
-/// rows and columns, like woven cloth; at 1 it looks like sand.
+/// Lattice spacing in equator texels. With a spacing of 2, the residual noise after subtracting block means lines up
+/// with rows and columns, like woven cloth. With 1 it looks like sand.
 const LATTICE_TEXELS: f64 = 1.25;
 /// Fraction bits of a column's direction.
 const UNIT_LOG2: u32 = 30;

@@ -2,10 +2,10 @@
 //! function of level, column and row: the same bytes on every machine, in any order, on any number of
 //! threads.
 //!
-//! All of it is labelled synthetic: the cover of a point follows from its height, slope, aspect and distance
-//! from the divide (`ground`). The level of 1024 x 1024 texels is computed from the heights; each coarser
-//! level is exactly the mean of the finer one (`base`). Each finer level interpolates the same ground, adds
-//! one octave of noise, and colours it again (`refine`).
+//! The whole ground is labelled synthetic: the cover of a point follows from its height, slope, aspect and distance
+//! from the divide (`ground`). The level of 1024 x 1024 texels is computed from the heights; each coarser level is
+//! exactly the mean of the finer one (`base`). Each finer level interpolates the same ground, adds one octave of
+//! noise, and colours it again (`refine`).
 //!
 //! # Means
 //! Beyond the base, the mean of four stored texels differs from the stored parent by what the new octave
@@ -18,8 +18,8 @@
 //! the edges, so this is never visible.
 //!
 //! # Cost
-//! The first terrain of a process computes the base: 0.9 s of one core, in parallel. A tile of 512 with 4
-//! texels of border, both pictures: 13 to 19 ms on a busy machine; 1.4 ms in the base and coarser levels
+//! The first terrain of a process computes the base: 0.9 s of one core, in parallel. A tile of 512 with 4 texels of
+//! border takes 13 to 19 ms for both of its pictures on a busy machine, and 1.4 ms in the base and coarser levels
 //! (2026-11-22; `earth` takes 13 ms on an idle core).
 
 mod base;

@@ -1,10 +1,10 @@
-//! Levels finer than the base: the ground is interpolated (bilinear between centres; repeated over octaves
-//! this converges to a surface with a continuous slope), gets one more octave of noise, and is coloured
-//! again.
+//! Levels finer than the base. The ground is interpolated, gets one more octave of noise, and is coloured again. The
+//! interpolation is bilinear between centres; repeated over octaves it converges to a surface with a continuous
+//! slope.
 //!
-//! Differs from the source `earth`, whose four children have their parent as exact mean, because that parent
-//! is a photograph. Here both are the same function of the ground; forcing the means would show the base's
-//! texels as squares of 100 m wherever snow meets rock.
+//! In the source `earth` the mean of four children is exactly their parent, because the parent is a photograph. Here
+//! parent and children are the same function of the ground. Forcing the means would show the base's texels as squares
+//! of 100 m wherever snow meets rock.
 
 use super::base::{BASE_LOG2, Base, noise_share};
 use super::ground::{FIELDS, Fields, NOISE, beyond};
@@ -38,8 +38,8 @@ fn with_neighbours(span: &Range<usize>, width_log2: u32) -> Range<usize> {
     span.start.saturating_sub(1)..(span.end + 1).min(1 << width_log2)
 }
 
-/// A rectangle of the level `2^width_log2` texels wide, and the region of the next coarser level that it was
-/// refined from (`None` in the base). Both may be one texel larger than requested on each side.
+/// A rectangle of the level whose width is `2^width_log2` texels, and the region of the next coarser level from which
+/// it was refined (`None` in the base). Both may be one texel larger than requested on each side.
 pub fn region(
     base: &Base,
     width_log2: u32,

@@ -87,8 +87,8 @@ fn a_tile_does_not_depend_on_the_thread_or_on_earlier_tiles() {
     }
 }
 
-/// RMS and mean, in codes, of a tile's second picture minus the means of four texels of its first picture,
-/// with the latter's rows shifted by `shift` texels; and the RMS of the first picture about its mean.
+/// RMS and mean, in codes, of a tile's second picture minus the means of four texels of its first picture. The rows
+/// of the first picture are shifted by `shift` texels. Also the RMS of the first picture about its mean.
 fn against_means(terrain: &Terrain, [level, row, column]: [u32; 3], shift: usize) -> [f64; 3] {
     let pyramid = terrain.pyramid();
     let [fine, coarse] = pyramid.stored_sides().map(|side| side as usize);

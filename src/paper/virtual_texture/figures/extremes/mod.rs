@@ -44,7 +44,8 @@ pub const EXTREMES_FIGURE: Figure = Figure {
         Claim::paper(
             "2.1",
             "edges-of-the-texture",
-            "i = min(i, hT^0 - 1) and j = min(j, wT^0 - 1) give a tile to every pixel with t = 1 or s = 1",
+            "Clamping (i, j) to the last tile (i = min(i, hT^0 - 1), j = min(j, wT^0 - 1)) gives a tile to every \
+            pixel with t = 1 or s = 1",
             EXACT,
         )
         .at(Places::scenes(&["corners", "south-pole", "antimeridian"])),

@@ -124,8 +124,9 @@ pub fn not_finite(_: &Pyramid, size: [u32; 2]) -> SourceMesh {
     Canvas::strip(size, &patches)
 }
 
-/// A patch for each level, all in tile (0, 0), with footprints of 1.5 x 2^q texels for q = -2 ..= L-L'+2. With level-0
-/// tile addresses, one texel of the tile mask then has all bits that this pyramid can set.
+/// A patch for each level, all in tile (0, 0), with footprints of 1.5 x 2^q texels, for q from -2 to one level beyond
+/// the first resident one. With level-0 tile addresses, one texel of the tile mask then has all bits that this
+/// pyramid can set.
 pub fn every_level(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
     let [w, h] = pyramid.level_size(0).map(f64::from);
     let levels = pyramid.first_resident_level() as i32;

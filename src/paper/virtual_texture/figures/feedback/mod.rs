@@ -14,14 +14,15 @@ use watch::{SUBSAMPLINGS, Watch, name};
 pub const FEEDBACK: Figure = Figure {
     id: "vt.feedback",
     title: "Subsampled feedback compared with the exact list",
-    about: "The paper lists the tiles of all of a frame's pixels in that frame (section 2). Engines sample one pixel in 4 to 256, \
-            a different one in each frame, and accumulate: Call of Duty 1 in 64, Unreal Engine 5 1 in 256. Recall: the share of \
-            the exact list's tiles that this finds. Delay: the number of frames after a cut until a tile is listed. \
-            Precision: the share of visible tiles in the list that accumulates under a moving camera. The first frame \
-            after the cut has delay 1; after frame n the lists of frames 1 to n are known. With every method, including the \
-            exact one, a list reaches the host two frames later. Times include gathering the samples, copying them to the host \
-            and listing them there; \"all pixels\" is the copy of the request image and the same pass over it. The \
-            pictures show in red the pixels whose tiles are missed in the first frame with one pixel in 256.",
+    about: "The paper lists the tiles of all of a frame's pixels in that frame (section 2). Engines sample one pixel \
+            in 4 to 256, a different one in each frame, and accumulate: Call of Duty 1 in 64, Unreal Engine 5 1 in \
+            256. Recall: the share of the exact list's tiles that the sampled list contains. Delay: the number of \
+            frames after a cut until a tile is listed. Precision: the share of visible tiles in the list that \
+            accumulates under a moving camera. The first frame after the cut has delay 1; after frame n the lists of \
+            frames 1 to n are known. With every method, including the exact one, a list reaches the host two frames \
+            later. Times include gathering the samples, copying them to the host and listing them there; \"all \
+            pixels\" is the copy of the request image and the same pass over it. The pictures show in red the pixels \
+            whose tiles are missed in the first frame with one pixel in 256.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa", "earth/pan", "earth/dive", "earth/orbit"],
     variants: || SUBSAMPLINGS.map(name).into_iter().chain([ALL_PIXELS.to_string()]).collect(),
     paper: &["all pixels"],

@@ -47,7 +47,7 @@ impl Variant {
     }
 }
 
-/// A settled session; its tiles can be shown with any filter of the same NA.
+/// A settled session; its tiles can be shown with any filter of the same `max_anisotropy`.
 struct Shown {
     opened: Opened,
 }
@@ -76,7 +76,7 @@ impl Shown {
         let bias = opened.session.technique.bias();
         anyhow::ensure!(
             bias == 0,
-            "{scene}: the visible tiles exceed N1, and the picture is {bias} levels too coarse"
+            "{scene}: the visible tiles exceed cache.gpu_tiles, and the picture is {bias} levels too coarse"
         );
         Ok(Shown { opened })
     }
@@ -92,7 +92,7 @@ impl Shown {
         let config = Config { filter, ..settings.config };
         assert_eq!(
             config.filter.max_anisotropy, variant.max_anisotropy,
-            "the session's NA, which its tiles depend on"
+            "the session's max_anisotropy, on which its tiles depend"
         );
         let format = self.opened.session.target().color.info().format;
         Ok(Texturing::new(gpu, &source.pyramid(), &config, self.stage1(), resident, (format, None))?)

@@ -16,12 +16,13 @@ use crate::picture::map::error_maps;
 pub const SEAMS: Figure = Figure {
     id: "vt.seams",
     title: "Seams at tiles' edges, by the width of the border",
-    about: "The paper's tiles have no border (section 4 does not mention samples beyond a tile), so a sampler repeats a \
-            tile's last texel instead of the neighbour's. The figure shows the error within 8 texels of a tile's edge, and \
-            elsewhere, against the same filter with a border of 16 texels. The tests compare pictures with a border of 4 \
-            and 8 with an f64 reference. A tile's coarser level has half the border (a border of one texel: one before the tile, \
-            none after). The ruler's texels are white noise, the worst case of any texture. 480 x 270 (quick) or \
-            1280 x 720 pixels; all pixels count.",
+    about: "The paper's tiles have no border (section 4 does not mention samples beyond a tile), so a sampler \
+            repeats a tile's last texel instead of the neighbour's. The figure shows the error within 8 texels of a \
+            tile's edge, and elsewhere, against the same filter with a border of 16 texels. The tests compare \
+            pictures with a border of 4 and 8 with an f64 reference. A tile's coarser level has half the border. (If \
+            the border is one texel, the coarser level has one texel before the tile and none after it.) The ruler's \
+            texels are white noise, the worst case of any texture. 480 x 270 (quick) or 1280 x 720 pixels; all \
+            pixels count.",
     scenes: &["earth/oblique", "ruler/corner-oblique"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
     paper: &[],
@@ -52,7 +53,7 @@ pub const SEAMS: Figure = Figure {
         ),
         Claim::ours(
             "anisotropic",
-            "A border of NA texels is enough for NA samples along a footprint: no pixel is off by more than 1/256.",
+            "A border of n texels is enough for n samples along a footprint: no pixel is off by more than 1/256.",
             &[Test::value(along(WORST), AtMost(STEP)), Test::value(along(ELSEWHERE), AtMost(STEP))],
         ),
         Claim::ours(
@@ -202,7 +203,7 @@ const fn single(quantity: &'static str, least: f64, most: f64) -> Pick {
     each(quantity, || ["bilinear", "trilinear"].map(String::from).into()).x(At::Points(least, most))
 }
 
-/// Errors of filters with NA samples along the footprint, for every border of at least NA texels.
+/// Errors of filters with n samples along the footprint, for every border of at least n texels.
 const fn along(quantity: &'static str) -> Pick {
     let names = || VARIANTS.iter().filter(|v| v.max_anisotropy > 1).map(Variant::name).collect();
     each(quantity, names).x(At::Points(0.0, MOST))

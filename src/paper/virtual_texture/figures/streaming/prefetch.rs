@@ -108,7 +108,7 @@ impl Outcome {
             host_tiles: 4 * largest as u32,
             upload_tiles_per_frame: 8,
             load_tiles_per_frame: 8,
-            // The stored results in results/ have this order.
+            // The results stored in results/ were measured with this order.
             order: Order::Finest,
             deterministic: true,
             ..StreamingConfig::default()

@@ -35,7 +35,7 @@ struct Settled {
 /// Device lost, out of memory, tiles that do not arrive.
 pub(super) fn measure(bench: &Bench, stage: &Stage<'_>, picture: &[u8]) -> anyhow::Result<Vec<Budgeted>> {
     let mut rows = Vec::new();
-    // Each session holds N1 tiles.
+    // Each session has its own tile pool.
     for together in changes().chunks(super::TOGETHER) {
         let settled = together.iter().map(|(change, anew)| settle(stage, change, *anew, picture));
         let mut settled = settled.collect::<anyhow::Result<Vec<_>>>()?;

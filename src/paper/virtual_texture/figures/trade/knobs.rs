@@ -118,7 +118,7 @@ struct Values {
     feedback_log2: u32,
     stages: (Dedup, Compaction, TileAddress),
     format: TileFormat,
-    /// N1.
+    /// Slots of the tile pool.
     gpu_tiles: u32,
 }
 

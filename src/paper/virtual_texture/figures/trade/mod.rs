@@ -27,7 +27,8 @@ use std::sync::Arc;
 use times::{Batch, levelled};
 use truth::Truth;
 
-/// Number of settings that are timed in turn, together with the scene's own. Each holds N1 tiles, 260 MB with 192.
+/// Number of settings that are timed in turn, together with the scene's own. Each has its own tile pool: 260 MB for
+/// 192 tiles.
 const TOGETHER: usize = 4;
 
 /// The error measure of the Pareto front.
