@@ -29,7 +29,7 @@ enum MeshCommand {
     Info(info::InfoArgs),
     /// Write one level as a plain mesh
     Export(export::ExportArgs),
-    /// Check every byte and every level, and that going up and down again changes nothing
+    /// Check every byte and every level, and that refining to the full mesh and back changes nothing
     Verify(verify::VerifyArgs),
 }
 

@@ -9,8 +9,8 @@ choices! {
         Classical = "classical",
         /// The paper's greedy optimizer as printed.
         Paper = "paper",
-        /// A greedy optimizer that prefers vertices with few faces left, in groups that grow with the mesh;
-        /// at most 23 moved faces per split.
+        /// A greedy optimizer that prefers vertices with few faces left. Faces are reordered after groups of
+        /// splits that grow with the mesh; at most 23 moved faces per split.
         Tail23 = "tail-23",
         /// As `tail-23`, but with at most 10 moved faces per split; each permutation reorders one region of
         /// the faces.

@@ -10,6 +10,7 @@
 //! | the paper's word | meaning | file |
 //! |---|---|---|
 //! | M0, Mn | the coarsest mesh; the full mesh, after n splits | [`mesh`] |
+//! | V, F | vertex buffer; index buffer | [`mesh`] |
 //! | ecol | edge collapse: removes one vertex and the faces at the edge | [`simplify`] |
 //! | vsplit | vertex split, the inverse: appends a vertex and up to two faces, rewrites corners around it | [`run`] |
 //! | tswap | a cyclic permutation of faces in the index buffer; inverted for ecol | [`order`], [`run`] |

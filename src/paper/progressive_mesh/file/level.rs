@@ -243,8 +243,8 @@ impl<'a> Growing<'a> {
     }
 }
 
-/// The vertices around the newest vertex that are among the `old` ones, each once, in the order of its faces;
-/// includes the newest vertex itself.
+/// The newest vertex and the vertices around it, as far as they are among the `old` ones. Each is listed
+/// once, in the order of the newest vertex's faces.
 fn neighbours(live: &Live, old: u32) -> Vec<u32> {
     let Some(newest) = live.around.len().checked_sub(1) else { return Vec::new() };
     let mut near = Vec::new();

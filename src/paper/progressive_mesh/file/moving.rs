@@ -146,8 +146,8 @@ impl Moving {
     }
 
     /// Suggests unplaced faces for the reached slot, each once, likely ones first, until `enough` returns
-    /// true. First comes the face that followed the previous slot's face before the permutation; then, for
-    /// the slots before, nearest first, the faces around each of their corners.
+    /// true. First comes the face that followed the previous slot's face before the permutation. Then come
+    /// the faces around each corner of the faces in the slots before, nearest slot first.
     pub fn suggest(&mut self, mut enough: impl FnMut(usize) -> bool) {
         self.searches += 1;
         let (searches, suggested) = (self.searches, &mut self.suggested);

@@ -82,8 +82,9 @@ pub struct OrderOptions {
     pub groups: Groups,
     /// Where faces are drawn between two tswaps. With births in place, `regions` and `ahead` have no effect.
     pub births: Births,
-    /// Regions that tswaps reorder in turns, about `1 / regions` of the live faces each, whenever the budget
-    /// allows; 1 reorders all live faces at once. More than 1 requires [`Groups::Budget`].
+    /// Number of regions that tswaps reorder in turns, whenever the budget allows. A region has about `1 /
+    /// regions` of the live faces; 1 reorders all live faces at once. More than 1 requires
+    /// [`Groups::Budget`].
     pub regions: u32,
     /// Optimize each order for the level half-way to the next tswap, and keep the best of several orders for
     /// the last level. Not in the paper.

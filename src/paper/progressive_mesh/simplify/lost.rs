@@ -20,8 +20,8 @@ pub struct Lists {
     first: Vec<u32>,
     next: Vec<u32>,
     count: Vec<u32>,
-    /// An upper bound of the distances of all positions assigned here that are not in the list; negative if
-    /// there are none.
+    /// An upper bound of the distances of all positions that are assigned here but not in the list; negative
+    /// if there are none.
     dropped: Vec<f64>,
 }
 
