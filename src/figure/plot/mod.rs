@@ -87,7 +87,7 @@ impl Point {
 const MOST_BARS: usize = 16;
 
 /// All plots of a figure. Each [`Plot`] is drawn once for each scene, and once for each value of the sweep
-/// unless the sweep is the axis. Up to [`MOST_BARS`] bars of all scenes and values share one chart. A plot
+/// unless the sweep is the axis. Up to `MOST_BARS` bars of all scenes and values share one chart. A plot
 /// without numbers is left out.
 pub fn draw(figure: &Figure, result: &FigureResult, machines: &[Machine]) -> Vec<Drawn> {
     let mut drawn = Vec::new();
@@ -181,7 +181,7 @@ fn rows_of<'a>(cell: &'a CellRows, quantity: &'a str) -> impl Iterator<Item = &'
 }
 
 /// Variants in the figure's order, then other measured ones in order of appearance. `floor`, the variant that
-/// [`Plot::floor`] draws as a line, is left out.
+/// `Plot::floor` draws as a line, is left out.
 pub fn variants(figure: &Figure, cells: &[&CellRows], quantity: &str, floor: Option<&str>) -> Vec<String> {
     let measured: Vec<&str> =
         cells.iter().flat_map(|cell| rows_of(cell, quantity)).map(|row| &*row.variant).collect();
