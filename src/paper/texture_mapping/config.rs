@@ -17,7 +17,7 @@ choices! {
 choices! {
     /// Where a relief's heights come from.
     pub enum ReliefMap {
-        /// A grey picture; white is the height of the plane.
+        /// A grey picture, in which white is the height of the plane.
         File = "file",
         /// Bricks with deep joints, 256 texels a side.
         Bricks = "bricks",
@@ -40,7 +40,7 @@ settings! {
         depth_m: f64, in 1e-6..=1e6, unit "m";
         /// The heights.
         map: ReliefMap;
-        /// A square picture; its side is a power of two from 16 to 4096 texels. The path is relative to the scene
+        /// A square picture whose side is a power of two from 16 to 4096 texels. The path is relative to the scene
         /// (given by `-D`: to the working directory). Required for `"file"`.
         path: Option<PathBuf> = None;
     }

@@ -46,8 +46,7 @@ pub struct Footprint {
     /// footprint contains a texel: a disc of that squared radius contains one at every position.
     pub k: f32,
     pub scan: Scan,
-    /// Selects the finest level whose minor semi-axis is less than twice this many texels; 0: always level
-    /// 0.
+    /// Selects the finest level whose minor semi-axis is less than twice this many texels. 0 always selects level 0.
     pub minor_texels: f32,
     /// A longer ellipse is widened to this axis ratio.
     pub most_ratio: f32,

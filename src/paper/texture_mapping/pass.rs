@@ -25,8 +25,8 @@ pub struct Uploaded {
 
 /// The targets of a pass.
 pub struct Targets {
-    /// Linear light; alpha: texels fetched. With `dumps` also the position, Jacobian and decisions of each
-    /// pixel.
+    /// Red, green and blue in linear light; alpha holds the number of texels fetched. With `dumps` also the position,
+    /// Jacobian and decisions of each pixel.
     images: Vec<Image>,
     pub size: [u32; 2],
 }
@@ -359,7 +359,7 @@ impl FilterPass {
         })
     }
 
-    /// Runs one frame with this pass alone and waits for it; nanoseconds if the device has timestamps.
+    /// Runs one frame with this pass alone and waits for it. Returns its nanoseconds if the device has timestamps.
     ///
     /// # Errors
     /// Device lost, out of memory.

@@ -26,8 +26,8 @@ pub struct Tilt {
 pub struct Plane(pub [[f64; 3]; 3]);
 
 impl Tilt {
-    /// Without roll and yaw; one texel per pixel at the centre, 16 degrees from the lower edge to the
-    /// upper.
+    /// A plane without roll and yaw, with one texel per pixel at the centre. The view spans 16 degrees from the lower
+    /// edge to the upper.
     pub fn of(tilt_degrees: f64) -> Tilt {
         Tilt {
             tilt_degrees,

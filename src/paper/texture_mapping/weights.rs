@@ -28,7 +28,7 @@ pub enum Edge {
     Cubic,
     /// Three pieces.
     PiecewiseLinear,
-    /// `0.5 + d`, the covered area of the texel; the control, which the thesis calls inadequate.
+    /// `0.5 + d`, the covered area of the texel. This is the control, which the thesis calls inadequate.
     AreaRamp,
 }
 

@@ -37,11 +37,12 @@ choices! {
 choices! {
     /// How a pixel's colour is filtered from its tile (section 4). The order is that of `filter.glsl`.
     pub enum Filtering {
-        /// The paper's: bilinear in two levels, interpolated between them; at most `max_anisotropy` such samples.
+        /// The paper's: at most `max_anisotropy` samples, each bilinear in two levels and interpolated between them.
         Trilinear = "trilinear",
         /// Bilinear in the nearer of the two levels.
         Bilinear = "bilinear",
-        /// `samples` single texels, each drawn with the probability of its trilinear weight. Needs no border; is noisy.
+        /// `samples` single texels, each drawn with the probability of its trilinear weight. This needs no border but
+        /// is noisy.
         Stochastic = "stochastic",
         /// Paper 3's: the texels in the footprint's ellipse, weighted by a Gaussian of the ellipse's shape.
         Ellipse = "ellipse",
@@ -87,7 +88,8 @@ choices! {
         SubgroupUnique = "subgroup-unique",
         /// Compute: a workgroup collects its bits in a hash table in shared memory, and ORs each word once.
         SharedHash = "shared-hash",
-        /// Compute: 8 x 8 pixels per invocation; the paper's memo skips repeated triples before the test and the OR.
+        /// Compute: each invocation handles 8 x 8 pixels. The paper's memo skips repeated triples before the test and
+        /// the OR.
         TileMemo = "tile-memo",
         /// Compute: as tile-memo, four pixels at a time. While no lane's triple changes, a subgroup writes nothing.
         Runs = "runs",

@@ -66,7 +66,7 @@ impl Run<VirtualTexture> {
 }
 
 impl VirtualTexture {
-    /// As [`Run::again`]; no frame is in flight.
+    /// As [`Run::again`], while no frame is in flight.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -82,7 +82,7 @@ impl VirtualTexture {
         Ok(Again { triples, times, host_time: start.elapsed() })
     }
 
-    /// As [`Run::compare_plain`]; no frame is in flight. Afterwards the target holds the settled picture again.
+    /// As [`Run::compare_plain`], while no frame is in flight. Afterwards the target holds the settled picture again.
     ///
     /// # Errors
     /// Device lost, out of memory, a plain texture that cannot be read.

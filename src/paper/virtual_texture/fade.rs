@@ -8,7 +8,7 @@
 
 use crate::math::pyramid::TileId;
 
-/// The page table's cell of a tile in `slot`; `fade` is the weight of the next coarser tile, in 255ths.
+/// The page table's cell of a tile in `slot`. `fade` is the weight of the next coarser tile, in 255ths.
 pub fn cell(slot: u32, fade: u8) -> u32 {
     let entry = slot + 1;
     assert!(entry < 1 << 24, "slot {slot} overlaps the bits of the fade");

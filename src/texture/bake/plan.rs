@@ -83,7 +83,7 @@ impl Plan {
             Source::Synthetic(_) => (0, 0),
             Source::Picture { rows, .. } => {
                 let enlarging = Enlarged::memory_bytes(self.source_size, pyramid.level_size(0));
-                // A band and its tiles' pieces; the same while checking.
+                // A band and its tiles' pieces. Checking needs the same amount.
                 (2 * band + rows.memory_bytes() + enlarging, 2 * band)
             }
         };

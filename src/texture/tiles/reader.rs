@@ -1,5 +1,5 @@
-//! Reads tiles from a `.tiles` file. Data is used only after its checksum is verified; memory is allocated
-//! only after the file is known to be as long as its header says.
+//! Reads tiles from a `.tiles` file. Data is used only after its checksum is verified. Memory is allocated only after
+//! the file is known to be as long as its header says.
 
 use super::layout::{HEADER_BYTES, HeaderFault, Layout, VERSION, is_sealed};
 use super::{PAGE_BYTES, TileFileError};

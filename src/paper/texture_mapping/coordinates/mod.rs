@@ -55,11 +55,11 @@ pub enum Form {
 /// How threads share the pixels of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Walk {
-    /// (7): one thread.
+    /// Formula (7): one thread.
     Sequential,
     /// Two threads, from both ends to the middle.
     TwoEnds,
-    /// (8): this many threads; with n threads, each takes every n-th pixel.
+    /// Formula (8): this many threads. With n threads, each takes every n-th pixel.
     Lanes(u32),
     /// Each thread takes this many pixels and starts from the row's constants.
     Restart(u32),
@@ -68,9 +68,9 @@ pub enum Walk {
 /// How derivatives are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Derivatives {
-    /// (9): the difference to the next pixel's coordinates, from nine coefficients.
+    /// The difference to the next pixel's coordinates, which formula (9) expresses, from nine coefficients.
     Differences,
-    /// Numerators and denominators of (9) from the row's constants.
+    /// Numerators and denominators of formula (9) from the row's constants.
     Incremental,
     /// As `Incremental`, with the denominator w^2: the derivative at the pixel's centre.
     Analytic,

@@ -29,7 +29,7 @@ pub enum Output {
 pub struct CoordinatesPass {
     form: Form,
     body: Body,
-    /// The rows' constants; one unused word if the form has none.
+    /// The rows' constants, or one unused word if the form has none.
     rows: Buffer,
     push: PlaneBand,
     words: u32,

@@ -1,4 +1,5 @@
-//! Coordinates and (9) in f64 from their definitions; derivatives are in [`Plane::jacobian`].
+//! Coordinates and the differences of formula (9) in f64, from their definitions. [`Plane::jacobian`] has the
+//! derivatives.
 
 use super::Plane;
 
@@ -8,7 +9,7 @@ pub fn coordinates(plane: &Plane, x: f64, y: f64) -> [f64; 2] {
     [u / w, v / w]
 }
 
-/// `[[du/dx, du/dy], [dv/dx, dv/dy]]` by (9): the difference to the right and the lower neighbour.
+/// `[[du/dx, du/dy], [dv/dx, dv/dy]]` by formula (9): the difference to the right and the lower neighbour.
 pub fn differences(plane: &Plane, x: f64, y: f64) -> [[f64; 2]; 2] {
     let [here, right, below] = [[x, y], [x + 1.0, y], [x, y + 1.0]].map(|[x, y]| coordinates(plane, x, y));
     [0, 1].map(|axis| [right[axis] - here[axis], below[axis] - here[axis]])

@@ -124,7 +124,7 @@ fn variants() -> Vec<String> {
     spacings().into_iter().chain(filters().map(|(name, _)| name.to_string())).collect()
 }
 
-/// A square of `side` pixels, tilted back about its lower edge; as polygons and as a bounded plane.
+/// A square of `side` pixels that is tilted back about its lower edge, as polygons and as a bounded plane.
 struct Square {
     side: f64,
     camera: f64,

@@ -178,7 +178,7 @@ fn run(gpu: &Gpu, record: impl FnOnce(&mut Cmd<'_>) -> crate::vk::Result<()>) ->
     Ok(())
 }
 
-/// The distance maps in the order of [`Build::ALL`]; the cone map and the relaxed cone map.
+/// The distance maps in the order of [`Build::ALL`], and the cone map and the relaxed cone map.
 struct Maps {
     distances: Vec<DistanceMap>,
     cones: [Vec<f32>; 2],

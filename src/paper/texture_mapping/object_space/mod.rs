@@ -25,7 +25,7 @@ use super::plane::Plane;
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Triangle {
-    /// Pixels; x to the right, y down and z towards the eye, from the picture's centre on the projection plane.
+    /// In pixels from the picture's centre on the projection plane: x to the right, y down and z towards the eye.
     pub corners: [[f32; 3]; 3],
     /// Texture coordinates of the corners, in texels of level 0.
     pub texels: [[f32; 2]; 3],
@@ -51,9 +51,9 @@ pub const MOST_FRAGMENTS: u64 = 1 << 26;
 const MARGIN_PX: f64 = 2.0;
 
 impl Polygons {
-    /// The part of an infinite plane that a picture of `size` pixels shows; possibly empty. The eye is `camera_px`
-    /// from the projection plane; this distance changes the polygons' shape, but not the picture. The plane is cut off
-    /// where a pixel would hold more than `most_per_pixel` fragments.
+    /// The part of an infinite plane that a picture of `size` pixels shows, which may be empty. The eye is
+    /// `camera_px` from the projection plane; this distance changes the polygons' shape, but not the picture. The
+    /// plane is cut off where a pixel would hold more than `most_per_pixel` fragments.
     pub fn of_plane(
         plane: &Plane,
         size: [u32; 2],

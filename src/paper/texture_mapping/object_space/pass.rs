@@ -120,7 +120,7 @@ impl Stages {
         })
     }
 
-    /// Runs one frame with all stages and waits for it; nanoseconds if the device has timestamps.
+    /// Runs one frame with all stages and waits for it. Returns its nanoseconds if the device has timestamps.
     ///
     /// # Errors
     /// Device lost, out of memory.

@@ -7,7 +7,7 @@ use crate::paper::texture_mapping::texels::Texels;
 use std::f64::consts::TAU;
 
 /// Error bound of a trilinear sample. Samplers may quantise weights in steps of 1/256, the coarsest that Vulkan
-/// allows; a sample has five weights: two for each of two bilinear samples, and one for their mix.
+/// allows. A sample has five weights: two for each of two bilinear samples, and one for their mix.
 const SAMPLER: f64 = 5.0 / 256.0;
 
 /// The value of a pixel; `None` if only the device can compute it.
@@ -201,7 +201,7 @@ fn random([mut x, mut y, mut z, mut w]: [u32; 4]) -> [u32; 4] {
     [x, y, z, w]
 }
 
-/// The levels of the minor axis; two if rounding decides.
+/// The level that the minor axis selects: two different ones if rounding decides.
 pub fn stochastic_levels(pixel: &Pixel, texels: &Texels) -> [u32; 2] {
     let (_, minor, _) = axes(pixel);
     let level = minor.max(1e-30).log2();

@@ -72,7 +72,7 @@ pub fn bounded(pixel: &Pixel, most: f64, across: f64) -> Pixel {
     Pixel { jacobian, determinant: pixel.determinant * most / length, ..*pixel }
 }
 
-/// The levels that the method may choose; two if rounding decides.
+/// The level that the method chooses: two different ones if rounding decides.
 pub fn levels(ellipse: &Ellipse, pixel: &Pixel, coarsest: u32) -> [u32; 2] {
     let (v, det) = widened(ellipse, pixel);
     if sees_all(v) {

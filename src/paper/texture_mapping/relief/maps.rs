@@ -1,5 +1,5 @@
-//! The maps that set a tracer's steps: Donnelly's distances, refined distances, cones and relaxed cones; in f32, as
-//! on the GPU.
+//! The maps that set a tracer's steps, in f32 as on the GPU: Donnelly's distances, refined distances, cones and
+//! relaxed cones.
 //!
 //! A distance depends only on additions, multiplications and comparisons, which the GPU runs in the same order. So
 //! the CPU's and the GPU's maps are equal to the bit.
@@ -157,7 +157,7 @@ impl Cell<'_> {
     }
 
     /// The square of the least distance to a surface point in another cell. Only points count that lie below at least
-    /// as steeply as the tangent `slope`; infinite if the cell has no such point.
+    /// as steeply as the tangent `slope`. The result is infinite if the cell has no such point.
     fn squared_distance(&self, [a, b]: [i32; 2], slope: f32) -> f32 {
         let gap = |at: i32| (at.abs() as f32 - self.extent).max(0.0);
         let across = gap(a) * gap(a) + gap(b) * gap(b);

@@ -60,7 +60,7 @@ impl View {
     }
 }
 
-/// The mean colour over `samples` x `samples` rays in each pixel, by exact intersections; row by row.
+/// The mean colour over `samples` x `samples` rays in each pixel, by exact intersections, row by row.
 pub fn truth(relief: &Relief, colours: &[f32], view: &View, samples: u32) -> Vec<f64> {
     use rayon::prelude::*;
     let columns = view.columns as usize;

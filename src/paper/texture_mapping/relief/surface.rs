@@ -15,7 +15,7 @@ pub struct ReliefSurface {
     pub method: ReliefMethod,
     header: Buffer,
     heights: Buffer,
-    /// Distances to step by; one unused word if the method does not trace.
+    /// The distance map, or one unused word if the method does not trace.
     map: Buffer,
 }
 
@@ -35,7 +35,7 @@ pub fn pairs(relief: &Relief) -> u64 {
 }
 
 impl ReliefSurface {
-    /// For a square plane of this side; builds the map that tracing needs.
+    /// Creates the relief of a square plane of this side, and builds the map that tracing needs.
     ///
     /// # Errors
     /// Out of memory, device lost.

@@ -20,12 +20,12 @@ pub const KIND: &str = "virtual";
 choices! {
     /// Where the texels come from.
     pub enum TextureSource {
-        /// Real imagery of the Earth; finer levels are synthetic, and labelled so. Generated on the fly.
+        /// Real imagery of the Earth. Finer levels are synthetic, labelled so, and generated on the fly.
         Earth = "earth",
         /// Every texel is a hash of its level and position. Generated on the fly.
         Ruler = "ruler",
-        /// The ground around Mount Everest, a square for the model `valley`; synthetic, and labelled so. Generated on
-        /// the fly.
+        /// The ground around Mount Everest, a square for the model `valley`. It is synthetic, labelled so, and
+        /// generated on the fly.
         Terrain = "terrain",
         /// A `.tiles` file (`ortelius bake`).
         File = "file",
@@ -53,7 +53,7 @@ settings! {
     pub struct Texture kind "virtual" {
         /// Where the texels come from.
         source: TextureSource;
-        /// The file, relative to the scene file; from `-D`, relative to the working directory. Required for `"file"`.
+        /// The file's path: relative to the scene file, or with `-D` to the working directory. Required for `"file"`.
         path: Option<PathBuf> = None;
         /// Level 0 has 2^m x 2^n texels, at most 2^20 x 2^20; this is m. Required except for `"file"`, which states
         /// its size.

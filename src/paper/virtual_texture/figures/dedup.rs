@@ -157,7 +157,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// The points that each geometry shader emits; p = 4 is two invocations of half a block.
+/// The points that each geometry shader emits. With p = 4, two invocations handle half a block each.
 fn points(stage1: &Stage1) -> anyhow::Result<Vec<Row>> {
     let requests = read_requests(&stage1.gpu, &stage1.footprint, &stage1.pyramid)?;
     let count = |block_log2: u32, memo| {

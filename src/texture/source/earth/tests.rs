@@ -247,7 +247,7 @@ fn neither_the_antimeridian_nor_a_pole_has_a_visible_seam() {
     }
 }
 
-/// Prints the times of the module's documentation; asserts none.
+/// Prints the times that the module's documentation states. It asserts nothing.
 #[test]
 fn the_time_of_a_tile_is_printed() {
     // Tibet and Alaska. 2^12 is imagery; the others are 1, 6 and 8 octaves finer.

@@ -172,7 +172,7 @@ fn a_resident_level_beyond_the_base_equals_the_tiles_and_a_map_that_is_not_squar
     assert_eq!(Terrain::new(oblong).err(), Some(TerrainError(10, 9)));
 }
 
-/// Prints the times of the module's documentation; asserts none.
+/// Prints the times that the module's documentation states. It asserts nothing.
 #[test]
 fn the_time_of_a_tile_is_printed() {
     for (place, row, column) in [("Everest", 0.51, 0.49), ("forest", 0.7, 0.3), ("Tibet", 0.2, 0.6)] {
