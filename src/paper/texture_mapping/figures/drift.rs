@@ -19,7 +19,7 @@ pub const DRIFT: Figure = Figure {
             up to tenfold. `horizon`: in these rows w is 1/200 of its value at the picture's centre, and coordinates \
             reach 500,000 texels, where an ulp of f32 is 1/32 texel. The paper's increments (7) and (8) add f32 \
             numbers along the row, so their error grows linearly with the row's length. Restarts bound the error. \
-            The row's constants (f64, rounded to f32) with one `fma` do not drift; nor do 64-bit integers. \
+            The row's constants (f64, rounded to f32) with one `fma` do not drift, and neither do 64-bit integers. \
             Derivatives: the largest error relative to the pixel's largest derivative.",
     scenes: &[NEAR, HORIZON],
     variants: || {

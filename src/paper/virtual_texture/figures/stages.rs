@@ -1,4 +1,4 @@
-//! Stages 2 and 3 alone, over a request image that is drawn once; for vt.dedup, vt.compact and others.
+//! Stages 2 and 3 alone, over a request image that is drawn once (for vt.dedup, vt.compact and others).
 
 use super::common::{Place, passes, pixels_of};
 use super::side_by_side::{device, lacks};

@@ -54,7 +54,7 @@ pub enum Outcome {
 /// A settled picture of a ruler texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settled {
-    /// The level bias; above 0 if the caches were too small.
+    /// The level bias. It is above 0 if the caches were too small.
     pub bias: u32,
     /// `None` if coordinates are NaN, because the right texel is then undefined.
     pub verdicts: Option<Verdicts>,

@@ -109,8 +109,8 @@ pub const EXTREMES: &[Extreme] = &[
         landscape: Landscape::Made(shapes::corners),
         ..plain(
             "corners",
-            "s = 1 and t = 1: of wT tiles in a row, tile floor(wT s) = wT does not exist; the paper's min gives the \
-            last one",
+            "s = 1 and t = 1: a row has wT tiles, so tile floor(wT s) = wT does not exist, and the paper's min gives \
+            the last one",
             "plane",
             &[],
         )

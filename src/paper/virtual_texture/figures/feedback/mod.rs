@@ -20,9 +20,9 @@ pub const FEEDBACK: Figure = Figure {
             frames after a cut until a tile is listed. Precision: the share of visible tiles in the list that \
             accumulates under a moving camera. The first frame after the cut has delay 1; after frame n the lists of \
             frames 1 to n are known. With every method, including the exact one, a list reaches the host two frames \
-            later. Times include gathering the samples, copying them to the host and listing them there; \"all \
-            pixels\" is the copy of the request image and the same pass over it. The pictures show in red the pixels \
-            whose tiles are missed in the first frame with one pixel in 256.",
+            later. Times include gathering the samples, copying them to the host and listing them there. \"All \
+            pixels\" copies the whole request image and runs the same pass over it. The pictures show in red the \
+            pixels whose tiles are missed in the first frame with one pixel in 256.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa", "earth/pan", "earth/dive", "earth/orbit"],
     variants: || SUBSAMPLINGS.map(name).into_iter().chain([ALL_PIXELS.to_string()]).collect(),
     paper: &["all pixels"],
@@ -39,15 +39,15 @@ pub const FEEDBACK: Figure = Figure {
         Claim::paper(
             "2",
             "delay",
-            "The exact list is complete at once; one pixel in 64 or in 256 takes several frames: in every view the median \
-             over all starts in the cycle is more than one frame until all tiles are listed.",
+            "The exact list is complete at once, but one pixel in 64 or in 256 takes several frames. In every view, \
+            the median over all starts in the cycle is more than one frame until all tiles are listed.",
             &[Test::value(each(TO_ALL, || [6, 8].map(name).into()), Above(1.0))],
         ),
         Claim::ours(
             "moving",
-            "Accumulation does not solve this for a moving camera: with one pixel in 256, the list of a single frame lacks \
-             visible tiles in some frames of every path, and most tiles accumulated over a whole cycle are no longer \
-             visible.",
+            "Accumulating lists is not enough for a moving camera. With one pixel in 256, the list of a single frame \
+            lacks visible tiles in some frames of every path, and most tiles accumulated over a whole cycle are no \
+            longer visible.",
             &[
                 Test::value(one(MOVING_RECALL, "1/256").part(Part::Least), Below(1.0)),
                 Test::value(one(MOVING_PRECISION, "1/256"), Below(0.5)),

@@ -21,9 +21,9 @@ pub const FILTER: Figure = Figure {
             texels chosen at random through the page table, which need no border (Pharr et al. 2024), 1 to 64 per \
             pixel, at one point or along the footprint. Each picture is compared with the f64 picture of the same \
             filter, which shows rounding and noise, and with the f64 mean over each pixel's footprint, which shows \
-            the error of the filter itself. Pixels beyond the landscape and at its outline are left out; their share \
-            is reported. The time is that of the texturing pass. 320 x 180 (quick) or 640 x 360 pixels, because an \
-            f64 picture takes seconds.",
+            the error of the filter itself. Pixels beyond the landscape and at its outline are left out, and their \
+            share is reported. The time is that of the texturing pass. 320 x 180 (quick) or 640 x 360 pixels, \
+            because an f64 picture takes seconds.",
     scenes: &["earth/oblique", "earth/low"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
     paper: &[],
@@ -82,7 +82,7 @@ const VARIANTS: [Variant; 10] = [
     Variant::new(Filtering::Stochastic, 8, 16),
 ];
 
-/// The border in texels; sufficient for NA = 8.
+/// The border in texels. It is sufficient for 8 samples along the footprint.
 const BORDER: u32 = 8;
 
 const AREA_NMSE: &str = "NMSE against what pixels cover";
@@ -133,7 +133,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Writes the picture's middle, enlarged; of the reference also the whole picture.
+/// Writes the picture's middle, enlarged. For the reference, also writes the whole picture.
 fn show(bench: &mut Bench, cell: &Cell, name: &str, picture: &Picture) -> anyhow::Result<()> {
     let name = format!("vt.filter-{}-{}", cell.scene.replace('/', "-"), name.replace(' ', "-"));
     if name.ends_with("what-pixels-cover") {

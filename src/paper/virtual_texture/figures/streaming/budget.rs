@@ -44,12 +44,12 @@ const MOST_FRAMES: usize = 400;
 pub const BUDGET: Figure = Figure {
     id: "vt.budget",
     title: "The picture after a cut, by upload budget",
-    about: "The camera jumps to another view, and the tiles of the new picture arrive within the upload budget (paper, \
-            section 3: tiles beyond the budget wait for the next frame; no numbers). The error is the NMSE in linear light \
-            against the settled picture. \"To 50 %\" and \"to 95 %\": until that share of the first frame's error is gone \
-            permanently. The tiles are in main memory, so the disk has no influence. The host waits for each frame, so the times \
-            are those of this device. Each budget is measured 6 times from empty caches, in turn. 960 x 540 (quick) or \
-            1920 x 1080 pixels.",
+    about: "The camera jumps to another view, and the tiles of the new picture arrive within the upload budget. In \
+            the paper (section 3), tiles beyond the budget wait for the next frame; it gives no numbers. The error \
+            is the NMSE in linear light against the settled picture. \"To 50 %\" and \"to 95 %\": until that share \
+            of the first frame's error is gone permanently. The tiles are in main memory, so the disk has no \
+            influence. The host waits for each frame, so the times are those of this device. Each budget is measured \
+            6 times from empty caches, in turn. 960 x 540 (quick) or 1920 x 1080 pixels.",
     scenes: &["earth/oblique"],
     variants: || BUDGETS.iter().map(|budget| budget.name.to_owned()).collect(),
     paper: &[],

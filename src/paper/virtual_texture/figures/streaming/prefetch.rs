@@ -28,12 +28,13 @@ const UNSEEN: &str = "copies never seen";
 pub const PREFETCH: Figure = Figure {
     id: "vt.prefetch",
     title: "Missing tiles, with and without prefetch along the camera's motion",
-    about: "The paper (section 3) requests a tile when it is visible. The tile is late by the time for the list to reach the \
-            host, for the disk read and for the copy; a coarser tile is shown meanwhile. With prefetch, stages 1 to 3 also run at a \
-            sixteenth of the pixels for the camera extrapolated by some frames, and their tiles are loaded with the \
-            budget that the visible tiles leave. A tile counts as missing in each frame whose picture needs it but does not \
-            have it. The headline's camera is used without magnification, so that the dive crosses levels. Every frame \
-            (quick: every second one) at 640 x 360 (quick) or 1920 x 1080 pixels.",
+    about: "The paper (section 3) requests a tile when it is visible. The tile arrives late, after the list has \
+            reached the host, the disk has been read and the tile has been copied. A coarser tile is shown \
+            meanwhile. With prefetch, stages 1 to 3 also run at a sixteenth of the pixels for the camera \
+            extrapolated by some frames, and their tiles are loaded with the budget that the visible tiles leave. A \
+            tile counts as missing in each frame whose picture needs it but does not have it. The headline's camera \
+            is used without magnification, so that the dive crosses levels. Every frame (quick: every second one) at \
+            640 x 360 (quick) or 1920 x 1080 pixels.",
     scenes: &["earth/pan", "earth/dive", "earth/orbit"],
     variants,
     paper: &[],
@@ -102,7 +103,7 @@ impl Outcome {
     /// frames for a slow disk.
     fn of(pyramid: &Pyramid, records: &[FrameRecord], delay: usize) -> anyhow::Result<Outcome> {
         let largest = records.iter().map(|record| record.visible.len()).max().context("a path has frames")?;
-        // Twice the largest visible set; see vt.cache.
+        // Twice the largest visible set, as in vt.cache.
         let config = StreamingConfig {
             gpu_tiles: 2 * largest as u32,
             host_tiles: 4 * largest as u32,

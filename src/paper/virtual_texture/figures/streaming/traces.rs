@@ -1,4 +1,4 @@
-//! The error of a recovering picture over time, from several measurements; for vt.budget and vt.disk.
+//! The error of a recovering picture over time, from several measurements (for vt.budget and vt.disk).
 
 use crate::figure::Row;
 use crate::stats::Summary;
@@ -20,7 +20,7 @@ fn summary(samples: impl Iterator<Item = f64>) -> Summary {
     Summary::of(&samples.collect::<Vec<_>>()).expect("a recovery is measured more than once")
 }
 
-/// A row with a number for each round; infinite if a round has no number.
+/// A row with a number for each round. The number is infinite if the round has none.
 pub(super) fn repeated<T>(
     name: &str,
     quantity: &str,
@@ -47,7 +47,7 @@ impl Trace {
         self.0.get(n).or(self.0.last()).map_or(0.0, |[_, error]| *error)
     }
 
-    /// The error of the picture that is shown at a time; before the first frame, the error of that frame.
+    /// The error of the picture that is shown at a time. Before the first frame it is the first frame's error.
     fn at_time(&self, ms: f64) -> f64 {
         let shown = self.0.iter().rev().find(|[at, _]| *at <= ms).or(self.0.first());
         shown.map_or(0.0, |[_, error]| *error)
