@@ -1,12 +1,14 @@
 //! The work of a `render`: a scene and options, or an earlier run with options that override its own.
 
 use super::Usage;
+use super::device::DeviceArgs;
+use super::progress::Bar;
 use anyhow::bail;
 use clap::Args;
 use ortelius::math::camera::Pose;
 use ortelius::picture::Target;
 use ortelius::renderer::report::RunSection;
-use ortelius::renderer::sections;
+use ortelius::renderer::{auto, sections};
 use ortelius::scene::Scene;
 use ortelius::scene::camera::{Camera, Place};
 use std::io::Read;
@@ -16,7 +18,7 @@ use std::path::Path;
 #[derive(Args)]
 pub struct SceneArgs {
     /// A scene file, the name of a shipped scene (earth, globe, pole, antimeridian, plane, ruler, bunny, herd,
-    /// valley, plane-tilt, sphere, zone-plate, relief-brick, relief-rock), or the report of an earlier render to repeat;
+    /// valley, plane-tilt, sphere, tunnel, zone-plate, relief-brick, relief-rock), or the report of an earlier render to repeat;
     /// options then override the report's
     pub scene: String,
     /// Pixels, WIDTHxHEIGHT; default: the scene's size
@@ -93,8 +95,8 @@ impl Asked {
     ///
     /// # Errors
     /// Errors of the scene or the report, and a camera or path that the scene does not have.
-    pub fn of(args: &RunArgs, target: Option<Target>) -> anyhow::Result<Asked> {
-        let Asked { scene, run } = Asked::of_scene(&args.of)?;
+    pub fn of(args: &RunArgs, device: &DeviceArgs, target: Option<Target>) -> anyhow::Result<Asked> {
+        let Asked { scene, run } = Asked::of_scene(&args.of, device)?;
         let run = RunSection {
             frames: args.frames.or(run.frames),
             settle: args.settle || run.settle,
@@ -109,7 +111,7 @@ impl Asked {
     ///
     /// # Errors
     /// As [`Asked::of`].
-    pub fn of_scene(args: &SceneArgs) -> anyhow::Result<Asked> {
+    pub fn of_scene(args: &SceneArgs, device: &DeviceArgs) -> anyhow::Result<Asked> {
         let (scene, earlier) = match is_report(&args.scene) {
             true => earlier(args)?,
             false => {
@@ -129,7 +131,25 @@ impl Asked {
             size: args.size.unwrap_or(earlier.size),
             ..earlier
         };
-        args.eye.placed(Asked { scene, run })
+        args.eye.placed(Asked { scene, run })?.filtered(device)
+    }
+
+    /// Chooses the filter of a surface whose filter is "auto", for the first frame's pose.
+    fn filtered(self, device: &DeviceArgs) -> anyhow::Result<Asked> {
+        let Some(wanted) = auto::wanted(&self.scene) else { return Ok(self) };
+        let place = auto::Place {
+            pose: *self.poses()?.first().expect("there is at least one pose"),
+            size: self.run.size,
+            device: device.device.as_deref(),
+            cache: auto::cache_folder(),
+        };
+        let bar = Bar::counting("filters");
+        let auto::Chosen { scene, words } =
+            auto::choose(&self.scene, wanted, &place, |done, all| bar.set(done, all))?;
+        drop(bar);
+        tracing::info!("{words}");
+        let RunSection { name, folder, scene: text, .. } = RunSection::settled(&scene);
+        Ok(Asked { scene, run: RunSection { name, folder, scene: text, ..self.run } })
     }
 
     /// The camera of the first frame.

@@ -72,7 +72,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     if !outputs.any() && !args.explain {
         bail!(Usage("nothing to write: give -o PICTURE, --report, a dump, or --explain".into()));
     }
-    let asked = Asked::of(&args.run, outputs.target())?;
+    let asked = Asked::of(&args.run, &args.device, outputs.target())?;
     if args.compare_plain && !asked.settles() {
         bail!(Usage("--compare-plain measures the settled frame: add --settle, or omit --frames".into()));
     }

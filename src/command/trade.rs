@@ -35,7 +35,7 @@ pub struct TradeArgs {
     /// Find the most accurate setting that takes at most this time
     #[arg(long, value_name = "T", value_parser = parse_bound, allow_negative_numbers = true)]
     max_ms: Option<f64>,
-    /// Vary only these: level-bias, filter, anisotropy, border, list, stages, format, gpu-tiles, budgets;
+    /// Vary only these: level-bias, filter, anisotropy, ellipse, border, list, stages, format, gpu-tiles, budgets;
     /// default: all
     #[arg(long, value_name = "KNOB,…", value_delimiter = ',', value_parser = parse_knob)]
     knobs: Vec<Knob>,
@@ -88,14 +88,14 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
             .with_context(|| format!("cannot create the folder {}", folder.display()))?;
     }
     // Check the whole scene, including parts that the sweep does not use.
-    sections::load(&args.scene, &args.overrides)?;
+    let scene = sections::load(&args.scene, &args.overrides)?;
     let effort = if args.full { Effort::Full } else { Effort::Quick };
     let mut bench = Bench::new(effort, args.device.device.clone(), PathBuf::new());
     bench.validate = args.device.validate;
     let sweep = Sweep {
-        scene: &args.scene,
-        overrides: &args.overrides,
-        size: args.size,
+        scene: &scene,
+        pose: scene.pose(0)?,
+        size: args.size.unwrap_or([scene.view.width, scene.view.height]),
         knobs: if args.knobs.is_empty() { &Knob::ALL } else { &args.knobs },
         measure: match args.error {
             ErrorName::Nmse => Measure::Nmse,

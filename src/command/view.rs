@@ -50,7 +50,7 @@ enum Present {
 }
 
 pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
-    let asked = Asked::of_scene(&args.scene)?;
+    let asked = Asked::of_scene(&args.scene, &args.device)?;
     let camera = asked.camera()?;
     let variant =
         |text: &String| Variant { name: text.clone(), changes: text.split(',').map(str::to_owned).collect() };

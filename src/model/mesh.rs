@@ -269,6 +269,27 @@ pub fn plane(width_m: f64, height_m: f64, columns: u32, rows: u32) -> Result<Sou
     Ok(mesh)
 }
 
+/// The inside of a cylinder that lies on the plane z = 0 along the y axis, from y = 0 to the north; s once around from
+/// the top, counter-clockwise seen from the south, t from north to south: as a [`plane`] at the floor. The top appears
+/// twice (s = 0 and s = 1, equal positions).
+///
+/// # Errors
+/// [`MeshError::Grid`] unless the sizes are positive and finite, and there are at least 3 columns and 1 .. 2^26 quads.
+pub fn cylinder(radius_m: f64, length_m: f64, columns: u32, rows: u32) -> Result<SourceMesh, MeshError> {
+    // A plane, rolled up.
+    let mut mesh = plane(std::f64::consts::TAU * radius_m, length_m, columns, rows)?;
+    if columns < 3 {
+        let needs = "at least 3 columns";
+        return Err(MeshError::Grid { what: "cylinder", columns, rows, needs });
+    }
+    for (position, coordinate) in mesh.positions.iter_mut().zip(&mesh.coordinates) {
+        // The fraction gives both sides of the seam the same bits.
+        let (sin, cos) = (std::f64::consts::TAU * coordinate.x.fract()).sin_cos();
+        *position = DVec3::new(-radius_m * sin, (1.0 - coordinate.y) * length_m, radius_m * (1.0 + cos));
+    }
+    Ok(mesh)
+}
+
 /// 2^26 quads are 2^27 triangles and about 10 GiB of vertices; more is a typing error.
 const MOST_QUADS: u64 = 1 << 26;
 
@@ -310,6 +331,26 @@ mod tests {
         for &triangle in &mesh.triangles {
             let [a, b, c] = corners(&mesh, triangle);
             assert!((b - a).cross(c - a).dot(a + b + c) > 0.0, "{triangle:?}");
+        }
+    }
+
+    #[test]
+    fn a_cylinder_is_seen_from_inside_and_closed_at_its_seam() {
+        let mesh = cylinder(3.0, 10.0, 12, 5).unwrap();
+        assert_eq!((mesh.triangles.len(), mesh.check()), (120, Ok(())));
+        for &triangle in &mesh.triangles {
+            let [a, b, c] = corners(&mesh, triangle);
+            let axis = DVec3::new(0.0, a.y, 3.0);
+            assert!((b - a).cross(c - a).dot(axis - a) > 0.0, "{triangle:?}");
+        }
+        let seam = |at: f64| -> Vec<DVec3> {
+            let vertices = mesh.positions.iter().zip(&mesh.coordinates);
+            vertices.filter(|(_, coordinate)| coordinate.x == at).map(|(position, _)| *position).collect()
+        };
+        assert_eq!(seam(0.0), seam(1.0));
+        assert_eq!(seam(0.0)[0], DVec3::new(0.0, 10.0, 6.0));
+        for wrong in [cylinder(0.0, 1.0, 8, 1), cylinder(1.0, -1.0, 8, 1), cylinder(1.0, 1.0, 2, 1)] {
+            assert!(wrong.is_err());
         }
     }
 

@@ -2,6 +2,7 @@
 //! Simple, slow, and without any code shared with what they check.
 
 mod candidates;
+pub mod cylinder;
 pub mod distance;
 pub mod ellipsoid;
 pub mod filter;

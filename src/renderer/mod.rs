@@ -1,5 +1,6 @@
 //! Converts a scene to passes: only the device features, memory and passes that its surfaces need.
 
+pub mod auto;
 pub mod figures;
 pub mod report;
 pub mod sections;

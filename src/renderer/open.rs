@@ -9,7 +9,7 @@ use crate::paper::progressive_mesh::{self, Model, ProgressiveMeshes, Textured};
 use crate::paper::texture_mapping::config::{ReliefKeys, ReliefMethod, side_of};
 use crate::paper::texture_mapping::relief::surface::{MOST_PAIRS, ReliefSurface, pairs};
 use crate::paper::texture_mapping::relief::{Kind, Relief};
-use crate::paper::virtual_texture::config::{Filter, check_opened, open_texture, owner};
+use crate::paper::virtual_texture::config::{Filter, check_opened, filter, open_texture, owner};
 use crate::paper::virtual_texture::{self, Filtering, VirtualTexture};
 use crate::picture;
 use crate::picture::srgb;
@@ -255,7 +255,7 @@ fn check(scene: &Scene, surface: &Surface, owner: Option<&Surface>) -> Result<()
             "a shared texture has one filter; state it at the surface that owns the texture",
         );
     }
-    let filter: Filter = scene.read(&key("filter"))?;
+    let filter = filter(scene, surface)?;
     let for_plain = Filter {
         kind: Filtering::Ellipse,
         max_anisotropy: filter.max_anisotropy,
@@ -276,7 +276,7 @@ fn plain_filter(scene: &Scene, surface: &Surface) -> Result<PlainFilter, RenderE
         let keys: ReliefKeys = scene.read(&["surface", &surface.name, "relief"])?;
         return Ok(PlainFilter::Relief(keys.method));
     }
-    let filter: Filter = scene.read(&["surface", &surface.name, "filter"])?;
+    let filter = filter(scene, surface)?;
     Ok(match filter.kind {
         Filtering::Ellipse => PlainFilter::Ellipse([filter.max_anisotropy, filter.minor_texels]),
         _ => PlainFilter::Trilinear,

@@ -32,7 +32,7 @@ pub use eyes::View;
 pub use language::{KeyAt, keys};
 pub use part::Part;
 pub use sun::Sun;
-pub use surface::{Ellipsoid, Geometry, Plain, PlainSource, Plane, Surface};
+pub use surface::{Cylinder, Ellipsoid, FilterBound, Geometry, Plain, PlainSource, Plane, Surface};
 pub use value::{Choice, Kind, Setting};
 
 use crate::math::camera::Pose;
@@ -43,7 +43,7 @@ use std::collections::BTreeMap;
 use surface::SurfaceKeys;
 
 /// The shipped scenes: name and text.
-pub const SHIPPED: [(&str, &str); 14] = [
+pub const SHIPPED: [(&str, &str); 15] = [
     ("antimeridian", include_str!("../../scenes/antimeridian.toml")),
     ("bunny", include_str!("../../scenes/bunny.toml")),
     ("earth", include_str!("../../scenes/earth.toml")),
@@ -56,6 +56,7 @@ pub const SHIPPED: [(&str, &str); 14] = [
     ("relief-rock", include_str!("../../scenes/relief-rock.toml")),
     ("ruler", include_str!("../../scenes/ruler.toml")),
     ("sphere", include_str!("../../scenes/sphere.toml")),
+    ("tunnel", include_str!("../../scenes/tunnel.toml")),
     ("valley", include_str!("../../scenes/valley.toml")),
     ("zone-plate", include_str!("../../scenes/zone-plate.toml")),
 ];
@@ -66,6 +67,7 @@ pub const LANGUAGE: Language = Language {
         Table::of::<SurfaceKeys>(&["surface", "*"]),
         Table::of::<Ellipsoid>(&["surface", "*", "geometry"]),
         Table::of::<Plane>(&["surface", "*", "geometry"]),
+        Table::of::<Cylinder>(&["surface", "*", "geometry"]),
         Table::of::<Plain>(&["surface", "*", "texture"]),
         Table::of::<View>(&["view"]),
         Table::of::<CameraKeys>(&["cameras", "*"]),

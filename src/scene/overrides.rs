@@ -99,9 +99,14 @@ impl Change {
     }
 
     /// Keys that this override invalidates: a file has its own sizes, so the sizes of the generated texture that it
-    /// replaces are dropped.
+    /// replaces are dropped; a filter's table replaces "auto" with its bound.
     pub fn dropped(&self) -> &'static [&'static str] {
         match &self.key[..] {
+            [surface, _, filter]
+                if (&**surface, &**filter) == ("surface", "filter") && self.value.is_table() =>
+            {
+                &["max_error", "max_ms"]
+            }
             [surface, _, texture, source]
                 if (&**surface, &**texture, &**source) == ("surface", "texture", "source")
                     && self.value.as_str() == Some("file") =>

@@ -22,8 +22,13 @@ settings! {
         geometry: Table;
         /// The texture, or the name of another surface whose texture is shared.
         texture: Option<TextureKeys> = None;
-        /// How the texture is filtered.
-        filter: Option<Table> = None;
+        /// How the texture is filtered; `"auto"`: by the filter that `max_error` or `max_ms` selects from the front of
+        /// time and error that is measured on this device. Not of a plain texture, nor of a progressive mesh.
+        filter: Option<FilterKeys> = None;
+        /// Of `filter = "auto"`: the fastest filter with at most this NMSE.
+        max_error: Option<f64> = None, in 0.0..=1.0;
+        /// Of `filter = "auto"`: the most accurate filter whose settled frame takes at most this.
+        max_ms: Option<f64> = None, in 0.0..=1e6, unit "ms";
         /// Heights below a plane.
         relief: Option<Table> = None;
         /// True if the sun lights the surface. By default, surfaces with a virtual texture are unlit and all others
@@ -60,6 +65,43 @@ impl Setting for TextureKeys {
     }
 }
 
+/// A filter's own table, or `"auto"`.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[serde(untagged)]
+pub enum FilterKeys {
+    Own(Table),
+    Auto(&'static str),
+}
+
+impl Setting for FilterKeys {
+    type Number = f64;
+    fn kind() -> Kind {
+        Kind::TableOrText
+    }
+    fn read(value: &Value, _: &std::path::Path) -> Result<FilterKeys, String> {
+        match value {
+            Value::Table(table) => Ok(FilterKeys::Own(table.clone())),
+            Value::String(word) if word == AUTO => Ok(FilterKeys::Auto(AUTO)),
+            _ => Err(format!("{value} is not a table, nor \"{AUTO}\"")),
+        }
+    }
+    fn to_toml(&self) -> Option<Value> {
+        Some(match self {
+            FilterKeys::Own(table) => Value::Table(table.clone()),
+            FilterKeys::Auto(word) => Value::String((*word).to_owned()),
+        })
+    }
+}
+
+const AUTO: &str = "auto";
+
+/// What the filter `"auto"` must satisfy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FilterBound {
+    MaxError(f64),
+    MaxMs(f64),
+}
+
 settings! {
     /// The WGS84 ellipsoid in earth-centred metres, as a grid of quads. The texture covers all of it.
     pub struct Ellipsoid derive(Copy) kind "ellipsoid" {
@@ -80,6 +122,21 @@ settings! {
         height_m: f64, in 1e-3..=1e9, unit "m";
         /// Quads, west to east.
         columns: u32, in 1..=8192;
+        /// Quads, north to south.
+        rows: u32, in 1..=8192;
+    }
+}
+
+settings! {
+    /// The inside of a cylinder that lies on the ground, from the origin to the north. The texture covers it once: s
+    /// around from the top, counter-clockwise seen from the south, t from north to south.
+    pub struct Cylinder derive(Copy) kind "cylinder" {
+        /// Of the wall.
+        radius_m: f64, in 1e-3..=1e9, unit "m";
+        /// South to north.
+        length_m: f64, in 1e-3..=1e9, unit "m";
+        /// Quads, once around.
+        columns: u32, in 3..=8192;
         /// Quads, north to south.
         rows: u32, in 1..=8192;
     }
@@ -126,6 +183,7 @@ fn check_plain(plain: &Plain, part: &Part<'_>) -> Result<(), Fault> {
 pub enum Geometry {
     Ellipsoid(Ellipsoid),
     Plane(Plane),
+    Cylinder(Cylinder),
     /// The `kind` of another shape; its paper reads the rest.
     Other(String),
 }
@@ -137,11 +195,13 @@ pub struct Surface {
     pub geometry: Geometry,
     /// The surface whose table contains the texture: this one, or the one it shares with.
     pub texture: Option<String>,
+    /// Of the filter `"auto"`.
+    pub auto: Option<FilterBound>,
     pub lit: Option<bool>,
 }
 
 impl Surface {
-    /// The triangles of an ellipsoid or a plane; `None` for other kinds.
+    /// The triangles of an ellipsoid, a plane or a cylinder; `None` for other kinds.
     ///
     /// # Errors
     /// Numbers that pass the declared ranges but do not form a grid.
@@ -150,6 +210,9 @@ impl Surface {
             Geometry::Ellipsoid(Ellipsoid { columns, rows }) => Some(mesh::earth(columns, rows)),
             Geometry::Plane(Plane { width_m, height_m, columns, rows }) => {
                 Some(mesh::plane(width_m, height_m, columns, rows))
+            }
+            Geometry::Cylinder(Cylinder { radius_m, length_m, columns, rows }) => {
+                Some(mesh::cylinder(radius_m, length_m, columns, rows))
             }
             Geometry::Other(_) => None,
         }
@@ -213,6 +276,20 @@ fn check_relief(part: &Part<'_>, keys: &SurfaceKeys, geometry: &Geometry) -> Res
     Ok(())
 }
 
+/// The bound of the filter `"auto"`.
+fn auto(part: &Part<'_>, keys: &SurfaceKeys) -> Result<Option<FilterBound>, Fault> {
+    let bounds = [keys.max_error.map(FilterBound::MaxError), keys.max_ms.map(FilterBound::MaxMs)];
+    let auto = matches!(keys.filter, Some(FilterKeys::Auto(_)));
+    match (auto, bounds) {
+        (false, [None, None]) => Ok(None),
+        (true, [Some(bound), None] | [None, Some(bound)]) => Ok(Some(bound)),
+        (true, [None, None]) => Err(part.fault("filter", "\"auto\" needs a bound: max_error or max_ms")),
+        (true, _) => Err(part.fault("max_ms", "\"auto\" has one bound: leave out max_ms or max_error")),
+        (false, [Some(_), _]) => Err(part.fault("max_error", "only filter = \"auto\" has a bound")),
+        (false, _) => Err(part.fault("max_ms", "only filter = \"auto\" has a bound")),
+    }
+}
+
 fn surface(scene: &Scene, name: &str, names: &[&str]) -> Result<Surface, Fault> {
     let path = ["surface", name];
     let part = Part::of(scene, &path)?;
@@ -222,6 +299,7 @@ fn surface(scene: &Scene, name: &str, names: &[&str]) -> Result<Surface, Fault> 
     let geometry = match kind(scene, name)? {
         "ellipsoid" => Geometry::Ellipsoid(Ellipsoid::read(&grid)?),
         "plane" => Geometry::Plane(Plane::read(&grid)?),
+        "cylinder" => Geometry::Cylinder(Cylinder::read(&grid)?),
         kind => Geometry::Other(kind.to_owned()),
     };
     if keys.filter.is_some() && keys.texture.is_none() {
@@ -230,6 +308,7 @@ fn surface(scene: &Scene, name: &str, names: &[&str]) -> Result<Surface, Fault> 
     if keys.relief.is_some() {
         check_relief(&part, &keys, &geometry)?;
     }
+    let auto = auto(&part, &keys)?;
     let texture = match keys.texture {
         None => None,
         Some(TextureKeys::Own(_)) => Some(name.to_owned()),
@@ -248,5 +327,5 @@ fn surface(scene: &Scene, name: &str, names: &[&str]) -> Result<Surface, Fault> 
             Some(other)
         }
     };
-    Ok(Surface { name: name.to_owned(), geometry, texture, lit: keys.lit })
+    Ok(Surface { name: name.to_owned(), geometry, texture, auto, lit: keys.lit })
 }

@@ -1,6 +1,7 @@
 //! The program as a process: output, files and exit codes.
 
 mod again;
+mod auto;
 mod compare;
 mod doctor;
 mod dumps;

@@ -1,16 +1,17 @@
-//! The chequered ball against the ellipsoid in closed form.
+//! The chequered ball and the chequered tunnel against the ellipsoid and the cylinder in closed form.
 
 use crate::scenes::SIZE;
 use crate::{settled, silent};
 use glam::{DVec3, DVec4};
 use ortelius::picture::Target;
+use ortelius::reference::cylinder::Cylinder;
 use ortelius::reference::ellipsoid;
 use ortelius::reference::pattern::Pattern;
 use ortelius::reference::supersample::{Density, Kernel, Tiled, Truth, supersample};
-use ortelius::scene::Scene;
+use ortelius::scene::{Cylinder as Pipe, Geometry, Scene};
 
-/// The truth of the default picture without a sun.
-fn truth(scene: &Scene) -> Truth {
+/// The truth of the default picture without a sun. `coordinate` gives (s, t) of an eye and a ray.
+fn truth(scene: &Scene, coordinate: impl Fn([f64; 3], [f64; 3]) -> Option<[f64; 2]> + Sync) -> Truth {
     let pose = scene.pose(0).unwrap();
     let to_world = pose.world_to_clip(SIZE[0], SIZE[1]).inverse();
     let ray = |x: f64, y: f64| -> DVec3 {
@@ -19,7 +20,7 @@ fn truth(scene: &Scene) -> Truth {
         near.truncate() / near.w
     };
     let surface = |x: f64, y: f64| {
-        let [s, t] = ellipsoid::coordinate(pose.eye.to_array(), ray(x, y).to_array())?;
+        let [s, t] = coordinate(pose.eye.to_array(), ray(x, y).to_array())?;
         Some([2048.0 * s, 1024.0 * t])
     };
     // The same number of squares along both sides.
@@ -28,7 +29,7 @@ fn truth(scene: &Scene) -> Truth {
     supersample(SIZE, surface, |at| texture.at(at), kernel, Density { per_texel: 0.0, least: 24, most: 24 })
 }
 
-/// The NMSE over the pixels whose kernel lies wholly on the ball.
+/// The NMSE over the pixels whose kernel lies wholly on the surface.
 fn nmse(scene: &Scene, truth: &Truth) -> f64 {
     let mut renderer = settled(scene, Target::Linear32);
     let bytes = renderer.picture_bytes().unwrap();
@@ -49,9 +50,24 @@ fn the_ball_is_near_its_truth_and_a_turned_one_is_not() {
         scene.with(&changes).unwrap()
     };
     let still = of(&[]);
-    let truth = truth(&still);
+    let truth = truth(&still, ellipsoid::coordinate);
     let own = nmse(&still, &truth);
     let turned = nmse(&of(&["cameras.whole.longitude_deg=21.0"]), &truth);
     println!("{own:.2e}, turned by a degree {turned:.2e}, the truth's own {:.2e}", truth.own_nmse);
     assert!(own < 1e-2 && turned > 5.0 * own, "{own:.2e}, turned {turned:.2e}");
+}
+
+#[test]
+fn the_tunnel_is_near_its_truth_and_a_shifted_one_is_not() {
+    let scene = Scene::embedded("tunnel").unwrap();
+    let Geometry::Cylinder(Pipe { radius_m, length_m, .. }) = scene.surfaces["pipe"].geometry else {
+        panic!("no cylinder")
+    };
+    let cylinder = Cylinder { radius_m, length_m };
+    let truth = truth(&scene, |eye, ray| cylinder.coordinate(eye, ray));
+    let own = nmse(&scene, &truth);
+    // A tenth of a square.
+    let shifted = nmse(&scene.with(&["cameras.inside.north_m=3.3".into()]).unwrap(), &truth);
+    println!("{own:.2e}, shifted by 0.3 m {shifted:.2e}, the truth's own {:.2e}", truth.own_nmse);
+    assert!(own < 1e-3 && shifted > 5.0 * own, "{own:.2e}, shifted {shifted:.2e}");
 }

@@ -160,3 +160,35 @@ fn a_late_error_points_at_the_file_or_the_change() {
         "-D surface.land.texture.width_log2=13: too large"
     );
 }
+
+#[test]
+fn the_filter_auto_has_one_bound_and_a_surface_that_can_be_measured() {
+    let land = |keys: &str| format!("[surface.land]\n{keys}\n{SMALL}");
+    for bound in ["max_error = 1e-3", "max_ms = 4"] {
+        let scene = load(land(&format!("filter = \"auto\"\n{bound}"))).unwrap();
+        assert!(scene.surfaces["land"].auto.is_some());
+        let named = scene.with(&["surface.land.filter={ kind = \"ellipse\" }".into()]).unwrap();
+        assert_eq!(named.surfaces["land"].auto, None);
+        assert!(!named.has(&["surface", "land", "max_error"]) && !named.has(&["surface", "land", "max_ms"]));
+    }
+    let plain = format!("{SHELL}texture = {{ kind = \"plain\", source = \"earth\" }}\n");
+    for (text, expected) in [
+        (land("filter = \"auto\""), "surface.land.filter: \"auto\" needs a bound: max_error or max_ms"),
+        (
+            land("filter = \"auto\"\nmax_error = 0.1\nmax_ms = 2"),
+            "surface.land.max_ms: \"auto\" has one bound",
+        ),
+        (land("filter = \"fast\"\nmax_ms = 2"), "surface.land.filter: \"fast\" is not a table, nor \"auto\""),
+        (land("filter = \"auto\"\nmax_error = -1"), "-1 is outside 0 ..= 1"),
+        (land("filter = \"auto\"\nmax_ms = nan"), "NaN is outside 0 ..= 1000000"),
+        (land("max_error = 0.1"), "surface.land.max_error: only filter = \"auto\" has a bound"),
+        (land("max_ms = 0.1"), "surface.land.max_ms: only filter = \"auto\" has a bound"),
+        (
+            format!("{SMALL}{plain}filter = \"auto\"\nmax_ms = 1\n"),
+            "surface.shell.filter: \"auto\" is measured for a virtual texture on an ellipsoid",
+        ),
+    ] {
+        let error = load(text.clone()).expect_err(&text).to_string();
+        assert!(error.contains(expected) && error.contains("small.toml:"), "{text}: {error}");
+    }
+}

@@ -6,7 +6,7 @@ use super::disk::Disk;
 use super::streaming::StreamingConfig;
 use crate::math::pyramid::Pyramid;
 use crate::picture::Target;
-use crate::scene::{Fault, Language, Part, Scene, SceneError, Table, settings};
+use crate::scene::{Fault, Language, Part, Scene, SceneError, Surface, Table, settings};
 use crate::texture::source::TileFormat;
 use crate::vk::{Error, Feature, Format, Gpu, Need, Result};
 
@@ -27,7 +27,14 @@ pub const LANGUAGE: Language = Language {
 };
 
 fn check(scene: &Scene) -> std::result::Result<(), SceneError> {
-    if owner(scene)?.is_some() {
+    let owner = owner(scene)?;
+    for surface in scene.surfaces.values().filter(|surface| surface.auto.is_some()) {
+        if surface.grid().is_none() || owner.is_none_or(|owner| owner.name != surface.name) {
+            let what = "\"auto\" is measured for a virtual texture on an ellipsoid, a plane or a cylinder; name a filter: { kind = ... }";
+            return Err(scene.fault(&["surface", &surface.name, "filter"], what));
+        }
+    }
+    if owner.is_some() {
         return Ok(());
     }
     for section in ["variant", "cache", "disk"].into_iter().filter(|section| scene.has(&[*section])) {
@@ -239,6 +246,19 @@ impl Filter {
     }
 }
 
+/// How a surface's texture is filtered.
+///
+/// # Errors
+/// Settings that are invalid, or `"auto"`, for which a filter must be chosen first.
+pub fn filter(scene: &Scene, surface: &Surface) -> std::result::Result<Filter, SceneError> {
+    let key = ["surface", &surface.name, "filter"];
+    match surface.auto {
+        Some(_) => Err(scene
+            .fault(&key, "\"auto\" is chosen by `render` and `view`; name a filter here: { kind = ... }")),
+        None => scene.read(&key),
+    }
+}
+
 /// A shipped scene with paper 1's filter. As shipped, it uses paper 3's.
 ///
 /// # Errors
@@ -273,7 +293,7 @@ impl Settings {
         let mut config: Config = scene.read(&["variant"])?;
         let mut streaming: StreamingConfig = scene.read(&["cache"])?;
         if let Some(surface) = owner(scene)? {
-            config.filter = scene.read(&["surface", &surface.name, "filter"])?;
+            config.filter = filter(scene, surface)?;
         }
         config.fade_in_frames = streaming.fade_in_frames;
         streaming.level_bias = config.level_bias;

@@ -7,7 +7,6 @@ use crate::frame::Run;
 use crate::paper::virtual_texture::config::texture;
 use crate::paper::virtual_texture::{Settings, VirtualTexture};
 use crate::picture::Target;
-use crate::scene::Scene;
 use std::time::Instant;
 
 /// Upload budgets in milliseconds per frame, with all tiles in memory.
@@ -41,7 +40,7 @@ pub(super) fn measure(bench: &Bench, stage: &Stage<'_>, picture: &[u8]) -> anyho
         let mut settled = settled.collect::<anyhow::Result<Vec<_>>>()?;
         let contenders = settled.iter_mut().map(|Settled { change, session, .. }| Contender {
             variant: change.clone(),
-            run: Box::new(move || Ok(session.again(&stage.pose)?.times)),
+            run: Box::new(move || Ok(session.again(&stage.sweep.pose)?.times)),
         });
         let timed = bench.interleave(&stage.gpu, contenders.collect())?;
         for (Settled { change, frames, wall_ms, differing_bytes, .. }, timed) in
@@ -55,20 +54,20 @@ pub(super) fn measure(bench: &Bench, stage: &Stage<'_>, picture: &[u8]) -> anyho
 }
 
 fn settle(stage: &Stage<'_>, change: &str, anew: bool, picture: &[u8]) -> anyhow::Result<Settled> {
-    let Sweep { scene, overrides, .. } = stage.sweep;
-    let scene = Scene::load_with(scene, &[*overrides, &[change.to_string()]].concat())?;
+    let Sweep { scene, pose, size, .. } = stage.sweep;
+    let scene = scene.with(&[change.to_string()])?;
     let texture = texture(&scene)?;
     let source = &stage.sources[&(texture.border, texture.format)];
     if anew {
         source.forget();
     }
-    let settings = Settings { size: stage.size, ..Settings::of_scene(&scene, Target::Srgb8)? };
+    let settings = Settings { size: *size, ..Settings::of_scene(&scene, Target::Srgb8)? };
     let mut session = VirtualTexture::run(stage.gpu.clone(), source.clone(), &stage.mesh, settings)?;
     let begun = Instant::now();
-    let frames = session.settle(&stage.pose)?;
+    let frames = session.settle(pose)?;
     let wall_ms = begun.elapsed().as_secs_f64() * 1e3;
     session.drain()?;
-    session.again(&stage.pose)?;
+    session.again(pose)?;
     let settled = session.picture_bytes()?;
     let differing_bytes = settled.iter().zip(picture).filter(|(a, b)| a != b).count();
     Ok(Settled { change: change.to_string(), session, frames, wall_ms, differing_bytes })

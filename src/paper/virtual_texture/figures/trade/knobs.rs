@@ -15,6 +15,8 @@ pub enum Knob {
     LevelBias,
     Filter,
     Anisotropy,
+    /// Paper 3's filter: the largest ratio of the ellipse's axes, and the texels along its minor semi-axis.
+    Ellipse,
     Border,
     List,
     Stages,
@@ -34,10 +36,11 @@ pub struct Setting {
 }
 
 impl Knob {
-    pub const ALL: [Knob; 9] = [
+    pub const ALL: [Knob; 10] = [
         Knob::LevelBias,
         Knob::Filter,
         Knob::Anisotropy,
+        Knob::Ellipse,
         Knob::Border,
         Knob::List,
         Knob::Stages,
@@ -46,11 +49,15 @@ impl Knob {
         Knob::Budgets,
     ];
 
+    /// The knobs that change only how a texture is filtered.
+    pub const OF_FILTER: [Knob; 3] = [Knob::Filter, Knob::Anisotropy, Knob::Ellipse];
+
     pub fn name(self) -> &'static str {
         match self {
             Knob::LevelBias => "level-bias",
             Knob::Filter => "filter",
             Knob::Anisotropy => "anisotropy",
+            Knob::Ellipse => "ellipse",
             Knob::Border => "border",
             Knob::List => "list",
             Knob::Stages => "stages",
@@ -72,7 +79,16 @@ impl Knob {
                 all.extend(turned.map(|(filter, samples)| Values { filter, samples, ..at }));
             }
             Knob::Anisotropy => {
-                all.extend([1, 2, 4, 8].map(|max_anisotropy| Values { max_anisotropy, ..at }));
+                all.extend(RATIOS.map(|max_anisotropy| Values { max_anisotropy, ..at }));
+            }
+            Knob::Ellipse => {
+                let axes = [4, 16].into_iter().flat_map(|ratio| [1, 2, 4].map(|minor| (ratio, minor)));
+                all.extend(axes.map(|(max_anisotropy, minor_texels)| Values {
+                    filter: Filtering::Ellipse,
+                    max_anisotropy,
+                    minor_texels,
+                    ..at
+                }));
             }
             // A border costs memory and loading; 0 shows its benefit.
             Knob::Border => all.extend(BORDERS.map(|border| Values { border, ..at })),
@@ -99,8 +115,8 @@ impl Knob {
     }
 }
 
-/// The smallest tile side in texels. It allows every number of samples that is tried.
-const SMALLEST_TILE: u32 = 16;
+/// Largest numbers of samples along a footprint.
+const RATIOS: [u32; 5] = [1, 2, 4, 8, 16];
 /// Borders in texels.
 const BORDERS: [u32; 4] = [0, 1, 2, 8];
 /// Values of n: one pixel in 2^n.
@@ -113,6 +129,7 @@ struct Values {
     filter: Filtering,
     samples: u32,
     max_anisotropy: u32,
+    minor_texels: u32,
     border: u32,
     list: Listing,
     feedback_log2: u32,
@@ -125,12 +142,13 @@ struct Values {
 impl Values {
     fn of(settings: &Settings, texture: &Texture) -> Values {
         let Config { level_bias, list, feedback_log2, dedup, compact, address, filter, .. } = settings.config;
-        let Filter { kind, max_anisotropy, samples, .. } = filter;
+        let Filter { kind, max_anisotropy, minor_texels, samples, .. } = filter;
         Values {
             level_bias,
             filter: kind,
             samples,
             max_anisotropy,
+            minor_texels,
             border: texture.border,
             list,
             feedback_log2,
@@ -141,8 +159,9 @@ impl Values {
     }
 
     /// The values with a sufficient border, or `None` if they are not to be measured. Samples along a footprint need a
-    /// border of 2 texels. A generated texture can have it; a file's border is fixed.
-    fn drawable(self, own: &Values, generated: bool) -> Option<Values> {
+    /// border of 2 texels, in small tiles one texel for each sample. A generated texture can have it; a file's border is
+    /// fixed.
+    fn drawable(self, own: &Values, texture: &Texture) -> Option<Values> {
         if self == *own {
             return Some(self);
         }
@@ -154,7 +173,14 @@ impl Values {
             Filtering::Stochastic => {
                 (self.max_anisotropy == 1 || self.samples == 16) && self.border == own.border
             }
-            Filtering::Ellipse => true,
+            // Other settings of the ellipse are tried alone.
+            Filtering::Ellipse => {
+                let Values { filter, max_anisotropy, minor_texels, .. } = *own;
+                let (axes, other) =
+                    ([max_anisotropy, minor_texels], [self.max_anisotropy, self.minor_texels]);
+                (filter, axes) == (self.filter, other)
+                    || Values { filter, max_anisotropy, minor_texels, ..self } == *own
+            }
         };
         // Two kinds of values are tried alone: subsampled lists, which change when a picture is complete but not the
         // picture, and borders other than 0 and the scene's own.
@@ -166,8 +192,10 @@ impl Values {
         // A list made on the host has no stages 2 and 3.
         let stages = self.list == Listing::Device || self.stages == own.stages;
         let filter = Filter { kind: self.filter, max_anisotropy: self.max_anisotropy, ..Filter::DEFAULT };
-        let fits = filter.beyond(self.border, SMALLEST_TILE).is_none();
-        let border = if fits { self.border } else { filter.least_border() };
+        let fits = |border: &u32| filter.beyond(*border, texture.tile_size).is_none();
+        let generated = texture.source != TextureSource::File;
+        let borders = [self.border, filter.least_border(), self.max_anisotropy];
+        let border = borders.into_iter().take(if generated { 3 } else { 1 }).find(fits)?;
         // Another format is tried with the filters that use a sampler, and with borders of whole blocks. Fewer tiles
         // are tried alone.
         let format = self.format == own.format
@@ -176,7 +204,7 @@ impl Values {
                 && border.is_multiple_of(4));
         let fewer = self.gpu_tiles == own.gpu_tiles || Values { gpu_tiles: own.gpu_tiles, ..self } == *own;
         let alone = listed && bordered && fewer;
-        (sensible && stages && format && alone && (fits || generated)).then_some(Values { border, ..self })
+        (sensible && stages && format && alone).then_some(Values { border, ..self })
     }
 
     /// The setting with these values. `surface` is the key of the surface with the texture.
@@ -197,6 +225,12 @@ impl Values {
             (self.samples != own.samples).then(|| format!("{surface}.filter.samples={}", self.samples)),
         );
         differs(!keys.is_empty(), format!("{filter}{taps}"), &keys);
+        let minor = self.minor_texels;
+        differs(
+            minor != own.minor_texels,
+            format!("minor {minor}"),
+            &[format!("{surface}.filter.minor_texels={minor}")],
+        );
         let [na, border, bias] = [self.max_anisotropy, self.border, self.level_bias];
         differs(
             na != own.max_anisotropy,
@@ -263,7 +297,7 @@ pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Setting>, TextureEr
         }
         all = all.into_iter().flat_map(|values| knob.turned(values)).collect();
     }
-    let drawable = all.into_iter().filter_map(|values| values.drawable(&own, generated));
+    let drawable = all.into_iter().filter_map(|values| values.drawable(&own, &texture));
     let mut settings: Vec<Setting> = Vec::new();
     for setting in drawable.map(|values| values.setting(&own, &surface)) {
         if !settings.contains(&setting) {
@@ -297,7 +331,7 @@ pub fn not_turned(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Refused>, Texture
         }
     }
     if knobs.contains(&Knob::Anisotropy) && baked {
-        for max_anisotropy in [2, 4, 8] {
+        for max_anisotropy in RATIOS {
             let filter = Filter { max_anisotropy, ..filter };
             let Some((_, why)) = filter.beyond(own, texture.tile_size) else { continue };
             refuse(format!("NA {max_anisotropy}"), format!("{why}: bake it again with --border 2"));
@@ -401,7 +435,8 @@ mod tests {
                 "",
                 "surface.land.filter.max_anisotropy=2",
                 "surface.land.filter.max_anisotropy=4",
-                "surface.land.filter.max_anisotropy=8"
+                "surface.land.filter.max_anisotropy=8",
+                "surface.land.filter.max_anisotropy=16"
             ]
         );
         let scene = scene.with(&["surface.land.texture.border=1".into()]).unwrap();
@@ -413,5 +448,27 @@ mod tests {
             all[1].name
         );
         assert_eq!(settings(&scene, &[]).unwrap().len(), 1);
+        // 16 samples reach further than half a small tile: they need a texel of border for each.
+        let scene = scene.with(&["surface.land.texture.tile_size=16".into()]).unwrap();
+        let last = settings(&scene, &[Knob::Anisotropy]).unwrap().pop().unwrap();
+        assert_eq!(last.name, "NA 16, border 16");
+    }
+
+    #[test]
+    fn the_ellipse_is_tried_alone() {
+        let names = |scene: &Scene, knobs: &[Knob]| -> Vec<String> {
+            settings(scene, knobs).unwrap().into_iter().map(|setting| setting.name).collect()
+        };
+        let scene = Scene::embedded("earth").unwrap();
+        let ellipses = |names: &[String]| names.iter().filter(|name| name.starts_with("ellipse")).count();
+        let all = names(&scene, &Knob::OF_FILTER);
+        assert_eq!((all.len(), ellipses(&all)), (19, 6), "{all:?}");
+        assert!(
+            all.contains(&"ellipse, minor 1, NA 16".into()) && all.contains(&"ellipse, NA 4".into()),
+            "{all:?}"
+        );
+        assert_eq!(ellipses(&names(&scene, &Knob::ALL)), 6);
+        let own = scene.with(&["surface.land.filter.kind=ellipse".into()]).unwrap();
+        assert!(names(&own, &[Knob::LevelBias]).contains(&"bias 1".into()), "of the scene's own ellipse");
     }
 }

@@ -61,11 +61,10 @@ impl Measure {
 
 /// The parameters of a sweep.
 pub struct Sweep<'a> {
-    /// A shipped scene or a file, as for [`Scene::load_with`].
-    pub scene: &'a str,
-    pub overrides: &'a [String],
-    /// In pixels. By default the scene's size.
-    pub size: Option<[u32; 2]>,
+    pub scene: &'a Scene,
+    pub pose: Pose,
+    /// In pixels.
+    pub size: [u32; 2],
     pub knobs: &'a [Knob],
     pub measure: Measure,
 }
@@ -75,8 +74,6 @@ struct Stage<'a> {
     sweep: &'a Sweep<'a>,
     gpu: Gpu,
     mesh: Mesh,
-    pose: Pose,
-    size: [u32; 2],
     truth: Truth,
     /// Sources by border and format. They are shared because an Earth tile takes 13 ms of a core and most settings need
     /// the same tiles.
@@ -89,12 +86,11 @@ impl Sweep<'_> {
     /// # Errors
     /// An unavailable scene or device; BC1 tiles, which the reference cannot read; a device without timestamps.
     pub fn run(&self, bench: &Bench, progress: impl Fn(usize, usize)) -> anyhow::Result<Trade> {
-        let scene = Scene::load_with(self.scene, self.overrides)?;
-        let settings = settings(&scene, self.knobs)?;
-        let mut stage = self.stage(bench, &scene)?;
+        let settings = settings(self.scene, self.knobs)?;
+        let mut stage = self.stage(bench)?;
         let (own, others) = settings.split_first().expect("the scene's own setting");
         let mut anchor = stage.open(own)?.map_err(anyhow::Error::msg)?;
-        let (mut batches, mut refused) = (Vec::new(), not_turned(&scene, self.knobs)?);
+        let (mut batches, mut refused) = (Vec::new(), not_turned(self.scene, self.knobs)?);
         for (n, batch) in others.chunks(TOGETHER).enumerate() {
             let mut opened = Vec::new();
             for setting in batch {
@@ -115,8 +111,8 @@ impl Sweep<'_> {
         };
         let (settings, drift_ms) = levelled(&anchor, batches, self.measure);
         let mut trade = Trade {
-            scene: scene.name.clone(),
-            size: stage.size,
+            scene: self.scene.name.clone(),
+            size: self.size,
             measure: self.measure.name().to_string(),
             truth: stage.truth.describe(),
             machine: Machine::here(stage.gpu.physical()),
@@ -131,29 +127,27 @@ impl Sweep<'_> {
         Ok(trade)
     }
 
-    fn stage(&self, bench: &Bench, scene: &Scene) -> anyhow::Result<Stage<'_>> {
+    fn stage(&self, bench: &Bench) -> anyhow::Result<Stage<'_>> {
+        let scene = self.scene;
         // The truth uses the texels before BC1 encoding.
         let own = texture(scene)?;
         let exact = match own.format {
             TileFormat::Rgba8 => scene.clone(),
             TileFormat::Bc1 => scene.with(&[format!("{}.texture.format=rgba8", knobs::surface(scene)?)])?,
         };
-        let source = open_texture(&exact).with_context(|| format!("scene {}", self.scene))?;
+        let source = open_texture(&exact).with_context(|| format!("scene {}", scene.name))?;
         anyhow::ensure!(
             source.format() == TileFormat::Rgba8,
             "the reference cannot read bc1 tiles ({}); bake the texture with --format rgba8",
             source.describe()
         );
-        let (mesh, pose) = (source_mesh(scene)?, scene.pose(0)?);
-        let size = self.size.unwrap_or([scene.view.width, scene.view.height]);
+        let mesh = source_mesh(scene)?;
         let source = Remembered::new(source);
         Ok(Stage {
             sweep: self,
             gpu: device(bench, &all_needs())?,
             mesh: mesh::gpu_mesh(&mesh)?,
-            pose,
-            size,
-            truth: Truth::new(&*source, &mesh, &pose, size)?,
+            truth: Truth::new(&*source, &mesh, &self.pose, self.size)?,
             sources: HashMap::from([((own.border, TileFormat::Rgba8), source)]),
         })
     }
@@ -172,8 +166,8 @@ struct Open {
 impl Stage<'_> {
     /// A settled session; the inner error is the reason why the setting does not run here.
     fn open(&mut self, setting: &Setting) -> anyhow::Result<Result<Open, String>> {
-        let changes = [self.sweep.overrides, &setting.changes].concat();
-        let scene = match Scene::load_with(self.sweep.scene, &changes) {
+        let Sweep { pose, size, .. } = self.sweep;
+        let scene = match self.sweep.scene.with(&setting.changes) {
             Ok(scene) => scene,
             Err(error) => return Ok(Err(error.to_string())),
         };
@@ -185,7 +179,7 @@ impl Stage<'_> {
         };
         self.sources.insert(key, source.clone());
         let mut settings = Settings::of_scene(&scene, Target::Srgb8)?;
-        settings.size = self.size;
+        settings.size = *size;
         // Settling is not timed: upload as many tiles per frame as staging memory allows.
         settings.streaming.deterministic = true;
         settings.streaming.upload_tiles_per_frame = 32;
@@ -200,10 +194,10 @@ impl Stage<'_> {
             }
             Err(error) => return Err(error.into()),
         };
-        session.settle(&self.pose)?;
+        session.settle(pose)?;
         session.drain()?;
         // One more frame, with a fixed number: the noise depends only on the frame's number, so every run is the same.
-        session.again(&self.pose)?;
+        session.again(pose)?;
         let picture = self.truth.cut(&session.picture_bytes()?);
         let measures = Comparison::of(&picture, &self.truth.picture)?.measures(OUTLIER_BOUND);
         // A set bias beyond the coarsest level is clamped, so the actual bias can be less than the set one.

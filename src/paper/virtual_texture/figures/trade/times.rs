@@ -39,7 +39,7 @@ impl Batch {
         let contenders = all.map(|open| Contender {
             variant: open.setting.name.clone(),
             run: Box::new(|| {
-                let finished = open.session.again(&stage.pose)?;
+                let finished = open.session.again(&stage.sweep.pose)?;
                 let ns = Some(finished.host_time.as_nanos() as u64);
                 let mut times = finished.times;
                 times.push(PassTime { label: "list on the host".into(), ns, work: None });

@@ -1,0 +1,128 @@
+//! `filter = "auto"` of a surface: the filter that its bound selects from the front of time and error measured on this device.
+//! The front is kept in the user's cache folder, one file for a scene, size and pose. Another device, driver or commit of the
+//! program measures it again.
+
+use super::sections::LANGUAGES;
+use crate::figure::{Bench, Effort, Machine, Trade, Traded};
+use crate::file;
+use crate::math::camera::Pose;
+use crate::paper::virtual_texture::figures::trade::{Knob, Measure, Sweep};
+use crate::picture::write::write_whole;
+use crate::scene::{FilterBound, Scene, SceneError};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use xxhash_rust::xxh3::xxh3_64;
+
+/// What is rendered, and where fronts are kept.
+pub struct Place<'a> {
+    pub pose: Pose,
+    /// Pixels.
+    pub size: [u32; 2],
+    /// Part of a device's name, or its index.
+    pub device: Option<&'a str>,
+    /// `None`: the front is not kept.
+    pub cache: Option<PathBuf>,
+}
+
+/// A scene whose filter was chosen.
+pub struct Chosen {
+    /// It names the filter.
+    pub scene: Scene,
+    /// Which filter was chosen, and from which front.
+    pub words: String,
+}
+
+/// Larger than any front.
+const MOST_BYTES: u64 = 1 << 24;
+
+/// The folder of measured fronts: `ortelius/fronts` below `XDG_CACHE_HOME`, else below `HOME/.cache`.
+pub fn cache_folder() -> Option<PathBuf> {
+    let variable = |name| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let cache = variable("XDG_CACHE_HOME").or_else(|| Some(variable("HOME")?.join(".cache")))?;
+    Some(cache.join("ortelius/fronts"))
+}
+
+/// The surface whose filter is `"auto"`, and its bound.
+pub fn wanted(scene: &Scene) -> Option<(&str, FilterBound)> {
+    scene.surfaces.values().find_map(|surface| Some((&*surface.name, surface.auto?)))
+}
+
+/// Replaces the filter `"auto"` of [`wanted`]. If no front is kept, it is measured: `progress` receives how many settings are
+/// done, and of how many.
+///
+/// # Errors
+/// No filter of the front satisfies the bound; and as [`Sweep::run`].
+pub fn choose(
+    scene: &Scene,
+    (surface, bound): (&str, FilterBound),
+    place: &Place<'_>,
+    progress: impl Fn(usize, usize),
+) -> anyhow::Result<Chosen> {
+    // The paper's filter, from which the sweep starts.
+    let base = scene.with(&[format!("surface.{surface}.filter={{}}")])?;
+    let bench = Bench::new(Effort::Quick, place.device.map(str::to_owned), PathBuf::new());
+    let machine = Machine::here(bench.gpu(&[])?.physical());
+    let kept = place.cache.as_ref().map(|folder| folder.join(file_name(&base, place)));
+    let (front, from) = match kept.as_deref().and_then(|path| read(path, &machine)) {
+        Some(front) => (front, "measured before"),
+        None => {
+            tracing::info!("surface.{surface}.filter: measuring filters on {}", machine.device);
+            let Place { pose, size, .. } = *place;
+            let sweep = Sweep { scene: &base, pose, size, knobs: &Knob::OF_FILTER, measure: Measure::Nmse };
+            let front = sweep.run(&bench, progress)?;
+            kept.iter().for_each(|path| keep(path, &front));
+            (front, "measured now")
+        }
+    };
+    let found = select(scene, surface, bound, &front)?;
+    let words = format!("surface.{surface}.filter: {}, {from}", describe(found));
+    Ok(Chosen { scene: base.with(&found.changes)?, words })
+}
+
+/// The setting of the front that satisfies the bound best.
+///
+/// # Errors
+/// [`SceneError`] at the bound if none does.
+fn select<'a>(
+    scene: &Scene,
+    surface: &str,
+    bound: FilterBound,
+    front: &'a Trade,
+) -> Result<&'a Traded, SceneError> {
+    let members = front.front();
+    let (found, key, nearest) = match bound {
+        FilterBound::MaxError(error) => (front.cheapest(error), "max_error", members.first()),
+        FilterBound::MaxMs(ms) => (front.most_accurate(ms), "max_ms", members.last()),
+    };
+    found.ok_or_else(|| {
+        let nearest = nearest.map_or_else(String::new, |nearest| describe(nearest));
+        scene.fault(&["surface", surface, key], format!("no filter satisfies it; the nearest is {nearest}"))
+    })
+}
+
+fn describe(setting: &Traded) -> String {
+    format!("{} ({:.2} ms, NMSE {:.2e})", setting.name, setting.ms.median, setting.error)
+}
+
+/// Named by what the front depends on besides the machine.
+fn file_name(base: &Scene, Place { pose, size, .. }: &Place<'_>) -> String {
+    let (folder, text) = base.to_parts(LANGUAGES);
+    format!("{:016x}.json", xxh3_64(format!("{folder:?} {pose:?} {size:?} {text}").as_bytes()))
+}
+
+/// A kept front of the same machine and program.
+fn read(path: &Path, machine: &Machine) -> Option<Trade> {
+    let front = Trade::parse(&file::read_text(path, MOST_BYTES).ok()?).ok()?;
+    machine.is_same(&front.machine).then_some(front)
+}
+
+/// A front that cannot be kept is measured again next time.
+fn keep(path: &Path, front: &Trade) {
+    let folder = path.parent().expect("a file in the cache folder");
+    let written = std::fs::create_dir_all(folder)
+        .map_err(anyhow::Error::from)
+        .and_then(|()| Ok(write_whole(path, |file| file.write_all(front.json().as_bytes()))?));
+    if let Err(error) = written {
+        tracing::warn!("the measured filters are not kept: {error}");
+    }
+}
