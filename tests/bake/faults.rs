@@ -10,6 +10,7 @@ use ortelius::texture::source::TileFormat;
 use ortelius::texture::tiles::TileFile;
 use std::process::{Child, Stdio};
 use std::time::Duration;
+use tiff::encoder::{TiffEncoder, colortype};
 use tiff::tags::{ExtraSamples, Tag};
 
 /// Pseudo-random numbers, the same in every run (Marsaglia's xorshift, 64 bits).
@@ -224,29 +225,33 @@ fn a_tiff_that_is_not_the_whole_globe_is_rejected_with_the_command_that_helps() 
 fn a_tiff_of_a_kind_that_is_not_read_is_rejected_with_the_conversion() {
     let folder = tempfile::tempdir().unwrap();
     let (source, output) = (folder.path().join("a.tif"), folder.path().join("a.tiles"));
-    let (compression, colours) = (Tag::Compression, Tag::PhotometricInterpretation);
+    let refused = |expected: [&str; 2]| {
+        let (code, line) = failure(&bake(&source, &output, &["--tile", "32"]));
+        assert!(code == 1 && expected.iter().all(|words| line.contains(words)), "{expected:?}: {line}");
+        assert!(!output.exists() && leftovers(&output).is_empty(), "{line}");
+    };
     let deflate = "gdal_translate -co COMPRESS=DEFLATE IN OUT";
-    let byte = "gdal_translate -ot Byte -scale IN OUT";
-    let palette = vec![
-        (colours, vec![3]),
-        (Tag::SamplesPerPixel, vec![1]),
-        (Tag::BitsPerSample, vec![8]),
-        (Tag::SampleFormat, vec![1]),
-        (Tag::ColorMap, vec![7; 768]),
-    ];
-    for (tags, expected) in [
-        (vec![(compression, vec![7])], ["compression 7 (ModernJPEG)", deflate]),
-        (vec![(compression, vec![7]), (colours, vec![6])], ["compression 7", deflate]),
-        (vec![(compression, vec![34887])], ["compression 34887", deflate]),
-        (palette, ["a palette", "gdal_translate -expand rgb IN OUT"]),
-        (vec![(Tag::BitsPerSample, vec![16; 3])], ["RGB(16)", byte]),
-        (vec![(Tag::SampleFormat, vec![2; 3])], ["signed", byte]),
+    let y_cb_cr = (Tag::PhotometricInterpretation, vec![6]);
+    for (tags, name) in [
+        (vec![(Tag::Compression, vec![7])], "compression 7 (ModernJPEG)"),
+        (vec![(Tag::Compression, vec![7]), y_cb_cr], "compression 7"),
+        (vec![(Tag::Compression, vec![34887])], "compression 34887"),
     ] {
         write_tiff_tagged(&source, &dotted(128, 64), &[], &tags);
-        let (code, line) = failure(&bake(&source, &output, &["--tile", "32"]));
-        assert!(code == 1 && expected.iter().all(|words| line.contains(words)), "{tags:?}: {line}");
-        assert!(!output.exists() && leftovers(&output).is_empty(), "{line}");
+        refused([name, deflate]);
     }
+    let encoder = || TiffEncoder::new(fs::File::create(&source).unwrap()).unwrap();
+    let mut open = encoder();
+    let mut image = open.new_image::<colortype::Gray8>(128, 64).unwrap();
+    image.encoder().write_tag(Tag::PhotometricInterpretation, 3u16).unwrap();
+    image.encoder().write_tag(Tag::ColorMap, &[7u16; 768][..]).unwrap();
+    image.write_data(&[1; 128 * 64]).unwrap();
+    refused(["a palette", "gdal_translate -expand rgb IN OUT"]);
+    let byte = "gdal_translate -ot Byte -scale IN OUT";
+    encoder().write_image::<colortype::RGB16>(128, 64, &[300; 3 * 128 * 64]).unwrap();
+    refused(["RGB(16)", byte]);
+    encoder().write_image::<colortype::GrayI8>(128, 64, &[3; 128 * 64]).unwrap();
+    refused(["signed", byte]);
 }
 
 #[test]

@@ -42,7 +42,10 @@ fn a_sweep_finds_its_front_and_writes_the_setting_within_the_bound() {
     let again = run(&folder, &[&sweep[..], &["--against", "report/trade.json"]].concat());
     let said = String::from_utf8(again.stdout).unwrap();
     let found = said.lines().skip_while(|line| !line.contains("front")).collect::<Vec<_>>();
-    assert!(found[0].contains("Pareto front") && found[0].contains(": 95 of 100 of the 15 settings"), "{said}");
+    assert!(
+        found[0].contains("Pareto front") && found[0].contains(": 95 of 100 of the 15 settings"),
+        "{said}"
+    );
     assert!(!said.contains("another error"), "{said}");
 
     // With any error allowed, the fastest setting is chosen.
