@@ -18,6 +18,7 @@
 //!
 //! ```
 //! use ortelius::{Options, Renderer, Scene};
+//! use std::path::Path;
 //!
 //! fn main() -> Result<(), Box<dyn std::error::Error>> {
 //!     let scene = Scene::embedded("earth")?;
@@ -25,9 +26,10 @@
 //!     let mut renderer = Renderer::open(&scene, &options)?;
 //!     let frames = renderer.settle(&scene.camera("oblique")?.pose())?;
 //!     println!("settled after {frames} frames");
-//!     let folder = std::env::temp_dir();
-//!     renderer.picture()?.save(&folder.join("alps.png"))?;
-//!     renderer.report(&scene, "oblique")?.save(&folder.join("alps.json"))?;
+//! #   let folder = tempfile::tempdir()?;
+//! #   std::env::set_current_dir(&folder)?;
+//!     renderer.picture()?.save(Path::new("alps.png"))?;
+//!     renderer.report(&scene, "oblique")?.save(Path::new("alps.json"))?;
 //!     Ok(())
 //! }
 //! ```
@@ -84,7 +86,7 @@ pub use renderer::{Options, RenderError, Renderer};
 pub use scene::{Scene, SceneError};
 pub use vk::Gpu;
 
-/// The README's example compiles.
+/// The README's example compiles. It writes into the working directory, so only the crate's, which is the same, runs.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

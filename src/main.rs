@@ -11,6 +11,7 @@ use command::{
     bake, compare, demo, doctor, exit, fetch, interrupt, keys, list, manual, merge, mesh, page, render,
     reproduce, trade, verify,
 };
+use ortelius::vk::failure_at_the_end;
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 use tracing_subscriber::filter::Targets;
@@ -114,7 +115,8 @@ fn main() -> ExitCode {
         .with_target(false);
     tracing_subscriber::registry().with(lines.with_filter(levels)).init();
     let watched = line.command.advice().map_or(Ok(()), |advice| interrupt::watch(Some(advice)));
-    let done = watched.and_then(|()| run(&line));
+    let closed = |()| failure_at_the_end().map_or(Ok(()), |error| Err(error.into()));
+    let done = watched.and_then(|()| run(&line)).and_then(closed);
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

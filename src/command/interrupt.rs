@@ -8,30 +8,37 @@ use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 use std::io::{IsTerminal, Write};
 
+/// The signals by which users and systems ask a process to end.
+pub const SIGNALS: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
+
 /// Waits for a signal in the background. `advice`: the user's options; `None` if the parent process prints them.
 ///
 /// # Errors
 /// The system refuses the signal handlers.
 pub fn watch(advice: Option<&'static str>) -> anyhow::Result<()> {
     let ignored = ignored();
-    let wanted = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
+    let wanted = SIGNALS.into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
     let mut signals = Signals::new(wanted).context("no handler for signals")?;
     std::thread::spawn(move || {
         let Some(signal) = signals.forever().next() else { return };
-        let _held = abandon();
-        if let Some(advice) = advice {
-            let mut stderr = std::io::stderr();
-            // Overwrites a progress bar.
-            let line_start = if stderr.is_terminal() { "\r\x1b[K" } else { "" };
-            // If stderr is closed, the signal is the only report.
-            let _ignored = writeln!(stderr, "{line_start}ortelius: stopped; {advice}");
-        }
-        // No exit(): drivers would clean up in their exit handlers while their threads still run.
-        if emulate_default_handler(signal).is_err() {
-            std::process::abort();
-        }
+        stop(signal, advice);
     });
     Ok(())
+}
+
+/// Ends the process by a signal. A second thread that calls this waits for that end.
+pub fn stop(signal: i32, advice: Option<&str>) -> ! {
+    let _held = abandon();
+    if let Some(advice) = advice {
+        let mut stderr = std::io::stderr();
+        // Overwrites a progress bar.
+        let line_start = if stderr.is_terminal() { "\r\x1b[K" } else { "" };
+        // If stderr is closed, the signal is the only report.
+        let _ignored = writeln!(stderr, "{line_start}ortelius: stopped; {advice}");
+    }
+    // No exit(): drivers would clean up in their exit handlers while their threads still run.
+    let _failed = emulate_default_handler(signal);
+    std::process::abort()
 }
 
 /// Bit mask of ignored signals, as set by `nohup`. Without /proc, none is known.

@@ -19,9 +19,9 @@ use ortelius::renderer::figures::FAMILIES;
 use ortelius::vk::Gpu;
 use std::ffi::OsString;
 use std::io::Read;
+use std::os::unix::process::ExitStatusExt;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
-use std::time::Duration;
 
 #[derive(Args)]
 pub struct ReproduceArgs {
@@ -63,6 +63,8 @@ fn parse_partition(text: &str) -> Result<Partition, String> {
     }
 }
 
+const ADVICE: &str = "run the same command with --resume to keep the measured cells";
+
 /// `line`: the program's arguments, from which a child parses the same `args`.
 pub fn run(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
     let figures = choose(&FAMILIES, &args.figures).map_err(|unknown| Usage(unknown.to_string()))?;
@@ -71,7 +73,7 @@ pub fn run(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
         None => {
             args.report.check()?;
             check_stored(args, &figures)?;
-            interrupt::watch(Some("run the same command with --resume to keep the measured cells"))?;
+            interrupt::watch(Some(ADVICE))?;
             watch(args, line)
         }
         Some(from) => {
@@ -123,14 +125,12 @@ fn watch(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
     };
     let report = |result: &CellResult| tracing::warn!("{}", describe_crash(result));
     let status = outlive(&args.output, worker, report)?;
-    match status.code() {
-        Some(0) => Ok(()),
-        Some(code) => std::process::exit(code),
-        None => {
-            // Ctrl-C reaches both processes; this process's handler prints the message and ends it.
-            std::thread::sleep(Duration::from_millis(500));
-            bail!("stopped ({status}); use --resume to continue")
-        }
+    match (status.code(), status.signal()) {
+        (Some(0), _) => Ok(()),
+        (Some(code), _) => std::process::exit(code),
+        // Ctrl-C reaches both processes, this one perhaps later.
+        (None, Some(signal)) if interrupt::SIGNALS.contains(&signal) => interrupt::stop(signal, Some(ADVICE)),
+        _ => bail!("stopped ({status}); {ADVICE}"),
     }
 }
 

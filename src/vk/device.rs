@@ -5,7 +5,7 @@ use super::{Check, Error, Feature, Result};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, Allocator, AllocatorCreateDesc};
 use std::mem::ManuallyDrop;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 /// Device state that every wrapper shares through an `Arc`.
 pub(crate) struct Device {
@@ -271,14 +271,22 @@ fn create(
         .check("vkCreateDevice", &physical.name)
 }
 
+static AT_THE_END: OnceLock<Error> = OnceLock::new();
+
+/// The first error of a device that was closed, for a process whose run has otherwise succeeded.
+pub fn failure_at_the_end() -> Option<Error> {
+    AT_THE_END.get().cloned()
+}
+
 impl Device {
-    /// Waits before objects are destroyed. A lost device uses no object, and its loss was reported earlier.
+    /// Waits before objects are destroyed. A lost device uses no object. `Drop` cannot return the error, so it is kept
+    /// for [`failure_at_the_end`].
     pub(crate) fn wait_at_the_end(&self) {
         // SAFETY: the device lives; nobody else uses the queue when a device or its ring is dropped.
-        match unsafe { self.handle.device_wait_idle() } {
-            Ok(()) => {}
-            Err(vk::Result::ERROR_DEVICE_LOST) => tracing::debug!("device lost at shutdown"),
-            Err(result) => tracing::warn!("vkDeviceWaitIdle at shutdown: {result}"),
+        let idle = unsafe { self.handle.device_wait_idle() };
+        if let Err(error) = idle.check("vkDeviceWaitIdle", &self.physical.name) {
+            tracing::debug!("at shutdown: {error}");
+            AT_THE_END.get_or_init(|| error);
         }
     }
 }

@@ -25,6 +25,7 @@ mod watched;
 
 pub use buffer::{Buffer, BufferUse, IndexType, TexelCopy};
 pub use command::{Cmd, Resource};
+pub use device::failure_at_the_end;
 pub use error::Error;
 pub use features::{Feature, Need};
 pub use frame::{FRAMES_IN_FLIGHT, Frame, PassTime, Ticket};

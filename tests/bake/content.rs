@@ -1,7 +1,8 @@
 //! The contents of a baked file.
 
 use super::pictures::{
-    Picture, dotted, geo_tags, write_png, write_tiff_strips, write_tiff_tagged, write_tiff_tiles,
+    Picture, dotted, geo_tags, write_png, write_tiff_grey_alpha, write_tiff_strips, write_tiff_tagged,
+    write_tiff_tiles,
 };
 use super::png_by_hand::{self, Raw};
 use super::*;
@@ -268,6 +269,20 @@ fn a_jpeg_enlarged_and_averaged_agrees_with_the_area_averaged_earth_source() {
     let (here, beside) = (mean_difference(&from_jpeg, &earth, 0), mean_difference(&from_jpeg, &earth, 1));
     println!("{here} codes, {beside} one column off");
     assert!(here < 1.0 && beside > 3.0 * here, "{here}, {beside}");
+}
+
+#[test]
+fn a_tiff_in_grey_with_alpha_means_the_texels_of_the_png() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let mut picture = dotted(128, 64);
+    picture.rgba.chunks_exact_mut(4).for_each(|texel| texel.copy_within(0..1, 1));
+    picture.rgba.chunks_exact_mut(4).for_each(|texel| texel.copy_within(0..1, 2));
+    write_tiff_grey_alpha(&path("a.tif"), &picture, tiff::tags::ExtraSamples::UnassociatedAlpha);
+    write_png(&path("a.png"), &picture);
+    let [tiff, png] = ["tif", "png"]
+        .map(|kind| baked(&path(&format!("a.{kind}")), &path(&format!("{kind}.tiles")), &["--tile", "32"]));
+    assert!(tiff == png);
 }
 
 /// The same 20 x 16 texels in strips and tiles, by texel and by plane, in each compression.

@@ -73,6 +73,17 @@ pub fn write_tiff_alpha(path: &Path, picture: &Picture, kind: ExtraSamples) {
     image.write_data(&picture.rgba).unwrap();
 }
 
+/// The red band as grey, and alpha.
+pub fn write_tiff_grey_alpha(path: &Path, picture: &Picture, kind: ExtraSamples) {
+    let file = BufWriter::new(File::create(path).unwrap());
+    let mut encoder = TiffEncoder::new(file).unwrap();
+    let (width, height) = (picture.width as u32, picture.height as u32);
+    let mut image = encoder.new_image::<colortype::Gray8>(width, height).unwrap();
+    image.extra_samples(&[kind]).unwrap();
+    let samples: Vec<u8> = picture.rgba.chunks_exact(4).flat_map(|texel| [texel[0], texel[3]]).collect();
+    image.write_data(&samples).unwrap();
+}
+
 /// RGB in one strip, with tags of doubles and of shorts.
 pub fn write_tiff_tagged(
     path: &Path,

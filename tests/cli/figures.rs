@@ -104,13 +104,16 @@ fn unreadable_results_are_reported_before_any_measurement() {
     assert_eq!(names(&folder), ["old.json"]);
 }
 
+/// After this nothing is expected any more: no machine is so slow.
+const PATIENCE: Duration = Duration::from_secs(600);
+
 /// The measuring child of a run, once it exists.
 fn worker(run: &std::process::Child, folder: &Path) -> String {
     let started = Instant::now();
     let children = format!("/proc/{0}/task/{0}/children", run.id());
     while !folder.join("out/cells/under-way.json").exists() {
-        assert!(started.elapsed() < Duration::from_secs(60), "no cell is measured");
-        std::thread::sleep(Duration::from_millis(5));
+        assert!(started.elapsed() < PATIENCE, "no cell is measured");
+        std::thread::sleep(Duration::from_millis(1));
     }
     let found = std::fs::read_to_string(children).unwrap();
     assert_eq!(found.split_whitespace().count(), 1, "{found:?}");
@@ -141,7 +144,7 @@ fn a_driver_that_crashes_costs_one_cell_and_a_run_that_is_killed_leaves_no_worke
     let lives =
         || std::fs::read_to_string(format!("/proc/{orphan}/status")).is_ok_and(|s| !s.contains("(zombie)"));
     while lives() {
-        assert!(started.elapsed() < Duration::from_secs(20), "the worker {orphan} outlives its parent");
+        assert!(started.elapsed() < PATIENCE, "the worker {orphan} outlives its parent");
         std::thread::sleep(Duration::from_millis(20));
     }
 

@@ -2,7 +2,7 @@
 //! and the loader loads it. For each kind of fault, only the calls that may return it are counted:
 //!
 //! - ORTELIUS_FAULT=KIND:N fails the N-th call (from 1) with KIND: `host` or `device` (out of memory), or `lost`. A
-//!   lost device stays lost. N = 0 fails none.
+//!   lost device stays lost. N = 0 fails none. KIND:NAME fails the first call of that name.
 //! - ORTELIUS_FAULT_LOG=FILE: receives the name of the failed call; with N = 0 the names of all calls that may fail.
 //!
 //! Only functions that return a VkResult are wrapped. Their arguments are at most eight integers and pointers, which
@@ -25,6 +25,7 @@ const LOST: i32 = -4;
 struct Fault {
     result: i32,
     number: u64,
+    name: Option<String>,
     log: Option<File>,
 }
 
@@ -41,7 +42,11 @@ fn fault() -> &'static Fault {
         };
         let log = std::env::var_os("ORTELIUS_FAULT_LOG")
             .map(|path| File::options().append(true).create(true).open(path).expect("the log"));
-        Fault { result, number: number.parse().expect("N"), log }
+        let (number, name) = match number.parse() {
+            Ok(number) => (number, None),
+            Err(_) => (u64::MAX, Some(number.to_owned())),
+        };
+        Fault { result, number, name, log }
     })
 }
 
@@ -68,7 +73,10 @@ fn fails(name: &str) -> Option<i32> {
             return Some(LOST);
         }
     }
-    let is_it = CALLS.fetch_add(1, SeqCst) + 1 == fault.number;
+    let call = CALLS.fetch_add(1, SeqCst) + 1;
+    static IS_DONE: AtomicBool = AtomicBool::new(false);
+    let is_named = fault.name.as_deref() == Some(name) && !IS_DONE.swap(true, SeqCst);
+    let is_it = is_named || call == fault.number;
     if let Some(mut log) = fault.log.as_ref()
         && (is_it || fault.number == 0)
     {

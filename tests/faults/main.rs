@@ -6,6 +6,7 @@
 //! in every shipped scene, which takes some hours.
 
 use ortelius::scene::SHIPPED;
+use std::fmt::Display;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -49,15 +50,15 @@ struct Ended {
     calls: Vec<String>,
 }
 
-/// Runs the program with call `number` failing; 0 for none.
-fn run(arguments: &[&str], kind: &str, number: usize) -> Ended {
+/// Runs the program with one call failing: its number, or the first of that name; 0 for none.
+fn run(arguments: &[&str], kind: &str, call: impl Display) -> Ended {
     let (folder, log) = (tempfile::tempdir().unwrap(), tempfile::NamedTempFile::new().unwrap());
     let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
     command.current_dir(&folder).args(arguments).env_remove("ORTELIUS_VALIDATE");
     command.env("VK_LAYER_PATH", LAYER.path()).env("VK_INSTANCE_LAYERS", "VK_LAYER_ORTELIUS_fault");
     // Mesa's layer that orders the devices crashes if a call of its own fails.
     command.env("NODEVICE_SELECT", "1");
-    command.env("ORTELIUS_FAULT", format!("{kind}:{number}")).env("ORTELIUS_FAULT_LOG", log.path());
+    command.env("ORTELIUS_FAULT", format!("{kind}:{call}")).env("ORTELIUS_FAULT_LOG", log.path());
     let mut stderr = tempfile::tempfile().unwrap();
     let mut child = command.stdout(Stdio::null()).stderr(File::try_clone(&stderr).unwrap()).spawn().unwrap();
     let started = Instant::now();
@@ -84,13 +85,16 @@ fn run(arguments: &[&str], kind: &str, number: usize) -> Ended {
 /// What is wrong with the result of a run in which a call failed; `None` if it is as required.
 fn complaint(ended: &Ended, undisturbed: &Ended, kind: &str) -> Option<String> {
     let expected = if kind == "lost" { 4 } else { 1 };
+    // The device is closed after the files are written.
+    let is_at_the_end = ended.calls.first().is_some_and(|call| call == "vkDeviceWaitIdle");
+    let is_complete = is_at_the_end && ended.files == undisturbed.files;
     let lines: Vec<&str> = ended.stderr.lines().filter(|line| !line.starts_with(" INFO ")).collect();
     match ended.code {
         None => Some("a crash, or a hang".into()),
         Some(0) if ended.files == undisturbed.files => None,
         Some(0) => Some("exit code 0, and other files".into()),
         Some(code) if code != expected => Some(format!("exit code {code} instead of {expected}")),
-        Some(_) if !ended.files.is_empty() => Some("output files are left".into()),
+        Some(_) if !(ended.files.is_empty() || is_complete) => Some("output files are left".into()),
         Some(_) if lines.len() != 1 || !lines[0].starts_with("ortelius: ") => Some("not one line".into()),
         Some(_) => None,
     }
@@ -98,14 +102,15 @@ fn complaint(ended: &Ended, undisturbed: &Ended, kind: &str) -> Option<String> {
 
 fn small_runs() -> Vec<Vec<String>> {
     let own = [
-        "render ruler --size 64x36 -o a.png --report a.json",
+        "render ruler --size 64x36 --deterministic -o a.png --report a.json",
         "render bunny --size 64x36 -o a.png -D surface.bunny.geometry.apply=gpu",
         "render bunny --size 64x36 -o a.png -D surface.bunny.geometry.order=compacted",
         "doctor",
     ];
     let mut runs: Vec<String> = own.map(String::from).to_vec();
     if is_whole() {
-        let of_scene = |(name, _): &(&str, &str)| format!("render {name} --size 64x36 -o a.png");
+        let of_scene =
+            |(name, _): &(&str, &str)| format!("render {name} --size 64x36 --deterministic -o a.png");
         runs.extend(SHIPPED.iter().map(of_scene));
     }
     runs.iter().map(|run| run.split(' ').map(String::from).collect()).collect()
@@ -156,6 +161,23 @@ fn a_lost_device_is_one_line_and_exit_code_4_at_every_call() {
     sweep("lost");
 }
 
+/// The files are complete by then and remain.
+#[test]
+fn a_device_lost_while_it_is_closed_is_one_line_and_exit_code_4() {
+    let render = ["render", "ruler", "--size", "64x36", "-o", "a.png"];
+    let undisturbed = run(&render, "lost", 0);
+    let ended = run(&render, "lost", "vkDeviceWaitIdle");
+    assert_eq!(
+        (ended.code, &*ended.calls),
+        (Some(4), &["vkDeviceWaitIdle".to_string()][..]),
+        "{}",
+        ended.stderr
+    );
+    assert_eq!(complaint(&ended, &undisturbed, "lost"), None, "{}", ended.stderr);
+    assert_eq!(ended.files, undisturbed.files);
+    assert_eq!(run(&render, "host", "vkDeviceWaitIdle").code, Some(1));
+}
+
 /// A bake runs on the host alone: no call can fail.
 #[test]
 fn a_bake_calls_no_vulkan() {
@@ -196,14 +218,19 @@ fn every_wrong_result_is_rejected() {
     let right = Ended { code: Some(1), stderr: line.clone(), ..Ended::default() };
     let found = |ended: &Ended| complaint(ended, &undisturbed, "host");
     assert_eq!(found(&right), None);
+    let at_the_end = vec!["vkDeviceWaitIdle".to_string()];
+    let closing = Ended { files: file(b"whole"), calls: at_the_end.clone(), ..right.clone() };
+    assert_eq!(found(&closing), None);
     assert_eq!(found(&undisturbed), None);
     assert_eq!(complaint(&Ended { code: Some(4), ..right.clone() }, &undisturbed, "lost"), None);
     for (wrong, why) in [
         (Ended { code: None, ..right.clone() }, "a crash"),
         (Ended { code: Some(4), ..right.clone() }, "exit code 4"),
         (Ended { code: Some(101), ..right.clone() }, "exit code 101"),
-        (Ended { files: file(b"wh"), ..right.clone() }, "is left"),
+        (Ended { files: file(b"wh"), ..right.clone() }, "are left"),
         (Ended { files: file(b"wh"), ..undisturbed.clone() }, "other files"),
+        (Ended { files: file(b"whole"), ..right.clone() }, "are left"),
+        (Ended { files: file(b"wh"), calls: at_the_end.clone(), ..right.clone() }, "are left"),
         (Ended { stderr: format!("{line}\n WARN leak detected"), ..right.clone() }, "not one line"),
         (Ended { stderr: String::new(), ..right.clone() }, "not one line"),
     ] {

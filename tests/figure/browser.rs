@@ -115,13 +115,13 @@ fn the_page_fits_its_window_and_no_text_leaves_its_plot() {
 }
 
 fn screenshot(browser: &Path, folder: &Path, name: &str, size: &str, dark: bool) -> Srgb8Picture {
-    let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page");
-    std::fs::create_dir_all(&kept).unwrap();
-    let file = kept.join(format!("{name}.png"));
-    std::fs::remove_file(&file).ok();
+    let file = folder.join(format!("{name}.png"));
     let scheme = format!("--blink-settings=preferredColorScheme={}", if dark { 0 } else { 1 });
     let shot = format!("--screenshot={}", file.display());
     run_browser(browser, folder, &[&scheme, &shot, &format!("--window-size={size}")], "index.html");
+    let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page");
+    std::fs::create_dir_all(&kept).unwrap();
+    std::fs::copy(&file, kept.join(format!("{name}.png"))).unwrap();
     read_png(&file).unwrap()
 }
 

@@ -6,6 +6,7 @@ use ortelius::figure::claim::{
 use ortelius::figure::{Bench, Cell, Figure, Plot, Row, Sweep, Value};
 use ortelius::picture::write::Srgb8Picture;
 use ortelius::stats::Summary;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 /// Exact numbers along a sweep, a picture, and a claim of each verdict.
@@ -117,6 +118,19 @@ pub const FAILS: Figure = Figure {
     claims: &[Claim::ours("holds", "it holds", &[Test::value(every("size"), Equal(1.0))])],
 };
 
+/// Environment variable of a process with the number of cells of [`SLOW`] that it measures; in the next one it waits to
+/// be killed.
+pub const MEASURES: &str = "ORTELIUS_TEST_MEASURES";
+
+fn wait_for_the_kill_after_enough_cells() {
+    static MEASURED: AtomicUsize = AtomicUsize::new(0);
+    let most = std::env::var(MEASURES).map_or(usize::MAX, |text| text.parse().expect("a number"));
+    while MEASURED.load(Ordering::Relaxed) >= most {
+        std::thread::sleep(Duration::from_secs(1));
+    }
+    MEASURED.fetch_add(1, Ordering::Relaxed);
+}
+
 /// Many short cells, for runs that are killed.
 pub const SLOW: Figure = Figure {
     id: "made.slow",
@@ -127,7 +141,7 @@ pub const SLOW: Figure = Figure {
     paper: &[],
     sweep: Some(Sweep { name: "n", quick: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6], full: &[1.0] }),
     measure: |bench, cell| {
-        std::thread::sleep(Duration::from_millis(10));
+        wait_for_the_kill_after_enough_cells();
         picture(bench, &format!("made.slow-{}-{}", cell.scene, cell.x.unwrap_or(0.0)))?;
         Ok(vec![number("only", "third", cell.x.unwrap_or(0.0) / 3.0)])
     },

@@ -1,11 +1,11 @@
 //! Runs that are killed, resumed, shared and merged.
 
-use super::family::{BARS, DIES, FAILS, SLOW, SWEPT};
+use super::family::{BARS, DIES, FAILS, MEASURES, SLOW, SWEPT};
 use super::*;
 use ortelius::figure::{Outcome, Verdict, merge, outlive};
 use std::cell::RefCell;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 
 /// Environment variable with the folder of the child process.
 const FOLDER: &str = "ORTELIUS_TEST_FOLDER";
@@ -23,36 +23,37 @@ fn a_run_measures_every_cell_once() {
     assert_eq!(run(&resumed).unwrap().kept, 24, "a run that is resumed when it is done measures nothing");
 }
 
+/// The run above in a process of its own, which measures at most `most` cells.
+fn measuring(folder: &Path, most: usize) -> Child {
+    Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", "runs::a_run_measures_every_cell_once"])
+        .env(FOLDER, folder)
+        .env(MEASURES, most.to_string())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
 #[test]
 fn a_run_that_is_killed_resumes_without_loss() {
     let (undisturbed, killed) = (folder(), folder());
     run(&a_run(&[&SLOW], undisturbed.path())).unwrap();
-    let mut kills = 0;
-    // 24 cells of at least 10 ms each: killed after 60, 75, 90 … ms.
-    for patience in (60..).step_by(15).map(Duration::from_millis) {
-        let mut child = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "runs::a_run_measures_every_cell_once"])
-            .env(FOLDER, killed.path())
-            .stdout(Stdio::null())
-            .spawn()
-            .unwrap();
-        let start = Instant::now();
-        let mut ended = None;
-        while ended.is_none() && start.elapsed() < patience {
-            std::thread::sleep(Duration::from_millis(1));
-            ended = child.try_wait().unwrap();
+    // All files are readable at any time: nothing is half-written.
+    let stored = || Store::at(killed.path()).all(&[&SLOW]).unwrap().len();
+    // Six processes measure at most three of the 24 cells each. They are killed within the three, or after them.
+    for kill in 0..6 {
+        let before = stored();
+        let mut child = measuring(killed.path(), 3);
+        while stored() == before {
+            assert_eq!(child.try_wait().unwrap(), None, "it waits to be killed");
+            std::thread::sleep(Duration::from_micros(200));
         }
-        if let Some(status) = ended {
-            assert!(status.success());
-            break;
-        }
+        std::thread::sleep(Duration::from_micros(300 * kill));
         child.kill().unwrap();
         child.wait().unwrap();
-        kills += 1;
-        // All files are readable: nothing is half-written.
-        Store::at(killed.path()).all(&[&SLOW]).unwrap();
+        assert!(stored() > before && stored() <= before + 3);
     }
-    assert!(kills > 0, "the child was never killed: lower the patience");
+    assert!(measuring(killed.path(), 24).wait().unwrap().success());
     assert_eq!(rows(killed.path()), rows(undisturbed.path()));
     let (left, right) = (report(&[&SLOW], killed.path()), report(&[&SLOW], undisturbed.path()));
     assert_eq!(left, right);
@@ -334,5 +335,8 @@ fn a_folder_takes_one_run_at_a_time() {
     let Err(busy) = store.lock() else { panic!("two runs in one folder") };
     assert!(busy.to_string().contains("another run is writing to it"), "{busy}");
     drop(lock);
-    assert!(store.lock().is_ok());
+    // A process that another test is starting holds all open files until it executes.
+    while store.lock().is_err() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
 }

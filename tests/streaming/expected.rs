@@ -116,7 +116,10 @@ fn run(bench: &mut Bench, path: &[Vec<TileId>], expected: &[Vec<TileId>]) -> Res
         }
     }
     if let Some(last) = path.last() {
-        bench.settle(last, 10_000);
+        match bench.streaming.config().deterministic {
+            true => bench.settle(last, 10_000),
+            false => bench.settle_timed(last),
+        };
     }
     Ok(())
 }

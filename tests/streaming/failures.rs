@@ -5,7 +5,6 @@ use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::streaming::{Streaming, StreamingConfig, StreamingError, TileFailure};
 use ortelius::texture::source::{TileError, TileFormat, TileSource};
 use std::sync::Arc;
-use std::time::Duration;
 
 #[test]
 fn a_broken_tile_is_reported_once_and_its_coarser_tile_shown() {
@@ -43,13 +42,13 @@ fn a_tile_that_recovers_is_shown_after_failures_are_forgotten() {
     let mut bench = Bench::new(TestSource::default(), timed(8, 8));
     let broken = tile(0, 0, 0);
     bench.source.set_broken([broken]);
-    bench.settle(&[broken], 10_000);
+    bench.settle_timed(&[broken]);
     assert_eq!(bench.memory.display.keys().copied().collect::<Vec<_>>(), [tile(1, 0, 0)]);
     bench.source.set_broken([]);
     bench.frame(&[broken]);
     assert!(bench.streaming.settled(), "not requested again automatically");
     bench.streaming.forget_failures();
-    bench.settle(&[broken], 10_000);
+    bench.settle_timed(&[broken]);
     assert!(bench.memory.display.contains_key(&broken));
 }
 
@@ -76,20 +75,14 @@ fn a_recovered_disk_is_detected_automatically() {
         (0..5).map(move |levels| tile.ancestor(levels))
     };
     bench.source.set_broken(visible.iter().flat_map(chain));
-    let mut reported = Vec::new();
-    let begin = std::time::Instant::now();
-    while begin.elapsed() < Duration::from_millis(60) {
-        reported.extend(bench.frame(&visible).failures.into_iter().map(|failure| failure.tile));
-    }
-    let attempts = bench.source.reads().len();
-    assert!(attempts > 4 + 4, "the tiles and their four ancestors were requested {attempts} times");
+    // The tiles and their four ancestors once, and then again.
+    let reports = bench.until(&visible, |bench, _| bench.source.reads().len() > 2 * (4 + 4));
+    let failed = reports.into_iter().flat_map(|report| report.failures);
+    let reported: Vec<TileId> = failed.map(|failure| failure.tile).collect();
     let distinct: std::collections::BTreeSet<_> = reported.iter().collect();
     assert_eq!(distinct.len(), reported.len(), "each is reported once, however often it fails");
     bench.source.set_broken([]);
-    while !visible.iter().all(|tile| bench.memory.display.contains_key(tile)) {
-        bench.frame(&visible);
-        assert!(begin.elapsed() < Duration::from_secs(20), "not recovered");
-    }
+    bench.until(&visible, |bench, _| visible.iter().all(|tile| bench.memory.display.contains_key(tile)));
     // Ancestors that were not requested again keep their mark; the four visible tiles have lost theirs.
     let last = bench.frame(&visible);
     assert!(last.failures.is_empty() && last.failed_tiles <= 4, "{last:?}");

@@ -158,7 +158,7 @@ proptest! {
         bench.streaming.reset();
         run(&mut bench, &path[reset..])?;
         if let Some(last) = path.last() {
-            bench.settle(last, 10_000);
+            bench.settle_timed(last);
         }
     }
 

@@ -159,18 +159,42 @@ impl Bench {
     }
 
     /// Frames until settled, at most `most`.
+    ///
+    /// # Panics
+    /// Without deterministic loads: their frames depend on threads, so use [`Bench::settle_timed`].
     pub fn settle(&mut self, visible: &[TileId], most: usize) -> Vec<FrameReport> {
+        assert!(self.streaming.config().deterministic);
         let mut reports = Vec::new();
         while reports.len() < most {
             reports.push(self.frame(visible));
             if self.streaming.settled() {
                 return reports;
             }
-            if !self.streaming.config().deterministic {
-                std::thread::sleep(Duration::from_micros(200));
-            }
         }
         panic!("not settled after {most} frames: {:?}", reports.last());
+    }
+
+    /// Frames until settled, however many: a starved loader thread needs any number of them.
+    pub fn settle_timed(&mut self, visible: &[TileId]) -> Vec<FrameReport> {
+        self.until(visible, |bench, _| bench.streaming.settled())
+    }
+
+    /// Frames until `done` holds after one.
+    pub fn until(
+        &mut self,
+        visible: &[TileId],
+        mut done: impl FnMut(&Self, &FrameReport) -> bool,
+    ) -> Vec<FrameReport> {
+        let mut reports = Vec::new();
+        loop {
+            let report = self.frame(visible);
+            let is_done = done(self, &report);
+            reports.push(report);
+            if is_done {
+                return reports;
+            }
+            std::thread::sleep(Duration::from_micros(200));
+        }
     }
 }
 

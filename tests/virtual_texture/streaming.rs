@@ -31,15 +31,15 @@ fn caches_that_are_too_small_degrade_report_it_and_recover() {
     assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0));
 }
 
-/// A texture with one unreadable tile.
-struct Broken {
-    whole: Arc<dyn TileSource>,
-    tile: TileId,
+/// A texture with unreadable tiles.
+pub struct Broken<F> {
+    pub whole: Arc<dyn TileSource>,
+    pub is_broken: F,
 }
 
-impl TileSource for Broken {
+impl<F: Fn(TileId) -> bool + Send + Sync> TileSource for Broken<F> {
     fn describe(&self) -> String {
-        format!("{}, {:?} broken", self.whole.describe(), self.tile)
+        format!("{}, broken", self.whole.describe())
     }
     fn pyramid(&self) -> Pyramid {
         self.whole.pyramid()
@@ -48,7 +48,7 @@ impl TileSource for Broken {
         self.whole.format()
     }
     fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
-        match tile == self.tile {
+        match (self.is_broken)(tile) {
             true => Err(TileError::Refused { tile, reason: "broken on purpose".into() }),
             false => self.whole.read_tile(tile, bytes),
         }
@@ -68,7 +68,8 @@ fn an_unreadable_tile_is_reported_once_and_shown_from_the_next_coarser() {
     renderer.drain().unwrap();
     let tile = renderer.records.last().unwrap().visible[0];
     drop(renderer);
-    let broken = Arc::new(Broken { whole: open_texture(&scene).unwrap(), tile });
+    let is_broken = move |asked| asked == tile;
+    let broken = Arc::new(Broken { whole: open_texture(&scene).unwrap(), is_broken });
     let mut renderer = open_with(&gpu, &scene, [320, 180], broken, |_| ());
     renderer.settle(&pose).unwrap();
     for _ in 0..4 {

@@ -63,6 +63,10 @@ impl Display {
         Display { server, name, connection, root }
     }
 
+    pub fn process(&self) -> u32 {
+        self.server.id()
+    }
+
     /// The mapped top-level window whose name starts with `Ortelius`, if there is one.
     pub fn window(&self) -> Option<u32> {
         let tree = self.connection.query_tree(self.root).unwrap().reply().unwrap();
@@ -110,17 +114,50 @@ impl Drop for Display {
     }
 }
 
+/// Whether some processes are busy.
+#[derive(Clone, Copy)]
+pub struct Activity {
+    processes: [u32; 2],
+    /// Time on a processor. A busy machine does not change what a program does in it.
+    pub ran_ns: u64,
+    all_sleep: bool,
+}
+
+impl Activity {
+    /// `None` if a thread or a process has just ended.
+    pub fn of(processes: [u32; 2]) -> Option<Activity> {
+        let mut found = Activity { processes, ran_ns: 0, all_sleep: true };
+        for process in processes {
+            for thread in std::fs::read_dir(format!("/proc/{process}/task")).ok()? {
+                let read = |name| std::fs::read_to_string(thread.as_ref().ok()?.path().join(name)).ok();
+                let (stat, spent) = (read("stat")?, read("schedstat")?);
+                // The state follows the name in brackets; `S` is a thread that waits for an event.
+                found.all_sleep &= stat.rsplit(") ").next()?.starts_with('S');
+                found.ran_ns += spent.split(' ').next()?.parse::<u64>().ok()?;
+            }
+        }
+        Some(found)
+    }
+
+    /// True if no thread runs or waits for a processor, now and for 60 ms.
+    pub fn rests(self) -> bool {
+        std::thread::sleep(Duration::from_millis(60));
+        let later = Activity::of(self.processes);
+        later.is_some_and(|later| self.all_sleep && later.all_sleep && self.ran_ns == later.ran_ns)
+    }
+}
+
 /// Calls `ask` until it returns a value.
 ///
 /// # Panics
-/// After two minutes. A busy machine is slow, but no passing test waits this long.
+/// After ten minutes. A busy machine is slow, but no passing test waits this long.
 pub fn wait_for<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();
     loop {
         if let Some(answer) = ask() {
             return answer;
         }
-        assert!(start.elapsed() < Duration::from_secs(120), "{what}: did not happen within 120 s");
+        assert!(start.elapsed() < Duration::from_secs(600), "{what}: did not happen within 600 s");
         std::thread::sleep(Duration::from_millis(20));
     }
 }

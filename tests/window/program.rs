@@ -1,6 +1,6 @@
 //! Runs `ortelius view` on a virtual display, sends it input and reads its output.
 
-use crate::display::{Display, key, wait_for};
+use crate::display::{Activity, Display, key, wait_for};
 use ortelius::picture::write::Srgb8Picture;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -78,12 +78,16 @@ impl<'a> Program<'a> {
         self.words[1].lock().unwrap().clone()
     }
 
+    fn must_run(&mut self) {
+        if let Some(status) = self.child.try_wait().unwrap() {
+            panic!("ended with {status}: {}", self.stderr());
+        }
+    }
+
     /// The window's X id. Panics if the program has ended.
     fn window(&mut self) -> u32 {
         let window = wait_for("a window", || {
-            if let Some(status) = self.child.try_wait().unwrap() {
-                panic!("ended with {status}: {}", self.stderr());
-            }
+            self.must_run();
             self.display.window()
         });
         self.display.focus(window);
@@ -98,17 +102,14 @@ impl<'a> Program<'a> {
         Seen(Srgb8Picture { width, height, rgba })
     }
 
-    /// Waits until the picture has not changed for a second. Saves it to the folder `ORTELIUS_PICTURES` if
-    /// that is set.
+    /// Waits until program and server are idle, however slow the machine is. Saves the picture to the folder
+    /// `ORTELIUS_PICTURES` if that is set.
     pub fn settled_picture(&mut self) -> Seen {
-        let seen = wait_for("an unchanging picture", || {
-            let mut next = || {
-                std::thread::sleep(Duration::from_millis(500));
-                self.picture()
-            };
-            let [before, between, after] = [next(), next(), next()];
-            let stays = before.0 == between.0 && between.0 == after.0;
-            (before.is_varied() && stays).then_some(after)
+        self.window();
+        let seen = wait_for("a picture at rest", || {
+            self.must_run();
+            let rests = Activity::of(self.processes())?.rests();
+            rests.then(|| self.picture()).filter(Seen::is_varied)
         });
         if let Ok(folder) = std::env::var("ORTELIUS_PICTURES") {
             static COUNT: AtomicU32 = AtomicU32::new(0);
@@ -116,6 +117,19 @@ impl<'a> Program<'a> {
             seen.0.save(&Path::new(&folder).join(name)).unwrap();
         }
         seen
+    }
+
+    fn processes(&self) -> [u32; 2] {
+        [self.child.id(), self.display.process()]
+    }
+
+    /// Waits until the program has handled its input: it is idle, or has used half a second of processor time.
+    fn taken_up(&self) {
+        let begun = wait_for("its threads", || Activity::of(self.processes()));
+        wait_for("half a second's work", || {
+            let now = Activity::of(self.processes())?;
+            (now.ran_ns.saturating_sub(begun.ran_ns) > 500_000_000 || now.rests()).then_some(())
+        });
     }
 
     pub fn until(&mut self, what: &str, mut holds: impl FnMut(&mut Program<'a>) -> bool) {
@@ -184,7 +198,10 @@ impl<'a> Program<'a> {
     pub fn hold(&mut self, key: u8, milliseconds: u64) {
         self.window();
         self.display.fake(xproto::KEY_PRESS_EVENT, key, [0, 0]);
-        std::thread::sleep(Duration::from_millis(milliseconds));
+        if milliseconds > 0 {
+            std::thread::sleep(Duration::from_millis(milliseconds));
+            self.taken_up();
+        }
         self.display.fake(xproto::KEY_RELEASE_EVENT, key, [0, 0]);
     }
 
@@ -192,7 +209,7 @@ impl<'a> Program<'a> {
     pub fn point(&self, at: [i16; 2]) {
         self.display.fake(xproto::MOTION_NOTIFY_EVENT, 0, at);
         // Some time for a frame, as between the motions of a real mouse.
-        std::thread::sleep(Duration::from_millis(120));
+        self.taken_up();
     }
 
     pub fn drag(&mut self, from: [i16; 2], to: [i16; 2], button: u8) {

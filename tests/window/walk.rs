@@ -4,7 +4,6 @@ use crate::display::{Display, key};
 use crate::open;
 use crate::program::Program;
 use ortelius::math::splitmix::SplitMix64;
-use std::time::{Duration, Instant};
 
 const SEED: u64 = 20_261_122;
 
@@ -54,21 +53,19 @@ fn step(window: &mut Program<'_>, random: &mut SplitMix64) {
 #[test]
 fn a_random_walk_of_inputs_leaves_memory_as_it_was() {
     let display = Display::start();
-    let seconds = std::env::var("ORTELIUS_WALK_S").map_or(20, |text| text.parse().unwrap());
+    // Steps and not seconds: the same walk on every machine.
+    let steps = std::env::var("ORTELIUS_WALK_STEPS").map_or(96, |text| text.parse().unwrap());
     let mut window = open(&display, &["globe", "--size", "300x200"]);
     window.settled_picture();
     let mut random = SplitMix64(SEED);
-    // The first third of the time opens variants, overlays and sizes for the first time.
-    let walk = |window: &mut Program<'_>, random: &mut SplitMix64, seconds: f64| {
-        let start = Instant::now();
-        while start.elapsed() < Duration::from_secs_f64(seconds) {
-            step(window, random);
-        }
+    // The first third of the steps opens variants, overlays and sizes for the first time.
+    let mut walk = |window: &mut Program<'_>, steps: u32| {
+        (0..steps).for_each(|_| step(window, &mut random));
         memory(window)
     };
-    let most = (0..4).map(|_| walk(&mut window, &mut random, f64::from(seconds) / 12.0));
+    let most = (0..4).map(|_| walk(&mut window, steps / 12));
     let [device, resident] = most.reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])]).unwrap();
-    let [device_after, resident_after] = walk(&mut window, &mut random, 2.0 * f64::from(seconds) / 3.0);
+    let [device_after, resident_after] = walk(&mut window, 2 * steps / 3);
     // The bounds allow for a larger state at the end: a second variant has caches of its own, and panels and
     // magnifier have textures and buffers. Twice the device memory is one more renderer. The 200 MB of main
     // memory are its caches, and pipelines that the driver keeps for new variants. A leak of one frame's

@@ -4,7 +4,7 @@
 //! reading, they come from the coder, and each is checked before use.
 
 use super::coder::{Coder, tree};
-use super::live::{Live, RingFace};
+use super::live::{Live, Marks, RingFace};
 use super::models::{Models, Sizes};
 use super::moving::Moving;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
@@ -37,6 +37,8 @@ pub(super) struct Growing<'a> {
     pub(super) models: Models,
     pub sizes: Sizes,
     pub(super) moving: Moving,
+    /// Scratch of the suggestions of a split.
+    ends: Marks,
     /// Corners that splits may still replace in this chunk.
     pub(super) room: u64,
 }
@@ -66,6 +68,7 @@ impl<'a> Growing<'a> {
             models: Models::default(),
             sizes: Sizes::default(),
             moving: Moving::default(),
+            ends: Marks::default(),
             room: 0,
         }
     }
@@ -95,8 +98,9 @@ impl<'a> Growing<'a> {
             spent(coder, &mut self.sizes.attributes);
         }
         suggestions.sort_by_key(|&(doubt, _)| doubt);
+        let known = self.source.map(|_| places(&suggestions));
         for count in 0..level.faces - old.faces {
-            self.birth(coder, &suggestions, count > 0)?;
+            self.birth(coder, &suggestions, known.as_deref(), count > 0)?;
         }
         spent(coder, &mut self.sizes.faces);
         self.mesh.levels.push(level);
@@ -182,7 +186,8 @@ impl<'a> Growing<'a> {
             return Err(Fault("2^32 corners change"));
         }
         if suggestions.len() < ENOUGH_SUGGESTIONS {
-            suggest(&ring, &taken, row, suggestions);
+            self.ends.clear(self.live.around.len());
+            suggest(&ring, &taken, row, &mut self.ends, suggestions);
         }
         let mut faces: Vec<u32> =
             ring.iter().zip(&taken).filter(|(_, taken)| **taken).map(|(face, _)| face.face).collect();
@@ -197,22 +202,24 @@ impl<'a> Growing<'a> {
         Ok(())
     }
 
-    /// Codes the corners of a new face.
+    /// Codes the corners of a new face. `known` are the writer's [`places`].
     fn birth(
         &mut self,
         coder: &mut impl Coder,
         suggestions: &[(u8, [u32; 3])],
+        known: Option<&[([u32; 3], u32)]>,
         later: bool,
     ) -> Result<(), Fault> {
         let want = self.source.map(|source| source.faces[self.mesh.faces.len()]);
         let models = &mut self.models.births;
-        let fits = |&(_, [a, b, c]): &(u8, [u32; 3])| {
-            let turned = [[a, b, c], [b, c, a], [c, a, b]];
-            turned.iter().position(|&corners| Some(corners) == want)
-        };
-        // The reader must not search: a hostile level can have as many suggestions and faces as it has bytes.
-        let found =
-            want.and_then(|_| suggestions.iter().enumerate().find_map(|(at, s)| Some((at, fits(s)?))));
+        let found = want.zip(known).and_then(|(want, known)| {
+            let lowest = turned(want);
+            let at = known.partition_point(|&(corners, _)| corners < lowest);
+            let &(_, place) = known.get(at).filter(|(corners, _)| *corners == lowest)?;
+            let [a, b, c] = suggestions[place as usize].1;
+            let rotation = [[a, b, c], [b, c, a], [c, a, b]].iter().position(|&corners| corners == want);
+            Some((place as usize, rotation.expect("a rotation of it is wanted")))
+        });
         let (place, rotation) = found.unwrap_or((suggestions.len(), 0));
         let place = models.place[usize::from(later)].code(coder, place as u32);
         let vertices = self.live.around.len() as u32;
@@ -243,6 +250,22 @@ impl<'a> Growing<'a> {
     }
 }
 
+/// A face's corners from the lowest one on.
+fn turned(mut corners: [u32; 3]) -> [u32; 3] {
+    let lowest = (0..3).min_by_key(|&at| corners[at]).expect("three corners");
+    corners.rotate_left(lowest);
+    corners
+}
+
+/// The suggestions with their places, sorted. A hub's split may suggest tens of thousands of faces, too many to
+/// search for each new face.
+fn places(suggestions: &[(u8, [u32; 3])]) -> Vec<([u32; 3], u32)> {
+    let numbered = (0..).zip(suggestions);
+    let mut places: Vec<_> = numbered.map(|(place, &(_, corners))| (turned(corners), place)).collect();
+    places.sort_unstable();
+    places
+}
+
 /// The newest vertex and the vertices around it, as far as they are among the `old` ones. Each is listed
 /// once, in the order of the newest vertex's faces.
 fn neighbours(live: &Live, old: u32) -> Vec<u32> {
@@ -269,38 +292,36 @@ fn suggest(
     ring: &[RingFace],
     taken: &[bool],
     Row { new, split }: Row,
+    ends: &mut Marks,
     suggestions: &mut Vec<(u8, [u32; 3])>,
 ) {
-    let side = |wanted: bool, end: fn(&RingFace) -> u32| {
-        let mut ends: Vec<u32> = ring
-            .iter()
-            .zip(taken)
-            .filter(|(_, taken)| **taken == wanted)
-            .map(|(face, _)| end(face))
-            .collect();
-        ends.sort_unstable();
-        ends
-    };
-    let (first, second) = (|face: &RingFace| face.first, |face: &RingFace| face.second);
-    let ends = [side(false, first), side(true, first), side(false, second), side(true, second)];
-    let has = |ends: &[u32], vertex: u32| ends.binary_search(&vertex).is_ok();
-    let [kept_first, taken_first, kept_second, taken_second] = &ends;
+    const KEPT_FIRST: u32 = 1;
+    const TAKEN_FIRST: u32 = 2;
+    const KEPT_SECOND: u32 = 4;
+    const TAKEN_SECOND: u32 = 8;
+    for (face, &taken) in ring.iter().zip(taken) {
+        let [first, second] = if taken { [TAKEN_FIRST, TAKEN_SECOND] } else { [KEPT_FIRST, KEPT_SECOND] };
+        for (vertex, end) in [(face.first, first), (face.second, second)] {
+            ends.set(vertex, ends.get(vertex).unwrap_or(0) | end);
+        }
+    }
+    let has = |end: u32, vertex: u32| ends.get(vertex).unwrap_or(0) & end != 0;
     for (face, &taken) in ring.iter().zip(taken) {
         let (a, b) = (face.first, face.second);
         match taken {
             true => {
-                if !has(taken_second, a) {
-                    suggestions.push((u8::from(!has(kept_second, a)), [split, a, new]));
+                if !has(TAKEN_SECOND, a) {
+                    suggestions.push((u8::from(!has(KEPT_SECOND, a)), [split, a, new]));
                 }
-                if !has(taken_first, b) {
-                    suggestions.push((u8::from(!has(kept_first, b)), [new, b, split]));
+                if !has(TAKEN_FIRST, b) {
+                    suggestions.push((u8::from(!has(KEPT_FIRST, b)), [new, b, split]));
                 }
             }
             false => {
-                if !has(kept_second, a) && !has(taken_second, a) {
+                if !has(KEPT_SECOND, a) && !has(TAKEN_SECOND, a) {
                     suggestions.push((2, [new, a, split]));
                 }
-                if !has(kept_first, b) && !has(taken_first, b) {
+                if !has(KEPT_FIRST, b) && !has(TAKEN_FIRST, b) {
                     suggestions.push((2, [split, b, new]));
                 }
             }

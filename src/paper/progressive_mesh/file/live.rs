@@ -17,6 +17,9 @@ pub(super) struct Live {
     pub face_at: Vec<u32>,
     /// The faces around each vertex, ascending.
     pub around: Rows,
+    /// Scratch of a ring: for each `first` and `second` its lowest face.
+    firsts: Marks,
+    seconds: Marks,
 }
 
 /// A face at vertex s, rotated to start there: corners (s, first, second).
@@ -54,8 +57,9 @@ impl Live {
     }
 
     /// The faces around `vertex` in ring order: the `second` of each face is the `first` of the next. Open
-    /// fans come first, ordered by their first faces; then closed rings, each from its lowest face.
-    pub(super) fn ring(&self, vertex: u32) -> Vec<RingFace> {
+    /// fans come first, ordered by their first faces; then closed rings, each from its lowest face. Takes time
+    /// linear in the faces, each of which costs a bit in the file.
+    pub(super) fn ring(&mut self, vertex: u32) -> Vec<RingFace> {
         let seen_from_here = |&face: &u32| {
             let [a, b, c] = self.corners[face as usize];
             let (first, second) = match vertex {
@@ -66,14 +70,14 @@ impl Live {
             RingFace { face, first, second }
         };
         let faces: Vec<RingFace> = self.around.row(vertex as usize).iter().map(seen_from_here).collect();
-        let mut by_first: Vec<u32> = (0..faces.len() as u32).collect();
-        by_first.sort_by_key(|&at| faces[at as usize].first);
-        let mut seconds: Vec<u32> = faces.iter().map(|face| face.second).collect();
-        seconds.sort_unstable();
-        let next = |second: u32| -> Option<usize> {
-            let at = by_first.partition_point(|&at| faces[at as usize].first < second);
-            by_first.get(at).map(|&at| at as usize).filter(|&at| faces[at].first == second)
-        };
+        let (firsts, seconds) = (&mut self.firsts, &mut self.seconds);
+        firsts.clear(self.around.len());
+        seconds.clear(self.around.len());
+        // Of several faces with one `first`, the lowest remains.
+        for (at, face) in faces.iter().enumerate().rev() {
+            firsts.set(face.first, at as u32);
+            seconds.set(face.second, at as u32);
+        }
         let mut ring = Vec::with_capacity(faces.len());
         let mut seen = vec![false; faces.len()];
         let mut walk = |start: usize| {
@@ -81,12 +85,40 @@ impl Live {
             while let Some(here) = at.filter(|&here| !seen[here]) {
                 seen[here] = true;
                 ring.push(faces[here]);
-                at = next(faces[here].second);
+                at = firsts.get(faces[here].second).map(|at| at as usize);
             }
         };
-        (0..faces.len()).filter(|&at| seconds.binary_search(&faces[at].first).is_err()).for_each(&mut walk);
+        (0..faces.len()).filter(|&at| seconds.get(faces[at].first).is_none()).for_each(&mut walk);
         (0..faces.len()).for_each(walk);
         ring
+    }
+}
+
+/// Numbers of some vertices, all cleared at once.
+#[derive(Default)]
+pub(super) struct Marks {
+    turn: u32,
+    /// For each vertex the turn in which it got its number, and the number.
+    numbers: Vec<(u32, u32)>,
+}
+
+impl Marks {
+    /// Forgets all numbers; from now on vertices below `count` may get one.
+    pub(super) fn clear(&mut self, count: usize) {
+        if self.turn == u32::MAX {
+            (self.turn, self.numbers) = (0, Vec::new());
+        }
+        self.turn += 1;
+        self.numbers.resize(count.max(self.numbers.len()), (0, 0));
+    }
+
+    pub(super) fn set(&mut self, vertex: u32, number: u32) {
+        self.numbers[vertex as usize] = (self.turn, number);
+    }
+
+    pub(super) fn get(&self, vertex: u32) -> Option<u32> {
+        let (turn, number) = self.numbers[vertex as usize];
+        (turn == self.turn).then_some(number)
     }
 }
 
@@ -101,20 +133,34 @@ mod tests {
         live
     }
 
-    fn order(live: &Live, vertex: u32) -> Vec<u32> {
+    fn order(live: &mut Live, vertex: u32) -> Vec<u32> {
         live.ring(vertex).iter().map(|face| face.face).collect()
     }
 
     #[test]
     fn a_ring_follows_the_faces_around_a_vertex() {
-        let closed = live(5, &[[0, 1, 2], [3, 4, 0], [2, 3, 0], [4, 1, 0]]);
-        assert_eq!(order(&closed, 0), [0, 2, 1, 3]);
+        let mut closed = live(5, &[[0, 1, 2], [3, 4, 0], [2, 3, 0], [4, 1, 0]]);
+        assert_eq!(order(&mut closed, 0), [0, 2, 1, 3]);
         assert_eq!(closed.ring(0)[1], RingFace { face: 2, first: 2, second: 3 });
-        let open = live(5, &[[0, 2, 3], [0, 3, 4], [0, 1, 2]]);
-        assert_eq!(order(&open, 0), [2, 0, 1], "an open fan begins at its boundary");
-        let two = live(7, &[[0, 5, 6], [0, 2, 3], [0, 1, 2], [4, 0, 6]]);
-        assert_eq!(order(&two, 0), [0, 3, 2, 1]);
-        assert!(order(&live(1, &[]), 0).is_empty());
+        let mut open = live(5, &[[0, 2, 3], [0, 3, 4], [0, 1, 2]]);
+        assert_eq!(order(&mut open, 0), [2, 0, 1], "an open fan begins at its boundary");
+        let mut two = live(7, &[[0, 5, 6], [0, 2, 3], [0, 1, 2], [4, 0, 6]]);
+        assert_eq!(order(&mut two, 0), [0, 3, 2, 1]);
+        assert!(order(&mut live(1, &[]), 0).is_empty());
+    }
+
+    #[test]
+    fn marks_are_forgotten_together_also_after_2_to_the_32_turns() {
+        let mut marks = Marks::default();
+        marks.clear(3);
+        marks.set(2, 7);
+        assert_eq!([marks.get(2), marks.get(1)], [Some(7), None]);
+        marks.clear(3);
+        assert_eq!(marks.get(2), None);
+        marks.turn = u32::MAX;
+        marks.set(0, 1);
+        marks.clear(4);
+        assert_eq!([marks.get(0), marks.get(3)], [None, None]);
     }
 
     #[test]

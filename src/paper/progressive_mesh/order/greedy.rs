@@ -6,7 +6,7 @@
 //! already. This leaves isolated faces behind, which later cost three transforms each. We add a valence term
 //! as in Forsyth's and Sander's optimizers: vertices with few faces left are finished first.
 
-use super::patch::Patch;
+use super::patch::{MOST_FACES, Patch};
 
 /// Terms of a face's score at a place, in transforms: a cache miss costs 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,8 +84,9 @@ struct Greedy<'a> {
     at: Vec<u32>,
     place_of: Vec<u32>,
     corners: Vec<Corner>,
-    /// The undrawn faces around each vertex: the first `left` from its `start`.
+    /// The faces around each vertex: all undrawn ones, and of a vertex with many faces also drawn ones.
     around: Vec<u32>,
+    is_drawn: Vec<bool>,
     /// All vertices that entered the cache, oldest first. The last `entries` of them are cached, but none
     /// before `cold`.
     entered: Vec<u32>,
@@ -96,8 +97,9 @@ struct Greedy<'a> {
 struct Corner {
     /// What the vertex adds to the score of each of its faces.
     worth: f64,
-    /// Its first face in `around`, and how many of its faces are not drawn yet.
+    /// Its faces in `around`, and how many of them are not drawn yet.
     start: u32,
+    end: u32,
     left: u32,
     is_cached: bool,
 }
@@ -113,7 +115,7 @@ impl<'a> Greedy<'a> {
         let faces: Vec<u32> = (0..patch.faces.len() as u32).collect();
         let corner = |vertex: usize| {
             let [start, end] = [patch.starts[vertex], patch.starts[vertex + 1]];
-            let mut corner = Corner { worth: 0.0, start, left: end - start, is_cached: false };
+            let mut corner = Corner { worth: 0.0, start, end, left: end - start, is_cached: false };
             corner.renew(weights);
             corner
         };
@@ -125,6 +127,7 @@ impl<'a> Greedy<'a> {
             at: faces,
             corners: (0..patch.vertices).map(corner).collect(),
             around: patch.around.clone(),
+            is_drawn: vec![false; patch.faces.len()],
             entered: Vec::with_capacity(patch.vertices),
             cold: 0,
         }
@@ -170,7 +173,7 @@ impl<'a> Greedy<'a> {
         let in_place = self.at[place];
         let mut best = (self.worth(in_place) + self.weights.in_place, in_place);
         for &vertex in self.cache() {
-            for &face in self.around(vertex) {
+            for &face in self.around(vertex).iter().filter(|&&face| !self.is_drawn[face as usize]) {
                 let mut worth = self.worth(face);
                 if self.weights.line != 0.0 && lines.known(self.place_of[face as usize] as usize) {
                     worth += self.weights.line;
@@ -188,10 +191,10 @@ impl<'a> Greedy<'a> {
         a + b + c
     }
 
-    /// The undrawn faces of a vertex.
+    /// The faces of a vertex, at most [`MOST_FACES`]; some may be drawn.
     fn around(&self, vertex: u32) -> &[u32] {
-        let Corner { start, left, .. } = self.corners[vertex as usize];
-        &self.around[start as usize..(start + left) as usize]
+        let Corner { start, end, .. } = self.corners[vertex as usize];
+        &self.around[start as usize..end.min(start + MOST_FACES) as usize]
     }
 
     /// Swaps `face` with the face in `place`.
@@ -209,14 +212,20 @@ impl<'a> Greedy<'a> {
     }
 
     fn draw(&mut self, face: u32) {
+        self.is_drawn[face as usize] = true;
         for vertex in self.patch.faces[face as usize] {
-            let at = self.around(vertex).iter().position(|&other| other == face);
             let corner = &mut self.corners[vertex as usize];
-            let at = corner.start as usize + at.expect("a face is drawn once");
-            let end = (corner.start + corner.left) as usize;
-            // Keeps their order: on a tie, the face found first wins.
-            self.around.copy_within(at + 1..end, at);
             corner.left -= 1;
+            let (start, end) = (corner.start as usize, corner.end as usize);
+            let row = &self.around[start..end];
+            if row.len() > MOST_FACES as usize {
+                let drawn = row.iter().take_while(|&&face| self.is_drawn[face as usize]).count();
+                corner.start += drawn as u32;
+            } else if let Some(at) = row.iter().position(|&other| other == face) {
+                // Keeps their order: on a tie, the face found first wins.
+                self.around.copy_within(start + at + 1..end, start + at);
+                corner.end -= 1;
+            }
             self.enter(vertex);
         }
     }

@@ -4,6 +4,8 @@
 //! The paper tried a lookahead of several steps and found it much slower and hardly better (section 5).
 //! Rollouts take 16 greedy steps per face and save 0.06 transforms per vertex.
 
+use super::patch::MOST_FACES;
+
 /// Faces that an attempt draws, and how many of them are kept.
 const DRAWN: usize = 64;
 const KEPT: usize = 32;
@@ -49,7 +51,10 @@ pub(super) fn rollouts(faces: &[[u32; 3]], vertices: usize, entries: usize) -> V
             search.back(&start);
         }
         round += 2 * VALENCES_PERCENT.len() as u32;
-        best.expect("there are attempts").1.into_iter().for_each(|face| search.draw(face));
+        for face in best.expect("there are attempts").1 {
+            search.draw(face);
+            search.pass(face);
+        }
     }
     search.drawn
 }
@@ -65,6 +70,8 @@ struct Search {
     /// Vertex v's faces are `around[starts[v] .. starts[v + 1]]`.
     starts: Vec<u32>,
     around: Vec<u32>,
+    /// For each vertex, all faces of its row before this one are drawn and kept.
+    begins: Vec<u32>,
     /// For each vertex the number of undrawn faces, and whether it is cached.
     left: Vec<u32>,
     cached: Vec<bool>,
@@ -125,6 +132,7 @@ impl Search {
             none,
             entries,
             worths,
+            begins: starts.clone(),
             starts,
             around,
             left,
@@ -157,7 +165,8 @@ impl Search {
             if self.left[vertex] == 0 {
                 continue;
             }
-            for around in self.starts[vertex]..self.starts[vertex + 1] {
+            let begin = self.begins[vertex];
+            for around in begin..self.starts[vertex + 1].min(begin + MOST_FACES) {
                 let face = self.around[around as usize];
                 let seen = std::mem::replace(&mut self.seen[face as usize], self.searches);
                 if seen == self.searches || self.is_drawn[face as usize] {
@@ -170,6 +179,19 @@ impl Search {
             }
         }
         best.1
+    }
+
+    /// Skips the drawn faces at the begin of its vertices' rows.
+    fn pass(&mut self, face: u32) {
+        for vertex in self.faces[face as usize].map(|vertex| vertex as usize) {
+            if vertex == self.none as usize {
+                continue;
+            }
+            let (begin, end) = (&mut self.begins[vertex], self.starts[vertex + 1]);
+            while *begin < end && self.is_drawn[self.around[*begin as usize] as usize] {
+                *begin += 1;
+            }
+        }
     }
 
     fn worth(&self, face: u32, worth: &Worth, noise: Option<u32>) -> i32 {

@@ -221,12 +221,32 @@ mod tests {
     use crate::math::pyramid::Pyramid;
     use crate::texture::source::TileFormat;
 
-    /// Reads larger columns faster, so that results arrive in the reverse order of the requests.
-    struct LateFirst;
+    /// Reads end in descending order of their columns, however the threads run.
+    struct Gate {
+        /// Reads begun, and the column after the one that may end.
+        state: Mutex<(usize, u32)>,
+        changed: Condvar,
+    }
 
-    impl TileSource for LateFirst {
+    impl Gate {
+        fn new(end: u32) -> Arc<Gate> {
+            Arc::new(Gate { state: Mutex::new((0, end)), changed: Condvar::new() })
+        }
+
+        /// Waits until this many reads have begun.
+        fn wait_for(&self, begun: usize) {
+            drop(self.changed.wait_while(self.state.lock().unwrap(), |state| state.0 < begun).unwrap());
+        }
+
+        fn open_for_all(&self) {
+            self.state.lock().unwrap().1 = 0;
+            self.changed.notify_all();
+        }
+    }
+
+    impl TileSource for Gate {
         fn describe(&self) -> String {
-            "late first".to_owned()
+            "gate".to_owned()
         }
         fn pyramid(&self) -> Pyramid {
             unreachable!("the loader knows no sizes")
@@ -235,7 +255,12 @@ mod tests {
             TileFormat::Rgba8
         }
         fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
-            std::thread::sleep(Duration::from_millis(10 * u64::from(4 - tile.column)));
+            let mut state = self.state.lock().unwrap();
+            state.0 += 1;
+            self.changed.notify_all();
+            let mut state = self.changed.wait_while(state, |state| tile.column + 1 < state.1).unwrap();
+            state.1 = state.1.min(tile.column);
+            self.changed.notify_all();
             bytes[0] = tile.column as u8;
             Ok(())
         }
@@ -244,11 +269,11 @@ mod tests {
         }
     }
 
-    #[test]
-    fn results_of_a_frame_come_in_the_order_of_the_requests() {
-        let source: Arc<dyn TileSource> = Arc::new(LateFirst);
-        let mut loader = Loader::new(&source, 4, 4).unwrap();
-        for column in 0..4 {
+    /// A loader with a request for each of these columns.
+    fn loading(gate: &Arc<Gate>, threads: usize, columns: u32) -> Loader {
+        let source: Arc<dyn TileSource> = gate.clone();
+        let mut loader = Loader::new(&source, threads, columns as usize).unwrap();
+        for column in 0..columns {
             loader.send(Request {
                 tile: TileId { level: 0, row: 0, column },
                 slot: column,
@@ -260,9 +285,34 @@ mod tests {
         }
         assert!(!loader.has_room());
         loader.grant(Duration::MAX);
+        loader
+    }
+
+    #[test]
+    fn results_of_a_frame_come_in_the_order_of_the_requests() {
+        let mut loader = loading(&Gate::new(4), 4, 4);
         let order: Vec<u8> = loader.receive_all().iter().map(|loaded| loaded.request.bytes[0]).collect();
         assert_eq!(order, [0, 1, 2, 3]);
         assert_eq!(loader.under_way(), 0);
+    }
+
+    #[test]
+    fn loads_that_have_not_begun_when_the_loader_is_dropped_are_skipped() {
+        let gate = Gate::new(u32::MAX);
+        let loader = loading(&gate, 2, 8);
+        gate.wait_for(2);
+        let pace = Arc::clone(&loader.pace);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                // Only then may the loads under way end, and their threads look for more.
+                while !pace.lock().1 {
+                    std::thread::yield_now();
+                }
+                gate.open_for_all();
+            });
+            drop(loader);
+        });
+        assert_eq!(gate.state.lock().unwrap().0, 2);
     }
 
     #[test]

@@ -17,7 +17,8 @@ const MOST_TABLE_BYTES: usize = 256 << 20;
 const PREMULTIPLIED_ALPHA: u16 = 1;
 const UNASSOCIATED_ALPHA: u16 = 2;
 const TRANSPARENCY_MASK: u32 = 4;
-/// A value of PlanarConfiguration (section 8).
+/// A value of PhotometricInterpretation (section 5), and of PlanarConfiguration (section 8).
+const PALETTE: u16 = 3;
 const SEPARATE_PLANES: u16 = 2;
 /// Limit of images examined in one file: a picture, its mask, and smaller copies of both.
 const MOST_IMAGES: usize = 64;
@@ -136,19 +137,6 @@ impl Tiff {
 /// Refuses, with a message, every kind of file that would be read wrongly.
 fn check_kind(path: &Path, decoder: &mut Decoder<BufReader<File>>) -> Result<Samples, SourceError> {
     let unsupported = |reason: String| SourceError::Unsupported { path: path.to_path_buf(), reason };
-    let colour = decoder.colortype().map_err(|error| fault(path, error))?;
-    let samples = match colour {
-        ColorType::Gray(8) => Samples::Grey,
-        ColorType::GrayA(8) => Samples::GreyAlpha,
-        ColorType::RGB(8) => Samples::Rgb,
-        ColorType::RGBA(8) => Samples::Rgba,
-        other => {
-            return Err(unsupported(format!(
-                "{other:?} texels; make it 8-bit grey, RGB or RGBA: gdal_translate -ot Byte -scale IN OUT \
-                 (a palette: gdal_translate -expand rgb IN OUT)"
-            )));
-        }
-    };
     let mut tag = |tag| decoder.find_tag_unsigned::<u16>(tag).map_err(|error| fault(path, error));
     let compression = tag(Tag::Compression)?.unwrap_or(1);
     let known = [
@@ -160,11 +148,30 @@ fn check_kind(path: &Path, decoder: &mut Decoder<BufReader<File>>) -> Result<Sam
         CompressionMethod::ZSTD,
         CompressionMethod::WebP,
     ];
+    // Before the colours: those of JPEG are converted together with it.
     if !known.iter().any(|method| method.to_u16() == compression) {
+        let name = CompressionMethod::from_u16_exhaustive(compression);
         return Err(unsupported(format!(
-            "compression {compression}, not LZW, Deflate, ZSTD, WebP or PackBits: gdal_translate -co COMPRESS=DEFLATE IN OUT"
+            "compression {compression} ({name:?}), not LZW, Deflate, ZSTD, WebP or PackBits: gdal_translate -co COMPRESS=DEFLATE IN OUT"
         )));
     }
+    if tag(Tag::PhotometricInterpretation)? == Some(PALETTE) {
+        return Err(unsupported("a palette: gdal_translate -expand rgb IN OUT".into()));
+    }
+    let colour = decoder.colortype().map_err(|error| fault(path, error))?;
+    let samples = match colour {
+        ColorType::Gray(8) => Samples::Grey,
+        // The decoder's name for grey with any second band; `check_what_is_left_out` sees to its kind.
+        ColorType::GrayA(8) | ColorType::Multiband { bit_depth: 8, num_samples: 2 } => Samples::GreyAlpha,
+        ColorType::RGB(8) => Samples::Rgb,
+        ColorType::RGBA(8) => Samples::Rgba,
+        other => {
+            return Err(unsupported(format!(
+                "{other:?} texels; make it 8-bit grey, RGB or RGBA: gdal_translate -ot Byte -scale IN OUT"
+            )));
+        }
+    };
+    let mut tag = |tag| decoder.find_tag_unsigned::<u16>(tag).map_err(|error| fault(path, error));
     if tag(Tag::Orientation)?.unwrap_or(1) != 1 {
         return Err(unsupported("its rows do not start at the top left: magick IN -auto-orient OUT".into()));
     }
