@@ -1,7 +1,7 @@
 //! The ruler: every texel is a hash of its own level and position, so that a fetch proves which texel it
 //! returned.
 
-use super::border::true_texel;
+use super::border::Square;
 use super::{TileError, TileFormat, TileSource};
 use crate::math::pyramid::{Pyramid, TileId};
 
@@ -34,17 +34,6 @@ impl Ruler {
     pub fn new(pyramid: Pyramid) -> Self {
         Self { pyramid }
     }
-
-    /// Writes `side x side` texels from `(left, top)`, which may lie outside the level.
-    fn write_square(&self, level: u32, [left, top]: [i64; 2], side: usize, bytes: &mut [u8]) {
-        let size = self.pyramid.level_size(level);
-        for (row, line) in bytes.chunks_exact_mut(side * 4).enumerate() {
-            for (column, texel) in line.chunks_exact_mut(4).enumerate() {
-                let [x, y] = true_texel(size, left + column as i64, top + row as i64);
-                texel.copy_from_slice(&ruler_hash(level, x, y).to_le_bytes());
-            }
-        }
-    }
 }
 
 impl TileSource for Ruler {
@@ -61,17 +50,10 @@ impl TileSource for Ruler {
     }
 
     fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
-        assert_eq!(bytes.len(), self.pyramid.tile_bytes_rgba8(), "{tile:?} of {:?}", self.pyramid);
-        assert!(self.pyramid.contains(tile), "{tile:?} of {:?}", self.pyramid);
-        let [fine_side, coarse_side] = self.pyramid.stored_sides().map(|side| side as usize);
-        let (fine, coarse) = bytes.split_at_mut(fine_side * fine_side * 4);
-        for (step, side, bytes) in [(0, fine_side, fine), (1, coarse_side, coarse)] {
-            let origin = [tile.column, tile.row].map(|index| {
-                (i64::from(index) * i64::from(self.pyramid.tile_size())
-                    - i64::from(self.pyramid.border_texels()))
-                    >> step
-            });
-            self.write_square(tile.level + step, origin, side, bytes);
+        let [fine, coarse] = Square::both(&self.pyramid, tile, bytes);
+        for (level, square) in [(tile.level, fine), (tile.level + 1, coarse)] {
+            let texel = |[x, y]: [u32; 2]| ruler_hash(level, x, y).to_le_bytes();
+            square.fill(self.pyramid.level_size(level), texel);
         }
         Ok(())
     }

@@ -34,7 +34,7 @@ mod refine;
 #[cfg(test)]
 mod tests;
 
-use super::border::true_texel;
+use super::border::Square;
 use super::{TileError, TileFormat, TileSource};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::picture::srgb;
@@ -83,20 +83,20 @@ impl Earth {
         self.pyramid.width_log2().saturating_sub(BASE_WIDTH_LOG2)
     }
 
-    fn write_imagery(&self, width_log2: u32, [left, top]: [i64; 2], side: usize, bytes: &mut [u8]) {
+    fn write_imagery(&self, width_log2: u32, square: Square<'_>) {
         let size = level_size(width_log2);
         let level = self.base.level(width_log2);
-        for (index, texel) in bytes.chunks_exact_mut(4).enumerate() {
-            let [x, y] = true_texel(size, left + (index % side) as i64, top + (index / side) as i64);
+        square.fill(size, |[x, y]| {
             let [r, g, b] = level[y as usize * size[0] as usize + x as usize];
-            texel.copy_from_slice(&[r, g, b, 255]);
-        }
+            [r, g, b, 255]
+        });
     }
 }
 
-fn write_region(region: &Region, [left, top]: [i64; 2], side: usize, bytes: &mut [u8]) {
+fn write_region(region: &Region, square: Square<'_>) {
     let table = srgb::table();
-    for (y, line) in bytes.chunks_exact_mut(side * 4).enumerate() {
+    let ([left, top], side) = (square.origin, square.side);
+    for (y, line) in square.bytes.chunks_exact_mut(side * 4).enumerate() {
         let row = &region.row(left, top + y as i64)[..side];
         for (texel, linear) in line.chunks_exact_mut(4).zip(row) {
             let [r, g, b] = linear.map(|channel| table.encode(channel));
@@ -124,25 +124,18 @@ impl TileSource for Earth {
     }
 
     fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
-        assert_eq!(bytes.len(), self.pyramid.tile_bytes_rgba8(), "{tile:?} of {:?}", self.pyramid);
-        assert!(self.pyramid.contains(tile), "{tile:?} of {:?}", self.pyramid);
-        let [fine_side, coarse_side] = self.pyramid.stored_sides().map(|side| side as usize);
-        let (fine, coarse) = bytes.split_at_mut(fine_side * fine_side * 4);
-        let fine_origin = [tile.column, tile.row].map(|index| {
-            i64::from(index) * i64::from(self.pyramid.tile_size()) - i64::from(self.pyramid.border_texels())
-        });
-        let coarse_origin = fine_origin.map(|at| at >> 1);
+        let [fine, coarse] = Square::both(&self.pyramid, tile, bytes);
         let width_log2 = self.pyramid.width_log2() - tile.level;
         if width_log2 <= BASE_WIDTH_LOG2 {
-            self.write_imagery(width_log2, fine_origin, fine_side, fine);
-            self.write_imagery(width_log2 - 1, coarse_origin, coarse_side, coarse);
+            self.write_imagery(width_log2, fine);
+            self.write_imagery(width_log2 - 1, coarse);
             return Ok(());
         }
-        let [left, top] = fine_origin;
-        let (children, parents) = refine::region(self.base, width_log2, (left, top, fine_side, fine_side));
-        write_region(&children, fine_origin, fine_side, fine);
+        let ([left, top], side) = (fine.origin, fine.side);
+        let (children, parents) = refine::region(self.base, width_log2, (left, top, side, side));
+        write_region(&children, fine);
         match parents {
-            Some(parents) => write_region(&parents, coarse_origin, coarse_side, coarse),
+            Some(parents) => write_region(&parents, coarse),
             None => unreachable!("a level of width 2^{width_log2} must be refined from a coarser one"),
         }
         Ok(())
@@ -164,7 +157,7 @@ impl TileSource for Earth {
             for left in (0..width).step_by(side) {
                 let origin = [left as i64, top as i64];
                 let (region, _) = refine::region(self.base, width_log2, (origin[0], origin[1], side, side));
-                write_region(&region, origin, side, &mut square);
+                write_region(&region, Square { origin, side, bytes: &mut square });
                 for (row, line) in square.chunks_exact(side * 4).enumerate() {
                     bytes[((top + row) * width + left) * 4..][..side * 4].copy_from_slice(line);
                 }

@@ -29,7 +29,7 @@ mod refine;
 #[cfg(test)]
 mod tests;
 
-use super::border::true_texel;
+use super::border::{Square, true_texel};
 use super::{TileError, TileFormat, TileSource};
 use crate::math::pyramid::{Pyramid, TileId};
 use base::{BASE_LOG2, Base};
@@ -60,8 +60,9 @@ impl Terrain {
         Ok(Terrain { pyramid, base: base::base() })
     }
 
-    /// Writes `side x side` texels of the level `2^width_log2` wide from `origin`, which may lie outside it.
-    fn write(&self, width_log2: u32, [left, top]: [i64; 2], side: usize, bytes: &mut [u8]) {
+    /// Writes texels of the level `2^width_log2` wide.
+    fn write(&self, width_log2: u32, square: Square<'_>) {
+        let Square { origin: [left, top], side, bytes } = square;
         let width = 1i64 << width_log2;
         let mut piece = |from: [i64; 2], rows: usize, at: usize| {
             for (x, column, columns) in spans(from[0], side, width as usize) {
@@ -87,14 +88,12 @@ impl Terrain {
     }
 
     /// Like [`Terrain::write`], for stored levels.
-    fn write_base(&self, width_log2: u32, [left, top]: [i64; 2], side: usize, bytes: &mut [u8]) {
+    fn write_base(&self, width_log2: u32, square: Square<'_>) {
         let level = self.base.level(width_log2);
-        for (index, texel) in bytes.chunks_exact_mut(4).enumerate() {
-            let [x, y] =
-                true_texel([1 << width_log2; 2], left + (index % side) as i64, top + (index / side) as i64);
+        square.fill([1 << width_log2; 2], |[x, y]| {
             let [r, g, b] = level[((y as usize) << width_log2) + x as usize];
-            texel.copy_from_slice(&[r, g, b, 255]);
-        }
+            [r, g, b, 255]
+        });
     }
 }
 
@@ -147,48 +146,31 @@ impl TileSource for Terrain {
     }
 
     fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
-        assert_eq!(bytes.len(), self.pyramid.tile_bytes_rgba8(), "{tile:?} of {:?}", self.pyramid);
-        assert!(self.pyramid.contains(tile), "{tile:?} of {:?}", self.pyramid);
-        let [fine_side, coarse_side] = self.pyramid.stored_sides().map(|side| side as usize);
-        let (fine, coarse) = bytes.split_at_mut(fine_side * fine_side * 4);
-        let fine_origin = [tile.column, tile.row].map(|index| {
-            i64::from(index) * i64::from(self.pyramid.tile_size()) - i64::from(self.pyramid.border_texels())
-        });
-        let coarse_origin = fine_origin.map(|at| at >> 1);
+        let [fine, coarse] = Square::both(&self.pyramid, tile, bytes);
         let width_log2 = self.pyramid.width_log2() - tile.level;
         if width_log2 <= BASE_LOG2 {
-            self.write_base(width_log2, fine_origin, fine_side, fine);
-            self.write_base(width_log2 - 1, coarse_origin, coarse_side, coarse);
+            self.write_base(width_log2, fine);
+            self.write_base(width_log2 - 1, coarse);
             return Ok(());
         }
-        let inside = fine_origin.iter().all(|&at| at >= 0 && at + fine_side as i64 <= 1 << width_log2);
+        let inside = fine.origin.iter().all(|&at| at >= 0 && at + fine.side as i64 <= 1 << width_log2);
         if !inside {
-            self.write(width_log2, fine_origin, fine_side, fine);
+            self.write(width_log2, fine);
             match width_log2 - 1 {
-                BASE_LOG2 => self.write_base(BASE_LOG2, coarse_origin, coarse_side, coarse),
-                coarser => self.write(coarser, coarse_origin, coarse_side, coarse),
+                BASE_LOG2 => self.write_base(BASE_LOG2, coarse),
+                coarser => self.write(coarser, coarse),
             }
             return Ok(());
         }
-        let [columns, rows] = fine_origin.map(|at| at as usize..at as usize + fine_side);
+        let [columns, rows] = fine.origin.map(|at| at as usize..at as usize + fine.side);
         let (children, parents) = refine::region(self.base, width_log2, columns, rows);
-        write_region(
-            &children,
-            width_log2,
-            fine_origin.map(|at| at as usize),
-            [fine_side; 2],
-            fine_side,
-            fine,
-        );
         let parents = parents.expect("a level beyond the base must be refined from a coarser one");
-        write_region(
-            &parents,
-            width_log2 - 1,
-            coarse_origin.map(|at| at as usize),
-            [coarse_side; 2],
-            coarse_side,
-            coarse,
-        );
+        for (region, width_log2, square) in
+            [(&children, width_log2, fine), (&parents, width_log2 - 1, coarse)]
+        {
+            let from = square.origin.map(|at| at as usize);
+            write_region(region, width_log2, from, [square.side; 2], square.side, square.bytes);
+        }
         Ok(())
     }
 
