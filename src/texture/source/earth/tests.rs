@@ -1,3 +1,4 @@
+use super::super::border::true_texel;
 use super::*;
 use rayon::prelude::*;
 use std::time::Instant;
