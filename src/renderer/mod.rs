@@ -3,13 +3,15 @@
 pub mod figures;
 pub mod report;
 pub mod sections;
+pub mod truth;
 
 mod open;
 mod picture;
 mod plain;
+pub mod relief_steps;
 mod technique;
 
-pub use open::Options;
+pub use open::{Kept, Options};
 pub use technique::{Carrier, Record, Surfaces};
 
 use crate::frame::{Run, Stalled};
