@@ -1,10 +1,13 @@
 #version 460
-// variants LIT: 0 1
+// variants FORM: 0 1 2
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
 #include "common/view.glsl"
 
 // A plane with a relief below it: relief/surface.rs. Positions are in texels of the relief; texel (i, j) is at (i, j).
+// FORM 0 is unlit, 1 is lit; 2 writes the work of a pixel as words, for the window's overlay.
+#define LIT (FORM == 1)
+
 layout(constant_id = 0) const uint METHOD = 0;
 const uint PROJECTED_WIDTH = 0, TRACE = 1;
 
@@ -25,7 +28,14 @@ layout(location = 1) in vec2 from_origin;
 layout(location = 2) in vec3 normal;
 #include "common/light.glsl"
 #endif
+#if FORM == 2
+layout(location = 0) out uvec4 words;
+#else
 layout(location = 0) out vec4 colour;
+#endif
+
+// Steps of the ray, or texels visited.
+float work = 0.0;
 
 #include "texture_mapping/relief_heights.glsl"
 #include "texture_mapping/relief_ray.glsl"
@@ -102,12 +112,15 @@ vec3 by_projected_width(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
         float y = middle.y + ((2.0 * float(n) + 1.0) / float(lines) - 1.0) * reach.y;
         sum = projected(sum, (middle.x - reach.x) / step_texels, (middle.x + reach.x) / step_texels, y);
     }
+    work = sum.texels;
     return sum.colour / sum.weight;
 }
 
 // One ray; the texture at its hit is filtered with the plane's derivatives, as Donnelly does.
 vec3 by_tracing(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
-    vec2 hit = at + traced(at, ray).distance * ray.xy;
+    Hit found = traced(at, ray);
+    work = float(found.steps);
+    vec2 hit = at + found.distance * ray.xy;
     float side = float(relief.side);
     return lit(textureGrad(plain, to_texture(hit), dx / side, dy / side).rgb, hit);
 }
@@ -122,5 +135,9 @@ void main() {
     vec3 ray = normalize(vec3(at, 0.0) - eye);
     vec3 found;
     if (METHOD == TRACE) found = by_tracing(at, ray, dx, dy); else found = by_projected_width(at, ray, dx, dy);
+#if FORM == 2
+    words = uvec4(uint(work), 0, 0, 0);
+#else
     colour = vec4(found, 1.0);
+#endif
 }

@@ -20,6 +20,7 @@ const uint NONE = 0;       // the picture alone
 const uint LEVELS = 1;     // requested levels as colours, tile edges as lines
 const uint SHORTFALL = 2;  // shown level minus requested level
 const uint COLLAPSE = 3;   // faces by the level below which they collapse
+const uint STEPS = 5;      // work of a relief's pixels
 const uint MISSES = 4;     // faces by their vertex-cache misses
 
 layout(location = 0) out vec4 colour;  // sRGB codes, as the window's format stores them
@@ -63,10 +64,18 @@ vec3 with_faces(vec3 picture, ivec2 at) {
     return mix(picture, edge ? 0.5 * hue : hue, 0.7);
 }
 
+// One step: blue; 16: green; 256 and more: red.
+vec3 with_steps(vec3 picture, ivec2 at) {
+    float share = clamp(log2(float(max(word(at).x, 1u))) / 8.0, 0.0, 1.0);
+    vec3 hue = clamp(vec3(2.0 * share - 1.0, 1.0 - abs(2.0 * share - 1.0), 1.0 - 2.0 * share), 0.0, 1.0);
+    return mix(picture, hue, 0.7);
+}
+
 vec3 with_overlay(vec3 picture, ivec2 at) {
     if (present.overlay == NONE || word(at).x == 0xffffffffu) return picture;
     return present.overlay == LEVELS      ? with_grid(picture, at)
            : present.overlay == SHORTFALL ? with_shortfall(picture, at)
+           : present.overlay == STEPS     ? with_steps(picture, at)
                                           : with_faces(picture, at);
 }
 

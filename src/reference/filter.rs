@@ -8,6 +8,8 @@ pub enum Edges {
     Planet,
     /// Clamp to the texel at the edge.
     Clamp,
+    /// Columns wrap; rows are clamped.
+    Columns,
 }
 
 /// A pixel's footprint: the sides of the parallelogram that one step right and one step down map to, in
@@ -65,6 +67,7 @@ impl<F: Fn(u32, u32, u32) -> [f64; 4]> Texture<F> {
         let [width, height] = self.level_size(level).map(i64::from);
         let (column, row) = match self.edges {
             Edges::Clamp => (column.clamp(0, width - 1), row.clamp(0, height - 1)),
+            Edges::Columns => (column.rem_euclid(width), row.clamp(0, height - 1)),
             Edges::Planet => {
                 // Down one meridian and up the opposite one: a full turn has 2 x height rows.
                 let turn = row.rem_euclid(2 * height);
@@ -189,6 +192,7 @@ mod tests {
         assert_eq!(texture.texel_at(0, 12, 8), [4.0, 7.0, 0.0, 1.0]);
         assert_eq!(texture.texel_at(4, 0, -1), [0.0, 0.0, 4.0, 1.0], "the level of one texel");
         assert_eq!(self_describing(Edges::Clamp).texel_at(0, -1, 8), [0.0, 7.0, 0.0, 1.0]);
+        assert_eq!(self_describing(Edges::Columns).texel_at(0, -1, 8), [15.0, 7.0, 0.0, 1.0]);
     }
 
     #[test]

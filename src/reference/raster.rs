@@ -30,6 +30,8 @@ pub struct Sample {
     pub fine: Derivatives,
     /// The exact derivatives at the pixel's centre.
     pub analytic: Derivatives,
+    /// Perspective-correct barycentric coordinates, in the order of the triangle's vertices.
+    pub weights: [f64; 3],
     /// Distance along the eye's forward axis in metres (clip w).
     pub w_m: f64,
     /// Smallest altitude of the projected triangle, in pixels; infinite if it crosses the eye's plane.
@@ -182,6 +184,7 @@ impl View {
             t: coordinate.y,
             fine: Derivatives { dsdx: by_x.x, dtdx: by_x.y, dsdy: by_y.x, dtdy: by_y.y },
             analytic: setup.derivatives(centre, self.size),
+            weights: setup.edges.map(|edge| edge.dot(centre) / setup.inverse_w.dot(centre)),
             w_m: setup.scale / setup.inverse_w.dot(centre),
             altitude_px: setup.altitude_px(self.size),
         }

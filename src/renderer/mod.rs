@@ -4,13 +4,15 @@ pub mod auto;
 pub mod figures;
 pub mod report;
 pub mod sections;
+pub mod truth;
 
 mod open;
 mod picture;
 mod plain;
+pub mod relief_steps;
 mod technique;
 
-pub use open::Options;
+pub use open::{Kept, Options};
 pub use technique::{Carrier, Record, Surfaces};
 
 use crate::frame::{Run, Stalled};

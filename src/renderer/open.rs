@@ -5,7 +5,7 @@ use super::{Carrier, RenderError, Renderer, Surfaces, sections};
 use crate::frame::{PerFrame, Run, Shape, Target};
 use crate::model::mesh::{SourceMesh, gpu_mesh};
 use crate::paper::progressive_mesh::governor::Budget;
-use crate::paper::progressive_mesh::{self, Model, ProgressiveMeshes, Textured};
+use crate::paper::progressive_mesh::{self, Model, ProgressiveMeshes, Textured, config};
 use crate::paper::texture_mapping::config::{ReliefKeys, ReliefMethod, side_of};
 use crate::paper::texture_mapping::relief::surface::{MOST_PAIRS, ReliefSurface, pairs};
 use crate::paper::texture_mapping::relief::{Kind, Relief};
@@ -14,7 +14,7 @@ use crate::paper::virtual_texture::{self, Filtering, VirtualTexture};
 use crate::picture;
 use crate::picture::srgb;
 use crate::reference::pattern::Pattern;
-use crate::scene::{Geometry, Plain, PlainSource, Scene, Surface};
+use crate::scene::{Geometry, Plain, PlainSource, Scene, SceneError, Surface};
 use crate::texture::plain::PlainTexture;
 use crate::texture::source::TileSource;
 use crate::vk::{self, Gpu, GpuOptions, Image, Need};
@@ -76,50 +76,149 @@ impl Renderer {
     }
 }
 
+/// What stays when a renderer goes on with another scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kept {
+    /// Nothing. [`Renderer::go_on_with`] has changed nothing: the other scene must be opened.
+    Nothing,
+    /// The tiles of the virtual texture. Meshes and plain textures were created again.
+    Tiles,
+    /// Tiles, meshes, plain textures.
+    Everything,
+}
+
 impl Renderer {
-    /// Switches from the shown scene `now` to `next` without reopening it, and keeps all caches. This is
-    /// possible for most changes of the variant or of the virtual texture's filter. Returns false if `next`
-    /// must be opened.
+    /// Switches from the shown scene `now` to `next` without reopening it, if both have the same virtual texture on the
+    /// same disk, or none. `options` are those of [`Renderer::on`] with the current size.
     ///
     /// # Errors
     /// As [`Renderer::on`]; the renderer then still shows `now`.
-    pub fn go_on_with(&mut self, now: &Scene, next: &Scene) -> Result<bool, RenderError> {
+    pub fn go_on_with(
+        &mut self,
+        now: &Scene,
+        next: &Scene,
+        options: &Options<'_>,
+    ) -> Result<Kept, RenderError> {
         sections::check(next)?;
         let owner = owner(next)?;
-        let (Some(texture), Some(owner)) = (&self.technique.texture, owner) else { return Ok(false) };
-        next.surfaces.values().try_for_each(|surface| check(next, surface, Some(owner)))?;
-        let settings = virtual_texture::Settings::of_scene(next, self.kind())?;
-        let (before, after) = (texture.settings.config, settings.config);
-        let others = |scene: &Scene| without_variant(scene, &owner.name);
-        let stays = before.level_bias == after.level_bias
-            && before.draws_depth_alone() == after.draws_depth_alone()
-            && texture.settings.streaming.prefetch_frames == 0
-            && others(now) == others(next);
-        if !stays {
-            return Ok(false);
+        let source = match (&self.technique.texture, owner) {
+            (None, None) => None,
+            (Some(texture), Some(owner)) if same_tiles(now, next, owner) => Some(texture.source.clone()),
+            _ => return Ok(Kept::Nothing),
+        };
+        let settings = source.map(|source| texture(next, options, source)).transpose()?;
+        let shown = self.technique.texture.as_ref().zip(settings.as_ref());
+        let shown = shown.map(|(texture, (next, _))| (&texture.settings, next));
+        if shown.is_some_and(|(now, next)| !now.streaming.same_loader(&next.streaming)) {
+            return Ok(Kept::Nothing);
         }
-        check_opened(next, &after, &texture.source.pyramid())?;
+        let draws = |settings: &virtual_texture::Settings| settings.config.draws_depth_alone();
+        let same_shapes = shown.is_none_or(|(now, next)| draws(now) == draws(next));
+        if same_shapes && fixed(now, owner).is_some_and(|now| Some(now) == fixed(next, owner)) {
+            self.change_in_place(next, options, settings.map(|(settings, _)| settings))?;
+            return Ok(Kept::Everything);
+        }
+        let Some(settings) = settings else { return Ok(Kept::Nothing) };
+        self.change_all_but_tiles(Loaded::with(next, options, Some(settings))?)?;
+        Ok(Kept::Tiles)
+    }
+
+    fn change_in_place(
+        &mut self,
+        next: &Scene,
+        options: &Options<'_>,
+        settings: Option<virtual_texture::Settings>,
+    ) -> Result<(), RenderError> {
+        let owner = owner(next)?;
+        next.surfaces.values().try_for_each(|surface| check(next, surface, owner))?;
+        let meshes = clocked(&self.gpu, mesh_settings(next, options)?)?;
+        let error = |name: &str| Ok((name.to_owned(), config::surface(next, name)?.error_pixels));
+        let errors = config::names(next).map(error).collect::<Result<HashMap<_, _>, SceneError>>()?;
         self.reconfigure(|surfaces, gpu, target| {
-            let texture = surfaces.texture.as_mut().expect("its presence was checked above");
-            Ok(texture.reconfigure(gpu, after, target)?)
-        })?;
-        Ok(true)
+            let lit = surfaces.light(next);
+            if let (Some(texture), Some(settings)) = (&mut surfaces.texture, settings) {
+                texture.reconfigure(gpu, settings, (target, lit))?;
+            }
+            if let Some(shown) = &mut surfaces.meshes {
+                shown.set_budget(meshes.budget);
+                for surface in &mut shown.surfaces {
+                    surface.settings.error_pixels = errors[&surface.name];
+                }
+            }
+            Ok(())
+        })
+    }
+
+    fn change_all_but_tiles(&mut self, mut loaded: Loaded<'_>) -> Result<(), RenderError> {
+        self.gpu.require(&loaded.needs())?;
+        loaded.meshes = clocked(&self.gpu, loaded.meshes)?;
+        self.reconfigure(|surfaces, gpu, target| {
+            let mut others = loaded.others(gpu, target)?;
+            let lit = others.light(loaded.scene);
+            if let (Some(texture), Some((settings, _))) = (&mut surfaces.texture, loaded.texture) {
+                texture.reconfigure(gpu, settings, (target, lit))?;
+                texture.sun = others.sun;
+            }
+            others.texture = surfaces.texture.take();
+            others.frozen = surfaces.frozen;
+            *surfaces = others;
+            Ok(())
+        })
     }
 }
 
-/// The scene without its variant and without the filter of the surface `owner`.
-fn without_variant(scene: &Scene, owner: &str) -> Option<toml::Table> {
+/// True if the virtual texture of `owner` has the same tiles in both scenes, at the same speed.
+fn same_tiles(now: &Scene, next: &Scene, owner: &Surface) -> bool {
+    let same = |table: &[&str]| now.value(table) == next.value(table);
+    same(&["surface", &owner.name, "texture"]) && same(&["disk"])
+}
+
+/// The scene without the settings that change in place: the variant, the caches, the governor, the filter of the surface
+/// `owner`, and the wanted error of meshes.
+fn fixed(scene: &Scene, owner: Option<&Surface>) -> Option<toml::Table> {
     let mut table: toml::Table = scene.to_toml().parse().ok()?;
-    table.remove("variant");
-    table.get_mut("surface")?.get_mut(owner)?.as_table_mut()?.remove("filter");
+    for section in ["variant", "cache", "governor"] {
+        table.remove(section);
+    }
+    for (name, surface) in table.get_mut("surface")?.as_table_mut()? {
+        let surface = surface.as_table_mut()?;
+        if owner.is_some_and(|owner| owner.name == *name) {
+            surface.remove("filter");
+        }
+        if let Some(geometry) = surface.get_mut("geometry").and_then(toml::Value::as_table_mut) {
+            geometry.remove("error_pixels");
+        }
+    }
     Some(table)
+}
+
+/// Settings of progressive meshes.
+fn mesh_settings(scene: &Scene, options: &Options<'_>) -> Result<progressive_mesh::Settings, RenderError> {
+    let mut settings = progressive_mesh::Settings::of_scene(scene, options.target)?;
+    settings.size = options.size.unwrap_or(settings.size);
+    if options.deterministic {
+        settings.budget = untimed(settings.budget, RenderError::MeasuredBudget)?;
+    }
+    Ok(settings)
+}
+
+/// The settings for a device that may have no timestamps.
+fn clocked(
+    gpu: &Gpu,
+    settings: progressive_mesh::Settings,
+) -> Result<progressive_mesh::Settings, RenderError> {
+    match gpu.keeps_time() {
+        true => Ok(settings),
+        false => Ok(progressive_mesh::Settings {
+            budget: untimed(settings.budget, RenderError::NoClock)?,
+            ..settings
+        }),
+    }
 }
 
 impl<'a> Loaded<'a> {
     fn renderer(mut self, gpu: Gpu, options: &Options<'_>) -> Result<Renderer, RenderError> {
-        if !gpu.keeps_time() {
-            self.meshes.budget = untimed(self.meshes.budget, RenderError::NoClock)?;
-        }
+        self.meshes = clocked(&gpu, self.meshes)?;
         let view = &self.scene.view;
         let size = options.size.unwrap_or([view.width, view.height]);
         let target = Target::new(&gpu, size, options.target)?;
@@ -130,17 +229,24 @@ impl<'a> Loaded<'a> {
     fn of(scene: &'a Scene, options: &Options<'_>) -> Result<Loaded<'a>, RenderError> {
         let owner = owner(scene)?;
         scene.surfaces.values().try_for_each(|surface| check(scene, surface, owner))?;
-        let mut meshes = progressive_mesh::Settings::of_scene(scene, options.target)?;
-        meshes.size = options.size.unwrap_or(meshes.size);
-        if options.deterministic {
-            meshes.budget = untimed(meshes.budget, RenderError::MeasuredBudget)?;
-        }
+        let texture = owner.map(|_| texture(scene, options, open_texture(scene)?)).transpose()?;
+        Loaded::with(scene, options, texture)
+    }
+
+    /// With a virtual texture that is already open.
+    fn with(
+        scene: &'a Scene,
+        options: &Options<'_>,
+        texture: Option<(virtual_texture::Settings, Arc<dyn TileSource>)>,
+    ) -> Result<Loaded<'a>, RenderError> {
+        let owner = owner(scene)?;
+        scene.surfaces.values().try_for_each(|surface| check(scene, surface, owner))?;
+        let meshes = mesh_settings(scene, options)?;
         let mut models = progressive_mesh::load(scene)?;
         for model in &mut models {
             let surface = &scene.surfaces[&model.name];
             model.textured = surface.texture.as_ref().map(|_| Textured { lit: is_lit(surface, owner) });
         }
-        let texture = owner.map(|_| texture(scene, options)).transpose()?;
         Ok(Loaded { scene, models, meshes, texture, owner })
     }
 
@@ -152,26 +258,30 @@ impl<'a> Loaded<'a> {
     }
 
     fn surfaces(self, gpu: &Gpu, target: &Target) -> Result<Surfaces, RenderError> {
-        let (carriers, plain) = (self.carriers(gpu)?, self.plain(gpu)?);
-        let Loaded { scene, models, meshes, texture, .. } = self;
-        let shapes: Vec<Shape> = carriers.iter().filter_map(|carrier| carrier.shape.clone()).collect();
-        let lit = carriers.iter().any(|carrier| carrier.lit).then(|| scene.light_colours());
-        let texture = texture.map(|(settings, source)| {
-            VirtualTexture::new(gpu, source, shapes, settings, (target, lit)).map(|mut texture| {
-                texture.sun = scene.sun();
-                texture
-            })
-        });
+        let mut surfaces = self.others(gpu, target)?;
+        let shapes = surfaces.carriers.iter().filter_map(|carrier| carrier.shape.clone()).collect();
+        let lit = surfaces.light(self.scene);
+        if let Some((settings, source)) = self.texture {
+            let mut texture = VirtualTexture::new(gpu, source, shapes, settings, (target, lit))?;
+            texture.sun = surfaces.sun;
+            surfaces.texture = Some(texture);
+        }
+        Ok(surfaces)
+    }
+
+    /// All but the virtual texture.
+    fn others(&self, gpu: &Gpu, target: &Target) -> Result<Surfaces, RenderError> {
+        let (carriers, plain, scene) = (self.carriers(gpu)?, self.plain(gpu)?, self.scene);
         Ok(Surfaces {
-            meshes: match models.is_empty() {
+            meshes: match self.models.is_empty() {
                 true => None,
-                false => Some(ProgressiveMeshes::new(gpu, &models, meshes)?),
+                false => Some(ProgressiveMeshes::new(gpu, &self.models, self.meshes)?),
             },
             plain: match plain.is_empty() {
                 true => None,
                 false => Some(PlainSurfaces::new(gpu, plain, target, scene.light_colours())?),
             },
-            texture: texture.transpose()?,
+            texture: None,
             carriers,
             background: scene.view.background.map(|channel| channel as f32),
             sun: scene.sun(),
@@ -224,12 +334,12 @@ impl<'a> Loaded<'a> {
 }
 
 /// True if a surface shows the virtual texture of `owner`.
-fn carries_virtual(surface: &Surface, owner: Option<&Surface>) -> bool {
+pub(super) fn carries_virtual(surface: &Surface, owner: Option<&Surface>) -> bool {
     owner.is_some_and(|owner| surface.texture.as_ref() == Some(&owner.name))
 }
 
 /// True if the sun lights the surface. A surface with a virtual texture is lit only if the scene says so.
-fn is_lit(surface: &Surface, owner: Option<&Surface>) -> bool {
+pub(super) fn is_lit(surface: &Surface, owner: Option<&Surface>) -> bool {
     surface.lit.unwrap_or(!carries_virtual(surface, owner))
 }
 
@@ -309,12 +419,12 @@ fn relief(scene: &Scene, surface: &Surface) -> Result<Option<(ReliefKeys, Relief
     Ok(Some((keys, relief, plane.width_m)))
 }
 
-/// The settings of the scene's virtual texture, and its tile source.
+/// The settings of the scene's virtual texture with the tiles of `source`.
 fn texture(
     scene: &Scene,
     options: &Options<'_>,
+    source: Arc<dyn TileSource>,
 ) -> Result<(virtual_texture::Settings, Arc<dyn TileSource>), RenderError> {
-    let source = open_texture(scene)?;
     let mut settings = virtual_texture::Settings::of_scene(scene, options.target)?;
     check_opened(scene, &settings.config, &source.pyramid())?;
     settings.size = options.size.unwrap_or(settings.size);
@@ -323,7 +433,7 @@ fn texture(
 }
 
 /// The plain texture in the table of the surface `of`; grey if it has none.
-fn plain_texture(scene: &Scene, of: Option<&str>) -> Result<PlainTexture, RenderError> {
+pub(super) fn plain_texture(scene: &Scene, of: Option<&str>) -> Result<PlainTexture, RenderError> {
     let Some(of) = of else { return Ok(PlainTexture::grey(ALBEDO)) };
     let plain: Plain = scene.read(&["surface", of, "texture"])?;
     let texture = match (plain.source, &plain.path) {

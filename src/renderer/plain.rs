@@ -6,6 +6,7 @@ use crate::math::light::LightColours;
 use crate::paper::texture_mapping::config::ReliefMethod;
 use crate::paper::texture_mapping::relief::surface::ReliefSurface;
 use crate::texture::plain::PlainTexture;
+use crate::vk::shader::Shader;
 use crate::vk::shader::common::{lit_mesh_vert, mesh_vert, plain_frag};
 use crate::vk::shader::texture_mapping::relief_surface_frag;
 use crate::vk::{
@@ -68,7 +69,7 @@ impl PlainSurfaces {
         light: LightColours,
     ) -> Result<PlainSurfaces> {
         let pipeline = |filter, vertex, lit: usize, specialization: &[_]| {
-            let shaders = match filter {
+            let shaders: &'static [Shader] = match filter {
                 PlainFilter::Relief(_) => &relief_surface_frag::SHADERS,
                 _ => &plain_frag::SHADERS,
             };
@@ -111,6 +112,12 @@ impl PlainSurfaces {
         })
     }
 
+    /// Texture and relief of a surface.
+    pub(super) fn resources<'s>(&'s self, surface: &'s PlainSurface) -> Vec<(u32, Resource<'s>)> {
+        let plain = (plain_frag::PLAIN, Resource::Sampled(&surface.texture, &self.sampler));
+        surface.relief.iter().flat_map(ReliefSurface::resources).chain([plain]).collect()
+    }
+
     /// Draws the surfaces; `seen` returns a shape with its push constants for this frame.
     ///
     /// # Errors
@@ -127,11 +134,9 @@ impl PlainSurfaces {
         let depth = DepthTarget { image: &target.depth, clear: onto != Onto::Drawn };
         cmd.render(target.size(), &[color], Some(depth), |render| {
             for (surface, shape) in shapes {
-                let PlainSurface { texture, filter, relief, .. } = &self.surfaces[*surface];
-                let plain = (plain_frag::PLAIN, Resource::Sampled(texture, &self.sampler));
-                let relief = relief.iter().flat_map(ReliefSurface::resources);
-                let resources: Vec<_> = relief.chain([plain]).collect();
-                let of_filter = self.pipelines.iter().find(|(other, _)| other == filter);
+                let surface = &self.surfaces[*surface];
+                let resources = self.resources(surface);
+                let of_filter = self.pipelines.iter().find(|(filter, _)| *filter == surface.filter);
                 let pipeline =
                     &of_filter.expect("each has pipelines").1[usize::from(shape.normals.is_some())];
                 seen(shape).draw(render, &resources, |_| pipeline)?;

@@ -6,10 +6,12 @@ use super::RenderError;
 use super::plain::PlainSurfaces;
 use crate::frame::{Memory, Onto, PerFrame, Progress, Seen, Shape, Slot, Target, Technique, View};
 use crate::math::camera::Pose;
+use crate::math::light::LightColours;
 use crate::paper::progressive_mesh::technique::SURFACES;
 use crate::paper::progressive_mesh::{self, ProgressiveMeshes};
 use crate::paper::virtual_texture::technique::MESH;
 use crate::paper::virtual_texture::{self, VirtualTexture};
+use crate::scene::Scene;
 use crate::vk::{Frame, Gpu, Need, PassTime};
 use glam::DVec3;
 
@@ -80,7 +82,7 @@ impl Surfaces {
     }
 
     /// The shapes with a plain texture in this frame, by index in [`PlainSurfaces::surfaces`].
-    fn plain_shapes(&self) -> Vec<(usize, Shape)> {
+    pub(super) fn plain_shapes(&self) -> Vec<(usize, Shape)> {
         let surfaces = self.plain.iter().flat_map(|plain| &plain.surfaces).enumerate();
         surfaces.filter_map(|(n, one)| Some((n, self.shape(&one.name, &one.shape)?))).collect()
     }
@@ -90,6 +92,16 @@ impl Surfaces {
         let drawn = self.meshes.as_ref().is_some_and(ProgressiveMeshes::draws);
         let onto = |drawn| if drawn { Onto::Drawn } else { Onto::Cleared(self.background) };
         [onto(drawn), onto(drawn || self.plain.is_some())]
+    }
+
+    /// True if a surface has a relief.
+    pub fn has_reliefs(&self) -> bool {
+        self.plain.iter().flat_map(|plain| &plain.surfaces).any(|surface| surface.relief.is_some())
+    }
+
+    /// The light of the scene, if a surface with the virtual texture is lit.
+    pub(super) fn light(&self, scene: &Scene) -> Option<LightColours> {
+        self.carriers.iter().any(|carrier| carrier.lit).then(|| scene.light_colours())
     }
 
     /// The surface under which the texture's memory is counted: the first that carries it.

@@ -7,6 +7,7 @@ use super::live::{ECHO, Live};
 use super::overlay::Overlay;
 use super::shot;
 use anyhow::{Context, anyhow, bail};
+use ortelius::renderer::Kept;
 use ortelius::scene::camera::Camera;
 use ortelius::vk::renderdoc;
 use std::io::Write;
@@ -106,37 +107,34 @@ impl Live {
 
     /// Actions that open or reconfigure renderers.
     fn change(&mut self, action: Action) -> anyhow::Result<()> {
-        (self.levels, self.faces) = (None, None);
-        match action {
-            Action::Show(variant) => self.stage.show(variant)?,
-            Action::Compare => self.stage.toggle_second()?,
-            Action::ShowBeside(variant) => self.stage.show_beside(variant)?,
+        (self.levels, self.faces, self.steps) = (None, None, None);
+        let (kept, what) = match action {
             Action::Trade(at) => {
                 let trade =
                     self.trade.as_mut().context("no sweep is loaded: start with --trade TRADE.json")?;
-                self.stage.take_setting(&trade.front[at].changes)?;
+                let setting = &trade.front[at];
+                let kept = self.stage.take_setting(&setting.changes)?;
                 trade.at = Some(at);
-                let name = trade.front[at].name.clone();
-                self.say(format!("setting: {name}"));
-                return Ok(());
+                (kept, format!("setting: {}", setting.name))
             }
-            Action::Set(key, value) => {
-                self.stage.set(&key, &value)?;
-                self.say(format!("{key} = {value}"));
-                return Ok(());
+            Action::Set(key, value) => (self.stage.set(&key, &value)?, format!("{key} = {value}")),
+            Action::Reset(key) => (self.stage.reset(&key)?, format!("{key}: the scene's own")),
+            Action::Compare => {
+                self.stage.toggle_second()?;
+                (Kept::Everything, self.variants())
             }
-            Action::Reset(key) => {
-                self.stage.reset(&key)?;
-                self.say(format!("{key}: the scene's own"));
-                return Ok(());
+            Action::ShowBeside(variant) => {
+                self.stage.show_beside(variant)?;
+                (Kept::Everything, self.variants())
             }
-            _ => self.show_next()?,
-        }
-        let text = match &self.stage.second {
-            Some((second, _)) => format!("{} | {}", self.name(self.stage.variant), self.name(*second)),
-            None => self.name(self.stage.variant).to_owned(),
+            Action::Show(variant) => (self.stage.show(variant)?, self.variants()),
+            _ => (self.show_next()?, self.variants()),
         };
-        self.say(format!("variant: {text}"));
+        self.say(match kept {
+            Kept::Everything => what,
+            Kept::Tiles => format!("{what} (meshes were loaded again)"),
+            Kept::Nothing => format!("{what} (the scene was opened again; its caches are empty)"),
+        });
         Ok(())
     }
 
@@ -154,27 +152,31 @@ impl Live {
             self.screen.rebuild(&gpu)?;
             return Err(error);
         }
-        (self.levels, self.faces) = (None, None);
+        (self.levels, self.faces, self.steps) = (None, None, None);
         self.say(format!("{count} shaders differ from the built ones"));
         Ok(())
     }
 
     /// Shows the next variant that opens on this device. Variants that fail to open are skipped with a
     /// warning.
-    fn show_next(&mut self) -> anyhow::Result<()> {
+    fn show_next(&mut self) -> anyhow::Result<Kept> {
         let mut next = self.stage.next(self.stage.variant);
-        while let Err(error) = self.stage.show(next) {
-            if next == self.stage.variant {
-                return Err(error);
+        loop {
+            match self.stage.show(next) {
+                Err(error) if next != self.stage.variant => tracing::warn!("{error:#}"),
+                shown => return shown,
             }
-            tracing::warn!("{error:#}");
             next = self.stage.next(next);
         }
-        Ok(())
     }
 
-    fn name(&self, variant: usize) -> &str {
-        &self.stage.variants[variant].name
+    /// The shown variants.
+    fn variants(&self) -> String {
+        let name = |variant: usize| &self.stage.variants[variant].name;
+        match &self.stage.second {
+            Some(second) => format!("variant: {} | {}", name(self.stage.variant), name(second.variant)),
+            None => format!("variant: {}", name(self.stage.variant)),
+        }
     }
 
     fn act_on_path(&mut self, action: Action) -> anyhow::Result<()> {

@@ -119,7 +119,7 @@ mod tests {
         assert!(read.is_err());
         let refused = format!("{:#}", bookmarks.save(0, camera).unwrap_err());
         assert!(
-            refused.contains("not TOML") && std::fs::read_to_string(&path).unwrap() == "no table",
+            refused.contains("not valid TOML") && std::fs::read_to_string(&path).unwrap() == "no table",
             "{refused}"
         );
     }

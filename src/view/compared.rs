@@ -7,7 +7,7 @@ use egui::{DragValue, Slider, Ui};
 
 pub fn variants(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
     let stage = shown.stage;
-    let second = stage.second.as_ref().map(|(second, _)| *second);
+    let second = stage.second.as_ref().map(|second| second.variant);
     for (n, variant) in stage.variants.iter().enumerate() {
         ui.horizontal(|ui| {
             let beside = ui.selectable_label(second == Some(n), "right");

@@ -6,13 +6,11 @@ use super::stage::Stage;
 use egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions};
 use ortelius::frame::{PerFrame, View};
 use ortelius::math::camera::Pose;
-use ortelius::model::mesh::SourceMesh;
-use ortelius::paper::virtual_texture::reference::picture::{Filter, Texels};
 use ortelius::picture::write::Srgb8Picture;
 use ortelius::picture::{Picture, flip, map, srgb};
-use ortelius::reference;
-use ortelius::scene::{Geometry, Surface};
-use ortelius::texture::source::{TileFormat, TileSource};
+use ortelius::renderer::truth::{self, Truth};
+use ortelius::scene::Scene;
+use ortelius::texture::source::TileSource;
 use ortelius::vk::{Buffer, BufferUse, Frame, Gpu, Image, Result, TexelCopy};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -71,38 +69,25 @@ struct Map {
     failed: Option<String>,
 }
 
-/// Input of the reference: the texture, and the only mesh that uses it.
-pub struct Ground {
-    mesh: SourceMesh,
-    source: Arc<dyn TileSource>,
+/// True if the scene has a reference.
+///
+/// # Errors
+/// The reason why it has none.
+pub fn check(stage: &Stage) -> std::result::Result<(), &'static str> {
+    let texture = stage.renderer.technique.texture.as_ref();
+    truth::check(&stage.scene, texture.map(|texture| texture.source.format()))
 }
 
-impl Ground {
-    /// The only surface that uses the virtual texture.
-    ///
-    /// # Errors
-    /// Why the reference cannot render this scene.
-    pub fn check(stage: &Stage) -> std::result::Result<&Surface, &'static str> {
-        let technique = &stage.renderer.technique;
-        let Some(texture) = &technique.texture else { return Err("the scene has no virtual texture") };
-        let [carrier] = &technique.carriers[..] else { return Err("several surfaces use the texture") };
-        if carrier.lit {
-            return Err("the surface is lit, and the reference has no lighting");
-        }
-        if texture.source.format() != TileFormat::Rgba8 {
-            return Err("the reference reads RGBA8 tiles, not block-compressed ones");
-        }
-        match &stage.scene.surfaces[&carrier.name] {
-            Surface { geometry: Geometry::Other(_), .. } => {
-                Err("the surface is not a grid, and the reference has no levels of detail")
-            }
-            surface => Ok(surface),
-        }
-    }
+/// The thread's own inputs of the reference.
+struct Reference {
+    scene: Scene,
+    tiles: Option<Arc<dyn TileSource>>,
+}
 
-    pub fn of(stage: &Stage) -> Option<Ground> {
-        let mesh = Ground::check(stage).ok()?.grid()?.ok()?;
-        Some(Ground { mesh, source: stage.renderer.technique.texture.as_ref()?.source.clone() })
+impl Reference {
+    fn of(stage: &Stage) -> Reference {
+        let texture = stage.renderer.technique.texture.as_ref();
+        Reference { scene: stage.scene.clone(), tiles: texture.map(|texture| texture.source.clone()) }
     }
 }
 
@@ -143,8 +128,7 @@ impl Judge {
     /// Starts the computation once a copy has arrived.
     pub fn start_arrived(&mut self, stage: &Stage) {
         if let Some((of, buffers)) = self.arrived.take() {
-            let ground = if of.question == Question::Error { Ground::of(stage) } else { None };
-            self.start(of, &buffers, ground);
+            self.start(of, &buffers, Reference::of(stage));
         }
     }
 
@@ -153,7 +137,7 @@ impl Judge {
         self.work.as_ref().is_some_and(|(of, _)| of == subject)
     }
 
-    fn start(&mut self, subject: Subject, copies: &[Buffer], ground: Option<Ground>) {
+    fn start(&mut self, subject: Subject, copies: &[Buffer], reference: Reference) {
         self.stop();
         let [width, height] = subject.size;
         let pictures = copies.iter().map(|copy| Srgb8Picture { width, height, rgba: copy.mapped().to_vec() });
@@ -168,10 +152,9 @@ impl Judge {
         let work =
             Arc::new(Work { size: subject.size, stopped: AtomicBool::new(false), map: Mutex::new(map) });
         let theirs = work.clone();
-        let judge = move || match (subject.question, ground) {
-            (Question::Flip, _) => theirs.flip(&pictures),
-            (Question::Error, Some(ground)) => theirs.errors(&ground, &subject.pose, &pictures[0]),
-            (Question::Error, None) => theirs.end(Some("no reference".to_owned())),
+        let judge = move || match subject.question {
+            Question::Flip => theirs.flip(&pictures),
+            Question::Error => theirs.errors(&reference, &subject.pose, &pictures[0]),
         };
         if let Err(error) = std::thread::Builder::new().name("judge".to_owned()).spawn(judge) {
             work.end(Some(error.to_string()));
@@ -261,11 +244,12 @@ impl Work {
     }
 
     /// Computes every 16th pixel of every 16th row first, then halves the spacing in each pass.
-    fn errors(&self, ground: &Ground, pose: &Pose, shown: &Srgb8Picture) {
+    fn errors(&self, reference: &Reference, pose: &Pose, shown: &Srgb8Picture) {
         let [width, height] = self.size;
-        let view =
-            reference::View::new(&ground.mesh, &pose.world_to_clip(width, height), pose.eye, self.size);
-        let texels = Texels::new(&*ground.source);
+        let truth = match Truth::new(&reference.scene, reference.tiles.as_deref(), pose, self.size) {
+            Ok(truth) => truth,
+            Err(why) => return self.end(Some(why)),
+        };
         let mut block = FIRST_BLOCK;
         while block > 0 {
             for y in (0..height).step_by(block as usize) {
@@ -275,16 +259,13 @@ impl Work {
                 let is_new =
                     |x: &u32| block == FIRST_BLOCK || !([*x, y].iter().all(|at| at % (2 * block) == 0));
                 let columns = (0..width).step_by(block as usize).filter(is_new);
-                let found = columns.map(|x| {
-                    let truth = view.sample(x, y).map(|sample| texels.pixel(&sample, Filter::Area));
-                    (x, truth.map(|truth| error(truth, shown, [x, y])))
-                });
+                let found = columns.map(|x| (x, truth.pixel(x, y).map(|truth| error(truth, shown, [x, y]))));
                 let found: Vec<(u32, Option<f32>)> = found.collect();
                 self.fill(&found, y, block);
             }
             block /= 2;
         }
-        self.end(texels.check().err().map(|error| error.to_string()));
+        self.end(truth.check_read().err());
     }
 
     /// Stores the errors of one row of blocks.
@@ -313,7 +294,6 @@ fn error(truth: [f64; 4], shown: &Srgb8Picture, [x, y]: [u32; 2]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ortelius::scene::Scene;
     use ortelius::vk::{Feature, GpuOptions, Watched};
 
     fn work(size: [u32; 2]) -> Work {
@@ -322,29 +302,81 @@ mod tests {
         Work { size, stopped: AtomicBool::new(false), map: Mutex::new(map) }
     }
 
-    #[test]
-    fn the_reference_itself_has_no_error_and_one_wrong_pixel_is_found_at_its_place() {
+    /// The errors of the f64 picture of a scene with one wrong pixel, against the scene's reference.
+    fn errors(scene: &Scene) -> (Vec<Option<f32>>, usize) {
         let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
-        let base = Scene::embedded("globe").unwrap();
-        let (pose, size) = (base.pose(0).unwrap(), [37, 21]);
-        let stage = Stage::new(&gpu, base, Vec::new(), size, true).unwrap();
-        let ground = Ground::of(&stage).unwrap();
-        let view = reference::View::new(&ground.mesh, &pose.world_to_clip(37, 21), pose.eye, size);
-        let truth = Texels::new(&*ground.source).picture(&view, Filter::Area).unwrap();
-        let mut shown = Srgb8Picture::from(&truth);
-        let wrong = 10 * 37 + 19;
+        let (pose, size) = (scene.pose(0).unwrap(), [37, 21]);
+        let stage = Stage::new(&gpu, scene.clone(), Vec::new(), size, true).unwrap();
+        let reference = Reference::of(&stage);
+        let truth = Truth::new(scene, reference.tiles.as_deref(), &pose, size).unwrap();
+        let background = [0.0, 0.0, 0.0, 1.0];
+        let pixel = |n: u32| truth.pixel(n % 37, n / 37).unwrap_or(background).map(|channel| channel as f32);
+        let picture = Picture::new(37, 21, (0..37 * 21).map(pixel).collect());
+        let mut shown = Srgb8Picture::from(&picture);
+        let wrong =
+            (0..37 * 21).find(|n| *n > 380 && truth.pixel(*n as u32 % 37, *n as u32 / 37).is_some()).unwrap();
         shown.rgba[4 * wrong] ^= 0x80;
         let work = work(size);
-        work.errors(&ground, &pose, &shown);
+        work.errors(&reference, &pose, &shown);
         let map = work.map();
-        assert!(map.ended && map.failed.is_none());
-        for (n, error) in map.errors.iter().enumerate() {
-            let seen = view.sample(n as u32 % 37, n as u32 / 37).is_some();
-            assert_eq!(error.is_some(), seen, "pixel {n}");
-            // Rounding to 8 bits costs half a code: 0.0045 in linear light near white.
-            let Some(error) = error else { continue };
-            assert_eq!(*error > 0.0046, n == wrong, "pixel {n}: {error}");
+        assert!(map.ended && map.failed.is_none(), "{:?}", map.failed);
+        (map.errors.clone(), wrong)
+    }
+
+    #[test]
+    fn the_reference_itself_has_no_error_and_one_wrong_pixel_is_found_at_its_place() {
+        let bunny = Scene::embedded("bunny").unwrap();
+        for scene in [Scene::embedded("globe").unwrap(), Scene::embedded("plane-tilt").unwrap(), bunny] {
+            let (errors, wrong) = errors(&scene);
+            for (n, error) in errors.iter().enumerate() {
+                // Half a code near white is 0.0045 of linear light.
+                let Some(error) = error else { continue };
+                assert_eq!(*error > 0.0046, n == wrong, "{}: pixel {n}: {error}", scene.name);
+            }
         }
+    }
+
+    /// The median error of a renderer's picture against the reference of the same scene with `other` changes.
+    fn median_error(gpu: &Gpu, scene: &Scene, other: &[String]) -> f32 {
+        let (pose, size) = (scene.pose(0).unwrap(), [96, 54]);
+        let mut stage = Stage::new(gpu, scene.clone(), Vec::new(), size, true).unwrap();
+        stage.renderer.settle(&pose).unwrap();
+        let rgba = stage.renderer.picture_bytes().unwrap();
+        let shown = Srgb8Picture { width: size[0], height: size[1], rgba };
+        let (reference, other) = (Reference::of(&stage), scene.with(other).unwrap());
+        let truth = Truth::new(&other, reference.tiles.as_deref(), &pose, size).unwrap();
+        let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [x, y]));
+        let mut errors: Vec<f32> =
+            pixels.filter_map(|[x, y]| Some(error(truth.pixel(x, y)?, &shown, [x, y]))).collect();
+        errors.sort_by(f32::total_cmp);
+        errors[errors.len() / 2]
+    }
+
+    #[test]
+    fn renderer_and_reference_agree_on_light_meshes_and_textures_of_every_kind() {
+        let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
+        let scene = |name: &str, changes: &[&str]| {
+            let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
+            Scene::embedded(name).unwrap().with(&changes).unwrap()
+        };
+        let plain = "surface.land.texture={kind='plain', source='earth'}";
+        let scenes = [
+            scene("globe", &["surface.land.lit=true"]),
+            scene("globe", &[plain]),
+            scene("globe", &[plain, "surface.land.filter={kind='ellipse', max_anisotropy=8}"]),
+            scene("bunny", &[]),
+            scene("herd", &[]),
+        ];
+        for (n, scene) in scenes.iter().enumerate() {
+            let own = median_error(&gpu, scene, &[]);
+            // Most pixels of the herd are edges.
+            assert!(own < 0.03, "scene {n}, {}: {own}", scene.name);
+            // A reference without the sun is another picture.
+            let dark = median_error(&gpu, scene, &["sun.colour=[0.0, 0.0, 0.0]".to_owned()]);
+            assert!(dark > 2.0 * own, "scene {n}, {}: {own}, without the sun {dark}", scene.name);
+        }
+        let relief = Stage::new(&gpu, scene("relief-brick", &[]), Vec::new(), [32, 18], true).unwrap();
+        assert!(check(&relief).unwrap_err().contains("relief"));
     }
 
     #[test]

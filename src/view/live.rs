@@ -7,6 +7,7 @@ use super::control::{self, Hold, Pane};
 use super::eye::{self, Eye};
 use super::film::Film;
 use super::judge::{self, Judge, Question, Subject};
+use super::labels::Labels;
 use super::levels::Levels;
 use super::measure::Measure;
 use super::overlay::Overlay;
@@ -17,12 +18,13 @@ use super::probe::{Found, LaidOpen, Probe};
 use super::reload::{self, Reload};
 use super::screen::{Arrangement, Pictures, Screen};
 use super::shown::{Front, Shown};
-use super::stage::Stage;
+use super::stage::{Second, Stage};
 use super::terrain::Terrain;
 use egui::{FullOutput, Pos2, RawInput, TexturesDelta, ViewportId};
 use glam::DVec2;
 use ortelius::math::camera::Pose;
 use ortelius::paper::progressive_mesh::faces::Faces;
+use ortelius::renderer::relief_steps::ReliefSteps;
 use ortelius::scene::camera::Camera;
 use ortelius::vk::Gpu;
 use std::path::PathBuf;
@@ -64,8 +66,10 @@ pub struct Live {
     records_alone: bool,
     pub(super) overlay: Option<Overlay>,
     probe: Probe,
+    labels: Labels,
     pub(super) levels: Option<Levels>,
     pub(super) faces: Option<Faces>,
+    pub(super) steps: Option<ReliefSteps>,
     pub(super) reload: Reload,
     /// The camera for streaming and culling while it is frozen. The view then has another camera.
     pub(super) frozen: Option<Camera>,
@@ -123,8 +127,10 @@ impl Live {
             last_pose: None,
             overlay: None,
             probe: Probe::default(),
+            labels: Labels::default(),
             levels: None,
             faces: None,
+            steps: None,
             reload: Reload::default(),
             frozen: None,
             divider: 0.5,
@@ -269,6 +275,7 @@ impl Live {
             overlay: self.overlay,
             found: self.probe.found.as_ref().filter(|_| self.magnifies),
             outline: self.outline(context.pixels_per_point()),
+            labels: &self.labels.found,
         };
         let panels = &mut self.panels;
         let mut actions = Vec::new();
@@ -377,6 +384,12 @@ impl Live {
             (Some(meshes), None) => Some(Faces::new(gpu, meshes, target)?),
             (meshes, faces) => meshes.and(faces),
         };
+        let reliefs = self.overlay == Some(Overlay::Steps) && wanted;
+        let plain = renderer.technique.plain.as_ref().filter(|_| reliefs);
+        self.steps = match (plain, self.steps.take().filter(|steps| steps.fits(target))) {
+            (Some(plain), None) => Some(ReliefSteps::new(gpu, plain, target)?),
+            (plain, steps) => plain.and(steps),
+        };
         Ok(())
     }
 
@@ -397,7 +410,7 @@ impl Live {
         let frozen = self.frozen.as_ref().map(Camera::pose);
         self.stage.renderer.technique.frozen = frozen;
         let (mut second, films) = (None, self.film.is_some());
-        if let Some((_, renderer)) = self.stage.second.as_mut().filter(|_| !films) {
+        if let Some(Second { renderer, .. }) = self.stage.second.as_mut().filter(|_| !films) {
             renderer.technique.frozen = frozen;
             renderer.frame(&pose)?;
             second = Some(renderer.target().color.clone());
@@ -409,6 +422,7 @@ impl Live {
             }
             None => (&mut self.stage.renderer, pose),
         };
+        let (steps, labels) = (&self.steps, &mut self.labels);
         let (screen, levels, faces, probe) = (&self.screen, &self.levels, &mut self.faces, &mut self.probe);
         let (gpu, overlay, judge) = (renderer.gpu.clone(), self.overlay, &mut self.judge);
         let [acquired, drawn] = screen.swapchain.semaphores(number);
@@ -418,15 +432,21 @@ impl Live {
                 levels.draw(frame, texture, view)?;
             }
             let levels = levels.map(|(levels, _)| levels);
+            let named = levels.filter(|_| overlay == Some(Overlay::Levels));
+            labels.step(&gpu, frame, view, (named.map(|levels| &levels.shown.image), arrangement.split))?;
             if let Some((faces, meshes)) = faces.as_mut().zip(surfaces.meshes.as_ref()) {
                 faces.record(&gpu, frame, meshes, view)?;
             }
             let faces = faces.as_ref().map(|faces| &faces.image);
+            if let Some(steps) = steps {
+                steps.record(frame, surfaces, view)?;
+            }
             let pictures = Pictures {
                 left: &target.color,
                 right: second.as_ref().unwrap_or(&target.color),
                 words: match overlay {
                     Some(overlay) if overlay.is_of_meshes() => faces,
+                    Some(Overlay::Steps) => steps.as_ref().map(|steps| &steps.image),
                     _ => levels.map(|levels| &levels.shown.image),
                 },
             };

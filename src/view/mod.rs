@@ -15,6 +15,7 @@ mod eye;
 mod film;
 mod inspector;
 mod judge;
+mod labels;
 mod levels;
 mod live;
 mod measure;

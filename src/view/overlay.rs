@@ -1,6 +1,6 @@
 //! The overlays that colour the picture.
 
-use super::judge::Ground;
+use super::judge;
 use super::stage::Stage;
 
 /// The selected overlay.
@@ -10,17 +10,27 @@ pub enum Overlay {
     Shortfall,
     Collapse,
     Misses,
+    Steps,
     Error,
 }
 
 impl Overlay {
-    pub const ALL: [Overlay; 5] =
-        [Overlay::Levels, Overlay::Shortfall, Overlay::Collapse, Overlay::Misses, Overlay::Error];
+    pub const ALL: [Overlay; 6] = [
+        Overlay::Levels,
+        Overlay::Shortfall,
+        Overlay::Collapse,
+        Overlay::Misses,
+        Overlay::Steps,
+        Overlay::Error,
+    ];
 
     /// Name and meaning.
     pub fn about(self) -> [&'static str; 2] {
         match self {
-            Overlay::Levels => ["levels", "the level that each pixel requests, and the edges of its tiles"],
+            Overlay::Levels => [
+                "levels",
+                "the level that each pixel requests; edges of the tiles, and level: row column of each",
+            ],
             Overlay::Shortfall => [
                 "wanted minus shown",
                 "blue: the wanted level is shown; yellow to red: 1 to 3 levels coarser; green: finer",
@@ -34,6 +44,10 @@ impl Overlay {
                 "vertex-cache misses",
                 "each face by its vertices that miss a FIFO-16 cache: green 0, yellow 1, orange 2, red 3",
             ],
+            Overlay::Steps => [
+                "relief steps",
+                "steps of each pixel's ray through a relief, or texels that it visits: blue 1, green 16, red 256",
+            ],
             Overlay::Error => [
                 "error against the reference",
                 "of the settled picture, against the f64 mean over each pixel's area; computed while frames continue",
@@ -46,7 +60,8 @@ impl Overlay {
         match self {
             Overlay::Levels | Overlay::Shortfall => stage.renderer.technique.texture.is_some(),
             Overlay::Collapse | Overlay::Misses => stage.renderer.technique.meshes.is_some(),
-            Overlay::Error => Ground::check(stage).is_ok(),
+            Overlay::Steps => stage.renderer.technique.has_reliefs(),
+            Overlay::Error => judge::check(stage).is_ok(),
         }
     }
 
@@ -62,6 +77,7 @@ impl Overlay {
             Overlay::Shortfall => 2,
             Overlay::Collapse => 3,
             Overlay::Misses => 4,
+            Overlay::Steps => 5,
             Overlay::Error => 0,
         }
     }

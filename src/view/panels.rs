@@ -70,6 +70,7 @@ impl Panels {
                 ui.painter().line_segment([from, to], Stroke::new(2.0, Color32::YELLOW));
             }
         }
+        labels(ui, shown);
         if self.open {
             let side = egui::Panel::right("panels").default_size(WIDTH).resizable(true);
             side.show(ui, |ui| {
@@ -128,6 +129,19 @@ impl Panels {
         egui::Area::new("status".into()).anchor(Align2::LEFT_BOTTOM, vec2(8.0, -8.0)).show(ui.ctx(), |ui| {
             egui::Frame::popup(ui.style()).show(ui, |ui| ui.label(RichText::new(text).color(colour)));
         });
+    }
+}
+
+/// Level, row and column of each visible tile, white on black.
+fn labels(ui: &Ui, shown: &Shown<'_>) {
+    let points = ui.ctx().pixels_per_point();
+    for label in shown.labels {
+        let [level, row, column] = label.tile;
+        let (text, font) = (format!("{level}: {row} {column}"), egui::FontId::monospace(10.0));
+        let at = Pos2::from(label.at) / points;
+        for (offset, colour) in [(vec2(1.0, 1.0), Color32::BLACK), (Vec2::ZERO, Color32::WHITE)] {
+            ui.painter().text(at + offset, Align2::CENTER_CENTER, &text, font.clone(), colour);
+        }
     }
 }
 

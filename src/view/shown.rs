@@ -1,6 +1,7 @@
 //! The data that the panels show.
 
 use super::action::Comparison;
+use super::labels::Label;
 use super::overlay::Overlay;
 use super::path::Player;
 use super::probe::Found;
@@ -24,6 +25,8 @@ pub struct Shown<'a> {
     pub found: Option<&'a Found>,
     /// Outline of the frozen camera's view, in points.
     pub outline: Vec<Option<Pos2>>,
+    /// Names of the visible tiles, if the overlay of levels is shown.
+    pub labels: &'a [Label],
 }
 
 /// The Pareto-optimal settings of a sweep, from the smallest error to the shortest time, and the selected one.

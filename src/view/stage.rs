@@ -4,7 +4,7 @@ use anyhow::Context;
 use ortelius::frame::Records;
 use ortelius::picture::Target;
 use ortelius::renderer::sections::LANGUAGES;
-use ortelius::renderer::{Options, RenderError, Renderer};
+use ortelius::renderer::{Kept, Options, RenderError, Renderer};
 use ortelius::scene::{self, Kind, Scene};
 use ortelius::vk::Gpu;
 
@@ -35,8 +35,14 @@ pub struct Stage {
     /// The scene of the shown variant.
     pub scene: Scene,
     pub renderer: Renderer,
-    /// The variant on the right, and its renderer.
-    pub second: Option<(usize, Renderer)>,
+    pub second: Option<Second>,
+}
+
+/// The variant on the right.
+pub struct Second {
+    pub variant: usize,
+    scene: Scene,
+    pub renderer: Renderer,
 }
 
 impl Stage {
@@ -84,16 +90,12 @@ impl Stage {
     ///
     /// # Errors
     /// As [`Renderer::open`].
-    pub fn show(&mut self, variant: usize) -> anyhow::Result<()> {
+    pub fn show(&mut self, variant: usize) -> anyhow::Result<Kept> {
         let name = || format!("variant {}", self.variants[variant].name);
         let scene = self.scene_of(variant).with_context(name)?;
-        if !self.renderer.go_on_with(&self.scene, &scene).with_context(name)? {
-            let renderer = self.open(&scene).with_context(name)?;
-            self.renderer.drain()?;
-            self.renderer = renderer;
-        }
+        let kept = go_on(&mut self.renderer, [&self.scene, &scene], self.deterministic).with_context(name)?;
         (self.scene, self.variant) = (scene, variant);
-        Ok(())
+        Ok(kept)
     }
 
     /// The index of the variant after `variant`.
@@ -108,38 +110,44 @@ impl Stage {
     pub fn toggle_second(&mut self) -> anyhow::Result<()> {
         match self.second.take() {
             Some(_) => Ok(()),
-            None => self.show_beside(self.next(self.variant)),
+            None => self.show_beside(self.next(self.variant)).map(drop),
         }
     }
 
-    /// Opens a variant on the right.
+    /// Shows a variant on the right. On an error, nothing changes.
     ///
     /// # Errors
     /// As [`Renderer::open`].
-    pub fn show_beside(&mut self, variant: usize) -> anyhow::Result<()> {
+    pub fn show_beside(&mut self, variant: usize) -> anyhow::Result<Kept> {
         let name = || format!("variant {}", self.variants[variant].name);
-        let renderer = self.open(&self.scene_of(variant).with_context(name)?).with_context(name)?;
-        self.second = Some((variant, renderer));
-        Ok(())
+        let scene = self.scene_of(variant).with_context(name)?;
+        if let Some(second) = &mut self.second {
+            let kept = go_on(&mut second.renderer, [&second.scene, &scene], self.deterministic);
+            let kept = kept.with_context(name)?;
+            (second.scene, second.variant) = (scene, variant);
+            return Ok(kept);
+        }
+        let renderer = self.open(&scene).with_context(name)?;
+        self.second = Some(Second { variant, scene, renderer });
+        Ok(Kept::Nothing)
     }
 
     /// Replaces the selected Pareto point. On an error, the current one stays.
     ///
     /// # Errors
     /// As [`Renderer::open`].
-    pub fn take_setting(&mut self, changes: &[String]) -> anyhow::Result<()> {
-        let before = std::mem::replace(&mut self.front, changes.to_vec());
-        self.take_changes().inspect_err(|_| self.front = before)
+    pub fn take_setting(&mut self, changes: &[String]) -> anyhow::Result<Kept> {
+        self.attempt(|stage| stage.front = changes.to_vec())
     }
 
     /// Sets a key of the scene to a TOML value, in every variant. On an error, the old value stays.
     ///
     /// # Errors
     /// The scene does not allow this value; or as [`Renderer::open`].
-    pub fn set(&mut self, key: &str, value: &str) -> anyhow::Result<()> {
-        self.change(|changes| {
-            changes.retain(|(changed, _)| changed != key);
-            changes.push((key.to_owned(), value.to_owned()));
+    pub fn set(&mut self, key: &str, value: &str) -> anyhow::Result<Kept> {
+        self.attempt(|stage| {
+            stage.changes.retain(|(changed, _)| changed != key);
+            stage.changes.push((key.to_owned(), value.to_owned()));
         })
     }
 
@@ -147,14 +155,24 @@ impl Stage {
     ///
     /// # Errors
     /// As [`Stage::set`].
-    pub fn reset(&mut self, key: &str) -> anyhow::Result<()> {
-        self.change(|changes| changes.retain(|(changed, _)| changed != key))
+    pub fn reset(&mut self, key: &str) -> anyhow::Result<Kept> {
+        self.attempt(|stage| stage.changes.retain(|(changed, _)| changed != key))
     }
 
-    fn change(&mut self, change: impl FnOnce(&mut Vec<(String, String)>)) -> anyhow::Result<()> {
-        let before = self.changes.clone();
-        change(&mut self.changes);
-        self.take_changes().inspect_err(|_| self.changes = before)
+    /// Changes the settings of both sides. On an error, both are as before. Returns what both have kept.
+    fn attempt(&mut self, change: impl FnOnce(&mut Stage)) -> anyhow::Result<Kept> {
+        let before = (self.front.clone(), self.changes.clone());
+        change(self);
+        let right = self.second.as_ref().map(|second| second.variant);
+        let done = self.show(self.variant).and_then(|kept| {
+            Ok(kept.min(right.map_or(Ok(Kept::Everything), |right| self.show_beside(right))?))
+        });
+        if done.is_err() {
+            (self.front, self.changes) = before;
+            // The left side may have changed before the right side failed.
+            self.show(self.variant)?;
+        }
+        done
     }
 
     /// Reopens both renderers, for example for new shaders. On an error, both stay.
@@ -162,22 +180,13 @@ impl Stage {
     /// # Errors
     /// As [`Renderer::open`].
     pub fn reopen(&mut self) -> anyhow::Result<()> {
-        let (renderer, second) = (self.open(&self.scene)?, self.second_again()?);
+        let renderer = self.open(&self.scene)?;
+        let second = self.second.as_ref().map(|second| self.open(&second.scene)).transpose()?;
         self.renderer.drain()?;
-        (self.renderer, self.second) = (renderer, second);
-        Ok(())
-    }
-
-    /// A new renderer of the second variant with the current manual changes.
-    fn second_again(&self) -> anyhow::Result<Option<(usize, Renderer)>> {
-        let Some((second, _)) = self.second else { return Ok(None) };
-        Ok(Some((second, self.open(&self.scene_of(second)?)?)))
-    }
-
-    fn take_changes(&mut self) -> anyhow::Result<()> {
-        let second = self.second_again()?;
-        self.show(self.variant)?;
-        self.second = second;
+        self.renderer = renderer;
+        if let Some((second, renderer)) = self.second.as_mut().zip(second) {
+            second.renderer = renderer;
+        }
         Ok(())
     }
 
@@ -186,13 +195,7 @@ impl Stage {
     /// # Errors
     /// As [`Renderer::open`].
     pub fn another(&self, scene: &Scene, deterministic: bool) -> Result<Renderer, RenderError> {
-        let options = Options {
-            target: Target::Srgb8,
-            size: Some(self.renderer.size()),
-            deterministic,
-            ..Options::default()
-        };
-        Renderer::on(&self.gpu, scene, &options)
+        Renderer::on(&self.gpu, scene, &options(self.renderer.size(), deterministic))
     }
 
     pub fn deterministic(&self) -> bool {
@@ -204,21 +207,43 @@ impl Stage {
     /// # Errors
     /// Device lost, out of memory.
     pub fn resize(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
-        let second = self.second.as_mut().map(|(_, renderer)| renderer);
+        let second = self.second.as_mut().map(|second| &mut second.renderer);
         std::iter::once(&mut self.renderer).chain(second).try_for_each(|renderer| renderer.resize(size))
     }
 
     /// True if the last pictures of both renderers are complete.
     pub fn settled(&self) -> bool {
-        self.renderer.settled() && self.second.as_ref().is_none_or(|(_, renderer)| renderer.settled())
+        self.renderer.settled() && self.second.as_ref().is_none_or(|second| second.renderer.settled())
     }
 }
 
 fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], deterministic: bool) -> Result<Renderer, RenderError> {
-    let options = Options { target: Target::Srgb8, size: Some(size), deterministic, ..Options::default() };
-    let mut renderer = Renderer::on(gpu, scene, &options)?;
+    let mut renderer = Renderer::on(gpu, scene, &options(size, deterministic))?;
     renderer.keep(Records::last_ones(HISTORY));
     Ok(renderer)
+}
+
+fn options(size: [u32; 2], deterministic: bool) -> Options<'static> {
+    Options { target: Target::Srgb8, size: Some(size), deterministic, ..Options::default() }
+}
+
+/// Switches a renderer from the scene that it shows to another. Opens it only if it must. On an error, nothing changes.
+fn go_on(
+    renderer: &mut Renderer,
+    [now, next]: [&Scene; 2],
+    deterministic: bool,
+) -> Result<Kept, RenderError> {
+    if now == next {
+        return Ok(Kept::Everything);
+    }
+    let (gpu, size) = (renderer.gpu.clone(), renderer.size());
+    let kept = renderer.go_on_with(now, next, &options(size, deterministic))?;
+    if kept == Kept::Nothing {
+        let other = open(&gpu, next, size, deterministic)?;
+        renderer.drain()?;
+        *renderer = other;
+    }
+    Ok(kept)
 }
 
 /// The scene's own variant, then one for each other value of the setting that its paper compares: the method
@@ -278,7 +303,7 @@ mod tests {
         let pose = stage.scene.pose(0).unwrap();
         stage.resize([20, 30]).unwrap();
         stage.renderer.settle(&pose).unwrap();
-        let (_, second) = stage.second.as_mut().unwrap();
+        let second = &mut stage.second.as_mut().unwrap().renderer;
         second.settle(&pose).unwrap();
         let (first, second) = (stage.renderer.picture_bytes().unwrap(), second.picture_bytes().unwrap());
         assert!(first == second, "both variants must render the same picture");
@@ -314,6 +339,56 @@ mod tests {
             opened == stage.renderer.picture_bytes().unwrap(),
             "a reconfigured renderer must equal a new one"
         );
+    }
+
+    #[test]
+    fn settings_change_in_place_and_show_the_picture_of_a_scene_that_was_just_opened() {
+        let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
+        let base = Scene::embedded("earth").unwrap();
+        let mesh = "surface.bunny={geometry={kind='progressive-mesh', source='sphere', size_m=9e4, latitude_deg=46.5, \
+                    longitude_deg=9.5}}";
+        let base = base.with(&[mesh.to_owned()]).unwrap();
+        let pose = base.pose(0).unwrap();
+        let mut stage = Stage::new(&gpu, base, Vec::new(), [64, 36], false).unwrap();
+        let loads = |renderer: &mut Renderer| -> usize {
+            renderer.keep(Records::all());
+            renderer.settle(&pose).unwrap();
+            renderer.drain().unwrap();
+            let records = renderer.records.iter().filter_map(|record| record.texture.as_ref());
+            records.map(|record| record.streaming.loads).sum()
+        };
+        assert!(loads(&mut stage.renderer) > 0);
+        stage.show_beside(1).unwrap();
+        assert!(loads(&mut stage.second.as_mut().unwrap().renderer) > 0, "it has caches of its own");
+        let changes = [
+            ("variant.level_bias", "1", Kept::Everything),
+            ("variant.level_bias", "0", Kept::Everything),
+            ("cache.gpu_tiles", "100", Kept::Everything),
+            ("cache.host_tiles", "500", Kept::Everything),
+            ("cache.upload_tiles_per_frame", "3", Kept::Everything),
+            ("variant.dedup", "test-or", Kept::Everything),
+            ("surface.land.filter.max_anisotropy", "4", Kept::Everything),
+            ("surface.bunny.geometry.error_pixels", "6.0", Kept::Everything),
+            ("governor.frame_faces", "100", Kept::Everything),
+            ("surface.bunny.geometry.size_m", "6e4", Kept::Tiles),
+            ("surface.land.lit", "true", Kept::Tiles),
+        ];
+        for (key, value, kept) in changes {
+            assert_eq!(stage.set(key, value).unwrap(), kept, "{key} = {value}");
+            let mut fresh = stage.another(&stage.scene, false).unwrap();
+            fresh.settle(&pose).unwrap();
+            let expected = fresh.picture_bytes().unwrap();
+            let second = &mut stage.second.as_mut().unwrap().renderer;
+            for (side, renderer) in [("left", &mut stage.renderer), ("right", second)] {
+                // These ask for tiles that were not visible before.
+                let others = ["variant.level_bias", "surface.land.filter.max_anisotropy"];
+                let (loaded, may) = (loads(renderer), others);
+                assert!(loaded == 0 || may.contains(&key), "{side}: {key} = {value}: {loaded} loads");
+                // The governor's picture depends on its frames.
+                let same = renderer.picture_bytes().unwrap() == expected;
+                assert!(same || stage.scene.has(&["governor"]), "{side}: {key} = {value}");
+            }
+        }
     }
 
     #[test]

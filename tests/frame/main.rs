@@ -1,7 +1,7 @@
 //! The frame loop: after a resize or a switch of variants between frames, the picture equals that of a process that
 //! draws nothing else. Validation and synchronisation validation are on; any message fails the test.
 
-use ortelius::frame::{Run, Technique};
+use ortelius::frame::{self, Run, Technique};
 use ortelius::math::camera::Pose;
 use ortelius::model::mesh::{Mesh, gpu_mesh};
 use ortelius::paper::progressive_mesh::{self, Model, ProgressiveMeshes, load};
@@ -193,6 +193,16 @@ fn variants(landscape: &Landscape) -> Vec<Config> {
     variants
 }
 
+fn switch(
+    technique: &mut VirtualTexture,
+    gpu: &Gpu,
+    config: Config,
+    target: &frame::Target,
+) -> Result<(), virtual_texture::VirtualTextureError> {
+    let settings = Settings { config, ..technique.settings.clone() };
+    technique.reconfigure(gpu, settings, (target, None))
+}
+
 #[test]
 fn one_run_switches_to_every_variant_and_keeps_the_caches() {
     let gpu = device();
@@ -215,7 +225,7 @@ fn one_run_switches_to_every_variant_and_keeps_the_caches() {
     let before = allocated(&gpu);
     for (n, &config) in variants.iter().enumerate() {
         run.records.take();
-        run.reconfigure(|technique, gpu, target| technique.reconfigure(gpu, config, target)).unwrap();
+        run.reconfigure(|technique, gpu, target| switch(technique, gpu, config, target)).unwrap();
         frames += run.settle(&pose).unwrap();
         let least = if config.filter.kind == Filtering::Stochastic { frames } else { 0 };
         let test = "one_run_switches_to_every_variant_and_keeps_the_caches";
@@ -241,9 +251,8 @@ fn a_switch_that_fails_keeps_the_old_variant() {
     let before = run.picture_bytes().unwrap();
     // Level-0 tile addresses have several bits for each tile.
     let wrong = Config { dedup: Dedup::Bitset, compact: Compaction::Append, ..PAPER };
-    let switch =
-        |technique: &mut VirtualTexture, gpu: &Gpu, target: &_| technique.reconfigure(gpu, wrong, target);
-    let error = run.reconfigure(switch).unwrap_err().to_string();
+    let error = run.reconfigure(|technique, gpu, target| switch(technique, gpu, wrong, target));
+    let error = error.unwrap_err().to_string();
     assert!(error.contains("own-level"), "{error}");
     run.settle(&landscape.pose).unwrap();
     assert!(run.picture_bytes().unwrap() == before);

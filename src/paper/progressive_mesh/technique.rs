@@ -5,7 +5,7 @@
 //! geomorphing, where new vertices move to their positions: see [`vertices`](super::surface::vertices).
 
 use super::config::Settings;
-use super::governor::Governor;
+use super::governor::{Budget, Governor};
 use super::load::Model;
 use super::record::FrameRecord;
 use super::surface::vertices::VertexBuffer;
@@ -129,6 +129,14 @@ impl ProgressiveMeshes {
     /// if there is no such surface, or if it is drawn here.
     pub fn shape(&self, name: &str) -> Option<Shape> {
         self.surfaces.iter().find(|surface| surface.name == name)?.shape()
+    }
+
+    /// Sets the governor's budget; `None`: no governor.
+    pub fn set_budget(&mut self, budget: Option<Budget>) {
+        if budget != self.settings.budget {
+            self.governor = budget.map(|budget| Governor::new(budget, self.settings.rule));
+            self.settings.budget = budget;
+        }
     }
 
     /// The governor's factor on all wanted errors for this frame.

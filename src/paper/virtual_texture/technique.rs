@@ -160,26 +160,47 @@ impl VirtualTexture {
         Ok(Run::new(gpu, technique, target))
     }
 
-    /// Switches to another variant from the next frame on. The caches keep their tiles.
+    /// Switches to other settings from the next frame on; no frame is in flight. Tiles stay in the host cache, and in the
+    /// tile pool unless `gpu_tiles` changes: then they are uploaded again. `lit`: as in [`VirtualTexture::new`].
     ///
     /// # Errors
-    /// A missing device feature; a variant that does not fit the texture. The old variant then stays.
+    /// A missing device feature; settings that do not fit the texture. The old settings then stay.
+    ///
+    /// # Panics
+    /// As [`Streaming::reconfigure`].
     pub fn reconfigure(
         &mut self,
         gpu: &Gpu,
-        config: Config,
-        target: &Target,
+        settings: Settings,
+        (target, lit): (&Target, Option<LightColours>),
     ) -> Result<(), VirtualTextureError> {
-        check(&config, &*self.source)?;
-        gpu.require(&needs(&config, self.source.format()))?;
-        self.method = Method::new(gpu, &self.source.pyramid(), &config, &self.resident, target, self.lit)?;
-        self.fade.set_frames(config.fade_in_frames);
-        if (config.list, config.feedback_log2)
-            != (self.settings.config.list, self.settings.config.feedback_log2)
-        {
-            self.samples_seen = samples_seen(&config);
+        check(&settings.config, &*self.source)?;
+        gpu.require(&needs(&settings.config, self.source.format()))?;
+        let (now, next) = (&self.settings.streaming, &settings.streaming);
+        let other_pool = now.gpu_tiles != next.gpu_tiles;
+        let pool = other_pool.then(|| TilePool::new(gpu, &*self.source, next.gpu_tiles)).transpose()?;
+        let resident = pool.as_ref().unwrap_or(&self.resident);
+        let method = Method::new(gpu, &self.source.pyramid(), &settings.config, resident, target, lit)?;
+        let prefetch = prefetch(gpu, &*self.source, &settings, target)?;
+        let most = next.upload_tiles_per_frame;
+        let other_uploads = now.upload_tiles_per_frame != most;
+        let uploads = other_uploads.then(|| PerFrame::new(|| resident.uploads(gpu, most))).transpose()?;
+        self.streaming.reconfigure(next.clone())?;
+        // From here on nothing fails.
+        self.fade.set_frames(settings.config.fade_in_frames);
+        if let Some(pool) = pool {
+            self.resident = pool;
+            self.fade = FadeIn::new(settings.config.fade_in_frames);
         }
-        self.settings.config = config;
+        if let Some(uploads) = uploads {
+            self.uploads = uploads;
+        }
+        let samples = |config: &Config| (config.list, config.feedback_log2);
+        if samples(&settings.config) != samples(&self.settings.config) {
+            self.samples_seen = samples_seen(&settings.config);
+        }
+        (self.method, self.prefetch, self.lit) = (method, prefetch, lit);
+        self.settings = settings;
         self.pose = None;
         Ok(())
     }
@@ -369,9 +390,8 @@ impl Technique for VirtualTexture {
     }
 
     fn resize(&mut self, gpu: &Gpu, target: &Target) -> Result<(), VirtualTextureError> {
-        self.settings.size = target.size();
-        self.prefetch = prefetch(gpu, &*self.source, &self.settings, target)?;
-        self.reconfigure(gpu, self.settings.config, target)
+        let settings = Settings { size: target.size(), ..self.settings.clone() };
+        self.reconfigure(gpu, settings, (target, self.lit))
     }
 
     fn progress(&self) -> Progress {

@@ -150,7 +150,12 @@ pub fn footprint(sample: &Sample) -> Footprint {
 
 /// A sample's footprint in texels of level 0.
 pub fn sides(sample: &Sample, pyramid: &Pyramid) -> Parallelogram {
-    let [w, h] = pyramid.level_size(0).map(f64::from);
+    sides_of(sample, pyramid.level_size(0))
+}
+
+/// The same in a texture of `size` texels.
+pub fn sides_of(sample: &Sample, size: [u32; 2]) -> Parallelogram {
+    let [w, h] = size.map(f64::from);
     let d = &sample.fine;
     Parallelogram { r1: [w * d.dsdx, h * d.dtdx], r2: [w * d.dsdy, h * d.dtdy] }
 }

@@ -81,6 +81,12 @@ pub enum StreamingError {
 pub const MOST_TILES: u64 = 1 << 26;
 
 impl StreamingConfig {
+    /// True if the same loader serves both: with time budgets any, with counted budgets only one of the same sizes.
+    pub fn same_loader(&self, other: &StreamingConfig) -> bool {
+        let counted = |config: &StreamingConfig| config.load_tiles_per_frame.min(config.host_tiles);
+        self.deterministic == other.deterministic && (!self.deterministic || counted(self) == counted(other))
+    }
+
     pub(super) fn check(&self, pyramid: &Pyramid) -> Result<(), StreamingError> {
         let mut counts = vec![
             ("gpu_tiles", self.gpu_tiles),

@@ -18,6 +18,29 @@ impl HostCache {
         Self { slots: Slots::new(capacity), buffers, spare: Vec::new(), tile_bytes }
     }
 
+    /// The same tiles in `capacity` slots: the most recently used ones, in the same order of use. Returns each tile's
+    /// new slot. Slots that are being loaded into are not kept.
+    pub fn resized(mut self, capacity: u32) -> (HostCache, Vec<(TileId, Option<u32>)>) {
+        let slots = self.slots.after(capacity);
+        let mut next = HostCache { slots, ..HostCache::new(capacity, self.tile_bytes) };
+        let held = self.slots.by_use().into_iter();
+        let held: Vec<u32> = held.filter(|slot| self.buffers[*slot as usize].is_some()).collect();
+        let dropped = held.len().saturating_sub(capacity as usize);
+        let mut moved = Vec::new();
+        for (n, slot) in held.into_iter().enumerate() {
+            let tile = self.slots.tile(slot).expect("it holds a tile");
+            let claim = next.slots.claimable(0).filter(|_| n >= dropped);
+            if let Some(claim) = claim {
+                next.slots.claim(claim, tile);
+                // Used before every later frame.
+                next.slots.touch(claim.slot, 0);
+                next.buffers[claim.slot as usize] = self.buffers[slot as usize].take();
+            }
+            moved.push((tile, claim.map(|claim| claim.slot)));
+        }
+        (next, moved)
+    }
+
     /// Takes a slot for a tile that is to be loaded; returns its generation and the buffer to load into.
     pub fn claim(&mut self, claim: Claim, tile: TileId) -> (u64, Vec<u8>) {
         let generation = self.slots.claim(claim, tile);
@@ -27,7 +50,9 @@ impl HostCache {
 
     /// True if a load that took the slot with this generation may still be stored there.
     pub fn expects(&self, tile: TileId, slot: u32, generation: u64) -> bool {
-        self.slots.tile(slot) == Some(tile) && self.slots.generation(slot) == generation
+        slot < self.slots.capacity()
+            && self.slots.tile(slot) == Some(tile)
+            && self.slots.generation(slot) == generation
     }
 
     /// Stores a finished load. The slot stays pinned, because the tile enters the upload queue next.

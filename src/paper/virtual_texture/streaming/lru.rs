@@ -60,6 +60,12 @@ impl Lru {
         self.links[slot as usize].listed = false;
     }
 
+    /// The listed slots, the least recently used first.
+    pub fn in_order(&self) -> impl Iterator<Item = u32> {
+        let listed = |slot: u32| (slot != NONE).then_some(slot);
+        std::iter::successors(listed(self.oldest), move |slot| listed(self.links[*slot as usize].newer))
+    }
+
     /// The least recently used slot, and when it was last used.
     pub fn oldest(&self) -> Option<(u32, u64)> {
         (self.oldest != NONE).then(|| (self.oldest, self.links[self.oldest as usize].last_use))
@@ -87,6 +93,7 @@ mod tests {
             list.touch(slot, time as u64);
         }
         assert_eq!(list.oldest(), Some((1, 1)));
+        assert_eq!(list.in_order().collect::<Vec<_>>(), [1, 2, 0]);
         assert_eq!(drain(list), [1, 2, 0]);
     }
 

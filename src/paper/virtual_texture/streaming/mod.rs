@@ -214,6 +214,55 @@ impl Streaming {
         self.pending = self.wanted.len();
     }
 
+    /// Takes other settings from the next frame on. The host cache keeps its most recently used tiles. With another
+    /// `gpu_tiles` the tile pool is a new one and empty: its tiles are uploaded again from the host cache.
+    ///
+    /// # Errors
+    /// As [`Streaming::new`]; nothing has changed then.
+    ///
+    /// # Panics
+    /// `deterministic` differs, or with it a number that the loader was created for.
+    pub fn reconfigure(&mut self, config: StreamingConfig) -> Result<(), StreamingError> {
+        config.check(&self.pyramid)?;
+        assert!(self.config.same_loader(&config), "the loader is for {:?}, not {config:?}", self.config);
+        if config.gpu_tiles != self.config.gpu_tiles {
+            for (tile, gpu_state) in self.gpu_states.present().collect::<Vec<_>>() {
+                if gpu_state >= 0 {
+                    self.gpu_states.set(tile, ABSENT);
+                }
+            }
+            self.tile_pool = Slots::new(config.gpu_tiles);
+            self.page_table_changes.clear();
+            self.pending = self.wanted.len();
+        }
+        if config.host_tiles != self.config.host_tiles {
+            self.resize_host_cache(config.host_tiles);
+        }
+        self.config = config;
+        Ok(())
+    }
+
+    /// Tiles that wait for their upload are requested again; loads under way are dropped.
+    fn resize_host_cache(&mut self, capacity: u32) {
+        for load in self.under_way.drain(..) {
+            load.cancelled.store(true, Ordering::Relaxed);
+            self.host_states.set(load.tile, ABSENT);
+        }
+        for waiting in self.upload_queue.drain(..) {
+            self.gpu_states.set(waiting.tile, ABSENT);
+        }
+        let before = std::mem::replace(&mut self.host_cache, HostCache::new(0, self.tile_bytes));
+        let (host_cache, moved) = before.resized(capacity);
+        self.host_cache = host_cache;
+        for (tile, slot) in moved {
+            self.host_states.set(tile, ABSENT);
+            if let Some(slot) = slot {
+                self.host_states.set(tile, QUEUED);
+                self.host_states.set(tile, slot as i32);
+            }
+        }
+    }
+
     /// The settings given to [`Streaming::new`].
     pub fn config(&self) -> &StreamingConfig {
         &self.config

@@ -31,6 +31,21 @@ impl Slots {
         }
     }
 
+    /// Other slots after these, whose generations none of these has had.
+    pub fn after(&self, capacity: u32) -> Self {
+        let generation = self.generations.iter().max().map_or(0, |latest| latest + 1);
+        Self { generations: vec![generation; capacity as usize], ..Slots::new(capacity) }
+    }
+
+    /// The slots that hold a tile, the least recently used first, pinned ones last.
+    pub fn by_use(&self) -> Vec<u32> {
+        let listed: Vec<u32> = self.lru.in_order().collect();
+        let mut pinned: Vec<bool> = self.tiles.iter().map(Option::is_some).collect();
+        listed.iter().for_each(|slot| pinned[*slot as usize] = false);
+        let pinned = (0..self.capacity()).filter(|slot| pinned[*slot as usize]);
+        listed.iter().copied().chain(pinned).collect()
+    }
+
     pub fn capacity(&self) -> u32 {
         self.tiles.len() as u32
     }

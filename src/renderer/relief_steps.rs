@@ -1,0 +1,87 @@
+//! The work of each pixel of a relief, for the window's overlay: steps of its ray, or texels that its projected widths
+//! visit.
+
+use super::plain::{PlainFilter, PlainSurfaces};
+use super::technique::Surfaces;
+use crate::frame::{Seen, Target, View};
+use crate::paper::texture_mapping::relief::surface::ReliefSurface;
+use crate::vk::shader::common::mesh_vert;
+use crate::vk::shader::texture_mapping::relief_surface_frag;
+use crate::vk::{
+    self, Blend, Clear, ColorTarget, Depth, DepthTarget, Format, Frame, Gpu, GraphicsInfo, GraphicsPipeline,
+    Image, ImageInfo, Result,
+};
+use std::sync::Arc;
+
+/// The value of FORM in relief_surface.frag that writes the work.
+const WORK: usize = 2;
+
+/// The picture of the work, and its pass.
+pub struct ReliefSteps {
+    /// Steps in the first word; all ones where there is no relief.
+    pub image: Image,
+    /// The depth of the finished picture.
+    depth: Arc<Image>,
+    /// For each filter of the surfaces with a relief.
+    pipelines: Vec<(PlainFilter, GraphicsPipeline)>,
+}
+
+impl ReliefSteps {
+    /// # Errors
+    /// Out of memory.
+    pub fn new(gpu: &Gpu, plain: &PlainSurfaces, target: &Target) -> Result<ReliefSteps> {
+        let mut pipelines: Vec<(PlainFilter, GraphicsPipeline)> = Vec::new();
+        for surface in plain.surfaces.iter().filter(|surface| surface.relief.is_some()) {
+            let PlainFilter::Relief(method) = surface.filter else { continue };
+            if pipelines.iter().any(|(filter, _)| *filter == surface.filter) {
+                continue;
+            }
+            let shader = &relief_surface_frag::SHADERS[WORK];
+            let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
+                name: shader.name,
+                vertex: &mesh_vert::SHADER,
+                geometry: None,
+                fragment: Some(shader),
+                specialization: &ReliefSurface::constants(method),
+                points: false,
+                depth: Some(Depth::Equal),
+                colors: &[Format::Rgba32Uint],
+                blend: Blend::Replace,
+            })?;
+            pipelines.push((surface.filter, pipeline));
+        }
+        Ok(ReliefSteps {
+            image: gpu.image("relief steps", ImageInfo::target(target.size(), Format::Rgba32Uint))?,
+            depth: target.depth.clone(),
+            pipelines,
+        })
+    }
+
+    /// True if it was made for this target.
+    pub fn fits(&self, target: &Target) -> bool {
+        Arc::ptr_eq(&self.depth, &target.depth)
+    }
+
+    /// Draws the work after the passes of the picture.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn record(&self, frame: &mut Frame<'_>, surfaces: &Surfaces, view: &View) -> vk::Result<()> {
+        let Some(plain) = &surfaces.plain else { return Ok(()) };
+        let shapes = surfaces.plain_shapes();
+        frame.pass("relief steps", |cmd| {
+            let color = ColorTarget { image: &self.image, clear: Clear::Uint([u32::MAX; 4]) };
+            let depth = DepthTarget { image: &self.depth, clear: false };
+            cmd.render(view.size, &[color], Some(depth), |render| {
+                for (surface, shape) in &shapes {
+                    let surface = &plain.surfaces[*surface];
+                    let pipeline = self.pipelines.iter().find(|(filter, _)| *filter == surface.filter);
+                    let Some((_, pipeline)) = pipeline else { continue };
+                    let seen = Seen::lit([shape], *view, 0, surfaces.sun);
+                    seen.draw(render, &plain.resources(surface), |_| pipeline)?;
+                }
+                Ok(())
+            })
+        })
+    }
+}

@@ -1,0 +1,231 @@
+//! The picture of a scene in f64: every surface, its texture's mean over each pixel's footprint, and its light. Slow; the
+//! window's error overlay computes it beside the frames.
+//!
+//! A progressive mesh is shown at a level whose stated error is at most [`MESH_PIXELS`], whatever the frame shows.
+
+use super::open::{carries_virtual, is_lit, plain_texture};
+use super::plain::ALBEDO;
+use crate::math::camera::Pose;
+use crate::math::light::LightColours;
+use crate::model::mesh::SourceMesh;
+use crate::paper::progressive_mesh::cache::live_faces;
+use crate::paper::progressive_mesh::place::{Bounds, Place};
+use crate::paper::progressive_mesh::run::level_for_error;
+use crate::paper::progressive_mesh::{self, Model};
+use crate::paper::virtual_texture::config::owner;
+use crate::paper::virtual_texture::reference::picture::{Filter, Texels, sides_of};
+use crate::reference::filter::{Edges, Texture, srgb8_to_linear};
+use crate::reference::{Sample, View};
+use crate::scene::{Scene, Surface};
+use crate::texture::plain::PlainTexture;
+use crate::texture::source::{TileFormat, TileSource};
+use glam::{DVec2, DVec3};
+use std::collections::HashMap;
+
+/// Pixels by which a mesh of the reference deviates from the full mesh, at most.
+const MESH_PIXELS: f64 = 0.25;
+
+/// The reference keeps about 400 bytes for a triangle.
+const MOST_TRIANGLES: usize = 1_500_000;
+
+/// A scene seen from one pose.
+pub struct Truth<'a> {
+    layers: Vec<Layer<'a>>,
+    sun: DVec3,
+    light: LightColours,
+}
+
+/// One surface with all its instances.
+struct Layer<'a> {
+    view: View,
+    triangles: Vec<[u32; 3]>,
+    paint: Paint<'a>,
+    /// For each vertex, if the surface is lit.
+    normals: Option<Vec<DVec3>>,
+}
+
+enum Paint<'a> {
+    Virtual(Box<Texels<'a>>),
+    Plain(Plain),
+    /// Linear albedo.
+    Grey(f64),
+}
+
+/// A plain texture with sides that are powers of two.
+struct Plain {
+    size_log2: [u32; 2],
+    /// Linear light, by level.
+    levels: Vec<Vec<[f64; 4]>>,
+}
+
+/// The reason why a scene with these tiles has no reference, if it has none.
+///
+/// # Errors
+/// The reason.
+pub fn check(scene: &Scene, tiles: Option<TileFormat>) -> Result<(), &'static str> {
+    if scene.surfaces.keys().any(|name| scene.has(&["surface", name, "relief"])) {
+        return Err("the reference does not follow reliefs");
+    }
+    match tiles {
+        Some(TileFormat::Bc1) => Err("the reference reads RGBA8 tiles, not blocks"),
+        _ => Ok(()),
+    }
+}
+
+impl<'a> Truth<'a> {
+    /// Loads the scene's meshes and plain textures; `tiles` are those of its virtual texture.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or what the reference cannot show.
+    pub fn new(
+        scene: &Scene,
+        tiles: Option<&'a dyn TileSource>,
+        pose: &Pose,
+        size: [u32; 2],
+    ) -> Result<Truth<'a>, String> {
+        check(scene, tiles.map(TileSource::format))?;
+        let owner = owner(scene).map_err(|error| error.to_string())?;
+        let models = progressive_mesh::load(scene).map_err(|error| error.to_string())?;
+        let layer = |surface: &Surface| {
+            let (mesh, normals) = match surface.grid() {
+                Some(grid) => {
+                    let grid = grid.map_err(|error| error.to_string())?;
+                    let normals = normals(&grid.positions, &grid.triangles);
+                    (grid, normals)
+                }
+                None => {
+                    let model = models.iter().find(|model| model.name == surface.name);
+                    instances(model.ok_or("a surface without a mesh")?, pose, size)?
+                }
+            };
+            let is_virtual = carries_virtual(surface, owner);
+            let paint = match (is_virtual, tiles) {
+                (true, Some(tiles)) => Paint::Virtual(Box::new(Texels::new(tiles))),
+                (true, None) => return Err("the virtual texture is not open".to_owned()),
+                (false, _) if surface.texture.is_none() && surface.grid().is_none() => Paint::Grey(ALBEDO),
+                (false, _) => Paint::Plain(Plain::of(scene, surface)?),
+            };
+            Ok(Layer {
+                view: View::new(&mesh, &pose.world_to_clip(size[0], size[1]), pose.eye, size),
+                triangles: mesh.triangles,
+                paint,
+                normals: is_lit(surface, owner).then_some(normals),
+            })
+        };
+        let layers = scene.surfaces.values().map(layer).collect::<Result<Vec<_>, String>>()?;
+        Ok(Truth { layers, sun: scene.sun(), light: scene.light_colours() })
+    }
+
+    /// The linear colour of a pixel; `None` where the background is visible.
+    pub fn pixel(&self, x: u32, y: u32) -> Option<[f64; 4]> {
+        let samples = self.layers.iter().filter_map(|layer| Some((layer, layer.view.sample(x, y)?)));
+        let (layer, sample) = samples.min_by(|(_, a), (_, b)| a.w_m.total_cmp(&b.w_m))?;
+        let colour = match &layer.paint {
+            Paint::Virtual(texels) => texels.pixel(&sample, Filter::Area),
+            Paint::Plain(plain) => plain.pixel(&sample),
+            Paint::Grey(albedo) => [*albedo, *albedo, *albedo, 1.0],
+        };
+        let Some(normals) = &layer.normals else { return Some(colour) };
+        let corners = layer.triangles[sample.triangle as usize].map(|vertex| normals[vertex as usize]);
+        let normal: DVec3 = (0..3).map(|n| corners[n] * sample.weights[n]).sum();
+        let cosine = normal.normalize_or(DVec3::Z).dot(self.sun).max(0.0);
+        let light = |n: usize| f64::from(self.light.sky[n]) + f64::from(self.light.sun[n]) * cosine;
+        let [r, g, b, a] = colour;
+        Some([r * light(0), g * light(1), b * light(2), a])
+    }
+
+    /// Checks that all texels so far could be read.
+    ///
+    /// # Errors
+    /// The first tile that could not be read.
+    pub fn check_read(&self) -> Result<(), String> {
+        let mut texels = self.layers.iter().filter_map(|layer| match &layer.paint {
+            Paint::Virtual(texels) => Some(&**texels),
+            _ => None,
+        });
+        texels.try_for_each(Texels::check).map_err(|error| error.to_string())
+    }
+}
+
+impl Plain {
+    fn of(scene: &Scene, surface: &Surface) -> Result<Plain, String> {
+        let texture = plain_texture(scene, surface.texture.as_deref()).map_err(|error| error.to_string())?;
+        let PlainTexture { size, levels } = texture;
+        if !size.iter().all(|side| side.is_power_of_two()) {
+            return Err(format!(
+                "{}: the reference needs a texture with sides of powers of two",
+                surface.name
+            ));
+        }
+        let linear: [f64; 256] = std::array::from_fn(|code| srgb8_to_linear(code as u8));
+        let texel =
+            |rgba: &[u8]| [linear[rgba[0] as usize], linear[rgba[1] as usize], linear[rgba[2] as usize], 1.0];
+        let levels = levels.iter().map(|level| level.chunks_exact(4).map(texel).collect()).collect();
+        Ok(Plain { size_log2: size.map(u32::ilog2), levels })
+    }
+
+    /// The mean over the pixel's footprint.
+    fn pixel(&self, sample: &Sample) -> [f64; 4] {
+        let [width_log2, height_log2] = self.size_log2;
+        let texel = |level: u32, x: u32, y: u32| {
+            self.levels[level as usize][(y * (1 << width_log2.saturating_sub(level)) + x) as usize]
+        };
+        let texture = Texture { width_log2, height_log2, edges: Edges::Columns, texel };
+        texture.area(&sides_of(sample, texture.level_size(0)), sample.s, sample.t)
+    }
+}
+
+/// The seen instances of a model in the world, and a normal for each vertex.
+fn instances(model: &Model, pose: &Pose, size: [u32; 2]) -> Result<(SourceMesh, Vec<DVec3>), String> {
+    let vertices = &model.mesh.vertices;
+    let positions: Vec<DVec3> = vertices.positions.iter().map(|at| DVec3::from(at.map(f64::from))).collect();
+    let full = || live_faces(&model.mesh, model.mesh.last_level());
+    let own: Vec<DVec3> = match vertices.attributes.normals.is_empty() {
+        true => normals(&positions, &full()),
+        false => vertices.attributes.normals.iter().map(|n| DVec3::from(n.map(f64::from))).collect(),
+    };
+    let coordinates: Vec<DVec2> = match vertices.attributes.coordinates.is_empty() {
+        true => vec![DVec2::ZERO; positions.len()],
+        false => vertices.attributes.coordinates.iter().map(|at| DVec2::from(at.map(f64::from))).collect(),
+    };
+    let bounds = Bounds::of(&vertices.positions);
+    let (mut levels, mut mesh, mut turned) = (HashMap::new(), SourceMesh::default(), Vec::new());
+    for stand in &model.stands {
+        let place = Place::new(&model.surface, &bounds, stand);
+        if !place.is_seen(pose, size) {
+            continue;
+        }
+        let wanted = place.wanted_error(pose, size[1], MESH_PIXELS);
+        let level = level_for_error(&model.mesh.levels, wanted as f32);
+        let faces = levels.entry(level).or_insert_with(|| live_faces(&model.mesh, level));
+        let live = model.mesh.levels[level as usize].vertices as usize;
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend(positions[..live].iter().map(|at| place.to_world(*at)));
+        mesh.coordinates.extend(&coordinates[..live]);
+        turned.extend(own[..live].iter().map(|normal| place.rotation * *normal));
+        mesh.triangles.extend(faces.iter().map(|face| face.map(|vertex| first + vertex)));
+        if mesh.triangles.len() > MOST_TRIANGLES {
+            return Err(format!(
+                "{}: the reference of this view has more than {MOST_TRIANGLES} triangles",
+                model.name
+            ));
+        }
+    }
+    Ok((mesh, turned))
+}
+
+/// The area-weighted mean of the normals of the faces around each position.
+fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
+    // Adding 0 makes -0 equal to 0.
+    let key = |at: DVec3| (at + 0.0).to_array().map(f64::to_bits);
+    let mut sums: HashMap<[u64; 3], DVec3> = HashMap::new();
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
+        let twice_area = (b - a).cross(c - a);
+        [a, b, c].into_iter().for_each(|corner| *sums.entry(key(corner)).or_default() += twice_area);
+    }
+    positions
+        .iter()
+        .map(|at| sums.get(&key(*at)).copied().unwrap_or_default().normalize_or(DVec3::Z))
+        .collect()
+}

@@ -1,0 +1,107 @@
+//! Labels of the overlay of levels: level, row and column of each tile that is visible at a point of a coarse grid. The
+//! tiles are read back two frames later, when the frame that copied them has ended: nothing waits.
+
+use ortelius::frame::{PerFrame, View};
+use ortelius::vk::{Buffer, BufferUse, Frame, Gpu, Image, Result, TexelCopy};
+use std::collections::BTreeMap;
+
+/// Pixels between two points of the grid.
+const STEP: u32 = 48;
+
+/// A texel of the overlay's image: four words.
+const STRIDE: u64 = 16;
+
+/// Level, row and column.
+type Tile = [u32; 3];
+
+/// The name of a tile, and the pixel in its middle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Label {
+    pub at: [f32; 2],
+    pub tile: Tile,
+}
+
+#[derive(Default)]
+pub struct Labels {
+    asked: PerFrame<Option<(Buffer, Vec<[u32; 2]>)>>,
+    pub found: Vec<Label>,
+}
+
+impl Labels {
+    /// Reads the tiles that were copied two frames ago, and copies those of `words`, the image of levels shown, left of
+    /// column `split`.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn step(
+        &mut self,
+        gpu: &Gpu,
+        frame: &mut Frame<'_>,
+        view: &View,
+        (words, split): (Option<&Image>, u32),
+    ) -> Result<()> {
+        let asked = self.asked[view.slot()].take();
+        let Some(words) = words else {
+            self.found.clear();
+            return Ok(());
+        };
+        if let Some((buffer, points)) = asked {
+            let tile = |n: usize| {
+                let word = &buffer.mapped()[n * STRIDE as usize..][..STRIDE as usize];
+                let [level, row, column, _] = bytemuck::pod_read_unaligned::<[u32; 4]>(word);
+                (level != u32::MAX).then_some([level, row, column])
+            };
+            self.found = labels(points.iter().enumerate().filter_map(|(n, at)| Some((*at, tile(n)?))));
+        }
+        let [columns, rows] = view.size.map(|side| side / STEP);
+        let at = |column: u32, row: u32| [column * STEP + STEP / 2, row * STEP + STEP / 2];
+        let points = (0..rows).flat_map(|row| (0..columns).map(move |column| at(column, row)));
+        let points: Vec<[u32; 2]> = points.filter(|at| at[0] < split).collect();
+        if points.is_empty() {
+            return Ok(());
+        }
+        let buffer = gpu.buffer("tile labels", STRIDE * points.len() as u64, BufferUse::Readback)?;
+        let copy = |(n, at): (u64, &[u32; 2])| TexelCopy {
+            offset: STRIDE * n,
+            mip: 0,
+            layer: 0,
+            at: *at,
+            size: [1, 1],
+        };
+        let copies: Vec<TexelCopy> = (0..).zip(&points).map(copy).collect();
+        frame.pass("tile labels", |cmd| {
+            cmd.copy_from_image(words, &buffer, &copies);
+            Ok(())
+        })?;
+        self.asked[view.slot()] = Some((buffer, points));
+        Ok(())
+    }
+}
+
+/// One label for each tile, in the middle of its points.
+fn labels(points: impl Iterator<Item = ([u32; 2], Tile)>) -> Vec<Label> {
+    let mut sums: BTreeMap<Tile, ([u32; 2], u32)> = BTreeMap::new();
+    for (at, tile) in points {
+        let (sum, count) = sums.entry(tile).or_default();
+        *sum = [0, 1].map(|axis| sum[axis] + at[axis]);
+        *count += 1;
+    }
+    let label = |(tile, (sum, count)): (Tile, ([u32; 2], u32))| Label {
+        at: sum.map(|sum| sum as f32 / count as f32),
+        tile,
+    };
+    sums.into_iter().map(label).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tile_has_one_label_in_the_middle_of_its_points() {
+        let points = [([24, 24], [3, 1, 2]), ([72, 24], [3, 1, 2]), ([120, 24], [3, 1, 3])];
+        let found = labels(points.into_iter());
+        let expected = [([48.0, 24.0], [3, 1, 2]), ([120.0, 24.0], [3, 1, 3])];
+        assert_eq!(found, expected.map(|(at, tile)| Label { at, tile }));
+    }
+}
