@@ -1,18 +1,20 @@
 //! The `.tiles` file: contents read back unchanged, and damage to any byte is detected.
 
 use ortelius::math::pyramid::{Pyramid, TileId};
-use ortelius::texture::bake::{Settings, SourceName, bake};
+use ortelius::texture::bake::{BakeSettings, SourceName, bake};
 use ortelius::texture::source::earth::Earth;
 use ortelius::texture::source::ruler::Ruler;
 use ortelius::texture::source::{TileError, TileFormat, TileSource};
-use ortelius::texture::tiles::{HEADER_BYTES, Layout, PAGE_BYTES, Record, TileFile, TileFileError, verify};
+use ortelius::texture::tiles::{
+    FileLayout, HEADER_BYTES, PAGE_BYTES, Record, TileFile, TileFileError, verify,
+};
 use std::fs::{self, File, OpenOptions};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
 fn baked(folder: &Path, source: SourceName, tile_side: u32, border_texels: u32) -> PathBuf {
     let output = folder.join("baked.tiles");
-    let settings = Settings {
+    let settings = BakeSettings {
         source,
         output: output.clone(),
         tile_side,
@@ -68,7 +70,7 @@ fn synthetic_tiles_read_back_unchanged() {
 }
 
 /// The record that contains the byte at `offset`; `None` in header and index.
-fn record_at(layout: &Layout, offset: u64) -> Option<Record> {
+fn record_at(layout: &FileLayout, offset: u64) -> Option<Record> {
     let pyramid = layout.pyramid();
     let resident = (pyramid.first_resident_level()..=pyramid.coarsest_level()).find(|&level| {
         let start = layout.resident_offset(level);
@@ -166,7 +168,7 @@ fn a_header_that_declares_terabytes_is_rejected_before_any_allocation() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("huge.tiles");
     let pyramid = Pyramid::new(20, 19, 7, 4, None).unwrap();
-    let layout = Layout::new(pyramid, TileFormat::Rgba8).unwrap();
+    let layout = FileLayout::new(pyramid, TileFormat::Rgba8).unwrap();
     let mut bytes = layout.header_page().to_vec();
     bytes.resize(3 * HEADER_BYTES, 0);
     fs::write(&path, &bytes).unwrap();

@@ -10,7 +10,7 @@ use ortelius::picture::Target;
 use ortelius::renderer::report::RunSection;
 use ortelius::renderer::{auto, sections};
 use ortelius::scene::Scene;
-use ortelius::scene::camera::{Camera, Place};
+use ortelius::scene::camera::{Camera, GroundPoint};
 use std::io::Read;
 use std::path::Path;
 
@@ -203,11 +203,11 @@ impl EyeArgs {
         }
         let like = asked.camera()?;
         let place = match like.place {
-            Place::Planet { latitude_deg, longitude_deg } => Place::Planet {
+            GroundPoint::Planet { latitude_deg, longitude_deg } => GroundPoint::Planet {
                 latitude_deg: lat.unwrap_or(latitude_deg),
                 longitude_deg: lon.unwrap_or(longitude_deg),
             },
-            Place::Plane { .. } if lat.is_some() || lon.is_some() => {
+            GroundPoint::Plane { .. } if lat.is_some() || lon.is_some() => {
                 let (scene, name) = (&asked.scene.name, &asked.scene.view.camera);
                 bail!(Usage(format!(
                     "--lat, --lon: the ground of scene {scene} is a plane; set -D cameras.{name}.east_m and north_m"

@@ -3,7 +3,7 @@
 use super::progress::Bar;
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use ortelius::texture::bake::{self, Progress, Settings, SourceName};
+use ortelius::texture::bake::{self, BakeSettings, Progress, SourceName};
 use ortelius::texture::source::TileFormat;
 use std::path::PathBuf;
 
@@ -57,7 +57,7 @@ enum Format {
 
 /// Runs the subcommand. A failure carries a [`bake::BakeError`] or [`bake::SourceError`].
 pub fn run(args: &BakeArgs) -> Result<()> {
-    let settings = Settings {
+    let settings = BakeSettings {
         source: args.source.parse::<SourceName>()?,
         output: args.output.clone(),
         tile_side: args.tile,

@@ -10,7 +10,8 @@ use crate::model::mesh::{Cluster, Mesh, MeshPosition, MeshVertex};
 use crate::vk::shader::common::{depth_vert, lit_mesh_vert, mesh_vert};
 use crate::vk::shader::{VertexFormat, View as ViewConstants};
 use crate::vk::{
-    Buffer, BufferUse, Clear, Geometry, Gpu, GraphicsPipeline, IndexType, Render, Resource, Result, Slice,
+    Buffer, BufferUse, Clear, Geometry, Gpu, GraphicsPipeline, IndexRange, IndexType, Render, Resource,
+    Result,
 };
 use glam::{DMat3, DMat4, DVec3};
 use std::mem::offset_of;
@@ -72,7 +73,7 @@ pub struct Seen<'a> {
     /// Levels added to the texture level of detail.
     pub level_bias: u32,
     pub onto: Onto,
-    shapes: Vec<(&'a Shape, Vec<Slice<ViewConstants>>)>,
+    shapes: Vec<(&'a Shape, Vec<IndexRange<ViewConstants>>)>,
 }
 
 impl Shape {
@@ -160,14 +161,14 @@ pub fn world_view(pose: &Pose, size: [u32; 2], level_bias: u32) -> ViewConstants
 }
 
 impl Draw {
-    fn slice(&self, view: &View, level_bias: u32, sun: DVec3, curvature: f64) -> Slice<ViewConstants> {
+    fn slice(&self, view: &View, level_bias: u32, sun: DVec3, curvature: f64) -> IndexRange<ViewConstants> {
         let View { pose, size, frame } = *view;
         let world = ViewConstants { frame: frame as u32, ..world_view(&pose, size, level_bias) };
         match *self {
             Draw::World { indices } => {
                 let limb = (pose.pixel_tangent(size[1]) * curvature) as f32;
                 let push = ViewConstants { sun: sun.as_vec3().to_array(), limb, ..world };
-                Slice { push, first_index: 0, count: indices }
+                IndexRange { push, first_index: 0, count: indices }
             }
             Draw::Object { centre, axes, first_index, indices } => {
                 // Subtract the eye here, in f64. The difference is small near the eye and fits f32.
@@ -181,7 +182,7 @@ impl Draw {
                     sun: (axes.transpose() * sun).normalize_or_zero().as_vec3().to_array(),
                     ..world
                 };
-                Slice { push, first_index, count: indices }
+                IndexRange { push, first_index, count: indices }
             }
         }
     }
@@ -237,7 +238,7 @@ impl<'a> Seen<'a> {
         resources: &[(u32, Resource<'_>)],
         pipeline: &GraphicsPipeline,
         shape: &Shape,
-        slices: &[Slice<ViewConstants>],
+        slices: &[IndexRange<ViewConstants>],
     ) -> Result<()> {
         let normals = shape.normals.iter().map(|normals| (lit_mesh_vert::NORMALS, Resource::Buffer(normals)));
         let resources: Vec<_> = resources.iter().copied().chain(normals).collect();
@@ -246,7 +247,7 @@ impl<'a> Seen<'a> {
     }
 
     /// Each shape with its draws.
-    pub fn shapes(&self) -> impl Iterator<Item = (&'a Shape, &[Slice<ViewConstants>])> {
+    pub fn shapes(&self) -> impl Iterator<Item = (&'a Shape, &[IndexRange<ViewConstants>])> {
         self.shapes.iter().map(|(shape, slices)| (*shape, &**slices))
     }
 }

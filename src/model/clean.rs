@@ -7,7 +7,7 @@ use super::attributes::{finite_coordinates, first_alike, usable_normals};
 use super::manifold::Faces;
 use super::outliers::usable;
 use super::raw::{MOST, Raw};
-use super::report::Report;
+use super::report::MeshReport;
 use super::{Attributes, Model};
 use glam::DVec3;
 use std::collections::HashMap;
@@ -21,14 +21,14 @@ const FLAT: f64 = 1.0 / (1u64 << 48) as f64;
 ///
 /// # Panics
 /// If an index or a length does not fit, or there are more than 2^27 vertices or faces (readers refuse such files).
-pub fn clean(raw: &Raw) -> (Model, Report) {
+pub fn clean(raw: &Raw) -> (Model, MeshReport) {
     let vertices = raw.positions.len();
     assert!(vertices <= MOST && raw.faces.len() <= MOST, "{vertices} vertices, {} faces", raw.faces.len());
     let Attributes { normals, coordinates, colors } = &raw.attributes;
     for length in [normals.len(), coordinates.len(), colors.len()] {
         assert!(length == 0 || length == vertices, "{length} attributes for {vertices} vertices");
     }
-    let mut report = Report { vertices, file_faces: raw.faces.len(), ..Report::default() };
+    let mut report = MeshReport { vertices, file_faces: raw.faces.len(), ..MeshReport::default() };
     let usable = usable(raw, &mut report);
     let (points, mut positions) = weld(&raw.positions, &usable, &mut report);
     let (mut faces, doubled) = sift(raw, &usable, &points, &mut report);
@@ -44,7 +44,7 @@ pub fn clean(raw: &Raw) -> (Model, Report) {
 }
 
 /// The point of each vertex, and the position of each point. Points are in the order of their first vertices.
-fn weld(positions: &[DVec3], usable: &[bool], report: &mut Report) -> (Vec<u32>, Vec<DVec3>) {
+fn weld(positions: &[DVec3], usable: &[bool], report: &mut MeshReport) -> (Vec<u32>, Vec<DVec3>) {
     let mut known: HashMap<[u64; 3], u32> = HashMap::with_capacity(positions.len());
     let mut points = Vec::new();
     let mut point_of = |(&position, &fits): (&DVec3, &bool)| {
@@ -65,7 +65,7 @@ fn weld(positions: &[DVec3], usable: &[bool], report: &mut Report) -> (Vec<u32>,
 
 /// Drops degenerate and duplicate faces. Returns the remaining faces. Also returns, for each of them, whether
 /// the file has as many reversed copies as copies of it (itself included).
-fn sift(raw: &Raw, usable: &[bool], points: &[u32], report: &mut Report) -> (Faces, Vec<bool>) {
+fn sift(raw: &Raw, usable: &[bool], points: &[u32], report: &mut MeshReport) -> (Faces, Vec<bool>) {
     // Keyed by the three points, smallest first: index of the kept face, its winding, copies minus reversed copies.
     let mut seen: HashMap<[u32; 3], (usize, bool, i32)> = HashMap::with_capacity(raw.faces.len());
     let mut faces = Faces::default();
@@ -135,7 +135,7 @@ fn is_thin(positions: &[DVec3], face: [u32; 3]) -> bool {
 }
 
 /// Builds the wedges in use. `points` maps vertices to shared points; the indices in `faces` are positions already.
-fn assemble(raw: &Raw, faces: &Faces, positions: &[DVec3], points: &[u32], report: &mut Report) -> Model {
+fn assemble(raw: &Raw, faces: &Faces, positions: &[DVec3], points: &[u32], report: &mut MeshReport) -> Model {
     let Faces { vertices: kept, points: corners } = faces;
     let mut attributes = raw.attributes.clone();
     report.replaced_attributes =
@@ -185,7 +185,7 @@ mod tests {
         Raw { positions, faces: faces.to_vec(), ..Raw::default() }
     }
 
-    fn cleaned(raw: &Raw) -> (Model, Report) {
+    fn cleaned(raw: &Raw) -> (Model, MeshReport) {
         let (model, report) = clean(raw);
         model.check().unwrap_or_else(|broken| panic!("{broken} in {model:?}"));
         (model, report)

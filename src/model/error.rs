@@ -16,7 +16,7 @@ pub enum ModelError {
     Large { path: PathBuf, what: &'static str, most: u64 },
     /// A fault inside the file. Lines count from 1, bytes from 0.
     #[error("{path}{place}: {what}")]
-    Content { path: PathBuf, place: Place, what: String },
+    Content { path: PathBuf, place: FilePosition, what: String },
     #[error("{name} has not been fetched; run `ortelius fetch {name}`")]
     NotFetched { name: String },
     /// A generated model with an unsupported size.
@@ -28,14 +28,14 @@ pub enum ModelError {
 
 /// Position in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum FilePosition {
     Line(usize),
     Byte(usize),
     /// The fault has no single position.
     Whole,
 }
 
-impl std::fmt::Display for Place {
+impl std::fmt::Display for FilePosition {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Line(line) => write!(f, ":{line}"),
@@ -48,20 +48,20 @@ impl std::fmt::Display for Place {
 /// A [`ModelError::Content`] without the file's path, which readers do not know.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Fault {
-    pub place: Place,
+    pub place: FilePosition,
     pub what: String,
 }
 
 impl Fault {
     pub(super) fn line(line: usize, what: impl Into<String>) -> Self {
-        Self { place: Place::Line(line), what: what.into() }
+        Self { place: FilePosition::Line(line), what: what.into() }
     }
 
     pub(super) fn byte(byte: usize, what: impl Into<String>) -> Self {
-        Self { place: Place::Byte(byte), what: what.into() }
+        Self { place: FilePosition::Byte(byte), what: what.into() }
     }
 
     pub(super) fn whole(what: impl Into<String>) -> Self {
-        Self { place: Place::Whole, what: what.into() }
+        Self { place: FilePosition::Whole, what: what.into() }
     }
 }

@@ -1,9 +1,9 @@
 //! Opens a model from a file or by name.
 
-use super::error::{Fault, ModelError, Place};
+use super::error::{Fault, FilePosition, ModelError};
 use super::names::wrong_size;
 use super::raw::{MOST, Raw};
-use super::{FETCHED, Model, NAMES, Report, clean, fetched, glb, named, obj, ply};
+use super::{FETCHED, MeshReport, Model, NAMES, clean, fetched, glb, named, obj, ply};
 use crate::file;
 use flate2::read::MultiGzDecoder;
 use std::io::Read;
@@ -23,12 +23,12 @@ impl Model {
     /// # Errors
     /// As [`Self::load`]; [`ModelError::Size`] for an unsupported size of a generated model;
     /// [`ModelError::NotFetched`] for a name that has not been fetched; [`ModelError::Unknown`] lists the names.
-    pub fn open(name_or_path: &str) -> Result<(Model, Report), ModelError> {
+    pub fn open(name_or_path: &str) -> Result<(Model, MeshReport), ModelError> {
         if let Some(model) = named(name_or_path) {
-            let mut report = Report {
+            let mut report = MeshReport {
                 vertices: model.wedge_positions.len(),
                 file_faces: model.faces.len(),
-                ..Report::default()
+                ..MeshReport::default()
             };
             report.count(&model);
             return Ok((model, report));
@@ -57,7 +57,7 @@ impl Model {
     ///
     /// # Errors
     /// [`ModelError`]: what cannot be read, and where; also if cleaning removes all faces.
-    pub fn load(path: &Path) -> Result<(Model, Report), ModelError> {
+    pub fn load(path: &Path) -> Result<(Model, MeshReport), ModelError> {
         let failed = |source| ModelError::Read { path: path.to_owned(), source };
         // If a file is missing and of unknown type, the type is reported.
         let (_, packed) = kind(path)?;
@@ -82,7 +82,7 @@ impl Model {
     ///
     /// # Errors
     /// As [`Self::load`].
-    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<(Model, Report), ModelError> {
+    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<(Model, MeshReport), ModelError> {
         let (read, _) = kind(path)?;
         let content = |Fault { place, what }| ModelError::Content { path: path.to_owned(), place, what };
         let raw = read(bytes).map_err(content)?;
@@ -96,7 +96,7 @@ impl Model {
             } else {
                 format!("cleaning removed all faces: {}", report.changes().join("; "))
             };
-            return Err(ModelError::Content { path: path.to_owned(), place: Place::Whole, what: why });
+            return Err(ModelError::Content { path: path.to_owned(), place: FilePosition::Whole, what: why });
         }
         Ok((model, report))
     }

@@ -182,7 +182,7 @@ impl Faces {
 
 #[cfg(test)]
 mod tests {
-    use crate::model::{Model, Raw, Report, clean, generate, named};
+    use crate::model::{MeshReport, Model, Raw, clean, generate, named};
     use glam::DVec3;
 
     fn raw(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> Raw {
@@ -194,7 +194,7 @@ mod tests {
         Raw { positions: model.positions.clone(), faces: model.faces.clone(), ..Raw::default() }
     }
 
-    fn cleaned(raw: &Raw) -> (Model, Report) {
+    fn cleaned(raw: &Raw) -> (Model, MeshReport) {
         let (model, report) = clean(raw);
         model.check().unwrap_or_else(|broken| panic!("{broken} in {model:?}"));
         (model, report)

@@ -23,12 +23,12 @@ mod topology;
 mod write;
 
 pub use clean::clean;
-pub use error::{ModelError, Place};
+pub use error::{FilePosition, ModelError};
 pub use fetch::{FETCHED, fetched};
 pub use names::{NAMES, named};
 pub mod mesh;
 pub use raw::Raw;
-pub use report::Report;
+pub use report::MeshReport;
 pub use topology::Topology;
 pub use write::Format;
 

@@ -1,6 +1,6 @@
 //! Finds invalid vertices of a file (not finite, or outliers), and the precision of the valid ones.
 
-use super::{Raw, Report};
+use super::{MeshReport, Raw};
 use glam::DVec3;
 use std::collections::HashSet;
 
@@ -17,7 +17,7 @@ const FEWEST_FOR_OUTLIERS: usize = 64;
 const FEW_STEPS: f64 = 4096.0;
 
 /// For each vertex, true if it may be part of a shape.
-pub(super) fn usable(raw: &Raw, report: &mut Report) -> Vec<bool> {
+pub(super) fn usable(raw: &Raw, report: &mut MeshReport) -> Vec<bool> {
     let fits = |position: &DVec3| position.is_finite() && position.abs().max_element() <= FARTHEST;
     let mut usable: Vec<bool> = raw.positions.iter().map(fits).collect();
     report.non_finite_vertices = usable.iter().filter(|fits| !**fits).count();
@@ -54,7 +54,7 @@ fn far_out(positions: &[DVec3], usable: &[bool]) -> Option<Vec<f64>> {
 
 /// Marks two kinds of vertices as unusable: those too far out, and less distant ones without neighbours
 /// there.
-fn set_aside(raw: &Raw, far: &[f64], usable: &mut [bool], report: &mut Report) {
+fn set_aside(raw: &Raw, far: &[f64], usable: &mut [bool], report: &mut MeshReport) {
     let place = |vertex: u32| (raw.positions[vertex as usize] + DVec3::ZERO).to_array().map(f64::to_bits);
     let is_far = |vertex: u32| far[vertex as usize] > SPIKE;
     if !far.iter().any(|&far| far > SPIKE) {
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
     use crate::model::{Model, clean, generate};
 
-    fn cleaned(raw: &Raw) -> (Model, Report) {
+    fn cleaned(raw: &Raw) -> (Model, MeshReport) {
         let (model, report) = clean(raw);
         model.check().unwrap_or_else(|broken| panic!("{broken} in {model:?}"));
         (model, report)

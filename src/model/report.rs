@@ -6,7 +6,7 @@ use std::fmt;
 
 /// Counts of a file's content, of each change, and of the result.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Report {
+pub struct MeshReport {
     /// In the file.
     pub vertices: usize,
     /// In the file; polygons count as their triangles.
@@ -54,7 +54,7 @@ pub struct Report {
     pub topology: Topology,
 }
 
-impl Report {
+impl MeshReport {
     /// Counts the result.
     pub(super) fn count(&mut self, model: &Model) {
         self.positions = model.positions.len();
@@ -95,7 +95,7 @@ impl Report {
     }
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for MeshReport {
     /// One line for the input, one for each change, one for the result.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "read: {} vertices, {} faces", self.vertices, self.file_faces)?;

@@ -2,7 +2,7 @@
 //! rounds in f32. So near an edge or a silhouette it may show another triangle than the reference. The pixel is
 //! correct if that triangle is one of these candidates.
 
-use super::raster::{MARGIN_PX, Sample, Setup, View};
+use super::raster::{MARGIN_PX, ReferenceView, Sample, Setup};
 use glam::{DVec2, DVec3};
 
 /// The triangles, and perhaps background, that a pixel may show.
@@ -25,7 +25,7 @@ type Linear = DVec3;
 /// A convex polygon, corners in order.
 type Polygon = Vec<DVec2>;
 
-impl View {
+impl ReferenceView {
     /// All triangles visible at pixel (x, y) if its centre moves by up to `radius_px` horizontally and
     /// vertically. Computed from exact areas of the square, not from samples.
     pub fn candidates(&self, x: u32, y: u32, radius_px: f64) -> Candidates {
@@ -60,7 +60,7 @@ struct Region<'a> {
 
 impl<'a> Region<'a> {
     /// `None` if the triangle does not touch the neighbourhood.
-    fn new(view: &View, setup: &'a Setup, x: u32, y: u32, square: &Polygon) -> Option<Region<'a>> {
+    fn new(view: &ReferenceView, setup: &'a Setup, x: u32, y: u32, square: &Polygon) -> Option<Region<'a>> {
         let centre = view.centre(i64::from(x), i64::from(y));
         let [width, height] = view.size().map(f64::from);
         let around =

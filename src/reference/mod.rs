@@ -12,4 +12,4 @@ pub mod raster;
 pub mod supersample;
 
 pub use candidates::Candidates;
-pub use raster::{Derivatives, Sample, View, rasterise};
+pub use raster::{Derivatives, ReferenceView, Sample, rasterise};

@@ -40,7 +40,7 @@ pub struct Sample {
 
 /// Bins of 8 x 8 pixels save time: a pixel tests only its bin's triangles.
 const BIN_PX: u32 = 8;
-/// Margin around a triangle's bounding box in which it is listed, for [`View::candidates`].
+/// Margin around a triangle's bounding box in which it is listed, for [`ReferenceView::candidates`].
 pub(super) const MARGIN_PX: f64 = 2.0;
 
 /// A linear function of the position in normalised device coordinates: dot product with `(x, y, 1)`.
@@ -70,7 +70,7 @@ pub(super) struct Setup {
 }
 
 /// A mesh prepared for sampling from one eye.
-pub struct View {
+pub struct ReferenceView {
     size: [u32; 2],
     setups: Vec<Setup>,
     bin_columns: u32,
@@ -86,13 +86,13 @@ pub fn rasterise(
     eye: DVec3,
     size: [u32; 2],
 ) -> Vec<Option<Sample>> {
-    View::new(mesh, world_to_clip, eye, size).samples()
+    ReferenceView::new(mesh, world_to_clip, eye, size).samples()
 }
 
-impl View {
+impl ReferenceView {
     /// Prepares all triangles. `world_to_clip` applies to (position - eye), clip y points down, depth lies in
     /// 0 ..= 1. `size` is the picture's width and height in pixels.
-    pub fn new(mesh: &SourceMesh, world_to_clip: &DMat4, eye: DVec3, size: [u32; 2]) -> View {
+    pub fn new(mesh: &SourceMesh, world_to_clip: &DMat4, eye: DVec3, size: [u32; 2]) -> ReferenceView {
         assert!(size[0] > 0 && size[1] > 0, "a picture of {size:?} pixels");
         let clip: Vec<DVec4> =
             mesh.positions.iter().map(|&position| *world_to_clip * (position - eye).extend(1.0)).collect();
@@ -112,7 +112,7 @@ impl View {
             }
             setups.push(setup);
         }
-        View { size, setups, bin_columns, bins }
+        ReferenceView { size, setups, bin_columns, bins }
     }
 
     /// The picture's width and height in pixels.

@@ -9,13 +9,13 @@ use crate::math::camera::Pose;
 use crate::math::light::LightColours;
 use crate::model::mesh::SourceMesh;
 use crate::paper::progressive_mesh::cache::live_faces;
-use crate::paper::progressive_mesh::place::{Bounds, Place};
+use crate::paper::progressive_mesh::place::{Bounds, Placement};
 use crate::paper::progressive_mesh::run::level_for_error;
 use crate::paper::progressive_mesh::{self, Model};
 use crate::paper::virtual_texture::config::owner;
 use crate::paper::virtual_texture::reference::picture::{Filter, Texels, sides_of};
 use crate::reference::filter::{Edges, Texture, srgb8_to_linear};
-use crate::reference::{Sample, View};
+use crate::reference::{ReferenceView, Sample};
 use crate::scene::{Scene, Surface};
 use crate::texture::plain::PlainTexture;
 use crate::texture::source::{TileFormat, TileSource};
@@ -37,7 +37,7 @@ pub struct Truth<'a> {
 
 /// One surface with all its instances.
 struct Layer<'a> {
-    view: View,
+    view: ReferenceView,
     triangles: Vec<[u32; 3]>,
     paint: Paint<'a>,
     /// For each vertex, if the surface is lit.
@@ -106,7 +106,7 @@ impl<'a> Truth<'a> {
                 (false, _) => Paint::Plain(Plain::of(scene, surface)?),
             };
             Ok(Layer {
-                view: View::new(&mesh, &pose.world_to_clip(size[0], size[1]), pose.eye, size),
+                view: ReferenceView::new(&mesh, &pose.world_to_clip(size[0], size[1]), pose.eye, size),
                 triangles: mesh.triangles,
                 paint,
                 normals: is_lit(surface, owner).then_some(normals),
@@ -191,7 +191,7 @@ fn instances(model: &Model, pose: &Pose, size: [u32; 2]) -> Result<(SourceMesh, 
     let bounds = Bounds::of(&vertices.positions);
     let (mut levels, mut mesh, mut turned) = (HashMap::new(), SourceMesh::default(), Vec::new());
     for stand in &model.stands {
-        let place = Place::new(&model.surface, &bounds, stand);
+        let place = Placement::new(&model.surface, &bounds, stand);
         if !place.is_seen(pose, size) {
             continue;
         }

@@ -18,38 +18,38 @@ pub enum Ground {
 /// The point of the ground below the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
-pub enum Place {
+pub enum GroundPoint {
     /// Geodetic degrees.
     Planet { latitude_deg: f64, longitude_deg: f64 },
     /// Metres from the centre of the plane.
     Plane { east_m: f64, north_m: f64 },
 }
 
-impl Place {
+impl GroundPoint {
     pub fn ground(&self) -> Ground {
         match self {
-            Place::Planet { .. } => Ground::Planet,
-            Place::Plane { .. } => Ground::Plane,
+            GroundPoint::Planet { .. } => Ground::Planet,
+            GroundPoint::Plane { .. } => Ground::Plane,
         }
     }
 
     /// East, north and up at this point.
     pub fn frame(&self) -> LocalFrame {
         match *self {
-            Place::Planet { latitude_deg, longitude_deg } => {
+            GroundPoint::Planet { latitude_deg, longitude_deg } => {
                 geodesy::local_frame(latitude_deg, longitude_deg)
             }
-            Place::Plane { .. } => LocalFrame { east: DVec3::X, north: DVec3::Y, up: DVec3::Z },
+            GroundPoint::Plane { .. } => LocalFrame { east: DVec3::X, north: DVec3::Y, up: DVec3::Z },
         }
     }
 
     /// World position in metres, `altitude_m` above this point.
     pub fn above(&self, altitude_m: f64) -> DVec3 {
         match *self {
-            Place::Planet { latitude_deg, longitude_deg } => {
+            GroundPoint::Planet { latitude_deg, longitude_deg } => {
                 geodesy::geodetic_to_ecef(latitude_deg, longitude_deg, altitude_m)
             }
-            Place::Plane { east_m, north_m } => DVec3::new(east_m, north_m, altitude_m),
+            GroundPoint::Plane { east_m, north_m } => DVec3::new(east_m, north_m, altitude_m),
         }
     }
 }
@@ -58,7 +58,7 @@ impl Place {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Camera {
     #[serde(flatten)]
-    pub place: Place,
+    pub place: GroundPoint,
     /// Height of the camera above the ground, > 0.
     pub altitude_m: f64,
     /// Clockwise from north: the picture's up direction when looking straight down.
@@ -82,9 +82,9 @@ impl Camera {
             Ground::Planet => {
                 let geodesy::Geodetic { latitude_deg, longitude_deg, altitude_m } =
                     geodesy::ecef_to_geodetic(pose.eye);
-                (Place::Planet { latitude_deg, longitude_deg }, altitude_m)
+                (GroundPoint::Planet { latitude_deg, longitude_deg }, altitude_m)
             }
-            Ground::Plane => (Place::Plane { east_m: pose.eye.x, north_m: pose.eye.y }, pose.eye.z),
+            Ground::Plane => (GroundPoint::Plane { east_m: pose.eye.x, north_m: pose.eye.y }, pose.eye.z),
         };
         let LocalFrame { east, north, up } = place.frame();
         // As in `pose`: forward = ahead sin - up cos, image_up = ahead cos + up sin.
@@ -175,7 +175,7 @@ pub fn continued(before: &Pose, now: &Pose, frames: u32) -> Option<Pose> {
 mod tests {
     use super::*;
 
-    fn camera(place: Place, heading_deg: f64, tilt_deg: f64) -> Camera {
+    fn camera(place: GroundPoint, heading_deg: f64, tilt_deg: f64) -> Camera {
         Camera {
             place,
             altitude_m: 300e3,
@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn straight_down_with_heading_0_has_north_up_and_east_right() {
-        let place = Place::Planet { latitude_deg: 46.0, longitude_deg: 8.0 };
+        let place = GroundPoint::Planet { latitude_deg: 46.0, longitude_deg: 8.0 };
         let (pose, frame) = (camera(place, 0.0, 0.0).pose(), place.frame());
         assert!((pose.forward + frame.up).length() < 1e-15);
         assert!((pose.up - frame.north).length() < 1e-15);
@@ -198,7 +198,7 @@ mod tests {
 
     #[test]
     fn tilt_90_looks_along_the_heading_with_the_sky_up() {
-        let place = Place::Plane { east_m: 0.0, north_m: 0.0 };
+        let place = GroundPoint::Plane { east_m: 0.0, north_m: 0.0 };
         let pose = camera(place, 90.0, 90.0).pose();
         assert!((pose.forward - DVec3::X).length() < 1e-15, "{pose:?}");
         assert!((pose.up - DVec3::Z).length() < 1e-15, "{pose:?}");
@@ -207,9 +207,12 @@ mod tests {
 
     #[test]
     fn a_camera_is_recovered_from_its_pose_even_at_the_pole_and_straight_down() {
-        let planet = |latitude_deg, longitude_deg| Place::Planet { latitude_deg, longitude_deg };
-        let places =
-            [planet(46.0, 8.0), planet(89.999_999, -120.0), Place::Plane { east_m: 5.0, north_m: -7.0 }];
+        let planet = |latitude_deg, longitude_deg| GroundPoint::Planet { latitude_deg, longitude_deg };
+        let places = [
+            planet(46.0, 8.0),
+            planet(89.999_999, -120.0),
+            GroundPoint::Plane { east_m: 5.0, north_m: -7.0 },
+        ];
         for (place, altitude_m) in places.into_iter().flat_map(|place| [1.0, 1e4, 1e8].map(|m| (place, m))) {
             for (heading_deg, tilt_deg) in [(0.0, 0.0), (-120.0, 0.0), (75.0, 60.0), (180.0, 179.0)] {
                 let camera = Camera { altitude_m, ..camera(place, heading_deg, tilt_deg) };
@@ -225,7 +228,7 @@ mod tests {
 
     #[test]
     fn a_camera_written_as_toml_is_the_same_to_the_last_bit() {
-        let place = Place::Planet { latitude_deg: 0.1 + 0.2, longitude_deg: -1e-300 };
+        let place = GroundPoint::Planet { latitude_deg: 0.1 + 0.2, longitude_deg: -1e-300 };
         let camera = Camera { altitude_m: 1.0 / 3.0, ..camera(place, 1e-17, 60.0) };
         let scene = crate::scene::Scene::embedded("globe").unwrap();
         let scene = scene.with(&[camera.to_change("window"), "view.camera=window".to_owned()]).unwrap();
@@ -237,7 +240,7 @@ mod tests {
 
     #[test]
     fn magnification_4_narrows_the_tangent_to_a_quarter() {
-        let camera = camera(Place::Plane { east_m: 0.0, north_m: 0.0 }, 0.0, 0.0);
+        let camera = camera(GroundPoint::Plane { east_m: 0.0, north_m: 0.0 }, 0.0, 0.0);
         let tangent = (camera.vertical_fov_rad() / 2.0).tan();
         assert!((tangent - (30f64.to_radians().tan() / 4.0)).abs() < 1e-16);
     }

@@ -1,6 +1,6 @@
 //! `[view]`, `[cameras.NAME]` and `[paths.NAME]`: the cameras of a scene, with the checks that involve several keys.
 
-use super::camera::{Camera, Ground, Place};
+use super::camera::{Camera, Ground, GroundPoint};
 use super::declare::{Settings, choices, settings};
 use super::document::Fault;
 use super::error::list;
@@ -110,7 +110,7 @@ pub(super) fn camera(part: &Part<'_>, ground: Ground) -> Result<Camera, Fault> {
         Ground::Planet => {
             let kind = "a camera over the earth";
             part.absent(&["east_m", "north_m"], kind)?;
-            Place::Planet {
+            GroundPoint::Planet {
                 latitude_deg: part.needed("latitude_deg", &keys.latitude_deg, kind)?,
                 longitude_deg: part.needed("longitude_deg", &keys.longitude_deg, kind)?,
             }
@@ -118,7 +118,7 @@ pub(super) fn camera(part: &Part<'_>, ground: Ground) -> Result<Camera, Fault> {
         Ground::Plane => {
             let kind = "a camera over a plane";
             part.absent(&["latitude_deg", "longitude_deg"], kind)?;
-            Place::Plane {
+            GroundPoint::Plane {
                 east_m: part.needed("east_m", &keys.east_m, kind)?,
                 north_m: part.needed("north_m", &keys.north_m, kind)?,
             }

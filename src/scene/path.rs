@@ -140,12 +140,12 @@ fn climb(start: &Camera, altitude_m: f64) -> Pose {
 
 #[cfg(test)]
 mod tests {
-    use super::super::camera::Place;
+    use super::super::camera::GroundPoint;
     use super::*;
 
     fn start(latitude_deg: f64, longitude_deg: f64, tilt_deg: f64) -> Camera {
         Camera {
-            place: Place::Planet { latitude_deg, longitude_deg },
+            place: GroundPoint::Planet { latitude_deg, longitude_deg },
             altitude_m: 50e3,
             heading_deg: 0.0,
             tilt_deg,

@@ -6,7 +6,7 @@
 use glam::{DQuat, DVec2, DVec3};
 use ortelius::math::camera::Pose;
 use ortelius::math::geodesy;
-use ortelius::scene::camera::{Camera, Ground, Place, near_m};
+use ortelius::scene::camera::{Camera, Ground, GroundPoint, near_m};
 
 /// Least and greatest height of the camera, in metres.
 pub const LOWEST_M: f64 = 1.0;
@@ -276,17 +276,17 @@ fn arc(from: DVec3, to: DVec3) -> (DVec3, f64) {
     (cross.normalize_or(from.any_orthonormal_vector()), cross.length().atan2(from.dot(to)))
 }
 
-fn between_places(from: &Place, to: &Place, share: f64) -> Place {
+fn between_places(from: &GroundPoint, to: &GroundPoint, share: f64) -> GroundPoint {
     match (*from, *to) {
-        (Place::Plane { east_m: x0, north_m: y0 }, Place::Plane { east_m: x1, north_m: y1 }) => {
-            Place::Plane { east_m: x0 + (x1 - x0) * share, north_m: y0 + (y1 - y0) * share }
+        (GroundPoint::Plane { east_m: x0, north_m: y0 }, GroundPoint::Plane { east_m: x1, north_m: y1 }) => {
+            GroundPoint::Plane { east_m: x0 + (x1 - x0) * share, north_m: y0 + (y1 - y0) * share }
         }
         _ => {
             // Directions are normals of the ellipsoid, so their angles are geodetic latitudes and longitudes.
             let (from, to) = (from.frame().up, to.frame().up);
             let (axis, angle) = arc(from, to);
             let up = DQuat::from_axis_angle(axis, angle * share) * from;
-            Place::Planet {
+            GroundPoint::Planet {
                 latitude_deg: up.z.atan2(up.x.hypot(up.y)).to_degrees(),
                 longitude_deg: up.y.atan2(up.x).to_degrees(),
             }
@@ -301,7 +301,7 @@ mod tests {
     const SIZE: [u32; 2] = [640, 360];
 
     fn eye(altitude_m: f64, tilt_deg: f64) -> Eye {
-        let place = Place::Planet { latitude_deg: 46.0, longitude_deg: 8.0 };
+        let place = GroundPoint::Planet { latitude_deg: 46.0, longitude_deg: 8.0 };
         let camera = Camera {
             place,
             altitude_m,
@@ -348,7 +348,7 @@ mod tests {
 
     #[test]
     fn no_flight_leads_below_the_terrain() {
-        let place = Place::Plane { east_m: 0.0, north_m: 0.0 };
+        let place = GroundPoint::Plane { east_m: 0.0, north_m: 0.0 };
         let mut eye = Eye::new(Camera { place, ..eye(3000.0, 80.0).camera });
         eye.fly_to(Camera { altitude_m: 10.0, ..eye.camera });
         while eye.is_under_way() {
@@ -365,7 +365,7 @@ mod tests {
 
     #[test]
     fn flying_over_the_pole_is_as_fast_as_elsewhere() {
-        let place = Place::Planet { latitude_deg: 89.99, longitude_deg: 0.0 };
+        let place = GroundPoint::Planet { latitude_deg: 89.99, longitude_deg: 0.0 };
         let mut eye = Eye::new(Camera { place, heading_deg: 0.0, ..eye(5e3, 45.0).camera });
         for _ in 0..100 {
             let before = eye.camera.pose();
@@ -408,7 +408,7 @@ mod tests {
     #[test]
     fn a_way_ends_exactly_at_its_camera() {
         let mut eye = eye(1e7, 0.0);
-        let place = Place::Planet { latitude_deg: -33.0, longitude_deg: -179.0 };
+        let place = GroundPoint::Planet { latitude_deg: -33.0, longitude_deg: -179.0 };
         let to = Camera { place, altitude_m: 300.0, heading_deg: -170.0, tilt_deg: 60.0, ..eye.camera };
         eye.fly_to(to);
         let mut steps = 0;

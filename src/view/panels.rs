@@ -3,7 +3,7 @@
 use super::action::{Action, KEYS, MOVES};
 use super::compared;
 use super::inspector;
-use super::settings::Settings;
+use super::settings::SettingsPanel;
 use super::shown::Shown;
 use super::stage::{HISTORY, Stage};
 use egui::{
@@ -13,7 +13,7 @@ use egui::{
 use ortelius::math::pyramid::TileId;
 use ortelius::paper::virtual_texture::VirtualTexture;
 use ortelius::renderer::Record;
-use ortelius::scene::camera::Place;
+use ortelius::scene::camera::GroundPoint;
 use ortelius::vk::PassTime;
 use std::time::{Duration, Instant};
 
@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 pub struct Panels {
     pub open: bool,
     pub help: bool,
-    settings: Settings,
+    settings: SettingsPanel,
     status: Option<Status>,
 }
 
@@ -41,7 +41,7 @@ const WIDTH: f32 = 330.0;
 
 impl Panels {
     pub fn new(open: bool) -> Panels {
-        Panels { open, help: false, settings: Settings::new(), status: None }
+        Panels { open, help: false, settings: SettingsPanel::new(), status: None }
     }
 
     /// Shows a message in the status line for some seconds.
@@ -315,8 +315,10 @@ fn meshes(ui: &mut Ui, last: &Record, stage: &Stage) {
 fn eye(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
     let camera = shown.camera;
     let place = match camera.place {
-        Place::Planet { latitude_deg, longitude_deg } => format!("{latitude_deg:.6}° {longitude_deg:.6}°"),
-        Place::Plane { east_m, north_m } => format!("{east_m:.2} m east, {north_m:.2} m north"),
+        GroundPoint::Planet { latitude_deg, longitude_deg } => {
+            format!("{latitude_deg:.6}° {longitude_deg:.6}°")
+        }
+        GroundPoint::Plane { east_m, north_m } => format!("{east_m:.2} m east, {north_m:.2} m north"),
     };
     let (heading, tilt) = (camera.heading_deg, camera.tilt_deg);
     let looks = format!("{heading:.1}°, {tilt:.1}°");

@@ -5,7 +5,8 @@ use ortelius::vk::shader::Present;
 use ortelius::vk::shader::view::{present_frag, present_vert};
 use ortelius::vk::{
     Acquired, Blend, Buffer, BufferUse, Clear, ColorTarget, Format, Frame, Gpu, GraphicsInfo,
-    GraphicsPipeline, Image, ImageInfo, PresentMode, Resource, Result, Surface, Swapchain, TexelCopy, View,
+    GraphicsPipeline, Image, ImageInfo, PresentMode, Resource, Result, Swapchain, TexelCopy, View,
+    WindowSurface,
 };
 
 /// Parameters of the present pass.
@@ -53,7 +54,7 @@ impl Screen {
     /// The device cannot present to the window as requested; out of memory.
     pub fn new(
         gpu: &Gpu,
-        surface: Surface,
+        surface: WindowSurface,
         size: [u32; 2],
         (mode, read): (PresentMode, bool),
     ) -> Result<Screen> {

@@ -7,7 +7,7 @@ use ortelius::scene::{self, Key, KeyAt, Kind, Scene};
 use std::collections::HashMap;
 
 /// The declared keys, and the unfinished input of each field.
-pub struct Settings {
+pub struct SettingsPanel {
     keys: Vec<KeyAt>,
     numbers: HashMap<String, f64>,
     texts: HashMap<String, String>,
@@ -23,12 +23,12 @@ struct Entry<'a> {
     value: Option<&'a toml::Value>,
 }
 
-impl Settings {
-    pub fn new() -> Settings {
+impl SettingsPanel {
+    pub fn new() -> SettingsPanel {
         let mut keys = scene::keys(LANGUAGES);
         // The camera has a panel of its own, and the window determines the size.
         keys.retain(|at| !["cameras.", "paths.", "view."].iter().any(|own| at.dotted.starts_with(own)));
-        Settings { keys, numbers: HashMap::new(), texts: HashMap::new(), filter: String::new() }
+        SettingsPanel { keys, numbers: HashMap::new(), texts: HashMap::new(), filter: String::new() }
     }
 
     /// Shows the settings. Returns the user's changes.
@@ -175,7 +175,12 @@ mod tests {
     use egui::{Context, Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
 
     /// Lays out the settings in a tall window and applies these events.
-    fn shown(settings: &mut Settings, context: &Context, scene: &Scene, events: Vec<Event>) -> Vec<Action> {
+    fn shown(
+        settings: &mut SettingsPanel,
+        context: &Context,
+        scene: &Scene,
+        events: Vec<Event>,
+    ) -> Vec<Action> {
         let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, Vec2::new(400.0, 4000.0)));
         let mut actions = Vec::new();
         let input = RawInput { screen_rect, events, ..RawInput::default() };
@@ -186,7 +191,7 @@ mod tests {
     #[test]
     fn a_surfaces_keys_are_those_of_its_kinds() {
         let scene = Scene::embedded("valley").unwrap();
-        let settings = Settings::new();
+        let settings = SettingsPanel::new();
         let names: Vec<String> =
             settings.keys.iter().flat_map(|at| entries(at, &scene)).map(|entry| entry.dotted).collect();
         for key in
@@ -203,7 +208,7 @@ mod tests {
     #[test]
     fn a_click_on_a_checkbox_sets_its_key() {
         let scene = Scene::embedded("herd").unwrap();
-        let (context, mut settings) = (Context::default(), Settings::new());
+        let (context, mut settings) = (Context::default(), SettingsPanel::new());
         settings.filter = "geomorph".to_owned();
         assert_eq!(shown(&mut settings, &context, &scene, Vec::new()), []);
         let mut found = Vec::new();

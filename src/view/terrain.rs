@@ -3,9 +3,9 @@
 
 use glam::{DVec2, DVec3};
 use ortelius::paper::progressive_mesh::cache::live_faces;
-use ortelius::paper::progressive_mesh::place::{Bounds, Place};
+use ortelius::paper::progressive_mesh::place::{Bounds, Placement};
 use ortelius::paper::progressive_mesh::{self, Model};
-use ortelius::scene::camera::{Camera, Ground, Place as Over};
+use ortelius::scene::camera::{Camera, Ground, GroundPoint};
 use ortelius::scene::{Geometry, Scene};
 use std::sync::Arc;
 use std::sync::OnceLock;
@@ -56,7 +56,7 @@ impl Terrain {
 
     /// Height of the terrain below a camera, in metres above the plane z = 0. It is 0 outside the meshes.
     pub fn height_m(&self, camera: &Camera) -> f64 {
-        let Over::Plane { east_m, north_m } = camera.place else { return 0.0 };
+        let GroundPoint::Plane { east_m, north_m } = camera.place else { return 0.0 };
         let heights = self.heights.get().into_iter().flatten();
         heights.map(|heights| heights.at(DVec2::new(east_m, north_m))).fold(0.0, f64::max)
     }
@@ -65,7 +65,7 @@ impl Terrain {
 impl Heights {
     fn of(model: &Model) -> Heights {
         let positions = &model.mesh.vertices.positions;
-        let place = Place::new(&model.surface, &Bounds::of(positions), &model.stands[0]);
+        let place = Placement::new(&model.surface, &Bounds::of(positions), &model.stands[0]);
         let world: Vec<DVec3> =
             positions.iter().map(|position| place.to_world(DVec3::from(position.map(f64::from)))).collect();
         Heights::new(&world, &live_faces(&model.mesh, model.mesh.last_level()))

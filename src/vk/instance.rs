@@ -14,7 +14,7 @@ const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
 /// [`Instance`] loads and unloads them, and NVIDIA 580.159 fails after about 30 times in one process.
 static DRIVERS: OnceLock<(ash::Entry, ash::Instance)> = OnceLock::new();
 
-/// The Vulkan instance. Surface extensions are enabled only if there is a window to present to.
+/// The Vulkan instance. WindowSurface extensions are enabled only if there is a window to present to.
 pub struct Instance {
     pub(crate) handle: ash::Instance,
     pub(crate) debug: Option<ext::debug_utils::Instance>,

@@ -34,9 +34,11 @@ pub use instance::{Instance, PhysicalDevice, Survey, driver_folders};
 pub use message::{Message, Severity};
 pub use pipeline::{Blend, ComputePipeline, Depth, GraphicsInfo, GraphicsPipeline};
 pub use query::{StreamCount, StreamQuery, Work};
-pub use render::{Clear, ClippedSlice, ColorTarget, DepthTarget, Geometry, Render, Slice, TransformFeedback};
+pub use render::{
+    Clear, ClippedSlice, ColorTarget, DepthTarget, Geometry, IndexRange, Render, TransformFeedback,
+};
 pub use semaphore::Semaphore;
-pub use swapchain::{Acquired, PresentMode, Surface, Swapchain};
+pub use swapchain::{Acquired, PresentMode, Swapchain, WindowSurface};
 pub use watched::Watched;
 
 pub(crate) use error::Check;

@@ -45,7 +45,7 @@ pub struct Geometry<'a> {
 
 /// A draw of a part of an index buffer with its own push constants.
 #[derive(Clone, Copy, Debug)]
-pub struct Slice<P> {
+pub struct IndexRange<P> {
     pub push: P,
     pub first_index: u32,
     pub count: u32,
@@ -185,7 +185,7 @@ impl Render<'_, '_> {
         pipeline: &GraphicsPipeline,
         resources: &[(u32, Resource<'_>)],
         geometry: Geometry<'_>,
-        slices: &[Slice<P>],
+        slices: &[IndexRange<P>],
     ) -> Result<()> {
         let Some(first) = slices.first() else { return Ok(()) };
         let (base, indices) = (&pipeline.0, geometry.indices);

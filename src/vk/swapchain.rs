@@ -25,7 +25,7 @@ pub enum PresentMode {
 const PATIENCE_NS: u64 = 100_000_000;
 
 /// A window surface that a device can present to. Keeps the window alive.
-pub struct Surface {
+pub struct WindowSurface {
     handle: vk::SurfaceKHR,
     calls: khr::surface::Instance,
     display: RawDisplayHandle,
@@ -62,10 +62,10 @@ pub struct Swapchain {
     format: Format,
     /// Images can be copied from.
     read: bool,
-    surface: Surface,
+    surface: WindowSurface,
 }
 
-impl Surface {
+impl WindowSurface {
     fn create(gpu: &Gpu, display: RawDisplayHandle, window: RawWindowHandle) -> Result<vk::SurfaceKHR> {
         let instance = &gpu.device.instance;
         // SAFETY: both handles are those of a window that the surface keeps alive.
@@ -80,7 +80,7 @@ impl Gpu {
     ///
     /// # Errors
     /// [`Error::Limit`] if the device cannot present to it.
-    pub fn surface<W>(&self, window: &Arc<W>) -> Result<Surface>
+    pub fn surface<W>(&self, window: &Arc<W>) -> Result<WindowSurface>
     where
         W: HasWindowHandle + HasDisplayHandle + 'static,
     {
@@ -88,8 +88,8 @@ impl Gpu {
         let display = window.display_handle().map_err(|error| limit(error.to_string()))?.as_raw();
         let raw = window.window_handle().map_err(|error| limit(error.to_string()))?.as_raw();
         let instance = &self.device.instance;
-        let surface = Surface {
-            handle: Surface::create(self, display, raw)?,
+        let surface = WindowSurface {
+            handle: WindowSurface::create(self, display, raw)?,
             calls: khr::surface::Instance::new(&instance.entry, &instance.handle),
             display,
             window: raw,
@@ -127,7 +127,7 @@ impl Swapchain {
     /// [`Error::Limit`] if the window lacks this present mode, has no 8-bit format, or its images cannot be read.
     pub fn new(
         gpu: &Gpu,
-        surface: Surface,
+        surface: WindowSurface,
         size: [u32; 2],
         mode: PresentMode,
         read: bool,
@@ -330,7 +330,7 @@ impl Swapchain {
         // SAFETY: its swapchain was destroyed.
         unsafe { self.surface.calls.destroy_surface(self.surface.handle, None) };
         self.surface.handle = vk::SurfaceKHR::null();
-        self.surface.handle = Surface::create(&self.gpu, self.surface.display, self.surface.window)?;
+        self.surface.handle = WindowSurface::create(&self.gpu, self.surface.display, self.surface.window)?;
         Ok(())
     }
 
@@ -389,7 +389,7 @@ impl Drop for Swapchain {
     }
 }
 
-impl Drop for Surface {
+impl Drop for WindowSurface {
     fn drop(&mut self) {
         // SAFETY: its swapchain is destroyed: it is dropped before the surface that it owns.
         unsafe { self.calls.destroy_surface(self.handle, None) };

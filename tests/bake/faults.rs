@@ -5,7 +5,7 @@ use super::pictures::{
     write_tiff_tagged, write_tiff_tiles,
 };
 use super::*;
-use ortelius::texture::bake::{Settings, SourceName};
+use ortelius::texture::bake::{BakeSettings, SourceName};
 use ortelius::texture::source::TileFormat;
 use ortelius::texture::tiles::TileFile;
 use std::process::{Child, Stdio};
@@ -425,7 +425,7 @@ fn sources_with_random_damage_give_errors_or_pictures_and_never_a_panic() {
                 damaged[at as usize] = [0, 1, 0x7F, 0xFF, random.below(256) as u8][random.below(5) as usize];
             }
             fs::write(path("damaged"), &damaged).unwrap();
-            let settings = Settings {
+            let settings = BakeSettings {
                 source: SourceName::Picture(path("damaged")),
                 output: path("out.tiles"),
                 tile_side: 16,

@@ -8,7 +8,7 @@ use ortelius::paper::virtual_texture::streaming::StreamingConfig;
 use ortelius::paper::virtual_texture::{PAPER, all_needs};
 use ortelius::paper::virtual_texture::{Settings, VirtualTexture};
 use ortelius::picture::Target;
-use ortelius::scene::camera::{Camera, Place};
+use ortelius::scene::camera::{Camera, GroundPoint};
 use ortelius::texture::source::ruler::Ruler;
 use ortelius::texture::source::{TileError, TileFormat, TileSource};
 use ortelius::vk::{GpuOptions, Watched};
@@ -45,7 +45,7 @@ impl TileSource for Spoilt {
 }
 
 fn pose() -> Pose {
-    let place = Place::Planet { latitude_deg: 46.0, longitude_deg: 8.0 };
+    let place = GroundPoint::Planet { latitude_deg: 46.0, longitude_deg: 8.0 };
     Camera {
         place,
         altitude_m: 300e3,

@@ -72,7 +72,13 @@ fn walk_instances(gpu: &Gpu, program: &Program, index: IndexType, seed: u64) {
                 6 => *level,
                 _ => random.below(program.levels().len()) as u32,
             };
-            program.run(faces, *level, to, &mut kept, &mut ortelius::paper::progressive_mesh::run::Untold);
+            program.run(
+                faces,
+                *level,
+                to,
+                &mut kept,
+                &mut ortelius::paper::progressive_mesh::run::IgnoreWrites,
+            );
             changes.push(Change { first_slot: (n * slots) as u32, from: *level, to });
             *level = to;
         }

@@ -6,13 +6,13 @@ use ortelius::frame::{Run, Technique};
 use ortelius::math::camera::Pose;
 use ortelius::model::mesh::SourceMesh;
 use ortelius::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh};
-use ortelius::paper::progressive_mesh::place::Place;
+use ortelius::paper::progressive_mesh::place::Placement;
 use ortelius::paper::progressive_mesh::surface::vertices;
 use ortelius::paper::progressive_mesh::surface::vertices::MORPH_BAND_LOG2;
 use ortelius::paper::progressive_mesh::{ProgressiveMeshes, Settings, load};
 use ortelius::picture::error::compare;
 use ortelius::picture::{Picture, Target};
-use ortelius::reference::{Sample, View};
+use ortelius::reference::{ReferenceView, Sample};
 use ortelius::renderer::{Options, Renderer};
 use ortelius::scene::Scene;
 use ortelius::vk::{Feature, Gpu, GpuOptions, Watched};
@@ -81,9 +81,13 @@ fn seen_vertices(scene: &Scene, wanted: f64, band_log2: Option<f64>) -> Vec<(DVe
 }
 
 /// The f64 view of the session's only instance at its level, and the normals of each triangle.
-fn truth(session: &Run<ProgressiveMeshes>, pose: &Pose, seen: &[(DVec3, DVec3)]) -> (View, Vec<[DVec3; 3]>) {
+fn truth(
+    session: &Run<ProgressiveMeshes>,
+    pose: &Pose,
+    seen: &[(DVec3, DVec3)],
+) -> (ReferenceView, Vec<[DVec3; 3]>) {
     let (place, _) = session.technique.surfaces[0].instances().next().unwrap();
-    let place: Place = *place;
+    let place: Placement = *place;
     let (mut mesh, mut normals) = (SourceMesh::default(), Vec::new());
     for (n, face) in session.technique.surfaces[0].faces(0).unwrap().iter().enumerate() {
         mesh.positions.extend(face.map(|vertex| place.to_world(seen[vertex as usize].0)));
@@ -92,7 +96,7 @@ fn truth(session: &Run<ProgressiveMeshes>, pose: &Pose, seen: &[(DVec3, DVec3)])
         mesh.triangles.push([0, 1, 2].map(|corner| 3 * n as u32 + corner));
         normals.push(face.map(|vertex| place.rotation * seen[vertex as usize].1));
     }
-    (View::new(&mesh, &pose.world_to_clip(SIZE[0], SIZE[1]), pose.eye, SIZE), normals)
+    (ReferenceView::new(&mesh, &pose.world_to_clip(SIZE[0], SIZE[1]), pose.eye, SIZE), normals)
 }
 
 fn shade(sample: &Sample, normals: &[[DVec3; 3]], sun: DVec3) -> [f32; 4] {

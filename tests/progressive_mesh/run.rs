@@ -4,7 +4,7 @@ use super::made::{Made, Random, arrange, collapse, quad, torus};
 use ortelius::model::Model;
 use ortelius::paper::progressive_mesh::mesh::{Births, NOWHERE, ProgressiveMesh};
 use ortelius::paper::progressive_mesh::reference::{drawn_in_place, face_set, faces_at, wedges_at};
-use ortelius::paper::progressive_mesh::run::{Instances, Program, State, Touched, Untold};
+use ortelius::paper::progressive_mesh::run::{DirtyBlocks, IgnoreWrites, Instances, Program, State};
 use ortelius::paper::progressive_mesh::simplify::Collapses;
 use proptest::prelude::*;
 use std::sync::Arc;
@@ -55,7 +55,7 @@ impl Walk {
     fn go_to(&mut self, mesh: &ProgressiveMesh, level: u32) {
         let before = self.literal.level();
         self.literal.go_to(mesh, level);
-        self.program.run(&mut self.whole, before, level, &mut self.kept, &mut Untold);
+        self.program.run(&mut self.whole, before, level, &mut self.kept, &mut IgnoreWrites);
         self.instance.go_to(0, level).unwrap();
         assert!(self.whole == self.literal.faces(), "from {before} to {level}: not the paper's buffer");
         assert!(
@@ -129,7 +129,7 @@ proptest! {
         let (mut faces, mut random) = (made.mesh.faces.clone(), Random(!seed));
         let mut copy = faces.clone();
         let (mut level, mut kept) = (0, Vec::new());
-        let mut touched = Touched::new(faces.len());
+        let mut touched = DirtyBlocks::new(faces.len());
         for _ in 0..10 {
             let next = random.below(made.mesh.levels.len()) as u32;
             program.run(&mut faces, level, next, &mut kept, &mut touched);

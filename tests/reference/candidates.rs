@@ -3,7 +3,7 @@
 use crate::{over_earth, over_plane, straight_on, view};
 use glam::{DMat4, DVec2, DVec3};
 use ortelius::model::mesh;
-use ortelius::reference::{Candidates, View};
+use ortelius::reference::{Candidates, ReferenceView};
 use proptest::prelude::*;
 
 proptest! {
@@ -21,7 +21,7 @@ proptest! {
         let earth = mesh::earth(40, 20).unwrap();
         let (pose, size) = (over_earth(latitude_deg, longitude_deg, 10f64.powf(altitude_log10), tilt_deg), [24, 14]);
         let to_clip = pose.world_to_clip(size[0], size[1]);
-        let here = View::new(&earth, &to_clip, pose.eye, size);
+        let here = ReferenceView::new(&earth, &to_clip, pose.eye, size);
         let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
         let candidates: Vec<Candidates> = pixels.map(|(x, y)| here.candidates(x, y, radius_px)).collect();
         for (x_part, y_part) in moves {
@@ -30,7 +30,7 @@ proptest! {
             let shear = DMat4::from_cols_array(&[
                 1.0, 0.0, 0.0, 0.0,  0.0, 1.0, 0.0, 0.0,  0.0, 0.0, 1.0, 0.0,  shift.x, shift.y, 0.0, 1.0,
             ]);
-            let moved = View::new(&earth, &(shear * to_clip), pose.eye, size);
+            let moved = ReferenceView::new(&earth, &(shear * to_clip), pose.eye, size);
             for y in 0..size[1] {
                 for x in 0..size[0] {
                     let candidates = &candidates[(y * size[0] + x) as usize];
@@ -70,7 +70,7 @@ fn the_nearer_of_two_planes_is_seen_and_the_farther_is_not_a_candidate() {
 fn candidates_are_one_inside_a_triangle_two_at_an_edge_and_never_the_earths_far_side() {
     let plane = mesh::plane(32.0, 32.0, 1, 1).unwrap();
     let (to_clip, eye) = straight_on([32, 32]);
-    let flat = View::new(&plane, &to_clip, eye, [32, 32]);
+    let flat = ReferenceView::new(&plane, &to_clip, eye, [32, 32]);
     assert_eq!(flat.candidates(4, 4, 0.5).samples.len(), 1);
     // The diagonal runs through (15.5, 16.5) and equivalent points.
     assert_eq!(flat.candidates(15, 16, 0.01).samples.len(), 2);

@@ -7,10 +7,10 @@ mod shapes;
 use glam::{DMat4, DVec2, DVec3};
 use ortelius::math::camera::Pose;
 use ortelius::model::mesh::SourceMesh;
-use ortelius::reference::View;
-use ortelius::scene::camera::{Camera, Place};
+use ortelius::reference::ReferenceView;
+use ortelius::scene::camera::{Camera, GroundPoint};
 
-fn camera(place: Place, altitude_m: f64, tilt_deg: f64) -> Camera {
+fn camera(place: GroundPoint, altitude_m: f64, tilt_deg: f64) -> Camera {
     Camera {
         place,
         altitude_m,
@@ -23,15 +23,15 @@ fn camera(place: Place, altitude_m: f64, tilt_deg: f64) -> Camera {
 }
 
 fn over_plane(east_m: f64, north_m: f64, altitude_m: f64, tilt_deg: f64) -> Pose {
-    camera(Place::Plane { east_m, north_m }, altitude_m, tilt_deg).pose()
+    camera(GroundPoint::Plane { east_m, north_m }, altitude_m, tilt_deg).pose()
 }
 
 fn over_earth(latitude_deg: f64, longitude_deg: f64, altitude_m: f64, tilt_deg: f64) -> Pose {
-    camera(Place::Planet { latitude_deg, longitude_deg }, altitude_m, tilt_deg).pose()
+    camera(GroundPoint::Planet { latitude_deg, longitude_deg }, altitude_m, tilt_deg).pose()
 }
 
-fn view(mesh: &SourceMesh, pose: &Pose, size: [u32; 2]) -> View {
-    View::new(mesh, &pose.world_to_clip(size[0], size[1]), pose.eye, size)
+fn view(mesh: &SourceMesh, pose: &Pose, size: [u32; 2]) -> ReferenceView {
+    ReferenceView::new(mesh, &pose.world_to_clip(size[0], size[1]), pose.eye, size)
 }
 
 /// The direction of the ray through a point of the picture (in pixels), from the pinhole's geometry.

@@ -4,7 +4,7 @@ use crate::{camera, ray, straight_on, view};
 use glam::{DVec2, DVec3};
 use ortelius::model::mesh::{self, SourceMesh};
 use ortelius::reference::rasterise;
-use ortelius::scene::camera::{Camera, Place};
+use ortelius::scene::camera::{Camera, GroundPoint};
 use proptest::prelude::*;
 
 /// The nearest triangle along a ray, with (s, t) (Moeller and Trumbore 1997): a method independent of the rasteriser.
@@ -77,7 +77,7 @@ proptest! {
     ) {
         let earth = mesh::earth(24, 12).unwrap();
         // With chords of 15 degrees the mesh is up to 110 km below the ellipsoid.
-        let place = Place::Planet { latitude_deg, longitude_deg };
+        let place = GroundPoint::Planet { latitude_deg, longitude_deg };
         let pose = Camera { heading_deg, ..camera(place, 10f64.powf(altitude_log10), tilt_deg) }.pose();
         let size = [20, 12];
         let view = view(&earth, &pose, size);

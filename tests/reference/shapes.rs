@@ -5,7 +5,7 @@ use glam::{DMat4, DVec2, DVec3};
 use ortelius::math::geodesy;
 use ortelius::model::mesh::{self, SourceMesh};
 use ortelius::paper::virtual_texture::figures::stage1::snapping;
-use ortelius::reference::{Sample, View};
+use ortelius::reference::{ReferenceView, Sample};
 
 #[test]
 fn a_plane_seen_straight_on_has_exact_derivatives() {
@@ -171,7 +171,7 @@ fn the_altitude_is_that_on_the_longest_side() {
         };
         // Both triangles cover the centre of pixel (50, 50), (0.01, 0.01) in device coordinates.
         let eye = DVec3::new(0.25 * side - 0.01, 0.25 * side - 0.01, 0.0);
-        let view = View::new(&mesh, &DMat4::IDENTITY, eye, [100, 100]);
+        let view = ReferenceView::new(&mesh, &DMat4::IDENTITY, eye, [100, 100]);
         let sample = view.sample(50, 50).unwrap();
         assert!((sample.altitude_px / altitude_px - 1.0).abs() < 1e-4, "{}", sample.altitude_px);
         let change = snapping(&sample);

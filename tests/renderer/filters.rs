@@ -6,7 +6,7 @@ use ortelius::paper::texture_mapping::method::{Ellipse, Pixel};
 use ortelius::paper::texture_mapping::reference::ellipse::{filtered, levels};
 use ortelius::picture::Target;
 use ortelius::reference::filter::srgb8_to_linear;
-use ortelius::reference::{Sample, View};
+use ortelius::reference::{ReferenceView, Sample};
 use ortelius::scene::Scene;
 use ortelius::texture::plain::PlainTexture;
 
@@ -81,7 +81,7 @@ fn beyond(scene: &Scene, texture: &PlainTexture, ellipse: &Ellipse) -> [usize; 2
     let found: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
     let pose = scene.pose(0).unwrap();
     let grid = scene.surfaces["land"].grid().unwrap().unwrap();
-    let view = View::new(&grid, &pose.world_to_clip(SIZE[0], SIZE[1]), pose.eye, SIZE);
+    let view = ReferenceView::new(&grid, &pose.world_to_clip(SIZE[0], SIZE[1]), pose.eye, SIZE);
     let mut counts = [0; 2];
     for (n, found) in found.iter().enumerate() {
         let (x, y) = (n as u32 % SIZE[0], n as u32 / SIZE[0]);

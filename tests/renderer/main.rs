@@ -14,7 +14,7 @@ use ortelius::paper::virtual_texture::config::papers_scene;
 use ortelius::paper::virtual_texture::figures::stage1::{Stage1Check, compare_surfaces};
 use ortelius::paper::virtual_texture::reference::visible_tiles;
 use ortelius::picture::Target;
-use ortelius::reference::View;
+use ortelius::reference::ReferenceView;
 use ortelius::renderer::{Options, Renderer};
 use ortelius::scene::{SHIPPED, Scene};
 use scenes::{Parts, SIZE};
@@ -85,7 +85,7 @@ fn against_reference(scene: &Scene, renderer: &Renderer, without: &str) -> Stage
     let texture = renderer.technique.texture.as_ref().unwrap();
     let requests = texture.requests(&renderer.gpu, renderer.target()).unwrap();
     let (mesh, offsets) = all_triangles(scene, renderer, without);
-    let view = View::new(&mesh, &pose.world_to_clip(SIZE[0], SIZE[1]), pose.eye, SIZE);
+    let view = ReferenceView::new(&mesh, &pose.world_to_clip(SIZE[0], SIZE[1]), pose.eye, SIZE);
     compare_surfaces(&requests, &view, &texture.source.pyramid(), 1, |triangle| offsets[triangle as usize])
 }
 

@@ -9,7 +9,7 @@ use ortelius::paper::virtual_texture::streaming::StreamingConfig;
 use ortelius::paper::virtual_texture::{Settings, TileAddress};
 use ortelius::picture::Target;
 use ortelius::renderer::sections;
-use ortelius::scene::camera::{self, Place};
+use ortelius::scene::camera::{self, GroundPoint};
 use ortelius::scene::{Ellipsoid, Geometry, SHIPPED, Scene, SceneError};
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};
@@ -339,7 +339,7 @@ fn changes_reach_every_section_with_any_value() {
     assert_eq!(config.filter.kind.name(), "stochastic");
     assert_eq!(streaming.upload_budget_ms, 0.5);
     assert_eq!(scene.cameras["alps"].altitude_m, 1e3);
-    let sea = Place::Planet { latitude_deg: 0.0, longitude_deg: -30.0 };
+    let sea = GroundPoint::Planet { latitude_deg: 0.0, longitude_deg: -30.0 };
     assert_eq!(scene.camera(&scene.view.camera).unwrap().place, sea);
     assert_eq!(scene.view.path.as_deref(), Some("down"));
     assert_eq!(scene.surfaces["land"].geometry, Geometry::Ellipsoid(Ellipsoid { columns: 30, rows: 12 }));

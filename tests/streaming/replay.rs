@@ -4,7 +4,7 @@ use crate::invariants::visible_path;
 use crate::source::{Bench, TestSource, counting, pyramid};
 use ortelius::math::pyramid::TileId;
 use ortelius::paper::virtual_texture::streaming::Uploader;
-use ortelius::paper::virtual_texture::streaming::replay::{Replayed, Rule, Step, replay, steps};
+use ortelius::paper::virtual_texture::streaming::replay::{FrameLists, Replayed, Rule, replay, steps};
 use proptest::prelude::*;
 
 /// Video memory that rejects every upload.
@@ -33,7 +33,7 @@ fn both(path: &[Vec<TileId>], slots: u32, rule: Rule) -> (Vec<Replayed>, Vec<Rep
             Replayed { wanted: report.wanted, faults: report.uploads, evictions: report.gpu_evictions }
         })
         .collect();
-    let steps: Vec<Step> = steps(path, slots, pyramid().first_resident_level());
+    let steps: Vec<FrameLists> = steps(path, slots, pyramid().first_resident_level());
     (built, replay(&steps, slots, rule))
 }
 

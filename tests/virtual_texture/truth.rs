@@ -10,7 +10,7 @@ use ortelius::paper::virtual_texture::{Interpolation, Settings};
 use ortelius::picture::Picture;
 use ortelius::picture::Target;
 use ortelius::picture::error::{Difference, compare};
-use ortelius::reference::{Sample, View};
+use ortelius::reference::{ReferenceView, Sample};
 use ortelius::scene::Scene;
 use std::collections::BTreeSet;
 
@@ -22,8 +22,8 @@ pub fn tolerance(sample: &Sample) -> Tolerance {
     stage1::tolerance(sample, 2f64.powi(-7), RADIUS_PX)
 }
 
-pub fn view_of(scene: &Scene, pose: &Pose, size: [u32; 2]) -> View {
-    View::new(&source_mesh(scene).unwrap(), &pose.world_to_clip(size[0], size[1]), pose.eye, size)
+pub fn view_of(scene: &Scene, pose: &Pose, size: [u32; 2]) -> ReferenceView {
+    ReferenceView::new(&source_mesh(scene).unwrap(), &pose.world_to_clip(size[0], size[1]), pose.eye, size)
 }
 
 #[test]

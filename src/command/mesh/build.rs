@@ -12,7 +12,7 @@ use ortelius::paper::progressive_mesh::choices::{BuildEffort, FaceOrder};
 use ortelius::paper::progressive_mesh::config::DEFAULT_ORDER;
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions, classical, order};
-use ortelius::paper::progressive_mesh::simplify::{Collapses, Report, SimplifyOptions, simplify};
+use ortelius::paper::progressive_mesh::simplify::{Collapses, SimplifyOptions, SimplifyReport, simplify};
 use ortelius::scene::Choice;
 use std::path::{Path, PathBuf};
 
@@ -136,7 +136,7 @@ fn check(args: &BuildArgs) -> Result<PathBuf> {
 }
 
 /// Logs the results of the simplification, and the exceptions that were necessary.
-fn log_report(report: &Report) {
+fn log_report(report: &SimplifyReport) {
     let allowed = [
         (report.components, "connected components disappear"),
         (report.closed_holes, "collapses close a hole of three edges"),
@@ -147,7 +147,7 @@ fn log_report(report: &Report) {
     for (count, what) in allowed.iter().filter(|(count, _)| *count > 0) {
         tracing::info!("{count} {what}");
     }
-    let Report { faces, target_faces, .. } = report;
+    let SimplifyReport { faces, target_faces, .. } = report;
     match report.shortfall {
         None => tracing::info!("coarsest level: {faces} faces (target: at most {target_faces})"),
         Some(why) => tracing::warn!("coarsest level: {faces} faces instead of {target_faces}: {why}"),

@@ -16,8 +16,8 @@ const FORMAT: JsonFormat = JsonFormat::new("ortelius-mesh-build", 1);
 /// A whole build: changes to the model, results, and cost.
 #[derive(Serialize)]
 pub struct BuildReport<'a> {
-    cleaning: &'a model::Report,
-    simplifying: &'a simplify::Report,
+    cleaning: &'a model::MeshReport,
+    simplifying: &'a simplify::SimplifyReport,
     levels: u32,
     file_bytes: u64,
     milliseconds: Steps,
@@ -59,8 +59,8 @@ impl Steps {
 impl<'a> BuildReport<'a> {
     /// Call at the end of a build, so that the peak memory is final.
     pub fn new(
-        cleaning: &'a model::Report,
-        simplifying: &'a simplify::Report,
+        cleaning: &'a model::MeshReport,
+        simplifying: &'a simplify::SimplifyReport,
         contents: &Contents,
         milliseconds: Steps,
     ) -> Self {

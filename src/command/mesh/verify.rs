@@ -4,7 +4,7 @@ use crate::command::say;
 use anyhow::Result;
 use clap::Args;
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
-use ortelius::paper::progressive_mesh::run::{Program, State, Untold};
+use ortelius::paper::progressive_mesh::run::{IgnoreWrites, Program, State};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -62,7 +62,7 @@ fn goes_up_and_down(mesh: &ProgressiveMesh, program: &Program) -> Result<(), Str
     state.go_to(mesh, 0);
     let mut faces = program.faces().to_vec();
     for [from, to] in [[0, mesh.last_level()], [mesh.last_level(), 0]] {
-        program.run(&mut faces, from, to, &mut Vec::new(), &mut Untold);
+        program.run(&mut faces, from, to, &mut Vec::new(), &mut IgnoreWrites);
     }
     for (after, before) in [(state.faces(), &mesh.faces[..]), (&faces, program.faces())] {
         if let Some(slot) = after.iter().zip(before).position(|(after, before)| after != before) {

@@ -13,7 +13,7 @@ use super::claim::{At, Better, Bound, Claim, Pick, Places, Term, Test, Who};
 use super::words::human;
 use super::{Finding, Table, Verdict};
 use crate::stats::{median, median_interval};
-use sample::{Found, Place, Sample, places};
+use sample::{Found, Sample, SceneAt, places};
 
 /// Fewest rounds for a 95 % confidence interval of the median: the range of 5 samples misses it in 2 x 2^-5
 /// = 6 % of all cases.
@@ -176,7 +176,7 @@ impl Test {
     }
 
     /// Ratio or difference of two samples; `None` for 0 / 0.
-    fn compared(&self, place: &Place, a: &Sample, b: &Sample) -> Option<Item> {
+    fn compared(&self, place: &SceneAt, a: &Sample, b: &Sample) -> Option<Item> {
         let halved = a.chosen || b.chosen;
         let judged = |sample: &Sample| if halved { sample.judged() } else { sample.clone() };
         let (a, b) = (judged(a), judged(b));
@@ -187,13 +187,13 @@ impl Test {
     }
 
     /// Growth of a quantity from the smallest x to the largest, or from each x to the next.
-    fn grown(&self, place: &Place, samples: &[Sample]) -> Vec<Item> {
+    fn grown(&self, place: &SceneAt, samples: &[Sample]) -> Vec<Item> {
         let ratio = |small: &Sample, large: &Sample, power: f64| {
             let factor = (large.x.unwrap_or(1.0) / small.x.unwrap_or(1.0)).powf(power);
             let mut grown = compared(large, small, |a, b| a / b);
             grown.value /= factor;
             grown.interval = grown.interval.map(|end| end / factor);
-            let at = Place { x: large.x, ..place.clone() };
+            let at = SceneAt { x: large.x, ..place.clone() };
             self.item(&at, &[large, small], grown)
         };
         match (self.term, samples) {
@@ -203,7 +203,7 @@ impl Test {
         }
     }
 
-    fn item(&self, place: &Place, samples: &[&Sample], measured: Measured) -> Item {
+    fn item(&self, place: &SceneAt, samples: &[&Sample], measured: Measured) -> Item {
         let Measured { value, interval, rounds } = measured;
         let picks = self.term.picks();
         let named = samples.iter().zip(picks).filter(|(_, pick)| pick.who.only().is_none());
@@ -270,7 +270,7 @@ fn compared(a: &Sample, b: &Sample, of: impl Fn(f64, f64) -> f64) -> Measured {
 }
 
 /// A pick at every x of its scene, in order of x.
-fn along(table: &Table, at: &Places, pick: &Pick, place: &Place) -> Found {
+fn along(table: &Table, at: &Places, pick: &Pick, place: &SceneAt) -> Found {
     let of_scene = |record: &&super::Record| place.scenes.contains(&record.scene);
     let xs = table.records.iter().filter(of_scene).filter_map(|record| record.x);
     let mut xs: Vec<f64> = xs.filter(|x| (at.x[0]..=at.x[1]).contains(x)).collect();
@@ -278,7 +278,7 @@ fn along(table: &Table, at: &Places, pick: &Pick, place: &Place) -> Found {
     xs.dedup();
     let mut found = Found::default();
     for x in xs {
-        let here = Found::of(table, pick, &Place { x: Some(x), ..place.clone() });
+        let here = Found::of(table, pick, &SceneAt { x: Some(x), ..place.clone() });
         let judged = |sample: Sample| if sample.chosen { sample.judged() } else { sample };
         found.samples.extend(here.samples.into_iter().map(|sample| Sample { x: Some(x), ..judged(sample) }));
         found.why_not = found.why_not.or(here.why_not);

@@ -31,12 +31,12 @@ pub struct Found {
 
 /// A scene, or several averaged scenes, at a value of the sweep.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Place {
+pub struct SceneAt {
     pub scenes: Vec<String>,
     pub x: Option<f64>,
 }
 
-impl Place {
+impl SceneAt {
     /// `earth/oblique at 720`
     pub fn name(&self) -> String {
         let scene = match &self.scenes[..] {
@@ -49,14 +49,14 @@ impl Place {
 
 /// The places of a table that match `places`, in the table's order. Without `swept`, values of the sweep are
 /// not separate places.
-pub fn places(table: &Table, places: &Places, swept: bool) -> Vec<Place> {
-    let mut found: Vec<Place> = Vec::new();
+pub fn places(table: &Table, places: &Places, swept: bool) -> Vec<SceneAt> {
+    let mut found: Vec<SceneAt> = Vec::new();
     for record in table.records.iter().filter(|record| places.hold(&record.scene, record.x)) {
         let scenes = match places.mean {
             true => places.scenes.iter().map(ToString::to_string).collect(),
             false => vec![record.scene.clone()],
         };
-        let place = Place { scenes, x: record.x.filter(|_| swept) };
+        let place = SceneAt { scenes, x: record.x.filter(|_| swept) };
         if !found.contains(&place) {
             found.push(place);
         }
@@ -86,7 +86,7 @@ fn sample(record: &Record, part: Part) -> Option<Sample> {
 
 impl Found {
     /// The samples of a pick in a place.
-    pub fn of(table: &Table, pick: &Pick, place: &Place) -> Found {
+    pub fn of(table: &Table, pick: &Pick, place: &SceneAt) -> Found {
         let mut found = match &place.scenes[..] {
             [scene] => Found::in_scene(table, pick, pick.scene.unwrap_or(scene), place.x),
             scenes => {

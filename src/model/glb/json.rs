@@ -19,7 +19,7 @@ pub(super) struct Document {
     #[serde(default)]
     pub accessors: Vec<Accessor>,
     #[serde(default)]
-    pub buffer_views: Vec<View>,
+    pub buffer_views: Vec<BufferView>,
     #[serde(default)]
     pub buffers: Vec<Buffer>,
 }
@@ -76,7 +76,7 @@ pub(super) struct Accessor {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct View {
+pub(super) struct BufferView {
     pub buffer: usize,
     #[serde(default)]
     pub byte_offset: usize,

@@ -5,7 +5,7 @@
 //! permutation takes two dispatches. [`Scatter`] is the plain variant: the host executes the level change and
 //! sends each changed face with its slot.
 
-use super::run::{Index, Program, Step, Touch};
+use super::run::{Index, Operation, Program, WriteObserver};
 use crate::vk::shader::progressive_mesh::{apply_comp, scatter_comp};
 use crate::vk::shader::{Applying, Scattering};
 use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, IndexType, Resource, Result};
@@ -100,9 +100,9 @@ impl Apply {
         let (mut base, mut kept) = (0, 0);
         for change in changes {
             let steps = program.steps(change.from, change.to);
-            let kept_faces = |step: &Step| match step {
-                Step::Write { .. } => 0,
-                Step::Move { faces, .. } => faces.len(),
+            let kept_faces = |step: &Operation| match step {
+                Operation::Write { .. } => 0,
+                Operation::Move { faces, .. } => faces.len(),
             };
             let most = steps.iter().map(kept_faces).max().unwrap_or(0);
             if kept + most > capacity {
@@ -120,7 +120,7 @@ impl Apply {
         rounds
     }
 
-    fn dispatches(&self, step: &Step, change: &Change, kept: usize) -> Vec<(Applying, [u32; 3])> {
+    fn dispatches(&self, step: &Operation, change: &Change, kept: usize) -> Vec<(Applying, [u32; 3])> {
         let dispatch = |kind, up: bool, first: usize, count: usize| {
             let applying = Applying {
                 kind,
@@ -133,10 +133,10 @@ impl Apply {
             (applying, groups(count as u32))
         };
         match step {
-            Step::Write { corners, .. } if corners.is_empty() => vec![],
-            Step::Write { corners, up } => vec![dispatch(0, *up, 3 * corners.start, corners.len())],
-            Step::Move { faces, .. } if faces.is_empty() => vec![],
-            Step::Move { faces, up, .. } => {
+            Operation::Write { corners, .. } if corners.is_empty() => vec![],
+            Operation::Write { corners, up } => vec![dispatch(0, *up, 3 * corners.start, corners.len())],
+            Operation::Move { faces, .. } if faces.is_empty() => vec![],
+            Operation::Move { faces, up, .. } => {
                 [1, 2].map(|kind| dispatch(kind, *up, self.moves_at + 2 * faces.start, faces.len())).into()
             }
         }
@@ -202,7 +202,7 @@ impl ChangedSlots {
     }
 }
 
-impl Touch for ChangedSlots {
+impl WriteObserver for ChangedSlots {
     fn word(&mut self, word: usize) {
         self.faces(word / 3..word / 3 + 1);
     }

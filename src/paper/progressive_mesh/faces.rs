@@ -1,7 +1,7 @@
 //! Reads out the faces of a finished frame, for the window's overlays: the instance and face of each pixel,
 //! the level at which the face appears, and how many of its vertices miss in a FIFO of 16.
 
-use super::surface::Surface;
+use super::surface::MeshOnDevice;
 use super::surface::vertices::{MorphVertex, SurfaceVertex, VertexBuffer};
 use super::technique::ProgressiveMeshes;
 use crate::frame::{Target, View};
@@ -36,7 +36,7 @@ struct OfSurface {
 }
 
 /// A word for each face of the index buffer.
-fn miss_bytes(surface: &Surface) -> u64 {
+fn miss_bytes(surface: &MeshOnDevice) -> u64 {
     4 * surface.indices.bytes() / (3 * surface.indices.index_type().bytes())
 }
 

@@ -2,7 +2,7 @@
 
 use super::cache::live_faces;
 use super::mesh::ProgressiveMesh;
-use super::place::Place;
+use super::place::Placement;
 use super::stand::Stand;
 use glam::{DMat3, DVec2, DVec3};
 
@@ -20,7 +20,7 @@ pub struct Heights {
 }
 
 impl Heights {
-    pub fn new(mesh: &ProgressiveMesh, place: &Place, stand: &Stand) -> Heights {
+    pub fn new(mesh: &ProgressiveMesh, place: &Placement, stand: &Stand) -> Heights {
         let positions = &mesh.vertices.positions;
         let to_local = stand.axes.transpose();
         let local: Vec<DVec3> = positions

@@ -6,7 +6,7 @@ use super::file::{Extent, PmeshError};
 use super::ground::Heights;
 use super::mesh::ProgressiveMesh;
 use super::order::{OrderOptions, classical, order};
-use super::place::{Bounds, Place};
+use super::place::{Bounds, Placement};
 use super::simplify::{Collapses, SimplifyOptions, simplify};
 use super::stand::{Stand, stands};
 use crate::model::{self, ModelError};
@@ -77,7 +77,7 @@ pub fn load(scene: &Scene) -> Result<Vec<Model>, LoadError> {
 
 fn heights(model: &Model) -> Heights {
     let stand = model.stands[0];
-    let place = Place::new(&model.surface, &Bounds::of(&model.mesh.vertices.positions), &stand);
+    let place = Placement::new(&model.surface, &Bounds::of(&model.mesh.vertices.positions), &stand);
     Heights::new(&model.mesh, &place, &stand)
 }
 

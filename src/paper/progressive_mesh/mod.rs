@@ -51,5 +51,5 @@ pub mod technique;
 pub use config::Settings;
 pub use load::{LoadError, Model, Textured, load, ordered};
 pub use record::FrameRecord;
-pub use surface::{Change, Surface, SurfaceError, SurfaceMemory};
+pub use surface::{Change, MeshOnDevice, SurfaceError, SurfaceMemory};
 pub use technique::ProgressiveMeshes;

@@ -37,7 +37,7 @@ impl Bounds {
 
 /// The placement of an instance in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct Placement {
     /// Centre of the model's box in world metres.
     pub centre: DVec3,
     /// From object axes to world axes.
@@ -48,9 +48,9 @@ pub struct Place {
     pub radius: f64,
 }
 
-impl Place {
+impl Placement {
     /// The placement of a model with these bounds at `stand`.
-    pub fn new(surface: &ProgressiveSurface, bounds: &Bounds, stand: &Stand) -> Place {
+    pub fn new(surface: &ProgressiveSurface, bounds: &Bounds, stand: &Stand) -> Placement {
         // A model of a single point has no size: any scale will do.
         let longest = 2.0 * bounds.half_sides.max_element();
         let scale = if longest > 0.0 { surface.size_m / longest } else { 1.0 };
@@ -59,7 +59,7 @@ impl Place {
             UpAxis::Y => (DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y), bounds.half_sides.y),
             UpAxis::Z => (DMat3::IDENTITY, bounds.half_sides.z),
         };
-        Place {
+        Placement {
             centre: stand.foot + stand.axes.z_axis * (half_height * scale),
             // Clockwise seen from above.
             rotation: stand.axes * DMat3::from_rotation_z(-stand.heading_deg.to_radians()) * upright,
@@ -114,10 +114,10 @@ mod tests {
 
     const BOUNDS: Bounds = Bounds { half_sides: DVec3::new(1.0, 2.0, 0.5), radius: 2.2 };
 
-    fn place(foot: DVec3, heading_deg: f64) -> Place {
+    fn place(foot: DVec3, heading_deg: f64) -> Placement {
         let surface = config::surface(&Scene::embedded("bunny").unwrap(), "bunny").unwrap();
         let surface = ProgressiveSurface { size_m: 8.0, ..surface };
-        Place::new(&surface, &BOUNDS, &Stand::on_plane(foot, heading_deg))
+        Placement::new(&surface, &BOUNDS, &Stand::on_plane(foot, heading_deg))
     }
 
     fn eye(at: DVec3) -> Pose {

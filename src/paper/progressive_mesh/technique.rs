@@ -9,7 +9,7 @@ use super::governor::{Budget, Governor};
 use super::load::Model;
 use super::record::FrameRecord;
 use super::surface::vertices::VertexBuffer;
-use super::surface::{Change, Surface, SurfaceError};
+use super::surface::{Change, MeshOnDevice, SurfaceError};
 use crate::frame::{Memory, Onto, PerFrame, Progress, Run, Shape, Slot, Target, Technique, View};
 use crate::math::camera::Pose;
 use crate::math::light::LightColours;
@@ -55,7 +55,7 @@ pub fn surfaces_pipeline(
 /// Paper 2's technique: progressive meshes, each with any number of instances.
 pub struct ProgressiveMeshes {
     pub settings: Settings,
-    pub surfaces: Vec<Surface>,
+    pub surfaces: Vec<MeshOnDevice>,
     pub onto: Onto,
     plain: Option<GraphicsPipeline>,
     geomorph: Option<GraphicsPipeline>,
@@ -84,7 +84,7 @@ impl ProgressiveMeshes {
     ) -> std::result::Result<ProgressiveMeshes, SurfaceError> {
         let surfaces = models
             .iter()
-            .map(|model| Surface::new(gpu, model))
+            .map(|model| MeshOnDevice::new(gpu, model))
             .collect::<std::result::Result<Vec<_>, _>>()?;
         let of = (settings.vertex_work, settings.light);
         let pipeline = |vertex: &'static Shader| surfaces_pipeline(gpu, vertex, settings.target, of);
@@ -142,7 +142,7 @@ impl ProgressiveMeshes {
     /// The governor's factor on all wanted errors for this frame.
     fn plan(&mut self, view: &View) -> f64 {
         let Some(governor) = &mut self.governor else { return 1.0 };
-        let of_surface = |surface| (surface, Surface::wanted_errors(surface, &view.pose, view.size));
+        let of_surface = |surface| (surface, MeshOnDevice::wanted_errors(surface, &view.pose, view.size));
         let wanted: Vec<_> = self.surfaces.iter().map(of_surface).collect();
         governor
             .plan(|factor| wanted.iter().map(|(surface, wanted)| surface.live_faces(wanted, factor)).sum())
@@ -233,7 +233,7 @@ impl Technique for ProgressiveMeshes {
 
     /// The passes: level changes, the compaction of a baseline, and drawing.
     fn passes(&self) -> Vec<&'static str> {
-        let compacts = self.surfaces.iter().any(Surface::compacts);
+        let compacts = self.surfaces.iter().any(MeshOnDevice::compacts);
         let passes = [Some(LEVELS), compacts.then_some(COMPACT), self.draws().then_some(SURFACES)];
         passes.into_iter().flatten().collect()
     }
@@ -275,13 +275,13 @@ impl Technique for ProgressiveMeshes {
     ) -> std::result::Result<(), SurfaceError> {
         let slot = view.slot();
         frame.pass(LEVELS, |cmd| self.record_levels(cmd, slot))?;
-        if self.surfaces.iter().any(Surface::compacts) {
+        if self.surfaces.iter().any(MeshOnDevice::compacts) {
             frame.pass(COMPACT, |cmd| self.surfaces.iter().try_for_each(|surface| surface.compact(cmd)))?;
         }
         if self.draws() && self.only.is_none() {
             frame.pass(SURFACES, |cmd| self.draw(cmd, view, target))?;
         }
-        self.surfaces.iter_mut().for_each(Surface::submitted);
+        self.surfaces.iter_mut().for_each(MeshOnDevice::submitted);
         Ok(())
     }
 
@@ -297,7 +297,7 @@ impl Technique for ProgressiveMeshes {
 
     /// The staging buffers grow with the uploads of a frame.
     fn memory(&self) -> Memory {
-        let of_surface = |surface: &Surface| {
+        let of_surface = |surface: &MeshOnDevice| {
             let buffers = [("vertices", surface.vertices.bytes()), ("indices", surface.index_bytes())];
             let program = surface.program_bytes();
             let named = |(what, bytes)| (format!("{}: {what}", surface.name), bytes);

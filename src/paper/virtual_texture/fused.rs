@@ -19,7 +19,7 @@ use crate::vk::shader::common::{depth_vert, mesh_vert};
 use crate::vk::shader::virtual_texture::fused_frag;
 use crate::vk::{
     Blend, Cmd, ColorTarget, Depth, DepthTarget, Format, Geometry, Gpu, GraphicsInfo, GraphicsPipeline,
-    Image, Render, Resource, Result, Slice,
+    Image, IndexRange, Render, Resource, Result,
 };
 
 pub struct Fused {
@@ -179,7 +179,7 @@ impl DepthAlone {
             let runs = Culling::new(&push, seen.view.size).runs(&alone.clusters);
             let runs: Vec<_> = runs
                 .into_iter()
-                .map(|run| Slice { push, first_index: run.start, count: run.end - run.start })
+                .map(|run| IndexRange { push, first_index: run.start, count: run.end - run.start })
                 .collect();
             let geometry = Geometry { vertices: Some(&alone.vertices), indices: &alone.indices };
             render.draw_slices(&self.positions, &[], geometry, &runs)?;

@@ -10,7 +10,7 @@ use crate::picture::write::Srgb8Picture;
 use crate::picture::{Picture, Target};
 use crate::reference::filter::{Edges, Texture, srgb8_to_linear};
 use crate::reference::supersample::{Density, Kernel, Truth, supersample};
-use crate::reference::{Sample, View};
+use crate::reference::{ReferenceView, Sample};
 use crate::renderer::{Options, Renderer};
 use crate::scene::Scene;
 use crate::texture::source::TileSource;
@@ -103,7 +103,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         renderer.drain()?;
         shown.push((name, renderer));
     }
-    let view = View::new(&source_mesh(&scene)?, &pose.world_to_clip(size[0], size[1]), pose.eye, size);
+    let view =
+        ReferenceView::new(&source_mesh(&scene)?, &pose.world_to_clip(size[0], size[1]), pose.eye, size);
     let truths = KERNELS.map(|(quantity, kernel)| (quantity, truth(&shown[0].1, &view, kernel)));
     let mut rows: Vec<Row> =
         truths.iter().map(|(quantity, truth)| Row::number(FLOOR, *quantity, "", truth.own_nmse)).collect();
@@ -142,7 +143,7 @@ fn luminance([r, g, b]: [f64; 3]) -> f64 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
-fn truth(shown: &Renderer, view: &View, kernel: Kernel) -> Truth {
+fn truth(shown: &Renderer, view: &ReferenceView, kernel: Kernel) -> Truth {
     let source =
         &*shown.technique.texture.as_ref().expect("the figure's scenes have a virtual texture").source;
     let pyramid = source.pyramid();
@@ -172,7 +173,7 @@ fn nmse(picture: &Picture, truth: &Truth) -> anyhow::Result<f64> {
 }
 
 /// The coarsest streamed level with 8 texels or more across the shorter side of every pixel's footprint.
-fn finest_needed(view: &View, pyramid: &Pyramid) -> u32 {
+fn finest_needed(view: &ReferenceView, pyramid: &Pyramid) -> u32 {
     let shorter = |sample: &Sample| sides(sample, pyramid).lengths()[1];
     let least = view.samples().iter().flatten().map(shorter).fold(f64::INFINITY, f64::min);
     ((least / 8.0).log2().floor().max(0.0) as u32).min(pyramid.first_resident_level() - 1)

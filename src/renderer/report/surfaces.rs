@@ -2,7 +2,7 @@
 
 use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::file::Extent;
-use crate::paper::progressive_mesh::{FrameRecord, Surface, SurfaceMemory};
+use crate::paper::progressive_mesh::{FrameRecord, MeshOnDevice, SurfaceMemory};
 use serde::Serialize;
 
 /// One surface.
@@ -71,8 +71,8 @@ impl From<&FrameRecord> for SurfacesFrame {
     }
 }
 
-impl From<&Surface> for SurfaceReport {
-    fn from(surface: &Surface) -> Self {
+impl From<&MeshOnDevice> for SurfaceReport {
+    fn from(surface: &MeshOnDevice) -> Self {
         let full = surface.program.levels().last().expect("there is at least level 0");
         SurfaceReport {
             settings: surface.settings.clone(),

@@ -47,7 +47,7 @@ pub enum BakeError {
     #[error("a tile side of {0} is not a power of two in 16 ..= 1024")]
     TileSide(u32),
     #[error("{source_name}: {error}")]
-    Layout { source_name: String, error: LayoutError },
+    FileLayout { source_name: String, error: LayoutError },
     #[error(transparent)]
     Earth(#[from] EarthError),
     #[error("the ruler's texels are hashes, which bc1 would destroy; use --format rgba8")]

@@ -35,7 +35,7 @@ use std::path::{Path, PathBuf};
 
 /// Source, output and parameters of a bake.
 #[derive(Clone, Debug)]
-pub struct Settings {
+pub struct BakeSettings {
     pub source: SourceName,
     pub output: PathBuf,
     /// Texels, a power of two in 16 ..= 1024.
@@ -69,7 +69,7 @@ impl Progress for () {
 ///
 /// # Errors
 /// [`BakeError`]: the source is not usable, or the settings do not fit it.
-pub fn plan(settings: &Settings) -> Result<Plan, BakeError> {
+pub fn plan(settings: &BakeSettings) -> Result<Plan, BakeError> {
     Plan::new(settings, &Source::open(&settings.source)?)
 }
 
@@ -78,7 +78,7 @@ pub fn plan(settings: &Settings) -> Result<Plan, BakeError> {
 /// # Errors
 /// [`BakeError`]. After a damaged source nothing remains. After a full disk or a kill, OUT.partial,
 /// OUT.scratch and OUT.journal remain, and the same call resumes.
-pub fn bake(settings: &Settings, progress: &dyn Progress) -> Result<Plan, BakeError> {
+pub fn bake(settings: &BakeSettings, progress: &dyn Progress) -> Result<Plan, BakeError> {
     let source = Source::open(&settings.source)?;
     let plan = Plan::new(settings, &source)?;
     let files = Files::of(&settings.output)?;

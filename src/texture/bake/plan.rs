@@ -3,10 +3,10 @@
 use super::error::BakeError;
 use super::resample::Enlarged;
 use super::source::{Source, SourceName};
-use super::{Settings, scratch};
+use super::{BakeSettings, scratch};
 use crate::math::pyramid::Pyramid;
 use crate::texture::source::TileFormat;
-use crate::texture::tiles::Layout;
+use crate::texture::tiles::FileLayout;
 use std::fmt;
 
 /// Maximum size of a band of level 0, which has at least one row.
@@ -22,7 +22,7 @@ pub struct Plan {
     pub source_name: String,
     /// Width and height of the source in texels.
     pub source_size: [u32; 2],
-    pub layout: Layout,
+    pub layout: FileLayout,
     /// Rows of level 0 that are read and written together.
     pub band_rows: u32,
     /// Bytes of the scratch file; 0 for synthetic sources.
@@ -32,7 +32,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    pub(super) fn new(settings: &Settings, source: &Source) -> Result<Self, BakeError> {
+    pub(super) fn new(settings: &BakeSettings, source: &Source) -> Result<Self, BakeError> {
         let side = settings.tile_side;
         if !side.is_power_of_two() || !(16..=1024).contains(&side) {
             return Err(BakeError::TileSide(side));
@@ -51,8 +51,8 @@ impl Plan {
             settings.resident_levels,
         )
         .map_err(|error| BakeError::Pyramid { source_name: source_name.clone(), error })?;
-        let layout = Layout::new(pyramid, settings.format)
-            .map_err(|error| BakeError::Layout { source_name: source_name.clone(), error })?;
+        let layout = FileLayout::new(pyramid, settings.format)
+            .map_err(|error| BakeError::FileLayout { source_name: source_name.clone(), error })?;
         let row_bytes = 4u64 << width_log2;
         // A power of two, so that band ends coincide with tile ends.
         let band_rows = (BAND_BYTES / row_bytes).clamp(1, u64::from(side)) as u32;
@@ -67,7 +67,7 @@ impl Plan {
     }
 
     /// Memory of the largest phase, plus memory that all phases hold.
-    fn memory(&self, settings: &Settings, source: &Source) -> u64 {
+    fn memory(&self, settings: &BakeSettings, source: &Source) -> u64 {
         let pyramid = self.layout.pyramid();
         let threads = rayon::current_num_threads() as u64;
         let payload = scratch::payload_bytes(&pyramid) as u64;

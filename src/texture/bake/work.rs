@@ -7,11 +7,11 @@ use super::plan::Plan;
 use super::resample::Enlarged;
 use super::scratch::{Scratch, mean_square, payload_bytes};
 use super::source::{Source, synthetic};
-use super::{Files, Progress, Settings};
+use super::{BakeSettings, Files, Progress};
 use crate::math::pyramid::TileId;
 use crate::picture::srgb;
 use crate::texture::source::{TileFormat, TileSource};
-use crate::texture::tiles::{Layout, TileFile, index_page};
+use crate::texture::tiles::{FileLayout, TileFile, index_page};
 use rayon::prelude::*;
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -22,7 +22,7 @@ use xxhash_rust::xxh3::xxh3_64;
 
 /// A bake in progress.
 pub(super) struct Work<'a> {
-    pub layout: Layout,
+    pub layout: FileLayout,
     pub plan: &'a Plan,
     pub files: &'a Files,
     journal: Journal,
@@ -40,7 +40,7 @@ pub(super) struct Done {
 }
 
 impl Done {
-    pub fn nothing(layout: &Layout, bands: usize) -> Self {
+    pub fn nothing(layout: &FileLayout, bands: usize) -> Self {
         Self {
             bands: vec![None; bands],
             coarser: vec![None; layout.pyramid().tile_count() as usize],
@@ -51,7 +51,7 @@ impl Done {
 
 /// The whole bake, from an opened source to the finished file.
 pub(super) fn run(
-    settings: &Settings,
+    settings: &BakeSettings,
     plan: &Plan,
     source: Source,
     files: &Files,
@@ -124,7 +124,12 @@ fn tidy(files: &Files) -> Result<(), BakeError> {
 }
 
 impl Work<'_> {
-    fn do_all(&self, settings: &Settings, source: Source, entries: &[(Job, u64)]) -> Result<(), BakeError> {
+    fn do_all(
+        &self,
+        settings: &BakeSettings,
+        source: Source,
+        entries: &[(Job, u64)],
+    ) -> Result<(), BakeError> {
         let mut done = Done::nothing(&self.layout, self.band_count());
         let scratch = match &source {
             Source::Synthetic(_) => None,
@@ -345,7 +350,7 @@ mod tests {
     #[test]
     fn a_bake_killed_after_the_rename_only_tidies_up() {
         let folder = tempfile::tempdir().unwrap();
-        let settings = Settings {
+        let settings = BakeSettings {
             source: SourceName::Ruler(6),
             output: folder.path().join("a.tiles"),
             tile_side: 32,

@@ -40,7 +40,7 @@ pub(super) enum HeaderFault {
 
 /// Offsets and lengths, all in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Layout {
+pub struct FileLayout {
     pyramid: Pyramid,
     format: TileFormat,
 }
@@ -49,7 +49,7 @@ fn to_pages(bytes: u64) -> u64 {
     bytes.next_multiple_of(PAGE_BYTES)
 }
 
-impl Layout {
+impl FileLayout {
     /// The layout of a pyramid's file.
     ///
     /// # Errors
@@ -218,7 +218,7 @@ impl Layout {
 }
 
 /// The whole index with its checksum, from its entries.
-pub fn index_page(layout: &Layout, entries: &[u64]) -> Vec<u8> {
+pub fn index_page(layout: &FileLayout, entries: &[u64]) -> Vec<u8> {
     assert_eq!(entries.len() as u64, layout.entry_count(), "{layout:?}");
     let mut bytes = vec![0; layout.index_bytes() as usize];
     for (bytes, entry) in bytes.chunks_exact_mut(8).zip(entries) {
@@ -243,10 +243,10 @@ pub(super) fn is_sealed(bytes: &[u8]) -> bool {
 mod tests {
     use super::*;
 
-    fn layouts() -> Vec<Layout> {
+    fn layouts() -> Vec<FileLayout> {
         [(7, 6, 4, 2, None, TileFormat::Rgba8), (9, 9, 6, 4, Some(7), TileFormat::Bc1)]
             .map(|(m, n, k, border, resident, format)| {
-                Layout::new(Pyramid::new(m, n, k, border, resident).unwrap(), format).unwrap()
+                FileLayout::new(Pyramid::new(m, n, k, border, resident).unwrap(), format).unwrap()
             })
             .to_vec()
     }
@@ -254,7 +254,7 @@ mod tests {
     #[test]
     fn a_header_page_parses_to_its_layout() {
         for layout in layouts() {
-            assert_eq!(Layout::parse(&layout.header_page()).unwrap(), layout);
+            assert_eq!(FileLayout::parse(&layout.header_page()).unwrap(), layout);
         }
     }
 
@@ -266,7 +266,7 @@ mod tests {
             other[at] ^= 1;
             seal(&mut other);
             // Some other sizes form a valid pyramid, but then the stored lengths do not match.
-            assert!(Layout::parse(&other).is_err(), "byte {at}");
+            assert!(FileLayout::parse(&other).is_err(), "byte {at}");
         }
     }
 
@@ -292,8 +292,8 @@ mod tests {
     #[test]
     fn unstorable_parameters_are_refused_with_the_number() {
         let pyramid = Pyramid::new(9, 8, 5, 2, None).unwrap();
-        assert_eq!(Layout::new(pyramid, TileFormat::Bc1), Err(LayoutError::Bc1Border(2)));
+        assert_eq!(FileLayout::new(pyramid, TileFormat::Bc1), Err(LayoutError::Bc1Border(2)));
         let pyramid = Pyramid::new(20, 20, 4, 4, None).unwrap();
-        assert!(matches!(Layout::new(pyramid, TileFormat::Rgba8), Err(LayoutError::TooManyTiles(_))));
+        assert!(matches!(FileLayout::new(pyramid, TileFormat::Rgba8), Err(LayoutError::TooManyTiles(_))));
     }
 }

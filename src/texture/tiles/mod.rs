@@ -8,7 +8,7 @@ mod layout;
 mod reader;
 mod verify;
 
-pub use layout::{HEADER_BYTES, Layout, LayoutError, PAGE_BYTES, index_page};
+pub use layout::{FileLayout, HEADER_BYTES, LayoutError, PAGE_BYTES, index_page};
 pub use reader::TileFile;
 pub use verify::{BadRecord, Record, Report, verify};
 

@@ -1,7 +1,7 @@
 //! Reads tiles from a `.tiles` file. Data is used only after its checksum is verified. Memory is allocated only after
 //! the file is known to be as long as its header says.
 
-use super::layout::{HEADER_BYTES, HeaderFault, Layout, VERSION, is_sealed};
+use super::layout::{FileLayout, HEADER_BYTES, HeaderFault, VERSION, is_sealed};
 use super::{PAGE_BYTES, TileFileError};
 use crate::file;
 use crate::math::pyramid::{Pyramid, TileId};
@@ -15,7 +15,7 @@ use xxhash_rust::xxh3::{Xxh3, xxh3_64};
 pub struct TileFile {
     pub(super) path: PathBuf,
     pub(super) file: File,
-    layout: Layout,
+    layout: FileLayout,
     checksums: Vec<u64>,
 }
 
@@ -38,7 +38,7 @@ impl TileFile {
         }
         let mut page = [0; HEADER_BYTES];
         read(&mut page, 0)?;
-        let layout = match Layout::parse(&page) {
+        let layout = match FileLayout::parse(&page) {
             Ok(layout) => layout,
             Err(HeaderFault::Magic) => return Err(TileFileError::NotTiles { path }),
             Err(HeaderFault::Version(found)) => {
@@ -62,7 +62,7 @@ impl TileFile {
     }
 
     /// Sizes and offsets of everything in the file.
-    pub fn layout(&self) -> &Layout {
+    pub fn layout(&self) -> &FileLayout {
         &self.layout
     }
 

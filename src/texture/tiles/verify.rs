@@ -1,7 +1,7 @@
 //! Verifies a whole `.tiles` file: checks every record and lists all damage.
 
 use super::reader::{RecordFault, TileFile};
-use super::{Layout, TileFileError};
+use super::{FileLayout, TileFileError};
 use crate::math::pyramid::TileId;
 use rayon::prelude::*;
 use std::fmt;
@@ -38,7 +38,7 @@ impl fmt::Display for BadRecord {
 /// Result of [`verify`].
 #[derive(Clone, Debug)]
 pub struct Report {
-    pub layout: Layout,
+    pub layout: FileLayout,
     /// In the order of the file's index: tiles, then resident levels.
     pub bad: Vec<BadRecord>,
 }

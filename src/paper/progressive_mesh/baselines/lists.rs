@@ -5,7 +5,7 @@ use super::skip::SkipList;
 use crate::math::splitmix::SplitMix64;
 use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
-use crate::paper::progressive_mesh::run::Untold;
+use crate::paper::progressive_mesh::run::IgnoreWrites;
 use std::collections::HashMap;
 
 /// A baseline with the data prepared for a mesh in
@@ -112,7 +112,7 @@ impl Prepared {
     fn skip_list_at(&self, level: u32) -> Vec<[u32; 3]> {
         let (_, list) = self.skip_list(level);
         let mut faces = list.faces.clone();
-        list.run(&self.levels, &mut faces, [list.levels[1], level], &mut Untold);
+        list.run(&self.levels, &mut faces, [list.levels[1], level], &mut IgnoreWrites);
         faces
     }
 }

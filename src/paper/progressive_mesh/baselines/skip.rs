@@ -3,7 +3,7 @@
 
 use crate::math::ragged::Ragged;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
-use crate::paper::progressive_mesh::run::Touch;
+use crate::paper::progressive_mesh::run::WriteObserver;
 
 /// The faces of a level in meshoptimizer's order. The list also serves coarser levels, at which some faces
 /// are degenerate.
@@ -60,7 +60,7 @@ impl SkipList {
         levels: &[Level],
         faces: &mut [[u32; 3]],
         [from, to]: [u32; 2],
-        touch: &mut impl Touch,
+        touch: &mut impl WriteObserver,
     ) -> usize {
         let (flat, mut written) = (faces.as_flattened_mut(), 0);
         let mut write = |row: usize, value: u32| {

@@ -2,7 +2,7 @@
 //! weighted (section 2), including the levels between two tswaps.
 
 use super::{Cache, Counter, ProgressiveMesh};
-use crate::paper::progressive_mesh::run::{Program, State, Untold};
+use crate::paper::progressive_mesh::run::{IgnoreWrites, Program, State};
 use rayon::prelude::*;
 
 /// Transforms per vertex at some levels of a mesh.
@@ -65,7 +65,7 @@ pub fn costs_of(program: &Program, shared: &[u32], caches: &[Cache], levels: &[u
                 caches.iter().map(|&cache| Counter::new(cache, shared.len())).collect();
             let (mut faces, mut at, mut kept) = (program.faces().to_vec(), 0, Vec::new());
             levels.iter().map(move |&level| {
-                program.run(&mut faces, at, level, &mut kept, &mut Untold);
+                program.run(&mut faces, at, level, &mut kept, &mut IgnoreWrites);
                 at = level;
                 let drawn = &faces[..program.drawn(level) as usize];
                 let drawn = || drawn.iter().map(|face| face.map(|vertex| shared[vertex as usize]));
@@ -84,7 +84,7 @@ pub fn costs_of(program: &Program, shared: &[u32], caches: &[Cache], levels: &[u
 pub fn drawn_faces(mesh: &ProgressiveMesh, level: u32) -> Vec<[u32; 3]> {
     let program = Program::new(mesh).unwrap_or_else(|flaw| panic!("{flaw}"));
     let mut faces = program.faces().to_vec();
-    program.run(&mut faces, 0, level, &mut Vec::new(), &mut Untold);
+    program.run(&mut faces, 0, level, &mut Vec::new(), &mut IgnoreWrites);
     faces.truncate(program.drawn(level) as usize);
     faces
 }

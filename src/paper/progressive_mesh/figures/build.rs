@@ -122,12 +122,12 @@ fn build(model: &str, folder: &Path) -> anyhow::Result<Build> {
     let read = ProgressiveMesh::read(&file)?;
     let again = start.elapsed().as_secs_f64() * 1e3;
     anyhow::ensure!(!read.contents.is_cut(), "{}: incomplete when read back", file.display());
-    told(&serde_json::from_slice(&std::fs::read(&report)?)?, again)
+    build_of_report(&serde_json::from_slice(&std::fs::read(&report)?)?, again)
         .with_context(|| format!("{}: not a report of mesh build", report.display()))
 }
 
 /// Reads a build's report, and adds the time to read its file.
-fn told(report: &serde_json::Value, again: f64) -> Option<Build> {
+fn build_of_report(report: &serde_json::Value, again: f64) -> Option<Build> {
     let step = |name: &str| report["milliseconds"][name].as_f64();
     Some(Build {
         times: [step("load_and_clean")?, step("simplify")?, step("order")?, step("write")?, again],
@@ -144,7 +144,7 @@ mod tests {
     fn a_report_without_a_step_is_no_build() {
         let whole = r#"{"milliseconds": {"load_and_clean": 1, "simplify": 2, "order": 3.5, "write": 4},
                         "most_memory_bytes": 3145728, "file_bytes": 99}"#;
-        let build = |text: &str| told(&serde_json::from_str(text).unwrap(), 5.0);
+        let build = |text: &str| build_of_report(&serde_json::from_str(text).unwrap(), 5.0);
         let found = build(whole).unwrap();
         assert_eq!(
             (found.times, found.most_memory, found.file_bytes),

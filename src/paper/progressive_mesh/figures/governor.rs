@@ -111,7 +111,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let mut rows = vec![Row::number(PLANNED, BUDGET, "ms", budget_ms)];
     for (n, variant) in VARIANTS.into_iter().enumerate() {
         let runs: Vec<&[FrameRecord]> = runs.iter().map(|run| &*run[n]).collect();
-        rows.extend(told(variant, &runs, budget_ms)?);
+        rows.extend(rows_of_runs(variant, &runs, budget_ms)?);
     }
     Ok(rows)
 }
@@ -177,7 +177,7 @@ impl Shown {
     }
 }
 
-fn told(variant: &str, runs: &[&[FrameRecord]], budget_ms: f64) -> anyhow::Result<Vec<Row>> {
+fn rows_of_runs(variant: &str, runs: &[&[FrameRecord]], budget_ms: f64) -> anyhow::Result<Vec<Row>> {
     let first = runs.first().context("walked at least once")?;
     let series = |values: Vec<f64>| {
         Value::Series(values.iter().enumerate().map(|(n, value)| [n as f64, *value]).collect())

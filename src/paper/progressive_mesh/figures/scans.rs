@@ -39,17 +39,17 @@ mod tests {
     use crate::figure::Value;
 
     #[test]
-    fn a_shipped_model_is_measured_and_a_scan_is_told_of_where_it_is_not() {
-        let told = |scene: &str, effort| {
+    fn a_missing_scan_is_reported_and_a_shipped_model_is_measured() {
+        let absent_rows = |scene: &str, effort| {
             let cell = Cell { scene: scene.into(), x: None };
             absent(&cell, effort, &["tail-23".into(), "random".into()], "faces")
         };
-        assert_eq!(told("bunny", Effort::Quick), None);
+        assert_eq!(absent_rows("bunny", Effort::Quick), None);
         // A quick run skips the scan even if it is present.
-        let rows = told(LARGE, Effort::Quick).unwrap();
+        let rows = absent_rows(LARGE, Effort::Quick).unwrap();
         assert_eq!(rows.len(), 2);
         assert!(matches!(&rows[0].value, Value::Missing(why) if why.starts_with("dragon is")));
-        assert_eq!(told(LARGE, Effort::Full).is_none(), fetched(LARGE).is_some());
-        assert_eq!(told(SMALL, Effort::Quick).is_none(), fetched(SMALL).is_some());
+        assert_eq!(absent_rows(LARGE, Effort::Full).is_none(), fetched(LARGE).is_some());
+        assert_eq!(absent_rows(SMALL, Effort::Quick).is_none(), fetched(SMALL).is_some());
     }
 }

@@ -29,7 +29,7 @@ pub(super) fn plan(
     base: Vec<u32>,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Arrangement {
-    let layout = Layout::new(model, collapses, options);
+    let layout = GroupLayout::new(model, collapses, options);
     let ends = group_ends(options.groups, collapses, model.faces.len());
     let groups: Vec<[u32; 2]> =
         ends.iter().enumerate().map(|(n, &end)| [n.checked_sub(1).map_or(0, |n| ends[n]), end]).collect();
@@ -55,7 +55,7 @@ pub(super) fn plan(
 }
 
 /// Data shared by the orders of all groups.
-struct Layout<'a> {
+struct GroupLayout<'a> {
     model: &'a Model,
     options: &'a OrderOptions,
     /// The level at which each face and each wedge appears.
@@ -70,7 +70,7 @@ struct Layout<'a> {
     near: Vec<u32>,
 }
 
-impl<'a> Layout<'a> {
+impl<'a> GroupLayout<'a> {
     fn new(model: &'a Model, collapses: &Collapses, options: &'a OrderOptions) -> Self {
         let last = collapses.wedges.len() as u32;
         let mut born = vec![0; model.faces.len()];

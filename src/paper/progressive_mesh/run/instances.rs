@@ -3,7 +3,7 @@
 use super::index::{Index, Memory};
 use super::program::Program;
 use super::slices::{Slices, TooMany};
-use super::touched::{Touch, Touched};
+use super::touched::{DirtyBlocks, WriteObserver};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ pub struct Instances<M: Memory = Vec<[u32; 3]>> {
     slices: Slices,
     /// All slices, used and free.
     faces: M,
-    touched: Touched,
+    touched: DirtyBlocks,
     kept: Vec<[M::Index; 3]>,
 }
 
@@ -37,7 +37,7 @@ impl<M: Memory> Instances<M> {
     /// [`TooMany`]; out of memory.
     pub fn within(faces: M, program: Arc<Program>, count: usize) -> Result<Instances<M>, M::Error> {
         let slices = Slices::new(program.faces().len() as u32);
-        let (levels, touched, kept) = (vec![0; count], Touched::new(0), Vec::new());
+        let (levels, touched, kept) = (vec![0; count], DirtyBlocks::new(0), Vec::new());
         let mut instances = Instances { program, levels, slices, faces, touched, kept };
         let live = instances.live(0);
         for instance in 0..count {
@@ -176,11 +176,11 @@ fn common(some: &[Range<usize>], others: &[Range<usize>]) -> Vec<Range<usize>> {
 
 /// Translates words of a slice to words of the whole buffer.
 struct From<'a> {
-    touched: &'a mut Touched,
+    touched: &'a mut DirtyBlocks,
     first: usize,
 }
 
-impl Touch for From<'_> {
+impl WriteObserver for From<'_> {
     fn word(&mut self, word: usize) {
         self.touched.word(3 * self.first + word);
     }

@@ -22,10 +22,10 @@ mod touched;
 
 pub use index::{Index, Memory};
 pub use instances::Instances;
-pub use program::{Corners, Moves, Program, Step};
+pub use program::{Corners, Moves, Operation, Program};
 pub use slices::{Slices, TooMany};
 pub use state::{State, tswap, tswap_back};
-pub use touched::{BLOCK_WORDS, Touch, Touched, Untold};
+pub use touched::{BLOCK_WORDS, DirtyBlocks, IgnoreWrites, WriteObserver};
 
 use super::mesh::Level;
 

@@ -1,7 +1,7 @@
 //! The run-time form of a progressive mesh, shared by its instances.
 
 use super::index::Index;
-use super::touched::Touch;
+use super::touched::WriteObserver;
 use crate::paper::progressive_mesh::check::Flaw;
 use crate::paper::progressive_mesh::mesh::{Births, Level, ProgressiveMesh};
 use crate::vk::IndexType;
@@ -187,17 +187,17 @@ impl Program {
         from: u32,
         to: u32,
         kept: &mut Vec<[I; 3]>,
-        touch: &mut impl Touch,
+        touch: &mut impl WriteObserver,
     ) {
         let drawn = self.drawn(from.max(to)) as usize;
         assert!(faces.len() >= drawn, "{} faces for {drawn} drawn faces", faces.len());
         for step in self.steps(from, to) {
             match step {
-                Step::Write { corners, up } => {
+                Operation::Write { corners, up } => {
                     let values = if up { &self.corners.up } else { &self.corners.down };
                     write(faces, &self.corners.words[corners.clone()], &values[corners], up, touch);
                 }
-                Step::Move { runs, faces: from, up } => {
+                Operation::Move { runs, faces: from, up } => {
                     let (runs, from) = (&self.moves.runs[runs], &self.moves.from[from]);
                     if up {
                         gather(faces, runs, from, kept)
@@ -211,7 +211,7 @@ impl Program {
     }
 
     /// The steps from one level to another, in order: writes and permutations alternate.
-    pub fn steps(&self, from: u32, to: u32) -> Vec<Step> {
+    pub fn steps(&self, from: u32, to: u32) -> Vec<Operation> {
         let up = from < to;
         let (low, high) = (from.min(to), from.max(to));
         let [first, end] = [low, high].map(|level| self.swap_levels.partition_point(|&swap| swap <= level));
@@ -219,12 +219,12 @@ impl Program {
         let mut at = low;
         for swap in first..end {
             let level = self.swap_levels[swap];
-            steps.push(Step::Write { corners: self.corners_between(at, level), up });
+            steps.push(Operation::Write { corners: self.corners_between(at, level), up });
             let (runs, faces) = self.moves_of(swap);
-            steps.push(Step::Move { runs, faces, up });
+            steps.push(Operation::Move { runs, faces, up });
             at = level;
         }
-        steps.push(Step::Write { corners: self.corners_between(at, high), up });
+        steps.push(Operation::Write { corners: self.corners_between(at, high), up });
         if !up {
             steps.reverse();
         }
@@ -245,14 +245,20 @@ impl Program {
 
 /// A step from one level to another.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Step {
+pub enum Operation {
     /// The writes of a range of [`Corners`]: in order for splits, in the opposite order for collapses.
     Write { corners: Range<usize>, up: bool },
     /// The permutation of a range of runs and their slots; going down, its inverse.
     Move { runs: Range<usize>, faces: Range<usize>, up: bool },
 }
 
-fn write<I: Index>(faces: &mut [[I; 3]], words: &[u32], values: &[u32], up: bool, touch: &mut impl Touch) {
+fn write<I: Index>(
+    faces: &mut [[I; 3]],
+    words: &[u32],
+    values: &[u32],
+    up: bool,
+    touch: &mut impl WriteObserver,
+) {
     let flat = faces.as_flattened_mut();
     let mut one = |(&word, &value): (&u32, &u32)| {
         flat[word as usize] = I::of(value);

@@ -9,11 +9,11 @@ use thiserror::Error;
 /// another slice.
 #[derive(Clone, Debug)]
 pub struct Slices {
-    of_instances: Vec<Slice>,
+    of_instances: Vec<FreeFaces>,
     /// First faces of free slices, by size.
     free: BTreeMap<u32, Vec<u32>>,
     /// Returned slices, not reusable before [`Slices::release`].
-    given_back: Vec<Slice>,
+    given_back: Vec<FreeFaces>,
     /// Faces of the whole buffer, including free slices.
     end: u32,
     /// Faces of the full mesh.
@@ -21,7 +21,7 @@ pub struct Slices {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Slice {
+struct FreeFaces {
     first: u32,
     size: u32,
 }
@@ -103,21 +103,21 @@ impl Slices {
 
     /// Makes returned slices reusable. Called once their faces have been copied.
     pub fn release(&mut self) {
-        for Slice { first, size } in self.given_back.drain(..) {
+        for FreeFaces { first, size } in self.given_back.drain(..) {
             self.free.entry(size).or_default().push(first);
         }
     }
 
-    fn take(&mut self, size: u32) -> Result<Slice, TooMany> {
+    fn take(&mut self, size: u32) -> Result<FreeFaces, TooMany> {
         if let Some(first) = self.free.get_mut(&size).and_then(Vec::pop) {
-            return Ok(Slice { first, size });
+            return Ok(FreeFaces { first, size });
         }
         let faces = u64::from(self.end) + u64::from(size);
         if faces > u64::from(u32::MAX / 3) {
             return Err(TooMany { faces });
         }
         let first = std::mem::replace(&mut self.end, faces as u32);
-        Ok(Slice { first, size })
+        Ok(FreeFaces { first, size })
     }
 }
 

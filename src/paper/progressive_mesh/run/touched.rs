@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 /// Observer of writes.
-pub trait Touch {
+pub trait WriteObserver {
     /// One word of the index buffer was written.
     fn word(&mut self, word: usize);
     /// Faces in adjacent slots were written.
@@ -11,9 +11,9 @@ pub trait Touch {
 }
 
 /// Ignores all writes. For index buffers that need no upload.
-pub struct Untold;
+pub struct IgnoreWrites;
 
-impl Touch for Untold {
+impl WriteObserver for IgnoreWrites {
     fn word(&mut self, _: usize) {}
     fn faces(&mut self, _: Range<usize>) {}
 }
@@ -23,19 +23,19 @@ impl Touch for Untold {
 pub const BLOCK_WORDS: usize = 1 << BLOCK_LOG2;
 const BLOCK_LOG2: u32 = 7;
 
-/// Blocks of an index buffer that were written since the last [`Touched::take`].
+/// Blocks of an index buffer that were written since the last [`DirtyBlocks::take`].
 #[derive(Clone, Debug)]
-pub struct Touched {
+pub struct DirtyBlocks {
     /// One byte per block, because a bit would need a read before each write.
     dirty: Vec<bool>,
     words: usize,
 }
 
-impl Touched {
+impl DirtyBlocks {
     /// For an index buffer of `faces` faces.
-    pub fn new(faces: usize) -> Touched {
+    pub fn new(faces: usize) -> DirtyBlocks {
         let words = 3 * faces;
-        Touched { dirty: vec![false; words.div_ceil(BLOCK_WORDS)], words }
+        DirtyBlocks { dirty: vec![false; words.div_ceil(BLOCK_WORDS)], words }
     }
 
     /// The buffer grew; its new part counts as unwritten.
@@ -73,13 +73,13 @@ impl Touched {
     }
 }
 
-impl Touch for Touched {
+impl WriteObserver for DirtyBlocks {
     fn word(&mut self, word: usize) {
         self.dirty[word >> BLOCK_LOG2] = true;
     }
 
     fn faces(&mut self, slots: Range<usize>) {
-        Touched::faces(self, slots);
+        DirtyBlocks::faces(self, slots);
     }
 }
 
@@ -89,7 +89,7 @@ mod tests {
 
     #[test]
     fn adjacent_blocks_are_one_range_and_a_face_may_span_two() {
-        let mut touched = Touched::new(1000);
+        let mut touched = DirtyBlocks::new(1000);
         touched.word(0);
         // Words 126 to 128: the last two of one block, and the first of the next.
         touched.faces(42..43);

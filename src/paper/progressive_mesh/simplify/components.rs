@@ -1,6 +1,6 @@
 //! Connected components. A smaller component vanishes as a whole once it is no larger than the deviation.
 
-use super::surface::Surface;
+use super::surface::WorkingMesh;
 use glam::DVec3;
 
 /// A part of the model that shares no position with the rest.
@@ -11,7 +11,7 @@ pub struct Component {
 }
 
 /// All components except the largest, which never vanishes, in order of decreasing extent.
-pub fn lesser_components(surface: &Surface, positions: usize) -> Vec<Component> {
+pub fn lesser_components(surface: &WorkingMesh, positions: usize) -> Vec<Component> {
     let mut parents: Vec<u32> = (0..positions as u32).collect();
     for face in 0..surface.faces() as u32 {
         let [a, b, c] = surface.face(face);

@@ -1,6 +1,6 @@
 //! The one-ring of a position that may be collapsed: its edges, its faces, and the allowed collapses.
 
-use super::surface::{Corner, Surface};
+use super::surface::{Corner, WorkingMesh};
 
 /// An edge of the one-ring: from the hub to a neighbour.
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +57,7 @@ impl Hub {
     }
 
     /// Makes a position the hub and collects its one-ring.
-    pub fn look(&mut self, surface: &mut Surface, position: u32) {
+    pub fn look(&mut self, surface: &mut WorkingMesh, position: u32) {
         self.position = position;
         surface.gather(position, &mut self.corners);
         self.edges.clear();
@@ -102,7 +102,7 @@ impl Hub {
         (turn == self.turn).then(|| &self.edges[edge as usize])
     }
 
-    fn kind(&self, surface: &Surface, edge: &RingEdge) -> Kind {
+    fn kind(&self, surface: &WorkingMesh, edge: &RingEdge) -> Kind {
         match (edge.faces, edge.ahead, edge.behind) {
             (1, ..) => Kind::Border,
             (2, Some(_), Some(_)) if !surface.has_seams() => Kind::Plain,
@@ -115,7 +115,7 @@ impl Hub {
     }
 
     /// The wedges of the hub and of `end` in the face of a corner.
-    fn wedges_along(&self, surface: &Surface, corner: u32, end: u32) -> [u32; 2] {
+    fn wedges_along(&self, surface: &WorkingMesh, corner: u32, end: u32) -> [u32; 2] {
         let Corner { face, index, a, .. } = self.corners[corner as usize];
         let other = if a == end { (index + 1) % 3 } else { (index + 2) % 3 };
         [surface.wedge(face, index), surface.wedge(face, other)]
@@ -150,7 +150,7 @@ impl Hub {
 
     /// For each of the hub's wedges in the faces along an edge, the wedge at the edge's end. If a wedge has
     /// two different targets, the result is `None`, or with `torn` the first target.
-    pub fn wedge_pairs(&self, surface: &Surface, end: u32, torn: bool) -> Option<WedgePairs> {
+    pub fn wedge_pairs(&self, surface: &WorkingMesh, end: u32, torn: bool) -> Option<WedgePairs> {
         let mut pairs = WedgePairs { pairs: [[0; 2]; MOST_PAIRS], count: 0 };
         for (index, corner) in self.corners.iter().enumerate() {
             if corner.a != end && corner.b != end {
@@ -172,7 +172,7 @@ impl Hub {
 
     /// The link condition. The hub and the end may only share neighbours that belong to the edge's faces, no
     /// two faces may become equal, and no position may lose its last face.
-    pub fn link(&self, surface: &Surface, edge: &RingEdge) -> Link {
+    pub fn link(&self, surface: &WorkingMesh, edge: &RingEdge) -> Link {
         let end = edge.end;
         let known = |position: u32| position != self.position && self.edge_to(position).is_some();
         let common = |position: u32| known(position) && !self.has_face_with(end, position);
@@ -191,7 +191,7 @@ impl Hub {
             }
         }
         match (meets, closes) {
-            (false, _) => Link::Surface,
+            (false, _) => Link::WorkingMesh,
             (true, Some(_)) => Link::Closes,
             (true, None) => Link::Pinches,
         }
@@ -199,7 +199,7 @@ impl Hub {
 
     /// The third position of a hole with three edges: this edge, the border's other edge at the hub, and the
     /// edge between their ends.
-    fn closing(&self, surface: &Surface, edge: &RingEdge) -> Option<u32> {
+    fn closing(&self, surface: &WorkingMesh, edge: &RingEdge) -> Option<u32> {
         let [into, out] = if edge.kind == Kind::Border { self.border()? } else { return None };
         let (last, ahead) = if edge.end == out.end { (into.end, true) } else { (out.end, false) };
         let mut along = surface.corners(edge.end).filter(|x| x.a == last || x.b == last);
@@ -250,7 +250,7 @@ impl Path {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Link {
     /// Topology unchanged.
-    Surface,
+    WorkingMesh,
     /// Closes a hole of three edges.
     Closes,
     /// Two sheets come to share an edge: a handle or a neck becomes a pinch.

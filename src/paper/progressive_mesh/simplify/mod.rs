@@ -10,7 +10,7 @@
 //! Positions on a border or seam move only along it; where borders or seams end or cross, positions stay.
 //! Small holes close. Two sheets may come to share an edge where a handle or neck is thin. A component
 //! vanishes as a whole once the deviation of the mesh reaches the component's extent. If no collapse
-//! satisfies these rules, they are relaxed in two steps; [`Report`] counts the collapses of each. Last, the
+//! satisfies these rules, they are relaxed in two steps; [`SimplifyReport`] counts the collapses of each. Last, the
 //! smallest component is removed.
 
 mod components;
@@ -113,12 +113,12 @@ impl Default for SimplifyOptions {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Simplified {
     pub collapses: Collapses,
-    pub report: Report,
+    pub report: SimplifyReport,
 }
 
 /// The request, the result, and how often rules were relaxed.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Report {
+pub struct SimplifyReport {
     pub target_faces: usize,
     pub seed: u64,
     /// Faces of the base mesh.

@@ -12,8 +12,8 @@ use super::queue::{Queue, Ties};
 use super::shape::Shape;
 use super::start::{WedgeLists, nearest_wedge, normals, quadrics};
 use super::stated::stated;
-use super::surface::{Corner, Frame, Surface};
-use super::{Collapses, NOWHERE, Report, Simplified, SimplifyOptions};
+use super::surface::{Corner, Frame, WorkingMesh};
+use super::{Collapses, NOWHERE, Simplified, SimplifyOptions, SimplifyReport};
 use crate::model::Model;
 use glam::DVec3;
 
@@ -28,7 +28,7 @@ pub struct Sequence<'a> {
     curve: Curve,
     pub(super) options: SimplifyOptions,
     pub(super) rules: Rules,
-    pub(super) surface: Surface,
+    pub(super) surface: WorkingMesh,
     frame: Frame,
     /// Each face's normal in the model; zero if it has no area.
     pub(super) normals: Vec<DVec3>,
@@ -64,7 +64,7 @@ pub struct Sequence<'a> {
     /// For each collapse the largest key so far and the deviation.
     log: Vec<[f64; 2]>,
     collapses: Collapses,
-    pub(super) report: Report,
+    pub(super) report: SimplifyReport,
 }
 
 /// The permitted collapses. Each phase permits more than the previous one.
@@ -81,7 +81,7 @@ pub enum Rules {
 
 /// An allowed collapse.
 #[derive(Clone, Copy, Debug)]
-pub struct Step {
+pub struct AllowedCollapse {
     pub edge: RingEdge,
     pub cost: f64,
     pub pairs: WedgePairs,
@@ -101,7 +101,7 @@ pub struct Near {
 impl<'a> Sequence<'a> {
     pub fn new(model: &'a Model, options: &SimplifyOptions, pace: Option<Pace>) -> Sequence<'a> {
         let curve = Curve::of(model);
-        let (mut surface, frame) = Surface::new(model, &curve);
+        let (mut surface, frame) = WorkingMesh::new(model, &curve);
         let positions = model.positions.len();
         let mut hub = Hub::new(positions);
         let mut sequence = Sequence {
@@ -132,7 +132,11 @@ impl<'a> Sequence<'a> {
             pace,
             log: Vec::new(),
             collapses: Collapses::default(),
-            report: Report { target_faces: options.target_faces, seed: options.seed, ..Report::default() },
+            report: SimplifyReport {
+                target_faces: options.target_faces,
+                seed: options.seed,
+                ..SimplifyReport::default()
+            },
         };
         sequence.renew_all();
         sequence
@@ -203,7 +207,7 @@ impl<'a> Sequence<'a> {
 
     /// The collapse whose cost is the position's key, if it is still allowed. The position's own faces are
     /// unchanged, but the faces around them may have changed.
-    fn known(&mut self, position: u32, key: f64) -> Option<Step> {
+    fn known(&mut self, position: u32, key: f64) -> Option<AllowedCollapse> {
         let (to, quadrics) = self.exact[position as usize];
         if to == NOWHERE || self.is_heavy(position) || self.quadric_cost(position, to) != quadrics {
             return None;
@@ -213,7 +217,7 @@ impl<'a> Sequence<'a> {
         self.shape.spread(&self.hub, &self.surface, to);
         let step = self.allowed(&edge, key, self.shape.flips)?;
         self.gather_points();
-        (step.link == Link::Surface).then_some(step)
+        (step.link == Link::WorkingMesh).then_some(step)
     }
 
     /// Called when no collapse is allowed: relaxes the rules, or removes the smallest component. False at the end.
@@ -262,7 +266,7 @@ impl<'a> Sequence<'a> {
     }
 
     /// Executes a collapse at the current hub.
-    fn execute(&mut self, step: &Step) {
+    fn execute(&mut self, step: &AllowedCollapse) {
         let (position, end) = (self.hub.position, step.edge.end);
         let deviation = self.measure(step);
         self.worst = self.worst.max(deviation);
@@ -295,7 +299,7 @@ impl<'a> Sequence<'a> {
 
     /// Assigns the hub and its vanished positions to their nearest faces. Returns the deviation of the
     /// collapse.
-    fn measure(&mut self, step: &Step) -> f64 {
+    fn measure(&mut self, step: &AllowedCollapse) -> f64 {
         let end = step.edge.end;
         let mut off = std::mem::take(&mut self.off);
         self.shape.spread(&self.hub, &self.surface, end);
@@ -361,8 +365,8 @@ impl<'a> Sequence<'a> {
     }
 }
 
-impl Report {
-    fn count(&mut self, step: &Step, rules: Rules) {
+impl SimplifyReport {
+    fn count(&mut self, step: &AllowedCollapse, rules: Rules) {
         self.collapses += 1;
         self.closed_holes += usize::from(step.link == Link::Closes);
         self.pinches += usize::from(step.link == Link::Pinches);

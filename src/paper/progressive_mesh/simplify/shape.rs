@@ -1,7 +1,7 @@
 //! The triangles around a hub, before a collapse and after it.
 
 use super::hub::Hub;
-use super::surface::{Corner, Surface};
+use super::surface::{Corner, WorkingMesh};
 use super::triangle::Triangle;
 use glam::DVec3;
 
@@ -32,7 +32,7 @@ pub struct Shape {
 
 impl Shape {
     /// Reads the triangles around the hub. `normals` are those of the model's faces.
-    pub fn look(&mut self, hub: &Hub, surface: &Surface, normals: &[DVec3]) {
+    pub fn look(&mut self, hub: &Hub, surface: &WorkingMesh, normals: &[DVec3]) {
         let point = surface.point(hub.position);
         self.old.clear();
         self.normals.clear();
@@ -45,7 +45,7 @@ impl Shape {
     }
 
     /// Computes the triangles after a collapse onto `end`.
-    pub fn spread(&mut self, hub: &Hub, surface: &Surface, end: u32) {
+    pub fn spread(&mut self, hub: &Hub, surface: &WorkingMesh, end: u32) {
         let to = surface.point(end);
         self.new.clear();
         self.heirs.clear();

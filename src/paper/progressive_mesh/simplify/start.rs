@@ -3,7 +3,7 @@
 use super::curve::Curve;
 use super::hub::{Hub, Kind};
 use super::quadric::Quadric;
-use super::surface::Surface;
+use super::surface::WorkingMesh;
 use crate::model::Model;
 use glam::DVec3;
 
@@ -16,7 +16,7 @@ const SEAM_WEIGHT: f64 = 1.0;
 
 /// The quadric of each position, relative to that position: the planes of its faces, weighted with a third of
 /// the face's area, and planes through each border or seam edge, perpendicular to its faces.
-pub fn quadrics(surface: &mut Surface, hub: &mut Hub, positions: usize) -> Vec<Quadric> {
+pub fn quadrics(surface: &mut WorkingMesh, hub: &mut Hub, positions: usize) -> Vec<Quadric> {
     let mut quadrics = vec![Quadric::default(); positions];
     for face in 0..surface.faces() as u32 {
         let [a, b, c] = surface.triangle(face);
@@ -48,7 +48,7 @@ pub fn quadrics(surface: &mut Surface, hub: &mut Hub, positions: usize) -> Vec<Q
 }
 
 /// Unit normals of all faces; zero for degenerate faces.
-pub fn normals(surface: &Surface) -> Vec<DVec3> {
+pub fn normals(surface: &WorkingMesh) -> Vec<DVec3> {
     let normal = |face| {
         let [a, b, c] = surface.triangle(face);
         (b - a).cross(c - a).normalize_or_zero()

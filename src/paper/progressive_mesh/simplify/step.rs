@@ -3,7 +3,7 @@
 use super::hub::{Kind, Link, Path, RingEdge};
 use super::lost::squared_to_segment;
 use super::queue::Ties;
-use super::sequence::{Near, Rules, Sequence, Step};
+use super::sequence::{AllowedCollapse, Near, Rules, Sequence};
 use super::shape::samples;
 
 /// Weight of the squared deviation times the area around the hub, relative to the quadrics. Weights 0, 0.3,
@@ -46,7 +46,7 @@ impl Sequence<'_> {
     }
 
     /// The cheapest collapse of a position.
-    pub(super) fn best(&mut self, position: u32) -> Option<Step> {
+    pub(super) fn best(&mut self, position: u32) -> Option<AllowedCollapse> {
         if self.is_heavy(position) {
             return None;
         }
@@ -60,7 +60,7 @@ impl Sequence<'_> {
         });
         self.gather_points();
         candidates.truncate((MOST_FACES * MOST_FACES / self.hub.corners.len()).max(1));
-        let mut best: Option<Step> = None;
+        let mut best: Option<AllowedCollapse> = None;
         let area = self.shape.area();
         for (least, edge) in &candidates {
             let dearest = best.map_or(f64::INFINITY, |best| best.cost);
@@ -110,11 +110,11 @@ impl Sequence<'_> {
     }
 
     /// The collapse along an edge; `None` if it is forbidden.
-    pub(super) fn allowed(&self, edge: &RingEdge, cost: f64, flips: bool) -> Option<Step> {
+    pub(super) fn allowed(&self, edge: &RingEdge, cost: f64, flips: bool) -> Option<AllowedCollapse> {
         let link = self.hub.link(&self.surface, edge);
         let cost = if link == Link::Pinches { cost * PINCH_FACTOR } else { cost };
         let pairs = self.hub.wedge_pairs(&self.surface, edge.end, self.rules == Rules::Crossing)?;
-        (link != Link::Forbidden).then_some(Step { edge: *edge, cost, pairs, link, flips })
+        (link != Link::Forbidden).then_some(AllowedCollapse { edge: *edge, cost, pairs, link, flips })
     }
 
     /// The cost of a collapse; in the second pass, at least the key of its deviation. Stops early once the

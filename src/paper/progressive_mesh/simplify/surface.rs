@@ -12,7 +12,7 @@ const GONE: [u32; 3] = [u32::MAX; 3];
 
 /// Any set of triangles over the model's positions. Positions and faces are numbered along a [`Curve`].
 /// Corner `3 f + k` is corner k of face f.
-pub struct Surface {
+pub struct WorkingMesh {
     /// In the simplifier's own units: see [`Frame`].
     points: Vec<DVec3>,
     /// Positions of each face's corners.
@@ -78,14 +78,14 @@ impl Frame {
     }
 }
 
-impl Surface {
-    pub fn new(model: &Model, curve: &Curve) -> (Surface, Frame) {
+impl WorkingMesh {
+    pub fn new(model: &Model, curve: &Curve) -> (WorkingMesh, Frame) {
         let frame = Frame::of(&model.positions);
         let places =
             |&face: &u32| model.face_positions(face as usize).map(|position| curve.places[position as usize]);
         let faces: Vec<[u32; 3]> = curve.faces.iter().map(places).collect();
         let point = |&position: &u32| frame.inside(model.positions[position as usize]);
-        let mut surface = Surface {
+        let mut surface = WorkingMesh {
             points: curve.positions.iter().map(point).collect(),
             first: vec![END; model.positions.len()],
             next: vec![END; 3 * faces.len()],

@@ -12,7 +12,7 @@
 use crate::paper::progressive_mesh::baselines::compaction::{Compact, Compaction};
 use crate::paper::progressive_mesh::baselines::{Baseline, Prepared};
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
-use crate::paper::progressive_mesh::run::{Program, Slices, TooMany, Touched, Untold};
+use crate::paper::progressive_mesh::run::{DirtyBlocks, IgnoreWrites, Program, Slices, TooMany};
 use crate::vk::{Buffer, BufferUse, Cmd, Gpu, IndexType, Result};
 use std::collections::HashMap;
 use std::sync::{Arc, Weak};
@@ -58,13 +58,13 @@ struct Skip {
     /// Its index among the skip lists.
     list: usize,
     faces: Vec<[u32; 3]>,
-    touched: Touched,
+    touched: DirtyBlocks,
 }
 
 impl Skip {
     /// A list at a level, all of it dirty.
     fn new(list: usize, faces: Vec<[u32; 3]>) -> Skip {
-        let mut touched = Touched::new(faces.len());
+        let mut touched = DirtyBlocks::new(faces.len());
         touched.faces(0..faces.len());
         Skip { list, faces, touched }
     }
@@ -78,7 +78,7 @@ struct Walker {
 
 impl Walker {
     fn live(&mut self, program: &Program, level: u32) -> &[[u32; 3]] {
-        program.run(&mut self.faces, self.level, level, &mut Vec::new(), &mut Untold);
+        program.run(&mut self.faces, self.level, level, &mut Vec::new(), &mut IgnoreWrites);
         self.level = level;
         &self.faces[..program.drawn(level) as usize]
     }

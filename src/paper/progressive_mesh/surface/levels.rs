@@ -3,12 +3,13 @@
 use super::baseline::Baselines;
 use super::mapped::Mapped;
 use super::resident::Resident;
+use super::unfit::Unfit;
 use crate::frame::{PerFrame, Slot};
 use crate::paper::progressive_mesh::baselines::Baseline;
 use crate::paper::progressive_mesh::choices::Apply;
 use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
-use crate::paper::progressive_mesh::run::{Index, Instances, Memory, Program, TooMany};
+use crate::paper::progressive_mesh::run::{Index, Instances, Memory, Program};
 use crate::vk::{Buffer, BufferUse, Error, Gpu, IndexType};
 use std::ops::Range;
 use std::sync::Arc;
@@ -85,35 +86,6 @@ impl<I: Index> MappedHost for Instances<Mapped<I>> {
 
     fn own(&mut self) -> Result<(), Error> {
         self.memory().own()
-    }
-}
-
-/// Instances without room.
-#[derive(Debug)]
-pub enum Unfit {
-    TooMany(TooMany),
-    Vulkan(Error),
-}
-
-impl From<TooMany> for Unfit {
-    fn from(error: TooMany) -> Unfit {
-        Unfit::TooMany(error)
-    }
-}
-
-impl From<Error> for Unfit {
-    fn from(error: Error) -> Unfit {
-        Unfit::Vulkan(error)
-    }
-}
-
-impl Unfit {
-    /// The error for the index buffer `indices`; its limit is reported as one of the device.
-    pub fn of(self, indices: &str) -> Error {
-        match self {
-            Unfit::TooMany(error) => Error::Limit { object: indices.to_owned(), what: error.to_string() },
-            Unfit::Vulkan(error) => error,
-        }
     }
 }
 

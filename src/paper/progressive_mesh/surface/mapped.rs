@@ -1,6 +1,6 @@
 //! An index buffer in memory that the device reads where the host writes it.
 
-use super::levels::Unfit;
+use super::unfit::Unfit;
 use crate::paper::progressive_mesh::run::{Index, Memory};
 use crate::vk::{Buffer, BufferUse, Gpu, Result};
 use std::marker::PhantomData;

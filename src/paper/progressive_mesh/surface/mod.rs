@@ -13,6 +13,7 @@ mod baseline;
 mod levels;
 mod mapped;
 mod resident;
+mod unfit;
 pub mod vertices;
 
 use crate::frame::{Draw, Shape, Slot, Stalled, View};
@@ -22,11 +23,11 @@ use crate::paper::progressive_mesh::check::Flaw;
 use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::file::Extent;
 use crate::paper::progressive_mesh::load::Model;
-use crate::paper::progressive_mesh::place::{Bounds, Place};
+use crate::paper::progressive_mesh::place::{Bounds, Placement};
 use crate::paper::progressive_mesh::run::{Program, level_for_error};
 use crate::paper::progressive_mesh::stand::Stand;
 use crate::vk::shader::SurfaceView;
-use crate::vk::{Buffer, Cmd, Error, Gpu, Slice};
+use crate::vk::{Buffer, Cmd, Error, Gpu, IndexRange};
 use glam::{DMat3, DVec3};
 use levels::Levels;
 use std::sync::Arc;
@@ -47,7 +48,7 @@ pub enum SurfaceError {
 }
 
 /// A surface on the device.
-pub struct Surface {
+pub struct MeshOnDevice {
     pub name: String,
     /// Settings from the scene; only `error_pixels` may change between frames.
     pub settings: ProgressiveSurface,
@@ -64,7 +65,7 @@ pub struct Surface {
 
 /// One instance, without its level.
 struct Member {
-    place: Place,
+    place: Placement,
     /// The wanted error, in object units, if the instance is drawn in this frame.
     seen: Option<f64>,
 }
@@ -85,19 +86,19 @@ pub struct Change {
     pub upload_bytes: u64,
 }
 
-impl Surface {
+impl MeshOnDevice {
     /// # Errors
     /// An invalid mesh; out of memory.
-    pub fn new(gpu: &Gpu, model: &Model) -> Result<Surface, SurfaceError> {
+    pub fn new(gpu: &Gpu, model: &Model) -> Result<MeshOnDevice, SurfaceError> {
         let Model { name, surface, mesh, cut_from, stands, textured } = model;
         let program = Program::new(mesh).map_err(|flaw| SurfaceError::Flaw { name: name.clone(), flaw })?;
         let program = Arc::new(program);
         let normals = normals(mesh, &live_faces(mesh, mesh.last_level()));
         let bounds = Bounds::of(&mesh.vertices.positions);
-        let member = |stand: &Stand| Member { place: Place::new(surface, &bounds, stand), seen: None };
+        let member = |stand: &Stand| Member { place: Placement::new(surface, &bounds, stand), seen: None };
         let (vertices, indices) = (format!("{name}: vertices"), format!("{name}: indices"));
         let mut levels = Levels::new(gpu, mesh, program.clone(), surface, stands.len(), &indices)?;
-        Ok(Surface {
+        Ok(MeshOnDevice {
             name: name.clone(),
             settings: surface.clone(),
             cut_from: *cut_from,
@@ -139,7 +140,7 @@ impl Surface {
     }
 
     /// Brings every visible instance to its level: the coarsest whose error is at most `pixels` in the picture.
-    /// `upload` receives bytes and their offset in [`Surface::indices`].
+    /// `upload` receives bytes and their offset in [`MeshOnDevice::indices`].
     pub(super) fn go(
         &mut self,
         gpu: &Gpu,
@@ -150,7 +151,7 @@ impl Surface {
         let (pose, size) = (&view.pose, view.size);
         self.levels.begin(view.slot())?;
         let mut change = Change::default();
-        let Surface { program, members, levels, .. } = self;
+        let MeshOnDevice { program, members, levels, .. } = self;
         for (n, member) in members.iter_mut().enumerate() {
             member.seen = None;
             if !member.place.is_seen(pose, size) {
@@ -172,7 +173,7 @@ impl Surface {
         Ok(change)
     }
 
-    /// Brings one instance to a level, visible or not. `upload` is as in [`Surface::go`].
+    /// Brings one instance to a level, visible or not. `upload` is as in [`MeshOnDevice::go`].
     pub(super) fn go_to(
         &mut self,
         gpu: &Gpu,
@@ -230,7 +231,7 @@ impl Surface {
         Ok(())
     }
 
-    /// Records the result of [`Surface::go`]: `uploads` are (offset in `staging`, offset in the index buffer, bytes).
+    /// Records the result of [`MeshOnDevice::go`]: `uploads` are (offset in `staging`, offset in the index buffer, bytes).
     pub(super) fn record(
         &self,
         cmd: &mut Cmd<'_>,
@@ -249,7 +250,7 @@ impl Surface {
         Ok(())
     }
 
-    /// To be called when the commands of [`Surface::record`] have been submitted.
+    /// To be called when the commands of [`MeshOnDevice::record`] have been submitted.
     pub(super) fn submitted(&mut self) {
         self.outgrown = None;
         match &mut self.levels {
@@ -264,7 +265,7 @@ impl Surface {
         matches!(&self.levels, Levels::Baseline(baselines) if baselines.compacts())
     }
 
-    /// Records the pass of a baseline, after [`Surface::record`].
+    /// Records the pass of a baseline, after [`MeshOnDevice::record`].
     pub(super) fn compact(&self, cmd: &mut Cmd<'_>) -> Result<(), Error> {
         match &self.levels {
             Levels::Baseline(baselines) => baselines.compact(cmd, &self.indices),
@@ -272,8 +273,13 @@ impl Surface {
         }
     }
 
-    /// A draw for each instance that [`Surface::go`] found visible.
-    pub(super) fn slices(&self, pose: &Pose, size: [u32; 2], sun: glam::DVec3) -> Vec<Slice<SurfaceView>> {
+    /// A draw for each instance that [`MeshOnDevice::go`] found visible.
+    pub(super) fn slices(
+        &self,
+        pose: &Pose,
+        size: [u32; 2],
+        sun: glam::DVec3,
+    ) -> Vec<IndexRange<SurfaceView>> {
         let slice = |(n, member): (usize, &Member)| {
             let wanted = member.seen?;
             let wanted_log2 = if wanted > 0.0 { wanted.log2() as f32 } else { EXACT_LOG2 };
@@ -283,7 +289,7 @@ impl Surface {
                 wanted_log2: wanted_log2.clamp(EXACT_LOG2, ALWAYS_LOG2),
                 band_log2: MORPH_BAND_LOG2,
             };
-            Some(Slice { push, first_index: 3 * self.levels.first(n), count: 3 * self.drawn(n) })
+            Some(IndexRange { push, first_index: 3 * self.levels.first(n), count: 3 * self.drawn(n) })
         };
         self.members.iter().enumerate().filter_map(slice).collect()
     }
@@ -320,7 +326,7 @@ impl Surface {
     }
 
     /// Placements and levels of the instances.
-    pub fn instances(&self) -> impl Iterator<Item = (&Place, u32)> {
+    pub fn instances(&self) -> impl Iterator<Item = (&Placement, u32)> {
         self.members.iter().enumerate().map(|(n, member)| (&member.place, self.levels.level(n)))
     }
 

@@ -13,7 +13,7 @@ use crate::vk::{Frame, Gpu};
 use anyhow::Context;
 
 /// A shipped scene with one of its cameras (`earth/oblique`) or paths (`earth/pan`).
-pub struct Place {
+pub struct SceneView {
     pub scene: Scene,
     /// The camera's pose, or the path's first one.
     pub pose: Pose,
@@ -28,10 +28,10 @@ pub struct Opened {
     pub path: Option<Path>,
 }
 
-impl Place {
+impl SceneView {
     /// # Errors
     /// No shipped scene, path or camera has this name.
-    pub fn find(name: &str) -> anyhow::Result<Place> {
+    pub fn find(name: &str) -> anyhow::Result<SceneView> {
         let (scene, eye) = name.split_once('/').with_context(|| format!("{name:?}: not SCENE/CAMERA"))?;
         let scene = papers_scene(scene)?;
         let path = scene.paths.get(eye).cloned();
@@ -39,7 +39,7 @@ impl Place {
             Some(path) => path.pose(0),
             None => scene.camera(eye)?.pose(),
         };
-        Ok(Place { scene, pose, path })
+        Ok(SceneView { scene, pose, path })
     }
 
     /// A session of `size` pixels on a device of its own; `change` edits the settings last. No frame is drawn yet: use
@@ -53,7 +53,7 @@ impl Place {
         size: [u32; 2],
         change: impl FnOnce(&mut Settings),
     ) -> anyhow::Result<Opened> {
-        let Place { scene, pose, path } = self;
+        let SceneView { scene, pose, path } = self;
         let mut settings = Settings::of_scene(&scene, Target::Srgb8)?;
         settings.size = size;
         change(&mut settings);

@@ -1,6 +1,6 @@
 //! vt.compact: stage 3 in all its variants.
 
-use super::common::Place;
+use super::common::SceneView;
 use super::side_by_side::{Combination, SideBySide};
 use super::stages::{NOISE, Pair, SCENES, Stage1};
 use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Test, best, one, others};
@@ -143,7 +143,7 @@ fn fused_append(
     };
     let (mask, appends) = ("marks", "marks and appends");
     let both = [of(mask, Compaction::Append), of(appends, Compaction::FusedAppend)];
-    let mut frames = SideBySide::settled(bench, Place::find(scene)?, stage1.size, (&both, &[]), |_| ())?;
+    let mut frames = SideBySide::settled(bench, SceneView::find(scene)?, stage1.size, (&both, &[]), |_| ())?;
     if let Some((_, why)) = frames.missing.first() {
         return Ok(vec![Row::missing(name, time, why)]);
     }

@@ -1,6 +1,6 @@
 //! vt.headline: the paper's only number, the frame rate of its headline scene, with the camera at rest and moving.
 
-use super::common::{Place, pixels_of};
+use super::common::{SceneView, pixels_of};
 use super::side_by_side::{Combination, PAPER_NATIVE, PLAIN, SideBySide, THE_PAPER, combinations};
 use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Claim, Test, each, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
@@ -93,7 +93,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         (1080.0, Extent { rounds: 6, at_rest: 60, moving: 240 }),
     );
     let size = pixels_of(rows_of_pixels);
-    let place = Place::find(&cell.scene)?;
+    let place = SceneView::find(&cell.scene)?;
     let path = place.scene.path(PATH)?.clone();
     let streaming = Settings::of_scene(&place.scene, Target::Srgb8)?.streaming;
     let mut side = SideBySide::settled(bench, place, size, (&contenders(), &[PLAIN]), |settings| {

@@ -1,6 +1,6 @@
 //! vt.limit: the time of stages 2 and 3 relative to a lower bound, one copy of the request image to the host.
 
-use super::common::{Place, passes, pixels_of};
+use super::common::{SceneView, passes, pixels_of};
 use super::cost::{LIST, list_of_rounds, list_row};
 use super::list_on_the_host::and_list;
 use super::side_by_side::{COMPUTE, Combination, SideBySide, THE_PAPER, UNLISTED};
@@ -152,7 +152,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     }
     let pairs: Vec<Pair> = pairs.into_iter().flatten().collect();
     let fused = (&*fused(), FLOORS);
-    let mut fused = SideBySide::settled(bench, Place::find(&cell.scene)?, size, fused, |_| ())?;
+    let mut fused = SideBySide::settled(bench, SceneView::find(&cell.scene)?, size, fused, |_| ())?;
     let missing = fused.missing.iter();
     rows.extend(missing.map(|(name, why)| Row::missing(&**name, LIST, why.clone())));
     rows.extend(times(bench, &stage1, &pairs, &mut fused)?);

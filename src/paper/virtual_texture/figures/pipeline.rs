@@ -1,6 +1,6 @@
 //! vt.pipeline: the whole frame, pass by pass, of the paper's method, later variants and the baselines.
 
-use super::common::{Place, pixels_of};
+use super::common::{SceneView, pixels_of};
 use super::cost::{FRAME, LIST};
 use super::side_by_side::{Combination, PLAIN, SideBySide, THE_PAPER, UNLISTED, combinations};
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Claim, Test, best, one};
@@ -77,7 +77,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = pixels_of(bench.effort_of(720.0, 1080.0));
     let mut frames = SideBySide::settled(
         bench,
-        Place::find(&cell.scene)?,
+        SceneView::find(&cell.scene)?,
         size,
         (&combinations(), &[PLAIN, UNLISTED]),
         |_| (),

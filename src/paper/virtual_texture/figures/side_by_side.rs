@@ -2,7 +2,7 @@
 
 pub use super::cost::{PLAIN, THE_PAPER, UNLISTED};
 
-use super::common::{Place, passes};
+use super::common::{SceneView, passes};
 use super::cost::{self, FRAME};
 use crate::figure::{Bench, Contender, Row};
 use crate::frame::Run;
@@ -125,12 +125,12 @@ impl SideBySide {
     /// No device, a scene or texture that is not available, out of memory.
     pub fn settled(
         bench: &Bench,
-        place: Place,
+        place: SceneView,
         size: [u32; 2],
         (combinations, floors): (&[Combination], &'static [&'static str]),
         change: impl Fn(&mut Settings),
     ) -> anyhow::Result<SideBySide> {
-        let Place { scene, pose, .. } = place;
+        let SceneView { scene, pose, .. } = place;
         let gpu = device(bench, &all_needs())?;
         let source = Remembered::new(open_texture(&scene)?);
         let mesh = mesh::gpu_mesh(&source_mesh(&scene)?)?;

@@ -1,7 +1,7 @@
 //! vt.resolution, vt.tile-size and vt.texture-size: how the frame scales with the sizes of the picture, of the tiles
 //! and of the texture.
 
-use super::common::{Place, pixels_of};
+use super::common::{SceneView, pixels_of};
 use super::cost::{FRAME, LIST};
 use super::side_by_side::{Combination, SideBySide, THE_PAPER, combinations};
 use crate::figure::claim::{At, Bound::AtMost, Claim, Places, Test, best, one};
@@ -30,7 +30,7 @@ pub const RESOLUTION: Figure = Figure {
     }),
     measure: |bench, cell| {
         let rows = cell.x.expect("a sweep");
-        let place = Place::find(&cell.scene)?;
+        let place = SceneView::find(&cell.scene)?;
         measure(bench, place, rows, 192)
     },
     plots: &[Plot::sweep(FRAME).log_x().log_y().floor(EMPTY), Plot::sweep(LIST).log_x().log_y().floor(EMPTY), Plot::sweep("visible tiles").log_x().log_y().floor(EMPTY)],
@@ -164,7 +164,7 @@ fn pixel_rows(bench: &Bench) -> f64 {
 }
 
 /// Times, lists and memory of all combinations. `tiles` sets N1 and N2.
-fn measure(bench: &mut Bench, place: Place, pixel_rows: f64, tiles: u32) -> anyhow::Result<Vec<Row>> {
+fn measure(bench: &mut Bench, place: SceneView, pixel_rows: f64, tiles: u32) -> anyhow::Result<Vec<Row>> {
     let mut frames =
         SideBySide::settled(bench, place, pixels_of(pixel_rows), (&contenders(), &[]), |settings| {
             (settings.streaming.gpu_tiles, settings.streaming.host_tiles) = (tiles, tiles);
@@ -190,7 +190,7 @@ fn measure(bench: &mut Bench, place: Place, pixel_rows: f64, tiles: u32) -> anyh
 
 fn measure_tile_size(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let side = cell.x.expect("a sweep") as u32;
-    let mut place = Place::find(&cell.scene)?;
+    let mut place = SceneView::find(&cell.scene)?;
     place.scene = place.scene.with(&[format!("surface.land.texture.tile_size={side}")])?;
     let pixel_rows = pixel_rows(bench);
     // Tiles of a quarter of the area need up to four times the number of tiles. Devices have at least 2048 layers.
@@ -201,7 +201,7 @@ fn measure_tile_size(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>>
 
 fn measure_texture_size(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let width_log2 = cell.x.expect("a sweep") as u32;
-    let mut place = Place::find(&cell.scene)?;
+    let mut place = SceneView::find(&cell.scene)?;
     let sizes = [("width", width_log2), ("height", width_log2 - 1)];
     let changes = sizes.map(|(side, log2)| format!("surface.land.texture.{side}_log2={log2}"));
     place.scene = place.scene.with(&changes)?;

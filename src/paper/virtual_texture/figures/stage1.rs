@@ -5,7 +5,7 @@ use crate::math::pyramid::Pyramid;
 use crate::model::mesh::SourceMesh;
 use crate::paper::virtual_texture::reference::picture::footprint;
 use crate::paper::virtual_texture::reference::{Tolerance, possible_triples, triple};
-use crate::reference::{Sample, View};
+use crate::reference::{ReferenceView, Sample};
 
 /// How stage 1 compares with the reference.
 #[derive(Clone, Debug, Default)]
@@ -77,7 +77,7 @@ fn explains(
 /// Compares a frame's request image with the reference's picture of `mesh` in `view`.
 pub fn compare_triples(
     triples: &[[u32; 3]],
-    view: &View,
+    view: &ReferenceView,
     mesh: &SourceMesh,
     pyramid: &Pyramid,
     max_anisotropy: u32,
@@ -89,7 +89,7 @@ pub fn compare_triples(
 /// (s, t) from their origin, or to `None` if it has no virtual texture and only occludes.
 pub fn compare_surfaces(
     triples: &[[u32; 3]],
-    view: &View,
+    view: &ReferenceView,
     pyramid: &Pyramid,
     max_anisotropy: u32,
     carries: impl Fn(u32) -> Option<f64>,

@@ -1,6 +1,6 @@
 //! Stages 2 and 3 alone, over a request image that is drawn once (for vt.dedup, vt.compact and others).
 
-use super::common::{Place, passes, pixels_of};
+use super::common::{SceneView, passes, pixels_of};
 use super::side_by_side::{device, lacks};
 use crate::figure::{Bench, Contender, Effort};
 use crate::frame::{Seen, Shape, View};
@@ -53,8 +53,8 @@ impl Stage1 {
     /// # Errors
     /// As [`Stage1::draw`].
     pub fn draw_at(bench: &Bench, scene: &str, size: [u32; 2]) -> anyhow::Result<Stage1> {
-        let Place { scene: description, pose, .. } =
-            Place::find(if scene == NOISE { "earth/headline" } else { scene })?;
+        let SceneView { scene: description, pose, .. } =
+            SceneView::find(if scene == NOISE { "earth/headline" } else { scene })?;
         let pyramid =
             texture(&description)?.pyramid()?.context("a shipped scene states its texture's size")?;
         let gpu = device(bench, &all_needs())?;

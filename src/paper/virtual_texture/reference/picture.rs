@@ -5,7 +5,7 @@ use super::{Footprint, triple};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::picture::Picture;
 use crate::reference::filter::{Edges, Parallelogram, Texture, sample_count, srgb8_to_linear};
-use crate::reference::{Sample, View};
+use crate::reference::{ReferenceView, Sample};
 use crate::texture::source::{TileError, TileFormat, TileSource};
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -104,7 +104,7 @@ impl<'a> Texels<'a> {
     ///
     /// # Errors
     /// The first tile that could not be read.
-    pub fn picture(&self, view: &View, filter: Filter) -> Result<Picture, TileError> {
+    pub fn picture(&self, view: &ReferenceView, filter: Filter) -> Result<Picture, TileError> {
         let sky = [0.0, 0.0, 0.0, 1.0];
         let colour = |sample: Sample| self.pixel(&sample, filter).map(|channel| channel as f32);
         let pixels = view.samples().into_iter().map(|sample| sample.map_or(sky, colour)).collect();

@@ -37,7 +37,7 @@ impl Rule {
 
 /// The visible tiles of a frame, and the tiles that it wants: the same, or coarser ones if they do not fit.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Step {
+pub struct FrameLists {
     pub visible: Vec<TileId>,
     pub wanted: Vec<TileId>,
     /// Levels by which `wanted` is coarser than `visible`.
@@ -54,11 +54,11 @@ pub struct Replayed {
 }
 
 /// The frames of a recorded path for a cache of `slots` slots.
-pub fn steps(lists: &[Vec<TileId>], slots: u32, first_resident_level: u32) -> Vec<Step> {
+pub fn steps(lists: &[Vec<TileId>], slots: u32, first_resident_level: u32) -> Vec<FrameLists> {
     let step = |visible: &Vec<TileId>| {
         let bias = fitting_bias(visible, 0, first_resident_level, slots);
         let wanted = wanted_tiles(visible, bias, first_resident_level, &HashSet::new());
-        Step { visible: visible.clone(), wanted, bias }
+        FrameLists { visible: visible.clone(), wanted, bias }
     };
     lists.iter().map(step).collect()
 }
@@ -74,7 +74,7 @@ struct Held {
 ///
 /// # Panics
 /// A frame wants more than `slots` tiles; [`steps`] prevents that.
-pub fn replay(steps: &[Step], slots: u32, rule: Rule) -> Vec<Replayed> {
+pub fn replay(steps: &[FrameLists], slots: u32, rule: Rule) -> Vec<Replayed> {
     // The frames that want each tile, in order.
     let mut uses: HashMap<TileId, Vec<usize>> = HashMap::new();
     for (frame, step) in steps.iter().enumerate() {
@@ -88,7 +88,7 @@ pub fn replay(steps: &[Step], slots: u32, rule: Rule) -> Vec<Replayed> {
     let mut held: Vec<Held> = Vec::new();
     let mut clock = 0;
     let mut replayed = Vec::with_capacity(steps.len());
-    for (frame, Step { visible, wanted, .. }) in steps.iter().enumerate() {
+    for (frame, FrameLists { visible, wanted, .. }) in steps.iter().enumerate() {
         assert!(wanted.len() <= slots as usize, "frame {frame} wants {} tiles, slots {slots}", wanted.len());
         if rule == Rule::LeastRecentlyShown {
             visible.iter().for_each(|&tile| use_shown(&mut held, &mut clock, tile));
@@ -142,13 +142,13 @@ mod tests {
         TileId { level: 0, row: 0, column }
     }
 
-    fn path(columns: &[&[u32]]) -> Vec<Step> {
+    fn path(columns: &[&[u32]]) -> Vec<FrameLists> {
         let lists: Vec<Vec<TileId>> =
             columns.iter().map(|list| list.iter().copied().map(tile).collect()).collect();
         steps(&lists, 64, 3)
     }
 
-    fn faults(steps: &[Step], slots: u32, rule: Rule) -> usize {
+    fn faults(steps: &[FrameLists], slots: u32, rule: Rule) -> usize {
         replay(steps, slots, rule).iter().map(|frame| frame.faults).sum()
     }
 
@@ -163,7 +163,7 @@ mod tests {
     }
 
     /// The least number of faults, by exhaustive search.
-    fn least(steps: &[Step], slots: usize, held: &HashSet<TileId>) -> usize {
+    fn least(steps: &[FrameLists], slots: usize, held: &HashSet<TileId>) -> usize {
         let Some((step, rest)) = steps.split_first() else { return 0 };
         let wanted: HashSet<TileId> = step.wanted.iter().copied().collect();
         let missing = wanted.difference(held).count();
@@ -180,7 +180,7 @@ mod tests {
         missing + fewest.expect("keeping no tile is always possible")
     }
 
-    fn small_path() -> impl Strategy<Value = Vec<Step>> {
+    fn small_path() -> impl Strategy<Value = Vec<FrameLists>> {
         let list = prop::collection::btree_set(0u32..6, 0..3);
         prop::collection::vec(list, 0..7).prop_map(|lists| {
             let lists: Vec<Vec<u32>> = lists.into_iter().map(|list| list.into_iter().collect()).collect();

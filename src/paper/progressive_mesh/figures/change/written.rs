@@ -5,7 +5,7 @@ use super::ways::{By, Named, face_bytes};
 use crate::paper::progressive_mesh::baselines::{Baseline, Prepared, SkipList};
 use crate::paper::progressive_mesh::choices::{Apply, FaceOrder};
 use crate::paper::progressive_mesh::mesh::Level;
-use crate::paper::progressive_mesh::run::{Program, Step, Untold};
+use crate::paper::progressive_mesh::run::{IgnoreWrites, Operation, Program};
 
 /// The counts of a walk through all levels and back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,9 +61,9 @@ pub fn walk(way: &Named, meshes: &Meshes, [classical, tail, in_place]: &[Program
 /// Bytes of the corners, of the moved faces, and of the faces that become live.
 fn executed(program: &Program, [from, to]: [u32; 2]) -> u64 {
     let [before, after] = [from, to].map(|level| program.drawn(level));
-    let of_step = |step: &Step| match step {
-        Step::Write { corners, .. } => corners.len() as u64,
-        Step::Move { faces, .. } => 3 * faces.len() as u64,
+    let of_step = |step: &Operation| match step {
+        Operation::Write { corners, .. } => corners.len() as u64,
+        Operation::Move { faces, .. } => 3 * faces.len() as u64,
     };
     let steps: u64 = program.steps(from, to).iter().map(of_step).sum();
     program.index_type().bytes() * (steps + 3 * u64::from(after.saturating_sub(before)))
@@ -89,7 +89,7 @@ impl<'a> Walker<'a> {
     fn go(&mut self, [from, to]: [u32; 2], written: &mut Written) {
         let (at, list) = self.lists.skip_list(to);
         if at == self.at {
-            let corners = list.run(self.levels, &mut self.faces, [from, to], &mut Untold);
+            let corners = list.run(self.levels, &mut self.faces, [from, to], &mut IgnoreWrites);
             return written.add(self.face_bytes / 3 * corners as u64);
         }
         // The new list is written as a whole, with the corners of the new level.

@@ -10,7 +10,7 @@ use crate::paper::progressive_mesh::config;
 use crate::paper::progressive_mesh::figures::scans;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::order::{OrderOptions, classical, order};
-use crate::paper::progressive_mesh::run::{Instances, Program, State, Untold};
+use crate::paper::progressive_mesh::run::{IgnoreWrites, Instances, Program, State};
 use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
 use crate::paper::progressive_mesh::stand::stands;
 use crate::paper::progressive_mesh::{Model, ProgressiveMeshes, Settings};
@@ -135,7 +135,7 @@ pub fn contenders<'a>(
         } else {
             let (mut faces, mut at, mut kept) = (program.faces().to_vec(), 0, Vec::new());
             ways(variant, last, move |level| {
-                program.run(&mut faces, at, level, &mut kept, &mut Untold);
+                program.run(&mut faces, at, level, &mut kept, &mut IgnoreWrites);
                 at = level;
             })
         });

@@ -4,7 +4,7 @@ use super::MOVED;
 use crate::figure::Row;
 use crate::paper::progressive_mesh::figures::scans;
 use crate::paper::progressive_mesh::order::{OrderOptions, Weights, order};
-use crate::paper::progressive_mesh::run::{Program, Touch};
+use crate::paper::progressive_mesh::run::{Program, WriteObserver};
 use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
 use std::ops::Range;
 
@@ -29,7 +29,7 @@ impl Lines {
     }
 }
 
-impl Touch for Lines {
+impl WriteObserver for Lines {
     fn word(&mut self, word: usize) {
         let written = &mut self.written[word / LINE_WORDS];
         self.count += u64::from(*written != self.step);

@@ -3,7 +3,7 @@
 use super::execute::hundredth;
 use crate::figure::{Contender, Row};
 use crate::paper::progressive_mesh::apply::{Apply, Change, ChangedSlots, Scatter};
-use crate::paper::progressive_mesh::run::{Program, Touched, Untold};
+use crate::paper::progressive_mesh::run::{DirtyBlocks, IgnoreWrites, Program};
 use crate::vk::{Buffer, BufferUse, Cmd, Gpu, IndexType, PassTime};
 use std::cell::RefCell;
 use std::time::Instant;
@@ -46,7 +46,7 @@ pub struct Sender<'a> {
 
 enum Way {
     Whole,
-    Ranges(Touched),
+    Ranges(DirtyBlocks),
     Mapped,
     Scatter(Box<Scattering>),
     Device(Box<Apply>),
@@ -70,7 +70,7 @@ impl<'a> Sender<'a> {
         };
         let ways = [
             Way::Whole,
-            Way::Ranges(Touched::new(slots)),
+            Way::Ranges(DirtyBlocks::new(slots)),
             Way::Mapped,
             Way::Scatter(Box::new(scattering)),
             Way::Device(Box::new(Apply::new(gpu, program, IndexType::U32)?)),
@@ -81,7 +81,7 @@ impl<'a> Sender<'a> {
     fn new(gpu: &Gpu, program: &'a Program, way: Way) -> anyhow::Result<Sender<'a>> {
         let (mut faces, mut kept) = (program.faces().to_vec(), Vec::new());
         let level = hundredth(program.last_level(), FIRST);
-        program.run(&mut faces, 0, level, &mut kept, &mut Untold);
+        program.run(&mut faces, 0, level, &mut kept, &mut IgnoreWrites);
         let indices = match way {
             Way::Mapped => {
                 let bytes = size_of_val(&*faces) as u64;
@@ -104,7 +104,7 @@ impl<'a> Sender<'a> {
         let before = std::mem::replace(&mut self.level, level);
         let sent = match way {
             Way::Whole => {
-                program.run(faces, before, level, kept, &mut Untold);
+                program.run(faces, before, level, kept, &mut IgnoreWrites);
                 let live = &faces[..program.drawn(level) as usize];
                 staging.mapped_mut()[..size_of_val(live)].copy_from_slice(bytemuck::cast_slice(live));
                 cmd.copy_buffer(staging, 0, indices, 0, size_of_val(live) as u64);
@@ -124,7 +124,7 @@ impl<'a> Sender<'a> {
             }
             Way::Mapped => {
                 let faces: &mut [[u32; 3]] = bytemuck::cast_slice_mut(indices.mapped_mut());
-                program.run(faces, before, level, kept, &mut Untold);
+                program.run(faces, before, level, kept, &mut IgnoreWrites);
                 0
             }
             Way::Scatter(scattering) => {
@@ -172,7 +172,7 @@ impl<'a> Sender<'a> {
     /// The number of words in the device's buffer that differ from a fresh execution.
     fn wrong_words(&self, gpu: &Gpu) -> anyhow::Result<usize> {
         let (mut expected, mut kept) = (self.program.faces().to_vec(), Vec::new());
-        self.program.run(&mut expected, 0, self.level, &mut kept, &mut Untold);
+        self.program.run(&mut expected, 0, self.level, &mut kept, &mut IgnoreWrites);
         let host;
         let bytes = match self.way {
             Way::Mapped => self.indices.mapped(),

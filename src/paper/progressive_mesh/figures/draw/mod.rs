@@ -11,7 +11,7 @@ use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::paper::progressive_mesh::config;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::ordered;
-use crate::paper::progressive_mesh::place::{Bounds, Place};
+use crate::paper::progressive_mesh::place::{Bounds, Placement};
 use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
 use crate::paper::progressive_mesh::stand::Stand;
 use crate::paper::progressive_mesh::surface::vertices::MORPH_BAND_LOG2;
@@ -23,7 +23,7 @@ use crate::vk::shader::SurfaceView;
 use crate::vk::shader::progressive_mesh::surface_vert;
 use crate::vk::{
     Buffer, BufferUse, Clear, Cmd, ColorTarget, DepthTarget, Feature, Format, Geometry, Gpu,
-    GraphicsPipeline, Image, ImageInfo, IndexType, Need, Slice,
+    GraphicsPipeline, Image, ImageInfo, IndexRange, IndexType, Need,
 };
 use anyhow::Context;
 use glam::DVec3;
@@ -198,7 +198,8 @@ impl Still {
         let color = ColorTarget { image: &self.target, clear: Clear::Float([0.0, 0.0, 0.0, 1.0]) };
         let depth = DepthTarget { image: &self.depth, clear: true };
         let count = 3 * ordered.faces.len() as u32;
-        let slices: Vec<_> = self.views.iter().map(|&push| Slice { push, first_index: 0, count }).collect();
+        let slices: Vec<_> =
+            self.views.iter().map(|&push| IndexRange { push, first_index: 0, count }).collect();
         cmd.render(self.target.info().size, &[color], Some(depth), |render| {
             let geometry = Geometry { vertices: Some(&ordered.vertices), indices: &ordered.indices };
             render.draw_slices(&self.pipeline, &[], geometry, &slices)
@@ -283,15 +284,15 @@ fn orders(gpu: &Gpu) -> anyhow::Result<(Vec<Ordered>, Bounds)> {
 }
 
 /// The placement of a model of one metre on the ground, and the direction towards the sun.
-fn place(bounds: &Bounds) -> anyhow::Result<(Place, DVec3)> {
+fn place(bounds: &Bounds) -> anyhow::Result<(Placement, DVec3)> {
     let scene = Scene::embedded("bunny")?;
     let surface = config::surface(&scene, "bunny")?;
-    Ok((Place::new(&surface, bounds, &Stand::on_plane(DVec3::ZERO, 0.0)), scene.sun()))
+    Ok((Placement::new(&surface, bounds, &Stand::on_plane(DVec3::ZERO, 0.0)), scene.sun()))
 }
 
 /// 16 views of the whole level at a distance at which it fills the picture's height. Each is slightly nearer
 /// than the one before, so that the depth test rejects no draw.
-fn views((place, sun): &(Place, DVec3), size: [u32; 2]) -> Vec<SurfaceView> {
+fn views((place, sun): &(Placement, DVec3), size: [u32; 2]) -> Vec<SurfaceView> {
     let view = |n: usize| {
         let pose = Pose {
             eye: place.centre - DVec3::Y * (place.radius * (2.0 - 1e-3 * n as f64)),

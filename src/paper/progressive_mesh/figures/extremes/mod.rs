@@ -211,10 +211,10 @@ fn faults(own: &[Row]) -> usize {
     let vanished = of(VANISHED).is_some_and(|parts| parts > 0.0);
     let distance = of(if vanished { LEFT } else { HAUSDORFF });
     let (Some(distance), Some(stated), Some(lost)) = (distance, of(STATED), of(LOST)) else { return 1 };
-    let told = lost <= LOSS || !["", NOTHING].contains(&words(CLEANING));
+    let loss_is_reported = lost <= LOSS || !["", NOTHING].contains(&words(CLEANING));
     let counted = !vanished || stated > 0.0;
     let bounded = stated.is_finite() && counted && distance <= stated + lost + ROUNDING;
-    [of(NOT_FINITE) == Some(0.0), bounded, told].into_iter().filter(|kept| !kept).count()
+    [of(NOT_FINITE) == Some(0.0), bounded, loss_is_reported].into_iter().filter(|kept| !kept).count()
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ use crate::paper::virtual_texture::{Config, PAPER, TileAddress, reference};
 use crate::paper::virtual_texture::{Settings, VirtualTexture, VirtualTextureError, read_requests};
 use crate::picture::Target;
 use crate::picture::write::Srgb8Picture;
-use crate::reference::View as ReferenceView;
+use crate::reference::ReferenceView;
 use crate::scene::Scene;
 use crate::texture::source::ruler::Ruler;
 use crate::vk::{self, Format, Gpu, Image, ImageInfo};

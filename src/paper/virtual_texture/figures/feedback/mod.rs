@@ -5,7 +5,7 @@ mod cut;
 mod times;
 mod watch;
 
-use super::common::{Place, pixels_of};
+use super::common::{SceneView, pixels_of};
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::Below, Claim, Part, Test, each, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
 use crate::paper::virtual_texture::RequestFormat;
@@ -72,7 +72,7 @@ const ALL_PIXELS: &str = "all pixels";
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = pixels_of(cell.x.expect("the sweep has values"));
-    let opened = Place::find(&cell.scene)?.open(bench, size, |settings| {
+    let opened = SceneView::find(&cell.scene)?.open(bench, size, |settings| {
         // No tile is streamed here. The request image is packed, as usual for a copy to the host.
         settings.streaming.gpu_tiles = 1;
         settings.config.request_format = Some(RequestFormat::Packed);

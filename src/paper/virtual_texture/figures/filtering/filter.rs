@@ -10,7 +10,7 @@ use crate::paper::virtual_texture::reference::picture::{Filter, Texels};
 use crate::picture::Picture;
 use crate::picture::measures::{Comparison, OUTLIER_BOUND};
 use crate::picture::write::Srgb8Picture;
-use crate::reference::View;
+use crate::reference::ReferenceView;
 
 pub const FILTER: Figure = Figure {
     id: "vt.filter",
@@ -157,7 +157,7 @@ impl Truths {
         let (session, pose) = (&shown.opened.session, &shown.opened.pose);
         let [width, height] = session.technique.settings.size;
         let mesh = source_mesh(&shown.opened.scene)?;
-        let view = View::new(&mesh, &pose.world_to_clip(width, height), pose.eye, [width, height]);
+        let view = ReferenceView::new(&mesh, &pose.world_to_clip(width, height), pose.eye, [width, height]);
         let covered: Vec<bool> = view.samples().iter().map(Option::is_some).collect();
         let at = |x: u32, y: u32| covered[(y * width + x) as usize];
         let around = |n: u32| {

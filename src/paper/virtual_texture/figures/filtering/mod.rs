@@ -3,7 +3,7 @@
 pub mod filter;
 pub mod seams;
 
-use super::common::{Opened, Place};
+use super::common::{Opened, SceneView};
 use crate::figure::{Bench, Contender};
 use crate::frame::{Run, Seen, View};
 use crate::paper::virtual_texture::VirtualTexture;
@@ -62,7 +62,7 @@ impl Shown {
         border: u32,
         max_anisotropy: u32,
     ) -> anyhow::Result<Shown> {
-        let mut place = Place::find(scene)?;
+        let mut place = SceneView::find(scene)?;
         place.scene = place.scene.with(&[format!("surface.land.texture.border={border}")])?;
         let mut opened = place.open(bench, size, |settings| {
             settings.target = Target::Linear32;

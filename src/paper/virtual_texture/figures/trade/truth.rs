@@ -4,7 +4,7 @@ use crate::math::camera::Pose;
 use crate::model::mesh::SourceMesh;
 use crate::paper::virtual_texture::reference::picture::{Filter, Texels};
 use crate::picture::{Picture, srgb};
-use crate::reference::{Sample, View};
+use crate::reference::{ReferenceView, Sample};
 use crate::texture::source::TileSource;
 
 /// Most pixels of the reference. A pixel takes 10 to 200 us, so the reference takes seconds.
@@ -65,7 +65,7 @@ impl Truth {
         size: [u32; 2],
     ) -> anyhow::Result<Truth> {
         let [width, height] = size;
-        let view = View::new(mesh, &pose.world_to_clip(width, height), pose.eye, size);
+        let view = ReferenceView::new(mesh, &pose.world_to_clip(width, height), pose.eye, size);
         let texels = Texels::new(source);
         let windows = Windows::of(size);
         let [columns, rows] = windows.mosaic();
@@ -123,7 +123,7 @@ impl Truth {
 const BLACK: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
 /// True if the landscape covers a pixel and its neighbours.
-fn covered(view: &View, [x, y]: [u32; 2]) -> bool {
+fn covered(view: &ReferenceView, [x, y]: [u32; 2]) -> bool {
     let [width, height] = view.size();
     let [right, bottom] = [(x + 1).min(width - 1), (y + 1).min(height - 1)];
     (y.saturating_sub(1)..=bottom).all(|y| (x.saturating_sub(1)..=right).all(|x| view.sample(x, y).is_some()))
