@@ -22,7 +22,7 @@ pub const FILTERS: Figure = Figure {
     title: "Filters of a virtual texture: error, tiles and time",
     about: "Paper 1 filters with one trilinear sample or with several along the footprint, paper 3 with the texels of \
             the footprint's ellipse. Both read texels beyond a tile's border from the neighbouring tile, so the border \
-            does not change the picture. The ellipse has at least one texel, or at least two, along its minor \
+            does not change the picture. The ellipse has at least one, two or four texels along its minor \
             semi-axis. The truth is the f64 mean of 4,232 stratified samples per pixel of the mesh, with two kernels: \
             the ellipse's own, a Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one pixel. The samples \
             read the coarsest level that has 8 texels across the shorter side of every footprint; averaging and \
@@ -70,12 +70,13 @@ const TILES: &str = "visible tiles";
 const TIME: &str = "frame";
 
 /// Each variant's name, and its changes to the scene.
-const VARIANTS: [(&str, &[&str]); 6] = [
+const VARIANTS: [(&str, &[&str]); 7] = [
     (TRILINEAR, &["surface.land.filter.kind=trilinear", "surface.land.filter.max_anisotropy=1"]),
     ("anisotropic 4", &["surface.land.filter.kind=trilinear", "surface.land.filter.max_anisotropy=4"]),
     ("anisotropic 16", &["surface.land.filter.kind=trilinear", NA]),
     ("ellipse, 1 texel", &[ELLIPSE, NA, "surface.land.filter.minor_texels=1"]),
     (BEST, &[ELLIPSE, NA, "surface.land.filter.minor_texels=2"]),
+    ("ellipse, 4 texels", &[ELLIPSE, NA, "surface.land.filter.minor_texels=4"]),
     (
         "ellipse, 2 texels, no border",
         &[ELLIPSE, NA, "surface.land.filter.minor_texels=2", "surface.land.texture.border=0"],

@@ -41,4 +41,5 @@ pub const FIGURES: &[&Figure] = &[
     &extremes::EXTREMES_FIGURE,
     &filtering::seams::SEAMS,
     &filtering::filter::FILTER,
+    &filtering::na::NA,
 ];

@@ -1,6 +1,7 @@
-//! The effect of filters and borders on the picture: [`seams`] at tiles' edges, [`filter`] in the whole picture.
+//! The effect of filters and borders on the picture: [`seams`] at tiles' edges, [`filter`] in the whole picture, [`na`] at any tilt.
 
 pub mod filter;
+pub mod na;
 pub mod seams;
 
 use super::common::{Opened, SceneView};
@@ -63,10 +64,19 @@ impl Shown {
         max_anisotropy: u32,
     ) -> anyhow::Result<Shown> {
         let mut place = SceneView::find(scene)?;
-        place.scene = place.scene.with(&[format!("surface.land.texture.border={border}")])?;
+        place.scene = place.scene.with(&[
+            format!("surface.land.texture.border={border}"),
+            format!("surface.land.filter.max_anisotropy={max_anisotropy}"),
+        ])?;
+        Shown::of(bench, place, size)
+    }
+
+    /// # Errors
+    /// As [`Shown::settle`].
+    fn of(bench: &Bench, place: SceneView, size: [u32; 2]) -> anyhow::Result<Shown> {
+        let name = place.scene.name.clone();
         let mut opened = place.open(bench, size, |settings| {
             settings.target = Target::Linear32;
-            settings.config.filter.max_anisotropy = max_anisotropy;
             // Settling is not timed, so the budgets do not limit it.
             settings.streaming.upload_tiles_per_frame = 64;
             settings.streaming.upload_budget_ms = 1e3;
@@ -76,7 +86,7 @@ impl Shown {
         let bias = opened.session.technique.bias();
         anyhow::ensure!(
             bias == 0,
-            "{scene}: the visible tiles exceed cache.gpu_tiles, and the picture is {bias} levels too coarse"
+            "{name}: the visible tiles exceed cache.gpu_tiles, and the picture is {bias} levels too coarse"
         );
         Ok(Shown { opened })
     }

@@ -67,7 +67,7 @@ fn session(
 ) -> anyhow::Result<Run<VirtualTexture>> {
     let mut settings = Settings::of_scene(scene, Target::Linear32)?;
     settings.size = size;
-    settings.config = LISTS;
+    settings.config = Config { filter: settings.config.filter, ..LISTS };
     change(&mut settings);
     let gpu = bench.gpu(&needs(&settings.config, source.format()))?;
     let mesh = mesh::gpu_mesh(&source_mesh(scene)?)?;
@@ -101,9 +101,9 @@ fn show_beside(bench: &mut Bench, name: &str, shown: &Picture, truth: &Picture) 
 }
 
 /// A path of a scene.
-struct Route {
-    scene: Scene,
-    path: Path,
+pub(super) struct Route {
+    pub scene: Scene,
+    pub path: Path,
 }
 
 impl Route {
@@ -111,7 +111,7 @@ impl Route {
     ///
     /// # Errors
     /// No shipped scene or path has this name.
-    fn find(name: &str, changes: &[String]) -> anyhow::Result<Route> {
+    pub fn find(name: &str, changes: &[String]) -> anyhow::Result<Route> {
         let (scene, path) = name.split_once('/').with_context(|| format!("{name:?}: not SCENE/PATH"))?;
         let scene = papers_scene(scene)?.with(changes)?;
         let path = scene.path(path)?.clone();
@@ -128,7 +128,7 @@ impl Route {
         Route::find(name, &changes.map(|change| change.to_string()).collect::<Vec<_>>())
     }
 
-    fn pyramid(&self) -> anyhow::Result<Pyramid> {
+    pub fn pyramid(&self) -> anyhow::Result<Pyramid> {
         texture(&self.scene)?.pyramid()?.context("a synthetic texture states its size")
     }
 
@@ -137,7 +137,7 @@ impl Route {
     ///
     /// # Errors
     /// The device lacks a feature; device lost.
-    fn records(
+    pub fn records(
         &self,
         bench: &Bench,
         size: [u32; 2],

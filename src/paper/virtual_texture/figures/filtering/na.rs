@@ -1,0 +1,199 @@
+//! vt.na: what the largest number of samples along a footprint, NA, costs, at any tilt.
+
+use super::super::common::SceneView;
+use super::super::cost::{self, FRAME, LIST};
+use super::super::side_by_side::{Combination, SideBySide};
+use super::super::streaming::Route;
+use super::{Shown, Variant};
+use crate::figure::claim::{
+    Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Equal, Claim, Places, Test, every, one,
+};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
+use crate::paper::virtual_texture::config::Filter;
+use crate::paper::virtual_texture::streaming::replay::{Rule, replay, steps};
+use crate::paper::virtual_texture::{Config, Filtering, PAPER};
+use crate::picture::error::compare;
+use crate::texture::source::TileFormat;
+use anyhow::Context;
+
+pub const NA: Figure = Figure {
+    id: "vt.na",
+    title: "Samples along a footprint: visible set, list, cache and seams",
+    about: "Section 2.1 lowers a pixel's level by log2 of nA, the number of samples along its footprint, at most NA: what the \
+            hardware takes, 16 on today's GPUs. The other figures of paper 1 are made with NA = 1. This figure shows what NA \
+            changes, against the camera's tilt: the visible tiles (mean over the path), the memory of the largest visible \
+            set, the times of stages 2 and 3 and of the settled frame, and the tiles copied per frame with an LRU cache of \
+            twice the largest visible set. Tiles have a border of 4 texels. Samples beyond it are looked up in the \
+            neighbouring tile, which stage 1 then requests; with a border of 16 none are. Seams: the largest difference of \
+            a pixel between these two borders, on white noise. 320 x 180 pixels with tiles of 128 texels (quick) or \
+            640 x 360 with tiles of 256 show as many tiles as 1280 x 720 with the paper's 512.",
+    scenes: &["earth/pan", "plane/pan"],
+    variants: || NAS.map(|(name, _)| name).into_iter().chain([WITHIN]).map(str::to_owned).collect(),
+    paper: &[LARGEST],
+    sweep: Some(Sweep {
+        name: "tilt, degrees",
+        quick: &[0.0, 60.0, 80.0],
+        full: &[0.0, 30.0, 45.0, 60.0, 70.0, 75.0, 80.0, 85.0],
+    }),
+    measure,
+    plots: &[
+        Plot::sweep(VISIBLE).log_y(),
+        Plot::sweep(WORKING_SET).log_y(),
+        Plot::sweep(TRAFFIC),
+        Plot::sweep(LIST).log_y().floor("empty pass"),
+        Plot::sweep(FRAME).log_y().floor("empty pass"),
+        Plot::sweep(SEAMS),
+    ],
+    claims: &[
+        Claim::ours(
+            "seams",
+            "A border of 4 texels shows no seams for any NA: no pixel is off by more than 1/256.",
+            &[Test::value(every(SEAMS), AtMost(1.0 / 256.0))],
+        ),
+        Claim::ours(
+            "facing",
+            "Facing the earth, NA = 2 lists at least twice as many tiles as NA = 1, because nA is rounded up: a footprint \
+             that is hardly longer than wide takes two samples of the next finer level. More samples change nothing.",
+            &[
+                Test::ratio(one(VISIBLE, "NA 2"), one(VISIBLE, "NA 1"), AtLeast(2.0)),
+                Test::ratio(one(VISIBLE, LARGEST), one(VISIBLE, "NA 2"), Equal(1.0)),
+            ],
+        )
+        .at(Places::scenes(&["earth/pan"]).x(0.0, 0.0)),
+        Claim::ours(
+            "tilted",
+            "At a tilt of 80 degrees NA = 16 needs at least twice the tiles of NA = 1.",
+            &[Test::ratio(one(VISIBLE, LARGEST), one(VISIBLE, "NA 1"), AtLeast(2.0))],
+        )
+        .at(Places::ALL.x(80.0, 80.0)),
+        Claim::ours(
+            "border",
+            "Facing the surface, a border of 16 texels needs more memory than one of 4 with neighbouring tiles.",
+            &[Test::ratio(one(WORKING_SET, WITHIN), one(WORKING_SET, LARGEST), Above(1.0))],
+        )
+        .at(Places::ALL.x(0.0, 0.0)),
+    ],
+};
+
+const NAS: [(&str, u32); 5] = [("NA 1", 1), ("NA 2", 2), ("NA 4", 4), ("NA 8", 8), (LARGEST, 16)];
+const LARGEST: &str = "NA 16";
+/// The camera of each scene's path.
+const CAMERAS: [(&str, &str); 2] = [("earth/pan", "headline"), ("plane/pan", "tilted")];
+/// The borders: samples reach beyond the first, and not beyond the second.
+const BORDERS: [u32; 2] = [4, 16];
+
+const WITHIN: &str = "NA 16, border 16";
+const VISIBLE: &str = "visible tiles";
+const WORKING_SET: &str = "largest working set";
+const TRAFFIC: &str = "tiles copied a frame";
+const SEAMS: &str = "seams";
+
+/// The view of a cell.
+struct View {
+    name: String,
+    changes: Vec<String>,
+    size: [u32; 2],
+    /// Frames of the path are this far apart.
+    step: u32,
+}
+
+impl View {
+    fn of(bench: &Bench, cell: &Cell) -> anyhow::Result<View> {
+        let camera = CAMERAS.iter().find(|(name, _)| *name == cell.scene).context("a scene of the figure")?.1;
+        let tilt = cell.x.context("a sweep")?;
+        let (size, tile, step) = bench.effort_of(([320, 180], 128, 8), ([640, 360], 256, 2));
+        let changes = vec![
+            format!("cameras.{camera}.tilt_deg={tilt}"),
+            format!("cameras.{camera}.magnification=1.0"),
+            "surface.land.texture.source=ruler".into(),
+            format!("surface.land.texture.tile_size={tile}"),
+            "cache.gpu_tiles=1024".into(),
+            "cache.host_tiles=1024".into(),
+        ];
+        Ok(View { name: cell.scene.clone(), changes, size, step })
+    }
+
+    fn with(&self, na: u32, border: u32) -> anyhow::Result<Route> {
+        let more = [
+            format!("surface.land.filter.max_anisotropy={na}"),
+            format!("surface.land.texture.border={border}"),
+        ];
+        Route::find(&self.name, &[&self.changes[..], &more].concat())
+    }
+
+    fn place(&self, na: u32, border: u32) -> anyhow::Result<SceneView> {
+        let Route { scene, path } = self.with(na, border)?;
+        Ok(SceneView { scene, pose: path.pose(0), path: Some(path) })
+    }
+}
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let view = View::of(bench, cell)?;
+    let mut rows = Vec::new();
+    for (name, na) in NAS {
+        rows.extend(along_the_path(bench, &view, name, na, BORDERS[0])?);
+        rows.push(Row::number(name, SEAMS, "linear light", seams(bench, &view, na)?));
+    }
+    rows.extend(along_the_path(bench, &view, WITHIN, 16, BORDERS[1])?);
+    rows.extend(times(bench, &view)?);
+    Ok(rows)
+}
+
+/// The lists of the path, and what a cache does with them.
+fn along_the_path(
+    bench: &Bench,
+    view: &View,
+    variant: &str,
+    na: u32,
+    border: u32,
+) -> anyhow::Result<Vec<Row>> {
+    let route = view.with(na, border)?;
+    let pyramid = route.pyramid()?;
+    let records = route.records(bench, view.size, view.step, 0)?;
+    let lists: Vec<_> = records.into_iter().map(|record| record.visible).collect();
+    let mean = |total: usize| total as f64 / lists.len() as f64;
+    let largest = lists.iter().map(Vec::len).max().context("a path has frames")?;
+    let slots = (2 * largest).max(1) as u32;
+    let replayed =
+        replay(&steps(&lists, slots, pyramid.first_resident_level()), slots, Rule::LeastRecentlyShown);
+    // The first frame fills the cache.
+    let copied: usize = replayed.iter().skip(1).map(|frame| frame.faults).sum();
+    let tile_mib = TileFormat::Rgba8.tile_bytes(&pyramid) as f64 / 1_048_576.0;
+    let row = |quantity, unit, number| Row::number(variant, quantity, unit, number);
+    Ok(vec![
+        row(VISIBLE, "tiles", mean(lists.iter().map(Vec::len).sum())),
+        row(WORKING_SET, "MiB", largest as f64 * tile_mib),
+        row(TRAFFIC, "tiles", copied as f64 / (lists.len() - 1) as f64),
+    ])
+}
+
+/// The largest difference between the pictures of both borders.
+fn seams(bench: &Bench, view: &View, na: u32) -> anyhow::Result<f64> {
+    let picture = |border| {
+        let mut shown = Shown::of(bench, view.place(na, border)?, view.size)?;
+        shown.picture(&Variant::new(Filtering::Trilinear, na, 1))
+    };
+    let difference = compare(&picture(BORDERS[0])?, &picture(BORDERS[1])?)?;
+    Ok(difference.worst().map_or(0.0, |worst| worst.value))
+}
+
+/// The settled frames in turn.
+fn times(bench: &Bench, view: &View) -> anyhow::Result<Vec<Row>> {
+    let combination = |(name, max_anisotropy): (&'static str, u32)| Combination {
+        name,
+        config: Config { filter: Filter { max_anisotropy, ..PAPER.filter }, ..PAPER },
+        exact: true,
+    };
+    let combinations = NAS.map(combination);
+    let place = view.place(1, BORDERS[0])?;
+    let mut frames = SideBySide::settled(bench, place, view.size, (&combinations, &[]), |_| ())?;
+    let gpu = frames.gpu.clone();
+    let timed = bench.interleave(&gpu, frames.contenders()?)?;
+    let missing = frames.missing.iter().map(|(name, why)| Row::missing(&**name, FRAME, why.clone()));
+    Ok(timed
+        .iter()
+        .flat_map(|of| [Some(of.row(FRAME)), cost::list_row(of, &timed)])
+        .flatten()
+        .chain(missing)
+        .collect())
+}
