@@ -145,7 +145,7 @@ fn a_scene_of_meshes_is_rendered_explained_and_reported() {
     let explained = String::from_utf8(ran.stdout).unwrap();
     holds(
         &explained,
-        &["pass       levels: herd", "pass       surfaces: herd", "memory     herd: indices: 384000 bytes"],
+        &["pass       levels: herd", "pass       surfaces: herd", "memory     herd: indices: 192000 bytes"],
     );
     // Instances are not 500 full meshes: each has 64 faces until it is visible.
     holds(
