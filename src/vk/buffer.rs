@@ -87,37 +87,11 @@ impl BufferUse {
             _ => None,
         }
     }
-}
 
-/// A buffer with its memory. After a drop it is destroyed once the GPU no longer uses it.
-pub struct Buffer {
-    pub(crate) handle: vk::Buffer,
-    /// Null except for [`BufferUse::Texels`] and [`BufferUse::FetchedStorage`].
-    pub(crate) texels: vk::BufferView,
-    device: Arc<Device>,
-    memory: Option<Allocation>,
-    bytes: u64,
-    index_type: Option<IndexType>,
-    name: String,
-}
-
-/// A rectangle of one level and layer of an image, tightly packed in a buffer from `offset`.
-#[derive(Clone, Copy, Debug)]
-pub struct TexelCopy {
-    pub offset: u64,
-    pub mip: u32,
-    pub layer: u32,
-    /// First column and row.
-    pub at: [u32; 2],
-    pub size: [u32; 2],
-}
-
-impl Gpu {
-    /// # Errors
-    /// [`super::Error::OutOfMemory`] names the buffer and its bytes.
-    pub fn buffer(&self, name: &str, bytes: u64, usage: BufferUse) -> Result<Buffer> {
+    /// Usage flags and memory location.
+    fn flags(self) -> (vk::BufferUsageFlags, MemoryLocation) {
         use vk::BufferUsageFlags as U;
-        let (flags, location) = match usage {
+        match self {
             BufferUse::Vertices => {
                 (U::VERTEX_BUFFER | U::STORAGE_BUFFER | U::TRANSFER_DST, MemoryLocation::GpuOnly)
             }
@@ -147,7 +121,38 @@ impl Gpu {
             }
             BufferUse::Upload => (U::TRANSFER_SRC, MemoryLocation::CpuToGpu),
             BufferUse::Readback => (U::TRANSFER_DST, MemoryLocation::GpuToCpu),
-        };
+        }
+    }
+}
+
+/// A buffer with its memory. After a drop it is destroyed once the GPU no longer uses it.
+pub struct Buffer {
+    pub(crate) handle: vk::Buffer,
+    /// Null except for [`BufferUse::Texels`] and [`BufferUse::FetchedStorage`].
+    pub(crate) texels: vk::BufferView,
+    device: Arc<Device>,
+    memory: Option<Allocation>,
+    bytes: u64,
+    index_type: Option<IndexType>,
+    name: String,
+}
+
+/// A rectangle of one level and layer of an image, tightly packed in a buffer from `offset`.
+#[derive(Clone, Copy, Debug)]
+pub struct TexelCopy {
+    pub offset: u64,
+    pub mip: u32,
+    pub layer: u32,
+    /// First column and row.
+    pub at: [u32; 2],
+    pub size: [u32; 2],
+}
+
+impl Gpu {
+    /// # Errors
+    /// [`super::Error::OutOfMemory`] names the buffer and its bytes.
+    pub fn buffer(&self, name: &str, bytes: u64, usage: BufferUse) -> Result<Buffer> {
+        let (flags, location) = usage.flags();
         self.require_buffer(name, bytes, usage)?;
         let device = &self.device;
         // Vulkan has no empty buffers.

@@ -57,8 +57,8 @@ choices! {
     pub enum Apply {
         /// The host, in its own copy of the index buffer; the changed parts are uploaded.
         Cpu = "cpu",
-        /// The host, in memory that the device reads in place, once for each frame in flight; nothing is copied. Not for
-        /// baselines.
+        /// The host; the changed parts are written where the device reads them, in a buffer for each frame in flight. Not
+        /// for baselines.
         Mapped = "mapped",
         /// Compute shaders, in place; not for baselines.
         Gpu = "gpu",

@@ -105,8 +105,12 @@ settings! {
         /// levels are estimates, not proven bounds: they are measured at all vertices and at 20 points of
         /// each face.
         error_pixels: f64 = 1.0, in 0.0..=1e6, unit "pixels";
-        /// New vertices move to their positions instead of popping.
+        /// New vertices move to their positions instead of popping, and have arrived when their error is wanted: this
+        /// draws levels of half the error, with about twice the faces.
         geomorph: bool = false;
+        /// The error of an instance in view changes by at most so many octaves in a frame, so that no frame changes much;
+        /// default 1/16 with `geomorph`, without it no limit.
+        octaves_per_frame: Option<f64> = None, in 0.001..=1000.0, unit "octaves";
         /// The order of faces in the index buffer. A `.pmesh` file keeps its own order; a baseline requires
         /// the classical order.
         order: FaceOrder = DEFAULT_ORDER;

@@ -282,9 +282,11 @@ impl Technique for ProgressiveMeshes {
         Ok(())
     }
 
-    /// Instances reach their levels immediately.
     fn progress(&self) -> Progress {
-        Progress::Settled
+        match self.surfaces.iter().any(Surface::arriving) {
+            true => Progress::Arriving,
+            false => Progress::Settled,
+        }
     }
 
     /// The staging buffers grow with the uploads of a frame.

@@ -14,6 +14,7 @@ mod skip;
 use super::cache::{Cache, Counter, LevelCosts, live_faces};
 use super::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::choices::FaceOrder;
+use crate::vk::IndexType;
 use rayon::prelude::*;
 
 pub use lists::Prepared;
@@ -124,7 +125,8 @@ pub fn baseline_costs(
         Baseline::Discrete { .. } => (0, prepared.listed_faces()),
     };
     let traffic = drawn.iter().map(|(_, traffic)| traffic).sum::<f64>() / drawn.len() as f64;
-    BaselineCosts { costs, copied_per_split: copied as f64 / last, list_bytes: 12 * listed, traffic }
+    let face_bytes = 3 * IndexType::of_vertices(mesh.vertices.positions.len()).bytes();
+    BaselineCosts { costs, copied_per_split: copied as f64 / last, list_bytes: face_bytes * listed, traffic }
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use super::super::run::Program;
 use super::orders::{CLOSED, DRAWN, FIFO_16, IN_PLACE_10, IN_PLACE_23, MOVED, number};
 use crate::figure::Row;
 use crate::figure::claim::{Bound::Below, Claim, Places, Test, one};
+use crate::vk::IndexType;
 
 /// Memory that all instances share: commands and M0's buffer, or lists and the table of split vertices.
 const SHARED: &str = "memory that instances share";
@@ -37,10 +38,11 @@ pub fn rows(
 }
 
 /// The largest number of lists that fit into `most_bytes` together with the table of split vertices. Lists
-/// that shrink by a factor r take 12 F / (1 - r) bytes in total.
+/// that shrink by a factor r take b F / (1 - r) bytes in total; b = 6 bytes per face with indices of 16 bits, else 12.
 fn skip_lists_within(name: &str, plain: &ProgressiveMesh, most_bytes: f64, levels: &[u32]) -> [Row; 4] {
     let (faces, table) = (plain.faces.len() as f64, 4.0 * plain.splits.split_vertices.len() as f64);
-    let mut ratio = 1.0 - 12.0 * faces / (most_bytes - table);
+    let face_bytes = 3 * IndexType::of_vertices(plain.vertices.positions.len()).bytes();
+    let mut ratio = 1.0 - face_bytes as f64 * faces / (most_bytes - table);
     // The sum over actual levels may be larger: reduce the ratio until it fits.
     let found = loop {
         let found = baseline_costs(plain, Baseline::SkipLists { ratio }, &[Cache::Fifo(16)], levels);

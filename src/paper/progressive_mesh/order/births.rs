@@ -9,27 +9,21 @@
 //! An order is optimized for the level at three quarters of its group. Optimized for the last level of the
 //! group, it is bad at the first ones (95 % of the levels: 1.94 on a torus).
 
-use super::OrderOptions;
 use super::assemble::{Arrangement, Move};
 use super::greedy::{Lines, greedy};
 use super::groups::group_ends;
 use super::patch::{Numbering, Patch};
 use super::rollout::rollouts;
+use super::{OrderOptions, Task};
 use crate::model::Model;
 use crate::paper::progressive_mesh::mesh::NOWHERE;
-use crate::paper::progressive_mesh::simplify::Collapses;
 use rayon::prelude::*;
 
 /// The orders of all groups, as moves at each group's last level: see [`super::super::mesh::Births`]. Groups
 /// are independent, so their orders are computed in parallel.
-pub(super) fn plan(
-    model: &Model,
-    collapses: &Collapses,
-    options: &OrderOptions,
-    base: Vec<u32>,
-    progress: &mut dyn FnMut(usize, usize),
-) -> Arrangement {
-    let layout = Layout::new(model, collapses, options);
+pub(super) fn plan(task: &Task, progress: &mut dyn FnMut(usize, usize)) -> Arrangement {
+    let layout = Layout::new(task);
+    let Task { model, collapses, options } = *task;
     let ends = group_ends(options.groups, collapses, model.faces.len());
     let groups: Vec<[u32; 2]> =
         ends.iter().enumerate().map(|(n, &end)| [n.checked_sub(1).map_or(0, |n| ends[n]), end]).collect();
@@ -38,7 +32,7 @@ pub(super) fn plan(
         orders.par_extend(some.par_iter().map(|&[start, end]| layout.order(start, end)));
         progress(orders.last().map_or(0, Vec::len), model.faces.len());
     }
-    let mut births = base;
+    let mut births = super::base(model, collapses);
     if let Some(first) = orders.first() {
         births = first.iter().copied().filter(|&face| layout.born[face as usize] == 0).collect();
     }
@@ -71,7 +65,7 @@ struct Layout<'a> {
 }
 
 impl<'a> Layout<'a> {
-    fn new(model: &'a Model, collapses: &Collapses, options: &'a OrderOptions) -> Self {
+    fn new(&Task { model, collapses, options }: &Task<'a>) -> Self {
         let last = collapses.wedges.len() as u32;
         let mut born = vec![0; model.faces.len()];
         let mut wedge_born = vec![0; model.wedge_positions.len()];

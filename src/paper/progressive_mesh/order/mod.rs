@@ -169,6 +169,14 @@ impl OrderOptions {
     }
 }
 
+/// What a plan is made from.
+#[derive(Clone, Copy)]
+struct Task<'a> {
+    model: &'a Model,
+    collapses: &'a Collapses,
+    options: &'a OrderOptions,
+}
+
 impl Default for OrderOptions {
     fn default() -> Self {
         OrderOptions::TAIL_23
@@ -191,7 +199,7 @@ pub fn order(
         Births::Tail => plan::plan,
         Births::InPlace => births::plan,
     };
-    let arrangement = plan(model, collapses, options, base(model, collapses), progress);
+    let arrangement = plan(&Task { model, collapses, options }, progress);
     ProgressiveMesh { births: options.births, ..assemble(model, collapses, &arrangement) }
 }
 

@@ -6,7 +6,7 @@ use super::descent::Descent;
 use super::greedy::{Lines, Stretch, greedy};
 use super::groups::group_ends;
 use super::patch::{Numbering, Patch};
-use super::{OrderOptions, Weights};
+use super::{OrderOptions, Task, Weights};
 use crate::math::ragged::Ragged;
 use crate::model::Model;
 use crate::paper::progressive_mesh::cache::{Cache, Counter};
@@ -38,16 +38,10 @@ pub(super) struct Plan<'a> {
 }
 
 /// The order of all faces at all levels, with new faces at the tail.
-pub(super) fn plan(
-    model: &Model,
-    collapses: &Collapses,
-    options: &OrderOptions,
-    base: Vec<u32>,
-    progress: &mut dyn FnMut(usize, usize),
-) -> Arrangement {
-    let mut plan = Plan::new(model, collapses, options, base);
-    let mut progress = |done| progress(done, model.faces.len());
-    match options.regions {
+pub(super) fn plan(task: &Task, progress: &mut dyn FnMut(usize, usize)) -> Arrangement {
+    let mut plan = Plan::new(task);
+    let mut progress = |done| progress(done, task.model.faces.len());
+    match task.options.regions {
         1 => plan.groups(&mut progress),
         _ => plan.turns(&mut progress),
     }
@@ -55,7 +49,8 @@ pub(super) fn plan(
 }
 
 impl<'a> Plan<'a> {
-    fn new(model: &'a Model, collapses: &'a Collapses, options: &'a OrderOptions, base: Vec<u32>) -> Self {
+    fn new(&Task { model, collapses, options }: &Task<'a>) -> Self {
+        let base = super::base(model, collapses);
         let down = Descent::new(model, collapses);
         let first_wedge = (0..collapses.wedges.len())
             .map(|collapse| collapses.wedges.range(collapse).start as u32)

@@ -9,18 +9,21 @@
 //!   compares faces, and a permutation goes through the buffer in order (see [`Moves`]).
 //! - [`apply`](super::apply) runs the same lists on the GPU.
 //!
+//! A jump over many levels starts from the nearest of a few keyframes (`keyframes.rs`).
+//!
 //! Differs from the paper: [`Instances`] keep only live faces. Nothing writes a face that is not live, so it
 //! is copied from M0's buffer when it becomes live.
 
 mod births;
 mod index;
 mod instances;
+mod keyframes;
 mod program;
 mod slices;
 mod state;
 mod touched;
 
-pub use index::{Index, Memory};
+pub use index::Index;
 pub use instances::Instances;
 pub use program::{Corners, Moves, Program, Step};
 pub use slices::{Slices, TooMany};

@@ -1,6 +1,7 @@
 //! The run-time form of a progressive mesh, shared by its instances.
 
 use super::index::Index;
+use super::keyframes::Keyframe;
 use super::touched::Touch;
 use crate::paper::progressive_mesh::check::Flaw;
 use crate::paper::progressive_mesh::mesh::{Births, Level, ProgressiveMesh};
@@ -25,6 +26,8 @@ pub struct Program {
     /// For each of `swap_levels` the number of runs, and of faces in runs, up to and including it.
     pub(super) move_ends: Vec<[u32; 2]>,
     pub(super) moves: Moves,
+    /// Ascending by level.
+    pub(super) keyframes: Vec<Keyframe>,
 }
 
 /// The writes of the splits, in order.
@@ -85,7 +88,7 @@ impl Program {
     pub fn new(mesh: &ProgressiveMesh) -> Result<Program, Flaw> {
         if mesh.births == Births::InPlace {
             mesh.check()?;
-            return Ok(Program::in_place(mesh));
+            return Ok(Program::in_place(mesh).with_keyframes());
         }
         let mut corners = Corners::default();
         mesh.walk(|(word, up, down)| {
@@ -107,7 +110,7 @@ impl Program {
         for (index, &level) in mesh.swaps.levels.iter().enumerate() {
             program.push_moves(level, mesh.swaps.cycles_of(index).map(|row| mesh.swaps.cycles.row(row)));
         }
-        Ok(program)
+        Ok(program.with_keyframes())
     }
 
     /// Appends the permutation of a level.
@@ -166,11 +169,12 @@ impl Program {
         self.command_bytes() + levels + size_of_val(&*self.faces)
     }
 
-    /// Bytes of the executed lists: [`Program::bytes`] without levels and faces.
+    /// Bytes of the executed lists and the keyframes: [`Program::bytes`] without levels and faces.
     pub fn command_bytes(&self) -> usize {
         let moves = size_of_val(&*self.moves.runs) + size_of_val(&*self.moves.from);
         let words = 3 * self.corners.words.len() + self.corner_ends.len() + self.swap_levels.len();
-        4 * words + size_of_val(&*self.move_ends) + moves
+        let keyframes = self.keyframes.iter().map(Keyframe::bytes).sum::<usize>();
+        4 * words + size_of_val(&*self.move_ends) + moves + keyframes
     }
 
     /// Brings `faces`, which is F at level `from`, to level `to`. `faces` must hold the drawn faces of both
@@ -189,6 +193,22 @@ impl Program {
     ) {
         let drawn = self.drawn(from.max(to)) as usize;
         assert!(faces.len() >= drawn, "{} faces for {drawn} drawn faces", faces.len());
+        let from = match self.route(from, to) {
+            Some(keyframe) => self.restore(keyframe, &mut faces[..drawn], touch),
+            None => from,
+        };
+        self.execute(faces, from, to, kept, touch);
+    }
+
+    /// The same by every step between the levels, without keyframes.
+    pub fn execute<I: Index>(
+        &self,
+        faces: &mut [[I; 3]],
+        from: u32,
+        to: u32,
+        kept: &mut Vec<[I; 3]>,
+        touch: &mut impl Touch,
+    ) {
         for step in self.steps(from, to) {
             match step {
                 Step::Write { corners, up } => {
@@ -206,6 +226,14 @@ impl Program {
                 }
             }
         }
+    }
+
+    /// Indices that these steps write.
+    pub(super) fn executed(&self, from: u32, to: u32) -> u64 {
+        let (low, high) = (from.min(to), from.max(to));
+        let [first, end] = [low, high].map(|level| self.swap_levels.partition_point(|&swap| swap <= level));
+        let moved = |swaps: usize| swaps.checked_sub(1).map_or(0, |last| self.move_ends[last][1]);
+        self.corners_between(low, high).len() as u64 + 3 * u64::from(moved(end) - moved(first))
     }
 
     /// The steps from one level to another, in order: writes and permutations alternate.

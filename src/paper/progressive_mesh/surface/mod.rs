@@ -3,7 +3,7 @@
 //! All instances share the vertex buffer and the program of splits and permutations. Each instance has its own
 //! placement, level, and slice of one index buffer on the device, sized for its live faces ([`Slices`]): 500 instances
 //! of the bunny, most of them far away, take a tenth of 500 full meshes. If the host executes, it keeps a second copy
-//! of these faces and uploads the written parts, or writes where the device reads, with a buffer for each frame in
+//! of these faces and uploads the written parts, or writes them where the device reads, in a buffer for each frame in
 //! flight; if the device executes, the host has no faces. Indices have 16 bits where fewer than 65,536 vertices live.
 //!
 //! [`Slices`]: crate::paper::progressive_mesh::run::Slices
@@ -11,6 +11,7 @@
 mod baseline;
 mod levels;
 mod mapped;
+mod pace;
 mod resident;
 pub mod vertices;
 
@@ -18,16 +19,19 @@ use crate::frame::{Draw, Shape, Slot, Stalled, View};
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::check::Flaw;
+use crate::paper::progressive_mesh::choices::Apply;
 use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::file::Extent;
 use crate::paper::progressive_mesh::load::Model;
 use crate::paper::progressive_mesh::place::{Bounds, Place};
-use crate::paper::progressive_mesh::run::{Program, level_for_error};
+use crate::paper::progressive_mesh::run::Program;
 use crate::paper::progressive_mesh::stand::Stand;
 use crate::vk::shader::SurfaceView;
 use crate::vk::{Buffer, Cmd, Error, Gpu, Slice};
 use glam::{DMat3, DVec3};
-use levels::Levels;
+use levels::{Levels, limit};
+use mapped::Mapped;
+use pace::Pace;
 use std::sync::Arc;
 use thiserror::Error;
 use vertices::{ALWAYS_LOG2, EXACT_LOG2, MORPH_BAND_LOG2, VertexBuffer, normals};
@@ -55,16 +59,21 @@ pub struct Surface {
     pub cut_from: Option<Extent>,
     pub(super) vertices: VertexBuffer,
     pub(super) indices: Arc<Buffer>,
+    /// If the host writes where the device reads; `indices` is then the frame's own buffer.
+    mapped: Option<Mapped>,
     /// The previous index buffer, which became too small. Kept until the frame that copies it is recorded.
     outgrown: Option<Arc<Buffer>>,
     members: Vec<Member>,
     levels: Levels,
+    pace: Pace,
+    /// True if an instance in view has not come to its wanted error.
+    arriving: bool,
 }
 
 /// One instance, without its level.
 struct Member {
     place: Place,
-    /// The wanted error, in object units, if the instance is drawn in this frame.
+    /// The error shown, in object units, if the instance is drawn in this frame.
     seen: Option<f64>,
 }
 
@@ -95,7 +104,7 @@ impl Surface {
         let bounds = Bounds::of(&mesh.vertices.positions);
         let member = |stand: &Stand| Member { place: Place::new(surface, &bounds, stand), seen: None };
         let (vertices, indices) = (format!("{name}: vertices"), format!("{name}: indices"));
-        let mut levels = Levels::new(gpu, mesh, program.clone(), surface, stands.len(), &indices)?;
+        let levels = Levels::new(gpu, mesh, program.clone(), surface, stands.len(), &indices)?;
         Ok(Surface {
             name: name.clone(),
             settings: surface.clone(),
@@ -114,10 +123,16 @@ impl Surface {
                 }
                 None => VertexBuffer::new(gpu, &vertices, mesh, &normals, surface.geomorph)?,
             },
-            indices: levels.buffer(gpu, &indices, program.index_type())?,
+            indices: Arc::new(levels.buffer(gpu, &indices, program.index_type())?),
+            mapped: match surface.apply {
+                Apply::Mapped => Some(Mapped::new(gpu, &indices, program.index_type())?),
+                Apply::Cpu | Apply::Gpu => None,
+            },
             outgrown: None,
             members: stands.iter().map(member).collect(),
             levels,
+            pace: Pace::new(surface, program.levels()),
+            arriving: false,
             program,
         })
     }
@@ -131,13 +146,12 @@ impl Surface {
     /// Live faces of the instances if each wanted error is multiplied by `factor`.
     pub(super) fn live_faces(&self, wanted_errors: &[f64], factor: f64) -> u64 {
         let levels = self.program.levels();
-        let live = |wanted: &f64| {
-            u64::from(levels[level_for_error(levels, (wanted * factor) as f32) as usize].faces)
-        };
+        let live = |wanted: &f64| u64::from(levels[self.pace.level(levels, wanted * factor) as usize].faces);
         wanted_errors.iter().map(live).sum()
     }
 
-    /// Brings every visible instance to its level: the coarsest whose error is at most `pixels` in the picture.
+    /// Brings every visible instance towards its level, as fast as its [`Pace`] allows: the coarsest whose error is at
+    /// most `pixels` in the picture.
     /// `upload` receives bytes and their offset in [`Surface::indices`].
     pub(super) fn go(
         &mut self,
@@ -147,18 +161,20 @@ impl Surface {
         upload: &mut impl FnMut(&[u8], u64),
     ) -> Result<Change, Error> {
         let (pose, size) = (&view.pose, view.size);
-        self.levels.begin(view.slot())?;
         let mut change = Change::default();
-        let Surface { program, members, levels, .. } = self;
+        self.arriving = false;
+        let Surface { program, members, levels, pace, .. } = self;
         for (n, member) in members.iter_mut().enumerate() {
-            member.seen = None;
+            let before = member.seen.take();
             if !member.place.is_seen(pose, size) {
                 continue;
             }
             let wanted = member.place.wanted_error(pose, size[1], pixels);
-            member.seen = Some(wanted);
-            let (from, to) = (levels.level(n), level_for_error(program.levels(), wanted as f32));
-            levels.go_to(n, to).map_err(|error| error.of(self.indices.name()))?;
+            let shown = pace.next(before, wanted);
+            self.arriving |= shown.to_bits() != wanted.to_bits();
+            member.seen = Some(shown);
+            let (from, to) = (levels.level(n), pace.level(program.levels(), shown));
+            levels.go_to(n, to).map_err(|error| limit(self.indices.name(), error))?;
             change.splits += u64::from(to.saturating_sub(from));
             change.collapses += u64::from(from.saturating_sub(to));
             change.instances_seen += 1;
@@ -167,7 +183,7 @@ impl Surface {
             change.live_faces += u64::from(live.faces);
             change.vertices += u64::from(live.vertices);
         }
-        change.upload_bytes = self.collect(gpu, upload)?;
+        change.upload_bytes = self.collect(gpu, view.slot(), upload)?;
         Ok(change)
     }
 
@@ -179,19 +195,24 @@ impl Surface {
         (instance, level): (usize, u32),
         upload: &mut impl FnMut(&[u8], u64),
     ) -> Result<Change, Error> {
-        self.levels.begin(slot)?;
         let from = self.levels.level(instance);
-        self.levels.go_to(instance, level).map_err(|error| error.of(self.indices.name()))?;
+        self.levels.go_to(instance, level).map_err(|error| limit(self.indices.name(), error))?;
         Ok(Change {
             splits: u64::from(level.saturating_sub(from)),
             collapses: u64::from(from.saturating_sub(level)),
-            upload_bytes: self.collect(gpu, upload)?,
+            upload_bytes: self.collect(gpu, slot, upload)?,
             ..Change::default()
         })
     }
 
     /// Uploads the bytes that changes of level wrote, and grows the index buffer if needed; returns the bytes.
-    fn collect(&mut self, gpu: &Gpu, upload: &mut impl FnMut(&[u8], u64)) -> Result<u64, Error> {
+    fn collect(&mut self, gpu: &Gpu, slot: Slot, upload: &mut impl FnMut(&[u8], u64)) -> Result<u64, Error> {
+        if let (Levels::Host(instances), Some(mapped)) = (&mut self.levels, &mut self.mapped) {
+            let touched = instances.take_touched();
+            let (indices, written) = mapped.update(gpu, slot, instances.bytes(), &touched)?;
+            self.indices = indices;
+            return Ok(written);
+        }
         let mut sent = 0;
         let mut send = |bytes: &[u8], at: u64| {
             sent += bytes.len() as u64;
@@ -204,19 +225,15 @@ impl Surface {
                 }
             }
             Levels::Baseline(baselines) => baselines.upload(self.program.index_type(), &mut send),
-            Levels::Mapped(..) | Levels::Device(_) => {}
+            Levels::Device(_) => {}
         }
         self.grow(gpu)?;
         Ok(sent)
     }
 
     /// Allocates an index buffer for all slices: half as large again as the previous one, so that few frames wait for
-    /// growth. Mapped ones have grown by themselves.
+    /// growth.
     fn grow(&mut self, gpu: &Gpu) -> Result<(), Error> {
-        if let Some(own) = self.levels.own_buffer() {
-            self.indices = own;
-            return Ok(());
-        }
         let index = self.program.index_type();
         let bytes = self.levels.bytes(index);
         if bytes <= self.indices.bytes() {
@@ -242,7 +259,6 @@ impl Surface {
         }
         match &self.levels {
             Levels::Host(_) | Levels::Baseline(_) => cmd.copy_ranges(staging, &self.indices, uploads),
-            Levels::Mapped(..) => {}
             Levels::Device(resident) => resident.run(cmd, &self.indices)?,
         }
         Ok(())
@@ -252,10 +268,15 @@ impl Surface {
     pub(super) fn submitted(&mut self) {
         self.outgrown = None;
         match &mut self.levels {
-            Levels::Host(_) | Levels::Mapped(..) => {}
+            Levels::Host(_) => {}
             Levels::Device(resident) => resident.done(),
             Levels::Baseline(baselines) => baselines.done(),
         }
+    }
+
+    /// True if the last frame drew an instance at another error than it wanted.
+    pub(super) fn arriving(&self) -> bool {
+        self.arriving
     }
 
     /// True if a baseline needs its own pass.
@@ -274,8 +295,8 @@ impl Surface {
     /// A draw for each instance that [`Surface::go`] found visible.
     pub(super) fn slices(&self, pose: &Pose, size: [u32; 2], sun: glam::DVec3) -> Vec<Slice<SurfaceView>> {
         let slice = |(n, member): (usize, &Member)| {
-            let wanted = member.seen?;
-            let wanted_log2 = if wanted > 0.0 { wanted.log2() as f32 } else { EXACT_LOG2 };
+            let chosen = self.pace.chosen(member.seen?);
+            let wanted_log2 = if chosen > 0.0 { chosen.log2() as f32 } else { EXACT_LOG2 };
             let push = SurfaceView {
                 object_to_clip: member.place.object_to_clip(pose, size).as_mat4().to_cols_array_2d(),
                 sun: (member.place.rotation.transpose() * sun).as_vec3().to_array(),
@@ -308,6 +329,11 @@ impl Surface {
         })
     }
 
+    /// An instance's first face in the index buffer.
+    pub(super) fn first_face(&self, instance: usize) -> u32 {
+        self.levels.first(instance)
+    }
+
     /// Live faces of an instance.
     fn live(&self, instance: usize) -> u32 {
         self.program.levels()[self.levels.level(instance) as usize].faces
@@ -334,7 +360,7 @@ impl Surface {
     /// Name and bytes of the video memory that level changes on the device need.
     pub(super) fn program_bytes(&self) -> Option<(&'static str, u64)> {
         match &self.levels {
-            Levels::Host(_) | Levels::Mapped(..) => None,
+            Levels::Host(_) => None,
             Levels::Device(resident) => Some(("splits and permutations", resident.shared_bytes())),
             Levels::Baseline(baselines) => baselines.shared_bytes().map(|bytes| ("faces by rank", bytes)),
         }
@@ -348,8 +374,10 @@ impl Surface {
         let state = memory.state.div_ceil(memory.instances);
         let face = 3 * self.program.index_type().bytes();
         let (places, faces, baseline) = match &self.levels {
+            Levels::Host(_) if self.mapped.is_some() => {
+                ("in main and in mapped memory of each frame in flight", "live", None)
+            }
             Levels::Host(_) => ("in main and in video memory", "live", None),
-            Levels::Mapped(..) => ("in mapped memory of each frame in flight", "live", None),
             Levels::Device(_) => ("in video memory", "live", None),
             Levels::Baseline(baselines) => ("in video memory", "drawn", Some(baselines.adds())),
         };
@@ -365,10 +393,7 @@ impl Surface {
 
     /// Bytes of the index buffer, or of one for each frame in flight.
     pub(super) fn index_bytes(&self) -> u64 {
-        match &self.levels {
-            Levels::Mapped(slots, _) => slots.iter().map(|slot| slot.bytes().len() as u64).sum(),
-            _ => self.indices.bytes(),
-        }
+        self.mapped.as_ref().map_or(self.indices.bytes(), Mapped::bytes)
     }
 
     /// Shared memory and memory per instance, as text.

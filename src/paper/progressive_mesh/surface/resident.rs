@@ -9,8 +9,10 @@ use std::sync::Arc;
 pub struct Resident {
     program: Arc<Program>,
     apply: Apply,
-    /// F at level 0, all slots: the source of faces that become live.
+    /// F at level 0, all slots: the source of faces that become live; then the faces of each keyframe.
     faces: Buffer,
+    /// The level of each keyframe, and its first face in `faces`.
+    keyframes: Vec<[u32; 2]>,
     levels: Vec<u32>,
     slices: Slices,
     /// Work of the next frame, in this order: copies to another slice (bytes), copies of new faces (bytes),
@@ -26,11 +28,17 @@ impl Resident {
     /// # Errors
     /// Out of memory, or a program larger than shaders can address.
     pub fn new(gpu: &Gpu, program: Arc<Program>) -> Result<Resident> {
+        let (mut faces, mut keyframes) = (program.faces().to_vec(), Vec::new());
+        for (level, drawn) in program.keyframes() {
+            keyframes.push([level, faces.len() as u32]);
+            faces.extend(drawn);
+        }
         Ok(Resident {
+            keyframes,
             apply: Apply::new(gpu, &program, program.index_type())?,
             faces: gpu.buffer_with(
                 "faces of level 0",
-                &program.index_type().packed(program.faces().as_flattened()),
+                &program.index_type().packed(faces.as_flattened()),
                 BufferUse::Storage,
             )?,
             levels: Vec::new(),
@@ -83,10 +91,22 @@ impl Resident {
         let (old, new) = (self.live(from), self.live(to));
         // The slice must hold the faces of both levels during the change. A slice that is then too large
         // shrinks at the next change.
-        if let Some(places) = self.slices.fit(instance, old.max(new))? {
+        let places = self.slices.fit(instance, old.max(new))?;
+        let first_slot = self.slices.first(instance);
+        if let Some(keyframe) = self.program.route(from, to) {
+            let [level, first] = self.keyframes[keyframe];
+            let drawn = self.live(level);
+            self.born.push(self.bytes([first, first_slot], drawn));
+            if old.max(new) > drawn {
+                self.born.push(self.bytes([drawn, first_slot + drawn], old.max(new) - drawn));
+            }
+            self.levels[instance] = to;
+            self.changes.push(Change { first_slot, from: level, to });
+            return Ok(());
+        }
+        if let Some(places) = places {
             self.moved.push(self.bytes(places, old));
         }
-        let first_slot = self.slices.first(instance);
         if new > old {
             self.born.push(self.bytes([old, first_slot + old], new - old));
         }

@@ -5,8 +5,8 @@ mod written;
 
 use super::orders::simplified;
 use crate::figure::claim::{
-    At, Better, Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Bound::Within, Claim, Places,
-    Test, best, each, one,
+    At, Better, Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Bound::Equal, Bound::Within,
+    Claim, Places, Test, best, each, every, one,
 };
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep, Timed};
 use crate::paper::progressive_mesh::choices::FaceOrder;
@@ -24,9 +24,10 @@ pub const CHANGE: Figure = Figure {
     title: "Cost of a level change, by method",
     about: "One instance of `bunny` (3674 faces) or of `torus:96` (36 864) changes its level: by one split, \
             by 1 % and by 10 % of all splits, and by all of them at once. With our methods the host executes \
-            the splits (and the tswaps, if the order has them) and uploads the written blocks of 512 bytes \
-            (classical; tail; in place), or writes into the buffers from which the device draws, one for each \
-            frame in flight, so that each is written every other time (mapped); or the device executes them. The baselines draw the same levels. The faces in random order or \
+            the splits (and the tswaps, if the order has them) and uploads the written blocks of 128 \
+            indices (classical; tail; in place), or writes them into the buffer from which the device draws, \
+            one for each frame in flight (mapped); or the device executes them. Long jumps start from a \
+            keyframe, one for each doubling of the faces. The baselines draw the same levels. The faces in random order or \
             reordered by meshoptimizer are uploaded as a whole. The compacted order is made by a pass of \
             shaders. With skip lists (each has 0.707 of the faces of the next finer list) a change writes \
             corners, including those of degenerate faces, or copies another list as a whole. A discrete \
@@ -50,6 +51,11 @@ pub const CHANGE: Figure = Figure {
         Plot::sweep(HOST).log_x().log_y(),
     ],
     claims: &[
+        Claim::ours(
+            "exact",
+            "However a change comes to the device, its index buffer is the host's, bit for bit.",
+            &[Test::value(every(WRONG), Equal(0.0))],
+        ),
         Claim::ours(
             "moves",
             "With 23 moved faces per split, a split writes at most 23 faces of 6 bytes more than without \
@@ -87,6 +93,16 @@ pub const CHANGE: Figure = Figure {
             ],
         )
         .at(Places::ALL.x(0.0, 1.0)),
+        Claim::ours(
+            "jumps",
+            "A jump of 10 % of all splits, or of all, never writes more than all steps between: with a keyframe at each doubling of \
+             the faces, all splits at once write at most 3 copies of all live faces.",
+            &[
+                Test::ratio(one(WRITTEN, TAIL_23), one(WRITTEN, COPY), AtMost(3.0)),
+                Test::ratio(one(WRITTEN, IN_PLACE_23), one(WRITTEN, COPY), AtMost(3.0)),
+            ],
+        )
+        .at(Places::ALL.x(10.0, ALL)),
         Claim::ours(
             "worst-split",
             "With every method, the worst split writes at most 1 % more than a copy of all live faces.",
@@ -127,6 +143,7 @@ const SINGLE: Places = Places::ALL.x(0.0, ONE);
 
 const WRITTEN: &str = "bytes written for a change";
 const WORST: &str = "bytes written for the worst change";
+const WRONG: &str = "indices that are not the host's";
 const SENT: &str = "bytes sent for a change";
 const COPIED: [&str; 2] =
     ["faces of lists copied for each split up", "faces of lists copied for each split down"];
@@ -187,6 +204,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let mut way = Way::open(&gpu, way, &meshes, &levels)?;
         let sent = way.sent()? as f64 / (2 * (levels.len() - 1)) as f64;
         rows.push(Row::number(way.name, SENT, "bytes", sent));
+        rows.extend(way.wrong()?.map(|wrong| Row::number(way.name, WRONG, "indices", wrong as f64)));
         ways.push(RefCell::new(way));
     }
     let timed = bench.interleave(&gpu, ways.iter().map(Way::contender).collect())?;

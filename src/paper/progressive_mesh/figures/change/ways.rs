@@ -5,7 +5,7 @@ use crate::figure::Contender;
 use crate::frame::Run;
 use crate::paper::progressive_mesh::choices::{Apply, FaceOrder};
 use crate::paper::progressive_mesh::config;
-use crate::paper::progressive_mesh::run::Program;
+use crate::paper::progressive_mesh::run::{Program, Untold};
 use crate::paper::progressive_mesh::stand::stands;
 use crate::paper::progressive_mesh::{Model, ProgressiveMeshes, Settings};
 use crate::picture::Target;
@@ -119,6 +119,32 @@ impl<'a> Way<'a> {
         Ok(self.walk()?.1 + self.walk()?.1)
     }
 
+    /// Indices of the device's buffer that are not those of a fresh execution on the host; `None` for a baseline, whose
+    /// faces have another order.
+    pub fn wrong(&mut self) -> anyhow::Result<Option<usize>> {
+        let Runs::Scene(session) = &mut self.runs else { return Ok(None) };
+        session.drain()?;
+        let surface = &session.technique.surfaces[0];
+        if surface.settings.order.is_baseline() {
+            return Ok(None);
+        }
+        let (_, level) = surface.instances().next().expect("one instance");
+        let (program, mut expected) = (&surface.program, surface.program.faces().to_vec());
+        program.run(&mut expected, 0, level, &mut Vec::new(), &mut Untold);
+        expected.truncate(program.drawn(level) as usize);
+        let expected = program.index_type().packed(expected.as_flattened());
+        let indices = &surface.indices;
+        let host = match surface.settings.apply {
+            Apply::Mapped => None,
+            Apply::Cpu | Apply::Gpu => Some(read_back(self.gpu, indices)?),
+        };
+        let found = host.as_ref().unwrap_or(indices).mapped();
+        let first = (face_bytes(program) * u64::from(surface.first_face(0))) as usize;
+        let index = program.index_type().bytes() as usize;
+        let pairs = found[first..].chunks_exact(index).zip(expected.chunks_exact(index));
+        Ok(Some(pairs.filter(|(a, b)| a != b).count()))
+    }
+
     /// Walks through all levels, alternately up and down. Returns the host and device time of each change,
     /// and the bytes sent.
     fn walk(&mut self) -> anyhow::Result<(Vec<PassTime>, u64)> {
@@ -164,6 +190,17 @@ impl<'a> Way<'a> {
             }
         }
     }
+}
+
+fn read_back(gpu: &Gpu, buffer: &Buffer) -> anyhow::Result<Buffer> {
+    let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback)?;
+    let mut frame = gpu.frame()?;
+    frame.pass("read-back", |cmd| {
+        cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes());
+        Ok(())
+    })?;
+    frame.submit()?.wait()?;
+    Ok(host)
 }
 
 /// Bytes of a face in the index buffer.

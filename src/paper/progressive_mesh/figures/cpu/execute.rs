@@ -135,7 +135,7 @@ pub fn contenders<'a>(
         } else {
             let (mut faces, mut at, mut kept) = (program.faces().to_vec(), 0, Vec::new());
             ways(variant, last, move |level| {
-                program.run(&mut faces, at, level, &mut kept, &mut Untold);
+                program.execute(&mut faces, at, level, &mut kept, &mut Untold);
                 at = level;
             })
         });

@@ -48,7 +48,7 @@ pub fn for_each_split(program: &Program) -> f64 {
     let mut lines = Lines::of(faces.len());
     for level in 0..program.last_level() {
         lines.step = level;
-        program.run(&mut faces, level, level + 1, &mut kept, &mut lines);
+        program.execute(&mut faces, level, level + 1, &mut kept, &mut lines);
     }
     lines.count as f64 / f64::from(program.last_level().max(1))
 }
