@@ -56,6 +56,11 @@ fn drag_rows(window: &mut Program<'_>, [from, to]: [i16; 2], word: &str) -> i16 
     panic!("no row answers {word:?}: {}", window.stderr());
 }
 
+/// The settings that the slider has selected so far.
+fn selected(window: &Program<'_>) -> Vec<String> {
+    window.stderr().lines().filter_map(|line| line.split("setting: ").nth(1).map(str::to_owned)).collect()
+}
+
 #[test]
 fn the_trade_slider_moves_along_the_measured_front() {
     let display = Display::start();
@@ -74,14 +79,13 @@ fn the_trade_slider_moves_along_the_measured_front() {
     let row = drag_rows(&mut window, [middle, right], "setting: coarsest");
     // Back to the least error: every setting of the front was selected on the way, in its order.
     window.drag_in_steps([right, row], [left, row], 12);
-    window.until("the first setting", |window| window.stderr().trim_end().ends_with("setting: sharp"));
-    let words = window.stderr();
-    let names: Vec<&str> = words.lines().filter_map(|line| line.split("setting: ").nth(1)).collect();
+    window.until("the first setting", |window| selected(window).last().is_some_and(|name| name == "sharp"));
+    let names = selected(&window);
     let back = names.iter().rposition(|name| *name == "coarsest").unwrap();
     assert_eq!(names[back..], ["coarsest", "coarse", "sharp"], "{names:?}");
 
     window.drag_in_steps([middle, row], [right, row], 1);
-    window.until("the last setting", |window| window.stderr().trim_end().ends_with("setting: coarsest"));
+    window.until("the last setting", |window| selected(window).last().is_some_and(|name| name == "coarsest"));
     window.settled_picture();
     window.press(key::F12);
     let png = window.printed(".png");
