@@ -1,7 +1,7 @@
 //! The picture of a scene in f64: every surface, its texture's mean over each pixel's footprint, and its light. Slow; the
 //! window's error overlay computes it beside the frames.
 //!
-//! A progressive mesh is shown at a level whose stated error is at most [`MESH_PIXELS`], whatever the frame shows.
+//! A progressive mesh is shown at a level whose stated error is at most a quarter of a pixel, whatever the frame shows.
 
 use super::open::{carries_virtual, is_lit, plain_texture};
 use super::plain::ALBEDO;
