@@ -24,7 +24,7 @@ pub const CHANGE: Figure = Figure {
     title: "Cost of a level change, by method",
     about: "One instance of `bunny` (3674 faces) or of `torus:96` (36 864) changes its level: by one split, \
             by 1 % and by 10 % of all splits, and by all of them at once. With our methods the host executes \
-            the splits (and the tswaps, if the order has them). It uploads the written blocks of 512 bytes \
+            the splits (and the tswaps, if the order has them). It uploads the written blocks of 128 indices \
             (classical; tail; in place), or it writes into the buffers from which the device draws (mapped). \
             There is one such buffer for each frame in flight, so each is written every other time. In a \
             third method the device executes the splits. The baselines draw the same levels. The faces in \
