@@ -135,7 +135,7 @@ pub struct SimplifyReport {
     pub flips: usize,
     /// Collapses for which borders and seams no longer restricted the movement.
     pub crossing: usize,
-    /// Corners and vanished positions visited; the running time is proportional to it.
+    /// Corners and vanished positions visited; the running time is proportional to this number.
     pub looks: usize,
     /// Why there are more faces than requested.
     pub shortfall: Option<&'static str>,

@@ -1,5 +1,5 @@
-//! Distances to a triangle: exact ones, and bounds on both sides at a third of the cost. Two of three
-//! distances on a dragon are only compared with another distance.
+//! Distances to a triangle: exact ones, and lower and upper bounds at a third of the cost. Two of three distances on a
+//! dragon are only compared with another distance.
 
 use super::lost::squared_to_segment;
 use glam::DVec3;
