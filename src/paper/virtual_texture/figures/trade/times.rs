@@ -91,8 +91,8 @@ fn traded(open: &Open, measure: Measure, times: &[f64]) -> Traded {
     }
 }
 
-/// All settings with their times in milliseconds, the scene's own first: each ratio times the median of the scene's own
-/// frame over all batches. Also the smallest and the largest median of that frame in a batch.
+/// All settings, the scene's own first. A time in milliseconds is a ratio times the median of the scene's own frame
+/// over all batches. Also returns the smallest and the largest median of that frame in a batch.
 pub(super) fn levelled(own: &Open, batches: Vec<Batch>, measure: Measure) -> (Vec<Traded>, [f64; 2]) {
     let medians = batches.iter().map(|batch| median(&batch.own_ms).expect("there are rounds"));
     let medians: Vec<f64> = medians.collect();
