@@ -303,8 +303,8 @@ fn each_texel(ellipse: &Ellipse, pixel: &Pixel, level: u32, mut visit: impl FnMu
             let texels_a_radius = if r > 0.0 { r / x.hypot(y) } else { f64::INFINITY };
             let distance = |r: f64| (1.0 - r) * texels_a_radius;
             let rounding = rounding(&shaped, [du, dv], r);
-            // Where the edge curves away, `distance` is too short. The outer ellipse excludes texels that are more than
-            // half a texel outside.
+            // Where the edge curves away, `distance` is too short. Texels outside the outer ellipse are more than half
+            // a texel beyond the edge and do not contribute.
             let from_outer = (oc * du * du - 2.0 * ob * du * dv + oa * dv * dv) / (oa * oc - ob * ob) - 1.0;
             // If its terms cancel, the slope has the same rounding error as r.
             let of_slope = rounding * (1.0 + (b / c).abs()) * (c / shaped.det).sqrt() * texels_a_radius;
